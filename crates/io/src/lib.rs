@@ -30,6 +30,7 @@ pub mod run;
 pub mod scene;
 pub mod schema;
 pub mod spd;
+mod table;
 mod temporary;
 pub mod volume;
 mod write;

@@ -243,7 +243,8 @@ fn unknown_plugins_get_a_suggestion() {
     unknown_plugin(&object, &["obj", "ply"], &mut diagnostics);
     let found: Vec<_> = diagnostics.iter().collect();
     assert_eq!(found[0].message, "unknown shape type 'spere'");
-    assert_eq!(found[0].help.as_deref(), Some("did you mean 'sphere'?"));
+    let help = "did you mean 'sphere'? known types: cube, sphere";
+    assert_eq!(found[0].help.as_deref(), Some(help));
     assert_eq!(found[1].help.as_deref(), Some("known types: obj, ply"));
     assert_eq!(found[0].location.as_ref().unwrap().text(), "spere");
 }

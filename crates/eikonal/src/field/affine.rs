@@ -102,7 +102,7 @@ impl Affine {
     }
 
     /// The smallest box in local coordinates around a box in the world.
-    fn local_box(&self, region: &Aabb) -> Aabb {
+    pub(super) fn local_box(&self, region: &Aabb) -> Aabb {
         let rows = self.to_local.matrix3.transpose();
         let [x, y, z] = [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| region.project(row));
         let shift = self.to_local.translation;

@@ -89,6 +89,20 @@ pub enum FieldError {
         /// Its value.
         value: f64,
     },
+    /// A table with hardly any samples.
+    #[error("a table must have at least two samples, but has {0}")]
+    FewSamples(usize),
+    /// A table out of order.
+    #[error("the places in a table must ascend, but after {} comes {}", Shown(*.0), Shown(*.1))]
+    NotAscending(f64, f64),
+    /// A sample of a table is not an index.
+    #[error("the index at {} must be positive and finite, but is {}", Shown(*at), Shown(*value))]
+    BadTableIndex {
+        /// Its place.
+        at: f64,
+        /// Its value.
+        value: f64,
+    },
     /// A transform that cannot be inverted.
     #[error(
         "the transform must be finite and invertible, but its singular values reach from {} to {}",

@@ -7,14 +7,20 @@ mod bessel;
 mod bspline;
 mod constant;
 mod error;
+mod expression;
 mod fisheye;
+mod formula;
 mod gaussian;
+mod lengths;
 mod linear;
 mod luneburg;
+mod profile;
 mod radial;
 mod scaled;
 mod selfoc;
 mod sound;
+mod spline;
+mod steepness;
 mod sum;
 
 pub use acoustic::{Acoustic, AcousticMode};
@@ -22,15 +28,19 @@ pub use affine::Affine;
 pub use bspline::{Bspline, NoiseShares, Placement};
 pub use constant::Constant;
 pub use error::FieldError;
+pub use expression::Expression;
 pub use fisheye::Fisheye;
+pub use formula::{Coordinate, Formula, FormulaError, FormulaErrorKind, Quantity};
 pub use gaussian::Gaussian;
 pub use linear::{LinearIndex, LinearSquare};
 pub use luneburg::Luneburg;
+pub use profile::IndexProfile;
 pub use scaled::Scaled;
 pub use selfoc::Selfoc;
 pub use sum::Sum;
 
 use crate::bounds::{Aabb, FieldBounds};
+use formula::Domain;
 use glam::{DMat3, DVec3};
 
 /// Value and derivatives of n² at a point.
@@ -90,6 +100,10 @@ pub enum Field {
     Acoustic(Acoustic),
     /// Samples on a grid, interpolated by tricubic B-splines.
     Bspline(Bspline),
+    /// A formula in three coordinates.
+    Expression(Expression),
+    /// A formula or a table in one coordinate.
+    IndexProfile(IndexProfile),
     /// A superposition of fields.
     Sum(Sum),
     /// A field under an affine transform.
@@ -111,6 +125,8 @@ macro_rules! each {
             Field::Gaussian($f) => $e,
             Field::Acoustic($f) => $e,
             Field::Bspline($f) => $e,
+            Field::Expression($f) => $e,
+            Field::IndexProfile($f) => $e,
             Field::Sum($f) => $e,
             Field::Affine($f) => $e,
             Field::Scaled($f) => $e,
@@ -139,10 +155,23 @@ into_field!(
     Gaussian,
     Acoustic,
     Bspline,
+    Expression,
+    IndexProfile,
     Sum,
     Affine,
     Scaled
 );
+
+/// A profile where the formula depends on one coordinate, which is faster and has tighter bounds.
+impl From<Formula> for Field {
+    fn from(formula: Formula) -> Self {
+        match (formula.constant(), formula.domain) {
+            (Some(n2), _) if n2 > 0.0 => Constant::new(n2.sqrt()).into(),
+            (_, Domain::Line(coordinate)) => IndexProfile::of_formula(formula, coordinate).into(),
+            (_, Domain::Space) => Expression::new(formula).into(),
+        }
+    }
+}
 
 impl Field {
     /// n² at `x`.
@@ -191,6 +220,23 @@ impl Field {
         each!(self, f => f.length_scale(x))
     }
 
+    /// The same field with what tracing inside a region can know beforehand: the length scales of formulas and tables, whose
+    /// search is otherwise made at each step. Fields that need none, and regions without a finite extent, change nothing.
+    pub fn prepared(&self, region: &Aabb) -> Field {
+        let extent = region.diagonal();
+        if region.is_empty() || !(extent > 0.0 && extent.is_finite()) {
+            return self.clone();
+        }
+        match self {
+            Field::Expression(f) => f.prepared(region).into(),
+            Field::IndexProfile(f) => f.prepared(region).into(),
+            Field::Sum(f) => f.map(|term| term.prepared(region)).into(),
+            Field::Affine(f) => f.over(f.inner().prepared(&f.local_box(region))).into(),
+            Field::Scaled(f) => f.over(f.inner().prepared(region)).into(),
+            _ => self.clone(),
+        }
+    }
+
     /// How far a ray that leaves `x` with velocity `v` = dx/dσ is a straight line because nothing changes around
     /// it, as a span of σ: at least so far. Zero where the field changes, or is not known not to.
     pub fn homogeneous_span(&self, x: DVec3, v: DVec3) -> f64 {
@@ -220,6 +266,8 @@ impl Field {
     pub fn memory(&self) -> usize {
         match self {
             Field::Bspline(f) => f.memory(),
+            Field::Expression(f) => f.memory(),
+            Field::IndexProfile(f) => f.memory(),
             Field::Sum(f) => f.memory(),
             Field::Affine(f) => f.memory(),
             Field::Scaled(f) => f.inner().memory(),

@@ -102,6 +102,22 @@ pub fn shear() -> DAffine3 {
     DAffine3::from_mat3_translation(linear, DVec3::new(0.1, -0.2, 0.3))
 }
 
+/// The index by a formula.
+pub fn formula(text: &str) -> Field {
+    Formula::new(text, Quantity::Index, &[]).unwrap().into()
+}
+
+/// A table of an index that falls off with a distance, or along a line.
+pub fn table(coordinate: Coordinate, start: f64) -> IndexProfile {
+    let place = |i: i32| start + 0.21 * f64::from(i);
+    let samples: Vec<[f64; 2]> = (0..20)
+        .map(|i| [place(i), 1.3 + 0.1 * place(i).cos()])
+        .collect();
+    IndexProfile::table(coordinate, 0.0, &samples).unwrap()
+}
+
+const WAVES: &str = "1.4 + 0.03*sin(2*x + y)*cos(1.5*z - 0.5*y) + 0.01*exp(-rho^2)*atan2(x, 3 + y)";
+
 /// One of every field.
 pub fn all_fields() -> Vec<Case> {
     let slope = DVec3::new(0.05, -0.1, 0.02);
@@ -189,6 +205,40 @@ pub fn all_fields() -> Vec<Case> {
                 1.5,
                 DVec3::ZERO,
             )
+        },
+        case("formula", formula(WAVES), 1.5, DVec3::ZERO),
+        case(
+            "prepared formula",
+            formula(WAVES).prepared(&Aabb::new(DVec3::splat(-1.0), DVec3::splat(2.0))),
+            1.5,
+            DVec3::ZERO,
+        ),
+        case(
+            "formula in r",
+            formula("1.3 + 0.1*cos(2*r)/(1 + r^2)"),
+            1.5,
+            DVec3::ZERO,
+        ),
+        case(
+            "formula in rho",
+            formula("1.6*sqrt(1 - 0.1*rho^2)"),
+            1.2,
+            DVec3::ZERO,
+        ),
+        case(
+            "prepared formula in z",
+            formula("1.33 + 0.02*tanh(3*z)")
+                .prepared(&Aabb::new(DVec3::splat(-1.0), DVec3::splat(2.0))),
+            1.5,
+            DVec3::ZERO,
+        ),
+        Case {
+            analytic: false,
+            ..case("table in r", table(Coordinate::R, 0.0), 1.5, DVec3::ZERO)
+        },
+        Case {
+            analytic: false,
+            ..case("table in x", table(Coordinate::X, -1.9), 1.5, DVec3::ZERO)
         },
         case(
             "scaled bump",

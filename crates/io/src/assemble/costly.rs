@@ -15,9 +15,35 @@ const PLACES: usize = 64;
 /// About how many steps a ray takes across a medium: the most along the three axes of its box.
 pub fn steps_across(scene: &Scene, medium: usize) -> f64 {
     let field = &scene.medium(medium).index;
-    let steps =
-        lines_across(scene, medium).map(|line| steps_between(field, line, scene.tolerance()));
+    let steps = lines_across(scene, medium).map(|line| {
+        let parts = parts_within(scene, medium, line);
+        let steps = parts.map(|part| steps_between(field, part, scene.tolerance()));
+        steps.sum::<f64>()
+    });
     steps.fold(1.0, f64::max)
+}
+
+/// The places on a line, at even distances.
+fn places([from, to]: [DVec3; 2]) -> impl Iterator<Item = DVec3> + Clone {
+    (0..=PLACES).map(move |i| from.lerp(to, i as f64 / PLACES as f64))
+}
+
+/// A line without what is inside of opaque things: whole, where there are none.
+fn parts_within(
+    scene: &Scene,
+    medium: usize,
+    line: [DVec3; 2],
+) -> impl Iterator<Item = [DVec3; 2]> {
+    let mut places = places(line).peekable();
+    std::iter::from_fn(move || {
+        let is_there = |x: &DVec3| !scene.is_displaced(medium, *x);
+        let first = places.find(is_there)?;
+        let mut last = first;
+        while let Some(next) = places.next_if(is_there) {
+            last = next;
+        }
+        Some([first, last])
+    })
 }
 
 /// The straight lines through the middle of a medium along the axes.
@@ -71,8 +97,8 @@ fn parameter(field: &Field) -> &'static str {
 
 fn out_of_range(scene: &Scene, medium: usize) -> Option<SceneProblem> {
     let field = &scene.medium(medium).index;
-    let places = lines_across(scene, medium)
-        .flat_map(|[from, to]| (0..=PLACES).map(move |i| from.lerp(to, i as f64 / PLACES as f64)));
+    let places = lines_across(scene, medium).flat_map(places);
+    let places = places.filter(|x| !scene.is_displaced(medium, *x));
     // An index that is not positive is spoken of elsewhere.
     let n = places
         .map(|x| field.n(x))

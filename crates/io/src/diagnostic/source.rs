@@ -139,6 +139,12 @@ impl Location {
         (self.start, self.len)
     }
 
+    /// The place of a span of bytes of `value`, if what is written here is that value as it is.
+    pub(crate) fn within(&self, value: &str, span: std::ops::Range<usize>) -> Option<Location> {
+        let start = self.start + self.text().find(value)?;
+        Some(Location::new(&self.source, start + span.start, span.len()))
+    }
+
     /// The text it covers; empty if the span does not begin and end between characters.
     pub fn text(&self) -> &str {
         self.source

@@ -30,6 +30,7 @@ pub use numbers::{INDEX, POSITIVE};
 pub(crate) use values::resolve;
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Location, closest, suggest, words};
 use crate::error::FileError;
@@ -79,6 +80,28 @@ impl<'a, 'd> Query<'a, 'd> {
     pub(crate) fn error_at(&mut self, location: &Location, message: impl Into<String>) {
         self.diagnostics
             .push(Diagnostic::error(message).at(location));
+    }
+
+    /// Reports an error at a span of bytes of a text that a parameter holds. Where the text is not written as it is, because
+    /// parameters or escapes stand in it, the message says which characters are meant.
+    pub(crate) fn error_within(
+        &mut self,
+        name: &str,
+        text: &str,
+        span: Range<usize>,
+        message: &str,
+        help: Option<String>,
+    ) {
+        let whole = self.location_of(name);
+        let error = match whole.within(text, span.clone()) {
+            Some(place) => Diagnostic::error(message).at(&place),
+            None => {
+                let before = text.get(..span.start).unwrap_or("").chars().count();
+                let message = format!("{message} (character {} of '{name}')", before + 1);
+                Diagnostic::error(message).at(whole)
+            }
+        };
+        self.diagnostics.push(error.help(help));
     }
 
     /// Reports a warning at the value of a parameter, or at the object if it has none by that name.
@@ -242,9 +265,17 @@ pub fn unknown_plugin(object: &ObjectDescription, known: &[&str], diagnostics: &
         known.iter().all(listed),
         "io::schema does not list all of {known:?}"
     );
-    let message = format!("unknown {} type '{}'", object.kind, object.plugin);
-    let help = suggest(&object.plugin, known.iter().copied())
-        .unwrap_or_else(|| format!("known types: {}", known.join(", ")));
+    let (kind, plugin) = (object.kind, &object.plugin);
+    let message = if schema::find(kind, plugin).is_some() {
+        format!("a {kind} of type '{plugin}' does not belong here")
+    } else {
+        format!("unknown {kind} type '{plugin}'")
+    };
+    let listed = format!("known types: {}", known.join(", "));
+    let help = match suggest(plugin, known.iter().copied()) {
+        Some(near) => format!("{near} {listed}"),
+        None => listed,
+    };
     diagnostics.push(
         Diagnostic::error(message)
             .help(help)

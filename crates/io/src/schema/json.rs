@@ -85,6 +85,9 @@ fn object(plugin: &Plugin) -> Value {
 
 /// What keys may hold that are neither parameters nor roles: children whose kind says it all.
 fn others(plugin: &Plugin) -> Value {
+    if let Some(parameter) = plugin.others() {
+        return described(parameter);
+    }
     match unnamed(plugin).as_slice() {
         [] => Value::Bool(false),
         kinds => reference(&choice_name(kinds)),

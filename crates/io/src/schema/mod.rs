@@ -36,6 +36,8 @@ pub struct Plugin {
     pub help: &'static str,
     parameters: &'static [&'static [Parameter]],
     children: &'static [Slot],
+    /// What a parameter of any other name is, if there may be such.
+    others: Option<&'static Parameter>,
 }
 
 /// A parameter of a plugin.
@@ -101,7 +103,12 @@ impl Plugin {
 
     /// The parameter with this name.
     pub fn parameter(&self, name: &str) -> Option<&'static Parameter> {
-        self.parameters().find(|p| p.name == name)
+        self.parameters().find(|p| p.name == name).or(self.others)
+    }
+
+    /// What a parameter of any other name is, if there may be such; its name stands for theirs.
+    pub fn others(&self) -> Option<&'static Parameter> {
+        self.others
     }
 
     /// Its children. Where several kinds may have a plugin of the same name, the first is meant.

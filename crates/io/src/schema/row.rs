@@ -15,6 +15,17 @@ pub(super) const fn plugin(
         help,
         parameters,
         children,
+        others: None,
+    }
+}
+
+impl Plugin {
+    /// The same, with parameters of other names.
+    pub(super) const fn with_others(self, others: &'static Parameter) -> Self {
+        Plugin {
+            others: Some(others),
+            ..self
+        }
     }
 }
 

@@ -1,8 +1,8 @@
 //! Volumes: refractive indices, and what else varies in space.
 
 use super::row::{
-    TO_WORLD, boolean, choice, float, integer, many, number_or_word, one, plugin, point, spectrum,
-    tensor, text, vector, word,
+    TO_WORLD, boolean, choice, float, integer, list, many, number_or_word, one, plugin, point,
+    spectrum, tensor, text, vector, word,
 };
 use super::{Parameter, Plugin};
 use crate::scene::PluginKind::Volume;
@@ -97,6 +97,14 @@ const MODE: &[Parameter] = &[
     float("frequency", "", "Hz, > 0"),
     float("sound_speed", "", "scene units per second, > 0"),
 ];
+
+const COORDINATES: &[&str] = &["r", "rho", "x", "y", "z"];
+
+const OF_FORMULA: &Parameter = &float(
+    "(any name)",
+    "",
+    "a number that the formula uses by this name",
+);
 
 const DISPERSION: &[Parameter] = &[float(
     "reference_wavelength",
@@ -193,6 +201,47 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[many(Volume, "Modes.")],
     ),
     plugin("mode", "A mode of an acoustic field.", &[MODE], &[]),
+    plugin(
+        "expression",
+        "An index by a formula in x, y, z, r and rho.",
+        &[
+            &[
+                text("n", "", "formula of the index; this, or n2"),
+                text("n2", "", "formula of its square"),
+            ],
+            PLACED,
+        ],
+        &[],
+    )
+    .with_others(OF_FORMULA),
+    plugin(
+        "profile",
+        "An index that varies with one coordinate, by a table.",
+        &[
+            &[
+                choice(
+                    "coordinate",
+                    COORDINATES,
+                    "required",
+                    "what it varies with: the distance from the origin or from the z axis, or a coordinate",
+                ),
+                list(
+                    "table",
+                    "",
+                    "pairs: coordinate, index; this, data or filename",
+                ),
+                tensor("data", "", "the same as an array of two columns"),
+                text("filename", "", "a text file with two columns"),
+                float(
+                    "shift",
+                    "0",
+                    "added to the table's coordinates, such as a radius to heights",
+                ),
+            ],
+            PLACED,
+        ],
+        &[],
+    ),
     plugin(
         "bspline",
         "A tricubic B-spline through samples of the index.",

@@ -109,16 +109,17 @@ fn check_index(scene: &Scene, id: usize) -> Option<SceneProblem> {
             "put the varying medium inside a closed shape",
         ));
     }
-    if region.bounds.n2_min > 0.0 || region.aabb.is_empty() {
+    let bounded = region.bounds.n2_min > 0.0 && region.bounds.n2_max < f64::INFINITY;
+    if bounded || region.aabb.is_empty() {
         return None;
     }
     let (x, n2) = smallest_square(scene, id, &region.aabb)?;
-    (n2.is_nan() || n2 <= 0.0).then(|| {
+    (!n2.is_finite() || n2 <= 0.0).then(|| {
         error(
             subject,
             format!(
                 "the squared refractive index of medium '{}' is {} at {}; \
-                 it must be positive throughout the medium",
+                 it must be positive and finite throughout the medium",
                 medium.name,
                 Shown::rounded(n2),
                 Shown(x)
@@ -153,19 +154,29 @@ fn check_sound(scene: &Scene, id: usize) -> Option<SceneProblem> {
 }
 
 /// The smallest n² among points of a grid inside the objects that hold a medium.
+/// What no medium can have comes first.
+fn rank(n2: f64) -> f64 {
+    if n2.is_finite() {
+        n2
+    } else {
+        f64::NEG_INFINITY
+    }
+}
+
 fn smallest_square(scene: &Scene, id: usize, aabb: &Aabb) -> Option<(DVec3, f64)> {
     let holders: Vec<&Object> = scene
         .objects()
         .iter()
         .filter(|o| o.interior() == Some(id) && o.shape.is_closed())
         .collect();
+    let holds = |x: DVec3| holders.iter().any(|o| o.shape.contains(x));
     let n = REGION_PROBES;
     let at = |i: usize| (i as f64 + 0.5) / n as f64;
     (0..n * n * n)
         .map(|i| aabb.min + aabb.size() * DVec3::new(at(i % n), at(i / n % n), at(i / n / n)))
-        .filter(|x| holders.is_empty() || holders.iter().any(|o| o.shape.contains(*x)))
+        .filter(|x| (holders.is_empty() || holds(*x)) && !scene.is_displaced(id, *x))
         .map(|x| (x, scene.medium(id).index.n2(x)))
-        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .min_by(|a, b| rank(a.1).total_cmp(&rank(b.1)))
 }
 
 fn check_sensor_outside(scene: &Scene, object: &Object) -> Option<SceneProblem> {

@@ -13,6 +13,15 @@ impl Scene {
         self.parts.containment().medium_at(x)
     }
 
+    /// Whether something opaque fills the place of a medium at a point, so that no ray is there, whatever the index.
+    pub fn is_displaced(&self, id: MediumId, x: DVec3) -> bool {
+        let fills = |o: &Object| {
+            let other = o.interior() != Some(id);
+            other && o.shape.is_closed() && o.bsdf.is_opaque() && o.shape.contains(x)
+        };
+        self.objects().iter().any(fills)
+    }
+
     /// The medium beside an object's surface at `x`, on the side to which `direction` points, for a ray
     /// that arrives through `current`.
     ///

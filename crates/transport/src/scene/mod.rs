@@ -80,6 +80,9 @@ impl Scene {
         settle_fibers(&mut parts);
         let around = surroundings(&parts);
         let regions = regions::all(&parts, &around);
+        for (medium, region) in parts.media.iter_mut().zip(&regions) {
+            medium.index = medium.index.prepared(&region.aabb);
+        }
         let sensor_medium = parts.containment().medium_at(parts.sensor.position());
         let overlapping = overlapping(parts.containment(), around.radius * 1e-9);
         let mut scene = Scene {

@@ -230,12 +230,6 @@ fn integer(sum: f64) -> isize {
     (sum.to_bits() & INTEGER) as isize - ORIGIN
 }
 
-/// A coordinate rounded down as by [`Lattice::locate`]: an integer may count to the cell before it.
-#[inline(always)]
-pub(super) fn rounded_down(t: f64) -> isize {
-    integer((t - 0.5) + LAST_BIT)
-}
-
 /// The coordinate `t` rounded down.
 pub(super) fn cell(t: f64) -> isize {
     t.floor() as isize

@@ -1,6 +1,7 @@
 //! How far a ray may go in one step: a length scale that varies over the grid (docs/theory.md#sampled-fields).
 
-use super::lattice::{Lattice, PAD, rounded_down};
+use super::lattice::{Lattice, PAD};
+use crate::field::lengths::Lengths;
 use fearless_simd::{Simd, SimdBase, SimdCombine, dispatch, f32x4, f64x4};
 use glam::DVec3;
 
@@ -17,12 +18,7 @@ const STEEP: f64 = 0.8;
 /// the coefficients, the jumps of the third derivative of the spline. Around a sample the scale is at
 /// most its own plus the distance: a step of that length cannot jump over what makes it small.
 #[derive(Clone, Debug)]
-pub(super) struct Scales {
-    /// At least two along each axis.
-    nodes: [usize; 3],
-    /// x fastest.
-    lengths: Vec<f64>,
-}
+pub(super) struct Scales(Lengths);
 
 impl Scales {
     pub(super) fn new(lattice: &Lattice, coefficients: &[f32], n2_ref: f64) -> Self {
@@ -46,68 +42,20 @@ impl Scales {
         // The size of the grid is as good as infinity, and can be interpolated.
         let largest = lattice.size();
         let length = |rough: f64| (1.0 / rough.sqrt().sqrt()).min(largest);
-        let mut scales = Scales {
-            nodes,
-            lengths: rough.into_iter().map(length).collect(),
-        };
-        for axis in 0..3 {
-            scales.limit(axis, lattice.spacing()[axis] * EDGE as f64);
-        }
-        scales
-    }
-
-    /// Limits the slope along an axis to 1/√3, with nodes this far apart; along the diagonal it is then at
-    /// most 1.
-    fn limit(&mut self, axis: usize, apart: f64) {
-        let [x, y, _] = self.nodes;
-        let stride = [1, x, x * y][axis];
-        let rise = apart / 3f64.sqrt();
-        let along = |at: usize| at / stride % self.nodes[axis];
-        for at in 0..self.lengths.len() {
-            if along(at) > 0 {
-                self.lengths[at] = self.lengths[at].min(self.lengths[at - stride] + rise);
-            }
-        }
-        for at in (0..self.lengths.len()).rev() {
-            if along(at) + 1 < self.nodes[axis] {
-                self.lengths[at] = self.lengths[at].min(self.lengths[at + stride] + rise);
-            }
-        }
+        let lengths = rough.into_iter().map(length).collect();
+        let spacing = lattice.spacing() * EDGE as f64;
+        Scales(Lengths::new(nodes, spacing, lengths))
     }
 
     /// At a position in units of the spacing from sample 0.
     pub(super) fn at(&self, t: DVec3) -> f64 {
-        let [x, y, z] = self.nodes;
-        let last = DVec3::new((x - 1) as f64, (y - 1) as f64, (z - 1) as f64);
-        let t = (t * (1.0 / EDGE as f64)).max(DVec3::ZERO).min(last);
-        let (i, u) = between(t.x, x);
-        let (j, v) = between(t.y, y);
-        let (k, w) = between(t.z, z);
-        let row = |j: usize, k: usize| {
-            let at = (k * y + j) * x + i;
-            let pair = &self.lengths[at..at + 2];
-            pair[0] + (pair[1] - pair[0]) * u
-        };
-        let plane = |k: usize| {
-            let a = row(j, k);
-            a + (row(j + 1, k) - a) * v
-        };
-        let a = plane(k);
-        a + (plane(k + 1) - a) * w
+        self.0.at(t * (1.0 / EDGE as f64))
     }
 
     /// Memory in bytes.
     pub(super) fn memory(&self) -> usize {
-        self.lengths.len() * size_of::<f64>()
+        self.0.memory()
     }
-}
-
-/// Along an axis with so many nodes: the one before a coordinate between the first and the last, and the fraction of the way to
-/// the next.
-#[inline(always)]
-fn between(t: f64, nodes: usize) -> (usize, f64) {
-    let before = (rounded_down(t).max(0) as usize).min(nodes - 2);
-    (before, t - before as f64)
 }
 
 /// The largest of a row within a block to either side of each node.

@@ -3,7 +3,9 @@
 mod acoustic;
 mod air;
 mod dispersion;
+mod expression;
 mod grid;
+mod profile;
 mod rounding;
 
 use super::context::Context;
@@ -18,7 +20,7 @@ use eikonal::field::{
 };
 use glam::{DAffine3, DVec3};
 
-const KNOWN: [&str; 14] = [
+const KNOWN: [&str; 16] = [
     "constant",
     "linear",
     "linear_square",
@@ -27,6 +29,8 @@ const KNOWN: [&str; 14] = [
     "fisheye",
     "gaussian",
     "acoustic",
+    "expression",
+    "profile",
     "bspline",
     "gladstone_dale",
     "pressure",
@@ -64,19 +68,25 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
         plugin if DISPERSION_LAWS.contains(&plugin) => return dispersion::build(object, context),
         _ => {}
     }
+    let files = &mut *context.files;
     let mut query = Query::new(object, context.diagnostics);
-    let field = match analytic(object, &mut query) {
-        Some(field) => field,
-        None => {
-            unknown_plugin(object, &KNOWN, context.diagnostics);
-            return None;
-        }
+    // `None` where what is wrong has been reported.
+    let field = match object.plugin.as_str() {
+        "expression" => expression::build(&mut query).map(Ok),
+        "profile" => profile::build(&mut query, files),
+        _ => match analytic(object, &mut query) {
+            Some(field) => Some(field),
+            None => {
+                unknown_plugin(object, &KNOWN, context.diagnostics);
+                return None;
+            }
+        },
     };
     let has_transform = query.has("to_world");
     let matrix = query.transform("to_world");
     let map = affine(matrix, "to_world", &mut query);
     query.finish(&[]);
-    let field = context.accept(&object.location, field)?;
+    let field = context.accept(&object.location, field?)?;
     placed(field, has_transform.then_some(map), object, context)
 }
 

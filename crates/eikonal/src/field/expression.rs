@@ -1,0 +1,216 @@
+//! An index by a formula in three coordinates (docs/theory.md#formulas).
+
+use super::Jet;
+use super::formula::{Formula, GRADIENT, HESSIAN, Interval, Program, Real, Series, Spatial, VALUE};
+use super::lengths::Lengths;
+use super::steepness::{Steepness, length_at, length_within};
+use crate::bounds::{Aabb, FieldBounds, interval_eigenvalues};
+use glam::{DMat3, DVec3};
+use std::array::from_fn;
+use std::sync::Arc;
+
+/// Cells for which a length scale is kept, unless the formula is long.
+const CELLS: f64 = 2048.0;
+/// Operations in all cells together that that may take: it is done before a render begins.
+const MOST_OPERATIONS: f64 = 131_072.0;
+/// Length scales are at least this share of a region: shorter steps follow from the errors that are measured.
+const SHORTEST: f64 = 1e-4;
+
+/// n² by a program.
+#[derive(Clone, Debug)]
+pub struct Expression {
+    program: Arc<Program>,
+    scales: Option<Arc<Scales>>,
+}
+
+impl Expression {
+    pub(super) fn new(formula: Formula) -> Self {
+        Expression {
+            program: Arc::new(formula.program),
+            scales: None,
+        }
+    }
+
+    pub(super) fn n2(&self, x: DVec3) -> f64 {
+        let [n2] = self.program.run(point::<VALUE>(x)).0;
+        n2
+    }
+
+    pub(super) fn gradient(&self, x: DVec3) -> (f64, DVec3) {
+        let [n2, gx, gy, gz] = self.program.run(point::<GRADIENT>(x)).0;
+        (n2, DVec3::new(gx, gy, gz))
+    }
+
+    pub(super) fn jet(&self, x: DVec3) -> Jet {
+        let found = self.program.run(point::<HESSIAN>(x)).0;
+        Jet {
+            n2: found[0],
+            grad: DVec3::new(found[1], found[2], found[3]),
+            hess: symmetric(&found),
+        }
+    }
+
+    /// Values and derivatives over a box, by intervals: they grow with the box.
+    fn natural(&self, region: &Aabb) -> [Interval; HESSIAN] {
+        let inputs: [_; 3] = from_fn(|i| Spatial::coordinate(i, range(region, i)));
+        self.program.run(inputs).0
+    }
+
+    /// Values and derivatives over a box: by intervals, and from the middle by the mean value theorem, which is
+    /// better in small boxes.
+    fn over(&self, region: &Aabb) -> [Interval; HESSIAN] {
+        let mut found = self.natural(region);
+        let middle = region.center();
+        if middle.is_finite() {
+            let center = self.natural(&Aabb::new(middle, middle));
+            let offset = [0, 1, 2].map(|i| range(region, i) - Interval::of(middle[i]));
+            let mean = |at: Interval, slopes: [Interval; 3]| {
+                (0..3).fold(at, |sum, i| sum + slopes[i] * offset[i])
+            };
+            for i in 0..3 {
+                let row = ROWS[i].map(|at| found[at]);
+                found[1 + i] = found[1 + i].intersection(mean(center[1 + i], row));
+            }
+            let slopes = [found[1], found[2], found[3]];
+            found[0] = found[0].intersection(mean(center[0], slopes));
+        }
+        found
+    }
+
+    pub(super) fn bounds(&self, region: &Aabb) -> FieldBounds {
+        let found = self.over(region);
+        let [hess_min, hess_max] = eigenvalues(&found);
+        FieldBounds {
+            n2_min: found[0].low,
+            n2_max: found[0].high,
+            grad_max: gradient(&found),
+            hess_min,
+            hess_max,
+        }
+    }
+
+    /// Bounds of derivatives over a box.
+    fn steepness(&self, region: &Aabb) -> Steepness {
+        let found = self.natural(region);
+        let squares = (4..HESSIAN).map(|i| {
+            let twice = if i < 7 { 1.0 } else { 2.0 };
+            twice * found[i].magnitude().powi(2)
+        });
+        let along = |axis: usize| {
+            let inputs: [_; 3] = from_fn(|i| {
+                if i == axis {
+                    Series::<_, 5>::variable(range(region, i))
+                } else {
+                    Series::fixed(range(region, i))
+                }
+            });
+            24.0 * self.program.run(inputs).0[4].magnitude()
+        };
+        Steepness {
+            first: gradient(&found),
+            // The Frobenius norm: unlike bounds of eigenvalues it cannot fall as the box grows.
+            second: squares.sum::<f64>().sqrt(),
+            fourth: (0..3).map(along).fold(0.0, f64::max),
+        }
+    }
+
+    pub(super) fn length_scale(&self, x: DVec3) -> f64 {
+        match &self.scales {
+            Some(scales) => scales.lengths.at((x - scales.origin) * scales.per_spacing),
+            None => length_at(self.n2(x), |radius| {
+                self.steepness(&Aabb::new(x, x).grown(radius))
+            }),
+        }
+    }
+
+    /// The same, with length scales for a region at hand.
+    pub(super) fn prepared(&self, region: &Aabb) -> Self {
+        Expression {
+            program: Arc::clone(&self.program),
+            scales: Some(Arc::new(Scales::new(self, region))),
+        }
+    }
+
+    pub(super) fn memory(&self) -> usize {
+        self.scales.as_ref().map_or(0, |s| s.lengths.memory())
+    }
+
+    pub(super) fn is_constant(&self) -> bool {
+        false
+    }
+}
+
+/// The entries of the Hessian in rows.
+const ROWS: [[usize; 3]; 3] = [[4, 7, 9], [7, 5, 8], [9, 8, 6]];
+
+/// The range of a coordinate in a box.
+fn range(region: &Aabb, axis: usize) -> Interval {
+    Interval::new(region.min[axis], region.max[axis])
+}
+
+/// A point as inputs of a program.
+#[inline(always)]
+fn point<const N: usize>(x: DVec3) -> [Spatial<f64, N>; 3] {
+    from_fn(|i| Spatial::coordinate(i, x[i]))
+}
+
+fn symmetric(found: &[f64; HESSIAN]) -> DMat3 {
+    let column = |row: [usize; 3]| DVec3::from_array(row.map(|at| found[at]));
+    let [a, b, c] = ROWS.map(column);
+    DMat3::from_cols(a, b, c)
+}
+
+fn gradient(found: &[Interval; HESSIAN]) -> f64 {
+    let largest = |i: usize| found[i].magnitude();
+    DVec3::new(largest(1), largest(2), largest(3)).length()
+}
+
+/// A range of the eigenvalues of the Hessian.
+fn eigenvalues(found: &[Interval; HESSIAN]) -> [f64; 2] {
+    let [low, high] = [found.map(|i| i.low), found.map(|i| i.high)].map(|ends| symmetric(&ends));
+    if low.is_finite() && high.is_finite() {
+        interval_eigenvalues(low, high)
+    } else {
+        [f64::NEG_INFINITY, f64::INFINITY]
+    }
+}
+
+/// Length scales over a region: at each node the least of the cells around it.
+#[derive(Debug)]
+struct Scales {
+    origin: DVec3,
+    per_spacing: DVec3,
+    lengths: Lengths,
+}
+
+impl Scales {
+    fn new(field: &Expression, region: &Aabb) -> Self {
+        let diagonal = region.diagonal();
+        // A flat region has some extent, too.
+        let size = region.size().max(DVec3::splat(1e-3 * diagonal));
+        let affordable = MOST_OPERATIONS / field.program.len() as f64;
+        let edge = (size.element_product() / affordable.clamp(1.0, CELLS)).cbrt();
+        let cells = (size / edge).round().clamp(DVec3::ONE, DVec3::splat(64.0));
+        let spacing = size / cells;
+        let [x, y, z] = cells.to_array().map(|n| n as usize);
+        let nodes = [x + 1, y + 1, z + 1];
+        let mut lengths = vec![f64::INFINITY; nodes.iter().product()];
+        for (i, j, k) in (0..x * y * z).map(|at| (at % x, at / x % y, at / x / y)) {
+            let corner = region.min + spacing * DVec3::new(i as f64, j as f64, k as f64);
+            let cell = Aabb::new(corner, corner + spacing);
+            let n2 = field.over(&cell)[0].low;
+            let around = |radius: f64| field.steepness(&cell.grown(radius));
+            let length = length_within(n2, [SHORTEST * diagonal, diagonal], around);
+            for at in 0..8 {
+                let (i, j, k) = (i + (at & 1), j + (at >> 1 & 1), k + (at >> 2));
+                let node = &mut lengths[(k * nodes[1] + j) * nodes[0] + i];
+                *node = node.min(length);
+            }
+        }
+        Scales {
+            origin: region.min,
+            per_spacing: spacing.recip(),
+            lengths: Lengths::new(nodes, spacing, lengths),
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! Length scales at nodes of a grid, interpolated linearly between them.
+
+use glam::DVec3;
+
+/// Lengths at nodes, whose slopes are limited so that the interpolant is 1-Lipschitz.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Lengths {
+    /// At least two along each axis.
+    nodes: [usize; 3],
+    /// x fastest.
+    lengths: Vec<f64>,
+}
+
+impl Lengths {
+    /// Lengths at nodes this far apart along each axis; those that neighbours do not allow are shortened.
+    pub(super) fn new(nodes: [usize; 3], spacing: DVec3, lengths: Vec<f64>) -> Self {
+        let mut lengths = Lengths { nodes, lengths };
+        for axis in 0..3 {
+            lengths.limit(axis, spacing[axis]);
+        }
+        lengths
+    }
+
+    /// Limits the slope along an axis to 1/√3, with nodes this far apart; along the diagonal it is then at
+    /// most 1.
+    fn limit(&mut self, axis: usize, apart: f64) {
+        let [x, y, _] = self.nodes;
+        let stride = [1, x, x * y][axis];
+        let rise = apart / 3f64.sqrt();
+        let along = |at: usize| at / stride % self.nodes[axis];
+        for at in 0..self.lengths.len() {
+            if along(at) > 0 {
+                self.lengths[at] = self.lengths[at].min(self.lengths[at - stride] + rise);
+            }
+        }
+        for at in (0..self.lengths.len()).rev() {
+            if along(at) + 1 < self.nodes[axis] {
+                self.lengths[at] = self.lengths[at].min(self.lengths[at + stride] + rise);
+            }
+        }
+    }
+
+    /// At a position in units of the spacing from node 0; beyond the nodes that of the nearest place among them.
+    #[inline(always)]
+    pub(super) fn at(&self, t: DVec3) -> f64 {
+        let [x, y, z] = self.nodes;
+        let last = DVec3::new((x - 1) as f64, (y - 1) as f64, (z - 1) as f64);
+        let t = t.max(DVec3::ZERO).min(last);
+        let (i, u) = between(t.x, x);
+        let (j, v) = between(t.y, y);
+        let (k, w) = between(t.z, z);
+        let row = |j: usize, k: usize| {
+            let at = (k * y + j) * x + i;
+            let pair = &self.lengths[at..at + 2];
+            pair[0] + (pair[1] - pair[0]) * u
+        };
+        let plane = |k: usize| {
+            let a = row(j, k);
+            a + (row(j + 1, k) - a) * v
+        };
+        let a = plane(k);
+        a + (plane(k + 1) - a) * w
+    }
+
+    /// Memory in bytes.
+    pub(super) fn memory(&self) -> usize {
+        self.lengths.len() * size_of::<f64>()
+    }
+}
+
+/// Along an axis with so many nodes: the one before a coordinate between the first and the last, and the fraction of the way to
+/// the next.
+#[inline(always)]
+fn between(t: f64, nodes: usize) -> (usize, f64) {
+    let before = (t as usize).min(nodes - 2);
+    (before, t - before as f64)
+}

@@ -1,0 +1,361 @@
+//! An index that varies with one coordinate alone: along z, with the distance from an axis, or from a point
+//! (docs/theory.md#formulas).
+
+use super::error::FieldError;
+use super::formula::{Coordinate, Formula, Interval, Number, Program, Series};
+use super::lengths::Lengths;
+use super::spline::{Spline, Start};
+use super::steepness::{Steepness, length_at, length_within};
+use super::{Jet, outer, radial};
+use crate::bounds::{Aabb, FieldBounds};
+use glam::{DMat3, DVec3};
+use std::sync::Arc;
+
+/// Pieces of a range that are bounded one by one, unless the formula is long.
+const PIECES: usize = 16;
+/// Operations in all pieces together that bounds may take.
+const MOST_OPERATIONS_OF_BOUNDS: usize = 512;
+/// Pieces of a region for which a length scale is kept, unless the formula is long.
+const CELLS: usize = 2048;
+/// Operations in all cells together that that may take: it is done before a render begins.
+const MOST_OPERATIONS_OF_CELLS: usize = 131_072;
+/// Length scales are at least this share of a region: shorter steps follow from the errors that are measured.
+const SHORTEST: f64 = 1e-4;
+
+/// n² as a function f(u) of one coordinate u.
+#[derive(Clone, Debug)]
+pub struct IndexProfile {
+    curve: Arc<Curve>,
+    coordinate: Coordinate,
+    /// Whether f′(0) is zero, so that a function of a distance is smooth where that is zero.
+    is_even: bool,
+    scales: Option<Arc<Scales>>,
+}
+
+/// A function n² of one variable.
+#[derive(Debug)]
+enum Curve {
+    Formula(Program),
+    /// Samples of n, at u less `shift`.
+    Table {
+        spline: Spline,
+        shift: f64,
+    },
+}
+
+/// Length scales at places that are evenly spaced.
+#[derive(Debug)]
+struct Scales {
+    start: f64,
+    per_spacing: f64,
+    lengths: Lengths,
+}
+
+impl Curve {
+    /// The Taylor coefficients at a place.
+    #[inline]
+    fn at<const K: usize>(&self, u: f64) -> [f64; K] {
+        match self {
+            Curve::Formula(program) => program.run([Series::variable(u)]).0,
+            Curve::Table { spline, shift } => spline.at::<K>(u - shift).square().0,
+        }
+    }
+
+    /// A range of the Taylor coefficients over an interval.
+    fn over<const K: usize>(&self, u: Interval) -> [Interval; K] {
+        match self {
+            Curve::Formula(program) => program.run([Series::variable(u)]).0,
+            Curve::Table { spline, shift } => {
+                let shifted = Interval::new(u.low - shift, u.high - shift);
+                spline.over::<K>(shifted).square().0
+            }
+        }
+    }
+
+    /// Number of operations of an evaluation.
+    fn operations(&self) -> usize {
+        match self {
+            Curve::Formula(program) => program.len().max(1),
+            Curve::Table { .. } => 1,
+        }
+    }
+
+    /// The largest fourth derivative over an interval.
+    fn fourth(&self, u: Interval) -> f64 {
+        match self {
+            Curve::Formula(_) => 24.0 * self.over::<5>(u)[4].magnitude(),
+            Curve::Table { spline, shift } => {
+                let shifted = Interval::new(u.low - shift, u.high - shift);
+                let n = spline.over::<1>(shifted).0[0].magnitude();
+                24.0 * self.over::<5>(u)[4].magnitude() + 2.0 * n * spline.fourth(shifted)
+            }
+        }
+    }
+}
+
+/// Ranges of n² and of its derivatives by the coordinate: the first, the second, and the first over a distance.
+struct Ranges {
+    n2: Interval,
+    slope: Interval,
+    bend: Interval,
+    across: Interval,
+}
+
+impl IndexProfile {
+    pub(super) fn of_formula(formula: Formula, coordinate: Coordinate) -> Self {
+        IndexProfile::new(Curve::Formula(formula.program), coordinate)
+    }
+
+    /// The profile through samples: pairs of the coordinate less `shift`, ascending, and the index n > 0 there. A cubic spline,
+    /// smooth on the axis or in the centre where samples begin there, and continued as a parabola beyond them.
+    ///
+    /// # Errors
+    /// Too few samples, places that do not ascend, or indices that are not positive.
+    pub fn table(
+        coordinate: Coordinate,
+        shift: f64,
+        samples: &[[f64; 2]],
+    ) -> Result<Self, FieldError> {
+        let first = samples.first().map(|s| s[0] + shift);
+        let even = is_distance(coordinate) && first == Some(0.0);
+        let start = if even { Start::Even } else { Start::Free };
+        let spline = Spline::new(samples, start)?;
+        let shift = super::error::finite("shift of a table", shift)?;
+        Ok(IndexProfile::new(
+            Curve::Table { spline, shift },
+            coordinate,
+        ))
+    }
+
+    fn new(curve: Curve, coordinate: Coordinate) -> Self {
+        let [_, slope] = curve.at::<2>(0.0);
+        IndexProfile {
+            curve: Arc::new(curve),
+            coordinate,
+            is_even: slope == 0.0,
+            scales: None,
+        }
+    }
+
+    /// The coordinate of a point, and the vector that it is the length of, or that points along it.
+    #[inline]
+    fn coordinate(&self, x: DVec3) -> (f64, DVec3) {
+        match self.coordinate {
+            Coordinate::X => (x.x, DVec3::X),
+            Coordinate::Y => (x.y, DVec3::Y),
+            Coordinate::Z => (x.z, DVec3::Z),
+            Coordinate::R => (x.length(), x),
+            Coordinate::Rho => {
+                let d = DVec3::new(x.x, x.y, 0.0);
+                (d.length(), d)
+            }
+        }
+    }
+
+    pub(super) fn n2(&self, x: DVec3) -> f64 {
+        let [n2] = self.curve.at(self.coordinate(x).0);
+        n2
+    }
+
+    pub(super) fn gradient(&self, x: DVec3) -> (f64, DVec3) {
+        let (u, d) = self.coordinate(x);
+        let [n2, slope] = self.curve.at(u);
+        match is_distance(self.coordinate) {
+            true if u > 0.0 => (n2, d * (slope / u)),
+            true => (n2, DVec3::ZERO),
+            false => (n2, d * slope),
+        }
+    }
+
+    /// Of a distance with the unit vector d̂ the Hessian is f″ d̂⊗d̂ + f′/u (P − d̂⊗d̂), P the projection on the
+    /// directions in which the distance varies.
+    pub(super) fn jet(&self, x: DVec3) -> Jet {
+        let (u, d) = self.coordinate(x);
+        let [n2, slope, half] = self.curve.at(u);
+        let bend = 2.0 * half;
+        if !is_distance(self.coordinate) {
+            let (grad, hess) = (d * slope, outer(d) * bend);
+            return Jet { n2, grad, hess };
+        }
+        let (unit, across) = if u > 0.0 {
+            (d / u, slope / u)
+        } else {
+            (DVec3::ZERO, bend)
+        };
+        let flat = if self.coordinate == Coordinate::R {
+            1.0
+        } else {
+            0.0
+        };
+        let projection = DMat3::from_diagonal(DVec3::new(1.0, 1.0, flat));
+        Jet {
+            n2,
+            grad: unit * slope,
+            hess: projection * across + outer(unit) * (bend - across),
+        }
+    }
+
+    /// The range of the coordinate over a box.
+    fn range(&self, region: &Aabb) -> Interval {
+        let [low, high] = match self.coordinate {
+            Coordinate::X => [region.min.x, region.max.x],
+            Coordinate::Y => [region.min.y, region.max.y],
+            Coordinate::Z => [region.min.z, region.max.z],
+            Coordinate::R => radial::distance_range(DVec3::ZERO, region),
+            Coordinate::Rho => {
+                let flat = |v: DVec3| DVec3::new(v.x, v.y, 0.0);
+                let region = Aabb::new(flat(region.min), flat(region.max));
+                radial::distance_range(DVec3::ZERO, &region)
+            }
+        };
+        Interval::new(low, high)
+    }
+
+    /// Over a range of the coordinate. Slopes and values also follow from the middle by the mean value theorem, and where f is
+    /// even f′/u is a mean of f″ over what lies below.
+    fn ranges(&self, u: Interval) -> Ranges {
+        let [n2, slope, half] = self.curve.over(u);
+        let bend = half + half;
+        let mut ranges = Ranges {
+            n2,
+            slope,
+            bend,
+            across: Interval::ALL,
+        };
+        let middle = 0.5 * (u.low + u.high);
+        if middle.is_finite() {
+            let at = Interval::new(middle, middle);
+            let offset = u - at;
+            let [n2, slope, _] = self.curve.over::<3>(at);
+            ranges.slope = ranges.slope.intersection(slope + bend * offset);
+            ranges.n2 = ranges.n2.intersection(n2 + ranges.slope * offset);
+        }
+        if is_distance(self.coordinate) {
+            if u.low > 0.0 {
+                ranges.across = ranges.slope / u;
+            }
+            if self.is_even {
+                let [_, _, half] = self.curve.over(Interval::new(0.0, u.high));
+                ranges.across = ranges.across.intersection(half + half);
+            }
+        }
+        ranges
+    }
+
+    /// The eigenvalues of the Hessian.
+    fn eigenvalues(&self, ranges: &Ranges) -> Interval {
+        let zero = Interval::new(0.0, 0.0);
+        match self.coordinate {
+            Coordinate::R => ranges.bend.union(ranges.across),
+            Coordinate::Rho => ranges.bend.union(ranges.across).union(zero),
+            _ => ranges.bend.union(zero),
+        }
+    }
+
+    pub(super) fn bounds(&self, region: &Aabb) -> FieldBounds {
+        let whole = self.range(region);
+        let affordable = MOST_OPERATIONS_OF_BOUNDS / self.curve.operations();
+        let extent = whole.high - whole.low;
+        let pieces = if extent > 0.0 && extent.is_finite() {
+            affordable.clamp(1, PIECES)
+        } else {
+            1
+        };
+        let width = extent / pieces as f64;
+        let end = |i: usize| match i {
+            0 => whole.low,
+            i if i == pieces => whole.high,
+            i => whole.low + width * i as f64,
+        };
+        let bounds = |i: usize| {
+            let ranges = self.ranges(Interval::new(end(i), end(i + 1)));
+            let eigenvalues = self.eigenvalues(&ranges);
+            FieldBounds {
+                n2_min: ranges.n2.low,
+                n2_max: ranges.n2.high,
+                grad_max: ranges.slope.magnitude(),
+                hess_min: eigenvalues.low,
+                hess_max: eigenvalues.high,
+            }
+        };
+        (1..pieces).map(bounds).fold(bounds(0), FieldBounds::union)
+    }
+
+    fn steepness(&self, u: Interval) -> Steepness {
+        let ranges = self.ranges(u);
+        Steepness {
+            first: ranges.slope.magnitude(),
+            second: self.eigenvalues(&ranges).magnitude(),
+            fourth: self.curve.fourth(u),
+        }
+    }
+
+    /// A range grown by a radius; distances are not negative.
+    fn grown(&self, u: Interval, radius: f64) -> Interval {
+        let least = if is_distance(self.coordinate) {
+            0.0
+        } else {
+            f64::NEG_INFINITY
+        };
+        Interval::new((u.low - radius).max(least), u.high + radius)
+    }
+
+    /// That of the coordinate, which is a 1-Lipschitz function of position.
+    pub(super) fn length_scale(&self, x: DVec3) -> f64 {
+        let (u, _) = self.coordinate(x);
+        if let Some(scales) = &self.scales {
+            let place = (u - scales.start) * scales.per_spacing;
+            return scales.lengths.at(DVec3::new(place, 0.0, 0.0));
+        }
+        let [n2] = self.curve.at(u);
+        let at = Interval::new(u, u);
+        length_at(n2, |radius| self.steepness(self.grown(at, radius)))
+    }
+
+    /// The same, with length scales for a region at hand.
+    pub(super) fn prepared(&self, region: &Aabb) -> Self {
+        let whole = self.range(region);
+        let size = region.diagonal();
+        // A flat region has some extent, too.
+        let affordable = MOST_OPERATIONS_OF_CELLS / self.curve.operations();
+        let cells = affordable.clamp(1, CELLS);
+        let spacing = (whole.high - whole.low).max(1e-3 * size) / cells as f64;
+        let mut lengths = vec![f64::INFINITY; cells + 1];
+        for i in 0..cells {
+            let start = whole.low + spacing * i as f64;
+            let cell = Interval::new(start, start + spacing);
+            let around = |radius: f64| self.steepness(self.grown(cell, radius));
+            let n2 = self.ranges(cell).n2.low;
+            let length = length_within(n2, [SHORTEST * size, size], around);
+            lengths[i] = lengths[i].min(length);
+            lengths[i + 1] = length;
+        }
+        let four = lengths.repeat(4);
+        let scales = Scales {
+            start: whole.low,
+            per_spacing: 1.0 / spacing,
+            // Slopes of one are allowed here: there is one direction only.
+            lengths: Lengths::new([cells + 1, 2, 2], DVec3::splat(spacing * 3f64.sqrt()), four),
+        };
+        IndexProfile {
+            scales: Some(Arc::new(scales)),
+            ..self.clone()
+        }
+    }
+
+    pub(super) fn memory(&self) -> usize {
+        match &*self.curve {
+            Curve::Formula(_) => 0,
+            Curve::Table { spline, .. } => spline.memory(),
+        }
+    }
+
+    pub(super) fn is_constant(&self) -> bool {
+        false
+    }
+}
+
+/// Whether a coordinate is a distance, and not negative.
+fn is_distance(coordinate: Coordinate) -> bool {
+    matches!(coordinate, Coordinate::R | Coordinate::Rho)
+}

@@ -1,0 +1,303 @@
+//! Cubic splines through samples of a function of one variable.
+
+use super::error::FieldError;
+use super::formula::{Interval, Number, Series};
+
+/// A twice continuously differentiable function through samples: a cubic between neighbours.
+///
+/// At either end the third derivative does not jump at the last sample but one ("not a knot"), so that cubics are
+/// reproduced; or the slope is zero, for samples that begin on an axis or in a centre of symmetry. Beyond the samples the
+/// function goes on as a parabola (C. de Boor, *A Practical Guide to Splines*, 2001, ch. IV).
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Spline {
+    /// Where samples are, ascending.
+    knots: Vec<f64>,
+    /// Coefficients of powers of the distance from the knot at the left; before the first, and from each on.
+    cubics: Vec<[f64; 4]>,
+    /// Jumps of the third derivative at knots, over the spacing there: what a fourth derivative would be.
+    fourth: Vec<f64>,
+}
+
+/// What is known of the first end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Start {
+    /// Nothing.
+    Free,
+    /// The function is even there: its slope is zero.
+    Even,
+}
+
+impl Spline {
+    /// Through at least two samples at ascending places.
+    pub(super) fn new(samples: &[[f64; 2]], start: Start) -> Result<Self, FieldError> {
+        check(samples)?;
+        let knots: Vec<f64> = samples.iter().map(|s| s[0]).collect();
+        let values: Vec<f64> = samples.iter().map(|s| s[1]).collect();
+        let bends = second_derivatives(&knots, &values, start);
+        let mut cubics = vec![[0.0; 4]];
+        for i in 0..knots.len() - 1 {
+            let h = knots[i + 1] - knots[i];
+            let [m, next] = [bends[i], bends[i + 1]];
+            let slope = (values[i + 1] - values[i]) / h - h * (2.0 * m + next) / 6.0;
+            cubics.push([values[i], slope, 0.5 * m, (next - m) / (6.0 * h)]);
+        }
+        if start == Start::Even {
+            // Free of rounding, lest there be a kink.
+            cubics[1][1] = 0.0;
+        }
+        // Beyond both ends with the value, slope and bend there.
+        let [a, b, c, d] = cubics[knots.len() - 1];
+        let h = knots[knots.len() - 1] - knots[knots.len() - 2];
+        let slope = b + h * (2.0 * c + h * 3.0 * d);
+        let last = a + h * (b + h * (c + h * d));
+        cubics.push([last, slope, c + 3.0 * h * d, 0.0]);
+        let [a, b, c, _] = cubics[1];
+        cubics[0] = [a, b, c, 0.0];
+        let fourth = (1..knots.len() - 1).map(|i| {
+            let jump = 6.0 * (cubics[i + 1][3] - cubics[i][3]);
+            2.0 * jump.abs() / (knots[i + 1] - knots[i - 1])
+        });
+        let fourth = [0.0].into_iter().chain(fourth).chain([0.0]).collect();
+        Ok(Spline {
+            knots,
+            cubics,
+            fourth,
+        })
+    }
+
+    /// Number of the piece that holds a place.
+    fn piece(&self, u: f64) -> usize {
+        self.knots.partition_point(|knot| *knot <= u)
+    }
+
+    /// Where the cubic of a piece is developed.
+    fn origin(&self, piece: usize) -> f64 {
+        self.knots[piece.saturating_sub(1)]
+    }
+
+    /// The Taylor coefficients at a place.
+    #[inline]
+    pub(super) fn at<const K: usize>(&self, u: f64) -> Series<f64, K> {
+        let piece = self.piece(u);
+        let t = Series::variable(u - self.origin(piece));
+        horner(t, self.cubics[piece])
+    }
+
+    /// A range of the Taylor coefficients over an interval.
+    pub(super) fn over<const K: usize>(&self, u: Interval) -> Series<Interval, K> {
+        let (first, last) = (self.piece(u.low), self.piece(u.high));
+        let of = |piece: usize| {
+            let low = if piece == first {
+                u.low
+            } else {
+                self.knots[piece - 1]
+            };
+            let high = if piece == last {
+                u.high
+            } else {
+                self.knots[piece]
+            };
+            let origin = self.origin(piece);
+            let t = Series::variable(Interval::new(low - origin, high - origin));
+            horner(t, self.cubics[piece])
+        };
+        (first + 1..=last).fold(of(first), |all, piece| {
+            let next: Series<Interval, K> = of(piece);
+            Series(std::array::from_fn(|k| all.0[k].union(next.0[k])))
+        })
+    }
+
+    /// What stands for the largest fourth derivative over an interval.
+    pub(super) fn fourth(&self, u: Interval) -> f64 {
+        let (first, last) = (self.piece(u.low), self.piece(u.high));
+        // The knots of all pieces that are touched.
+        let (from, to) = (first.saturating_sub(1), (last + 1).min(self.fourth.len()));
+        self.fourth[from..to].iter().copied().fold(0.0, f64::max)
+    }
+
+    pub(super) fn memory(&self) -> usize {
+        size_of_val(&*self.knots) + size_of_val(&*self.cubics) + size_of_val(&*self.fourth)
+    }
+}
+
+/// a + bt + ct² + dt³.
+#[inline(always)]
+fn horner<N: Number>(t: N, [a, b, c, d]: [f64; 4]) -> N {
+    let inner = t.times(d).plus(c);
+    let inner = t.mul(&inner).plus(b);
+    t.mul(&inner).plus(a)
+}
+
+fn check(samples: &[[f64; 2]]) -> Result<(), FieldError> {
+    if samples.len() < 2 {
+        return Err(FieldError::FewSamples(samples.len()));
+    }
+    let is_bad = |s: &[f64; 2]| !(s[1].is_finite() && s[1] > 0.0);
+    if let Some(at) = samples.iter().position(is_bad) {
+        let value = samples[at][1];
+        return Err(FieldError::BadTableIndex {
+            at: samples[at][0],
+            value,
+        });
+    }
+    let ascends = |pair: &[[f64; 2]]| pair[1][0] - pair[0][0] > 0.0;
+    match samples.windows(2).find(|pair| !ascends(pair)) {
+        Some(pair) => Err(FieldError::NotAscending(pair[0][0], pair[1][0])),
+        None if samples.iter().all(|s| s[0].is_finite()) => Ok(()),
+        None => Err(FieldError::NotFinite {
+            what: "place of a sample",
+            value: f64::NAN,
+        }),
+    }
+}
+
+/// Second derivatives at the knots, by one tridiagonal solve.
+fn second_derivatives(knots: &[f64], values: &[f64], start: Start) -> Vec<f64> {
+    let n = knots.len();
+    let h = |i: usize| knots[i + 1] - knots[i];
+    let secant = |i: usize| (values[i + 1] - values[i]) / h(i);
+    // Three samples have no inner knot to spare: the parabola through them; two the line.
+    let free = n > 3;
+    let (mut diagonal, mut upper, mut right) = (vec![1.0; n], vec![0.0; n], vec![0.0; n]);
+    let mut lower = vec![0.0; n];
+    for i in 1..n - 1 {
+        lower[i] = h(i - 1);
+        diagonal[i] = 2.0 * (h(i - 1) + h(i));
+        upper[i] = h(i);
+        right[i] = 6.0 * (secant(i) - secant(i - 1));
+    }
+    // The ends: m₀ = m₁ + (m₁ − m₂)h₀/h₁ is put into the equation of the first inner knot.
+    let even = start == Start::Even;
+    if even {
+        (diagonal[0], upper[0], right[0]) = (2.0 * h(0), h(0), 6.0 * secant(0));
+    } else if free {
+        diagonal[1] += h(0) * (1.0 + h(0) / h(1));
+        upper[1] -= h(0) * h(0) / h(1);
+        lower[1] = 0.0;
+    } else if n == 3 {
+        (diagonal[1], upper[1], lower[1]) = (diagonal[1] + h(0) + h(1), 0.0, 0.0);
+    }
+    if n > 2 && (free || even) {
+        let (a, b) = (h(n - 2), h(n - 3));
+        diagonal[n - 2] += a * (1.0 + a / b);
+        lower[n - 2] -= a * a / b;
+        upper[n - 2] = 0.0;
+    } else if even {
+        // Two samples: a parabola.
+        lower[1] = -1.0;
+    }
+    let mut m = solve(&lower, diagonal, &upper, right);
+    if !even && free {
+        m[0] = m[1] + (m[1] - m[2]) * h(0) / h(1);
+    } else if !even && n == 3 {
+        m[0] = m[1];
+    }
+    if n > 2 && (free || even) {
+        m[n - 1] = m[n - 2] + (m[n - 2] - m[n - 3]) * h(n - 2) / h(n - 3);
+    } else if n == 3 {
+        m[2] = m[1];
+    }
+    m
+}
+
+/// The solution of a tridiagonal system without pivots: its matrix is diagonally dominant, or nearly so at the ends.
+fn solve(lower: &[f64], mut diagonal: Vec<f64>, upper: &[f64], mut right: Vec<f64>) -> Vec<f64> {
+    let n = right.len();
+    for i in 1..n {
+        let factor = lower[i] / diagonal[i - 1];
+        diagonal[i] -= factor * upper[i - 1];
+        right[i] -= factor * right[i - 1];
+    }
+    right[n - 1] /= diagonal[n - 1];
+    for i in (0..n - 1).rev() {
+        right[i] = (right[i] - upper[i] * right[i + 1]) / diagonal[i];
+    }
+    right
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn spline(places: &[f64], f: impl Fn(f64) -> f64, start: Start) -> Spline {
+        let samples: Vec<[f64; 2]> = places.iter().map(|u| [*u, f(*u)]).collect();
+        Spline::new(&samples, start).unwrap()
+    }
+
+    /// Cubics, and parabolas and lines by as many samples as they need, are reproduced.
+    #[test]
+    fn polynomials_are_reproduced() {
+        let places = [0.0, 0.3, 0.7, 1.5, 2.0, 2.2, 4.0];
+        type Case<'a> = (&'a dyn Fn(f64) -> f64, usize, Start);
+        let all: [Case; 7] = [
+            (&|u| 2.0 + u - 0.5 * u * u + 0.2 * u.powi(3), 7, Start::Free),
+            (&|u| 2.0 + u - 0.5 * u * u + 0.2 * u.powi(3), 4, Start::Free),
+            (&|u| 2.0 + u - 0.5 * u * u, 3, Start::Free),
+            (&|u| 2.0 + 0.4 * u, 2, Start::Free),
+            (&|u| 2.0 - 0.5 * u * u + 0.2 * u.powi(3), 7, Start::Even),
+            (&|u| 2.0 - 0.5 * u * u + 0.2 * u.powi(3), 3, Start::Even),
+            (&|u| 2.0 - 0.3 * u * u, 2, Start::Even),
+        ];
+        for (number, (f, count, start)) in all.into_iter().enumerate() {
+            let spline = spline(&places[..count], f, start);
+            let last = places[count - 1];
+            for i in 0..=20 {
+                let u = last * f64::from(i) / 20.0;
+                let found = spline.at::<1>(u).0[0];
+                assert!(
+                    (found - f(u)).abs() < 1e-13,
+                    "{number}: {found} for {} at {u}",
+                    f(u)
+                );
+            }
+        }
+    }
+
+    /// Value, slope and bend are continuous at all knots, the ends included; slopes are zero where they should.
+    #[test]
+    fn splines_are_smooth() {
+        let places = [0.0, 0.4, 0.5, 1.3, 2.0, 3.5];
+        for start in [Start::Free, Start::Even] {
+            let spline = spline(&places, |u| 2.0 + (2.0 * u).sin(), start);
+            for u in places {
+                let [below, above] = [u.next_down(), u].map(|u| spline.at::<3>(u).0);
+                for k in 0..3 {
+                    assert!(
+                        (below[k] - above[k]).abs() < 1e-12,
+                        "{u}: {below:?} {above:?}"
+                    );
+                }
+            }
+            if start == Start::Even {
+                assert!(spline.at::<2>(0.0).0[1].abs() < 1e-14);
+            }
+        }
+    }
+
+    /// Fourth order, the ends included.
+    #[test]
+    fn errors_fall_with_the_fourth_power() {
+        let error = |count: i32| {
+            let places: Vec<f64> = (0..=count)
+                .map(|i| 2.0 * f64::from(i) / f64::from(count))
+                .collect();
+            let spline = spline(&places, |u| 2.0 + u.cos(), Start::Even);
+            let off = |i: i32| {
+                let u = f64::from(i) / 500.0;
+                (spline.at::<1>(u).0[0] - 2.0 - u.cos()).abs()
+            };
+            (0..1000).map(off).fold(0.0, f64::max)
+        };
+        let ratio = error(40) / error(80);
+        assert!((14.0..18.0).contains(&ratio), "{ratio}");
+    }
+
+    #[test]
+    fn bad_samples_are_refused() {
+        let new = |samples: &[[f64; 2]]| Spline::new(samples, Start::Free).unwrap_err().to_string();
+        assert!(new(&[[0.0, 1.0]]).contains("at least two"));
+        assert!(new(&[[0.0, 1.0], [0.0, 1.5]]).contains("ascend"));
+        assert!(new(&[[0.0, 1.0], [1.0, -1.5]]).contains("positive"));
+        assert!(new(&[[0.0, 1.0], [f64::NAN, 1.5]]).contains("ascend"));
+    }
+}

@@ -1,0 +1,83 @@
+//! Length scales of fields that are known by bounds of their derivatives alone (docs/theory.md#formulas).
+
+/// Bounds of the derivatives of n² over a region: of |∇n²|, of the eigenvalues of Hess n², and of fourth derivatives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Steepness {
+    pub first: f64,
+    pub second: f64,
+    pub fourth: f64,
+}
+
+/// Lengths are this many times those that make the fifth derivative of a ray by σ n⁵L⁻⁴: bounds over a ball of that radius
+/// are larger than what rays meet.
+const FOURTH: f64 = 2.0;
+/// Doublings or halvings of a radius in the search for a length.
+const MOST_STEPS: usize = 60;
+/// Bisections, until no bit changes.
+const BISECTIONS: usize = 60;
+/// No length is shorter, in scene units: where n² is not positive there are no rays.
+const LEAST: f64 = 1e-9;
+
+impl Steepness {
+    /// The length in which derivatives of this size change n² by no more than itself, or turn a ray by no more than
+    /// once, or make its fifth derivative by σ about n⁵L⁻⁴.
+    fn length(self, n2: f64) -> f64 {
+        let ratio = |derivative: f64| match derivative {
+            0.0 => f64::INFINITY,
+            d => (n2 / d).max(0.0),
+        };
+        let second = (2.0 * ratio(self.second)).sqrt();
+        let fourth = (2.0 * ratio(self.fourth)).sqrt().sqrt();
+        ratio(self.first).min(second).min(FOURTH * fourth)
+    }
+}
+
+/// The length scale at a place with a value n²: the largest radius L about it within which derivatives allow L. `around` bounds
+/// them within a radius. Of two places a distance d apart, a ball about the one is within a ball about the other whose radius
+/// is larger by d, so that L is 1-Lipschitz.
+pub(super) fn length_at(n2: f64, around: impl Fn(f64) -> Steepness) -> f64 {
+    let allows = |radius: f64| around(radius).length(n2) >= radius;
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..MOST_STEPS {
+        if !allows(high) {
+            break;
+        }
+        (low, high) = (high, 16.0 * high);
+    }
+    if low == 0.0 {
+        for _ in 0..MOST_STEPS {
+            if high < LEAST || allows(0.25 * high) {
+                break;
+            }
+            high *= 0.25;
+        }
+        low = 0.25 * high;
+    } else if allows(high) {
+        return f64::INFINITY;
+    }
+    for _ in 0..BISECTIONS {
+        let middle = 0.5 * (low + high);
+        if allows(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low.max(LEAST)
+}
+
+/// A length that is at most the length scale anywhere in a region with values n² of at least `n2`, between `least` and `most`.
+/// `around` bounds derivatives within a radius around the region.
+pub(super) fn length_within(
+    n2: f64,
+    [least, most]: [f64; 2],
+    around: impl Fn(f64) -> Steepness,
+) -> f64 {
+    let (mut best, mut radius) = (least, most);
+    while radius > best {
+        let length = around(radius).length(n2);
+        best = f64::max(best, length.min(radius));
+        radius *= 0.5;
+    }
+    best
+}
