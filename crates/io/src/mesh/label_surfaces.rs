@@ -220,10 +220,12 @@ mod tests {
         let part = |i: usize| {
             let at = |i: usize| i as f64 + 0.5 - 0.5 * n as f64;
             let p = DVec3::new(at(i % n), at(i / n % n), at(i / n / n));
-            match p.length() < radius {
-                true if p.z < 0.0 => 2,
-                true => 1,
-                false => 0,
+            if p.length() >= radius {
+                0
+            } else if p.z < 0.0 {
+                2
+            } else {
+                1
             }
         };
         (0..n * n * n).map(part).collect()

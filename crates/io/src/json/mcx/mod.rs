@@ -166,7 +166,7 @@ impl Reader<'_> {
             return None;
         };
         match &media.json {
-            Json::Tensor(table) => return Some(table.clone()),
+            Json::Tensor(table) => Some(table.clone()),
             Json::Array(rows) => self.rows(rows),
             _ => {
                 self.error(media, "Media is a list of {\"mua\", \"mus\", \"g\", \"n\"}");

@@ -231,9 +231,10 @@ impl<'a, 'b> Walk<'a, 'b> {
         let at = |theta: f64| (v, start.drifted(theta * h));
         let attenuation = Attenuation::new(self.scene.medium(self.ray.medium), &arc, 1.0);
         // Where it collides first, nobody asks for the surface beyond.
-        let end = match self.ends_at_collision() {
-            true => self.collision(&attenuation, &arc, 1.0).0.unwrap_or(1.0),
-            false => 1.0,
+        let end = if self.ends_at_collision() {
+            self.collision(&attenuation, &arc, 1.0).0.unwrap_or(1.0)
+        } else {
+            1.0
         };
         let met = self.scene.first_before(&arc, end, self.ray.left);
         self.record(arc, attenuation, met, at);

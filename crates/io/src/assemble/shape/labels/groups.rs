@@ -213,11 +213,13 @@ impl Groups {
                 below.into_iter().chain(above)
             })
         };
-        let member = |i: usize| match own(i) {
-            true => self.members[i],
-            false => neighbours(i)
-                .find(|k| own(*k))
-                .map_or(0, |k| self.members[k]),
+        let member = |i: usize| {
+            let known = if own(i) {
+                Some(i)
+            } else {
+                neighbours(i).find(|k| own(*k))
+            };
+            known.map_or(0, |k| self.members[k])
         };
         (0..self.parts.len()).map(member).collect()
     }

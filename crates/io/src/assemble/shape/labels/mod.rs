@@ -139,7 +139,7 @@ fn divide(
             [behind, before]
         });
         let bsdf = if wanted.refraction {
-            Bsdf::Dielectric(dielectric.clone())
+            Bsdf::Dielectric(dielectric)
         } else {
             Bsdf::Null
         };
