@@ -476,6 +476,17 @@ def shaded_ring() -> Plugin:
     return in_studio(ring=ring(diffuse(texture), vertex_color=colours))
 
 
+def of_voxels(surface: str, x: float) -> Plugin:
+    """A ball of voxels of clear gelatine, beside another one."""
+    size = 16
+    middle = (size - 1) / 2
+    near = lambda i, j, k: (i - middle) ** 2 + (j - middle) ** 2 + (k - middle) ** 2 < (0.47 * size) ** 2  # noqa: E731
+    labels = [[[int(near(i, j, k)) for i in range(size)] for j in range(size)] for k in range(size)]
+    gelatine = {"type": "homogeneous", "sigma_a": {"type": "rgb", "value": [0.1, 0.9, 1.6]}, "sigma_s": 0.3, "ior": 1.34}
+    placed = [{"translate": [-0.5, -0.03, -0.5]}, {"scale": 1.5}, {"translate": [x, 0, 0]}]
+    return {"type": "labels", "data": labels, "surface": surface, "to_world": placed, "1": gelatine}
+
+
 SHAPES = {
     "shape-cube": (
         "A cube",
@@ -487,6 +498,10 @@ SHAPES = {
     ),
     "shape-disk": ("A disk", lambda: upright("disk", 0.85)),
     "shape-instance": ("Seven instances of one group: a ball on a cylinder", copies),
+    "shape-labels": (
+        "Balls of voxels: left by their faces, right with a smooth surface",
+        lambda: scene({**STUDIO, "faces": of_voxels("voxels", -0.85), "smooth": of_voxels("smooth", 0.85)}, 384),
+    ),
     "shape-mesh": ("A torus of 2304 triangles", lambda: in_studio(ring=ring(diffuse(GREEN)))),
     "shape-rectangle": ("A rectangle", lambda: upright("rectangle", 0.75)),
     "shape-sphere": ("A sphere", lambda: solid({"type": "sphere", "radius": 0.85, "center": [0, 0.85, 0]})),

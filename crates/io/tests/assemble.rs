@@ -307,7 +307,7 @@ fn apertures_that_are_refused() {
         (
             "collimated",
             format!("{POWER}{rectangle}{picture}"),
-            "unknown texture type 'checkerboard'",
+            "a texture of type 'checkerboard' does not belong here",
         ),
         (
             "fiber",
@@ -393,7 +393,7 @@ fn volumes_of_light() {
     refused(&volume(&radiance(1e308)), &["scene.xml:8:"]);
     refused(
         &volume(&constant.replace("constvolume", "sellmeier")),
-        &["scene.xml:8:", "unknown volume type 'sellmeier'"],
+        &["scene.xml:8:", "a volume of type 'sellmeier' does not belong here"],
     );
     refused(
         &volume("<rgb name=\"radiance\" value=\"1, 0, 1\"/><float name=\"power\" value=\"1\"/>"),

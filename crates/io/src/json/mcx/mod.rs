@@ -3,6 +3,7 @@
 //!
 //! A scene unit is a millimetre. What is not read is an error where it would change the result, and a warning where it would not.
 
+mod labels;
 mod shapes;
 mod source;
 mod volume;
@@ -11,9 +12,9 @@ use super::tree::{Entry, Json, Node};
 use super::values::get;
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 use crate::scene::{Numbers, Tensor};
+use labels::Labels;
 use serde_json::{Value, json};
 use std::sync::Arc;
-use volume::Labels;
 
 /// Speed of light in millimetres per second.
 const LIGHT: f64 = 2.997_924_58e11;

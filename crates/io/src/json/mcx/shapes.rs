@@ -2,7 +2,7 @@
 //! what it moves in MCX: boxes, subgrids and cylinders.
 
 use super::super::tree::{Entry, Json, Node};
-use super::volume::Labels;
+use super::labels::Labels;
 use super::{Reader, field, numbers};
 use glam::DVec3;
 

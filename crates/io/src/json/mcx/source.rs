@@ -1,7 +1,7 @@
 //! Sources as emitters.
 
 use super::super::tree::{Json, Node};
-use super::volume::Labels;
+use super::labels::Labels;
 use super::{Place, Reader, field, numbers};
 use glam::DVec3;
 use serde_json::{Value, json};

@@ -1,0 +1,154 @@
+#!/usr/bin/env python3
+"""Compares fluence in labelled voxels with MMC, cell by cell, and particles per second of processor time.
+
+A box of 20 x 20 x 20 voxels of 1 mm has three labels that differ in every property, the index among them. MMC (https://mcx.space/mmc; its
+native program, not one of the interfaces to graphics cards) has the same voxels as six tetrahedra each. It states no errors: those are of
+independent seeds. Both sides run on one thread, and the particles per second are of the processor time of the whole program.
+
+Usage: scripts/compare_mmc.py MMC [--particles N] [--seeds N] [--own N] [--gates N]
+
+MMC is the program; needs NumPy.
+"""
+
+import argparse
+import itertools
+import json
+import os
+import pathlib
+import resource
+import subprocess
+import tempfile
+
+import numpy as np
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+PROGRAM = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release" / "morgana"
+
+SIZE = 20
+PROPERTIES = [[0, 0, 1, 1], [0.005, 1.0, 0.01, 1.37], [0.02, 5.0, 0.9, 1.37], [0.05, 2.0, 0.8, 1.5]]
+SOURCE = [10.01, 10.02, 0.0001]
+LAST = {False: 5e-9, True: 1e-9}
+"""End of the only gate, or of the last of several, in seconds."""
+LIGHT = 2.99792458e11
+"""mm/s"""
+
+
+def labels():
+    """Labels [x, y, z]: two layers and a ball."""
+    x, y, z = np.indices((SIZE,) * 3) + 0.5
+    found = np.where(z > 8, 2, 1)
+    found[(x - 10) ** 2 + (y - 10) ** 2 + (z - 6) ** 2 < 9] = 3
+    return found
+
+
+def tetrahedra():
+    """Nodes, and elements with their labels: Kuhn's six for each voxel."""
+    n = SIZE + 1
+    node = [[i, j, k] for k in range(n) for j in range(n) for i in range(n)]
+    of = labels()
+    elements = []
+    for k, j, i in itertools.product(range(SIZE), repeat=3):
+        for order in itertools.permutations(range(3)):
+            corner = [i, j, k]
+            corners = [list(corner)]
+            for axis in order:
+                corner[axis] += 1
+                corners.append(list(corner))
+            a, b, c, d = np.array(corners, float)
+            if np.linalg.det([b - a, c - a, d - a]) < 0:
+                corners[2], corners[3] = corners[3], corners[2]
+            numbers = [1 + x + n * (y + n * z) for x, y, z in corners]
+            elements.append([*numbers, int(of[i, j, k])])
+    return np.array(node, float), np.array(elements)
+
+
+def first_element(node, elements):
+    """The number of the element that holds the source, from 1."""
+    for i, element in enumerate(elements):
+        a, b, c, d = node[element[:4] - 1]
+        if np.abs((a + b + c + d) / 4 - SOURCE).max() > 1.2:
+            continue
+        w = np.linalg.solve(np.array([b - a, c - a, d - a]).T, SOURCE - a)
+        if min(w.min(), 1 - w.sum()) > 0:
+            return i + 1
+    raise SystemExit("the source is outside of the mesh")
+
+
+def run(command, folder):
+    """Runs a program; its processor time."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run(command, cwd=folder, check=True, capture_output=True, env={**os.environ, "OMP_NUM_THREADS": "1"})
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def by_mmc(args, folder):
+    """Fluence [seed, gate, z, y, x] per joule, and particles per second."""
+    node, elements = tetrahedra()
+    media = [dict(zip(["mua", "mus", "g", "n"], row)) for row in PROPERTIES]
+    setting = {
+        "Session": {"ID": "box", "Photons": args.particles, "DoMismatch": 1, "DoSpecular": 0, "DoNormalize": 1, "RayTracer": "g", "OutputType": "f", "OutputFormat": "mc2"},
+        "Forward": {"T0": 0, "T1": args.last, "Dt": args.last / args.gates},
+        "Domain": {"Media": media},
+        "Optode": {"Source": {"Type": "pencil", "Pos": SOURCE, "Dir": [0, 0, 1]}},
+        "Mesh": {"MeshID": "box", "InitElem": first_element(node, elements), "MeshNode": node.tolist(), "MeshElem": elements.tolist()},
+    }
+    found, seconds = [], 0.0
+    for seed in range(args.seeds):
+        setting["Session"]["RNGSeed"] = 1000 + seed
+        (folder / "box.json").write_text(json.dumps(setting))
+        seconds += run([args.mmc, "-f", "box.json", "--gpu", "-1"], folder)
+        grid = np.fromfile(folder / "box.mc2").reshape(args.gates, SIZE + 1, SIZE + 1, SIZE + 1)
+        found.append(grid[:, :SIZE, :SIZE, :SIZE])
+    return np.array(found), args.particles * args.seeds / seconds
+
+
+def by_morgana(args, folder):
+    """Arrays of the output, and particles per second."""
+    np.save(folder / "labels.npy", labels().astype(np.uint8))
+    cells = {
+        "type": "fluencemeter", "normalization": "per_watt", "nx": SIZE, "ny": SIZE, "nz": SIZE,
+        "to_world": [{"scale": SIZE}],
+    }
+    if args.gates > 1:
+        cells |= {"max_bound": LIGHT * args.last, "bin_width": LIGHT * args.last / args.gates}
+    scene = {
+        "type": "scene",
+        "integrator": {"type": "particle"},
+        "tissue": {"type": "labels", "filename": "labels.npy", "axis_order": "xyz", "to_world": [{"scale": SIZE}], "properties": PROPERTIES},
+        "beam": {"type": "collimated", "radius": 1e-4, "power": 1, "to_world": [{"translate": SOURCE}]},
+        "cells": cells,
+    }
+    (folder / "scene.json").write_text(json.dumps(scene))
+    particles = args.own or args.particles * args.seeds
+    seconds = run([PROGRAM, "render", "scene.json", "--particles", str(particles), "--threads", "1", "-o", "box.npz"], folder)
+    return np.load(folder / "box.npz"), particles / seconds
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("mmc", type=pathlib.Path)
+    parser.add_argument("--particles", type=int, default=200_000, help="of MMC, for each seed")
+    parser.add_argument("--own", type=int, help="of morgana; those of all seeds if not given")
+    parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--gates", type=int, default=1)
+    args = parser.parse_args()
+    args.mmc = args.mmc.resolve()
+    args.last = LAST[args.gates > 1]
+    with tempfile.TemporaryDirectory() as kept:
+        folder = pathlib.Path(kept)
+        theirs, their_rate = by_mmc(args, folder)
+        ours, our_rate = by_morgana(args, folder)
+    mean, error = theirs.mean(0), theirs.std(0, ddof=1) / np.sqrt(args.seeds)
+    shape = mean.shape
+    fluence, own, few = (ours[name].reshape(shape) for name in ["fluence", "fluence_error", "fluence_few"])
+    for gate in range(args.gates):
+        sure = (few[gate] == 0) & (error[gate] > 0)
+        z = (fluence[gate] - mean[gate])[sure] / np.hypot(own[gate], error[gate])[sure]
+        total = fluence[gate].sum() / mean[gate].sum()
+        print(f"gate {gate}: {sure.sum()} cells, z mean {z.mean():+.3f}, standard deviation {z.std():.3f}, sum {total:.4f} of MMC's")
+    print(f"particles per second of processor time: MMC {their_rate:.0f}, morgana {our_rate:.0f}")
+
+
+if __name__ == "__main__":
+    main()
