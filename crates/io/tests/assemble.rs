@@ -393,7 +393,10 @@ fn volumes_of_light() {
     refused(&volume(&radiance(1e308)), &["scene.xml:8:"]);
     refused(
         &volume(&constant.replace("constvolume", "sellmeier")),
-        &["scene.xml:8:", "a volume of type 'sellmeier' does not belong here"],
+        &[
+            "scene.xml:8:",
+            "a volume of type 'sellmeier' does not belong here",
+        ],
     );
     refused(
         &volume("<rgb name=\"radiance\" value=\"1, 0, 1\"/><float name=\"power\" value=\"1\"/>"),

@@ -291,3 +291,58 @@ fn estimators_agree_in_labels() {
         z_test::max_abs_z(&zs, 1e-3).unwrap_or_else(|e| panic!("{i} and {k}: {e}"));
     }
 }
+
+/// A volume of labels in another one, whichever comes first in the file; without an index of its own it has that around.
+#[test]
+fn volumes_in_volumes_may_come_in_any_order() {
+    let volume = |n: Option<f64>, scale: f64, from: f64| {
+        let mut medium = tissue(0.1, 1.0, 0.5, 1.5);
+        match n {
+            Some(n) => medium["ior"] = json!(n),
+            None => drop(medium.as_object_mut().unwrap().remove("ior")),
+        }
+        json!({
+            "type": "labels", "data": [[[1, 1], [1, 1]], [[1, 1], [1, 1]]], "1": medium,
+            "to_world": [{"scale": scale}, {"translate": [from, from, from]}]
+        })
+    };
+    for inner in [Some(1.0), None] {
+        let [small, large] = [volume(inner, 3.0, 1.5), volume(Some(1.5), 6.0, 0.0)];
+        let first = fluence(&lit(json!({"a": small, "b": large})), 2000);
+        let last = fluence(&lit(json!({"a": large, "b": small})), 2000);
+        let is_same = first
+            .iter()
+            .zip(&last)
+            .all(|(a, b)| (a - b).abs() <= 1e-9 * a.abs());
+        assert!(is_same, "{inner:?}: {first:?} {last:?}");
+        let loaded = load(&lit(json!({"a": small, "b": large}))).unwrap();
+        let n = loaded.scene().medium_at(glam::DVec3::splat(3.0));
+        let n = loaded.scene().n(n, glam::DVec3::splat(3.0));
+        assert_eq!(n, inner.unwrap_or(1.5));
+    }
+}
+
+/// A block that sticks out of labels of the same index: its part outside is refracted at, that inside is not.
+#[test]
+fn shapes_may_stick_out_of_labels() {
+    let medium = tissue(0.1, 1.0, 0.5, 1.5);
+    let data = vec![vec![vec![1; 6]; 6]; 6];
+    let labels = json!({"type": "labels", "data": data, "to_world": [{"scale": 6}], "1": medium});
+    let cube = |scale: [f64; 3], center: [f64; 3]| {
+        json!({
+            "type": "cube", "bsdf": {"type": "dielectric"}, "interior": medium,
+            "to_world": [{"scale": scale}, {"translate": center}]
+        })
+    };
+    for center in [[0.0, 3.0, 3.0], [3.0, 3.0, 6.0]] {
+        let block = cube([1.0, 1.5, 1.2], center);
+        let scene = |body: &Value| {
+            let mut scene = lit(json!({"body": body, "block": block}));
+            scene["beam"] =
+                json!({"type": "point", "position": [3.1, 2.9, 3.05], "intensity": 0.0796});
+            scene
+        };
+        let zs = differences([&scene(&labels), &scene(&cube([3.0; 3], [3.0; 3]))], 40_000);
+        z_test::max_abs_z(&zs, 1e-3).unwrap_or_else(|e| panic!("{center:?}: {e}"));
+    }
+}

@@ -8,9 +8,10 @@ use super::context::Context;
 use super::wish::Wish;
 use crate::diagnostic::Location;
 use crate::diagnostic::difference;
-use eikonal::Shown;
 use eikonal::field::Constant;
+use eikonal::{Aabb, Shown};
 use glam::DVec3;
+use std::ops::Range;
 use transport::bsdf::Bsdf;
 use transport::medium::Medium;
 use transport::scene::{AMBIENT, Containment, MediumId, Partition, Sides};
@@ -57,40 +58,57 @@ pub(super) fn settle(context: &mut Context) {
     match_divided(context);
 }
 
-/// Settles the sides of volumes of several media.
+/// Settles the sides of volumes of several media, larger ones first: smaller ones may lie in them.
 fn divide(context: &mut Context) {
-    for divided in &context.divided {
-        context.partitions.push(Partition {
+    context.partitions = context
+        .divided
+        .iter()
+        .map(|divided| Partition {
             objects: divided.objects.clone(),
             exterior: AMBIENT,
-        });
-    }
-    for i in 0..context.divided.len() {
+        })
+        .collect();
+    for i in by_size(context) {
         let divided = &context.divided[i];
         let outer = divided.sides.iter().position(|s| s.contains(&None));
         let around = || surrounding(divided.objects.start + outer.unwrap_or(0), context);
         let exterior = divided.exterior.unwrap_or_else(around);
+        let (index, location) = (divided.outer_index, divided.location.clone());
         for (object, sides) in divided.objects.clone().zip(divided.sides.clone()) {
             let [interior, exterior] = sides.map(|side| side.unwrap_or(exterior));
             context.objects[object].sides = Some(Sides { interior, exterior });
         }
         context.partitions[i].exterior = exterior;
-        let index = context.divided[i].outer_index;
-        let location = context.divided[i].location.clone();
         if let Some(n) = index {
             set_index(exterior, n, "the index of label 0", &location, context);
         }
     }
 }
 
-/// Media of labels without an index have that around; surfaces between equal indices are none to light.
+/// The volumes of several media, the largest first.
+fn by_size(context: &Context) -> Vec<usize> {
+    let size = |i: &usize| {
+        let objects = context.divided[*i].objects.clone();
+        let boxes = context.objects[objects].iter().map(|o| o.shape.aabb());
+        boxes.fold(Aabb::EMPTY, Aabb::union).diagonal()
+    };
+    let mut order: Vec<usize> = (0..context.divided.len()).collect();
+    order.sort_by(|a, b| size(b).total_cmp(&size(a)));
+    order
+}
+
+/// Media of labels without an index have that around. Surfaces between equal indices are none to light, but where others may lie beside
+/// them.
 fn match_divided(context: &mut Context) {
-    for partition in &context.partitions {
-        let around = context.media[partition.exterior].index.clone();
-        for object in &mut context.objects[partition.objects.clone()] {
-            let Some(sides) = object.sides else { continue };
+    for i in by_size(context) {
+        let Partition { objects, exterior } = context.partitions[i].clone();
+        let around = context.media[exterior].index.clone();
+        for k in objects.clone() {
+            let Some(sides) = context.objects[k].sides else {
+                continue;
+            };
             for id in [sides.interior, sides.exterior] {
-                if id != partition.exterior && std::mem::take(&mut context.index_open[id]) {
+                if id != exterior && std::mem::take(&mut context.index_open[id]) {
                     context.media[id].index = around.clone();
                 }
             }
@@ -98,11 +116,21 @@ fn match_divided(context: &mut Context) {
             let alike = near.is_constant()
                 && far.is_constant()
                 && near.n2(DVec3::ZERO) == far.n2(DVec3::ZERO);
-            if alike {
-                object.bsdf = Bsdf::Null;
+            if alike && !is_near_others(k, &objects, context) {
+                context.objects[k].bsdf = Bsdf::Null;
             }
         }
     }
+}
+
+/// Whether an object comes near one, outside of a range, that separates media.
+fn is_near_others(object: usize, own: &Range<usize>, context: &Context) -> bool {
+    let aabb = context.objects[object].shape.aabb();
+    let aabb = aabb.grown(1e-9 * aabb.diagonal());
+    let others = context.objects.iter().enumerate();
+    others
+        .filter(|(i, o)| !own.contains(i) && o.sides.is_some())
+        .any(|(_, o)| aabb.overlaps(&o.shape.aabb()))
 }
 
 /// The medium inside an object; a dielectric without one encloses clear matter.

@@ -157,14 +157,15 @@ impl Header {
             fields.real([108, 0], 0) as i64
         };
         let read = fields.bytes.len() as u64;
-        let start = u64::try_from(start).unwrap_or(0).max(read);
+        // Four bytes that say whether there are extensions lie between.
+        let start = u64::try_from(start).unwrap_or(0).max(read + 4);
         if start - read > MOST_SKIPPED {
             return Err(Problem::Malformed(format!(
                 "its values begin at byte {start}"
             )));
         }
         let scaling = [fields.real([112, 176], 0), fields.real([116, 184], 0)];
-        let is_scaled = scaling[0] != 0.0 && scaling != [1.0, 0.0];
+        let is_scaled = scaling[0].is_finite() && scaling[0] != 0.0 && scaling != [1.0, 0.0];
         Ok(Header {
             encoding,
             layout,

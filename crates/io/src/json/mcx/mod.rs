@@ -19,6 +19,46 @@ use std::sync::Arc;
 /// Speed of light in millimetres per second.
 const LIGHT: f64 = 2.997_924_58e11;
 
+/// What is read of the domain.
+const DOMAIN: [&str; 9] = [
+    "VolumeFile",
+    "Volume",
+    "Dim",
+    "OriginType",
+    "LengthUnit",
+    "Media",
+    "MediaFormat",
+    "Step",
+    "Name",
+];
+
+/// What a session may say that changes files, devices or messages.
+const SESSION: [&str; 23] = [
+    "BlockSize",
+    "DebugFlag",
+    "DoAutoThread",
+    "DoPartialPath",
+    "DoSaveExit",
+    "DoSaveRef",
+    "DoSaveSeed",
+    "DoSaveVolume",
+    "DoSpecular",
+    "DoDCS",
+    "GPUID",
+    "ID",
+    "MaxDetPhotons",
+    "MaxJumpDebug",
+    "MinEnergy",
+    "OutputFormat",
+    "OutputType",
+    "RNGSeed",
+    "RootPath",
+    "SaveDataMask",
+    "ThreadNum",
+    "WorkloadSize",
+    "Comment",
+];
+
 /// Whether a file is of MCX: no scene has these keys.
 pub(super) fn is_one(root: &Node) -> bool {
     let has = |key| field(root, key).is_some();
@@ -31,7 +71,17 @@ pub(super) fn scene(root: &Node, diagnostics: &mut Diagnostics) -> Option<Node> 
     let mut reader = Reader { diagnostics };
     let [domain, optode] = ["Domain", "Optode"].map(|key| field(root, key));
     let (domain, optode) = (domain?, optode?);
+    reader.known(domain, &DOMAIN, &["CacheBoxP0", "CacheBoxP1"]);
+    reader.known(optode, &["Source", "Detector"], &[]);
     let unit = reader.number_or(domain, "LengthUnit", 1.0);
+    reader.only(
+        domain,
+        "MediaFormat",
+        |v| matches!(&v.json, Json::String(s) if s == "byte"),
+    );
+    reader.only(domain, "Step", |v| {
+        numbers(v).is_some_and(|v| v.iter().all(|v| *v == 1.0))
+    });
     let media = reader.media(domain);
     let labels = volume::labels(root, domain, &mut reader);
     let from_zero = reader.number_or(domain, "OriginType", 0.0) != 0.0;
@@ -147,6 +197,37 @@ impl Reader<'_> {
         }
     }
 
+    /// A number that a field must have; 0 after an error.
+    fn number(&mut self, node: &Node, key: &str) -> f64 {
+        if field(node, key).is_none() {
+            self.error(node, format!("{key} is missing"));
+        }
+        self.number_or(node, key, 0.0)
+    }
+
+    /// Refuses a field whose value is not as it `must` be.
+    fn only(&mut self, node: &Node, key: &str, must: impl Fn(&Node) -> bool) {
+        if let Some(value) = field(node, key).filter(|v| !must(v)) {
+            let message =
+                format!("this {key} is not read: give LengthUnit, and a byte for each voxel");
+            self.error(value, message);
+        }
+    }
+
+    /// Refuses fields other than those that are `read`, and those that do not change the result.
+    fn known(&mut self, node: &Node, read: &[&str], harmless: &[&str]) {
+        let Json::Object(entries) = &node.json else {
+            return;
+        };
+        for entry in entries {
+            let is = |name: &&str| entry.key.eq_ignore_ascii_case(name);
+            if !read.iter().chain(harmless).any(is) {
+                let message = format!("'{}' is not read, and may change the result", entry.key);
+                self.error(&entry.node, message);
+            }
+        }
+    }
+
     /// At least so many numbers.
     fn numbers<const N: usize>(&mut self, node: &Node, key: &str) -> Option<[f64; N]> {
         let Some(value) = field(node, key) else {
@@ -178,14 +259,20 @@ impl Reader<'_> {
 
     /// Media as objects, or as four numbers each.
     fn rows(&mut self, rows: &[Node]) -> Option<Arc<Tensor>> {
+        let names = ["mua", "mus", "g", "n"];
         let mut table = Vec::with_capacity(4 * rows.len());
         for row in rows {
-            if let Some(numbers) = numbers(row).filter(|numbers| numbers.len() == 4) {
+            if matches!(row.json, Json::Object(_)) {
+                self.known(row, &names, &["label", "name"]);
+                table.extend(names.map(|name| self.number(row, name)));
+            } else if let Some(numbers) = numbers(row).filter(|numbers| numbers.len() == 4) {
                 table.extend(numbers);
-                continue;
-            }
-            for (key, default) in [("mua", 0.0), ("mus", 0.0), ("g", 1.0), ("n", 1.0)] {
-                table.push(self.number_or(row, key, default));
+            } else {
+                self.error(
+                    row,
+                    "a medium is {\"mua\", \"mus\", \"g\", \"n\"}, or these four numbers",
+                );
+                return None;
             }
         }
         let numbers = Numbers::Double(table);
@@ -196,6 +283,11 @@ impl Reader<'_> {
         let nothing = node(json!({}), &root.location);
         let session = field(root, "Session").unwrap_or(&nothing);
         let forward = field(root, "Forward").unwrap_or(&nothing);
+        self.known(session, &["Photons", "DoMismatch", "DoNormalize"], &SESSION);
+        self.known(forward, &["T0", "T1", "Dt"], &[]);
+        if self.number_or(session, "DoNormalize", 1.0) != 1.0 {
+            self.error(session, "DoNormalize is 1: values are fluence per joule");
+        }
         let photons = self.number_or(session, "Photons", 1e6);
         let t0 = self.number_or(forward, "T0", 0.0);
         let t1 = self.number_or(forward, "T1", 5e-9);

@@ -41,11 +41,10 @@ impl Canvas {
         let node = &entry.node;
         match entry.key.to_ascii_lowercase().as_str() {
             "name" => {}
-            "origin" => {
-                if let Some([x, y, z]) = numbers(node).and_then(|v| <[f64; 3]>::try_from(v).ok()) {
-                    self.origin = DVec3::new(x, y, z);
-                }
-            }
+            "origin" => match numbers(node).and_then(|v| <[f64; 3]>::try_from(v).ok()) {
+                Some(origin) => self.origin = origin.into(),
+                None => reader.error(node, "Origin is a list of 3 numbers"),
+            },
             "grid" => {
                 let tag = reader.number_or(node, "Tag", 0.0) as f32;
                 let Some(size) = reader.numbers::<3>(node, "Size") else {
@@ -60,7 +59,7 @@ impl Canvas {
             "sphere" => {
                 let (c, r) = (
                     self.point(node, &["O", "C0"], reader),
-                    reader.number_or(node, "R", 0.0),
+                    reader.number(node, "R"),
                 );
                 self.fill(node, reader, |p| p.distance_squared(c) <= r * r);
             }
@@ -69,11 +68,12 @@ impl Canvas {
                 let size = reader
                     .numbers::<3>(node, "Size")
                     .map_or(DVec3::ZERO, DVec3::from);
-                // A subgrid is counted in voxels, from 1.
-                let low = if entry.key.eq_ignore_ascii_case("subgrid") {
-                    low - 1.0
+                // A subgrid is counted in voxels, from 1 and with its last ones.
+                let is_subgrid = entry.key.eq_ignore_ascii_case("subgrid");
+                let (low, size) = if is_subgrid {
+                    (low - 1.0, size + 1.0)
                 } else {
-                    low
+                    (low, size)
                 };
                 self.fill(node, reader, |p| {
                     (p - low).min_element() >= 0.0 && (low + size - p).min_element() >= 0.0
@@ -81,7 +81,7 @@ impl Canvas {
             }
             "cylinder" => {
                 let ends = ["C0", "C1"].map(|key| self.point(node, &[key], reader) - self.origin);
-                let r = reader.number_or(node, "R", 0.0);
+                let r = reader.number(node, "R");
                 let axis = ends[1] - ends[0];
                 let length = axis.length_squared();
                 self.fill(node, reader, |p| {

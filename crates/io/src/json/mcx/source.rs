@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 /// A beam without width, and a slit without height, in voxels.
 const THIN: f64 = 1e-4;
-/// How far sources on the surface of the volume are moved into it, in voxels: MCX starts photons in the voxel that holds their place.
+/// How far sources in the volume are moved, of the way to the centre of the voxel that holds them: MCX starts photons in that voxel.
 const INWARD: f64 = 1e-4;
 /// How far the plane of a source may lean, as a sine.
 const LEAN: f64 = 1e-6;
@@ -34,6 +34,11 @@ pub(super) fn emitter(
         Some(Json::String(kind)) => kind.to_ascii_lowercase(),
         _ => "pencil".to_owned(),
     };
+    let read = ["Type", "Pos", "Dir", "Param1", "Param2"];
+    reader.known(node, &read, &["SrcNum"]);
+    if reader.number_or(node, "SrcNum", 1.0) != 1.0 {
+        reader.error(node, "SrcNum is 1: each source is rendered by itself");
+    }
     if matches!(&field(node, "Pos").map(|p| &p.json), Some(Json::Array(items)) if items.iter().any(|i| i.number().is_none()))
     {
         reader.error(
@@ -46,6 +51,9 @@ pub(super) fn emitter(
     let unit = place.unit;
     let made = match kind.as_str() {
         "pencil" => Ok(source.disc("disc", THIN * unit, unit)),
+        "disk" | "gaussian" if source.first[0] <= 0.0 => {
+            Err("Param1 begins with its radius".to_owned())
+        }
         "disk" if source.first[1] == 0.0 => Ok(source.disc("disc", source.first[0] * unit, unit)),
         "gaussian" if source.first[1] == 0.0 => {
             Ok(source.disc("gaussian", source.first[0] * unit, unit))
@@ -55,9 +63,9 @@ pub(super) fn emitter(
             "position": (source.position * unit).to_array(),
             "intensity": 1.0 / (4.0 * PI),
         })),
-        "cone" if source.first[1] == 0.0 => Ok(source.cone(unit)),
+        "cone" if source.first[1] == 0.0 => source.cone(unit),
         "planar" => source.rectangle(unit),
-        "slit" => Ok(source.slit(unit)),
+        "slit" if source.second == [0.0; 4] => source.slit(unit),
         _ => Err(
             "sources are pencil, isotropic, cone, gaussian, disk, planar and slit, without second parameters that change their form"
                 .to_owned(),
@@ -97,7 +105,7 @@ impl Source {
         };
         Some(Source {
             position: if inside {
-                position + direction * INWARD
+                position.lerp(position.floor() + 0.5, INWARD)
             } else {
                 position
             },
@@ -130,14 +138,17 @@ impl Source {
     }
 
     /// The same intensity within a half angle.
-    fn cone(&self, unit: f64) -> Value {
+    fn cone(&self, unit: f64) -> Result<Value, String> {
         let angle = self.first[0];
+        if !(angle > 0.0 && angle <= PI) {
+            return Err("Param1 begins with its half angle in radians, up to pi".into());
+        }
         let x = self.direction.any_orthonormal_vector();
-        json!({
+        Ok(json!({
             "type": "spot", "cutoff_angle": angle.to_degrees(), "beam_width": angle.to_degrees(),
             "intensity": 1.0 / (2.0 * PI * (1.0 - angle.cos())),
             "to_world": self.frame(self.position, x, unit),
-        })
+        }))
     }
 
     /// Parallel light from a parallelogram, which must be a rectangle across it.
@@ -158,13 +169,18 @@ impl Source {
         }))
     }
 
-    /// Parallel light from a line.
-    fn slit(&self, unit: f64) -> Value {
+    /// Parallel light from a line across it.
+    fn slit(&self, unit: f64) -> Result<Value, String> {
         let line = DVec3::new(self.first[0], self.first[1], self.first[2]);
-        json!({
+        if line.length() == 0.0 || line.dot(self.direction).abs() > LEAN * line.length() {
+            return Err(
+                "Param1 is the line from one end to the other, perpendicular to Dir".into(),
+            );
+        }
+        Ok(json!({
             "type": "collimated", "profile": "rectangle", "power": 1.0,
             "width": line.length() * unit, "height": THIN * unit,
             "to_world": self.frame(self.position + 0.5 * line, line, unit),
-        })
+        }))
     }
 }

@@ -199,28 +199,27 @@ impl Group {
 }
 
 impl Groups {
-    /// For each voxel which of the labels of a part it has; voxels of other parts beside it have that of a neighbour, so that
-    /// smooth surfaces and rounding do not matter, and 0 elsewhere.
+    /// For each voxel which of the labels of a part it has. Voxels of other parts up to two steps away have that of a neighbour, so that
+    /// smooth surfaces and rounding do not matter, and others 0.
     fn filled(&self, part: u8) -> Vec<u8> {
-        let [nx, ny, _] = self.size;
-        let own = |i: usize| self.parts[i] == part;
-        let strides = [1, nx, nx * ny];
-        let neighbours = |i: usize| {
-            let place = [i % nx, i / nx % ny, i / nx / ny];
-            (0..3).flat_map(move |axis| {
-                let below = (place[axis] > 0).then(|| i - strides[axis]);
-                let above = (place[axis] + 1 < self.size[axis]).then(|| i + strides[axis]);
-                below.into_iter().chain(above)
-            })
-        };
-        let member = |i: usize| {
-            let known = if own(i) {
-                Some(i)
-            } else {
-                neighbours(i).find(|k| own(*k))
-            };
-            known.map_or(0, |k| self.members[k])
-        };
-        (0..self.parts.len()).map(member).collect()
+        let own = |i: usize| (self.parts[i] == part).then(|| self.members[i]);
+        let mut known: Vec<Option<u8>> = (0..self.parts.len()).map(own).collect();
+        for _ in 0..2 {
+            let spread = |i: usize| known[i].or_else(|| self.neighbours(i).find_map(|k| known[k]));
+            known = (0..known.len()).map(spread).collect();
+        }
+        known.into_iter().map(Option::unwrap_or_default).collect()
+    }
+
+    /// The voxels beside one.
+    fn neighbours(&self, i: usize) -> impl Iterator<Item = usize> + use<> {
+        let size = self.size;
+        let strides = [1, size[0], size[0] * size[1]];
+        (0..3).flat_map(move |axis| {
+            let place = i / strides[axis] % size[axis];
+            let below = (place > 0).then(|| i - strides[axis]);
+            let above = (place + 1 < size[axis]).then(|| i + strides[axis]);
+            below.into_iter().chain(above)
+        })
     }
 }

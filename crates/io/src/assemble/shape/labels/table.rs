@@ -79,14 +79,11 @@ impl Table {
     fn of_rows(rows: &[[f64; 4]]) -> Self {
         let row = |(label, row): (usize, &[f64; 4])| (label as u32, Meaning::Row(*row));
         let mut meanings: BTreeMap<_, _> = rows.iter().enumerate().map(row).collect();
-        // What neither absorbs nor scatters under label 0 is what is outside.
-        let outer = rows.first().filter(|[a, s, _, _]| *a == 0.0 && *s == 0.0);
-        if outer.is_some() {
-            meanings.remove(&0);
-        }
+        // Label 0 is what is outside.
+        meanings.remove(&0);
         Table {
             meanings,
-            outer_index: outer.map(|row| row[3]),
+            outer_index: rows.first().map(|row| row[3]),
             is_array: true,
         }
     }
