@@ -33,6 +33,11 @@ EXAMPLES = (
     ("mirage", {"width": 40, "height": 20}),
     ("bos_jet", {"width": 32, "height": 24}),
     ("schlieren_jet", {"width": 40, "height": 30}),
+    ("shock", {"width": 40, "height": 30}),
+    ("grin_glass", {"width": 40, "height": 25}),
+    ("laser_tank", {"width": 40, "height": 16}),
+    ("light_in_flight", {"width": 40, "height": 22}),
+    ("mirror_caustic", {"width": 40, "height": 25}),
 )
 # Relative errors are taken of pixels at least this bright, as a share of the mean of the image.
 DARK = 0.05

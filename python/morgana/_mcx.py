@@ -58,17 +58,21 @@ def load_mcx(cfg: Mapping[str, Any], /) -> Scene:
     if cfg.get("isnormalized", 1) != 1:
         raise ValueError("isnormalized is 1: values are fluence per joule")
     left: Dict[str, Any] = {key: value for key, value in cfg.items() if key not in IGNORED | {"isnormalized"}}
-    take = lambda keys: {name: left.pop(key) for key, name in keys.items() if key in left}  # noqa: E731
-    source = take(SOURCE)
-    forward = take(FORWARD)
+    source = _taken(left, SOURCE)
+    forward = _taken(left, FORWARD)
     if "tend" in cfg and "tstep" not in cfg:
         forward["Dt"] = forward["T1"] - forward.get("T0", 0.0)
-    domain = {"OriginType": left.pop("issrcfrom0", 0), **take({"unitinmm": "LengthUnit"})}
+    domain = {"OriginType": left.pop("issrcfrom0", 0), **_taken(left, {"unitinmm": "LengthUnit"})}
     for key, name in [("vol", "Volume"), ("prop", "Media")]:
         if key in left:
             domain[name] = np.asarray(left.pop(key))
-    session = take({"nphoton": "Photons", "isreflect": "DoMismatch"})
-    optode = {"Source": source, **take({"detpos": "Detector"})}
+    session = _taken(left, {"nphoton": "Photons", "isreflect": "DoMismatch"})
+    optode = {"Source": source, **_taken(left, {"detpos": "Detector"})}
     if left:
         raise ValueError(f"keys of the configuration that are not read: {', '.join(sorted(left))}")
     return load_dict({"Session": session, "Forward": forward, "Optode": optode, "Domain": domain})
+
+
+def _taken(left: Dict[str, Any], keys: Mapping[str, str]) -> Dict[str, Any]:
+    """Takes what there is of some keys out of a dictionary, under other names."""
+    return {name: left.pop(key) for key, name in keys.items() if key in left}
