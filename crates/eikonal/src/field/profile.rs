@@ -160,10 +160,12 @@ impl IndexProfile {
     pub(super) fn gradient(&self, x: DVec3) -> (f64, DVec3) {
         let (u, d) = self.coordinate(x);
         let [n2, slope] = self.curve.at(u);
-        match is_distance(self.coordinate) {
-            true if u > 0.0 => (n2, d * (slope / u)),
-            true => (n2, DVec3::ZERO),
-            false => (n2, d * slope),
+        if !is_distance(self.coordinate) {
+            (n2, d * slope)
+        } else if u > 0.0 {
+            (n2, d * (slope / u))
+        } else {
+            (n2, DVec3::ZERO)
         }
     }
 
