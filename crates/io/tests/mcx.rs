@@ -17,7 +17,7 @@ fn input() -> Value {
         "Domain": {
             "OriginType": 1, "LengthUnit": 0.5,
             "Media": [
-                {"mua": 0, "mus": 0, "g": 1, "n": 1.2},
+                {"mua": 1e-5, "mus": 0.1, "g": 0, "n": 1.2},
                 {"mua": 0.01, "mus": 1.0, "g": 0.5, "n": 1.37},
                 {"mua": 0.02, "mus": 2.0, "g": 0.9, "n": 1.37},
                 {"mua": 0.5, "mus": 0.5, "g": 0.0, "n": 1.5}
@@ -84,6 +84,20 @@ fn labels_media_and_source_are_those_of_the_file() {
     // Within the volume: its photons start in the voxel that holds their place.
     assert!((beam.origin() - DVec3::new(2.5 + 2.5e-5, 2.0 + 2.5e-5, 2.5e-5)).length() < 1e-12);
     assert_eq!(loaded.scene().medium_at(beam.origin()), 1);
+}
+
+/// Light that starts on a side of the volume starts in the voxel there, whatever its direction; what row 0 absorbs does not count.
+#[test]
+fn sources_on_sides_start_inside() {
+    for position in [[0, 4, 5], [5, 0, 3], [9, 7, 10]] {
+        let mut file = input();
+        file["Optode"]["Source"]["Type"] = json!("isotropic");
+        file["Optode"]["Source"]["Pos"] = json!(position);
+        let loaded = load(&file).unwrap();
+        let x = loaded.scene().emitters()[0].singularity().unwrap();
+        assert_ne!(loaded.scene().medium_at(x), 0, "{position:?}");
+        assert!(loaded.scene().media()[0].is_transparent());
+    }
 }
 
 /// Positions from 1, time gates, no refraction.
