@@ -15,6 +15,7 @@ from ._images import Difference, Image, compare, exposure, read, write
 from ._mcx import load_mcx
 from ._morgana import Field, Ray, Scene, __version__
 from ._rays import Connections, Polyline, RayEnds, Rays, connect, trace
+from ._records import Power, Records
 from ._render import render
 from ._result import Layer, Reading, Result
 from ._scene import export, load_dict, load_field, load_file
@@ -31,10 +32,12 @@ __all__ = [
     "Image",
     "Layer",
     "Polyline",
+    "Power",
     "Ray",
     "RayEnds",
     "Rays",
     "Reading",
+    "Records",
     "RenderError",
     "Result",
     "Scene",

@@ -31,7 +31,8 @@ def load_mcx(cfg: Mapping[str, Any], /) -> Scene:
         ``vol`` (labels ``[x, y, z]``), ``prop`` (rows of mua, mus, g, n), ``srcpos``, ``srcdir``, and if they are given ``srctype``,
         ``srcparam1``, ``srcparam2``, ``nphoton``, ``tstart``, ``tend``, ``tstep``, ``unitinmm``, ``isreflect``,
         ``issrcfrom0`` (0, as in MCX: the first voxel begins at 1, 1, 1).
-        ``detpos`` is not read, with a warning.
+        Detectors ``detpos`` (rows of x, y, z, radius) are meters that keep at most ``maxdetphoton`` records each:
+        ``Result.records["detector1"]``.
 
     Returns
     -------
@@ -66,8 +67,10 @@ def load_mcx(cfg: Mapping[str, Any], /) -> Scene:
     for key, name in [("vol", "Volume"), ("prop", "Media")]:
         if key in left:
             domain[name] = np.asarray(left.pop(key))
-    session = _taken(left, {"nphoton": "Photons", "isreflect": "DoMismatch"})
-    optode = {"Source": source, **_taken(left, {"detpos": "Detector"})}
+    session = _taken(left, {"nphoton": "Photons", "isreflect": "DoMismatch", "maxdetphoton": "MaxDetPhotons"})
+    optode: Dict[str, Any] = {"Source": source}
+    if "detpos" in left:
+        optode["Detector"] = np.asarray(left.pop("detpos"), float).reshape(-1, 4)
     if left:
         raise ValueError(f"keys of the configuration that are not read: {', '.join(sorted(left))}")
     return load_dict({"Session": session, "Forward": forward, "Optode": optode, "Domain": domain})

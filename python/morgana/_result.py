@@ -16,6 +16,7 @@ from . import _morgana
 from ._checks import optional_finite
 from ._errors import RenderError
 from ._morgana import Scene
+from ._records import Records, found_in
 from ._values import alike, comparable
 
 Floats = NDArray[np.float32]
@@ -272,6 +273,15 @@ class Result:
             error, effective, few = (arrays[f"{name}_{what}"][2] for what in ("error", "effective", "few"))
             readings[name] = Reading(mean, error, edges, unit, effective, few != 0)
         return readings
+
+    @functools.cached_property
+    def records(self) -> Dict[str, Records]:
+        """Records of detected light by the names of the meters that keep them; empty if none does (docs/meters.md#records)."""
+        if isinstance(self._run, _morgana.Rendered):
+            return {}
+        arrays = {name: data for name, (_, _, data) in self._arrays.items()}
+        units = {name: unit for name, (unit, _, _) in self._arrays.items()}
+        return found_in(arrays, units, json.loads(self._run.attributes))
 
     @property
     def emitted(self) -> Optional[Doubles]:

@@ -93,6 +93,10 @@ def samples():
     scene = load(small())
     picture = morgana.render(scene, spp=2)
     measured = morgana.render(load(meters()), particles=640)
+    detecting = meters()
+    detecting["ball"] = {**detecting["ball"], "skin": {"type": "irradiancemeter", "records": True}}
+    del detecting["sensor"]
+    recorded = morgana.render(load(detecting), particles=640).records["irradiancemeter"]
     rays = morgana.trace(scene, [[0, 0, -3], [0, 0.1, -3]], [0, 0, 1])
     found = morgana.connect(scene, [0, 0, 0], [0.1, 0.2, 0.3])
     with pytest.raises(morgana.SceneError) as refused:
@@ -108,6 +112,8 @@ def samples():
         measured,
         aov.layers["exit_position"],
         measured.meters["fluence"],
+        recorded,
+        recorded.power(),
         morgana.sweep(swept, {"n": [2, 3]}),
         rays,
         rays[0],

@@ -9,7 +9,7 @@ use io::clock::Stopped;
 use io::{Loaded, report};
 use serde_json::{Value, json};
 use std::time::Duration;
-use transport::meter::Reading;
+use transport::meter::{Reading, RecordTable};
 use transport::render::Measurement;
 
 /// A measurement that is done.
@@ -74,6 +74,16 @@ impl Measured<'_> {
         names.zip(&self.measurement.readings)
     }
 
+    /// How many records were kept.
+    fn recorded(&self, table: &RecordTable) -> String {
+        let count = numbers::count(table.particle.len() as f64);
+        let particles = numbers::count(table.particles as f64);
+        if table.particles == self.measurement.particles {
+            return format!("{count} records");
+        }
+        format!("{count} records, those of {particles} particles: raise max_records for more")
+    }
+
     /// The lines at the end of a measurement: what was done, each meter's readings, and where the
     /// light went.
     pub fn text(&self) -> String {
@@ -87,11 +97,14 @@ impl Measured<'_> {
             numbers::count(self.measurement.particles as f64),
             numbers::count(self.rate()),
         )];
-        for (name, readings) in self.meters() {
+        for ((name, readings), records) in self.meters().zip(&self.measurement.records) {
             let each = readings
                 .iter()
                 .map(|r| format!("{} ({})", r.name, text(&Quality::of(r))));
-            lines.push(format!("{name}: {}", each.collect::<Vec<_>>().join("; ")));
+            let all: Vec<String> = each
+                .chain(records.as_ref().map(|table| self.recorded(table)))
+                .collect();
+            lines.push(format!("{name}: {}", all.join("; ")));
         }
         lines.push(balance::text(&self.measurement.balance));
         let stats = &self.measurement.stats;
@@ -129,7 +142,10 @@ impl Measured<'_> {
     pub fn json(&self) -> Value {
         let measurement = self.measurement;
         let reading = |r: &Reading| Quality::of(r).json(&r.name);
-        let meter = |(name, readings): (&str, &Vec<Reading>)| json!({"name": name, "readings": readings.iter().map(reading).collect::<Vec<_>>()});
+        let meter = |((name, readings), records): ((&str, &Vec<Reading>), &Option<RecordTable>)| {
+            let readings: Vec<Value> = readings.iter().map(reading).collect();
+            json!({"name": name, "readings": readings, "records": records.as_ref().map(report::records)})
+        };
         json!({
             "version": env!("CARGO_PKG_VERSION"),
             "scene": file_name(&self.job.scene),
@@ -144,7 +160,7 @@ impl Measured<'_> {
             "channels": self.loaded.channel_names,
             "emitted": measurement.emitted,
             "balance": report::balance(&measurement.balance),
-            "meters": self.meters().map(meter).collect::<Vec<_>>(),
+            "meters": self.meters().zip(&measurement.records).map(meter).collect::<Vec<_>>(),
             "counters": report::counters(&measurement.stats),
         })
     }

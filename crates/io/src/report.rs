@@ -3,6 +3,7 @@
 use crate::Loaded;
 use crate::rendered::Naming;
 use serde_json::{Value, json};
+use transport::meter::RecordTable;
 use transport::path::{EnergyBalance, Share};
 use transport::render::Rendering;
 use transport::stats::{ConnectionCounts, Stats};
@@ -41,6 +42,14 @@ pub fn render(loaded: &Loaded, rendering: &Rendering, mut run: Value) -> Value {
         run[key] = value;
     }
     run
+}
+
+/// How many records of detected light a meter has kept.
+pub fn records(table: &RecordTable) -> Value {
+    json!({
+        "count": table.particle.len(),
+        "particles": table.particles,
+    })
 }
 
 /// Counts of a run.

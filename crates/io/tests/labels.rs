@@ -347,3 +347,84 @@ fn shapes_may_stick_out_of_labels() {
         z_test::max_abs_z(&zs, 1e-3).unwrap_or_else(|e| panic!("{center:?}: {e}"));
     }
 }
+
+/// A meter around the layers, which keeps records.
+fn recorded(absorption: [f64; 3]) -> Value {
+    let media = [
+        tissue(absorption[0], 1.0, 0.5, 1.37),
+        tissue(absorption[1], 3.0, 0.9, 1.37),
+        tissue(absorption[2], 0.4, -0.3, 1.6),
+    ];
+    json!({
+        "type": "scene",
+        "integrator": {"type": "particle"},
+        "beam": {
+            "type": "collimated", "radius": 1.2, "power": 1.0,
+            "to_world": [{"translate": [3.1, 2.9, -2]}]
+        },
+        "tissue": {
+            "type": "labels", "data": layers(), "to_world": [{"scale": 6}],
+            "1": media[0], "2": media[1], "3": media[2],
+            "all": {"type": "irradiancemeter", "records": true},
+            "fiber": {
+                "type": "irradiancemeter", "center": [3.1, 2.9, 6], "radius": 1.5,
+                "numerical_aperture": 0.7, "records": true, "max_records": 1_000_000
+            }
+        }
+    })
+}
+
+/// Records around labels know the power that escapes, and what it would be with other absorption in two labels that share a medium
+/// and one that refracts: three comparisons, false alarms 2.7e-4 each.
+#[test]
+fn records_around_labels() {
+    let [known, anew] = [([0.1, 0.02, 0.3], 11), ([0.02, 0.2, 0.1], 12)]
+        .map(|(absorption, seed)| run(&recorded(absorption), 40_000, seed));
+    let power = |measured: &Measurement, meter: usize| {
+        let power = measured.readings[meter]
+            .iter()
+            .find(|r| r.name == "power")
+            .unwrap();
+        [power.mean[0], power.error[0]]
+    };
+    // Some of the light meets a face of the cube, leaves it, and enters by another: what escapes is the net.
+    let [out, _] = power(&known, 0);
+    let inwards = known.readings[0]
+        .iter()
+        .find(|r| r.name == "power")
+        .unwrap()
+        .mean[1];
+    assert!(out > 0.1 && inwards > 0.9);
+    for meter in [0, 1] {
+        let table = known.records[meter].as_ref().unwrap();
+        let names: Vec<&str> = table.regions.iter().map(|r| &*r.name).collect();
+        let column = |label: &str| names.iter().position(|name| *name == label).unwrap();
+        let labels = ["tissue: label 1", "tissue: label 2", "tissue: label 3"].map(column);
+        let absorption = labels.map(|l| table.regions[l].absorption.as_ref().unwrap()[0]);
+        for (found, given) in absorption.iter().zip([0.1, 0.02, 0.3]) {
+            assert!((found - given).abs() < 1e-12, "{absorption:?}");
+        }
+        let mut totals = std::collections::BTreeMap::<u64, f64>::new();
+        for (row, lengths) in table.path_length.chunks(names.len()).enumerate() {
+            let changes = [-0.08, 0.18, -0.2];
+            let change: f64 = labels
+                .iter()
+                .zip(changes)
+                .map(|(l, c)| lengths[*l] * c)
+                .sum();
+            let outward = 1.0 - table.side[row];
+            *totals.entry(table.particle[row]).or_default() +=
+                outward * table.weight[row] * (-change).exp();
+        }
+        let mean: f64 = totals.values().sum();
+        let squares: f64 = totals.values().map(|t| t * t).sum();
+        let error = (squares - mean * mean / table.particles as f64).sqrt();
+        let [new, new_error] = power(&anew, meter);
+        let z = z_test::two_sample_z(mean, error, new, new_error);
+        println!("{mean} ± {error}, anew {new} ± {new_error}: z {z}");
+        assert!(z.abs() < 3.6, "{z}");
+        assert!(error < 0.05 * mean);
+    }
+    let [fiber, _] = power(&known, 1);
+    assert!(fiber < 0.5 * out);
+}

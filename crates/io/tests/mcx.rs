@@ -7,6 +7,7 @@ use std::fs;
 use std::path::Path;
 use transport::emitter::Emitter;
 use transport::medium::Medium;
+use transport::meter::Meter;
 
 /// Two layers, with a ball of a third medium and a hollow.
 fn input() -> Value {
@@ -295,13 +296,56 @@ fn mistakes() {
         "Size is that of a volume",
     );
     refused(|f| f["Forward"]["T1"] = json!(0), "times T0 < T1");
-    let mut file = input();
-    file["Optode"]["Detector"] = json!([{"Pos": [1, 2, 3], "R": 1}]);
-    assert!(
-        load(&file)
-            .unwrap()
-            .warnings
-            .to_string()
-            .contains("detectors are not read")
+    refused(
+        |f| f["Optode"]["Detector"] = json!([{"Pos": [1, 2, 3], "R": 0}]),
+        "the radius R of a detector is positive",
     );
+    refused(
+        |f| f["Optode"]["Detector"] = json!([{"Pos": [1, 2, 3], "R": 1, "Angle": 5}]),
+        "'Angle' is not read",
+    );
+    refused(
+        |f| f["Optode"]["Detector"] = json!([[1, 2, 3]]),
+        "a detector is {\"Pos\": [x, y, z], \"R\": radius}",
+    );
+}
+
+#[test]
+fn detectors_are_meters_that_keep_records() {
+    let mut file = input();
+    file["Optode"]["Detector"] = json!([{"Pos": [2, 4, 0], "R": 1.5}, [8, 4, 0, 1]]);
+    file["Session"]["MaxDetPhotons"] = json!(5000);
+    let loaded = load(&file).unwrap();
+    let names: Vec<&str> = loaded.instruments.iter().map(|i| &*i.name).collect();
+    assert_eq!(names, ["cells", "detector1", "detector2"]);
+    assert_eq!(loaded.samples, 3000);
+    let Meter::Irradiance(first) = &loaded.instruments[1].meter else {
+        panic!("{:?}", loaded.instruments[1]);
+    };
+    let patch = first.acceptance.patch.unwrap();
+    assert_eq!(
+        (patch.center, patch.radius),
+        (DVec3::new(1.0, 2.0, 0.0), 0.75)
+    );
+    assert_eq!(first.most_records, Some(5000));
+    let run = Run {
+        total: Some(3000),
+        ..Run::new(&loaded)
+    };
+    let measured = run.measure().unwrap();
+    let table = measured.records[1].as_ref().unwrap();
+    assert!(table.particle.len() > 30, "{}", table.particle.len());
+    for position in table.position.chunks(3) {
+        assert!(DVec3::from_slice(position).distance(patch.center) <= 0.75);
+    }
+    let names: Vec<&str> = table.regions.iter().map(|r| &*r.name).collect();
+    for label in ["tissue: label 1", "tissue: label 2", "tissue: label 3"] {
+        assert!(names.contains(&label), "{names:?}");
+    }
+    file["Session"]["DoPartialPath"] = json!(0);
+    let loaded = load(&file).unwrap();
+    let Meter::Irradiance(first) = &loaded.instruments[1].meter else {
+        panic!("{:?}", loaded.instruments[1]);
+    };
+    assert_eq!(first.most_records, None);
 }

@@ -111,7 +111,7 @@ fn meters_take_the_place_of_a_camera() {
     let Meter::Irradiance(skin) = &loaded.instruments[1].meter else {
         panic!("{:?}", loaded.instruments[1]);
     };
-    assert_eq!((skin.object, skin.positions.bins()), (0, 5));
+    assert_eq!((skin.surfaces[0].object, skin.positions.bins()), (0, 5));
     assert_eq!(skin.cosines.unwrap().count, 7);
     assert_eq!(skin.optical_length.unwrap().count, 8);
     let only = load(&scene("", &fluence(sampler))).unwrap();

@@ -16,7 +16,7 @@ use pyo3::types::PyType;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::time::Instant;
-use transport::meter::Reading;
+use transport::meter::{Reading, RecordTable};
 use transport::render::{self, Measurement};
 
 /// What meters have read.
@@ -85,12 +85,16 @@ impl Measured {
 
 /// How well each meter's bins are known.
 fn meters(measurement: &Measurement, loaded: &Loaded) -> Value {
-    let readings = loaded.instruments.iter().zip(&measurement.readings);
-    let meter = |(instrument, readings): (&Instrument, &Vec<Reading>)| {
+    let read = measurement.readings.iter().zip(&measurement.records);
+    let meter = |(instrument, (readings, records)): (
+        &Instrument,
+        (&Vec<Reading>, &Option<RecordTable>),
+    )| {
         let each = readings.iter().map(|r| Quality::of(r).json(&r.name));
-        json!({"name": instrument.name, "readings": each.collect::<Vec<_>>()})
+        let records = records.as_ref().map(report::records);
+        json!({"name": instrument.name, "readings": each.collect::<Vec<_>>(), "records": records})
     };
-    readings.map(meter).collect()
+    loaded.instruments.iter().zip(read).map(meter).collect()
 }
 
 /// Name, unit, names of axes, and the numbers of an array.
@@ -123,6 +127,13 @@ impl Measured {
     #[getter]
     fn stopped(&self) -> Option<&str> {
         self.0.stopped.as_deref()
+    }
+
+    /// What is known of the arrays beside their numbers, as JSON (docs/meters.md).
+    #[getter]
+    fn attributes(&self) -> String {
+        let attributes = self.readings(Vec::new()).attributes;
+        Value::from_iter(attributes).to_string()
     }
 
     /// All arrays, as they are written to files (docs/meters.md).

@@ -98,12 +98,7 @@ fn meters_below_the_panel() {
     const HALF: f64 = 0.2;
     let parts = scene(HALF, Sensor::Absent(DAffine3::IDENTITY));
     let shape: &Shape = &parts.objects[1].shape;
-    let meter = IrradianceMeter {
-        object: 1,
-        positions: Positions::new(shape, [1, 1], false),
-        cosines: None,
-        optical_length: None,
-    };
+    let meter = IrradianceMeter::at(1, Positions::new(shape, [1, 1], false));
     let scene = Scene::new(parts).unwrap();
     let options = MeasureOptions {
         first: 0,

@@ -8,6 +8,7 @@ mod npz;
 mod nrrd;
 mod quality;
 mod readings;
+mod records;
 
 pub use quality::Quality;
 pub use readings::{Context, arrays};

@@ -1,9 +1,9 @@
 //! From what meters have read to arrays with units.
 
-use super::{Array, ArrayPlacement, Arrays, Quality};
+use super::{Array, ArrayPlacement, Arrays, Quality, records};
 use crate::assemble::{Gruneisen, Instrument, Normalization};
 use serde_json::Value;
-use transport::meter::{Coordinates, Meter, Reading};
+use transport::meter::{Coordinates, Meter, Reading, RecordTable};
 use transport::render::Measurement;
 
 /// A measurement and what it was made with.
@@ -24,11 +24,9 @@ pub fn arrays(context: &Context, mut attributes: Vec<(String, Value)>) -> Arrays
     let mut list = vec![emitted(context)];
     let (mut main, mut placement) = (None, None);
     attributes.push(("channels".into(), context.channels.join(" ").into()));
-    for (instrument, readings) in context
-        .instruments
-        .iter()
-        .zip(&context.measurement.readings)
-    {
+    let measured = context.measurement.readings.iter();
+    let measured = measured.zip(&context.measurement.records);
+    for (instrument, (readings, records)) in context.instruments.iter().zip(measured) {
         let prefix = if several {
             format!("{}.", instrument.name)
         } else {
@@ -57,6 +55,10 @@ pub fn arrays(context: &Context, mut attributes: Vec<(String, Value)>) -> Arrays
             list.extend(scribe.pressure(&readings[1], gruneisen));
         }
         list.extend(scribe.axes(readings));
+        if let Some(table) = records {
+            list.extend(scribe.records(table));
+            attributes.extend(records::attributes(table, &prefix));
+        }
         attributes.push((format!("{prefix}few"), few(readings).into()));
         attributes.push((format!("{prefix}meter"), instrument.name.clone().into()));
         attributes.push((
@@ -113,23 +115,44 @@ impl Scribe<'_> {
 
     /// Mean and standard error of a reading, effective numbers of particles, and where these are too few.
     fn reading(&self, reading: &Reading) -> [Array; ARRAYS] {
-        let emitted = &self.context.measurement.emitted;
-        let scale = |c: usize| match self.instrument.normalization {
-            Normalization::Absolute => 1.0,
-            Normalization::PerWatt => reciprocal(emitted[c]),
-        };
-        let power = match (self.instrument.normalization, self.pulsed) {
-            (Normalization::PerWatt, _) => "1",
-            (_, true) => "J",
-            (_, false) => "W",
-        };
+        let power = self.unit();
         let unit = match &*reading.name {
             "fluence" | "irradiance" => format!("{power}/unit^2"),
             "absorbed" => format!("{power}/unit^3"),
             "optical_moment" => format!("{power}*unit"),
             _ => power.to_owned(),
         };
-        self.all(reading, &reading.name, &unit, scale)
+        self.all(reading, &reading.name, &unit, |c| self.scale(c))
+    }
+
+    /// What readings of power are multiplied by in a channel.
+    fn scale(&self, channel: usize) -> f64 {
+        match self.instrument.normalization {
+            Normalization::Absolute => 1.0,
+            Normalization::PerWatt => reciprocal(self.context.measurement.emitted[channel]),
+        }
+    }
+
+    /// Unit of power.
+    fn unit(&self) -> &'static str {
+        match (self.instrument.normalization, self.pulsed) {
+            (Normalization::PerWatt, _) => "1",
+            (_, true) => "J",
+            (_, false) => "W",
+        }
+    }
+
+    /// Records of detected light.
+    fn records(&self, table: &RecordTable) -> Vec<Array> {
+        let channels = self.context.channels.len();
+        let weights = table.weight.iter().enumerate();
+        let weights = weights.map(|(i, w)| w * self.scale(i % channels)).collect();
+        let layout = records::Layout {
+            prefix: self.prefix,
+            channels,
+            power: self.unit(),
+        };
+        layout.arrays(table, weights)
     }
 
     /// Initial pressure p₀ = Γ μ_a Φ, with the fluence Φ of a short pulse, and what goes with it.

@@ -9,7 +9,7 @@ use super::wish::Wish;
 use crate::diagnostic::Difference;
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 use crate::query::resolve;
-use crate::scene::{FileRegistry, ObjectId, SpectrumValue};
+use crate::scene::{FileRegistry, ObjectDescription, ObjectId, SpectrumValue};
 use crate::spd;
 use eikonal::field::Constant;
 use std::borrow::Cow;
@@ -19,6 +19,7 @@ use std::sync::Arc;
 use transport::Spectrum;
 use transport::emitter::Emitter;
 use transport::medium::Medium;
+use transport::meter::MeterSurface;
 use transport::scene::{MediumId, Object, Partition};
 use transport::texture::Texture;
 
@@ -36,7 +37,7 @@ pub(super) struct Context<'a> {
     /// Ids of the emitters, or of the shapes that they cover.
     pub emitter_ids: Vec<Option<String>>,
     /// Meters of shapes, with the numbers of their objects.
-    pub meters: Vec<(Arc<crate::scene::ObjectDescription>, usize)>,
+    pub meters: Vec<MeterPlace>,
     /// Volumes of several media.
     pub divided: Vec<Divided>,
     /// The same when their sides are settled.
@@ -55,6 +56,14 @@ pub(super) struct Context<'a> {
     /// Groups of shapes with something wrong in them.
     pub refused_groups: HashSet<ObjectId>,
     medium_ids: HashMap<ObjectId, MediumId>,
+}
+
+/// A meter that measures at surfaces.
+pub(super) struct MeterPlace {
+    pub meter: Arc<ObjectDescription>,
+    pub surfaces: Vec<MeterSurface>,
+    /// Whether they are those of one shape, with coordinates of their own.
+    pub is_shape: bool,
 }
 
 /// A volume that is divided into media, whose sides are not settled yet.

@@ -118,6 +118,7 @@ fn scattering(
         scale,
         albedo,
         phase: phase.map_or_else(Phase::isotropic, |p| phase::build(&p, context)),
+        labels: None,
     }
 }
 

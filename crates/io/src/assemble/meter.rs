@@ -1,6 +1,6 @@
 //! Meters: instruments in place of a camera.
 
-use super::context::Context;
+use super::context::{Context, MeterPlace};
 use super::described::is_meter;
 use super::film::{self, FilmParts, Layering};
 use super::instrument::{Gruneisen, Instrument, Normalization};
@@ -15,15 +15,19 @@ use glam::{DAffine3, DVec3};
 use transport::Bins;
 use transport::film::Filter;
 use transport::meter::{
-    Coordinates, Cosines, Estimator, FluenceMeter, IrradianceMeter, Meter, MeterGrid, Positions,
+    Acceptance, Coordinates, Cosines, Estimator, FluenceMeter, IrradianceMeter, Meter, MeterGrid,
+    Patch, Positions,
 };
-use transport::scene::FilmSpec;
+use transport::scene::{FilmSpec, Object};
 use transport::sensor::Sensor;
 
 /// Particles, unless a sampler says otherwise.
 const PARTICLES: i64 = 1_000_000;
 /// Most bins along an axis.
 const MOST_BINS: i64 = 1 << 20;
+/// Most records, unless the meter says otherwise.
+const MOST_RECORDS: i64 = 1_000_000;
+
 /// The meters of the scene and of its shapes, and what stands for the camera; `None` after an error.
 pub(super) fn build(
     meters: &[&ObjectDescription],
@@ -48,16 +52,17 @@ pub(super) fn build(
             .push(warning.at(&object.plugin_location));
     }
     let (mut instruments, mut particles) = (Vec::new(), Samples::default());
-    let mut add = |object: &ObjectDescription, surface, context: &mut Context| {
-        let (instrument, samples) = instrument(object, surface, context);
-        particles.raise(samples);
-        instruments.extend(instrument);
-    };
+    let mut add =
+        |object: &ObjectDescription, place: Option<&MeterPlace>, context: &mut Context| {
+            let (instrument, samples) = instrument(object, place, context);
+            particles.raise(samples);
+            instruments.extend(instrument);
+        };
     for object in meters {
         add(object, None, context);
     }
-    for (object, surface) in std::mem::take(&mut context.meters) {
-        add(&object, Some(surface), context);
+    for place in &std::mem::take(&mut context.meters) {
+        add(&place.meter, Some(place), context);
     }
     distinct(&mut instruments);
     Some((nobody(particles, context), instruments))
@@ -106,7 +111,7 @@ fn distinct(instruments: &mut [Instrument]) {
 /// number of particles that it asks for.
 fn instrument(
     object: &ObjectDescription,
-    surface: Option<usize>,
+    place: Option<&MeterPlace>,
     context: &mut Context,
 ) -> (Option<Instrument>, Samples) {
     if !is_meter(object) {
@@ -120,7 +125,7 @@ fn instrument(
     let normalization = words[q.one_of("normalization", &["absolute", "per_watt"])];
     let lengths = lengths(&mut q);
     let (mut meter, mut pressure) = (None, None);
-    match (object.plugin.as_str(), surface) {
+    match (object.plugin.as_str(), place) {
         ("fluencemeter", None) => {
             pressure = gruneisen(&mut q);
             meter = grid(&mut q).map(|(grid, estimator)| {
@@ -132,17 +137,16 @@ fn instrument(
             });
             q.finish(&[]);
         }
-        ("irradiancemeter", Some(surface)) => {
-            let resolution = ["nu", "nv"].map(|name| count(&mut q, name, 1));
-            let parts = q.boolean_or("parts", false);
-            let cosines = cosines(&mut q);
-            q.finish(&[]);
+        ("irradiancemeter", Some(place)) => {
             meter = Some(Meter::Irradiance(IrradianceMeter {
-                object: surface,
-                positions: Positions::new(&context.objects[surface].shape, resolution, parts),
-                cosines,
+                positions: positions(place, &context.objects, &mut q),
+                surfaces: place.surfaces.clone(),
+                acceptance: acceptance(&mut q),
+                cosines: cosines(&mut q),
                 optical_length: lengths,
+                most_records: records(&mut q),
             }));
+            q.finish(&[]);
         }
         ("irradiancemeter", None) => {
             let message = "an irradiancemeter belongs inside the shape that it measures at";
@@ -155,7 +159,7 @@ fn instrument(
         }
     }
     if let Some(film) = film {
-        self::film(&film, surface.is_some(), context);
+        self::film(&film, place.is_some(), context);
     }
     let samples = sampler::build(sampler.as_deref(), PARTICLES, context);
     let instrument = meter.map(|meter| Instrument {
@@ -229,6 +233,46 @@ fn lengths(q: &mut Query) -> Option<Bins> {
         return None;
     }
     film::bins(q, 1.0)
+}
+
+/// Bins of position; one alone at the surfaces of a volume of labels.
+fn positions(place: &MeterPlace, objects: &[Object], q: &mut Query) -> Positions {
+    let shapes = place.surfaces.iter().map(|s| &objects[s.object].shape);
+    match (place.is_shape, &place.surfaces[..]) {
+        (true, [surface]) => {
+            let resolution = ["nu", "nv"].map(|name| count(q, name, 1));
+            let parts = q.boolean_or("parts", false);
+            Positions::new(&objects[surface.object].shape, resolution, parts)
+        }
+        _ => Positions::whole(shapes),
+    }
+}
+
+/// The part of the surface and the cone of directions that a meter accepts.
+fn acceptance(q: &mut Query) -> Acceptance {
+    let names = ["center", "radius"];
+    let patch = names.iter().any(|name| q.has(name)).then(|| Patch {
+        center: q.point("center"),
+        radius: q.float_in("radius", POSITIVE, None),
+    });
+    let aperture = "numerical_aperture";
+    Acceptance {
+        patch,
+        numerical_aperture: q
+            .has(aperture)
+            .then(|| q.float_in(aperture, POSITIVE, None)),
+    }
+}
+
+/// The most records to keep, if any are wanted.
+fn records(q: &mut Query) -> Option<usize> {
+    let wanted = q.boolean_or("records", false);
+    let most = if wanted {
+        q.integer_in("max_records", 1.., MOST_RECORDS)
+    } else {
+        0
+    };
+    wanted.then_some(most as usize)
 }
 
 fn cosines(q: &mut Query) -> Option<Cosines> {

@@ -140,6 +140,23 @@ const SURFACE: &[Parameter] = &[
         "(the normal)",
         "axis of the cosine, not zero",
     ),
+    vector("center", "", "accepts light within a radius of this point"),
+    float("radius", "", "the radius, > 0"),
+    float(
+        "numerical_aperture",
+        "",
+        "accepts light with n sin θ up to this, > 0",
+    ),
+    boolean(
+        "records",
+        "false",
+        "whether to keep a record of each particle that is accepted",
+    ),
+    integer(
+        "max_records",
+        "1000000",
+        "the most records that are kept, ≥ 1",
+    ),
 ];
 
 const PICTURE: &[Slot] = &[

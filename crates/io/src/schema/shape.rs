@@ -81,7 +81,7 @@ const CHILDREN: &[Slot] = &[
         "The surface; without any, diffuse with reflectance ½, or black if it emits light.",
     ),
     one(Emitter, "An area light."),
-    one(Sensor, "An irradiancemeter."),
+    many(Sensor, "Irradiancemeters."),
     role(Medium, "interior", "The medium inside."),
     role(
         Medium,
@@ -141,6 +141,7 @@ const LABEL_CHILDREN: &[Slot] = &[
         "exterior",
         "The medium outside and of label 0; that around if it is not given.",
     ),
+    many(Sensor, "Irradiancemeters at the surface around all labels."),
 ];
 
 const SPHERE: &[Parameter] = &[

@@ -1,8 +1,10 @@
 //! Participating media: extinction, albedo, phase function and refractive index.
 
 mod attenuation;
+mod labels;
 
 pub(crate) use attenuation::Attenuation;
+pub use labels::{MediumLabel, MediumLabels};
 
 use crate::Spectrum;
 use crate::phase::Phase;
@@ -25,6 +27,8 @@ pub struct Medium {
     pub albedo: VolumeTexture,
     /// Phase function.
     pub phase: Phase,
+    /// Labels of which it is made, if records of detected light tell them apart.
+    pub labels: Option<MediumLabels>,
 }
 
 impl Medium {
@@ -48,6 +52,7 @@ impl Medium {
             scale: 1.0,
             albedo: VolumeTexture::Uniform(albedo.into()),
             phase: Phase::isotropic(),
+            labels: None,
         }
     }
 
@@ -85,6 +90,14 @@ impl Medium {
             VolumeTexture::Uniform(sigma) => Some(*sigma * self.scale),
             VolumeTexture::Grid(_) => None,
         }
+    }
+
+    /// The absorption coefficient μ_a, if it is the same everywhere.
+    pub fn uniform_absorption(&self) -> Option<Spectrum> {
+        if self.is_transparent() {
+            return Some(Spectrum::ZERO);
+        }
+        Some(self.uniform_extinction()? * self.albedo.uniform()?.map(|a| 1.0 - a))
     }
 
     /// Longest piece of a curve over which the extinction is integrated: half a voxel.

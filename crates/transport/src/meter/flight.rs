@@ -2,7 +2,7 @@
 
 use crate::Spectrum;
 use crate::path::{End, Point, Span, WalkEvent, share};
-use crate::scene::Scene;
+use crate::scene::{MediumId, Scene};
 use crate::shape::Hit;
 use glam::DVec3;
 
@@ -38,13 +38,17 @@ pub(super) struct Collision<'a> {
 
 /// Light that passes through a surface, or arrives at an opaque one.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Passing {
+pub(super) struct Passing<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
     /// The object.
     pub object: usize,
     /// Where.
     pub hit: Hit,
     /// Unit direction beyond the surface; of arrival at an opaque one.
     pub direction: DVec3,
+    /// The medium in which it has this direction.
+    pub medium: MediumId,
     /// Power.
     pub power: Spectrum,
     /// Optical path length from the emitter.
@@ -99,7 +103,8 @@ impl Flight<'_> {
         if self.power_varies() {
             return None;
         }
-        Some([self.power_at(0.0), self.uniform_absorption()?])
+        let absorption = self.scene.medium(self.span.medium).uniform_absorption()?;
+        Some([self.power_at(0.0), absorption])
     }
 
     /// Whether its power varies along the arc.
@@ -112,15 +117,6 @@ impl Flight<'_> {
         let (arc, medium) = (&self.span.arc, self.scene.medium(self.span.medium));
         self.span.attenuation.rate(arc, theta)
             * absorbed_share(medium.albedo.at(arc.position(theta)))
-    }
-
-    /// The absorption coefficient, if it is the same all along the arc.
-    fn uniform_absorption(&self) -> Option<Spectrum> {
-        let medium = self.scene.medium(self.span.medium);
-        if medium.is_transparent() {
-            return Some(Spectrum::ZERO);
-        }
-        Some(medium.uniform_extinction()? * absorbed_share(medium.albedo.uniform()?))
     }
 }
 

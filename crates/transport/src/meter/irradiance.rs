@@ -1,5 +1,6 @@
 //! Power through a surface, by side, position, direction and optical path length.
 
+use super::acceptance::Acceptance;
 use super::flight::Passing;
 use super::fluence::Slots;
 use super::positions::Positions;
@@ -16,19 +17,32 @@ pub struct Cosines {
     pub axis: Option<DVec3>,
 }
 
-/// Measures the power that passes through the surface of an object, or arrives there if it is opaque.
+/// Measures the power that passes through the surface of an object, or of several, or arrives there if it is opaque.
 /// Side 0 is light that goes to where the normal points, so light that leaves a closed shape; side 1 is
 /// the opposite.
 #[derive(Clone, Debug)]
 pub struct IrradianceMeter {
-    /// The object.
-    pub object: usize,
+    /// The surfaces that it measures at.
+    pub surfaces: Vec<MeterSurface>,
+    /// What it accepts.
+    pub acceptance: Acceptance,
     /// Bins of position.
     pub positions: Positions,
     /// Bins of direction.
     pub cosines: Option<Cosines>,
     /// Bins of the optical path length from the emitter.
     pub optical_length: Option<Bins>,
+    /// The most records of accepted light that it keeps, if it keeps any.
+    pub most_records: Option<usize>,
+}
+
+/// A surface that a meter measures at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MeterSurface {
+    /// The object.
+    pub object: usize,
+    /// Whether side 0 is that to which the object's normals do not point.
+    pub inverted: bool,
 }
 
 /// Cells before those of bins: power and its optical moment on either side.
@@ -53,6 +67,22 @@ impl Cosines {
 }
 
 impl IrradianceMeter {
+    /// A meter of all light that passes through the surface of one object.
+    pub fn at(object: usize, positions: Positions) -> Self {
+        let surface = MeterSurface {
+            object,
+            inverted: false,
+        };
+        IrradianceMeter {
+            surfaces: vec![surface],
+            acceptance: Acceptance::default(),
+            positions,
+            cosines: None,
+            optical_length: None,
+            most_records: None,
+        }
+    }
+
     /// Bins on one side.
     fn bins(&self) -> usize {
         let lengths = self.optical_length.map_or(1, |b| b.count);
@@ -95,21 +125,32 @@ impl IrradianceMeter {
         if axes.len() > 1 {
             quantities.push(quantity("binned_power", &axes, TOTALS, &[1.0]));
         }
-        if let Some(areas) = self.positions.areas() {
+        if let Some(areas) = self
+            .positions
+            .areas()
+            .filter(|_| self.acceptance.is_everywhere())
+        {
             quantities.push(quantity("irradiance", &axes, TOTALS, areas));
         }
         quantities
     }
 
-    /// Takes note of light that passes.
-    pub(super) fn pass(&self, passing: &Passing, slots: &mut Slots) {
+    /// Takes note of light that passes. Returns the side to which it goes, if it is accepted.
+    pub(super) fn pass(&self, passing: &Passing, slots: &mut Slots) -> Option<usize> {
+        let at = |surface: &&MeterSurface| surface.object == passing.object;
+        let surface = self.surfaces.iter().find(at)?;
+        if !self.acceptance.accepts(passing) {
+            return None;
+        }
         // Score the power on its side, in total and in the bin of its direction, place and length.
-        let side = usize::from(passing.hit.normal.dot(passing.direction) <= 0.0);
+        let along = passing.hit.normal.dot(passing.direction) > 0.0;
+        let side = usize::from(along == surface.inverted);
         slots.add(side, passing.power);
         slots.add(2 + side, passing.power * passing.optical_length);
         if let Some(bin) = self.bin(passing) {
             slots.add(TOTALS + side * self.bins() + bin, passing.power);
         }
+        Some(side)
     }
 
     /// The bin on its side that light falls into; `None` outside the range of optical lengths.

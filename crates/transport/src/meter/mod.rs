@@ -5,22 +5,28 @@
 //! its flights, collisions and crossings (`flight`); every meter has slots in one tally (`tally`). No index enters anywhere
 //! (docs/theory.md#meters): power is conserved along rays, whatever the index does to radiance.
 
+mod acceptance;
 mod flight;
 mod fluence;
 mod grid;
+mod history;
 mod irradiance;
 mod particle;
 mod positions;
 mod reading;
 mod recorder;
+mod records;
 mod tally;
 mod window;
 
+pub use acceptance::{Acceptance, Patch};
 pub use fluence::{Estimator, FluenceMeter};
 pub use grid::{Coordinates, MeterGrid};
-pub use irradiance::{Cosines, IrradianceMeter};
+pub use irradiance::{Cosines, IrradianceMeter, MeterSurface};
 pub use positions::Positions;
 pub use reading::{Reading, ReadingAxis};
+pub use records::{RecordRegion, RecordTable};
+pub(crate) use records::{RecordRows, Records};
 pub use tally::Tally;
 pub(crate) use tally::TaskSums;
 pub use window::Window;
@@ -31,8 +37,10 @@ use crate::sampling::{Discrete, Sampler};
 use crate::scene::Scene;
 use crate::stop::Stop;
 use fluence::Cuts;
+use history::{Histories, HistoryRegions};
 use reading::Quantity;
 use recorder::Recorder;
+use records::RecordLayout;
 use tally::Scores;
 
 /// An instrument.
@@ -57,6 +65,24 @@ impl Meter {
         match self {
             Meter::Fluence(meter) => meter.quantities(),
             Meter::Irradiance(meter) => meter.quantities(),
+        }
+    }
+
+    /// Bytes that it needs in a scene, at most.
+    pub fn memory(&self, scene: &Scene, channels: usize) -> usize {
+        let layout = RecordLayout {
+            channels,
+            regions: HistoryRegions::of(scene).count(),
+        };
+        let records = self.most_records().map_or(0, |most| layout.memory(most));
+        Tally::memory(self.cells().saturating_mul(channels)).saturating_add(records)
+    }
+
+    /// The most records that it keeps, if it keeps any.
+    fn most_records(&self) -> Option<usize> {
+        match self {
+            Meter::Fluence(_) => None,
+            Meter::Irradiance(meter) => meter.most_records,
         }
     }
 
@@ -93,6 +119,16 @@ pub struct Setup<'a> {
     rr_depth: u32,
     /// What particles should be worth on their way, if a meter has gates.
     window: Option<Window>,
+    /// What records tell apart, if a meter keeps any.
+    regions: Option<HistoryRegions>,
+}
+
+/// What the particles of a task have left.
+pub(crate) struct TaskResult {
+    pub sums: TaskSums,
+    pub balance: BalanceSums,
+    /// For each meter.
+    pub records: Vec<RecordRows>,
 }
 
 impl<'a> Setup<'a> {
@@ -118,6 +154,10 @@ impl<'a> Setup<'a> {
             max_depth,
             rr_depth,
             window: None,
+            regions: meters
+                .iter()
+                .any(|meter| meter.most_records().is_some())
+                .then(|| HistoryRegions::of(scene)),
         })
     }
 
@@ -149,26 +189,58 @@ impl<'a> Setup<'a> {
         seed: u64,
         particles: std::ops::Range<u64>,
         ws: &mut Workspace,
-    ) -> (TaskSums, BalanceSums) {
+    ) -> TaskResult {
         let (mut part, mut scores, mut cuts) =
             (TaskSums::default(), Scores::default(), Cuts::new());
         let mut balance = BalanceSums::default();
+        let mut histories = self.regions.clone().map(Histories::new);
+        let mut records = vec![RecordRows::default(); self.meters.len()];
         for number in particles {
             ws.stats.paths += 1;
             let mut sampler = Sampler::new(seed, 0, number);
+            if let Some(histories) = &mut histories {
+                histories.start();
+            }
             let mut recorder = Recorder {
                 meters: self.meters,
                 channels: self.channels,
                 scores: &mut scores,
                 cuts: &mut cuts,
                 sampler: Sampler::new(seed, 1, number),
+                particle: number,
+                histories: histories.as_mut(),
+                records: &mut records,
             };
             let particle = self.follow(number, &mut recorder, &mut sampler, ws);
             balance.add(&particle, &mut ws.stats.not_finite);
             part.take(&mut scores);
         }
         ws.stats.not_finite += scores.not_finite;
-        (part.finish(), balance)
+        TaskResult {
+            sums: part.finish(),
+            balance,
+            records,
+        }
+    }
+
+    /// Room for the records of each meter that keeps any.
+    pub(crate) fn records(&self) -> Vec<Option<Records>> {
+        let layout = RecordLayout {
+            channels: self.channels,
+            regions: self.regions.as_ref().map_or(0, HistoryRegions::count),
+        };
+        let records = |meter: &Meter| Some(Records::new(layout, meter.most_records()?));
+        self.meters.iter().map(records).collect()
+    }
+
+    /// The records of each meter that keeps any, with the numbers of all particles that were followed.
+    pub(crate) fn record_tables(
+        &self,
+        records: &[Option<Records>],
+        followed: impl Iterator<Item = u64> + Clone,
+    ) -> Vec<Option<RecordTable>> {
+        let table = |records: &Records| records.table(self.scene, followed.clone());
+        records.iter().map(|r| r.as_ref().map(table)).collect()
     }
 
     /// What each meter has measured.

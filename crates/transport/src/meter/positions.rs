@@ -55,6 +55,17 @@ impl Positions {
         }
     }
 
+    /// A single bin, of all surfaces together.
+    pub fn whole<'s>(shapes: impl IntoIterator<Item = &'s Shape>) -> Self {
+        let area = |shape: &Shape| shape.part_areas().iter().sum::<f64>();
+        Positions {
+            sphere: false,
+            parts: 1,
+            resolution: [1, 1],
+            areas: Some(vec![shapes.into_iter().map(area).sum()]),
+        }
+    }
+
     /// Number of bins.
     pub fn bins(&self) -> usize {
         let [u, v] = self.resolution;

@@ -116,7 +116,7 @@ impl Tally {
     }
 
     /// Adds tasks, of `particles` particles in all.
-    pub(crate) fn add(&mut self, parts: &[TaskSums], particles: u64) {
+    pub(crate) fn add(&mut self, parts: &[&TaskSums], particles: u64) {
         self.particles += particles;
         let chunks = self.slots.par_chunks_mut(SLOTS_PER_CHUNK).enumerate();
         chunks.for_each(|(i, slots)| {
@@ -175,6 +175,7 @@ mod tests {
             part.finish()
         };
         let parts: Vec<TaskSums> = particles.chunks(3).map(part).collect();
+        let parts: Vec<&TaskSums> = parts.iter().collect();
         let mut tally = Tally::new(40_001).unwrap();
         let mut rest = &parts[..];
         for &n in groups {

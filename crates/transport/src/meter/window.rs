@@ -106,7 +106,8 @@ impl Setup<'_> {
             part.finish()
         });
         let mut tally = Tally::new(LEVELS)?;
-        tally.add(&tasks.collect::<Vec<_>>(), PARTICLES);
+        let tasks: Vec<TaskSums> = tasks.collect();
+        tally.add(&tasks.iter().collect::<Vec<_>>(), PARTICLES);
         Some(tally)
     }
 }

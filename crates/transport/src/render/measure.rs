@@ -3,8 +3,8 @@
 use super::passes::Passes;
 use super::state::MergeError;
 use super::{Handle, Ranges, seed_of_group};
-use crate::meter::{Meter, Reading, Setup, Tally, TaskSums, Window};
-use crate::path::{BalanceSums, BalanceTotals, EnergyBalance, Workspace};
+use crate::meter::{Meter, Reading, RecordTable, Records, Setup, Tally, TaskResult, Window};
+use crate::path::{BalanceTotals, EnergyBalance, Workspace};
 use crate::scene::Scene;
 use crate::stats::Stats;
 use crate::sum::ReproducibleSum;
@@ -53,6 +53,8 @@ pub struct Measurement {
     /// For each meter, what it has measured, with the channels of all groups. Absolute: in the units of
     /// the emitters' power.
     pub readings: Vec<Vec<Reading>>,
+    /// For each meter, the records of the light that it has accepted, if it keeps any.
+    pub records: Vec<Option<RecordTable>>,
     /// Power of all emitters, per channel.
     pub emitted: Vec<f64>,
     /// Where the light went, summed over channels.
@@ -106,6 +108,8 @@ pub struct MeasureState {
     /// For each group of channels.
     tallies: Vec<Tally>,
     balances: Vec<BalanceTotals>,
+    /// The same, for each meter that keeps any.
+    records: Vec<Vec<Option<Records>>>,
     /// The same; empty until they are learnt.
     windows: Vec<Option<Window>>,
 }
@@ -128,6 +132,7 @@ impl MeasureState {
             stats: Stats::default(),
             balances: vec![BalanceTotals::default(); groups.len()],
             windows: Vec::new(),
+            records: groups.iter().map(|g| g.setup.records()).collect(),
             tallies: groups.into_iter().map(tally).collect::<Result<_, _>>()?,
         })
     }
@@ -142,6 +147,8 @@ impl MeasureState {
         let groups = groups(scenes, meters, u32::MAX, 0).unwrap_or_default();
         let slots = groups.iter().map(|g| g.setup.slots());
         let learnt = self.windows.is_empty() || self.windows.len() == scenes.len();
+        let records: Vec<_> = groups.iter().map(|g| g.setup.records()).collect();
+        let learnt = learnt && same_records(&self.records, &records);
         let sound = self.done.are_sound() && self.balances.len() == scenes.len() && learnt;
         sound && slots.eq(self.tallies.iter().map(Tally::slots))
     }
@@ -155,7 +162,8 @@ impl MeasureState {
         let slots = |state: &MeasureState| state.tallies.iter().map(Tally::slots).collect();
         let [mine, others]: [Vec<usize>; 2] = [slots(self), slots(other)];
         let learnt = !self.windows.is_empty() && !other.windows.is_empty();
-        if mine != others || learnt && self.windows != other.windows {
+        let recorded = same_records(&other.records, &self.records);
+        if mine != others || !recorded || learnt && self.windows != other.windows {
             return Err(MergeError::Different);
         }
         if let Some(range) = self.done.overlap(&other.done) {
@@ -172,6 +180,11 @@ impl MeasureState {
         for (balances, other) in self.balances.iter_mut().zip(&other.balances) {
             *balances += *other;
         }
+        let records = self.records.iter_mut().flatten().flatten();
+        let others = other.records.iter().flatten().flatten();
+        records
+            .zip(others)
+            .for_each(|(mine, other)| mine.merge(other));
         Ok(())
     }
 
@@ -233,9 +246,17 @@ impl MeasureState {
             return ControlFlow::Break(());
         }
         for (group, pass) in passes.into_iter().enumerate() {
-            self.tallies[group].add(&pass.parts, particles.end - particles.start);
-            let balance_sums = pass.balance_sums.iter();
-            balance_sums.for_each(|balance| self.balances[group].enter(balance));
+            let sums: Vec<_> = pass.tasks.iter().map(|task| &task.sums).collect();
+            self.tallies[group].add(&sums, particles.end - particles.start);
+            for task in &pass.tasks {
+                self.balances[group].enter(&task.balance);
+                let records = self.records[group].iter_mut().zip(&task.records);
+                for (records, rows) in records {
+                    if let Some(records) = records {
+                        records.add(rows);
+                    }
+                }
+            }
             self.stats += pass.stats;
         }
         self.done.insert(particles);
@@ -254,12 +275,21 @@ impl MeasureState {
         let groups = groups(scenes, meters, u32::MAX, 0)?;
         let readings = groups.iter().zip(&self.tallies);
         let readings = readings.map(|(g, tally)| (g.setup.readings(tally), g.channels));
+        let tables = groups.iter().zip(&self.records);
+        let tables = tables.map(|(g, r)| {
+            (
+                g.setup.record_tables(r, self.done.iter().flatten()),
+                g.channels,
+            )
+        });
+        let records = join_records(tables.collect());
         let mut balance = EnergyBalance::default();
         for (group, balances) in groups.iter().zip(&self.balances) {
             balance += balances.balance(group.setup.emitted().sum());
         }
         Ok(Measurement {
             readings: join(readings.collect()),
+            records,
             emitted: groups.iter().flat_map(Group::emitted).collect(),
             balance,
             stats: self.stats,
@@ -270,8 +300,7 @@ impl MeasureState {
 
 /// What a range of particles has left behind in a group of channels, task by task.
 struct Pass {
-    parts: Vec<TaskSums>,
-    balance_sums: Vec<BalanceSums>,
+    tasks: Vec<TaskResult>,
     stats: Stats,
 }
 
@@ -321,27 +350,48 @@ impl Group<'_> {
             let first = particles.start + i as u64 * TASK;
             let mut ws = Workspace::new(self.scene.tolerance());
             ws.stop = handle.stop().clone();
-            let part = self.setup.task(seed, first..first + TASK, &mut ws);
+            let result = self.setup.task(seed, first..first + TASK, &mut ws);
             handle.count(TASK);
-            (part, ws.stats())
+            (result, ws.stats())
         };
         let tasks = (0..(count / TASK) as usize).into_par_iter();
-        let ((parts, balance_sums), stats): ((Vec<TaskSums>, Vec<BalanceSums>), Vec<Stats>) =
-            tasks.with_max_len(1).map(task).unzip();
+        let (tasks, stats): (Vec<TaskResult>, Vec<Stats>) = tasks.with_max_len(1).map(task).unzip();
         let stats = stats.into_iter().fold(Stats::default(), |mut sum, s| {
             sum += s;
             sum
         });
-        Pass {
-            parts,
-            balance_sums,
-            stats,
-        }
+        Pass { tasks, stats }
     }
 
     fn emitted(&self) -> Vec<f64> {
         self.setup.emitted().0[..self.channels].to_vec()
     }
+}
+
+/// Whether both have records of the same meters, laid out alike.
+fn same_records(records: &[Vec<Option<Records>>], others: &[Vec<Option<Records>>]) -> bool {
+    let alike = |(a, b): (&Option<Records>, &Option<Records>)| match (a, b) {
+        (None, None) => true,
+        (Some(a), Some(b)) => a.fits(b),
+        _ => false,
+    };
+    let groups = records.iter().zip(others);
+    records.len() == others.len()
+        && groups
+            .into_iter()
+            .all(|(a, b)| a.len() == b.len() && a.iter().zip(b).all(alike))
+}
+
+/// Puts the records of all groups of channels together, meter by meter.
+fn join_records(groups: Vec<(Vec<Option<RecordTable>>, usize)>) -> Vec<Option<RecordTable>> {
+    let meters = groups.first().map_or(0, |(tables, _)| tables.len());
+    let mut by_meter: Vec<Vec<(RecordTable, usize)>> = vec![Vec::new(); meters];
+    for (tables, channels) in groups {
+        for (meter, table) in by_meter.iter_mut().zip(tables) {
+            meter.extend(table.map(|table| (table, channels)));
+        }
+    }
+    by_meter.into_iter().map(RecordTable::joined).collect()
 }
 
 /// Puts the channels of all groups side by side.

@@ -14,7 +14,7 @@ impl Ranges {
     }
 
     /// The ranges.
-    pub fn iter(&self) -> impl Iterator<Item = Range<u64>> + '_ {
+    pub fn iter(&self) -> impl Iterator<Item = Range<u64>> + Clone + '_ {
         self.0.iter().cloned()
     }
 

@@ -26,6 +26,7 @@ pub use piecewise_constant::PiecewiseConstant;
 pub use piecewise_linear::PiecewiseLinear;
 pub use points::{Purpose, Replicates};
 pub use sampler::Sampler;
+pub(crate) use sampler::is_among;
 pub use trilinear::TrilinearCell;
 
 use eikonal::Shown;

@@ -130,6 +130,11 @@ fn hash(key: u64, address: [u64; 3]) -> u64 {
         .fold(key, |h, word| mix(h ^ word).wrapping_add(key))
 }
 
+/// Whether a number is among a share 2^−`halvings` of all, evenly spread and each within those of fewer halvings.
+pub(crate) fn is_among(number: u64, halvings: u32) -> bool {
+    mix(number).leading_zeros() >= halvings
+}
+
 /// SplitMix64's increment and finaliser (Steele, Lea and Flood 2014; Stafford's variant 13): a
 /// bijection in which each input bit flips each output bit with probability close to one half.
 pub(super) fn mix(x: u64) -> u64 {

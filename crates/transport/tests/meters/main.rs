@@ -11,6 +11,7 @@ mod conservation;
 mod cutting;
 mod gates;
 mod pictures;
+mod records;
 mod reproducible;
 mod slabs;
 mod support;

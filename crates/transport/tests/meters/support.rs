@@ -72,12 +72,8 @@ pub fn through(
     resolution: [usize; 2],
     by_part: bool,
 ) -> IrradianceMeter {
-    IrradianceMeter {
-        object: index,
-        positions: Positions::new(&objects[index].shape, resolution, by_part),
-        cosines: None,
-        optical_length: None,
-    }
+    let shape = &objects[index].shape;
+    IrradianceMeter::at(index, Positions::new(shape, resolution, by_part))
 }
 
 /// A beam of unit power.

@@ -29,12 +29,8 @@ fn through(emitter: Emitter, shape: Shape, resolution: [usize; 2], n: f64) -> Ve
     };
     let sensor = Sensor::Absent(DAffine3::IDENTITY);
     let parts = parts(vec![unseen(shape)], vec![ambient], vec![emitter], sensor);
-    let meter = Meter::Irradiance(IrradianceMeter {
-        object: 0,
-        positions: Positions::new(&parts.objects[0].shape, resolution, false),
-        cosines: None,
-        optical_length: None,
-    });
+    let positions = Positions::new(&parts.objects[0].shape, resolution, false);
+    let meter = Meter::Irradiance(IrradianceMeter::at(0, positions));
     let options = MeasureOptions {
         first: 0,
         particles: 40_000,

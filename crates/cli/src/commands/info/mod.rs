@@ -17,7 +17,6 @@ use transport::Scene;
 use transport::emitter::Emitter;
 use transport::integrator::{Integrator, RequiredConnection};
 use transport::medium::Medium;
-use transport::meter::Tally;
 use transport::render::memory;
 use transport::scene::MediumId;
 use transport::sensor::Sensor;
@@ -73,7 +72,8 @@ fn film_memory(loaded: &Loaded) -> (usize, Option<usize>) {
 fn meters(loaded: &Loaded) -> impl Iterator<Item = (&str, usize, usize)> {
     loaded.instruments.iter().map(|instrument| {
         let cells = instrument.meter.cells();
-        let memory = Tally::memory(cells * loaded.channel_names.len());
+        let channels = loaded.channel_names.len();
+        let memory = instrument.meter.memory(loaded.scene(), channels);
         (instrument.name.as_str(), cells, memory)
     })
 }

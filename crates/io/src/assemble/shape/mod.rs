@@ -5,7 +5,7 @@ mod instance;
 mod labels;
 mod mesh;
 
-use super::context::Context;
+use super::context::{Context, MeterPlace};
 use super::originals::{Attributes, Originals};
 use super::transforms::affine;
 use super::wish::Wish;
@@ -16,6 +16,7 @@ use glam::{DAffine3, DVec3};
 pub(super) use instance::fit;
 use mesh::mesh;
 use transport::bsdf::Bsdf;
+use transport::meter::MeterSurface;
 use transport::shape::{Cube, Cylinder, Disk, Rectangle, Shape, ShapeError, Sphere};
 
 const KNOWN: [&str; 18] = [
@@ -72,7 +73,11 @@ fn add_at(object: &ObjectDescription, place: Option<DAffine3>, context: &mut Con
     let exterior = q.role(PluginKind::Medium, "exterior").cloned();
     let bsdf = bsdf::of_shape(&mut q);
     let light = q.child(PluginKind::Emitter).cloned();
-    let meter = q.child(PluginKind::Sensor).cloned();
+    let meters: Vec<_> = q
+        .children(PluginKind::Sensor)
+        .into_iter()
+        .cloned()
+        .collect();
     let flip = q.boolean_or("flip_normals", false);
     let matrix = q.transform("to_world");
     let frame = affine(matrix, "to_world", &mut q);
@@ -102,7 +107,17 @@ fn add_at(object: &ObjectDescription, place: Option<DAffine3>, context: &mut Con
         indices: surface.indices,
     };
     let index = context.objects.len();
-    context.meters.extend(meter.map(|m| (m, index)));
+    let metered = MeterSurface {
+        object: index,
+        inverted: false,
+    };
+    context
+        .meters
+        .extend(meters.into_iter().map(|meter| MeterPlace {
+            meter,
+            surfaces: vec![metered],
+            is_shape: true,
+        }));
     let shape = match geometry {
         Some(Ok((shape, _))) => shape,
         Some(Err(error)) => {

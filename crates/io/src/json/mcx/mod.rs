@@ -3,6 +3,7 @@
 //!
 //! A scene unit is a millimetre. What is not read is an error where it would change the result, and a warning where it would not.
 
+mod detectors;
 mod labels;
 mod shapes;
 mod source;
@@ -12,6 +13,7 @@ use super::tree::{Entry, Json, Node};
 use super::values::get;
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 use crate::scene::{Numbers, Tensor};
+use detectors::Recording;
 use labels::Labels;
 use serde_json::{Value, json};
 use std::sync::Arc;
@@ -33,11 +35,10 @@ const DOMAIN: [&str; 9] = [
 ];
 
 /// What a session may say that changes files, devices or messages.
-const SESSION: [&str; 23] = [
+const SESSION: [&str; 21] = [
     "BlockSize",
     "DebugFlag",
     "DoAutoThread",
-    "DoPartialPath",
     "DoSaveExit",
     "DoSaveRef",
     "DoSaveSeed",
@@ -46,7 +47,6 @@ const SESSION: [&str; 23] = [
     "DoDCS",
     "GPUID",
     "ID",
-    "MaxDetPhotons",
     "MaxJumpDebug",
     "MinEnergy",
     "OutputFormat",
@@ -94,21 +94,27 @@ pub(super) fn scene(root: &Node, diagnostics: &mut Diagnostics) -> Option<Node> 
         reader.error(optode, "Optode needs a Source");
     }
     let source = source.and_then(|s| source::emitter(s, &place, labels.as_ref(), &mut reader));
-    if let Some(detector) = field(optode, "Detector") {
-        let message = "detectors are not read: all light is measured, in cells of fluence";
-        reader.warning(detector, message);
-    }
     let settings = reader.settings(root);
+    let detectors = field(optode, "Detector");
+    let detectors = detectors.map_or_else(Vec::new, |node| {
+        detectors::meters(node, &place, &settings.recording, &mut reader)
+    });
     if reader.diagnostics.error_count() > errors {
         return None;
     }
     let (labels, media, source) = (labels?, media?, source?);
     let cells = cells(&labels, unit, &settings);
-    let tissue = json!({
+    let mut tissue = json!({
         "type": "labels",
         "to_world": [{"scale": labels.size.map(|n| n as f64 * unit)}],
         "refraction": settings.refraction,
     });
+    for (i, mut detector) in detectors.into_iter().enumerate() {
+        let name = format!("detector{}", i + 1);
+        detector["id"] = json!(name);
+        detector["sampler"] = settings.sampler();
+        tissue[name] = detector;
+    }
     let all = json!({
         "type": "scene",
         "integrator": {"type": "particle"},
@@ -145,6 +151,13 @@ struct Settings {
     refraction: bool,
     /// First, last and width of time gates, in seconds.
     gates: [f64; 3],
+    recording: Recording,
+}
+
+impl Settings {
+    fn sampler(&self) -> Value {
+        json!({"type": "independent", "sample_count": self.photons})
+    }
 }
 
 /// The meter of the volume's voxels.
@@ -155,7 +168,7 @@ fn cells(labels: &Labels, unit: f64, settings: &Settings) -> Value {
         "normalization": "per_watt",
         "nx": nx, "ny": ny, "nz": nz,
         "to_world": [{"scale": [nx as f64 * unit, ny as f64 * unit, nz as f64 * unit]}],
-        "sampler": {"type": "independent", "sample_count": settings.photons},
+        "sampler": settings.sampler(),
     });
     let [first, last, width] = settings.gates;
     if first > 0.0 || last - first > 1.5 * width {
@@ -175,11 +188,6 @@ impl Reader<'_> {
     fn error(&mut self, at: &Node, message: impl Into<String>) {
         self.diagnostics
             .push(Diagnostic::error(message).at(&at.location));
-    }
-
-    fn warning(&mut self, at: &Node, message: impl Into<String>) {
-        self.diagnostics
-            .push(Diagnostic::warning(message).at(&at.location));
     }
 
     /// A number or a truth value that a field may have.
@@ -283,7 +291,14 @@ impl Reader<'_> {
         let nothing = node(json!({}), &root.location);
         let session = field(root, "Session").unwrap_or(&nothing);
         let forward = field(root, "Forward").unwrap_or(&nothing);
-        self.known(session, &["Photons", "DoMismatch", "DoNormalize"], &SESSION);
+        let read = [
+            "Photons",
+            "DoMismatch",
+            "DoNormalize",
+            "DoPartialPath",
+            "MaxDetPhotons",
+        ];
+        self.known(session, &read, &SESSION);
         self.known(forward, &["T0", "T1", "Dt"], &[]);
         if self.number_or(session, "DoNormalize", 1.0) != 1.0 {
             self.error(session, "DoNormalize is 1: values are fluence per joule");
@@ -302,6 +317,10 @@ impl Reader<'_> {
             photons: photons.round() as i64,
             refraction: self.number_or(session, "DoMismatch", 1.0) != 0.0,
             gates: [t0, t1, dt.min(t1 - t0)],
+            recording: Recording {
+                wanted: self.number_or(session, "DoPartialPath", 1.0) != 0.0,
+                most: self.number_or(session, "MaxDetPhotons", 1e6).max(1.0) as i64,
+            },
         }
     }
 }

@@ -69,6 +69,7 @@ impl<'a> RandomWalk<'a> {
             if let Some(mut onward) = self.step(&ray, observer, sampler, ws) {
                 // Play Russian roulette, or divide.
                 let copies = survival.copies(&mut onward, sampler);
+                observer.go_on(copies);
                 waiting.extend(repeat_n(onward, copies));
             }
         }

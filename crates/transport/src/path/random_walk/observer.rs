@@ -16,6 +16,10 @@ pub trait Observer {
     /// An edge, and what happens at its end. Breaks if the walk need not go on.
     fn arrive(&mut self, event: &WalkEvent, ws: &mut Workspace) -> ControlFlow<()>;
 
+    /// The walk goes on in so many copies from the edge that was seen last; they are followed one after the other, the last
+    /// first.
+    fn go_on(&mut self, _copies: usize) {}
+
     /// An edge that is longer than paths may be: the walk ends on it, after its [spans](WalkEvent::spans).
     fn cut(&mut self, _event: &WalkEvent, _ws: &mut Workspace) {}
 
@@ -73,6 +77,11 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
         if first.is_break() { first } else { second }
     }
 
+    fn go_on(&mut self, copies: usize) {
+        self.0.go_on(copies);
+        self.1.go_on(copies);
+    }
+
     fn cut(&mut self, event: &WalkEvent, ws: &mut Workspace) {
         self.0.cut(event, ws);
         self.1.cut(event, ws);
@@ -89,6 +98,10 @@ impl<O: Observer> Observer for &mut O {
 
     fn arrive(&mut self, event: &WalkEvent, ws: &mut Workspace) -> ControlFlow<()> {
         (**self).arrive(event, ws)
+    }
+
+    fn go_on(&mut self, copies: usize) {
+        (**self).go_on(copies);
     }
 
     fn cut(&mut self, event: &WalkEvent, ws: &mut Workspace) {

@@ -8,7 +8,7 @@ use glam::DAffine3;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use transport::Spectrum;
-use transport::medium::Medium;
+use transport::medium::{Medium, MediumLabel, MediumLabels};
 use transport::phase::{Phase, PhaseByLabel};
 use transport::volume::{GridError, LabelGrid, VolumeGrid, VolumeTexture};
 
@@ -146,8 +146,10 @@ impl Group {
             .iter()
             .map(|(label, _)| label.to_string())
             .collect();
+        let region = |label: &str| format!("{name}: label {label}");
+        let regions: Vec<String> = listed.iter().map(|label| region(label)).collect();
         let name = match &listed[..] {
-            [label] => format!("{name}: label {label}"),
+            [label] => region(label),
             labels => format!("{name}: labels {}", labels.join(", ")),
         };
         if self.members.len() == 1 {
@@ -177,7 +179,20 @@ impl Group {
             scale: 1.0,
             albedo,
             phase: self.phase(&labels),
+            labels: Some(self.labels(labels, regions)),
         })
+    }
+
+    /// The labels by their names, which records tell apart.
+    fn labels(&self, grid: Arc<LabelGrid>, names: Vec<String>) -> MediumLabels {
+        let label = |(name, (_, label)): (String, &(u32, LabelMedium))| MediumLabel {
+            name,
+            absorption: label.medium.uniform_absorption().unwrap_or(Spectrum::ZERO),
+        };
+        MediumLabels {
+            grid,
+            list: names.into_iter().zip(&self.members).map(label).collect(),
+        }
     }
 
     /// The phase functions of all labels; that of one, if they are the same. Those of labels that do not scatter do not count.

@@ -3,7 +3,7 @@
 mod groups;
 mod table;
 
-use super::super::context::{Context, Divided};
+use super::super::context::{Context, Divided, MeterPlace};
 use super::super::medium;
 use super::super::texture::{SOURCE, Source, read};
 use super::super::wish::Wish;
@@ -15,6 +15,7 @@ use groups::Groups;
 use table::Table;
 use transport::Spectrum;
 use transport::bsdf::{Bsdf, Dielectric};
+use transport::meter::MeterSurface;
 use transport::scene::MediumId;
 use transport::shape::{Mesh, Shape, ShapeError};
 
@@ -39,6 +40,11 @@ pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
     let refraction = q.boolean_or("refraction", true);
     let exterior = q.role(PluginKind::Medium, "exterior").cloned();
     let table = Table::of(object, &mut q);
+    let meters: Vec<_> = q
+        .children(PluginKind::Sensor)
+        .into_iter()
+        .cloned()
+        .collect();
     q.finish(&[]);
     let (Some(volume), Some(table)) = (volume, table) else {
         return;
@@ -54,7 +60,14 @@ pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
     let Some(groups) = Groups::of(&labels, volume.size(), table, object, context) else {
         return;
     };
-    divide(object, groups, &source, &wanted, context);
+    let outer = divide(object, groups, &source, &wanted, context);
+    context
+        .meters
+        .extend(meters.into_iter().map(|meter| MeterPlace {
+            meter,
+            surfaces: outer.clone(),
+            is_shape: false,
+        }));
 }
 
 /// The labels of all voxels, x fastest; `None` if they are none (reported then).
@@ -94,14 +107,15 @@ fn whole(
     Some(volume.data().iter().map(|v| *v as u32).collect())
 }
 
-/// Adds the media of groups of labels and the surfaces between them.
+/// Adds the media of groups of labels and the surfaces between them. Returns those around the volume.
 fn divide(
     object: &ObjectDescription,
     groups: Groups,
     source: &Source,
     wanted: &Wanted,
     context: &mut Context,
-) {
+) -> Vec<MeterSurface> {
+    let mut outer = Vec::new();
     let division = Division {
         size: groups.size,
         parts: &groups.parts,
@@ -112,14 +126,14 @@ fn divide(
     for (i, group) in groups.groups.iter().enumerate() {
         let medium = group.medium(&name, i as u8 + 1, &groups, source.to_world);
         let Some(medium) = context.accept(&object.location, medium) else {
-            return;
+            return outer;
         };
         let place = Some(object.location.clone());
         media.push(context.add_medium(medium, group.is_open(), place));
     }
     let clear = Dielectric::new(Spectrum::ONE, Spectrum::ONE);
     let Some(dielectric) = context.accept(&object.location, clear) else {
-        return;
+        return outer;
     };
     let first = context.objects.len();
     let mut sides = Vec::new();
@@ -128,11 +142,18 @@ fn divide(
             Some(group) => Some(media[usize::from(group)]),
             None => wanted.exterior,
         };
+        let is_outer = surface.parts.contains(&0);
         let [behind, before] = surface.parts.map(of);
         let made = made(surface, source);
         let Some((mesh, turned)) = context.accept(&object.location, made) else {
-            return;
+            return outer;
         };
+        if is_outer {
+            outer.push(MeterSurface {
+                object: context.objects.len(),
+                inverted: turned,
+            });
+        }
         sides.push(if turned {
             [before, behind]
         } else {
@@ -159,6 +180,7 @@ fn divide(
         outer_index: groups.outer_index,
         location: object.location.clone(),
     });
+    outer
 }
 
 /// A surface in its place, and whether its normals have been turned.

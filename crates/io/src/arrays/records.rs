@@ -1,0 +1,91 @@
+//! Records of detected light as arrays.
+
+use super::Array;
+use serde_json::{Value, json};
+use transport::meter::RecordTable;
+
+/// How the arrays of a table are named and what they are measured in.
+#[derive(Clone, Copy)]
+pub(super) struct Layout<'a> {
+    pub prefix: &'a str,
+    pub channels: usize,
+    /// Unit of power.
+    pub power: &'static str,
+}
+
+/// The regions that records tell apart, and the number of particles whose records are kept.
+pub(super) fn attributes(table: &RecordTable, prefix: &str) -> [(String, Value); 2] {
+    let names: Vec<&str> = table.regions.iter().map(|r| &*r.name).collect();
+    [
+        (format!("{prefix}regions"), json!(names)),
+        (format!("{prefix}record_particles"), json!(table.particles)),
+    ]
+}
+
+impl Layout<'_> {
+    /// The columns of a table, whose weights are already in their unit.
+    pub(super) fn arrays(&self, table: &RecordTable, weights: Vec<f64>) -> Vec<Array> {
+        let (channels, regions) = (self.channels, table.regions.len());
+        let [xyz, region] = [("xyz", 3), ("region", regions)].map(Some);
+        let channel = (channels > 1).then_some(("channel", channels));
+        let column = |name: &str, axis, unit: &str, data: Vec<f64>| {
+            self.array(name, ("record", table.particle.len()), axis, unit, data)
+        };
+        let particles = table.particle.iter().map(|number| *number as f64);
+        let absorption = table.regions.iter().flat_map(|region| {
+            let known = region.absorption.clone();
+            known.unwrap_or_else(|| vec![f64::NAN; channels])
+        });
+        vec![
+            column("record_particle", None, "", particles.collect()),
+            column("record_weight", channel, self.power, weights),
+            column("record_position", xyz, "unit", table.position.clone()),
+            column("record_direction", xyz, "", table.direction.clone()),
+            column(
+                "record_optical_length",
+                None,
+                "unit",
+                table.optical_length.clone(),
+            ),
+            column("record_side", None, "", table.side.clone()),
+            column(
+                "record_path_length",
+                region,
+                "unit",
+                table.path_length.clone(),
+            ),
+            column("record_scatterings", region, "", table.scatterings.clone()),
+            column(
+                "record_momentum_transfer",
+                region,
+                "",
+                table.momentum_transfer.clone(),
+            ),
+            self.array(
+                "region_mu_a",
+                ("region", regions),
+                channel,
+                "1/unit",
+                absorption.collect(),
+            ),
+        ]
+    }
+
+    fn array(
+        &self,
+        name: &str,
+        rows: (&str, usize),
+        columns: Option<(&str, usize)>,
+        unit: &str,
+        data: Vec<f64>,
+    ) -> Array {
+        let axes = [Some(rows), columns].into_iter().flatten();
+        Array {
+            name: format!("{}{name}", self.prefix),
+            axes: axes.clone().map(|(axis, _)| axis.to_owned()).collect(),
+            shape: axes.map(|(_, count)| count).collect(),
+            unit: unit.to_owned(),
+            data,
+        }
+    }
+}

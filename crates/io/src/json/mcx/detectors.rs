@@ -1,0 +1,73 @@
+//! Detectors as meters of the light that leaves the volume near them, which keep records.
+
+use super::super::tree::{Json, Node};
+use super::{Place, Reader, field, numbers};
+use serde_json::{Value, json};
+
+/// The meters that a list of detectors stands for.
+pub(super) fn meters(
+    node: &Node,
+    place: &Place,
+    settings: &Recording,
+    reader: &mut Reader,
+) -> Vec<Value> {
+    let found: Vec<[f64; 4]> = match &node.json {
+        Json::Array(items) => items.iter().filter_map(|item| one(item, reader)).collect(),
+        Json::Tensor(table) => table.rows().unwrap_or_else(|error| {
+            reader.error(
+                node,
+                format!("detectors are rows of x, y, z and a radius: {error}"),
+            );
+            Vec::new()
+        }),
+        Json::Object(_) => one(node, reader).into_iter().collect(),
+        _ => {
+            reader.error(node, "Detector is a list of {\"Pos\", \"R\"}");
+            Vec::new()
+        }
+    };
+    found
+        .into_iter()
+        .map(|d| meter(d, place, settings))
+        .collect()
+}
+
+/// What is to be kept of detected light.
+pub(super) struct Recording {
+    pub wanted: bool,
+    pub most: i64,
+}
+
+/// Position and radius of a detector; `None` after an error.
+fn one(node: &Node, reader: &mut Reader) -> Option<[f64; 4]> {
+    if let Some(&[x, y, z, radius]) = numbers(node).as_deref() {
+        return Some([x, y, z, radius]);
+    }
+    if !matches!(node.json, Json::Object(_)) {
+        reader.error(node, "a detector is {\"Pos\": [x, y, z], \"R\": radius}");
+        return None;
+    }
+    reader.known(node, &["Pos", "R"], &[]);
+    let [x, y, z] = reader.numbers(node, "Pos")?;
+    let radius = reader.number(node, "R");
+    if radius <= 0.0 {
+        let at = field(node, "R").unwrap_or(node);
+        reader.error(at, "the radius R of a detector is positive");
+        return None;
+    }
+    Some([x, y, z, radius])
+}
+
+fn meter([x, y, z, radius]: [f64; 4], place: &Place, settings: &Recording) -> Value {
+    let mut meter = json!({
+        "type": "irradiancemeter",
+        "normalization": "per_watt",
+        "center": place.of([x, y, z]),
+        "radius": radius * place.unit,
+        "records": settings.wanted,
+    });
+    if settings.wanted {
+        meter["max_records"] = json!(settings.most);
+    }
+    meter
+}

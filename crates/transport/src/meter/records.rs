@@ -1,0 +1,296 @@
+//! Records of detected light: for each particle that a meter accepts its power, where and how it leaves, and what has happened to
+//! it on its way (docs/theory.md#records).
+//!
+//! There may be more of them than there is room for. Then only those of every second particle are kept, or of every fourth, and so on:
+//! which ones depends on their numbers alone, so that parts of a run put together have the same records as the whole.
+
+use super::flight::Passing;
+use super::history::RegionHistory;
+use crate::Spectrum;
+use crate::sampling::is_among;
+use crate::scene::Scene;
+use serde::{Deserialize, Serialize};
+
+/// A region that records tell apart: a medium, or one of the labels of which it is made.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RecordRegion {
+    /// Its name.
+    pub name: String,
+    /// Its absorption coefficient μ_a, by channel, if it is the same everywhere.
+    pub absorption: Option<Vec<f64>>,
+}
+
+impl RecordRegion {
+    /// Those of a scene, with so many channels.
+    pub(crate) fn of(scene: &Scene, channels: usize) -> Vec<Self> {
+        let region = |name: &str, absorption: Option<Spectrum>| RecordRegion {
+            name: name.to_owned(),
+            absorption: absorption.map(|a| a.0[..channels].to_vec()),
+        };
+        let mut all = Vec::new();
+        for medium in scene.media() {
+            match &medium.labels {
+                None => all.push(region(&medium.name, medium.uniform_absorption())),
+                Some(labels) => {
+                    let each = labels.list.iter();
+                    all.extend(each.map(|l| region(&l.name, Some(l.absorption))));
+                }
+            }
+        }
+        all
+    }
+}
+
+/// How a table of records is laid out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct RecordLayout {
+    pub channels: usize,
+    pub regions: usize,
+}
+
+/// Position, direction, optical path length and side.
+const FIXED: usize = 8;
+/// Length, scatterings and momentum transfer.
+const PER_REGION: usize = 3;
+
+impl RecordLayout {
+    fn width(self) -> usize {
+        self.channels + FIXED + PER_REGION * self.regions
+    }
+
+    /// Bytes of so many records.
+    pub(crate) fn memory(self, records: usize) -> usize {
+        records.saturating_mul((self.width() + 1) * size_of::<f64>())
+    }
+}
+
+/// Rows of records, each with the number of its particle.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct RecordRows {
+    particles: Vec<u64>,
+    values: Vec<f64>,
+}
+
+impl RecordRows {
+    /// Adds the record of light that a meter has accepted; side 0 is where the normal of its surface points.
+    pub(super) fn push(&mut self, detected: &Detected) {
+        let Detected {
+            passing, history, ..
+        } = *detected;
+        self.particles.push(detected.particle);
+        self.values.extend(&passing.power.0[..detected.channels]);
+        self.values.extend(passing.hit.position.to_array());
+        self.values.extend(passing.direction.to_array());
+        self.values
+            .extend([passing.optical_length, detected.side as f64]);
+        self.values
+            .extend(history.iter().map(|region| region.length));
+        self.values
+            .extend(history.iter().map(|region| region.scatterings));
+        self.values
+            .extend(history.iter().map(|region| region.momentum_transfer));
+    }
+
+    /// Adds rows of a width whose particles are wanted.
+    fn append(&mut self, other: &RecordRows, width: usize, wanted: impl Fn(u64) -> bool) {
+        for (particle, row) in other.particles.iter().zip(other.values.chunks_exact(width)) {
+            if wanted(*particle) {
+                self.particles.push(*particle);
+                self.values.extend(row);
+            }
+        }
+    }
+
+    /// Keeps rows of a width whose particles are wanted.
+    fn retain(&mut self, width: usize, wanted: impl Fn(u64) -> bool) {
+        let mut kept = 0;
+        for row in 0..self.particles.len() {
+            if wanted(self.particles[row]) {
+                self.particles[kept] = self.particles[row];
+                self.values
+                    .copy_within(row * width..(row + 1) * width, kept * width);
+                kept += 1;
+            }
+        }
+        self.particles.truncate(kept);
+        self.values.truncate(kept * width);
+    }
+}
+
+/// Light that a meter has accepted.
+#[derive(Clone, Copy)]
+pub(super) struct Detected<'a> {
+    /// Number of its particle.
+    pub particle: u64,
+    /// How and where it passes.
+    pub passing: &'a Passing<'a>,
+    /// The side to which it goes.
+    pub side: usize,
+    /// What has happened to it, by region.
+    pub history: &'a [RegionHistory],
+    /// Number of channels.
+    pub channels: usize,
+}
+
+/// The records of one meter, at most so many.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Records {
+    layout: RecordLayout,
+    most: usize,
+    /// Those of a share 2^−`halvings` of all particles are kept.
+    halvings: u32,
+    rows: RecordRows,
+}
+
+impl Records {
+    pub(crate) fn new(layout: RecordLayout, most: usize) -> Self {
+        Records {
+            layout,
+            most,
+            halvings: 0,
+            rows: RecordRows::default(),
+        }
+    }
+
+    /// Whether it could be the records of a meter.
+    pub(crate) fn fits(&self, other: &Records) -> bool {
+        let (rows, width) = (&self.rows, self.layout.width());
+        let whole = rows.particles.len().checked_mul(width) == Some(rows.values.len());
+        whole && self.layout == other.layout && self.most == other.most
+    }
+
+    /// Adds rows, such as those of a task.
+    pub(crate) fn add(&mut self, rows: &RecordRows) {
+        let (width, halvings) = (self.layout.width(), self.halvings);
+        self.rows
+            .append(rows, width, |number| is_among(number, halvings));
+        while self.rows.particles.len() > self.most {
+            self.thin(self.halvings + 1);
+        }
+    }
+
+    /// Adds the records of other particles.
+    pub(crate) fn merge(&mut self, other: &Records) {
+        if other.halvings > self.halvings {
+            self.thin(other.halvings);
+        }
+        self.add(&other.rows);
+    }
+
+    fn thin(&mut self, halvings: u32) {
+        self.halvings = halvings;
+        let width = self.layout.width();
+        self.rows.retain(width, |number| is_among(number, halvings));
+    }
+
+    /// The table of records, with the numbers of all particles that were `followed` in a scene. Weights add up to the power that the meter has
+    /// accepted of those whose records are kept.
+    pub(crate) fn table(&self, scene: &Scene, followed: impl Iterator<Item = u64>) -> RecordTable {
+        let RecordLayout { channels, regions } = self.layout;
+        let rows = &self.rows;
+        let kept = followed.filter(|number| is_among(*number, self.halvings));
+        let particles = kept.count() as u64;
+        let mut order: Vec<usize> = (0..rows.particles.len()).collect();
+        order.sort_by_key(|row| rows.particles[*row]);
+        let width = self.layout.width();
+        let columns = |first: usize, count: usize| -> Vec<f64> {
+            let row = |row: &usize| row * width + first;
+            order
+                .iter()
+                .flat_map(|r| &rows.values[row(r)..row(r) + count])
+                .copied()
+                .collect()
+        };
+        let weight = columns(0, channels).into_iter();
+        let fixed = channels;
+        let by_region = channels + FIXED;
+        RecordTable {
+            regions: RecordRegion::of(scene, channels),
+            particles,
+            particle: order.iter().map(|row| rows.particles[*row]).collect(),
+            weight: weight.map(|w| w / particles as f64).collect(),
+            position: columns(fixed, 3),
+            direction: columns(fixed + 3, 3),
+            optical_length: columns(fixed + 6, 1),
+            side: columns(fixed + 7, 1),
+            path_length: columns(by_region, regions),
+            scatterings: columns(by_region + regions, regions),
+            momentum_transfer: columns(by_region + 2 * regions, regions),
+        }
+    }
+}
+
+/// Records of detected light, in the order of particles; a particle has several if it is divided on its way, or passes several
+/// times.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RecordTable {
+    /// The regions that are told apart.
+    pub regions: Vec<RecordRegion>,
+    /// Number of particles whose records are kept, whether or not they have any: all that were followed, unless there were too
+    /// many records.
+    pub particles: u64,
+    /// Number of the particle of each record.
+    pub particle: Vec<u64>,
+    /// Power by record and channel, over the number of these particles: it adds up to the power that the meter accepts of them.
+    pub weight: Vec<f64>,
+    /// Where it passes, by record.
+    pub position: Vec<f64>,
+    /// Unit direction in which it goes on, by record; of arrival at an opaque surface.
+    pub direction: Vec<f64>,
+    /// Optical path length from the emitter.
+    pub optical_length: Vec<f64>,
+    /// 0 if it goes to where the normal points, else 1.
+    pub side: Vec<f64>,
+    /// Geometric length of its way, by record and region.
+    pub path_length: Vec<f64>,
+    /// Number of times that it was scattered, by record and region.
+    pub scatterings: Vec<f64>,
+    /// Sum of 1 − cos ϑ over these, by record and region.
+    pub momentum_transfer: Vec<f64>,
+}
+
+impl RecordTable {
+    /// Puts the records of several groups of channels, with so many channels each, one after the other. They have no power in each
+    /// other's channels.
+    pub(crate) fn joined(groups: Vec<(RecordTable, usize)>) -> Option<RecordTable> {
+        let all: usize = groups.iter().map(|(_, channels)| channels).sum();
+        let mut first = 0;
+        let mut whole: Option<RecordTable> = None;
+        for (mut table, channels) in groups {
+            table.weight = padded(&table.weight, channels, first, all);
+            first += channels;
+            match &mut whole {
+                None => whole = Some(table),
+                Some(whole) => whole.append(table),
+            }
+        }
+        whole
+    }
+
+    fn append(&mut self, other: RecordTable) {
+        for (region, more) in self.regions.iter_mut().zip(other.regions) {
+            let both = region.absorption.take().zip(more.absorption);
+            region.absorption = both.map(|(a, b)| [a, b].concat());
+        }
+        self.particles = self.particles.min(other.particles);
+        self.particle.extend(other.particle);
+        self.weight.extend(other.weight);
+        self.position.extend(other.position);
+        self.direction.extend(other.direction);
+        self.optical_length.extend(other.optical_length);
+        self.side.extend(other.side);
+        self.path_length.extend(other.path_length);
+        self.scatterings.extend(other.scatterings);
+        self.momentum_transfer.extend(other.momentum_transfer);
+    }
+}
+
+/// Rows of `channels` values as rows of `all`, from the channel `first` on.
+fn padded(values: &[f64], channels: usize, first: usize, all: usize) -> Vec<f64> {
+    let row = |row: &[f64]| {
+        let mut whole = vec![0.0; all];
+        whole[first..first + channels].copy_from_slice(row);
+        whole
+    };
+    values.chunks(channels).flat_map(row).collect()
+}

@@ -1,0 +1,216 @@
+"""Records of detected light."""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._errors import FileError
+from ._values import comparable
+
+Doubles = NDArray[np.float64]
+
+
+@comparable
+class Power(NamedTuple):
+    """The power of recorded light, by channel."""
+
+    mean: Doubles
+    """Power, (channels,), in the unit of the weights."""
+    error: Doubles
+    """Standard error, of the same shape. All records of a particle are one sample."""
+    effective: Doubles
+    """Effective number of particles: how many equal ones would give a power that is known as well."""
+    few: NDArray[np.bool_]
+    """Where the error cannot be trusted: the largest particle makes more than a tenth of the power."""
+
+
+@comparable
+class Records(NamedTuple):
+    """Records of the light that a meter has accepted, one for each time that a particle passes (docs/meters.md#records).
+
+    Lengths are in scene units. Regions are the media of the scene, or the labels of which they are made.
+    """
+
+    particle: NDArray[np.int64]
+    """Number of the particle, (n,), ascending."""
+    weight: Doubles
+    """Power by record and channel, (n, channels). Its sum is the power that the meter accepts."""
+    position: Doubles
+    """Where the light passes, (n, 3)."""
+    direction: Doubles
+    """Unit direction in which it goes on, (n, 3); in which it arrives at an opaque surface."""
+    optical_length: Doubles
+    """Optical path length from the emitter, (n,)."""
+    side: NDArray[np.int64]
+    """0 where the light goes to where the normal of the surface points, else 1, (n,)."""
+    path_length: Doubles
+    """Geometric length of the way in each region, (n, regions)."""
+    scatterings: NDArray[np.int64]
+    """Number of times that the light was scattered in each region, (n, regions)."""
+    momentum_transfer: Doubles
+    """Sum of 1 − cos ϑ over these, where ϑ is the angle of scattering, (n, regions)."""
+    regions: List[str]
+    """Names of the regions."""
+    mu_a: Doubles
+    """Absorption coefficients of the regions, (regions, channels); NaN where one varies in space."""
+    particles: int
+    """Number of particles whose records are kept, whether or not they have any: all that were followed, unless there were more than
+    ``max_records`` records."""
+    unit: str
+    """Unit of the weights."""
+
+    @classmethod
+    def load(cls, path: Union[str, "os.PathLike[str]"], meter: Optional[str] = None) -> "Records":
+        """Read the records in an NPZ file that ``morgana render`` or :meth:`Result.write` has written.
+
+        Parameters
+        ----------
+        path : path_like
+            The file.
+        meter : str, optional
+            Name of the meter; needed if the file is of several meters.
+
+        Returns
+        -------
+        Records
+            The records.
+
+        Raises
+        ------
+        FileError
+            A file without records of this meter.
+
+        Examples
+        --------
+        >>> records = morgana.Records.load("tissue.npz")
+        """
+        try:
+            with np.load(path) as file:
+                arrays = {name: file[name] for name in file.files if name != "metadata"}
+                attributes = json.loads(str(file["metadata"]))
+        except (OSError, ValueError, KeyError) as error:
+            raise FileError(f"{os.fspath(path)}: not a file of readings: {error}") from None
+        units = {name: about["unit"] for name, about in attributes["arrays"].items()}
+        found = found_in(arrays, units, attributes)
+        if meter is None and len(found) == 1:
+            return next(iter(found.values()))
+        if meter not in found:
+            raise FileError(f"{os.fspath(path)}: records are those of {sorted(found)}, not of {meter!r}")
+        return found[meter]
+
+    def rescaled(self, mu_a: Mapping[str, ArrayLike]) -> "Records":
+        """The same light with other absorption: weights change by exp(−Δμ_a ℓ), with the length ℓ in each region.
+
+        This is exact, but the error grows with the change: see ``effective`` of :meth:`power`.
+
+        Parameters
+        ----------
+        mu_a : mapping
+            New absorption coefficients of regions by name, one number or one for each channel, ≥ 0, per scene unit. Other regions
+            keep theirs.
+
+        Returns
+        -------
+        Records
+            With other weights.
+
+        Raises
+        ------
+        ValueError
+            An unknown region, one whose absorption varies in space, or a negative coefficient.
+
+        Examples
+        --------
+        >>> records.rescaled({"tissue: label 1": 0.02}).power().mean
+        """
+        new = self.mu_a.copy()
+        for name, value in mu_a.items():
+            if name not in self.regions:
+                raise ValueError(f"no region is named {name!r}; there are {', '.join(map(repr, self.regions))}")
+            row = self.regions.index(name)
+            new[row] = value
+            if not np.all(np.isfinite(new[row]) & (new[row] >= 0)):
+                raise ValueError(f"the absorption of {name!r} must be finite and not negative")
+            if np.isnan(self.mu_a[row]).any():
+                raise ValueError(f"the absorption of {name!r} varies in space: change weights by path_length yourself")
+        change = np.where(np.isnan(self.mu_a), 0.0, new - self.mu_a)
+        return self._replace(weight=self.weight * np.exp(-self.path_length @ change), mu_a=new)
+
+    def power(self, where: Optional[ArrayLike] = None) -> Power:
+        """The power of all records, or of those that are chosen.
+
+        Parameters
+        ----------
+        where : array_like of bool, optional
+            Which records count, (n,).
+
+        Returns
+        -------
+        Power
+            Mean and standard error by channel.
+
+        Examples
+        --------
+        >>> early = records.power(records.optical_length < 300)
+        >>> print(early.mean, early.error)
+        """
+        chosen = slice(None) if where is None else np.asarray(where, bool)
+        _, rows = np.unique(self.particle[chosen], return_inverse=True)
+        weight = self.weight[chosen]
+        totals = np.zeros((int(rows.max(initial=-1)) + 1, weight.shape[1]))
+        np.add.at(totals, rows, weight)
+        mean, squares, largest = totals.sum(axis=0), (totals**2).sum(axis=0), totals.max(axis=0, initial=0.0)
+        variance = np.maximum(squares - mean**2 / self.particles, 0.0) * self.particles / max(self.particles - 1, 1)
+        effective = np.divide(mean**2, squares, out=np.zeros_like(mean), where=squares > 0)
+        return Power(mean, np.sqrt(variance), effective, largest > 0.1 * mean)
+
+    def __repr__(self) -> str:
+        return f"<morgana.Records of {len(self.particle)} passages of {self.particles} particles, in {len(self.regions)} regions>"
+
+
+def found_in(
+    arrays: Mapping[str, NDArray[Any]], units: Mapping[str, str], attributes: Mapping[str, Any]
+) -> Dict[str, Records]:
+    """The records among the arrays of a measurement, by the names of meters."""
+    tables = {}
+    for name in arrays:
+        prefix, found, _ = name.rpartition("record_weight")
+        if found:
+            tables[attributes[f"{prefix}meter"]] = _table(prefix, arrays, units, attributes)
+    return tables
+
+
+def _table(
+    prefix: str,
+    arrays: Mapping[str, NDArray[Any]],
+    units: Mapping[str, str],
+    attributes: Mapping[str, Any],
+) -> Records:
+    def column(name: str) -> Doubles:
+        return np.asarray(arrays[f"{prefix}record_{name}"], float)
+
+    return Records(
+        particle=column("particle").astype(np.int64),
+        weight=_matrix(column("weight")),
+        position=column("position"),
+        direction=column("direction"),
+        optical_length=column("optical_length"),
+        side=column("side").astype(np.int64),
+        path_length=column("path_length"),
+        scatterings=column("scatterings").astype(np.int64),
+        momentum_transfer=column("momentum_transfer"),
+        regions=list(attributes[f"{prefix}regions"]),
+        mu_a=_matrix(np.asarray(arrays[f"{prefix}region_mu_a"], float)),
+        particles=int(attributes[f"{prefix}record_particles"]),
+        unit=units[f"{prefix}record_weight"],
+    )
+
+
+def _matrix(array: Doubles) -> Doubles:
+    """An array whose last axis is that of channels, which is left out if there is only one."""
+    return array[:, None] if array.ndim == 1 else array

@@ -1,0 +1,91 @@
+"""Records of detected light: they say what meters say, in files too, and know of other absorption."""
+
+import morgana
+import numpy as np
+import pytest
+
+PARTICLES = 4000
+
+
+def scene(**more):
+    tissue = {
+        "type": "labels", "data": np.array([1, 1, 2, 2], np.uint8).reshape(4, 1, 1), "to_world": [{"scale": [4, 4, 4]}],
+        "properties": np.array([[0, 0, 1, 1], [0.1, 1, 0.5, 1.4], [0.3, 2, 0.8, 1.4]]),
+        "skin": {"type": "irradiancemeter", "id": "skin", "records": True, **more},
+    }
+    beam = {"type": "collimated", "radius": 0.5, "power": 2.0, "to_world": [{"translate": [2, 2, -1]}]}
+    return morgana.load_dict({"type": "scene", "integrator": {"type": "particle"}, "tissue": tissue, "beam": beam})
+
+
+@pytest.fixture(scope="module")
+def measured():
+    return morgana.render(scene(), particles=PARTICLES, seed=4)
+
+
+def test_records_say_what_the_meter_says(measured):
+    records = measured.records["skin"]
+    power = measured.meters["power"]
+    assert (records.unit, records.particles) == ("W", measured.stats["particles"])
+    for side in (0, 1):
+        part = records.power(records.side == side)
+        np.testing.assert_allclose(part.mean, power.mean[side], rtol=1e-12)
+        np.testing.assert_allclose(part.error, power.error[side], rtol=1e-3, atol=1e-6)
+        np.testing.assert_allclose(part.effective, power.effective[side], rtol=1e-9)
+        assert part.few[0] == power.few[side]
+    assert records.regions[-2:] == ["tissue: label 1", "tissue: label 2"]
+    np.testing.assert_allclose(records.mu_a[-2:, 0], [0.1, 0.3])
+    assert "passages of" in repr(records)
+
+
+def test_other_absorption(measured):
+    records = measured.records["skin"]
+    same = records.rescaled({"tissue: label 2": 0.3})
+    np.testing.assert_allclose(same.weight, records.weight)
+    clear = records.rescaled({"tissue: label 1": 0, "tissue: label 2": 0})
+    lengths = records.path_length[:, -2:]
+    np.testing.assert_allclose(clear.weight[:, 0], records.weight[:, 0] * np.exp(lengths @ [0.1, 0.3]))
+    # Without absorption all that enters leaves: within 4 standard errors (6e-5).
+    out, into = (clear.power(clear.side == side) for side in (0, 1))
+    assert abs(out.mean[0] - into.mean[0]) < 4 * out.error[0]
+    assert out.error[0] < 0.1
+    with pytest.raises(ValueError, match="no region is named 'label 3'; there are .*'tissue: label 2'"):
+        records.rescaled({"label 3": 0})
+    with pytest.raises(ValueError, match="must be finite and not negative"):
+        records.rescaled({"tissue: label 1": -1})
+
+
+def test_files_keep_records(measured, tmp_path):
+    measured.write(tmp_path / "skin.npz")
+    assert morgana.Records.load(tmp_path / "skin.npz") == measured.records["skin"]
+    with pytest.raises(morgana.FileError, match=r"records are those of \['skin'\], not of 'hair'"):
+        morgana.Records.load(tmp_path / "skin.npz", "hair")
+    (tmp_path / "text.npz").write_text("no archive")
+    with pytest.raises(morgana.FileError, match="not a file of readings"):
+        morgana.Records.load(tmp_path / "text.npz")
+
+
+def test_no_more_than_asked_for():
+    measured = morgana.render(scene(max_records=500), particles=PARTICLES, seed=4)
+    records = measured.records["skin"]
+    assert 100 < len(records.particle) <= 500
+    assert records.particles < measured.stats["particles"] / 4
+    assert measured.stats["meters"][0]["records"] == {"count": len(records.particle), "particles": records.particles}
+    few, all_ = records.power(records.side == 0), measured.meters["power"]
+    assert abs(few.mean[0] - all_.mean[0]) < 4 * few.error[0]
+
+
+def test_no_records_without_a_wish():
+    assert morgana.render(scene(records=False), particles=64, seed=4).records == {}
+
+
+def test_detectors_of_mcx():
+    cfg = {
+        "vol": np.ones((10, 10, 10), np.uint8), "prop": [[0, 0, 1, 1], [0.01, 1.0, 0.5, 1.37]], "srcpos": [5, 5, 0], "srcdir": [0, 0, 1],
+        "issrcfrom0": 1, "nphoton": 2000, "detpos": [[5, 7, 0, 1]], "maxdetphoton": 1000,
+    }
+    measured = morgana.render(morgana.load_mcx(cfg), seed=1)
+    records = measured.records["detector1"]
+    assert 0 < len(records.particle) <= 1000
+    assert np.all(np.linalg.norm(records.position - [5, 7, 0], axis=1) <= 1)
+    np.testing.assert_allclose(records.power().mean, measured.meters["detector1.power"].mean.sum())
+    assert measured.meters["cells.fluence"].mean.shape == (10, 10, 10)
