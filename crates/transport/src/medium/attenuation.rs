@@ -1,6 +1,6 @@
 //! Extinction along one arc (docs/theory.md#free-flight).
 
-use super::Medium;
+use super::{Medium, MediumLabel};
 use crate::Spectrum;
 use crate::volume::{Section, VolumeTexture};
 use eikonal::ray::{Arc, Profile};
@@ -15,6 +15,8 @@ pub(crate) enum Attenuation<'a> {
     Uniform(Spectrum),
     /// The same on a straight arc of this length: depth is proportional to θ.
     Even(Spectrum, f64),
+    /// That of a label, on a straight arc of this length that is in no other as far as anybody asks.
+    Label(&'a MediumLabel, f64),
     /// That of a grid along a straight arc, integrated when it is asked for.
     Sampled(Section<'a>),
     /// Integrated along the parts of a bent arc that lie in the grid.
@@ -22,6 +24,19 @@ pub(crate) enum Attenuation<'a> {
 }
 
 impl<'a> Attenuation<'a> {
+    /// On a straight arc that collides after a depth in a channel, beyond which nobody asks, if it is then still in the label where
+    /// it starts.
+    #[inline]
+    pub(crate) fn in_label(
+        medium: &'a Medium,
+        arc: &Arc,
+        channel: usize,
+        depth: f64,
+    ) -> Option<Self> {
+        let label = medium.labels.as_ref()?.along(arc, channel, depth)?;
+        Some(Attenuation::Label(label, arc.arc_length(1.0)))
+    }
+
     /// For the part θ ≤ `theta_end` of an arc.
     #[inline]
     pub(crate) fn new(medium: &'a Medium, arc: &Arc, theta_end: f64) -> Self {
@@ -45,6 +60,15 @@ impl<'a> Attenuation<'a> {
         }
     }
 
+    /// The label through which the arc leads, if that is known.
+    #[inline]
+    pub(crate) fn label(&self) -> Option<&'a MediumLabel> {
+        match self {
+            Attenuation::Label(label, _) => Some(label),
+            _ => None,
+        }
+    }
+
     /// Prepares for many questions about places up to `theta_end`.
     pub(crate) fn tabulate(&mut self, theta_end: f64) {
         if let Attenuation::Sampled(section) = self {
@@ -59,6 +83,7 @@ impl<'a> Attenuation<'a> {
             Attenuation::None => Spectrum::ZERO,
             Attenuation::Uniform(sigma) => *sigma * arc.arc_length(theta),
             Attenuation::Even(sigma, length) => *sigma * (length * theta),
+            Attenuation::Label(label, length) => label.extinction * (length * theta),
             Attenuation::Sampled(section) => section.integral(theta),
             Attenuation::Varying(profiles) => sum(profiles, |p| p.depth(theta)),
         }
@@ -69,6 +94,7 @@ impl<'a> Attenuation<'a> {
         match self {
             Attenuation::None => Spectrum::ZERO,
             Attenuation::Uniform(sigma) | Attenuation::Even(sigma, _) => *sigma,
+            Attenuation::Label(label, _) => label.extinction,
             Attenuation::Sampled(section) => section.value(arc.position(theta)),
             Attenuation::Varying(profiles) => {
                 let speed = arc.velocity(theta).length() * arc.h();
@@ -93,9 +119,9 @@ impl<'a> Attenuation<'a> {
                 let length = target / sigma[channel];
                 (length < arc.arc_length(theta_end)).then(|| arc.theta_at_length(length))
             }
-            Attenuation::Even(sigma, length) => {
-                let theta = target / (sigma[channel] * length);
-                (theta < theta_end).then_some(theta)
+            Attenuation::Even(sigma, length) => even(sigma[channel] * length, target, theta_end),
+            Attenuation::Label(label, length) => {
+                even(label.extinction[channel] * length, target, theta_end)
             }
             Attenuation::Sampled(section) => return section.reach(theta_end, channel, target),
             Attenuation::Varying(profiles) => {
@@ -109,6 +135,12 @@ impl<'a> Attenuation<'a> {
         };
         (theta, self.depth(arc, theta.unwrap_or(theta_end)))
     }
+}
+
+/// Where a depth that grows evenly to a whole at θ = 1 reaches a target, if that is before `theta_end`.
+fn even(whole: f64, target: f64, theta_end: f64) -> Option<f64> {
+    let theta = target / whole;
+    (theta < theta_end).then_some(theta)
 }
 
 /// The sum over the parts of an arc.

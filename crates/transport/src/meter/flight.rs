@@ -29,7 +29,7 @@ pub(super) struct Collision<'a> {
     /// The medium's scene.
     pub scene: &'a Scene,
     /// Where.
-    pub point: Point,
+    pub point: Point<'a>,
     /// Power of the particle over the density per unit length of the collision: an estimate of ∫ Φ dV.
     pub path: Spectrum,
     /// Optical path length from the emitter.
@@ -103,7 +103,10 @@ impl Flight<'_> {
         if self.power_varies() {
             return None;
         }
-        let absorption = self.scene.medium(self.span.medium).uniform_absorption()?;
+        let absorption = match self.span.attenuation.label() {
+            Some(label) => label.absorption,
+            None => self.scene.medium(self.span.medium).uniform_absorption()?,
+        };
         Some([self.power_at(0.0), absorption])
     }
 
@@ -123,7 +126,7 @@ impl Flight<'_> {
 impl Collision<'_> {
     /// What the medium takes of the particle.
     pub(super) fn absorbed(&self) -> Spectrum {
-        let albedo = self.scene.medium(self.point.medium).albedo.at(self.point.x);
+        let albedo = self.point.albedo(self.scene);
         self.path * self.point.rate * absorbed_share(albedo)
     }
 }

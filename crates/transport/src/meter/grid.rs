@@ -154,6 +154,9 @@ impl MeterGrid {
     }
 
     fn cut_line(&self, [a, b]: [DVec3; 2], theta_end: f64, cuts: &mut Vec<f64>) {
+        if self.coordinates == Coordinates::Cartesian && self.are_in_one_cell([a, b]) {
+            return;
+        }
         let d = b - a;
         let mut plane = |axis: usize| {
             for edge in self.edges(axis, [a[axis], b[axis]]) {
@@ -183,6 +186,16 @@ impl MeterGrid {
                 push(c / s, theta_end, cuts);
             }
         }
+    }
+
+    /// Whether two points are inside of the same cell of a Cartesian grid.
+    #[inline]
+    fn are_in_one_cell(&self, [a, b]: [DVec3; 2]) -> bool {
+        let size = DVec3::from(self.size.map(|n| n as f64));
+        let [a, b] = [a * size, b * size];
+        // Conversion rounds towards zero.
+        let cell = |p: DVec3| p.to_array().map(|v| v as i64);
+        a.min(b).min_element() > 0.0 && cell(a) == cell(b)
     }
 
     fn cut_curve(&self, control: &[DVec3; 6], theta_end: f64, cuts: &mut Vec<f64>) {

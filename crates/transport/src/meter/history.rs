@@ -27,9 +27,9 @@ impl HistoryRegions {
         let mut count = 0;
         let mut regions = |labels: &Option<MediumLabels>| {
             let first = count;
-            count += labels.as_ref().map_or(1, |labels| labels.list.len());
+            count += labels.as_ref().map_or(1, |labels| labels.list().len());
             let labels = labels.clone().and_then(|labels| {
-                let (size, to_world) = (labels.grid.size(), labels.grid.to_world());
+                let (size, to_world) = (labels.grid().size(), labels.grid().to_world());
                 let cells = MeterGrid::new(Coordinates::Cartesian, size, to_world)?;
                 Some((labels, cells))
             });
@@ -47,9 +47,7 @@ impl HistoryRegions {
     fn at(&self, medium: MediumId, x: DVec3) -> usize {
         let regions = &self.media[medium];
         let labels = regions.labels.as_ref();
-        let label = labels.map_or(0, |(labels, _)| {
-            usize::from(labels.grid.at(x)).min(labels.list.len() - 1)
-        });
+        let label = labels.map_or(0, |(labels, _)| labels.at(x));
         regions.first + label
     }
 }

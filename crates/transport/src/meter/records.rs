@@ -32,7 +32,7 @@ impl RecordRegion {
             match &medium.labels {
                 None => all.push(region(&medium.name, medium.uniform_absorption())),
                 Some(labels) => {
-                    let each = labels.list.iter();
+                    let each = labels.list().iter();
                     all.extend(each.map(|l| region(&l.name, Some(l.absorption))));
                 }
             }

@@ -11,6 +11,8 @@ use crate::moments::Moments;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+/// Scores among which one for the same slot is looked for.
+const RECENT: usize = 2;
 /// Slots per unit of work when tasks are added up.
 const SLOTS_PER_CHUNK: usize = 1 << 14;
 
@@ -28,7 +30,13 @@ impl Scores {
         if !value.is_finite() {
             self.not_finite += 1;
         } else if value != 0.0 {
-            self.list.push((slot as u32, value));
+            // A particle often stays in the same cell, for some collisions, and scores two quantities there.
+            let slot = slot as u32;
+            let recent = self.list.iter_mut().rev().take(RECENT);
+            match recent.into_iter().find(|(known, _)| *known == slot) {
+                Some((_, sum)) => *sum += value,
+                None => self.list.push((slot, value)),
+            }
         }
     }
 }

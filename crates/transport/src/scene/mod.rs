@@ -3,6 +3,7 @@
 mod bending;
 mod builder;
 mod check;
+mod clearance;
 mod containment;
 mod emission;
 mod group;
@@ -30,6 +31,7 @@ use crate::medium::Medium;
 use crate::sampling::Replicates;
 use crate::sensor::Sensor;
 use bending::{Bending, REACH, guides};
+use clearance::Clearance;
 use containment::overlapping;
 use eikonal::connect::{Guide, Reach};
 use eikonal::{Aabb, Tolerance};
@@ -37,6 +39,7 @@ use emission::{point_like_emitters, volume_lights};
 use glam::DVec3;
 use index::Index;
 use lights::Lights;
+use std::sync::OnceLock;
 
 /// A scene that can be rendered.
 #[derive(Debug)]
@@ -54,6 +57,8 @@ pub struct Scene {
     ray_epsilon: f64,
     /// Whether nothing takes any light between surfaces.
     clear: bool,
+    /// How far surfaces are, once somebody asks; nothing where it does not pay.
+    clearance: OnceLock<Option<Clearance>>,
     reach: Reach,
     bending: Bending,
     glass_ball: Option<GlassBall>,
@@ -111,6 +116,7 @@ impl Scene {
             sensor_medium,
             ray_epsilon: 1e-10 * (around.radius + around.center.length()),
             clear: parts.media.iter().all(Medium::is_transparent),
+            clearance: OnceLock::new(),
             around,
             parts,
         };

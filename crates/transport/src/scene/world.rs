@@ -1,10 +1,12 @@
 //! What rays meet in a scene.
 
 use super::Scene;
+use super::clearance::Clearance;
 use super::index::Index;
 use super::parts::MediumId;
 use crate::bsdf::{Bsdf, PartialTransmission};
 use crate::shape::{Except, Hit, Meeting};
+use eikonal::Aabb;
 use eikonal::Field;
 use eikonal::connect::{Crossing, World};
 use eikonal::interface::Rule;
@@ -77,6 +79,20 @@ impl Scene {
     ) -> Option<(usize, Meeting)> {
         let all = &self.all;
         first_of(all, arc, [0.0, end], [all.place(left), None])
+    }
+
+    /// Whether a straight arc is known to meet no surface up to θ = `end`.
+    #[inline]
+    pub(crate) fn is_free(&self, arc: &Arc, end: f64) -> bool {
+        let clearance = self.clearance.get_or_init(|| {
+            // Where light collides.
+            let regions = self.media().iter().zip(self.regions());
+            let turbid = regions.filter(|(medium, _)| !medium.is_transparent());
+            let within = turbid.fold(Aabb::EMPTY, |all, (_, region)| all.union(region.aabb));
+            Clearance::of(self.objects(), &within)
+        });
+        let is_free = |clearance: &Clearance| clearance.is_free(arc, end);
+        clearance.as_ref().is_some_and(is_free)
     }
 
     /// The first boundary between media that an arc passes on its deterministic way, given one that it does not.

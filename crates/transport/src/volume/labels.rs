@@ -2,8 +2,10 @@
 
 use super::error::GridError;
 use super::lattice::to_samples;
+use super::layers::spread;
 use eikonal::field::Placement;
 use glam::{DAffine3, DVec3};
+use std::sync::OnceLock;
 
 /// A label, 0 to 255, for each voxel of the unit cube under an affine map. Beyond the cube the outermost voxels go on.
 #[derive(Clone, Debug)]
@@ -13,6 +15,10 @@ pub struct LabelGrid {
     labels: Vec<u8>,
     to_world: DAffine3,
     to_voxels: DAffine3,
+    /// Distances between planes of voxels along each axis.
+    pitch: DVec3,
+    /// For each voxel how many layers around it have its label, once somebody asks.
+    layers: OnceLock<Vec<u8>>,
 }
 
 impl LabelGrid {
@@ -41,6 +47,8 @@ impl LabelGrid {
             labels,
             to_world,
             to_voxels: to_samples(size, Placement::Centers) * to_world.inverse(),
+            pitch: pitch(size, to_world),
+            layers: OnceLock::new(),
         })
     }
 
@@ -53,6 +61,47 @@ impl LabelGrid {
             (place[axis] + 0.5).floor().clamp(0.0, last) as usize
         });
         self.labels[i + self.size[0] * (j + self.size[1] * k)]
+    }
+
+    /// The label at a world position, and a distance within which there is no other; 0 outside of the cube.
+    #[inline]
+    pub(crate) fn around(&self, x: DVec3) -> (u8, f64) {
+        let place = self.to_voxels.transform_point3(x) + 0.5;
+        let size = DVec3::from(self.size.map(|n| n as f64));
+        if place.min_element() < 0.0 || (size - place).min_element() <= 0.0 {
+            return (self.at(x), 0.0);
+        }
+        let [i, j, k] = place.to_array().map(|p| p as usize);
+        let voxel = i + self.size[0] * (j + self.size[1] * k);
+        let layers = self.layers.get_or_init(|| self.layers())[voxel];
+        let within = place - DVec3::new(i as f64, j as f64, k as f64);
+        let nearest = within.min(1.0 - within) + f64::from(layers);
+        (self.labels[voxel], (nearest * self.pitch).min_element())
+    }
+
+    /// The smallest distance between planes of voxels.
+    pub(crate) fn pitch(&self) -> f64 {
+        self.pitch.min_element()
+    }
+
+    /// How many layers around each voxel have its label.
+    fn layers(&self) -> Vec<u8> {
+        let [nx, ny, nz] = self.size;
+        let steps = [1, nx, nx * ny];
+        let alone = |voxel: usize| {
+            let [i, j, k] = [voxel % nx, voxel / nx % ny, voxel / nx / ny];
+            let edge = [(i, nx), (j, ny), (k, nz)]
+                .iter()
+                .any(|(i, n)| *i == 0 || i + 1 == *n);
+            edge || (0..27).any(|n| {
+                let at = voxel + n % 3 + steps[1] * (n / 3 % 3) + steps[2] * (n / 9);
+                self.labels[at - 1 - steps[1] - steps[2]] != self.labels[voxel]
+            })
+        };
+        let full = |voxel| if alone(voxel) { 0 } else { u8::MAX };
+        let mut layers: Vec<u8> = (0..self.labels.len()).map(full).collect();
+        spread(self.size, &mut layers);
+        layers
     }
 
     /// Number of voxels along x, y, z.
@@ -72,6 +121,59 @@ impl LabelGrid {
 
     /// Bytes held by the labels.
     pub fn memory(&self) -> usize {
-        self.labels.len()
+        2 * self.labels.len()
+    }
+}
+
+/// Distances between the planes of voxels along each axis: a plane of unit w = const has the normal ∇w.
+fn pitch(size: [usize; 3], to_world: DAffine3) -> DVec3 {
+    let rows = to_world.matrix3.inverse().transpose();
+    DVec3::from(std::array::from_fn(|axis| {
+        (size[axis] as f64 * rows.col(axis).length()).recip()
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DMat3;
+
+    /// Points around a place that are as far as it says have its label.
+    #[test]
+    fn labels_reach_as_far_as_they_say() {
+        let size = [9, 8, 10];
+        let at = |i: usize| [i % 9, i / 9 % 8, i / 72];
+        let label =
+            |[x, y, z]: [usize; 3]| u8::from(z > 5) + 2 * u8::from(x == 4 && y == 4 && z == 2);
+        let labels = (0..720).map(|i| label(at(i))).collect();
+        let columns = [[1.0, 0.1, 0.0], [0.0, 0.8, 0.2], [0.0, 0.0, 0.5]];
+        let to_world =
+            DAffine3::from_mat3_translation(DMat3::from_cols_array_2d(&columns), DVec3::NEG_ONE);
+        let grid = LabelGrid::new(size, labels, to_world).unwrap();
+        let mut state = 1u64;
+        let mut next = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        let mut longest = 0.0f64;
+        for _ in 0..2000 {
+            let unit = DVec3::new(next(), next(), next()) * 1.2 - 0.1;
+            let x = to_world.transform_point3(unit);
+            let (label, distance) = grid.around(x);
+            assert_eq!(label, grid.at(x));
+            let inside = unit.min_element() > 0.0 && unit.max_element() < 1.0;
+            assert_eq!(distance > 0.0, inside, "{unit}");
+            longest = longest.max(distance);
+            for _ in 0..50 {
+                let direction = (DVec3::new(next(), next(), next()) - 0.5).normalize();
+                let beside = x + direction * (distance * (1.0 - 1e-12));
+                assert_eq!(grid.at(beside), label);
+                let unit = grid.to_world.inverse().transform_point3(beside);
+                assert!(!inside || (unit.min_element() >= 0.0 && unit.max_element() <= 1.0));
+            }
+        }
+        assert!(longest > 0.06, "{longest}");
     }
 }

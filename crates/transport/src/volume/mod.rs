@@ -6,6 +6,7 @@ mod error;
 mod grid;
 mod labels;
 mod lattice;
+mod layers;
 mod section;
 mod texture;
 
@@ -13,5 +14,6 @@ pub(crate) use blocks::Interval;
 pub use error::GridError;
 pub use grid::{GridFilter, GridSamples, VolumeGrid};
 pub use labels::LabelGrid;
+pub(crate) use layers::spread;
 pub(crate) use section::Section;
 pub use texture::VolumeTexture;

@@ -171,13 +171,11 @@ fn labelled(index: impl Into<eikonal::Field>, sigma_t: f64) -> Parts {
     let grid = Arc::new(LabelGrid::new([4; 3], labels, to_world).unwrap());
     let label = |name: &str| MediumLabel {
         name: name.into(),
-        absorption: Spectrum::ZERO,
+        extinction: Spectrum::splat(sigma_t),
+        absorption: Spectrum::splat(0.1 * sigma_t),
     };
     let medium = Medium {
-        labels: Some(MediumLabels {
-            grid,
-            list: ["a", "b", "c"].map(label).into(),
-        }),
+        labels: MediumLabels::new(grid, ["a", "b", "c"].map(label).into()),
         ..fog(index, sigma_t, 0.9, 0.5)
     };
     let cube = container(Cube::new(DAffine3::IDENTITY).unwrap(), Bsdf::Null);
@@ -189,7 +187,7 @@ fn labelled(index: impl Into<eikonal::Field>, sigma_t: f64) -> Parts {
 #[test]
 fn lengths_are_told_apart_by_label() {
     let parts = labelled(Constant::new(1.0), 0.0);
-    let grid = parts.media[1].labels.as_ref().unwrap().grid.clone();
+    let grid = parts.media[1].labels.as_ref().unwrap().grid().clone();
     let meter = around(&parts, 1_000);
     let measured = run(parts, &[meter], &options(64, 1));
     let table = table(&measured);

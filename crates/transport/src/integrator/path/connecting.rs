@@ -111,7 +111,7 @@ impl Tracing<'_> {
             return;
         };
         // Scatter there: e^{−τ} σ_s, with the factors of interfaces.
-        let albedo = scene.medium(point.medium).albedo.at(point.x);
+        let albedo = point.albedo(scene);
         let scattering = point.rate * albedo * point.depth.exp_neg() * point.weight;
         if scattering.is_zero() {
             return;

@@ -16,7 +16,7 @@ impl Observer for ParticleBalance {
         };
         match &edge.end {
             End::Collision(point) => {
-                let albedo = event.scene.medium(point.medium).albedo.at(point.x);
+                let albedo = point.albedo(event.scene);
                 let absorption = point.rate * albedo.map(|a| 1.0 - a);
                 self.media += (event.path(point) * absorption).sum();
             }

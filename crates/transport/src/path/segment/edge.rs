@@ -2,7 +2,7 @@
 
 use super::edge_geometry::EdgeGeometry;
 use crate::Spectrum;
-use crate::medium::Attenuation;
+use crate::medium::{Attenuation, MediumLabel};
 use crate::scene::{MediumId, Scene};
 use crate::shape::{Hit, Meeting};
 use eikonal::ray::Arc;
@@ -81,7 +81,7 @@ pub struct Span<'a> {
 
 /// A point inside a span.
 #[derive(Clone, Copy, Debug)]
-pub struct Point {
+pub struct Point<'a> {
     /// Parameter of the span's arc.
     pub theta: f64,
     /// Position.
@@ -96,13 +96,15 @@ pub struct Point {
     pub depth: Spectrum,
     /// Extinction that is consistent with the depth.
     pub rate: Spectrum,
+    /// The label there, if it is known without a look at voxels.
+    pub(crate) label: Option<&'a MediumLabel>,
     /// Factor of the specular events before it.
     pub weight: Spectrum,
 }
 
-impl Span<'_> {
+impl<'a> Span<'a> {
     /// The point at θ.
-    pub fn at(&self, theta: f64) -> Point {
+    pub fn at(&self, theta: f64) -> Point<'a> {
         Point {
             theta,
             x: self.arc.position(theta),
@@ -111,6 +113,7 @@ impl Span<'_> {
             length: self.length_before + self.length_at(theta),
             depth: self.depth_before + self.attenuation.depth(&self.arc, theta),
             rate: self.attenuation.rate(&self.arc, theta),
+            label: self.attenuation.label(),
             weight: self.weight_before,
         }
     }
@@ -136,11 +139,20 @@ impl Span<'_> {
     }
 }
 
+impl Point<'_> {
+    /// Albedo of its medium there.
+    #[inline]
+    pub(crate) fn albedo(&self, scene: &Scene) -> Spectrum {
+        let medium = || scene.medium(self.medium).albedo.at(self.x);
+        self.label.map_or_else(medium, MediumLabel::albedo)
+    }
+}
+
 /// How an edge ended.
 #[derive(Clone, Copy, Debug)]
-pub enum End {
+pub enum End<'a> {
     /// At a collision inside a medium.
-    Collision(Point),
+    Collision(Point<'a>),
     /// On a surface that scatters.
     Surface {
         /// The object.
@@ -186,7 +198,7 @@ pub struct Edge<'a> {
     /// start alone, not on where a collision was drawn.
     pub lead: usize,
     /// How it ended.
-    pub end: End,
+    pub end: End<'a>,
     /// Arc length up to the end.
     pub length: f64,
     /// Factor of the specular events: reflectances, and n² across declared index matches.
@@ -229,7 +241,7 @@ impl<'a> Edge<'a> {
     /// Has the edge, which met nothing, end at a collision where the depth of a channel reaches a target: a point to scatter at,
     /// whose geometry term nobody asks for.
     pub(in crate::path) fn collide_at(&mut self, channel: usize, target: f64) {
-        let at = |span: &Span| {
+        let at = |span: &Span<'a>| {
             let left = target - span.depth_before[channel];
             let (theta, _) = span
                 .attenuation
@@ -267,8 +279,7 @@ impl<'a> Edge<'a> {
         let transmittance = self.geometry.depth.exp_neg();
         match &self.end {
             End::Collision(point) => {
-                let medium = scene.medium(point.medium);
-                let scattering = point.rate * medium.albedo.at(point.x);
+                let scattering = point.rate * point.albedo(scene);
                 transmittance * point.weight * scattering
                     / self.collision_density(channel_pdf, point)
             }
@@ -282,7 +293,7 @@ impl<'a> Edge<'a> {
     }
 
     /// The point at an arc length from the start, before the first specular event.
-    pub(crate) fn at_length(&self, s: f64) -> Option<Point> {
+    pub(crate) fn at_length(&self, s: f64) -> Option<Point<'a>> {
         let lead = self.lead();
         let i = lead.partition_point(|span| span.length_after() < s);
         let span = lead.get(i).or(lead.last())?;

@@ -114,8 +114,8 @@ pub(crate) fn gather_in_view(
 const SPECULAR_VERTICES: u32 = 1000;
 
 /// A point on an edge within a volume.
-struct Place {
-    point: Point,
+struct Place<'a> {
+    point: Point<'a>,
     /// Arc length of the edge within the volume: one over the density of the point.
     length: f64,
     /// Specular events before it.
@@ -123,9 +123,9 @@ struct Place {
     optical_length: f64,
 }
 
-impl Place {
+impl<'a> Place<'a> {
     /// One, uniform in arc length; `None` if the edge does not pass the volume.
-    fn sample(edge: &Edge, volume: &VolumeLight, u: f64) -> Option<Self> {
+    fn sample(edge: &Edge<'a>, volume: &VolumeLight, u: f64) -> Option<Self> {
         let mut parts: SmallVec<[(usize, [f64; 2]); 4]> = SmallVec::new();
         let mut length = 0.0;
         for (i, span) in edge.spans.iter().enumerate() {

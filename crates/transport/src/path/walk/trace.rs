@@ -229,14 +229,18 @@ impl<'a, 'b> Walk<'a, 'b> {
             return self.die(true);
         }
         let at = |theta: f64| (v, start.drifted(theta * h));
-        let attenuation = Attenuation::new(self.scene.medium(self.ray.medium), &arc, 1.0);
+        let attenuation = self.along_line(&arc);
         // Where it collides first, nobody asks for the surface beyond.
         let end = if self.ends_at_collision() {
             self.collision(&attenuation, &arc, 1.0).0.unwrap_or(1.0)
         } else {
             1.0
         };
-        let met = self.scene.first_before(&arc, end, self.ray.left);
+        let met = if self.scene.is_free(&arc, end) {
+            None
+        } else {
+            self.scene.first_before(&arc, end, self.ray.left)
+        };
         self.record(arc, attenuation, met, at);
         if self.events.collided && !self.sampling.extend {
             return ControlFlow::Break(());
@@ -246,6 +250,16 @@ impl<'a, 'b> Walk<'a, 'b> {
             Some((object, meeting)) => self.surface(object, meeting, v),
             None => self.escape(&arc, v),
         }
+    }
+
+    /// Extinction along a line, which need not be known beyond the collision if the edge ends there.
+    fn along_line(&self, arc: &Arc) -> Attenuation<'a> {
+        let medium = self.scene.medium(self.ray.medium);
+        let (channel, target) = self.target;
+        let left = target - self.travelled.depth[channel];
+        let near = || Attenuation::in_label(medium, arc, channel, left);
+        let near = self.ends_at_collision().then(near).flatten();
+        near.unwrap_or_else(|| Attenuation::new(medium, arc, 1.0))
     }
 
     /// Whether the edge ends where it collides.
@@ -287,7 +301,7 @@ impl<'a, 'b> Walk<'a, 'b> {
             if let Some(theta) = theta {
                 self.edge.length = length_before + arc.arc_length(theta);
                 let (v, differentials) = at(theta);
-                self.collide(&arc, theta, v, differentials, attenuation.rate(&arc, theta));
+                self.collide(&arc, theta, v, differentials, &attenuation);
             }
         }
         if self.events.collided && self.sampling.extend {
@@ -323,7 +337,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         theta: f64,
         v: DVec3,
         differentials: RayDifferentials,
-        rate: Spectrum,
+        attenuation: &Attenuation<'a>,
     ) {
         self.edge.end = End::Collision(Point {
             theta,
@@ -332,7 +346,8 @@ impl<'a, 'b> Walk<'a, 'b> {
             medium: self.ray.medium,
             length: self.edge.length,
             depth: self.edge.geometry.depth,
-            rate,
+            rate: attenuation.rate(arc, theta),
+            label: attenuation.label(),
             weight: self.edge.weight,
         });
         self.edge.geometry.geometry_term = differentials.at_point(v, self.travelled.jump);

@@ -179,20 +179,19 @@ impl Group {
             scale: 1.0,
             albedo,
             phase: self.phase(&labels),
-            labels: Some(self.labels(labels, regions)),
+            labels: self.labels(labels, regions),
         })
     }
 
     /// The labels by their names, which records tell apart.
-    fn labels(&self, grid: Arc<LabelGrid>, names: Vec<String>) -> MediumLabels {
+    fn labels(&self, grid: Arc<LabelGrid>, names: Vec<String>) -> Option<MediumLabels> {
         let label = |(name, (_, label)): (String, &(u32, LabelMedium))| MediumLabel {
             name,
+            extinction: label.medium.uniform_extinction().unwrap_or(Spectrum::ZERO),
             absorption: label.medium.uniform_absorption().unwrap_or(Spectrum::ZERO),
         };
-        MediumLabels {
-            grid,
-            list: names.into_iter().zip(&self.members).map(label).collect(),
-        }
+        let list = names.into_iter().zip(&self.members).map(label);
+        MediumLabels::new(grid, list.collect())
     }
 
     /// The phase functions of all labels; that of one, if they are the same. Those of labels that do not scatter do not count.
