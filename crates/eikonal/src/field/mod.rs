@@ -16,6 +16,7 @@ mod linear;
 mod luneburg;
 mod profile;
 mod radial;
+mod sampled_sound;
 mod scaled;
 mod selfoc;
 mod sound;
@@ -35,6 +36,7 @@ pub use gaussian::Gaussian;
 pub use linear::{LinearIndex, LinearSquare};
 pub use luneburg::Luneburg;
 pub use profile::IndexProfile;
+pub use sampled_sound::{SampledSound, SoundSamples};
 pub use scaled::Scaled;
 pub use selfoc::Selfoc;
 pub use sum::Sum;
@@ -100,6 +102,8 @@ pub enum Field {
     Acoustic(Acoustic),
     /// Samples on a grid, interpolated by tricubic B-splines.
     Bspline(Bspline),
+    /// Sound, sampled on a grid.
+    SampledSound(Box<SampledSound>),
     /// A formula in three coordinates.
     Expression(Expression),
     /// A formula or a table in one coordinate.
@@ -125,6 +129,7 @@ macro_rules! each {
             Field::Gaussian($f) => $e,
             Field::Acoustic($f) => $e,
             Field::Bspline($f) => $e,
+            Field::SampledSound($f) => $e,
             Field::Expression($f) => $e,
             Field::IndexProfile($f) => $e,
             Field::Sum($f) => $e,
@@ -243,6 +248,7 @@ impl Field {
         match self {
             Field::Constant(_) => f64::INFINITY,
             Field::Bspline(f) => f.homogeneous_span(x, v),
+            Field::SampledSound(f) => f.instant().homogeneous_span(x, v),
             Field::Sum(f) => f.homogeneous_span(x, v),
             Field::Affine(f) => f.homogeneous_span(x, v),
             Field::Scaled(f) => f.inner().homogeneous_span(x, v),
@@ -255,6 +261,7 @@ impl Field {
     pub(crate) fn resolved_span(&self, x: DVec3, v: DVec3) -> f64 {
         match self {
             Field::Bspline(f) => f.resolved_span(v),
+            Field::SampledSound(f) => f.instant().resolved_span(v),
             Field::Sum(f) => f.resolved_span(x, v),
             Field::Affine(f) => f.resolved_span(x, v),
             Field::Scaled(f) => f.inner().resolved_span(x, v),
@@ -266,6 +273,7 @@ impl Field {
     pub fn memory(&self) -> usize {
         match self {
             Field::Bspline(f) => f.memory(),
+            Field::SampledSound(f) => f.memory(),
             Field::Expression(f) => f.memory(),
             Field::IndexProfile(f) => f.memory(),
             Field::Sum(f) => f.memory(),

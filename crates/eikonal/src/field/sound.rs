@@ -9,6 +9,7 @@ impl Field {
     pub fn at_phase(&self, phase: f64) -> Field {
         match self {
             Field::Acoustic(f) => f.at_phase(phase).into(),
+            Field::SampledSound(f) => f.at_phase(phase).into(),
             Field::Sum(f) => f.map(|term| term.at_phase(phase)).into(),
             Field::Affine(f) => f.over(f.inner().at_phase(phase)).into(),
             Field::Scaled(f) => f.over(f.inner().at_phase(phase)).into(),
@@ -21,6 +22,7 @@ impl Field {
     pub fn sound_wavelengths(&self) -> Option<[f64; 2]> {
         match self {
             Field::Acoustic(f) => f.wavelengths(),
+            Field::SampledSound(f) => Some(f.wavelengths()),
             Field::Sum(f) => f
                 .terms()
                 .filter_map(Field::sound_wavelengths)

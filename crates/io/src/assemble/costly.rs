@@ -85,7 +85,9 @@ fn costly(scene: &Scene, medium: usize) -> Option<SceneProblem> {
 /// The parameter that says how fine a field is.
 fn parameter(field: &Field) -> &'static str {
     match field {
-        Field::Bspline(_) => "the spacing of its samples, and their noise,",
+        Field::Bspline(_) | Field::SampledSound(_) => {
+            "the spacing of its samples, and their noise,"
+        }
         Field::Gaussian(_) => "its 'width'",
         Field::Acoustic(_) => "its 'wave_number', or 'frequency' and 'sound_speed',",
         Field::Fisheye(_) | Field::Luneburg(_) => "its 'radius'",

@@ -1,0 +1,117 @@
+//! Sound that is sampled on a grid (docs/theory.md#sound).
+
+use super::error::{FieldError, positive};
+use super::{Bspline, Field, Jet, Placement};
+use crate::bounds::{Aabb, FieldBounds};
+use glam::DVec3;
+use std::sync::Arc;
+
+/// n(x) = n₀ + Re(A(x) e^{iωt}) at an instant of the sound's period, with samples of the complex amplitude A: between them
+/// n² is a B-spline, as that of an index sampled at that instant.
+#[derive(Clone, Debug)]
+pub struct SampledSound {
+    instant: Bspline,
+    wave: Arc<SoundSamples>,
+}
+
+/// Samples of the amplitude of sound, in index.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SoundSamples {
+    /// Number of samples along x, y, z.
+    pub size: [usize; 3],
+    /// Where they are.
+    pub bounds: Aabb,
+    /// How they lie in the bounds.
+    pub placement: Placement,
+    /// Real and imaginary parts of A, x fastest.
+    pub amplitude: Vec<[f32; 2]>,
+    /// n₀, positive.
+    pub n0: f64,
+    /// Wavelength of the sound in scene units, positive: it tells periods apart.
+    pub wavelength: f64,
+    /// Standard deviation of the noise of samples in index, which the spline may smooth away.
+    pub noise: f64,
+}
+
+impl SampledSound {
+    /// The field at phase 0.
+    ///
+    /// # Errors
+    ///
+    /// No samples or another number of them, an index that is not positive at some instant, values that are not finite.
+    pub fn new(samples: SoundSamples) -> Result<Self, FieldError> {
+        positive("wavelength of sound", samples.wavelength)?;
+        let most = |[re, im]: &[f32; 2]| f64::from(re.hypot(*im));
+        let largest = samples.amplitude.iter().map(most).fold(0.0, f64::max);
+        positive("least index in sound", samples.n0 - largest)?;
+        let instant = samples.at_phase(0.0)?;
+        Ok(SampledSound {
+            instant,
+            wave: Arc::new(samples),
+        })
+    }
+
+    /// See [`Field::at_phase`].
+    pub(super) fn at_phase(&self, phase: f64) -> Self {
+        let wave = self.wave.clone();
+        // Indices are positive at all instants, and samples as many as they were.
+        let instant = wave
+            .at_phase(phase)
+            .unwrap_or_else(|_| self.instant.clone());
+        SampledSound { instant, wave }
+    }
+
+    /// The wavelength, twice.
+    pub(super) fn wavelengths(&self) -> [f64; 2] {
+        [self.wave.wavelength; 2]
+    }
+
+    /// The field at the instant.
+    pub(super) fn instant(&self) -> &Bspline {
+        &self.instant
+    }
+
+    pub(super) fn n2(&self, x: DVec3) -> f64 {
+        self.instant.n2(x)
+    }
+
+    pub(super) fn gradient(&self, x: DVec3) -> (f64, DVec3) {
+        self.instant.gradient(x)
+    }
+
+    pub(super) fn jet(&self, x: DVec3) -> Jet {
+        self.instant.jet(x)
+    }
+
+    pub(super) fn bounds(&self, region: &Aabb) -> FieldBounds {
+        self.instant.bounds(region)
+    }
+
+    pub(super) fn length_scale(&self, x: DVec3) -> f64 {
+        self.instant.length_scale(x)
+    }
+
+    pub(super) fn is_constant(&self) -> bool {
+        self.instant.is_constant()
+    }
+
+    pub(super) fn memory(&self) -> usize {
+        self.instant.memory() + self.wave.amplitude.len() * size_of::<[f32; 2]>()
+    }
+}
+
+impl SoundSamples {
+    /// The index at the phase ωt.
+    fn at_phase(&self, phase: f64) -> Result<Bspline, FieldError> {
+        let (sin, cos) = phase.sin_cos();
+        let index = |[re, im]: &[f32; 2]| self.n0 + f64::from(*re) * cos - f64::from(*im) * sin;
+        let indices: Vec<f64> = self.amplitude.iter().map(index).collect();
+        Bspline::smoothed(self.size, self.bounds, self.placement, &indices, self.noise)
+    }
+}
+
+impl From<SampledSound> for Field {
+    fn from(field: SampledSound) -> Self {
+        Field::SampledSound(Box::new(field))
+    }
+}
