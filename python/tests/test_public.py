@@ -8,12 +8,13 @@ import textwrap
 
 import morgana
 import morgana.distributed
+import morgana.flow
 import numpy as np
 import pytest
 from conftest import load, meters, small
 from morgana import plot
 
-MODULES = [morgana, morgana.distributed, plot]
+MODULES = [morgana, morgana.distributed, morgana.flow, plot]
 
 
 def public():
@@ -130,6 +131,9 @@ def samples():
         morgana.Error("wrong"),
         morgana.SceneWarning("doubtful"),
         plot.PlotError("no such plane"),
+        morgana.flow.FlowError("no such array"),
+        morgana.flow.ResamplingError(0.1, 0.2, 0.01, 7),
+        morgana.flow.Sampled(np.ones((2, 3, 4)), (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), "rho", morgana.flow.ResamplingError(0, 0, 0, 1), 0.0),
     ]
 
 

@@ -346,7 +346,7 @@ fn npy_files_that_are_refused() {
     );
     npy_error(
         &file("<U1", "(1, 1, 1)"),
-        "expected elements that are integers or floating-point numbers, found '<U1'",
+        "expected elements that are integers, floating-point or complex numbers, found '<U1'",
     );
     npy_error(
         &file("<f4", "(1, 1)"),
@@ -401,7 +401,7 @@ fn a_missing_file_is_named() {
     assert_eq!(
         error,
         "a.png: not supported: volumes are .vol, .npy, .npz, .h5, .hdf5, .mat, .nrrd, .nhdr, .vti and .vtk, \
-         and .vdb, .nii and .nii.gz to read"
+         and .vdb, .nii and .nii.gz to read; meshes (.vtu, .vtr, .vts, .vtm, .foam, .cgns) are resampled by python -m morgana.flow"
     );
 }
 

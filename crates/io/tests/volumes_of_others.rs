@@ -415,6 +415,24 @@ fn legacy_vtk() {
 }
 
 #[track_caller]
+/// Legacy files encode names that are not words; their arrays have their real names.
+#[test]
+fn names_in_legacy_vtk_are_decoded() {
+    let text = String::from_utf8(bytes("ascii.vtk")).unwrap();
+    let encoded = text.replacen("density 1 24", "rho%2frho0%20(%25)% 1 24", 1);
+    assert_ne!(text, encoded);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("encoded.vtk");
+    std::fs::write(&path, encoded).unwrap();
+    let named = |name| vtk::read::<f32>(&path, Options::default().of(name));
+    assert!(named("rho/rho0 (%)%").is_ok());
+    let message = named("rho").unwrap_err().to_string();
+    assert!(
+        message.contains("found the arrays: rho/rho0 (%)%"),
+        "{message}"
+    );
+}
+
 fn vtk_error(from: &str, to: &str, expected: &str) {
     let text = String::from_utf8(bytes("ascii.vtk")).unwrap();
     assert!(text.contains(from));

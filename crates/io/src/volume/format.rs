@@ -55,7 +55,8 @@ impl Format {
     /// What is wrong with a file of another extension.
     pub fn unknown() -> Problem {
         let message = "volumes are .vol, .npy, .npz, .h5, .hdf5, .mat, .nrrd, .nhdr, .vti and .vtk, and .vdb, \
-                       .nii and .nii.gz to read";
+                       .nii and .nii.gz to read; meshes (.vtu, .vtr, .vts, .vtm, .foam, .cgns) are resampled by \
+                       python -m morgana.flow";
         Problem::Unsupported(message.into())
     }
 

@@ -166,7 +166,7 @@ impl<R: BufRead + Seek> Scanner<'_, R> {
             self.position()? - at
         };
         Ok(self.samples.map(|(_, on_points)| Array {
-            name: name.to_owned(),
+            name: decoded(name),
             element,
             components,
             count,
@@ -259,4 +259,25 @@ fn number<N: std::str::FromStr>(word: &str) -> Result<N, Problem> {
 
 fn three<N: std::str::FromStr>([x, y, z]: [&str; 3]) -> Result<[N; 3], Problem> {
     Ok([number(x)?, number(y)?, number(z)?])
+}
+
+/// A name as it was before VTK wrote what is not a word as `%` and two hexadecimal digits.
+fn decoded(name: &str) -> String {
+    let mut bytes = Vec::with_capacity(name.len());
+    let mut rest = name.as_bytes();
+    while let [first, tail @ ..] = rest {
+        let pair = tail.get(..2).and_then(|pair| str::from_utf8(pair).ok());
+        let code = pair.and_then(|pair| u8::from_str_radix(pair, 16).ok());
+        match (first, code) {
+            (b'%', Some(code)) => {
+                bytes.push(code);
+                rest = &tail[2..];
+            }
+            _ => {
+                bytes.push(*first);
+                rest = tail;
+            }
+        }
+    }
+    String::from_utf8(bytes).unwrap_or_else(|_| name.to_owned())
 }

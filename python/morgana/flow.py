@@ -1,0 +1,454 @@
+"""Flow fields of other programs, resampled to the grids that scenes read: VTK's formats, OpenFOAM, CGNS and others.
+
+    >>> import morgana.flow
+    >>> mesh = morgana.flow.read("case.vtu")
+    >>> jet = morgana.flow.sample(mesh, "rho", spacing=0.001)
+    >>> print(jet.error)
+    >>> jet.write("jet.vti")
+
+From the command line: ``python -m morgana.flow case.vtu --array rho --spacing 0.001 -o jet.vti``. Reading needs ``pip install
+"morgana-render[flow]"``, which installs PyVista. See docs/guides/schlieren.md#flow-from-a-simulation.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import sys
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._errors import Error, FileError
+from ._morgana import load_field
+from ._values import comparable
+
+__all__ = ["FlowError", "ResamplingError", "Sampled", "density", "main", "read", "sample"]
+
+Doubles = NDArray[np.float64]
+Path = Union[str, "os.PathLike[str]"]
+
+MOST_SAMPLES = 1 << 28
+"""More samples than these would need gigabytes for each copy."""
+GAS_CONSTANT = 8.314462618
+"""J/(mol K)."""
+HAIR = 1e-7
+"""Share of a mesh's extent by which samples on its bounds are moved inside."""
+CONTRAST = 1e-4
+"""Of the index as which samples are interpolated to find their error."""
+DRY_AIR = 28.9647e-3
+"""Molar mass of dry air, kg/mol."""
+
+
+class FlowError(Error):
+    """A mesh that cannot be sampled: without the array that was named, without extent, or too fine a grid."""
+
+
+@comparable
+class ResamplingError(NamedTuple):
+    """How far the index of a scene is from the mesh: the grid, interpolated by B-splines as scenes do, against the values at the
+    points of the mesh, or at the centres of its cells if the array is one of cells."""
+
+    rms: float
+    """Root mean square, in the unit of the array."""
+    largest: float
+    """Largest difference."""
+    of_range: float
+    """Root mean square over the range of the array."""
+    points: int
+    """Number of points that were compared."""
+
+    def __str__(self) -> str:
+        return f"rms {self.rms:.3g} ({100 * self.of_range:.2g} % of the range), largest {self.largest:.3g}, at {self.points} points"
+
+
+@comparable
+class Sampled(NamedTuple):
+    """Samples on a regular grid, as :func:`sample` returns them."""
+
+    values: Doubles
+    """The samples, [z, y, x]."""
+    spacing: Tuple[float, float, float]
+    """Distances of samples along x, y, z, in the unit of the mesh."""
+    origin: Tuple[float, float, float]
+    """Position of the first sample."""
+    name: str
+    """Name of the array."""
+    error: ResamplingError
+    """Error of the resampling."""
+    outside: float
+    """Share of the samples that lie outside of the mesh, and have been filled."""
+
+    def __repr__(self) -> str:
+        depth, height, width = self.values.shape
+        return f"<morgana.flow.Sampled of {self.name}, {width} × {height} × {depth}, error {self.error}>"
+
+    def volume(self, plugin: str = "gladstone_dale", **parameters: Any) -> Dict[str, Any]:
+        """The dictionary of a volume for :func:`morgana.load_dict`, in the place of the mesh.
+
+        Parameters
+        ----------
+        plugin : str
+            Its type: ``gladstone_dale`` for densities in kg/m³, ``bspline`` for indices, ``pressure``.
+        **parameters
+            Its other parameters, such as ``wavelength=532, reference=1.2``.
+
+        Returns
+        -------
+        dict
+            The volume.
+
+        Examples
+        --------
+        >>> medium = {"type": "transparent", "ior": jet.volume(wavelength=532, reference=1.2)}
+        """
+        size = [max(n - 1, 1) * step for n, step in zip(self.values.shape[::-1], self.spacing)]
+        place = [{"scale": size}, {"translate": list(self.origin)}]
+        return {"type": plugin, "data": self.values, "placement": "nodes", "to_world": place, **parameters}
+
+    def write(self, path: Path) -> None:
+        """Write a ``.vti`` file, which keeps the place, and says what a scene must not.
+
+        Parameters
+        ----------
+        path : path_like
+            The file.
+
+        Raises
+        ------
+        FileError
+            Another extension.
+
+        Examples
+        --------
+        >>> jet.write("jet.vti")
+        """
+        if not os.fspath(path).lower().endswith(".vti"):
+            raise FileError(f"{os.fspath(path)}: samples are written to .vti, which morgana convert turns into other formats")
+        grid = _pyvista().ImageData(dimensions=self.values.shape[::-1], spacing=self.spacing, origin=self.origin)
+        grid.point_data[self.name] = self.values.ravel()
+        grid.save(os.fspath(path))
+
+
+def read(path: Path) -> Any:
+    """Read a mesh: ``.vti``, ``.vtr``, ``.vts``, ``.vtu``, ``.vtp``, ``.vtm``, ``.vtk``, ``.foam``, ``.cgns``, and whatever else PyVista reads.
+
+    Blocks are merged. Of a series in time, as of OpenFOAM, the last instant is read.
+
+    Parameters
+    ----------
+    path : path_like
+        The file; an empty file ``case.foam`` in the folder of an OpenFOAM case.
+
+    Returns
+    -------
+    pyvista.DataSet
+        The mesh.
+
+    Raises
+    ------
+    FileError
+        A file that cannot be read.
+
+    Examples
+    --------
+    >>> mesh = morgana.flow.read("case.foam")
+    """
+    pyvista, name = _pyvista(), os.fspath(path)
+    if not os.path.exists(name):
+        raise FileError(f"{name}: no such file")
+    try:
+        reader = pyvista.get_reader(name)
+        if getattr(reader, "time_values", None):
+            reader.set_active_time_value(reader.time_values[-1])
+        mesh = reader.read()
+    except (OSError, ValueError, RuntimeError, AttributeError) as error:
+        raise FileError(f"{name}: cannot be read: {error}") from None
+    if hasattr(mesh, "combine"):
+        mesh = mesh.combine()
+    if mesh is None or mesh.n_points == 0:
+        raise FileError(f"{name}: holds no mesh")
+    return mesh
+
+
+def sample(
+    mesh: Any,
+    array: str,
+    *,
+    spacing: Union[None, float, Sequence[float]] = None,
+    bounds: Optional[Sequence[float]] = None,
+    outside: Optional[float] = None,
+    revolve: Optional[str] = None,
+) -> Sampled:
+    """Sample an array of a mesh on a regular grid.
+
+    Parameters
+    ----------
+    mesh : pyvista.DataSet
+        The mesh. Arrays of cells are averaged to its points first.
+    array : str
+        Name of the array, of one number at each point or cell.
+    spacing : float or three floats, optional
+        Distance of samples, along all axes or along x, y, z; about the size of the mesh's cells if it is not given.
+    bounds : six floats, optional
+        xmin, xmax, ymin, ymax, zmin, zmax of the grid; those of the mesh if they are not given.
+    outside : float, optional
+        The value outside of the mesh; the nearest samples go on if it is not given.
+    revolve : str, optional
+        ``"x"``, ``"y"`` or ``"z"``: the mesh is planar, one half of an axisymmetric flow, and is revolved about this axis. Its other extent is the
+        radius.
+
+    Returns
+    -------
+    Sampled
+        The samples, with the error of the resampling.
+
+    Raises
+    ------
+    FlowError
+        An array that the mesh does not have (with those that it has), or that has several components; a grid that is too fine; bounds that
+        are empty.
+
+    Examples
+    --------
+    >>> jet = morgana.flow.sample(mesh, "rho", spacing=(0.5, 0.5, 1), outside=1.2)
+    """
+    mesh, known = _with_points(mesh, array)
+    frame = _Frame(mesh, revolve)
+    low, high = _bounds(bounds, frame)
+    steps = _steps(spacing, frame, low, high)
+    counts = np.maximum(np.rint((high - low) / steps).astype(int), 1) + 1
+    flat = high - low <= 0
+    counts[flat] = 1
+    if counts.astype(float).prod() > MOST_SAMPLES:
+        raise FlowError(f"{' x '.join(map(str, counts))} samples are too many: take a larger spacing, or smaller bounds")
+    steps = np.where(flat, steps, (high - low) / np.maximum(counts - 1, 1))
+    axes = [start + step * np.arange(count) for start, step, count in zip(low, steps, counts)]
+    places = np.stack(np.meshgrid(*axes[::-1], indexing="ij")[::-1], axis=-1).reshape(-1, 3)
+    values, inside = _probe(mesh, array, frame.of(places))
+    shape = tuple(counts[::-1])
+    values, inside = values.reshape(shape), inside.reshape(shape)
+    if not inside.any():
+        raise FlowError("no sample lies in the mesh: check bounds and the unit of length")
+    share = 1.0 - inside.mean()
+    values = np.where(inside, values, outside) if outside is not None else _continued(values, inside)
+    sampled = Sampled(values, _three(steps), _three(low), array, ResamplingError(0, 0, 0, 0), float(share))
+    return sampled._replace(error=_error(sampled, frame.points(known[0]), known[1]))
+
+
+def density(pressure: ArrayLike, temperature: ArrayLike, molar_mass: float = DRY_AIR) -> Doubles:
+    """Density of an ideal gas, p M/(R T).
+
+    Parameters
+    ----------
+    pressure : array_like
+        Absolute pressure, Pa.
+    temperature : array_like
+        Temperature, K, > 0.
+    molar_mass : float
+        kg/mol; that of dry air if it is not given.
+
+    Returns
+    -------
+    numpy.ndarray
+        Density, kg/m³.
+
+    Examples
+    --------
+    >>> mesh["rho"] = morgana.flow.density(mesh["p"], mesh["T"])
+    """
+    temperature = np.asarray(temperature, float)
+    if not np.all(temperature > 0):
+        raise ValueError("temperatures must be positive: they are in kelvins")
+    return np.asarray(np.asarray(pressure, float) * molar_mass / (GAS_CONSTANT * temperature))
+
+
+class _Frame:
+    """From the space of the grid to that of the mesh: the same, or the half-plane of what is revolved."""
+
+    def __init__(self, mesh: Any, revolve: Optional[str]) -> None:
+        self.low, self.high = np.array(mesh.bounds).reshape(3, 2).T
+        self.cells = mesh.n_cells
+        self.axis: Optional[int] = None
+        if revolve is None:
+            return
+        if revolve not in ("x", "y", "z"):
+            raise FlowError(f"revolve is {revolve!r} but must be 'x', 'y' or 'z'")
+        extent = self.high - self.low
+        self.axis = "xyz".index(revolve)
+        others = [i for i in range(3) if i != self.axis]
+        self.flat = min(others, key=lambda i: extent[i])
+        self.radial = max(others, key=lambda i: extent[i])
+        if extent[self.flat] > 1e-6 * extent.max():
+            raise FlowError("what is revolved is planar: take a slice of the mesh")
+        if self.low[self.radial] < -1e-9 * extent.max():
+            raise FlowError(f"radii are not negative: clip the mesh at {'xyz'[self.radial]} = 0")
+        radius = self.high[self.radial]
+        self.plane = 0.5 * (self.low[self.flat] + self.high[self.flat])
+        self.low[others], self.high[others] = -radius, radius
+
+    def of(self, places: Doubles) -> Doubles:
+        """Where places of the grid are in the mesh."""
+        if self.axis is None:
+            return places
+        found = np.empty_like(places)
+        found[:, self.axis] = places[:, self.axis]
+        found[:, self.radial] = np.hypot(places[:, self.radial], places[:, self.flat])
+        found[:, self.flat] = self.plane
+        return found
+
+    def points(self, points: Doubles) -> Doubles:
+        """Where points of the mesh are in the grid."""
+        if self.axis is None:
+            return points
+        found = points.copy()
+        found[:, self.flat] = 0.0
+        return found
+
+
+def _pyvista() -> Any:
+    try:
+        return importlib.import_module("pyvista")
+    except ImportError:
+        raise FlowError('meshes are read by PyVista: pip install "morgana-render[flow]"') from None
+
+
+def _with_points(mesh: Any, array: str) -> Tuple[Any, Tuple[Doubles, Doubles]]:
+    """The mesh with the array at its points; where the values were known before, and these."""
+    if array in mesh.point_data:
+        found, places = mesh.point_data[array], mesh.points
+    elif array in mesh.cell_data:
+        found, places = mesh.cell_data[array], mesh.cell_centers().points
+        mesh = mesh.cell_data_to_point_data()
+    else:
+        names: List[str] = [*mesh.point_data.keys(), *mesh.cell_data.keys()]
+        raise FlowError(f"the mesh has no array {array!r}; it has {', '.join(map(repr, names)) or 'none'}")
+    values = np.asarray(found, float)
+    if values.ndim != 1:
+        raise FlowError(f"the array {array!r} has {values.shape[-1]} components at each place: one is needed")
+    if not np.isfinite(values).all():
+        raise FlowError(f"the array {array!r} has values that are not finite")
+    return mesh, (np.asarray(places, float), values)
+
+
+def _bounds(bounds: Optional[Sequence[float]], frame: _Frame) -> Tuple[Doubles, Doubles]:
+    if bounds is None:
+        return frame.low.astype(float), frame.high.astype(float)
+    given = np.asarray(bounds, float)
+    if given.shape != (6,) or not np.isfinite(given).all() or np.any(given[1::2] < given[::2]):
+        raise FlowError("bounds are xmin, xmax, ymin, ymax, zmin, zmax, each at least the one before")
+    return given[::2], given[1::2]
+
+
+def _steps(spacing: Union[None, float, Sequence[float]], frame: _Frame, low: Doubles, high: Doubles) -> Doubles:
+    """Distances of samples: those that are given, or about the size of cells."""
+    if spacing is not None:
+        steps = np.broadcast_to(np.asarray(spacing, float), (3,)).copy()
+        if not np.all(np.isfinite(steps) & (steps > 0)):
+            raise FlowError(f"spacing is {spacing!r} but must be positive")
+        return steps
+    extent = frame.high - frame.low
+    if frame.axis is not None:
+        extent = np.array([extent[frame.axis], 0.5 * extent[frame.radial], 0.0])
+    wide = extent[extent > 1e-9 * extent.max()]
+    return np.full(3, (wide.prod() / max(frame.cells, 1)) ** (1 / len(wide)))
+
+
+def _three(values: Doubles) -> Tuple[float, float, float]:
+    x, y, z = (float(value) for value in values)
+    return x, y, z
+
+
+def _probe(mesh: Any, array: str, places: Doubles) -> Tuple[Doubles, NDArray[np.bool_]]:
+    """Values at places, and whether these lie in the mesh. Places on its bounds do, whatever rounding says."""
+    low, high = np.array(mesh.bounds).reshape(3, 2).T
+    hair = HAIR * (high - low)
+    places = np.where(np.abs(places - low) < hair, low + hair, places)
+    places = np.where(np.abs(places - high) < hair, high - hair, places)
+    found = _pyvista().PolyData(places).sample(mesh)
+    values = np.asarray(found.point_data[array], float)
+    return values, np.asarray(found.point_data["vtkValidPointMask"]) > 0
+
+
+def _continued(values: Doubles, inside: NDArray[np.bool_]) -> Doubles:
+    """Samples outside of the mesh have the mean of their nearest neighbours, from the mesh outwards."""
+    values, known = np.where(inside, values, 0.0), inside.copy()
+    while not known.all():
+        total, count = np.zeros_like(values), np.zeros(values.shape, int)
+        for axis in range(values.ndim):
+            for ahead in (True, False):
+                here: List[Any] = [slice(None)] * values.ndim
+                there: List[Any] = [slice(None)] * values.ndim
+                here[axis], there[axis] = (slice(1, None), slice(None, -1)) if ahead else (slice(None, -1), slice(1, None))
+                total[tuple(here)] += np.where(known[tuple(there)], values[tuple(there)], 0.0)
+                count[tuple(here)] += known[tuple(there)]
+        new = ~known & (count > 0)
+        values[new] = total[new] / count[new]
+        known |= new
+    return values
+
+
+def _error(sampled: Sampled, points: Doubles, values: Doubles) -> ResamplingError:
+    """The samples as a spline, which is what scenes make of them, against what is known."""
+    low = np.array(sampled.origin)
+    high = low + (np.array(sampled.values.shape[::-1]) - 1) * sampled.spacing
+    hair = 1e-9 * (high - low)
+    near = np.all((points >= low - hair) & (points <= high + hair), axis=1)
+    points, values = points[near], values[near]
+    span = float(np.ptp(sampled.values))
+    if len(points) == 0:
+        return ResamplingError(0.0, 0.0, 0.0, 0)
+    if span == 0.0:
+        found = np.full(len(points), sampled.values.flat[0])
+    else:
+        # As an index about 1.5, whose square is as good as linear in it.
+        least = sampled.values.min()
+        scaled = sampled._replace(values=1.5 + CONTRAST * (sampled.values - least) / span)
+        found = least + span * (load_field(scaled.volume("bspline")).n(points) - 1.5) / CONTRAST
+    difference = np.abs(found - values)
+    rms = float(np.sqrt(np.mean(difference**2)))
+    whole = float(np.ptp(values))
+    return ResamplingError(rms, float(difference.max()), rms / whole if whole > 0 else 0.0, len(points))
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> int:
+    """The command ``python -m morgana.flow``: resamples a mesh to a ``.vti`` file, and prints the error.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Those of the command line if none are given.
+
+    Returns
+    -------
+    int
+        0, or 1 after an error.
+    """
+    parser = argparse.ArgumentParser(prog="python -m morgana.flow", description="Resample an array of a mesh to a .vti file, which scenes read.")
+    parser.add_argument("mesh", help="VTK, OpenFOAM (.foam), CGNS, or what else PyVista reads")
+    parser.add_argument("--array", required=True, help="name of the array")
+    parser.add_argument("--spacing", type=float, nargs="+", help="distance of samples, one or three (x y z)")
+    parser.add_argument("--bounds", type=float, nargs=6, help="xmin xmax ymin ymax zmin zmax")
+    parser.add_argument("--outside", type=float, help="value outside of the mesh; the nearest if not given")
+    parser.add_argument("--revolve", choices=["x", "y", "z"], help="axis about which a planar mesh is revolved")
+    parser.add_argument("-o", "--output", required=True, help="the .vti file")
+    given = parser.parse_args(arguments)
+    spacing = given.spacing[0] if given.spacing and len(given.spacing) == 1 else given.spacing
+    try:
+        sampled = sample(
+            read(given.mesh), given.array, spacing=spacing, bounds=given.bounds, outside=given.outside, revolve=given.revolve
+        )
+        sampled.write(given.output)
+    except (Error, ValueError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    depth, height, width = sampled.values.shape
+    print(f"{given.output}: {width} x {height} x {depth} samples of {sampled.name}, {100 * sampled.outside:.1f} % outside of the mesh")
+    print(f"resampling error: {sampled.error}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,164 @@
+"""Meshes of other programs, resampled: the values of a known field, the stated error, and what is wrong."""
+
+import importlib
+import subprocess
+import sys
+
+import morgana
+import numpy as np
+import pytest
+
+pyvista = pytest.importorskip("pyvista", reason="PyVista is an optional extra")
+flow = importlib.import_module("morgana.flow")
+
+
+def jet(p):
+    """A density in a box, smooth on the scale of its cells."""
+    return 1.2 - 0.4 * np.exp(-(p[..., 0] ** 2 + p[..., 1] ** 2) / (0.1 + 0.1 * p[..., 2]))
+
+
+@pytest.fixture(scope="module")
+def box():
+    grid = pyvista.ImageData(dimensions=(21, 25, 31), spacing=(0.1, 0.08, 0.05), origin=(-1, -0.96, 0))
+    grid["rho/rho0 (%)"] = jet(grid.points)
+    return grid
+
+
+def error(sampled):
+    """Of all samples against the field."""
+    axes = [o + d * np.arange(n) for o, d, n in zip(sampled.origin, sampled.spacing, sampled.values.shape[::-1])]
+    places = np.stack(np.meshgrid(*axes[::-1], indexing="ij")[::-1], axis=-1)
+    return np.abs(sampled.values - jet(places)).max()
+
+
+def test_every_kind_of_mesh_has_the_same_values(box, tmp_path):
+    kinds = {
+        ".vti": box,
+        ".vtk": box,
+        ".vtr": box.cast_to_rectilinear_grid(),
+        ".vts": box.cast_to_structured_grid(),
+        ".vtu": box.cast_to_unstructured_grid(),
+        ".vtm": pyvista.MultiBlock([box.extract_subset([0, 20, 0, 24, 0, 15]), box.extract_subset([0, 20, 0, 24, 15, 30])]),
+    }
+    for extension, mesh in kinds.items():
+        mesh.save(tmp_path / f"jet{extension}")
+        read = flow.read(tmp_path / f"jet{extension}")
+        sampled = flow.sample(read, "rho/rho0 (%)", spacing=(0.1, 0.08, 0.05))
+        assert sampled.values.shape == (31, 25, 21), extension
+        np.testing.assert_allclose(sampled.spacing, (0.1, 0.08, 0.05))
+        np.testing.assert_allclose(sampled.origin, (-1, -0.96, 0), atol=1e-12)
+        assert error(sampled) < 1e-6, extension
+        assert sampled.error.points >= 31 * 25 * 21
+        assert sampled.error.largest < 1e-6
+        assert sampled.outside == 0
+
+
+def test_the_stated_error_is_that_of_the_spline(box):
+    coarse = flow.sample(box, "rho/rho0 (%)", spacing=0.2)
+    volume = coarse.volume("bspline")
+    # A contrast so small that n² is as good as linear in n.
+    field = morgana.load_field({**volume, "data": 1 + 1e-4 * volume["data"]})
+    difference = (field.n(np.asarray(box.points, float)) - 1) / 1e-4 - box["rho/rho0 (%)"]
+    assert coarse.error.rms == pytest.approx(np.sqrt(np.mean(difference**2)), rel=1e-3)
+    assert coarse.error.largest == pytest.approx(np.abs(difference).max(), rel=1e-3)
+    assert 1e-3 < coarse.error.largest < 0.05
+    assert "% of the range" in str(coarse.error)
+    by_default = flow.sample(box, "rho/rho0 (%)")
+    assert 0.05 < by_default.spacing[0] < 0.1
+
+
+def test_arrays_of_cells(box):
+    cells = box.point_data_to_cell_data()
+    sampled = flow.sample(cells, "rho/rho0 (%)", spacing=0.1)
+    assert error(sampled) < 0.05
+    assert sampled.error.points == cells.n_cells
+    assert sampled.error.rms < 0.01
+
+
+def test_what_is_outside(box):
+    bounds = (-2, 1, -0.96, 0.96, 0, 1.5)
+    filled = flow.sample(box, "rho/rho0 (%)", spacing=0.1, bounds=bounds, outside=7.0)
+    assert np.all(filled.values[:, :, :10] == 7.0)
+    assert filled.outside == pytest.approx(10 / 31)
+    continued = flow.sample(box, "rho/rho0 (%)", spacing=0.1, bounds=bounds)
+    np.testing.assert_allclose(continued.values[:, 5, 0], continued.values[:, 5, 10], atol=0.02)
+    # Constant goes on constant.
+    box["one"] = np.ones(box.n_points)
+    one = flow.sample(box, "one", spacing=0.1, bounds=bounds)
+    np.testing.assert_allclose(one.values, 1)
+    assert one.error.largest < 1e-9
+
+
+def test_half_planes_are_revolved():
+    plane = pyvista.ImageData(dimensions=(41, 61, 1), spacing=(0.025, 0.05, 1))
+    plane["rho"] = 1.2 - 0.4 * np.exp(-(plane.points[:, 0] ** 2) / 0.1)
+    whole = flow.sample(plane, "rho", revolve="y", spacing=0.05)
+    assert whole.values.shape == (41, 61, 41)
+    z, y, x = np.meshgrid(*[np.arange(n) * 0.05 for n in (41, 61, 41)], indexing="ij")
+    radius = np.hypot(x - 1, z - 1)
+    inside = radius < 0.99
+    # Linear interpolation of the plane: h²/8 of the second derivative, 8.
+    assert np.abs(whole.values - 1.2 + 0.4 * np.exp(-(radius**2) / 0.1))[inside].max() < 8e-4
+    assert whole.outside == pytest.approx(1 - np.pi / 4, abs=0.05)
+    with pytest.raises(flow.FlowError, match="what is revolved is planar"):
+        flow.sample(_with(pyvista.ImageData(dimensions=(3, 3, 3))), "rho", revolve="x")
+    with pytest.raises(flow.FlowError, match="radii are not negative"):
+        flow.sample(_with(pyvista.ImageData(dimensions=(3, 3, 1), origin=(-1, 0, 0))), "rho", revolve="y")
+
+
+def _with(mesh):
+    mesh["rho"] = np.arange(mesh.n_points, dtype=float)
+    return mesh
+
+
+def test_scenes_take_samples_in_their_place(box, tmp_path):
+    sampled = flow.sample(box, "rho/rho0 (%)", spacing=(0.1, 0.08, 0.05))
+    sampled.write(tmp_path / "jet.vti")
+    law = {"constant": 2.27e-4, "reference": 1.2}
+    by_file = morgana.load_field({"type": "gladstone_dale", "filename": str(tmp_path / "jet.vti"), **law})
+    by_array = morgana.load_field(sampled.volume(**law))
+    points = np.array([[0, 0, 0.7], [0.33, -0.2, 1.1]])
+    expected = 1 + 2.27e-4 * (jet(points) - 1.2)
+    np.testing.assert_allclose(by_array.n(points), expected, atol=2e-8)
+    np.testing.assert_allclose(by_file.n(points), by_array.n(points), atol=1e-12)
+
+
+def test_densities_of_gases():
+    # Dry air of 15 °C at sea level: 1.225 kg/m³ (US Standard Atmosphere 1976).
+    assert flow.density(101325, 288.15) == pytest.approx(1.225, abs=2e-4)
+    with pytest.raises(ValueError, match="kelvins"):
+        flow.density(101325, [300, -3])
+
+
+def test_mistakes_are_named(box, tmp_path):
+    for arguments, message in [
+        ({"array": "rho"}, r"no array 'rho'; it has 'rho/rho0 \(%\)'"),
+        ({"array": "rho/rho0 (%)", "spacing": 1e-5}, "samples are too many"),
+        ({"array": "rho/rho0 (%)", "spacing": 0}, "must be positive"),
+        ({"array": "rho/rho0 (%)", "bounds": (1, 0, 0, 1, 0, 1)}, "each at least the one before"),
+        ({"array": "rho/rho0 (%)", "bounds": (5, 6, 5, 6, 5, 6)}, "no sample lies in the mesh"),
+        ({"array": "rho/rho0 (%)", "revolve": "r"}, "must be 'x', 'y' or 'z'"),
+    ]:
+        with pytest.raises(flow.FlowError, match=message):
+            flow.sample(box, **arguments)
+    box["velocity"] = np.zeros((box.n_points, 3))
+    with pytest.raises(flow.FlowError, match="has 3 components"):
+        flow.sample(box, "velocity")
+    with pytest.raises(morgana.FileError, match="no such file"):
+        flow.read(tmp_path / "missing.vtu")
+    (tmp_path / "text.vtu").write_text("no mesh")
+    with pytest.raises(morgana.FileError, match="text.vtu"):
+        flow.read(tmp_path / "text.vtu")
+    with pytest.raises(morgana.FileError, match="written to .vti"):
+        flow.sample(box, "rho/rho0 (%)", spacing=0.2).write(tmp_path / "jet.npy")
+
+
+def test_the_command(box, tmp_path):
+    box.save(tmp_path / "jet.vti")
+    command = [sys.executable, "-m", "morgana.flow", tmp_path / "jet.vti", "--array", "rho/rho0 (%)", "--spacing", "0.2", "-o", tmp_path / "out.vti"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert "11 x 11 x 9 samples of rho/rho0 (%), 0.0 % outside of the mesh\nresampling error: rms" in done.stdout
+    command[5] = "rho"
+    failed = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert failed.returncode == 1
+    assert failed.stderr.startswith("error: the mesh has no array 'rho'")
