@@ -9,12 +9,13 @@ import textwrap
 import morgana
 import morgana.distributed
 import morgana.flow
+import morgana.schlieren
 import numpy as np
 import pytest
 from conftest import load, meters, small
 from morgana import plot
 
-MODULES = [morgana, morgana.distributed, morgana.flow, plot]
+MODULES = [morgana, morgana.distributed, morgana.flow, morgana.schlieren, plot]
 
 
 def public():
@@ -132,6 +133,7 @@ def samples():
         morgana.SceneWarning("doubtful"),
         plot.PlotError("no such plane"),
         morgana.flow.FlowError("no such array"),
+        morgana.schlieren.Bos(*[np.zeros((2, 3, n), np.float32) for n in (1, 1, 2, 2, 2)], np.ones((2, 3), bool)),
         morgana.flow.ResamplingError(0.1, 0.2, 0.01, 7),
         morgana.flow.Sampled(np.ones((2, 3, 4)), (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), "rho", morgana.flow.ResamplingError(0, 0, 0, 1), 0.0),
     ]

@@ -411,7 +411,7 @@ fn aovs_are_chosen_by_name() {
     // No light is needed, and one wavelength will do.
     let loaded = accepted("", Some("aov"));
     assert!(loaded.warnings.is_empty(), "{}", loaded.warnings);
-    assert_eq!(loaded.channel_names.len(), 14);
+    assert_eq!(loaded.channel_names.len(), 16);
     assert_eq!(loaded.scene().film().channels, 1);
     refused(
         &aovs("steps, deflexion"),

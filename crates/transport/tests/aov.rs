@@ -4,7 +4,7 @@ mod common;
 
 use common::{container, fog, glass, parts, shoot_by, vacuum};
 use eikonal::connect::World;
-use eikonal::field::{Constant, Gaussian, Luneburg};
+use eikonal::field::{Constant, Gaussian, LinearSquare, Luneburg};
 use eikonal::{Field, Tolerance};
 use glam::{DAffine3, DMat3, DVec3};
 use morgana_transport::aov::{Aov, AovTracer, ReferenceIndex, deflection};
@@ -12,7 +12,7 @@ use morgana_transport::bsdf::{Bsdf, Diffuse, Mask, ThinDielectric};
 use morgana_transport::medium::Medium;
 use morgana_transport::render::Rendering;
 use morgana_transport::scene::{Object, Parts};
-use morgana_transport::sensor::{Orthographic, Sensor};
+use morgana_transport::sensor::{Orthographic, Perspective, Sensor, SensorRay, ThinLens};
 use morgana_transport::shape::{Rectangle, Shape, Sphere};
 use morgana_transport::{Scene, Spectrum};
 use std::f64::consts::{PI, TAU};
@@ -250,11 +250,11 @@ fn results_do_not_depend_on_threads_and_lists() {
     };
     let one = render(1, &Aov::ALL);
     assert_eq!(one.film, render(3, &Aov::ALL).film);
-    assert_eq!(one.film.channels(), 37);
+    assert_eq!(one.film.channels(), 39);
     // The same rays whichever quantities are asked for: deflection is channels 7 and 8 of all.
     let two = render(2, &[Aov::Deflection]);
     let (all, some) = (one.film.mean(), two.film.mean());
-    for (all, some) in all.chunks(37).zip(some.chunks(3)) {
+    for (all, some) in all.chunks(39).zip(some.chunks(3)) {
         assert_eq!([all[0], all[7], all[8]], *some);
     }
 }
@@ -393,4 +393,92 @@ fn references_may_vary() {
     values.clear();
     tracer.sample(&scene, ray, &mut ws, &mut values);
     assert_eq!((values, ws.stats.lost), (vec![0.0; 2], 1));
+}
+
+/// A slab −1 < z < 1 of n² = 1 + g x, in which rays are parabolas, between a sensor and a screen at z = 9: the displacement of the
+/// screen's points in closed form, for a pinhole, from a point of a lens, and for parallel rays.
+#[test]
+fn displacements_are_those_of_parabolas() {
+    let (slope, pixels, screen) = (0.02, 100.0, 9.0);
+    let place = |scale: DVec3, z: f64| {
+        DAffine3::from_scale_rotation_translation(scale, glam::DQuat::IDENTITY, DVec3::Z * z)
+    };
+    let at = DAffine3::from_translation(DVec3::NEG_Z * 6.0);
+    let fov = 30f64.to_radians();
+    let pinhole = Perspective::new(at, fov, 1.0);
+    // Pixels to a unit of x at unit distance of the pinhole, and of the parallel rays.
+    let to_pixels = [pixels / (2.0 * (0.5 * fov).tan()), pixels / 4.0];
+    for (sensor, origin, direction) in [
+        (
+            Sensor::Perspective(pinhole.clone()),
+            DVec3::new(0.0, 0.0, -6.0),
+            DVec3::new(0.1, 0.05, 1.0),
+        ),
+        (
+            Sensor::ThinLens(ThinLens::new(pinhole, 0.2, 15.0)),
+            DVec3::new(0.1, -0.05, -6.0),
+            DVec3::new(-0.02, 0.1, 1.0),
+        ),
+        (
+            along_z(DVec3::NEG_Z * 6.0, 2.0),
+            DVec3::new(0.4, 0.3, -6.0),
+            DVec3::Z,
+        ),
+    ] {
+        let parallel = sensor.is_parallel();
+        let slab =
+            morgana_transport::shape::Cube::new(place(DVec3::new(50.0, 50.0, 1.0), 0.0)).unwrap();
+        let wall = Rectangle::new(place(DVec3::splat(50.0), screen)).unwrap();
+        let field = LinearSquare::new(1.0, DVec3::X * slope, DVec3::ZERO).unwrap();
+        let media = vec![vacuum(), Medium::transparent("slab", field)];
+        let wall = Object {
+            sides: None,
+            ..container(
+                wall,
+                Bsdf::Diffuse(Diffuse::new(Spectrum::splat(0.5)).unwrap()),
+            )
+        };
+        let mut parts = parts(
+            vec![container(slab, Bsdf::Null), wall],
+            media,
+            vec![],
+            sensor,
+        );
+        parts.film.width = pixels as usize;
+        parts.film.height = pixels as usize;
+        parts.tolerance = Tolerance::new(1e-12);
+        let scene = scene(parts);
+        let tracer = AovTracer::new(&[Aov::Displacement]);
+        let mut ws = morgana_transport::path::Workspace::new(scene.tolerance());
+        let mut values = Vec::new();
+        let ray = SensorRay {
+            origin,
+            direction: direction.normalize(),
+        };
+        tracer.sample(&scene, ray, &mut ws, &mut values);
+        // dx/dσ = v, of length n, and dv/dσ = ∇n²/2; z grows by v_z σ.
+        let entry = origin + direction * (-1.0 - origin.z);
+        let v = direction.normalize() * scene.n(1, entry);
+        let sigma = 2.0 / v.z;
+        let leave = entry + v * sigma + DVec3::X * (0.25 * slope * sigma * sigma);
+        let v = v + DVec3::X * (0.5 * slope * sigma);
+        let seen = leave + v * ((screen - leave.z) / v.z);
+        let expected = if parallel {
+            seen - origin
+        } else {
+            // Where it is seen from the same point, and where the ray is: on the plane in focus, if there is one.
+            (seen - origin) / (seen.z - origin.z) - direction
+        };
+        // x is to the left, y up.
+        let scale = to_pixels[usize::from(parallel)];
+        let expected = [expected.x * scale, expected.y * scale];
+        assert_eq!(values[0], 1.0);
+        assert!(expected[0].abs() > 1.0, "{expected:?}");
+        for (found, expected) in values[1..].iter().zip(expected) {
+            assert!(
+                (found - expected).abs() < 1e-7 * scale,
+                "{values:?} {expected:?}"
+            );
+        }
+    }
 }

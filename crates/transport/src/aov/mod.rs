@@ -112,21 +112,26 @@ impl AovTracer {
             } else if followed.ending == Ending::Lost {
                 [0.0; 3]
             } else {
-                self.values(aov, &followed, scene.sensor().to_world(), ray.direction)
+                self.values(aov, &followed, scene, &ray)
             };
             out.extend(&values[..aov.channels().len()]);
         }
     }
 
     /// The values of a quantity for a ray that was followed; of these as many count as it has channels.
-    fn values(&self, aov: Aov, ray: &FollowedRay, to_world: &DAffine3, entry: DVec3) -> [f64; 3] {
+    fn values(&self, aov: Aov, ray: &FollowedRay, scene: &Scene, start: &SensorRay) -> [f64; 3] {
         let one = |value| [value, 0.0, 0.0];
         match aov {
             Aov::Valid => one(1.0),
             Aov::ExitPosition => ray.x.to_array(),
             Aov::ExitDirection => ray.direction.to_array(),
             Aov::Deflection => {
-                let [x, y] = deflection(to_world, entry, ray.direction);
+                let to_world = scene.sensor().to_world();
+                let [x, y] = deflection(to_world, start.direction, ray.direction);
+                [x, y, 0.0]
+            }
+            Aov::Displacement => {
+                let [x, y] = displacement(scene, start, ray).unwrap_or_default();
                 [x, y, 0.0]
             }
             Aov::OpticalLength => one(ray.optical_length),
@@ -152,4 +157,28 @@ pub fn deflection(to_world: &DAffine3, entry: DVec3, exit: DVec3) -> [f64; 2] {
     let a = across(to_world.matrix3.x_axis, entry).normalize_or_zero();
     let b = across(across(to_world.matrix3.y_axis, entry), a).normalize_or_zero();
     [a, b].map(|axis| exit.dot(axis).atan2(exit.dot(entry)))
+}
+
+/// How far the image of the point where a ray ends is from where it would be if rays were straight, in pixels to the right and downwards: what
+/// background-oriented schlieren measures (docs/theory.md#displacement). A ray that leaves the scene sees a background at infinity. `None` for a batch of
+/// sensors, for parallel rays that leave the scene, and where a straight ray would not be in view of the sensor.
+fn displacement(scene: &Scene, start: &SensorRay, ray: &FollowedRay) -> Option<[f64; 2]> {
+    let sensor = scene.sensor();
+    let straight = match (ray.ending, sensor.is_parallel()) {
+        (Ending::Surface(_), false) => {
+            let seen = ray.x - start.origin;
+            sensor.sense(start.origin, seen.try_normalize()?)
+        }
+        (Ending::Surface(_), true) => sensor.sense(ray.x, start.direction),
+        (Ending::Left, false) => sensor.sense(start.origin, ray.direction),
+        (Ending::Left, true) | (Ending::Lost, _) => None,
+    };
+    let (curved, straight) = (sensor.sense(start.origin, start.direction)?, straight?);
+    let film = scene.film();
+    let size = film
+        .window
+        .map_or([film.width, film.height], |window| window.image);
+    Some(std::array::from_fn(|axis| {
+        (curved.image[axis] - straight.image[axis]) * size[axis] as f64
+    }))
 }

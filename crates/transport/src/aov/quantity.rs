@@ -13,6 +13,9 @@ pub enum Aov {
     /// Angles in radians between the directions at the exit and at the start, along the sensor's local
     /// x and y axes: see [`deflection`](super::deflection).
     Deflection,
+    /// How far the image of the point where the ray ends is from where it would be if rays were straight, in pixels to the right and
+    /// downwards: see [`displacement`](super::displacement).
+    Displacement,
     /// ∫n ds up to the exit, scene units.
     OpticalLength,
     /// ∫ds up to the exit, scene units.
@@ -50,11 +53,12 @@ pub enum Aov {
 
 impl Aov {
     /// All, in the order in which they are stored.
-    pub const ALL: [Aov; 20] = [
+    pub const ALL: [Aov; 21] = [
         Aov::Valid,
         Aov::ExitPosition,
         Aov::ExitDirection,
         Aov::Deflection,
+        Aov::Displacement,
         Aov::OpticalLength,
         Aov::ArcLength,
         Aov::OpticalDepth,
@@ -77,6 +81,7 @@ impl Aov {
     pub fn is_of_surface(self) -> bool {
         match self {
             Aov::Valid | Aov::ExitPosition | Aov::ExitDirection | Aov::Deflection => false,
+            Aov::Displacement => false,
             Aov::OpticalLength | Aov::ArcLength | Aov::OpticalDepth | Aov::Steps => false,
             Aov::OpticalPathDifference | Aov::Waves => false,
             Aov::Albedo | Aov::Depth | Aov::Position | Aov::TextureCoordinates => true,
@@ -93,6 +98,7 @@ impl Aov {
             Aov::ExitPosition => "exit_position",
             Aov::ExitDirection => "exit_direction",
             Aov::Deflection => "deflection",
+            Aov::Displacement => "displacement",
             Aov::OpticalLength => "optical_length",
             Aov::ArcLength => "arc_length",
             Aov::OpticalDepth => "optical_depth",
@@ -119,6 +125,7 @@ impl Aov {
             Aov::ExitPosition => &["exit.position.X", "exit.position.Y", "exit.position.Z"],
             Aov::ExitDirection => &["exit.direction.X", "exit.direction.Y", "exit.direction.Z"],
             Aov::Deflection => &["deflection.X", "deflection.Y"],
+            Aov::Displacement => &["displacement.X", "displacement.Y"],
             Aov::OpticalLength => &["optical_length"],
             Aov::ArcLength => &["arc_length"],
             Aov::OpticalDepth => &["optical_depth"],

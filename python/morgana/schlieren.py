@@ -1,0 +1,284 @@
+"""Background-oriented schlieren in one step, and fringes from optical path differences.
+
+    >>> import morgana.schlieren
+    >>> pair = morgana.schlieren.bos("scenes/bos_jet.xml", still={"strength": 0})
+    >>> pair.write("jet")
+
+From the command line: ``python -m morgana.schlieren scenes/bos_jet.xml --still strength=0 -o jet``. See docs/guides/schlieren.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._checks import mapping, whole
+from ._errors import Error, RenderError
+from ._images import exposure, write
+from ._render import render
+from ._result import Bools, Doubles, Floats, Result
+from ._scene import Define, load_dict, load_file
+from ._values import comparable
+
+__all__ = ["Bos", "bos", "fringes", "main", "phase"]
+
+Source = Union[str, "os.PathLike[str]", Mapping[str, Any]]
+
+RAYS = 16
+"""Rays through each pixel whose displacements are averaged, unless another number is asked for."""
+
+
+@comparable
+class Bos(NamedTuple):
+    """What :func:`bos` returns. Rows are from the top, and displacements are in pixels to the right and downwards, as codes for particle images have them."""
+
+    flow: Floats
+    """The picture with the flow, (height, width, channels)."""
+    still: Floats
+    """The picture without it, made of the same rays."""
+    displacement: Floats
+    """How far the background has moved from ``still`` to ``flow``, at each pixel of ``flow``, (height, width, 2): the mean over the pixel and the lens."""
+    error: Floats
+    """Standard error of this mean, of the same shape."""
+    spread: Floats
+    """Standard deviation of the displacement over the pixel's rays: what finite pixels and lenses blur, of the same shape."""
+    valid: Bools
+    """Where all rays of a pixel reach the background, (height, width)."""
+
+    def __repr__(self) -> str:
+        height, width, _ = self.flow.shape
+        moved = np.linalg.norm(self.displacement[self.valid], axis=-1)
+        most = f", at most {moved.max():.3g} pixels" if moved.size else ""
+        return f"<morgana.schlieren.Bos of {width} × {height}{most}>"
+
+    def write(self, prefix: Union[str, "os.PathLike[str]"]) -> List[str]:
+        """Write ``PREFIX_flow.png`` and ``PREFIX_still.png``, of the same exposure, and ``PREFIX_displacement.npy``, (height, width, 2).
+
+        Parameters
+        ----------
+        prefix : path_like
+            How the names of the files begin.
+
+        Returns
+        -------
+        list of str
+            The files.
+
+        Raises
+        ------
+        FileError
+            A file that cannot be written.
+
+        Examples
+        --------
+        >>> pair.write("jet")
+        """
+        name = os.fspath(prefix)
+        stops = exposure(self.still)
+        files = [f"{name}_flow.png", f"{name}_still.png", f"{name}_displacement.npy"]
+        write(files[0], self.flow, exposure=stops)
+        write(files[1], self.still, exposure=stops)
+        np.save(files[2], self.displacement)
+        return files
+
+
+def bos(
+    scene: Source,
+    *,
+    still: Mapping[str, Define],
+    spp: Optional[int] = None,
+    rays: int = RAYS,
+    seed: int = 0,
+    parameters: Optional[Mapping[str, Define]] = None,
+) -> Bos:
+    """Render a background with and without a flow before it, and what moved by how much.
+
+    Both pictures are made of the same rays, so that they differ by the flow alone. The displacement is that of rays, without noise but for
+    where a pixel's rays go; it counts every bending of rays that the scene has, that of windows too (docs/theory.md#displacement).
+
+    Parameters
+    ----------
+    scene : path_like or mapping
+        A scene file, or a dictionary as for :func:`morgana.load_dict`, with a pattern behind the flow.
+    still : mapping
+        Parameters of the scene that take the flow away, such as ``{"strength": 0}``.
+    spp : int, optional
+        Samples per pixel of both pictures, instead of the scene's number.
+    rays : int
+        Rays per pixel for the displacement, ≥ 2.
+    seed : int
+        Seed of the random numbers.
+    parameters : mapping, optional
+        Other parameters of the scene.
+
+    Returns
+    -------
+    Bos
+        The pictures and the displacement.
+
+    Raises
+    ------
+    SceneError
+        A scene that cannot be read, or without these parameters.
+    RenderError
+        Too few rays, or no parameter to take the flow away.
+
+    Examples
+    --------
+    >>> pair = morgana.schlieren.bos("scenes/bos_jet.xml", still={"strength": 0}, spp=64)
+    """
+    mapping(still, "still")
+    whole(rays, "rays", 2)
+    if not still:
+        raise RenderError("still names no parameter of the scene that takes the flow away")
+    given = dict(parameters or {})
+
+    def picture(more: Mapping[str, Define]) -> Floats:
+        return render(_load(scene, {**given, **more}), spp=spp, seed=seed).image
+
+    followed = render(_load(scene, given, integrator="aov", sampler="independent"), spp=rays, seed=seed)
+    valid = followed.layers["valid"].mean
+    layer = followed.layers["displacement"]
+    share = np.maximum(valid, np.float32(1e-6))
+    error = layer.error / share
+    return Bos(picture({}), picture(still), layer.mean / share, error, error * np.float32(np.sqrt(rays)), valid[..., 0] == 1)
+
+
+def fringes(
+    waves: Union[Result, ArrayLike], *, carrier: Tuple[float, float] = (0.0, 0.0), steps: int = 1, visibility: float = 1.0
+) -> Doubles:
+    """Fringes of two-beam interference from optical path differences: ½ + ½ V cos 2π(w + c·x + k/N).
+
+    Parameters
+    ----------
+    waves : Result or array_like
+        Optical path differences in wavelengths, (height, width): a render by the integrator ``aov`` with a ``wavelength``, or an array.
+    carrier : two floats
+        Fringes that a tilt of the reference adds across the width and down the height of the image; none for infinite-fringe interferograms.
+    steps : int
+        Number N of images, ≥ 1, between which the reference moves by 1/N of a wavelength.
+    visibility : float
+        Contrast V of the fringes, 0 to 1.
+
+    Returns
+    -------
+    numpy.ndarray
+        Intensities from 0 to 1, (steps, height, width).
+
+    Raises
+    ------
+    RenderError
+        A render without waves, or parameters out of range.
+
+    Examples
+    --------
+    >>> series = morgana.schlieren.fringes(result, carrier=(20, 0), steps=4)
+    """
+    found = _waves(waves)
+    whole(steps, "steps", 1)
+    if not 0 <= visibility <= 1:
+        raise RenderError(f"visibility is {visibility} but must be between 0 and 1")
+    height, width = found.shape
+    y, x = np.mgrid[:height, :width] + 0.5
+    tilt = carrier[0] * x / width + carrier[1] * y / height
+    shift = (np.arange(steps) / steps)[:, None, None]
+    return np.asarray(0.5 + 0.5 * visibility * np.cos(2 * np.pi * (found + tilt + shift)))
+
+
+def phase(series: ArrayLike) -> Doubles:
+    """The phase of fringes from a series of at least three steps, as :func:`fringes` makes it: that of the N-bucket formula.
+
+    Parameters
+    ----------
+    series : array_like
+        Intensities, (steps, height, width).
+
+    Returns
+    -------
+    numpy.ndarray
+        w + c·x in wavelengths, between −½ and ½, (height, width): wrapped.
+
+    Raises
+    ------
+    RenderError
+        Fewer than three steps.
+
+    Examples
+    --------
+    >>> wrapped = morgana.schlieren.phase(series)
+    """
+    images = np.asarray(series, float)
+    if images.ndim != 3 or len(images) < 3:
+        raise RenderError("a phase needs a series of at least three images, (steps, height, width)")
+    shift = (2 * np.pi * np.arange(len(images)) / len(images))[:, None, None]
+    sine, cosine = (images * np.sin(shift)).sum(axis=0), (images * np.cos(shift)).sum(axis=0)
+    return np.asarray(np.arctan2(-sine, cosine) / (2 * np.pi))
+
+
+def _load(scene: Source, parameters: Mapping[str, Define], **instead: Any) -> Any:
+    everything: Dict[str, Any] = {**instead, **parameters}
+    return load_dict(scene, **everything) if isinstance(scene, Mapping) else load_file(scene, **everything)
+
+
+def _waves(waves: Union[Result, ArrayLike]) -> NDArray[np.float64]:
+    if isinstance(waves, Result):
+        if "waves" not in waves.layers:
+            raise RenderError("the render has no 'waves': use the integrator aov with a wavelength")
+        waves = waves.layers["waves"].mean[..., 0]
+    found = np.asarray(waves, float)
+    if found.ndim != 2:
+        raise RenderError(f"optical path differences have the shape (height, width), not {found.shape}")
+    return found
+
+
+def _defined(text: str) -> Tuple[str, str]:
+    name, equals, value = text.partition("=")
+    if not (name and equals):
+        raise argparse.ArgumentTypeError(f"'{text}' is not NAME=VALUE")
+    return name, value
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> int:
+    """The command ``python -m morgana.schlieren``: a pair of pictures, and the displacement between them, as files.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Those of the command line if none are given.
+
+    Returns
+    -------
+    int
+        0, or 1 after an error.
+    """
+    parser = argparse.ArgumentParser(
+        prog="python -m morgana.schlieren", description="Render a background with and without a flow, and the displacement in pixels."
+    )
+    parser.add_argument("scene", help="the scene file")
+    parser.add_argument("--still", metavar="NAME=VALUE", type=_defined, action="append", required=True, help="parameter that takes the flow away; repeatable")
+    parser.add_argument("-D", dest="defines", metavar="NAME=VALUE", type=_defined, action="append", default=[], help="parameter of the scene; repeatable")
+    parser.add_argument("--spp", type=int, help="samples per pixel of the pictures")
+    parser.add_argument("--rays", type=int, default=RAYS, help=f"rays per pixel for the displacement ({RAYS})")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the random numbers (0)")
+    parser.add_argument("-o", "--output", required=True, metavar="PREFIX", help="how the names of the files begin")
+    given = parser.parse_args(arguments)
+    defines: Dict[str, Define] = dict(given.defines)
+    try:
+        pair = bos(given.scene, still=dict(given.still), spp=given.spp, rays=given.rays, seed=given.seed, parameters=defines)
+        files = pair.write(given.output)
+    except Error as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    moved = np.linalg.norm(pair.displacement[pair.valid], axis=-1)
+    print(f"displacement: at most {moved.max(initial=0):.3g} pixels, standard error at most {pair.error.max():.2g}")
+    print("\n".join(files))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

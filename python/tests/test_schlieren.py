@@ -1,0 +1,101 @@
+"""Background-oriented schlieren in one step, and fringes: against closed forms, and one another."""
+
+import subprocess
+import sys
+
+import morgana
+import morgana.schlieren as schlieren
+import numpy as np
+import pytest
+
+SLOPE = 4e-4
+
+
+def slab(size=24, **lens):
+    """A slab of thickness 2 with n² = 1 + g x between a camera at z = −30 and a chequered wall at z = 30."""
+    return {
+        "type": "scene",
+        "parameters": {"slope": SLOPE},
+        "integrator": {"type": "path", "max_depth": 1},
+        "sensor": {
+            "type": "perspective", "fov": 8.0, **lens, "to_world": [{"translate": [0, 0, -30]}],
+            "film": {"type": "hdrfilm", "width": size, "height": size, "pixel_format": "luminance", "rfilter": {"type": "box"}},
+            "sampler": {"type": "independent", "sample_count": 4},
+        },
+        "slab": {
+            "type": "cube", "to_world": [{"scale": [20, 20, 1]}], "bsdf": {"type": "null"},
+            "interior": {"type": "transparent", "ior": {"type": "expression", "formula": "1 + slope*x", "quantity": "n2", "slope": "$slope"}},
+        },
+        "wall": {
+            "type": "rectangle", "to_world": [{"scale": 20}, {"rotate": [0, 1, 0], "angle": 180}, {"translate": [0, 0, 30]}],
+            "bsdf": {"type": "diffuse", "reflectance": 0}, "emitter": {"type": "area", "radiance": 0.5},
+        },
+    }
+
+
+def expected(size=24):
+    """Pixels on the axis: an angle g/2 · 2 over n³, half the way to the wall, seen from twice as far."""
+    pixels = size / (2 * np.tan(np.radians(4)))
+    return 0.5 * SLOPE * 2 * 30 / 60 * pixels
+
+
+@pytest.mark.filterwarnings("ignore::morgana.SceneWarning")
+@pytest.mark.parametrize("lens", [{}, {"type": "thinlens", "aperture_radius": 0.3, "focus_distance": 60.0}])
+def test_displacements_of_a_gradient(lens):
+    pair = schlieren.bos(slab(**lens), still={"slope": 0}, seed=2)
+    assert pair.flow.shape == (24, 24, 1)
+    assert pair.valid.all()
+    middle = pair.displacement[11:13, 11:13].mean(axis=(0, 1))
+    # To 1 %: of second order in the angle of view and the slope.
+    assert middle[0] == pytest.approx(expected(), rel=0.01)
+    assert abs(middle[1]) < 1e-3
+    assert 0.05 < middle[0] < 1
+    assert np.all(pair.error < 0.01)
+    np.testing.assert_allclose(pair.spread, 4 * pair.error, rtol=1e-6)
+    # Both pictures are of the same rays.
+    np.testing.assert_array_equal(pair.flow, pair.still)
+    assert "24 × 24, at most 0." in repr(pair)
+
+
+@pytest.mark.filterwarnings("ignore::morgana.SceneWarning")
+def test_files_of_a_pair(tmp_path):
+    pair = schlieren.bos(slab(8), still={"slope": 0}, parameters={"slope": 2 * SLOPE}, spp=1, rays=2)
+    assert pair.displacement[4, 4, 0] == pytest.approx(2 * expected(8), rel=0.02)
+    files = pair.write(tmp_path / "slab")
+    assert [file.rpartition("_")[2] for file in files] == ["flow.png", "still.png", "displacement.npy"]
+    np.testing.assert_array_equal(np.load(files[2]), pair.displacement)
+
+
+def test_mistakes_of_a_pair_are_named(tmp_path):
+    with pytest.raises(morgana.RenderError, match="still names no parameter"):
+        schlieren.bos(slab(), still={})
+    with pytest.raises(morgana.SceneError, match="strength"):
+        schlieren.bos(slab(), still={"strength": 0})
+    with pytest.raises(morgana.RenderError, match="rays is 1 but must be at least 2"):
+        schlieren.bos(slab(), still={"slope": 0}, rays=1)
+    command = [sys.executable, "-m", "morgana.schlieren", str(tmp_path / "missing.xml"), "--still", "a=0", "-o", str(tmp_path / "x")]
+    failed = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert failed.returncode == 1
+    assert failed.stderr.startswith("error: ")
+
+
+def test_fringes_keep_the_phase():
+    y, x = np.mgrid[:40, :60]
+    waves = 0.3 * np.sin(x / 9.0) + 0.1 * y / 40
+    for steps, carrier in [(3, (0, 0)), (4, (12, 3)), (7, (0, -5))]:
+        series = schlieren.fringes(waves, carrier=carrier, steps=steps, visibility=0.7)
+        assert series.shape == (steps, 40, 60)
+        assert series.min() >= 0.15 - 1e-12 and series.max() <= 0.85 + 1e-12
+        tilt = carrier[0] * (x + 0.5) / 60 + carrier[1] * (y + 0.5) / 40
+        difference = schlieren.phase(series) - waves - tilt
+        np.testing.assert_allclose(difference, np.rint(difference), atol=1e-12)
+    # The carrier has so many fringes across the image.
+    flat = schlieren.fringes(np.zeros((4, 1200)), carrier=(12, 0))[0, 0]
+    assert np.sum((flat[:-1] < 0.5) & (flat[1:] >= 0.5)) == 12
+    for arguments, message in [({"steps": 0}, "steps is 0"), ({"visibility": 2}, "between 0 and 1")]:
+        with pytest.raises(morgana.RenderError, match=message):
+            schlieren.fringes(waves, **arguments)
+    with pytest.raises(morgana.RenderError, match="at least three images"):
+        schlieren.phase(series[:2])
+    with pytest.raises(morgana.RenderError, match=r"have the shape \(height, width\)"):
+        schlieren.fringes(waves[0])
