@@ -41,11 +41,11 @@ class Bos(NamedTuple):
     """The picture with the flow, (height, width, channels)."""
     still: Floats
     """The picture without it, made of the same rays."""
-    displacement: Floats
+    displacement: Doubles
     """How far the background has moved from ``still`` to ``flow``, at each pixel of ``flow``, (height, width, 2): the mean over the pixel and the lens."""
-    error: Floats
+    error: Doubles
     """Standard error of this mean, of the same shape."""
-    spread: Floats
+    spread: Doubles
     """Standard deviation of the displacement over the pixel's rays: what finite pixels and lenses blur, of the same shape."""
     valid: Bools
     """Where all rays of a pixel reach the background, (height, width)."""
@@ -138,15 +138,18 @@ def bos(
         raise RenderError("still names no parameter of the scene that takes the flow away")
     given = dict(parameters or {})
 
-    def picture(more: Mapping[str, Define]) -> Floats:
-        return render(_load(scene, {**given, **more}), spp=spp, seed=seed).image
-
-    followed = render(_load(scene, given, integrator="aov", sampler="independent"), spp=rays, seed=seed)
+    # All are read before anything is rendered: mistakes are told at once.
+    pictures = [_load(scene, {**given, **more}) for more in ({}, still)]
+    rayed = _load(scene, given, integrator="aov", sampler="independent")
+    followed = render(rayed, spp=rays, seed=seed)
     valid = followed.layers["valid"].mean
     layer = followed.layers["displacement"]
-    share = np.maximum(valid, np.float32(1e-6))
-    error = layer.error / share
-    return Bos(picture({}), picture(still), layer.mean / share, error, error * np.float32(np.sqrt(rays)), valid[..., 0] == 1)
+    # Rays that are lost count as zero in means.
+    share = np.maximum(valid.astype(float), 1 / rays)
+    error = np.asarray(layer.error / share)
+    moved = np.asarray(layer.mean / share)
+    flow, without = (render(picture, spp=spp, seed=seed).image for picture in pictures)
+    return Bos(flow, without, moved, error, error * float(np.sqrt(rays)), valid[..., 0] == 1)
 
 
 def fringes(
