@@ -7,16 +7,17 @@
     >>> jet.write("jet.vti")
 
 From the command line: ``python -m morgana.flow case.vtu --array rho --spacing 0.001 -o jet.vti``. Reading needs ``pip install
-"morgana-render[flow]"``, which installs PyVista. See docs/guides/schlieren.md#flow-from-a-simulation.
+"morgana-render[flow]"``, which installs PyVista; what PyVista does not read, meshio does if it is installed. See docs/guides/schlieren.md#flow-from-a-simulation.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import importlib
 import os
 import sys
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -32,6 +33,8 @@ Path = Union[str, "os.PathLike[str]"]
 
 MOST_SAMPLES = 1 << 28
 """More samples than these would need gigabytes for each copy."""
+OPENFOAM = (".foam", ".openfoam")
+"""Extensions of files that stand for its cases."""
 GAS_CONSTANT = 8.314462618
 """J/(mol K)."""
 HAIR = 1e-7
@@ -132,15 +135,18 @@ class Sampled(NamedTuple):
         grid.save(os.fspath(path))
 
 
-def read(path: Path) -> Any:
-    """Read a mesh: ``.vti``, ``.vtr``, ``.vts``, ``.vtu``, ``.vtp``, ``.vtm``, ``.vtk``, ``.foam``, ``.cgns``, and whatever else PyVista reads.
+def read(path: Path, *, time: Optional[float] = None) -> Any:
+    """Read a mesh: ``.vti``, ``.vtr``, ``.vts``, ``.vtu``, ``.vtp``, ``.vtm``, ``.vtk``, ``.foam``, ``.cgns``, and whatever else PyVista or meshio read.
 
-    Blocks are merged. Of a series in time, as of OpenFOAM, the last instant is read.
+    Of several blocks those are merged that fill space, without the surfaces around them; they keep the arrays that all of them have.
+    OpenFOAM's values of cells stay values of cells.
 
     Parameters
     ----------
     path : path_like
         The file; an empty file ``case.foam`` in the folder of an OpenFOAM case.
+    time : float, optional
+        The instant of a series in time, as of OpenFOAM; the last if it is not given.
 
     Returns
     -------
@@ -151,24 +157,26 @@ def read(path: Path) -> Any:
     ------
     FileError
         A file that cannot be read.
+    FlowError
+        A time that the file does not have.
 
     Examples
     --------
-    >>> mesh = morgana.flow.read("case.foam")
+    >>> mesh = morgana.flow.read("case.foam", time=0.5)
     """
     pyvista, name = _pyvista(), os.fspath(path)
     if not os.path.exists(name):
         raise FileError(f"{name}: no such file")
     try:
-        reader = pyvista.get_reader(name)
-        if getattr(reader, "time_values", None):
-            reader.set_active_time_value(reader.time_values[-1])
-        mesh = reader.read()
-    except (OSError, ValueError, RuntimeError, AttributeError) as error:
+        # VTK warns of much that does not matter here; its errors are shown.
+        with pyvista.vtk_verbosity("error"):
+            found = _read(pyvista, name, time)
+    except FlowError:
+        raise
+    except (Exception, SystemExit) as error:  # Readers raise whatever they like, and those of meshio exit.
         raise FileError(f"{name}: cannot be read: {error}") from None
-    if hasattr(mesh, "combine"):
-        mesh = mesh.combine()
-    if mesh is None or mesh.n_points == 0:
+    mesh = _merged(pyvista, found)
+    if mesh is None:
         raise FileError(f"{name}: holds no mesh")
     return mesh
 
@@ -315,6 +323,62 @@ def _pyvista() -> Any:
         raise FlowError('meshes are read by PyVista: pip install "morgana-render[flow]"') from None
 
 
+def _read(pyvista: Any, name: str, time: Optional[float]) -> Any:
+    try:
+        return _read_by(pyvista.get_reader(name), name, time)
+    except FlowError:
+        raise
+    except Exception:
+        # PyVista has no reader, or one for another format of this extension, such as .msh of Fluent rather than of Gmsh.
+        with contextlib.suppress(Exception, SystemExit):
+            return pyvista.read_meshio(name)
+        raise
+
+
+def _read_by(reader: Any, name: str, time: Optional[float]) -> Any:
+    if name.lower().endswith(OPENFOAM):
+        # Else VTK adds averages at points, which are not what the solver has found.
+        reader.cell_to_point_creation = False
+    times = [float(t) for t in getattr(reader, "time_values", None) or []]
+    if times:
+        reader.set_active_time_value(_nearest_time(times, time, name))
+    elif time is not None:
+        raise FlowError(f"{name} has no times to choose from")
+    reader.reader.Update()
+    return reader.reader.GetOutputDataObject(0)
+
+
+def _nearest_time(times: List[float], time: Optional[float], name: str) -> float:
+    if time is None:
+        return times[-1]
+    nearest = min(times, key=lambda t: abs(t - time))
+    # Files and command lines round decimals.
+    if not abs(nearest - time) <= 1e-6 * max(abs(time), abs(nearest)):
+        raise FlowError(f"{name} has no time {time:g}; it has {', '.join(f'{t:g}' for t in times)}")
+    return nearest
+
+
+def _merged(pyvista: Any, source: Any) -> Any:
+    """One mesh of those blocks that have the most dimensions; ``None`` if there are no cells."""
+    leaves = [leaf for leaf in map(pyvista.wrap, _leaves(source)) if getattr(leaf, "n_cells", 0)]
+    dimensions = [leaf.get_cell(0).dimension for leaf in leaves]
+    blocks = [leaf for leaf, dimension in zip(leaves, dimensions) if dimension == max(dimensions)]
+    return blocks[0] if len(blocks) == 1 else pyvista.MultiBlock(blocks).combine() if blocks else None
+
+
+def _leaves(source: Any) -> Iterator[Any]:
+    """The data sets of blocks, of blocks in these, and so on, or the only one."""
+    if not hasattr(source, "NewIterator"):
+        yield source
+        return
+    # VTK's own, which goes into kinds of blocks that PyVista does not know.
+    each = source.NewIterator()
+    each.InitTraversal()
+    while not each.IsDoneWithTraversal():
+        yield each.GetCurrentDataObject()
+        each.GoToNextItem()
+
+
 def _with_points(mesh: Any, array: str) -> Tuple[Any, Tuple[Doubles, Doubles]]:
     """The mesh with the array at its points; where the values were known before, and these."""
     if array in mesh.point_data:
@@ -433,12 +497,13 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     parser.add_argument("--bounds", type=float, nargs=6, help="xmin xmax ymin ymax zmin zmax")
     parser.add_argument("--outside", type=float, help="value outside of the mesh; the nearest if not given")
     parser.add_argument("--revolve", choices=["x", "y", "z"], help="axis about which a planar mesh is revolved")
+    parser.add_argument("--time", type=float, help="instant of a series in time; the last if not given")
     parser.add_argument("-o", "--output", required=True, help="the .vti file")
     given = parser.parse_args(arguments)
     spacing = given.spacing[0] if given.spacing and len(given.spacing) == 1 else given.spacing
     try:
         sampled = sample(
-            read(given.mesh), given.array, spacing=spacing, bounds=given.bounds, outside=given.outside, revolve=given.revolve
+            read(given.mesh, time=given.time), given.array, spacing=spacing, bounds=given.bounds, outside=given.outside, revolve=given.revolve
         )
         sampled.write(given.output)
     except (Error, ValueError) as error:

@@ -106,6 +106,58 @@ def test_half_planes_are_revolved():
         flow.sample(_with(pyvista.ImageData(dimensions=(3, 3, 1), origin=(-1, 0, 0))), "rho", revolve="y")
 
 
+def foam(folder, times):
+    """A case of OpenFOAM: two cubes on top of one another, with a temperature in each."""
+
+    def write(name, kind, text):
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(f"FoamFile {{ version 2.0; format ascii; class {kind}; object {path.name}; }}\n{text}")
+
+    listed = lambda items: f"{len(items)}\n(\n" + "\n".join(items) + "\n)\n"  # noqa: E731
+    write("constant/polyMesh/points", "vectorField", listed([f"({x} {y} {z})" for z in range(3) for y in (0, 1) for x in (0, 1)]))
+    sides = [[i, i + 4, i + 6, i + 2] for i in (0, 4)] + [[i + 1, i + 3, i + 7, i + 5] for i in (0, 4)]
+    sides += [[i, i + 1, i + 5, i + 4] for i in (0, 4)] + [[i + 2, i + 6, i + 7, i + 3] for i in (0, 4)]
+    faces = [[4, 5, 7, 6], *sides, [0, 2, 3, 1], [8, 9, 11, 10]]
+    write("constant/polyMesh/faces", "faceList", listed([f"4({' '.join(map(str, face))})" for face in faces]))
+    write("constant/polyMesh/owner", "labelList", listed(list("0" + "01" * 4 + "01")))
+    write("constant/polyMesh/neighbour", "labelList", listed(["1"]))
+    write("constant/polyMesh/boundary", "polyBoundaryMesh", listed(["walls { type wall; nFaces 10; startFace 1; }"]))
+    write("system/controlDict", "dictionary", "application none;\n")
+    for time in times:
+        values = f"dimensions [0 0 0 1 0 0 0]; internalField nonuniform List<scalar> 2 ({time} {time + 100});"
+        write(f"{time}/T", "volScalarField", values + " boundaryField { walls { type fixedValue; value uniform 7; } }\n")
+    (folder / "case.foam").write_text("")
+    return folder / "case.foam"
+
+
+def test_cases_of_openfoam_keep_their_cells(tmp_path):
+    case = foam(tmp_path, [300, 400])
+    mesh = flow.read(case)
+    # Without the walls, and without values that VTK makes at points.
+    assert (mesh.n_cells, mesh.point_data.keys()) == (2, [])
+    np.testing.assert_array_equal(mesh.cell_data["T"], [400, 500])
+    np.testing.assert_array_equal(flow.read(case, time=300).cell_data["T"], [300, 400])
+    with pytest.raises(flow.FlowError, match="has no time 350; it has 300, 400"):
+        flow.read(case, time=350)
+    sampled = flow.sample(mesh, "T", spacing=1)
+    # Points have the means of their cells, and the error says how far these are from the values of the cells.
+    np.testing.assert_allclose(sampled.values[:, 0, 0], [400, 450, 500])
+    assert sampled.error.points == 2
+    assert sampled.error.rms == pytest.approx(25, rel=1e-3)
+
+
+def test_blocks_and_pieces(box, tmp_path):
+    volume = box.cast_to_unstructured_grid()
+    volume.save(tmp_path / "volume.vtu")
+    box.extract_surface(algorithm="dataset_surface").save(tmp_path / "surface.vtp")
+    block = '<Block index="0"><Piece index="0"><DataSet index="0" file="volume.vtu"/></Piece></Block>'
+    block += '<DataSet index="1" name="wall" file="surface.vtp"/>'
+    head = '<VTKFile type="vtkMultiBlockDataSet" version="1.0" byte_order="LittleEndian">'
+    (tmp_path / "all.vtm").write_text(f"{head}<vtkMultiBlockDataSet>{block}</vtkMultiBlockDataSet></VTKFile>")
+    assert flow.read(tmp_path / "all.vtm").n_cells == box.n_cells
+
+
 def _with(mesh):
     mesh["rho"] = np.arange(mesh.n_points, dtype=float)
     return mesh
