@@ -63,8 +63,19 @@ def test_the_stated_error_is_that_of_the_spline(box):
     assert coarse.error.largest == pytest.approx(np.abs(difference).max(), rel=1e-3)
     assert 1e-3 < coarse.error.largest < 0.05
     assert "% of the range" in str(coarse.error)
-    by_default = flow.sample(box, "rho/rho0 (%)")
-    assert 0.05 < by_default.spacing[0] < 0.1
+    assert coarse.error.largest_of_range == pytest.approx(coarse.error.largest / np.ptp(box["rho/rho0 (%)"]))
+
+
+def test_the_spacing_is_that_of_the_cells_by_default(box):
+    np.testing.assert_allclose(flow.sample(box, "rho/rho0 (%)").spacing, (0.1, 0.08, 0.05))
+    # A quarter of a shell, which fills little of its box: cells of 0.05 by 0.05 by 0.1.
+    r, turn, z = np.meshgrid(np.arange(1, 1.21, 0.05), np.linspace(0, np.pi / 2, 33), np.arange(0, 1.01, 0.1), indexing="ij")
+    shell = pyvista.StructuredGrid(r * np.cos(turn), r * np.sin(turn), z)
+    shell["rho"] = shell.points[:, 0]
+    assert flow.sample(shell, "rho").spacing[0] == pytest.approx(0.063, rel=0.05)
+    with pytest.raises(flow.FlowError, match="spacing or shape"):
+        flow.sample(box, "rho/rho0 (%)", spacing=0.1, shape=(3, 3, 3))
+    assert flow.sample(box, "rho/rho0 (%)", shape=(5, 4, 3)).values.shape == (3, 4, 5)
 
 
 def test_arrays_of_cells(box):
@@ -73,6 +84,15 @@ def test_arrays_of_cells(box):
     assert error(sampled) < 0.05
     assert sampled.error.points == cells.n_cells
     assert sampled.error.rms < 0.01
+
+
+def test_arrays_of_numbers_of_points_are_arrays(box):
+    # VTK would not interpolate them.
+    box = box.copy()
+    box.point_data.active_scalars_name = None
+    box.point_data["ids"] = np.arange(box.n_points)
+    box.GetPointData().SetActiveAttribute("ids", box.GetPointData().GLOBALIDS)
+    assert flow.sample(box, "ids").error.largest < 0.1
 
 
 def test_what_is_outside(box):
@@ -104,6 +124,41 @@ def test_half_planes_are_revolved():
         flow.sample(_with(pyvista.ImageData(dimensions=(3, 3, 3))), "rho", revolve="x")
     with pytest.raises(flow.FlowError, match="radii are not negative"):
         flow.sample(_with(pyvista.ImageData(dimensions=(3, 3, 1), origin=(-1, 0, 0))), "rho", revolve="y")
+
+
+def test_wedges_are_revolved():
+    # Five degrees about z, as OpenFOAM has axisymmetric flows: values at cells.
+    turn = np.radians([-2.5, 2.5])
+    z, r, turn = np.meshgrid(np.linspace(0, 3, 61), np.linspace(0, 1, 41), turn, indexing="ij")
+    wedge = pyvista.StructuredGrid(r * np.cos(turn), r * np.sin(turn), z).cast_to_unstructured_grid()
+    centers = wedge.cell_centers().points
+    wedge.cell_data["rho"] = 1.2 - 0.4 * np.exp(-(np.hypot(centers[:, 0], centers[:, 1]) ** 2) / 0.1)
+    whole = flow.sample(wedge, "rho", revolve="z", spacing=0.05, outside=1.2)
+    axes = [o + d * np.arange(n) for o, d, n in zip(whole.origin, whole.spacing, whole.values.shape[::-1])]
+    radius = np.hypot(*np.meshgrid(*axes[:2]))
+    inside = radius < 0.95
+    differences = np.abs(whole.values - 1.2 + 0.4 * np.exp(-(radius**2) / 0.1))[:, inside]
+    # Means over cells of 0.025 about the axis, where the second derivative is 8.
+    assert differences.max() < 4e-3
+    assert 0 < whole.error.rms < whole.error.largest < 4e-3
+    # A grid that is coarse along y only: the error is of all directions, not only that of the wedge.
+    coarse = flow.sample(wedge, "rho", revolve="z", spacing=(0.05, 0.5, 0.05), outside=1.2)
+    assert coarse.error.largest > 0.03
+    with pytest.raises(flow.FlowError, match="a wedge of at most 20°"):
+        flow.sample(wedge.rotate_z(180).merge(wedge), "rho", revolve="z")
+
+
+def test_planes_continue_across_their_thickness():
+    plane = _with(pyvista.ImageData(dimensions=(9, 1, 5), origin=(0, 2, 0)))
+    slab = flow.sample(plane, "rho", thickness=3)
+    assert slab.values.shape == (5, 4, 9)
+    assert (slab.origin[1], slab.spacing[1]) == (0.5, 1)
+    np.testing.assert_allclose(slab.values, np.arange(45.0).reshape(5, 1, 9).repeat(4, axis=1), atol=1e-4)
+    assert slab.error.points == 45 and slab.error.largest < 1e-4
+    with pytest.raises(flow.FlowError, match="the mesh is planar: give the thickness along y"):
+        flow.sample(plane, "rho")
+    with pytest.raises(flow.FlowError, match="thickness is for planar meshes"):
+        flow.sample(_with(pyvista.ImageData(dimensions=(3, 3, 3))), "rho", thickness=1)
 
 
 def foam(folder, times):
@@ -140,7 +195,7 @@ def test_cases_of_openfoam_keep_their_cells(tmp_path):
     np.testing.assert_array_equal(flow.read(case, time=300).cell_data["T"], [300, 400])
     with pytest.raises(flow.FlowError, match="has no time 350; it has 300, 400"):
         flow.read(case, time=350)
-    sampled = flow.sample(mesh, "T", spacing=1)
+    sampled = flow.sample(mesh, "T", shape=(2, 2, 3))
     # Points have the means of their cells, and the error says how far these are from the values of the cells.
     np.testing.assert_allclose(sampled.values[:, 0, 0], [400, 450, 500])
     assert sampled.error.points == 2
@@ -185,9 +240,11 @@ def test_densities_of_gases():
 def test_mistakes_are_named(box, tmp_path):
     for arguments, message in [
         ({"array": "rho"}, r"no array 'rho'; it has 'rho/rho0 \(%\)'"),
+        ({"array": "rho/rho0"}, r"did you mean 'rho/rho0 \(%\)'\?"),
+        ({"array": "rho/rho0 (%)", "outside": float("nan")}, "must be finite"),
         ({"array": "rho/rho0 (%)", "spacing": 1e-5}, "samples are too many"),
         ({"array": "rho/rho0 (%)", "spacing": 0}, "must be positive"),
-        ({"array": "rho/rho0 (%)", "bounds": (1, 0, 0, 1, 0, 1)}, "each at least the one before"),
+        ({"array": "rho/rho0 (%)", "bounds": (1, 0, 0, 1, 0, 1)}, "each larger than the one before"),
         ({"array": "rho/rho0 (%)", "bounds": (5, 6, 5, 6, 5, 6)}, "no sample lies in the mesh"),
         ({"array": "rho/rho0 (%)", "revolve": "r"}, "must be 'x', 'y' or 'z'"),
     ]:
@@ -201,16 +258,19 @@ def test_mistakes_are_named(box, tmp_path):
     (tmp_path / "text.vtu").write_text("no mesh")
     with pytest.raises(morgana.FileError, match="text.vtu"):
         flow.read(tmp_path / "text.vtu")
+    assert flow.sample(box, "rho/rho0%20%28%25%29", spacing=0.2).name == "rho/rho0 (%)"
     with pytest.raises(morgana.FileError, match="written to .vti"):
         flow.sample(box, "rho/rho0 (%)", spacing=0.2).write(tmp_path / "jet.npy")
 
 
-def test_the_command(box, tmp_path):
+def test_the_command(box, tmp_path, capsys):
     box.save(tmp_path / "jet.vti")
-    command = [sys.executable, "-m", "morgana.flow", tmp_path / "jet.vti", "--array", "rho/rho0 (%)", "--spacing", "0.2", "-o", tmp_path / "out.vti"]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    arguments = [str(tmp_path / "jet.vti"), "--array", "rho/rho0 (%)", "--spacing", "0.2", "-o", str(tmp_path / "out.vti")]
+    done = subprocess.run([sys.executable, "-m", "morgana.flow", *arguments], capture_output=True, text=True, check=True)
     assert "11 x 11 x 9 samples of rho/rho0 (%), 0.0 % outside of the mesh\nresampling error: rms" in done.stdout
-    command[5] = "rho"
-    failed = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert failed.returncode == 1
-    assert failed.stderr.startswith("error: the mesh has no array 'rho'")
+    assert (tmp_path / "out.vti").exists()
+    assert flow.main(arguments[:1]) == 0
+    assert capsys.readouterr().out.splitlines()[0] == "rho/rho0 (%)"
+    arguments[2] = "rho"
+    assert flow.main(arguments) == 1
+    assert capsys.readouterr().err.startswith("error: the mesh has no array 'rho'")
