@@ -18,13 +18,14 @@ import difflib
 import importlib
 import os
 import sys
-from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 from urllib.parse import unquote
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._errors import Error, FileError
+from ._flow_files import WRITERS
 from ._flow_frame import FlowError, Frame, frame_of
 from ._morgana import load_field
 from ._values import comparable
@@ -118,32 +119,60 @@ class Sampled(NamedTuple):
         --------
         >>> medium = {"type": "transparent", "ior": jet.volume(wavelength=532, reference=1.2)}
         """
-        size = [max(n - 1, 1) * step for n, step in zip(self.values.shape[::-1], self.spacing)]
+        size = [(n - 1) * step for n, step in zip(self.values.shape[::-1], self.spacing)]
         place = [{"scale": size}, {"translate": list(self.origin)}]
         return {"type": plugin, "data": self.values, "placement": "nodes", "to_world": place, **parameters}
 
+    def box(self, interior: Mapping[str, Any]) -> Dict[str, Any]:
+        """The dictionary of a shape for :func:`morgana.load_dict`: the box of the samples, whose surface does nothing.
+
+        Parameters
+        ----------
+        interior : mapping
+            The medium in it.
+
+        Returns
+        -------
+        dict
+            The shape.
+
+        Examples
+        --------
+        >>> scene["jet"] = jet.box({"type": "transparent", "ior": jet.volume(wavelength=532, reference=1.2)})
+        """
+        half = [0.5 * (n - 1) * step for n, step in zip(self.values.shape[::-1], self.spacing)]
+        middle = [start + h for start, h in zip(self.origin, half)]
+        place = [{"scale": half}, {"translate": middle}]
+        return {"type": "cube", "to_world": place, "bsdf": {"type": "null"}, "interior": dict(interior)}
+
     def write(self, path: Path) -> None:
-        """Write a ``.vti`` file, which keeps the place, and says what a scene must not.
+        """Write a file that scenes read, in double precision, completely or not at all.
+
+        ``morgana convert`` turns it into other formats, such as HDF5.
 
         Parameters
         ----------
         path : path_like
-            The file.
+            The file: ``.vti`` or ``.nrrd``, which keep the place and say what a scene must not, or ``.npy``, of which a scene says the
+            ``axis_order``, ``zyx``, the ``placement``, ``nodes``, and the place.
 
         Raises
         ------
         FileError
-            Another extension.
+            Another extension, or a file that cannot be written.
 
         Examples
         --------
         >>> jet.write("jet.vti")
         """
-        if not os.fspath(path).lower().endswith(".vti"):
-            raise FileError(f"{os.fspath(path)}: samples are written to .vti, which morgana convert turns into other formats")
-        grid = _pyvista().ImageData(dimensions=self.values.shape[::-1], spacing=self.spacing, origin=self.origin)
-        grid.point_data[self.name] = self.values.ravel()
-        grid.save(os.fspath(path))
+        name = os.fspath(path)
+        writer = WRITERS.get(os.path.splitext(name)[1].lower())
+        if writer is None:
+            raise FileError(f"{name}: samples are written to {', '.join(WRITERS)}, which morgana convert turns into other formats")
+        try:
+            writer(name, self)
+        except OSError as error:
+            raise FileError(f"{name}: cannot be written: {error.strerror or error}") from error
 
 
 def read(path: Path, *, time: Optional[float] = None) -> Any:
@@ -267,7 +296,7 @@ def density(pressure: ArrayLike, temperature: ArrayLike, molar_mass: float = DRY
     Parameters
     ----------
     pressure : array_like
-        Absolute pressure, Pa.
+        Absolute pressure, Pa, > 0.
     temperature : array_like
         Temperature, K, > 0.
     molar_mass : float
@@ -278,14 +307,21 @@ def density(pressure: ArrayLike, temperature: ArrayLike, molar_mass: float = DRY
     numpy.ndarray
         Density, kg/m³.
 
+    Raises
+    ------
+    ValueError
+        A temperature or a pressure that is not positive.
+
     Examples
     --------
     >>> mesh["rho"] = morgana.flow.density(mesh["p"], mesh["T"])
     """
-    temperature = np.asarray(temperature, float)
+    temperature, pressure = np.asarray(temperature, float), np.asarray(pressure, float)
     if not np.all(temperature > 0):
         raise ValueError("temperatures must be positive: they are in kelvins")
-    return np.asarray(np.asarray(pressure, float) * molar_mass / (GAS_CONSTANT * temperature))
+    if not np.all(pressure > 0):
+        raise ValueError("pressures must be positive: they are absolute, in pascals, neither against a reference nor over the density")
+    return np.asarray(pressure * molar_mass / (GAS_CONSTANT * temperature))
 
 
 def _pyvista() -> Any:
@@ -497,7 +533,7 @@ def _error(sampled: Sampled, points: Doubles, values: Doubles) -> ResamplingErro
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
-    """The command ``python -m morgana.flow``: resamples a mesh to a ``.vti`` file, and prints the error.
+    """The command ``python -m morgana.flow``: resamples a mesh to a file that scenes read, and prints the error.
 
     Parameters
     ----------
@@ -509,7 +545,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     int
         0, or 1 after an error.
     """
-    parser = argparse.ArgumentParser(prog="python -m morgana.flow", description="Resample an array of a mesh to a .vti file, which scenes read.")
+    parser = argparse.ArgumentParser(prog="python -m morgana.flow", description="Resample an array of a mesh to a file that scenes read.")
     parser.add_argument("mesh", help="VTK, OpenFOAM (.foam), CGNS, or what else PyVista reads")
     parser.add_argument("--array", help="name of the array; without it, the names of all are listed")
     parser.add_argument("--spacing", type=float, nargs="+", help="distance of samples, one or three (x y z)")
@@ -519,7 +555,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     parser.add_argument("--revolve", choices=["x", "y", "z"], help="axis about which a planar mesh, or a wedge, is revolved")
     parser.add_argument("--thickness", type=float, help="how far the field of a planar mesh goes on across it")
     parser.add_argument("--time", type=float, help="instant of a series in time; the last if not given")
-    parser.add_argument("-o", "--output", help="the .vti file; without it, only the error is printed")
+    parser.add_argument("-o", "--output", help="the .vti, .nrrd or .npy file; without it, only the error is printed")
     given = parser.parse_args(arguments)
     try:
         mesh = read(given.mesh, time=given.time)

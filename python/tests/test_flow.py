@@ -7,6 +7,7 @@ import sys
 import morgana
 import numpy as np
 import pytest
+from conftest import load
 
 pyvista = pytest.importorskip("pyvista", reason="PyVista is an optional extra")
 flow = importlib.import_module("morgana.flow")
@@ -230,11 +231,40 @@ def test_scenes_take_samples_in_their_place(box, tmp_path):
     np.testing.assert_allclose(by_file.n(points), by_array.n(points), atol=1e-12)
 
 
+def test_files_keep_samples_and_place(box, tmp_path, program):
+    sampled = flow.sample(box, "rho/rho0 (%)", spacing=(0.1, 0.08, 0.05))
+    for extension in ("vti", "nrrd", "npy"):
+        sampled.write(tmp_path / f"jet.{extension}")
+    np.testing.assert_array_equal(np.load(tmp_path / "jet.npy"), sampled.values)
+    for extension in ("vti", "nrrd"):
+        told = program("convert", f"jet.{extension}", f"{extension}.npy")
+        assert "21 x 25 x 31 voxels, float64" in told
+        assert "spacing   0.1 x 0.08 x 0.05\n  first     (-1, -0.96, 0); samples at nodes" in told
+        np.testing.assert_array_equal(np.load(tmp_path / f"{extension}.npy"), sampled.values)
+    with pytest.raises(morgana.FileError, match="cannot be written"):
+        sampled.write(tmp_path / "none" / "jet.vti")
+    assert list(tmp_path.rglob("*.part")) == []
+
+
+def test_boxes_hold_the_samples(box):
+    sampled = flow.sample(box, "rho/rho0 (%)", spacing=0.1)
+    clear = {"type": "transparent", "ior": sampled.volume(constant=2.27e-4, reference=1.2)}
+    sensor = {"type": "perspective", "to_world": [{"lookat": {"origin": [0, 0, 5], "target": [0, 0, 0], "up": [0, 1, 0]}}]}
+    scene = load({"type": "scene", "sensor": sensor, "sky": {"type": "constant"}, "jet": sampled.box(clear)})
+    # Straight through the jet, a corner, and beside it.
+    rays = morgana.trace(scene, [[0, 0, 5], [0.99, 0.95, 5], [1.01, 0, 5]], [0, 0, -1])
+    for ray in (rays[0], rays[1]):
+        np.testing.assert_allclose(ray.points[[1, -2], 2], [1.5, 0], atol=1e-9)
+    assert len(rays[2].points) == 2
+
+
 def test_densities_of_gases():
     # Dry air of 15 °C at sea level: 1.225 kg/m³ (US Standard Atmosphere 1976).
     assert flow.density(101325, 288.15) == pytest.approx(1.225, abs=2e-4)
     with pytest.raises(ValueError, match="kelvins"):
         flow.density(101325, [300, -3])
+    with pytest.raises(ValueError, match="absolute"):
+        flow.density([0, 101325], 300)
 
 
 def test_mistakes_are_named(box, tmp_path):
@@ -259,8 +289,8 @@ def test_mistakes_are_named(box, tmp_path):
     with pytest.raises(morgana.FileError, match="text.vtu"):
         flow.read(tmp_path / "text.vtu")
     assert flow.sample(box, "rho/rho0%20%28%25%29", spacing=0.2).name == "rho/rho0 (%)"
-    with pytest.raises(morgana.FileError, match="written to .vti"):
-        flow.sample(box, "rho/rho0 (%)", spacing=0.2).write(tmp_path / "jet.npy")
+    with pytest.raises(morgana.FileError, match="written to .vti, .nrrd, .npy, which morgana convert"):
+        flow.sample(box, "rho/rho0 (%)", spacing=0.2).write(tmp_path / "jet.h5")
 
 
 def test_the_command(box, tmp_path, capsys):
