@@ -29,6 +29,8 @@ __all__ = ["Bos", "bos", "fringes", "main", "phase"]
 
 Source = Union[str, "os.PathLike[str]", Mapping[str, Any]]
 
+STRAIGHT = 1e-6
+"""Pixels by which rounding moves straight rays, at most."""
 RAYS = 16
 """Rays through each pixel whose displacements are averaged, unless another number is asked for."""
 
@@ -99,7 +101,8 @@ def bos(
     """Render a background with and without a flow before it, and what moved by how much.
 
     Both pictures are made of the same rays, so that they differ by the flow alone. The displacement is that of rays, without noise but for
-    where a pixel's rays go; it counts every bending of rays that the scene has, that of windows too (docs/theory.md#displacement).
+    where a pixel's rays go (docs/theory.md#displacement). Windows and water before the background bend rays in both pictures, and do not count; the displacement
+    is then of first order, of a background without steps in depth, and errors and spreads are upper bounds.
 
     Parameters
     ----------
@@ -139,17 +142,45 @@ def bos(
     given = dict(parameters or {})
 
     # All are read before anything is rendered: mistakes are told at once.
-    pictures = [_load(scene, {**given, **more}) for more in ({}, still)]
-    rayed = _load(scene, given, integrator="aov", sampler="independent")
-    followed = render(rayed, spp=rays, seed=seed)
-    valid = followed.layers["valid"].mean
-    layer = followed.layers["displacement"]
-    # Rays that are lost count as zero in means.
-    share = np.maximum(valid.astype(float), 1 / rays)
-    error = np.asarray(layer.error / share)
-    moved = np.asarray(layer.mean / share)
-    flow, without = (render(picture, spp=spp, seed=seed).image for picture in pictures)
-    return Bos(flow, without, moved, error, error * float(np.sqrt(rays)), valid[..., 0] == 1)
+    each: List[Mapping[str, Define]] = [{}, still]
+    pictures = [_load(scene, {**given, **more}) for more in each]
+    followed = [_load(scene, {**given, **more}, integrator="aov", sampler="independent") for more in each]
+    moved, without = (_Moved.of(render(rayed, spp=rays, seed=seed), rays) for rayed in followed)
+    displacement, error, valid = moved.against(without)
+    images = [render(picture, spp=spp, seed=seed).image for picture in pictures]
+    return Bos(images[0], images[1], displacement, error, error * float(np.sqrt(rays)), valid)
+
+
+class _Moved(NamedTuple):
+    """Displacements of one scene, against straight rays."""
+
+    mean: Doubles
+    error: Doubles
+    valid: Bools
+
+    @classmethod
+    def of(cls, result: Result, rays: int) -> "_Moved":
+        valid, layer = result.layers["valid"].mean, result.layers["displacement"]
+        # Rays that are lost count as zero in means.
+        share = np.maximum(valid.astype(float), 1 / rays)
+        return cls(np.asarray(layer.mean / share), np.asarray(layer.error / share), valid[..., 0] == 1)
+
+    def against(self, still: "_Moved") -> Tuple[Doubles, Doubles, Bools]:
+        """The displacement against another scene in place of straight rays (docs/theory.md#displacement), its standard error, and where it is known."""
+        valid = self.valid & still.valid
+        if np.abs(still.mean).max() < STRAIGHT:
+            return self.mean, self.error, valid
+        if min(valid.shape) < 2:
+            raise RenderError("the scene without the flow bends rays, too: then pictures need at least 2 × 2 pixels")
+        # The map from pixels to where straight rays see the same, of which neighbours tell the derivatives.
+        known = np.where(valid[..., None], still.mean, np.nan)
+        (xx, xy), (yx, yy) = (-np.asarray(np.gradient(known[..., i], axis=(1, 0))) for i in (0, 1))
+        xx, yy = 1 + xx, 1 + yy
+        x, y = np.moveaxis(self.mean - known, -1, 0)
+        with np.errstate(all="ignore"):
+            solved = np.stack([yy * x - xy * y, xx * y - yx * x], axis=-1) / (xx * yy - xy * yx)[..., None]
+        valid = np.isfinite(solved).all(axis=-1)
+        return np.where(valid[..., None], solved, 0.0), self.error + still.error, valid
 
 
 def fringes(

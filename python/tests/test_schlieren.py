@@ -57,6 +57,48 @@ def test_displacements_of_a_gradient(lens):
     assert "24 × 24, at most 0." in repr(pair)
 
 
+def tank(size=24):
+    """The slab as a tank of water, from z = −0.5 to beyond the wall: its face magnifies, whether the index varies or not."""
+    scene = slab(size, fov=20.0)
+    scene["slab"]["to_world"] = [{"scale": [20, 20, 16]}, {"translate": [0, 0, 15.5]}]
+    scene["slab"]["bsdf"] = {"type": "dielectric"}
+    scene["slab"]["interior"]["ior"]["n2"] = "1.33^2 + slope*x"
+    scene["wall"]["to_world"][0] = {"scale": 15}
+    return scene
+
+
+def moved(pixels, size=24):
+    """p − q, where the ray of q in still water ends where that of p does with the gradient: Newton's method on traced rays."""
+    flow, still = morgana.load_dict(tank(size)), morgana.load_dict(tank(size), slope=0)
+
+    def end(scene, p):
+        across = (0.5 * size - p) * 2 * np.tan(np.radians(10)) / size
+        direction = np.concatenate([across, np.ones((len(p), 1))], axis=1)
+        rays = morgana.trace(scene, np.tile([0.0, 0.0, -30.0], (len(p), 1)), direction)
+        return np.array([ray.points[-1, :2] for ray in rays])
+
+    aim, q, step = end(flow, pixels), pixels.copy(), 1e-3
+    for _ in range(4):
+        there = end(still, q)
+        slopes = np.stack([(end(still, q + step * axis) - there) / step for axis in np.eye(2)], axis=-1)
+        q -= np.linalg.solve(slopes, (there - aim)[..., None])[..., 0]
+    np.testing.assert_allclose(end(still, q), aim, atol=1e-9)
+    return pixels - q
+
+
+@pytest.mark.filterwarnings("ignore::morgana.SceneWarning")
+def test_displacements_in_water_are_those_between_the_pictures():
+    pixels = np.array([[x, y] for x in (3, 12, 20) for y in (3, 12, 20)])
+    expected = moved(pixels + 0.5)
+    assert 0.06 < expected[:, 0].min() and expected[:, 0].max() < 0.08
+    pair = schlieren.bos(tank(), still={"slope": 0}, spp=1, rays=64, seed=3)
+    found = pair.displacement[pixels[:, 1], pixels[:, 0]]
+    # Against straight rays they would be up to a pixel. What is left is from where in a pixel its rays go.
+    np.testing.assert_allclose(found, expected, atol=2e-3)
+    assert pair.valid.all()
+    assert np.all(np.abs(found - expected) < 3 * pair.error[pixels[:, 1], pixels[:, 0]])
+
+
 @pytest.mark.filterwarnings("ignore::morgana.SceneWarning")
 def test_files_of_a_pair(tmp_path):
     pair = schlieren.bos(slab(8), still={"slope": 0}, parameters={"slope": 2 * SLOPE}, spp=1, rays=2)
