@@ -7,21 +7,26 @@
     >>> jet.write("jet.vti")
 
 From the command line: ``python -m morgana.flow case.vtu --array rho --spacing 0.001 -o jet.vti``. Reading needs ``pip install
-"morgana-render[flow]"``, which installs PyVista. See docs/guides/schlieren.md#flow-from-a-simulation.
+"morgana-render[flow]"``, which installs PyVista; what PyVista does not read, meshio does if it is installed. See docs/guides/schlieren.md#flow-from-a-simulation.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
+import difflib
 import importlib
 import os
 import sys
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
+from urllib.parse import unquote
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._errors import Error, FileError
+from ._flow_files import WRITERS
+from ._flow_frame import FlowError, Frame, frame_of
 from ._morgana import load_field
 from ._values import comparable
 
@@ -32,18 +37,20 @@ Path = Union[str, "os.PathLike[str]"]
 
 MOST_SAMPLES = 1 << 28
 """More samples than these would need gigabytes for each copy."""
+OPENFOAM = (".foam", ".openfoam")
+"""Extensions of files that stand for its cases."""
 GAS_CONSTANT = 8.314462618
 """J/(mol K)."""
+MOST_BY_DEFAULT = 4_000_000
+"""Samples of a grid whose spacing is that of the mesh: it becomes coarser beyond."""
+MOST_COMPARED = 200_000
+"""Values of a mesh that a grid is compared with."""
 HAIR = 1e-7
 """Share of a mesh's extent by which samples on its bounds are moved inside."""
 CONTRAST = 1e-4
 """Of the index as which samples are interpolated to find their error."""
 DRY_AIR = 28.9647e-3
 """Molar mass of dry air, kg/mol."""
-
-
-class FlowError(Error):
-    """A mesh that cannot be sampled: without the array that was named, without extent, or too fine a grid."""
 
 
 @comparable
@@ -58,10 +65,18 @@ class ResamplingError(NamedTuple):
     of_range: float
     """Root mean square over the range of the array."""
     points: int
-    """Number of points that were compared."""
+    """Number of points that were compared: all in the grid, or 200 000 of them."""
+
+    @property
+    def largest_of_range(self) -> float:
+        """Largest difference over the range of the array."""
+        return self.largest * self.of_range / self.rms if self.rms > 0 else 0.0
 
     def __str__(self) -> str:
-        return f"rms {self.rms:.3g} ({100 * self.of_range:.2g} % of the range), largest {self.largest:.3g}, at {self.points} points"
+        return (
+            f"rms {self.rms:.3g} ({100 * self.of_range:.2g} % of the range), "
+            f"largest {self.largest:.3g} ({100 * self.largest_of_range:.2g} %), at {self.points} points"
+        )
 
 
 @comparable
@@ -104,43 +119,74 @@ class Sampled(NamedTuple):
         --------
         >>> medium = {"type": "transparent", "ior": jet.volume(wavelength=532, reference=1.2)}
         """
-        size = [max(n - 1, 1) * step for n, step in zip(self.values.shape[::-1], self.spacing)]
+        size = [(n - 1) * step for n, step in zip(self.values.shape[::-1], self.spacing)]
         place = [{"scale": size}, {"translate": list(self.origin)}]
         return {"type": plugin, "data": self.values, "placement": "nodes", "to_world": place, **parameters}
 
+    def box(self, interior: Mapping[str, Any]) -> Dict[str, Any]:
+        """The dictionary of a shape for :func:`morgana.load_dict`: the box of the samples, whose surface does nothing.
+
+        Parameters
+        ----------
+        interior : mapping
+            The medium in it.
+
+        Returns
+        -------
+        dict
+            The shape.
+
+        Examples
+        --------
+        >>> scene["jet"] = jet.box({"type": "transparent", "ior": jet.volume(wavelength=532, reference=1.2)})
+        """
+        half = [0.5 * (n - 1) * step for n, step in zip(self.values.shape[::-1], self.spacing)]
+        middle = [start + h for start, h in zip(self.origin, half)]
+        place = [{"scale": half}, {"translate": middle}]
+        return {"type": "cube", "to_world": place, "bsdf": {"type": "null"}, "interior": dict(interior)}
+
     def write(self, path: Path) -> None:
-        """Write a ``.vti`` file, which keeps the place, and says what a scene must not.
+        """Write a file that scenes read, in double precision, completely or not at all.
+
+        ``morgana convert`` turns it into other formats, such as HDF5.
 
         Parameters
         ----------
         path : path_like
-            The file.
+            The file: ``.vti`` or ``.nrrd``, which keep the place and say what a scene must not, or ``.npy``, of which a scene says the
+            ``axis_order``, ``zyx``, the ``placement``, ``nodes``, and the place.
 
         Raises
         ------
         FileError
-            Another extension.
+            Another extension, or a file that cannot be written.
 
         Examples
         --------
         >>> jet.write("jet.vti")
         """
-        if not os.fspath(path).lower().endswith(".vti"):
-            raise FileError(f"{os.fspath(path)}: samples are written to .vti, which morgana convert turns into other formats")
-        grid = _pyvista().ImageData(dimensions=self.values.shape[::-1], spacing=self.spacing, origin=self.origin)
-        grid.point_data[self.name] = self.values.ravel()
-        grid.save(os.fspath(path))
+        name = os.fspath(path)
+        writer = WRITERS.get(os.path.splitext(name)[1].lower())
+        if writer is None:
+            raise FileError(f"{name}: samples are written to {', '.join(WRITERS)}, which morgana convert turns into other formats")
+        try:
+            writer(name, self)
+        except OSError as error:
+            raise FileError(f"{name}: cannot be written: {error.strerror or error}") from error
 
 
-def read(path: Path) -> Any:
-    """Read a mesh: ``.vti``, ``.vtr``, ``.vts``, ``.vtu``, ``.vtp``, ``.vtm``, ``.vtk``, ``.foam``, ``.cgns``, and whatever else PyVista reads.
+def read(path: Path, *, time: Optional[float] = None) -> Any:
+    """Read a mesh: ``.vti``, ``.vtr``, ``.vts``, ``.vtu``, ``.vtp``, ``.vtm``, ``.vtk``, ``.foam``, ``.cgns``, and whatever else PyVista or meshio read.
 
-    Blocks are merged. Of a series in time, as of OpenFOAM, the last instant is read.
+    Of several blocks those are merged that fill space, without the surfaces around them; they keep the arrays that all of them have.
+    OpenFOAM's values of cells stay values of cells.
 
     Parameters
     ----------
     path : path_like
         The file; an empty file ``case.foam`` in the folder of an OpenFOAM case.
+    time : float, optional
+        The instant of a series in time, as of OpenFOAM; the last if it is not given.
 
     Returns
     -------
@@ -151,24 +197,26 @@ def read(path: Path) -> Any:
     ------
     FileError
         A file that cannot be read.
+    FlowError
+        A time that the file does not have.
 
     Examples
     --------
-    >>> mesh = morgana.flow.read("case.foam")
+    >>> mesh = morgana.flow.read("case.foam", time=0.5)
     """
     pyvista, name = _pyvista(), os.fspath(path)
     if not os.path.exists(name):
         raise FileError(f"{name}: no such file")
     try:
-        reader = pyvista.get_reader(name)
-        if getattr(reader, "time_values", None):
-            reader.set_active_time_value(reader.time_values[-1])
-        mesh = reader.read()
-    except (OSError, ValueError, RuntimeError, AttributeError) as error:
+        # VTK warns of much that does not matter here; its errors are shown.
+        with pyvista.vtk_verbosity("error"):
+            found = _read(pyvista, name, time)
+    except FlowError:
+        raise
+    except (Exception, SystemExit) as error:  # Readers raise whatever they like, and those of meshio exit.
         raise FileError(f"{name}: cannot be read: {error}") from None
-    if hasattr(mesh, "combine"):
-        mesh = mesh.combine()
-    if mesh is None or mesh.n_points == 0:
+    mesh = _merged(pyvista, found)
+    if mesh is None:
         raise FileError(f"{name}: holds no mesh")
     return mesh
 
@@ -178,9 +226,11 @@ def sample(
     array: str,
     *,
     spacing: Union[None, float, Sequence[float]] = None,
+    shape: Optional[Sequence[int]] = None,
     bounds: Optional[Sequence[float]] = None,
     outside: Optional[float] = None,
     revolve: Optional[str] = None,
+    thickness: Optional[float] = None,
 ) -> Sampled:
     """Sample an array of a mesh on a regular grid.
 
@@ -191,14 +241,19 @@ def sample(
     array : str
         Name of the array, of one number at each point or cell.
     spacing : float or three floats, optional
-        Distance of samples, along all axes or along x, y, z; about the size of the mesh's cells if it is not given.
+        Distance of samples, along all axes or along x, y, z. If it is not given, that of the mesh if it is regular, else the median size of
+        its cells, or more for no more than 4 million samples.
+    shape : three ints, optional
+        Numbers of samples along x, y, z, ≥ 2, in place of the spacing.
     bounds : six floats, optional
         xmin, xmax, ymin, ymax, zmin, zmax of the grid; those of the mesh if they are not given.
     outside : float, optional
-        The value outside of the mesh; the nearest samples go on if it is not given.
+        The value outside of the mesh; that of the nearest point of the mesh if it is not given.
     revolve : str, optional
-        ``"x"``, ``"y"`` or ``"z"``: the mesh is planar, one half of an axisymmetric flow, and is revolved about this axis. Its other extent is the
-        radius.
+        ``"x"``, ``"y"`` or ``"z"``: the mesh is one half of an axisymmetric flow, and is revolved about this axis. It is planar, and its other
+        extent is the radius, or it is a wedge of at most 20°.
+    thickness : float, optional
+        The mesh is planar, and its field goes on across it, half of this to each side.
 
     Returns
     -------
@@ -209,32 +264,29 @@ def sample(
     ------
     FlowError
         An array that the mesh does not have (with those that it has), or that has several components; a grid that is too fine; bounds that
-        are empty.
+        are empty; a planar mesh without thickness.
 
     Examples
     --------
     >>> jet = morgana.flow.sample(mesh, "rho", spacing=(0.5, 0.5, 1), outside=1.2)
     """
-    mesh, known = _with_points(mesh, array)
-    frame = _Frame(mesh, revolve)
+    if outside is not None and not np.isfinite(outside):
+        raise FlowError(f"outside is {outside} but must be finite")
+    name, mesh, known = _with_points(mesh, array)
+    frame = frame_of(mesh, revolve, thickness)
     low, high = _bounds(bounds, frame)
-    steps = _steps(spacing, frame, low, high)
-    counts = np.maximum(np.rint((high - low) / steps).astype(int), 1) + 1
-    flat = high - low <= 0
-    counts[flat] = 1
-    if counts.astype(float).prod() > MOST_SAMPLES:
-        raise FlowError(f"{' x '.join(map(str, counts))} samples are too many: take a larger spacing, or smaller bounds")
-    steps = np.where(flat, steps, (high - low) / np.maximum(counts - 1, 1))
+    counts = _counts(spacing, shape, mesh, high - low)
+    steps = (high - low) / (counts - 1)
     axes = [start + step * np.arange(count) for start, step, count in zip(low, steps, counts)]
     places = np.stack(np.meshgrid(*axes[::-1], indexing="ij")[::-1], axis=-1).reshape(-1, 3)
-    values, inside = _probe(mesh, array, frame.of(places))
-    shape = tuple(counts[::-1])
-    values, inside = values.reshape(shape), inside.reshape(shape)
+    places = frame.of(places)
+    values, inside = _probe(mesh, name, places)
     if not inside.any():
         raise FlowError("no sample lies in the mesh: check bounds and the unit of length")
-    share = 1.0 - inside.mean()
-    values = np.where(inside, values, outside) if outside is not None else _continued(values, inside)
-    sampled = Sampled(values, _three(steps), _three(low), array, ResamplingError(0, 0, 0, 0), float(share))
+    if not inside.all():
+        values[~inside] = outside if outside is not None else _nearest(mesh, name, places[~inside])
+    values = values.reshape(counts[::-1])
+    sampled = Sampled(values, _three(steps), _three(low), name, ResamplingError(0, 0, 0, 0), float(1 - inside.mean()))
     return sampled._replace(error=_error(sampled, frame.points(known[0]), known[1]))
 
 
@@ -244,7 +296,7 @@ def density(pressure: ArrayLike, temperature: ArrayLike, molar_mass: float = DRY
     Parameters
     ----------
     pressure : array_like
-        Absolute pressure, Pa.
+        Absolute pressure, Pa, > 0.
     temperature : array_like
         Temperature, K, > 0.
     molar_mass : float
@@ -255,57 +307,21 @@ def density(pressure: ArrayLike, temperature: ArrayLike, molar_mass: float = DRY
     numpy.ndarray
         Density, kg/m³.
 
+    Raises
+    ------
+    ValueError
+        A temperature or a pressure that is not positive.
+
     Examples
     --------
     >>> mesh["rho"] = morgana.flow.density(mesh["p"], mesh["T"])
     """
-    temperature = np.asarray(temperature, float)
+    temperature, pressure = np.asarray(temperature, float), np.asarray(pressure, float)
     if not np.all(temperature > 0):
         raise ValueError("temperatures must be positive: they are in kelvins")
-    return np.asarray(np.asarray(pressure, float) * molar_mass / (GAS_CONSTANT * temperature))
-
-
-class _Frame:
-    """From the space of the grid to that of the mesh: the same, or the half-plane of what is revolved."""
-
-    def __init__(self, mesh: Any, revolve: Optional[str]) -> None:
-        self.low, self.high = np.array(mesh.bounds).reshape(3, 2).T
-        self.cells = mesh.n_cells
-        self.axis: Optional[int] = None
-        if revolve is None:
-            return
-        if revolve not in ("x", "y", "z"):
-            raise FlowError(f"revolve is {revolve!r} but must be 'x', 'y' or 'z'")
-        extent = self.high - self.low
-        self.axis = "xyz".index(revolve)
-        others = [i for i in range(3) if i != self.axis]
-        self.flat = min(others, key=lambda i: extent[i])
-        self.radial = max(others, key=lambda i: extent[i])
-        if extent[self.flat] > 1e-6 * extent.max():
-            raise FlowError("what is revolved is planar: take a slice of the mesh")
-        if self.low[self.radial] < -1e-9 * extent.max():
-            raise FlowError(f"radii are not negative: clip the mesh at {'xyz'[self.radial]} = 0")
-        radius = self.high[self.radial]
-        self.plane = 0.5 * (self.low[self.flat] + self.high[self.flat])
-        self.low[others], self.high[others] = -radius, radius
-
-    def of(self, places: Doubles) -> Doubles:
-        """Where places of the grid are in the mesh."""
-        if self.axis is None:
-            return places
-        found = np.empty_like(places)
-        found[:, self.axis] = places[:, self.axis]
-        found[:, self.radial] = np.hypot(places[:, self.radial], places[:, self.flat])
-        found[:, self.flat] = self.plane
-        return found
-
-    def points(self, points: Doubles) -> Doubles:
-        """Where points of the mesh are in the grid."""
-        if self.axis is None:
-            return points
-        found = points.copy()
-        found[:, self.flat] = 0.0
-        return found
+    if not np.all(pressure > 0):
+        raise ValueError("pressures must be positive: they are absolute, in pascals, neither against a reference nor over the density")
+    return np.asarray(pressure * molar_mass / (GAS_CONSTANT * temperature))
 
 
 def _pyvista() -> Any:
@@ -315,45 +331,150 @@ def _pyvista() -> Any:
         raise FlowError('meshes are read by PyVista: pip install "morgana-render[flow]"') from None
 
 
-def _with_points(mesh: Any, array: str) -> Tuple[Any, Tuple[Doubles, Doubles]]:
-    """The mesh with the array at its points; where the values were known before, and these."""
-    if array in mesh.point_data:
-        found, places = mesh.point_data[array], mesh.points
-    elif array in mesh.cell_data:
-        found, places = mesh.cell_data[array], mesh.cell_centers().points
-        mesh = mesh.cell_data_to_point_data()
-    else:
-        names: List[str] = [*mesh.point_data.keys(), *mesh.cell_data.keys()]
-        raise FlowError(f"the mesh has no array {array!r}; it has {', '.join(map(repr, names)) or 'none'}")
-    values = np.asarray(found, float)
-    if values.ndim != 1:
-        raise FlowError(f"the array {array!r} has {values.shape[-1]} components at each place: one is needed")
+def _read(pyvista: Any, name: str, time: Optional[float]) -> Any:
+    try:
+        return _read_by(pyvista.get_reader(name), name, time)
+    except FlowError:
+        raise
+    except Exception:
+        # PyVista has no reader, or one for another format of this extension, such as .msh of Fluent rather than of Gmsh.
+        with contextlib.suppress(Exception, SystemExit):
+            return pyvista.read_meshio(name)
+        raise
+
+
+def _read_by(reader: Any, name: str, time: Optional[float]) -> Any:
+    if name.lower().endswith(OPENFOAM):
+        # Else VTK adds averages at points, which are not what the solver has found.
+        reader.cell_to_point_creation = False
+    times = [float(t) for t in getattr(reader, "time_values", None) or []]
+    if times:
+        reader.set_active_time_value(_nearest_time(times, time, name))
+    elif time is not None:
+        raise FlowError(f"{name} has no times to choose from")
+    reader.reader.Update()
+    return reader.reader.GetOutputDataObject(0)
+
+
+def _nearest_time(times: List[float], time: Optional[float], name: str) -> float:
+    if time is None:
+        return times[-1]
+    nearest = min(times, key=lambda t: abs(t - time))
+    # Files and command lines round decimals.
+    if not abs(nearest - time) <= 1e-6 * max(abs(time), abs(nearest)):
+        raise FlowError(f"{name} has no time {time:g}; it has {', '.join(f'{t:g}' for t in times)}")
+    return nearest
+
+
+def _merged(pyvista: Any, source: Any) -> Any:
+    """One mesh of those blocks that have the most dimensions; ``None`` if there are no cells."""
+    leaves = [leaf for leaf in map(pyvista.wrap, _leaves(source)) if getattr(leaf, "n_cells", 0)]
+    dimensions = [leaf.get_cell(0).dimension for leaf in leaves]
+    blocks = [leaf for leaf, dimension in zip(leaves, dimensions) if dimension == max(dimensions)]
+    return blocks[0] if len(blocks) == 1 else pyvista.MultiBlock(blocks).combine() if blocks else None
+
+
+def _leaves(source: Any) -> Iterator[Any]:
+    """The data sets of blocks, of blocks in these, and so on, or the only one."""
+    if not hasattr(source, "NewIterator"):
+        yield source
+        return
+    # VTK's own, which goes into kinds of blocks that PyVista does not know.
+    each = source.NewIterator()
+    each.InitTraversal()
+    while not each.IsDoneWithTraversal():
+        yield each.GetCurrentDataObject()
+        each.GoToNextItem()
+
+
+def _with_points(mesh: Any, array: str) -> Tuple[str, Any, Tuple[Doubles, Doubles]]:
+    """The name of the array, the mesh with it at its points and nothing else; where the values were known before, and these."""
+    name = _known(mesh, array)
+    of_points = name in mesh.point_data.keys()
+    # A plain copy: arrays of special roles, such as numbers of nodes, would not be interpolated.
+    found = np.array((mesh.point_data if of_points else mesh.cell_data)[name])
+    if found.ndim != 1:
+        raise FlowError(f"the array {array!r} has {found.shape[-1]} components at each place: one is needed")
+    if found.dtype.kind not in "fiub":
+        raise FlowError(f"the array {array!r} has values of type {found.dtype}: numbers are needed")
+    values = found.astype(float)
     if not np.isfinite(values).all():
         raise FlowError(f"the array {array!r} has values that are not finite")
-    return mesh, (np.asarray(places, float), values)
+    mesh = mesh.copy(deep=False)
+    mesh.clear_data()
+    if of_points:
+        mesh.point_data[name] = values
+        return name, mesh, (np.asarray(mesh.points, float), values)
+    mesh.cell_data[name] = values
+    return name, mesh.cell_data_to_point_data(), (np.asarray(mesh.cell_centers().points, float), values)
 
 
-def _bounds(bounds: Optional[Sequence[float]], frame: _Frame) -> Tuple[Doubles, Doubles]:
+def _arrays(mesh: Any) -> List[str]:
+    return [*mesh.point_data.keys(), *mesh.cell_data.keys()]
+
+
+def _known(mesh: Any, array: str) -> str:
+    """The array of this name; ``%20`` and the like may stand for the characters that they encode."""
+    names = _arrays(mesh)
+    if array in names:
+        return array
+    same = [name for name in names if unquote(name) == unquote(array)]
+    if same:
+        return same[0]
+    near = difflib.get_close_matches(array, names, n=1)
+    guess = f": did you mean {near[0]!r}?" if near else ""
+    raise FlowError(f"the mesh has no array {array!r}; it has {', '.join(map(repr, names)) or 'none'}{guess}")
+
+
+def _bounds(bounds: Optional[Sequence[float]], frame: Frame) -> Tuple[Doubles, Doubles]:
     if bounds is None:
-        return frame.low.astype(float), frame.high.astype(float)
+        return frame.low, frame.high
     given = np.asarray(bounds, float)
-    if given.shape != (6,) or not np.isfinite(given).all() or np.any(given[1::2] < given[::2]):
-        raise FlowError("bounds are xmin, xmax, ymin, ymax, zmin, zmax, each at least the one before")
+    if given.shape != (6,) or not np.isfinite(given).all() or np.any(given[1::2] <= given[::2]):
+        raise FlowError("bounds are xmin, xmax, ymin, ymax, zmin, zmax, each larger than the one before")
     return given[::2], given[1::2]
 
 
-def _steps(spacing: Union[None, float, Sequence[float]], frame: _Frame, low: Doubles, high: Doubles) -> Doubles:
-    """Distances of samples: those that are given, or about the size of cells."""
-    if spacing is not None:
-        steps = np.broadcast_to(np.asarray(spacing, float), (3,)).copy()
-        if not np.all(np.isfinite(steps) & (steps > 0)):
-            raise FlowError(f"spacing is {spacing!r} but must be positive")
-        return steps
-    extent = frame.high - frame.low
-    if frame.axis is not None:
-        extent = np.array([extent[frame.axis], 0.5 * extent[frame.radial], 0.0])
-    wide = extent[extent > 1e-9 * extent.max()]
-    return np.full(3, (wide.prod() / max(frame.cells, 1)) ** (1 / len(wide)))
+def _counts(
+    spacing: Union[None, float, Sequence[float]], shape: Optional[Sequence[int]], mesh: Any, extent: Doubles
+) -> NDArray[np.int64]:
+    """Numbers of samples along x, y, z."""
+    if shape is None:
+        counts = np.maximum(np.rint(extent / _steps(spacing, mesh, extent)), 1) + 1
+    elif spacing is not None:
+        raise FlowError("give spacing or shape, not both")
+    else:
+        counts = np.asarray(shape)
+        if counts.shape != (3,) or counts.dtype.kind not in "iu" or counts.min() < 2:
+            raise FlowError(f"shape is {shape!r} but must be three whole numbers of at least 2")
+    if counts.astype(float).prod() > MOST_SAMPLES:
+        shown = " x ".join(f"{count:.0f}" for count in counts)
+        raise FlowError(f"{shown} samples are too many: take a larger spacing, or smaller bounds")
+    return counts.astype(np.int64)
+
+
+def _steps(spacing: Union[None, float, Sequence[float]], mesh: Any, extent: Doubles) -> Doubles:
+    """Distances of samples: those that are given, or the size of cells."""
+    if spacing is None:
+        steps = _size_of_cells(mesh)
+        return np.asarray(steps * max(1.0, np.cbrt(np.prod(extent / steps + 1) / MOST_BY_DEFAULT)))
+    given = np.asarray(spacing, float)
+    if given.shape not in ((), (3,)) or not np.all(np.isfinite(given) & (given > 0)):
+        raise FlowError(f"spacing is {spacing!r} but must be positive: one number, or three")
+    return np.broadcast_to(given, 3)
+
+
+def _size_of_cells(mesh: Any) -> Doubles:
+    if isinstance(mesh, _pyvista().ImageData):
+        # There is none across a plane.
+        regular = np.array(mesh.spacing) * (np.array(mesh.dimensions) > 1)
+        return np.where(regular > 0, regular, regular[regular > 0].min())
+    cells = mesh.compute_cell_sizes(length=False)
+    volume, area = np.abs(cells.cell_data["Volume"]), np.abs(cells.cell_data["Area"])
+    sizes = np.cbrt(volume[volume > 0]) if np.any(volume > 0) else np.sqrt(area[area > 0])
+    if len(sizes) == 0:
+        raise FlowError("the cells of the mesh have no size: give spacing or shape")
+    return np.full(3, np.median(sizes))
 
 
 def _three(values: Doubles) -> Tuple[float, float, float]:
@@ -368,26 +489,21 @@ def _probe(mesh: Any, array: str, places: Doubles) -> Tuple[Doubles, NDArray[np.
     places = np.where(np.abs(places - low) < hair, low + hair, places)
     places = np.where(np.abs(places - high) < hair, high - hair, places)
     found = _pyvista().PolyData(places).sample(mesh)
-    values = np.asarray(found.point_data[array], float)
+    values = np.array(found.point_data[array], float)
     return values, np.asarray(found.point_data["vtkValidPointMask"]) > 0
 
 
-def _continued(values: Doubles, inside: NDArray[np.bool_]) -> Doubles:
-    """Samples outside of the mesh have the mean of their nearest neighbours, from the mesh outwards."""
-    values, known = np.where(inside, values, 0.0), inside.copy()
-    while not known.all():
-        total, count = np.zeros_like(values), np.zeros(values.shape, int)
-        for axis in range(values.ndim):
-            for ahead in (True, False):
-                here: List[Any] = [slice(None)] * values.ndim
-                there: List[Any] = [slice(None)] * values.ndim
-                here[axis], there[axis] = (slice(1, None), slice(None, -1)) if ahead else (slice(None, -1), slice(1, None))
-                total[tuple(here)] += np.where(known[tuple(there)], values[tuple(there)], 0.0)
-                count[tuple(here)] += known[tuple(there)]
-        new = ~known & (count > 0)
-        values[new] = total[new] / count[new]
-        known |= new
-    return values
+def _nearest(mesh: Any, array: str, places: Doubles) -> Doubles:
+    """Values of the nearest points of the mesh."""
+    pyvista, filters = _pyvista(), importlib.import_module("vtkmodules.vtkFiltersPoints")
+    known = pyvista.PolyData(np.asarray(mesh.points, float))
+    known.point_data[array] = mesh.point_data[array]
+    interpolator: Any = filters.vtkPointInterpolator()
+    interpolator.SetKernel(filters.vtkVoronoiKernel())
+    interpolator.SetInputData(pyvista.PolyData(places))
+    interpolator.SetSourceData(known)
+    interpolator.Update()
+    return np.array(pyvista.wrap(interpolator.GetOutput()).point_data[array], float)
 
 
 def _error(sampled: Sampled, points: Doubles, values: Doubles) -> ResamplingError:
@@ -397,6 +513,9 @@ def _error(sampled: Sampled, points: Doubles, values: Doubles) -> ResamplingErro
     hair = 1e-9 * (high - low)
     near = np.all((points >= low - hair) & (points <= high + hair), axis=1)
     points, values = points[near], values[near]
+    if len(points) > MOST_COMPARED:
+        some = np.random.default_rng(0).choice(len(points), MOST_COMPARED, replace=False)
+        points, values = points[some], values[some]
     span = float(np.ptp(sampled.values))
     if len(points) == 0:
         return ResamplingError(0.0, 0.0, 0.0, 0)
@@ -414,7 +533,7 @@ def _error(sampled: Sampled, points: Doubles, values: Doubles) -> ResamplingErro
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
-    """The command ``python -m morgana.flow``: resamples a mesh to a ``.vti`` file, and prints the error.
+    """The command ``python -m morgana.flow``: resamples a mesh to a file that scenes read, and prints the error.
 
     Parameters
     ----------
@@ -426,26 +545,41 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     int
         0, or 1 after an error.
     """
-    parser = argparse.ArgumentParser(prog="python -m morgana.flow", description="Resample an array of a mesh to a .vti file, which scenes read.")
+    parser = argparse.ArgumentParser(prog="python -m morgana.flow", description="Resample an array of a mesh to a file that scenes read.")
     parser.add_argument("mesh", help="VTK, OpenFOAM (.foam), CGNS, or what else PyVista reads")
-    parser.add_argument("--array", required=True, help="name of the array")
+    parser.add_argument("--array", help="name of the array; without it, the names of all are listed")
     parser.add_argument("--spacing", type=float, nargs="+", help="distance of samples, one or three (x y z)")
+    parser.add_argument("--shape", type=int, nargs=3, help="numbers of samples along x y z, in place of --spacing")
     parser.add_argument("--bounds", type=float, nargs=6, help="xmin xmax ymin ymax zmin zmax")
     parser.add_argument("--outside", type=float, help="value outside of the mesh; the nearest if not given")
-    parser.add_argument("--revolve", choices=["x", "y", "z"], help="axis about which a planar mesh is revolved")
-    parser.add_argument("-o", "--output", required=True, help="the .vti file")
+    parser.add_argument("--revolve", choices=["x", "y", "z"], help="axis about which a planar mesh, or a wedge, is revolved")
+    parser.add_argument("--thickness", type=float, help="how far the field of a planar mesh goes on across it")
+    parser.add_argument("--time", type=float, help="instant of a series in time; the last if not given")
+    parser.add_argument("-o", "--output", help="the .vti, .nrrd or .npy file; without it, only the error is printed")
     given = parser.parse_args(arguments)
-    spacing = given.spacing[0] if given.spacing and len(given.spacing) == 1 else given.spacing
     try:
+        mesh = read(given.mesh, time=given.time)
+        if given.array is None:
+            print("\n".join(_arrays(mesh)))
+            return 0
         sampled = sample(
-            read(given.mesh), given.array, spacing=spacing, bounds=given.bounds, outside=given.outside, revolve=given.revolve
+            mesh,
+            given.array,
+            spacing=given.spacing[0] if given.spacing and len(given.spacing) == 1 else given.spacing,
+            shape=given.shape,
+            bounds=given.bounds,
+            outside=given.outside,
+            revolve=given.revolve,
+            thickness=given.thickness,
         )
-        sampled.write(given.output)
+        if given.output is not None:
+            sampled.write(given.output)
     except (Error, ValueError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
     depth, height, width = sampled.values.shape
-    print(f"{given.output}: {width} x {height} x {depth} samples of {sampled.name}, {100 * sampled.outside:.1f} % outside of the mesh")
+    target = f"{given.output}: " if given.output else ""
+    print(f"{target}{width} x {height} x {depth} samples of {sampled.name}, {100 * sampled.outside:.1f} % outside of the mesh")
     print(f"resampling error: {sampled.error}")
     return 0
 

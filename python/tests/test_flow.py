@@ -7,6 +7,7 @@ import sys
 import morgana
 import numpy as np
 import pytest
+from conftest import load
 
 pyvista = pytest.importorskip("pyvista", reason="PyVista is an optional extra")
 flow = importlib.import_module("morgana.flow")
@@ -63,8 +64,19 @@ def test_the_stated_error_is_that_of_the_spline(box):
     assert coarse.error.largest == pytest.approx(np.abs(difference).max(), rel=1e-3)
     assert 1e-3 < coarse.error.largest < 0.05
     assert "% of the range" in str(coarse.error)
-    by_default = flow.sample(box, "rho/rho0 (%)")
-    assert 0.05 < by_default.spacing[0] < 0.1
+    assert coarse.error.largest_of_range == pytest.approx(coarse.error.largest / np.ptp(box["rho/rho0 (%)"]))
+
+
+def test_the_spacing_is_that_of_the_cells_by_default(box):
+    np.testing.assert_allclose(flow.sample(box, "rho/rho0 (%)").spacing, (0.1, 0.08, 0.05))
+    # A quarter of a shell, which fills little of its box: cells of 0.05 by 0.05 by 0.1.
+    r, turn, z = np.meshgrid(np.arange(1, 1.21, 0.05), np.linspace(0, np.pi / 2, 33), np.arange(0, 1.01, 0.1), indexing="ij")
+    shell = pyvista.StructuredGrid(r * np.cos(turn), r * np.sin(turn), z)
+    shell["rho"] = shell.points[:, 0]
+    assert flow.sample(shell, "rho").spacing[0] == pytest.approx(0.063, rel=0.05)
+    with pytest.raises(flow.FlowError, match="spacing or shape"):
+        flow.sample(box, "rho/rho0 (%)", spacing=0.1, shape=(3, 3, 3))
+    assert flow.sample(box, "rho/rho0 (%)", shape=(5, 4, 3)).values.shape == (3, 4, 5)
 
 
 def test_arrays_of_cells(box):
@@ -73,6 +85,15 @@ def test_arrays_of_cells(box):
     assert error(sampled) < 0.05
     assert sampled.error.points == cells.n_cells
     assert sampled.error.rms < 0.01
+
+
+def test_arrays_of_numbers_of_points_are_arrays(box):
+    # VTK would not interpolate them.
+    box = box.copy()
+    box.point_data.active_scalars_name = None
+    box.point_data["ids"] = np.arange(box.n_points)
+    box.GetPointData().SetActiveAttribute("ids", box.GetPointData().GLOBALIDS)
+    assert flow.sample(box, "ids").error.largest < 0.1
 
 
 def test_what_is_outside(box):
@@ -106,6 +127,93 @@ def test_half_planes_are_revolved():
         flow.sample(_with(pyvista.ImageData(dimensions=(3, 3, 1), origin=(-1, 0, 0))), "rho", revolve="y")
 
 
+def test_wedges_are_revolved():
+    # Five degrees about z, as OpenFOAM has axisymmetric flows: values at cells.
+    turn = np.radians([-2.5, 2.5])
+    z, r, turn = np.meshgrid(np.linspace(0, 3, 61), np.linspace(0, 1, 41), turn, indexing="ij")
+    wedge = pyvista.StructuredGrid(r * np.cos(turn), r * np.sin(turn), z).cast_to_unstructured_grid()
+    centers = wedge.cell_centers().points
+    wedge.cell_data["rho"] = 1.2 - 0.4 * np.exp(-(np.hypot(centers[:, 0], centers[:, 1]) ** 2) / 0.1)
+    whole = flow.sample(wedge, "rho", revolve="z", spacing=0.05, outside=1.2)
+    axes = [o + d * np.arange(n) for o, d, n in zip(whole.origin, whole.spacing, whole.values.shape[::-1])]
+    radius = np.hypot(*np.meshgrid(*axes[:2]))
+    inside = radius < 0.95
+    differences = np.abs(whole.values - 1.2 + 0.4 * np.exp(-(radius**2) / 0.1))[:, inside]
+    # Means over cells of 0.025 about the axis, where the second derivative is 8.
+    assert differences.max() < 4e-3
+    assert 0 < whole.error.rms < whole.error.largest < 4e-3
+    # A grid that is coarse along y only: the error is of all directions, not only that of the wedge.
+    coarse = flow.sample(wedge, "rho", revolve="z", spacing=(0.05, 0.5, 0.05), outside=1.2)
+    assert coarse.error.largest > 0.03
+    with pytest.raises(flow.FlowError, match="a wedge of at most 20°"):
+        flow.sample(wedge.rotate_z(180).merge(wedge), "rho", revolve="z")
+
+
+def test_planes_continue_across_their_thickness():
+    plane = _with(pyvista.ImageData(dimensions=(9, 1, 5), origin=(0, 2, 0)))
+    slab = flow.sample(plane, "rho", thickness=3)
+    assert slab.values.shape == (5, 4, 9)
+    assert (slab.origin[1], slab.spacing[1]) == (0.5, 1)
+    np.testing.assert_allclose(slab.values, np.arange(45.0).reshape(5, 1, 9).repeat(4, axis=1), atol=1e-4)
+    assert slab.error.points == 45 and slab.error.largest < 1e-4
+    with pytest.raises(flow.FlowError, match="the mesh is planar: give the thickness along y"):
+        flow.sample(plane, "rho")
+    with pytest.raises(flow.FlowError, match="thickness is for planar meshes"):
+        flow.sample(_with(pyvista.ImageData(dimensions=(3, 3, 3))), "rho", thickness=1)
+
+
+def foam(folder, times):
+    """A case of OpenFOAM: two cubes on top of one another, with a temperature in each."""
+
+    def write(name, kind, text):
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(f"FoamFile {{ version 2.0; format ascii; class {kind}; object {path.name}; }}\n{text}")
+
+    listed = lambda items: f"{len(items)}\n(\n" + "\n".join(items) + "\n)\n"  # noqa: E731
+    write("constant/polyMesh/points", "vectorField", listed([f"({x} {y} {z})" for z in range(3) for y in (0, 1) for x in (0, 1)]))
+    sides = [[i, i + 4, i + 6, i + 2] for i in (0, 4)] + [[i + 1, i + 3, i + 7, i + 5] for i in (0, 4)]
+    sides += [[i, i + 1, i + 5, i + 4] for i in (0, 4)] + [[i + 2, i + 6, i + 7, i + 3] for i in (0, 4)]
+    faces = [[4, 5, 7, 6], *sides, [0, 2, 3, 1], [8, 9, 11, 10]]
+    write("constant/polyMesh/faces", "faceList", listed([f"4({' '.join(map(str, face))})" for face in faces]))
+    write("constant/polyMesh/owner", "labelList", listed(list("0" + "01" * 4 + "01")))
+    write("constant/polyMesh/neighbour", "labelList", listed(["1"]))
+    write("constant/polyMesh/boundary", "polyBoundaryMesh", listed(["walls { type wall; nFaces 10; startFace 1; }"]))
+    write("system/controlDict", "dictionary", "application none;\n")
+    for time in times:
+        values = f"dimensions [0 0 0 1 0 0 0]; internalField nonuniform List<scalar> 2 ({time} {time + 100});"
+        write(f"{time}/T", "volScalarField", values + " boundaryField { walls { type fixedValue; value uniform 7; } }\n")
+    (folder / "case.foam").write_text("")
+    return folder / "case.foam"
+
+
+def test_cases_of_openfoam_keep_their_cells(tmp_path):
+    case = foam(tmp_path, [300, 400])
+    mesh = flow.read(case)
+    # Without the walls, and without values that VTK makes at points.
+    assert (mesh.n_cells, mesh.point_data.keys()) == (2, [])
+    np.testing.assert_array_equal(mesh.cell_data["T"], [400, 500])
+    np.testing.assert_array_equal(flow.read(case, time=300).cell_data["T"], [300, 400])
+    with pytest.raises(flow.FlowError, match="has no time 350; it has 300, 400"):
+        flow.read(case, time=350)
+    sampled = flow.sample(mesh, "T", shape=(2, 2, 3))
+    # Points have the means of their cells, and the error says how far these are from the values of the cells.
+    np.testing.assert_allclose(sampled.values[:, 0, 0], [400, 450, 500])
+    assert sampled.error.points == 2
+    assert sampled.error.rms == pytest.approx(25, rel=1e-3)
+
+
+def test_blocks_and_pieces(box, tmp_path):
+    volume = box.cast_to_unstructured_grid()
+    volume.save(tmp_path / "volume.vtu")
+    box.extract_surface(algorithm="dataset_surface").save(tmp_path / "surface.vtp")
+    block = '<Block index="0"><Piece index="0"><DataSet index="0" file="volume.vtu"/></Piece></Block>'
+    block += '<DataSet index="1" name="wall" file="surface.vtp"/>'
+    head = '<VTKFile type="vtkMultiBlockDataSet" version="1.0" byte_order="LittleEndian">'
+    (tmp_path / "all.vtm").write_text(f"{head}<vtkMultiBlockDataSet>{block}</vtkMultiBlockDataSet></VTKFile>")
+    assert flow.read(tmp_path / "all.vtm").n_cells == box.n_cells
+
+
 def _with(mesh):
     mesh["rho"] = np.arange(mesh.n_points, dtype=float)
     return mesh
@@ -123,19 +231,50 @@ def test_scenes_take_samples_in_their_place(box, tmp_path):
     np.testing.assert_allclose(by_file.n(points), by_array.n(points), atol=1e-12)
 
 
+def test_files_keep_samples_and_place(box, tmp_path, program):
+    sampled = flow.sample(box, "rho/rho0 (%)", spacing=(0.1, 0.08, 0.05))
+    for extension in ("vti", "nrrd", "npy"):
+        sampled.write(tmp_path / f"jet.{extension}")
+    np.testing.assert_array_equal(np.load(tmp_path / "jet.npy"), sampled.values)
+    for extension in ("vti", "nrrd"):
+        told = program("convert", f"jet.{extension}", f"{extension}.npy")
+        assert "21 x 25 x 31 voxels, float64" in told
+        assert "spacing   0.1 x 0.08 x 0.05\n  first     (-1, -0.96, 0); samples at nodes" in told
+        np.testing.assert_array_equal(np.load(tmp_path / f"{extension}.npy"), sampled.values)
+    with pytest.raises(morgana.FileError, match="cannot be written"):
+        sampled.write(tmp_path / "none" / "jet.vti")
+    assert list(tmp_path.rglob("*.part")) == []
+
+
+def test_boxes_hold_the_samples(box):
+    sampled = flow.sample(box, "rho/rho0 (%)", spacing=0.1)
+    clear = {"type": "transparent", "ior": sampled.volume(constant=2.27e-4, reference=1.2)}
+    sensor = {"type": "perspective", "to_world": [{"lookat": {"origin": [0, 0, 5], "target": [0, 0, 0], "up": [0, 1, 0]}}]}
+    scene = load({"type": "scene", "sensor": sensor, "sky": {"type": "constant"}, "jet": sampled.box(clear)})
+    # Straight through the jet, a corner, and beside it.
+    rays = morgana.trace(scene, [[0, 0, 5], [0.99, 0.95, 5], [1.01, 0, 5]], [0, 0, -1])
+    for ray in (rays[0], rays[1]):
+        np.testing.assert_allclose(ray.points[[1, -2], 2], [1.5, 0], atol=1e-9)
+    assert len(rays[2].points) == 2
+
+
 def test_densities_of_gases():
     # Dry air of 15 °C at sea level: 1.225 kg/m³ (US Standard Atmosphere 1976).
     assert flow.density(101325, 288.15) == pytest.approx(1.225, abs=2e-4)
     with pytest.raises(ValueError, match="kelvins"):
         flow.density(101325, [300, -3])
+    with pytest.raises(ValueError, match="absolute"):
+        flow.density([0, 101325], 300)
 
 
 def test_mistakes_are_named(box, tmp_path):
     for arguments, message in [
         ({"array": "rho"}, r"no array 'rho'; it has 'rho/rho0 \(%\)'"),
+        ({"array": "rho/rho0"}, r"did you mean 'rho/rho0 \(%\)'\?"),
+        ({"array": "rho/rho0 (%)", "outside": float("nan")}, "must be finite"),
         ({"array": "rho/rho0 (%)", "spacing": 1e-5}, "samples are too many"),
         ({"array": "rho/rho0 (%)", "spacing": 0}, "must be positive"),
-        ({"array": "rho/rho0 (%)", "bounds": (1, 0, 0, 1, 0, 1)}, "each at least the one before"),
+        ({"array": "rho/rho0 (%)", "bounds": (1, 0, 0, 1, 0, 1)}, "each larger than the one before"),
         ({"array": "rho/rho0 (%)", "bounds": (5, 6, 5, 6, 5, 6)}, "no sample lies in the mesh"),
         ({"array": "rho/rho0 (%)", "revolve": "r"}, "must be 'x', 'y' or 'z'"),
     ]:
@@ -149,16 +288,19 @@ def test_mistakes_are_named(box, tmp_path):
     (tmp_path / "text.vtu").write_text("no mesh")
     with pytest.raises(morgana.FileError, match="text.vtu"):
         flow.read(tmp_path / "text.vtu")
-    with pytest.raises(morgana.FileError, match="written to .vti"):
-        flow.sample(box, "rho/rho0 (%)", spacing=0.2).write(tmp_path / "jet.npy")
+    assert flow.sample(box, "rho/rho0%20%28%25%29", spacing=0.2).name == "rho/rho0 (%)"
+    with pytest.raises(morgana.FileError, match="written to .vti, .nrrd, .npy, which morgana convert"):
+        flow.sample(box, "rho/rho0 (%)", spacing=0.2).write(tmp_path / "jet.h5")
 
 
-def test_the_command(box, tmp_path):
+def test_the_command(box, tmp_path, capsys):
     box.save(tmp_path / "jet.vti")
-    command = [sys.executable, "-m", "morgana.flow", tmp_path / "jet.vti", "--array", "rho/rho0 (%)", "--spacing", "0.2", "-o", tmp_path / "out.vti"]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    arguments = [str(tmp_path / "jet.vti"), "--array", "rho/rho0 (%)", "--spacing", "0.2", "-o", str(tmp_path / "out.vti")]
+    done = subprocess.run([sys.executable, "-m", "morgana.flow", *arguments], capture_output=True, text=True, check=True)
     assert "11 x 11 x 9 samples of rho/rho0 (%), 0.0 % outside of the mesh\nresampling error: rms" in done.stdout
-    command[5] = "rho"
-    failed = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert failed.returncode == 1
-    assert failed.stderr.startswith("error: the mesh has no array 'rho'")
+    assert (tmp_path / "out.vti").exists()
+    assert flow.main(arguments[:1]) == 0
+    assert capsys.readouterr().out.splitlines()[0] == "rho/rho0 (%)"
+    arguments[2] = "rho"
+    assert flow.main(arguments) == 1
+    assert capsys.readouterr().err.startswith("error: the mesh has no array 'rho'")

@@ -1,0 +1,141 @@
+"""From the space of the grid to that of the mesh: the same, a plane that continues across, or a half-plane that is revolved."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Optional, Tuple
+
+import numpy as np
+
+from numpy.typing import NDArray
+
+from ._errors import Error
+
+Doubles = NDArray[np.float64]
+
+FLAT = 1e-6
+"""Extent along an axis, over the largest, below which a mesh is planar."""
+
+GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
+"""Multiples of it spread evenly over a turn."""
+WIDEST = math.radians(10)
+"""Half the angle of the widest wedge about an axis."""
+
+
+class FlowError(Error):
+    """A mesh that cannot be sampled: without the array that was named, without extent, or too fine a grid."""
+
+
+class Frame:
+    """The space of a mesh as it is."""
+
+    def __init__(self, mesh: Any) -> None:
+        self.low, self.high = np.array(mesh.bounds, float).reshape(3, 2).T.copy()
+
+    def of(self, places: Doubles) -> Doubles:
+        """Where places of the grid are in the mesh."""
+        return places
+
+    def points(self, points: Doubles) -> Doubles:
+        """Where points of the mesh are in the grid."""
+        return points
+
+
+class Slab(Frame):
+    """A planar mesh whose field continues across it."""
+
+    def __init__(self, mesh: Any, flat: int, thickness: Optional[float]) -> None:
+        super().__init__(mesh)
+        if thickness is None or not (thickness > 0 and math.isfinite(thickness)):
+            raise FlowError(f"the mesh is planar: give the thickness along {'xyz'[flat]}, > 0, or revolve an axisymmetric flow")
+        self.flat, self.plane = flat, 0.5 * (self.low[flat] + self.high[flat])
+        self.low[flat], self.high[flat] = self.plane - 0.5 * thickness, self.plane + 0.5 * thickness
+
+    def of(self, places: Doubles) -> Doubles:
+        """All in the plane."""
+        found = places.copy()
+        found[:, self.flat] = self.plane
+        return found
+
+
+class Revolved(Frame):
+    """A half-plane from an axis on, or a wedge about it, which is turned about the axis."""
+
+    def __init__(self, mesh: Any, axis: str) -> None:
+        super().__init__(mesh)
+        if axis not in ("x", "y", "z"):
+            raise FlowError(f"revolve is {axis!r} but must be 'x', 'y' or 'z'")
+        self.axis = "xyz".index(axis)
+        self.others = [i for i in range(3) if i != self.axis]
+        points = np.asarray(mesh.points, float)
+        self.offset, self.radial = self._half_plane(mesh, points)
+        radii = self._radii(points)
+        self.least, self.most = max(float(radii.min()), 0.0), float(radii.max())
+        self.low[self.others], self.high[self.others] = -self.most, self.most
+
+    def _half_plane(self, mesh: Any, points: Doubles) -> Tuple[Doubles, Doubles]:
+        """Where the plane crosses the axis's normal plane, and the unit direction away from the axis."""
+        offset, extent = np.zeros(3), self.high - self.low
+        flat = _flat_axis(mesh)
+        if flat == self.axis:
+            raise FlowError(f"the mesh is planar across {'xyz'[flat]}: what is revolved has the axis in its plane")
+        if flat is not None:
+            radial = 3 - self.axis - flat
+            if self.low[radial] < -1e-9 * extent.max():
+                raise FlowError(f"radii are not negative: clip the mesh at {'xyz'[radial]} = 0")
+            offset[flat] = 0.5 * (self.low[flat] + self.high[flat])
+            return offset, np.eye(3)[radial]
+        across = points.copy()
+        across[:, self.axis] = 0.0
+        middle = across.mean(axis=0)
+        direction = middle / (np.linalg.norm(middle) or 1.0)
+        along = across @ direction
+        beside = np.linalg.norm(across - along[:, None] * direction, axis=1)
+        if np.any(beside > math.tan(WIDEST) * along + 1e-6 * extent.max()):
+            raise FlowError("what is revolved is planar, or a wedge of at most 20° about the axis: take a slice of the mesh")
+        return offset, direction
+
+    def _radii(self, points: Doubles) -> Doubles:
+        return np.asarray((points - self.offset) @ self.radial)
+
+    def of(self, places: Doubles) -> Doubles:
+        """Where places are when they are turned into the half-plane; those on the axis and on the rim a little further in."""
+        radii = np.linalg.norm(places[:, self.others], axis=1)
+        hair = 1e-7 * (self.most - self.least)
+        radii = np.where(np.abs(radii - self.least) < hair, self.least + hair, radii)
+        radii = np.where(np.abs(radii - self.most) < hair, self.most - hair, radii)
+        found = self.offset + radii[:, None] * self.radial
+        found[:, self.axis] = places[:, self.axis]
+        return np.asarray(found)
+
+    def points(self, points: Doubles) -> Doubles:
+        """Points of the mesh, each turned by another angle."""
+        across = points - self.offset
+        radii = np.linalg.norm(across[:, self.others], axis=1)
+        angles = GOLDEN_ANGLE * np.arange(len(points))
+        found = points.copy()
+        found[:, self.others] = radii[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        return found
+
+
+def frame_of(mesh: Any, revolve: Optional[str], thickness: Optional[float]) -> Frame:
+    """The frame of a mesh."""
+    if revolve is not None:
+        if thickness is not None:
+            raise FlowError("give revolve or thickness, not both")
+        return Revolved(mesh, revolve)
+    flat = _flat_axis(mesh)
+    if flat is not None:
+        return Slab(mesh, flat, thickness)
+    if thickness is not None:
+        raise FlowError("thickness is for planar meshes, but this one has a volume")
+    return Frame(mesh)
+
+
+def _flat_axis(mesh: Any) -> Optional[int]:
+    """The axis to which a planar mesh is perpendicular."""
+    low, high = np.array(mesh.bounds, float).reshape(3, 2).T
+    flat = np.flatnonzero(high - low <= FLAT * (high - low).max())
+    if len(flat) > 1:
+        raise FlowError("the mesh is a line or a point: nothing can be interpolated")
+    return int(flat[0]) if len(flat) else None
