@@ -84,6 +84,7 @@ const PARAMETERS: &[(PluginKind, &[&str])] = &[
             "bin_width",
             "cosine_axis",
             "cosine_bins",
+            "focus_point",
             "max_bound",
             "min_bound",
             "normalization",

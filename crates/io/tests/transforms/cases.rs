@@ -39,7 +39,7 @@ pub fn all() -> Vec<Case> {
     );
     let sensors = cases!(Sensor:
         "perspective" => |m| seen(m, json!({"type": "perspective", "fov": 25})),
-        "thinlens" => |m| seen(m, json!({"type": "thinlens", "fov": 25, "aperture_radius": 0.2, "focus_distance": 5})),
+        "thinlens" => |m| seen(m, json!({"type": "thinlens", "fov": 25, "aperture_radius": 0.2, "focus_point": m.point([0.1, -0.2, 0.3])})),
         "orthographic" => |m| seen(m, json!({"type": "orthographic"})),
         "telecentric" => |m| seen(m, json!({"type": "telecentric", "focus_distance": 5, "acceptance_angle": 4,
             "knife_edge": [1, 0.3, 0]})),
