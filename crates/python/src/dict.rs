@@ -128,6 +128,7 @@ fn array(object: &Bound<'_, PyAny>, place: &str) -> PyResult<Item> {
     refuse_masked(&source, place)?;
     let numpy = py.import("numpy")?;
     let array = numpy.call_method1("asarray", (source,))?;
+    let array = real_and_imaginary(&numpy, array)?;
     let array = array.cast_into::<PyUntypedArray>()?;
     let kind: char = array.dtype().getattr("kind")?.extract()?;
     if !"buif".contains(kind) {
@@ -152,4 +153,17 @@ fn array(object: &Bound<'_, PyAny>, place: &str) -> PyResult<Item> {
     };
     let tensor = Tensor::new(shape, numbers).map_err(|e| PyTypeError::new_err(e.to_string()))?;
     Ok(Item::Tensor(Arc::new(tensor)))
+}
+
+/// Complex numbers as two along a last axis; others as they are.
+fn real_and_imaginary<'py>(
+    numpy: &Bound<'py, PyModule>,
+    array: Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let kind: char = array.getattr("dtype")?.getattr("kind")?.extract()?;
+    if kind != 'c' {
+        return Ok(array);
+    }
+    let parts = (array.getattr("real")?, array.getattr("imag")?);
+    numpy.call_method1("stack", (parts, -1))
 }

@@ -17,6 +17,7 @@ const ALIGNMENT: usize = 64;
 pub(crate) struct Header {
     pub encoding: Encoding,
     pub fortran_order: bool,
+    /// With a last axis of two for complex numbers.
     pub shape: Vec<usize>,
     /// Bytes before the data.
     pub size: u64,
@@ -39,14 +40,27 @@ pub(super) fn descriptor(element: Element) -> &'static str {
     }
 }
 
-fn encoding(word: &str) -> Result<Encoding, Problem> {
+/// The numbers of an array, and whether each element is two of them: a complex number.
+fn encoding(word: &str) -> Result<(Encoding, bool), Problem> {
+    let complex = match &word.get(1..) {
+        Some("c8") => Some("f4"),
+        Some("c16") => Some("f8"),
+        _ => None,
+    };
+    match complex {
+        Some(part) => Ok((real(&format!("{}{part}", &word[..1]))?, true)),
+        None => Ok((real(word)?, false)),
+    }
+}
+
+fn real(word: &str) -> Result<Encoding, Problem> {
     let (order, kind) = word.split_at_checked(1).unwrap_or_default();
     let same = |element: &Element| descriptor(*element)[1..] == *kind;
     match (order, Element::ALL.into_iter().find(same)) {
         ("<" | "|", Some(element)) => Ok(Encoding::little(element)),
         (">", Some(element)) => Ok(Encoding::big(element)),
         _ => Err(Problem::Mismatch {
-            expected: "elements that are integers or floating-point numbers".to_owned(),
+            expected: "elements that are integers, floating-point or complex numbers".to_owned(),
             found: format!("'{word}'"),
         }),
     }
@@ -113,10 +127,21 @@ fn parse(text: &str, size: u64) -> Result<Header, Problem> {
         }
     }
     let missing = |name| move || wrong_format(&format!("its header has no '{name}'"));
+    let (encoding, complex) = encoding.ok_or_else(missing("descr"))?;
+    let fortran_order = fortran_order.ok_or_else(missing("fortran_order"))?;
+    let mut shape = shape.ok_or_else(missing("shape"))?;
+    if complex && fortran_order {
+        return Err(Problem::Mismatch {
+            expected: "complex numbers in C order (numpy.ascontiguousarray)".to_owned(),
+            found: "Fortran order".to_owned(),
+        });
+    }
+    // Real and imaginary part are the last axis.
+    shape.extend(complex.then_some(2));
     Ok(Header {
-        encoding: encoding.ok_or_else(missing("descr"))?,
-        fortran_order: fortran_order.ok_or_else(missing("fortran_order"))?,
-        shape: shape.ok_or_else(missing("shape"))?,
+        encoding,
+        fortran_order,
+        shape,
         size,
     })
 }

@@ -98,6 +98,31 @@ const MODE: &[Parameter] = &[
     float("sound_speed", "", "scene units per second, > 0"),
 ];
 
+const IN_TIME: &[Parameter] = &[
+    float(
+        "frequency",
+        "",
+        "Hz, > 0: samples are complex amplitudes, or a series in time",
+    ),
+    float(
+        "sound_speed",
+        "",
+        "scene units per second, > 0; required with frequency",
+    ),
+    float("time_phase", "0", "with frequency: radians"),
+    float(
+        "time_step",
+        "(the file's)",
+        "s, > 0: the channels are instants",
+    ),
+    float(
+        "periods",
+        "(those of the second half)",
+        "the last so many are fitted, > 0",
+    ),
+    integer("frame", "", "the channel that is taken, ≥ 0"),
+];
+
 const COORDINATES: &[&str] = &["r", "rho", "x", "y", "z"];
 
 const OF_FORMULA: &Parameter = &float(
@@ -266,7 +291,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "pressure",
         "The index of a liquid from samples of the pressure, Pa.",
-        &[FILE, &[N0, DN_DP], LAW, SMOOTHING],
+        &[FILE, &[N0, DN_DP], LAW, SMOOTHING, IN_TIME],
         &[],
     ),
     plugin(

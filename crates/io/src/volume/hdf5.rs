@@ -8,7 +8,7 @@ use hdf5_reader::{ByteOrder, Dataset, Datatype, Hdf5File, OpenOptions};
 use hdf5_writer::{DatasetBuilder, Hdf5Builder, Hdf5Writer, WriteOptions};
 
 use super::layout::Layout;
-use super::{Format, INFLATION, Options, Sample, Volume, npy};
+use super::{AxisOrder, Format, INFLATION, Options, Sample, Volume, npy};
 use crate::element::{Element, Encoding};
 use crate::error::{FileError, Problem};
 use crate::{atomic, input};
@@ -61,10 +61,15 @@ fn volume<T: Sample>(file: &Hdf5File, options: Options, size: u64) -> Result<Vol
         return Err(Problem::Unsaid(message));
     };
     let data = file.dataset(name).map_err(|e| missing(file, name, e))?;
-    let encoding = encoding(&data)?;
+    let (encoding, complex) = encoding(&data)?;
     let shape: Option<Vec<usize>> = data.shape().iter().map(|n| (*n).try_into().ok()).collect();
     let too_large = || Problem::TooLarge(format!("an array of {:?}", data.shape()));
-    let layout = Layout::new(&shape.ok_or_else(too_large)?, false, options.axes()?)?;
+    let mut shape = shape.ok_or_else(too_large)?;
+    shape.extend(complex.then_some(2));
+    let layout = match whole_grid(file, &shape)? {
+        Some(shape) => Layout::new(&shape, false, AxisOrder::CZYX)?,
+        None => Layout::new(&shape, false, options.axes()?)?,
+    };
     // The values, and what they are made of.
     let each = size_of::<T>() + encoding.element.size();
     options
@@ -74,6 +79,7 @@ fn volume<T: Sample>(file: &Hdf5File, options: Options, size: u64) -> Result<Vol
     let values = layout.read(&mut &bytes[..], encoding)?;
     let volume = Volume::new(layout.size, layout.channels, values)?;
     let volume = volume.with_element(encoding.element);
+    let volume = volume.with_time_step(number(file, "dt").filter(|v| *v > 0.0));
     Ok(match spacing(file) {
         Some(spacing) => {
             let size = DVec3::from_array(layout.size.map(|n| n as f64));
@@ -85,20 +91,58 @@ fn volume<T: Sample>(file: &Hdf5File, options: Options, size: u64) -> Result<Vol
 
 /// What the datasets `dx`, `dy` and `dz` of k-Wave say, in metres.
 fn spacing(file: &Hdf5File) -> Option<DVec3> {
-    let number = |name| {
-        let data = file.dataset(name).ok()?;
-        let encoding = encoding(&data).ok()?;
-        let bytes = (data.num_elements().ok()? == 1).then(|| data.read_raw_bytes().ok());
-        let mut number = None;
-        let sink = |v: f64| number = Some(v);
-        encoding.read(&mut &bytes??[..], 1, sink).ok()?;
-        number.filter(|v| v.is_finite() && *v > 0.0)
-    };
+    let number = |name| number(file, name).filter(|v| *v > 0.0);
     Some(DVec3::new(number("dx")?, number("dy")?, number("dz")?))
 }
 
-fn encoding(data: &Dataset) -> Result<Encoding, Problem> {
-    let (element, order) = match data.dtype() {
+/// A dataset that is a finite number.
+fn number(file: &Hdf5File, name: &str) -> Option<f64> {
+    let data = file.dataset(name).ok()?;
+    let (encoding, _) = encoding(&data).ok()?;
+    let bytes = (data.num_elements().ok()? == 1).then(|| data.read_raw_bytes().ok());
+    let mut number = None;
+    let sink = |v: f64| number = Some(v);
+    encoding.read(&mut &bytes??[..], 1, sink).ok()?;
+    number.filter(|v| v.is_finite())
+}
+
+/// The shape `[t, z, y, x]` of an array `[1, t, point]` of k-Wave's, whose sensor has recorded at the points of a mask, if these are all points of its
+/// grid.
+fn whole_grid(file: &Hdf5File, shape: &[usize]) -> Result<Option<[usize; 4]>, Problem> {
+    let size = ["Nz", "Ny", "Nx"].map(|name| number(file, name).map(|n| n as usize));
+    let ([1, times, points], [Some(z), Some(y), Some(x)]) = (shape, size) else {
+        return Ok(None);
+    };
+    if [z, y, x] == [1, *times, *points] {
+        return Ok(None);
+    }
+    if z.checked_mul(y).and_then(|n| n.checked_mul(x)) == Some(*points) {
+        return Ok(Some([*times, z, y, x]));
+    }
+    Err(Problem::Mismatch {
+        expected: format!(
+            "pressure at all {x} x {y} x {z} points of k-Wave's grid, or in a cuboid"
+        ),
+        found: format!("{points} points of a mask"),
+    })
+}
+
+/// The numbers of a dataset, and whether each element is two of them: a complex number, as h5py writes it.
+fn encoding(data: &Dataset) -> Result<(Encoding, bool), Problem> {
+    if let Datatype::Compound { size, fields } = data.dtype()
+        && let [re, im] = &fields[..]
+        && re.datatype == im.datatype
+        && let Ok(part) = real(&re.datatype)
+        && [re.byte_offset as usize, im.byte_offset as usize] == [0, part.element.size()]
+        && *size as usize == 2 * part.element.size()
+    {
+        return Ok((part, true));
+    }
+    Ok((real(data.dtype())?, false))
+}
+
+fn real(datatype: &Datatype) -> Result<Encoding, Problem> {
+    let (element, order) = match datatype {
         Datatype::FloatingPoint { size, byte_order } => {
             let floats = [Element::F16, Element::F32, Element::F64];
             let same = |element: &Element| element.size() == usize::from(*size);

@@ -81,6 +81,7 @@ pub struct Volume<T = f32> {
     bbox: Option<[DVec3; 2]>,
     frame: Option<VolumeFrame>,
     unit: Option<String>,
+    time_step: Option<f64>,
 }
 
 impl<T: Sample> Volume<T> {
@@ -113,6 +114,7 @@ impl<T: Sample> Volume<T> {
             bbox: None,
             frame: None,
             unit: None,
+            time_step: None,
         })
     }
 
@@ -140,6 +142,12 @@ impl<T: Sample> Volume<T> {
     #[must_use]
     pub fn with_unit(self, unit: Option<String>) -> Self {
         Volume { unit, ..self }
+    }
+
+    /// The same volume with channels that are instants, so many seconds apart.
+    #[must_use]
+    pub fn with_time_step(self, time_step: Option<f64>) -> Self {
+        Volume { time_step, ..self }
     }
 
     /// Number of voxels along x, y, z.
@@ -180,6 +188,32 @@ impl<T: Sample> Volume<T> {
     /// The unit of length of the file's coordinates, if the file names it.
     pub fn unit(&self) -> Option<&str> {
         self.unit.as_deref()
+    }
+
+    /// Seconds between channels, if they are instants and the file says so.
+    pub fn time_step(&self) -> Option<f64> {
+        self.time_step
+    }
+
+    /// One of its channels alone.
+    ///
+    /// # Errors
+    ///
+    /// A channel that it does not have.
+    pub fn only(mut self, channel: usize) -> Result<Self, Problem> {
+        if channel >= self.channels {
+            return Err(Problem::Mismatch {
+                expected: format!("more than {channel} channels or frames"),
+                found: self.channels.to_string(),
+            });
+        }
+        let voxels = self.data.len() / self.channels;
+        for i in 0..voxels {
+            self.data[i] = self.data[i * self.channels + channel];
+        }
+        self.data.truncate(voxels);
+        self.channels = 1;
+        Ok(self)
     }
 
     /// Where the samples are: in the file's own place, else at the centres of the cells of its box, or of

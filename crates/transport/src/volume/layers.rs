@@ -59,10 +59,7 @@ mod tests {
             let at = place(cell);
             let mut least = i32::MAX;
             for other in [[2, 2, 3], [7, 5, 1]] {
-                let distance = (0..3)
-                    .map(|a| (at[a] - other[a]).abs())
-                    .max()
-                    .unwrap();
+                let distance = (0..3).map(|a| (at[a] - other[a]).abs()).max().unwrap();
                 least = least.min(distance);
             }
             for axis in 0..3 {

@@ -4,14 +4,16 @@ use super::super::context::Context;
 use super::super::texture::{SOURCE, Source, read};
 use super::super::{reach, units};
 use super::rounding::Rounding;
+use super::wave::{Asked, Series, Wave};
 use super::{air, placed};
 use crate::diagnostic::Diagnostic;
+use crate::error::Problem;
 use crate::query::{INDEX, Query};
 use crate::scene::{ObjectDescription, Value};
 use crate::volume::{Sample, Volume};
-use eikonal::field::{Bspline, NoiseShares, Placement};
+use eikonal::field::{Bspline, NoiseShares, Placement, SampledSound, SoundSamples};
 use eikonal::{Aabb, Field, Shown};
-use glam::{DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 
 /// More than any liquid or gas has, in 1/Pa; water has 1.4e-10.
 const LARGEST_DN_DP: f64 = 1e-6;
@@ -61,6 +63,14 @@ impl Samples {
         each!(self, v => units::range(v.data().iter().map(|q| q.wide())))
     }
 
+    /// One of the channels alone.
+    fn only(self, channel: usize) -> Result<Self, Problem> {
+        Ok(match self {
+            Samples::Single(v) => Samples::Single(v.only(channel)?),
+            Samples::Double(v) => Samples::Double(v.only(channel)?),
+        })
+    }
+
     /// What they were rounded to.
     fn rounding(&self) -> Rounding {
         each!(self, v => {
@@ -90,8 +100,26 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     }
     let law = law(object, nm, &mut query);
     let smoothing = smoothing(&mut query);
+    let asked = (object.plugin == "pressure").then(|| Asked::of(&mut query));
+    let asked = asked.flatten();
+    if matches!(asked, Some(Asked::Wave(_))) {
+        for name in ["reference", "smoothing"] {
+            if query.has(name) {
+                let message = "of no use for sound of a frequency, which is an amplitude";
+                query.error(name, message);
+            }
+        }
+    }
     query.finish(&[]);
-    let samples = samples?;
+    let mut samples = samples?;
+    match asked {
+        None => {}
+        Some(Asked::Frame(frame)) => {
+            let only = samples.only(frame);
+            samples = context.accept(&object.location, only)?;
+        }
+        Some(Asked::Wave(wave)) => return sound(&samples, &wave, law?, &source, object, context),
+    }
     let (channels, size) = each!(&samples, v => (v.channels(), v.size()));
     if channels != 1 {
         let message = format!("a refractive index has one channel, this has {channels}");
@@ -112,18 +140,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
         &object.location,
     ));
     let placement = [Placement::Centers, Placement::Nodes][source.placement];
-    let map = source.to_world;
-    // An axis-aligned box needs no transform at run time.
-    let diagonal = DMat3::from_diagonal(map.matrix3.diagonal());
-    let aligned = map.matrix3 == diagonal && diagonal.diagonal().min_element() > 0.0;
-    let (bounds, rest) = if aligned {
-        (
-            Aabb::new(map.translation, map.transform_point3(DVec3::ONE)),
-            None,
-        )
-    } else {
-        (Aabb::new(DVec3::ZERO, DVec3::ONE), Some(map))
-    };
+    let (bounds, rest) = in_place(&source);
     if let Some(law) = &law {
         each!(&samples, v => check(law, v.data(), object, context)?);
     }
@@ -143,6 +160,68 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
         let shares = field.noise_shares(factor * rounding.deviation);
         warn_of_noise(shares, rounding, object, context);
     }
+    placed(field.into(), rest, object, context)
+}
+
+/// The box of the samples, and the transform that it needs at run time: none if it is aligned with the axes.
+fn in_place(source: &Source) -> (Aabb, Option<DAffine3>) {
+    let map = source.to_world;
+    let diagonal = DMat3::from_diagonal(map.matrix3.diagonal());
+    let aligned = map.matrix3 == diagonal && diagonal.diagonal().min_element() > 0.0;
+    if aligned {
+        let end = map.transform_point3(DVec3::ONE);
+        (Aabb::new(map.translation, end), None)
+    } else {
+        (Aabb::new(DVec3::ZERO, DVec3::ONE), Some(map))
+    }
+}
+
+/// The field of sound of a frequency.
+fn sound(
+    samples: &Samples,
+    wave: &Wave,
+    law: Law,
+    source: &Source,
+    object: &ObjectDescription,
+    context: &mut Context,
+) -> Option<Field> {
+    let (count, size, time_step) = each!(samples, v => (v.channels(), v.size(), v.time_step()));
+    let at = |i: usize| each!(samples, v => v.data()[i].wide());
+    let series = Series {
+        count,
+        time_step,
+        at: &at,
+        places: size.iter().product(),
+    };
+    let amplitudes = wave.amplitudes(&series, object, context)?;
+    let in_index = |[re, im]: &[f64; 2]| [law.slope * re, law.slope * im].map(|v| v as f32);
+    let amplitude: Vec<[f32; 2]> = amplitudes.iter().map(in_index).collect();
+    let most = amplitude.iter().map(|[re, im]| f64::from(re.hypot(*im)));
+    let most = most.fold(0.0, f64::max);
+    if let Some(doubt) = units::of_pressure([law.n0 - most, law.n0 + most], law.n0) {
+        let message = format!("the sound changes the index by up to {most:.3e}: {doubt}");
+        let help = "check the units of the file, 'dn_dp' and 'scale'".to_owned();
+        let warning = Diagnostic::warning(message).help(help);
+        context.diagnostics.push(warning.at(&object.location));
+    }
+    let quantity = reach::Quantity::Index;
+    context.grids.push(reach::Placed::new(
+        quantity,
+        source.to_world,
+        &object.location,
+    ));
+    let (bounds, rest) = in_place(source);
+    let field = SampledSound::new(SoundSamples {
+        size,
+        bounds,
+        placement: [Placement::Centers, Placement::Nodes][source.placement],
+        amplitude,
+        n0: law.n0,
+        wavelength: wave.wavelength
+            / rest.map_or(1.0, |map| map.matrix3.determinant().abs().cbrt()),
+        noise: 0.0,
+    });
+    let field = context.accept(&object.location, field)?;
     placed(field.into(), rest, object, context)
 }
 

@@ -7,6 +7,7 @@ mod expression;
 mod grid;
 mod profile;
 mod rounding;
+mod wave;
 
 use super::context::Context;
 use super::described::DISPERSION_LAWS;

@@ -1,0 +1,227 @@
+//! Sound from samples: complex amplitudes and series in time, in scenes and in files of other programs
+//! (`data/volumes/make_sound.py`), and mistakes.
+
+use glam::DVec3;
+use morgana_io::{LoadOptions, Loaded};
+use serde_json::{Value, json};
+use std::f64::consts::{FRAC_PI_2, TAU};
+use std::fs;
+use std::path::Path;
+
+const DN_DP: f64 = 1e-8;
+/// Samples per period, and instants.
+const STEPS: usize = 8;
+
+fn load(volume: Value, phases: usize) -> Result<Loaded, String> {
+    let mut ior = json!({
+        "type": "pressure", "n0": 1.33, "dn_dp": DN_DP, "placement": "nodes", "frequency": 1e6, "sound_speed": 1e6,
+        "to_world": [{"translate": [-0.5, -0.5, -0.5]}]
+    });
+    for (key, value) in volume.as_object().unwrap() {
+        ior[key] = value.clone();
+    }
+    let scene = json!({
+        "type": "scene",
+        "sensor": {"type": "orthographic", "to_world": [{"translate": [0, 0, -5]}],
+            "sampler": {"type": "independent", "sample_count": 16, "phases": phases}},
+        "water": {"type": "cube", "to_world": [{"scale": 0.5}], "bsdf": {"type": "dielectric"},
+            "interior": {"type": "transparent", "ior": ior}},
+        "sky": {"type": "constant"}
+    });
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.json");
+    fs::write(&path, scene.to_string()).unwrap();
+    morgana_io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
+}
+
+fn file(name: &str) -> String {
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/volumes");
+    data.join(name).to_str().unwrap().to_owned()
+}
+
+/// The amplitude at sample (x, y, z) of 2 × 3 × 4, and its argument.
+fn amplitude([x, y, z]: [usize; 3]) -> f64 {
+    (1 + x + 10 * y + 100 * z) as f64
+}
+
+const ARGUMENT: f64 = 0.3;
+
+/// An array [z, y, x] of what is at each sample.
+fn array(at: impl Fn(f64) -> Value) -> Value {
+    let row = |y, z| -> Value { (0..2).map(|x| at(amplitude([x, y, z]))).collect() };
+    let plane = |z| -> Value { (0..3).map(|y| row(y, z)).collect() };
+    (0..4).map(plane).collect()
+}
+
+/// Samples in time of sound that is there from the start, and of something else.
+fn series(times: usize, other: impl Fn(usize) -> f64) -> Value {
+    array(|a| {
+        let at = |t: usize| a * (TAU * t as f64 / STEPS as f64 + ARGUMENT).cos() + other(t);
+        (0..times).map(at).collect()
+    })
+}
+
+/// The indices of all instants at the samples are those of the amplitude.
+#[track_caller]
+fn check(loaded: &Loaded, turned: f64) {
+    let scene = loaded.scene();
+    assert_eq!(scene.instants(), STEPS);
+    for instant in 0..STEPS {
+        let phase = TAU * instant as f64 / STEPS as f64 + ARGUMENT + turned;
+        for (x, y, z) in (0..24).map(|i| (i % 2, i / 2 % 3, i / 6)) {
+            let place = DVec3::new(x as f64, y as f64 / 2.0, z as f64 / 3.0) - 0.5;
+            let scene = scene.at(instant as u64);
+            let medium = scene.medium_at(DVec3::ZERO);
+            let found = (scene.n(medium, place) - 1.33) / DN_DP;
+            let expected = amplitude([x, y, z]) * phase.cos();
+            assert!(
+                (found - expected).abs() < 1e-3,
+                "{instant} {place}: {found}, {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn complex_amplitudes_are_two_channels() {
+    let complex = |a: f64| json!([a * ARGUMENT.cos(), a * ARGUMENT.sin()]);
+    let loaded = load(json!({"data": array(complex)}), STEPS).unwrap();
+    check(&loaded, 0.0);
+    assert!(loaded.warnings.is_empty(), "{}", loaded.warnings);
+    let later = json!({"data": array(complex), "time_phase": FRAC_PI_2});
+    check(&load(later, STEPS).unwrap(), FRAC_PI_2);
+    // Half the amplitude of a pressure in kPa.
+    let small = |a: f64| json!([a * ARGUMENT.cos() * 1e-3, a * ARGUMENT.sin() * 1e-3]);
+    check(
+        &load(json!({"data": array(small), "scale": 1e3}), STEPS).unwrap(),
+        0.0,
+    );
+}
+
+#[test]
+fn complex_numbers_of_other_programs() {
+    for (name, dataset) in [("sound.npy", None), ("sound.h5", Some("amplitude"))] {
+        let mut volume = json!({"filename": file(name), "axis_order": "zyx"});
+        if let Some(dataset) = dataset {
+            volume["dataset"] = json!(dataset);
+        }
+        check(&load(volume, STEPS).unwrap(), 0.0);
+    }
+}
+
+/// The last periods are fitted: what came before does not count, and the file's time step is taken.
+#[test]
+fn the_amplitude_of_a_series() {
+    let start = |t: usize| if t < 10 { 50.0 } else { 0.0 };
+    let of_scene = json!({"data": series(33, start), "time_step": 1.25e-7});
+    let loaded = load(of_scene, STEPS).unwrap();
+    check(&loaded, 0.0);
+    assert!(loaded.warnings.is_empty(), "{}", loaded.warnings);
+    for (dataset, order) in [("p", "zyx"), ("cuboid", "czyx")] {
+        let of_file =
+            json!({"filename": file("sound.h5"), "dataset": dataset, "axis_order": order});
+        let loaded = load(of_file, STEPS).unwrap();
+        check(&loaded, 0.0);
+        assert!(loaded.warnings.is_empty(), "{}", loaded.warnings);
+    }
+    let other = json!({
+        "filename": file("sound.h5"), "dataset": "p", "axis_order": "zyx", "time_step": 1.3e-7, "periods": 1
+    });
+    let warnings = load(other, 1).unwrap().warnings.to_string();
+    assert!(
+        warnings.contains("the file has a time step of 1.250e-7 s, the scene 1.300e-7 s"),
+        "{warnings}"
+    );
+}
+
+#[test]
+fn what_is_not_of_the_frequency_is_told_once() {
+    let overtone = |t: usize| 40.0 * (2.0 * TAU * t as f64 / STEPS as f64).cos();
+    let loaded = load(
+        json!({"data": series(32, overtone), "time_step": 1.25e-7, "periods": 2}),
+        STEPS,
+    )
+    .unwrap();
+    check(&loaded, 0.0);
+    let warnings = loaded.warnings.to_string();
+    // The squares of amplitudes have the mean 38649, that of the overtone is 1600: √(1600/40249).
+    assert!(
+        warnings.contains("20 % of the pressure in its last 2.000 periods"),
+        "{warnings}"
+    );
+    assert_eq!(warnings.matches("of the pressure").count(), 1, "{warnings}");
+}
+
+#[test]
+fn a_frame_is_an_instant() {
+    let frame = |frame: i64| {
+        let ior = json!({
+            "type": "pressure", "n0": 1.33, "dn_dp": DN_DP, "placement": "nodes", "filename": file("sound.h5"),
+            "dataset": "p", "axis_order": "zyx", "frame": frame, "to_world": [{"translate": [-0.5, -0.5, -0.5]}]
+        });
+        let scene = json!({
+            "type": "scene",
+            "sensor": {"type": "orthographic", "to_world": [{"translate": [0, 0, -5]}]},
+            "water": {"type": "cube", "to_world": [{"scale": 0.5}], "bsdf": {"type": "dielectric"},
+                "interior": {"type": "transparent", "ior": ior}},
+            "sky": {"type": "constant"}
+        });
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.json");
+        fs::write(&path, scene.to_string()).unwrap();
+        morgana_io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
+    };
+    let loaded = frame(3).unwrap();
+    let scene = loaded.scene();
+    let found = (scene.n(scene.medium_at(DVec3::ZERO), DVec3::splat(0.5)) - 1.33) / DN_DP;
+    let expected = amplitude([1, 2, 3]) * (TAU * 3.0 / 8.0 + ARGUMENT).cos();
+    assert!((found - expected).abs() < 1e-3, "{found} {expected}");
+    let message = frame(28).unwrap_err();
+    assert!(
+        message.contains("more than 28 channels or frames"),
+        "{message}"
+    );
+}
+
+#[test]
+fn mistakes_are_named() {
+    let refused = |volume: Value, part: &str| {
+        let message = load(volume, 1).unwrap_err();
+        assert!(message.contains(part), "{message}");
+    };
+    let data = series(32, |_| 0.0);
+    refused(
+        json!({"data": data}),
+        "of 32 channels the 'time_step' must be known",
+    );
+    refused(
+        json!({"data": data, "time_step": 5e-7}),
+        "a period of the sound has 2.00 samples in time",
+    );
+    refused(
+        json!({"data": data, "time_step": 1.25e-7, "periods": 5}),
+        "has 32 samples in time, 4.00 periods of the sound: 5",
+    );
+    refused(
+        json!({"data": data, "time_step": 1.25e-7, "frame": 1}),
+        "give a frame, or the frequency of the sound",
+    );
+    refused(
+        json!({"data": data, "time_step": 1.25e-7, "reference": 1}),
+        "of no use for sound of a frequency",
+    );
+    refused(
+        json!({"data": data, "time_step": 1.25e-7, "smoothing": "auto"}),
+        "of no use for sound of a frequency",
+    );
+    refused(
+        json!({"data": data, "time_step": 1.25e-7, "sound_speed": 0}),
+        "'sound_speed'",
+    );
+    refused(
+        json!({"filename": file("sound.h5"), "dataset": "part", "axis_order": "zyx"}),
+        "pressure at all 2 x 3 x 4 points of k-Wave's grid",
+    );
+    let loud = |a: f64| json!([1e7 * a, 0.0]);
+    refused(json!({"data": array(loud)}), "least index in sound");
+}
