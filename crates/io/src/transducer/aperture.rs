@@ -6,7 +6,7 @@ use glam::DVec3;
 use std::f64::consts::TAU;
 
 /// The most points of a surface.
-const MOST_POINTS: f64 = 4e6;
+const MOST_POINTS: f64 = 1e6;
 
 /// A surface that moves along its normals.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,11 +79,6 @@ struct Element {
 }
 
 impl Aperture {
-    /// Whether its sound is the same all around z.
-    pub(super) fn is_round(&self) -> bool {
-        !matches!(self, Aperture::Array(_))
-    }
-
     /// Refuses sizes that cannot be.
     pub(super) fn check(&self) -> Result<(), TransducerError> {
         match *self {

@@ -63,12 +63,20 @@ pub enum TransducerError {
         "the transducer is too large for its wavelength: {0:.1e} points would be needed to integrate over it"
     )]
     TooLarge(f64),
-    /// More work than some minutes.
+    /// A box that is too long for its wavelength.
     #[error(
-        "too much work: the sound at {places} places from {points} points of the transducer; shrink the box, or set a larger 'spacing'"
+        "the box of the sound is too long for its wavelength: it has {samples} samples along an axis"
+    )]
+    LongBox {
+        /// Along the axis.
+        samples: usize,
+    },
+    /// More work than half a minute.
+    #[error(
+        "too much work: the sound of {points} points of the transducer at {places} places; shrink the box of the sound, or the transducer"
     )]
     TooMuchWork {
-        /// Where it is wanted.
+        /// Where it is computed.
         places: usize,
         /// Points of the surface.
         points: usize,

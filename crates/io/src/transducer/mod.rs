@@ -4,24 +4,24 @@
 //! Lengths are in any unit.
 
 mod aperture;
+mod chebyshev;
 mod error;
-mod meridian;
 mod quadrature;
 mod rayleigh;
 
 pub use aperture::{Aperture, Array, ArrayLayout};
 pub use error::TransducerError;
 
+use chebyshev::Chebyshev;
 use eikonal::Aabb;
 use glam::DVec3;
-use meridian::Meridian;
 use quadrature::Density;
 use rayleigh::Sources;
 
 /// How near to a transducer places may be, in wavelengths: the nearer, the more points the integral needs.
 pub const NEAREST: f64 = 0.5;
-/// The most pairs of a place and a point of the surface: some minutes of one processor core.
-const MOST_PAIRS: f64 = 5e10;
+/// The most pairs of a place and a point of the surface: half a minute of one processor core.
+const MOST_PAIRS: f64 = 1e10;
 
 /// A transducer that oscillates at one frequency.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,23 +54,24 @@ impl Places {
     /// The place with a number; the first index runs fastest.
     pub fn at(&self, i: usize) -> DVec3 {
         let [x, y, _] = self.size;
-        self.of([i % x, i / x % y, i / x / y])
+        self.of([i % x, i / x % y, i / x / y].map(|i| i as f64))
     }
 
-    fn of(&self, index: [usize; 3]) -> DVec3 {
-        let steps = self.steps.iter().zip(index);
-        steps.fold(self.first, |place, (step, i)| place + *step * i as f64)
+    /// The place that is so many steps from the first.
+    fn of(&self, steps: [f64; 3]) -> DVec3 {
+        let steps = self.steps.iter().zip(steps);
+        steps.fold(self.first, |place, (step, many)| place + *step * many)
     }
 
     /// The corners of the box that they fill.
     fn corners(&self) -> [DVec3; 8] {
-        let last = self.size.map(|n| n.saturating_sub(1));
+        let last = self.size.map(|n| n.saturating_sub(1) as f64);
         std::array::from_fn(|corner| {
             let end = |axis: usize| {
                 if corner >> axis & 1 == 1 {
                     last[axis]
                 } else {
-                    0
+                    0.0
                 }
             };
             self.of([end(0), end(1), end(2)])
@@ -85,28 +86,20 @@ impl Transducer {
     /// # Errors
     ///
     /// Sizes that are not positive, delays or weights of another number of elements, places nearer to the surface than
-    /// [`NEAREST`], and more work than some minutes.
+    /// [`NEAREST`], and more work than half a minute of a processor core.
     pub fn amplitudes(&self, places: &Places) -> Result<Vec<[f64; 2]>, TransducerError> {
-        let sources = self.sources(&Aabb::around(places.corners()))?;
-        let meridian = self
-            .aperture
-            .is_round()
-            .then(|| Meridian::of(places, self.wavelength));
-        let meridian = meridian.filter(|meridian| meridian.count() < places.count());
-        let count = meridian.as_ref().map_or(places.count(), Meridian::count);
-        if count as f64 * sources.len() as f64 > MOST_PAIRS {
+        let density = self.density(&Aabb::around(places.corners()))?;
+        let sources = self.sources(&density)?;
+        let nodes = Chebyshev::new(places, &density)?;
+        let (count, points) = (nodes.count(), sources.len());
+        if count as f64 * points as f64 > MOST_PAIRS {
             return Err(TransducerError::TooMuchWork {
                 places: count,
-                points: sources.len(),
+                points,
             });
         }
-        Ok(match meridian {
-            None => sources.amplitudes(count, |i| places.at(i)),
-            Some(meridian) => {
-                let values = sources.amplitudes(count, |i| meridian.at(i));
-                meridian.interpolate(&values, places)
-            }
-        })
+        let values = sources.amplitudes(count, |i| nodes.at(i));
+        Ok(nodes.interpolate(values))
     }
 
     /// The amplitude at one place, without a grid.
@@ -115,29 +108,33 @@ impl Transducer {
     ///
     /// As for [`Transducer::amplitudes`].
     pub fn amplitude(&self, place: DVec3) -> Result<[f64; 2], TransducerError> {
-        let sources = self.sources(&Aabb::new(place, place))?;
+        let density = self.density(&Aabb::new(place, place))?;
+        let sources = self.sources(&density)?;
         Ok(sources.amplitudes(1, |_| place)[0])
     }
 
-    /// Points of the surface, as dense as a box of places wants them.
-    fn sources(&self, places: &Aabb) -> Result<Sources, TransducerError> {
+    /// How fast the sound varies in a box of places.
+    fn density(&self, places: &Aabb) -> Result<Density, TransducerError> {
         self.aperture.check()?;
+        let least = NEAREST * self.wavelength;
         let dense = Density {
             wavelength: self.wavelength,
-            distance: NEAREST * self.wavelength,
+            distance: least,
         };
         let points = self.aperture.points(&dense)?;
         let distances = points
             .iter()
             .map(|p| p.place.distance(p.place.clamp(places.min, places.max)));
         let distance = distances.fold(f64::INFINITY, f64::min);
-        if !(distance >= NEAREST * self.wavelength) {
-            return Err(TransducerError::TooNear {
-                distance,
-                least: NEAREST * self.wavelength,
-            });
+        if distance >= least {
+            Ok(Density { distance, ..dense })
+        } else {
+            Err(TransducerError::TooNear { distance, least })
         }
-        let points = self.aperture.points(&Density { distance, ..dense })?;
+    }
+
+    fn sources(&self, density: &Density) -> Result<Sources, TransducerError> {
+        let points = self.aperture.points(density)?;
         Ok(Sources::new(&points, self.wavelength, self.pressure))
     }
 }

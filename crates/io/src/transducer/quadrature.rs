@@ -12,7 +12,7 @@ pub(super) struct Density {
 }
 
 /// Relative errors of integrals are some e^(−`DIGITS`).
-const DIGITS: f64 = 6.0;
+const DIGITS: f64 = 5.0;
 
 impl Density {
     /// Number of Gauss–Legendre points along a length: half of the phase in radians between middle and end, and as many as the pole
@@ -20,14 +20,19 @@ impl Density {
     pub(super) fn along(&self, length: f64) -> f64 {
         let phase = PI * length / self.wavelength;
         let pole = 0.5 * DIGITS / (2.0 * self.distance / length).asinh();
-        (0.6 * phase + pole + 3.0).ceil()
+        (0.5 * phase + 1.6 * phase.cbrt() + pole + 1.0).ceil()
+    }
+
+    /// Degree of polynomials that the sound is along a length.
+    pub(super) fn degree(&self, length: f64) -> f64 {
+        2.0 * self.along(length) - 1.0
     }
 
     /// Number of points around a circle: the phase has as many harmonics as the circle has wavelengths; the pole lies R from it.
     pub(super) fn around(&self, radius: f64) -> f64 {
         let phase = TAU * radius / self.wavelength;
         let pole = DIGITS / (self.distance / radius).asinh();
-        (1.1 * phase + pole + 5.0).ceil()
+        (phase + 3.2 * phase.cbrt() + pole + 2.0).ceil()
     }
 }
 

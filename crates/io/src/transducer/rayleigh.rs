@@ -1,6 +1,7 @@
 //! Sums over the points of a surface: P = (i p₀/λ) ∫ e^{−ikR}/R dA.
 
 use super::aperture::SurfacePoint;
+use fearless_simd::{Level, dispatch};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -51,6 +52,7 @@ impl Sources {
         count: usize,
         place: impl Fn(usize) -> DVec3 + Sync,
     ) -> Vec<[f64; 2]> {
+        let level = Level::new();
         let mut amplitudes = vec![[0.0; 2]; count];
         let blocks = amplitudes.par_chunks_mut(BLOCK).enumerate();
         blocks.for_each(|(block, amplitudes)| {
@@ -58,28 +60,30 @@ impl Sources {
             let places = std::array::from_fn(|i| {
                 place((block * BLOCK + i).min(count - 1)) / self.wavelength
             });
-            let sums = self.sums(&places);
+            // Products and sums are rounded one by one: all processors give the same bits.
+            let sums = dispatch!(level, _simd => sums(&self.points, &places));
             amplitudes.copy_from_slice(&sums[..amplitudes.len()]);
         });
         amplitudes
     }
+}
 
-    fn sums(&self, places: &[DVec3; BLOCK]) -> [[f64; 2]; BLOCK] {
-        let [x, y, z] = [0, 1, 2].map(|axis| places.map(|p| p[axis]));
-        let (mut re, mut im) = ([0.0; BLOCK], [0.0; BLOCK]);
-        for source in &self.points {
-            let (at, [a, b]) = (source.place, source.strength);
-            for i in 0..BLOCK {
-                let (dx, dy, dz) = (x[i] - at.x, y[i] - at.y, z[i] - at.z);
-                let r = (dx * dx + dy * dy + dz * dz).sqrt();
-                let [cos, sin] = turn(r);
-                let per = 1.0 / r;
-                re[i] += per * (a * cos + b * sin);
-                im[i] += per * (b * cos - a * sin);
-            }
+#[inline(always)]
+fn sums(points: &[Source], places: &[DVec3; BLOCK]) -> [[f64; 2]; BLOCK] {
+    let [x, y, z] = [0, 1, 2].map(|axis| places.map(|p| p[axis]));
+    let (mut re, mut im) = ([0.0; BLOCK], [0.0; BLOCK]);
+    for source in points {
+        let (at, [a, b]) = (source.place, source.strength);
+        for i in 0..BLOCK {
+            let (dx, dy, dz) = (x[i] - at.x, y[i] - at.y, z[i] - at.z);
+            let r = (dx * dx + dy * dy + dz * dz).sqrt();
+            let [cos, sin] = turn(r);
+            let per = 1.0 / r;
+            re[i] += per * (a * cos + b * sin);
+            im[i] += per * (b * cos - a * sin);
         }
-        std::array::from_fn(|i| [re[i], im[i]])
     }
+    std::array::from_fn(|i| [re[i], im[i]])
 }
 
 /// cos 2πt and sin 2πt of a number of turns below 2⁵¹, to 2e-9: the same bits on all processors.
