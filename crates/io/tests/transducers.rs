@@ -1,6 +1,6 @@
 //! The sound of transducers against closed forms of the Rayleigh integral. Amplitudes are in units of ρcv.
 
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 use morgana_io::transducer::{Aperture, Array, ArrayLayout, Places, Transducer, TransducerError};
 use std::f64::consts::{PI, TAU};
 
@@ -165,11 +165,8 @@ fn delays_bring_elements_into_phase() {
 /// Grids are interpolated from fewer places: they are what single places have.
 #[test]
 fn grids_are_their_places() {
-    let steps = [
-        DVec3::new(0.21, 0.03, -0.02),
-        DVec3::new(-0.02, 0.2, 0.04),
-        DVec3::new(0.05, -0.01, 0.2),
-    ];
+    let turn = DMat3::from_rotation_z(0.3) * DMat3::from_rotation_x(0.2);
+    let steps = [DVec3::X * 0.21, DVec3::Y * 0.2, DVec3::Z * 0.19].map(|step| turn * step);
     let places = Places {
         size: [41, 39, 40],
         first: DVec3::new(-4.0, -3.5, 14.0),

@@ -13,8 +13,7 @@ pub use aperture::{Aperture, Array, ArrayLayout};
 pub use error::TransducerError;
 
 use chebyshev::Chebyshev;
-use eikonal::Aabb;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use quadrature::Density;
 use rayleigh::Sources;
 
@@ -41,7 +40,7 @@ pub struct Places {
     pub size: [usize; 3],
     /// The first.
     pub first: DVec3,
-    /// From each to the next along the three axes of the grid.
+    /// From each to the next along the three axes of the grid, perpendicular to each other.
     pub steps: [DVec3; 3],
 }
 
@@ -63,19 +62,14 @@ impl Places {
         steps.fold(self.first, |place, (step, many)| place + *step * many)
     }
 
-    /// The corners of the box that they fill.
-    fn corners(&self) -> [DVec3; 8] {
+    /// The distance of a point from the box that they fill, whose edges, the steps, are perpendicular to each other.
+    fn distance(&self, point: DVec3) -> f64 {
+        let [x, y, z] = self.steps;
+        let edges = DMat3::from_cols(x, y, z);
         let last = self.size.map(|n| n.saturating_sub(1) as f64);
-        std::array::from_fn(|corner| {
-            let end = |axis: usize| {
-                if corner >> axis & 1 == 1 {
-                    last[axis]
-                } else {
-                    0.0
-                }
-            };
-            self.of([end(0), end(1), end(2)])
-        })
+        let steps = edges.inverse() * (point - self.first);
+        let nearest = steps.clamp(DVec3::ZERO, DVec3::from_array(last));
+        point.distance(self.of(nearest.to_array()))
     }
 }
 
@@ -88,7 +82,7 @@ impl Transducer {
     /// Sizes that are not positive, delays or weights of another number of elements, places nearer to the surface than
     /// [`NEAREST`], and more work than half a minute of a processor core.
     pub fn amplitudes(&self, places: &Places) -> Result<Vec<[f64; 2]>, TransducerError> {
-        let density = self.density(&Aabb::around(places.corners()))?;
+        let density = self.density(places)?;
         let sources = self.sources(&density)?;
         let nodes = Chebyshev::new(places, &density)?;
         let (count, points) = (nodes.count(), sources.len());
@@ -108,13 +102,17 @@ impl Transducer {
     ///
     /// As for [`Transducer::amplitudes`].
     pub fn amplitude(&self, place: DVec3) -> Result<[f64; 2], TransducerError> {
-        let density = self.density(&Aabb::new(place, place))?;
+        let density = self.density(&Places {
+            size: [1; 3],
+            first: place,
+            steps: [DVec3::X, DVec3::Y, DVec3::Z],
+        })?;
         let sources = self.sources(&density)?;
         Ok(sources.amplitudes(1, |_| place)[0])
     }
 
     /// How fast the sound varies in a box of places.
-    fn density(&self, places: &Aabb) -> Result<Density, TransducerError> {
+    fn density(&self, places: &Places) -> Result<Density, TransducerError> {
         self.aperture.check()?;
         let least = NEAREST * self.wavelength;
         let dense = Density {
@@ -122,9 +120,7 @@ impl Transducer {
             distance: least,
         };
         let points = self.aperture.points(&dense)?;
-        let distances = points
-            .iter()
-            .map(|p| p.place.distance(p.place.clamp(places.min, places.max)));
+        let distances = points.iter().map(|point| places.distance(point.place));
         let distance = distances.fold(f64::INFINITY, f64::min);
         if distance >= least {
             Ok(Density { distance, ..dense })

@@ -21,6 +21,19 @@ const MOST_ELEMENTS: i64 = 1 << 20;
 /// Names of apertures, in the order of the schema.
 const APERTURES: [&str; 4] = ["bowl", "piston", "linear_array", "ring_array"];
 
+/// Parameters that some apertures have.
+const OF_APERTURES: [&str; 9] = [
+    "radius",
+    "diameter",
+    "elements",
+    "pitch",
+    "width",
+    "height",
+    "focus",
+    "delays",
+    "apodization",
+];
+
 /// What a volume of type `transducer` says.
 struct Description {
     transducer: Transducer,
@@ -45,6 +58,9 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     let to_world = affine(matrix, "to_world", &mut q);
     q.finish(&[]);
     let described = described?;
+    if context.diagnostics.has_errors() {
+        return None;
+    }
     let size = described.size();
     let count = size.iter().product::<f64>();
     let permitted = context.files.limits().permit(count as u64, BYTES, 0);
@@ -68,31 +84,34 @@ impl Description {
     fn read(q: &mut Query) -> Option<Self> {
         let frequency = q.float_in("frequency", POSITIVE, None);
         let wavelength = q.float_in("sound_speed", POSITIVE, None) / frequency;
+        let pressure = q.float("pressure");
         let place = place(q);
-        let (aperture, focus) = aperture(q, frequency)?;
-        let focus = focus.map(|at| place.inverse().transform_point3(at));
+        let aperture = aperture(q, frequency);
         let (low, high) = (q.point("min"), q.point("max"));
         if !(high - low).cmpgt(DVec3::ZERO).all() {
-            q.error(
-                "max",
-                "the box of the sound is empty: 'max' must be larger than 'min' along each axis",
-            );
-            return None;
+            let message =
+                "the box of the sound is empty: 'max' must be larger than 'min' along each axis";
+            q.error("max", message);
         }
+        let spacing = q.float_in("spacing", POSITIVE, wavelength / SAMPLES);
+        let n0 = q.float_in("n0", INDEX, None);
+        let dn_dp = grid::dn_dp(q);
+        let time_phase = q.float_or("time_phase", 0.0);
+        let (aperture, focus) = aperture?;
         Some(Description {
             transducer: Transducer {
                 aperture,
                 wavelength,
-                pressure: q.float("pressure"),
+                pressure,
             },
-            focus,
+            focus: focus.map(|at| place.inverse().transform_point3(at)),
             place,
             low,
             high,
-            spacing: q.float_in("spacing", POSITIVE, wavelength / SAMPLES),
-            n0: q.float_in("n0", INDEX, None),
-            dn_dp: grid::dn_dp(q),
-            time_phase: q.float_or("time_phase", 0.0),
+            spacing,
+            n0,
+            dn_dp,
+            time_phase,
         })
     }
 
@@ -170,6 +189,7 @@ fn aperture(q: &mut Query, frequency: f64) -> Option<(Aperture, Option<DVec3>)> 
     if !q.has("aperture") {
         let message = "a transducer needs an 'aperture': \"bowl\", \"piston\", \"linear_array\" or \"ring_array\"";
         q.error("aperture", message);
+        OF_APERTURES.map(|name| q.has(name));
         return None;
     }
     let size = |q: &mut Query, name| q.float_in(name, POSITIVE, None);
