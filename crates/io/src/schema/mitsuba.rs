@@ -49,6 +49,7 @@ const PLUGINS: &[(PluginKind, &[&str])] = &[
             "selfoc",
             "sellmeier",
             "sum",
+            "transducer",
         ],
     ),
 ];
