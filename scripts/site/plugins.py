@@ -40,6 +40,7 @@ PROSE = {
     "volume.gridvolume": "../../scene-format.md#volume-files",
     "volume.acoustic": "../../scene-format.md#sound-in-time",
     "volume.mode": "../../scene-format.md#sound-in-time",
+    "volume.transducer": "../../scene-format.md#transducers",
     "volume.cauchy": "../../scene-format.md#dispersion",
     "volume.sellmeier": "../../scene-format.md#dispersion",
     "bsdf": "../../scene-format.md#bsdfs",

@@ -32,6 +32,7 @@ pub mod schema;
 pub mod spd;
 mod table;
 mod temporary;
+pub mod transducer;
 pub mod volume;
 mod write;
 pub mod xml;

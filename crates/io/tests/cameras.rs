@@ -1,6 +1,8 @@
 //! Fields of view, against the trigonometry of the frame.
 
 use morgana_io::{LoadOptions, Loaded};
+use transport::aov::{Aov, AovTracer};
+use transport::path::Workspace;
 
 fn load(parameters: &str, size: [usize; 2]) -> Result<Loaded, String> {
     let folder = tempfile::tempdir().unwrap();
@@ -188,4 +190,88 @@ fn a_radiance_meter_sees_along_a_ray() {
         let error = meter(&place).unwrap_err();
         assert!(error.contains(expected), "{error}");
     }
+}
+
+/// A sensor at (1, 2, 3) that looks along +x, with its local axes three times as long, and a plane in focus at x = 7: two units ahead.
+fn focused(plugin: &str, parameters: &str) -> Result<Loaded, String> {
+    scene(&format!(
+        "<sensor type='{plugin}'>{parameters}<transform name='to_world'><scale value='3'/>
+         <lookat origin='1, 2, 3' target='2, 2, 3' up='0, 1, 0'/></transform></sensor>"
+    ))
+}
+
+#[test]
+fn the_plane_in_focus_is_named_by_a_distance_or_a_point() {
+    for (plugin, optics) in [
+        ("thinlens", "<float name='aperture_radius' value='0.2'/>"),
+        ("telecentric", "<float name='acceptance_angle' value='2'/>"),
+    ] {
+        for place in [
+            "<float name='focus_distance' value='2'/>",
+            "<point name='focus_point' value='7, -4, 30'/>",
+        ] {
+            let loaded = focused(plugin, &format!("{optics}{place}"));
+            let loaded = loaded.unwrap_or_else(|e| panic!("{e}"));
+            let at_focus = |lens| {
+                let ray = loaded.scene().sensor().ray([0.2, 0.7], lens);
+                ray.origin + ray.direction * ((7.0 - ray.origin.x) / ray.direction.x)
+            };
+            let first = at_focus([0.5; 2]);
+            for lens in [[0.1, 0.3], [0.9, 0.8], [0.4, 0.05]] {
+                let aside = at_focus(lens).distance(first);
+                assert!(aside < 1e-12, "{plugin}, {place}: {aside}");
+            }
+        }
+        for (place, expected) in [
+            (
+                "<float name='focus_distance' value='2'/><point name='focus_point' value='7, 2, 3'/>",
+                "give focus_distance, or focus_point, not both",
+            ),
+            (
+                "<point name='focus_point' value='-1, 2, 3'/>",
+                "the point must be in front of the sensor",
+            ),
+        ] {
+            let refused = focused(plugin, &format!("{optics}{place}")).unwrap_err();
+            assert!(refused.contains(expected), "{refused}");
+        }
+    }
+}
+
+/// Distances of focus are measured as if nothing refracted: what is at a depth d behind a flat face at a distance a is in focus at a + d/n. At its true
+/// distance the disc of confusion has the radius r d (n − 1)/n/(a + d) of the lens's radius r, within the square of the angles.
+#[test]
+fn focus_behind_a_face_is_at_the_apparent_distance() {
+    let (radius, face, depth, n) = (0.01, 4.0, 3.0, 1.5);
+    let confusion = |focus: f64| {
+        let loaded = scene(&format!(
+            "<sensor type='thinlens'><float name='aperture_radius' value='{radius}'/>
+               <float name='focus_distance' value='{focus}'/>{film}</sensor>
+             <shape type='cube'><transform name='to_world'><scale value='20'/><translate z='{middle}'/></transform>
+               <bsdf type='dielectric'><float name='int_ior' value='{n}'/></bsdf></shape>
+             <shape type='rectangle'><transform name='to_world'><scale value='5'/><translate z='{wall}'/></transform>
+               <bsdf type='twosided'><bsdf type='diffuse'/></bsdf></shape>",
+            film = film(5),
+            middle = face + 20.0,
+            wall = face + depth,
+        ));
+        let loaded = loaded.unwrap_or_else(|e| panic!("{e}"));
+        let scene = loaded.scene();
+        let tracer = AovTracer::new(&[Aov::ExitPosition]);
+        let mut ws = Workspace::new(scene.tolerance());
+        let arrive = |lens| {
+            let ray = scene.sensor().ray([0.5; 2], lens);
+            let (start, mut values) = (ray.origin, Vec::new());
+            tracer.sample(scene, ray, &mut ws, &mut values);
+            assert_eq!(values[0], 1.0);
+            assert!((values[3] - face - depth).abs() < 1e-9, "{values:?}");
+            values[1].hypot(values[2]) / start.length() * radius
+        };
+        let lenses = [[0.1, 0.3], [0.9, 0.8], [0.4, 0.05]];
+        lenses.map(arrive).into_iter().fold(0.0, f64::max)
+    };
+    let apparent = face + depth / n;
+    assert!(confusion(apparent) < 1e-7, "{}", confusion(apparent));
+    let blurred = radius * depth * (n - 1.0) / n / (face + depth);
+    assert!((confusion(face + depth) - blurred).abs() < 1e-7);
 }

@@ -3,6 +3,7 @@
 
 mod denoise;
 mod figures;
+mod frames;
 mod images;
 mod parts;
 mod rays;
@@ -15,6 +16,7 @@ use std::path::PathBuf;
 
 pub use denoise::DenoiseArgs;
 pub use figures::{FigureArgs, PlotArgs};
+pub use frames::{Frames, PLACEHOLDER};
 pub use images::{CompareArgs, ToneArgs, TonemapArgs};
 pub use parts::{KeepArgs, MergeArgs, StatusArgs};
 pub use rays::{ConnectArgs, TraceArgs};

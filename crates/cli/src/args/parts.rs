@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 /// How a render is kept in files, and divided among processes.
-#[derive(Debug, ClapArgs)]
+#[derive(Clone, Debug, ClapArgs)]
 pub struct KeepArgs {
     /// Keep what was gathered in this file: from time to time, when the render is interrupted (Ctrl-C or SIGTERM), and at
     /// its end.

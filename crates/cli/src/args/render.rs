@@ -1,14 +1,14 @@
 //! `morgana render`.
 
 use super::values::{duration, measure, particles, positive, samples, threads};
-use super::{KeepArgs, SceneArgs, ToneArgs};
+use super::{Frames, KeepArgs, SceneArgs, ToneArgs};
 use clap::Args as ClapArgs;
 use std::path::PathBuf;
 use std::time::Duration;
 use transport::render::Measure;
 
 /// What becomes of a render.
-#[derive(Debug, ClapArgs)]
+#[derive(Clone, Debug, ClapArgs)]
 pub struct OutputArgs {
     /// File to write; its extension chooses the format: .exr, .png or .npy for an image, .npz, .h5,
     /// .nrrd or .npy for the readings of meters. May be repeated.
@@ -30,7 +30,7 @@ pub struct OutputArgs {
 }
 
 /// `morgana render`.
-#[derive(Debug, ClapArgs)]
+#[derive(Clone, Debug, ClapArgs)]
 pub struct RenderArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
@@ -73,6 +73,11 @@ pub struct RenderArgs {
     /// stay those of the scene.
     #[arg(long, value_name = "NAME")]
     pub integrator: Option<String>,
+    /// Render a sequence: FIRST..LAST[:STEP], the last included. The number of each frame takes the place of {frame} in the values of
+    /// -D and the names of files, with as many digits as FIRST has. Frames have the same seed and the integrator that a pilot
+    /// finds for the first. With --resume, frames whose files exist are left out.
+    #[arg(long, value_name = "RANGE")]
+    pub frames: Option<Frames>,
     #[command(flatten)]
     pub keep: KeepArgs,
     /// Show the image while it is made in a running tev, for example localhost:14158.

@@ -23,8 +23,9 @@ use std::process::ExitCode;
 use std::time::Instant;
 use transport::render::{RenderOptions, State};
 
-/// Renders a scene and writes its images, or its part.
-pub fn render(args: &RenderArgs) -> Result<ExitCode, CommandError> {
+/// Renders a scene and writes its images, or its part; or measures. What is left open is chosen as it was for another render, if there was one, and
+/// what was chosen stays in `chosen`.
+pub fn picture(args: &RenderArgs, chosen: &mut Option<Header>) -> Result<ExitCode, CommandError> {
     let pool = pool(args.threads)?;
     let job = Job::of(args);
     let limits = args.scene.memory.limits();
@@ -61,7 +62,7 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, CommandError> {
     let started = Instant::now();
     run.check(limits)?;
     let kept = kept(args, shard)?;
-    match kept.as_ref().and_then(Kept::header) {
+    match kept.as_ref().and_then(Kept::header).or(chosen.as_ref()) {
         Some(header) => run.choose_as(header),
         None if driver.choose(&mut run).is_break() => {
             warn("interrupted before the first sample: nothing is written");
@@ -71,7 +72,8 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, CommandError> {
     }
     run.check(limits)?;
     let options = run.options();
-    let (mut keeper, state) = keep(kept, job.header(&run), |keeper, body| match body {
+    let header = chosen.insert(job.header(&run)).clone();
+    let (mut keeper, state) = keep(kept, header, |keeper, body| match body {
         Body::Image(state) if state.fits(&loaded.groups, &options) => Ok(*state),
         _ => Err(keeper.misfit()),
     })?;

@@ -11,6 +11,7 @@ mod errors;
 mod export;
 mod faults;
 mod files;
+mod frames;
 mod info;
 mod layers;
 mod limits;

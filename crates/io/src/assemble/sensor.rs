@@ -11,7 +11,7 @@ use crate::query::{POSITIVE, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind};
 use eikonal::Aabb;
 use glam::{DAffine3, DMat3, DVec3};
-use std::ops::{Bound, RangeInclusive};
+use std::ops::{Bound, RangeBounds, RangeInclusive};
 use std::sync::Arc;
 use transport::scene::{FilmSpec, FilmWindow, MediumId};
 use transport::sensor::{
@@ -167,7 +167,7 @@ fn view_of(object: &ObjectDescription, mut q: Query) -> Option<View> {
     if frame.matrix3.determinant().abs() <= 1e-9 * size {
         q.error("to_world", "the sensor's transform is singular");
     }
-    let optics = optics(object, &mut q);
+    let optics = optics(object, &frame, &mut q);
     let shift = if object.plugin == "perspective" {
         ["principal_point_offset_x", "principal_point_offset_y"]
             .map(|name| q.float_in(name, SHIFTS, 0.0))
@@ -270,7 +270,7 @@ const FRAME: [f64; 2] = [36.0, 24.0];
 /// Focal length in mm of a camera that says nothing of its field of view.
 const FOCAL_LENGTH: &str = "50mm";
 
-fn optics(object: &ObjectDescription, q: &mut Query) -> Option<Optics> {
+fn optics(object: &ObjectDescription, frame: &DAffine3, q: &mut Query) -> Option<Optics> {
     Some(match object.plugin.as_str() {
         "perspective" => {
             q.has("focus_distance");
@@ -280,7 +280,7 @@ fn optics(object: &ObjectDescription, q: &mut Query) -> Option<Optics> {
             let fov = fov(q);
             let radius = q.float_in("aperture_radius", POSITIVE, None);
             let far = q.float_or("far_clip", FAR_CLIP);
-            Optics::ThinLens(fov, radius, q.float_in("focus_distance", POSITIVE, far))
+            Optics::ThinLens(fov, radius, focus(frame, POSITIVE, far, q))
         }
         "orthographic" => Optics::Orthographic,
         "radiancemeter" => Optics::Pinhole(Fov {
@@ -288,11 +288,29 @@ fn optics(object: &ObjectDescription, q: &mut Query) -> Option<Optics> {
             axis: 0,
         }),
         "telecentric" => {
-            let distance = q.float_in("focus_distance", 0.0.., 0.0);
-            Optics::Telecentric(distance, stop(q))
+            let all = (Bound::Included(0.0), Bound::Unbounded);
+            Optics::Telecentric(focus(frame, all, 0.0, q), stop(q))
         }
         _ => return None,
     })
+}
+
+/// Where the plane of focus is along the axis, in local units: by its distance, or by a point of it in the world.
+fn focus(frame: &DAffine3, range: (Bound<f64>, Bound<f64>), default: f64, q: &mut Query) -> f64 {
+    if !q.has("focus_point") {
+        return q.float_in("focus_distance", range, default);
+    }
+    if q.has("focus_distance") {
+        let message = "give focus_distance, or focus_point, not both";
+        q.error("focus_point", message);
+    }
+    let point = q.point("focus_point");
+    let distance = frame.inverse().transform_point3(point).z;
+    if range.contains(&distance) {
+        return distance;
+    }
+    q.error("focus_point", "the point must be in front of the sensor");
+    1.0
 }
 
 /// The stop of a telecentric sensor, and the knife edge in it.

@@ -181,7 +181,7 @@ impl<'a> Query<'a, '_> {
     }
 
     /// Numbers in a text, finite ones.
-    fn numbers(&mut self, name: &str) -> Vec<f64> {
+    pub(crate) fn numbers(&mut self, name: &str) -> Vec<f64> {
         let text = self.string(name);
         let words = text.split([' ', ',', '\t', '\n', '\r']);
         let words = words.filter(|word| !word.is_empty());

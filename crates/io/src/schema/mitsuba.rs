@@ -49,6 +49,7 @@ const PLUGINS: &[(PluginKind, &[&str])] = &[
             "selfoc",
             "sellmeier",
             "sum",
+            "transducer",
         ],
     ),
 ];
@@ -84,6 +85,7 @@ const PARAMETERS: &[(PluginKind, &[&str])] = &[
             "bin_width",
             "cosine_axis",
             "cosine_bins",
+            "focus_point",
             "max_bound",
             "min_bound",
             "normalization",

@@ -56,9 +56,20 @@ const PINHOLE: &[Parameter] = &[
     ),
 ];
 
+const FOCUS_POINT: Parameter = point(
+    "focus_point",
+    "",
+    "in place of focus_distance: a point of the plane in focus, in the world",
+);
+
 const LENS: &[Parameter] = &[
     float("aperture_radius", "required", "local units, > 0"),
-    float("focus_distance", "(far_clip)", "local units, > 0"),
+    float(
+        "focus_distance",
+        "(far_clip)",
+        "of the plane in focus, along the axis, local units, > 0",
+    ),
+    FOCUS_POINT,
 ];
 
 const RAY: &[Parameter] = &[
@@ -72,7 +83,12 @@ const TELECENTRIC: &[Parameter] = &[
         "required",
         "half the angle of the cone of directions, degrees, > 0 and at most 45",
     ),
-    float("focus_distance", "0", "local units, ≥ 0"),
+    float(
+        "focus_distance",
+        "0",
+        "of the plane in focus, along the axis, local units, ≥ 0",
+    ),
+    FOCUS_POINT,
     vector(
         "knife_edge",
         "",

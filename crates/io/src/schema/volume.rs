@@ -123,6 +123,78 @@ const IN_TIME: &[Parameter] = &[
     integer("frame", "", "the channel that is taken, ≥ 0"),
 ];
 
+const SOURCE: &[Parameter] = &[
+    choice(
+        "aperture",
+        &["bowl", "piston", "linear_array", "ring_array"],
+        "required",
+        "the surface that moves",
+    ),
+    float(
+        "radius",
+        "",
+        "of curvature of a bowl, or of the ring, scene units, > 0",
+    ),
+    float(
+        "diameter",
+        "",
+        "of a bowl's rim or a piston, scene units, > 0",
+    ),
+    float(
+        "pressure",
+        "required",
+        "density times speed of sound times velocity of the surface, Pa",
+    ),
+    float("frequency", "required", "Hz, > 0"),
+    float("sound_speed", "required", "scene units per second, > 0"),
+    float("time_phase", "0", "radians"),
+    ORIGIN,
+    DIRECTION,
+    vector(
+        "reference",
+        "(x, or y if the direction is nearly x)",
+        "along a linear array, to the first element of a ring",
+    ),
+];
+
+const ELEMENTS: &[Parameter] = &[
+    integer("elements", "", "number of elements of an array, ≥ 1"),
+    float(
+        "pitch",
+        "",
+        "from an element of a linear array to the next, scene units, > 0",
+    ),
+    float(
+        "width",
+        "(all that there is)",
+        "of an element, along the array, scene units, > 0",
+    ),
+    float(
+        "height",
+        "",
+        "of an element, across the array, scene units, > 0",
+    ),
+    point("focus", "", "where all elements are in phase"),
+    list("delays", "0", "of the elements, s; in place of a focus"),
+    list("apodization", "1", "factors of the elements' amplitudes"),
+];
+
+const REGION: &[Parameter] = &[
+    N0,
+    DN_DP,
+    point(
+        "min",
+        "required",
+        "least corner of the box in which the sound is computed",
+    ),
+    point("max", "required", "its greatest corner"),
+    float(
+        "spacing",
+        "(a tenth of a wavelength)",
+        "of samples at most, scene units, > 0",
+    ),
+];
+
 const COORDINATES: &[&str] = &["r", "rho", "x", "y", "z"];
 
 const OF_FORMULA: &Parameter = &float(
@@ -292,6 +364,12 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "pressure",
         "The index of a liquid from samples of the pressure, Pa.",
         &[FILE, &[N0, DN_DP], LAW, SMOOTHING, IN_TIME],
+        &[],
+    ),
+    plugin(
+        "transducer",
+        "The index of a liquid in the sound of a transducer.",
+        &[SOURCE, ELEMENTS, REGION, PLACED],
         &[],
     ),
     plugin(

@@ -39,7 +39,7 @@ pub fn all() -> Vec<Case> {
     );
     let sensors = cases!(Sensor:
         "perspective" => |m| seen(m, json!({"type": "perspective", "fov": 25})),
-        "thinlens" => |m| seen(m, json!({"type": "thinlens", "fov": 25, "aperture_radius": 0.2, "focus_distance": 5})),
+        "thinlens" => |m| seen(m, json!({"type": "thinlens", "fov": 25, "aperture_radius": 0.2, "focus_point": m.point([0.1, -0.2, 0.3])})),
         "orthographic" => |m| seen(m, json!({"type": "orthographic"})),
         "telecentric" => |m| seen(m, json!({"type": "telecentric", "focus_distance": 5, "acceptance_angle": 4,
             "knife_edge": [1, 0.3, 0]})),
@@ -97,6 +97,9 @@ pub fn all() -> Vec<Case> {
             liquid["scale"] = 1e8.into();
             index(m, liquid)
         },
+        "transducer" => |m| index(m, json!({"type": "transducer", "aperture": "linear_array", "elements": 5, "pitch": 0.6,
+            "height": 0.8, "origin": [0.3, -0.2, -4.5], "direction": [0.1, 0.2, 1], "focus": [0.2, 0, 0], "pressure": 2e8,
+            "frequency": 1, "sound_speed": 1.1, "n0": 1.33, "dn_dp": 1e-10, "min": [-2.6, -2.6, -2.6], "max": [2.6, 2.6, 2.6]})),
         "sum" => |m| {
             let bump = json!({"type": "gaussian", "n0": 1, "delta": 0.1, "width": 0.5});
             index(m, json!({"type": "sum", "a": bump, "b": {"type": "linear", "n0": 1, "slope": [0, 0.02, 0]}}))

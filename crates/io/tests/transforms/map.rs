@@ -67,6 +67,12 @@ impl Map {
         self.of(DAffine3::from_rotation_translation(askew, at.into()))
     }
 
+    /// A point of the scene.
+    pub fn point(&self, at: [f64; 3]) -> Value {
+        let all = DAffine3::from_mat3(self.linear * self.scale);
+        json!(all.transform_point3(at.into()).to_array())
+    }
+
     /// What looks, or shines, from a point to the origin along +z.
     pub fn view(&self, from: [f64; 3]) -> Value {
         let from = DVec3::from(from);

@@ -140,7 +140,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
         &object.location,
     ));
     let placement = [Placement::Centers, Placement::Nodes][source.placement];
-    let (bounds, rest) = in_place(&source);
+    let (bounds, rest) = in_place(source.to_world);
     if let Some(law) = &law {
         each!(&samples, v => check(law, v.data(), object, context)?);
     }
@@ -164,8 +164,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
 }
 
 /// The box of the samples, and the transform that it needs at run time: none if it is aligned with the axes.
-fn in_place(source: &Source) -> (Aabb, Option<DAffine3>) {
-    let map = source.to_world;
+fn in_place(map: DAffine3) -> (Aabb, Option<DAffine3>) {
     let diagonal = DMat3::from_diagonal(map.matrix3.diagonal());
     let aligned = map.matrix3 == diagonal && diagonal.diagonal().min_element() > 0.0;
     if aligned {
@@ -176,7 +175,7 @@ fn in_place(source: &Source) -> (Aabb, Option<DAffine3>) {
     }
 }
 
-/// The field of sound of a frequency.
+/// The field of sound of a frequency that samples say.
 fn sound(
     samples: &Samples,
     wave: &Wave,
@@ -193,31 +192,65 @@ fn sound(
         at: &at,
         places: size.iter().product(),
     };
-    let amplitudes = wave.amplitudes(&series, object, context)?;
-    let in_index = |[re, im]: &[f64; 2]| [law.slope * re, law.slope * im].map(|v| v as f32);
-    let amplitude: Vec<[f32; 2]> = amplitudes.iter().map(in_index).collect();
+    let amplitudes = Amplitudes {
+        pressure: wave.amplitudes(&series, object, context)?,
+        size,
+        placement: [Placement::Centers, Placement::Nodes][source.placement],
+        to_world: source.to_world,
+        n0: law.n0,
+        slope: law.slope,
+        wavelength: wave.wavelength,
+    };
+    oscillating(amplitudes, object, context)
+}
+
+/// Samples of sound of a frequency.
+pub(super) struct Amplitudes {
+    /// Real and imaginary parts of the pressure, Pa; x runs fastest.
+    pub pressure: Vec<[f64; 2]>,
+    /// Number of samples along x, y and z.
+    pub size: [usize; 3],
+    pub placement: Placement,
+    /// From the unit cube, which they fill.
+    pub to_world: DAffine3,
+    /// Index without sound.
+    pub n0: f64,
+    /// Change of the index with the pressure.
+    pub slope: f64,
+    /// Of the sound, in the world.
+    pub wavelength: f64,
+}
+
+/// The field of sound of a frequency.
+pub(super) fn oscillating(
+    samples: Amplitudes,
+    object: &ObjectDescription,
+    context: &mut Context,
+) -> Option<Field> {
+    let in_index = |[re, im]: &[f64; 2]| [re, im].map(|v| (samples.slope * v) as f32);
+    let amplitude: Vec<[f32; 2]> = samples.pressure.iter().map(in_index).collect();
     let most = amplitude.iter().map(|[re, im]| f64::from(re.hypot(*im)));
     let most = most.fold(0.0, f64::max);
-    if let Some(doubt) = units::of_pressure([law.n0 - most, law.n0 + most], law.n0) {
+    if let Some(doubt) = units::of_pressure([samples.n0 - most, samples.n0 + most], samples.n0) {
         let message = format!("the sound changes the index by up to {most:.3e}: {doubt}");
-        let help = "check the units of the file, 'dn_dp' and 'scale'".to_owned();
-        let warning = Diagnostic::warning(message).help(help);
+        let help = match object.plugin.as_str() {
+            "transducer" => "check 'pressure' and 'dn_dp'",
+            _ => "check the units of the file, 'dn_dp' and 'scale'",
+        };
+        let warning = Diagnostic::warning(message).help(help.to_owned());
         context.diagnostics.push(warning.at(&object.location));
     }
     let quantity = reach::Quantity::Index;
-    context.grids.push(reach::Placed::new(
-        quantity,
-        source.to_world,
-        &object.location,
-    ));
-    let (bounds, rest) = in_place(source);
+    let grid = reach::Placed::new(quantity, samples.to_world, &object.location);
+    context.grids.push(grid);
+    let (bounds, rest) = in_place(samples.to_world);
     let field = SampledSound::new(SoundSamples {
-        size,
+        size: samples.size,
         bounds,
-        placement: [Placement::Centers, Placement::Nodes][source.placement],
+        placement: samples.placement,
         amplitude,
-        n0: law.n0,
-        wavelength: wave.wavelength
+        n0: samples.n0,
+        wavelength: samples.wavelength
             / rest.map_or(1.0, |map| map.matrix3.determinant().abs().cbrt()),
         noise: 0.0,
     });

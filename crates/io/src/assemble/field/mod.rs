@@ -7,6 +7,7 @@ mod expression;
 mod grid;
 mod profile;
 mod rounding;
+mod transducer;
 mod wave;
 
 use super::context::Context;
@@ -21,7 +22,7 @@ use eikonal::field::{
 };
 use glam::{DAffine3, DVec3};
 
-const KNOWN: [&str; 16] = [
+const KNOWN: [&str; 17] = [
     "constant",
     "linear",
     "linear_square",
@@ -35,6 +36,7 @@ const KNOWN: [&str; 16] = [
     "bspline",
     "gladstone_dale",
     "pressure",
+    "transducer",
     "sum",
     "cauchy",
     "sellmeier",
@@ -65,6 +67,7 @@ pub(super) fn named(
 pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option<Field> {
     match object.plugin.as_str() {
         "bspline" | "gladstone_dale" | "pressure" => return grid::build(object, context),
+        "transducer" => return transducer::build(object, context),
         "sum" => return sum(object, context),
         plugin if DISPERSION_LAWS.contains(&plugin) => return dispersion::build(object, context),
         _ => {}

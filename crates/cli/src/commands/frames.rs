@@ -1,0 +1,92 @@
+//! `morgana render --frames`: the frames of a sequence, one after the other.
+
+use super::render::picture;
+use crate::args::{Frames, PLACEHOLDER, RenderArgs};
+use crate::command_error::CommandError;
+use crate::interrupt::Interrupt;
+use crate::output::say;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Renders a scene, or measures; of a sequence every frame.
+pub fn render(args: &RenderArgs) -> Result<ExitCode, CommandError> {
+    match args.frames {
+        None => picture(args, &mut None),
+        Some(frames) => sequence(args, frames),
+    }
+}
+
+/// Renders frames with what a pilot finds for the first. Those whose files are there are left out if the sequence is resumed.
+fn sequence(args: &RenderArgs, frames: Frames) -> Result<ExitCode, CommandError> {
+    check(args)?;
+    let interrupt = Interrupt::watch()?;
+    let mut chosen = None;
+    for number in frames.numbers() {
+        let frame = of_frame(args, &number);
+        let done = |path: &PathBuf| path.is_file();
+        if args.keep.resume && frame.outputs.output.iter().all(done) {
+            continue;
+        }
+        if !args.outputs.quiet {
+            say(&format!("frame {number}"))?;
+        }
+        let code = picture(&frame, &mut chosen)?;
+        if interrupt.asked() {
+            return Ok(code);
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Refuses what would write the same files again and again, or render the same.
+fn check(args: &RenderArgs) -> Result<(), CommandError> {
+    let usage = |message: String| Err(CommandError::Usage(message));
+    if args.keep.checkpoint.is_some() || args.keep.shard.is_some() {
+        return usage(
+            "--frames resumes at files that are missing: leave --checkpoint and --shard out".into(),
+        );
+    }
+    let outputs = &args.outputs;
+    let files = outputs
+        .output
+        .iter()
+        .chain(&outputs.stats)
+        .chain(&outputs.strategies);
+    if outputs.output.is_empty() || files.into_iter().any(|path| !holds(path)) {
+        return usage(format!(
+            "each frame has files of its own: put {PLACEHOLDER} into their names, such as -o picture_{PLACEHOLDER}.exr"
+        ));
+    }
+    if !args
+        .scene
+        .defines
+        .iter()
+        .any(|(_, value)| value.contains(PLACEHOLDER))
+    {
+        return usage(format!(
+            "all frames would be the same: put {PLACEHOLDER} into the value of a parameter, such as -D file=flow_{PLACEHOLDER}.vti"
+        ));
+    }
+    Ok(())
+}
+
+fn holds(path: &Path) -> bool {
+    path.to_str().is_some_and(|path| path.contains(PLACEHOLDER))
+}
+
+/// The arguments of a frame.
+fn of_frame(args: &RenderArgs, number: &str) -> RenderArgs {
+    let named = |path: &PathBuf| PathBuf::from(path.to_string_lossy().replace(PLACEHOLDER, number));
+    let mut frame = args.clone();
+    frame.frames = None;
+    // Of the frames, not of a checkpoint.
+    frame.keep.resume = false;
+    for (_, value) in &mut frame.scene.defines {
+        *value = value.replace(PLACEHOLDER, number);
+    }
+    let outputs = &mut frame.outputs;
+    outputs.output = outputs.output.iter().map(named).collect();
+    outputs.stats = outputs.stats.as_ref().map(named);
+    outputs.strategies = outputs.strategies.as_ref().map(named);
+    frame
+}

@@ -1,0 +1,252 @@
+//! The index in the sound of a transducer.
+
+use super::super::context::Context;
+use super::super::transforms::affine;
+use super::grid::{self, Amplitudes};
+use crate::query::{INDEX, POSITIVE, Query};
+use crate::scene::ObjectDescription;
+use crate::transducer::{Aperture, Array, ArrayLayout, Places, Transducer, TransducerError};
+use eikonal::Field;
+use eikonal::field::Placement;
+use glam::{DAffine3, DMat3, DVec3};
+use std::f64::consts::TAU;
+
+/// Samples to a wavelength unless a scene says otherwise: what their spline is off by is in docs/validation.md.
+const SAMPLES: f64 = 10.0;
+/// Bytes of a sample while it is computed: the amplitude in double precision, those of the field, and the coefficient.
+const BYTES: u64 = 40;
+/// The most elements of an array.
+const MOST_ELEMENTS: i64 = 1 << 20;
+
+/// Names of apertures, in the order of the schema.
+const APERTURES: [&str; 4] = ["bowl", "piston", "linear_array", "ring_array"];
+
+/// Parameters that some apertures have.
+const OF_APERTURES: [&str; 9] = [
+    "radius",
+    "diameter",
+    "elements",
+    "pitch",
+    "width",
+    "height",
+    "focus",
+    "delays",
+    "apodization",
+];
+
+/// What a volume of type `transducer` says.
+struct Description {
+    transducer: Transducer,
+    /// Where a linear or ring array is focused, in its own coordinates.
+    focus: Option<DVec3>,
+    /// From the transducer's coordinates to the field's.
+    place: DAffine3,
+    /// The box in which the sound is computed, in the field's coordinates.
+    low: DVec3,
+    high: DVec3,
+    spacing: f64,
+    n0: f64,
+    dn_dp: f64,
+    time_phase: f64,
+}
+
+/// The field of a volume of type `transducer`; `None` after an error.
+pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option<Field> {
+    let mut q = Query::new(object, context.diagnostics);
+    let described = Description::read(&mut q);
+    let matrix = q.transform("to_world");
+    let to_world = affine(matrix, "to_world", &mut q);
+    q.finish(&[]);
+    let described = described?;
+    if context.diagnostics.has_errors() {
+        return None;
+    }
+    let size = described.size();
+    let count = size.iter().product::<f64>();
+    let permitted = context.files.limits().permit(count as u64, BYTES, 0);
+    context.accept(&object.location, permitted)?;
+    let pressure = described.pressure(size.map(|n| n as usize));
+    let pressure = context.accept(&object.location, pressure)?;
+    let scale = to_world.matrix3.determinant().abs().cbrt();
+    let amplitudes = Amplitudes {
+        pressure,
+        size: size.map(|n| n as usize),
+        placement: Placement::Nodes,
+        to_world: to_world * described.cube(),
+        n0: described.n0,
+        slope: described.dn_dp,
+        wavelength: described.transducer.wavelength * scale,
+    };
+    grid::oscillating(amplitudes, object, context)
+}
+
+impl Description {
+    fn read(q: &mut Query) -> Option<Self> {
+        let frequency = q.float_in("frequency", POSITIVE, None);
+        let wavelength = q.float_in("sound_speed", POSITIVE, None) / frequency;
+        let pressure = q.float("pressure");
+        let place = place(q);
+        let aperture = aperture(q, frequency);
+        let (low, high) = (q.point("min"), q.point("max"));
+        if !(high - low).cmpgt(DVec3::ZERO).all() {
+            let message =
+                "the box of the sound is empty: 'max' must be larger than 'min' along each axis";
+            q.error("max", message);
+        }
+        let spacing = q.float_in("spacing", POSITIVE, wavelength / SAMPLES);
+        let n0 = q.float_in("n0", INDEX, None);
+        let dn_dp = grid::dn_dp(q);
+        let time_phase = q.float_or("time_phase", 0.0);
+        let (aperture, focus) = aperture?;
+        Some(Description {
+            transducer: Transducer {
+                aperture,
+                wavelength,
+                pressure,
+            },
+            focus: focus.map(|at| place.inverse().transform_point3(at)),
+            place,
+            low,
+            high,
+            spacing,
+            n0,
+            dn_dp,
+            time_phase,
+        })
+    }
+
+    /// Number of samples along x, y and z: nodes that are at most the spacing apart.
+    fn size(&self) -> [f64; 3] {
+        let cells = ((self.high - self.low) / self.spacing)
+            .ceil()
+            .max(DVec3::ONE);
+        (cells + 1.0).to_array()
+    }
+
+    /// From the unit cube to the box.
+    fn cube(&self) -> DAffine3 {
+        let matrix3 = DMat3::from_diagonal(self.high - self.low);
+        DAffine3 {
+            matrix3,
+            translation: self.low,
+        }
+    }
+
+    /// Complex amplitudes of the pressure at the samples.
+    fn pressure(&self, size: [usize; 3]) -> Result<Vec<[f64; 2]>, TransducerError> {
+        let own = self.place.inverse();
+        let cells = DVec3::from_array(size.map(|n| (n - 1) as f64));
+        let step = (self.high - self.low) / cells;
+        let axes = own.matrix3 * DMat3::from_diagonal(step);
+        let places = Places {
+            size,
+            first: own.transform_point3(self.low),
+            steps: [axes.x_axis, axes.y_axis, axes.z_axis],
+        };
+        let mut transducer = self.transducer.clone();
+        if let (Aperture::Array(array), Some(focus)) = (&transducer.aperture, self.focus) {
+            let focused = array.clone().focused(focus, transducer.wavelength)?;
+            transducer.aperture = Aperture::Array(focused);
+        }
+        let mut pressure = transducer.amplitudes(&places)?;
+        let (sin, cos) = self.time_phase.sin_cos();
+        for [re, im] in &mut pressure {
+            (*re, *im) = (*re * cos - *im * sin, *re * sin + *im * cos);
+        }
+        Ok(pressure)
+    }
+}
+
+/// Where the transducer is: its z axis along `direction`, its x axis along the part of `reference` across it.
+fn place(q: &mut Query) -> DAffine3 {
+    let translation = q.point_or("origin", DVec3::ZERO);
+    let direction = q.vector_or("direction", DVec3::Z).try_normalize();
+    let z = direction.unwrap_or_else(|| {
+        q.error("direction", "'direction' must not be zero");
+        DVec3::Z
+    });
+    // Along x where that is across.
+    let usual = if z.x.abs() < 0.9 { DVec3::X } else { DVec3::Y };
+    let reference = q.vector_or("reference", usual);
+    let x = reference.reject_from_normalized(z).try_normalize();
+    let x = x
+        .filter(|_| reference.normalize_or_zero().cross(z).length() > 1e-6)
+        .unwrap_or_else(|| {
+            q.error(
+                "reference",
+                "'reference' must not be parallel to 'direction'",
+            );
+            z.any_orthonormal_vector()
+        });
+    DAffine3 {
+        matrix3: DMat3::from_cols(x, z.cross(x), z),
+        translation,
+    }
+}
+
+/// The surface, and where its elements are focused, in the field's coordinates; `None` after an error.
+fn aperture(q: &mut Query, frequency: f64) -> Option<(Aperture, Option<DVec3>)> {
+    if !q.has("aperture") {
+        let message = "a transducer needs an 'aperture': \"bowl\", \"piston\", \"linear_array\" or \"ring_array\"";
+        q.error("aperture", message);
+        OF_APERTURES.map(|name| q.has(name));
+        return None;
+    }
+    let size = |q: &mut Query, name| q.float_in(name, POSITIVE, None);
+    Some(match q.one_of("aperture", &APERTURES) {
+        0 => (
+            Aperture::Bowl {
+                radius: size(q, "radius"),
+                diameter: size(q, "diameter"),
+            },
+            None,
+        ),
+        1 => (
+            Aperture::Disc {
+                diameter: size(q, "diameter"),
+            },
+            None,
+        ),
+        2 => {
+            let pitch = size(q, "pitch");
+            array(q, frequency, ArrayLayout::Line { pitch }, pitch)
+        }
+        _ => {
+            let radius = size(q, "radius");
+            let elements = q.integer_in("elements", 1..=MOST_ELEMENTS, None) as f64;
+            // Sides of a polygon around the circle.
+            let side = 2.0 * radius * (0.5 * TAU / elements.max(3.0)).tan();
+            array(q, frequency, ArrayLayout::Ring { radius }, side)
+        }
+    })
+}
+
+/// The elements of an array, which fill it unless they have a width.
+fn array(
+    q: &mut Query,
+    frequency: f64,
+    layout: ArrayLayout,
+    width: f64,
+) -> (Aperture, Option<DVec3>) {
+    let focus = q.has("focus").then(|| q.point("focus"));
+    if focus.is_some() && q.has("delays") {
+        q.error("delays", "give a 'focus', or 'delays', not both");
+    }
+    let numbers = |q: &mut Query, name| {
+        if q.has(name) {
+            q.numbers(name)
+        } else {
+            Vec::new()
+        }
+    };
+    let delays = numbers(q, "delays");
+    let array = Array {
+        layout,
+        elements: q.integer_in("elements", 1..=MOST_ELEMENTS, None) as usize,
+        width: q.float_in("width", POSITIVE, width),
+        height: q.float_in("height", POSITIVE, None),
+        lags: delays.iter().map(|delay| TAU * frequency * delay).collect(),
+        weights: numbers(q, "apodization"),
+    };
+    (Aperture::Array(array), focus)
+}
