@@ -189,7 +189,9 @@ fn aperture(q: &mut Query, frequency: f64) -> Option<(Aperture, Option<DVec3>)> 
     if !q.has("aperture") {
         let message = "a transducer needs an 'aperture': \"bowl\", \"piston\", \"linear_array\" or \"ring_array\"";
         q.error("aperture", message);
-        OF_APERTURES.map(|name| q.has(name));
+        for name in OF_APERTURES {
+            q.has(name);
+        }
         return None;
     }
     let size = |q: &mut Query, name| q.float_in(name, POSITIVE, None);
