@@ -191,8 +191,8 @@ PLANTED = [
     (
         "reflected light counted as light that passes",
         TRANSPORT + "meter/recorder.rs",
-        "if opaque || side(direction) == side(arrival) {",
-        "if opaque || !side(direction) || side(direction) {",
+        "if opaque || side(beyond.direction) == side(arrival) {",
+        "if opaque || !side(beyond.direction) || side(beyond.direction) {",
         ("morgana-transport", "meters", "a_half_space_with_an_index_of_its_own"),
     ),
     (
