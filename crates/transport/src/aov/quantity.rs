@@ -14,7 +14,7 @@ pub enum Aov {
     /// x and y axes: see [`deflection`](super::deflection).
     Deflection,
     /// How far the image of the point where the ray ends is from where it would be if rays were straight, in pixels to the right and
-    /// downwards: see [`displacement`](super::displacement).
+    /// downwards (docs/theory.md#displacement).
     Displacement,
     /// ∫n ds up to the exit, scene units.
     OpticalLength,
