@@ -73,7 +73,7 @@ pub struct RenderArgs {
     /// stay those of the scene.
     #[arg(long, value_name = "NAME")]
     pub integrator: Option<String>,
-    /// Render a sequence: FIRST..LAST[:STEP], the last included. The number of each frame takes the place of {frame} in the values of
+    /// Render a sequence: FIRST..LAST or FIRST..LAST:STEP, the last included. The number of each frame takes the place of {frame} in the values of
     /// -D and the names of files, with as many digits as FIRST has. Frames have the same seed and the integrator that a pilot
     /// finds for the first. With --resume, frames whose files exist are left out.
     #[arg(long, value_name = "RANGE")]
