@@ -1,13 +1,15 @@
 //! The sound of transducers against closed forms of the Rayleigh integral. Amplitudes are in units of ρcv.
 
 use glam::{DMat3, DVec2, DVec3};
-use morgana_io::transducer::{Aperture, Array, ArrayLayout, Places, Transducer, TransducerError};
+use morgana_io::transducer::{
+    ArrayLayout, ElementArray, Places, SoundAperture, Transducer, TransducerError,
+};
 use std::f64::consts::{PI, TAU};
 
 /// Of 1 MHz in water, in mm.
 const WAVELENGTH: f64 = 1.5;
 
-fn transducer(aperture: Aperture) -> Transducer {
+fn transducer(aperture: SoundAperture) -> Transducer {
     Transducer {
         aperture,
         wavelength: WAVELENGTH,
@@ -28,7 +30,7 @@ fn wave(x: f64) -> DVec2 {
 #[test]
 fn axis_of_a_piston() {
     for diameter in [0.5, 6.0, 30.0, 100.0] {
-        let piston = transducer(Aperture::Disc { diameter });
+        let piston = transducer(SoundAperture::Disc { diameter });
         let mut worst = 0.0_f64;
         for i in 0..60 {
             let z = 0.5 * WAVELENGTH * 1.15_f64.powi(i) * (1.0 + 1e-9);
@@ -46,7 +48,7 @@ fn axis_of_a_piston() {
 #[test]
 fn axis_of_a_bowl() {
     for (radius, diameter) in [(20.0, 10.0), (30.0, 30.0), (25.0, 50.0)] {
-        let bowl = transducer(Aperture::Bowl { radius, diameter });
+        let bowl = transducer(SoundAperture::Bowl { radius, diameter });
         let depth = radius - (radius * radius - 0.25 * diameter * diameter).sqrt();
         let mut worst = 0.0_f64;
         for i in 0..80 {
@@ -71,7 +73,7 @@ fn axis_of_a_bowl() {
 #[test]
 fn directivity_of_a_piston() {
     let a = 4.0;
-    let piston = transducer(Aperture::Disc { diameter: 2.0 * a });
+    let piston = transducer(SoundAperture::Disc { diameter: 2.0 * a });
     let r = 1e5 * a * a / WAVELENGTH;
     for i in 0..60 {
         let (sin, cos) = (f64::from(i) * 0.025).sin_cos();
@@ -89,8 +91,8 @@ fn directivity_of_a_piston() {
     }
 }
 
-fn line(elements: usize) -> Array {
-    Array {
+fn line(elements: usize) -> ElementArray {
+    ElementArray {
         layout: ArrayLayout::Line { pitch: 1.1 },
         elements,
         width: 0.8,
@@ -108,11 +110,11 @@ fn directivity_of_a_line() {
     let k = TAU / WAVELENGTH;
     for steered in [0.0, 0.3_f64] {
         let lag = |i| -k * 1.1 * steered.sin() * f64::from(i);
-        let array = Array {
+        let array = ElementArray {
             lags: (0..elements).map(lag).collect(),
             ..line(elements as usize)
         };
-        let array = transducer(Aperture::Array(array));
+        let array = transducer(SoundAperture::ElementArray(array));
         for i in -55..56 {
             let (sin, cos) = (f64::from(i) * 0.027 + 1e-3).sin_cos();
             let u = 0.5 * k * 0.8 * sin;
@@ -131,7 +133,7 @@ fn directivity_of_a_line() {
 /// At the focus of delays the sounds of all elements are in phase: their amplitudes add up. Weights are factors.
 #[test]
 fn delays_bring_elements_into_phase() {
-    let ring = Array {
+    let ring = ElementArray {
         layout: ArrayLayout::Ring { radius: 15.0 },
         ..line(40)
     };
@@ -140,20 +142,20 @@ fn delays_bring_elements_into_phase() {
         (ring, DVec3::new(2.0, -3.0, 1.0)),
     ] {
         let weights: Vec<f64> = (0..array.elements).map(|i| 0.1 * i as f64).collect();
-        let array = Array { weights, ..array }
+        let array = ElementArray { weights, ..array }
             .focused(focus, WAVELENGTH)
             .unwrap();
         let alone = |i: usize| {
             let weight = |j| if i == j { array.weights[j] } else { 0.0 };
             let weights = (0..array.elements).map(weight).collect();
-            let one = Array {
+            let one = ElementArray {
                 weights,
                 ..array.clone()
             };
-            amplitude(&transducer(Aperture::Array(one)), focus).length()
+            amplitude(&transducer(SoundAperture::ElementArray(one)), focus).length()
         };
         let sum: f64 = (0..array.elements).map(alone).sum();
-        let found = amplitude(&transducer(Aperture::Array(array)), focus).length();
+        let found = amplitude(&transducer(SoundAperture::ElementArray(array)), focus).length();
         // Elements are not points: their own sound has its phase from the middle only nearly.
         assert!(
             found <= sum * (1.0 + 1e-9) && found > 0.995 * sum,
@@ -174,14 +176,14 @@ fn grids_are_their_places() {
     };
     for (aperture, tolerance) in [
         (
-            Aperture::Bowl {
+            SoundAperture::Bowl {
                 radius: 20.0,
                 diameter: 20.0,
             },
             1e-5,
         ),
-        (Aperture::Disc { diameter: 12.0 }, 1e-5),
-        (Aperture::Array(line(8)), 1e-5),
+        (SoundAperture::Disc { diameter: 12.0 }, 1e-5),
+        (SoundAperture::ElementArray(line(8)), 1e-5),
     ] {
         let transducer = transducer(aperture);
         let grid = transducer.amplitudes(&places).unwrap();
@@ -198,32 +200,34 @@ fn grids_are_their_places() {
 
 #[test]
 fn mistakes_are_named() {
-    let refused = |aperture: Aperture, place: DVec3| {
+    let refused = |aperture: SoundAperture, place: DVec3| {
         let found = transducer(aperture).amplitude(place);
         found.unwrap_err()
     };
     let far = DVec3::Z * 20.0;
     let message = |aperture| refused(aperture, far).to_string();
-    let disc = |diameter| Aperture::Disc { diameter };
+    let disc = |diameter| SoundAperture::Disc { diameter };
     assert!(message(disc(0.0)).contains("diameter must be positive"));
     assert!(message(disc(f64::NAN)).contains("diameter must be positive"));
     assert!(message(disc(1e6)).contains("too large for its wavelength"));
-    let bowl = Aperture::Bowl {
+    let bowl = SoundAperture::Bowl {
         radius: 5.0,
         diameter: 11.0,
     };
     assert!(message(bowl).contains("at most twice its radius"));
-    let wide = Array {
+    let wide = ElementArray {
         width: 1.2,
         ..line(4)
     };
-    assert!(message(Aperture::Array(wide)).contains("overlap"));
-    let uneven = Array {
+    assert!(message(SoundAperture::ElementArray(wide)).contains("overlap"));
+    let uneven = ElementArray {
         lags: vec![0.0],
         ..line(4)
     };
-    assert!(message(Aperture::Array(uneven)).contains("1 delays are given for 4 elements"));
-    assert!(message(Aperture::Array(line(0))).contains("at least one element"));
+    assert!(
+        message(SoundAperture::ElementArray(uneven)).contains("1 delays are given for 4 elements")
+    );
+    assert!(message(SoundAperture::ElementArray(line(0))).contains("at least one element"));
     for near in [DVec3::ZERO, DVec3::new(3.0, 0.0, 0.3)] {
         let error = refused(disc(10.0), near);
         assert!(matches!(error, TransducerError::TooNear { .. }), "{error}");
@@ -233,7 +237,7 @@ fn mistakes_are_named() {
         first: far,
         steps: [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| 0.1 * axis),
     };
-    let error = transducer(Aperture::Array(line(64)))
+    let error = transducer(SoundAperture::ElementArray(line(64)))
         .amplitudes(&many)
         .unwrap_err();
     assert!(

@@ -2,7 +2,7 @@
 
 use eikonal::Field;
 use glam::DVec3;
-use morgana_io::transducer::{Aperture, Transducer};
+use morgana_io::transducer::{SoundAperture, Transducer};
 use morgana_io::{Diagnostics, assemble_field, json};
 use serde_json::{Value, json};
 use std::f64::consts::FRAC_PI_2;
@@ -48,7 +48,7 @@ fn places() -> impl Iterator<Item = DVec3> {
 #[test]
 fn errors_of_splines() {
     let bowl = Transducer {
-        aperture: Aperture::Bowl {
+        aperture: SoundAperture::Bowl {
             radius: 30.0,
             diameter: 30.0,
         },

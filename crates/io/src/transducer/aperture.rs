@@ -1,4 +1,4 @@
-//! The surfaces of transducers, as points with areas.
+//! The surfaces of transducers, as points with areas (docs/theory.md#transducers).
 
 use super::TransducerError;
 use super::quadrature::{Density, gauss_legendre};
@@ -10,7 +10,7 @@ const MOST_POINTS: f64 = 1e6;
 
 /// A surface that moves along its normals.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Aperture {
+pub enum SoundAperture {
     /// Part of a sphere, whose apex is the origin and whose centre, the focus, lies on +z.
     Bowl {
         /// Radius of curvature.
@@ -24,12 +24,12 @@ pub enum Aperture {
         diameter: f64,
     },
     /// Elements, each a rectangle.
-    Array(Array),
+    ElementArray(ElementArray),
 }
 
 /// Rectangles that oscillate with amplitudes and delays of their own.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Array {
+pub struct ElementArray {
     /// Where they are.
     pub layout: ArrayLayout,
     /// Number of elements.
@@ -78,26 +78,26 @@ struct Element {
     across: DVec3,
 }
 
-impl Aperture {
+impl SoundAperture {
     /// Refuses sizes that cannot be.
     pub(super) fn check(&self) -> Result<(), TransducerError> {
         match *self {
-            Aperture::Bowl { radius, diameter } => {
+            SoundAperture::Bowl { radius, diameter } => {
                 positive("the radius of curvature", radius)?;
                 positive("the diameter", diameter)?;
                 let fits = diameter <= 2.0 * radius;
                 fits.then_some(())
                     .ok_or(TransducerError::Bowl { radius, diameter })
             }
-            Aperture::Disc { diameter } => positive("the diameter", diameter),
-            Aperture::Array(ref array) => array.check(),
+            SoundAperture::Disc { diameter } => positive("the diameter", diameter),
+            SoundAperture::ElementArray(ref array) => array.check(),
         }
     }
 
     /// Points of the surface.
     pub(super) fn points(&self, density: &Density) -> Result<Vec<SurfacePoint>, TransducerError> {
         match *self {
-            Aperture::Bowl { radius, diameter } => {
+            SoundAperture::Bowl { radius, diameter } => {
                 let widest = (0.5 * diameter / radius).min(1.0).asin();
                 rings(density, radius * widest, 0.5 * diameter, |arc| {
                     let (sin, cos) = (arc / radius).sin_cos();
@@ -105,11 +105,11 @@ impl Aperture {
                     [radius * sin, radius * sin * sin / (1.0 + cos)]
                 })
             }
-            Aperture::Disc { diameter } => {
+            SoundAperture::Disc { diameter } => {
                 let radius = 0.5 * diameter;
                 rings(density, radius, radius, |arc| [arc, 0.0])
             }
-            Aperture::Array(ref array) => array.points(density),
+            SoundAperture::ElementArray(ref array) => array.points(density),
         }
     }
 }
@@ -141,7 +141,7 @@ fn rings(
     Ok(points)
 }
 
-impl Array {
+impl ElementArray {
     /// Lags by which the sound of all elements arrives at a point in phase; the last to be heard does not lag.
     ///
     /// # Errors
@@ -154,7 +154,7 @@ impl Array {
             .collect();
         let farthest = distances.iter().copied().fold(0.0, f64::max);
         let lags = distances.iter().map(|d| TAU * (farthest - d) / wavelength);
-        Ok(Array {
+        Ok(ElementArray {
             lags: lags.collect(),
             ..self
         })

@@ -1,4 +1,4 @@
-//! Values on a grid from those at fewer places, by polynomials.
+//! Values on a grid from those at fewer places, by polynomials (docs/theory.md#transducers).
 //!
 //! The sound has no more than e^{±ikx} along any line: some π Chebyshev nodes to a wavelength say all of it, a grid for splines has ten.
 

@@ -9,7 +9,7 @@ mod error;
 mod quadrature;
 mod rayleigh;
 
-pub use aperture::{Aperture, Array, ArrayLayout};
+pub use aperture::{ArrayLayout, ElementArray, SoundAperture};
 pub use error::TransducerError;
 
 use chebyshev::Chebyshev;
@@ -26,7 +26,7 @@ const MOST_PAIRS: f64 = 1e10;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Transducer {
     /// Its surface.
-    pub aperture: Aperture,
+    pub aperture: SoundAperture,
     /// Of the sound, positive.
     pub wavelength: f64,
     /// ρcv in Pa: the pressure of a plane wave whose velocity v is that of the surface.

@@ -1,4 +1,4 @@
-//! Points and weights of integrals over lengths and circles.
+//! Points and weights of integrals over lengths and circles (docs/theory.md#transducers).
 
 use std::f64::consts::{PI, TAU};
 

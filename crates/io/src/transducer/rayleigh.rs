@@ -1,4 +1,4 @@
-//! Sums over the points of a surface: P = (i p₀/λ) ∫ e^{−ikR}/R dA.
+//! Sums over the points of a surface: P = (i p₀/λ) ∫ e^{−ikR}/R dA (docs/theory.md#transducers).
 
 use super::aperture::SurfacePoint;
 use fearless_simd::{Level, dispatch};

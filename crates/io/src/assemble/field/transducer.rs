@@ -5,7 +5,9 @@ use super::super::transforms::affine;
 use super::grid::{self, Amplitudes};
 use crate::query::{INDEX, POSITIVE, Query};
 use crate::scene::ObjectDescription;
-use crate::transducer::{Aperture, Array, ArrayLayout, Places, Transducer, TransducerError};
+use crate::transducer::{
+    ArrayLayout, ElementArray, Places, SoundAperture, Transducer, TransducerError,
+};
 use eikonal::Field;
 use eikonal::field::Placement;
 use glam::{DAffine3, DMat3, DVec3};
@@ -144,9 +146,11 @@ impl Description {
             steps: [axes.x_axis, axes.y_axis, axes.z_axis],
         };
         let mut transducer = self.transducer.clone();
-        if let (Aperture::Array(array), Some(focus)) = (&transducer.aperture, self.focus) {
+        if let (SoundAperture::ElementArray(array), Some(focus)) =
+            (&transducer.aperture, self.focus)
+        {
             let focused = array.clone().focused(focus, transducer.wavelength)?;
-            transducer.aperture = Aperture::Array(focused);
+            transducer.aperture = SoundAperture::ElementArray(focused);
         }
         let mut pressure = transducer.amplitudes(&places)?;
         let (sin, cos) = self.time_phase.sin_cos();
@@ -185,7 +189,7 @@ fn place(q: &mut Query) -> DAffine3 {
 }
 
 /// The surface, and where its elements are focused, in the field's coordinates; `None` after an error.
-fn aperture(q: &mut Query, frequency: f64) -> Option<(Aperture, Option<DVec3>)> {
+fn aperture(q: &mut Query, frequency: f64) -> Option<(SoundAperture, Option<DVec3>)> {
     if !q.has("aperture") {
         let message = "a transducer needs an 'aperture': \"bowl\", \"piston\", \"linear_array\" or \"ring_array\"";
         q.error("aperture", message);
@@ -197,14 +201,14 @@ fn aperture(q: &mut Query, frequency: f64) -> Option<(Aperture, Option<DVec3>)> 
     let size = |q: &mut Query, name| q.float_in(name, POSITIVE, None);
     Some(match q.one_of("aperture", &APERTURES) {
         0 => (
-            Aperture::Bowl {
+            SoundAperture::Bowl {
                 radius: size(q, "radius"),
                 diameter: size(q, "diameter"),
             },
             None,
         ),
         1 => (
-            Aperture::Disc {
+            SoundAperture::Disc {
                 diameter: size(q, "diameter"),
             },
             None,
@@ -229,7 +233,7 @@ fn array(
     frequency: f64,
     layout: ArrayLayout,
     width: f64,
-) -> (Aperture, Option<DVec3>) {
+) -> (SoundAperture, Option<DVec3>) {
     let focus = q.has("focus").then(|| q.point("focus"));
     if focus.is_some() && q.has("delays") {
         q.error("delays", "give a 'focus', or 'delays', not both");
@@ -242,7 +246,7 @@ fn array(
         }
     };
     let delays = numbers(q, "delays");
-    let array = Array {
+    let array = ElementArray {
         layout,
         elements: q.integer_in("elements", 1..=MOST_ELEMENTS, None) as usize,
         width: q.float_in("width", POSITIVE, width),
@@ -250,5 +254,5 @@ fn array(
         lags: delays.iter().map(|delay| TAU * frequency * delay).collect(),
         weights: numbers(q, "apodization"),
     };
-    (Aperture::Array(array), focus)
+    (SoundAperture::ElementArray(array), focus)
 }
