@@ -140,7 +140,7 @@ fn own_quantities_have_plain_names_or_others() {
     assert_eq!(alone.channel_names, all);
     // Without a list all of the way, and of an empty one nothing.
     let unlisted = accepted(&format!("<integrator type=\"aov\">{PATH}</integrator>"));
-    assert_eq!(unlisted.quantity_names.len(), 9);
+    assert_eq!(unlisted.quantity_names.len(), 10);
     assert!(unlisted.quantities.is_some());
     let none = accepted(&aov("", PATH));
     assert!(none.quantities.is_none() && none.quantity_names.is_empty());

@@ -155,13 +155,14 @@ fn array(object: &Bound<'_, PyAny>, place: &str) -> PyResult<Item> {
     Ok(Item::Tensor(Arc::new(tensor)))
 }
 
-/// Complex numbers as two along a last axis; others as they are.
+/// Arrays of complex numbers as two along a last axis; others as they are.
 fn real_and_imaginary<'py>(
     numpy: &Bound<'py, PyModule>,
     array: Bound<'py, PyAny>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let kind: char = array.getattr("dtype")?.getattr("kind")?.extract()?;
-    if kind != 'c' {
+    let axes: usize = array.getattr("ndim")?.extract()?;
+    if kind != 'c' || axes == 0 {
         return Ok(array);
     }
     let parts = (array.getattr("real")?, array.getattr("imag")?);
