@@ -39,7 +39,12 @@ fn section(document: &str, heading: &str) -> String {
 
 #[test]
 fn examples_of_the_manual_can_be_loaded() {
-    for heading in ["### Beams and fibres", "### Volumes that emit"] {
+    let examples = [
+        ("### Beams and fibres", 2),
+        ("### Volumes that emit", 2),
+        ("### Media that emit", 1),
+    ];
+    for (heading, emitters) in examples {
         let section = section("scene-format.md", heading);
         let (_, example) = section.split_once("```xml\n").unwrap();
         let (example, _) = example.split_once("```").unwrap();
@@ -50,7 +55,7 @@ fn examples_of_the_manual_can_be_loaded() {
         std::fs::write(&path, scene).unwrap();
         let loaded = morgana_io::load_scene(&path, &LoadOptions::default())
             .unwrap_or_else(|e| panic!("{e}"));
-        assert_eq!(loaded.scene().emitters().len(), 2);
+        assert_eq!(loaded.scene().emitters().len(), emitters);
         let text = loaded.warnings.to_string();
         assert!(!text.contains("warning"), "{text}");
     }
@@ -84,4 +89,63 @@ fn sources_of_the_guide_emit_one_watt() {
         let power: f64 = loaded.scene().powers(1).map(|power| power[0]).sum();
         assert!((power - 1.0).abs() < 1e-6, "{emitter}: {power}");
     }
+}
+
+/// Where and how much media emit, in files: by a grid, by label, and what is refused.
+#[test]
+fn media_of_files_emit() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.json");
+    npy::write(&folder.path().join("warm.npy"), &[1, 1, 2], &[1.0, 3.0]).unwrap();
+    let film = r#""film": {"type": "hdrfilm", "pixel_format": "luminance"}"#;
+    let load = |body: &str| {
+        let scene = format!(
+            r#"{{"type": "scene", "sensor": {{"type": "perspective", "fov": 40, {film}}}, "body": {body}}}"#
+        );
+        std::fs::write(&path, scene).unwrap();
+        morgana_io::load_scene(&path, &LoadOptions::default())
+    };
+    let filled = |medium: &str| {
+        format!(r#"{{"type": "cube", "bsdf": {{"type": "null"}}, "interior": {medium}}}"#)
+    };
+    let medium = |emission: &str| {
+        format!(
+            r#"{{"type": "homogeneous", "sigma_a": 2, "sigma_s": 1, "ior": 1, "emission": {emission}}}"#
+        )
+    };
+    let grid = r#"{"type": "gridvolume", "filename": "warm.npy", "axis_order": "zyx",
+        "to_world": [{"translate": [-0.5, -0.5, -0.5]}, {"scale": 2}]}"#;
+    let loaded = load(&filled(&medium(grid))).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(loaded.emitter_names, ["homogeneous"]);
+    let emitted = |x: [f64; 3]| loaded.scene().medium(1).emitted(x.into())[0];
+    for (x, expected) in [(-0.9, 2.0), (0.0, 4.0), (0.9, 6.0)] {
+        assert!((emitted([x, 0.2, 0.3]) - expected).abs() < 1e-6, "{x}");
+    }
+    let labels = |emission: &str| {
+        format!(
+            r#"{{"type": "labels", "filename": "labels.npy", "axis_order": "zyx",
+                "1": {}, "2": {}}}"#,
+            medium(emission),
+            medium("5")
+        )
+    };
+    npy::write(&folder.path().join("labels.npy"), &[1, 1, 2], &[1.0, 2.0]).unwrap();
+    let loaded = load(&labels("0.5")).unwrap_or_else(|e| panic!("{e}"));
+    let hot = loaded
+        .scene()
+        .media()
+        .iter()
+        .find(|m| m.emission.is_some())
+        .unwrap();
+    assert_eq!(hot.emitted([0.25, 0.5, 0.5].into())[0], 1.0);
+    assert_eq!(hot.emitted([0.75, 0.5, 0.5].into())[0], 10.0);
+    let refused = |body: &str, words: &str| {
+        let text = load(body).err().unwrap().to_string();
+        assert!(text.contains(words), "{text}");
+    };
+    refused(&labels(grid), "the medium of label 1 varies in space");
+    refused(
+        &filled(&medium("-1")),
+        "'emission' is -1; light must not be negative",
+    );
 }

@@ -252,12 +252,13 @@ impl<'a> Children<'a> {
             film: sensor.film.spec,
             tolerance: method.parameters.tolerance,
             reflections: method.parameters.reflections,
-        };
+        }
+        .with_emissive_media();
         let mut layering = sensor.film.layering;
         if let Some(emitters) = &mut layering.decomposition.emitters {
             *emitters = parts.emitters.len();
         }
-        let emitter_names = emitter::names(&context.emitter_ids, &parts.emitters);
+        let emitter_names = emitter::names(&context.emitter_ids, &parts);
         let mut report = Report {
             root: &self.root.location,
             sensor: self

@@ -1,10 +1,11 @@
 //! Media.
 
+use super::brightness::light;
 use super::channels::Channels;
 use super::context::Context;
 use super::texture_role::Role;
 use super::{field, phase, texture};
-use crate::query::{Query, unknown_plugin};
+use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
 use crate::schema::substance::{TURBID, TURBID_NAMES, Turbid};
 use eikonal::Field;
@@ -101,8 +102,11 @@ fn scattering(
         );
         query.error("material", message);
     }
-    query.finish(&["sigma_t", "albedo"]);
+    let emits = query.has("emission");
+    let emission = query.volume_or_spectrum("emission", SpectrumValue::Uniform(0.0));
+    query.finish(&["sigma_t", "albedo", "emission"]);
     let far = f64::MAX;
+    let emission = emits.then(|| emission_of(emission, object, context));
     let (sigma_t, albedo) = match (sigma_t, albedo) {
         (Some((sigma_t, albedo)), _) => (
             texture::texture(sigma_t, object, "sigma_t", [0.0, far], context),
@@ -118,7 +122,18 @@ fn scattering(
         scale,
         albedo,
         phase: phase.map_or_else(Phase::isotropic, |p| phase::build(&p, context)),
+        emission,
         labels: None,
+    }
+}
+
+/// The radiance of a black body that is as warm as the medium.
+fn emission_of(input: Input, object: &ObjectDescription, context: &mut Context) -> VolumeTexture {
+    match input {
+        Input::Spectrum(value) => {
+            VolumeTexture::Uniform(light(&value, "emission", object, context))
+        }
+        Input::Object(_) => texture::texture(input, object, "emission", [0.0, f64::MAX], context),
     }
 }
 

@@ -2,6 +2,7 @@
 //!
 //! Everything that is wrong is reported, with its place, before giving up.
 
+mod brightness;
 mod bsdf;
 mod channels;
 mod colour;

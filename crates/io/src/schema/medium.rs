@@ -21,6 +21,11 @@ const SCATTERING: &[Parameter] = &[
         "a substance, in place of coefficients, for scenes in millimetres",
     ),
     float("scale", "1", "factor of the extinction, ≥ 0"),
+    spectrum(
+        "emission",
+        "0",
+        "radiance in vacuum of a black body as warm as the medium, ≥ 0",
+    ),
     boolean("sample_emitters", "true", "accepted and ignored"),
     boolean("has_spectral_extinction", "true", "accepted and ignored"),
 ];
@@ -31,6 +36,7 @@ const CHILDREN: &[Slot] = &[
     FIELD,
     role(Volume, "sigma_t", "The extinction where it varies."),
     role(Volume, "albedo", "The albedo where it varies."),
+    role(Volume, "emission", "The emission where it varies."),
     one(Phase, "The phase function; isotropic without any."),
 ];
 

@@ -76,7 +76,7 @@ const PARAMETERS: &[(PluginKind, &[&str])] = &[
     ),
     (
         PluginKind::Medium,
-        &["ior", "material", "sigma_a", "sigma_s"],
+        &["emission", "ior", "material", "sigma_a", "sigma_s"],
     ),
     (PluginKind::Sampler, &["adaptive", "phases", "set"]),
     (

@@ -202,7 +202,8 @@ impl Emitter {
     }
 
     /// What leaves `start` in the unit `direction`: intensity (points of any kind), intensity per area (fibre) or volume, radiance
-    /// times cosine (area), radiance (environment) or irradiance across the direction (directional, beam).
+    /// times cosine (area), radiance (environment) or irradiance across the direction (directional, beam). What a medium emits is only
+    /// guessed: [`Scene::leaving`](crate::Scene::leaving) knows.
     pub fn emitted(&self, end: &ConnectionEnd, start: DVec3, direction: DVec3) -> Spectrum {
         match self {
             Emitter::Point { intensity, .. } => *intensity,
@@ -285,6 +286,7 @@ impl Emitter {
             Emitter::Environment(e) => e.kind(),
             Emitter::Collimated(_) => "collimated",
             Emitter::Fiber(_) => "fiber",
+            Emitter::Volume(volume) if volume.medium().is_some() => "medium",
             Emitter::Volume(_) => "volumelight",
         }
     }

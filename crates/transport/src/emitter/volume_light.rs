@@ -17,6 +17,8 @@ const HALF_BITS: f64 = (1u64 << 26) as f64;
 pub struct VolumeLight {
     /// ε, up to `scale`. Zero outside of the cube.
     grid: VolumeGrid,
+    /// The medium that emits in its place, where the grid is a guess of ε.
+    medium: Option<usize>,
     scale: Spectrum,
     /// From the grid's unit cube.
     to_world: DAffine3,
@@ -51,11 +53,29 @@ impl VolumeLight {
         Ok(VolumeLight {
             blocks: Discrete::new(&weights)?,
             grid,
+            medium: None,
             scale,
             to_world,
             axes,
             integral,
         })
+    }
+
+    /// The light of a medium, by its number in the scene. The grid guesses what it emits, > 0 wherever it does: points are chosen in
+    /// proportion to the guess, and what leaves them is what the medium says.
+    ///
+    /// # Errors
+    /// As [`VolumeLight::new`].
+    pub fn of_medium(medium: usize, guess: VolumeGrid) -> Result<Self, DistributionError> {
+        Ok(VolumeLight {
+            medium: Some(medium),
+            ..VolumeLight::new(guess, Spectrum::ONE)?
+        })
+    }
+
+    /// The number of the medium that emits, if it is one.
+    pub fn medium(&self) -> Option<usize> {
+        self.medium
     }
 
     /// The same light, with a total power of these channels; none in those in which it is black.
@@ -72,20 +92,19 @@ impl VolumeLight {
         VolumeLight::new(self.grid, self.scale * factor)
     }
 
-    /// Total power.
+    /// Total power; about that, if it is a medium's.
     pub fn power(&self) -> Spectrum {
         self.integral * (4.0 * PI)
     }
 
-    /// ε at a point.
+    /// ε at a point; the guess of it, if a medium emits.
     pub fn radiance(&self, x: DVec3) -> Spectrum {
         self.grid.within(x) * self.scale
     }
 
     /// A box around it.
     pub fn aabb(&self) -> Aabb {
-        let unit = Aabb::new(DVec3::ZERO, DVec3::ONE).corners();
-        Aabb::around(unit.map(|p| self.to_world.transform_point3(p)))
+        self.grid.aabb()
     }
 
     /// A point in proportion to ε, summed over the channels.

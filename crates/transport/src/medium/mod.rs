@@ -27,6 +27,9 @@ pub struct Medium {
     pub albedo: VolumeTexture,
     /// Phase function.
     pub phase: Phase,
+    /// Radiance B of a black body as warm as the medium, in a vacuum: the medium emits σ_a n² B per unit length and steradian (Kirchhoff's
+    /// law). `None` if it is dark.
+    pub emission: Option<VolumeTexture>,
     /// Labels of which it is made, if records of detected light tell them apart.
     pub labels: Option<MediumLabels>,
 }
@@ -52,6 +55,7 @@ impl Medium {
             scale: 1.0,
             albedo: VolumeTexture::Uniform(albedo.into()),
             phase: Phase::isotropic(),
+            emission: None,
             labels: None,
         }
     }
@@ -59,6 +63,42 @@ impl Medium {
     /// The medium with another phase function.
     pub fn with_phase(self, phase: Phase) -> Self {
         Medium { phase, ..self }
+    }
+
+    /// The medium, emitting as a black body of this radiance ≥ 0 in a vacuum would: seen from there, it is as bright where it is thick, does
+    /// not scatter, and nothing is reflected.
+    ///
+    /// ```
+    /// use morgana_transport::medium::Medium;
+    /// use morgana_transport::eikonal::field::Constant;
+    ///
+    /// let flame = Medium::homogeneous("flame", Constant::new(1.5), 2.0, 0.25).with_emission(3.0);
+    /// // σ_a n² B
+    /// assert_eq!(flame.emitted([0.0; 3].into())[0], 1.5 * 1.5f64.powi(2) * 3.0);
+    /// ```
+    pub fn with_emission(self, radiance: impl Into<Spectrum>) -> Self {
+        Medium {
+            emission: Some(VolumeTexture::Uniform(radiance.into())),
+            ..self
+        }
+    }
+
+    /// B, if it is the same everywhere; zero if the medium is dark or B varies.
+    pub fn uniform_emission(&self) -> Spectrum {
+        let emission = self.emission.as_ref();
+        emission
+            .and_then(VolumeTexture::uniform)
+            .unwrap_or(Spectrum::ZERO)
+    }
+
+    /// The light σ_a n² B that leaves `x`, per unit volume and steradian.
+    pub fn emitted(&self, x: DVec3) -> Spectrum {
+        let Some(emission) = &self.emission else {
+            return Spectrum::ZERO;
+        };
+        let absorbed = self.albedo.at(x).map(|albedo| 1.0 - albedo);
+        let n = self.index.n(x);
+        self.extinction(x) * absorbed * emission.at(x) * (n * n)
     }
 
     /// Extinction σ_t at `x`.
@@ -110,6 +150,8 @@ impl Medium {
 
     /// Bytes held by grids, of the index included.
     pub fn memory(&self) -> usize {
-        self.index.memory() + self.sigma_t.memory() + self.albedo.memory() + self.phase.memory()
+        let emission = self.emission.as_ref().map_or(0, VolumeTexture::memory);
+        let coefficients = self.sigma_t.memory() + self.albedo.memory() + emission;
+        self.index.memory() + coefficients + self.phase.memory()
     }
 }

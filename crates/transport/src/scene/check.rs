@@ -68,6 +68,7 @@ pub(super) fn check(scene: &Scene) -> Vec<SceneProblem> {
     for id in 0..scene.media().len() {
         problems.extend(check_index(scene, id));
         problems.extend(check_sound(scene, id));
+        problems.extend(check_emission(scene, id));
     }
     for (i, object) in scene.objects().iter().enumerate() {
         problems.extend(check_sensor_outside(scene, object));
@@ -96,6 +97,19 @@ fn warning(subject: Subject, message: String, help: &str) -> SceneProblem {
         severity: ProblemSeverity::Warning,
         ..error(subject, message, help)
     }
+}
+
+/// Light subpaths start at points of media that emit.
+fn check_emission(scene: &Scene, id: usize) -> Option<SceneProblem> {
+    let medium = scene.medium(id);
+    let found = medium.emission.is_none() || scene.parts.has_emitter(id);
+    (!found).then(|| {
+        error(
+            Subject::Medium(id),
+            format!("medium '{}' emits, but it has no bounds, or emits without bounds", medium.name),
+            "fill closed shapes with it, or give it an extinction in a grid; its emission must be finite",
+        )
+    })
 }
 
 /// The index must be positive wherever light can be.

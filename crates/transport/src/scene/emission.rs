@@ -2,9 +2,9 @@
 
 use super::Scene;
 use super::light_bounds::Receiver;
-use super::parts::Parts;
+use super::parts::{MediumId, Parts};
 use crate::Spectrum;
-use crate::connection_end::OnSurface;
+use crate::connection_end::{ConnectionEnd, OnSurface};
 use crate::emitter::{Class, Emitter, Environment, VolumeLight};
 use crate::medium::Medium;
 use glam::DVec3;
@@ -66,6 +66,44 @@ impl Scene {
             Emitter::Volume(volume) => Some((i, &**volume)),
             _ => None,
         })
+    }
+
+    /// What leaves `start` in the unit `direction` from an end of an emitter: see [`Emitter::emitted`].
+    pub fn leaving(
+        &self,
+        emitter: usize,
+        end: &ConnectionEnd,
+        start: DVec3,
+        direction: DVec3,
+    ) -> Spectrum {
+        let emitter = &self.emitters()[emitter];
+        match emitter {
+            Emitter::Volume(volume) => match volume.medium() {
+                Some(id) if self.fills(id, start) => self.medium(id).emitted(start),
+                Some(_) => Spectrum::ZERO,
+                None => volume.radiance(start),
+            },
+            _ => emitter.emitted(end, start, direction),
+        }
+    }
+
+    /// ε of a volume at a point of a medium: what a ray gathers per length.
+    pub(crate) fn emitted_within(
+        &self,
+        volume: &VolumeLight,
+        medium: MediumId,
+        x: DVec3,
+    ) -> Spectrum {
+        match volume.medium() {
+            None => volume.radiance(x),
+            Some(id) if id == medium => self.medium(id).emitted(x),
+            Some(_) => Spectrum::ZERO,
+        }
+    }
+
+    /// Whether a medium is at a point.
+    fn fills(&self, id: MediumId, x: DVec3) -> bool {
+        self.medium_at(x) == id && !self.is_displaced(id, x)
     }
 
     /// The emitter that covers a surface, the radiance that leaves it in `direction`, and the density per unit

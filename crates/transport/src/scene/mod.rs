@@ -6,6 +6,7 @@ mod check;
 mod clearance;
 mod containment;
 mod emission;
+mod emissive;
 mod group;
 mod index;
 mod light_bounds;
@@ -83,6 +84,7 @@ impl Scene {
     /// Everything that is wrong with it, errors first.
     pub fn new(mut parts: Parts) -> Result<Self, Vec<SceneProblem>> {
         settle_fibers(&mut parts);
+        parts = parts.with_emissive_media();
         let around = surroundings(&parts);
         let regions = regions::all(&parts, &around);
         for (medium, region) in parts.media.iter_mut().zip(&regions) {

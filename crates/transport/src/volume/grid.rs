@@ -1,6 +1,7 @@
 //! Samples on a regular grid.
 
 use crate::Spectrum;
+use eikonal::Aabb;
 use eikonal::field::Placement;
 use eikonal::ray::Arc;
 use eikonal::ray::bernstein::first_root;
@@ -195,6 +196,12 @@ impl VolumeGrid {
     /// From the unit cube to its place.
     pub(crate) fn to_world(&self) -> DAffine3 {
         self.to_unit.inverse()
+    }
+
+    /// A box around it.
+    pub(crate) fn aabb(&self) -> Aabb {
+        let unit = Aabb::new(DVec3::ZERO, DVec3::ONE).corners();
+        Aabb::around(unit.map(|p| self.to_world().transform_point3(p)))
     }
 
     /// Number of samples along each axis.

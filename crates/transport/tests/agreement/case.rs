@@ -138,6 +138,7 @@ impl Case {
             scale: 1.0,
             albedo: VolumeTexture::Uniform(Spectrum::splat(0.8)),
             phase: Phase::henyey_greenstein(g).unwrap(),
+            emission: None,
             labels: None,
         }
     }

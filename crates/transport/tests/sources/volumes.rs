@@ -193,7 +193,7 @@ fn emissions_carry_the_power() {
 }
 
 /// A view along −z of ±½ about the axis, from outside.
-fn view() -> Sensor {
+pub fn view() -> Sensor {
     let to_world = facing(DVec3::Z * 4.0, DVec3::NEG_Z, 0.5);
     Sensor::Orthographic(Orthographic::new(to_world, 1.0))
 }
@@ -207,7 +207,7 @@ fn estimators() -> [Integrator; 3] {
 }
 
 /// z-scores of the mean image by all estimators.
-fn against(parts: &Parts, expected: f64, samples: u64) -> Vec<f64> {
+pub fn against(parts: &Parts, expected: f64, samples: u64) -> Vec<f64> {
     let samples = effort(samples);
     let z = |(seed, integrator)| {
         let (found, error) = mean(&shoot_by(integrator, parts.clone(), samples, seed));
@@ -348,6 +348,6 @@ fn a_furnace_is_even() {
     max_abs_z(&against(&scene, 1.0, 1000), FAMILY).unwrap();
 }
 
-fn eye() -> Sensor {
+pub fn eye() -> Sensor {
     camera(DVec3::new(0.5, 0.4, 2.5), DVec3::ZERO)
 }

@@ -7,17 +7,17 @@ mod sun;
 mod sunsky;
 mod volume;
 
+use super::brightness::light;
 use super::context::Context;
 use super::medium;
 use super::surface_texture::{Role, Vertices, texture};
 use super::transforms::axis;
 use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
-use eikonal::Shown;
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
-use transport::Spectrum;
 use transport::emitter::{Emitter, Environment, TexturedArea};
+use transport::scene::Parts;
 use transport::shape::Shape;
 
 const KNOWN: [&str; 12] = [
@@ -102,14 +102,19 @@ fn push(
 /// Names of channels in files are not much longer than this.
 const LONGEST_NAME: usize = 60;
 
-/// Names of emitters: their ids or their kinds, made different by numbers, and without dots.
-pub(super) fn names(ids: &[Option<String>], emitters: &[Emitter]) -> Vec<String> {
-    let mut names: Vec<String> = Vec::with_capacity(emitters.len());
+/// Names of emitters: their ids, those of the media that emit, or their kinds; made different by numbers, and without dots.
+pub(super) fn names(ids: &[Option<String>], parts: &Parts) -> Vec<String> {
+    let mut names: Vec<String> = Vec::with_capacity(parts.emitters.len());
     let mut taken = HashSet::new();
     // Thousands may have one name: each goes on counting where the last one stopped.
     let mut next: HashMap<String, usize> = HashMap::new();
-    for (id, emitter) in ids.iter().zip(emitters) {
-        let id = id.as_deref().unwrap_or(emitter.kind());
+    for (i, emitter) in parts.emitters.iter().enumerate() {
+        let own = ids.get(i).and_then(Option::as_deref);
+        let medium = match emitter {
+            Emitter::Volume(volume) => volume.medium().map(|id| parts.media[id].name.as_str()),
+            _ => None,
+        };
+        let id = own.or(medium).unwrap_or(emitter.kind());
         let stem: String = id.replace('.', "_").chars().take(LONGEST_NAME).collect();
         let number = next.entry(stem.clone()).or_insert(1);
         let mut name = stem.clone();
@@ -188,23 +193,4 @@ fn instead_of_transform(name: &str, q: &mut Query) {
     if q.has(name) && q.has("to_world") {
         q.error(name, format!("give '{name}' or 'to_world', not both"));
     }
-}
-
-/// A brightness: it must not be negative.
-fn light(
-    value: &SpectrumValue,
-    name: &str,
-    object: &ObjectDescription,
-    context: &mut Context,
-) -> Spectrum {
-    let property = object.properties.iter().find(|p| p.name == name);
-    let location = property.map_or(&object.location, |p| &p.location);
-    let value = context.loaded(value, location);
-    if let Some(bad) = value.values().into_iter().find(|v| *v < 0.0) {
-        context.error_at(
-            location,
-            format!("'{name}' is {}; light must not be negative", Shown(bad)),
-        );
-    }
-    context.spectrum(&value, Role::Emission, location)
 }

@@ -175,7 +175,8 @@ impl Setting<'_> {
     ) -> Option<Contribution> {
         let z = vertices.last()?;
         let emitter = &self.scene.emitters()[index];
-        let emitted = emitter.emitted(&end.end, connection.origin, connection.emission);
+        let (start, direction) = (connection.origin, connection.emission);
+        let emitted = self.scene.leaving(index, &end.end, start, direction);
         // T f̃ e^{−τ} F̄ × (what is emitted).
         let eval = z
             .vertex

@@ -189,7 +189,8 @@ impl Tracing<'_> {
             self.sampler,
             self.ws,
             |connection| {
-                let emitted = emitter.emitted(&sampled.end, connection.origin, connection.emission);
+                let (start, leaves) = (connection.origin, connection.emission);
+                let emitted = scene.leaving(index, &sampled.end, start, leaves);
                 let (value, share) = received(
                     scene, vertex, throughput, connection, emitted, end, next_event,
                 );

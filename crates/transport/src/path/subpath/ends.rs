@@ -137,12 +137,21 @@ pub fn emit(
         shape,
         [u[0][0], u[0][1], u[1][0], u[1][1]],
     )?;
+    let (x, direction) = (emission.x, emission.direction);
+    let emitted = scene.leaving(emitter, &emission.end, x, direction);
+    if emitted.is_zero() {
+        return None;
+    }
+    let emission = Emission {
+        emitted,
+        ..emission
+    };
     let density = probability * emission.end_pdf * emission.pdf;
     let ray = WalkRay {
-        start: start(scene, &emission.end, emission.x, emission.direction),
+        start: start(scene, &emission.end, x, direction),
         pdf: emission.pdf,
         specular: false,
-        throughput: emission.emitted * white / density,
+        throughput: emitted * white / density,
         depth: 0,
         optical_length: -lead_in(scene, emitter),
     };

@@ -55,7 +55,8 @@ pub(crate) fn gather_along<'a>(
             // The edge gets there without a collision with probability Σ w_c e^{−τ_c}.
             let transmittance = depth.exp_neg();
             let reaches = (channel_pdf * transmittance).sum();
-            let light = volume.radiance(x) * transmittance * weight / reaches;
+            let emitted = scene.emitted_within(volume, place.point.medium, x);
+            let light = emitted * transmittance * weight / reaches;
             found(EmittedAlong {
                 emitter,
                 light: light * (place.length / (n * n)),
@@ -129,6 +130,9 @@ impl<'a> Place<'a> {
         let mut parts: SmallVec<[(usize, [f64; 2]); 4]> = SmallVec::new();
         let mut length = 0.0;
         for (i, span) in edge.spans.iter().enumerate() {
+            if volume.medium().is_some_and(|id| id != span.medium) {
+                continue;
+            }
             for range in volume.parts(&span.arc, span.theta_end) {
                 let last = edge.length - span.length_before;
                 let [begin, end] = range.map(|theta| span.arc.arc_length(theta).min(last));

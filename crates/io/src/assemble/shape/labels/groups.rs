@@ -172,6 +172,7 @@ impl Group {
         };
         let sigma_t = of(|m| m.uniform_extinction().unwrap_or(Spectrum::ZERO))?;
         let albedo = of(|m| m.albedo.uniform().unwrap_or(Spectrum::ZERO))?;
+        let emission = of(Medium::uniform_emission)?;
         Ok(Medium {
             name,
             index: first.index.clone(),
@@ -179,6 +180,7 @@ impl Group {
             scale: 1.0,
             albedo,
             phase: self.phase(&labels),
+            emission: (!emission.is_zero()).then_some(emission),
             labels: self.labels(labels, regions),
         })
     }

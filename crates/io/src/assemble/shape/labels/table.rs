@@ -11,6 +11,7 @@ use std::sync::Arc;
 use transport::Spectrum;
 use transport::medium::Medium;
 use transport::phase::{Phase, PhaseError};
+use transport::volume::VolumeTexture;
 
 /// What the label of a volume stands for, before it is built.
 #[derive(Clone)]
@@ -161,7 +162,10 @@ fn described_medium(
 ) -> Option<LabelMedium> {
     let errors = context.diagnostics.error_count();
     let (medium, is_open) = medium::build(described, context);
-    let uniform = medium.uniform_extinction().is_some() && medium.albedo.uniform().is_some();
+    let is_uniform = |texture: &VolumeTexture| texture.uniform().is_some();
+    let uniform = medium.uniform_extinction().is_some()
+        && is_uniform(&medium.albedo)
+        && medium.emission.as_ref().is_none_or(is_uniform);
     if !uniform {
         let message = format!(
             "the medium of label {label} varies in space: those of labels are homogeneous, but for their index"

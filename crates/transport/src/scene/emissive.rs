@@ -1,0 +1,125 @@
+//! Media that emit, as emitters from whose points light subpaths start (docs/theory.md#media-that-emit).
+
+use super::parts::{AMBIENT, MediumId, Parts};
+use crate::Spectrum;
+use crate::emitter::{Emitter, VolumeLight};
+use crate::medium::Medium;
+use crate::shape::Shape;
+use crate::volume::{GridFilter, GridSamples, VolumeGrid, VolumeTexture};
+use eikonal::Aabb;
+use eikonal::field::Placement;
+use glam::{DAffine3, DMat3, DVec3};
+
+/// Points along each axis at which the light of a medium is looked at.
+const POINTS: usize = 32;
+/// Least guess, relative to the mean: what is between the points is not known.
+const LEAST: f64 = 0.05;
+
+impl Parts {
+    /// Adds an emitter for each medium that emits and has none yet. [`Scene::new`](super::Scene::new) does so, too.
+    pub fn with_emissive_media(mut self) -> Self {
+        for id in 0..self.media.len() {
+            if self.media[id].emission.is_some() && !self.has_emitter(id) {
+                let light = volume_light(&self, id);
+                self.emitters
+                    .extend(light.map(|light| Emitter::Volume(light.into())));
+            }
+        }
+        self
+    }
+
+    /// Whether one of the emitters is the light of a medium.
+    pub(super) fn has_emitter(&self, id: MediumId) -> bool {
+        let is = |e: &Emitter| matches!(e, Emitter::Volume(v) if v.medium() == Some(id));
+        self.emitters.iter().any(is)
+    }
+}
+
+/// The light of a medium; `None` if it has no bounds, or is no finite number.
+fn volume_light(parts: &Parts, id: MediumId) -> Option<VolumeLight> {
+    let bounds = bounds(parts, id)?;
+    let at = |k: usize| {
+        let unit = [k % POINTS, k / POINTS % POINTS, k / POINTS / POINTS];
+        let unit = DVec3::from(unit.map(|i| (i as f64 + 0.5) / POINTS as f64));
+        let x = bounds.min + unit * (bounds.max - bounds.min);
+        let here = parts.containment().medium_at(x) == id;
+        if here {
+            parts.media[id].emitted(x)
+        } else {
+            Spectrum::ZERO
+        }
+    };
+    let seen: Vec<Spectrum> = (0..POINTS.pow(3)).map(at).collect();
+    let sum = seen.iter().fold(Spectrum::ZERO, |a, b| a + *b);
+    let floor = if sum.is_zero() {
+        brightest(&parts.media[id])
+    } else {
+        sum * (LEAST / seen.len() as f64)
+    };
+    let guess = seen
+        .iter()
+        .flat_map(|light| light.zip(floor, f64::max).0.map(|v| v as f32));
+    let samples = GridSamples {
+        size: [POINTS; 3],
+        channels: Spectrum::CHANNELS,
+        data: guess.collect(),
+    };
+    let to_world =
+        DAffine3::from_mat3_translation(DMat3::from_diagonal(bounds.max - bounds.min), bounds.min);
+    let allowed = [0.0, f64::MAX];
+    let grid = VolumeGrid::new(
+        samples,
+        to_world,
+        Placement::Centers,
+        GridFilter::Trilinear,
+        allowed,
+    );
+    VolumeLight::of_medium(id, grid.ok()?).ok()
+}
+
+/// More than a medium emits anywhere, but for its index.
+fn brightest(medium: &Medium) -> Spectrum {
+    let emission = medium.emission.as_ref().map_or(0.0, |e| e.range().1);
+    Spectrum::splat(medium.sigma_t.range().1 * medium.scale * emission)
+}
+
+/// A box around all of a medium that may emit.
+fn bounds(parts: &Parts, id: MediumId) -> Option<Aabb> {
+    let held = held(parts, id);
+    let grid = match &parts.media[id].sigma_t {
+        VolumeTexture::Grid(grid) => Some(grid.aabb()),
+        VolumeTexture::Uniform(_) => None,
+    };
+    match (held, grid) {
+        (Some(held), Some(grid)) => {
+            let both = Aabb::new(held.min.max(grid.min), held.max.min(grid.max));
+            Some(if both.is_empty() { held } else { both })
+        }
+        (held, grid) => held.or(grid),
+    }
+}
+
+/// A box around the shapes that hold a medium, if it is nowhere else.
+fn held(parts: &Parts, id: MediumId) -> Option<Aabb> {
+    if id == AMBIENT {
+        return None;
+    }
+    let divided = parts.partitions.iter().filter_map(|p| {
+        let mut sides = parts.objects[p.objects.clone()]
+            .iter()
+            .filter_map(|o| o.sides);
+        let holds = id != p.exterior && sides.any(|s| s.interior == id || s.exterior == id);
+        holds.then(|| p.aabb(&parts.objects))
+    });
+    let divides = |i: usize| parts.partitions.iter().any(|p| p.objects.contains(&i));
+    let holders = || {
+        let objects = parts.objects.iter().enumerate();
+        objects.filter_map(|(i, o)| (o.interior() == Some(id) && !divides(i)).then_some(&o.shape))
+    };
+    if holders().any(|shape| !shape.is_closed()) {
+        return None;
+    }
+    divided
+        .chain(holders().map(Shape::aabb))
+        .reduce(Aabb::union)
+}
