@@ -1,6 +1,8 @@
 //! A scene as JSON.
 
-use super::{constant_index, extinction_and_albedo, film_memory, found, meters, sensor_kind};
+use super::{
+    constant_index, emission, extinction_and_albedo, film_memory, found, meters, sensor_kind,
+};
 use crate::load::file_name;
 use io::Loaded;
 use io::assemble::steps_across;
@@ -71,7 +73,7 @@ fn emitter(loaded: &Loaded, emitter: &Emitter, name: &str) -> Value {
     })
 }
 
-/// Lengths are in scene units; "extinction" and "albedo" are null in clear media.
+/// Lengths are in scene units; "extinction" and "albedo" are null in clear media, "emission" in dark ones.
 fn medium(loaded: &Loaded, id: MediumId) -> Value {
     let scene = loaded.scene();
     let (medium, region) = (scene.medium(id), &scene.regions()[id]);
@@ -99,6 +101,7 @@ fn medium(loaded: &Loaded, id: MediumId) -> Value {
         "longest_ray": uniqueness.map(|u| u.longest_ray()).filter(|l| l.is_finite()),
         "extinction": extinction,
         "albedo": albedo,
+        "emission": emission(loaded, id).map(range),
         "bytes": medium.memory(),
     })
 }

@@ -88,16 +88,27 @@ fn constant_index(loaded: &Loaded, id: MediumId) -> (f64, f64) {
 
 /// Smallest and largest extinction and albedo of a medium, over all channels.
 fn extinction_and_albedo(loaded: &Loaded, id: MediumId) -> [(f64, f64); 2] {
-    let groups = || {
-        let groups = loaded.groups.iter().enumerate();
-        groups.map(|(group, s)| (s.medium(id), s.film().channels_of(group)))
-    };
     let all = |texture: fn(&Medium) -> &VolumeTexture| {
-        range(groups().map(|(medium, channels)| (texture(medium), channels)))
+        range(in_groups(loaded, id).map(|(medium, channels)| (texture(medium), channels)))
     };
     let scale = loaded.scene().medium(id).scale;
     let (low, high) = all(|m| &m.sigma_t);
     [(low * scale, high * scale), all(|m| &m.albedo)]
+}
+
+/// Smallest and largest emission of a medium, over all channels; `None` if it is dark.
+fn emission(loaded: &Loaded, id: MediumId) -> Option<(f64, f64)> {
+    let media = in_groups(loaded, id);
+    let emissions: Option<Vec<_>> = media
+        .map(|(medium, channels)| Some((medium.emission.as_ref()?, channels)))
+        .collect();
+    Some(range(emissions?.into_iter()))
+}
+
+/// A medium in each group of channels, and the number of these.
+fn in_groups(loaded: &Loaded, id: MediumId) -> impl Iterator<Item = (&Medium, usize)> {
+    let groups = loaded.groups.iter().enumerate();
+    groups.map(move |(group, s)| (s.medium(id), s.film().channels_of(group)))
 }
 
 /// What finds an emitter's light, and how much of it, in words; and whether that is all. `None` if it is not
