@@ -33,8 +33,10 @@ impl<'a> Attenuation<'a> {
         channel: usize,
         depth: f64,
     ) -> Option<Self> {
-        let label = medium.labels.as_ref()?.along(arc, channel, depth)?;
-        Some(Attenuation::Label(label, arc.arc_length(1.0)))
+        let (labels, length) = (medium.labels.as_ref()?, arc.arc_length(1.0));
+        let direction = (arc.end() - arc.start()) / length;
+        let label = labels.along(arc.start(), direction, channel, depth)?;
+        Some(Attenuation::Label(label, length))
     }
 
     /// For the part θ ≤ `theta_end` of an arc.

@@ -2,14 +2,12 @@
 
 use crate::Spectrum;
 use crate::volume::LabelGrid;
-use eikonal::ray::Arc as RayArc;
 use glam::DVec3;
+use smallvec::SmallVec;
 use std::sync::Arc;
 
-/// Balls in a label through which a way is followed,
-const MOST_BALLS: usize = 6;
-/// as long as their radius is not less than this share of a voxel.
-const LEAST: f64 = 0.2;
+/// Cubes of voxels of one label through which a way is followed.
+const MOST_STEPS: usize = 16;
 
 /// Labels of which a medium is made: records of detected light tell them apart, and within a label light needs no look at voxels.
 #[derive(Clone, Debug)]
@@ -23,6 +21,17 @@ pub struct MediumLabels {
 pub struct MediumLabel {
     /// Name used in records.
     pub name: String,
+    /// Extinction coefficient σ_t per unit length.
+    pub extinction: Spectrum,
+    /// Absorption coefficient μ_a per unit length.
+    pub absorption: Spectrum,
+}
+
+/// A part of a straight line along which a medium is the same.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Leg {
+    /// Its length.
+    pub length: f64,
     /// Extinction coefficient σ_t per unit length.
     pub extinction: Spectrum,
     /// Absorption coefficient μ_a per unit length.
@@ -66,28 +75,75 @@ impl MediumLabels {
         usize::from(self.grid.at(x)).min(self.list.len() - 1)
     }
 
-    /// The label at the start of a straight arc, if the arc is known to stay in it for an optical depth in a channel: it goes from ball to ball
-    /// that is in the label, a few times.
+    /// The legs of a straight line from `x` in a unit direction up to an optical depth in a channel; `None` if it leaves the labels before, or
+    /// has too many.
     #[inline]
-    pub(crate) fn along(&self, arc: &RayArc, channel: usize, depth: f64) -> Option<&MediumLabel> {
-        let (number, mut free) = self.grid.around(arc.start());
-        let label = &self.list[usize::from(number).min(self.list.len() - 1)];
-        let (length, whole) = (depth / label.extinction[channel], arc.arc_length(1.0));
-        let mut gone = 0.0;
-        for _ in 0..MOST_BALLS {
-            let next = gone + free;
-            if length < next {
-                return Some(label);
+    pub(super) fn legs(
+        &self,
+        x: DVec3,
+        direction: DVec3,
+        channel: usize,
+        depth: f64,
+    ) -> Option<SmallVec<[Leg; 2]>> {
+        let mut legs: SmallVec<[Leg; 2]> = SmallVec::new();
+        let (mut left, mut gone, mut last) = (depth, 0.0, None);
+        let mut line = self.grid.along(x, direction);
+        for _ in 0..MOST_STEPS {
+            let voxel = line.cell()?;
+            let number = self.grid.labels()[voxel];
+            let label = self.numbered(number);
+            let rate = label.extinction[channel];
+            let ends = line.stays(voxel, gone + left / rate);
+            let length = if ends {
+                left / rate
+            } else {
+                (line.leap(voxel) - gone).max(0.0)
+            };
+            if last == Some(number) {
+                legs.last_mut()?.length += length;
+            } else {
+                legs.push(Leg {
+                    length,
+                    extinction: label.extinction,
+                    absorption: label.absorption,
+                });
             }
-            if free < LEAST * self.grid.pitch() {
-                return None;
+            if ends {
+                return Some(legs);
             }
-            let (there, around) = self.grid.around(arc.position(next / whole));
-            if there != number {
-                return None;
-            }
-            (gone, free) = (next, around);
+            (left, gone, last) = (left - rate * length, gone + length, Some(number));
         }
         None
+    }
+
+    /// The label at the start of a straight line from `x` in a unit direction, if it does not end before an optical depth in a channel.
+    #[inline]
+    pub(super) fn along(
+        &self,
+        x: DVec3,
+        direction: DVec3,
+        channel: usize,
+        depth: f64,
+    ) -> Option<&MediumLabel> {
+        let mut line = self.grid.along(x, direction);
+        let first = self.grid.labels()[line.cell()?];
+        let label = self.numbered(first);
+        let length = depth / label.extinction[channel];
+        for _ in 0..MOST_STEPS {
+            let voxel = line.cell()?;
+            if self.grid.labels()[voxel] != first {
+                return None;
+            }
+            if line.stays(voxel, length) {
+                return Some(label);
+            }
+            line.leap(voxel);
+        }
+        None
+    }
+
+    /// The label with a number in the grid.
+    fn numbered(&self, number: u8) -> &MediumLabel {
+        &self.list[usize::from(number).min(self.list.len() - 1)]
     }
 }

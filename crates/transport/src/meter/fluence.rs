@@ -10,8 +10,10 @@ use super::flight::{Collision, Flight};
 use super::grid::MeterGrid;
 use super::reading::{Quantity, ReadingAxis};
 use super::tally::Scores;
+use crate::path::FreeFlightEvent;
 use crate::sampling::Sampler;
 use crate::{Bins, Spectrum};
+use eikonal::ray::Arc;
 
 /// How fluence is estimated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,55 +98,103 @@ impl FluenceMeter {
         if self.estimator == Estimator::Collision {
             return;
         }
-        // Cut the arc where it passes from cell to cell, and from gate to gate.
-        let arc = &flight.span.arc;
-        cuts.clear();
-        self.grid.cut(arc, flight.theta_end, cuts);
-        if cuts.is_empty()
-            && self
+        let stretch = Stretch {
+            arc: &flight.span.arc,
+            theta_end: flight.theta_end,
+            optical_length: flight.optical_length,
+        };
+        // Score w ∫ ds of each piece, eq. (track lengths and collisions).
+        let uniform = flight.uniform();
+        self.pieces(&stretch, cuts, |cell, [from, to]| {
+            let values = match uniform {
+                Some([power, absorption]) => {
+                    let fluence = power * (to - from);
+                    [fluence, fluence * absorption]
+                }
+                None => at_random(flight, [from, to], sampler),
+            };
+            self.score(cell, values, scores);
+        });
+    }
+
+    /// Takes note of a flight from one collision to the next, and of the collision at its end.
+    pub(super) fn fly_freely(&self, event: &FreeFlightEvent, scores: &mut Slots, cuts: &mut Cuts) {
+        let (power, flight) = (event.ray.throughput, event.flight);
+        match self.estimator {
+            Estimator::TrackLength => {
+                let mut gone = 0.0;
+                for leg in &flight.legs {
+                    let start = flight.start + flight.direction * gone;
+                    let arc = Arc::line(start, flight.direction * flight.n, leg.length / flight.n);
+                    let stretch = Stretch {
+                        arc: &arc,
+                        theta_end: 1.0,
+                        optical_length: event.ray.optical_length + flight.n * gone,
+                    };
+                    self.pieces(&stretch, cuts, |cell, [from, to]| {
+                        let fluence = power * (to - from);
+                        self.score(cell, [fluence, fluence * leg.absorption], scores);
+                    });
+                    gone += leg.length;
+                }
+            }
+            Estimator::Collision => {
+                let last = flight.last();
+                if let Some(cell) = self.locate(flight.end(), event.optical_length) {
+                    let fluence = power / last.extinction[flight.channel];
+                    self.score(cell, [fluence, fluence * last.absorption], scores);
+                }
+            }
+        }
+    }
+
+    /// Cuts a stretch where it passes from cell to cell, and from gate to gate: the cell of each piece, and the arc lengths between which
+    /// it lies.
+    #[inline]
+    fn pieces(&self, stretch: &Stretch, cuts: &mut Cuts, mut see: impl FnMut(usize, [f64; 2])) {
+        let Stretch { arc, theta_end, .. } = *stretch;
+        if self.optical_length.is_none()
+            && arc.is_straight()
+            && let Some(cell) = self
                 .grid
-                .cell(arc.position(0.5 * flight.theta_end))
-                .is_none()
+                .cell_of_line([arc.start(), arc.position(theta_end)])
         {
+            return see(cell, [0.0, arc.arc_length(theta_end)]);
+        }
+        cuts.clear();
+        self.grid.cut(arc, theta_end, cuts);
+        if cuts.is_empty() && self.grid.cell(arc.position(0.5 * theta_end)).is_none() {
             return;
         }
-        self.cut_by_length(flight, cuts);
-        cuts.push(flight.theta_end);
+        self.cut_by_length(stretch, cuts);
+        cuts.push(theta_end);
         cuts.sort_unstable_by(f64::total_cmp);
-        // Score w ∫ ds of each piece, eq. (track lengths and collisions), in the cell of its middle.
-        let uniform = flight.uniform();
+        // A piece is in the cell of its middle.
         let (mut from, mut before) = (0.0, 0.0);
         for &to in cuts.iter() {
             let length = arc.arc_length(to);
             let middle = 0.5 * (from + to);
             let optical_length = match self.optical_length {
                 None => 0.0,
-                Some(_) => flight.optical_length + arc.optical_length(middle),
+                Some(_) => stretch.optical_length + arc.optical_length(middle),
             };
             if let Some(cell) = self.locate(arc.position(middle), optical_length) {
-                let values = match uniform {
-                    Some([power, absorption]) => {
-                        let fluence = power * (length - before);
-                        [fluence, fluence * absorption]
-                    }
-                    None => at_random(flight, [before, length], sampler),
-                };
-                self.score(cell, values, scores);
+                see(cell, [before, length]);
             }
             (from, before) = (to, length);
         }
     }
 
     /// Adds the places where the optical path length passes from bin to bin.
-    fn cut_by_length(&self, flight: &Flight, cuts: &mut Cuts) {
+    fn cut_by_length(&self, stretch: &Stretch, cuts: &mut Cuts) {
         let Some(bins) = &self.optical_length else {
             return;
         };
-        let (arc, start) = (&flight.span.arc, flight.optical_length);
-        let end = start + arc.optical_length(flight.theta_end);
+        let (arc, start) = (stretch.arc, stretch.optical_length);
+        let end = start + arc.optical_length(stretch.theta_end);
         let edges = bins.edges_between(start, end);
         let thetas = edges.map(|edge| arc.theta_at_optical_length(edge - start));
-        cuts.extend(thetas.filter(|theta| *theta < flight.theta_end));
+        cuts.extend(thetas.filter(|theta| *theta < stretch.theta_end));
     }
 
     /// Takes note of a collision.
@@ -157,6 +207,15 @@ impl FluenceMeter {
             self.score(cell, [collision.path, collision.absorbed()], scores);
         }
     }
+}
+
+/// A part of an arc, from θ = 0 on.
+#[derive(Clone, Copy, Debug)]
+struct Stretch<'a> {
+    arc: &'a Arc,
+    theta_end: f64,
+    /// Optical path length from the emitter to its start.
+    optical_length: f64,
 }
 
 /// ∫ power ds and ∫ μ_a power ds from one arc length to another, both taken at one point drawn at random, which is unbiased.

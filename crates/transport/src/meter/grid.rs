@@ -154,9 +154,6 @@ impl MeterGrid {
     }
 
     fn cut_line(&self, [a, b]: [DVec3; 2], theta_end: f64, cuts: &mut Vec<f64>) {
-        if self.coordinates == Coordinates::Cartesian && self.are_in_one_cell([a, b]) {
-            return;
-        }
         let d = b - a;
         let mut plane = |axis: usize| {
             for edge in self.edges(axis, [a[axis], b[axis]]) {
@@ -188,14 +185,20 @@ impl MeterGrid {
         }
     }
 
-    /// Whether two points are inside of the same cell of a Cartesian grid.
+    /// The cell of a Cartesian grid that holds all of a straight line, if one does and the line is not in a face of it.
     #[inline]
-    fn are_in_one_cell(&self, [a, b]: [DVec3; 2]) -> bool {
+    pub(super) fn cell_of_line(&self, ends: [DVec3; 2]) -> Option<usize> {
+        if self.coordinates != Coordinates::Cartesian {
+            return None;
+        }
         let size = DVec3::from(self.size.map(|n| n as f64));
-        let [a, b] = [a * size, b * size];
+        let [a, b] = ends.map(|x| self.to_local.transform_point3(x) * size);
         // Conversion rounds towards zero.
-        let cell = |p: DVec3| p.to_array().map(|v| v as i64);
-        a.min(b).min_element() > 0.0 && cell(a) == cell(b)
+        let cell = |p: DVec3| p.to_array().map(|v| v as usize);
+        let [i, j, k] = cell(a);
+        let [nx, ny, nz] = self.size;
+        let inside = a.min(b).min_element() > 0.0 && i < nx && j < ny && k < nz;
+        (inside && [i, j, k] == cell(b)).then(|| i + nx * (j + ny * k))
     }
 
     fn cut_curve(&self, control: &[DVec3; 6], theta_end: f64, cuts: &mut Vec<f64>) {

@@ -7,7 +7,7 @@ use super::history::Histories;
 use super::records::{Detected, RecordRows};
 use super::tally::Scores;
 use crate::Spectrum;
-use crate::path::{End, Observer, WalkEvent, Workspace};
+use crate::path::{End, FreeFlightEvent, Observer, WalkEvent, Workspace};
 use crate::sampling::Sampler;
 use crate::scene::MediumId;
 use glam::DVec3;
@@ -39,6 +39,18 @@ impl Observer for Recorder<'_> {
             self.end(event, &last);
         }
         ControlFlow::Continue(())
+    }
+
+    fn sees_free_flights(&self) -> bool {
+        self.histories.is_none()
+    }
+
+    fn fly_freely(&mut self, event: &FreeFlightEvent) {
+        self.each(|meter, slots, cuts, _| {
+            if let Meter::Fluence(meter) = meter {
+                meter.fly_freely(event, slots, cuts);
+            }
+        });
     }
 
     fn go_on(&mut self, copies: usize) {

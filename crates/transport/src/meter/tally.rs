@@ -11,17 +11,34 @@ use crate::moments::Moments;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Scores among which one for the same slot is looked for.
-const RECENT: usize = 2;
+/// Slots of which it is known where in the list of scores they are.
+const RECENT: usize = 64;
 /// Slots per unit of work when tasks are added up.
 const SLOTS_PER_CHUNK: usize = 1 << 14;
 
 /// What one particle has left so far: slots and values, in any order.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Scores {
     list: Vec<(u32, f64)>,
+    /// Where in the list slots were added, by [`scattered`] numbers of theirs.
+    recent: [u32; RECENT],
     /// Values that were not finite: counted, and scored zero.
     pub not_finite: u64,
+}
+
+/// A number below [`RECENT`] for a slot: different ones for slots that are near, or are those of two quantities in a cell.
+fn scattered(slot: u32) -> usize {
+    slot.wrapping_mul(0x9e37_79b1) as usize >> (u32::BITS - RECENT.ilog2())
+}
+
+impl Default for Scores {
+    fn default() -> Self {
+        Scores {
+            list: Vec::new(),
+            recent: [u32::MAX; RECENT],
+            not_finite: 0,
+        }
+    }
 }
 
 impl Scores {
@@ -30,12 +47,15 @@ impl Scores {
         if !value.is_finite() {
             self.not_finite += 1;
         } else if value != 0.0 {
-            // A particle often stays in the same cell, for some collisions, and scores two quantities there.
+            // A particle often comes back to the same cells.
             let slot = slot as u32;
-            let recent = self.list.iter_mut().rev().take(RECENT);
-            match recent.into_iter().find(|(known, _)| *known == slot) {
-                Some((_, sum)) => *sum += value,
-                None => self.list.push((slot, value)),
+            let place = &mut self.recent[scattered(slot)];
+            match self.list.get_mut(*place as usize) {
+                Some((known, sum)) if *known == slot => *sum += value,
+                _ => {
+                    *place = self.list.len() as u32;
+                    self.list.push((slot, value));
+                }
             }
         }
     }

@@ -152,7 +152,7 @@ pub struct Share {
 /// rays, Russian roulette and spectral sampling, which are fair but by chance, have added or taken.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EnergyBalance {
-    /// Power of all emitters, exactly.
+    /// Power of all emitters: exactly, but for media that emit, whose power is estimated.
     pub emitted: f64,
     /// Absorbed by media.
     pub media: Share,
@@ -164,7 +164,7 @@ pub struct EnergyBalance {
     pub cut: Share,
     /// On rays that were lost: counted failures.
     pub lost: Share,
-    /// What was emitted, less all of the other entries: zero within its error.
+    /// What was emitted, less all of the other entries: zero within its error, and that of the power of media that emit.
     pub residual: Share,
 }
 

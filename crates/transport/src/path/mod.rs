@@ -30,7 +30,7 @@ pub use learnt::{
     AdjointEstimate, AdjointTraining, Levels, NeeRates, NeeTraining, PathTally, StrategyFind,
     StrategyKind, StrategyRates, StrategySample, StrategyShares, StrategyTraining, StrategyWork,
 };
-pub use random_walk::{Observer, RandomWalk, Survival, WalkEvent, WalkRay};
+pub use random_walk::{FreeFlightEvent, Observer, RandomWalk, Survival, WalkEvent, WalkRay};
 pub(crate) use segment::share;
 pub use segment::{
     Edge, EdgeGeometry, End, Point, Span, Split, Start, TransportMode, Vertex, lead_in,
@@ -42,5 +42,5 @@ pub(crate) use subpath::{Escape, LightPath, PathEdge, Subpath, scatter, scatter_
 pub(crate) use walk::{
     EmittedAlong, Ending, FollowedRay, SeenSurface, follow, gather_along, gather_in_view, see,
 };
-pub use walk::{Sampling, trace};
+pub use walk::{FreeFlight, Sampling, trace};
 pub use workspace::{FirstVertexTechniques, Workspace};

@@ -81,9 +81,9 @@ impl Scene {
         first_of(all, arc, [0.0, end], [all.place(left), None])
     }
 
-    /// Whether a straight arc is known to meet no surface up to θ = `end`.
+    /// Whether a straight line from `x` in a unit direction is known to meet no surface over a length.
     #[inline]
-    pub(crate) fn is_free(&self, arc: &Arc, end: f64) -> bool {
+    pub(crate) fn is_free(&self, x: DVec3, direction: DVec3, length: f64) -> bool {
         let clearance = self.clearance.get_or_init(|| {
             // Where light collides.
             let regions = self.media().iter().zip(self.regions());
@@ -91,7 +91,7 @@ impl Scene {
             let within = turbid.fold(Aabb::EMPTY, |all, (_, region)| all.union(region.aabb));
             Clearance::of(self.objects(), &within)
         });
-        let is_free = |clearance: &Clearance| clearance.is_free(arc, end);
+        let is_free = |clearance: &Clearance| clearance.is_free(x, direction, length);
         clearance.as_ref().is_some_and(is_free)
     }
 

@@ -1,4 +1,6 @@
-//! How many layers of cells around each cell are empty.
+//! How many layers of cells around each cell are empty, or like it, and ways along lines that make use of it.
+
+use glam::DVec3;
 
 /// Turns the layers of cells, 0 where they are full and `u8::MAX` elsewhere, x fastest, into distances to the nearest full cell by the
 /// largest coordinate, 254 at most. What lies beyond counts as full. Two scans suffice: one forwards and one backwards (A. Rosenfeld and J. L.
@@ -39,6 +41,88 @@ pub(crate) fn spread(size: [usize; 3], layers: &mut [u8]) {
         for j in (0..ny).rev() {
             (0..nx).rev().for_each(|i| visit(layers, [i, j, k], false));
         }
+    }
+}
+
+/// A line through a lattice of cells, from one cube of like cells to the next.
+#[derive(Clone, Debug)]
+pub(crate) struct Leaps<'l> {
+    size: [usize; 3],
+    /// For each cell how many layers of cells around it are like it, x fastest.
+    layers: &'l [u8],
+    /// Where the line starts, in cells from the lattice's corner.
+    start: DVec3,
+    /// Its direction, in cells per unit of length.
+    direction: DVec3,
+    /// The cell around which the cube lies.
+    cell: [i64; 3],
+}
+
+impl<'l> Leaps<'l> {
+    /// Along a line, given by its start in cells from the lattice's corner and its direction per unit of length.
+    #[inline]
+    pub(crate) fn new(size: [usize; 3], layers: &'l [u8], [start, direction]: [DVec3; 2]) -> Self {
+        let outside = start.min_element() < 0.0;
+        Leaps {
+            size,
+            layers,
+            start,
+            direction,
+            cell: start
+                .to_array()
+                .map(|p| if outside { -1 } else { p as i64 }),
+        }
+    }
+
+    /// The cell around which the cube lies that the line is in; `None` outside of the lattice.
+    #[inline]
+    pub(crate) fn cell(&self) -> Option<usize> {
+        let [i, j, k] = self.cell.map(|c| usize::try_from(c).unwrap_or(usize::MAX));
+        let [nx, ny, nz] = self.size;
+        (i < nx && j < ny && k < nz).then(|| i + nx * (j + ny * k))
+    }
+
+    /// Whether the line is still in the cube around a cell, that of [`Leaps::cell`], after a length.
+    #[inline]
+    pub(crate) fn stays(&self, cell: usize, length: f64) -> bool {
+        let layers = f64::from(self.layers[cell]);
+        let low = DVec3::from(self.cell.map(|c| c as f64));
+        let within = self.start + self.direction * length - low;
+        within.min_element() >= -layers && within.max_element() <= layers + 1.0
+    }
+
+    /// Goes on to the cube beyond that around a cell, that of [`Leaps::cell`]; returns the length after which the line gets there, which
+    /// by rounding may be less than that of the leap before.
+    #[inline]
+    pub(crate) fn leap(&mut self, cell: usize) -> f64 {
+        let layers = i64::from(self.layers[cell]);
+        let (start, direction) = (self.start.to_array(), self.direction.to_array());
+        let face = |axis: usize| match direction[axis] > 0.0 {
+            true => self.cell[axis] + layers + 1,
+            false => self.cell[axis] - layers,
+        };
+        let length = |axis: usize| match direction[axis] {
+            0.0 => f64::INFINITY,
+            speed => (face(axis) as f64 - start[axis]) / speed,
+        };
+        let (mut exit, mut through) = (f64::INFINITY, 0);
+        for axis in 0..3 {
+            if length(axis) < exit {
+                (exit, through) = (length(axis), axis);
+            }
+        }
+        // The next cell is beyond that face; none lies behind this one, whatever rounding does.
+        for axis in 0..3 {
+            let (ahead, from) = (direction[axis] > 0.0, self.cell[axis]);
+            let to = (start[axis] + direction[axis] * exit) as i64;
+            self.cell[axis] = match (axis == through, ahead) {
+                (true, true) => from + layers + 1,
+                (true, false) => from - layers - 1,
+                (false, true) => to.clamp(from, from + layers),
+                (false, false) => to.clamp(from - layers, from),
+            };
+        }
+        exit
     }
 }
 

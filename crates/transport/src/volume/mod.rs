@@ -14,6 +14,6 @@ pub(crate) use blocks::Interval;
 pub use error::GridError;
 pub use grid::{GridFilter, GridSamples, VolumeGrid};
 pub use labels::LabelGrid;
-pub(crate) use layers::spread;
+pub(crate) use layers::{Leaps, spread};
 pub(crate) use section::Section;
 pub use texture::VolumeTexture;

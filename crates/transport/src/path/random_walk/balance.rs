@@ -1,6 +1,6 @@
 //! The energy balance watches walks from emitters (docs/theory.md#energy-balance).
 
-use super::{Observer, WalkEvent, WalkRay};
+use super::{FreeFlightEvent, Observer, WalkEvent, WalkRay};
 use crate::path::energy_balance::ParticleBalance;
 use crate::path::segment::{End, Span, share};
 use crate::path::workspace::Workspace;
@@ -28,6 +28,14 @@ impl Observer for ParticleBalance {
             End::Dead => self.surfaces += left(),
         }
         ControlFlow::Continue(())
+    }
+
+    fn sees_free_flights(&self) -> bool {
+        true
+    }
+
+    fn fly_freely(&mut self, event: &FreeFlightEvent) {
+        self.media += event.ray.throughput.sum() * (1.0 - event.flight.albedo());
     }
 
     fn cut(&mut self, event: &WalkEvent, _ws: &mut Workspace) {

@@ -8,14 +8,14 @@ mod balance;
 mod observer;
 mod survival;
 
-pub use observer::{Observer, WalkEvent};
+pub use observer::{FreeFlightEvent, Observer, WalkEvent};
 pub(super) use survival::Roulette;
 pub use survival::Survival;
 
 use crate::Spectrum;
 use crate::budget::EDGES_PER_WALK;
 use crate::path::segment::{Start, TransportMode, Vertex};
-use crate::path::walk::{Sampling, trace};
+use crate::path::walk::{DrawnCollision, FreeFlight, Sampling, trace_to};
 use crate::path::workspace::Workspace;
 use crate::sampling::Sampler;
 use crate::scene::Scene;
@@ -63,17 +63,22 @@ impl<'a> RandomWalk<'a> {
         sampler: &mut Sampler,
         ws: &mut Workspace,
     ) {
-        let mut waiting = vec![ray];
+        let (mut current, mut waiting) = (Some(ray), Vec::new());
         for _ in 0..EDGES_PER_WALK {
-            let Some(ray) = waiting.pop() else { return };
+            let Some(ray) = current.take().or_else(|| waiting.pop()) else {
+                return;
+            };
             if let Some(mut onward) = self.step(&ray, observer, sampler, ws) {
                 // Play Russian roulette, or divide.
                 let copies = survival.copies(&mut onward, sampler);
                 observer.go_on(copies);
-                waiting.extend(repeat_n(onward, copies));
+                if copies > 0 {
+                    waiting.extend(repeat_n(onward, copies - 1));
+                    current = Some(onward);
+                }
             }
         }
-        for ray in waiting {
+        for ray in waiting.into_iter().chain(current) {
             ws.stats.lost += 1;
             ws.stats.over_budget.rays += 1;
             observer.lose(&ray);
@@ -89,7 +94,14 @@ impl<'a> RandomWalk<'a> {
         ws: &mut Workspace,
     ) -> Option<WalkRay> {
         // Sample the next edge by p(s) of eq. (distance density).
-        let mut edge = trace(self.scene, ray.start, self.sampling(), sampler, ws);
+        let sampling = self.sampling();
+        let target = DrawnCollision::draw(self.scene, &sampling, sampler);
+        if self.may_fly_freely(ray, observer, ws)
+            && let Some(flight) = FreeFlight::to(self.scene, &ray.start, target)
+        {
+            return self.fly_freely(ray, &flight, observer, sampler, ws);
+        }
+        let mut edge = trace_to(self.scene, ray.start, sampling, target, sampler, ws);
         edge.connectable &= !ray.specular;
         if O::ALONG_SPANS && self.channel_pdf.is_several() {
             edge.tabulate();
@@ -140,6 +152,46 @@ impl<'a> RandomWalk<'a> {
             ControlFlow::Continue(()) => onward,
             ControlFlow::Break(()) => None,
         }
+    }
+
+    /// Whether a flight from one collision to the next can be followed without making an edge of it.
+    fn may_fly_freely<O: Observer>(&self, ray: &WalkRay, observer: &O, ws: &Workspace) -> bool {
+        let within = ray.depth < self.max_depth && !ws.stop.is_raised();
+        within && observer.sees_free_flights() && !self.channel_pdf.is_several()
+    }
+
+    /// Follows a free flight and draws a direction at its end. Returns the ray with which the walk goes on.
+    fn fly_freely<O: Observer>(
+        &self,
+        ray: &WalkRay,
+        flight: &FreeFlight,
+        observer: &mut O,
+        sampler: &mut Sampler,
+        ws: &mut Workspace,
+    ) -> Option<WalkRay> {
+        ws.stats.edges += 1;
+        ws.stats.work.steps += 1;
+        let vertex = Vertex::Volume {
+            x: flight.end(),
+            direction: flight.direction,
+            medium: flight.medium,
+        };
+        sampler.next_edge();
+        let scatter = vertex.scatter(self.scene, self.mode, sampler)?;
+        let onward = WalkRay {
+            start: scatter.start,
+            pdf: scatter.pdf,
+            specular: false,
+            throughput: ray.throughput * flight.albedo(),
+            depth: ray.depth + 1,
+            optical_length: ray.optical_length + flight.n * flight.length,
+        };
+        observer.fly_freely(&FreeFlightEvent {
+            ray,
+            flight,
+            optical_length: onward.optical_length,
+        });
+        Some(onward)
     }
 
     /// How edges are sampled.

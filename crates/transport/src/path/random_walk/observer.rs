@@ -3,6 +3,7 @@
 use super::WalkRay;
 use crate::Spectrum;
 use crate::path::segment::{Edge, Point, Span, Vertex, collided};
+use crate::path::walk::FreeFlight;
 use crate::path::workspace::Workspace;
 use crate::scene::Scene;
 use std::cell::OnceCell;
@@ -15,6 +16,14 @@ pub trait Observer {
 
     /// An edge, and what happens at its end. Breaks if the walk need not go on.
     fn arrive(&mut self, event: &WalkEvent, ws: &mut Workspace) -> ControlFlow<()>;
+
+    /// Whether it takes [`Observer::fly_freely`] in place of [`Observer::arrive`] for flights that nothing interrupts.
+    fn sees_free_flights(&self) -> bool {
+        false
+    }
+
+    /// A flight from one collision to the next, of a walk with one channel.
+    fn fly_freely(&mut self, _event: &FreeFlightEvent) {}
 
     /// The walk goes on in so many copies from the edge that was seen last; they are followed one after the other, the last
     /// first.
@@ -54,6 +63,17 @@ pub struct WalkEvent<'e> {
     pub(super) path: OnceCell<Spectrum>,
 }
 
+/// A flight of a random walk that ends at a collision and is no [edge](WalkEvent::edge), since nothing happens on it.
+#[derive(Clone, Copy, Debug)]
+pub struct FreeFlightEvent<'e> {
+    /// The ray with which it starts.
+    pub ray: &'e WalkRay,
+    /// The flight.
+    pub flight: &'e FreeFlight,
+    /// Optical path length up to its end.
+    pub optical_length: f64,
+}
+
 impl<'e> WalkEvent<'e> {
     /// The spans within the largest depth.
     pub fn spans(&self) -> &'e [Span<'e>] {
@@ -77,6 +97,15 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
         if first.is_break() { first } else { second }
     }
 
+    fn sees_free_flights(&self) -> bool {
+        self.0.sees_free_flights() && self.1.sees_free_flights()
+    }
+
+    fn fly_freely(&mut self, event: &FreeFlightEvent) {
+        self.0.fly_freely(event);
+        self.1.fly_freely(event);
+    }
+
     fn go_on(&mut self, copies: usize) {
         self.0.go_on(copies);
         self.1.go_on(copies);
@@ -98,6 +127,14 @@ impl<O: Observer> Observer for &mut O {
 
     fn arrive(&mut self, event: &WalkEvent, ws: &mut Workspace) -> ControlFlow<()> {
         (**self).arrive(event, ws)
+    }
+
+    fn sees_free_flights(&self) -> bool {
+        (**self).sees_free_flights()
+    }
+
+    fn fly_freely(&mut self, event: &FreeFlightEvent) {
+        (**self).fly_freely(event);
     }
 
     fn go_on(&mut self, copies: usize) {

@@ -1,10 +1,13 @@
 //! Walks along curved rays: edges of paths, and sensor rays that are not scattered.
 
 mod follow;
+mod free_flight;
 mod gather;
 mod surface;
 mod trace;
 
 pub(crate) use follow::{Ending, FollowedRay, SeenSurface, follow, see};
+pub use free_flight::FreeFlight;
 pub(crate) use gather::{EmittedAlong, gather_along, gather_in_view};
+pub(crate) use trace::{DrawnCollision, trace_to};
 pub use trace::{Sampling, trace};

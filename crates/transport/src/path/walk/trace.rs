@@ -39,6 +39,33 @@ pub struct Sampling {
     pub splitting: bool,
 }
 
+/// The collision that was drawn: a channel, and the optical depth in it at which it happens.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DrawnCollision {
+    pub channel: usize,
+    pub depth: f64,
+}
+
+impl DrawnCollision {
+    /// Draws a channel with probability w_c, and the depth −ln(1 − u) of the collision in it, which is infinite if edges do not collide.
+    pub(crate) fn draw(scene: &Scene, sampling: &Sampling, sampler: &mut Sampler) -> Self {
+        let channel = choose_channel(sampling.channel_pdf, sampler.next_1d_for(Purpose::Channel));
+        let drawn = |u: f64| {
+            if scene.is_clear() {
+                f64::INFINITY
+            } else {
+                -(1.0 - u).ln()
+            }
+        };
+        let depth = if sampling.collides {
+            drawn(sampler.next_1d_for(Purpose::Distance))
+        } else {
+            f64::INFINITY
+        };
+        DrawnCollision { channel, depth }
+    }
+}
+
 /// Samples an edge.
 pub fn trace<'a>(
     scene: &'a Scene,
@@ -47,9 +74,22 @@ pub fn trace<'a>(
     sampler: &mut Sampler,
     ws: &mut Workspace,
 ) -> Edge<'a> {
+    let target = DrawnCollision::draw(scene, &sampling, sampler);
+    trace_to(scene, start, sampling, target, sampler, ws)
+}
+
+/// The same, given the collision.
+pub(crate) fn trace_to<'a>(
+    scene: &'a Scene,
+    start: Start,
+    sampling: Sampling,
+    target: DrawnCollision,
+    sampler: &mut Sampler,
+    ws: &mut Workspace,
+) -> Edge<'a> {
     ws.stats.edges += 1;
     let mut edge = Edge::new(start);
-    let mut walk = Walk::new(scene, &mut edge, sampling, sampler);
+    let mut walk = Walk::new(scene, &mut edge, sampling, target, sampler);
     while walk.region(ws).is_continue() {}
     if sampling.forced {
         walk.force();
@@ -69,8 +109,7 @@ pub(super) struct Walk<'a, 'b> {
     pub sampler: &'b mut Sampler,
     pub edge: &'b mut Edge<'a>,
     pub sampling: Sampling,
-    /// Channel and optical depth of the collision that was drawn.
-    target: (usize, f64),
+    target: DrawnCollision,
     /// Where the next span starts.
     pub ray: RayState,
     /// What lies behind.
@@ -125,30 +164,17 @@ impl<'a, 'b> Walk<'a, 'b> {
         scene: &'a Scene,
         edge: &'b mut Edge<'a>,
         sampling: Sampling,
+        target: DrawnCollision,
         sampler: &'b mut Sampler,
     ) -> Self {
         let start = edge.start;
-        // Draw a channel with probability w_c, and the depth −ln(1 − u) of the collision in it.
-        let channel = choose_channel(sampling.channel_pdf, sampler.next_1d_for(Purpose::Channel));
-        let drawn = |u: f64| {
-            if scene.is_clear() {
-                f64::INFINITY
-            } else {
-                -(1.0 - u).ln()
-            }
-        };
-        let target = if sampling.collides {
-            drawn(sampler.next_1d_for(Purpose::Distance))
-        } else {
-            f64::INFINITY
-        };
         let n = scene.n(start.medium, start.x);
         Walk {
             scene,
             sampler,
             sampling,
             edge,
-            target: (channel, target),
+            target,
             ray: RayState {
                 x: start.x,
                 v: start.direction * n,
@@ -236,7 +262,11 @@ impl<'a, 'b> Walk<'a, 'b> {
         } else {
             1.0
         };
-        let met = if self.scene.is_free(&arc, end) {
+        let is_free = |length: f64| {
+            let direction = (arc.end() - arc.start()) / length;
+            self.scene.is_free(self.ray.x, direction, end * length)
+        };
+        let met = if is_free(arc.arc_length(1.0)) {
             None
         } else {
             self.scene.first_before(&arc, end, self.ray.left)
@@ -255,8 +285,8 @@ impl<'a, 'b> Walk<'a, 'b> {
     /// Extinction along a line, which need not be known beyond the collision if the edge ends there.
     fn along_line(&self, arc: &Arc) -> Attenuation<'a> {
         let medium = self.scene.medium(self.ray.medium);
-        let (channel, target) = self.target;
-        let left = target - self.travelled.depth[channel];
+        let DrawnCollision { channel, depth } = self.target;
+        let left = depth - self.travelled.depth[channel];
         let near = || Attenuation::in_label(medium, arc, channel, left);
         let near = self.ends_at_collision().then(near).flatten();
         near.unwrap_or_else(|| Attenuation::new(medium, arc, 1.0))
@@ -274,8 +304,8 @@ impl<'a, 'b> Walk<'a, 'b> {
         arc: &Arc,
         theta_end: f64,
     ) -> (Option<f64>, Spectrum) {
-        let (channel, target) = self.target;
-        let left = target - self.travelled.depth[channel];
+        let DrawnCollision { channel, depth } = self.target;
+        let left = depth - self.travelled.depth[channel];
         attenuation.reach(arc, theta_end, channel, left)
     }
 
@@ -396,10 +426,10 @@ impl<'a, 'b> Walk<'a, 'b> {
                 1.0
             }
         });
-        let (channel, target) = self.target;
+        let DrawnCollision { channel, depth } = self.target;
         if !self.events.collided && whole[channel] > f64::MIN_POSITIVE {
             // Depths are added up in another order: the difference may be positive by rounding.
-            let rank = -(whole[channel] - target).min(0.0).exp_m1();
+            let rank = -(whole[channel] - depth).min(0.0).exp_m1();
             let target = -(-rank / self.edge.forcing[channel]).ln_1p();
             self.edge.collide_at(channel, target);
         }
