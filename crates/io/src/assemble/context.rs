@@ -20,7 +20,7 @@ use transport::Spectrum;
 use transport::emitter::Emitter;
 use transport::medium::Medium;
 use transport::meter::MeterSurface;
-use transport::scene::{MediumId, Object, Partition};
+use transport::scene::{MediumId, Object, Partition, VoxelMedia};
 use transport::texture::Texture;
 
 /// The parts so far, and where they were written.
@@ -72,6 +72,8 @@ pub(super) struct Divided {
     pub objects: Range<usize>,
     /// The media behind and before each of them; `None` is what is around.
     pub sides: Vec<[Option<MediumId>; 2]>,
+    /// Its voxels, if its surfaces are their faces.
+    pub voxels: Option<Arc<VoxelMedia>>,
     /// The medium around, if it was named.
     pub exterior: Option<MediumId>,
     /// The index around, if it was given.

@@ -66,6 +66,7 @@ fn divide(context: &mut Context) {
         .map(|divided| Partition {
             objects: divided.objects.clone(),
             exterior: AMBIENT,
+            voxels: divided.voxels.clone(),
         })
         .collect();
     for i in by_size(context) {
@@ -101,7 +102,9 @@ fn by_size(context: &Context) -> Vec<usize> {
 /// them.
 fn match_divided(context: &mut Context) {
     for i in by_size(context) {
-        let Partition { objects, exterior } = context.partitions[i].clone();
+        let Partition {
+            objects, exterior, ..
+        } = context.partitions[i].clone();
         let around = context.media[exterior].index.clone();
         for k in objects.clone() {
             let Some(sides) = context.objects[k].sides else {

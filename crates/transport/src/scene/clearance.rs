@@ -2,6 +2,7 @@
 //! (docs/theory.md#free-flight).
 
 use super::Object;
+use super::parts::Parts;
 use crate::shape::Shape;
 use crate::volume::{Leaps, spread};
 use eikonal::Aabb;
@@ -16,9 +17,20 @@ const FULL: u8 = u8::MAX;
 /// Fewer triangles than these are looked through as quickly.
 const FEW: usize = 64;
 
+/// What is known of how far surfaces are that are not faces between voxels.
+#[derive(Clone, Debug)]
+pub(super) enum Clearance {
+    /// Nothing: looking for them is as quick.
+    Unknown,
+    /// There are none.
+    Everywhere,
+    /// A grid knows.
+    Layers(ClearLayers),
+}
+
 /// A grid over a box that knows for each cell how many layers of cells around it hold no surface.
 #[derive(Clone, Debug)]
-pub(super) struct Clearance {
+pub(super) struct ClearLayers {
     low: DVec3,
     /// Side of the cubic cells.
     side: f64,
@@ -28,22 +40,50 @@ pub(super) struct Clearance {
 }
 
 impl Clearance {
-    /// Over a box; `None` if it is empty or infinite, or if the objects have so few triangles that it does not pay.
-    pub(super) fn of(objects: &[Object], within: &Aabb) -> Option<Self> {
-        let triangles = |object: &Object| match &object.shape {
+    /// Over a box in which it pays to know.
+    pub(super) fn of(parts: &Parts, within: &Aabb) -> Self {
+        let voxels = || parts.partitions.iter().filter(|p| p.voxels.is_some());
+        let is_face = |i: usize| voxels().any(|p| p.objects.contains(&i));
+        let others = parts.objects.iter().enumerate();
+        let others: Vec<&Object> = others
+            .filter_map(|(i, o)| (!is_face(i)).then_some(o))
+            .collect();
+        if others.is_empty() {
+            return Clearance::Everywhere;
+        }
+        let triangles = |object: &&Object| match &object.shape {
             Shape::Mesh(mesh) => mesh.triangles().len(),
             _ => 0,
         };
+        let many = others.iter().map(triangles).sum::<usize>() >= FEW;
+        let pays = many || voxels().next().is_some();
+        let layers = pays.then(|| ClearLayers::of(&others, within)).flatten();
+        layers.map_or(Clearance::Unknown, Clearance::Layers)
+    }
+
+    /// Whether a straight line from `x` in a unit direction is known to meet no surface over a length.
+    #[inline]
+    pub(super) fn is_free(&self, x: DVec3, direction: DVec3, length: f64) -> bool {
+        match self {
+            Clearance::Unknown => false,
+            Clearance::Everywhere => true,
+            Clearance::Layers(layers) => layers.is_free(x, direction, length),
+        }
+    }
+}
+
+impl ClearLayers {
+    /// Over a box; `None` if it is empty or infinite.
+    fn of(objects: &[&Object], within: &Aabb) -> Option<Self> {
         let extent = within.max - within.min;
         let side = (extent.element_product() / CELLS).cbrt();
-        let many = objects.iter().map(triangles).sum::<usize>() >= FEW;
-        if !(many && side.is_finite() && extent.min_element() > 0.0) {
+        if !(side.is_finite() && extent.min_element() > 0.0) {
             return None;
         }
         let size = (extent / side)
             .to_array()
             .map(|n| n.ceil().max(1.0) as usize);
-        let mut clearance = Clearance {
+        let mut clearance = ClearLayers {
             low: within.min,
             side,
             size,
@@ -59,10 +99,9 @@ impl Clearance {
         Some(clearance)
     }
 
-    /// Whether a straight line from `x` in a unit direction is known to meet no surface over a length: it goes from cube to cube of cells
-    /// without any, a few times.
+    /// Goes from cube to cube of cells without surfaces, a few times.
     #[inline]
-    pub(super) fn is_free(&self, x: DVec3, direction: DVec3, length: f64) -> bool {
+    fn is_free(&self, x: DVec3, direction: DVec3, length: f64) -> bool {
         let line = [(x - self.low) / self.side, direction / self.side];
         let mut line = Leaps::new(self.size, &self.layers, line);
         for _ in 0..MOST_STEPS {
@@ -147,7 +186,8 @@ mod tests {
     fn free_lines_meet_no_surface() {
         let objects = objects();
         let within = Aabb::new(DVec3::splat(-0.5), DVec3::new(10.3, 11.0, 10.1));
-        let clearance = Clearance::of(&objects, &within).unwrap();
+        let objects: Vec<&Object> = objects.iter().collect();
+        let clearance = ClearLayers::of(&objects, &within).unwrap();
         let mut state = 1u64;
         let mut next = || {
             state = state
@@ -173,13 +213,5 @@ mod tests {
             }
         }
         assert!(found > 800, "it knows too little: {found}");
-    }
-
-    #[test]
-    fn few_triangles_are_not_worth_it() {
-        let within = Aabb::new(DVec3::ZERO, DVec3::ONE);
-        assert!(Clearance::of(&objects()[1..], &within).is_none());
-        let infinite = Aabb::new(DVec3::ZERO, DVec3::splat(f64::INFINITY));
-        assert!(Clearance::of(&objects(), &infinite).is_none());
     }
 }

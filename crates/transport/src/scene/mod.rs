@@ -22,6 +22,7 @@ pub use builder::{BuildError, BuildProblem, ObjectBuilder, SceneBuilder};
 pub use check::{ProblemSeverity, SceneProblem, Subject};
 pub use containment::Containment;
 pub(crate) use light_bounds::Receiver;
+pub use partition::VoxelMedia;
 pub use parts::{AMBIENT, FilmSpec, FilmWindow, MediumId, Object, Partition, Parts, Sides};
 pub(crate) use regions::GlassBall;
 pub use regions::Region;
@@ -58,8 +59,8 @@ pub struct Scene {
     ray_epsilon: f64,
     /// Whether nothing takes any light between surfaces.
     clear: bool,
-    /// How far surfaces are, once somebody asks; nothing where it does not pay.
-    clearance: OnceLock<Option<Clearance>>,
+    /// How far surfaces are, once somebody asks.
+    clearance: OnceLock<Clearance>,
     reach: Reach,
     bending: Bending,
     glass_ball: Option<GlassBall>,

@@ -1,5 +1,6 @@
 //! What scenes are made of.
 
+use super::partition::VoxelMedia;
 use crate::bsdf::Bsdf;
 use crate::emitter::Emitter;
 use crate::film::Filter;
@@ -8,6 +9,7 @@ use crate::sensor::Sensor;
 use crate::shape::Shape;
 use eikonal::Tolerance;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Index of a medium in [`Parts::media`].
 pub type MediumId = usize;
@@ -56,12 +58,14 @@ pub struct Sides {
 
 /// Meshes that together divide a volume into media, such as the faces between voxels of different labels. Each has one medium on
 /// either side, and where one ends others go on, so that no way leads around them.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub struct Partition {
     /// Its surfaces, as numbers of objects.
     pub objects: Range<usize>,
     /// The medium around it.
     pub exterior: MediumId,
+    /// Its voxels, if its surfaces are the faces between those of different media.
+    pub voxels: Option<Arc<VoxelMedia>>,
 }
 
 /// The size of the picture and how samples are weighted.

@@ -4,6 +4,7 @@ use super::Scene;
 use super::clearance::Clearance;
 use super::index::Index;
 use super::parts::MediumId;
+use super::parts::Partition;
 use crate::bsdf::{Bsdf, PartialTransmission};
 use crate::shape::{Except, Hit, Meeting};
 use eikonal::Aabb;
@@ -81,18 +82,30 @@ impl Scene {
         first_of(all, arc, [0.0, end], [all.place(left), None])
     }
 
-    /// Whether a straight line from `x` in a unit direction is known to meet no surface over a length.
+    /// Whether a straight line from `x`, which is in a medium, in a unit direction is known to meet no surface over a length.
     #[inline]
-    pub(crate) fn is_free(&self, x: DVec3, direction: DVec3, length: f64) -> bool {
+    pub(crate) fn is_free(
+        &self,
+        medium: MediumId,
+        x: DVec3,
+        direction: DVec3,
+        length: f64,
+    ) -> bool {
+        let among = |p: &Partition| p.is_free(medium, [x, direction], length) != Some(false);
+        self.parts.partitions.iter().all(among) && self.is_clear_of_others(x, direction, length)
+    }
+
+    /// The same for surfaces that are not faces between voxels.
+    #[inline]
+    fn is_clear_of_others(&self, x: DVec3, direction: DVec3, length: f64) -> bool {
         let clearance = self.clearance.get_or_init(|| {
             // Where light collides.
             let regions = self.media().iter().zip(self.regions());
             let turbid = regions.filter(|(medium, _)| !medium.is_transparent());
             let within = turbid.fold(Aabb::EMPTY, |all, (_, region)| all.union(region.aabb));
-            Clearance::of(self.objects(), &within)
+            Clearance::of(&self.parts, &within)
         });
-        let is_free = |clearance: &Clearance| clearance.is_free(x, direction, length);
-        clearance.as_ref().is_some_and(is_free)
+        clearance.is_free(x, direction, length)
     }
 
     /// The first boundary between media that an arc passes on its deterministic way, given one that it does not.

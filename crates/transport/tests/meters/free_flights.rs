@@ -7,10 +7,10 @@ use morgana_transport::bsdf::Bsdf;
 use morgana_transport::medium::{Medium, MediumLabel, MediumLabels};
 use morgana_transport::meter::{Coordinates, Estimator, FluenceMeter, Meter, Reading};
 use morgana_transport::render::Measurement;
-use morgana_transport::scene::{Object, Parts};
+use morgana_transport::scene::{Object, Partition, Parts, Sides, VoxelMedia};
 use morgana_transport::shape::Mesh;
 use morgana_transport::volume::{LabelGrid, VolumeGrid, VolumeTexture};
-use morgana_transport::{Bins, Spectrum};
+use morgana_transport::{Bins, Scene, Spectrum};
 use std::sync::Arc;
 
 /// A cube from −1 to 1 of voxels with three labels, one of them clear, or of one label with a small net of triangles in it.
@@ -113,6 +113,79 @@ fn meters() -> Vec<Meter> {
         },
     ];
     all.map(Meter::Fluence).into()
+}
+
+/// Two layers of different index between z = −1, 0 and 1, divided by faces of voxels, of which the scene knows or not.
+fn layers(known: bool) -> Parts {
+    let corner = |i: u32| {
+        let [x, y] = [i & 1, i >> 1 & 1].map(|b| 2.0 * f64::from(b) - 1.0);
+        DVec3::new(x, y, f64::from(i >> 2) - 1.0)
+    };
+    // Normals point up in the middle, and outwards elsewhere.
+    let sides = |low: u32| {
+        let [a, b, c, d] = [low, low + 1, low + 3, low + 2];
+        let wall = |p: u32, q: u32| [p, q, q + 4, p + 4];
+        [wall(a, b), wall(b, c), wall(c, d), wall(d, a)]
+    };
+    let lower: Vec<[u32; 4]> = sides(0).into_iter().chain([[0, 2, 3, 1]]).collect();
+    let upper: Vec<[u32; 4]> = sides(4).into_iter().chain([[8, 9, 11, 10]]).collect();
+    let surface = |faces: &[[u32; 4]], [interior, exterior]: [usize; 2]| {
+        let triangles = faces
+            .iter()
+            .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
+        let mesh = Mesh::new((0..12).map(corner).collect(), triangles.collect(), None);
+        Object {
+            sides: Some(Sides { interior, exterior }),
+            ..container(mesh.unwrap(), glass())
+        }
+    };
+    let objects = vec![
+        surface(&lower, [1, 0]),
+        surface(&upper, [2, 0]),
+        surface(&[[4, 5, 7, 6]], [1, 2]),
+    ];
+    let voxels = (0..128u8).map(|i| 1 + i / 64).collect();
+    let voxels = LabelGrid::new([4, 4, 8], voxels, scaled(DVec3::splat(2.0), DVec3::NEG_ONE));
+    let voxels = VoxelMedia::new(voxels.unwrap(), vec![1, 2]);
+    let light = beam(DVec3::new(0.1, 0.2, -2.0), DVec3::Z, 0.2);
+    let media = vec![
+        vacuum(),
+        fog(Constant::new(1.3), 12.0, 0.9, 0.7),
+        fog(Constant::new(1.5), 5.0, 0.8, 0.0),
+    ];
+    let mut parts = parts(objects, media, vec![light], nobody());
+    parts.partitions = vec![Partition {
+        objects: 0..3,
+        exterior: 0,
+        voxels: known.then(|| Arc::new(voxels)),
+    }];
+    parts
+}
+
+/// The same where the voxels say which flights meet no face.
+#[test]
+fn voxels_know_where_their_faces_are() {
+    let [known, found] = [true, false].map(|known| {
+        let parts = layers(known);
+        let scene = Scene::new(parts.clone()).unwrap();
+        for (z, medium) in [(-1.01, 0), (-0.99, 1), (-0.01, 1), (0.01, 2), (0.99, 2)] {
+            assert_eq!(scene.medium_at(DVec3::new(0.3, 0.2, z)), medium);
+        }
+        run(parts, &meters(), &options(3_000, 9))
+    });
+    assert_eq!(known.stats.edges, found.stats.edges);
+    assert!(known.stats.edges > 30_000);
+    for (a, b) in known
+        .readings
+        .iter()
+        .flatten()
+        .zip(found.readings.iter().flatten())
+    {
+        assert!(b.mean.iter().sum::<f64>() > 0.0);
+        for (a, b) in a.mean.iter().zip(&b.mean) {
+            assert!((a - b).abs() < 1e-9 * b.max(1e-3), "{a} {b}");
+        }
+    }
 }
 
 /// With the same random numbers all that is read is the same but for rounding. Absorption in labels is drawn at random along edges, and need

@@ -40,7 +40,8 @@ impl FreeFlight {
         let (x, direction) = (start.x, start.direction);
         let legs = medium.legs(x, direction, channel, depth)?;
         let length = legs.iter().map(|leg| leg.length).sum();
-        scene.is_free(x, direction, length).then(|| FreeFlight {
+        let is_free = scene.is_free(start.medium, x, direction, length);
+        is_free.then(|| FreeFlight {
             start: x,
             direction,
             length,

@@ -264,7 +264,8 @@ impl<'a, 'b> Walk<'a, 'b> {
         };
         let is_free = |length: f64| {
             let direction = (arc.end() - arc.start()) / length;
-            self.scene.is_free(self.ray.x, direction, end * length)
+            self.scene
+                .is_free(self.ray.medium, self.ray.x, direction, end * length)
         };
         let met = if is_free(arc.arc_length(1.0)) {
             None

@@ -12,12 +12,14 @@ use crate::query::Query;
 use crate::scene::{ObjectDescription, PluginKind};
 use crate::volume::Volume;
 use groups::Groups;
+use std::sync::Arc;
 use table::Table;
 use transport::Spectrum;
 use transport::bsdf::{Bsdf, Dielectric};
 use transport::meter::MeterSurface;
-use transport::scene::MediumId;
+use transport::scene::{MediumId, VoxelMedia};
 use transport::shape::{Mesh, Shape, ShapeError};
+use transport::volume::LabelGrid;
 
 /// Labels are numbers up to this one, which single precision tells apart.
 const LARGEST: f64 = 16_777_215.0;
@@ -173,7 +175,17 @@ fn divide(
             context,
         );
     }
+    let voxels = if wanted.smooth {
+        None
+    } else {
+        let parts = LabelGrid::new(groups.size, groups.parts, source.to_world);
+        let Some(parts) = context.accept(&object.location, parts) else {
+            return outer;
+        };
+        Some(Arc::new(VoxelMedia::new(parts, media)))
+    };
     context.divided.push(Divided {
+        voxels,
         objects: first..context.objects.len(),
         exterior: wanted.exterior,
         sides,
