@@ -20,8 +20,9 @@ use transport::Spectrum;
 use transport::emitter::Emitter;
 use transport::medium::Medium;
 use transport::meter::MeterSurface;
-use transport::scene::{MediumId, Object, Partition, VoxelMedia};
+use transport::scene::{MediumId, Object, Partition};
 use transport::texture::Texture;
+use transport::volume::VoxelMedia;
 
 /// The parts so far, and where they were written.
 pub(super) struct Context<'a> {

@@ -22,7 +22,6 @@ pub use builder::{BuildError, BuildProblem, ObjectBuilder, SceneBuilder};
 pub use check::{ProblemSeverity, SceneProblem, Subject};
 pub use containment::Containment;
 pub(crate) use light_bounds::Receiver;
-pub use partition::VoxelMedia;
 pub use parts::{AMBIENT, FilmSpec, FilmWindow, MediumId, Object, Partition, Parts, Sides};
 pub(crate) use regions::GlassBall;
 pub use regions::Region;

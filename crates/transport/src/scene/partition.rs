@@ -2,66 +2,8 @@
 
 use super::parts::{MediumId, Object, Partition};
 use crate::shape::{DIRECTIONS, FirstCrossing, Shape};
-use crate::volume::LabelGrid;
 use eikonal::Aabb;
 use glam::DVec3;
-
-/// The medium of each voxel of a volume.
-#[derive(Clone, Debug)]
-pub struct VoxelMedia {
-    parts: LabelGrid,
-    media: Vec<MediumId>,
-    aabb: Aabb,
-}
-
-/// Cubes of voxels of one medium through which a line is followed.
-const MOST_STEPS: usize = 16;
-
-impl VoxelMedia {
-    /// `parts` has for each voxel 1 + the place of its medium in `media`, or 0 where the medium is that around the volume.
-    pub fn new(parts: LabelGrid, media: Vec<MediumId>) -> Self {
-        let unit = Aabb::new(DVec3::ZERO, DVec3::ONE).corners();
-        let to_world = parts.to_world();
-        VoxelMedia {
-            aabb: Aabb::around(unit.map(|p| to_world.transform_point3(p))),
-            parts,
-            media,
-        }
-    }
-
-    /// The medium at a point; `None` if it is that around the volume, or outside.
-    fn at(&self, x: DVec3) -> Option<MediumId> {
-        let voxel = self.parts.along(x, DVec3::X).cell()?;
-        self.medium(self.parts.labels()[voxel])
-    }
-
-    fn medium(&self, part: u8) -> Option<MediumId> {
-        let place = usize::from(part).checked_sub(1)?;
-        self.media.get(place).copied()
-    }
-
-    /// Whether a straight line from `x`, which is in a medium, in a unit direction is known to stay in the voxels of that medium over a
-    /// length, or outside of the volume.
-    fn holds(&self, medium: MediumId, [x, direction]: [DVec3; 2], length: f64) -> bool {
-        if !Aabb::around([x, x + direction * length]).overlaps(&self.aabb) {
-            return true;
-        }
-        let mut line = self.parts.along(x, direction);
-        for _ in 0..MOST_STEPS {
-            match line.cell() {
-                // By rounding a point of a face may lie in the voxel beyond.
-                Some(voxel) if self.medium(self.parts.labels()[voxel]) == Some(medium) => {
-                    if line.stays(voxel, length) {
-                        return true;
-                    }
-                    line.leap(voxel);
-                }
-                _ => return false,
-            }
-        }
-        false
-    }
-}
 
 impl Partition {
     /// Whether a straight line from a point of a medium, given with its unit direction, is known to meet none of its surfaces over a length;

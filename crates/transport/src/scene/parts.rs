@@ -1,12 +1,12 @@
 //! What scenes are made of.
 
-use super::partition::VoxelMedia;
 use crate::bsdf::Bsdf;
 use crate::emitter::Emitter;
 use crate::film::Filter;
 use crate::medium::Medium;
 use crate::sensor::Sensor;
 use crate::shape::Shape;
+use crate::volume::VoxelMedia;
 use eikonal::Tolerance;
 use std::ops::Range;
 use std::sync::Arc;

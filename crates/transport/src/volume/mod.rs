@@ -9,6 +9,7 @@ mod lattice;
 mod layers;
 mod section;
 mod texture;
+mod voxel_media;
 
 pub(crate) use blocks::Interval;
 pub use error::GridError;
@@ -17,3 +18,4 @@ pub use labels::LabelGrid;
 pub(crate) use layers::{Leaps, spread};
 pub(crate) use section::Section;
 pub use texture::VolumeTexture;
+pub use voxel_media::VoxelMedia;

@@ -7,9 +7,9 @@ use morgana_transport::bsdf::Bsdf;
 use morgana_transport::medium::{Medium, MediumLabel, MediumLabels};
 use morgana_transport::meter::{Coordinates, Estimator, FluenceMeter, Meter, Reading};
 use morgana_transport::render::Measurement;
-use morgana_transport::scene::{Object, Partition, Parts, Sides, VoxelMedia};
+use morgana_transport::scene::{Object, Partition, Parts, Sides};
 use morgana_transport::shape::Mesh;
-use morgana_transport::volume::{LabelGrid, VolumeGrid, VolumeTexture};
+use morgana_transport::volume::{LabelGrid, VolumeGrid, VolumeTexture, VoxelMedia};
 use morgana_transport::{Bins, Scene, Spectrum};
 use std::sync::Arc;
 

@@ -17,9 +17,9 @@ use table::Table;
 use transport::Spectrum;
 use transport::bsdf::{Bsdf, Dielectric};
 use transport::meter::MeterSurface;
-use transport::scene::{MediumId, VoxelMedia};
+use transport::scene::MediumId;
 use transport::shape::{Mesh, Shape, ShapeError};
-use transport::volume::LabelGrid;
+use transport::volume::{LabelGrid, VoxelMedia};
 
 /// Labels are numbers up to this one, which single precision tells apart.
 const LARGEST: f64 = 16_777_215.0;
