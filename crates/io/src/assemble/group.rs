@@ -364,12 +364,12 @@ impl Report<'_> {
         // Without light a picture is black, but other quantities are not.
         let matters = |p: &&SceneProblem| !(method.is_aov() && p.subject == Subject::Scene);
         self.all(scene.warnings().iter().filter(matters));
-        self.all(&costly::problems(scene));
+        self.all(&scene.at_all_instants(costly::problems));
         self.all(&entry::warnings(scene));
         if let Some(integrator) = method.renderer.integrator() {
             self.all(&non_terminating::warnings(scene, integrator));
             if instruments.is_empty() {
-                self.all(&coverage::warnings(scene, integrator));
+                self.all(&scene.at_all_instants(|scene| coverage::warnings(scene, integrator)));
             }
         }
         let doubts = instruments.iter().filter_map(|i| i.doubt(scene));

@@ -199,6 +199,7 @@ fn sound(
         to_world: source.to_world,
         n0: law.n0,
         slope: law.slope,
+        frequency: wave.frequency,
         wavelength: wave.wavelength,
     };
     oscillating(amplitudes, object, context)
@@ -217,6 +218,8 @@ pub(super) struct Amplitudes {
     pub n0: f64,
     /// Change of the index with the pressure.
     pub slope: f64,
+    /// Hz.
+    pub frequency: f64,
     /// Of the sound, in the world.
     pub wavelength: f64,
 }
@@ -250,6 +253,7 @@ pub(super) fn oscillating(
         placement: samples.placement,
         amplitude,
         n0: samples.n0,
+        frequency: samples.frequency,
         wavelength: samples.wavelength
             / rest.map_or(1.0, |map| map.matrix3.determinant().abs().cbrt()),
         noise: 0.0,

@@ -39,6 +39,8 @@ const OF_APERTURES: [&str; 9] = [
 /// What a volume of type `transducer` says.
 struct Description {
     transducer: Transducer,
+    /// Hz.
+    frequency: f64,
     /// Where a linear or ring array is focused, in its own coordinates.
     focus: Option<DVec3>,
     /// From the transducer's coordinates to the field's.
@@ -77,6 +79,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
         to_world: to_world * described.cube(),
         n0: described.n0,
         slope: described.dn_dp,
+        frequency: described.frequency,
         wavelength: described.transducer.wavelength * scale,
     };
     grid::oscillating(amplitudes, object, context)
@@ -106,6 +109,7 @@ impl Description {
                 wavelength,
                 pressure,
             },
+            frequency,
             focus: focus.map(|at| place.inverse().transform_point3(at)),
             place,
             low,

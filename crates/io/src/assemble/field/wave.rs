@@ -25,7 +25,7 @@ pub(super) enum Asked {
 /// Sound of a frequency.
 pub(super) struct Wave {
     /// Hz.
-    frequency: f64,
+    pub frequency: f64,
     /// Scene units.
     pub wavelength: f64,
     /// Seconds between samples in time, if the scene says.
