@@ -154,6 +154,12 @@ fn what_is_not_of_the_frequency_is_told_once() {
         "{warnings}"
     );
     assert_eq!(warnings.matches("of the pressure").count(), 1, "{warnings}");
+    let series = loaded.sounds[0].series.unwrap();
+    let residual = series.residual.unwrap();
+    let squares = (0..24).map(|i| amplitude([i % 2, i / 2 % 3, i / 6]).powi(2));
+    let mean = squares.sum::<f64>() / 24.0;
+    assert!((residual - (1600.0 / (mean + 1600.0)).sqrt()).abs() < 1e-9);
+    assert_eq!([series.frames, series.first, series.used], [32, 16, 16]);
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use super::context::Context;
 use super::reach;
+use super::sound_record::FactSource;
 use super::texture_role::Role;
 use super::transforms::affine;
 use crate::diagnostic::Location;
@@ -192,6 +193,8 @@ pub(super) struct Source {
     pub placement: usize,
     /// From the unit cube, by way of the file's own coordinates if it has any.
     pub to_world: DAffine3,
+    /// Who says where they belong, but for the scene's `to_world`.
+    pub placed_by: FactSource,
 }
 
 /// The samples of a volume, from the array that it holds or the file that it names.
@@ -210,6 +213,7 @@ pub(super) fn read<T: Sample>(
     let matrix = query.transform("to_world");
     let boxed = query.boolean_or("use_grid_bbox", false);
     let mut to_world = affine(matrix, "to_world", &mut query);
+    let mut placed_by = FactSource::Scene;
     if let Some((volume, frame)) = volume.as_ref().and_then(|v| Some((v, v.frame()?))) {
         if chosen && placement != usize::from(frame.nodes) {
             query.error(
@@ -219,12 +223,15 @@ pub(super) fn read<T: Sample>(
         }
         placement = usize::from(frame.nodes);
         to_world *= frame.to_file(volume.size());
+        placed_by = FactSource::File;
     } else if let (Some(volume), true) = (&volume, boxed) {
         to_world *= own_box(volume, &mut query);
+        placed_by = FactSource::File;
     }
     let source = Source {
         placement,
         to_world,
+        placed_by,
     };
     (volume, source)
 }

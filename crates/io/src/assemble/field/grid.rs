@@ -1,6 +1,7 @@
 //! Indices sampled on a grid, or following from samples of a density or a pressure.
 
 use super::super::context::Context;
+use super::super::sound_record::{FactSource, SeriesRecord, SoundRecord, file_of};
 use super::super::texture::{SOURCE, Source, read};
 use super::super::{reach, units};
 use super::rounding::Rounding;
@@ -115,8 +116,26 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     match asked {
         None => {}
         Some(Asked::Frame(frame)) => {
+            let (frames, size, time_step) =
+                each!(&samples, v => (v.channels(), v.size(), v.time_step()));
             let only = samples.only(frame);
             samples = context.accept(&object.location, only)?;
+            context.sounds.push(SoundRecord {
+                plugin: object.plugin.clone(),
+                file: file_of(object),
+                size,
+                nodes: source.placement == 1,
+                to_world: source.to_world,
+                placed_by: source.placed_by,
+                frequency: None,
+                series: Some(SeriesRecord {
+                    frames,
+                    first: frame,
+                    used: 1,
+                    time_step: time_step.map(|step| (step, FactSource::File)),
+                    residual: None,
+                }),
+            });
         }
         Some(Asked::Wave(wave)) => return sound(&samples, &wave, law?, &source, object, context),
     }
@@ -192,8 +211,12 @@ fn sound(
         at: &at,
         places: size.iter().product(),
     };
+    let found = wave.amplitudes(&series, object, context)?;
     let amplitudes = Amplitudes {
-        pressure: wave.amplitudes(&series, object, context)?,
+        pressure: found.pressure,
+        series: found.series,
+        file: file_of(object),
+        placed_by: source.placed_by,
         size,
         placement: [Placement::Centers, Placement::Nodes][source.placement],
         to_world: source.to_world,
@@ -209,6 +232,11 @@ fn sound(
 pub(super) struct Amplitudes {
     /// Real and imaginary parts of the pressure, Pa; x runs fastest.
     pub pressure: Vec<[f64; 2]>,
+    /// What they are made of, if it is a series in time.
+    pub series: Option<SeriesRecord>,
+    /// The file that they are from.
+    pub file: Option<String>,
+    pub placed_by: FactSource,
     /// Number of samples along x, y and z.
     pub size: [usize; 3],
     pub placement: Placement,
@@ -246,6 +274,16 @@ pub(super) fn oscillating(
     let quantity = reach::Quantity::Index;
     let grid = reach::Placed::new(quantity, samples.to_world, &object.location);
     context.grids.push(grid);
+    context.sounds.push(SoundRecord {
+        plugin: object.plugin.clone(),
+        file: samples.file,
+        size: samples.size,
+        nodes: samples.placement == Placement::Nodes,
+        to_world: samples.to_world,
+        placed_by: samples.placed_by,
+        frequency: Some(samples.frequency),
+        series: samples.series,
+    });
     let (bounds, rest) = in_place(samples.to_world);
     let field = SampledSound::new(SoundSamples {
         size: samples.size,

@@ -1,6 +1,7 @@
 //! The index in the sound of a transducer.
 
 use super::super::context::Context;
+use super::super::sound_record::FactSource;
 use super::super::transforms::affine;
 use super::grid::{self, Amplitudes};
 use crate::query::{INDEX, POSITIVE, Query};
@@ -74,6 +75,9 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     let scale = to_world.matrix3.determinant().abs().cbrt();
     let amplitudes = Amplitudes {
         pressure,
+        series: None,
+        file: None,
+        placed_by: FactSource::Scene,
         size: size.map(|n| n as usize),
         placement: Placement::Nodes,
         to_world: to_world * described.cube(),

@@ -1,6 +1,7 @@
 //! Sound of one frequency, by samples of its complex amplitude, or of its pressure in time.
 
 use super::super::context::Context;
+use super::super::sound_record::{FactSource, SeriesRecord};
 use crate::diagnostic::Diagnostic;
 use crate::query::{POSITIVE, Query};
 use crate::scene::ObjectDescription;
@@ -34,6 +35,14 @@ pub(super) struct Wave {
     periods: Option<f64>,
     /// What is added to the phase.
     time_phase: f64,
+}
+
+/// The sound that samples say.
+pub(super) struct Found {
+    /// Complex amplitudes of the pressure, Pa.
+    pub pressure: Vec<[f64; 2]>,
+    /// What was used of a series in time.
+    pub series: Option<SeriesRecord>,
 }
 
 /// Samples of the pressure at each place, of which those of one place are neighbours.
@@ -82,27 +91,26 @@ impl Wave {
         series: &Series,
         object: &ObjectDescription,
         context: &mut Context,
-    ) -> Option<Vec<[f64; 2]>> {
+    ) -> Option<Found> {
         let turn = self.turn();
         let turned =
             |[re, im]: [f64; 2]| [re * turn[0] - im * turn[1], re * turn[1] + im * turn[0]];
-        let step = self.time_step.or(series.time_step);
         if series.count == 2 && self.time_step.is_none() {
             let pair = |place: usize| [0, 1].map(|part| (series.at)(2 * place + part));
-            return Some(
-                (0..series.places)
-                    .map(|place| turned(pair(place)))
-                    .collect(),
-            );
+            let pressure = (0..series.places).map(|place| turned(pair(place)));
+            return Some(Found {
+                pressure: pressure.collect(),
+                series: None,
+            });
         }
-        let fit = step.ok_or_else(|| {
+        let fit = self.step_of(series).ok_or_else(|| {
             format!(
                 "sound of a frequency is given by complex numbers, or by two channels, or in time: of {} channels the \
                  'time_step' must be known, in s",
                 series.count
             )
         });
-        let fit = fit.and_then(|step| Fit::new(self, series.count, step));
+        let fit = fit.and_then(|(step, _)| Fit::new(self, series.count, step));
         let fit = fit
             .map_err(|message| context.error_at(&object.location, message))
             .ok()?;
@@ -128,7 +136,22 @@ impl Wave {
             let warning = Diagnostic::warning(message).help(help.to_owned());
             context.diagnostics.push(warning.at(&object.location));
         }
-        Some(found)
+        Some(Found {
+            pressure: found,
+            series: Some(SeriesRecord {
+                frames: series.count,
+                first: fit.first,
+                used: fit.waves.len(),
+                time_step: self.step_of(series),
+                residual: Some(if all > 0.0 { share } else { 0.0 }),
+            }),
+        })
+    }
+
+    /// The time step: that of the scene, if it says one.
+    fn step_of(&self, series: &Series) -> Option<(f64, FactSource)> {
+        let of_scene = self.time_step.map(|step| (step, FactSource::Scene));
+        of_scene.or_else(|| Some((series.time_step?, FactSource::File)))
     }
 
     /// e^{iτ}.
