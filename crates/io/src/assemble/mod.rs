@@ -37,6 +37,7 @@ mod texture;
 mod texture_role;
 mod transforms;
 mod units;
+mod volume_source;
 mod wish;
 
 pub use crate::diagnostic::Difference;

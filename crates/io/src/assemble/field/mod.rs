@@ -5,6 +5,7 @@ mod air;
 mod dispersion;
 mod expression;
 mod grid;
+mod oscillating;
 mod profile;
 mod rounding;
 mod transducer;

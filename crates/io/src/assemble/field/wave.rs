@@ -1,12 +1,12 @@
 //! Sound of one frequency, by samples of its complex amplitude, or of its pressure in time.
 
-use super::super::context::Context;
 use super::super::sound_record::{FactSource, SeriesRecord};
-use crate::diagnostic::Diagnostic;
+use crate::error::Problem;
 use crate::query::{POSITIVE, Query};
-use crate::scene::ObjectDescription;
+use crate::volume::series::{FrameSums, Series, SeriesShape};
 use glam::{DMat3, DVec3};
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 /// Samples of the pressure that a period must have: fewer do not tell the sound from its overtones.
 const LEAST_PER_PERIOD: f64 = 4.0;
@@ -37,6 +37,14 @@ pub(super) struct Wave {
     time_phase: f64,
 }
 
+/// How samples say what the sound is.
+pub(super) enum Form {
+    /// They are the real and the imaginary part of its complex amplitude.
+    Complex,
+    /// They are a series in time.
+    InTime(Fit),
+}
+
 /// The sound that samples say.
 pub(super) struct Found {
     /// Complex amplitudes of the pressure, Pa.
@@ -45,19 +53,31 @@ pub(super) struct Found {
     pub series: Option<SeriesRecord>,
 }
 
-/// Samples of the pressure at each place, of which those of one place are neighbours.
-pub(super) struct Series<'v> {
-    /// Number of samples at each place.
-    pub count: usize,
-    /// Seconds between them, if the file says.
-    pub time_step: Option<f64>,
-    /// The sample with a number.
-    pub at: &'v dyn Fn(usize) -> f64,
-    /// Number of places.
-    pub places: usize,
+/// Something doubtful, and what to do about it.
+pub(super) struct WaveDoubt {
+    pub message: String,
+    pub help: Option<&'static str>,
 }
 
 impl Asked {
+    /// Parameters that are asked for.
+    pub(super) fn parameters(asked: Option<&Self>) -> &'static [&'static str] {
+        match asked {
+            None => &[],
+            Some(Asked::Frame(_)) => &["frame"],
+            Some(Asked::Wave(_)) => &[
+                "frame",
+                "reference",
+                "smoothing",
+                "frequency",
+                "sound_speed",
+                "time_step",
+                "periods",
+                "time_phase",
+            ],
+        }
+    }
+
     /// What a scene asks for, if it is more than pressure at rest.
     pub(super) fn of(q: &mut Query) -> Option<Self> {
         let frame = q
@@ -69,6 +89,12 @@ impl Asked {
         if frame.is_some() {
             let message = "give a frame, or the frequency of the sound, not both";
             q.error("frame", message);
+        }
+        for name in ["reference", "smoothing"] {
+            if q.has(name) {
+                let message = "of no use for sound of a frequency, which is an amplitude";
+                q.error(name, message);
+            }
         }
         let frequency = q.float_in("frequency", POSITIVE, None);
         let speed = q.float_in("sound_speed", POSITIVE, None);
@@ -83,121 +109,173 @@ impl Asked {
     }
 }
 
+/// The sum that is one frame.
+pub(super) fn only(frame: usize, shape: SeriesShape) -> Result<FrameSums, Problem> {
+    if frame >= shape.frames {
+        return Err(Problem::Mismatch {
+            expected: format!("more than {frame} channels or frames"),
+            found: shape.frames.to_string(),
+        });
+    }
+    Ok(FrameSums {
+        used: frame..frame + 1,
+        count: 1,
+        weights: Box::new(|_| [1.0, 0.0, 0.0]),
+    })
+}
+
 impl Wave {
-    /// The complex amplitudes P of the pressure Re(P e^{iωt}) that samples say, two at each place if they are the amplitudes, else
-    /// those of a series in time; `None` after an error.
-    pub(super) fn amplitudes(
-        &self,
-        series: &Series,
-        object: &ObjectDescription,
-        context: &mut Context,
-    ) -> Option<Found> {
-        let turn = self.turn();
-        let turned =
-            |[re, im]: [f64; 2]| [re * turn[0] - im * turn[1], re * turn[1] + im * turn[0]];
-        if series.count == 2 && self.time_step.is_none() {
-            let pair = |place: usize| [0, 1].map(|part| (series.at)(2 * place + part));
-            let pressure = (0..series.places).map(|place| turned(pair(place)));
-            return Some(Found {
-                pressure: pressure.collect(),
-                series: None,
-            });
+    /// How samples say what the sound is.
+    pub(super) fn form(&self, shape: SeriesShape) -> Result<Form, Problem> {
+        if shape.frames == 2 && self.time_step.is_none() {
+            return Ok(Form::Complex);
         }
-        let fit = self.step_of(series).ok_or_else(|| {
-            format!(
+        let Some((step, _)) = self.step_of(shape) else {
+            return Err(Problem::Unsaid(format!(
                 "sound of a frequency is given by complex numbers, or by two channels, or in time: of {} channels the \
                  'time_step' must be known, in s",
-                series.count
-            )
-        });
-        let fit = fit.and_then(|(step, _)| Fit::new(self, series.count, step));
-        let fit = fit
-            .map_err(|message| context.error_at(&object.location, message))
-            .ok()?;
-        self.doubt_step(series, object, context);
-        let (mut found, mut other, mut all) = (Vec::with_capacity(series.places), 0.0, 0.0);
-        for place in 0..series.places {
-            let fitted = fit.at(|k| (series.at)(series.count * place + k));
-            found.push(turned(fitted.amplitude));
-            other += fitted.other;
-            all += fitted.all;
+                shape.frames
+            )));
+        };
+        let fit = Fit::new(self, shape.frames, step);
+        fit.map(Form::InTime).map_err(Problem::Malformed)
+    }
+
+    /// The complex amplitudes P of the pressure Re(P e^{iωt}) that sums over a series say.
+    pub(super) fn found(&self, form: &Form, series: Series) -> Found {
+        let Series {
+            sums,
+            squares,
+            shape,
+        } = series;
+        let (sin, cos) = self.time_phase.sin_cos();
+        let turned = |[re, im]: [f64; 2]| [re * cos - im * sin, re * sin + im * cos];
+        match form {
+            Form::Complex => {
+                let pairs = sums.data().chunks_exact(2);
+                Found {
+                    pressure: pairs.map(|pair| turned([pair[0], pair[1]])).collect(),
+                    series: None,
+                }
+            }
+            Form::InTime(fit) => {
+                let mut explained = 0.0;
+                let at_place = |sums: &[f64]| {
+                    let fitted = fit.solved(DVec3::from_slice(sums));
+                    explained += fitted.explained;
+                    turned(fitted.amplitude)
+                };
+                let pressure = sums.data().chunks_exact(3).map(at_place).collect();
+                let other = (squares - explained).max(0.0);
+                let residual = if squares > 0.0 {
+                    (other / squares).sqrt()
+                } else {
+                    0.0
+                };
+                Found {
+                    pressure,
+                    series: Some(SeriesRecord {
+                        frames: shape.frames,
+                        first: fit.used.start,
+                        used: fit.used.len(),
+                        time_step: self.step_of(shape),
+                        residual: Some(residual),
+                    }),
+                }
+            }
         }
-        let share = (other / all).sqrt();
-        if share > MOST_OTHER {
-            let message = format!(
-                "{:.0} % of the pressure in its last {:.3} periods (root mean square) is not of the frequency {} Hz: it is \
-                 left out",
-                100.0 * share,
-                fit.periods(self),
-                self.frequency
-            );
-            let help = "overtones, a mean or a start that still rings: check 'frequency' and 'time_step', or take 'periods' at the \
-                        end of a longer run";
-            let warning = Diagnostic::warning(message).help(help.to_owned());
-            context.diagnostics.push(warning.at(&object.location));
+    }
+
+    /// What is doubtful about a series: its time step, and what is left out of it.
+    pub(super) fn doubts(&self, record: &SeriesRecord, of_file: Option<f64>) -> Vec<WaveDoubt> {
+        let mut doubts = Vec::new();
+        if let (Some(scene), Some(file)) = (self.time_step, of_file)
+            && (scene - file).abs() > 1e-6 * file
+        {
+            doubts.push(WaveDoubt {
+                message: format!(
+                    "the file has a time step of {file:.3e} s, the scene {scene:.3e} s: that of the scene counts"
+                ),
+                help: None,
+            });
         }
-        Some(Found {
-            pressure: found,
-            series: Some(SeriesRecord {
-                frames: series.count,
-                first: fit.first,
-                used: fit.waves.len(),
-                time_step: self.step_of(series),
-                residual: Some(if all > 0.0 { share } else { 0.0 }),
-            }),
-        })
+        if let (Some(residual), Some((step, _))) = (record.residual, record.time_step)
+            && residual > MOST_OTHER
+        {
+            doubts.push(WaveDoubt {
+                message: format!(
+                    "{:.0} % of the pressure in its last {:.3} periods (root mean square) is not of the frequency {} Hz: it is \
+                     left out",
+                    100.0 * residual,
+                    record.used as f64 * step * self.frequency,
+                    self.frequency
+                ),
+                help: Some(
+                    "overtones, a mean or a start that still rings: check 'frequency' and 'time_step', or take 'periods' at the \
+                     end of a longer run",
+                ),
+            });
+        }
+        doubts
     }
 
     /// The time step: that of the scene, if it says one.
-    fn step_of(&self, series: &Series) -> Option<(f64, FactSource)> {
+    fn step_of(&self, shape: SeriesShape) -> Option<(f64, FactSource)> {
         let of_scene = self.time_step.map(|step| (step, FactSource::Scene));
-        of_scene.or_else(|| Some((series.time_step?, FactSource::File)))
+        of_scene.or_else(|| Some((shape.time_step?, FactSource::File)))
     }
+}
 
-    /// e^{iτ}.
-    fn turn(&self) -> [f64; 2] {
-        let (sin, cos) = self.time_phase.sin_cos();
-        [cos, sin]
-    }
-
-    /// Warns where file and scene say different steps: the scene's counts.
-    fn doubt_step(&self, series: &Series, object: &ObjectDescription, context: &mut Context) {
-        if let (Some(scene), Some(file)) = (self.time_step, series.time_step)
-            && (scene - file).abs() > 1e-6 * file
-        {
-            let message = format!(
-                "the file has a time step of {file:.3e} s, the scene {scene:.3e} s: that of the scene counts"
-            );
-            context
-                .diagnostics
-                .push(Diagnostic::warning(message).at(&object.location));
+impl Form {
+    /// The sums over frames that say the sound.
+    pub(super) fn sums(&self) -> FrameSums {
+        match self {
+            Form::Complex => FrameSums {
+                used: 0..2,
+                count: 2,
+                weights: Box::new(|part| [f64::from(part == 0), f64::from(part == 1), 0.0]),
+            },
+            Form::InTime(fit) => {
+                let turns = fit.turns;
+                FrameSums {
+                    used: fit.used.clone(),
+                    count: 3,
+                    weights: Box::new(move |k| basis(turns, k).to_array()),
+                }
+            }
         }
     }
 }
 
+/// 1, cos ωt and sin ωt at frame k, of which each is so many periods after the one before.
+fn basis(turns: f64, k: usize) -> DVec3 {
+    let (sin, cos) = (TAU * (turns * k as f64).fract()).sin_cos();
+    DVec3::new(1.0, cos, sin)
+}
+
 /// A least-squares fit of m + a cos ωt + b sin ωt to the last samples of a series; t = 0 is its first.
-struct Fit {
-    first: usize,
-    /// Cosine and sine at each sample from the first.
-    waves: Vec<[f64; 2]>,
+pub(super) struct Fit {
+    used: Range<usize>,
+    /// Periods from a frame to the next.
+    turns: f64,
+    /// Sums of the products of 1, cos and sin.
+    normal: DMat3,
     /// From Σp, Σp cos, Σp sin to m, a, b.
     inverse: DMat3,
-    step: f64,
 }
 
 /// Sound in a series.
 struct Fitted {
     /// Real and imaginary part.
     amplitude: [f64; 2],
-    /// Sum of the squares of what is not of its frequency.
-    other: f64,
-    /// Sum of all squares.
-    all: f64,
+    /// By how much the sum of the squares is less without it.
+    explained: f64,
 }
 
 impl Fit {
     fn new(wave: &Wave, count: usize, step: f64) -> Result<Self, String> {
-        let per_period = 1.0 / (wave.frequency * step);
+        let turns = wave.frequency * step;
+        let per_period = 1.0 / turns;
         if per_period < LEAST_PER_PERIOD {
             return Err(format!(
                 "a period of the sound has {per_period:.2} samples in time, of {step:.3e} s each: at least {LEAST_PER_PERIOD} are \
@@ -214,50 +292,28 @@ impl Fit {
                 count as f64 / per_period
             ));
         }
-        let first = count - samples;
-        let wave_at = |k: usize| {
-            let (sin, cos) = (TAU * wave.frequency * step * k as f64).sin_cos();
-            [cos, sin]
-        };
-        let waves: Vec<[f64; 2]> = (first..count).map(wave_at).collect();
+        let used = count - samples..count;
         let mut normal = DMat3::ZERO;
-        for [cos, sin] in &waves {
-            let basis = DVec3::new(1.0, *cos, *sin);
+        for k in used.clone() {
+            let basis = basis(turns, k);
             normal += DMat3::from_cols(basis * basis.x, basis * basis.y, basis * basis.z);
         }
         Ok(Fit {
-            first,
-            waves,
+            used,
+            turns,
+            normal,
             inverse: normal.inverse(),
-            step,
         })
     }
 
-    fn periods(&self, wave: &Wave) -> f64 {
-        self.waves.len() as f64 * self.step * wave.frequency
-    }
-
-    /// What a series has of the sound.
-    fn at(&self, sample: impl Fn(usize) -> f64) -> Fitted {
-        let samples = || {
-            let waves = self.waves.iter().zip(self.first..);
-            waves.map(|(wave, k)| (sample(k), wave))
-        };
-        let mut sums = DVec3::ZERO;
-        for (p, [cos, sin]) in samples() {
-            sums += DVec3::new(1.0, *cos, *sin) * p;
-        }
+    /// The sound in a series of which the sums Σp, Σp cos, Σp sin are given.
+    fn solved(&self, sums: DVec3) -> Fitted {
         let [_, a, b] = (self.inverse * sums).to_array();
-        let (mut other, mut all) = (0.0, 0.0);
-        for (p, [cos, sin]) in samples() {
-            other += (p - a * cos - b * sin).powi(2);
-            all += p * p;
-        }
-        // Re((a − ib) e^{iωt}) = a cos ωt + b sin ωt.
+        // Σp² − Σ(p − h)² of h = a cos ωt + b sin ωt = Re((a − ib) e^{iωt}).
+        let wave = DVec3::new(0.0, a, b);
         Fitted {
             amplitude: [a, -b],
-            other,
-            all,
+            explained: 2.0 * wave.dot(sums) - wave.dot(self.normal * wave),
         }
     }
 }
