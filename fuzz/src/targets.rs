@@ -81,7 +81,7 @@ pub const TARGETS: &[Target] = &[
         drop(mat::parse::<f64>(b, zyx().of("density")));
     }),
     target("hdf5", &["h5"], |b| {
-        for name in ["p_final", "p_max", "results/rho", "p"] {
+        for name in ["p_final", "p_max", "results/rho", "p", "p/2"] {
             drop(hdf5::parse::<f32>(b, zyx().of(name)));
             drop(hdf5::parse_series(b, zyx().of(name), &mut quarters));
         }

@@ -254,7 +254,7 @@ fn read_npy(bytes: &[u8]) {
 }
 
 fn read_hdf5(bytes: &[u8]) {
-    for dataset in ["p_final", "p_max", "results/rho", "p", "cuboid", ""] {
+    for dataset in ["p_final", "p_max", "results/rho", "p", "p/2", "cuboid", ""] {
         let _ = hdf5::parse::<f32>(bytes, ZYX.of(dataset));
         let _ = hdf5::parse_series(bytes, ZYX.of(dataset), &mut halves);
     }
@@ -410,6 +410,16 @@ proptest! {
 
     #[test]
     fn series_of_damaged_files(bytes in damaged(made("sound.h5"))) {
+        read_hdf5(&bytes);
+    }
+
+    #[test]
+    fn masks_of_damaged_files(bytes in damaged(made("kwave_box.h5"))) {
+        read_hdf5(&bytes);
+    }
+
+    #[test]
+    fn cuboids_of_damaged_files(bytes in damaged(made("kwave_cuboids.h5"))) {
         read_hdf5(&bytes);
     }
 

@@ -32,6 +32,12 @@ impl AxisOrder {
         channels: false,
     };
 
+    /// `array[c, z, y, x]`, with the channels, or the time, first.
+    pub(super) const CZYX: AxisOrder = AxisOrder {
+        letters: ['c', 'z', 'y', 'x'],
+        channels: true,
+    };
+
     /// The letters of an array of `axes` axes.
     fn of(&self, axes: usize) -> Option<&[char]> {
         match (axes, self.channels) {

@@ -8,13 +8,21 @@ use crate::error::Problem;
 
 /// A dataset that is a finite number.
 pub(super) fn number(file: &Hdf5File, name: &str) -> Option<f64> {
+    numbers(file, name, 1).map(|numbers| numbers[0])
+}
+
+/// The numbers of a dataset that has so many, all of them finite.
+pub(super) fn numbers(file: &Hdf5File, name: &str, count: usize) -> Option<Vec<f64>> {
     let data = file.dataset(name).ok()?;
-    let (encoding, _) = encoding(&data).ok()?;
-    let bytes = (data.num_elements().ok()? == 1).then(|| data.read_raw_bytes().ok());
-    let mut number = None;
-    let sink = |v: f64| number = Some(v);
-    encoding.read(&mut &bytes??[..], 1, sink).ok()?;
-    number.filter(|v| v.is_finite())
+    let (encoding, complex) = encoding(&data).ok()?;
+    if complex || data.num_elements().ok()? != count as u64 {
+        return None;
+    }
+    let bytes = data.read_raw_bytes().ok()?;
+    let mut numbers = Vec::with_capacity(count);
+    let read = encoding.read(&mut &bytes[..], count, |v| numbers.push(v));
+    read.ok()?;
+    numbers.iter().all(|v| v.is_finite()).then_some(numbers)
 }
 
 /// The numbers of a dataset, and whether each element is two of them: a complex number, as h5py writes it.

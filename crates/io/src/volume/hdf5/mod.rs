@@ -113,17 +113,19 @@ impl Stored {
         let too_large = || Problem::TooLarge(format!("an array of {:?}", data.shape()));
         let mut shape = shape.ok_or_else(too_large)?;
         shape.extend(complex.then_some(2));
-        let layout = match kwave::whole_grid(file, &shape)? {
-            Some(layout) => layout,
+        let recorded = kwave::recorded(file, name, &shape)?;
+        let layout = match &recorded {
+            Some(recorded) => recorded.layout,
             None => Layout::new(&shape, false, options.axes()?)?,
         };
+        let first = recorded.map_or(DVec3::ZERO, |recorded| recorded.first());
         let size = DVec3::from_array(layout.size.map(|n| n as f64));
         Ok(Stored {
             data,
             encoding,
             complex,
             layout,
-            bbox: kwave::spacing(file).map(|spacing| [DVec3::ZERO, size * spacing]),
+            bbox: kwave::spacing(file).map(|spacing| [first * spacing, (first + size) * spacing]),
         })
     }
 
