@@ -10,6 +10,7 @@ mod profile;
 mod rounding;
 mod transducer;
 mod wave;
+mod wave_fit;
 
 use super::context::Context;
 use super::described::DISPERSION_LAWS;

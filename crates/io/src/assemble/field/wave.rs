@@ -1,15 +1,12 @@
 //! Sound of one frequency, by samples of its complex amplitude, or of its pressure in time.
 
 use super::super::sound_record::{FactSource, SeriesRecord};
+use super::wave_fit::{Oscillation, WaveFit, basis};
 use crate::error::Problem;
 use crate::query::{POSITIVE, Query};
 use crate::volume::series::{FrameSums, Series, SeriesShape};
-use glam::{DMat3, DVec3};
-use std::f64::consts::TAU;
-use std::ops::Range;
+use glam::DVec3;
 
-/// Samples of the pressure that a period must have: fewer do not tell the sound from its overtones.
-const LEAST_PER_PERIOD: f64 = 4.0;
 /// A larger share of the pressure, by its root mean square, that is not of the frequency draws a warning.
 const MOST_OTHER: f64 = 0.05;
 /// Most periods that are fitted.
@@ -42,7 +39,7 @@ pub(super) enum Form {
     /// They are the real and the imaginary part of its complex amplitude.
     Complex,
     /// They are a series in time.
-    InTime(Fit),
+    InTime(WaveFit),
 }
 
 /// The sound that samples say.
@@ -137,7 +134,12 @@ impl Wave {
                 shape.frames
             )));
         };
-        let fit = Fit::new(self, shape.frames, step);
+        let fit = WaveFit::new(&Oscillation {
+            frequency: self.frequency,
+            step,
+            frames: shape.frames,
+            periods: self.periods,
+        });
         fit.map(Form::InTime).map_err(Problem::Malformed)
     }
 
@@ -243,77 +245,6 @@ impl Form {
                     weights: Box::new(move |k| basis(turns, k).to_array()),
                 }
             }
-        }
-    }
-}
-
-/// 1, cos ωt and sin ωt at frame k, of which each is so many periods after the one before.
-fn basis(turns: f64, k: usize) -> DVec3 {
-    let (sin, cos) = (TAU * (turns * k as f64).fract()).sin_cos();
-    DVec3::new(1.0, cos, sin)
-}
-
-/// A least-squares fit of m + a cos ωt + b sin ωt to the last samples of a series; t = 0 is its first.
-pub(super) struct Fit {
-    used: Range<usize>,
-    /// Periods from a frame to the next.
-    turns: f64,
-    /// Sums of the products of 1, cos and sin.
-    normal: DMat3,
-    /// From Σp, Σp cos, Σp sin to m, a, b.
-    inverse: DMat3,
-}
-
-/// Sound in a series.
-struct Fitted {
-    /// Real and imaginary part.
-    amplitude: [f64; 2],
-    /// By how much the sum of the squares is less without it.
-    explained: f64,
-}
-
-impl Fit {
-    fn new(wave: &Wave, count: usize, step: f64) -> Result<Self, String> {
-        let turns = wave.frequency * step;
-        let per_period = 1.0 / turns;
-        if per_period < LEAST_PER_PERIOD {
-            return Err(format!(
-                "a period of the sound has {per_period:.2} samples in time, of {step:.3e} s each: at least {LEAST_PER_PERIOD} are \
-                 needed"
-            ));
-        }
-        // Whole periods; by default those of the second half, where the start has rung down.
-        let half = (0.5 * count as f64 / per_period).floor();
-        let periods = wave.periods.unwrap_or(half.max(1.0));
-        let samples = (periods * per_period).round() as usize;
-        if samples > count || samples < LEAST_PER_PERIOD as usize {
-            return Err(format!(
-                "the pressure has {count} samples in time, {:.2} periods of the sound: {periods} cannot be fitted",
-                count as f64 / per_period
-            ));
-        }
-        let used = count - samples..count;
-        let mut normal = DMat3::ZERO;
-        for k in used.clone() {
-            let basis = basis(turns, k);
-            normal += DMat3::from_cols(basis * basis.x, basis * basis.y, basis * basis.z);
-        }
-        Ok(Fit {
-            used,
-            turns,
-            normal,
-            inverse: normal.inverse(),
-        })
-    }
-
-    /// The sound in a series of which the sums Σp, Σp cos, Σp sin are given.
-    fn solved(&self, sums: DVec3) -> Fitted {
-        let [_, a, b] = (self.inverse * sums).to_array();
-        // Σp² − Σ(p − h)² of h = a cos ωt + b sin ωt = Re((a − ib) e^{iωt}).
-        let wave = DVec3::new(0.0, a, b);
-        Fitted {
-            amplitude: [a, -b],
-            explained: 2.0 * wave.dot(sums) - wave.dot(self.normal * wave),
         }
     }
 }
