@@ -373,7 +373,7 @@ impl Report<'_> {
         if let Some(integrator) = method.renderer.integrator() {
             self.all(&non_terminating::warnings(scene, integrator));
             if instruments.is_empty() {
-                self.all(&scene.at_all_instants(|scene| coverage::warnings(scene, integrator)));
+                self.all(&coverage::warnings(scene, integrator));
             }
         }
         let doubts = instruments.iter().filter_map(|i| i.doubt(scene));
