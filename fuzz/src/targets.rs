@@ -3,8 +3,9 @@
 use io::image::{ImageLayers, Layer, RgbImage, exr, hdr, pfm, png};
 use io::mesh::{gltf, hair, obj, ply, serialized};
 use io::part::{Body, Header, Part};
+use io::volume::series::{FrameSums, SeriesShape};
 use io::volume::{AxisOrder, Options, hdf5, mat, nifti, npy, npz, nrrd, vdb, vol, vti, vtk};
-use io::{Diagnostics, Limits, LoadOptions, Loaded, ies, json, xml};
+use io::{Diagnostics, Limits, LoadOptions, Loaded, Problem, ies, json, xml};
 use std::ops::ControlFlow;
 use transport::meter::Meter;
 use transport::render::{Handle, MeasureOptions, MeasureState, State, memory, render};
@@ -55,10 +56,20 @@ const fn target(
     }
 }
 
+/// Three sums over the last three quarters of the frames.
+fn quarters(shape: SeriesShape) -> Result<FrameSums, Problem> {
+    Ok(FrameSums {
+        used: shape.frames / 4..shape.frames,
+        count: 3,
+        weights: Box::new(|frame| [1.0, frame as f64, 0.5]),
+    })
+}
+
 pub const TARGETS: &[Target] = &[
     target("vol", &["vol"], |b| drop(vol::parse::<f32>(b))).writing(vol_file),
     target("npy", &["npy"], |b| {
         drop(npy::parse::<f32>(b, zyx()));
+        drop(npy::parse_series(b, zyx(), &mut quarters));
         drop(io::npy::parse(b));
     }),
     target("npz", &["npz"], |b| {
@@ -70,8 +81,9 @@ pub const TARGETS: &[Target] = &[
         drop(mat::parse::<f64>(b, zyx().of("density")));
     }),
     target("hdf5", &["h5"], |b| {
-        for name in ["p_final", "p_max", "results/rho", "p"] {
+        for name in ["p_final", "p_max", "results/rho", "p", "p/2"] {
             drop(hdf5::parse::<f32>(b, zyx().of(name)));
+            drop(hdf5::parse_series(b, zyx().of(name), &mut quarters));
         }
         drop(hdf5::parse::<f32>(b, zyx()));
     }),

@@ -121,11 +121,16 @@ fn sampled_sound_is_the_wave_of_which_it_has_samples() {
         placement: Placement::Nodes,
         amplitude: (0..41 * 41 * 41).map(pair).collect(),
         n0: 1.33,
+        frequency: 1e6,
         wavelength: TAU / K,
         noise: 0.0,
     };
     let sampled = Field::from(SampledSound::new(samples.clone()).unwrap());
-    assert_eq!(sampled.sound_wavelengths(), Some([TAU / K; 2]));
+    let sound = Sound {
+        frequency: Some(1e6),
+        wavelength: TAU / K,
+    };
+    assert_eq!(sampled.sounds(), [sound]);
     for phase in [0.0, 0.7, FRAC_PI_2, 4.0] {
         let (expected, found) = (field.at_phase(phase), sampled.at_phase(phase));
         let error = points()
@@ -142,6 +147,10 @@ fn sampled_sound_is_the_wave_of_which_it_has_samples() {
     }));
     assert!(silent(SoundSamples {
         wavelength: 0.0,
+        ..samples.clone()
+    }));
+    assert!(silent(SoundSamples {
+        frequency: 0.0,
         ..samples.clone()
     }));
     assert!(silent(SoundSamples {

@@ -2,10 +2,11 @@
 
 mod common;
 
+use morgana_io::volume::series::{FrameSums, SeriesShape};
 use morgana_io::volume::{
     AxisOrder, Options, hdf5, mat, nifti, npy, npz, nrrd, vdb, vol, vti, vtk,
 };
-use morgana_io::{Diagnostics, FileRegistry, Limits, PluginKind, Query, ies, mesh, xml};
+use morgana_io::{Diagnostics, FileRegistry, Limits, PluginKind, Problem, Query, ies, mesh, xml};
 use proptest::prelude::*;
 
 /// Reads a scene and asks every object for everything.
@@ -238,9 +239,24 @@ const ZYX: Options = Options {
     limits: Limits { memory: None },
 };
 
+/// Two sums over the first half of the frames.
+fn halves(shape: SeriesShape) -> Result<FrameSums, Problem> {
+    Ok(FrameSums {
+        used: 0..shape.frames.div_ceil(2),
+        count: 2,
+        weights: Box::new(|frame| [1.0, frame as f64, 0.0]),
+    })
+}
+
+fn read_npy(bytes: &[u8]) {
+    let _ = npy::parse::<f32>(bytes, ZYX);
+    let _ = npy::parse_series(bytes, ZYX, &mut halves);
+}
+
 fn read_hdf5(bytes: &[u8]) {
-    for dataset in ["p_final", "p_max", "results/rho", ""] {
+    for dataset in ["p_final", "p_max", "results/rho", "p", "p/2", "cuboid", ""] {
         let _ = hdf5::parse::<f32>(bytes, ZYX.of(dataset));
+        let _ = hdf5::parse_series(bytes, ZYX.of(dataset), &mut halves);
     }
 }
 
@@ -291,12 +307,12 @@ proptest! {
 
     #[test]
     fn npy_of_arbitrary_bytes(bytes in after(vec![vec![], npy_file()[..12].to_vec()])) {
-        let _ = npy::parse::<f32>(&bytes, ZYX);
+        read_npy(&bytes);
     }
 
     #[test]
     fn npy_of_damaged_files(bytes in damaged(npy_file())) {
-        let _ = npy::parse::<f32>(&bytes, ZYX);
+        read_npy(&bytes);
     }
 
     #[test]
@@ -389,6 +405,21 @@ proptest! {
 
     #[test]
     fn hdf5_of_damaged_files(bytes in damaged(made("kwave.h5"))) {
+        read_hdf5(&bytes);
+    }
+
+    #[test]
+    fn series_of_damaged_files(bytes in damaged(made("sound.h5"))) {
+        read_hdf5(&bytes);
+    }
+
+    #[test]
+    fn masks_of_damaged_files(bytes in damaged(made("kwave_box.h5"))) {
+        read_hdf5(&bytes);
+    }
+
+    #[test]
+    fn cuboids_of_damaged_files(bytes in damaged(made("kwave_cuboids.h5"))) {
         read_hdf5(&bytes);
     }
 

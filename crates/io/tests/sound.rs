@@ -102,3 +102,47 @@ fn waves_that_do_not_fit_draw_a_warning() {
         }
     }
 }
+
+/// A sound that is faint at ωt = 0 bends rays more strongly later: that they take very many steps then is said, once.
+#[test]
+fn doubts_of_later_instants_are_told() {
+    let costly = |time_phase: f64, sampler: &str| {
+        let fine = mode(time_phase)
+            .replace("\"0.01\"", "\"0.3\"")
+            .replace("\"5\"", "\"800\"");
+        let warnings = load(sampler, &fine, None).unwrap().warnings.to_string();
+        warnings.matches("across medium 'water'").count()
+    };
+    assert_eq!([0.0, PI / 2.0].map(|phase| costly(phase, "")), [1, 0]);
+    assert_eq!([0.0, PI / 2.0].map(|phase| costly(phase, PHASES)), [1, 1]);
+}
+
+/// Two media whose sounds have no common period.
+#[test]
+fn media_have_one_frequency() {
+    let of = |hz: &str| {
+        format!(
+            "<float name=\"amplitude\" value=\"0.01\"/><float name=\"frequency\" value=\"{hz}\"/>\
+             <float name=\"sound_speed\" value=\"1.5e6\"/>"
+        )
+    };
+    let both = |other: &str, sampler: &str| {
+        let end = format!(
+            "{}</volume></medium><shape type=\"sphere\"><point name=\"center\" x=\"3\"/><bsdf type=\"dielectric\"/>\
+             <medium name=\"interior\" id=\"oil\" type=\"transparent\"><volume name=\"ior\" type=\"acoustic\">\
+             <float name=\"n0\" value=\"1.5\"/>{}</volume></medium></shape>\
+             <medium id=\"unused\" type=\"transparent\"><volume name=\"ior\" type=\"acoustic\">\
+             <float name=\"n0\" value=\"1.33\"/>{}",
+            of("1e6"),
+            of(other),
+            of("1e6")
+        );
+        load(sampler, &end, None)
+    };
+    assert!(both("1e6", PHASES).is_ok());
+    assert!(both("1.1e6", "").is_ok());
+    let message = both("1.1e6", PHASES).err().unwrap();
+    let expected =
+        "the sound in medium 'oil' has 1100000 Hz, that in medium 'water' has 1000000 Hz";
+    assert!(message.contains(expected), "{message}");
+}

@@ -113,6 +113,57 @@ fn complex_numbers_of_other_programs() {
     }
 }
 
+/// Sensors of k-Wave that are boxes of its grid, by a mask and by corners: their samples, and where the file says that they are.
+#[test]
+fn boxes_of_sensors() {
+    for (name, dataset, order) in [
+        ("kwave_box.h5", "p", "zyx"),
+        ("kwave_cuboids.h5", "p/2", "zyx"),
+        ("kwave_cuboids.h5", "/p/2", "czyx"),
+    ] {
+        let mut volume = json!({"filename": file(name), "dataset": dataset, "axis_order": order});
+        let loaded = load(volume.clone(), STEPS).unwrap();
+        check(&loaded, 0.0);
+        assert!(loaded.warnings.is_empty(), "{}", loaded.warnings);
+        volume["use_grid_bbox"] = json!(true);
+        volume["placement"] = json!("centers");
+        volume["to_world"] = json!([{"scale": 1e4}]);
+        let sound = &load(volume, 1).unwrap().sounds[0];
+        assert_eq!(sound.size, [2, 3, 4]);
+        // Cells of 1, 2 and 3 units, from the point (1, 1, 2) on.
+        assert!((sound.origin() - DVec3::new(1.5, 3.0, 7.5)).length() < 1e-5);
+        assert!((sound.spacing() - DVec3::new(1.0, 2.0, 3.0)).length() < 1e-5);
+    }
+}
+
+#[test]
+fn sensors_that_are_no_boxes() {
+    let refused = |name: &str, dataset: &str, part: &str| {
+        let volume =
+            json!({"filename": file(name), "dataset": dataset, "axis_order": "zyx", "periods": 1});
+        let message = load(volume, 1).unwrap_err();
+        assert!(message.contains(part), "{message}");
+    };
+    let no_box = "24 points of a mask that are not all points of a box, in their order: let the sensor record a cuboid";
+    refused("kwave_outside.h5", "p", no_box);
+    refused("kwave_swapped.h5", "p", no_box);
+    refused(
+        "kwave_cuboids.h5",
+        "p/3",
+        "has no cuboid 3 that is in the grid",
+    );
+    refused(
+        "kwave_cuboids.h5",
+        "other/1",
+        "expected 1 x 1 x 2 points in cuboid 1 of the sensor, found 1 x 2 x 2",
+    );
+    refused(
+        "sound.h5",
+        "part",
+        "'sensor_mask_index', which says where it is",
+    );
+}
+
 /// The last periods are fitted: what came before does not count, and the file's time step is taken.
 #[test]
 fn the_amplitude_of_a_series() {
@@ -154,6 +205,12 @@ fn what_is_not_of_the_frequency_is_told_once() {
         "{warnings}"
     );
     assert_eq!(warnings.matches("of the pressure").count(), 1, "{warnings}");
+    let series = loaded.sounds[0].series.unwrap();
+    let residual = series.residual.unwrap();
+    let squares = (0..24).map(|i| amplitude([i % 2, i / 2 % 3, i / 6]).powi(2));
+    let mean = squares.sum::<f64>() / 24.0;
+    assert!((residual - (1600.0 / (mean + 1600.0)).sqrt()).abs() < 1e-9);
+    assert_eq!([series.frames, series.first, series.used], [32, 16, 16]);
 }
 
 #[test]

@@ -224,3 +224,45 @@ fn there_must_be_one_period() {
     let problems = Scene::over_period(two, K).unwrap_err();
     assert!(problems[0].message.contains("several wavelengths"));
 }
+
+/// Media with sounds of different frequencies have no common period; those of the same do, and those of which one is not known.
+#[test]
+fn sounds_of_different_media_must_have_one_frequency() {
+    let at = |hz: f64| {
+        let mode = AcousticMode::from_frequency(0.01, 0, hz, 5.0, 0.0);
+        sound(vec![mode.unwrap()])
+    };
+    let both = |other: Field| {
+        let mut parts = picture();
+        parts.media[1].index = at(1.0);
+        let mut second = parts.media[1].clone();
+        second.name = "oil".into();
+        second.index = other;
+        parts.media.push(second);
+        Scene::over_period(parts, K)
+    };
+    assert!(both(at(1.0)).is_ok());
+    assert!(both(strong()).is_ok());
+    let problems = both(at(1.5)).unwrap_err();
+    let expected = "the sound in medium 'fog' has 1 Hz, that in medium 'oil' has 1.5 Hz";
+    assert!(problems[0].message.contains(expected), "{problems:?}");
+}
+
+/// A sound that is silent at ωt = 0 jumps at the boundary later: that is said, once for all instants.
+#[test]
+fn doubts_of_all_instants_are_said_once() {
+    for time_phase in [0.0, 0.25 * TAU] {
+        let mode = AcousticMode::new(0.15, 0, 5.0, 0.0).unwrap();
+        let mut parts = picture();
+        parts.media[1].index = sound(vec![mode.with_time_phase(time_phase).unwrap()]);
+        let jumps = |scene: &Scene| {
+            let warnings = scene.warnings().iter();
+            let jumps = warnings.filter(|w| w.message.contains("index jumps"));
+            jumps.count()
+        };
+        let first = Scene::new(parts.clone()).unwrap();
+        assert_eq!(jumps(&first), usize::from(time_phase == 0.0));
+        let all = Scene::over_period(parts, 2 * K).unwrap();
+        assert_eq!(jumps(&all), 1, "{time_phase}");
+    }
+}

@@ -1,6 +1,8 @@
 //! `morgana info`.
 
 use crate::support::Folder;
+use serde_json::json;
+use std::path::Path;
 
 #[test]
 fn describes_what_is_in_a_scene() {
@@ -147,4 +149,65 @@ fn json_says_what_the_text_says() {
     );
     assert_eq!(medium["albedo"]["max"], 0.9);
     assert_eq!(medium["unique_branches"], true);
+}
+
+/// A series in time: what is known of it, and whether the file or the scene says it.
+#[test]
+fn shows_what_volumes_of_sound_are_made_of() {
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../io/tests/data/volumes/sound.h5");
+    let of = |more: &str| {
+        let folder = Folder::with_scene(&format!(
+            r#"<shape type="cube"><bsdf type="dielectric"/><medium type="transparent" name="interior">
+               <volume name="ior" type="pressure"><string name="filename" value="sound.h5"/>
+               <string name="dataset" value="p"/><string name="axis_order" value="zyx"/>
+               <float name="n0" value="1.33"/><float name="dn_dp" value="1e-10"/>{more}</volume></medium></shape>"#
+        ));
+        std::fs::copy(&data, folder.path("sound.h5")).unwrap();
+        let json = folder.succeed("info scene.xml --json");
+        let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+        (folder.succeed("info scene.xml"), json["sounds"][0].clone())
+    };
+    let sound = r#"<float name="frequency" value="1e6"/><float name="sound_speed" value="1.5e3"/>"#;
+    // Millimetres, of a file in metres with cells of 0.1, 0.2 and 0.3 mm.
+    let millimetres = r#"<string name="placement" value="centers"/><boolean name="use_grid_bbox" value="true"/>
+        <transform name="to_world"><scale value="1e3"/></transform>"#;
+    let (text, json) = of(&format!("{sound}{millimetres}"));
+    for line in [
+        "pressure of sound.h5",
+        "grid       2 × 3 × 4 (file)",
+        "spacing    (0.1, 0.2, 0.3) scene units (file)",
+        "origin     (0.05, 0.1, 0.15) (file)",
+        "frequency  1.000e6 Hz (scene)",
+        "time step  1.250e-7 s (file)",
+        "frames     the last 8 of 28 (file)",
+        "residual   0% of the pressure",
+    ] {
+        assert!(text.contains(line), "{line}\n{text}");
+    }
+    assert_eq!(json["size"], json!({"value": [2, 3, 4], "from": "file"}));
+    assert_eq!(json["series"]["used"], 8);
+    assert!(json["series"]["residual"].as_f64().unwrap() < 1e-6);
+    let nodes =
+        r#"<string name="placement" value="nodes"/><float name="time_step" value="1.2e-7"/>"#;
+    let (text, json) = of(&format!("{sound}{nodes}"));
+    assert_eq!(
+        json["spacing"],
+        json!({"value": [1.0, 0.5, 1.0 / 3.0], "from": "scene"})
+    );
+    assert_eq!(json["origin"]["value"], json!([0.0, 0.0, 0.0]));
+    assert_eq!(
+        json["series"]["time_step"],
+        json!({"value": 1.2e-7, "from": "scene"})
+    );
+    assert!(
+        json["series"]["residual"].as_f64().unwrap() > 0.05,
+        "{text}"
+    );
+    let frame = r#"<string name="placement" value="nodes"/><integer name="frame" value="3"/>"#;
+    let (text, json) = of(frame);
+    assert!(text.contains("frame      3 of 28 (file)"), "{text}");
+    assert_eq!(
+        (&json["frequency"], &json["series"]["residual"]),
+        (&json!(null), &json!(null))
+    );
 }

@@ -2,6 +2,7 @@
 
 use super::axis::Axis;
 use super::error::{FieldError, finite, positive};
+use super::sound::Sound;
 use super::{Jet, bessel};
 use crate::bounds::{Aabb, FieldBounds, IndexBounds};
 use glam::{DVec2, DVec3};
@@ -19,6 +20,8 @@ pub struct AcousticMode {
     order: u16,
     wave_number: f64,
     phase: f64,
+    /// In Hz, if it was given.
+    frequency: Option<f64>,
 }
 
 impl AcousticMode {
@@ -38,6 +41,7 @@ impl AcousticMode {
             order,
             wave_number: positive("wave number of an acoustic mode", wave_number)?,
             phase: finite("phase of an acoustic mode", phase)?,
+            frequency: None,
         })
     }
 
@@ -52,7 +56,11 @@ impl AcousticMode {
     ) -> Result<Self, FieldError> {
         let frequency = positive("frequency of an acoustic mode", frequency)?;
         let sound_speed = positive("speed of sound", sound_speed)?;
-        Self::new(amplitude, order, TAU * frequency / sound_speed, phase)
+        let wave_number = TAU * frequency / sound_speed;
+        Ok(AcousticMode {
+            frequency: Some(frequency),
+            ..Self::new(amplitude, order, wave_number, phase)?
+        })
     }
 
     /// The mode with the phase in time τ = `time_phase`, in radians, at t = 0. Two modes with τ = 0 and −π/2 and
@@ -209,12 +217,12 @@ impl Acoustic {
         }
     }
 
-    /// Shortest and longest wavelength 2π/k of the modes.
-    pub(super) fn wavelengths(&self) -> Option<[f64; 2]> {
-        let lengths = self.modes.iter().map(|m| TAU / m.wave_number);
-        lengths
-            .map(|length| [length, length])
-            .reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+    /// Those of the modes, of the wavelengths 2π/k.
+    pub(super) fn sounds(&self) -> impl Iterator<Item = Sound> {
+        self.modes.iter().map(|m| Sound {
+            frequency: m.frequency,
+            wavelength: TAU / m.wave_number,
+        })
     }
 
     fn wave(&self, d: DVec2) -> Wave {

@@ -39,6 +39,7 @@ pub use profile::IndexProfile;
 pub use sampled_sound::{SampledSound, SoundSamples};
 pub use scaled::Scaled;
 pub use selfoc::Selfoc;
+pub use sound::Sound;
 pub use sum::Sum;
 
 use crate::bounds::{Aabb, FieldBounds};

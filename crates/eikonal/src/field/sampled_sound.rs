@@ -1,6 +1,7 @@
 //! Sound that is sampled on a grid (docs/theory.md#sound).
 
 use super::error::{FieldError, positive};
+use super::sound::Sound;
 use super::{Bspline, Field, Jet, Placement};
 use crate::bounds::{Aabb, FieldBounds};
 use glam::DVec3;
@@ -27,7 +28,9 @@ pub struct SoundSamples {
     pub amplitude: Vec<[f32; 2]>,
     /// n₀, positive.
     pub n0: f64,
-    /// Wavelength of the sound in scene units, positive: it tells periods apart.
+    /// Of the sound in Hz, positive.
+    pub frequency: f64,
+    /// Of the sound in scene units, positive.
     pub wavelength: f64,
     /// Standard deviation of the noise of samples in index, which the spline may smooth away.
     pub noise: f64,
@@ -40,6 +43,7 @@ impl SampledSound {
     ///
     /// No samples or another number of them, an index that is not positive at some instant, values that are not finite.
     pub fn new(samples: SoundSamples) -> Result<Self, FieldError> {
+        positive("frequency of sound", samples.frequency)?;
         positive("wavelength of sound", samples.wavelength)?;
         let most = |[re, im]: &[f32; 2]| f64::from(re.hypot(*im));
         let largest = samples.amplitude.iter().map(most).fold(0.0, f64::max);
@@ -61,9 +65,11 @@ impl SampledSound {
         SampledSound { instant, wave }
     }
 
-    /// The wavelength, twice.
-    pub(super) fn wavelengths(&self) -> [f64; 2] {
-        [self.wave.wavelength; 2]
+    pub(super) fn sound(&self) -> Sound {
+        Sound {
+            frequency: Some(self.wave.frequency),
+            wavelength: self.wave.wavelength,
+        }
     }
 
     /// The field at the instant.

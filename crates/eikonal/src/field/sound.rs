@@ -3,6 +3,15 @@
 
 use super::Field;
 
+/// A sound in a field.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sound {
+    /// In Hz, if it is known.
+    pub frequency: Option<f64>,
+    /// In scene units. Under a transform that stretches directions differently, a mean of them.
+    pub wavelength: f64,
+}
+
 impl Field {
     /// The field at the phase `phase` = ωt of its sound, in radians; the field itself if there is no sound
     /// in it. Phase 0 is the field as it was made.
@@ -17,22 +26,29 @@ impl Field {
         }
     }
 
-    /// Shortest and longest wavelength of the sound in the field, in scene units, whatever its amplitude;
-    /// `None` without sound. Under a transform that stretches directions differently, a mean of them.
-    pub fn sound_wavelengths(&self) -> Option<[f64; 2]> {
+    /// The sounds in the field, whatever their amplitudes.
+    pub fn sounds(&self) -> Vec<Sound> {
         match self {
-            Field::Acoustic(f) => f.wavelengths(),
-            Field::SampledSound(f) => Some(f.wavelengths()),
-            Field::Sum(f) => f
-                .terms()
-                .filter_map(Field::sound_wavelengths)
-                .reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]),
+            Field::Acoustic(f) => f.sounds().collect(),
+            Field::SampledSound(f) => vec![f.sound()],
+            Field::Sum(f) => f.terms().flat_map(Field::sounds).collect(),
             Field::Affine(f) => {
-                let inner = f.inner().sound_wavelengths()?;
-                Some(inner.map(|length| length * f.mean_scale()))
+                let mut sounds = f.inner().sounds();
+                for sound in &mut sounds {
+                    sound.wavelength *= f.mean_scale();
+                }
+                sounds
             }
-            Field::Scaled(f) => f.inner().sound_wavelengths(),
-            _ => None,
+            Field::Scaled(f) => f.inner().sounds(),
+            _ => Vec::new(),
         }
+    }
+
+    /// Shortest and longest wavelength of the sounds in the field, in scene units; `None` without sound.
+    pub fn sound_wavelengths(&self) -> Option<[f64; 2]> {
+        let sounds = self.sounds().into_iter();
+        sounds
+            .map(|sound| [sound.wavelength; 2])
+            .reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
     }
 }

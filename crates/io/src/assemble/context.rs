@@ -4,6 +4,7 @@ use super::channels::Channels;
 use super::colour::clipping;
 use super::originals::Originals;
 use super::reach;
+use super::sound_record::SoundRecord;
 use super::texture_role::Role;
 use super::wish::Wish;
 use crate::diagnostic::Difference;
@@ -52,6 +53,8 @@ pub(super) struct Context<'a> {
     pub originals: Originals,
     /// Grids, and where they lie.
     pub grids: Vec<reach::Placed>,
+    /// What volumes of sound are made of.
+    pub sounds: Vec<SoundRecord>,
     /// Where Mitsuba would render the scene otherwise.
     pub differences: BTreeSet<Difference>,
     /// Groups of shapes with something wrong in them.
@@ -120,6 +123,7 @@ impl<'a> Context<'a> {
             textures: HashMap::new(),
             originals: Originals::default(),
             grids: Vec::new(),
+            sounds: Vec::new(),
             differences: BTreeSet::new(),
             refused_groups: HashSet::new(),
             medium_ids: HashMap::new(),

@@ -7,6 +7,7 @@ use super::instrument::Instrument;
 use super::integrator::{self, Method};
 use super::options::LoadOptions;
 use super::sensor::{self, SensorParts};
+use super::sound_record::SoundRecord;
 use super::{
     costly, coverage, emitter, entry, meter, non_terminating, reach, sampler, shape, sides,
 };
@@ -33,6 +34,8 @@ pub(super) struct Group {
     pub reweight: bool,
     pub adaptive: bool,
     pub instruments: Vec<Instrument>,
+    /// What volumes of sound are made of.
+    pub sounds: Vec<SoundRecord>,
     /// Those that only show while it is assembled.
     pub differences: BTreeSet<Difference>,
 }
@@ -323,6 +326,7 @@ impl<'a> Children<'a> {
             reweight: sensor.film.reweight,
             adaptive,
             instruments,
+            sounds: context.sounds,
             differences: context.differences,
         })
     }
@@ -365,7 +369,7 @@ impl Report<'_> {
         // Without light a picture is black, but other quantities are not.
         let matters = |p: &&SceneProblem| !(method.is_aov() && p.subject == Subject::Scene);
         self.all(scene.warnings().iter().filter(matters));
-        self.all(&costly::problems(scene));
+        self.all(&scene.at_all_instants(costly::problems));
         self.all(&entry::warnings(scene));
         if let Some(integrator) = method.renderer.integrator() {
             self.all(&non_terminating::warnings(scene, integrator));

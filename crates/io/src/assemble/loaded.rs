@@ -5,6 +5,7 @@ use super::film::Layering;
 use super::instrument::Instrument;
 use super::integrator::{self, AUTO, Kind};
 use super::quantities::NamedQuantity;
+use super::sound_record::SoundRecord;
 use crate::diagnostic::Difference;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::scene::SceneHash;
@@ -39,6 +40,8 @@ pub struct Loaded {
     pub samples: u64,
     /// Meters, if the scene has these in place of a camera.
     pub instruments: Vec<Instrument>,
+    /// What its volumes of sound are made of.
+    pub sounds: Vec<SoundRecord>,
     /// What is doubtful about it.
     pub warnings: Diagnostics,
     /// Where Mitsuba would render it otherwise.

@@ -32,11 +32,13 @@ mod sampler;
 mod sensor;
 mod shape;
 mod sides;
+mod sound_record;
 mod surface_texture;
 mod texture;
 mod texture_role;
 mod transforms;
 mod units;
+mod volume_source;
 mod wish;
 
 pub use crate::diagnostic::Difference;
@@ -47,6 +49,7 @@ pub use instrument::{Gruneisen, Instrument, Normalization};
 pub use loaded::{Loaded, NamedRenderer};
 pub use options::LoadOptions;
 pub use quantities::NamedQuantity;
+pub use sound_record::{FactSource, SeriesRecord, SoundRecord};
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::query::Query;
@@ -120,6 +123,7 @@ pub fn assemble(
     let adaptive = first.adaptive;
     let candidates = std::mem::take(&mut first.candidates);
     let instruments = std::mem::take(&mut first.instruments);
+    let sounds = std::mem::take(&mut first.sounds);
     let (quantities, moment) = (first.method.quantities, first.method.moment.take());
     let quantity_names = std::mem::take(&mut first.method.names);
     let channel_names = match &renderer {
@@ -131,6 +135,7 @@ pub fn assemble(
     };
     Ok(Loaded {
         instruments,
+        sounds,
         groups: groups.into_iter().map(|g| g.scene).collect(),
         renderer,
         candidates,

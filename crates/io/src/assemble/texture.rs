@@ -4,10 +4,11 @@ use super::context::Context;
 use super::reach;
 use super::texture_role::Role;
 use super::transforms::affine;
+use super::volume_source::{SOURCE, read};
 use crate::diagnostic::Location;
 use crate::query::{Input, Query, unknown_plugin};
-use crate::scene::{FileRegistry, ObjectDescription, SpectrumValue};
-use crate::volume::{AxisOrder, Format, Options, Sample, Volume, nrrd};
+use crate::scene::{ObjectDescription, SpectrumValue};
+use crate::volume::Volume;
 use eikonal::Shown;
 use eikonal::field::Placement;
 use glam::DAffine3;
@@ -172,146 +173,5 @@ fn of_group(volume: Volume, context: &Context) -> GridSamples {
         size,
         channels: used,
         data: data.collect(),
-    }
-}
-
-/// What [`read`] asks for.
-pub(super) const SOURCE: [&str; 7] = [
-    "filename",
-    "data",
-    "axis_order",
-    "dataset",
-    "placement",
-    "to_world",
-    "use_grid_bbox",
-];
-
-/// Where the samples of a volume file belong.
-pub(super) struct Source {
-    /// 0: voxel centres, 1: nodes on the bounds.
-    pub placement: usize,
-    /// From the unit cube, by way of the file's own coordinates if it has any.
-    pub to_world: DAffine3,
-}
-
-/// The samples of a volume, from the array that it holds or the file that it names.
-pub(super) fn read<T: Sample>(
-    object: &ObjectDescription,
-    context: &mut Context,
-) -> (Option<Volume<T>>, Source) {
-    let mut query = Query::new(object, context.diagnostics);
-    let volume = if query.has("data") {
-        held(&mut query)
-    } else {
-        from_file(&mut query, context.files)
-    };
-    let chosen = query.has("placement");
-    let mut placement = query.one_of("placement", &["centers", "nodes"]);
-    let matrix = query.transform("to_world");
-    let boxed = query.boolean_or("use_grid_bbox", false);
-    let mut to_world = affine(matrix, "to_world", &mut query);
-    if let Some((volume, frame)) = volume.as_ref().and_then(|v| Some((v, v.frame()?))) {
-        if chosen && placement != usize::from(frame.nodes) {
-            query.error(
-                "placement",
-                "the file says otherwise: leave 'placement' out",
-            );
-        }
-        placement = usize::from(frame.nodes);
-        to_world *= frame.to_file(volume.size());
-    } else if let (Some(volume), true) = (&volume, boxed) {
-        to_world *= own_box(volume, &mut query);
-    }
-    let source = Source {
-        placement,
-        to_world,
-    };
-    (volume, source)
-}
-
-/// Reads the file that a volume names. What the file format does not say, the scene must, such as which axis of
-/// an array is which.
-fn from_file<T: Sample>(query: &mut Query, files: &mut FileRegistry) -> Option<Volume<T>> {
-    let path = query.path("filename", files);
-    let format = Format::of(&path);
-    if let Some(name) = (format == Some(Format::Nrrd))
-        .then(|| nrrd::data_file(&path))
-        .flatten()
-    {
-        files.add(path.with_file_name(&name), &name);
-    }
-    let axes = axes(format, query);
-    let dataset = dataset(format, query);
-    let options = Options {
-        axes,
-        dataset: dataset.as_deref(),
-        limits: files.limits(),
-    };
-    if path.as_os_str().is_empty() {
-        return None;
-    }
-    let read = Volume::read(&path, options);
-    read.map_err(|e| query.file_error("filename", &e)).ok()
-}
-
-/// The array that a volume holds itself: `[z, y, x]` unless it says otherwise, as Mitsuba has it.
-fn held<T: Sample>(query: &mut Query) -> Option<Volume<T>> {
-    if query.has("filename") || query.has("dataset") {
-        query.error("data", "give the samples or a file with them, not both");
-    }
-    let axes = axes(None, query).unwrap_or(AxisOrder::ZYX);
-    let volume = Volume::of_tensor(&*query.tensor("data")?, axes);
-    volume.map_err(|e| query.error("data", e.to_string())).ok()
-}
-
-/// From the unit cube to the bounding box that a file states.
-fn own_box<T: Sample>(volume: &Volume<T>, query: &mut Query) -> DAffine3 {
-    let Some([min, max]) = volume.bbox() else {
-        let message = "the file has no bounding box: place the volume by 'to_world'";
-        query.error("use_grid_bbox", message);
-        return DAffine3::IDENTITY;
-    };
-    let size = max - min;
-    if size.min_element() <= 0.0 {
-        let message = format!("the file's bounding box is empty: {min} to {max}");
-        query.error("use_grid_bbox", message);
-        return DAffine3::IDENTITY;
-    }
-    DAffine3::from_translation(min) * DAffine3::from_scale(size)
-}
-
-/// Which axis of an array is which.
-fn axes(format: Option<Format>, query: &mut Query) -> Option<AxisOrder> {
-    let named = query.has("axis_order");
-    match format {
-        Some(format) if format.needs_axis_order() && !named => {
-            let message = "the format does not say which axis is which: give 'axis_order', \"zyx\" \
-                           if the last index runs along x, \"xyz\" if the first does";
-            query.error("filename", message);
-            Some(AxisOrder::ZYX)
-        }
-        Some(format) if format.has_axis_order() && named => {
-            query.error("axis_order", "the format has its own: x is fastest");
-            None
-        }
-        _ if named => {
-            let order = query.string("axis_order").parse();
-            let wrong = |message: String| query.error("axis_order", message);
-            Some(order.map_err(wrong).unwrap_or(AxisOrder::ZYX))
-        }
-        _ => None,
-    }
-}
-
-/// Which of the volumes of a file is meant.
-fn dataset(format: Option<Format>, query: &mut Query) -> Option<String> {
-    let named = query.has("dataset");
-    match format {
-        Some(format) if named && !format.has_datasets() => {
-            let message = "only .npz, HDF5, .mat, .vti and .vtk files hold several";
-            query.error("dataset", message);
-            None
-        }
-        _ => named.then(|| query.string("dataset")),
     }
 }

@@ -8,6 +8,7 @@ use crate::input::Limits;
 use eikonal::field::Bspline;
 use std::fmt;
 use std::io::Read;
+use std::ops::Range;
 use std::str::FromStr;
 
 /// Which axis of space runs along which axis of an array: a letter for each axis, in the order of the
@@ -127,6 +128,33 @@ impl Layout {
         Self::new(&[z, y, x, channels], false, AxisOrder::ZYX)
     }
 
+    /// That of an array `[frame, place]` of the places of a volume, with x fastest.
+    pub(super) fn columns(size: [usize; 3], frames: usize) -> Result<Self, Problem> {
+        check(size, frames)?;
+        let places = size.iter().product();
+        Ok(Layout {
+            size,
+            channels: frames,
+            axes: [(1, 0), (1, 0), (frames, 1), (places, frames)],
+        })
+    }
+
+    /// Axes of more than one element, the slowest of the file first: their lengths, and the distances of neighbours in the volume.
+    pub(super) fn long_axes(&self) -> impl Iterator<Item = (usize, usize)> {
+        self.axes.into_iter().filter(|(length, _)| *length > 1)
+    }
+
+    /// The values, by their number in the file, among which those of some channels are: whole rows of its slowest axis.
+    pub(super) fn span(&self, channels: Range<usize>) -> Range<usize> {
+        match self.long_axes().next() {
+            Some((length, 1)) if length == self.channels => {
+                let row = self.count() / length;
+                channels.start * row..channels.end * row
+            }
+            _ => 0..self.count(),
+        }
+    }
+
     /// Number of values.
     pub(super) fn count(&self) -> usize {
         self.axes.iter().map(|(length, _)| length).product()
@@ -205,11 +233,16 @@ impl Layout {
 
     /// Where in the volume the values of the file belong, in the order of the file.
     pub(super) fn targets(&self) -> impl Iterator<Item = usize> + use<> {
+        self.targets_from(0)
+    }
+
+    /// The same from a row of the fastest axis on.
+    pub(super) fn targets_from(&self, first: usize) -> impl Iterator<Item = usize> + use<> {
         let [(a, da), (b, db), (c, dc), (d, dd)] = self.axes;
-        (0..a).flat_map(move |i| {
-            (0..b).flat_map(move |j| {
-                (0..c).flat_map(move |k| (0..d).map(move |l| i * da + j * db + k * dc + l * dd))
-            })
+        (first / d..a * b * c).flat_map(move |row| {
+            let [i, j, k] = [row / c / b, row / c % b, row % c];
+            let start = i * da + j * db + k * dc;
+            (0..d).map(move |l| start + l * dd)
         })
     }
 }

@@ -6,6 +6,7 @@ pub mod nifti;
 pub mod npy;
 pub mod npz;
 pub mod nrrd;
+pub mod series;
 pub mod vdb;
 pub mod vol;
 pub mod vti;
@@ -26,6 +27,7 @@ use crate::element::Element;
 use crate::error::{FileError, Problem};
 use crate::scene::{Numbers, Tensor};
 use layout::Layout;
+use series::{Plan, Series};
 
 pub use format::Format;
 pub use frame::VolumeFrame;
@@ -81,7 +83,6 @@ pub struct Volume<T = f32> {
     bbox: Option<[DVec3; 2]>,
     frame: Option<VolumeFrame>,
     unit: Option<String>,
-    time_step: Option<f64>,
 }
 
 impl<T: Sample> Volume<T> {
@@ -114,7 +115,6 @@ impl<T: Sample> Volume<T> {
             bbox: None,
             frame: None,
             unit: None,
-            time_step: None,
         })
     }
 
@@ -144,10 +144,15 @@ impl<T: Sample> Volume<T> {
         Volume { unit, ..self }
     }
 
-    /// The same volume with channels that are instants, so many seconds apart.
-    #[must_use]
-    pub fn with_time_step(self, time_step: Option<f64>) -> Self {
-        Volume { time_step, ..self }
+    /// The same volume with what the file of another says of its place, unit and type of numbers.
+    fn recorded_as(self, other: &Self) -> Self {
+        Volume {
+            element: other.element,
+            bbox: other.bbox,
+            frame: other.frame,
+            unit: other.unit.clone(),
+            ..self
+        }
     }
 
     /// Number of voxels along x, y, z.
@@ -190,32 +195,6 @@ impl<T: Sample> Volume<T> {
         self.unit.as_deref()
     }
 
-    /// Seconds between channels, if they are instants and the file says so.
-    pub fn time_step(&self) -> Option<f64> {
-        self.time_step
-    }
-
-    /// One of its channels alone.
-    ///
-    /// # Errors
-    ///
-    /// A channel that it does not have.
-    pub fn only(mut self, channel: usize) -> Result<Self, Problem> {
-        if channel >= self.channels {
-            return Err(Problem::Mismatch {
-                expected: format!("more than {channel} channels or frames"),
-                found: self.channels.to_string(),
-            });
-        }
-        let voxels = self.data.len() / self.channels;
-        for i in 0..voxels {
-            self.data[i] = self.data[i * self.channels + channel];
-        }
-        self.data.truncate(voxels);
-        self.channels = 1;
-        Ok(self)
-    }
-
     /// Where the samples are: in the file's own place, else at the centres of the cells of its box, or of
     /// the unit cube.
     pub fn place(&self) -> VolumeFrame {
@@ -256,11 +235,7 @@ impl<T: Sample> Volume<T> {
         for (target, v) in layout.targets().zip(tensor.iter()) {
             data[target] = T::nearest(v);
         }
-        let element = match tensor.numbers() {
-            Numbers::Single(_) => Element::F32,
-            Numbers::Double(_) => Element::F64,
-        };
-        Ok(Volume::new(layout.size, layout.channels, data)?.with_element(element))
+        Ok(Volume::new(layout.size, layout.channels, data)?.with_element(element_of(tensor)))
     }
 
     /// Reads a file of the format that its extension tells ([`Format`]).
@@ -282,6 +257,34 @@ impl<T: Sample> Volume<T> {
             Some(Format::Nifti) => nifti::read(path, options),
             None => Err(Format::unknown().at(path)),
         }
+    }
+}
+
+impl Series {
+    /// Sums the frames of the array in a file. NumPy's and HDF5's are read in parts: beside the sums, 8 bytes each, they take
+    /// memory for a block of [`hdf5::BLOCK`] numbers or a chunk of the file. Arrays of other formats are read as a whole.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Volume::read`] and of the plan.
+    pub fn read(path: &Path, options: Options, plan: &mut Plan) -> Result<Self, FileError> {
+        match Format::of(path) {
+            Some(Format::Npy) => npy::read_series(path, options, plan),
+            Some(Format::Npz) => npz::read_series(path, options, plan),
+            Some(Format::Hdf5) => hdf5::read_series(path, options, plan),
+            _ => {
+                let volume = Volume::read(path, options)?;
+                Self::of_volume(volume, plan).map_err(|problem| problem.at(path))
+            }
+        }
+    }
+}
+
+/// The type of the numbers of an array.
+fn element_of(tensor: &Tensor) -> Element {
+    match tensor.numbers() {
+        Numbers::Single(_) => Element::F32,
+        Numbers::Double(_) => Element::F64,
     }
 }
 

@@ -1,9 +1,10 @@
 //! Volumes as NumPy arrays.
 
-use std::io::{BufReader, Read};
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use super::layout::Layout;
+use super::series::{self, Adder, Plan, Series};
 use super::{Options, Sample, Volume};
 use crate::error::{FileError, Problem};
 use crate::{atomic, binary, input, npy};
@@ -42,6 +43,79 @@ pub(super) fn read_from<T: Sample>(
     let data = layout.read(reader, header.encoding)?;
     let volume = Volume::new(layout.size, layout.channels, data)?;
     Ok(volume.with_element(element))
+}
+
+/// Sums the frames of a file's array.
+pub(super) fn read_series(
+    path: &Path,
+    options: Options,
+    plan: &mut Plan,
+) -> Result<Series, FileError> {
+    let (mut reader, size) = input::open(path)?;
+    let file = ArrayFile {
+        reader: &mut reader,
+        size,
+        stored: size,
+        skip: |reader, bytes| reader.seek(SeekFrom::Current(bytes as i64)).map(drop),
+    };
+    series_from(file, options, plan).map_err(|problem| problem.at(path))
+}
+
+/// Sums the frames of the array in the bytes of a file.
+///
+/// # Errors
+///
+/// As for [`Series::read`].
+pub fn parse_series(bytes: &[u8], options: Options, plan: &mut Plan) -> Result<Series, Problem> {
+    let size = bytes.len() as u64;
+    let file = ArrayFile {
+        reader: &mut BufReader::new(bytes),
+        size,
+        stored: size,
+        skip: skip_by_reading,
+    };
+    series_from(file, options, plan)
+}
+
+/// An array that is open.
+pub(super) struct ArrayFile<'r, R> {
+    pub reader: &'r mut R,
+    /// Bytes of the array.
+    pub size: u64,
+    /// Bytes of the file that it is in.
+    pub stored: u64,
+    /// Leaves bytes out.
+    pub skip: fn(&mut R, u64) -> io::Result<()>,
+}
+
+/// Leaves bytes out where a reader can do nothing but read.
+pub(super) fn skip_by_reading(reader: &mut impl Read, bytes: u64) -> io::Result<()> {
+    io::copy(&mut reader.take(bytes), &mut io::sink()).map(drop)
+}
+
+/// Sums the frames of an array.
+pub(super) fn series_from<R: Read>(
+    file: ArrayFile<R>,
+    options: Options,
+    plan: &mut Plan,
+) -> Result<Series, Problem> {
+    let header = npy::Header::read(file.reader, file.size)?;
+    let layout = Layout::new(&header.shape, header.fortran_order, options.axes()?)?;
+    let element = header.encoding.element;
+    binary::check_size(layout.count(), element.size(), header.size, file.size)?;
+    let permit = |count, each| options.limits.check(count, each, file.stored);
+    let mut adder = Adder::new(layout.size, series::shape(&layout, None), plan, permit)?;
+    let span = layout.span(adder.used());
+    let mut targets = layout.targets_from(span.start);
+    let before = (span.start * element.size()) as u64;
+    (file.skip)(file.reader, before).map_err(Problem::Read)?;
+    let read = header.encoding.read(file.reader, span.len(), |v| {
+        if let Some(target) = targets.next() {
+            adder.add(target, v);
+        }
+    });
+    read.map_err(Problem::Read)?;
+    Ok(adder.finish()?.of_element(element))
 }
 
 /// Writes a volume as an array `[z, y, x]`, or `[z, y, x, channel]` if it has several channels, of the type of

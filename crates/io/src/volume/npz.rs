@@ -4,8 +4,10 @@
 use std::io::{Cursor, Read, Seek};
 use std::path::Path;
 
+use zip::read::ZipFile;
 use zip::{ZipArchive, ZipWriter};
 
+use super::series::{Plan, Series};
 use super::{INFLATION, Options, Sample, Volume, choose, npy};
 use crate::error::{FileError, Problem};
 use crate::{atomic, input};
@@ -35,6 +37,37 @@ fn read_from<T: Sample>(
     size: u64,
     options: Options,
 ) -> Result<Volume<T>, Problem> {
+    with_array(reader, size, options, |file, length| {
+        npy::read_from(file, [length, size], options)
+    })
+}
+
+/// Sums the frames of a file's array.
+pub(super) fn read_series(
+    path: &Path,
+    options: Options,
+    plan: &mut Plan,
+) -> Result<Series, FileError> {
+    let (reader, stored) = input::open(path)?;
+    let read = with_array(reader, stored, options, |reader, size| {
+        let file = npy::ArrayFile {
+            reader,
+            size,
+            stored,
+            skip: npy::skip_by_reading,
+        };
+        npy::series_from(file, options, plan)
+    });
+    read.map_err(|problem| problem.at(path))
+}
+
+/// Reads the array that is meant, of so many bytes, in a file of `size` bytes.
+fn with_array<T, R: Read + Seek>(
+    reader: R,
+    size: u64,
+    options: Options,
+    read: impl FnOnce(&mut ZipFile<'_, R>, u64) -> Result<T, Problem>,
+) -> Result<T, Problem> {
     let mut archive = ZipArchive::new(reader).map_err(bad)?;
     // Other members are none of ours.
     let arrays = archive.file_names().filter_map(Result::ok);
@@ -51,7 +84,7 @@ fn read_from<T: Sample>(
             found: size,
         });
     }
-    npy::read_from(&mut file, [length, size], options)
+    read(&mut file, length)
 }
 
 /// Writes a volume as the array `name` of an archive, not compressed, in the order of [`npy::write`].

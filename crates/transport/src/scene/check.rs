@@ -47,6 +47,13 @@ pub struct SceneProblem {
     pub help: String,
 }
 
+impl SceneProblem {
+    /// Whether another problem is the same but for the numbers in its message: what to do about it is the same.
+    pub(super) fn has_cause_of(&self, other: &SceneProblem) -> bool {
+        (self.subject, &self.help) == (other.subject, &other.help)
+    }
+}
+
 /// Index jumps below this are round-off of a match.
 const MATCHED: f64 = 1e-6;
 /// Facets of a rough dielectric with a smaller jump of the index scatter into cones of less than about a degree.
@@ -83,7 +90,7 @@ pub(super) fn check(scene: &Scene) -> Vec<SceneProblem> {
     problems
 }
 
-fn error(subject: Subject, message: String, help: &str) -> SceneProblem {
+pub(super) fn error(subject: Subject, message: String, help: &str) -> SceneProblem {
     SceneProblem {
         severity: ProblemSeverity::Error,
         subject,

@@ -6,20 +6,22 @@
 //! Theory: docs/theory.md#sound.
 
 use super::Scene;
-use super::check::{ProblemSeverity, SceneProblem, Subject};
+use super::check::{SceneProblem, Subject, error};
 use super::parts::Parts;
+use eikonal::field::Sound;
 use std::f64::consts::TAU;
 
-/// Wavelengths that differ by less, relatively, have the same period.
+/// Wavelengths and frequencies that differ by less, relatively, have the same period.
 const SAME: f64 = 1e-9;
 
 impl Scene {
     /// The scene at `instants` ≥ 1 instants, evenly spaced over a period of the sound in its media: the phase
-    /// ωt of instant i is 2πi/`instants`. Every sound in the scene is taken to have the same period.
+    /// ωt of instant i is 2πi/`instants`. Every sound in the scene is taken to have the same period. What is doubtful at
+    /// some instant is a warning of the scene, once for each part of the scene and cause.
     ///
     /// # Errors
-    /// As [`Scene::new`], for any instant; if there is no sound, or sound of several wavelengths in one
-    /// medium.
+    /// As [`Scene::new`], for any instant; if there is no sound, sound of several wavelengths in one medium, or of several
+    /// frequencies in the scene.
     pub fn over_period(parts: Parts, instants: usize) -> Result<Self, Vec<SceneProblem>> {
         if instants > 1 {
             let problems = no_period(&parts);
@@ -38,6 +40,7 @@ impl Scene {
         let later = later.collect::<Result<Vec<_>, _>>()?;
         let mut scene = Scene::new(parts)?;
         scene.later = later;
+        scene.warnings = scene.at_all_instants(|scene| scene.warnings.clone());
         Ok(scene)
     }
 
@@ -54,6 +57,23 @@ impl Scene {
         }
     }
 
+    /// What `problems` finds at all instants, once for each part of the scene and cause: of what differs only by numbers in its
+    /// message, what is found first.
+    pub fn at_all_instants(
+        &self,
+        problems: impl Fn(&Scene) -> Vec<SceneProblem>,
+    ) -> Vec<SceneProblem> {
+        let mut found = problems(self);
+        for later in &self.later {
+            for problem in problems(later) {
+                if !found.iter().any(|earlier| earlier.has_cause_of(&problem)) {
+                    found.push(problem);
+                }
+            }
+        }
+        found
+    }
+
     /// The least number of samples, at least `samples`, that are the same number at each instant, in whole
     /// [replicates](Scene::replicates).
     pub fn whole_periods(&self, samples: u64) -> u64 {
@@ -68,36 +88,59 @@ impl Scene {
 
 /// Why there is nothing to take a mean over.
 fn no_period(parts: &Parts) -> Vec<SceneProblem> {
-    let error = |subject, message: String, help: &str| SceneProblem {
-        severity: ProblemSeverity::Error,
-        subject,
-        message,
-        help: help.into(),
-    };
-    let lengths = parts.media.iter().map(|m| m.index.sound_wavelengths());
-    let lengths: Vec<_> = lengths.collect();
-    if lengths.iter().all(Option::is_none) {
+    let sounds: Vec<Vec<Sound>> = parts.media.iter().map(|m| m.index.sounds()).collect();
+    if sounds.iter().all(Vec::is_empty) {
         let message = "the sampler has 'phases', but no medium has sound in it";
         return vec![error(
             Subject::Sensor,
             message.into(),
-            "leave 'phases' out, or give a medium an 'acoustic' index",
+            "leave 'phases' out, or give a medium an index with sound in it",
         )];
     }
-    let uneven = |(id, lengths): (usize, &Option<[f64; 2]>)| {
-        let [shortest, longest] = (*lengths)?;
-        (longest > shortest * (1.0 + SAME)).then(|| {
-            let message = format!(
-                "the sound in medium '{}' has several wavelengths, {shortest} to {longest}, and no common \
-                 period to average over",
-                parts.media[id].name
-            );
-            error(
-                Subject::Medium(id),
-                message,
-                "give all modes the same wave number, or leave the sampler's 'phases' out",
-            )
-        })
-    };
-    lengths.iter().enumerate().filter_map(uneven).collect()
+    let uneven = (0..sounds.len()).filter_map(|id| several_wavelengths(parts, id));
+    let uneven: Vec<_> = uneven.collect();
+    if uneven.is_empty() {
+        several_frequencies(parts, &sounds).into_iter().collect()
+    } else {
+        uneven
+    }
+}
+
+/// Sounds of different wavelengths in one medium have different periods.
+fn several_wavelengths(parts: &Parts, id: usize) -> Option<SceneProblem> {
+    let medium = &parts.media[id];
+    let [shortest, longest] = medium.index.sound_wavelengths()?;
+    (longest > shortest * (1.0 + SAME)).then(|| {
+        let message = format!(
+            "the sound in medium '{}' has several wavelengths, {shortest} to {longest}, and no common \
+             period to average over",
+            medium.name
+        );
+        error(
+            Subject::Medium(id),
+            message,
+            "give all modes the same wave number, or leave the sampler's 'phases' out",
+        )
+    })
+}
+
+/// Sounds of different frequencies, as far as these are known.
+fn several_frequencies(parts: &Parts, sounds: &[Vec<Sound>]) -> Option<SceneProblem> {
+    let known = sounds.iter().enumerate().flat_map(|(id, sounds)| {
+        let frequencies = sounds.iter().filter_map(|sound| sound.frequency);
+        frequencies.map(move |hz| (id, hz))
+    });
+    let mut known = known.collect::<Vec<_>>().into_iter();
+    let (first, reference) = known.next()?;
+    let (id, hz) = known.find(|(_, hz)| (hz - reference).abs() > SAME * reference)?;
+    let message = format!(
+        "the sound in medium '{}' has {reference} Hz, that in medium '{}' has {hz} Hz: there is no common \
+         period to average over",
+        parts.media[first].name, parts.media[id].name
+    );
+    Some(error(
+        Subject::Medium(id),
+        message,
+        "give all sounds the same frequency, or leave the sampler's 'phases' out",
+    ))
 }

@@ -5,7 +5,7 @@ use super::{
 };
 use crate::load::file_name;
 use io::Loaded;
-use io::assemble::steps_across;
+use io::assemble::{FactSource, SoundRecord, steps_across};
 use io::rendered::Naming;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -33,6 +33,7 @@ pub fn describe(path: &Path, loaded: &Loaded) -> Value {
         "objects": scene.objects().len(),
         "emitters": emitters.map(|(e, name)| emitter(loaded, e, name)).collect::<Vec<_>>(),
         "media": (0..scene.media().len()).map(|id| medium(loaded, id)).collect::<Vec<_>>(),
+        "sounds": loaded.sounds.iter().map(sound).collect::<Vec<_>>(),
         "warnings": loaded.warnings.iter().map(|w| w.message.as_str()).collect::<Vec<_>>(),
         "differences": loaded.differences.iter().map(|d| json!({ "topic": d.topic, "text": d.text })).collect::<Vec<_>>(),
     })
@@ -70,6 +71,29 @@ fn emitter(loaded: &Loaded, emitter: &Emitter, name: &str) -> Value {
         "type": emitter.kind(),
         "found": found.as_ref().map(|(how, _)| how),
         "complete": found.as_ref().map(|(_, complete)| complete),
+    })
+}
+
+/// A volume of sound; lengths are in scene units, the frequency is in Hz, the time step in seconds.
+fn sound(record: &SoundRecord) -> Value {
+    let from = |value: Value, source: FactSource| json!({ "value": value, "from": source.name() });
+    let series = record.series.as_ref().map(|series| {
+        json!({
+            "frames": from(series.frames.into(), record.sized_by()),
+            "first": series.first,
+            "used": series.used,
+            "time_step": series.time_step.map(|(step, source)| from(step.into(), source)),
+            "residual": series.residual,
+        })
+    });
+    json!({
+        "type": record.plugin,
+        "file": record.file,
+        "size": from(json!(record.size), record.sized_by()),
+        "spacing": from(json!(record.spacing().to_array()), record.placed_by),
+        "origin": from(json!(record.origin().to_array()), record.placed_by),
+        "frequency": record.frequency.map(|hz| from(hz.into(), FactSource::Scene)),
+        "series": series,
     })
 }
 

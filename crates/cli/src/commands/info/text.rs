@@ -6,7 +6,7 @@ use crate::numbers::{bytes, count, percent, plain};
 use eikonal::Uniqueness;
 use glam::DVec3;
 use io::Loaded;
-use io::assemble::{Walls, steps_across};
+use io::assemble::{SoundRecord, Walls, steps_across};
 use io::diagnostic::escaped;
 use io::rendered::Naming;
 use std::fmt::Write as _;
@@ -45,8 +45,56 @@ pub fn describe(path: &Path, loaded: &Loaded) -> Result<String, std::fmt::Error>
     for id in 0..scene.media().len() {
         medium(out, loaded, id)?;
     }
+    if !loaded.sounds.is_empty() {
+        writeln!(out, "\nsounds       {}", loaded.sounds.len())?;
+    }
+    for record in &loaded.sounds {
+        sound(out, record)?;
+    }
     writeln!(out)?;
     Ok(text)
+}
+
+/// A volume of sound, and where each fact is from.
+fn sound(out: &mut String, record: &SoundRecord) -> std::fmt::Result {
+    let place = record.placed_by.name();
+    match &record.file {
+        Some(file) => writeln!(out, "  {} of {}", record.plugin, escaped(file))?,
+        None => writeln!(out, "  {}", record.plugin)?,
+    }
+    let [x, y, z] = record.size;
+    writeln!(
+        out,
+        "    grid       {x} × {y} × {z} ({})",
+        record.sized_by().name()
+    )?;
+    writeln!(
+        out,
+        "    spacing    {} scene units ({place})",
+        point(record.spacing())
+    )?;
+    writeln!(out, "    origin     {} ({place})", point(record.origin()))?;
+    if let Some(frequency) = record.frequency {
+        writeln!(out, "    frequency  {} Hz (scene)", plain(frequency))?;
+    }
+    let Some(series) = &record.series else {
+        return Ok(());
+    };
+    if let Some((step, source)) = series.time_step {
+        writeln!(out, "    time step  {} s ({})", plain(step), source.name())?;
+    }
+    let frames = format!("of {} ({})", series.frames, record.sized_by().name());
+    match series.residual {
+        None => writeln!(out, "    frame      {} {frames}", series.first),
+        Some(residual) => {
+            writeln!(out, "    frames     the last {} {frames}", series.used)?;
+            writeln!(
+                out,
+                "    residual   {} of the pressure (root mean square)",
+                percent(residual)
+            )
+        }
+    }
 }
 
 /// What measures in place of a camera.

@@ -1,19 +1,19 @@
 //! Indices sampled on a grid, or following from samples of a density or a pressure.
 
 use super::super::context::Context;
-use super::super::texture::{SOURCE, Source, read};
+use super::super::sound_record::{FactSource, SeriesRecord, SoundRecord};
+use super::super::volume_source::{SOURCE, Source, read, read_series};
 use super::super::{reach, units};
+use super::oscillating::{Amplitudes, in_place, oscillating};
 use super::rounding::Rounding;
-use super::wave::{Asked, Series, Wave};
+use super::wave::{Asked, Wave, only};
 use super::{air, placed};
 use crate::diagnostic::Diagnostic;
-use crate::error::Problem;
 use crate::query::{INDEX, Query};
 use crate::scene::{ObjectDescription, Value};
 use crate::volume::{Sample, Volume};
-use eikonal::field::{Bspline, NoiseShares, Placement, SampledSound, SoundSamples};
-use eikonal::{Aabb, Field, Shown};
-use glam::{DAffine3, DMat3, DVec3};
+use eikonal::field::{Bspline, NoiseShares, Placement};
+use eikonal::{Field, Shown};
 
 /// More than any liquid or gas has, in 1/Pa; water has 1.4e-10.
 const LARGEST_DN_DP: f64 = 1e-6;
@@ -63,14 +63,6 @@ impl Samples {
         each!(self, v => units::range(v.data().iter().map(|q| q.wide())))
     }
 
-    /// One of the channels alone.
-    fn only(self, channel: usize) -> Result<Self, Problem> {
-        Ok(match self {
-            Samples::Single(v) => Samples::Single(v.only(channel)?),
-            Samples::Double(v) => Samples::Double(v.only(channel)?),
-        })
-    }
-
     /// What they were rounded to.
     fn rounding(&self) -> Rounding {
         each!(self, v => {
@@ -83,43 +75,28 @@ impl Samples {
 /// The field of a volume of type `bspline`, `gladstone_dale` or `pressure`: samples, interpolated by
 /// tricubic B-splines, in the box that `to_world` makes of the unit cube or of the file's own box.
 pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option<Field> {
-    let (samples, source) = samples(object, context);
+    let asked = (object.plugin == "pressure").then(|| {
+        let mut query = Query::new(object, context.diagnostics);
+        Asked::of(&mut query)
+    });
+    let asked = asked.flatten();
+    let known = Asked::parameters(asked.as_ref());
+    let (samples, source) = match asked {
+        Some(Asked::Wave(wave)) => return sound(&wave, known, object, context),
+        Some(Asked::Frame(number)) => frame(number, object, context),
+        None => samples(object, context),
+    };
     let nm = context.channels.wavelength(context.group);
     let mut query = Query::new(object, context.diagnostics);
-    for known in SOURCE {
-        query.has(known);
-    }
+    known.iter().for_each(|name| _ = query.has(name));
     // A file that cannot be read may say it.
     let says = samples
         .as_ref()
         .is_none_or(|s| each!(s, v => v.frame().is_some()));
-    if !query.has("placement") && !says {
-        let message = "a grid of the index needs 'placement': \"centers\" if samples \
-                       sit at voxel centres, \"nodes\" if the outermost lie on the bounds";
-        query.error("filename", message);
-    }
-    let law = law(object, nm, &mut query);
+    let law = rest(says, object, nm, &mut query);
     let smoothing = smoothing(&mut query);
-    let asked = (object.plugin == "pressure").then(|| Asked::of(&mut query));
-    let asked = asked.flatten();
-    if matches!(asked, Some(Asked::Wave(_))) {
-        for name in ["reference", "smoothing"] {
-            if query.has(name) {
-                let message = "of no use for sound of a frequency, which is an amplitude";
-                query.error(name, message);
-            }
-        }
-    }
     query.finish(&[]);
-    let mut samples = samples?;
-    match asked {
-        None => {}
-        Some(Asked::Frame(frame)) => {
-            let only = samples.only(frame);
-            samples = context.accept(&object.location, only)?;
-        }
-        Some(Asked::Wave(wave)) => return sound(&samples, &wave, law?, &source, object, context),
-    }
+    let samples = samples?;
     let (channels, size) = each!(&samples, v => (v.channels(), v.size()));
     if channels != 1 {
         let message = format!("a refractive index has one channel, this has {channels}");
@@ -163,99 +140,85 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     placed(field.into(), rest, object, context)
 }
 
-/// The box of the samples, and the transform that it needs at run time: none if it is aligned with the axes.
-fn in_place(map: DAffine3) -> (Aabb, Option<DAffine3>) {
-    let diagonal = DMat3::from_diagonal(map.matrix3.diagonal());
-    let aligned = map.matrix3 == diagonal && diagonal.diagonal().min_element() > 0.0;
-    if aligned {
-        let end = map.transform_point3(DVec3::ONE);
-        (Aabb::new(map.translation, end), None)
-    } else {
-        (Aabb::new(DVec3::ZERO, DVec3::ONE), Some(map))
+/// Asks for what is left to know of a volume; `says` whether its file says how samples lie.
+fn rest(says: bool, object: &ObjectDescription, nm: Option<f64>, query: &mut Query) -> Option<Law> {
+    for known in SOURCE {
+        query.has(known);
     }
+    if !query.has("placement") && !says {
+        let message = "a grid of the index needs 'placement': \"centers\" if samples \
+                       sit at voxel centres, \"nodes\" if the outermost lie on the bounds";
+        query.error("filename", message);
+    }
+    law(object, nm, query)
 }
 
-/// The field of sound of a frequency that samples say.
+/// The samples of a series at one of its instants.
+fn frame(
+    number: usize,
+    object: &ObjectDescription,
+    context: &mut Context,
+) -> (Option<Samples>, Source) {
+    let (series, source) = read_series(object, context, &mut |shape| only(number, shape));
+    let samples = series.map(|series| {
+        context.sounds.push(SoundRecord {
+            series: Some(SeriesRecord {
+                frames: series.shape.frames,
+                first: number,
+                used: 1,
+                time_step: series.shape.time_step.map(|step| (step, FactSource::File)),
+                residual: None,
+            }),
+            ..source.record(object, series.sums.size())
+        });
+        Samples::Double(series.sums)
+    });
+    (samples, source)
+}
+
+/// The field of sound of a frequency, for which the parameters that are known were asked.
 fn sound(
-    samples: &Samples,
     wave: &Wave,
-    law: Law,
-    source: &Source,
+    known: &[&str],
     object: &ObjectDescription,
     context: &mut Context,
 ) -> Option<Field> {
-    let (count, size, time_step) = each!(samples, v => (v.channels(), v.size(), v.time_step()));
-    let at = |i: usize| each!(samples, v => v.data()[i].wide());
-    let series = Series {
-        count,
-        time_step,
-        at: &at,
-        places: size.iter().product(),
-    };
+    let mut form = None;
+    let (series, source) = read_series(object, context, &mut |shape| {
+        let found = wave.form(shape)?;
+        let sums = found.sums();
+        form = Some(found);
+        Ok(sums)
+    });
+    let nm = context.channels.wavelength(context.group);
+    let mut query = Query::new(object, context.diagnostics);
+    known.iter().for_each(|name| _ = query.has(name));
+    let says = series.as_ref().is_none_or(|s| s.sums.frame().is_some());
+    let law = rest(says, object, nm, &mut query);
+    query.finish(&[]);
+    let (series, law) = (series?, law?);
+    let (size, of_file) = (series.sums.size(), series.shape.time_step);
+    let found = wave.found(&form?, series);
+    for doubt in found
+        .series
+        .iter()
+        .flat_map(|record| wave.doubts(record, of_file))
+    {
+        let warning = Diagnostic::warning(doubt.message).help(doubt.help.map(String::from));
+        context.diagnostics.push(warning.at(&object.location));
+    }
     let amplitudes = Amplitudes {
-        pressure: wave.amplitudes(&series, object, context)?,
-        size,
-        placement: [Placement::Centers, Placement::Nodes][source.placement],
-        to_world: source.to_world,
+        pressure: found.pressure,
+        record: SoundRecord {
+            series: found.series,
+            ..source.record(object, size)
+        },
+        frequency: wave.frequency,
         n0: law.n0,
         slope: law.slope,
         wavelength: wave.wavelength,
     };
     oscillating(amplitudes, object, context)
-}
-
-/// Samples of sound of a frequency.
-pub(super) struct Amplitudes {
-    /// Real and imaginary parts of the pressure, Pa; x runs fastest.
-    pub pressure: Vec<[f64; 2]>,
-    /// Number of samples along x, y and z.
-    pub size: [usize; 3],
-    pub placement: Placement,
-    /// From the unit cube, which they fill.
-    pub to_world: DAffine3,
-    /// Index without sound.
-    pub n0: f64,
-    /// Change of the index with the pressure.
-    pub slope: f64,
-    /// Of the sound, in the world.
-    pub wavelength: f64,
-}
-
-/// The field of sound of a frequency.
-pub(super) fn oscillating(
-    samples: Amplitudes,
-    object: &ObjectDescription,
-    context: &mut Context,
-) -> Option<Field> {
-    let in_index = |[re, im]: &[f64; 2]| [re, im].map(|v| (samples.slope * v) as f32);
-    let amplitude: Vec<[f32; 2]> = samples.pressure.iter().map(in_index).collect();
-    let most = amplitude.iter().map(|[re, im]| f64::from(re.hypot(*im)));
-    let most = most.fold(0.0, f64::max);
-    if let Some(doubt) = units::of_pressure([samples.n0 - most, samples.n0 + most], samples.n0) {
-        let message = format!("the sound changes the index by up to {most:.3e}: {doubt}");
-        let help = match object.plugin.as_str() {
-            "transducer" => "check 'pressure' and 'dn_dp'",
-            _ => "check the units of the file, 'dn_dp' and 'scale'",
-        };
-        let warning = Diagnostic::warning(message).help(help.to_owned());
-        context.diagnostics.push(warning.at(&object.location));
-    }
-    let quantity = reach::Quantity::Index;
-    let grid = reach::Placed::new(quantity, samples.to_world, &object.location);
-    context.grids.push(grid);
-    let (bounds, rest) = in_place(samples.to_world);
-    let field = SampledSound::new(SoundSamples {
-        size: samples.size,
-        bounds,
-        placement: samples.placement,
-        amplitude,
-        n0: samples.n0,
-        wavelength: samples.wavelength
-            / rest.map_or(1.0, |map| map.matrix3.determinant().abs().cbrt()),
-        noise: 0.0,
-    });
-    let field = context.accept(&object.location, field)?;
-    placed(field.into(), rest, object, context)
 }
 
 /// How far a spline may pass samples by.

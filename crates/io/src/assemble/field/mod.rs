@@ -5,10 +5,12 @@ mod air;
 mod dispersion;
 mod expression;
 mod grid;
+mod oscillating;
 mod profile;
 mod rounding;
 mod transducer;
 mod wave;
+mod wave_fit;
 
 use super::context::Context;
 use super::described::DISPERSION_LAWS;
@@ -159,10 +161,12 @@ fn sum(object: &ObjectDescription, context: &mut Context) -> Option<Field> {
     let matrix = query.transform("to_world");
     let map = affine(matrix, "to_world", &mut query);
     query.finish(&[]);
-    let before = context.grids.len();
+    let before = [context.grids.len(), context.sounds.len()];
     let terms: Option<Vec<Field>> = terms.into_iter().map(|t| build(t, context)).collect();
-    let grids = context.grids.iter_mut().skip(before);
+    let grids = context.grids.iter_mut().skip(before[0]);
     grids.for_each(|grid| grid.to_world = map * grid.to_world);
+    let sounds = context.sounds.iter_mut().skip(before[1]);
+    sounds.for_each(|sound| sound.to_world = map * sound.to_world);
     let field = context.accept(&object.location, Sum::new(reference, terms?))?;
     placed(field.into(), has_transform.then_some(map), object, context)
 }

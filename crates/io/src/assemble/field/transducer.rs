@@ -1,15 +1,16 @@
 //! The index in the sound of a transducer.
 
 use super::super::context::Context;
+use super::super::sound_record::{FactSource, SoundRecord};
 use super::super::transforms::affine;
-use super::grid::{self, Amplitudes};
+use super::grid;
+use super::oscillating::{Amplitudes, oscillating};
 use crate::query::{INDEX, POSITIVE, Query};
 use crate::scene::ObjectDescription;
 use crate::transducer::{
     ArrayLayout, ElementArray, Places, SoundAperture, Transducer, TransducerError,
 };
 use eikonal::Field;
-use eikonal::field::Placement;
 use glam::{DAffine3, DMat3, DVec3};
 use std::f64::consts::TAU;
 
@@ -39,6 +40,8 @@ const OF_APERTURES: [&str; 9] = [
 /// What a volume of type `transducer` says.
 struct Description {
     transducer: Transducer,
+    /// Hz.
+    frequency: f64,
     /// Where a linear or ring array is focused, in its own coordinates.
     focus: Option<DVec3>,
     /// From the transducer's coordinates to the field's.
@@ -72,14 +75,22 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     let scale = to_world.matrix3.determinant().abs().cbrt();
     let amplitudes = Amplitudes {
         pressure,
-        size: size.map(|n| n as usize),
-        placement: Placement::Nodes,
-        to_world: to_world * described.cube(),
+        record: SoundRecord {
+            plugin: object.plugin.clone(),
+            file: None,
+            size: size.map(|n| n as usize),
+            nodes: true,
+            to_world: to_world * described.cube(),
+            placed_by: FactSource::Scene,
+            frequency: None,
+            series: None,
+        },
+        frequency: described.frequency,
+        wavelength: described.transducer.wavelength * scale,
         n0: described.n0,
         slope: described.dn_dp,
-        wavelength: described.transducer.wavelength * scale,
     };
-    grid::oscillating(amplitudes, object, context)
+    oscillating(amplitudes, object, context)
 }
 
 impl Description {
@@ -106,6 +117,7 @@ impl Description {
                 wavelength,
                 pressure,
             },
+            frequency,
             focus: focus.map(|at| place.inverse().transform_point3(at)),
             place,
             low,

@@ -5,7 +5,7 @@ mod table;
 
 use super::super::context::{Context, Divided, MeterPlace};
 use super::super::medium;
-use super::super::texture::{SOURCE, Source, read};
+use super::super::volume_source::{SOURCE, Source, read};
 use super::super::wish::Wish;
 use crate::mesh::label_surfaces::{Division, PartSurface};
 use crate::query::Query;

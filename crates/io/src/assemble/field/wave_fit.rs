@@ -1,0 +1,93 @@
+//! Fitting sound of a known frequency to a series in time.
+
+use glam::{DMat3, DVec3};
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+/// Samples of the pressure that a period must have: fewer do not tell the sound from its overtones.
+const LEAST_PER_PERIOD: f64 = 4.0;
+
+/// What is known of a series of sound.
+pub(super) struct Oscillation {
+    /// Hz.
+    pub frequency: f64,
+    /// Seconds from a frame to the next.
+    pub step: f64,
+    /// Number of frames.
+    pub frames: usize,
+    /// Periods that are fitted, if the scene says.
+    pub periods: Option<f64>,
+}
+
+/// 1, cos ωt and sin ωt at frame k, of which each is so many periods after the one before.
+pub(super) fn basis(turns: f64, k: usize) -> DVec3 {
+    let (sin, cos) = (TAU * (turns * k as f64).fract()).sin_cos();
+    DVec3::new(1.0, cos, sin)
+}
+
+/// A least-squares fit of m + a cos ωt + b sin ωt to the last samples of a series; t = 0 is its first.
+pub(super) struct WaveFit {
+    pub used: Range<usize>,
+    /// Periods from a frame to the next.
+    pub turns: f64,
+    /// Sums of the products of 1, cos and sin.
+    normal: DMat3,
+    /// From Σp, Σp cos, Σp sin to m, a, b.
+    inverse: DMat3,
+}
+
+/// Sound in a series.
+pub(super) struct Fitted {
+    /// Real and imaginary part.
+    pub amplitude: [f64; 2],
+    /// By how much the sum of the squares is less without it.
+    pub explained: f64,
+}
+
+impl WaveFit {
+    /// The fit to the last periods of a series.
+    pub(super) fn new(series: &Oscillation) -> Result<Self, String> {
+        let (step, count) = (series.step, series.frames);
+        let turns = series.frequency * step;
+        let per_period = 1.0 / turns;
+        if per_period < LEAST_PER_PERIOD {
+            return Err(format!(
+                "a period of the sound has {per_period:.2} samples in time, of {step:.3e} s each: at least {LEAST_PER_PERIOD} are \
+                 needed"
+            ));
+        }
+        // Whole periods; by default those of the second half, where the start has rung down.
+        let half = (0.5 * count as f64 / per_period).floor();
+        let periods = series.periods.unwrap_or(half.max(1.0));
+        let samples = (periods * per_period).round() as usize;
+        if samples > count || samples < LEAST_PER_PERIOD as usize {
+            return Err(format!(
+                "the pressure has {count} samples in time, {:.2} periods of the sound: {periods} cannot be fitted",
+                count as f64 / per_period
+            ));
+        }
+        let used = count - samples..count;
+        let mut normal = DMat3::ZERO;
+        for k in used.clone() {
+            let basis = basis(turns, k);
+            normal += DMat3::from_cols(basis * basis.x, basis * basis.y, basis * basis.z);
+        }
+        Ok(WaveFit {
+            used,
+            turns,
+            normal,
+            inverse: normal.inverse(),
+        })
+    }
+
+    /// The sound in a series of which the sums Σp, Σp cos, Σp sin are given.
+    pub(super) fn solved(&self, sums: DVec3) -> Fitted {
+        let [_, a, b] = (self.inverse * sums).to_array();
+        // Σp² − Σ(p − h)² of h = a cos ωt + b sin ωt = Re((a − ib) e^{iωt}).
+        let wave = DVec3::new(0.0, a, b);
+        Fitted {
+            amplitude: [a, -b],
+            explained: 2.0 * wave.dot(sums) - wave.dot(self.normal * wave),
+        }
+    }
+}

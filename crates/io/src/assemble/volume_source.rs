@@ -1,0 +1,228 @@
+//! Where the samples of volumes come from, and where they belong.
+
+use super::context::Context;
+use super::sound_record::{FactSource, SoundRecord, file_of};
+use super::transforms::affine;
+use crate::query::Query;
+use crate::scene::{FileRegistry, ObjectDescription};
+use crate::volume::series::{Plan, Series};
+use crate::volume::{AxisOrder, Format, Options, Sample, Volume, nrrd};
+use glam::DAffine3;
+use std::path::PathBuf;
+
+/// What [`read`] asks for.
+pub(super) const SOURCE: [&str; 7] = [
+    "filename",
+    "data",
+    "axis_order",
+    "dataset",
+    "placement",
+    "to_world",
+    "use_grid_bbox",
+];
+
+/// Where the samples of a volume file belong.
+pub(super) struct Source {
+    /// 0: voxel centres, 1: nodes on the bounds.
+    pub placement: usize,
+    /// From the unit cube, by way of the file's own coordinates if it has any.
+    pub to_world: DAffine3,
+    /// Who says where they belong, but for the scene's `to_world`.
+    pub placed_by: FactSource,
+}
+
+impl Source {
+    /// What is known of samples of sound at rest.
+    pub(super) fn record(&self, object: &ObjectDescription, size: [usize; 3]) -> SoundRecord {
+        SoundRecord {
+            plugin: object.plugin.clone(),
+            file: file_of(object),
+            size,
+            nodes: self.placement == 1,
+            to_world: self.to_world,
+            placed_by: self.placed_by,
+            frequency: None,
+            series: None,
+        }
+    }
+}
+
+/// The samples of a volume, from the array that it holds or the file that it names.
+pub(super) fn read<T: Sample>(
+    object: &ObjectDescription,
+    context: &mut Context,
+) -> (Option<Volume<T>>, Source) {
+    read_by(object, context, |query, files| {
+        if query.has("data") {
+            let axes = axes_of_data(query);
+            let volume = Volume::of_tensor(&*query.tensor("data")?, axes);
+            return volume.map_err(|e| query.error("data", e.to_string())).ok();
+        }
+        let file = VolumeFile::of(query, files)?;
+        let read = Volume::read(&file.path, file.options(files));
+        read.map_err(|e| query.file_error("filename", &e)).ok()
+    })
+}
+
+/// Sums over the frames of a volume's samples: the number of frames is that of the channels.
+pub(super) fn read_series(
+    object: &ObjectDescription,
+    context: &mut Context,
+    plan: &mut Plan,
+) -> (Option<Series>, Source) {
+    let mut found = None;
+    let (sums, source) = read_by(object, context, |query, files| {
+        let series = if query.has("data") {
+            let axes = axes_of_data(query);
+            let series = Series::of_tensor(&*query.tensor("data")?, axes, plan);
+            series
+                .map_err(|e| query.error("data", e.to_string()))
+                .ok()?
+        } else {
+            let file = VolumeFile::of(query, files)?;
+            let read = Series::read(&file.path, file.options(files), plan);
+            read.map_err(|e| query.file_error("filename", &e)).ok()?
+        };
+        found = Some((series.squares, series.shape));
+        Some(series.sums)
+    });
+    let series = sums.zip(found).map(|(sums, (squares, shape))| Series {
+        sums,
+        squares,
+        shape,
+    });
+    (series, source)
+}
+
+/// Reads samples, and finds where they belong.
+fn read_by<T: Sample>(
+    object: &ObjectDescription,
+    context: &mut Context,
+    read: impl FnOnce(&mut Query, &mut FileRegistry) -> Option<Volume<T>>,
+) -> (Option<Volume<T>>, Source) {
+    let mut query = Query::new(object, context.diagnostics);
+    let volume = read(&mut query, context.files);
+    let chosen = query.has("placement");
+    let mut placement = query.one_of("placement", &["centers", "nodes"]);
+    let matrix = query.transform("to_world");
+    let boxed = query.boolean_or("use_grid_bbox", false);
+    let mut to_world = affine(matrix, "to_world", &mut query);
+    let mut placed_by = FactSource::Scene;
+    if let Some((volume, frame)) = volume.as_ref().and_then(|v| Some((v, v.frame()?))) {
+        if chosen && placement != usize::from(frame.nodes) {
+            query.error(
+                "placement",
+                "the file says otherwise: leave 'placement' out",
+            );
+        }
+        placement = usize::from(frame.nodes);
+        to_world *= frame.to_file(volume.size());
+        placed_by = FactSource::File;
+    } else if let (Some(volume), true) = (&volume, boxed) {
+        to_world *= own_box(volume, &mut query);
+        placed_by = FactSource::File;
+    }
+    let source = Source {
+        placement,
+        to_world,
+        placed_by,
+    };
+    (volume, source)
+}
+
+/// The file that a volume names.
+struct VolumeFile {
+    path: PathBuf,
+    axes: Option<AxisOrder>,
+    dataset: Option<String>,
+}
+
+impl VolumeFile {
+    /// What the file format does not say, the scene must, such as which axis of an array is which.
+    fn of(query: &mut Query, files: &mut FileRegistry) -> Option<Self> {
+        let path = query.path("filename", files);
+        let format = Format::of(&path);
+        if let Some(name) = (format == Some(Format::Nrrd))
+            .then(|| nrrd::data_file(&path))
+            .flatten()
+        {
+            files.add(path.with_file_name(&name), &name);
+        }
+        let axes = axes(format, query);
+        let dataset = dataset(format, query);
+        let is_named = !path.as_os_str().is_empty();
+        is_named.then_some(VolumeFile {
+            path,
+            axes,
+            dataset,
+        })
+    }
+
+    fn options(&self, files: &FileRegistry) -> Options<'_> {
+        Options {
+            axes: self.axes,
+            dataset: self.dataset.as_deref(),
+            limits: files.limits(),
+        }
+    }
+}
+
+/// The order of the axes of an array that a volume holds itself: `[z, y, x]` unless it says otherwise, as Mitsuba has it.
+fn axes_of_data(query: &mut Query) -> AxisOrder {
+    if query.has("filename") || query.has("dataset") {
+        query.error("data", "give the samples or a file with them, not both");
+    }
+    axes(None, query).unwrap_or(AxisOrder::ZYX)
+}
+
+/// From the unit cube to the bounding box that a file states.
+fn own_box<T: Sample>(volume: &Volume<T>, query: &mut Query) -> DAffine3 {
+    let Some([min, max]) = volume.bbox() else {
+        let message = "the file has no bounding box: place the volume by 'to_world'";
+        query.error("use_grid_bbox", message);
+        return DAffine3::IDENTITY;
+    };
+    let size = max - min;
+    if size.min_element() <= 0.0 {
+        let message = format!("the file's bounding box is empty: {min} to {max}");
+        query.error("use_grid_bbox", message);
+        return DAffine3::IDENTITY;
+    }
+    DAffine3::from_translation(min) * DAffine3::from_scale(size)
+}
+
+/// Which axis of an array is which.
+fn axes(format: Option<Format>, query: &mut Query) -> Option<AxisOrder> {
+    let named = query.has("axis_order");
+    match format {
+        Some(format) if format.needs_axis_order() && !named => {
+            let message = "the format does not say which axis is which: give 'axis_order', \"zyx\" \
+                           if the last index runs along x, \"xyz\" if the first does";
+            query.error("filename", message);
+            Some(AxisOrder::ZYX)
+        }
+        Some(format) if format.has_axis_order() && named => {
+            query.error("axis_order", "the format has its own: x is fastest");
+            None
+        }
+        _ if named => {
+            let order = query.string("axis_order").parse();
+            let wrong = |message: String| query.error("axis_order", message);
+            Some(order.map_err(wrong).unwrap_or(AxisOrder::ZYX))
+        }
+        _ => None,
+    }
+}
+
+/// Which of the volumes of a file is meant.
+fn dataset(format: Option<Format>, query: &mut Query) -> Option<String> {
+    let named = query.has("dataset");
+    match format {
+        Some(format) if named && !format.has_datasets() => {
+            let message = "only .npz, HDF5, .mat, .vti and .vtk files hold several";
+            query.error("dataset", message);
+            None
+        }
+        _ => named.then(|| query.string("dataset")),
+    }
+}
