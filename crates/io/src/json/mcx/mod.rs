@@ -4,7 +4,9 @@
 //! A scene unit is a millimetre. What is not read is an error where it would change the result, and a warning where it would not.
 
 mod detectors;
+mod jdata;
 mod labels;
+mod pattern;
 mod shapes;
 mod source;
 mod volume;
@@ -93,7 +95,7 @@ pub(super) fn scene(root: &Node, diagnostics: &mut Diagnostics) -> Option<Node> 
     if source.is_none() {
         reader.error(optode, "Optode needs a Source");
     }
-    let source = source.and_then(|s| source::emitter(s, &place, labels.as_ref(), &mut reader));
+    let sources = source.and_then(|s| source::emitters(s, &place, labels.as_ref(), &mut reader));
     let settings = reader.settings(root);
     let detectors = field(optode, "Detector");
     let detectors = detectors.map_or_else(Vec::new, |node| {
@@ -102,7 +104,7 @@ pub(super) fn scene(root: &Node, diagnostics: &mut Diagnostics) -> Option<Node> 
     if reader.diagnostics.error_count() > errors {
         return None;
     }
-    let (labels, media, source) = (labels?, media?, source?);
+    let (labels, media, sources) = (labels?, media?, sources?);
     let cells = cells(&labels, unit, &settings);
     let mut tissue = json!({
         "type": "labels",
@@ -119,10 +121,21 @@ pub(super) fn scene(root: &Node, diagnostics: &mut Diagnostics) -> Option<Node> 
         "type": "scene",
         "integrator": {"type": "particle"},
         "tissue": tissue,
-        "source": source,
         "cells": cells,
     });
     let mut scene = node(all, &root.location);
+    for (i, emitter) in sources.into_iter().enumerate() {
+        let mut source = node(emitter.plugin, &root.location);
+        if let (Some(image), Some(texture)) = (emitter.image, field_mut(&mut source, "texture")) {
+            push(texture, "data", Json::Tensor(image));
+        }
+        let name = if i == 0 {
+            "source".to_owned()
+        } else {
+            format!("source{}", i + 1)
+        };
+        push(&mut scene, &name, source.json);
+    }
     if let Some(tissue) = field_mut(&mut scene, "tissue") {
         push(tissue, "data", Json::Tensor(labels.tensor()?));
         push(tissue, "properties", Json::Tensor(media));
@@ -249,6 +262,24 @@ impl Reader<'_> {
         found
     }
 
+    /// Rows of at least so many numbers, or one of them.
+    fn table(&mut self, node: &Node, key: &str, least: usize) -> Option<Vec<Vec<f64>>> {
+        let Some(value) = field(node, key) else {
+            self.error(node, format!("{key} is missing"));
+            return None;
+        };
+        let found = rows(value).filter(|rows| {
+            let enough = |row: &Vec<f64>| row.len() >= least && row.iter().all(|v| v.is_finite());
+            !rows.is_empty() && rows.iter().all(enough)
+        });
+        if found.is_none() {
+            let message =
+                format!("{key} is a list of {least} or more numbers, or a list of such lists");
+            self.error(value, message);
+        }
+        found
+    }
+
     /// The table of media: a row for each label.
     fn media(&mut self, domain: &Node) -> Option<Arc<Tensor>> {
         let Some(media) = field(domain, "Media") else {
@@ -296,6 +327,7 @@ impl Reader<'_> {
             "DoMismatch",
             "DoNormalize",
             "DoPartialPath",
+            "MaxDetPhoton",
             "MaxDetPhotons",
         ];
         self.known(session, &read, &SESSION);
@@ -304,6 +336,7 @@ impl Reader<'_> {
             self.error(session, "DoNormalize is 1: values are fluence per joule");
         }
         let photons = self.number_or(session, "Photons", 1e6);
+        let most = self.number_or(session, "MaxDetPhotons", 1e6);
         let t0 = self.number_or(forward, "T0", 0.0);
         let t1 = self.number_or(forward, "T1", 5e-9);
         let dt = self.number_or(forward, "Dt", t1 - t0);
@@ -319,9 +352,24 @@ impl Reader<'_> {
             gates: [t0, t1, dt.min(t1 - t0)],
             recording: Recording {
                 wanted: self.number_or(session, "DoPartialPath", 1.0) != 0.0,
-                most: self.number_or(session, "MaxDetPhotons", 1e6).max(1.0) as i64,
+                most: self.number_or(session, "MaxDetPhoton", most).max(1.0) as i64,
             },
         }
+    }
+}
+
+/// Rows of numbers, or one of them.
+fn rows(node: &Node) -> Option<Vec<Vec<f64>>> {
+    match &node.json {
+        Json::Tensor(tensor) => {
+            let columns = *tensor.shape().last().filter(|n| **n > 0)?;
+            let all: Vec<f64> = tensor.iter().collect();
+            Some(all.chunks_exact(columns).map(<[f64]>::to_vec).collect())
+        }
+        Json::Array(items) if items.iter().all(|item| item.number().is_none()) => {
+            items.iter().map(numbers).collect()
+        }
+        _ => Some(vec![numbers(node)?]),
     }
 }
 
