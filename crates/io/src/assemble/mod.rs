@@ -34,6 +34,7 @@ mod sides;
 mod surface_texture;
 mod texture;
 mod texture_role;
+mod tissue;
 mod transforms;
 mod units;
 mod wish;

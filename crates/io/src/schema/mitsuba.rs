@@ -76,7 +76,16 @@ const PARAMETERS: &[(PluginKind, &[&str])] = &[
     ),
     (
         PluginKind::Medium,
-        &["ior", "material", "sigma_a", "sigma_s"],
+        &[
+            "blood",
+            "ior",
+            "material",
+            "saturation",
+            "sigma_a",
+            "sigma_s",
+            "tissue",
+            "water",
+        ],
     ),
     (PluginKind::Sampler, &["adaptive", "phases", "set"]),
     (
