@@ -48,6 +48,7 @@ const PLUGINS: &[(PluginKind, &[&str])] = &[
             "profile",
             "selfoc",
             "sellmeier",
+            "standard_atmosphere",
             "sum",
             "transducer",
         ],
