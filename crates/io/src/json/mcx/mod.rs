@@ -12,9 +12,10 @@ mod source;
 mod volume;
 
 use super::tree::{Entry, Json, Node};
-use super::values::get;
+use super::values::{get, value};
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
-use crate::scene::{Numbers, Tensor};
+use crate::scene::{Numbers, Tensor, Value as Held};
+use crate::schema::Type;
 use detectors::Recording;
 use labels::Labels;
 use serde_json::{Value, json};
@@ -278,6 +279,14 @@ impl Reader<'_> {
             self.error(value, message);
         }
         found
+    }
+
+    /// An array that a program hands over: small ones come as lists of lists.
+    fn array(&mut self, node: &Node) -> Option<Arc<Tensor>> {
+        match value(node, Some(Type::Tensor), self.diagnostics) {
+            Some(Held::Tensor(array)) => Some(array),
+            _ => None,
+        }
     }
 
     /// The table of media: a row for each label.

@@ -89,7 +89,10 @@ fn given(
         return Err("Pattern is missing".to_owned());
     };
     let values = match &pattern.json {
-        Json::Tensor(tensor) => transposed(tensor, size)?,
+        Json::Tensor(_) | Json::Array(_) => {
+            let array = reader.array(pattern).ok_or("Pattern is not read")?;
+            transposed(&array, size)?
+        }
         _ if jdata::is_one(pattern) => {
             let array = jdata::array(pattern, reader).ok_or("Pattern is not read")?;
             array.tensor.iter().map(|v| v as f32).collect()

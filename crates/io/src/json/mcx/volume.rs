@@ -51,7 +51,10 @@ fn drawn(shapes: &Node, start: Option<Labels>, reader: &mut Reader) -> Option<La
 /// An array `[x, y, z]` that a program hands over.
 fn held_by(held: &Node, reader: &mut Reader) -> Option<Labels> {
     match &held.json {
-        Json::Tensor(tensor) => from_array(tensor, held, reader),
+        Json::Tensor(_) | Json::Array(_) => {
+            let array = reader.array(held)?;
+            from_array(&array, held, reader)
+        }
         _ if jdata::is_one(held) => annotated(held, reader),
         _ => {
             reader.error(held, "Volume is an array of labels [x, y, z]");
