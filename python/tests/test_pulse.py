@@ -72,6 +72,10 @@ def test_a_pulse_is_what_random_starts_give(measured):
     error = direct.std(axis=0) / math.sqrt(repeats)
     assert np.all(np.abs(direct.mean(axis=0) - found.mean[:, 0]) <= 5 * error + 1e-12)
     assert error.max() < 2e-3 * found.mean.max()
+    # All records of a particle are one sample: most have two, of light that enters and leaves.
+    in_gate = np.diff(pulse.emitted(edges[3:5] - records.optical_length[:, None]), axis=1)[:, 0]
+    totals = np.bincount(records.particle, records.weight[:, 0] * in_gate, records.particles)
+    assert found.error[3, 0] == pytest.approx(totals.std(ddof=1) * math.sqrt(records.particles), rel=1e-9)
     # All that is emitted arrives, at some time.
     np.testing.assert_allclose(records.gated([-1e3, 1e4], pulse).mean[0], records.power().mean, rtol=1e-12)
     np.testing.assert_allclose(records.gated([-1e3, 1e4], pulse).error[0], records.power().error, rtol=1e-9)
