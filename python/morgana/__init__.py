@@ -14,6 +14,7 @@ from ._errors import Diagnostic, Error, FileError, RenderError, SceneError, Scen
 from ._images import Difference, Image, compare, exposure, read, write
 from ._mcx import load_mcx
 from ._morgana import Field, Ray, Scene, __version__
+from ._pulse import Pulse
 from ._rays import Connections, Polyline, RayEnds, Rays, connect, trace
 from ._records import Power, Records
 from ._render import render
@@ -33,6 +34,7 @@ __all__ = [
     "Layer",
     "Polyline",
     "Power",
+    "Pulse",
     "Ray",
     "RayEnds",
     "Rays",

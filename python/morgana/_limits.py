@@ -14,6 +14,7 @@ class Instead(TypedDict):
     integrator: Optional[str]
     sampler: Optional[str]
     adaptive: bool
+    undisturbed: bool
     memory: Optional[int]
     """Bytes that each data file may take."""
 

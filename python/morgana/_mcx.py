@@ -9,7 +9,9 @@ import numpy as np
 from ._morgana import Scene
 from ._scene import load_dict
 
-SOURCE = {"srctype": "Type", "srcpos": "Pos", "srcdir": "Dir", "srcparam1": "Param1", "srcparam2": "Param2"}
+SOURCE = {
+    "srctype": "Type", "srcpos": "Pos", "srcdir": "Dir", "srcparam1": "Param1", "srcparam2": "Param2", "srcid": "ID", "srcnum": "SrcNum",
+}
 """Keys of a configuration, and of ``Optode.Source`` of an input file."""
 
 FORWARD = {"tstart": "T0", "tend": "T1", "tstep": "Dt"}
@@ -29,8 +31,9 @@ def load_mcx(cfg: Mapping[str, Any], /) -> Scene:
     ----------
     cfg : mapping
         ``vol`` (labels ``[x, y, z]``), ``prop`` (rows of mua, mus, g, n), ``srcpos``, ``srcdir``, and if they are given ``srctype``,
-        ``srcparam1``, ``srcparam2``, ``nphoton``, ``tstart``, ``tend``, ``tstep``, ``unitinmm``, ``isreflect``,
+        ``srcparam1``, ``srcparam2``, ``srcpattern`` (``[column, row]``), ``srcid``, ``nphoton``, ``tstart``, ``tend``, ``tstep``, ``unitinmm``, ``isreflect``,
         ``issrcfrom0`` (0, as in MCX: the first voxel begins at 1, 1, 1).
+        Several sources are rows of ``srcpos``, whose fourth number is their weight, ``srcdir`` and parameters.
         Detectors ``detpos`` (rows of x, y, z, radius) are meters that keep at most ``maxdetphoton`` records each:
         ``Result.records["detector1"]``.
 
@@ -60,6 +63,8 @@ def load_mcx(cfg: Mapping[str, Any], /) -> Scene:
         raise ValueError("isnormalized is 1: values are fluence per joule")
     left: Dict[str, Any] = {key: value for key, value in cfg.items() if key not in IGNORED | {"isnormalized"}}
     source = _taken(left, SOURCE)
+    if "srcpattern" in left:
+        source["Pattern"] = np.ascontiguousarray(left.pop("srcpattern"), float)
     forward = _taken(left, FORWARD)
     if "tend" in cfg and "tstep" not in cfg:
         forward["Dt"] = forward["T1"] - forward.get("T0", 0.0)
@@ -67,7 +72,7 @@ def load_mcx(cfg: Mapping[str, Any], /) -> Scene:
     for key, name in [("vol", "Volume"), ("prop", "Media")]:
         if key in left:
             domain[name] = np.asarray(left.pop(key))
-    session = _taken(left, {"nphoton": "Photons", "isreflect": "DoMismatch", "maxdetphoton": "MaxDetPhotons"})
+    session = _taken(left, {"nphoton": "Photons", "isreflect": "DoMismatch", "maxdetphoton": "MaxDetPhoton"})
     optode: Dict[str, Any] = {"Source": source}
     if "detpos" in left:
         optode["Detector"] = np.asarray(left.pop("detpos"), float).reshape(-1, 4)

@@ -16,6 +16,7 @@ from . import _morgana
 from ._checks import optional_finite
 from ._errors import RenderError
 from ._morgana import Scene
+from ._pulse import Pulse
 from ._records import Records, found_in
 from ._values import alike, comparable
 
@@ -69,6 +70,43 @@ class Reading(NamedTuple):
     few: Optional[Bools] = None
     """Where the errors cannot be trusted, because they come from fewer than ten effective particles or mostly from a single
     one (docs/meters.md)."""
+
+    def convolved(self, pulse: Pulse) -> "Reading":
+        """The answer to a pulse of light, of an answer to light that starts at once, in bins of the optical path length.
+
+        Light is spread evenly over its bin: take bins that are narrow beside the pulse, and such that no light is outside of them. The
+        errors are upper bounds, which are reached where bins depend on one another: :meth:`Records.gated` knows better.
+
+        Parameters
+        ----------
+        pulse : Pulse
+            The shape of the pulse.
+
+        Returns
+        -------
+        Reading
+            The same quantity with the pulse, without effective numbers of particles.
+
+        Raises
+        ------
+        ValueError
+            A reading without bins of the optical path length.
+
+        Examples
+        --------
+        >>> gates = measured.meters["fluence"].convolved(morgana.Pulse.gaussian(fwhm=30))
+        """
+        edges = self.axes.get("opl")
+        if edges is None:
+            raise ValueError("the reading has no bins of the optical path length: give the meter min_bound, max_bound and bin_width")
+        kernel, axis = pulse.kernel(edges), list(self.axes).index("opl")
+
+        def along(values: Doubles) -> Doubles:
+            return np.moveaxis(np.tensordot(kernel, values, (1, axis)), 0, axis)
+
+        mean = along(self.mean)
+        few = None if self.few is None else along(self.mean * self.few) > 0.1 * mean
+        return self._replace(mean=mean, error=along(self.error), effective=None, few=few)
 
     def __repr__(self) -> str:
         shape = " × ".join(f"{count} {axis}" for axis, count in zip(self.axes, self.mean.shape)) or "1 value"

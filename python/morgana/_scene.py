@@ -25,6 +25,7 @@ def load_file(
     integrator: Optional[str] = None,
     sampler: Optional[str] = None,
     adaptive: bool = False,
+    undisturbed: bool = False,
     memory: Optional[int] = None,
     **parameters: Define,
 ) -> Scene:
@@ -43,6 +44,9 @@ def load_file(
         Sampler in place of the scene's: ``independent``, ``ldsampler``, or ``ldsampler:64`` with larger replicates.
     adaptive : bool, optional
         Whether noisy pixels get more of the samples, even if the scene's sampler does not ask for it.
+    undisturbed : bool, optional
+        Whether media whose index varies get a constant one: that against which the volume tells it (``n0``, ``reference``), or else that of
+        what is around. The scene without its flow.
     memory : int, optional
         Bytes that each data file may take once it is read, however small it is. By default 2 GiB, or ten times the file and
         64 MiB if that is more (docs/security.md).
@@ -63,7 +67,7 @@ def load_file(
     --------
     >>> scene = morgana.load_file("scenes/grid_lens.xml", width=96, height=72)
     """
-    instead = _instead(integrator, sampler, adaptive, memory)
+    instead = _instead(integrator, sampler, adaptive, undisturbed, memory)
     scene = _morgana.load_file(os.fspath(path), _defines(parameters), instead)
     return _warned(scene)
 
@@ -75,6 +79,7 @@ def load_dict(
     integrator: Optional[str] = None,
     sampler: Optional[str] = None,
     adaptive: bool = False,
+    undisturbed: bool = False,
     memory: Optional[int] = None,
     **parameters: Define,
 ) -> Scene:
@@ -94,6 +99,8 @@ def load_dict(
     sampler : str, optional
         As for :func:`load_file`.
     adaptive : bool, optional
+        As for :func:`load_file`.
+    undisturbed : bool, optional
         As for :func:`load_file`.
     memory : int, optional
         As for :func:`load_file`.
@@ -122,7 +129,7 @@ def load_dict(
     ...     "sky": {"type": "constant"},
     ... })
     """
-    instead = _instead(integrator, sampler, adaptive, memory)
+    instead = _instead(integrator, sampler, adaptive, undisturbed, memory)
     return _warned(_morgana.load_dict(checks.mapping(scene, "a scene"), _defines(parameters), instead))
 
 
@@ -239,12 +246,13 @@ def _defines(parameters: Dict[str, Define]) -> List[Tuple[str, str]]:
 
 
 def _instead(
-    integrator: Optional[str], sampler: Optional[str], adaptive: bool, memory: Optional[int]
+    integrator: Optional[str], sampler: Optional[str], adaptive: bool, undisturbed: bool, memory: Optional[int]
 ) -> Instead:
     return {
         "integrator": checks.text(integrator, "integrator"),
         "sampler": checks.text(sampler, "sampler"),
         "adaptive": checks.truth(adaptive, "adaptive"),
+        "undisturbed": checks.truth(undisturbed, "undisturbed"),
         "memory": checks.optional_whole(memory, "memory", 1),
     }
 

@@ -1,10 +1,10 @@
 """Background-oriented schlieren in one step, and fringes from optical path differences.
 
     >>> import morgana.schlieren
-    >>> pair = morgana.schlieren.bos("scenes/bos_jet.xml", still={"strength": 0})
+    >>> pair = morgana.schlieren.bos("scenes/bos_jet.xml")
     >>> pair.write("jet")
 
-From the command line: ``python -m morgana.schlieren scenes/bos_jet.xml --still strength=0 -o jet``. See docs/guides/schlieren.md.
+From the command line: ``python -m morgana.schlieren scenes/bos_jet.xml -o jet``. See docs/guides/schlieren.md.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ class Bos(NamedTuple):
 def bos(
     scene: Source,
     *,
-    still: Mapping[str, Define],
+    still: Optional[Mapping[str, Define]] = None,
     spp: Optional[int] = None,
     rays: int = RAYS,
     seed: int = 0,
@@ -108,8 +108,9 @@ def bos(
     ----------
     scene : path_like or mapping
         A scene file, or a dictionary as for :func:`morgana.load_dict`, with a pattern behind the flow.
-    still : mapping
-        Parameters of the scene that take the flow away, such as ``{"strength": 0}``.
+    still : mapping, optional
+        Parameters of the scene that take the flow away, such as ``{"strength": 0}``. Without them, media whose index varies get a constant
+        one: that against which the volume tells it (``n0``, ``reference``), or else that of what is around.
     spp : int, optional
         Samples per pixel of both pictures, instead of the scene's number.
     rays : int
@@ -129,20 +130,19 @@ def bos(
     SceneError
         A scene that cannot be read, or without these parameters.
     RenderError
-        Too few rays, or no parameter to take the flow away.
+        Too few rays, or a mapping that names no parameter.
 
     Examples
     --------
-    >>> pair = morgana.schlieren.bos("scenes/bos_jet.xml", still={"strength": 0}, spp=64)
+    >>> pair = morgana.schlieren.bos("scenes/bos_jet.xml", spp=64)
     """
-    mapping(still, "still")
     whole(rays, "rays", 2)
-    if not still:
+    if still is not None and not mapping(still, "still"):
         raise RenderError("still names no parameter of the scene that takes the flow away")
     given = dict(parameters or {})
 
     # All are read before anything is rendered: mistakes are told at once.
-    each: List[Mapping[str, Define]] = [{}, still]
+    each: List[Mapping[str, Any]] = [{}, {"undisturbed": True} if still is None else still]
     pictures = [_load(scene, {**given, **more}) for more in each]
     followed = [_load(scene, {**given, **more}, integrator="aov", sampler="independent") for more in each]
     moved, without = (_Moved.of(render(rayed, spp=rays, seed=seed), rays) for rayed in followed)
@@ -294,7 +294,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         prog="python -m morgana.schlieren", description="Render a background with and without a flow, and the displacement in pixels."
     )
     parser.add_argument("scene", help="the scene file")
-    parser.add_argument("--still", metavar="NAME=VALUE", type=_defined, action="append", required=True, help="parameter that takes the flow away; repeatable")
+    parser.add_argument("--still", metavar="NAME=VALUE", type=_defined, action="append", help="parameter that takes the flow away; repeatable; without any, varying indices become constant")
     parser.add_argument("-D", dest="defines", metavar="NAME=VALUE", type=_defined, action="append", default=[], help="parameter of the scene; repeatable")
     parser.add_argument("--spp", type=int, help="samples per pixel of the pictures")
     parser.add_argument("--rays", type=int, default=RAYS, help=f"rays per pixel for the displacement ({RAYS})")
@@ -303,7 +303,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     given = parser.parse_args(arguments)
     defines: Dict[str, Define] = dict(given.defines)
     try:
-        pair = bos(given.scene, still=dict(given.still), spp=given.spp, rays=given.rays, seed=given.seed, parameters=defines)
+        pair = bos(given.scene, still=dict(given.still) if given.still else None, spp=given.spp, rays=given.rays, seed=given.seed, parameters=defines)
         files = pair.write(given.output)
     except Error as error:
         print(f"error: {error}", file=sys.stderr)

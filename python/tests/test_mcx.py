@@ -35,7 +35,32 @@ def test_a_dictionary_says_what_a_file_says(tmp_path):
 def test_mistakes_are_named():
     with pytest.raises(ValueError, match="not read: bc"):
         morgana.load_mcx(configuration(bc="aaaaaa"))
-    with pytest.raises(morgana.SceneError, match="source 'fourier'"):
-        morgana.load_mcx(configuration(srctype="fourier"))
+    with pytest.raises(morgana.SceneError, match="source 'arcsine'"):
+        morgana.load_mcx(configuration(srctype="arcsine"))
     with pytest.raises(morgana.SceneError, match="Domain needs"):
         morgana.load_mcx({key: value for key, value in configuration().items() if key != "vol"})
+
+
+def test_patterns_are_columns_and_rows(tmp_path):
+    pattern = np.array([[1, 0.5], [0, 0.25], [2, 0.125]])                    # three columns of two rows
+    source = {"srctype": "pattern", "srcpos": [0, 0, -1], "srcparam1": [6, 0, 0, 3], "srcparam2": [0, 8, 0, 2]}
+    by_dict = morgana.load_mcx(configuration(**source, srcpattern=pattern))
+    (tmp_path / "input.json").write_text(json.dumps({
+        "Session": {"Photons": 500},
+        "Optode": {"Source": {
+            "Type": "pattern", "Pos": [0, 0, -1], "Dir": [0, 0, 1], "Param1": [6, 0, 0, 3], "Param2": [0, 8, 0, 2],
+            "Pattern": {"Nx": 3, "Ny": 2, "Data": pattern.T.ravel().tolist()},
+        }},
+        "Domain": {"OriginType": 1, "Volume": {"_ArrayType_": "uint8", "_ArraySize_": VOL.shape, "_ArrayData_": VOL.ravel().tolist()}, "Media": PROP},
+    }))
+    results = [morgana.render(scene, seed=1).meters["fluence"].mean for scene in (by_dict, morgana.load_file(tmp_path / "input.json"))]
+    np.testing.assert_array_equal(results[0], results[1])
+    # Light enters below the second column only by scattering.
+    column = results[0][0].sum(0)
+    assert column[:2].sum() > 1.5 * column[2:4].sum() < column[4:].sum()
+
+
+def test_several_sources_are_rows():
+    scene = morgana.load_mcx(configuration(srcpos=np.array([[1.5, 4, -1, 1], [4.5, 4, -1, 3.0]]), srcdir=np.array([[0, 0, 1.0]] * 2)))
+    fluence = morgana.render(scene, seed=1).meters["fluence"].mean[0]
+    assert 2 < fluence[3:5, 4].sum() / fluence[3:5, 1].sum() < 4

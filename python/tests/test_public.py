@@ -124,6 +124,7 @@ def samples():
         found.rays[0],
         morgana.Image({"": picture.image}, {"": picture.channels}, {"seed": "0"}),
         morgana.compare(picture, picture),
+        morgana.Pulse.gaussian(30),
         morgana.Denoised(picture.image, picture.image, 0.0, 0.0, picture.channels, {"denoised": "by nobody"}),
         refused.value.diagnostics[0],
         refused.value,

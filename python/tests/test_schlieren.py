@@ -100,6 +100,29 @@ def test_displacements_in_water_are_those_between_the_pictures():
 
 
 @pytest.mark.filterwarnings("ignore::morgana.SceneWarning")
+def test_without_parameters_varying_indices_become_constant():
+    """Formulas say nothing of what is undisturbed: their medium gets the index around. Others say it themselves."""
+    named, found = (schlieren.bos(slab(8), still=still, spp=1, rays=2) for still in ({"slope": 0}, None))
+    assert np.abs(found.displacement).max() > 0.01
+    for a, b in zip(named, found):
+        np.testing.assert_allclose(a, b, atol=1e-9)
+    field = {
+        "gladstone_dale": {"data": np.full((4, 4, 4), 1.2), "constant": 2.3e-4, "placement": "nodes", "reference": 1.0, "n0": 1.1},
+        "gaussian": {"n0": 1.1, "delta": 0.01, "width": 0.3},
+        "sum": {"reference": 1.1, "bump": {"type": "gaussian", "n0": 1.0, "delta": 0.01, "width": 0.3}},
+    }
+    for kind, parameters in field.items():
+        scene = slab(8)
+        scene["slab"]["interior"]["ior"] = {"type": kind, **parameters}
+        scene["slab"]["bsdf"] = {"type": "dielectric"}
+        scene["parameters"] = {}
+        undisturbed = morgana.load_dict(scene, undisturbed=True)
+        ends = [undisturbed.fields[name].n([[0.1, 0.2, 0.3]])[0] for name in undisturbed.fields if name != "ambient"]
+        assert ends == [pytest.approx(1.1, abs=1e-12)], kind
+        assert undisturbed.hash != morgana.load_dict(scene).hash
+
+
+@pytest.mark.filterwarnings("ignore::morgana.SceneWarning")
 def test_files_of_a_pair(tmp_path):
     pair = schlieren.bos(slab(8), still={"slope": 0}, parameters={"slope": 2 * SLOPE}, spp=1, rays=2)
     assert pair.displacement[4, 4, 0] == pytest.approx(2 * expected(8), rel=0.02)

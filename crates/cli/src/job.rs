@@ -68,6 +68,7 @@ impl Job {
             samples: self.spp.or(self.particles),
             sampler: self.sampler.clone(),
             adaptive: self.adaptive,
+            undisturbed: false,
             limits,
         };
         load::load(&self.scene, &options)

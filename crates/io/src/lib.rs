@@ -32,6 +32,7 @@ pub mod schema;
 pub mod spd;
 mod table;
 mod temporary;
+mod tissue;
 pub mod transducer;
 pub mod volume;
 mod write;

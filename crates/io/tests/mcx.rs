@@ -271,7 +271,7 @@ fn mistakes() {
     );
     refused(
         |f| f["Optode"]["Source"]["Pos"] = json!([[1, 2, 3, 1], [2, 3, 4, 1]]),
-        "several sources",
+        "have a row for each source",
     );
     refused(|f| f["Optode"] = json!({}), "Optode needs a Source");
     refused(|f| f["Domain"]["Media"] = json!(3), "Media is a list");
@@ -280,8 +280,8 @@ fn mistakes() {
         "mua is a number",
     );
     refused(
-        |f| f["Shapes"] = json!({"_ArrayType_": "uint8"}),
-        "arrays of JData",
+        |f| f["Shapes"] = json!({"Torus": 1}),
+        "Shapes is a list of shapes, or an array of JData",
     );
     refused(
         |f| f["Shapes"][2] = json!({"Torus": {}}),
@@ -314,7 +314,7 @@ fn mistakes() {
 fn detectors_are_meters_that_keep_records() {
     let mut file = input();
     file["Optode"]["Detector"] = json!([{"Pos": [2, 4, 0], "R": 1.5}, [8, 4, 0, 1]]);
-    file["Session"]["MaxDetPhotons"] = json!(5000);
+    file["Session"]["MaxDetPhoton"] = json!(5000);
     let loaded = load(&file).unwrap();
     let names: Vec<&str> = loaded.instruments.iter().map(|i| &*i.name).collect();
     assert_eq!(names, ["cells", "detector1", "detector2"]);

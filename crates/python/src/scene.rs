@@ -38,6 +38,7 @@ pub struct Instead {
     integrator: Option<String>,
     sampler: Option<String>,
     adaptive: bool,
+    undisturbed: bool,
     memory: Option<u64>,
 }
 
@@ -47,6 +48,7 @@ impl Instead {
             integrator: self.integrator,
             sampler: self.sampler,
             adaptive: self.adaptive,
+            undisturbed: self.undisturbed,
             limits: Limits {
                 memory: self.memory,
             },

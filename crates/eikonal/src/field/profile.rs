@@ -236,7 +236,9 @@ impl IndexProfile {
             if u.low > 0.0 {
                 ranges.across = ranges.slope / u;
             }
-            if self.is_even {
+            // Far from the centre it tells nothing new, and a table would be searched from there.
+            let is_near = matches!(*self.curve, Curve::Formula(_)) || u.low < 0.5 * u.high;
+            if self.is_even && is_near {
                 let [_, _, half] = self.curve.over(Interval::new(0.0, u.high));
                 ranges.across = ranges.across.intersection(half + half);
             }

@@ -8,7 +8,7 @@ use super::formula::{Interval, Number, Series};
 /// At either end the third derivative does not jump at the last sample but one ("not a knot"), so that cubics are
 /// reproduced; or the slope is zero, for samples that begin on an axis or in a centre of symmetry. Beyond the samples the
 /// function goes on as a parabola (C. de Boor, *A Practical Guide to Splines*, 2001, ch. IV).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub(super) struct Spline {
     /// Where samples are, ascending.
     knots: Vec<f64>,
@@ -16,7 +16,14 @@ pub(super) struct Spline {
     cubics: Vec<[f64; 4]>,
     /// Jumps of the third derivative at knots, over the spacing there: what a fourth derivative would be.
     fourth: Vec<f64>,
+    /// Ranges of the Taylor coefficients over so many pieces that follow one another.
+    blocks: Vec<Series<Interval, BLOCK_ORDERS>>,
 }
+
+/// Pieces in a block: ranges over long intervals look at blocks in place of pieces.
+const BLOCK: usize = 32;
+/// Taylor coefficients that are asked for, at most.
+const BLOCK_ORDERS: usize = 5;
 
 /// What is known of the first end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,11 +65,26 @@ impl Spline {
             2.0 * jump.abs() / (knots[i + 1] - knots[i - 1])
         });
         let fourth = [0.0].into_iter().chain(fourth).chain([0.0]).collect();
-        Ok(Spline {
+        let mut spline = Spline {
             knots,
             cubics,
             fourth,
-        })
+            blocks: Vec::new(),
+        };
+        let inner = spline.knots.len() - 1;
+        let block = |i: usize| spline.pieces(1 + i * BLOCK, (i + 1) * BLOCK);
+        spline.blocks = (0..inner / BLOCK).map(block).collect();
+        Ok(spline)
+    }
+
+    /// A range of the Taylor coefficients over whole pieces between two knots, the first and the last of which are given.
+    fn pieces<const K: usize>(&self, first: usize, last: usize) -> Series<Interval, K> {
+        let piece = |k: usize| {
+            let (low, high) = (self.knots[k - 1], self.knots[k]);
+            let t = Series::variable(Interval::new(low - low, high - low));
+            horner(t, self.cubics[k])
+        };
+        (first + 1..=last).fold(piece(first), |all, k| union(&all, &piece(k)))
     }
 
     /// Number of the piece that holds a place.
@@ -101,10 +123,27 @@ impl Spline {
             let t = Series::variable(Interval::new(low - origin, high - origin));
             horner(t, self.cubics[piece])
         };
-        (first + 1..=last).fold(of(first), |all, piece| {
-            let next: Series<Interval, K> = of(piece);
-            Series(std::array::from_fn(|k| all.0[k].union(next.0[k])))
-        })
+        let mut all = of(first);
+        let mut piece = first + 1;
+        while piece <= last {
+            let block = (piece - 1) / BLOCK;
+            let is_whole = (piece - 1) % BLOCK == 0 && piece + BLOCK <= last;
+            match self
+                .blocks
+                .get(block)
+                .filter(|_| is_whole && K <= BLOCK_ORDERS)
+            {
+                Some(known) => {
+                    all = union(&all, &Series(std::array::from_fn(|k| known.0[k])));
+                    piece += BLOCK;
+                }
+                None => {
+                    all = union(&all, &of(piece));
+                    piece += 1;
+                }
+            }
+        }
+        all
     }
 
     /// What stands for the largest fourth derivative over an interval.
@@ -116,8 +155,15 @@ impl Spline {
     }
 
     pub(super) fn memory(&self) -> usize {
-        size_of_val(&*self.knots) + size_of_val(&*self.cubics) + size_of_val(&*self.fourth)
+        size_of_val(&*self.knots)
+            + size_of_val(&*self.cubics)
+            + size_of_val(&*self.fourth)
+            + size_of_val(&*self.blocks)
     }
+}
+
+fn union<const K: usize>(a: &Series<Interval, K>, b: &Series<Interval, K>) -> Series<Interval, K> {
+    Series(std::array::from_fn(|k| a.0[k].union(b.0[k])))
 }
 
 /// a + bt + ct² + dt³.
@@ -222,6 +268,43 @@ mod tests {
     fn spline(places: &[f64], f: impl Fn(f64) -> f64, start: Start) -> Spline {
         let samples: Vec<[f64; 2]> = places.iter().map(|u| [*u, f(*u)]).collect();
         Spline::new(&samples, start).unwrap()
+    }
+
+    /// Ranges over many pieces are those of the values in them, however the interval begins and ends; and no wider than by what pieces
+    /// are bounded with.
+    #[test]
+    fn ranges_over_many_pieces_hold_all_values() {
+        let places: Vec<f64> = (0..200).map(f64::from).collect();
+        let f = |u: f64| 2.0 + (0.13 * u).sin() + 1e-3 * u;
+        let spline = spline(&places, f, Start::Free);
+        for (low, high) in [
+            (0.0, 199.0),
+            (0.5, 33.2),
+            (31.9, 96.1),
+            (32.0, 64.0),
+            (64.5, 199.5),
+            (7.0, 7.5),
+        ] {
+            let range = spline.over::<3>(Interval::new(low, high));
+            let mut seen = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+            for i in 0..=20_000 {
+                let found = spline.at::<3>(low + (high - low) * f64::from(i) / 20_000.0);
+                for (seen, v) in seen.iter_mut().zip(found.0) {
+                    *seen = [seen[0].min(v), seen[1].max(v)];
+                }
+            }
+            for (range, [least, most]) in range.0.iter().zip(seen) {
+                let slack = 0.02 * (most - least) + 1e-9;
+                assert!(
+                    range.low <= least && least <= range.low + slack,
+                    "{low} {high}: {range:?} {least}"
+                );
+                assert!(
+                    range.high >= most && most >= range.high - slack,
+                    "{low} {high}: {range:?} {most}"
+                );
+            }
+        }
     }
 
     /// Cubics, and parabolas and lines by as many samples as they need, are reproduced.

@@ -123,6 +123,17 @@ impl Channels {
         }
     }
 
+    /// The wavelengths of a group in nm, if channels are wavelengths.
+    pub(super) fn wavelengths(&self, group: usize) -> Option<&[f64]> {
+        match self {
+            Channels::Wavelengths { nm, .. } => {
+                let first = self.first(group);
+                Some(&nm[first..first + self.channels_of(group)])
+            }
+            _ => None,
+        }
+    }
+
     /// Number of channels in a group.
     pub(super) fn channels_of(&self, group: usize) -> usize {
         (self.count() - self.first(group)).min(self.group_size())

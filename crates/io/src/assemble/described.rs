@@ -15,7 +15,9 @@ pub(super) fn is_meter(object: &ObjectDescription) -> bool {
 /// Whether an object is an index that follows the wavelength of the channel.
 pub(super) fn disperses(object: &ObjectDescription) -> bool {
     let gives = |name: &str| object.properties.iter().any(|p| p.name == name);
-    let of_air = object.plugin == "gladstone_dale" && !gives("wavelength") && !gives("constant");
+    let gases = ["gladstone_dale", "standard_atmosphere"];
+    let of_air =
+        gases.contains(&object.plugin.as_str()) && !gives("wavelength") && !gives("constant");
     let volume = object.kind == PluginKind::Volume;
     volume && (of_air || DISPERSION_LAWS.contains(&object.plugin.as_str()))
 }

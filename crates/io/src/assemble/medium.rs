@@ -4,7 +4,7 @@ use super::brightness::light;
 use super::channels::Channels;
 use super::context::Context;
 use super::texture_role::Role;
-use super::{field, phase, texture};
+use super::{field, phase, texture, tissue};
 use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
 use crate::schema::substance::{TURBID, TURBID_NAMES, Turbid};
@@ -70,6 +70,10 @@ fn scattering(
     let by_parts = query.has("sigma_s") || query.has("sigma_a");
     let zero = SpectrumValue::Uniform(0.0);
     let material = material(&mut query, context.channels);
+    if let Some(named) = tissue::named(&mut query) {
+        query.finish(&[]);
+        return named.medium(object, name, index, scale, context);
+    }
     let (sigma_t, albedo) = if let Some(turbid) = material {
         let [s, a] = [turbid.scattering, turbid.absorption].map(SpectrumValue::Rgb);
         (None, Some((s, a)))

@@ -36,7 +36,9 @@ mod sound_record;
 mod surface_texture;
 mod texture;
 mod texture_role;
+mod tissue;
 mod transforms;
+mod undisturbed;
 mod units;
 mod volume_source;
 mod wish;
@@ -82,6 +84,10 @@ pub fn assemble(
     options: &LoadOptions,
     mut diagnostics: Diagnostics,
 ) -> Result<Loaded, Diagnostics> {
+    let without = options
+        .undisturbed
+        .then(|| undisturbed::undisturbed(description));
+    let description = without.as_ref().unwrap_or(description);
     let mut files = FileRegistry::within(options.limits).searching(description.folders.clone());
     let channels = integrator::channels(&description.root, options, &mut diagnostics);
     let mut groups = Vec::new();

@@ -15,6 +15,8 @@ pub struct LoadOptions {
     pub sampler: Option<String>,
     /// Whether noisy pixels get more samples, even if the scene's sampler does not ask for it.
     pub adaptive: bool,
+    /// Whether media whose index varies get the index against which it is told, or that of what is around: the scene without its flow.
+    pub undisturbed: bool,
     /// How much memory each data file may take.
     pub limits: Limits,
 }

@@ -7,7 +7,7 @@ use crate::diagnostic::suggest;
 use crate::image::RgbImage;
 use crate::mesh::MeshAttribute;
 use crate::query::{Input, Query, unknown_plugin};
-use crate::scene::{ObjectDescription, PluginKind, SpectrumValue, srgb_from_linear};
+use crate::scene::{FileRegistry, ObjectDescription, PluginKind, SpectrumValue, srgb_from_linear};
 use glam::{DAffine2, DMat4};
 use std::sync::Arc;
 use transport::Spectrum;
@@ -267,15 +267,12 @@ fn no_attribute(name: &str, attributes: &[MeshAttribute]) -> String {
 
 fn bitmap(object: &ObjectDescription, role: Role, context: &mut Context) -> Option<Bitmap> {
     let mut q = Query::new(object, context.diagnostics);
-    let path = q.path("filename", context.files);
-    let raw = q.boolean_or("raw", false);
+    let source = picture(&mut q, context.files);
     let (filter, wrap) = (filter(&mut q), wrap(&mut q));
     let to_uv = to_uv(&mut q);
-    let image = RgbImage::read_within(&path, context.files.limits())
-        .map_err(|e| q.file_error("filename", &e));
     q.finish(&[]);
-    let image = image.ok()?;
-    let pixels = pixels(&image, raw && RgbImage::is_encoded(&path), role, context);
+    let (image, encode) = source?;
+    let pixels = pixels(&image, encode, role, context);
     let (channels, data) = context.accept(&object.location, pixels)?;
     let size = [image.width, image.height];
     let bitmap = Bitmap::new(size, channels, data, filter, wrap, to_uv);
@@ -285,19 +282,11 @@ fn bitmap(object: &ObjectDescription, role: Role, context: &mut Context) -> Opti
 /// The image that a bitmap names, for a projector.
 pub(super) fn screen(object: &ObjectDescription, context: &mut Context) -> Option<Slide> {
     let mut q = Query::new(object, context.diagnostics);
-    let path = q.path("filename", context.files);
-    let raw = q.boolean_or("raw", false);
+    let source = picture(&mut q, context.files);
     let (filter, wrap) = (filter(&mut q), wrap(&mut q));
-    let image = RgbImage::read_within(&path, context.files.limits())
-        .map_err(|e| q.file_error("filename", &e));
     q.finish(&[]);
-    let image = image.ok()?;
-    let pixels = pixels(
-        &image,
-        raw && RgbImage::is_encoded(&path),
-        Role::Emission,
-        context,
-    );
+    let (image, encode) = source?;
+    let pixels = pixels(&image, encode, Role::Emission, context);
     let (channels, data) = context.accept(&object.location, pixels)?;
     let used = context.channels.channels_of(context.group);
     let spectrum = |values: &[f32]| {
@@ -313,6 +302,23 @@ pub(super) fn screen(object: &ObjectDescription, context: &mut Context) -> Optio
         filter,
         wrap,
     })
+}
+
+/// The image of a bitmap, which a file or the scene itself holds, and whether its decoding is to be undone.
+fn picture(q: &mut Query, files: &mut FileRegistry) -> Option<(RgbImage, bool)> {
+    let raw = q.boolean_or("raw", false);
+    if q.has("data") {
+        if q.has("filename") {
+            q.error("data", "give the pixels or a file with them, not both");
+        }
+        let image = RgbImage::of_tensor(&*q.tensor("data")?);
+        let image = image.map_err(|e| q.error("data", e.to_string())).ok()?;
+        return Some((image, false));
+    }
+    let path = q.path("filename", files);
+    let image = RgbImage::read_within(&path, files.limits());
+    let image = image.map_err(|e| q.file_error("filename", &e)).ok()?;
+    Some((image, raw && RgbImage::is_encoded(&path)))
 }
 
 /// How Mitsuba holds images, which rounds their numbers at most.

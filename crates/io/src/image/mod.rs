@@ -21,6 +21,7 @@ use ::image::ImageFormat;
 
 use crate::error::{FileError, Problem};
 use crate::input::Limits;
+use crate::scene::Tensor;
 
 /// An image of several layers with named channels, as EXR files hold it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -166,6 +167,36 @@ impl RgbImage {
             }
         };
         image.check_finite().map_err(|problem| problem.at(path))?;
+        Ok(image)
+    }
+
+    /// An array of linear values: rows from the top and columns, or three axes with one or three channels.
+    ///
+    /// # Errors
+    ///
+    /// Another shape, no pixels, and NaN or infinite values.
+    pub fn of_tensor(tensor: &Tensor) -> Result<Self, Problem> {
+        let (height, width, channels) = match *tensor.shape() {
+            [height, width] => (height, width, 1),
+            [height, width, channels @ (1 | 3)] => (height, width, channels),
+            _ => (0, 0, 1),
+        };
+        if tensor.is_empty() || height * width * channels != tensor.len() {
+            return Err(Problem::Mismatch {
+                expected: "pixels as rows and columns, and perhaps one or three channels"
+                    .to_owned(),
+                found: format!("an array of shape {:?}", tensor.shape()),
+            });
+        }
+        let value =
+            |pixel: usize, c: usize| tensor.get(channels * pixel + c.min(channels - 1)) as f32;
+        let pixel = |i| std::array::from_fn(|c| value(i, c));
+        let image = RgbImage {
+            width,
+            height,
+            pixels: (0..width * height).map(pixel).collect(),
+        };
+        image.check_finite()?;
         Ok(image)
     }
 

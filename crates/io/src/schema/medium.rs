@@ -3,6 +3,7 @@
 use super::row::{boolean, float, list, many, one, plugin, role, spectrum, word};
 use super::{Parameter, Plugin, Slot, substance};
 use crate::scene::PluginKind::{Phase, Volume};
+use crate::tissue;
 
 const INDEX: &[Parameter] = &[float("ior", "(see the index rules)", "index, > 0")];
 
@@ -20,6 +21,18 @@ const SCATTERING: &[Parameter] = &[
         &substance::TURBID_NAMES,
         "a substance, in place of coefficients, for scenes in millimetres",
     ),
+    word(
+        "tissue",
+        &tissue::NAMES,
+        "in place of coefficients and a phase function, for films of wavelengths and scenes in millimetres",
+    ),
+    float("blood", "0", "share of a tissue's volume, 0 to 1"),
+    float(
+        "saturation",
+        "0",
+        "share of its haemoglobin with oxygen, 0 to 1",
+    ),
+    float("water", "0", "share of a tissue's volume, 0 to 1"),
     float("scale", "1", "factor of the extinction, ≥ 0"),
     spectrum(
         "emission",

@@ -48,6 +48,7 @@ const PLUGINS: &[(PluginKind, &[&str])] = &[
             "profile",
             "selfoc",
             "sellmeier",
+            "standard_atmosphere",
             "sum",
             "transducer",
         ],
@@ -76,7 +77,17 @@ const PARAMETERS: &[(PluginKind, &[&str])] = &[
     ),
     (
         PluginKind::Medium,
-        &["emission", "ior", "material", "sigma_a", "sigma_s"],
+        &[
+            "blood",
+            "emission",
+            "ior",
+            "material",
+            "saturation",
+            "sigma_a",
+            "sigma_s",
+            "tissue",
+            "water",
+        ],
     ),
     (PluginKind::Sampler, &["adaptive", "phases", "set"]),
     (

@@ -1,6 +1,6 @@
 //! Textures of surfaces.
 
-use super::row::{boolean, float, one, plugin, spectrum, text, texture, transform, word};
+use super::row::{boolean, float, one, plugin, spectrum, tensor, text, texture, transform, word};
 use super::{Parameter, Plugin};
 use crate::scene::PluginKind::{Texture, Volume};
 
@@ -9,8 +9,13 @@ const TO_UV: Parameter = transform("to_uv", "[]", "applied to (u, v) first");
 const BITMAP: &[Parameter] = &[
     text(
         "filename",
-        "required",
-        ".exr, .hdr, .pfm, .png, .jpg, .bmp or .tga",
+        "",
+        ".exr, .hdr, .pfm, .png, .jpg, .bmp or .tga; this, or data",
+    ),
+    tensor(
+        "data",
+        "",
+        "the pixels themselves, linear: (rows, columns), or three axes with one or three channels",
     ),
     boolean(
         "raw",

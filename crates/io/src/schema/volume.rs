@@ -340,6 +340,20 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[],
     ),
     plugin(
+        "standard_atmosphere",
+        "The index of the US Standard Atmosphere of 1976, above the plane z = 0 or around a sphere.",
+        &[
+            &[
+                float("radius", "", "of the sphere around the origin, > 0"),
+                float("metres_per_unit", "1", "metres in a scene unit, > 0"),
+                float("wavelength", "(the channel's)", "of air, nm, 230 to 1690"),
+                float("constant", "", "K in m³/kg, instead of the wavelength"),
+            ],
+            PLACED,
+        ],
+        &[],
+    ),
+    plugin(
         "bspline",
         "A tricubic B-spline through samples of the index.",
         &[FILE, NUMBERS, SMOOTHING],

@@ -83,6 +83,7 @@ pub fn all() -> Vec<Case> {
         "acoustic" => |m| index(m, json!({"type": "acoustic", "n0": 1.3, "amplitude": 0.02, "order": 1, "wave_number": 3,
             "direction": [0.2, 1, 0.4], "reference": [1, 0, 0]})),
         "expression" => |m| index(m, json!({"type": "expression", "n": "1.2 + a*exp(-rho^2)*sin(2*z)", "a": 0.1})),
+        "standard_atmosphere" => |m| index(m, json!({"type": "standard_atmosphere", "radius": 1, "metres_per_unit": 5000, "constant": 0.1})),
         "profile" => |m| index(m, json!({"type": "profile", "coordinate": "rho", "table": "0, 1.4, 0.5, 1.35, 1, 1.2, 2.5, 1.1"})),
         "bspline" => |m| index(m, samples("bspline", m)),
         "gladstone_dale" => |m| {

@@ -1,9 +1,10 @@
 //! The refractive index of air and its density.
 
+use crate::query::Query;
 use std::ops::RangeInclusive;
 
 /// Wavelengths in nm, in vacuum, for which the formula was fitted.
-pub(super) const VALID: RangeInclusive<f64> = 230.0..=1690.0;
+const VALID: RangeInclusive<f64> = 230.0..=1690.0;
 
 /// Density of dry air of 15 °C and 101 325 Pa with 450 ppm CO₂, kg/m³ (P. E. Ciddor, "Refractive index of
 /// air: new equations for the visible and near infrared", Appl. Opt. 35, 1996, eq. 4).
@@ -18,8 +19,41 @@ fn refractivity(nm: f64) -> f64 {
 
 /// K of n = 1 + Kρ in m³/kg at a wavelength in nm: n − 1 of standard air over its density. Air keeps its
 /// K at other temperatures and pressures to better than 1e-3.
-pub(super) fn gladstone_dale(nm: f64) -> f64 {
+fn gladstone_dale(nm: f64) -> f64 {
     refractivity(nm) / STANDARD_DENSITY
+}
+
+/// K of Gladstone and Dale in m³/kg: given, or that of air at a wavelength, which is that of the channel
+/// unless it is given.
+pub(super) fn constant(channel: Option<f64>, q: &mut Query) -> f64 {
+    match (q.has("constant"), q.has("wavelength")) {
+        (false, false) if let Some(nm) = channel => {
+            if !VALID.contains(&nm) {
+                let (least, most) = (VALID.start(), VALID.end());
+                let message = format!(
+                    "the index of air is known from {least} to {most} nm, not at the film's {nm} nm: give \
+                     a 'wavelength' or a 'constant'"
+                );
+                q.error("filename", message);
+            }
+            gladstone_dale(nm)
+        }
+        (true, false) => q.float_in("constant", 0.0..=0.1, None),
+        (false, true) => gladstone_dale(q.float_in("wavelength", VALID, None)),
+        (false, false) => {
+            let message = "the index of air needs a 'wavelength' in nm, or \
+                           a 'constant', K in m³/kg";
+            q.error("filename", message);
+            0.0
+        }
+        (true, true) => {
+            q.error(
+                "wavelength",
+                "give wavelength, for air, or constant, not both",
+            );
+            0.0
+        }
+    }
 }
 
 #[cfg(test)]

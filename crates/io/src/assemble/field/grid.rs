@@ -283,7 +283,7 @@ fn law(object: &ObjectDescription, nm: Option<f64>, q: &mut Query) -> Option<Law
     let law = match object.plugin.as_str() {
         "gladstone_dale" => Law {
             n0: q.float_in("n0", INDEX, 1.0),
-            slope: gladstone_dale(nm, q),
+            slope: air::constant(nm, q),
             reference: q.float_or("reference", 0.0),
         },
         "pressure" => Law {
@@ -303,39 +303,6 @@ fn law(object: &ObjectDescription, nm: Option<f64>, q: &mut Query) -> Option<Law
         slope: law.slope * scale,
         ..law
     })
-}
-
-/// K of Gladstone and Dale in m³/kg: given, or that of air at a wavelength, which is that of the channel
-/// unless it is given.
-fn gladstone_dale(channel: Option<f64>, q: &mut Query) -> f64 {
-    match (q.has("constant"), q.has("wavelength")) {
-        (false, false) if let Some(nm) = channel => {
-            if !air::VALID.contains(&nm) {
-                let (least, most) = (air::VALID.start(), air::VALID.end());
-                let message = format!(
-                    "the index of air is known from {least} to {most} nm, not at the film's {nm} nm: give \
-                     a 'wavelength' or a 'constant'"
-                );
-                q.error("filename", message);
-            }
-            air::gladstone_dale(nm)
-        }
-        (true, false) => q.float_in("constant", 0.0..=0.1, None),
-        (false, true) => air::gladstone_dale(q.float_in("wavelength", air::VALID, None)),
-        (false, false) => {
-            let message = "a gladstone_dale volume needs a 'wavelength' in nm, for air, or \
-                           a 'constant', K in m³/kg";
-            q.error("filename", message);
-            0.0
-        }
-        (true, true) => {
-            q.error(
-                "wavelength",
-                "give wavelength, for air, or constant, not both",
-            );
-            0.0
-        }
-    }
 }
 
 /// The change of the index with pressure, per pascal.

@@ -2,6 +2,7 @@
 
 mod acoustic;
 mod air;
+mod atmosphere;
 mod dispersion;
 mod expression;
 mod grid;
@@ -24,7 +25,7 @@ use eikonal::field::{
 };
 use glam::{DAffine3, DVec3};
 
-const KNOWN: [&str; 17] = [
+const KNOWN: [&str; 18] = [
     "constant",
     "linear",
     "linear_square",
@@ -35,6 +36,7 @@ const KNOWN: [&str; 17] = [
     "acoustic",
     "expression",
     "profile",
+    "standard_atmosphere",
     "bspline",
     "gladstone_dale",
     "pressure",
@@ -75,11 +77,13 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
         _ => {}
     }
     let files = &mut *context.files;
+    let nm = context.channels.wavelength(context.group);
     let mut query = Query::new(object, context.diagnostics);
     // `None` where what is wrong has been reported.
     let field = match object.plugin.as_str() {
         "expression" => expression::build(&mut query).map(Ok),
         "profile" => profile::build(&mut query, files),
+        "standard_atmosphere" => atmosphere::build(&mut query, nm),
         _ => match analytic(object, &mut query) {
             Some(field) => Some(field),
             None => {

@@ -10,9 +10,7 @@ use glam::DVec3;
 pub(super) fn draw(shapes: &Node, start: Option<Labels>, reader: &mut Reader) -> Option<Labels> {
     let errors = reader.diagnostics.error_count();
     let Json::Array(items) = &shapes.json else {
-        let message = "Shapes is a list of shapes; arrays of JData are not read: write them to a .bin or .nii file, and \
-                       name that by VolumeFile";
-        reader.error(shapes, message);
+        reader.error(shapes, "Shapes is a list of shapes, or an array of JData");
         return None;
     };
     let mut canvas = Canvas {
@@ -177,16 +175,8 @@ fn axis_of(key: &str) -> usize {
     }
 }
 
-/// Rows of numbers, or one of them.
+/// Rows of so many numbers, or one of them.
 fn rows<const N: usize>(node: &Node) -> Option<Vec<[f64; N]>> {
-    if let Some(row) = numbers(node) {
-        return Some(vec![row.try_into().ok()?]);
-    }
-    let Json::Array(items) = &node.json else {
-        return None;
-    };
-    items
-        .iter()
-        .map(|item| numbers(item)?.try_into().ok())
-        .collect()
+    let rows = super::rows(node)?;
+    rows.into_iter().map(|row| row.try_into().ok()).collect()
 }

@@ -2,10 +2,13 @@
 
 use super::super::tree::{Json, Node};
 use super::labels::Labels;
-use super::{Place, Reader, field, numbers};
+use super::pattern::{self, Pattern};
+use super::{Place, Reader, field};
+use crate::scene::Tensor;
 use glam::DVec3;
 use serde_json::{Value, json};
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 /// A beam without width, and a slit without height, in voxels.
 const THIN: f64 = 1e-4;
@@ -13,106 +16,184 @@ const THIN: f64 = 1e-4;
 const INWARD: f64 = 1e-4;
 /// How far the plane of a source may lean, as a sine.
 const LEAN: f64 = 1e-6;
+/// What is read of a source.
+const READ: [&str; 9] = [
+    "Type", "Pos", "Dir", "Param1", "Param2", "Pattern", "Weight", "SrcNum", "ID",
+];
 
-/// What a file says of its source.
-struct Source {
-    /// In voxels from the corner of the volume, inside of the voxel that holds it.
-    position: DVec3,
-    direction: DVec3,
-    first: [f64; 4],
-    second: [f64; 4],
+/// An emitter, and the image that it shines through.
+pub(super) struct Emitter {
+    pub plugin: Value,
+    pub image: Option<Arc<Tensor>>,
 }
 
-/// The emitter of power 1 that a source is; `None` after an error.
-pub(super) fn emitter(
+/// One of the sources of a file.
+pub(super) struct Source {
+    /// In voxels from the corner of the volume, inside of the voxel that holds it.
+    position: DVec3,
+    pub direction: DVec3,
+    pub first: [f64; 4],
+    pub second: [f64; 4],
+    /// What its photons weigh.
+    weight: f64,
+}
+
+/// The emitters that the sources of a file are, of power 1 together; `None` after an error.
+pub(super) fn emitters(
     node: &Node,
     place: &Place,
     labels: Option<&Labels>,
     reader: &mut Reader,
-) -> Option<Value> {
+) -> Option<Vec<Emitter>> {
     let kind = match field(node, "Type").map(|kind| &kind.json) {
         Some(Json::String(kind)) => kind.to_ascii_lowercase(),
         _ => "pencil".to_owned(),
     };
-    let read = ["Type", "Pos", "Dir", "Param1", "Param2"];
-    reader.known(node, &read, &["SrcNum"]);
+    reader.known(node, &READ, &[]);
     if reader.number_or(node, "SrcNum", 1.0) != 1.0 {
-        reader.error(node, "SrcNum is 1: each source is rendered by itself");
-    }
-    if matches!(&field(node, "Pos").map(|p| &p.json), Some(Json::Array(items)) if items.iter().any(|i| i.number().is_none()))
-    {
-        reader.error(
-            node,
-            "several sources in one file are not read: render each by itself",
-        );
+        let message = "SrcNum is 1: each of several patterns is rendered by itself";
+        reader.error(node, message);
         return None;
     }
-    let source = Source::of(node, place, labels, reader)?;
-    let unit = place.unit;
-    let made = match kind.as_str() {
-        "pencil" => Ok(source.disc("disc", THIN * unit, unit)),
-        "disk" | "gaussian" if source.first[0] <= 0.0 => {
-            Err("Param1 begins with its radius".to_owned())
-        }
-        "disk" if source.first[1] == 0.0 => Ok(source.disc("disc", source.first[0] * unit, unit)),
-        "gaussian" if source.first[1] == 0.0 => {
-            Ok(source.disc("gaussian", source.first[0] * unit, unit))
-        }
-        "isotropic" => Ok(json!({
-            "type": "point",
-            "position": (source.position * unit).to_array(),
-            "intensity": 1.0 / (4.0 * PI),
-        })),
-        "cone" if source.first[1] == 0.0 => source.cone(unit),
-        "planar" => source.rectangle(unit),
-        "slit" if source.second == [0.0; 4] => source.slit(unit),
-        _ => Err(
-            "sources are pencil, isotropic, cone, gaussian, disk, planar and slit, without second parameters that change their form"
-                .to_owned(),
-        ),
+    let sources = wanted(Source::all(node, place, labels, reader)?, node, reader)?;
+    let mut patterns = Vec::with_capacity(sources.len());
+    for source in &sources {
+        let made = pattern::of(&kind, source, node, reader);
+        let made =
+            made.map_err(|message| reader.error(node, format!("source '{kind}': {message}")));
+        patterns.push(made.ok()?);
+    }
+    let strength = |(source, pattern): (&Source, &Option<Pattern>)| {
+        source.weight * pattern.as_ref().map_or(1.0, |p| p.mean)
     };
-    made.map_err(|message| reader.error(node, format!("source '{kind}': {message}")))
-        .ok()
+    let strengths: Vec<f64> = sources.iter().zip(&patterns).map(strength).collect();
+    let total: f64 = strengths.iter().sum();
+    let shares = strengths.iter().map(|s| s / total);
+    let mut found = Vec::with_capacity(sources.len());
+    for ((source, pattern), power) in sources.iter().zip(patterns).zip(shares) {
+        let made = source.emitter(&kind, pattern, power, place.unit);
+        let made =
+            made.map_err(|message| reader.error(node, format!("source '{kind}': {message}")));
+        found.push(made.ok()?);
+    }
+    Some(found)
+}
+
+/// The sources that a file asks for: all, or that of a number from 1.
+fn wanted(mut sources: Vec<Source>, node: &Node, reader: &mut Reader) -> Option<Vec<Source>> {
+    let id = reader.number_or(node, "ID", 0.0);
+    if id == 0.0 {
+        return Some(sources);
+    }
+    if id.fract() != 0.0 || !(1.0..=sources.len() as f64).contains(&id) {
+        let message = format!(
+            "ID is 0 for all sources together, or the number of one of {}",
+            sources.len()
+        );
+        reader.error(node, message);
+        return None;
+    }
+    Some(vec![sources.swap_remove(id as usize - 1)])
 }
 
 impl Source {
-    fn of(
+    fn all(
         node: &Node,
         place: &Place,
         labels: Option<&Labels>,
         reader: &mut Reader,
-    ) -> Option<Self> {
-        let [position, direction] = ["Pos", "Dir"].map(|key| reader.numbers::<3>(node, key));
-        let position = DVec3::from(place.of(position?)) / place.unit;
-        let Some(direction) = DVec3::from(direction?).try_normalize() else {
-            reader.error(node, "Dir is a direction");
-            return None;
+    ) -> Option<Vec<Self>> {
+        let positions = reader.table(node, "Pos", 3)?;
+        let directions = reader.table(node, "Dir", 3)?;
+        let mut parameters = |key| {
+            if field(node, key).is_some() {
+                reader.table(node, key, 1)
+            } else {
+                Some(vec![Vec::new(); positions.len()])
+            }
         };
-        let focus = field(node, "Dir")
-            .and_then(numbers)
-            .and_then(|v| v.get(3).copied());
-        if focus.is_some_and(|f| f != 0.0) {
-            reader.error(
-                node,
-                "sources with a focus (the fourth number of Dir) are not read",
-            );
+        let (first, second) = (parameters("Param1")?, parameters("Param2")?);
+        if [&directions, &first, &second]
+            .iter()
+            .any(|rows| rows.len() != positions.len())
+        {
+            let message = "Pos, Dir, Param1 and Param2 have a row for each source";
+            reader.error(node, message);
             return None;
         }
-        let inside = labels.is_some_and(|l| l.at(position.to_array()) > 0.0);
-        let four = |key| {
-            let found = field(node, key).and_then(numbers).unwrap_or_default();
-            std::array::from_fn(|i| found.get(i).copied().unwrap_or(0.0))
+        let alone = (positions.len() == 1).then(|| reader.number_or(node, "Weight", 1.0));
+        let mut sources = Vec::with_capacity(positions.len());
+        for (i, position) in positions.iter().enumerate() {
+            let place =
+                DVec3::from_slice(&place.of([position[0], position[1], position[2]])) / place.unit;
+            let weight = position.get(3).copied().or(alone).unwrap_or(1.0);
+            let source = Source {
+                position: inside(place, labels),
+                direction: direction(&directions[i], node, reader)?,
+                first: four(&first[i]),
+                second: four(&second[i]),
+                weight,
+            };
+            if !(weight > 0.0 && weight.is_finite()) {
+                reader.error(
+                    node,
+                    "the weight of a source, the fourth number of Pos, is positive",
+                );
+                return None;
+            }
+            sources.push(source);
+        }
+        Some(sources)
+    }
+
+    fn emitter(
+        &self,
+        kind: &str,
+        pattern: Option<Pattern>,
+        power: f64,
+        unit: f64,
+    ) -> Result<Emitter, String> {
+        let plugin = match (kind, &pattern) {
+            (_, Some(pattern)) => {
+                let mut plugin = self.rectangle(pattern.sides, power, unit)?;
+                plugin["texture"] = json!({
+                    "type": "bitmap", "filter_type": pattern.filter, "wrap_mode": "clamp",
+                });
+                plugin
+            }
+            _ => self.plain(kind, power, unit)?,
         };
-        Some(Source {
-            position: if inside {
-                position.lerp(position.floor() + 0.5, INWARD)
-            } else {
-                position
-            },
-            direction,
-            first: four("Param1"),
-            second: four("Param2"),
-        })
+        let image = pattern.map(|pattern| pattern.image);
+        Ok(Emitter { plugin, image })
+    }
+
+    /// An emitter without an image.
+    fn plain(&self, kind: &str, power: f64, unit: f64) -> Result<Value, String> {
+        let [p, q] = [self.first, self.second];
+        match kind {
+            "pencil" => Ok(self.disc("disc", THIN * unit, power, unit)),
+            "disk" | "gaussian" if p[0] <= 0.0 => Err("Param1 begins with its radius".to_owned()),
+            "disk" if p[1] == 0.0 => Ok(self.disc("disc", p[0] * unit, power, unit)),
+            "gaussian" if p[1] == 0.0 => Ok(self.disc("gaussian", p[0] * unit, power, unit)),
+            "isotropic" => Ok(json!({
+                "type": "point",
+                "position": (self.position * unit).to_array(),
+                "intensity": power / (4.0 * PI),
+            })),
+            "cone" if p[1] == 0.0 => self.cone(power, unit),
+            "planar" => self.rectangle(self.sides(), power, unit),
+            "slit" if q == [0.0; 4] => self.slit(power, unit),
+            _ => Err(
+                "sources are pencil, isotropic, cone, gaussian, disk, planar, pattern, fourier, fourierx, fourierx2d and slit, \
+                 without second parameters that change their form"
+                    .to_owned(),
+            ),
+        }
+    }
+
+    /// The sides of the parallelogram that the parameters span.
+    pub(super) fn sides(&self) -> [DVec3; 2] {
+        [self.first, self.second].map(|p| DVec3::new(p[0], p[1], p[2]))
     }
 
     /// From the frame of an emitter, which shines along +z, with its x near a direction.
@@ -120,25 +201,19 @@ impl Source {
         let z = self.direction;
         let x = (x - z * x.dot(z)).normalize();
         let y = z.cross(x);
-        let t = center * unit;
-        json!([{"matrix": [
-            [x.x, y.x, z.x, t.x],
-            [x.y, y.y, z.y, t.y],
-            [x.z, y.z, z.z, t.z],
-            [0.0, 0.0, 0.0, 1.0],
-        ]}])
+        matrix([x, y, z, center * unit])
     }
 
-    fn disc(&self, profile: &str, radius: f64, unit: f64) -> Value {
+    fn disc(&self, profile: &str, radius: f64, power: f64, unit: f64) -> Value {
         let x = self.direction.any_orthonormal_vector();
         json!({
-            "type": "collimated", "profile": profile, "radius": radius, "power": 1.0,
+            "type": "collimated", "profile": profile, "radius": radius, "power": power,
             "to_world": self.frame(self.position, x, unit),
         })
     }
 
     /// The same intensity within a half angle.
-    fn cone(&self, unit: f64) -> Result<Value, String> {
+    fn cone(&self, power: f64, unit: f64) -> Result<Value, String> {
         let angle = self.first[0];
         if !(angle > 0.0 && angle <= PI) {
             return Err("Param1 begins with its half angle in radians, up to pi".into());
@@ -146,15 +221,14 @@ impl Source {
         let x = self.direction.any_orthonormal_vector();
         Ok(json!({
             "type": "spot", "cutoff_angle": angle.to_degrees(), "beam_width": angle.to_degrees(),
-            "intensity": 1.0 / (2.0 * PI * (1.0 - angle.cos())),
+            "intensity": power / (2.0 * PI * (1.0 - angle.cos())),
             "to_world": self.frame(self.position, x, unit),
         }))
     }
 
-    /// Parallel light from a parallelogram, which must be a rectangle across it.
-    fn rectangle(&self, unit: f64) -> Result<Value, String> {
-        let side = |p: &[f64; 4]| DVec3::new(p[0], p[1], p[2]);
-        let [u, v] = [side(&self.first), side(&self.second)];
+    /// Parallel light from a parallelogram, which must be a rectangle across it. The columns of an image run along its first
+    /// side, the rows along its second.
+    fn rectangle(&self, [u, v]: [DVec3; 2], power: f64, unit: f64) -> Result<Value, String> {
         let square = u.dot(v).abs() <= LEAN * u.length() * v.length();
         let across = [u, v]
             .iter()
@@ -162,15 +236,20 @@ impl Source {
         if !square || !across || u.length() == 0.0 || v.length() == 0.0 {
             return Err("Param1 and Param2 must be perpendicular to one another and to Dir".into());
         }
+        let z = self.direction;
+        // Images run along the emitter's -x and -y.
+        let x = -(u - z * u.dot(z)).normalize();
+        let y = z.cross(x) * -z.cross(x).dot(v).signum();
+        let center = self.position + 0.5 * (u + v);
         Ok(json!({
-            "type": "collimated", "profile": "rectangle", "power": 1.0,
+            "type": "collimated", "profile": "rectangle", "power": power,
             "width": u.length() * unit, "height": v.length() * unit,
-            "to_world": self.frame(self.position + 0.5 * (u + v), u, unit),
+            "to_world": matrix([x, y, z, center * unit]),
         }))
     }
 
     /// Parallel light from a line across it.
-    fn slit(&self, unit: f64) -> Result<Value, String> {
+    fn slit(&self, power: f64, unit: f64) -> Result<Value, String> {
         let line = DVec3::new(self.first[0], self.first[1], self.first[2]);
         if line.length() == 0.0 || line.dot(self.direction).abs() > LEAN * line.length() {
             return Err(
@@ -178,9 +257,47 @@ impl Source {
             );
         }
         Ok(json!({
-            "type": "collimated", "profile": "rectangle", "power": 1.0,
+            "type": "collimated", "profile": "rectangle", "power": power,
             "width": line.length() * unit, "height": THIN * unit,
             "to_world": self.frame(self.position + 0.5 * line, line, unit),
         }))
     }
+}
+
+/// A transform whose matrix has these columns.
+fn matrix([x, y, z, t]: [DVec3; 4]) -> Value {
+    json!([{"matrix": [
+        [x.x, y.x, z.x, t.x],
+        [x.y, y.y, z.y, t.y],
+        [x.z, y.z, z.z, t.z],
+        [0.0, 0.0, 0.0, 1.0],
+    ]}])
+}
+
+/// A position, a little inside of the voxel with a medium that holds it.
+fn inside(position: DVec3, labels: Option<&Labels>) -> DVec3 {
+    if labels.is_some_and(|l| l.at(position.to_array()) > 0.0) {
+        position.lerp(position.floor() + 0.5, INWARD)
+    } else {
+        position
+    }
+}
+
+/// A unit direction, of light without a focus.
+fn direction(row: &[f64], node: &Node, reader: &mut Reader) -> Option<DVec3> {
+    if row.get(3).is_some_and(|focus| *focus != 0.0) {
+        let message = "sources with a focus (the fourth number of Dir) are not read";
+        reader.error(node, message);
+        return None;
+    }
+    let direction = DVec3::from_slice(&row[..3]).try_normalize();
+    if direction.is_none() {
+        reader.error(node, "Dir is a direction");
+    }
+    direction
+}
+
+/// Parameters, of which those at the end may be missing.
+fn four(row: &[f64]) -> [f64; 4] {
+    std::array::from_fn(|i| row.get(i).copied().unwrap_or(0.0))
 }

@@ -2,10 +2,11 @@
 
 use super::super::tree::{self, Json, Node};
 use super::labels::Labels;
-use super::{Reader, field, numbers, shapes};
+use super::{Reader, field, jdata, numbers, shapes};
 use crate::draft;
 use crate::element::Element;
 use crate::input;
+use crate::scene::Tensor;
 use crate::volume::{AxisOrder, Format, Options, Volume};
 use std::path::Path;
 
@@ -21,13 +22,13 @@ pub(super) fn labels(root: &Node, domain: &Node, reader: &mut Reader) -> Option<
         None => None,
     };
     if let Some(held) = field(domain, "Volume") {
-        labels = Some(from_array(held, reader)?);
+        labels = Some(held_by(held, reader)?);
     }
     if labels.is_none() {
         labels = size.and_then(|size| Labels::filled(size, 0.0));
     }
     if let Some(shapes) = field(root, "Shapes") {
-        labels = shapes::draw(shapes, labels, reader);
+        labels = drawn(shapes, labels, reader);
     }
     if labels.is_none() {
         reader.error(
@@ -38,15 +39,45 @@ pub(super) fn labels(root: &Node, domain: &Node, reader: &mut Reader) -> Option<
     labels
 }
 
+/// Shapes over labels, or an array in their place.
+fn drawn(shapes: &Node, start: Option<Labels>, reader: &mut Reader) -> Option<Labels> {
+    if jdata::is_one(shapes) {
+        annotated(shapes, reader)
+    } else {
+        shapes::draw(shapes, start, reader)
+    }
+}
+
 /// An array `[x, y, z]` that a program hands over.
-fn from_array(held: &Node, reader: &mut Reader) -> Option<Labels> {
-    let Json::Tensor(tensor) = &held.json else {
-        reader.error(held, "Volume is an array of labels [x, y, z]");
+fn held_by(held: &Node, reader: &mut Reader) -> Option<Labels> {
+    match &held.json {
+        Json::Tensor(_) | Json::Array(_) => {
+            let array = reader.array(held)?;
+            from_array(&array, held, reader)
+        }
+        _ if jdata::is_one(held) => annotated(held, reader),
+        _ => {
+            reader.error(held, "Volume is an array of labels [x, y, z]");
+            None
+        }
+    }
+}
+
+/// An array of JData, `[x, y, z]`.
+fn annotated(node: &Node, reader: &mut Reader) -> Option<Labels> {
+    let array = jdata::array(node, reader)?;
+    if !array.element.is_integer() || array.tensor.shape().len() != 3 {
+        let message = "a volume is an array [x, y, z] of labels, whole numbers: coefficients of voxels are not read";
+        reader.error(node, message);
         return None;
-    };
+    }
+    from_array(&array.tensor, node, reader)
+}
+
+fn from_array(tensor: &Tensor, at: &Node, reader: &mut Reader) -> Option<Labels> {
     let volume = Volume::<f32>::of_tensor(tensor, AxisOrder::XYZ);
     let volume = volume
-        .map_err(|e| reader.error(held, format!("Volume: {e}")))
+        .map_err(|e| reader.error(at, format!("labels: {e}")))
         .ok()?;
     let size = volume.size();
     let data = volume.into_data();
@@ -98,7 +129,7 @@ fn from_shapes(
         return None;
     };
     let start = size.and_then(|size| Labels::filled(size, 0.0));
-    shapes::draw(shapes, start, reader)
+    drawn(shapes, start, reader)
 }
 
 /// A byte for each voxel, x fastest.

@@ -1,0 +1,112 @@
+//! Media that are tissues by name (docs/scene-format.md#tissues).
+
+use super::context::Context;
+use crate::query::Query;
+use crate::scene::{ObjectDescription, PluginKind};
+use crate::tissue::{Content, MEAN_COSINE, NAMES, Tissue};
+use eikonal::Field;
+use transport::Spectrum;
+use transport::medium::Medium;
+use transport::phase::Phase;
+use transport::volume::VolumeTexture;
+
+/// A tissue, and what it holds.
+pub(super) struct Named {
+    name: &'static str,
+    tissue: Tissue,
+    content: Content,
+}
+
+/// The tissue that a medium names, if it does.
+pub(super) fn named(query: &mut Query) -> Option<Named> {
+    let index = query.one_of("tissue", &NAMES);
+    let tissue = Tissue::of(index)?;
+    let others = ["sigma_t", "albedo", "sigma_s", "sigma_a", "material"];
+    if let Some(other) = others.into_iter().find(|name| query.has(name)) {
+        query.error(
+            other,
+            "give coefficients, a material or a tissue, not several",
+        );
+    }
+    if query.child(PluginKind::Phase).is_some() {
+        let message = format!(
+            "tissues scatter by Henyey and Greenstein with g = {MEAN_COSINE}: leave the phase function out"
+        );
+        query.error("tissue", message);
+    }
+    if matches!(tissue, Tissue::Measured(_)) {
+        let contents = ["blood", "saturation", "water"];
+        if let Some(name) = contents.into_iter().find(|name| query.has(name)) {
+            let message = format!(
+                "the absorption of '{}' is measured: leave it out",
+                NAMES[index]
+            );
+            query.error(name, message);
+        }
+    }
+    let mut share = |name: &str| query.float_in(name, 0.0..=1.0, 0.0);
+    let content = Content {
+        blood: share("blood"),
+        saturation: share("saturation"),
+        water: share("water"),
+    };
+    Some(Named {
+        name: NAMES[index],
+        tissue,
+        content,
+    })
+}
+
+impl Named {
+    pub(super) fn medium(
+        &self,
+        object: &ObjectDescription,
+        name: String,
+        index: Field,
+        scale: f64,
+        context: &mut Context,
+    ) -> Medium {
+        let Some([scattered, absorbed]) = self.spectra(object, context) else {
+            return Medium::transparent(name, index);
+        };
+        let total = scattered + absorbed;
+        let phase = context.accept(&object.location, Phase::henyey_greenstein(MEAN_COSINE));
+        Medium {
+            name,
+            index,
+            sigma_t: VolumeTexture::Uniform(total),
+            scale,
+            albedo: VolumeTexture::Uniform(
+                scattered.zip(total, |s, t| if t > 0.0 { s / t } else { 0.0 }),
+            ),
+            phase: phase.unwrap_or_else(Phase::isotropic),
+            emission: None,
+            labels: None,
+        }
+    }
+
+    /// σ_s and σ_a in the channels of the film; `None` after an error.
+    fn spectra(&self, object: &ObjectDescription, context: &mut Context) -> Option<[Spectrum; 2]> {
+        let Some(wavelengths) = context.channels.wavelengths(context.group) else {
+            let message = "tissues are known by wavelength: the film needs the pixel_format 'spectral', and 'wavelengths' in nm";
+            context.error_at(&object.location, message);
+            return None;
+        };
+        let [low, high] = self.tissue.range();
+        if let Some(nm) = wavelengths.iter().find(|nm| !(low..=high).contains(*nm)) {
+            let message = format!(
+                "'{}' is known from {low} to {high} nm, not at {nm} nm",
+                self.name
+            );
+            context.error_at(&object.location, message);
+            return None;
+        }
+        let at = |k: usize| {
+            let value = |nm: &f64| self.tissue.coefficients(*nm, self.content)[k];
+            Spectrum(std::array::from_fn(|c| {
+                wavelengths.get(c).map_or(0.0, value)
+            }))
+        };
+        Some([at(0), at(1)])
+    }
+}

@@ -1,0 +1,214 @@
+//! Images that sources shine through: patterns, and waves in space (docs/guides/tissue-optics.md#input-of-mcx).
+
+use super::super::tree::{Json, Node};
+use super::source::Source;
+use super::{Reader, field, jdata, numbers};
+use crate::element::Element;
+use crate::input;
+use crate::scene::{Numbers, Tensor};
+use glam::DVec3;
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+/// Pixels per period of a wave. Linear between their centres, its modulation is (π/64)²/3 = 0.08 % low.
+const PER_PERIOD: f64 = 64.0;
+/// The most pixels of a wave.
+const MOST: f64 = 4_194_304.0;
+
+/// Relative irradiance across a source.
+pub(super) struct Pattern {
+    /// Sides of the parallelogram, in voxels.
+    pub sides: [DVec3; 2],
+    /// Columns run along the first side, rows along the second.
+    pub image: Arc<Tensor>,
+    pub filter: &'static str,
+    /// Mean of the image.
+    pub mean: f64,
+}
+
+/// The pattern of a source of some kind, if it has one.
+pub(super) fn of(
+    kind: &str,
+    source: &Source,
+    node: &Node,
+    reader: &mut Reader,
+) -> Result<Option<Pattern>, String> {
+    let found = match kind {
+        "pattern" => {
+            let image = given(source, node, reader)?;
+            Pattern::new(source.sides(), image, "nearest")?
+        }
+        "fourier" | "fourierx" | "fourierx2d" => {
+            let wave = Wave::of(kind, source);
+            Pattern::new(wave.sides, wave.image()?, "bilinear")?
+        }
+        _ => return Ok(None),
+    };
+    Ok(Some(found))
+}
+
+impl Pattern {
+    fn new(
+        sides: [DVec3; 2],
+        (size, values): ([usize; 2], Vec<f32>),
+        filter: &'static str,
+    ) -> Result<Self, String> {
+        if let Some(wrong) = values.iter().find(|v| !(v.is_finite() && **v >= 0.0)) {
+            return Err(format!("values of a Pattern are at least 0, not {wrong}"));
+        }
+        let sum: f64 = values.iter().map(|v| f64::from(*v)).sum();
+        if sum == 0.0 {
+            return Err("the pattern is dark everywhere".to_owned());
+        }
+        let mean = sum / values.len() as f64;
+        let [columns, rows] = size;
+        let image = Tensor::new(vec![rows, columns], Numbers::Single(values));
+        let image = Arc::new(image.map_err(|e| e.to_string())?);
+        Ok(Pattern {
+            sides,
+            image,
+            filter,
+            mean,
+        })
+    }
+}
+
+/// The pattern that a file gives, or a program: columns and rows, and values row by row.
+fn given(
+    source: &Source,
+    node: &Node,
+    reader: &mut Reader,
+) -> Result<([usize; 2], Vec<f32>), String> {
+    let [columns, rows] = [source.first[3], source.second[3]];
+    let whole = |v: f64| v.fract() == 0.0 && (1.0..=65536.0).contains(&v);
+    if !whole(columns) || !whole(rows) {
+        return Err("the fourth numbers of Param1 and Param2 are its columns and rows".to_owned());
+    }
+    let size = [columns, rows].map(|v| v as usize);
+    let Some(pattern) = field(node, "Pattern") else {
+        return Err("Pattern is missing".to_owned());
+    };
+    let values = match &pattern.json {
+        Json::Tensor(_) | Json::Array(_) => {
+            let array = reader.array(pattern).ok_or("Pattern is not read")?;
+            transposed(&array, size)?
+        }
+        _ if jdata::is_one(pattern) => {
+            let array = jdata::array(pattern, reader).ok_or("Pattern is not read")?;
+            array.tensor.iter().map(|v| v as f32).collect()
+        }
+        _ => listed(pattern, reader)?,
+    };
+    if values.len() == size[0] * size[1] {
+        Ok((size, values))
+    } else {
+        let [columns, rows] = size;
+        Err(format!(
+            "{} values of its Pattern, not {columns} x {rows}",
+            values.len()
+        ))
+    }
+}
+
+/// The values of an array `[column, row]`, row by row.
+fn transposed(tensor: &Tensor, [columns, rows]: [usize; 2]) -> Result<Vec<f32>, String> {
+    if tensor.shape() != [columns, rows] {
+        let shape = tensor.shape();
+        return Err(format!(
+            "its pattern is an array of shape [{columns}, {rows}], not {shape:?}"
+        ));
+    }
+    let value = |i: usize| tensor.get(i % columns * rows + i / columns) as f32;
+    Ok((0..tensor.len()).map(value).collect())
+}
+
+/// Values that are written out, or in a file of single precision.
+fn listed(pattern: &Node, reader: &mut Reader) -> Result<Vec<f32>, String> {
+    reader.known(pattern, &["Nx", "Ny", "Nz", "Data"], &[]);
+    let Some(data) = field(pattern, "Data") else {
+        return Err("its Pattern has Data".to_owned());
+    };
+    if let Some(values) = numbers(data) {
+        return Ok(values.iter().map(|v| *v as f32).collect());
+    }
+    let Json::String(name) = &data.json else {
+        return Err("Data of its Pattern are numbers, or the name of a file".to_owned());
+    };
+    let path = data.location.source().directory().join(name);
+    let bytes = input::read(&path).map_err(|e| e.to_string())?;
+    let mut values = Vec::with_capacity(bytes.len() / 4);
+    Element::F32.decode(&bytes, &mut |v| values.push(v as f32));
+    Ok(values)
+}
+
+/// ½ (1 + M cos 2π(f · (x, y) + φ)), or with the product of two sines in place of the cosine.
+struct Wave {
+    sides: [DVec3; 2],
+    frequencies: [f64; 2],
+    phases: [f64; 2],
+    modulation: f64,
+    is_product: bool,
+}
+
+impl Wave {
+    fn of(kind: &str, source: &Source) -> Self {
+        let [p, q] = [source.first, source.second];
+        if kind == "fourier" {
+            return Wave {
+                sides: source.sides(),
+                frequencies: [p[3].floor(), q[3].floor()],
+                phases: [p[3] - p[3].floor(), 0.0],
+                modulation: 1.0 - (q[3] - q[3].floor()),
+                is_product: false,
+            };
+        }
+        let [first, _] = source.sides();
+        let second = source.direction.cross(first.normalize_or_zero()) * p[3];
+        let is_product = kind == "fourierx2d";
+        Wave {
+            sides: [first, second],
+            frequencies: [q[0], q[1]],
+            phases: if is_product {
+                [q[2], q[3]]
+            } else {
+                [q[2], 0.0]
+            },
+            modulation: if is_product { 1.0 } else { 1.0 - q[3] },
+            is_product,
+        }
+    }
+
+    /// Columns and rows, and the values at the centres of pixels.
+    fn image(&self) -> Result<([usize; 2], Vec<f32>), String> {
+        if !(self.modulation.abs() <= 1.0) {
+            return Err("its modulation is between 0 and 1".to_owned());
+        }
+        let size = self
+            .frequencies
+            .map(|f| (f.abs() * PER_PERIOD).ceil().max(1.0));
+        if !(size[0] * size[1] <= MOST) {
+            return Err(format!(
+                "at {PER_PERIOD} pixels per period its image would have {} x {} pixels, more than {MOST}",
+                size[0], size[1]
+            ));
+        }
+        let [columns, rows] = size.map(|n| n as usize);
+        let value = |i: usize| {
+            let x = ((i % columns) as f64 + 0.5) / size[0];
+            let y = ((i / columns) as f64 + 0.5) / size[1];
+            self.at([x, y]) as f32
+        };
+        Ok(([columns, rows], (0..columns * rows).map(value).collect()))
+    }
+
+    fn at(&self, [x, y]: [f64; 2]) -> f64 {
+        let [f, g] = self.frequencies;
+        let [a, b] = self.phases;
+        let wave = if self.is_product {
+            (TAU * (f * x + a)).sin() * (TAU * (g * y + b)).sin()
+        } else {
+            (TAU * (f * x + g * y + a)).cos()
+        };
+        0.5 * (1.0 + self.modulation * wave)
+    }
+}

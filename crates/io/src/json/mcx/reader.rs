@@ -1,0 +1,217 @@
+//! Reads fields of input files, whatever the case of their names, and reports what is wrong with them.
+
+use super::super::tree::{Entry, Json, Node};
+use super::super::values::{get, value};
+use super::detectors::Recording;
+use super::{SESSION, Settings, node};
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::scene::{Numbers, Tensor, Value as Held};
+use crate::schema::Type;
+use serde_json::json;
+use std::sync::Arc;
+/// Reads fields and reports what is wrong with them.
+pub(super) struct Reader<'d> {
+    pub diagnostics: &'d mut Diagnostics,
+}
+
+impl Reader<'_> {
+    pub(super) fn error(&mut self, at: &Node, message: impl Into<String>) {
+        self.diagnostics
+            .push(Diagnostic::error(message).at(&at.location));
+    }
+
+    /// A number or a truth value that a field may have.
+    pub(super) fn number_or(&mut self, node: &Node, key: &str, default: f64) -> f64 {
+        let Some(value) = field(node, key) else {
+            return default;
+        };
+        match (value.number(), &value.json) {
+            (Some(v), _) => v,
+            (None, Json::Boolean(v)) => f64::from(u8::from(*v)),
+            _ => {
+                self.error(value, format!("{key} is a number"));
+                default
+            }
+        }
+    }
+
+    /// A number that a field must have; 0 after an error.
+    pub(super) fn number(&mut self, node: &Node, key: &str) -> f64 {
+        if field(node, key).is_none() {
+            self.error(node, format!("{key} is missing"));
+        }
+        self.number_or(node, key, 0.0)
+    }
+
+    /// Refuses a field whose value is not as it `must` be.
+    pub(super) fn only(&mut self, node: &Node, key: &str, must: impl Fn(&Node) -> bool) {
+        if let Some(value) = field(node, key).filter(|v| !must(v)) {
+            let message =
+                format!("this {key} is not read: give LengthUnit, and a byte for each voxel");
+            self.error(value, message);
+        }
+    }
+
+    /// Refuses fields other than those that are `read`, and those that do not change the result.
+    pub(super) fn known(&mut self, node: &Node, read: &[&str], harmless: &[&str]) {
+        let Json::Object(entries) = &node.json else {
+            return;
+        };
+        for entry in entries {
+            let is = |name: &&str| entry.key.eq_ignore_ascii_case(name);
+            if !read.iter().chain(harmless).any(is) {
+                let message = format!("'{}' is not read, and may change the result", entry.key);
+                self.error(&entry.node, message);
+            }
+        }
+    }
+
+    /// At least so many numbers.
+    pub(super) fn numbers<const N: usize>(&mut self, node: &Node, key: &str) -> Option<[f64; N]> {
+        let Some(value) = field(node, key) else {
+            self.error(node, format!("{key} is missing"));
+            return None;
+        };
+        let found = numbers(value).and_then(|all| all.get(..N)?.try_into().ok());
+        if found.is_none() {
+            self.error(value, format!("{key} is a list of {N} numbers"));
+        }
+        found
+    }
+
+    /// Rows of at least so many numbers, or one of them.
+    pub(super) fn table(&mut self, node: &Node, key: &str, least: usize) -> Option<Vec<Vec<f64>>> {
+        let Some(value) = field(node, key) else {
+            self.error(node, format!("{key} is missing"));
+            return None;
+        };
+        let found = rows(value).filter(|rows| {
+            let enough = |row: &Vec<f64>| row.len() >= least && row.iter().all(|v| v.is_finite());
+            !rows.is_empty() && rows.iter().all(enough)
+        });
+        if found.is_none() {
+            let message =
+                format!("{key} is a list of {least} or more numbers, or a list of such lists");
+            self.error(value, message);
+        }
+        found
+    }
+
+    /// An array that a program hands over: small ones come as lists of lists.
+    pub(super) fn array(&mut self, node: &Node) -> Option<Arc<Tensor>> {
+        match value(node, Some(Type::Tensor), self.diagnostics) {
+            Some(Held::Tensor(array)) => Some(array),
+            _ => None,
+        }
+    }
+
+    /// The table of media: a row for each label.
+    pub(super) fn media(&mut self, domain: &Node) -> Option<Arc<Tensor>> {
+        let Some(media) = field(domain, "Media") else {
+            self.error(domain, "Media is missing");
+            return None;
+        };
+        match &media.json {
+            Json::Tensor(table) => Some(table.clone()),
+            Json::Array(rows) => self.rows(rows),
+            _ => {
+                self.error(media, "Media is a list of {\"mua\", \"mus\", \"g\", \"n\"}");
+                None
+            }
+        }
+    }
+
+    /// Media as objects, or as four numbers each.
+    pub(super) fn rows(&mut self, rows: &[Node]) -> Option<Arc<Tensor>> {
+        let names = ["mua", "mus", "g", "n"];
+        let mut table = Vec::with_capacity(4 * rows.len());
+        for row in rows {
+            if matches!(row.json, Json::Object(_)) {
+                self.known(row, &names, &["label", "name"]);
+                table.extend(names.map(|name| self.number(row, name)));
+            } else if let Some(numbers) = numbers(row).filter(|numbers| numbers.len() == 4) {
+                table.extend(numbers);
+            } else {
+                self.error(
+                    row,
+                    "a medium is {\"mua\", \"mus\", \"g\", \"n\"}, or these four numbers",
+                );
+                return None;
+            }
+        }
+        let numbers = Numbers::Double(table);
+        Tensor::new(vec![rows.len(), 4], numbers).map(Arc::new).ok()
+    }
+
+    pub(super) fn settings(&mut self, root: &Node) -> Settings {
+        let nothing = node(json!({}), &root.location);
+        let session = field(root, "Session").unwrap_or(&nothing);
+        let forward = field(root, "Forward").unwrap_or(&nothing);
+        let read = [
+            "Photons",
+            "DoMismatch",
+            "DoNormalize",
+            "DoPartialPath",
+            "MaxDetPhoton",
+            "MaxDetPhotons",
+        ];
+        self.known(session, &read, &SESSION);
+        self.known(forward, &["T0", "T1", "Dt"], &[]);
+        if self.number_or(session, "DoNormalize", 1.0) != 1.0 {
+            self.error(session, "DoNormalize is 1: values are fluence per joule");
+        }
+        let photons = self.number_or(session, "Photons", 1e6);
+        let most = self.number_or(session, "MaxDetPhotons", 1e6);
+        let t0 = self.number_or(forward, "T0", 0.0);
+        let t1 = self.number_or(forward, "T1", 5e-9);
+        let dt = self.number_or(forward, "Dt", t1 - t0);
+        if !(photons >= 1.0 && t0 >= 0.0 && t1 > t0 && dt > 0.0) {
+            self.error(
+                root,
+                "the number of photons, and times T0 < T1 in steps of Dt, are positive",
+            );
+        }
+        Settings {
+            photons: photons.round() as i64,
+            refraction: self.number_or(session, "DoMismatch", 1.0) != 0.0,
+            gates: [t0, t1, dt.min(t1 - t0)],
+            recording: Recording {
+                wanted: self.number_or(session, "DoPartialPath", 1.0) != 0.0,
+                most: self.number_or(session, "MaxDetPhoton", most).max(1.0) as i64,
+            },
+        }
+    }
+}
+
+/// Rows of numbers, or one of them.
+pub(super) fn rows(node: &Node) -> Option<Vec<Vec<f64>>> {
+    match &node.json {
+        Json::Tensor(tensor) => {
+            let columns = *tensor.shape().last().filter(|n| **n > 0)?;
+            let all: Vec<f64> = tensor.iter().collect();
+            Some(all.chunks_exact(columns).map(<[f64]>::to_vec).collect())
+        }
+        Json::Array(items) if items.iter().all(|item| item.number().is_none()) => {
+            items.iter().map(numbers).collect()
+        }
+        _ => Some(vec![numbers(node)?]),
+    }
+}
+
+/// The value of a key, whatever the case of its letters.
+pub(super) fn field<'n>(node: &'n Node, key: &str) -> Option<&'n Node> {
+    let Json::Object(entries) = &node.json else {
+        return None;
+    };
+    let same = |entry: &&Entry| entry.key.eq_ignore_ascii_case(key);
+    get(entries, key).or_else(|| entries.iter().find(same).map(|entry| &entry.node))
+}
+
+/// The numbers of a list.
+pub(super) fn numbers(node: &Node) -> Option<Vec<f64>> {
+    match &node.json {
+        Json::Array(items) => items.iter().map(Node::number).collect(),
+        Json::Tensor(tensor) => Some(tensor.iter().collect()),
+        _ => None,
+    }
+}
