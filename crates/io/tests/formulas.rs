@@ -242,7 +242,7 @@ fn the_manual_is_right() {
         let text = format!("<default name=\"width\" value=\"0.4\"/><volume {v}</volume>");
         field(&text, &[]).unwrap_or_else(|e| panic!("{e}"))
     });
-    assert_eq!(made.count(), 4);
+    assert_eq!(made.count(), 5);
 }
 
 /// Under the ground of a planet the formula of an atmosphere has no finite value, nor need it have one; without the ground

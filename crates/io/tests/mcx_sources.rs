@@ -67,57 +67,48 @@ fn waves() {
     let product = |x: f64, y: f64| {
         0.5 * (1.0 + (TAU * (1.5 * x + 0.5)).sin() * (TAU * (3.0 * y + 0.25)).sin())
     };
-    // Whole parts are frequencies, the others the phase, and what the modulation lacks to 1.
+    // The mean is a half. Whole parts are frequencies, the others the phase, and what the modulation lacks to 1.
     type Relative = Box<dyn Fn(f64, f64) -> f64>;
-    let cases: Vec<(&str, f64, [f64; 4], [f64; 4], [DVec3; 2], f64, Relative)> = vec![
+    type Case = (&'static str, f64, [[f64; 4]; 2], [DVec3; 2], Relative);
+    let cases: Vec<Case> = vec![
         (
             "fourier",
             1.0,
-            [6.0, 0.0, 0.0, 3.25],
-            [0.0, 4.0, 0.0, 2.4],
+            [[6.0, 0.0, 0.0, 3.25], [0.0, 4.0, 0.0, 2.4]],
             [across, up],
-            0.5,
             Box::new(cosine(3.0, 2.0, 0.25, 0.6)),
         ),
         (
             "fourier",
             -1.0,
-            [6.0, 0.0, 0.0, 3.25],
-            [0.0, 4.0, 0.0, 2.4],
+            [[6.0, 0.0, 0.0, 3.25], [0.0, 4.0, 0.0, 2.4]],
             [across, up],
-            0.5,
             Box::new(cosine(3.0, 2.0, 0.25, 0.6)),
         ),
         (
             "fourier",
             1.0,
-            [0.0, 4.0, 0.0, 1.0],
-            [6.0, 0.0, 0.0, 0.0],
+            [[0.0, 4.0, 0.0, 1.0], [6.0, 0.0, 0.0, 0.0]],
             [up, across],
-            0.5,
             Box::new(cosine(1.0, 0.0, 0.0, 1.0)),
         ),
         // The second side is the direction across the first.
         (
             "fourierx",
             1.0,
-            [6.0, 0.0, 0.0, 4.0],
-            [2.0, 1.0, 0.2, 0.3],
+            [[6.0, 0.0, 0.0, 4.0], [2.0, 1.0, 0.2, 0.3]],
             [across, up],
-            0.5,
             Box::new(cosine(2.0, 1.0, 0.2, 0.7)),
         ),
         (
             "fourierx2d",
             1.0,
-            [6.0, 0.0, 0.0, 4.0],
-            [1.5, 3.0, 0.5, 0.25],
+            [[6.0, 0.0, 0.0, 4.0], [1.5, 3.0, 0.5, 0.25]],
             [across, up],
-            0.5,
             Box::new(product),
         ),
     ];
-    for (kind, z, first, second, sides, mean, relative) in cases {
+    for (kind, z, [first, second], sides, relative) in cases {
         let source = json!({
             "Type": kind, "Pos": corner.to_array(), "Dir": [0, 0, z], "Param1": first, "Param2": second,
         });
@@ -132,7 +123,7 @@ fn waves() {
                 continue;
             }
             // Linear between 64 pixels per period: (π/64)² of the modulation, in two dimensions.
-            let expected = relative(at[0], at[1]) / (mean * area);
+            let expected = relative(at[0], at[1]) / (0.5 * area);
             near(
                 irradiance(&loaded, corner, sides, at),
                 expected,

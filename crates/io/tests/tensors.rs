@@ -107,3 +107,45 @@ fn arrays_that_are_none_are_refused() {
     assert!(message("\"dataset\": \"x\"").contains("needs \"filename\" (string)"));
     assert!(Tensor::new(vec![2, 2], Numbers::Single(vec![0.0; 3])).is_err());
 }
+
+/// A square of side 2 whose radiance is an image that the scene holds.
+fn lamp(bitmap: &str) -> String {
+    format!(
+        r#"{{"type": "scene", "integrator": {{"type": "particle"}},
+        "cells": {{"type": "fluencemeter", "nx": 1, "ny": 1, "nz": 1}},
+        "lamp": {{"type": "rectangle", "bsdf": {{"type": "diffuse", "reflectance": 0}},
+        "emitter": {{"type": "area", "radiance": {{"type": "bitmap", "filter_type": "nearest", {bitmap}}}}}}}}}"#
+    )
+}
+
+/// Pixels are linear, in rows and columns and perhaps with channels; the power is π times the area times their mean.
+#[test]
+fn bitmaps_hold_their_pixels() {
+    let folder = tempfile::tempdir().unwrap();
+    for data in [
+        "[[0.25, 0.75], [0.1, 0.9]]",
+        "[[[0.25], [0.75]], [[0.1], [0.9]]]",
+        "[[[0.25, 0.25, 0.25], [0.75, 0.75, 0.75]]]",
+    ] {
+        let loaded = loaded(&lamp(&format!(r#""data": {data}"#)), folder.path()).unwrap();
+        let run = morgana_io::Run {
+            total: Some(200),
+            ..morgana_io::Run::new(&loaded)
+        };
+        let emitted = run.measure().unwrap().emitted[0];
+        let expected = 2.0 * std::f64::consts::PI;
+        assert!((emitted - expected).abs() < 1e-6, "{data}: {emitted}");
+    }
+    for (bitmap, expected) in [
+        (r#""data": [0.5, 1]"#, "pixels as rows and columns"),
+        (r#""data": [[[0.5, 1]]]"#, "an array of shape [1, 1, 2]"),
+        (r#""data": [[1]], "filename": "a.png""#, "not both"),
+        (r#""raw": true"#, "filename"),
+    ] {
+        let message = loaded(&lamp(bitmap), folder.path())
+            .err()
+            .unwrap()
+            .to_string();
+        assert!(message.contains(expected), "{bitmap}: {message}");
+    }
+}

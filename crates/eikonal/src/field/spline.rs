@@ -81,7 +81,7 @@ impl Spline {
     fn pieces<const K: usize>(&self, first: usize, last: usize) -> Series<Interval, K> {
         let piece = |k: usize| {
             let (low, high) = (self.knots[k - 1], self.knots[k]);
-            let t = Series::variable(Interval::new(low - low, high - low));
+            let t = Series::variable(Interval::new(0.0, high - low));
             horner(t, self.cubics[k])
         };
         (first + 1..=last).fold(piece(first), |all, k| union(&all, &piece(k)))

@@ -4,6 +4,7 @@
 //! A scene unit is a millimetre. What is not read is an error where it would change the result, and a warning where it would not.
 
 mod detectors;
+mod emitter;
 mod jdata;
 mod labels;
 mod pattern;
@@ -94,7 +95,7 @@ pub(super) fn scene(root: &Node, diagnostics: &mut Diagnostics) -> Option<Node> 
     if source.is_none() {
         reader.error(optode, "Optode needs a Source");
     }
-    let sources = source.and_then(|s| source::emitters(s, &place, labels.as_ref(), &mut reader));
+    let sources = source.and_then(|s| emitter::emitters(s, &place, labels.as_ref(), &mut reader));
     let settings = reader.settings(root);
     let detectors = field(optode, "Detector");
     let detectors = detectors.map_or_else(Vec::new, |node| {

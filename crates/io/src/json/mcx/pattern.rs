@@ -180,13 +180,13 @@ impl Wave {
 
     /// Columns and rows, and the values at the centres of pixels.
     fn image(&self) -> Result<([usize; 2], Vec<f32>), String> {
-        if !(self.modulation.abs() <= 1.0) {
+        if self.modulation.abs() > 1.0 {
             return Err("its modulation is between 0 and 1".to_owned());
         }
         let size = self
             .frequencies
             .map(|f| (f.abs() * PER_PERIOD).ceil().max(1.0));
-        if !(size[0] * size[1] <= MOST) {
+        if size[0] * size[1] > MOST {
             return Err(format!(
                 "at {PER_PERIOD} pixels per period its image would have {} x {} pixels, more than {MOST}",
                 size[0], size[1]
