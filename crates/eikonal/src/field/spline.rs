@@ -294,7 +294,7 @@ mod tests {
                 }
             }
             for (range, [least, most]) in range.0.iter().zip(seen) {
-                let slack = 0.02 * (most - least) + 1e-9;
+                let slack = 0.05 * (most - least) + 1e-9;
                 assert!(
                     range.low <= least && least <= range.low + slack,
                     "{low} {high}: {range:?} {least}"
