@@ -27,15 +27,15 @@ pub struct MediumLabel {
     pub absorption: Spectrum,
 }
 
-/// A part of a straight line along which a medium is the same.
+/// A part of a straight line along which a medium is the same, for one channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Leg {
     /// Its length.
     pub length: f64,
     /// Extinction coefficient σ_t per unit length.
-    pub extinction: Spectrum,
+    pub extinction: f64,
     /// Absorption coefficient μ_a per unit length.
-    pub absorption: Spectrum,
+    pub absorption: f64,
 }
 
 impl MediumLabel {
@@ -104,8 +104,8 @@ impl MediumLabels {
             } else {
                 legs.push(Leg {
                     length,
-                    extinction: label.extinction,
-                    absorption: label.absorption,
+                    extinction: rate,
+                    absorption: label.absorption[channel],
                 });
             }
             if ends {

@@ -154,11 +154,11 @@ impl Medium {
         if let Some(labels) = &self.labels {
             return labels.legs(x, direction, channel, depth);
         }
-        let extinction = self.uniform_extinction()?;
+        let extinction = self.uniform_extinction()?[channel];
         Some(smallvec![Leg {
-            length: depth / extinction[channel],
+            length: depth / extinction,
             extinction,
-            absorption: self.uniform_absorption()?,
+            absorption: self.uniform_absorption()?[channel],
         }])
     }
 

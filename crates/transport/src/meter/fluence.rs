@@ -141,7 +141,7 @@ impl FluenceMeter {
             Estimator::Collision => {
                 let last = flight.last();
                 if let Some(cell) = self.locate(flight.end(), event.optical_length) {
-                    let fluence = power / last.extinction[flight.channel];
+                    let fluence = power / last.extinction;
                     self.score(cell, [fluence, fluence * last.absorption], scores);
                 }
             }

@@ -22,9 +22,7 @@ pub struct FreeFlight {
     pub medium: MediumId,
     /// Its index.
     pub n: f64,
-    /// Channel in which the collision was drawn.
-    pub channel: usize,
-    /// The legs, at least one.
+    /// The legs, at least one, with the coefficients of the channel in which the collision was drawn.
     pub legs: SmallVec<[Leg; 2]>,
 }
 
@@ -47,7 +45,6 @@ impl FreeFlight {
             length,
             medium: start.medium,
             n: medium.index.n(x),
-            channel,
             legs,
         })
     }
@@ -65,6 +62,6 @@ impl FreeFlight {
     /// Share of the power that is not absorbed at the end.
     pub fn albedo(&self) -> f64 {
         let last = self.last();
-        1.0 - last.absorption[self.channel] / last.extinction[self.channel]
+        1.0 - last.absorption / last.extinction
     }
 }
