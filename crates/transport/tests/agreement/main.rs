@@ -95,7 +95,7 @@ fn estimators_agree() {
             covering(),
             Effort {
                 batches: 12,
-                work: 1_200_000,
+                work: 700_000,
             },
         )
     };
