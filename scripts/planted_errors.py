@@ -183,9 +183,9 @@ PLANTED = [
     (
         "fluence of particles weighted by n²",
         TRANSPORT + "meter/fluence.rs",
-        "let fluence = power * (length - before);",
+        "see(cell, [before, length]);",
         "let n2 = arc.velocity(0.0).length_squared(); "
-        "let fluence = power * ((length - before) * n2);",
+        "see(cell, [before * n2, length * n2]);",
         ("morgana-transport", "meters", "fluence_in_a_furnace_is_that_of_the_index_squared"),
     ),
     (

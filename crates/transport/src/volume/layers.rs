@@ -97,9 +97,9 @@ impl<'l> Leaps<'l> {
     pub(crate) fn leap(&mut self, cell: usize) -> f64 {
         let layers = i64::from(self.layers[cell]);
         let (start, direction) = (self.start.to_array(), self.direction.to_array());
-        let face = |axis: usize| match direction[axis] > 0.0 {
-            true => self.cell[axis] + layers + 1,
-            false => self.cell[axis] - layers,
+        let face = |axis: usize| {
+            let ahead = i64::from(direction[axis] > 0.0);
+            self.cell[axis] + ahead + layers * (2 * ahead - 1)
         };
         let length = |axis: usize| match direction[axis] {
             0.0 => f64::INFINITY,
