@@ -109,11 +109,11 @@ fn arrays_that_are_none_are_refused() {
 }
 
 /// A square of side 2 whose radiance is an image that the scene holds.
-fn lamp(bitmap: &str) -> String {
+fn light(bitmap: &str) -> String {
     format!(
         r#"{{"type": "scene", "integrator": {{"type": "particle"}},
         "cells": {{"type": "fluencemeter", "nx": 1, "ny": 1, "nz": 1}},
-        "lamp": {{"type": "rectangle", "bsdf": {{"type": "diffuse", "reflectance": 0}},
+        "light": {{"type": "rectangle", "bsdf": {{"type": "diffuse", "reflectance": 0}},
         "emitter": {{"type": "area", "radiance": {{"type": "bitmap", "filter_type": "nearest", {bitmap}}}}}}}}}"#
     )
 }
@@ -127,7 +127,7 @@ fn bitmaps_hold_their_pixels() {
         "[[[0.25], [0.75]], [[0.1], [0.9]]]",
         "[[[0.25, 0.25, 0.25], [0.75, 0.75, 0.75]]]",
     ] {
-        let loaded = loaded(&lamp(&format!(r#""data": {data}"#)), folder.path()).unwrap();
+        let loaded = loaded(&light(&format!(r#""data": {data}"#)), folder.path()).unwrap();
         let run = morgana_io::Run {
             total: Some(200),
             ..morgana_io::Run::new(&loaded)
@@ -142,7 +142,7 @@ fn bitmaps_hold_their_pixels() {
         (r#""data": [[1]], "filename": "a.png""#, "not both"),
         (r#""raw": true"#, "filename"),
     ] {
-        let message = loaded(&lamp(bitmap), folder.path())
+        let message = loaded(&light(bitmap), folder.path())
             .err()
             .unwrap()
             .to_string();
