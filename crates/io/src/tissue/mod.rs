@@ -45,7 +45,8 @@ const FATTY: Tissue = mean(19.3, 0.174, 0.447);
 const BONE: Tissue = mean(15.3, 0.022, 0.326);
 
 /// Of A. N. Yaroslavsky and others, "Optical properties of selected native and coagulated human brain tissues in vitro in the visible
-/// and near infrared spectral range", Physics in Medicine and Biology 47, 2059 (2002): σ_s (1 − g), and σ_a.
+/// and near infrared spectral range", Physics in Medicine and Biology 47, 2059 (2002), as in table 1 of PubMed Central PMC6366475:
+/// σ_s (1 − g), and σ_a.
 const GRAY_MATTER: [[f64; 3]; 5] = [
     [670.0, 8.4 * 0.10, 0.020],
     [810.0, 7.3 * 0.11, 0.028],
