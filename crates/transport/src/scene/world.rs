@@ -98,22 +98,14 @@ impl Scene {
     /// The same for surfaces that are not faces between voxels.
     #[inline]
     fn is_clear_of_others(&self, x: DVec3, direction: DVec3, length: f64) -> bool {
-        self.clearance().is_free(x, direction, length)
-    }
-
-    /// Whether surfaces are so few that looking for them is as quick as knowing how far they are.
-    pub(crate) fn has_few_surfaces(&self) -> bool {
-        matches!(self.clearance(), Clearance::Unknown)
-    }
-
-    fn clearance(&self) -> &Clearance {
-        self.clearance.get_or_init(|| {
+        let clearance = self.clearance.get_or_init(|| {
             // Where light collides.
             let regions = self.media().iter().zip(self.regions());
             let turbid = regions.filter(|(medium, _)| !medium.is_transparent());
             let within = turbid.fold(Aabb::EMPTY, |all, (_, region)| all.union(region.aabb));
             Clearance::of(&self.parts, &within)
-        })
+        });
+        clearance.is_free(x, direction, length)
     }
 
     /// The first boundary between media that an arc passes on its deterministic way, given one that it does not.

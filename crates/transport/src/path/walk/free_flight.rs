@@ -6,7 +6,6 @@ use super::trace::DrawnCollision;
 use crate::medium::Leg;
 use crate::path::segment::{Front, Start};
 use crate::scene::{MediumId, Scene};
-use eikonal::ray::Arc;
 use glam::DVec3;
 use smallvec::SmallVec;
 
@@ -39,11 +38,7 @@ impl FreeFlight {
         let (x, direction) = (start.x, start.direction);
         let legs = medium.legs(x, direction, channel, depth)?;
         let length = legs.iter().map(|leg| leg.length).sum();
-        let meets_nothing = || {
-            let arc = Arc::line(x, direction, length);
-            scene.has_few_surfaces() && scene.first_before(&arc, 1.0, start.left).is_none()
-        };
-        let is_free = scene.is_free(start.medium, x, direction, length) || meets_nothing();
+        let is_free = scene.is_free(start.medium, x, direction, length);
         is_free.then(|| FreeFlight {
             start: x,
             direction,
