@@ -155,6 +155,9 @@ impl Medium {
             return labels.legs(x, direction, channel, depth);
         }
         let extinction = self.uniform_extinction()?[channel];
+        if extinction == 0.0 {
+            return None;
+        }
         Some(smallvec![Leg {
             length: depth / extinction,
             extinction,

@@ -4,6 +4,7 @@ use crate::support::*;
 use eikonal::field::Constant;
 use glam::DVec3;
 use morgana_transport::bsdf::Bsdf;
+use morgana_transport::emitter::Emitter;
 use morgana_transport::medium::{Medium, MediumLabel, MediumLabels};
 use morgana_transport::meter::{Coordinates, Estimator, FluenceMeter, Meter, Reading};
 use morgana_transport::render::Measurement;
@@ -147,7 +148,7 @@ fn layers(known: bool) -> Parts {
     let voxels = (0..128u8).map(|i| 1 + i / 64).collect();
     let voxels = LabelGrid::new([4, 4, 8], voxels, scaled(DVec3::splat(2.0), DVec3::NEG_ONE));
     let voxels = VoxelMedia::new(voxels.unwrap(), vec![1, 2]);
-    let light = beam(DVec3::new(0.1, 0.2, -2.0), DVec3::Z, 0.2);
+    let light = Emitter::point(DVec3::new(0.1, 0.2, -2.0), 1.0);
     let media = vec![
         vacuum(),
         fog(Constant::new(1.3), 12.0, 0.9, 0.7),
@@ -174,7 +175,7 @@ fn voxels_know_where_their_faces_are() {
         run(parts, &meters(), &options(3_000, 9))
     });
     assert_eq!(known.stats.edges, found.stats.edges);
-    assert!(known.stats.edges > 30_000);
+    assert!(known.stats.edges > 5_000);
     for (a, b) in known
         .readings
         .iter()

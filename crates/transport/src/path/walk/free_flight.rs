@@ -37,7 +37,11 @@ impl FreeFlight {
         let DrawnCollision { channel, depth } = target;
         let (x, direction) = (start.x, start.direction);
         let legs = medium.legs(x, direction, channel, depth)?;
-        let length = legs.iter().map(|leg| leg.length).sum();
+        let length: f64 = legs.iter().map(|leg| leg.length).sum();
+        // Light that collides nowhere, or only far outside, leaves.
+        if length.is_nan() || length >= scene.reach(x) {
+            return None;
+        }
         let is_free = scene.is_free(start.medium, x, direction, length);
         is_free.then(|| FreeFlight {
             start: x,
