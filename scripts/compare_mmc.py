@@ -5,9 +5,11 @@ A box of 20 x 20 x 20 voxels of 1 mm has three labels that differ in every prope
 native program, not one of the interfaces to graphics cards) has the same voxels as six tetrahedra each. It states no errors: those are of
 independent seeds. Both sides run on one thread, and the particles per second are of the processor time of the whole program.
 
-Usage: scripts/compare_mmc.py MMC [--particles N] [--seeds N] [--own N] [--gates N]
+Usage: scripts/compare_mmc.py MMC [--particles N] [--seeds N] [--own N] [--gates N] [--pmmc PYTHON]
 
-MMC is the program; needs NumPy.
+MMC is the program; needs NumPy. PYTHON is one that has pmmc (PyPI) and finds an implementation of OpenCL for processors, as pocl: its
+particles per second are shown, too, after a first run that compiles its kernel. Its fluence is not compared: that of elements of unlike
+absorption is scaled differently.
 """
 
 import argparse
@@ -103,6 +105,41 @@ def by_mmc(args, folder):
     return np.array(found), args.particles * args.seeds / seconds
 
 
+PMMC = """
+import json, resource, sys
+import numpy as np
+import pmmc
+
+setting = json.load(open("pmmc.json"))
+arrays = {name: np.array(setting.pop(name)) for name in ["node", "elem", "elemprop"]}
+
+
+def run(particles):
+    before = resource.getrusage(resource.RUSAGE_SELF)
+    pmmc.run({**setting, **arrays, "nphoton": particles})
+    after = resource.getrusage(resource.RUSAGE_SELF)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+run(1000)
+print("seconds", run(int(sys.argv[1])), file=sys.stderr)
+"""
+
+
+def by_pmmc(args, folder):
+    """Particles per second by MMC's interface to OpenCL."""
+    node, elements = tetrahedra()
+    setting = {
+        "node": node.tolist(), "elem": elements[:, :4].tolist(), "elemprop": elements[:, 4].tolist(), "prop": PROPERTIES, "srcpos": SOURCE,
+        "srcdir": [0, 0, 1], "tstart": 0, "tend": args.last, "tstep": args.last / args.gates, "e0": first_element(node, elements), "isreflect": 1,
+        "gpuid": 1, "method": "elem", "basisorder": 0, "outputtype": "flux",
+    }  # fmt: skip
+    (folder / "pmmc.json").write_text(json.dumps(setting))
+    particles = args.particles * args.seeds
+    done = subprocess.run([args.pmmc, "-c", PMMC, str(particles)], cwd=folder, check=True, capture_output=True, text=True)
+    return particles / float(done.stderr.split()[-1])
+
+
 def by_morgana(args, folder):
     """Arrays of the output, and particles per second."""
     np.save(folder / "labels.npy", labels().astype(np.uint8))
@@ -132,6 +169,7 @@ def main():
     parser.add_argument("--own", type=int, help="of morgana; those of all seeds if not given")
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--gates", type=int, default=1)
+    parser.add_argument("--pmmc", help="a Python that has pmmc")
     args = parser.parse_args()
     args.mmc = args.mmc.resolve()
     args.last = LAST[args.gates > 1]
@@ -139,6 +177,9 @@ def main():
         folder = pathlib.Path(kept)
         theirs, their_rate = by_mmc(args, folder)
         ours, our_rate = by_morgana(args, folder)
+        rates = {"MMC": their_rate, "morgana": our_rate}
+        if args.pmmc:
+            rates["pmmc"] = by_pmmc(args, folder)
     mean, error = theirs.mean(0), theirs.std(0, ddof=1) / np.sqrt(args.seeds)
     shape = mean.shape
     fluence, own, few = (ours[name].reshape(shape) for name in ["fluence", "fluence_error", "fluence_few"])
@@ -147,7 +188,7 @@ def main():
         z = (fluence[gate] - mean[gate])[sure] / np.hypot(own[gate], error[gate])[sure]
         total = fluence[gate].sum() / mean[gate].sum()
         print(f"gate {gate}: {sure.sum()} cells, z mean {z.mean():+.3f}, standard deviation {z.std():.3f}, sum {total:.4f} of MMC's")
-    print(f"particles per second of processor time: MMC {their_rate:.0f}, morgana {our_rate:.0f}")
+    print("particles per second of processor time: " + ", ".join(f"{name} {rate:.0f}" for name, rate in rates.items()))
 
 
 if __name__ == "__main__":

@@ -3,7 +3,6 @@
 use crate::Spectrum;
 use crate::volume::LabelGrid;
 use glam::DVec3;
-use smallvec::SmallVec;
 use std::sync::Arc;
 
 /// Cubes of voxels of one label through which a way is followed.
@@ -25,17 +24,6 @@ pub struct MediumLabel {
     pub extinction: Spectrum,
     /// Absorption coefficient μ_a per unit length.
     pub absorption: Spectrum,
-}
-
-/// A part of a straight line along which a medium is the same, for one channel.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Leg {
-    /// Its length.
-    pub length: f64,
-    /// Extinction coefficient σ_t per unit length.
-    pub extinction: f64,
-    /// Absorption coefficient μ_a per unit length.
-    pub absorption: f64,
 }
 
 impl MediumLabel {
@@ -61,7 +49,7 @@ impl MediumLabels {
     }
 
     /// The grid.
-    pub fn grid(&self) -> &LabelGrid {
+    pub fn grid(&self) -> &Arc<LabelGrid> {
         &self.grid
     }
 
@@ -73,47 +61,6 @@ impl MediumLabels {
     /// The number of the label at a place.
     pub(crate) fn at(&self, x: DVec3) -> usize {
         usize::from(self.grid.at(x)).min(self.list.len() - 1)
-    }
-
-    /// The legs of a straight line from `x` in a unit direction up to an optical depth in a channel; `None` if it leaves the labels before, or
-    /// has too many.
-    #[inline]
-    pub(super) fn legs(
-        &self,
-        x: DVec3,
-        direction: DVec3,
-        channel: usize,
-        depth: f64,
-    ) -> Option<SmallVec<[Leg; 2]>> {
-        let mut legs: SmallVec<[Leg; 2]> = SmallVec::new();
-        let (mut left, mut gone, mut last) = (depth, 0.0, None);
-        let mut line = self.grid.along(x, direction);
-        for _ in 0..MOST_STEPS {
-            let voxel = line.cell()?;
-            let number = self.grid.labels()[voxel];
-            let label = self.numbered(number);
-            let rate = label.extinction[channel];
-            let ends = line.stays(voxel, gone + left / rate);
-            let length = if ends {
-                left / rate
-            } else {
-                (line.leap(voxel) - gone).max(0.0)
-            };
-            if last == Some(number) {
-                legs.last_mut()?.length += length;
-            } else {
-                legs.push(Leg {
-                    length,
-                    extinction: rate,
-                    absorption: label.absorption[channel],
-                });
-            }
-            if ends {
-                return Some(legs);
-            }
-            (left, gone, last) = (left - rate * length, gone + length, Some(number));
-        }
-        None
     }
 
     /// The label at the start of a straight line from `x` in a unit direction, if it does not end before an optical depth in a channel.

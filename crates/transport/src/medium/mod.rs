@@ -4,14 +4,13 @@ mod attenuation;
 mod labels;
 
 pub(crate) use attenuation::Attenuation;
-pub use labels::{Leg, MediumLabel, MediumLabels};
+pub use labels::{MediumLabel, MediumLabels};
 
 use crate::Spectrum;
 use crate::phase::Phase;
 use crate::volume::VolumeTexture;
 use eikonal::Field;
 use glam::DVec3;
-use smallvec::{SmallVec, smallvec};
 
 /// What fills a region of space.
 #[derive(Clone, Debug)]
@@ -139,30 +138,6 @@ impl Medium {
             return Some(Spectrum::ZERO);
         }
         Some(self.uniform_extinction()? * self.albedo.uniform()?.map(|a| 1.0 - a))
-    }
-
-    /// The legs of a straight line from `x` in a unit direction up to an optical depth in a channel, along each of which the medium is the
-    /// same; `None` if they are not known.
-    #[inline]
-    pub(crate) fn legs(
-        &self,
-        x: DVec3,
-        direction: DVec3,
-        channel: usize,
-        depth: f64,
-    ) -> Option<SmallVec<[Leg; 2]>> {
-        if let Some(labels) = &self.labels {
-            return labels.legs(x, direction, channel, depth);
-        }
-        let extinction = self.uniform_extinction()?[channel];
-        if extinction == 0.0 {
-            return None;
-        }
-        Some(smallvec![Leg {
-            length: depth / extinction,
-            extinction,
-            absorption: self.uniform_absorption()?[channel],
-        }])
     }
 
     /// Longest piece of a curve over which the extinction is integrated: half a voxel.

@@ -14,6 +14,7 @@ use crate::path::FreeFlightEvent;
 use crate::sampling::Sampler;
 use crate::{Bins, Spectrum};
 use eikonal::ray::Arc;
+use glam::DVec3;
 
 /// How fluence is estimated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,7 +75,7 @@ impl FluenceMeter {
     }
 
     /// Bin and cell of a point, as a slot without channels.
-    fn locate(&self, x: glam::DVec3, optical_length: f64) -> Option<usize> {
+    fn locate(&self, x: DVec3, optical_length: f64) -> Option<usize> {
         let bin = match &self.optical_length {
             None => 0,
             Some(bins) => bins.index(optical_length)?,
@@ -82,9 +83,9 @@ impl FluenceMeter {
         Some(bin * self.grid.cells() + self.grid.cell(x)?)
     }
 
+    #[inline]
     fn score(&self, cell: usize, [fluence, absorbed]: [Spectrum; 2], scores: &mut Slots) {
-        scores.add(cell, fluence);
-        scores.add(self.cells() + cell, absorbed);
+        scores.add_both([cell, self.cells() + cell], [fluence, absorbed]);
     }
 
     /// Takes note of a stretch of a particle's way.
@@ -118,31 +119,45 @@ impl FluenceMeter {
     }
 
     /// Takes note of a flight from one collision to the next, and of the collision at its end.
+    #[inline]
     pub(super) fn fly_freely(&self, event: &FreeFlightEvent, scores: &mut Slots, cuts: &mut Cuts) {
         let (power, flight) = (event.ray.throughput, event.flight);
         match self.estimator {
             Estimator::TrackLength => {
-                let mut gone = 0.0;
-                for leg in &flight.legs {
-                    let start = flight.start + flight.direction * gone;
-                    let arc = Arc::line(start, flight.direction * flight.n, leg.length / flight.n);
-                    let stretch = Stretch {
-                        arc: &arc,
-                        theta_end: 1.0,
-                        optical_length: event.ray.optical_length + flight.n * gone,
+                let mut start = flight.start;
+                let mut optical_length = event.ray.optical_length;
+                for leg in flight.legs.as_slice() {
+                    let step = flight.direction * leg.length;
+                    let line = Line {
+                        ends: [start, start + step],
+                        length: leg.length,
+                        optical_length: [
+                            optical_length,
+                            optical_length + leg.matter.n * leg.length,
+                        ],
                     };
-                    self.pieces(&stretch, cuts, |cell, [from, to]| {
+                    let mut see = |cell, [from, to]: [f64; 2]| {
                         let fluence = power * (to - from);
-                        self.score(cell, [fluence, fluence * leg.absorption], scores);
-                    });
-                    gone += leg.length;
+                        self.score(cell, [fluence, fluence * leg.matter.absorption], scores);
+                    };
+                    if self.pieces_of_line(&line, &mut see).is_none() {
+                        let arc = Arc::line(start, step, 1.0);
+                        let stretch = Stretch {
+                            arc: &arc,
+                            theta_end: 1.0,
+                            optical_length,
+                        };
+                        self.pieces(&stretch, cuts, see);
+                    }
+                    start += step;
+                    optical_length = line.optical_length[1];
                 }
             }
             Estimator::Collision => {
-                let last = flight.last();
+                let matter = flight.last().matter;
                 if let Some(cell) = self.locate(flight.end(), event.optical_length) {
-                    let fluence = power / last.extinction;
-                    self.score(cell, [fluence, fluence * last.absorption], scores);
+                    let fluence = power / matter.extinction[flight.channel];
+                    self.score(cell, [fluence, fluence * matter.absorption], scores);
                 }
             }
         }
@@ -150,16 +165,19 @@ impl FluenceMeter {
 
     /// Cuts a stretch where it passes from cell to cell, and from gate to gate: the cell of each piece, and the arc lengths between which
     /// it lies.
-    #[inline]
+    #[inline(never)]
     fn pieces(&self, stretch: &Stretch, cuts: &mut Cuts, mut see: impl FnMut(usize, [f64; 2])) {
         let Stretch { arc, theta_end, .. } = *stretch;
-        if self.optical_length.is_none()
-            && arc.is_straight()
-            && let Some(cell) = self
-                .grid
-                .cell_of_line([arc.start(), arc.position(theta_end)])
-        {
-            return see(cell, [0.0, arc.arc_length(theta_end)]);
+        if arc.is_straight() {
+            let [length, gain] = arc.lengths(theta_end);
+            let line = Line {
+                ends: [arc.start(), arc.position(theta_end)],
+                length,
+                optical_length: [stretch.optical_length, stretch.optical_length + gain],
+            };
+            if self.pieces_of_line(&line, &mut see).is_some() {
+                return;
+            }
         }
         cuts.clear();
         self.grid.cut(arc, theta_end, cuts);
@@ -183,6 +201,31 @@ impl FluenceMeter {
             }
             (from, before) = (to, length);
         }
+    }
+
+    /// The same for a straight line in matter of one index; `None` if the grid is not Cartesian.
+    #[inline]
+    fn pieces_of_line(&self, line: &Line, mut see: impl FnMut(usize, [f64; 2])) -> Option<()> {
+        let Some(bins) = &self.optical_length else {
+            let scaled = |share: f64| share * line.length;
+            return self
+                .grid
+                .along_line(line.ends, |cell, piece| see(cell, piece.map(scaled)));
+        };
+        let [first, last] = line.optical_length;
+        let optical = |share: f64| first + (last - first) * share;
+        self.grid.along_line(line.ends, |cell, [from, to]| {
+            let share = |edge: f64| ((edge - first) / (last - first)).clamp(from, to);
+            let edges = bins.edges_between(optical(from), optical(to));
+            let mut before = from;
+            for after in edges.map(share).chain([to]) {
+                if let Some(bin) = bins.index(optical(0.5 * (before + after))) {
+                    let piece = [before, after].map(|share| share * line.length);
+                    see(bin * self.grid.cells() + cell, piece);
+                }
+                before = after;
+            }
+        })
     }
 
     /// Adds the places where the optical path length passes from bin to bin.
@@ -218,6 +261,15 @@ struct Stretch<'a> {
     optical_length: f64,
 }
 
+/// A straight line in matter of one index.
+#[derive(Clone, Copy, Debug)]
+struct Line {
+    ends: [DVec3; 2],
+    length: f64,
+    /// Optical path lengths from the emitter to its ends.
+    optical_length: [f64; 2],
+}
+
 /// ∫ power ds and ∫ μ_a power ds from one arc length to another, both taken at one point drawn at random, which is unbiased.
 fn at_random(flight: &Flight, [from, to]: [f64; 2], sampler: &mut Sampler) -> [Spectrum; 2] {
     let length = to - from;
@@ -237,10 +289,20 @@ pub(super) struct Slots<'a> {
 
 impl Slots<'_> {
     /// Adds a value to a cell, channel by channel.
+    #[inline]
     pub(super) fn add(&mut self, cell: usize, value: Spectrum) {
         for c in 0..self.channels {
             self.scores
                 .add(self.first + cell * self.channels + c, value[c]);
+        }
+    }
+
+    /// Adds values to two cells that are always added to together.
+    #[inline]
+    fn add_both(&mut self, cells: [usize; 2], values: [Spectrum; 2]) {
+        for c in 0..self.channels {
+            let slots = cells.map(|cell| self.first + cell * self.channels + c);
+            self.scores.add_both(slots, values.map(|value| value[c]));
         }
     }
 }

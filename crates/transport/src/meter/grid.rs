@@ -22,6 +22,10 @@ pub enum Coordinates {
 pub struct MeterGrid {
     coordinates: Coordinates,
     size: [usize; 3],
+    /// The same.
+    top: DVec3,
+    /// Their number.
+    cells: usize,
     to_world: DAffine3,
     to_local: DAffine3,
     aabb: Aabb,
@@ -52,6 +56,8 @@ impl MeterGrid {
         Some(MeterGrid {
             coordinates,
             size,
+            top: size.map(|n| n as f64).into(),
+            cells: size.iter().fold(1, |n, &k| n.saturating_mul(k)),
             to_world,
             to_local: to_world.inverse(),
             aabb: Aabb::around(corners.map(|p| to_world.transform_point3(p))),
@@ -70,12 +76,23 @@ impl MeterGrid {
 
     /// Number of cells.
     pub fn cells(&self) -> usize {
-        self.size.iter().fold(1, |n, &k| n.saturating_mul(k))
+        self.cells
     }
 
     /// From the unit cube, cylinder or ball.
     pub fn to_world(&self) -> &DAffine3 {
         &self.to_world
+    }
+
+    /// Number of cells along each coordinate.
+    pub(super) fn top(&self) -> DVec3 {
+        self.top
+    }
+
+    /// A point in Cartesian coordinates of which each cell has 1.
+    #[inline]
+    pub(super) fn in_cells(&self, x: DVec3) -> DVec3 {
+        self.to_local.transform_point3(x) * self.top
     }
 
     /// A box around all cells.
@@ -183,22 +200,6 @@ impl MeterGrid {
                 push(c / s, theta_end, cuts);
             }
         }
-    }
-
-    /// The cell of a Cartesian grid that holds all of a straight line, if one does and the line is not in a face of it.
-    #[inline]
-    pub(super) fn cell_of_line(&self, ends: [DVec3; 2]) -> Option<usize> {
-        if self.coordinates != Coordinates::Cartesian {
-            return None;
-        }
-        let size = DVec3::from(self.size.map(|n| n as f64));
-        let [a, b] = ends.map(|x| self.to_local.transform_point3(x) * size);
-        // Conversion rounds towards zero.
-        let cell = |p: DVec3| p.to_array().map(|v| v as usize);
-        let [i, j, k] = cell(a);
-        let [nx, ny, nz] = self.size;
-        let inside = a.min(b).min_element() > 0.0 && i < nx && j < ny && k < nz;
-        (inside && [i, j, k] == cell(b)).then(|| i + nx * (j + ny * k))
     }
 
     fn cut_curve(&self, control: &[DVec3; 6], theta_end: f64, cuts: &mut Vec<f64>) {

@@ -11,6 +11,7 @@ mod fluence;
 mod grid;
 mod history;
 mod irradiance;
+mod line;
 mod particle;
 mod positions;
 mod reading;
@@ -190,8 +191,7 @@ impl<'a> Setup<'a> {
         particles: std::ops::Range<u64>,
         ws: &mut Workspace,
     ) -> TaskResult {
-        let (mut part, mut scores, mut cuts) =
-            (TaskSums::default(), Scores::default(), Cuts::new());
+        let (mut scores, mut cuts) = (Scores::default(), Cuts::new());
         let mut balance = BalanceSums::default();
         let mut histories = self.regions.clone().map(Histories::new);
         let mut records = vec![RecordRows::default(); self.meters.len()];
@@ -213,11 +213,11 @@ impl<'a> Setup<'a> {
             };
             let particle = self.follow(number, &mut recorder, &mut sampler, ws);
             balance.add(&particle, &mut ws.stats.not_finite);
-            part.take(&mut scores);
+            scores.end_particle();
         }
         ws.stats.not_finite += scores.not_finite;
         TaskResult {
-            sums: part.finish(),
+            sums: scores.finish(),
             balance,
             records,
         }

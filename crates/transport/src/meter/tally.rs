@@ -11,95 +11,170 @@ use crate::moments::Moments;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Slots of which it is known where in the list of scores they are.
-const RECENT: usize = 64;
 /// Slots per unit of work when tasks are added up.
-const SLOTS_PER_CHUNK: usize = 1 << 14;
+const SLOTS_PER_CHUNK: usize = 1 << 12;
+/// Stands for no entry.
+const FREE: u32 = u32::MAX;
 
-/// What one particle has left so far: slots and values, in any order.
+/// What the particles of one task leave in slots: a hash table from slots to their sums.
 #[derive(Clone, Debug)]
 pub(crate) struct Scores {
-    list: Vec<(u32, f64)>,
-    /// Where in the list slots were added, by [`scattered`] numbers of theirs.
-    recent: [u32; RECENT],
+    /// Places in `entries` by the hash of the first slot, or [`FREE`]: at least twice as many as entries, a power of two.
+    places: Vec<u32>,
+    /// Bits of a hash that are too many.
+    shift: u32,
+    entries: Vec<Entry>,
+    /// Places of the entries in which the particle has left something.
+    touched: Vec<u32>,
     /// Values that were not finite: counted, and scored zero.
     pub not_finite: u64,
 }
 
-/// A number below [`RECENT`] for a slot: different ones for slots that are near, or are those of two quantities in a cell.
-fn scattered(slot: u32) -> usize {
-    slot.wrapping_mul(0x9e37_79b1) as usize >> (u32::BITS - RECENT.ilog2())
+/// What is in two slots that are always added to together, or in one.
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    /// The slots; the second is [`FREE`] if there is none.
+    slots: [u32; 2],
+    /// What the particle has left so far; 0 for others.
+    particle: [f64; 2],
+    /// Sum, sum of squares, and largest absolute value of the totals of the particles before it.
+    sums: [[f64; 3]; 2],
 }
 
 impl Default for Scores {
     fn default() -> Self {
         Scores {
-            list: Vec::new(),
-            recent: [u32::MAX; RECENT],
+            places: vec![FREE; 1 << 8],
+            shift: u32::BITS - 8,
+            entries: Vec::new(),
+            touched: Vec::new(),
             not_finite: 0,
         }
     }
 }
 
 impl Scores {
-    /// Adds a value to a slot, which must be below [`Tally::MOST_SLOTS`].
+    /// Adds a value that the particle leaves in a slot, which must be below [`Tally::MOST_SLOTS`].
+    #[inline]
     pub(crate) fn add(&mut self, slot: usize, value: f64) {
-        if !value.is_finite() {
-            self.not_finite += 1;
-        } else if value != 0.0 {
-            // A particle often comes back to the same cells.
-            let slot = slot as u32;
-            let place = &mut self.recent[scattered(slot)];
-            match self.list.get_mut(*place as usize) {
-                Some((known, sum)) if *known == slot => *sum += value,
-                _ => {
-                    *place = self.list.len() as u32;
-                    self.list.push((slot, value));
+        self.add_both([slot, FREE as usize], [value, 0.0]);
+    }
+
+    /// Adds the values that the particle leaves in two slots, of which the first always goes with the second.
+    #[inline]
+    pub(crate) fn add_both(&mut self, slots: [usize; 2], values: [f64; 2]) {
+        let values = values.map(|value| {
+            let is_finite = value.is_finite();
+            self.not_finite += u64::from(!is_finite);
+            if is_finite { value } else { 0.0 }
+        });
+        if values == [0.0; 2] {
+            return;
+        }
+        let place = self.place(slots.map(|slot| slot as u32));
+        let sums = &mut self.entries[place as usize].particle;
+        if *sums == [0.0; 2] {
+            self.touched.push(place);
+        }
+        *sums = [sums[0] + values[0], sums[1] + values[1]];
+    }
+
+    /// Ends the particle: what it has left in each slot is one sample.
+    pub(crate) fn end_particle(&mut self) {
+        for place in self.touched.drain(..) {
+            let entry = &mut self.entries[place as usize];
+            // 0 if its values have once cancelled, so that its place is known twice.
+            let totals = std::mem::take(&mut entry.particle);
+            for (sums, total) in entry.sums.iter_mut().zip(totals) {
+                let [sum, squares, largest] = sums;
+                *sum += total;
+                *squares += total * total;
+                *largest = largest.max(total.abs());
+            }
+        }
+    }
+
+    /// Ends the task.
+    #[must_use]
+    pub(crate) fn finish(self) -> TaskSums {
+        let mut entries = Vec::with_capacity(2 * self.entries.len());
+        for entry in &self.entries {
+            for (slot, sums) in entry.slots.into_iter().zip(entry.sums) {
+                // Nothing, or values that have cancelled.
+                if sums[2] > 0.0 {
+                    entries.push((slot, sums));
                 }
             }
         }
+        entries.sort_unstable_by_key(chunk);
+        TaskSums { entries }
+    }
+
+    /// The place of the slots' entry, which is made if there is none.
+    #[inline]
+    fn place(&mut self, slots: [u32; 2]) -> u32 {
+        let mut at = self.hash(slots[0]);
+        loop {
+            match self.places[at] {
+                FREE => return self.insert(slots, at),
+                place if self.entries[place as usize].slots[0] == slots[0] => return place,
+                _ => at = (at + 1) & (self.places.len() - 1),
+            }
+        }
+    }
+
+    /// Where a slot's entry is looked for first.
+    #[inline]
+    fn hash(&self, slot: u32) -> usize {
+        (slot.wrapping_mul(0x9e37_79b1) >> self.shift) as usize
+    }
+
+    /// Makes an entry, whose place is noted at a free one.
+    #[cold]
+    fn insert(&mut self, slots: [u32; 2], at: usize) -> u32 {
+        let place = self.entries.len() as u32;
+        self.places[at] = place;
+        self.entries.push(Entry {
+            slots,
+            particle: [0.0; 2],
+            sums: [[0.0; 3]; 2],
+        });
+        if 2 * self.entries.len() > self.places.len() {
+            self.grow();
+        }
+        place
+    }
+
+    fn grow(&mut self) {
+        self.places = vec![FREE; 4 * self.places.len()];
+        self.shift -= 2;
+        for (place, entry) in self.entries.iter().enumerate() {
+            let mut at = self.hash(entry.slots[0]);
+            while self.places[at] != FREE {
+                at = (at + 1) & (self.places.len() - 1);
+            }
+            self.places[at] = place as u32;
+        }
     }
 }
 
-/// The sums of one task, in the order of slots.
+/// The sums of one task.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TaskSums {
-    /// Slot; sum, sum of squares, and largest absolute value of particles' totals.
+    /// Slot; sum, sum of squares, and largest absolute value of particles' totals. In the order of chunks.
     entries: Vec<(u32, [f64; 3])>,
 }
 
+/// The chunk of an entry's slot.
+fn chunk(entry: &(u32, [f64; 3])) -> usize {
+    entry.0 as usize / SLOTS_PER_CHUNK
+}
+
 impl TaskSums {
-    /// Takes the scores of a particle that has come to its end.
-    pub(crate) fn take(&mut self, scores: &mut Scores) {
-        // Stable: equal slots keep their order, and sums their bits.
-        scores.list.sort_by_key(|(slot, _)| *slot);
-        for same in scores.list.chunk_by(|a, b| a.0 == b.0) {
-            let total: f64 = same.iter().map(|(_, value)| value).sum();
-            self.entries
-                .push((same[0].0, [total, total * total, total.abs()]));
-        }
-        scores.list.clear();
-    }
-
-    /// Ends the task: adds up the particles.
-    #[must_use]
-    pub(crate) fn finish(mut self) -> Self {
-        self.entries.sort_by_key(|(slot, ..)| *slot);
-        self.entries.dedup_by(|next, kept| {
-            let same = next.0 == kept.0;
-            if same {
-                let ([sum, squares, largest], more) = (kept.1, next.1);
-                kept.1 = [sum + more[0], squares + more[1], largest.max(more[2])];
-            }
-            same
-        });
-        self
-    }
-
-    /// The entries whose slots lie in `from..to`.
-    fn within(&self, from: usize, to: usize) -> &[(u32, [f64; 3])] {
-        let position = |slot: usize| self.entries.partition_point(|e| (e.0 as usize) < slot);
-        &self.entries[position(from)..position(to)]
+    /// The entries of a chunk.
+    fn of_chunk(&self, number: usize) -> &[(u32, [f64; 3])] {
+        let position = |number: usize| self.entries.partition_point(|e| chunk(e) < number);
+        &self.entries[position(number)..position(number + 1)]
     }
 }
 
@@ -150,7 +225,7 @@ impl Tally {
         chunks.for_each(|(i, slots)| {
             let first = i * SLOTS_PER_CHUNK;
             for part in parts {
-                for &(slot, sums) in part.within(first, first + slots.len()) {
+                for &(slot, sums) in part.of_chunk(i) {
                     slots[slot as usize - first].add_sums(sums);
                 }
             }
@@ -193,14 +268,14 @@ mod tests {
             .map(|i| [f64::from(i), 0.1 * f64::from(i)])
             .collect();
         let part = |particles: &[[f64; 2]]| {
-            let (mut part, mut scores) = (TaskSums::default(), Scores::default());
+            let mut scores = Scores::default();
             for [a, b] in particles {
                 scores.add(40_000, *b);
                 scores.add(7, 0.5 * a);
                 scores.add(7, 0.5 * a);
-                part.take(&mut scores);
+                scores.end_particle();
             }
-            part.finish()
+            scores.finish()
         };
         let parts: Vec<TaskSums> = particles.chunks(3).map(part).collect();
         let parts: Vec<&TaskSums> = parts.iter().collect();
@@ -233,12 +308,41 @@ mod tests {
         }
     }
 
+    /// Many slots, in which particles leave values that may cancel.
+    #[test]
+    fn slots_keep_apart() {
+        let mut scores = Scores::default();
+        let slots = (0..3000).map(|i| 37 * i);
+        for particle in 1..=3 {
+            for slot in slots.clone().chain(slots.clone().rev()) {
+                scores.add(slot, (slot + particle) as f64);
+            }
+            for value in [1.0, -1.0, 0.5] {
+                scores.add(1, value);
+            }
+            scores.end_particle();
+        }
+        let sums = scores.finish();
+        assert_eq!(sums.entries.len(), 3001);
+        assert!(sums.entries.is_sorted_by_key(chunk));
+        for (slot, found) in &sums.entries {
+            let total = |particle: u32| match slot {
+                1 => 0.5,
+                _ => f64::from(2 * (slot + particle)),
+            };
+            let totals = [1, 2, 3].map(total);
+            let sum = |power: i32| totals.iter().map(|t| t.powi(power)).sum::<f64>();
+            assert_eq!(*found, [sum(1), sum(2), totals[2]], "{slot}");
+        }
+    }
+
     #[test]
     fn values_that_are_not_finite_are_counted() {
         let mut scores = Scores::default();
         scores.add(1, f64::NAN);
         scores.add(1, f64::INFINITY);
         assert_eq!(scores.not_finite, 2);
-        assert!(scores.list.is_empty());
+        scores.end_particle();
+        assert!(scores.finish().entries.is_empty());
     }
 }

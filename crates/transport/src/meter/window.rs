@@ -96,14 +96,17 @@ impl Setup<'_> {
         let tasks = (0..PARTICLES / TASK).into_par_iter().map(|task| {
             let mut ws = Workspace::new(self.scene.tolerance());
             ws.stop = stop.clone();
-            let (mut part, mut scores) = (TaskSums::default(), Scores::default());
+            let mut scores = Scores::default();
             for number in task * TASK..(task + 1) * TASK {
                 let mut sampler = Sampler::new(SEED + round, 0, number);
-                let scores = &mut scores;
-                self.follow(number, &mut Pilot { levels, scores }, &mut sampler, &mut ws);
-                part.take(scores);
+                let mut pilot = Pilot {
+                    levels,
+                    scores: &mut scores,
+                };
+                self.follow(number, &mut pilot, &mut sampler, &mut ws);
+                scores.end_particle();
             }
-            part.finish()
+            scores.finish()
         });
         let mut tally = Tally::new(LEVELS)?;
         let tasks: Vec<TaskSums> = tasks.collect();

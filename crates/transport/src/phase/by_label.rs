@@ -21,7 +21,15 @@ impl PhaseByLabel {
     /// The phase function at `x`.
     #[inline]
     pub(super) fn at(&self, x: DVec3) -> &Phase {
-        let label = usize::from(self.labels.at(x));
+        self.numbered(usize::from(self.labels.at(x)))
+    }
+
+    /// The phase function of a label, if labels are those of this grid.
+    pub(super) fn of_label(&self, labels: &Arc<LabelGrid>, label: usize) -> Option<&Phase> {
+        Arc::ptr_eq(labels, &self.labels).then(|| self.numbered(label))
+    }
+
+    fn numbered(&self, label: usize) -> &Phase {
         &self.phases[label.min(self.phases.len() - 1)]
     }
 

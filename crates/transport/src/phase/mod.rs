@@ -23,7 +23,7 @@ pub use von_mises_fisher::VonMisesFisher;
 
 use crate::Spectrum;
 use crate::sampling::DistributionError;
-use crate::volume::{VolumeGrid, VolumeTexture};
+use crate::volume::{LabelGrid, VolumeGrid, VolumeTexture};
 use eikonal::Shown;
 use glam::DVec3;
 use polar::Polar;
@@ -117,6 +117,14 @@ impl Phase {
     /// Linear interpolation of `values` at increasing `cosines` from −1 to 1, normalised here.
     pub fn tabulated(cosines: Vec<f64>, values: &[f64]) -> Result<Self, PhaseError> {
         Tabulated::new(cosines, values).map(Phase::Tabulated)
+    }
+
+    /// The phase function of a label of a grid, if it is known.
+    pub(crate) fn of_label(&self, labels: &Arc<LabelGrid>, label: usize) -> Option<&Phase> {
+        match self {
+            Phase::ByLabel(p) => p.of_label(labels, label),
+            _ => Some(self),
+        }
     }
 
     /// Density per steradian at `x`, at the cosine between the directions before and after.

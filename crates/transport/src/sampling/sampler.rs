@@ -112,6 +112,7 @@ impl Sampler {
     }
 
     /// With the leading digits of the replicate's point, if there is one; the others stay.
+    #[inline]
     fn refined(&self, bits: u64, dimension: u32) -> u64 {
         let refined = |points: &Points| points.refined(bits, self.edge, dimension);
         self.points.as_ref().map_or(bits, refined)

@@ -103,7 +103,7 @@ impl ClearLayers {
     #[inline]
     fn is_free(&self, x: DVec3, direction: DVec3, length: f64) -> bool {
         let line = [(x - self.low) / self.side, direction / self.side];
-        let mut line = Leaps::new(self.size, &self.layers, line);
+        let mut line = Leaps::new(self.size.map(|n| n as f64).into(), &self.layers, line);
         for _ in 0..MOST_STEPS {
             match line.cell() {
                 Some(cell) if self.layers[cell] != FULL => {

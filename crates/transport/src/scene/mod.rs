@@ -11,6 +11,7 @@ mod group;
 mod index;
 mod light_bounds;
 mod lights;
+mod matter;
 mod partition;
 mod parts;
 mod period;
@@ -22,6 +23,7 @@ pub use builder::{BuildError, BuildProblem, ObjectBuilder, SceneBuilder};
 pub use check::{ProblemSeverity, SceneProblem, Subject};
 pub use containment::Containment;
 pub(crate) use light_bounds::Receiver;
+pub use matter::{Leg, Legs, Matter};
 pub use parts::{AMBIENT, FilmSpec, FilmWindow, MediumId, Object, Partition, Parts, Sides};
 pub(crate) use regions::GlassBall;
 pub use regions::Region;
@@ -40,6 +42,7 @@ use emission::{point_like_emitters, volume_lights};
 use glam::DVec3;
 use index::Index;
 use lights::Lights;
+use matter::Matters;
 use std::sync::OnceLock;
 
 /// A scene that can be rendered.
@@ -60,6 +63,8 @@ pub struct Scene {
     clear: bool,
     /// How far surfaces are, once somebody asks.
     clearance: OnceLock<Clearance>,
+    /// Matter that is the same everywhere, once somebody asks.
+    matters: OnceLock<Matters>,
     reach: Reach,
     bending: Bending,
     glass_ball: Option<GlassBall>,
@@ -119,6 +124,7 @@ impl Scene {
             ray_epsilon: 1e-10 * (around.radius + around.center.length()),
             clear: parts.media.iter().all(Medium::is_transparent),
             clearance: OnceLock::new(),
+            matters: OnceLock::new(),
             around,
             parts,
         };

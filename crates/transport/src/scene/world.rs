@@ -3,6 +3,7 @@
 use super::Scene;
 use super::clearance::Clearance;
 use super::index::Index;
+use super::matter::Matters;
 use super::parts::MediumId;
 use super::parts::Partition;
 use crate::bsdf::{Bsdf, PartialTransmission};
@@ -82,17 +83,38 @@ impl Scene {
         first_of(all, arc, [0.0, end], [all.place(left), None])
     }
 
-    /// Whether a straight line from `x`, which is in a medium, in a unit direction is known to meet no surface over a length.
+    /// Whether a straight line from `x`, which is in a medium, in a unit direction is known to meet no surface over a length; `within` is a
+    /// divided volume the faces of whose voxels it is known not to meet.
     #[inline]
     pub(crate) fn is_free(
         &self,
         medium: MediumId,
-        x: DVec3,
-        direction: DVec3,
+        within: Option<usize>,
+        [x, direction]: [DVec3; 2],
         length: f64,
     ) -> bool {
-        let among = |p: &Partition| p.is_free(medium, [x, direction], length) != Some(false);
-        self.parts.partitions.iter().all(among) && self.is_clear_of_others(x, direction, length)
+        let has_others = self.parts.partitions.len() > usize::from(within.is_some());
+        (!has_others || self.is_clear_of_voxels(medium, within, [x, direction], length))
+            && self.is_clear_of_others(x, direction, length)
+    }
+
+    /// The same for faces between voxels.
+    fn is_clear_of_voxels(
+        &self,
+        medium: MediumId,
+        within: Option<usize>,
+        line: [DVec3; 2],
+        length: f64,
+    ) -> bool {
+        let meets_none = |p: &Partition| p.is_free(medium, line, length) != Some(false);
+        let mut partitions = self.parts.partitions.iter().enumerate();
+        partitions.all(|(i, p)| Some(i) == within || meets_none(p))
+    }
+
+    /// Matter that is the same everywhere.
+    #[inline]
+    pub(super) fn matters(&self) -> &Matters {
+        self.matters.get_or_init(|| Matters::of(&self.parts))
     }
 
     /// The same for surfaces that are not faces between voxels.

@@ -2,7 +2,7 @@
 
 use super::error::GridError;
 use super::lattice::to_samples;
-use super::layers::{Leaps, spread};
+use super::layers::{Leaps, cell_of, number_of, spread};
 use eikonal::field::Placement;
 use glam::{DAffine3, DVec3};
 use std::sync::OnceLock;
@@ -11,6 +11,8 @@ use std::sync::OnceLock;
 #[derive(Clone, Debug)]
 pub struct LabelGrid {
     size: [usize; 3],
+    /// The same.
+    top: DVec3,
     /// x fastest.
     labels: Vec<u8>,
     to_world: DAffine3,
@@ -42,6 +44,7 @@ impl LabelGrid {
         }
         Ok(LabelGrid {
             size,
+            top: size.map(|n| n as f64).into(),
             labels,
             to_world,
             to_voxels: to_samples(size, Placement::Centers) * to_world.inverse(),
@@ -60,13 +63,19 @@ impl LabelGrid {
         self.labels[i + self.size[0] * (j + self.size[1] * k)]
     }
 
+    /// The label at a world position; `None` outside.
+    pub(crate) fn within(&self, x: DVec3) -> Option<u8> {
+        let place = self.to_voxels.transform_point3(x) + 0.5;
+        number_of(cell_of(place), self.top).map(|voxel| self.labels[voxel])
+    }
+
     /// A straight line from `x` in a unit direction, from one cube of voxels of one label to the next.
     #[inline]
     pub(crate) fn along(&self, x: DVec3, direction: DVec3) -> Leaps<'_> {
         let layers = self.layers.get_or_init(|| self.layers());
         let start = self.to_voxels.transform_point3(x) + 0.5;
         let direction = self.to_voxels.transform_vector3(direction);
-        Leaps::new(self.size, layers, [start, direction])
+        Leaps::new(self.top, layers, [start, direction])
     }
 
     /// How many layers around each voxel have its label.

@@ -44,66 +44,83 @@ pub(crate) fn spread(size: [usize; 3], layers: &mut [u8]) {
     }
 }
 
+/// Adding it rounds a number of less than 2⁵¹ to an integer, which is then in the bits of [`MANTISSA`]: 1.5 · 2⁵².
+const ROUNDER: f64 = 6_755_399_441_055_744.0;
+/// See [`ROUNDER`].
+const MANTISSA: u64 = (1 << 51) - 1;
+
+/// The cell that holds a point, in units of cells: its lowest corner. A point of a face is in either of its cells.
+#[inline]
+pub(crate) fn cell_of(p: DVec3) -> DVec3 {
+    // Integers take several times as long.
+    p - 0.5 + ROUNDER - ROUNDER
+}
+
+/// The number of a cell in a lattice of so many, x fastest; `None` outside.
+#[inline]
+pub(crate) fn number_of(cell: DVec3, size: DVec3) -> Option<usize> {
+    let inside = cell.x >= 0.0
+        && cell.y >= 0.0
+        && cell.z >= 0.0
+        && cell.x < size.x
+        && cell.y < size.y
+        && cell.z < size.z;
+    let number = cell.x + size.x * (cell.y + size.y * cell.z);
+    inside.then(|| ((number + ROUNDER).to_bits() & MANTISSA) as usize)
+}
+
 /// A line through a lattice of cells, from one cube of like cells to the next.
 #[derive(Clone, Debug)]
 pub(crate) struct Leaps<'l> {
-    size: [usize; 3],
-    /// For each cell how many layers of cells around it are like it, x fastest.
+    size: DVec3,
+    /// For each cell how many layers of cells around it are like it, x fastest; no more than there are on either side.
     layers: &'l [u8],
     /// Where the line starts, in cells from the lattice's corner.
     start: DVec3,
     /// Its direction, in cells per unit of length.
     direction: DVec3,
-    /// The cell around which the cube lies.
-    cell: [i64; 3],
+    /// The cell around which the cube lies: its lowest corner.
+    cell: DVec3,
 }
 
 impl<'l> Leaps<'l> {
     /// Along a line, given by its start in cells from the lattice's corner and its direction per unit of length.
     #[inline]
-    pub(crate) fn new(size: [usize; 3], layers: &'l [u8], [start, direction]: [DVec3; 2]) -> Self {
-        let outside = start.min_element() < 0.0;
+    pub(crate) fn new(size: DVec3, layers: &'l [u8], [start, direction]: [DVec3; 2]) -> Self {
         Leaps {
             size,
             layers,
             start,
             direction,
-            cell: start
-                .to_array()
-                .map(|p| if outside { -1 } else { p as i64 }),
+            cell: cell_of(start),
         }
     }
 
     /// The cell around which the cube lies that the line is in; `None` outside of the lattice.
     #[inline]
     pub(crate) fn cell(&self) -> Option<usize> {
-        let [i, j, k] = self.cell.map(|c| usize::try_from(c).unwrap_or(usize::MAX));
-        let [nx, ny, nz] = self.size;
-        (i < nx && j < ny && k < nz).then(|| i + nx * (j + ny * k))
+        number_of(self.cell, self.size)
     }
 
     /// Whether the line is still in the cube around a cell, that of [`Leaps::cell`], after a length.
     #[inline]
     pub(crate) fn stays(&self, cell: usize, length: f64) -> bool {
         let layers = f64::from(self.layers[cell]);
-        let low = DVec3::from(self.cell.map(|c| c as f64));
-        let within = self.start + self.direction * length - low;
-        within.min_element() >= -layers && within.max_element() <= layers + 1.0
+        let within = self.start + self.direction * length - self.cell;
+        let stays = |p: f64| p >= -layers && p <= layers + 1.0;
+        stays(within.x) && stays(within.y) && stays(within.z)
     }
 
     /// Goes on to the cube beyond that around a cell, that of [`Leaps::cell`]; returns the length after which the line gets there, which
     /// by rounding may be less than that of the leap before.
     #[inline]
     pub(crate) fn leap(&mut self, cell: usize) -> f64 {
-        let layers = i64::from(self.layers[cell]);
-        let (start, direction) = (self.start.to_array(), self.direction.to_array());
-        let face = |axis: usize| {
-            let ahead = i64::from(direction[axis] > 0.0);
-            self.cell[axis] + ahead + layers * (2 * ahead - 1)
-        };
-        let length = |axis: usize| match direction[axis] {
+        let layers = f64::from(self.layers[cell]);
+        let (low, high) = (self.cell - layers, self.cell + layers);
+        let length = |axis: usize| match self.direction[axis] {
             0.0 => f64::INFINITY,
-            speed => (face(axis) as f64 - start[axis]) / speed,
+            speed if speed > 0.0 => (high[axis] + 1.0 - self.start[axis]) / speed,
+            speed => (low[axis] - self.start[axis]) / speed,
         };
         let (mut exit, mut through) = (f64::INFINITY, 0);
         for axis in 0..3 {
@@ -112,14 +129,14 @@ impl<'l> Leaps<'l> {
             }
         }
         // The next cell is beyond that face; none lies behind this one, whatever rounding does.
+        let to = cell_of(self.start + self.direction * exit);
         for axis in 0..3 {
-            let (ahead, from) = (direction[axis] > 0.0, self.cell[axis]);
-            let to = (start[axis] + direction[axis] * exit) as i64;
+            let (ahead, from) = (self.direction[axis] > 0.0, self.cell[axis]);
             self.cell[axis] = match (axis == through, ahead) {
-                (true, true) => from + layers + 1,
-                (true, false) => from - layers - 1,
-                (false, true) => to.clamp(from, from + layers),
-                (false, false) => to.clamp(from - layers, from),
+                (true, true) => high[axis] + 1.0,
+                (true, false) => low[axis] - 1.0,
+                (false, true) => to[axis].clamp(from, high[axis]),
+                (false, false) => to[axis].clamp(low[axis], from),
             };
         }
         exit

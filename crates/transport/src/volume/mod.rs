@@ -15,7 +15,7 @@ pub(crate) use blocks::Interval;
 pub use error::GridError;
 pub use grid::{GridFilter, GridSamples, VolumeGrid};
 pub use labels::LabelGrid;
-pub(crate) use layers::{Leaps, spread};
+pub(crate) use layers::{Leaps, cell_of, number_of, spread};
 pub(crate) use section::Section;
 pub use texture::VolumeTexture;
 pub use voxel_media::VoxelMedia;

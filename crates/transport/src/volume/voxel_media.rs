@@ -27,10 +27,24 @@ impl VoxelMedia {
         }
     }
 
+    /// For each voxel 1 + the place of its medium in [`VoxelMedia::media`], or 0.
+    pub(crate) fn parts(&self) -> &LabelGrid {
+        &self.parts
+    }
+
+    /// The media of its voxels.
+    pub(crate) fn media(&self) -> &[usize] {
+        &self.media
+    }
+
+    /// The medium of a voxel; `None` if it is that around the volume.
+    pub(crate) fn of_voxel(&self, voxel: usize) -> Option<usize> {
+        self.medium(self.parts.labels()[voxel])
+    }
+
     /// The medium at a point; `None` if it is that around the volume, or outside.
     pub(crate) fn at(&self, x: DVec3) -> Option<usize> {
-        let voxel = self.parts.along(x, DVec3::X).cell()?;
-        self.medium(self.parts.labels()[voxel])
+        self.medium(self.parts.within(x)?)
     }
 
     fn medium(&self, part: u8) -> Option<usize> {

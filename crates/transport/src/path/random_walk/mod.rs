@@ -63,44 +63,76 @@ impl<'a> RandomWalk<'a> {
         sampler: &mut Sampler,
         ws: &mut Workspace,
     ) {
-        let (mut current, mut waiting) = (Some(ray), Vec::new());
+        let (mut ray, mut waiting) = (ray, Vec::new());
+        let freely = observer.sees_free_flights() && !self.channel_pdf.is_several();
         for _ in 0..EDGES_PER_WALK {
-            let Some(ray) = current.take().or_else(|| waiting.pop()) else {
-                return;
-            };
-            if let Some(mut onward) = self.step(&ray, observer, sampler, ws) {
+            let mut copies = 0;
+            if self
+                .step(&mut ray, freely, observer, sampler, ws)
+                .is_continue()
+            {
                 // Play Russian roulette, or divide.
-                let copies = survival.copies(&mut onward, sampler);
+                copies = survival.copies(&mut ray, sampler);
                 observer.go_on(copies);
-                if copies > 0 {
-                    waiting.extend(repeat_n(onward, copies - 1));
-                    current = Some(onward);
+                if copies > 1 {
+                    waiting.extend(repeat_n(ray, copies - 1));
+                }
+            }
+            if copies == 0 {
+                match waiting.pop() {
+                    Some(other) => ray = other,
+                    None => return,
                 }
             }
         }
-        for ray in waiting.into_iter().chain(current) {
+        for ray in waiting.into_iter().chain([ray]) {
             ws.stats.lost += 1;
             ws.stats.over_budget.rays += 1;
             observer.lose(&ray);
         }
     }
 
-    /// Samples the next edge and a direction at its end. Returns the ray with which the walk goes on.
+    /// Samples the next edge and a direction at its end, and turns the ray into that with which the walk goes on. Breaks if it does not.
+    /// `freely` says whether flights that nothing interrupts need not be edges.
+    #[inline]
     fn step<O: Observer>(
         &self,
+        ray: &mut WalkRay,
+        freely: bool,
+        observer: &mut O,
+        sampler: &mut Sampler,
+        ws: &mut Workspace,
+    ) -> ControlFlow<()> {
+        // Sample the next edge by p(s) of eq. (distance density).
+        let sampling = self.sampling();
+        let target = DrawnCollision::draw(self.scene, &sampling, sampler);
+        if freely
+            && ray.depth < self.max_depth
+            && !ws.stop.is_raised()
+            && let Some(flight) = FreeFlight::to(self.scene, &ray.start, target)
+        {
+            self.fly_freely(ray, &flight, observer, sampler, ws);
+            return ControlFlow::Continue(());
+        }
+        match self.follow(ray, target, observer, sampler, ws) {
+            Some(onward) => {
+                *ray = onward;
+                ControlFlow::Continue(())
+            }
+            None => ControlFlow::Break(()),
+        }
+    }
+
+    /// Follows an edge to a collision, or to what ends it before, and draws a direction there. Returns the ray with which the walk goes on.
+    fn follow<O: Observer>(
+        &self,
         ray: &WalkRay,
+        target: DrawnCollision,
         observer: &mut O,
         sampler: &mut Sampler,
         ws: &mut Workspace,
     ) -> Option<WalkRay> {
-        // Sample the next edge by p(s) of eq. (distance density).
         let sampling = self.sampling();
-        let target = DrawnCollision::draw(self.scene, &sampling, sampler);
-        if self.may_fly_freely(ray, observer, ws)
-            && let Some(flight) = FreeFlight::to(self.scene, &ray.start, target)
-        {
-            return self.fly_freely(ray, &flight, observer, sampler, ws);
-        }
         let mut edge = trace_to(self.scene, ray.start, sampling, target, sampler, ws);
         edge.connectable &= !ray.specular;
         if O::ALONG_SPANS && self.channel_pdf.is_several() {
@@ -154,44 +186,36 @@ impl<'a> RandomWalk<'a> {
         }
     }
 
-    /// Whether a flight from one collision to the next can be followed without making an edge of it.
-    fn may_fly_freely<O: Observer>(&self, ray: &WalkRay, observer: &O, ws: &Workspace) -> bool {
-        let within = ray.depth < self.max_depth && !ws.stop.is_raised();
-        within && observer.sees_free_flights() && !self.channel_pdf.is_several()
-    }
-
-    /// Follows a free flight and draws a direction at its end. Returns the ray with which the walk goes on.
+    /// Follows a free flight and draws a direction at its end: those with which the ray goes on.
+    #[inline]
     fn fly_freely<O: Observer>(
         &self,
-        ray: &WalkRay,
+        ray: &mut WalkRay,
         flight: &FreeFlight,
         observer: &mut O,
         sampler: &mut Sampler,
         ws: &mut Workspace,
-    ) -> Option<WalkRay> {
+    ) {
         ws.stats.edges += 1;
         ws.stats.work.steps += 1;
-        let vertex = Vertex::Volume {
-            x: flight.end(),
-            direction: flight.direction,
-            medium: flight.medium,
-        };
-        sampler.next_edge();
-        let scatter = vertex.scatter(self.scene, self.mode, sampler)?;
-        let onward = WalkRay {
-            start: scatter.start,
-            pdf: scatter.pdf,
-            specular: false,
-            throughput: ray.throughput * flight.albedo(),
-            depth: ray.depth + 1,
-            optical_length: ray.optical_length + flight.n * flight.length,
-        };
+        let optical_length = ray.optical_length + flight.n() * flight.length;
         observer.fly_freely(&FreeFlightEvent {
             ray,
             flight,
-            optical_length: onward.optical_length,
+            optical_length,
         });
-        Some(onward)
+        sampler.next_edge();
+        let x = flight.end();
+        let phase = &flight.last().matter.phase;
+        let (direction, pdf) = Vertex::scatter_in_volume(phase, [x, flight.direction], sampler);
+        *ray = WalkRay {
+            start: Start::point(x, direction, ray.start.medium),
+            pdf,
+            specular: false,
+            throughput: ray.throughput * flight.albedo(),
+            depth: ray.depth + 1,
+            optical_length,
+        };
     }
 
     /// How edges are sampled.

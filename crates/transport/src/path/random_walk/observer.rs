@@ -65,11 +65,11 @@ pub struct WalkEvent<'e> {
 
 /// A flight of a random walk that ends at a collision and is no [edge](WalkEvent::edge), since nothing happens on it.
 #[derive(Clone, Copy, Debug)]
-pub struct FreeFlightEvent<'e> {
+pub struct FreeFlightEvent<'e, 's> {
     /// The ray with which it starts.
     pub ray: &'e WalkRay,
     /// The flight.
-    pub flight: &'e FreeFlight,
+    pub flight: &'e FreeFlight<'s>,
     /// Optical path length up to its end.
     pub optical_length: f64,
 }

@@ -6,6 +6,7 @@ use super::edge_geometry::EdgeGeometry;
 use crate::Spectrum;
 use crate::bsdf::{Bsdf, Surface};
 use crate::connection_end::{ConnectionEnd, OnSurface};
+use crate::phase::Phase;
 use crate::sampling::{Purpose, Sampler};
 use crate::scene::{MediumId, Receiver, Scene};
 use glam::DVec3;
@@ -342,6 +343,19 @@ impl Vertex {
         }
     }
 
+    /// Chooses a direction in which light goes on that arrives at a point in a direction, and its density per steradian.
+    #[inline]
+    pub(crate) fn scatter_in_volume(
+        phase: &Phase,
+        [x, direction]: [DVec3; 2],
+        sampler: &mut Sampler,
+    ) -> (DVec3, f64) {
+        let u = sampler.next_2d_for(Purpose::Direction);
+        // As many numbers as on surfaces.
+        sampler.next_1d_for(Purpose::Lobe);
+        phase.sample(x, direction, u)
+    }
+
     /// Chooses a direction in which a subpath of `mode` goes on; `None` if it is absorbed.
     pub(crate) fn scatter(
         &self,
@@ -349,8 +363,6 @@ impl Vertex {
         mode: TransportMode,
         sampler: &mut Sampler,
     ) -> Option<Scatter> {
-        let [u, v] = sampler.next_2d_for(Purpose::Direction);
-        let w = sampler.next_1d_for(Purpose::Lobe);
         match self {
             Vertex::Volume {
                 x,
@@ -358,7 +370,7 @@ impl Vertex {
                 medium,
             } => {
                 let phase = &scene.medium(*medium).phase;
-                let (direction, pdf) = phase.sample(*x, *direction, [u, v]);
+                let (direction, pdf) = Vertex::scatter_in_volume(phase, [*x, *direction], sampler);
                 Some(Scatter {
                     start: self.start(scene, direction),
                     weight: Spectrum::ONE,
@@ -372,6 +384,8 @@ impl Vertex {
                 surface,
                 ..
             } => {
+                let [u, v] = sampler.next_2d_for(Purpose::Direction);
+                let w = sampler.next_1d_for(Purpose::Lobe);
                 let bsdf = &scene.objects()[*object].bsdf;
                 let sample = match mode {
                     TransportMode::Radiance => bsdf.sample(surface, -*direction, [w, u, v]),

@@ -3,69 +3,65 @@
 //! Theory: docs/theory.md#free-flight.
 
 use super::trace::DrawnCollision;
-use crate::medium::Leg;
 use crate::path::segment::{Front, Start};
-use crate::scene::{MediumId, Scene};
+use crate::scene::{Leg, Legs, Scene};
 use glam::DVec3;
-use smallvec::SmallVec;
 
 /// A straight flight from a point to a collision, far from all surfaces, through matter that is the same along each leg.
 #[derive(Clone, Debug)]
-pub struct FreeFlight {
+pub struct FreeFlight<'a> {
     /// Where it starts.
     pub start: DVec3,
     /// Unit direction.
     pub direction: DVec3,
     /// Arc length.
     pub length: f64,
-    /// The medium.
-    pub medium: MediumId,
-    /// Its index.
-    pub n: f64,
-    /// The legs, at least one, with the coefficients of the channel in which the collision was drawn.
-    pub legs: SmallVec<[Leg; 2]>,
+    /// The channel in which the collision was drawn.
+    pub channel: usize,
+    /// The legs, at least one, of one index.
+    pub legs: Legs<'a>,
 }
 
-impl FreeFlight {
+impl<'a> FreeFlight<'a> {
     /// The flight to a collision, if it is known to be free.
     #[inline]
-    pub(crate) fn to(scene: &Scene, start: &Start, target: DrawnCollision) -> Option<Self> {
-        let medium = scene.medium(start.medium);
-        if start.front != Front::Point || !medium.index.is_constant() {
+    pub(crate) fn to(scene: &'a Scene, start: &Start, target: DrawnCollision) -> Option<Self> {
+        if start.front != Front::Point {
             return None;
         }
         let DrawnCollision { channel, depth } = target;
-        let (x, direction) = (start.x, start.direction);
-        let legs = medium.legs(x, direction, channel, depth)?;
-        let length: f64 = legs.iter().map(|leg| leg.length).sum();
-        // Light that collides nowhere, or only far outside, leaves.
-        if length.is_nan() || length >= scene.reach(x) {
-            return None;
-        }
-        let is_free = scene.is_free(start.medium, x, direction, length);
-        is_free.then(|| FreeFlight {
-            start: x,
-            direction,
-            length,
-            medium: start.medium,
-            n: medium.index.n(x),
+        let line = [start.x, start.direction];
+        let legs = scene.free_legs(start.medium, line, channel, depth)?;
+        Some(FreeFlight {
+            start: start.x,
+            direction: start.direction,
+            length: legs.iter().map(|leg| leg.length).sum(),
+            channel,
             legs,
         })
     }
 
     /// Where it collides.
+    #[inline]
     pub fn end(&self) -> DVec3 {
         self.start + self.direction * self.length
     }
 
     /// The leg on which it collides.
-    pub fn last(&self) -> &Leg {
+    #[inline]
+    pub fn last(&self) -> &Leg<'a> {
         &self.legs[self.legs.len() - 1]
     }
 
+    /// The index.
+    #[inline]
+    pub fn n(&self) -> f64 {
+        self.last().matter.n
+    }
+
     /// Share of the power that is not absorbed at the end.
+    #[inline]
     pub fn albedo(&self) -> f64 {
-        let last = self.last();
-        1.0 - last.absorption / last.extinction
+        self.last().matter.albedo[self.channel]
     }
 }

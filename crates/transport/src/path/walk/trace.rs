@@ -265,7 +265,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         let is_free = |length: f64| {
             let direction = (arc.end() - arc.start()) / length;
             self.scene
-                .is_free(self.ray.medium, self.ray.x, direction, end * length)
+                .is_free(self.ray.medium, None, [self.ray.x, direction], end * length)
         };
         let met = if is_free(arc.arc_length(1.0)) {
             None
@@ -447,12 +447,12 @@ impl<'a, 'b> Walk<'a, 'b> {
 }
 
 fn choose_channel(channel_pdf: Spectrum, mut u: f64) -> usize {
-    let last = channel_pdf.0.iter().rposition(|&p| p > 0.0).unwrap_or(0);
     for (i, p) in channel_pdf.0.into_iter().enumerate() {
         if u < p {
             return i;
         }
         u -= p;
     }
-    last
+    // By rounding.
+    channel_pdf.0.iter().rposition(|&p| p > 0.0).unwrap_or(0)
 }

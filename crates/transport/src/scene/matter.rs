@@ -1,0 +1,247 @@
+//! Matter that is the same everywhere, and where it is: what flights from one collision to the next need to know
+//! (docs/theory.md#free-flight).
+
+use super::Scene;
+use super::parts::{MediumId, Partition, Parts};
+use crate::Spectrum;
+use crate::medium::Medium;
+use crate::phase::Phase;
+use crate::volume::LabelGrid;
+use glam::DVec3;
+use smallvec::{SmallVec, smallvec};
+use std::sync::Arc;
+
+/// Cubes of voxels of one matter through which a way is followed.
+const MOST_STEPS: usize = 16;
+/// Stands for other media in voxels.
+const OTHER: u8 = u8::MAX;
+
+/// Matter of one index and the same coefficients everywhere: a medium, or one of its labels.
+#[derive(Clone, Debug)]
+pub struct Matter {
+    /// Refractive index.
+    pub n: f64,
+    /// Extinction coefficient σ_t per unit length.
+    pub extinction: Spectrum,
+    /// Absorption coefficient μ_a per unit length.
+    pub absorption: Spectrum,
+    /// Albedo σ_s/σ_t; 1 where nothing is attenuated.
+    pub albedo: Spectrum,
+    /// Phase function.
+    pub phase: Phase,
+}
+
+/// A part of a straight line through one matter.
+#[derive(Clone, Copy, Debug)]
+pub struct Leg<'a> {
+    /// Its length.
+    pub length: f64,
+    /// What it passes through.
+    pub matter: &'a Matter,
+}
+
+/// The parts of a straight line.
+pub type Legs<'a> = SmallVec<[Leg<'a>; 2]>;
+
+/// All matter of a scene.
+#[derive(Clone, Debug)]
+pub(super) struct Matters {
+    list: Vec<Matter>,
+    /// Where that of each medium is, if it is known.
+    extents: Vec<Option<Extent>>,
+}
+
+/// Where the matter of a medium is.
+#[derive(Clone, Debug)]
+enum Extent {
+    /// It has only one.
+    Everywhere(usize),
+    /// Voxels have the number of one.
+    Voxels {
+        grid: Arc<LabelGrid>,
+        /// For each number in a voxel the matter; `None` where that is of another medium.
+        numbered: Vec<Option<usize>>,
+        /// The divided volume to whose voxels all of the medium belongs.
+        partition: Option<usize>,
+    },
+}
+
+impl Matter {
+    fn new(n: f64, [extinction, absorption]: [Spectrum; 2], phase: &Phase) -> Self {
+        let albedo = |c: usize| 1.0 - absorption[c] / extinction[c];
+        let known = |c: usize| if extinction[c] > 0.0 { albedo(c) } else { 1.0 };
+        Matter {
+            n,
+            extinction,
+            absorption,
+            albedo: Spectrum(std::array::from_fn(known)),
+            phase: phase.clone(),
+        }
+    }
+}
+
+impl Matters {
+    pub(super) fn of(parts: &Parts) -> Self {
+        let mut matters = Matters {
+            list: Vec::new(),
+            extents: Vec::new(),
+        };
+        for medium in &parts.media {
+            let extent = matters.add(medium);
+            matters.extents.push(extent);
+        }
+        for (number, partition) in parts.partitions.iter().enumerate() {
+            matters.divide(parts, number, partition);
+        }
+        matters
+    }
+
+    /// Adds the matter of a medium.
+    fn add(&mut self, medium: &Medium) -> Option<Extent> {
+        if !medium.index.is_constant() {
+            return None;
+        }
+        let n = medium.index.n(DVec3::ZERO);
+        let first = self.list.len();
+        if let Some(labels) = &medium.labels {
+            let matter = |label: usize| {
+                let of = &labels.list()[label];
+                let phase = medium.phase.of_label(labels.grid(), label);
+                phase.map(|phase| Matter::new(n, [of.extinction, of.absorption], phase))
+            };
+            let count = labels.list().len();
+            self.list
+                .extend((0..count).map(matter).collect::<Option<Vec<_>>>()?);
+            let numbered = |number: usize| Some(first + number.min(count - 1));
+            return Some(Extent::Voxels {
+                grid: labels.grid().clone(),
+                numbered: (0..=usize::from(u8::MAX)).map(numbered).collect(),
+                partition: None,
+            });
+        }
+        let coefficients = [medium.uniform_extinction()?, medium.uniform_absorption()?];
+        self.list.push(Matter::new(n, coefficients, &medium.phase));
+        Some(Extent::Everywhere(first))
+    }
+
+    /// Notes where the matter of all media of a divided volume is, if its voxels know and there are not too many.
+    fn divide(&mut self, parts: &Parts, number: usize, partition: &Partition) {
+        let Some(grid) = self.voxels(partition) else {
+            return;
+        };
+        let grid = Arc::new(grid);
+        let voxels = partition.voxels.iter();
+        let media = voxels.flat_map(|v| v.media()).copied();
+        for medium in media.filter(|m| *m != partition.exterior && *m < parts.media.len()) {
+            let own = self.own(medium);
+            let numbered = |i: usize| own.contains(&i).then_some(i);
+            self.extents[medium] = Some(Extent::Voxels {
+                grid: grid.clone(),
+                numbered: (0..=usize::from(u8::MAX)).map(numbered).collect(),
+                partition: Some(number),
+            });
+        }
+    }
+
+    /// The matter in each voxel of a divided volume.
+    fn voxels(&self, partition: &Partition) -> Option<LabelGrid> {
+        let voxels = partition.voxels.as_ref()?;
+        let parts = voxels.parts();
+        let number = |voxel: usize| {
+            let medium = voxels.of_voxel(voxel).filter(|m| *m != partition.exterior);
+            let matter = match medium.and_then(|m| self.extents.get(m)?.as_ref()) {
+                None => return Some(OTHER),
+                Some(Extent::Everywhere(matter)) => *matter,
+                Some(Extent::Voxels { grid, numbered, .. }) => {
+                    let same = grid.size() == parts.size() && grid.to_world() == parts.to_world();
+                    let label = same.then(|| grid.labels()[voxel])?;
+                    numbered[usize::from(label)]?
+                }
+            };
+            u8::try_from(matter).ok().filter(|n| *n != OTHER)
+        };
+        let numbers: Option<Vec<u8>> = (0..parts.labels().len()).map(number).collect();
+        LabelGrid::new(parts.size(), numbers?, parts.to_world()).ok()
+    }
+
+    /// The numbers of the matter of a medium.
+    fn own(&self, medium: MediumId) -> Vec<usize> {
+        match &self.extents[medium] {
+            None => Vec::new(),
+            Some(Extent::Everywhere(matter)) => vec![*matter],
+            Some(Extent::Voxels { numbered, .. }) => numbered.iter().flatten().copied().collect(),
+        }
+    }
+}
+
+impl Scene {
+    /// The legs of a straight line from `x`, which is in a medium, in a unit direction up to an optical depth in a channel, if it is known to
+    /// meet no surface; `None` if nothing is known, or there are many.
+    #[inline]
+    pub(crate) fn free_legs(
+        &self,
+        medium: MediumId,
+        [x, direction]: [DVec3; 2],
+        channel: usize,
+        depth: f64,
+    ) -> Option<Legs<'_>> {
+        let matters = self.matters();
+        let (legs, within) = match matters.extents[medium].as_ref()? {
+            Extent::Everywhere(matter) => {
+                let matter = &matters.list[*matter];
+                let length = depth / matter.extinction[channel];
+                (smallvec![Leg { length, matter }], None)
+            }
+            Extent::Voxels {
+                grid,
+                numbered,
+                partition,
+            } => {
+                let matter = |number: u8| numbered[usize::from(number)].map(|i| &matters.list[i]);
+                let legs = legs(grid, matter, [x, direction], channel, depth)?;
+                (legs, *partition)
+            }
+        };
+        let length: f64 = legs.iter().map(|leg| leg.length).sum();
+        // Light that collides nowhere, or only far outside, leaves.
+        let ends = length < self.reach(x);
+        (ends && self.is_free(medium, within, [x, direction], length)).then_some(legs)
+    }
+}
+
+/// The legs of a straight line from `x` in a unit direction through voxels up to an optical depth in a channel; `None` if it leaves the known
+/// matter before, or has too many.
+#[inline]
+fn legs<'a>(
+    grid: &LabelGrid,
+    matter: impl Fn(u8) -> Option<&'a Matter>,
+    [x, direction]: [DVec3; 2],
+    channel: usize,
+    depth: f64,
+) -> Option<Legs<'a>> {
+    let mut legs = Legs::new();
+    let (mut left, mut gone, mut last) = (depth, 0.0, None);
+    let mut line = grid.along(x, direction);
+    for _ in 0..MOST_STEPS {
+        let voxel = line.cell()?;
+        let number = grid.labels()[voxel];
+        let matter = matter(number)?;
+        let rate = matter.extinction[channel];
+        let ends = line.stays(voxel, gone + left / rate);
+        let length = if ends {
+            left / rate
+        } else {
+            (line.leap(voxel) - gone).max(0.0)
+        };
+        if last == Some(number) {
+            legs.last_mut()?.length += length;
+        } else {
+            legs.push(Leg { length, matter });
+        }
+        if ends {
+            return Some(legs);
+        }
+        (left, gone, last) = (left - rate * length, gone + length, Some(number));
+    }
+    None
+}
