@@ -1,9 +1,11 @@
 //! Refractive-index fields. Each supplies n², ∇n², Hess n² and conservative bounds over boxes (docs/theory.md#fields).
 
 mod acoustic;
+mod acoustic_mode;
 mod affine;
 mod axis;
 mod bessel;
+mod bessel_table;
 mod bspline;
 mod constant;
 mod error;
@@ -24,7 +26,8 @@ mod spline;
 mod steepness;
 mod sum;
 
-pub use acoustic::{Acoustic, AcousticMode};
+pub use acoustic::Acoustic;
+pub use acoustic_mode::AcousticMode;
 pub use affine::Affine;
 pub use bspline::{Bspline, NoiseShares, Placement};
 pub use constant::Constant;
@@ -270,9 +273,10 @@ impl Field {
         }
     }
 
-    /// Bytes held by samples.
+    /// Bytes held by samples and tables.
     pub fn memory(&self) -> usize {
         match self {
+            Field::Acoustic(f) => f.memory(),
             Field::Bspline(f) => f.memory(),
             Field::SampledSound(f) => f.memory(),
             Field::Expression(f) => f.memory(),
