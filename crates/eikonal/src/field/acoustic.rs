@@ -21,6 +21,7 @@ pub struct Acoustic {
     modes: Vec<AcousticMode>,
     /// Of each mode; those of one order share theirs.
     tables: Vec<Option<BesselTable>>,
+    lengths: Lengths,
 }
 
 impl Acoustic {
@@ -37,6 +38,7 @@ impl Acoustic {
         let peaks: f64 = peaks.sum();
         positive("smallest index in the acoustic field", n0 - peaks)?;
         Ok(Acoustic {
+            lengths: Lengths::new(n0, &modes),
             n0: positive("mean refractive index", n0)?,
             axis: Axis::with_reference(origin, direction, reference)?,
             tables: tables(&modes),
@@ -55,8 +57,10 @@ impl Acoustic {
 
     /// The field at the phase ωt of the sound, in radians.
     pub(super) fn at_phase(&self, phase: f64) -> Self {
+        let modes: Vec<_> = self.modes.iter().map(|m| m.at_phase(phase)).collect();
         Acoustic {
-            modes: self.modes.iter().map(|m| m.at_phase(phase)).collect(),
+            lengths: Lengths::new(self.n0, &modes),
+            modes,
             tables: self.tables.clone(),
             ..*self
         }
@@ -133,17 +137,64 @@ impl Acoustic {
         .squared()
     }
 
-    /// The length that makes the fifth derivative of a ray by σ n⁵L⁻⁴, by the fourth derivative of the index, which
-    /// is at most 3/8 Δn k⁴ of each mode; no more than 6/k of the shortest wave, so that it is seen.
+    /// See [`Lengths::of_any_direction`].
     pub(super) fn length_scale(&self, _: DVec3) -> f64 {
-        let modes = || self.modes.iter().filter(|m| !m.is_silent());
-        let shortest = modes().map(|m| m.wave_number()).fold(0.0, f64::max);
-        let sum: f64 = modes().map(AcousticMode::fourth_limit).sum();
-        (self.n0 / sum).sqrt().sqrt().min(6.0 / shortest)
+        self.lengths.of_any_direction
+    }
+
+    /// See [`Lengths::along`].
+    pub(super) fn step_scale(&self, v: DVec3) -> f64 {
+        let crossed = self.axis.across(v);
+        self.lengths
+            .along(crossed.length_squared() / v.length_squared())
     }
 
     pub(super) fn is_constant(&self) -> bool {
         self.modes.iter().all(AcousticMode::is_silent)
+    }
+}
+
+/// How long steps of rays may be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Lengths {
+    of_any_direction: f64,
+    /// Bound of the fourth derivatives of the index, over n₀.
+    fourth: f64,
+    /// The square of that of the second ones.
+    turning: f64,
+    /// The most by which the share of a direction across the axis grows in the field, as a square.
+    swing: f64,
+    /// The largest k.
+    wave_number: f64,
+}
+
+impl Lengths {
+    fn new(n0: f64, modes: &[AcousticMode]) -> Self {
+        let modes = || modes.iter().filter(|m| !m.is_silent());
+        let fourth: f64 = modes().map(AcousticMode::fourth_limit).sum();
+        let limits = || modes().map(|m| m.limits(EVERYWHERE));
+        let second: f64 = limits().map(|[_, _, second]| second).sum();
+        let peak: f64 = limits().map(|[peak, ..]| peak).sum();
+        let wave_number = modes().map(AcousticMode::wave_number).fold(0.0, f64::max);
+        Lengths {
+            of_any_direction: (n0 / fourth).sqrt().sqrt().min(6.0 / wave_number),
+            fourth: fourth / n0,
+            turning: (second / n0).powi(2),
+            swing: 4.0 * peak / n0,
+            wave_number,
+        }
+    }
+
+    /// The length that makes the fifth derivative of a ray by σ n⁵L⁻⁴, by the fourth derivative of the index, which is at most
+    /// 3/8 Δn k⁴ of each mode; no more than 6/k of the shortest wave, so that it is seen. All this along a direction of
+    /// which the square of the part across the axis is `crossed2`: the fourth derivatives count times its square for the
+    /// tangents of a ray. Second derivatives count whatever the direction.
+    fn along(&self, crossed2: f64) -> f64 {
+        let crossed2 = (crossed2 + self.swing).min(1.0);
+        let fifth = self.fourth * crossed2 + self.turning;
+        let seen = 6.0 / (self.wave_number * crossed2.sqrt());
+        let length = (1.0 / fifth).sqrt().sqrt().min(seen);
+        length.max(self.of_any_direction)
     }
 }
 

@@ -229,6 +229,18 @@ impl Field {
         each!(self, f => f.length_scale(x))
     }
 
+    /// The length scale at `x` for a ray with velocity `v`: at least [`Field::length_scale`], longer where the field hardly changes
+    /// along `v`.
+    pub(crate) fn step_scale(&self, x: DVec3, v: DVec3) -> f64 {
+        match self {
+            Field::Acoustic(f) => f.step_scale(v),
+            Field::Sum(f) => f.step_scale(x, v),
+            Field::Affine(f) => f.step_scale(x, v),
+            Field::Scaled(f) => f.inner().step_scale(x, v),
+            _ => self.length_scale(x),
+        }
+    }
+
     /// The same field with what tracing inside a region can know beforehand: the length scales of formulas and tables, whose
     /// search is otherwise made at each step. Fields that need none, and regions without a finite extent, change nothing.
     pub fn prepared(&self, region: &Aabb) -> Field {
