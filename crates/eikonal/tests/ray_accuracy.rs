@@ -64,6 +64,14 @@ fn sound(delta: f64, axis: DVec3) -> Field {
         .into()
 }
 
+/// Samples that lie so closely along z that rounding hides their fourth differences.
+fn fine_grid() -> Field {
+    let bounds = Aabb::new(DVec3::splat(-1.5), DVec3::splat(1.5));
+    let index = |x: DVec3| N_REF + 0.05 * (6.0 * x.z).cos() * (2.0 * x.x + x.y).sin();
+    let grid = Bspline::from_fn([33, 33, 385], bounds, Placement::Nodes, index);
+    grid.unwrap().into()
+}
+
 /// With the largest contrast on the way.
 fn fields() -> Vec<(Field, f64)> {
     let bump = |at: DVec3| Gaussian::new(N_REF, 0.05, at, 0.15).unwrap().into();
@@ -84,6 +92,7 @@ fn fields() -> Vec<(Field, f64)> {
         (grid(0.1), 0.1),
         (grid(1e-3), 1e-3),
         (grid(1e-6), 1e-6),
+        (fine_grid(), 0.05),
         (sound(0.02, DVec3::Z), 0.02),
         (sound(0.02, DVec3::X), 0.02),
         (sound(1e-3, DVec3::Z), 1e-3),
