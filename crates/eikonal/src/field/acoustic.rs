@@ -90,11 +90,18 @@ impl Acoustic {
 
     pub(super) fn jet(&self, x: DVec3) -> Jet {
         let w = self.wave(self.axis.transverse(x));
-        Jet::from_index(
-            self.n0 + w.value,
-            self.axis.vector(w.grad),
-            self.axis.matrix(w.xx, w.xy, w.yy),
-        )
+        let (n, grad) = (self.n0 + w.value, w.grad);
+        // ½ Hess n² = n Hess n + ∇n⊗∇n, in the transverse plane.
+        let [xx, xy, yy] = [
+            n * w.xx + grad.x * grad.x,
+            n * w.xy + grad.x * grad.y,
+            n * w.yy + grad.y * grad.y,
+        ];
+        Jet {
+            n2: n * n,
+            grad: self.axis.vector(grad * (2.0 * n)),
+            hess: self.axis.matrix(2.0 * xx, 2.0 * xy, 2.0 * yy),
+        }
     }
 
     /// Limits of the modes over the distances to the axis found in the box; in a small box a Taylor

@@ -159,22 +159,7 @@ impl AcousticMode {
         let [value, first, second] = piece.at(rho2).map(|v| v * self.amplitude);
         let per = self.wave_number * piece.per_center();
         let z = d * per;
-        let m = f64::from(self.order);
-        // Powers m, m − 1 and m − 2; those that are negative count for nothing.
-        let least = self.turn.rotate(power(z, self.order.saturating_sub(2)));
-        let below = if self.order > 1 {
-            z.rotate(least)
-        } else {
-            least
-        };
-        let angular = if self.order > 0 {
-            z.rotate(below)
-        } else {
-            below
-        };
-
-        let slope = DVec2::new(below.x, -below.y) * (m * per);
-        let bend = least * (m * (m - 1.0) * per * per);
+        let [angular, slope, bend] = self.angular(z, per);
         let radial = z * self.wave_number;
         let steep = radial * (angular.x * second);
         let cross = slope * first;
@@ -186,6 +171,24 @@ impl AcousticMode {
             xy: radial.x * (cross.y + steep.y) + radial.y * cross.x - bend.y * value,
             yy: radial.y * (2.0 * cross.y + steep.y) + round - bend.x * value,
         }
+    }
+
+    /// Of P = Re(e^{iφ₀} zᵐ) with z = `per`(x + iy): P in the first component, ∇P, and (∂²P/∂x², −∂²P/∂x∂y).
+    #[inline(always)]
+    fn angular(&self, z: DVec2, per: f64) -> [DVec2; 3] {
+        if self.order == 0 {
+            return [self.turn, DVec2::ZERO, DVec2::ZERO];
+        }
+        let m = f64::from(self.order);
+        // The power m − 2, if it is negative, counts for nothing.
+        let least = self.turn.rotate(power(z, self.order.saturating_sub(2)));
+        let below = if self.order > 1 {
+            z.rotate(least)
+        } else {
+            least
+        };
+        let slope = DVec2::new(below.x, -below.y) * (m * per);
+        [z.rotate(below), slope, least * (m * (m - 1.0) * per * per)]
     }
 
     /// Without a table. With E_p = e^{iφ₀} J_p(kr) e^{ipφ} the mode is Re E_m, and (∂x ± i∂y) E_p = ∓k E_{p±1}, so
