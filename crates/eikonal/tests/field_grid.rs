@@ -184,11 +184,14 @@ fn the_length_scale_does_not_depend_on_the_spacing() {
     let expected = |n2: f64| (2.0 * n2 / (a * k.powi(4))).sqrt().sqrt();
     for samples in [65, 129, 257, 513, 1025, 2049] {
         let grid = Bspline::from_fn([samples, 9, 9], cube(1.0), Placement::Nodes, wave).unwrap();
-        let length = Field::from(grid).length_scale(DVec3::ZERO);
-        assert!(
-            length > 0.95 * expected(1.9) && length < 1.05 * expected(2.1),
-            "{samples}: {length}"
-        );
+        // The contrast vanishes in the middle, where nothing is rounded away, and is largest halfway.
+        for x in [0.0, 0.5] {
+            let length = Field::from(grid.clone()).length_scale(DVec3::X * x);
+            assert!(
+                length > 0.95 * expected(1.9) && length < 1.05 * expected(2.1),
+                "{samples}, {x}: {length}"
+            );
+        }
     }
 }
 

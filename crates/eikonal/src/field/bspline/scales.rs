@@ -9,6 +9,9 @@ use glam::DVec3;
 /// Cells between nodes along each axis.
 const EDGE: usize = 8;
 
+/// What may be hidden matters from this share of what is seen on.
+const NOTICEABLE: f64 = 0.5;
+
 /// A coefficient below this share of its sample does not stand for it.
 const STEEP: f64 = 0.8;
 
@@ -55,16 +58,19 @@ fn lengths(lattice: &Lattice, coefficients: &[f32], n2_ref: f64, roundings: f64)
     // The size of the grid is as good as infinity, and can be interpolated.
     let largest = lattice.size();
     let least = largest.powi(-4);
-    let hides = seen.iter().zip(&hidden).any(|(s, h)| *h > s.max(least));
+    let much = |seen: f64, hidden: f64| hidden > NOTICEABLE * seen.max(least);
+    let hides = seen.iter().zip(&hidden).any(|(s, h)| much(*s, *h));
     if let Some(coarse) = lattice.coarser().filter(|_| hides) {
         let data = coarsened(lattice, &coarse, coefficients);
         let below = lengths(&coarse, &data, n2_ref, roundings);
         let per = lattice.spacing() / coarse.spacing();
+        let [x, y, _] = nodes;
         for (at, (seen, hidden)) in seen.iter_mut().zip(&hidden).enumerate() {
-            let [x, y, _] = nodes;
-            let node = [at % x, at / x % y, at / (x * y)].map(|i| i as f64);
-            let there = below.at(DVec3::from_array(node) * per);
-            *seen = seen.max(hidden.min(there.powi(-4)));
+            if much(*seen, *hidden) {
+                let node = [at % x, at / x % y, at / (x * y)].map(|i| i as f64);
+                let there = below.at(DVec3::from_array(node) * per);
+                *seen = seen.max(there.powi(-4).min(*seen + hidden));
+            }
         }
     }
     let length = |rough: f64| (1.0 / rough.sqrt().sqrt()).min(largest);
