@@ -668,4 +668,18 @@ PLANTED = [
         "length: self.length,",
         ("morgana-transport", "first_vertex", "reflections_have_no_variance"),
     ),
+    (
+        "steps through fine grids blind to what rounding hides",
+        EIKONAL + "field/bspline/scales.rs",
+        "*seen = seen.max(there.powi(-4).min(*seen + hidden));",
+        "*seen = seen.max(0.0 * there.powi(-4).min(*seen + hidden));",
+        ("morgana-eikonal", "field_grid", "the_length_scale_does_not_depend_on_the_spacing"),
+    ),
+    (
+        "a term left out of the tables of Bessel functions",
+        EIKONAL + "field/bessel_table.rs",
+        "pairs[p / 2][p % 2] = j * per_factorial;",
+        "pairs[p / 2][p % 2] = if p == 9 { 0.0 } else { j * per_factorial };",
+        ("morgana-eikonal", "field_values", "acoustic_modes_solve_the_helmholtz_equation"),
+    ),
 ]

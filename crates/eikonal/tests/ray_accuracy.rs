@@ -3,7 +3,9 @@
 //! Rays of 1.8 scene units through fields of all strengths, against the same at a tolerance of 1e-12.
 
 use glam::DVec3;
-use morgana_eikonal::field::{Bspline, Field, Fisheye, Gaussian, Luneburg, Placement, Sum};
+use morgana_eikonal::field::{
+    Acoustic, AcousticMode, Bspline, Field, Fisheye, Gaussian, Luneburg, Placement, Sum,
+};
 use morgana_eikonal::ray::{Flow, Node, Tangents, perpendicular_basis};
 use morgana_eikonal::{Aabb, PathDifference, Reference, Tolerance, Work};
 
@@ -50,6 +52,26 @@ fn gaussian(delta: f64) -> Field {
         .into()
 }
 
+/// Two waves of sound, 3 and 4 wavelengths in a unit, about an axis.
+fn sound(delta: f64, axis: DVec3) -> Field {
+    let modes = [(0, 25.0), (2, 20.0)].map(|(order, k)| {
+        let share = if order == 0 { 0.7 } else { 0.3 };
+        AcousticMode::new(share * delta, order, k, 0.4).unwrap()
+    });
+    let center = DVec3::new(0.1, 0.05, 0.0);
+    Acoustic::new(N_REF, center, axis, DVec3::ONE, modes.to_vec())
+        .unwrap()
+        .into()
+}
+
+/// Samples that lie so closely along z that rounding hides their fourth differences.
+fn fine_grid() -> Field {
+    let bounds = Aabb::new(DVec3::splat(-1.5), DVec3::splat(1.5));
+    let index = |x: DVec3| N_REF + 0.05 * (6.0 * x.z).cos() * (2.0 * x.x + x.y).sin();
+    let grid = Bspline::from_fn([33, 33, 385], bounds, Placement::Nodes, index);
+    grid.unwrap().into()
+}
+
 /// With the largest contrast on the way.
 fn fields() -> Vec<(Field, f64)> {
     let bump = |at: DVec3| Gaussian::new(N_REF, 0.05, at, 0.15).unwrap().into();
@@ -70,6 +92,12 @@ fn fields() -> Vec<(Field, f64)> {
         (grid(0.1), 0.1),
         (grid(1e-3), 1e-3),
         (grid(1e-6), 1e-6),
+        (fine_grid(), 0.05),
+        (sound(0.02, DVec3::Z), 0.02),
+        (sound(0.02, DVec3::X), 0.02),
+        (sound(1e-3, DVec3::Z), 1e-3),
+        (sound(1e-3, DVec3::new(0.5, 0.0, 1.0)), 1e-3),
+        (sound(1e-5, DVec3::Z), 1e-5),
     ]
 }
 

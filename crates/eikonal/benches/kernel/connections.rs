@@ -1,6 +1,6 @@
 //! Connections between random pairs of points: how many per second, and how much work each is.
 
-use crate::setup::{BALL, acoustic, ball_grid, in_ball, lumps, luneburg};
+use crate::setup::{BALL, acoustic, ball_grid, in_ball, lumps, luneburg, strong_sound};
 use crate::timing::{Task, race};
 use glam::DVec3;
 use morgana_eikonal::connect::Unbounded;
@@ -34,6 +34,7 @@ pub fn run() {
         ("12 Gaussians, Δn ±0.1", lumps(0.1, &mut rng), &unit),
         ("acoustic, Δn 1e-3", acoustic(1e-3), &unit),
         ("acoustic, Δn 1e-2", acoustic(1e-2), &unit),
+        ("acoustic, Δn 0.05, k 30", strong_sound(), &unit),
     ];
     for (name, field, pairs) in &cases {
         for tolerance in [1e-5, 1e-6] {

@@ -39,6 +39,14 @@ pub fn acoustic(delta: f64) -> Field {
         .into()
 }
 
+/// A strong wave, ten wavelengths over the unit ball.
+pub fn strong_sound() -> Field {
+    let mode = AcousticMode::new(0.05, 3, 30.0, 0.3).unwrap();
+    Acoustic::new(1.3333, DVec3::ZERO, DVec3::X, DVec3::Z, vec![mode])
+        .unwrap()
+        .into()
+}
+
 /// Twelve bumps and dips with random places in the unit ball and a joint contrast of about `delta`.
 pub fn lumps(delta: f64, rng: &mut Rng) -> Field {
     let terms = (0..12).map(|_| {

@@ -1,177 +1,13 @@
 //! Index modulated by cylindrical standing waves of sound (docs/theory.md#sound).
 
+use super::Jet;
+use super::acoustic_mode::{AcousticMode, EVERYWHERE, Wave};
 use super::axis::Axis;
-use super::error::{FieldError, finite, positive};
+use super::bessel_table::BesselTable;
+use super::error::{FieldError, positive};
 use super::sound::Sound;
-use super::{Jet, bessel};
 use crate::bounds::{Aabb, FieldBounds, IndexBounds};
 use glam::{DVec2, DVec3};
-use std::f64::consts::{FRAC_2_PI, PI, TAU};
-
-/// One cylindrical mode of standing sound, Δn J_m(kr) cos(mφ + φ₀) cos(ωt + τ), at an instant t.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AcousticMode {
-    /// Δn.
-    peak: f64,
-    /// τ.
-    time_phase: f64,
-    /// Δn cos(ωt + τ).
-    amplitude: f64,
-    order: u16,
-    wave_number: f64,
-    phase: f64,
-    /// In Hz, if it was given.
-    frequency: Option<f64>,
-}
-
-impl AcousticMode {
-    /// A mode of `amplitude` Δn (any sign), azimuthal `order` m, `wave_number` k > 0 in radians
-    /// per scene unit and azimuthal `phase` φ₀ in radians, at t = 0 and with τ = 0.
-    pub fn new(
-        amplitude: f64,
-        order: u16,
-        wave_number: f64,
-        phase: f64,
-    ) -> Result<Self, FieldError> {
-        let amplitude = finite("amplitude of an acoustic mode", amplitude)?;
-        Ok(AcousticMode {
-            peak: amplitude,
-            time_phase: 0.0,
-            amplitude,
-            order,
-            wave_number: positive("wave number of an acoustic mode", wave_number)?,
-            phase: finite("phase of an acoustic mode", phase)?,
-            frequency: None,
-        })
-    }
-
-    /// As [`AcousticMode::new`] with k = 2πf/c from `frequency` f > 0 in Hz and `sound_speed`
-    /// c > 0 in scene units per second.
-    pub fn from_frequency(
-        amplitude: f64,
-        order: u16,
-        frequency: f64,
-        sound_speed: f64,
-        phase: f64,
-    ) -> Result<Self, FieldError> {
-        let frequency = positive("frequency of an acoustic mode", frequency)?;
-        let sound_speed = positive("speed of sound", sound_speed)?;
-        let wave_number = TAU * frequency / sound_speed;
-        Ok(AcousticMode {
-            frequency: Some(frequency),
-            ..Self::new(amplitude, order, wave_number, phase)?
-        })
-    }
-
-    /// The mode with the phase in time τ = `time_phase`, in radians, at t = 0. Two modes with τ = 0 and −π/2 and
-    /// φ₀ = 0 and −π/2 are one that turns, cos(mφ − ωt).
-    pub fn with_time_phase(self, time_phase: f64) -> Result<Self, FieldError> {
-        let time_phase = finite("phase in time of an acoustic mode", time_phase)?;
-        let mode = AcousticMode { time_phase, ..self };
-        Ok(mode.at_phase(0.0))
-    }
-
-    /// The mode at the phase ωt.
-    fn at_phase(self, phase: f64) -> Self {
-        AcousticMode {
-            amplitude: self.peak * (phase + self.time_phase).cos(),
-            ..self
-        }
-    }
-
-    /// Upper bounds over all radii r in `range` of |value|, |gradient| and |curvature|.
-    ///
-    /// J_m(kr)e^{imφ} is a mean of plane waves of wave number k over all directions, so its p-th
-    /// derivative along any line is at most kᵖ times the mean of |cos|ᵖ: 2/π, 1/2, 4/(3π). As a
-    /// sum of neighbouring orders (see `wave`) it is at most the sum of their peaks.
-    fn limits(&self, range: [f64; 2]) -> [f64; 3] {
-        let x = range.map(|r| self.wave_number * r);
-        let m = i32::from(self.order);
-        let peak = |p: i32| bessel::limit((m + p).unsigned_abs(), x);
-        let amplitude = self.amplitude.abs();
-        let k = self.wave_number;
-        let slope = (0.5 * (peak(-1) + peak(1))).min(FRAC_2_PI);
-        let curvature = (0.25 * (peak(-2) + 2.0 * peak(0) + peak(2))).min(0.5);
-        [
-            amplitude * peak(0),
-            amplitude * k * slope,
-            amplitude * k * k * curvature,
-        ]
-    }
-
-    /// Upper bound of all third derivatives along a line.
-    fn third_limit(&self) -> f64 {
-        4.0 / (3.0 * PI) * self.amplitude.abs() * self.wave_number.powi(3)
-    }
-
-    /// Value and derivatives at transverse position `d`.
-    ///
-    /// With E_p = e^{iφ₀} J_p(kr) e^{ipφ} the mode is Re E_m, and (∂x ± i∂y) E_p = ∓k E_{p±1}, so
-    /// that every derivative is a sum of such terms, smooth on the axis.
-    fn wave(&self, d: DVec2) -> Wave {
-        let r = d.length();
-        let turn = if r > 0.0 { d / r } else { DVec2::X };
-        let back = DVec2::new(turn.x, -turn.y);
-        let center = DVec2::from_angle(self.phase).rotate(power(turn, self.order));
-        let (below, above) = (back.rotate(center), turn.rotate(center));
-        let angular = [back.rotate(below), below, center, above, turn.rotate(above)];
-        let j = bessel::around(self.order, self.wave_number * r);
-        let e: [DVec2; 5] = std::array::from_fn(|i| angular[i] * (j[i] * self.amplitude));
-        let (k, k2) = (0.5 * self.wave_number, 0.25 * self.wave_number.powi(2));
-        Wave {
-            value: e[2].x,
-            grad: DVec2::new(e[1].x - e[3].x, -(e[1].y + e[3].y)) * k,
-            xx: k2 * (e[0].x - 2.0 * e[2].x + e[4].x),
-            xy: k2 * (e[4].y - e[0].y),
-            yy: -k2 * (e[0].x + 2.0 * e[2].x + e[4].x),
-        }
-    }
-}
-
-/// All distances to the axis.
-const EVERYWHERE: [f64; 2] = [0.0, f64::INFINITY];
-
-/// `z`ᵐ of a complex number.
-fn power(z: DVec2, m: u16) -> DVec2 {
-    let (mut result, mut square, mut rest) = (DVec2::X, z, m);
-    while rest > 0 {
-        if rest & 1 == 1 {
-            result = square.rotate(result);
-        }
-        square = square.rotate(square);
-        rest >>= 1;
-    }
-    result
-}
-
-/// Value, gradient and Hessian in the transverse plane.
-#[derive(Clone, Copy, Default)]
-struct Wave {
-    value: f64,
-    grad: DVec2,
-    xx: f64,
-    xy: f64,
-    yy: f64,
-}
-
-impl Wave {
-    fn plus(self, o: Wave) -> Wave {
-        Wave {
-            value: self.value + o.value,
-            grad: self.grad + o.grad,
-            xx: self.xx + o.xx,
-            xy: self.xy + o.xy,
-            yy: self.yy + o.yy,
-        }
-    }
-
-    /// Eigenvalues of the Hessian.
-    fn curvatures(&self) -> [f64; 2] {
-        let middle = 0.5 * (self.xx + self.yy);
-        let spread = (0.5 * (self.xx - self.yy)).hypot(self.xy);
-        [middle - spread, middle + spread]
-    }
-}
 
 /// n(x) = n₀ + Σ Δn J_m(kr) cos(mφ + φ₀), (r, φ) polar coordinates around an axis: a snapshot of
 /// standing ultrasound in a cylindrical transducer, a virtual light guide.
@@ -183,6 +19,9 @@ pub struct Acoustic {
     n0: f64,
     axis: Axis,
     modes: Vec<AcousticMode>,
+    /// Of each mode; those of one order share theirs.
+    tables: Vec<Option<BesselTable>>,
+    lengths: Lengths,
 }
 
 impl Acoustic {
@@ -195,39 +34,48 @@ impl Acoustic {
         reference: DVec3,
         modes: Vec<AcousticMode>,
     ) -> Result<Self, FieldError> {
-        let loudest = |m: &AcousticMode| AcousticMode {
-            amplitude: m.peak,
-            ..*m
-        };
-        let peaks = modes.iter().map(|m| loudest(m).limits(EVERYWHERE)[0]);
+        let peaks = modes.iter().map(|m| m.loudest().limits(EVERYWHERE)[0]);
         let peaks: f64 = peaks.sum();
         positive("smallest index in the acoustic field", n0 - peaks)?;
         Ok(Acoustic {
+            lengths: Lengths::new(n0, &modes),
             n0: positive("mean refractive index", n0)?,
             axis: Axis::with_reference(origin, direction, reference)?,
+            tables: tables(&modes),
             modes,
         })
     }
 
+    pub(super) fn memory(&self) -> usize {
+        let distinct = |(i, mode): (usize, &AcousticMode)| {
+            let first = self.modes[..i].iter().all(|m| m.order() != mode.order());
+            self.tables[i].as_ref().filter(|_| first)
+        };
+        let tables = self.modes.iter().enumerate().filter_map(distinct);
+        tables.map(BesselTable::memory).sum()
+    }
+
     /// The field at the phase ωt of the sound, in radians.
     pub(super) fn at_phase(&self, phase: f64) -> Self {
+        let modes: Vec<_> = self.modes.iter().map(|m| m.at_phase(phase)).collect();
         Acoustic {
-            modes: self.modes.iter().map(|m| m.at_phase(phase)).collect(),
+            lengths: Lengths::new(self.n0, &modes),
+            modes,
+            tables: self.tables.clone(),
             ..*self
         }
     }
 
     /// Those of the modes, of the wavelengths 2π/k.
     pub(super) fn sounds(&self) -> impl Iterator<Item = Sound> {
-        self.modes.iter().map(|m| Sound {
-            frequency: m.frequency,
-            wavelength: TAU / m.wave_number,
-        })
+        self.modes.iter().map(AcousticMode::sound)
     }
 
     fn wave(&self, d: DVec2) -> Wave {
-        let modes = self.modes.iter();
-        modes.fold(Wave::default(), |sum, mode| sum.plus(mode.wave(d)))
+        let modes = self.modes.iter().zip(&self.tables);
+        modes.fold(Wave::default(), |sum, (mode, table)| {
+            sum.plus(mode.wave(d, table.as_ref()))
+        })
     }
 
     pub(super) fn n2(&self, x: DVec3) -> f64 {
@@ -242,21 +90,32 @@ impl Acoustic {
 
     pub(super) fn jet(&self, x: DVec3) -> Jet {
         let w = self.wave(self.axis.transverse(x));
-        Jet::from_index(
-            self.n0 + w.value,
-            self.axis.vector(w.grad),
-            self.axis.matrix(w.xx, w.xy, w.yy),
-        )
+        let (n, grad) = (self.n0 + w.value, w.grad);
+        // ½ Hess n² = n Hess n + ∇n⊗∇n, in the transverse plane.
+        let [xx, xy, yy] = [
+            n * w.xx + grad.x * grad.x,
+            n * w.xy + grad.x * grad.y,
+            n * w.yy + grad.y * grad.y,
+        ];
+        Jet {
+            n2: n * n,
+            grad: self.axis.vector(grad * (2.0 * n)),
+            hess: self.axis.matrix(2.0 * xx, 2.0 * xy, 2.0 * yy),
+        }
     }
 
     /// Limits of the modes over the distances to the axis found in the box; in a small box a Taylor
     /// expansion about its middle is better.
     pub(super) fn bounds(&self, region: &Aabb) -> FieldBounds {
         let radii = self.axis.radius_range(region);
-        let limits = self.modes.iter().fold([0.0; 3], |sum, mode| {
-            let limits = mode.limits(radii);
-            std::array::from_fn(|p| sum[p] + limits[p])
-        });
+        let sum = |of: &dyn Fn(&AcousticMode) -> [f64; 3]| {
+            let each = self.modes.iter().map(of);
+            each.fold([0.0; 3], |sum, v| std::array::from_fn(|p| sum[p] + v[p]))
+        };
+        // The field is off by so much from the functions of which the limits are.
+        let errors = sum(&AcousticMode::errors);
+        let exact = sum(&|mode| mode.limits(radii));
+        let limits: [f64; 3] = std::array::from_fn(|p| exact[p] + errors[p]);
         let third: f64 = self.modes.iter().map(AcousticMode::third_limit).sum();
 
         // The limit gives an unbounded box a middle.
@@ -269,8 +128,9 @@ impl Acoustic {
 
         // Zero is the eigenvalue along the axis.
         let [low, high] = middle.curvatures();
-        let hess_min = (low - third * reach).max(-limits[2]).min(0.0);
-        let hess_max = (high + third * reach).min(limits[2]).max(0.0);
+        let change = third * reach + 2.0 * errors[2];
+        let hess_min = (low - change).max(-limits[2]).min(0.0);
+        let hess_max = (high + change).min(limits[2]).max(0.0);
         let grad = middle.grad.length() + hess_min.abs().max(hess_max) * reach;
         let slope = middle.grad.abs().dot(half);
         let square = 0.5 * reach * reach;
@@ -284,17 +144,77 @@ impl Acoustic {
         .squared()
     }
 
-    /// The length that makes the fifth derivative of a ray by σ n⁵L⁻⁴, by the fourth derivative of the index, which
-    /// is at most 3/8 Δn k⁴ of each mode; no more than 6/k of the shortest wave, so that it is seen.
+    /// See [`Lengths::of_any_direction`].
     pub(super) fn length_scale(&self, _: DVec3) -> f64 {
-        let modes = || self.modes.iter().filter(|m| m.amplitude != 0.0);
-        let shortest = modes().map(|m| m.wave_number).fold(0.0, f64::max);
-        let fourth = |m: &AcousticMode| 0.375 * m.amplitude.abs() * m.wave_number.powi(4);
-        let sum: f64 = modes().map(fourth).sum();
-        (self.n0 / sum).sqrt().sqrt().min(6.0 / shortest)
+        self.lengths.of_any_direction
+    }
+
+    /// See [`Lengths::along`].
+    pub(super) fn step_scale(&self, v: DVec3) -> f64 {
+        let crossed = self.axis.across(v);
+        self.lengths
+            .along(crossed.length_squared() / v.length_squared())
     }
 
     pub(super) fn is_constant(&self) -> bool {
-        self.modes.iter().all(|m| m.amplitude == 0.0)
+        self.modes.iter().all(AcousticMode::is_silent)
     }
+}
+
+/// How long steps of rays may be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Lengths {
+    of_any_direction: f64,
+    /// Bound of the fourth derivatives of the index, over n₀.
+    fourth: f64,
+    /// The square of that of the second ones.
+    turning: f64,
+    /// The most by which the share of a direction across the axis grows in the field, as a square.
+    swing: f64,
+    /// The largest k.
+    wave_number: f64,
+}
+
+impl Lengths {
+    fn new(n0: f64, modes: &[AcousticMode]) -> Self {
+        let modes = || modes.iter().filter(|m| !m.is_silent());
+        let fourth: f64 = modes().map(AcousticMode::fourth_limit).sum();
+        let limits = || modes().map(|m| m.limits(EVERYWHERE));
+        let second: f64 = limits().map(|[_, _, second]| second).sum();
+        let peak: f64 = limits().map(|[peak, ..]| peak).sum();
+        let wave_number = modes().map(AcousticMode::wave_number).fold(0.0, f64::max);
+        Lengths {
+            of_any_direction: (n0 / fourth).sqrt().sqrt().min(6.0 / wave_number),
+            fourth: fourth / n0,
+            turning: (second / n0).powi(2),
+            swing: 4.0 * peak / n0,
+            wave_number,
+        }
+    }
+
+    /// The length that makes the fifth derivative of a ray by σ n⁵L⁻⁴, by the fourth derivative of the index, which is at most
+    /// 3/8 Δn k⁴ of each mode; no more than 6/k of the shortest wave, so that it is seen. All this along a direction of
+    /// which the square of the part across the axis is `crossed2`: the fourth derivatives count times its square for the
+    /// tangents of a ray. Second derivatives count whatever the direction.
+    fn along(&self, crossed2: f64) -> f64 {
+        let crossed2 = (crossed2 + self.swing).min(1.0);
+        let fifth = self.fourth * crossed2 + self.turning;
+        let seen = 6.0 / (self.wave_number * crossed2.sqrt());
+        let length = (1.0 / fifth).sqrt().sqrt().min(seen);
+        length.max(self.of_any_direction)
+    }
+}
+
+/// A table for each mode that can have one.
+fn tables(modes: &[AcousticMode]) -> Vec<Option<BesselTable>> {
+    let mut tables: Vec<Option<BesselTable>> = Vec::new();
+    for (i, mode) in modes.iter().enumerate() {
+        let alike = modes[..i].iter().position(|m| m.order() == mode.order());
+        let table = match alike {
+            Some(at) => tables[at].clone(),
+            None => BesselTable::new(mode.order()),
+        };
+        tables.push(table);
+    }
+    tables
 }

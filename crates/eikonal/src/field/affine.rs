@@ -117,6 +117,14 @@ impl Affine {
         self.field.length_scale(self.local(x)) / self.stretch[1]
     }
 
+    /// The same.
+    pub(super) fn step_scale(&self, x: DVec3, v: DVec3) -> f64 {
+        let scale = self
+            .field
+            .step_scale(self.local(x), self.to_local.matrix3 * v);
+        scale / self.stretch[1]
+    }
+
     pub(super) fn homogeneous_span(&self, x: DVec3, v: DVec3) -> f64 {
         self.field
             .homogeneous_span(self.local(x), self.to_local.matrix3 * v)

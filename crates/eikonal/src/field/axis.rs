@@ -51,8 +51,12 @@ impl Axis {
 
     /// Transverse coordinates of `x`.
     pub(super) fn transverse(&self, x: DVec3) -> DVec2 {
-        let d = x - self.origin;
-        DVec2::new(self.e1.dot(d), self.e2.dot(d))
+        self.across(x - self.origin)
+    }
+
+    /// The transverse part of a vector.
+    pub(super) fn across(&self, v: DVec3) -> DVec2 {
+        DVec2::new(self.e1.dot(v), self.e2.dot(v))
     }
 
     /// Ranges of the two transverse coordinates over a box, as smallest and largest corner.

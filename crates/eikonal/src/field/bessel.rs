@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_2_PI;
 /// J₍m₋₂₎(x) … J₍m₊₂₎(x) for x ≥ 0, with J₋ₚ = (−1)ᵖ Jₚ: what an order-m mode and its first two
 /// derivatives need.
 pub(super) fn around(m: u16, x: f64) -> [f64; 5] {
-    let j = run(u32::from(m).saturating_sub(2), x);
+    let j: [f64; 5] = run(u32::from(m).saturating_sub(2), x);
     match m {
         0 => [j[2], -j[1], j[0], j[1], j[2]],
         1 => [-j[1], j[0], j[1], j[2], j[3]],
@@ -13,14 +13,14 @@ pub(super) fn around(m: u16, x: f64) -> [f64; 5] {
     }
 }
 
-/// J_low(x) … J_{low+4}(x).
+/// J_low(x) … J_{low+N−1}(x) for x ≥ 0.
 ///
 /// The recurrence J₍p₊₁₎ = (2p/x) Jₚ − J₍p₋₁₎ is stable upwards while p < x. Above, the ratios
 /// rₚ = Jₚ/J₍p₋₁₎ = x/(2p − x r₍p₊₁₎) are stable downwards (Gautschi 1967), and nothing is divided
 /// by a small x in either range.
-fn run(low: u32, x: f64) -> [f64; 5] {
-    let high = low + 4;
-    let mut out = [0.0; 5];
+pub(super) fn run<const N: usize>(low: u32, x: f64) -> [f64; N] {
+    let high = low + N as u32 - 1;
+    let mut out = [0.0; N];
     let (mut before, mut j, mut p) = (libm::j0(x), libm::j1(x), 1);
     if low == 0 {
         out[0] = before;
@@ -38,17 +38,17 @@ fn run(low: u32, x: f64) -> [f64; 5] {
         (before, j) = (j, 2.0 * f64::from(p) / x * j - before);
         p += 1;
     }
-    for (value, above) in out.iter_mut().zip(ratios(low, p, x)) {
+    for (value, above) in out.iter_mut().zip(ratios::<N>(low, p, x)) {
         *value = above.map_or(*value, |ratio| ratio * j);
     }
     out
 }
 
-/// J_q(x)/J_p(x) for the orders q = low … low+4 above p ≥ x, none for the others.
-fn ratios(low: u32, p: u32, x: f64) -> [Option<f64>; 5] {
+/// J_q(x)/J_p(x) for the orders q = low … low+N−1 above p ≥ x, none for the others.
+fn ratios<const N: usize>(low: u32, p: u32, x: f64) -> [Option<f64>; N] {
     // The error of starting with r = 0 falls with (J_start/J_p)².
-    let start = low + 12 + x as u32;
-    let mut product: [Option<f64>; 5] =
+    let start = low + N as u32 + 7 + x as u32;
+    let mut product: [Option<f64>; N] =
         std::array::from_fn(|i| (low + i as u32 > p).then_some(1.0));
     let mut ratio = 0.0;
     for k in (p + 1..=start).rev() {

@@ -1,9 +1,11 @@
 //! Refractive-index fields. Each supplies n², ∇n², Hess n² and conservative bounds over boxes (docs/theory.md#fields).
 
 mod acoustic;
+mod acoustic_mode;
 mod affine;
 mod axis;
 mod bessel;
+mod bessel_table;
 mod bspline;
 mod constant;
 mod error;
@@ -24,7 +26,8 @@ mod spline;
 mod steepness;
 mod sum;
 
-pub use acoustic::{Acoustic, AcousticMode};
+pub use acoustic::Acoustic;
+pub use acoustic_mode::AcousticMode;
 pub use affine::Affine;
 pub use bspline::{Bspline, NoiseShares, Placement};
 pub use constant::Constant;
@@ -226,6 +229,18 @@ impl Field {
         each!(self, f => f.length_scale(x))
     }
 
+    /// The length scale at `x` for a ray with velocity `v`: at least [`Field::length_scale`], longer where the field hardly changes
+    /// along `v`.
+    pub(crate) fn step_scale(&self, x: DVec3, v: DVec3) -> f64 {
+        match self {
+            Field::Acoustic(f) => f.step_scale(v),
+            Field::Sum(f) => f.step_scale(x, v),
+            Field::Affine(f) => f.step_scale(x, v),
+            Field::Scaled(f) => f.inner().step_scale(x, v),
+            _ => self.length_scale(x),
+        }
+    }
+
     /// The same field with what tracing inside a region can know beforehand: the length scales of formulas and tables, whose
     /// search is otherwise made at each step. Fields that need none, and regions without a finite extent, change nothing.
     pub fn prepared(&self, region: &Aabb) -> Field {
@@ -270,9 +285,10 @@ impl Field {
         }
     }
 
-    /// Bytes held by samples.
+    /// Bytes held by samples and tables.
     pub fn memory(&self) -> usize {
         match self {
+            Field::Acoustic(f) => f.memory(),
             Field::Bspline(f) => f.memory(),
             Field::SampledSound(f) => f.memory(),
             Field::Expression(f) => f.memory(),

@@ -87,6 +87,12 @@ impl Sum {
         terms.fold(f64::INFINITY, |l, t| l.min(t.length_scale(x)))
     }
 
+    /// The smallest of all.
+    pub(super) fn step_scale(&self, x: DVec3, v: DVec3) -> f64 {
+        let terms = self.terms.iter();
+        terms.fold(f64::INFINITY, |l, t| l.min(t.step_scale(x, v)))
+    }
+
     /// As far as for all.
     pub(super) fn homogeneous_span(&self, x: DVec3, v: DVec3) -> f64 {
         let terms = self.terms.iter();

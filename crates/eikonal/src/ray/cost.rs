@@ -21,7 +21,7 @@ pub fn steps_between(field: &Field, [from, to]: [DVec3; 2], tolerance: Tolerance
         let x = from + line * ((i as f64 + 0.5) / PLACES as f64);
         let n = field.n(x);
         let homogeneous = field.homogeneous_span(x, direction * n) * n;
-        piece / (expected_step(tolerance) * field.length_scale(x)).max(homogeneous)
+        piece / (expected_step(tolerance) * field.step_scale(x, direction)).max(homogeneous)
     };
     (0..PLACES).map(steps).sum::<f64>().max(1.0)
 }

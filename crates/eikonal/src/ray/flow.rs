@@ -165,8 +165,8 @@ impl<'a, V: Variation> Flow<'a, V> {
     }
 
     fn length_scale(&mut self) -> f64 {
-        let (field, x) = (self.field, self.node.x);
-        *self.scale.get_or_insert_with(|| field.length_scale(x))
+        let (field, x, v) = (self.field, self.node.x, self.node.v);
+        *self.scale.get_or_insert_with(|| field.step_scale(x, v))
     }
 }
 

@@ -97,7 +97,11 @@ fn collocated_by(
     };
     // Errors fall with the sixth (of arcs) to sixteenth power of what is spanned.
     let most = (1e4 * tolerance).sqrt().sqrt().sqrt();
-    let first = SPANNED.iter().position(|s| problem.spanned <= s * most)?;
+    let level = |spanned: f64| SPANNED.iter().position(|s| spanned <= s * most);
+    let first = level(problem.spanned).or_else(|| {
+        let along = at.map(|x| field.step_scale(x, chord));
+        level(chord.length() / along.into_iter().fold(f64::INFINITY, f64::min))
+    })?;
     *found.evaluations += at.len() as u64;
     let gradients = at.map(|x| field.gradient(x));
     problem.on_chord = gradients.map(|(_, grad)| grad * 0.5);

@@ -200,6 +200,7 @@ mod tests {
     use super::*;
     use crate::Aabb;
     use crate::field::Placement;
+    use crate::field::bspline::Sampling;
     use crate::field::bspline::lattice::Lattice;
 
     /// Bits of value and derivatives at places inside and outside of a grid.
@@ -224,7 +225,11 @@ mod tests {
         let positions = lattice.clone();
         let index = |x: DVec3| 1.3 + 0.1 * (3.0 * x.x).sin() * (5.0 * x.y).cos() * x.z;
         let sample = |at| index(positions.position(at));
-        Bspline::build(lattice.laid_out(layout), 0.0, sample).unwrap()
+        let sampling = Sampling {
+            noise: 0.0,
+            double: true,
+        };
+        Bspline::build(lattice.laid_out(layout), sampling, sample).unwrap()
     }
 
     #[test]

@@ -35,6 +35,9 @@ pub(super) const WIDTH: usize = 4;
 /// Coefficients of a column at each x: one line of the processor's cache.
 pub(super) const SECTION: usize = WIDTH * WIDTH;
 
+/// From so many samples on along an axis, there are coarser lattices.
+const MANY: usize = 16;
+
 /// The order of coefficients in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Layout {
@@ -105,6 +108,20 @@ impl Lattice {
     /// Number of coefficients along each axis.
     pub(super) fn stored_dims(&self) -> [usize; 3] {
         self.dims.map(|n| n + 2 * PAD)
+    }
+
+    /// Every second sample along the axes that have many; `None` if none has. Always in rows.
+    pub(super) fn coarser(&self) -> Option<Self> {
+        let halved = self.dims.map(|n| n >= MANY);
+        let factor = DVec3::from_array(halved.map(|h| if h { 2.0 } else { 1.0 }));
+        let half = |n: usize| if n >= MANY { n.div_ceil(2) } else { n };
+        halved.contains(&true).then(|| Lattice {
+            dims: self.dims.map(half),
+            layout: Layout::Rows,
+            spacing: self.spacing * factor,
+            per_spacing: self.per_spacing / factor,
+            ..self.clone()
+        })
     }
 
     /// The same grid with another order in memory.

@@ -88,7 +88,11 @@ impl Bspline {
     ) -> Result<Self, FieldError> {
         let lattice = Lattice::new(dims, bounds, placement)?;
         check_count(dims, samples.len())?;
-        Self::build(lattice, noise, |[i, j, k]| {
+        let sampling = Sampling {
+            noise,
+            double: size_of::<T>() > size_of::<f32>(),
+        };
+        Self::build(lattice, sampling, |[i, j, k]| {
             samples[(k * dims[1] + j) * dims[0] + i].into()
         })
     }
@@ -102,7 +106,13 @@ impl Bspline {
     ) -> Result<Self, FieldError> {
         let lattice = Lattice::new(dims, bounds, placement)?;
         let positions = lattice.clone();
-        Self::build(lattice, 0.0, |sample| index(positions.position(sample)))
+        let sampling = Sampling {
+            noise: 0.0,
+            double: true,
+        };
+        Self::build(lattice, sampling, |sample| {
+            index(positions.position(sample))
+        })
     }
 
     /// Number of coefficients of a grid of `dims` samples: with this capacity a vector of samples stays where it is in
@@ -151,7 +161,7 @@ impl Bspline {
 
     fn build(
         lattice: Lattice,
-        noise: f64,
+        sampling: Sampling,
         mut index: impl FnMut([usize; 3]) -> f64,
     ) -> Result<Self, FieldError> {
         let dims = lattice.dims();
@@ -159,17 +169,35 @@ impl Bspline {
         // The corners of a grid often hold an outside medium of no interest: the middle does not.
         let n2_ref = n2_at(dims.map(|n| n / 2))?;
         let mut data = vec![0.0_f32; lattice.stored()];
+        let mut plane = vec![0.0; lattice.strides()[2]];
+        let by_planes = sampling.double && sampling.noise == 0.0;
         let mut constant = true;
         for k in 0..dims[2] {
             for j in 0..dims[1] {
-                let row = lattice.offset([PAD, j + PAD, k + PAD]);
-                for (i, slot) in data[row..row + dims[0]].iter_mut().enumerate() {
+                let row = lattice.offset([PAD, j + PAD, 0]);
+                for (i, slot) in plane[row..row + dims[0]].iter_mut().enumerate() {
                     let delta = n2_at([i, j, k])? - n2_ref;
                     constant &= delta == 0.0;
-                    *slot = delta as f32;
+                    *slot = delta;
                 }
             }
+            if by_planes {
+                prefilter::plane(&lattice, &mut plane);
+            }
+            let stored = &mut data[lattice.offset([0, 0, k + PAD])..];
+            let places = stored.iter_mut().zip(&plane);
+            places.for_each(|(slot, v)| *slot = *v as f32);
         }
+        if by_planes && !constant {
+            prefilter::planes(&lattice, &mut data);
+            return Ok(Self::of_coefficients(
+                lattice,
+                n2_ref,
+                data,
+                Some(ROUNDINGS),
+            ));
+        }
+        let Sampling { noise, .. } = sampling;
         Ok(Self::of_contrasts(lattice, n2_ref, data, constant, noise))
     }
 
@@ -184,8 +212,19 @@ impl Bspline {
         if !constant {
             prefilter::prefilter(&lattice, &mut data, 2.0 * n2_ref.sqrt() * noise);
         }
-        let scales = (!constant).then(|| Arc::new(Scales::new(&lattice, &data, n2_ref)));
-        let homogeneous = HomogeneousBlocks::new(&lattice, &data).filter(|_| !constant);
+        let roundings = (!constant).then_some(1.0);
+        Self::of_coefficients(lattice, n2_ref, data, roundings)
+    }
+
+    /// Of coefficients in rows, each off by so many halves of the last bit unless the field is constant.
+    fn of_coefficients(
+        lattice: Lattice,
+        n2_ref: f64,
+        mut data: Vec<f32>,
+        roundings: Option<f64>,
+    ) -> Self {
+        let scales = roundings.map(|r| Arc::new(Scales::new(&lattice, &data, n2_ref, r)));
+        let homogeneous = HomogeneousBlocks::new(&lattice, &data).filter(|_| scales.is_some());
         lattice.arrange(&mut data);
         Bspline {
             scales,
@@ -221,6 +260,19 @@ impl Bspline {
         self.scales.is_none()
     }
 }
+
+/// What is known of samples.
+#[derive(Clone, Copy)]
+struct Sampling {
+    /// Standard deviation of their noise.
+    noise: f64,
+    /// Whether they are given in double precision.
+    double: bool,
+}
+
+/// Rounding of coefficients of samples in double precision, in halves of the last bit: once before the filter along z, which makes
+/// it up to three times as large, and once after it.
+const ROUNDINGS: f64 = 4.0;
 
 fn check_count(dims: [usize; 3], actual: usize) -> Result<(), FieldError> {
     let expected = dims.iter().product();

@@ -16,15 +16,74 @@ pub(super) type Lanes = [f64; LANES];
 pub(super) fn prefilter(lattice: &Lattice, data: &mut [f32], noise: f64) {
     // Before any line is changed.
     let solvers = [0, 1, 2].map(|axis| Solver::new(lattice, data, axis, noise));
+    let grid = Grid::of(lattice);
     for (axis, solver) in solvers.iter().enumerate() {
-        dispatch!(crate::lanes::level(), _simd => along(lattice, data, axis, solver));
+        dispatch!(crate::lanes::level(), _simd => along(&grid, data, axis, solver));
+    }
+}
+
+/// Turns samples of one plane across z into coefficients along x and y, interpolating. Their rounding, which the filter of the
+/// shortest waves makes three times as large along each axis, is then that of z alone ([`planes`]).
+pub(super) fn plane(lattice: &Lattice, data: &mut [f64]) {
+    let mut grid = Grid::of(lattice);
+    grid.size[2] = 1;
+    for axis in 0..2 {
+        let solver = Solver::interpolating(lattice.dims()[axis]);
+        dispatch!(crate::lanes::level(), _simd => along(&grid, data, axis, &solver));
+    }
+}
+
+/// Turns what [`plane`] makes of each plane into coefficients, along z.
+pub(super) fn planes(lattice: &Lattice, data: &mut [f32]) {
+    let solver = Solver::interpolating(lattice.dims()[2]);
+    let grid = Grid::of(lattice);
+    dispatch!(crate::lanes::level(), _simd => along(&grid, data, 2, &solver));
+}
+
+/// Continues coefficients into the padding.
+pub(super) fn extend_all(lattice: &Lattice, data: &mut [f32]) {
+    let grid = Grid::of(lattice);
+    for axis in 0..3 {
+        dispatch!(crate::lanes::level(), _simd => along(&grid, data, axis, &Solver::Extending));
+    }
+}
+
+/// How lines lie in memory.
+struct Grid {
+    size: [usize; 3],
+    stride: [usize; 3],
+}
+
+impl Grid {
+    fn of(lattice: &Lattice) -> Self {
+        Grid {
+            size: lattice.stored_dims(),
+            stride: lattice.strides(),
+        }
+    }
+}
+
+/// A number that is stored.
+trait Stored: Copy + Into<f64> {
+    fn of(value: f64) -> Self;
+}
+
+impl Stored for f32 {
+    fn of(value: f64) -> Self {
+        value as f32
+    }
+}
+
+impl Stored for f64 {
+    fn of(value: f64) -> Self {
+        value
     }
 }
 
 /// The same along one axis, for several lines side by side.
 #[inline(always)]
-fn along(lattice: &Lattice, data: &mut [f32], axis: usize, solver: &Solver) {
-    let (size, stride) = (lattice.stored_dims(), lattice.strides());
+fn along<T: Stored>(grid: &Grid, data: &mut [T], axis: usize, solver: &Solver) {
+    let Grid { size, stride } = grid;
     let (across, other) = if axis == 0 { (1, 2) } else { (0, 3 - axis) };
     let mut lines = vec![[0.0; LANES]; size[axis]];
     for i in 0..size[other] {
@@ -41,15 +100,17 @@ fn along(lattice: &Lattice, data: &mut [f32], axis: usize, solver: &Solver) {
 
 /// Reads `count` lines. `steps` are the distances of neighbours on a line, and of neighbouring lines.
 #[inline(always)]
-fn gather(data: &[f32], [along, across]: [usize; 2], count: usize, lines: &mut [Lanes]) {
+fn gather<T: Stored>(data: &[T], [along, across]: [usize; 2], count: usize, lines: &mut [Lanes]) {
     for (k, line) in lines.iter_mut().enumerate() {
         let data = &data[k * along..];
         if across == 1 && count == LANES {
-            let neighbours = data.first_chunk().unwrap_or(&[0.0; LANES]);
-            *line = neighbours.map(f64::from);
+            let neighbours = data[..LANES].iter();
+            line.iter_mut()
+                .zip(neighbours)
+                .for_each(|(slot, v)| *slot = (*v).into());
         } else {
             for (l, slot) in line[..count].iter_mut().enumerate() {
-                *slot = f64::from(data[l * across]);
+                *slot = data[l * across].into();
             }
         }
     }
@@ -57,14 +118,14 @@ fn gather(data: &[f32], [along, across]: [usize; 2], count: usize, lines: &mut [
 
 /// Writes them.
 #[inline(always)]
-fn scatter(lines: &[Lanes], [along, across]: [usize; 2], count: usize, data: &mut [f32]) {
+fn scatter<T: Stored>(lines: &[Lanes], [along, across]: [usize; 2], count: usize, data: &mut [T]) {
     for (k, line) in lines.iter().enumerate() {
         let data = &mut data[k * along..];
         if across == 1 && count == LANES {
-            data[..LANES].copy_from_slice(&line.map(|v| v as f32));
+            data[..LANES].copy_from_slice(&line.map(T::of));
         } else {
             for (l, value) in line[..count].iter().enumerate() {
-                data[l * across] = *value as f32;
+                data[l * across] = T::of(*value);
             }
         }
     }
@@ -78,6 +139,8 @@ enum Solver {
         factors: Vec<f64>,
     },
     Smoothing(Smoother),
+    /// Only into the padding.
+    Extending,
 }
 
 impl Solver {
@@ -86,6 +149,10 @@ impl Solver {
         if let Some(smoother) = Smoother::of_noise(lattice, data, axis, noise) {
             return Solver::Smoothing(smoother);
         }
+        Self::interpolating(samples)
+    }
+
+    fn interpolating(samples: usize) -> Self {
         let mut factors = vec![-1.0];
         for i in 1..samples.saturating_sub(1) {
             factors.push(1.0 / (4.0 - factors[i - 1]));
@@ -104,6 +171,7 @@ impl Solver {
                 }
             }
             Solver::Smoothing(smoother) => smoother.solve(&mut lines[PAD - 1..]),
+            Solver::Extending => {}
         }
         let samples = lines.len() - 2 * PAD;
         extend(lines, samples);

@@ -1,12 +1,16 @@
 //! How far a ray may go in one step: a length scale that varies over the grid (docs/theory.md#sampled-fields).
 
 use super::lattice::{Lattice, PAD};
+use super::prefilter::extend_all;
 use crate::field::lengths::Lengths;
 use fearless_simd::{Simd, SimdBase, SimdCombine, dispatch, f32x4, f64x4};
 use glam::DVec3;
 
 /// Cells between nodes along each axis.
 const EDGE: usize = 8;
+
+/// What may be hidden matters from this share of what is seen on.
+const NOTICEABLE: f64 = 0.5;
 
 /// A coefficient below this share of its sample does not stand for it.
 const STEEP: f64 = 0.8;
@@ -21,30 +25,14 @@ const STEEP: f64 = 0.8;
 pub(super) struct Scales(Lengths);
 
 impl Scales {
-    pub(super) fn new(lattice: &Lattice, coefficients: &[f32], n2_ref: f64) -> Self {
-        let [x, y, z] = lattice.dims();
-        let nodes = [x, y, z].map(|n| (n - 1).div_ceil(EDGE).max(1) + 1);
-        let mut rough: Vec<f64> = vec![0.0; nodes.iter().product()];
-        let (mut row, mut near) = (vec![0.0; x], vec![0.0; nodes[0]]);
-        for k in 0..z {
-            for j in 0..y {
-                dispatch!(crate::lanes::level(), simd => {
-                    roughness(simd, lattice, coefficients, n2_ref, [j, k], &mut row);
-                    largest_near(&row, &mut near);
-                });
-                for start in rows_of_nodes(nodes, [j, k]) {
-                    for (rough, v) in rough[start..start + nodes[0]].iter_mut().zip(&near) {
-                        *rough = rough.max(*v);
-                    }
-                }
-            }
-        }
-        // The size of the grid is as good as infinity, and can be interpolated.
-        let largest = lattice.size();
-        let length = |rough: f64| (1.0 / rough.sqrt().sqrt()).min(largest);
-        let lengths = rough.into_iter().map(length).collect();
-        let spacing = lattice.spacing() * EDGE as f64;
-        Scales(Lengths::new(nodes, spacing, lengths))
+    /// Of coefficients in rows, which are off by so many halves of their last bit.
+    pub(super) fn new(
+        lattice: &Lattice,
+        coefficients: &[f32],
+        n2_ref: f64,
+        roundings: f64,
+    ) -> Self {
+        Scales(lengths(lattice, coefficients, n2_ref, roundings))
     }
 
     /// At a position in units of the spacing from sample 0.
@@ -55,6 +43,133 @@ impl Scales {
     /// Memory in bytes.
     pub(super) fn memory(&self) -> usize {
         self.0.memory()
+    }
+}
+
+/// Where rounding hides the fourth differences of the coefficients, the next coarser lattice shows them, as far as they may be
+/// hidden.
+fn lengths(lattice: &Lattice, coefficients: &[f32], n2_ref: f64, roundings: f64) -> Lengths {
+    let nodes = lattice.dims().map(|n| (n - 1).div_ceil(EDGE).max(1) + 1);
+    let mut around = Around::new(nodes);
+    around.see(lattice, coefficients, n2_ref, roundings);
+    let Around {
+        mut seen, hidden, ..
+    } = around;
+    // The size of the grid is as good as infinity, and can be interpolated.
+    let largest = lattice.size();
+    let least = largest.powi(-4);
+    let much = |seen: f64, hidden: f64| hidden > NOTICEABLE * seen.max(least);
+    let hides = seen.iter().zip(&hidden).any(|(s, h)| much(*s, *h));
+    if let Some(coarse) = lattice.coarser().filter(|_| hides) {
+        let data = coarsened(lattice, &coarse, coefficients);
+        let below = lengths(&coarse, &data, n2_ref, roundings);
+        let per = lattice.spacing() / coarse.spacing();
+        let [x, y, _] = nodes;
+        for (at, (seen, hidden)) in seen.iter_mut().zip(&hidden).enumerate() {
+            if much(*seen, *hidden) {
+                let node = [at % x, at / x % y, at / (x * y)].map(|i| i as f64);
+                let there = below.at(DVec3::from_array(node) * per);
+                *seen = seen.max(there.powi(-4).min(*seen + hidden));
+            }
+        }
+    }
+    let length = |rough: f64| (1.0 / rough.sqrt().sqrt()).min(largest);
+    let lengths = seen.into_iter().map(length).collect();
+    Lengths::new(nodes, lattice.spacing() * EDGE as f64, lengths)
+}
+
+/// The largest L⁻⁴ around nodes: what is seen, and what rounding may hide beside it.
+struct Around {
+    nodes: [usize; 3],
+    seen: Vec<f64>,
+    hidden: Vec<f64>,
+}
+
+impl Around {
+    fn new(nodes: [usize; 3]) -> Self {
+        let zero = vec![0.0; nodes.iter().product()];
+        Around {
+            nodes,
+            seen: zero.clone(),
+            hidden: zero,
+        }
+    }
+
+    fn see(&mut self, lattice: &Lattice, coefficients: &[f32], n2_ref: f64, roundings: f64) {
+        let [x, y, z] = lattice.dims();
+        let mut row = [vec![0.0; x], vec![0.0; x]];
+        let mut near = vec![0.0; self.nodes[0]];
+        for k in 0..z {
+            for j in 0..y {
+                dispatch!(crate::lanes::level(), simd => {
+                    roughness(simd, lattice, coefficients, [n2_ref, roundings], [j, k], &mut row)
+                });
+                for (row, all) in row.iter().zip([&mut self.seen, &mut self.hidden]) {
+                    dispatch!(crate::lanes::level(), _simd => largest_near(row, &mut near));
+                    for start in rows_of_nodes(self.nodes, [j, k]) {
+                        for (most, v) in all[start..start + self.nodes[0]].iter_mut().zip(&near) {
+                            *most = most.max(*v);
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Coefficients smoothed by binomial weights along the axes along which a coarser lattice has every second of them.
+fn coarsened(fine: &Lattice, coarse: &Lattice, from: &[f32]) -> Vec<f32> {
+    let step = [0, 1, 2].map(|a| {
+        if fine.dims()[a] == coarse.dims()[a] {
+            1
+        } else {
+            2
+        }
+    });
+    let [_, stride_y, stride_z] = fine.strides();
+    let [x, y, z] = coarse.dims();
+    let mut to = vec![0.0; coarse.stored()];
+    let (mut plane, mut row) = (vec![0.0; stride_z], vec![0.0; stride_y]);
+    for k in 0..z {
+        smoothed(step[2], &mut plane, |d| {
+            &from[((k * step[2] + PAD) as isize + d) as usize * stride_z..]
+        });
+        for j in 0..y {
+            smoothed(step[1], &mut row, |d| {
+                &plane[((j * step[1] + PAD) as isize + d) as usize * stride_y..]
+            });
+            let start = coarse.offset([PAD, j + PAD, k + PAD]);
+            for (i, slot) in to[start..start + x].iter_mut().enumerate() {
+                let mut one = [0.0];
+                smoothed(step[0], &mut one, |d| {
+                    &row[((i * step[0] + PAD) as isize + d) as usize..]
+                });
+                *slot = one[0] as f32;
+            }
+        }
+    }
+    extend_all(coarse, &mut to);
+    to
+}
+
+/// 1, 4, 6, 4, 1 sixteenths of what lies so many places before and after, or what lies there where every place is kept.
+fn smoothed<'a, T: Copy + Into<f64> + 'a>(
+    step: usize,
+    to: &mut [f64],
+    from: impl Fn(isize) -> &'a [T],
+) {
+    let middle = from(0);
+    if step == 1 {
+        to.iter_mut()
+            .zip(middle)
+            .for_each(|(slot, v)| *slot = (*v).into());
+        return;
+    }
+    let [a, b, d, e] = [-2, -1, 1, 2].map(from);
+    for (i, slot) in to.iter_mut().enumerate() {
+        let ends: f64 = a[i].into() + e[i].into();
+        let near: f64 = b[i].into() + d[i].into();
+        *slot = (ends + near * 4.0 + middle[i].into() * 6.0) * (1.0 / 16.0);
     }
 }
 
@@ -74,19 +189,19 @@ fn rows_of_nodes([x, y, _]: [usize; 3], [j, k]: [usize; 2]) -> impl Iterator<Ite
     around(k).flat_map(move |k| around(j).map(move |j| (k * y + j) * x))
 }
 
-/// L⁻⁴ at the samples of row (j, k), less what rounding of the coefficients may have to do with it.
+/// L⁻⁴ at the samples of row (j, k), less what rounding of the coefficients may have to do with it, and what this may hide.
 #[inline(always)]
 fn roughness<S: Simd>(
     simd: S,
     lattice: &Lattice,
     coefficients: &[f32],
-    n2_ref: f64,
+    [n2_ref, roundings]: [f64; 2],
     [j, k]: [usize; 2],
-    row: &mut [f64],
+    [seen, hidden]: &mut [Vec<f64>; 2],
 ) {
     let (strides, per_spacing) = (lattice.strides(), lattice.per_spacing());
     let start = lattice.offset([PAD, j + PAD, k + PAD]);
-    let at = |from: usize| &coefficients[from..from + row.len()];
+    let at = |from: usize| &coefficients[from..from + seen.len()];
     let middle = at(start);
     // Two and one before and after along each axis.
     let around = [0, 1, 2].map(|axis| {
@@ -94,11 +209,15 @@ fn roughness<S: Simd>(
         [start - 2 * s, start - s, start + s, start + 2 * s].map(at)
     });
     let constant = |v: f64| f64x4::splat(simd, v);
-    let (zero, rounding) = (constant(0.0), constant(0.5 * f64::from(f32::EPSILON)));
+    let (zero, rounding) = (
+        constant(0.0),
+        constant(0.5 * roundings * f64::from(f32::EPSILON)),
+    );
     let (n2_ref, least) = (constant(n2_ref), constant(0.01 * n2_ref));
-    for i in (0..row.len()).step_by(LANES) {
+    for i in (0..seen.len()).step_by(LANES) {
         let m = load(simd, middle, i);
         let (mut second, mut fourth, mut above) = ([zero; 2], [zero; 2], [zero; 2]);
+        let mut unknown = [zero; 2];
         for axis in 0..3 {
             let per = per_spacing[axis] * per_spacing[axis];
             let [a, b, d, e] = around[axis];
@@ -110,7 +229,9 @@ fn roughness<S: Simd>(
                 let bend = b - m * 2.0 + d;
                 let two = bend.abs() - rounding * (ends + near * 2.0);
                 let sum = a.abs() + ends * 4.0 + near * 6.0 + e.abs();
-                let four = (a - b * 4.0 + m * 6.0 - d * 4.0 + e).abs() - rounding * sum;
+                let doubt = rounding * sum;
+                let four = (a - b * 4.0 + m * 6.0 - d * 4.0 + e).abs() - doubt;
+                unknown[h] += doubt * (per * per);
                 above[h] += bend;
                 second[h] += two.max(zero) * per;
                 fourth[h] += four.max(zero) * (per * per);
@@ -123,11 +244,11 @@ fn roughness<S: Simd>(
             let sample = coefficient + above[h] * (1.0 / 6.0);
             let n2 = coefficient.max(sample * STEEP).max(least);
             let found = (fourth[h] * (n2 * 2.0)).max(second[h] * second[h]) / (n2 * n2 * 4.0);
+            let unknown: [f64; 4] = *(unknown[h] / n2);
             let found: [f64; 4] = *found;
-            let start = row.len().min(i + 4 * h);
-            let row = &mut row[start..];
-            let count = row.len().min(4);
-            row[..count].copy_from_slice(&found[..count]);
+            let (start, end) = (seen.len().min(i + 4 * h), seen.len().min(i + 4 * h + 4));
+            seen[start..end].copy_from_slice(&found[..end - start]);
+            hidden[start..end].copy_from_slice(&unknown[..end - start]);
         }
     }
 }

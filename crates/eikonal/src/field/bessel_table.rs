@@ -1,0 +1,178 @@
+//! Bessel functions of one order and their derivatives from a table (docs/theory.md#sound).
+//!
+//! By the multiplication theorem (DLMF 10.23.1), (ρ_c/ρ)^m J_m(ρ) = Σ_j (−η)^j/j! J_{m+j}(ρ_c) with η = (ρ² − ρ_c²)/(2ρ_c).
+//! The table holds the first terms about centers ρ_c that lie so close that the next ones are below rounding.
+
+use super::bessel;
+use std::sync::Arc;
+
+/// Pieces per unit of ρ: |η| ≤ 1/6 in each.
+const PER_UNIT: f64 = 3.0;
+/// Where the table ends.
+const REACH: f64 = 512.0;
+/// Higher orders have no table: (ρ/ρ_c)^m would exceed the range of numbers near the axis.
+const MOST_ORDER: u16 = 256;
+/// Of even and odd powers of η. The first power left out, η¹², adds less than 5e-15 to second derivatives.
+const PAIRS: usize = 6;
+/// Bounds the error of J_m(ρ) e^{imφ}, in units of its largest value, 1, and of its first and second derivatives by Cartesian
+/// coordinates in ρ: rounding, above all that of ρ up to [`REACH`].
+pub(super) const ERROR: f64 = 1e-12;
+
+/// J_m for ρ up to [`REACH`], shared by copies.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct BesselTable(Arc<[Piece]>);
+
+/// (ρ_c/ρ)^m J_m(ρ) as a polynomial in η.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Piece {
+    /// ρ_c.
+    center: f64,
+    /// 1/ρ_c.
+    per_center: f64,
+    /// Coefficients of η^{2i} and η^{2i+1}.
+    pairs: [[f64; 2]; PAIRS],
+}
+
+impl BesselTable {
+    /// Of `order` m; none for orders that are too high.
+    pub(super) fn new(order: u16) -> Option<Self> {
+        let count = (REACH * PER_UNIT) as usize;
+        (order <= MOST_ORDER)
+            .then(|| BesselTable((0..count).map(|i| Piece::new(order, i)).collect()))
+    }
+
+    /// The piece for ρ² = `rho2`, if the table reaches so far.
+    #[inline(always)]
+    pub(super) fn piece(&self, rho2: f64) -> Option<&Piece> {
+        let reached = rho2 < REACH * REACH;
+        let at = ((rho2 * (PER_UNIT * PER_UNIT)).sqrt()) as usize;
+        self.0.get(at).filter(|_| reached)
+    }
+
+    /// Memory in bytes.
+    pub(super) fn memory(&self) -> usize {
+        size_of_val(&*self.0)
+    }
+}
+
+impl Piece {
+    /// The piece number `i` of order m, whose middle is that of ρ².
+    fn new(order: u16, i: usize) -> Self {
+        let [low, high] = [i, i + 1].map(|i| i as f64 / PER_UNIT);
+        let center = (0.5 * (low * low + high * high)).sqrt();
+        let j: [f64; 2 * PAIRS] = bessel::run(order.into(), center);
+        let (mut pairs, mut per_factorial) = ([[0.0; 2]; PAIRS], 1.0);
+        for (p, j) in j.into_iter().enumerate() {
+            pairs[p / 2][p % 2] = j * per_factorial;
+            per_factorial /= -((p + 1) as f64);
+        }
+        Piece {
+            center,
+            per_center: 1.0 / center,
+            pairs,
+        }
+    }
+
+    /// 1/ρ_c.
+    #[inline(always)]
+    pub(super) fn per_center(&self) -> f64 {
+        self.per_center
+    }
+
+    /// The polynomial at ρ² = `rho2`, and its first and second derivatives by η.
+    ///
+    /// With w = η² it is E(w) + η O(w). Both are evaluated at once.
+    #[inline(always)]
+    pub(super) fn at(&self, rho2: f64) -> [f64; 3] {
+        let eta = 0.5 * (rho2 * self.per_center - self.center);
+        let w = eta * eta;
+        let times_w_plus = |a: [f64; 2], b: [f64; 2]| [a[0] * w + b[0], a[1] * w + b[1]];
+        // Values, first derivatives by w, and halves of second ones.
+        let (mut value, mut first, mut half) = (self.pairs[PAIRS - 1], [0.0; 2], [0.0; 2]);
+        for pair in self.pairs[..PAIRS - 1].iter().rev() {
+            half = times_w_plus(half, first);
+            first = times_w_plus(first, value);
+            value = times_w_plus(value, *pair);
+        }
+        let even = 2.0 * first[0] + 8.0 * w * half[0];
+        let odd = 6.0 * first[1] + 8.0 * w * half[1];
+        [
+            value[0] + eta * value[1],
+            2.0 * (eta * first[0] + w * first[1]) + value[1],
+            even + eta * odd,
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// J_m, J_m′ and J_m″ by libm alone, from neighbouring orders.
+    fn expected(m: i32, x: f64) -> [f64; 3] {
+        let j = |p: i32| libm::jn(m + p, x);
+        let second = 0.25 * (j(-2) - 2.0 * j(0) + j(2));
+        [j(0), 0.5 * (j(-1) - j(1)), second]
+    }
+
+    /// The same by the table, by the chain rule: J = (ρ/ρ_c)^m g(η), dη/dρ = ρ/ρ_c.
+    fn found(table: &BesselTable, m: i32, x: f64) -> [f64; 3] {
+        let piece = table.piece(x * x).unwrap();
+        let [g, first, second] = piece.at(x * x);
+        let (per, u) = (piece.per_center(), x * piece.per_center());
+        let (f, order) = (u.powi(m), f64::from(m));
+        let slope = order * per * u.powi(m - 1);
+        let bend = order * (order - 1.0) * per * per * u.powi(m - 2);
+        let curvature = f * (second * u * u + first * per);
+        [
+            f * g,
+            slope * g + f * first * u,
+            bend * g + 2.0 * slope * first * u + curvature,
+        ]
+    }
+
+    #[test]
+    fn agrees_with_libm_within_its_error() {
+        for m in [0, 1, 2, 3, 5, 10, 31, 64, 200] {
+            let table = BesselTable::new(m).unwrap();
+            for step in 1..30_000 {
+                // Irrational, so that places lie anywhere in pieces.
+                let x = f64::from(step) * 0.017_016_994_374_947_4;
+                let pairs = found(&table, m.into(), x)
+                    .into_iter()
+                    .zip(expected(m.into(), x));
+                for (p, (found, expected)) in pairs.enumerate() {
+                    let error = (found - expected).abs();
+                    assert!(error < 0.5 * ERROR, "{p}th of J_{m} at {x}: {error:e}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn pieces_meet() {
+        for m in [0, 1, 7, 40] {
+            let table = BesselTable::new(m).unwrap();
+            for pair in table.0.windows(2).enumerate() {
+                let (i, [a, b]) = (pair.0, [pair.1[0], pair.1[1]]);
+                let rho2 = ((i + 1) as f64 / PER_UNIT).powi(2);
+                let scale = |p: &Piece| (rho2.sqrt() * p.per_center()).powi(m.into());
+                let apart = scale(&a) * a.at(rho2)[0] - scale(&b) * b.at(rho2)[0];
+                assert!(
+                    apart.abs() < 0.1 * ERROR,
+                    "J_{m} after piece {i}: {apart:e}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn ends_where_it_says() {
+        let table = BesselTable::new(3).unwrap();
+        assert!(table.piece(REACH * REACH * (1.0 - f64::EPSILON)).is_some());
+        for beyond in [REACH * REACH, f64::INFINITY, f64::NAN] {
+            assert!(table.piece(beyond).is_none());
+        }
+        assert!(BesselTable::new(MOST_ORDER + 1).is_none());
+    }
+}
