@@ -668,4 +668,25 @@ PLANTED = [
         "length: self.length,",
         ("morgana-transport", "first_vertex", "reflections_have_no_variance"),
     ),
+    (
+        "derivatives of rays that forget how forces vary",
+        EIKONAL + "adjoint/reverse.rs",
+        "self.by_x += jet.hess * self.by_v * (0.5 * h);",
+        "",
+        ("morgana-eikonal", "adjoint", "rays_by_parameters_and_starts"),
+    ),
+    (
+        "derivatives of rays that pass surfaces unchanged",
+        EIKONAL + "adjoint/reverse.rs",
+        "let (by_x, by_v) = self.transposed(interface, *rule, *before);",
+        "let (by_x, by_v) = (self.by_x, self.by_v);",
+        ("morgana-eikonal", "adjoint", "rays_through_balls_and_planes"),
+    ),
+    (
+        "derivatives by samples as if they were coefficients at the faces",
+        EIKONAL + "field/bspline/transpose.rs",
+        "g[1] -= first;",
+        "",
+        ("morgana-eikonal", "adjoint", "rays_by_samples_of_a_grid"),
+    ),
 ]
