@@ -50,7 +50,7 @@ def main():
     parser.add_argument("--noise", type=float, default=0.01, help="in units of the root mean square of what is measured")
     parser.add_argument("--tolerance", type=float, default=1e-4)
     parser.add_argument("--iterations", type=int, default=40, help="on each grid")
-    parser.add_argument("--straight", action="store_true", help="straight rays, too")
+    parser.add_argument("--straight", action="store_true", help="as if rays were straight")
     given = parser.parse_args()
 
     origins, directions = views(given.views, given.pixels)
@@ -66,7 +66,7 @@ def main():
         noise[name] = max(given.noise, 1e-3) * np.sqrt(np.mean(np.sum(moved**2, axis=1)) / 2)
         measured[name] = moved + given.noise / max(given.noise, 1e-3) * noise[name] * rng.normal(size=moved.shape)
 
-    def fit(scale, rays):
+    def fit(scale):
         """With all contrasts and deflections multiplied by `scale`."""
         options = {name: getattr(undisturbed, name) + scale * measured[name] for name in measured}
         before = cpu()
@@ -80,17 +80,14 @@ def main():
             iterations=given.iterations,
             progress=lambda now: print(f"  {now.shape[0]}³, iteration {now.number}: χ² {now.chi_square:.4g}, {cpu() - before:.1f} s", flush=True),
         )
-        index = AMBIENT + (found.index - AMBIENT) / scale
+        index = AMBIENT + (found.samples - AMBIENT) / scale
         error = np.linalg.norm(index**2 - true**2) / np.linalg.norm(true**2 - AMBIENT**2)
         print(f"{found!r}: relative error of n² − n_r² {error:.4f}, {cpu() - before:.1f} CPU s")
 
     deflected = np.linalg.norm(ends.directions - undisturbed.directions, axis=1)
     print(f"{len(rays)} rays, deflected by {deflected.max():.3g} rad at most; peak memory so far {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")
-    print("curved rays")
-    fit(1.0, rays)
-    if given.straight:
-        print("straight rays")
-        fit(CALIBRATION, rays)
+    print("straight rays" if given.straight else "curved rays")
+    fit(CALIBRATION if given.straight else 1.0)
     print(f"peak memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")
 
 

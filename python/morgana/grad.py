@@ -81,16 +81,16 @@ class Ends(NamedTuple):
 class Gradient(NamedTuple):
     """Derivatives of a loss."""
 
-    index: Doubles
-    """By the samples of n, in their shape; of a field by its parameters, (parameters,)."""
+    field: Doubles
+    """By the samples of n, in their shape; for a :class:`morgana.Field` by its parameters, (parameters,)."""
     origins: Doubles
     """By the origins, (rays, 3)."""
     directions: Doubles
     """By the directions, as they were given, (rays, 3)."""
 
     def __repr__(self) -> str:
-        size = float(np.linalg.norm(self.index))
-        return f"<morgana.grad.Gradient: by an index of shape {self.index.shape}, norm {size:.6g}, and {len(self.origins)} rays>"
+        size = float(np.linalg.norm(self.field))
+        return f"<morgana.grad.Gradient: by an index of shape {self.field.shape}, norm {size:.6g}, and {len(self.origins)} rays>"
 
 
 class Rays:
@@ -271,7 +271,7 @@ class Rays:
         Examples
         --------
         >>> ends = rays.forward(index)
-        >>> rays.vjp(index, directions=ends.directions - measured).index
+        >>> rays.vjp(index, directions=ends.directions - measured).field
         """
         by = (
             self._loss(positions, "positions", (len(self), 3)),

@@ -2,7 +2,7 @@
 
     >>> import morgana.reconstruct
     >>> found = morgana.reconstruct.fit(rays, (64, 64, 64), directions=measured, direction_noise=1e-4, lower=1.0)
-    >>> found.index, found.chi_square
+    >>> found.samples, found.chi_square
 
 Needs SciPy: ``pip install "morgana-render[reconstruct]"``. See docs/guides/inverse-problems.md.
 """
@@ -31,7 +31,7 @@ SMALL = 2e-3
 """The search ends when χ² falls by less than this share in an iteration."""
 SMALL_COARSE = 2e-2
 """The same on grids that others follow."""
-RAYS_PER_SAMPLE = 4
+RAYS_PER_SAMPLE = 1
 """Rays for each sample of a coarse grid: not all are needed there."""
 MEMORY = 12
 """Pairs of steps and gradients that L-BFGS keeps."""
@@ -56,7 +56,7 @@ class Iteration(NamedTuple):
 class Reconstruction(NamedTuple):
     """What :func:`fit` has found."""
 
-    index: Doubles
+    samples: Doubles
     """Samples of n, (nz, ny, nx)."""
     chi_square: float
     """Σ ((ray − measured)/noise)² per datum."""
@@ -68,7 +68,7 @@ class Reconstruction(NamedTuple):
     """Rays that have no end in this index, and were left out."""
 
     def __repr__(self) -> str:
-        return f"<morgana.reconstruct.Reconstruction of {self.index.shape}, χ² {self.chi_square:.4g} after {len(self.history)} iterations: {self.stopped}>"
+        return f"<morgana.reconstruct.Reconstruction of {self.samples.shape}, χ² {self.chi_square:.4g} after {len(self.history)} iterations: {self.stopped}>"
 
 
 class _Stop(Exception):
@@ -81,7 +81,7 @@ class _Measured(NamedTuple):
     name: str
     values: Doubles
     noise: float
-    count: float
+    data: float
 
 
 class _Misfit:
@@ -89,7 +89,7 @@ class _Misfit:
 
     def __init__(self, rays: Rays, measured: List[_Measured], smoothness: float) -> None:
         self.rays, self.measured, self.smoothness = rays, measured, smoothness
-        self.count = sum(data.count for data in measured)
+        self.count = sum(kind.data for kind in measured)
         self.chi_square, self.lost = np.inf, 0
 
     def with_rays(self, most: int) -> "_Misfit":
@@ -98,7 +98,7 @@ class _Misfit:
             return self
         rows = np.sort(np.random.default_rng(0).permutation(len(self.rays))[:most])
         share = most / len(self.rays)
-        measured = [data._replace(values=data.values[rows], count=share * data.count) for data in self.measured]
+        measured = [kind._replace(values=kind.values[rows], data=share * kind.data) for kind in self.measured]
         return _Misfit(self.rays.select(rows), measured, share * self.smoothness)
 
     def __call__(self, index: Doubles) -> Tuple[float, Doubles]:
@@ -111,7 +111,7 @@ class _Misfit:
             by[name] = residual / noise
             total += float(np.sum(residual**2))
         self.chi_square, self.lost = total / self.count, int(np.count_nonzero(~ends.valid))
-        gradient = self.rays.vjp(index, **by).index
+        gradient = self.rays.vjp(index, **by).field
         penalty, slope = _roughness(index, self.rays.spacing(index.shape))
         return 0.5 * total + self.smoothness * penalty, gradient + self.smoothness * slope
 

@@ -47,9 +47,9 @@ def test_gradients_are_those_of_differences():
     # Coefficients are f32: differences over 4e-3 are good to 1e-5 or so.
     index, (origins, directions) = samples(), starts()
     gradient = bundle(origins, directions).vjp(index, **WEIGHTS)
-    assert gradient.index.shape == SHAPE
+    assert gradient.field.shape == SHAPE
     for by, change, moved in [
-        (gradient.index, RNG.normal(size=SHAPE), lambda h, d: bundle(origins, directions).forward(index + h * d)),
+        (gradient.field, RNG.normal(size=SHAPE), lambda h, d: bundle(origins, directions).forward(index + h * d)),
         (gradient.origins, RNG.normal(size=(200, 3)), lambda h, d: bundle(origins + h * d, directions).forward(index)),
         (gradient.directions, RNG.normal(size=(200, 3)), lambda h, d: bundle(origins, directions + h * d).forward(index)),
     ]:
@@ -62,7 +62,7 @@ def test_parameters_of_a_field():
     b, w = 0.4, 0.5
     field = morgana.load_field({"type": "gaussian", "n0": 1.0, "delta": 1e-7, "width": w})
     rays = grad.Rays([[b, 0, -5]], [0, 0, 1], exit=grad.Plane((0, 0, 5), (0, 0, 2)), tolerance=1e-10)
-    by = rays.vjp(field, directions=[[1, 0, 0]]).index
+    by = rays.vjp(field, directions=[[1, 0, 0]]).field
     assert by.shape == (6,)
     assert by[1] == pytest.approx(-np.sqrt(2 * np.pi) * b / w * np.exp(-0.5 * (b / w) ** 2), rel=1e-5)
 
@@ -94,7 +94,7 @@ def test_results_do_not_depend_on_threads():
         "import numpy as np, sys; sys.path.insert(0, sys.argv[1]); import test_grad as t;"
         "o, d = t.starts(5000); rays = t.bundle(o, d, tolerance=1e-5);"
         "g = rays.vjp(t.samples(), positions=np.cos(o)); import hashlib;"
-        "print(hashlib.sha256(g.index.tobytes() + g.origins.tobytes()).hexdigest())"
+        "print(hashlib.sha256(g.field.tobytes() + g.origins.tobytes()).hexdigest())"
     )
     found = set()
     for threads in ("1", "2", "3"):
@@ -109,7 +109,7 @@ def test_rays_without_an_end_are_counted():
     ends = rays.forward(index)
     assert ends.failures == {"did not reach the exit": 1} and list(ends.valid) == [True, False]
     assert np.isnan(ends.positions[1]).all() and ends.optical_lengths[0] == pytest.approx(1 + 2 * 1.2)
-    assert rays.vjp(index, optical_lengths=[1, 0]).index.sum() == pytest.approx(2.0)
+    assert rays.vjp(index, optical_lengths=[1, 0]).field.sum() == pytest.approx(2.0)
     with pytest.raises(grad.GradError, match="1 rays that have no end"):
         rays.vjp(index, optical_lengths=[1, 1])
 

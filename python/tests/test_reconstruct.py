@@ -44,8 +44,8 @@ def test_an_index_is_found_down_to_noise():
     assert found.history == told and found.lost == 0
     assert [now.shape for now in told][0] == (8, 8, 8) and told[-1].shape == true.shape
     assert found.chi_square == pytest.approx(1, abs=0.3)
-    assert error(found.index, true) < 0.1
-    assert found.index.min() >= 1
+    assert error(found.samples, true) < 0.1
+    assert found.samples.min() >= 1
 
 
 def test_optical_lengths_and_missing_data():
@@ -53,7 +53,7 @@ def test_optical_lengths_and_missing_data():
     lengths = rays.forward(true).optical_lengths
     lengths[::7] = np.nan
     found = reconstruct.fit(rays, true.shape, optical_lengths=lengths, optical_length_noise=1e-5, smoothness=1.0)
-    assert error(found.index, true) < 0.2
+    assert error(found.samples, true) < 0.2
 
 
 def test_the_penalty_is_that_of_a_slope():
