@@ -245,8 +245,7 @@ class _Level:
         """Makes at most so many iterations, as long as χ² falls by more than a ``small`` share in each. Says why it ended."""
         optimize = _scipy("scipy.optimize")
         # In units in which the Hessian is about one to begin with, so that the first step is of the right length.
-        low, high = self.limits
-        self.index = np.clip(self.index, low, high) if self.limits != (None, None) else self.index
+        self.index = self._limited(self.index)
         value, gradient = self.misfit(self.index)
         if self._note() <= 1:
             return "noise"
@@ -257,11 +256,11 @@ class _Level:
         shape = self.index.shape
 
         def scaled(x: Doubles) -> Tuple[float, Doubles]:
-            value, gradient = self.misfit((x * unit).reshape(shape))
+            value, gradient = self.misfit(self._limited((x * unit).reshape(shape)))
             return value, gradient.ravel() * unit
 
         def step(x: Doubles) -> None:
-            self.index = (x * unit).reshape(shape)
+            self.index = self._limited((x * unit).reshape(shape))
             self._step(small)
 
         try:
@@ -277,6 +276,11 @@ class _Level:
         except _Stop:
             pass
         return self.stopped
+
+    def _limited(self, index: Doubles) -> Doubles:
+        """Within the limits, which rounding may have passed."""
+        low, high = self.limits
+        return np.clip(index, -np.inf if low is None else low, np.inf if high is None else high)
 
     def _unit(self, gradient: Doubles) -> float:
         """The change of n that the first step makes, in L-BFGS's first step of length 1: what the curvature along the gradient lets expect."""

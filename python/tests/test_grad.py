@@ -67,26 +67,17 @@ def test_parameters_of_a_field():
     assert by[1] == pytest.approx(-np.sqrt(2 * np.pi) * b / w * np.exp(-0.5 * (b / w) ** 2), rel=1e-5)
 
 
-def test_rays_are_those_of_trace():
-    index, (origins, directions) = samples(), starts()
-    ends = bundle(origins, directions, exit=None).forward(index)
-    scene = {"type": "scene", "box": {"type": "cube", "bsdf": {"type": "null"}, "interior": {"type": "homogeneous", "sigma_t": 0.0, "ior": {"type": "bspline", "data": index, "placement": "nodes", "to_world": [{"scale": 2}, {"translate": [-1, -1, -1]}]}}}, "integrator": {"type": "path"}}
-    field = morgana.load_field(scene["box"]["interior"]["ior"])
-    inside = grad.Rays(origins * [1, 1, 0.5], directions, box=BOX).forward(field)
-    same = grad.Rays(origins * [1, 1, 0.5], directions, box=BOX).forward(index)
-    np.testing.assert_allclose(inside.positions, same.positions, atol=1e-12)
-    # From the box's face on, morgana.trace follows the same field.
-    begun = inside.valid & (np.abs(ends.positions).max(axis=1) <= 1 + 1e-9)
-    assert begun.all()
-    start = np.column_stack([origins[:, :2], np.full(len(origins), -0.99)])
-    end = grad.Rays(start, directions, box=BOX, exit=grad.Plane((0, 0, 0.9), (0, 0, 1)), tolerance=1e-6).forward(index)
-    keep = np.abs(end.positions[:, :2]).max(axis=1) < 0.95
-    for at in np.flatnonzero(keep)[:20]:
-        traced = morgana.trace(field, start[at], directions[at], max_length=4)[0]
-        crossed = np.flatnonzero(traced.points[:, 2] > 0.9)[0]
-        a, b = crossed - 1, crossed
-        t = (0.9 - traced.points[a, 2]) / (traced.points[b, 2] - traced.points[a, 2])
-        np.testing.assert_allclose(traced.points[a] + t * (traced.points[b] - traced.points[a]), end.positions[at], atol=1e-3)
+def test_samples_are_those_of_a_field():
+    index, count = samples(), 50
+    origins, directions = starts(count)
+    origins[:, 2] = -0.9
+    field = morgana.load_field({"type": "bspline", "data": index, "placement": "nodes", "to_world": [{"scale": 2}, {"translate": [-1, -1, -1]}]})
+    exit = grad.Plane((0, 0, 0.7), (0, 0, 1))
+    of_field = grad.Rays(origins, directions, exit=exit).forward(field)
+    inside = grad.Rays(origins, directions, box=BOX, exit=exit).forward(index)
+    keep = inside.valid & (np.abs(inside.positions[:, :2]).max(axis=1) < 0.9)
+    assert keep.sum() > 20
+    np.testing.assert_allclose(inside.positions[keep], of_field.positions[keep], atol=1e-6)
 
 
 def test_results_do_not_depend_on_threads():
