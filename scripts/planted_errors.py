@@ -682,4 +682,25 @@ PLANTED = [
         "pairs[p / 2][p % 2] = if p == 9 { 0.0 } else { j * per_factorial };",
         ("morgana-eikonal", "field_values", "acoustic_modes_solve_the_helmholtz_equation"),
     ),
+    (
+        "derivatives of rays that forget how forces vary",
+        EIKONAL + "adjoint/reverse.rs",
+        "self.by_x += jet.hess * self.by_v * (0.5 * h);",
+        "",
+        ("morgana-eikonal", "adjoint", "rays_by_parameters_and_starts"),
+    ),
+    (
+        "derivatives of rays that pass surfaces unchanged",
+        EIKONAL + "adjoint/reverse.rs",
+        "let (by_x, by_v) = self.transposed(interface, *rule, *before);",
+        "let (by_x, by_v) = (self.by_x, self.by_v);",
+        ("morgana-eikonal", "adjoint", "rays_through_balls_and_planes"),
+    ),
+    (
+        "derivatives by samples as if they were coefficients at the faces",
+        EIKONAL + "field/bspline/transpose.rs",
+        "g[1] -= first;",
+        "",
+        ("morgana-eikonal", "adjoint", "rays_by_samples_of_a_grid"),
+    ),
 ]

@@ -33,6 +33,22 @@ class Limits(TypedDict):
     """0 for as many as there are processors."""
 
 
+class RayOptions(TypedDict):
+    """Where rays go whose derivatives are taken, as the compiled part takes it."""
+
+    region: Optional[Tuple[Tuple[float, float, float], Tuple[float, float, float]]]
+    """Corners of the box; without, the field is everywhere."""
+    ambient: float
+    """Index around the box."""
+    nodes: bool
+    """Whether the outermost samples lie on the faces of the box."""
+    plane: Optional[Tuple[Tuple[float, float, float], Tuple[float, float, float]]]
+    """A point and a unit normal; without, rays end where they leave the box."""
+    tolerance: float
+    max_length: float
+    """Scene units."""
+
+
 class TraceOptions(TypedDict):
     """How rays are followed, as the compiled part takes it."""
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._errors import Diagnostic
-from ._limits import Instead, Limits, TraceOptions
+from ._limits import Instead, Limits, RayOptions, TraceOptions
 
 __all__ = [
     "Ends",
@@ -18,6 +18,8 @@ __all__ = [
     "exposure",
     "export_dict",
     "export_file",
+    "follow_rays",
+    "pull_back",
     "read_image",
     "write_image",
     "Measured",
@@ -206,6 +208,19 @@ def trace(
     directions: NDArray[np.float64],
     options: TraceOptions,
 ) -> Tuple[Ends, Optional[Traced], Optional[str]]: ...
+def follow_rays(
+    through: Union[Field, NDArray[np.float64]],
+    origins: NDArray[np.float64],
+    directions: NDArray[np.float64],
+    options: RayOptions,
+) -> Tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.uint8]]: ...
+def pull_back(
+    through: Union[Field, NDArray[np.float64]],
+    origins: NDArray[np.float64],
+    directions: NDArray[np.float64],
+    options: RayOptions,
+    by: Tuple[Optional[NDArray[np.float64]], Optional[NDArray[np.float64]], Optional[NDArray[np.float64]]],
+) -> Tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], int]: ...
 def connect(
     scene: Scene, a: ArrayLike, b: ArrayLike, all: Optional[int]
 ) -> Tuple[List[Ray], Optional[str], bool]: ...

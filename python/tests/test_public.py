@@ -9,13 +9,15 @@ import textwrap
 import morgana
 import morgana.distributed
 import morgana.flow
+import morgana.grad
+import morgana.reconstruct
 import morgana.schlieren
 import numpy as np
 import pytest
 from conftest import load, meters, small
 from morgana import plot
 
-MODULES = [morgana, morgana.distributed, morgana.flow, morgana.schlieren, plot]
+MODULES = [morgana, morgana.distributed, morgana.flow, morgana.grad, morgana.reconstruct, morgana.schlieren, plot]
 
 
 def public():
@@ -106,7 +108,17 @@ def samples():
     aov = morgana.render(load(small(), integrator="aov"), spp=1)
     swept = {**small(), "parameters": {"n": 4}}
     swept["sensor"] = {**swept["sensor"], "sampler": {"type": "independent", "sample_count": "$n"}}
+    bundle = morgana.grad.Rays([[0, 0, -2]], [0, 0, 1], box=((-1, -1, -1), (1, 1, 1)))
+    iteration = morgana.reconstruct.Iteration((4, 4, 4), 1, 2.0)
     return [
+        bundle,
+        bundle.forward(np.full((4, 4, 4), 1.2)),
+        bundle.vjp(np.full((4, 4, 4), 1.2), optical_lengths=[1.0]),
+        morgana.grad.Plane((0, 0, 1), (0, 0, 1)),
+        morgana.grad.GradError("no box"),
+        iteration,
+        morgana.reconstruct.Reconstruction(np.ones((4, 4, 4)), 2.0, "slow", [iteration], 0),
+        morgana.reconstruct.ReconstructionError("no data"),
         scene,
         scene.fields["ambient"],
         morgana.load_field({"type": "luneburg"}),

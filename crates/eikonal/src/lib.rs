@@ -3,6 +3,7 @@
 //!
 //! The mathematics: docs/theory.md#rays.
 
+pub mod adjoint;
 pub mod bounds;
 pub mod budget;
 pub mod certificate;

@@ -7,6 +7,7 @@ mod ends;
 mod errors;
 mod field;
 mod finished;
+mod grad;
 mod image;
 mod limits;
 mod measure;
@@ -28,6 +29,8 @@ mod _morgana {
     use crate::ends::Ends;
     #[pymodule_export]
     use crate::field::{Field, load_field};
+    #[pymodule_export]
+    use crate::grad::{follow_rays, pull_back};
     #[pymodule_export]
     use crate::image::{compare_images, encode_png, exposure, read_image, write_image};
     #[pymodule_export]

@@ -1,7 +1,7 @@
 //! A field moved, rotated, scaled or sheared.
 
 use super::error::FieldError;
-use super::{Field, Jet};
+use super::{Field, IndexDerivative, Jet};
 use crate::bounds::{Aabb, FieldBounds, symmetric_eigenvalues};
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -41,6 +41,16 @@ impl Affine {
     /// The field in local coordinates.
     pub(super) fn inner(&self) -> &Field {
         &self.field
+    }
+
+    /// A point, and a derivative by n² and ∇n² there, in local coordinates.
+    pub(super) fn local_derivative(
+        &self,
+        x: DVec3,
+        by: IndexDerivative,
+    ) -> (DVec3, IndexDerivative) {
+        let gradient = self.to_local.matrix3 * by.gradient;
+        (self.local(x), IndexDerivative { gradient, ..by })
     }
 
     /// Another field under the same transform.

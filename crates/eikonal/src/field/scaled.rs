@@ -1,7 +1,7 @@
 //! A field times a constant (docs/theory.md#dispersion).
 
 use super::error::{FieldError, positive};
-use super::{Field, Jet};
+use super::{Field, IndexDerivative, Jet};
 use crate::bounds::{Aabb, FieldBounds};
 use glam::DVec3;
 
@@ -29,6 +29,14 @@ impl Scaled {
     /// The field that is scaled.
     pub(super) fn inner(&self) -> &Field {
         &self.field
+    }
+
+    /// A derivative by n² and ∇n² as one by those of the field within.
+    pub(super) fn unscaled(&self, by: IndexDerivative) -> IndexDerivative {
+        IndexDerivative {
+            n2: by.n2 * self.square,
+            gradient: by.gradient * self.square,
+        }
     }
 
     /// The same factor over another field.

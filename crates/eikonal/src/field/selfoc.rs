@@ -1,8 +1,8 @@
 //! The radially graded rod.
 
-use super::Jet;
 use super::axis::Axis;
 use super::error::{FieldError, positive};
+use super::{IndexDerivative, Jet};
 use crate::bounds::{Aabb, FieldBounds};
 use glam::DVec3;
 
@@ -54,6 +54,14 @@ impl Selfoc {
             grad,
             hess: self.axis.projection() * (-2.0 * self.fall()),
         }
+    }
+
+    /// Adds derivatives by n₀ and α.
+    pub(super) fn add_parameter_derivative(&self, x: DVec3, by: IndexDerivative, into: &mut [f64]) {
+        let (n2, grad) = self.gradient(x);
+        let d = self.axis.transverse(x);
+        into[0] += by.of(n2, grad) * 2.0 / self.n2_axis.sqrt();
+        into[1] += by.of(-self.fall() * d.length_squared(), grad) * 2.0 / self.alpha;
     }
 
     pub(super) fn bounds(&self, region: &Aabb) -> FieldBounds {

@@ -14,6 +14,6 @@ pub use cost::steps_between;
 pub use depth::Profile;
 pub use flow::{Flow, Tolerance, Work};
 pub use march::{March, StopCondition, march};
-pub(crate) use step::EVALUATIONS_PER_STEP;
+pub(crate) use step::{DRIFT, EVALUATIONS_PER_STEP, KICK, STAGES};
 pub use step::{Node, Step};
 pub use tangent::{Tangents, Variation, perpendicular_basis};

@@ -15,20 +15,20 @@ use crate::field::Field;
 use glam::DVec3;
 
 /// Kick (velocity) coefficients; symmetric about the middle one.
-const KICK: [f64; 4] = [
+pub(crate) const KICK: [f64; 4] = [
     0.0829844064174052,
     0.396309801498368,
     -0.0390563049223486,
     1.0 - 2.0 * (0.0829844064174052 + 0.396309801498368 - 0.0390563049223486),
 ];
 /// Drift (position) coefficients; symmetric.
-const DRIFT: [f64; 3] = [
+pub(crate) const DRIFT: [f64; 3] = [
     0.245298957184271,
     0.604872665711080,
     0.5 - (0.245298957184271 + 0.604872665711080),
 ];
 /// The order of stages over one step: indices into `DRIFT` and the `KICK` that follows each.
-const STAGES: [(usize, usize); 6] = [(0, 1), (1, 2), (2, 3), (2, 2), (1, 1), (0, 0)];
+pub(crate) const STAGES: [(usize, usize); 6] = [(0, 1), (1, 2), (2, 3), (2, 2), (1, 1), (0, 0)];
 
 /// Ratio of the scheme's local error to the measured quadrature defect ([`Step::error`]), an upper
 /// bound seen over Luneburg, fisheye and Gaussian fields at tolerances of 1e-4 and below.

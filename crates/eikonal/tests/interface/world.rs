@@ -85,6 +85,7 @@ impl World for TwoRegions {
 
 /// Follows a ray with tangents from `region` over a span of σ, through whatever it meets, written
 /// independently of the solver's own loop. Returns also the number of events.
+#[allow(dead_code)] // Not by all who use these worlds.
 pub fn trace(world: &TwoRegions, x: DVec3, direction: DVec3, sigma: f64) -> (Node<Tangents>, u32) {
     let mut region = 1;
     let tangents = Tangents::angular(world.fields[1].n(x), perpendicular_basis(direction));

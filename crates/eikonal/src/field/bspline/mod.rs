@@ -9,6 +9,7 @@ mod noise;
 mod prefilter;
 mod scales;
 mod smooth;
+mod transpose;
 mod weights;
 
 pub use lattice::Placement;

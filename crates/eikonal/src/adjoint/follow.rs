@@ -1,0 +1,286 @@
+//! Rays on their way forward, recorded so that derivatives can go back.
+
+use super::action::Action;
+use super::receiver::{Met, Receiver};
+use crate::budget::{CROSSINGS_PER_RAY, STEPS_PER_RAY};
+use crate::connect::{Crossing, World};
+use crate::field::Field;
+use crate::interface::{Interface, Rule};
+use crate::ray::{Flow, Node, Step, Tolerance, Variation, Work};
+use glam::DVec3;
+
+/// Steps are no longer than this multiple of the span that grids resolve (two cells): six kicks see three cells, so that no
+/// coefficient is without effect, however weak a field is.
+const PER_RESOLVED_SPAN: f64 = 1.5;
+/// Corrections of the last step before a surface, each of which squares what is missing.
+const CORRECTIONS: usize = 3;
+
+/// Where a ray starts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RayStart<R> {
+    /// Position.
+    pub x: DVec3,
+    /// Unit direction.
+    pub direction: DVec3,
+    /// The region in which it starts.
+    pub region: R,
+}
+
+/// Where a ray ends, on the receiver.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RayEnd {
+    /// Position.
+    pub x: DVec3,
+    /// Velocity dx/dσ, of which the length is the index up to the tolerance.
+    pub v: DVec3,
+    /// ∫n ds from the start, in units of length.
+    pub optical_length: f64,
+}
+
+/// Why a ray has no end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RayFailure {
+    /// It has not met the receiver within the length that it may take.
+    #[error("did not reach the receiver")]
+    Missed,
+    /// The index is not positive, or not finite.
+    #[error("left the field")]
+    Lost,
+    /// It takes too many steps, or meets too many surfaces.
+    #[error("takes too much work")]
+    OverBudget,
+}
+
+/// A surface that a ray has met, with what its derivatives need.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Passed<R> {
+    pub interface: Interface,
+    pub rule: Rule,
+    pub x: DVec3,
+    pub before: DVec3,
+    pub after: DVec3,
+    pub near: R,
+    pub far: R,
+}
+
+/// Steps in one region, which begins where a surface was passed, but for the first.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Leg<R> {
+    pub region: R,
+    /// Number of its first step.
+    pub first: usize,
+    /// What it begins with.
+    pub passed: Option<Passed<R>>,
+}
+
+/// A ray that is followed to a receiver and recorded on the way. It can follow one ray after another in the same memory.
+#[derive(Debug)]
+pub struct AdjointRay<'w, W: World> {
+    pub(super) world: &'w W,
+    pub(super) receiver: Receiver,
+    tolerance: Tolerance,
+    /// In units of length.
+    max_length: f64,
+    /// Spans of σ of the steps.
+    pub(super) spans: Vec<f64>,
+    pub(super) legs: Vec<Leg<W::Region>>,
+    pub(super) start: Option<RayStart<W::Region>>,
+    pub(super) end: Option<RayEnd>,
+    /// Normal of the receiver where the ray ends.
+    pub(super) normal: DVec3,
+    /// What has been done for all rays.
+    pub work: Work,
+}
+
+impl<'w, W: World> AdjointRay<'w, W> {
+    /// Rays in `world` that end on `receiver`, or fail after `max_length`, in units of length.
+    pub fn new(world: &'w W, receiver: Receiver, tolerance: Tolerance, max_length: f64) -> Self {
+        AdjointRay {
+            world,
+            receiver,
+            tolerance,
+            max_length,
+            spans: Vec::new(),
+            legs: Vec::new(),
+            start: None,
+            end: None,
+            normal: DVec3::ZERO,
+            work: Work::default(),
+        }
+    }
+
+    /// Follows a ray, and forgets the one before.
+    ///
+    /// # Errors
+    /// Why it has no end.
+    pub fn follow(&mut self, start: RayStart<W::Region>) -> Result<RayEnd, RayFailure> {
+        self.spans.clear();
+        self.legs.clear();
+        (self.start, self.end) = (Some(start), None);
+        let field = self.world.field(start.region);
+        let mut node = Node::start(field, start.x, start.direction, Action::default());
+        let mut leg = Leg {
+            region: start.region,
+            first: 0,
+            passed: None,
+        };
+        let mut so_far = Progressed::default();
+        loop {
+            self.legs.push(leg);
+            let (end, met) = self.leg(&leg, node, &mut so_far)?;
+            so_far.optical_length +=
+                0.5 * (end.x.dot(end.v) - node.x.dot(node.v) + end.variation.0);
+            let crossing = match met {
+                End::Receiver(met) => {
+                    self.normal = met.normal;
+                    let end = RayEnd {
+                        x: end.x,
+                        v: end.v,
+                        optical_length: so_far.optical_length,
+                    };
+                    return Ok(*self.end.insert(end));
+                }
+                End::Surface(crossing) => crossing,
+            };
+            if self.legs.len() > CROSSINGS_PER_RAY as usize {
+                return Err(RayFailure::OverBudget);
+            }
+            (node, leg) = self.pass(&leg, &end, &crossing)?;
+        }
+    }
+
+    /// Steps through one region, up to what ends it.
+    fn leg(
+        &mut self,
+        leg: &Leg<W::Region>,
+        node: Node<Action>,
+        so_far: &mut Progressed,
+    ) -> Result<(Node<Action>, End<W::Region>), RayFailure> {
+        let field = self.world.field(leg.region);
+        let mut flow = Flow::new(field, node, self.tolerance);
+        loop {
+            let at = *flow.node();
+            if !(at.n2 > 0.0 && at.x.is_finite() && at.v.is_finite()) {
+                return Err(RayFailure::Lost);
+            }
+            let left = (self.max_length - so_far.length) / at.v.length();
+            if left <= 0.0 {
+                return Err(RayFailure::Missed);
+            }
+            if self.spans.len() > STEPS_PER_RAY {
+                return Err(RayFailure::OverBudget);
+            }
+            let limit = left.min(PER_RESOLVED_SPAN * field.resolved_span(at.x, at.v));
+            let mut step = flow.advance(limit, &mut self.work);
+            if let Some((end, h, met)) = self.met(leg.region, field, &step) {
+                self.spans.push(h);
+                so_far.length += h * at.v.length();
+                return Ok((end, met));
+            }
+            self.spans.push(step.arc.h());
+            so_far.length += step.arc.arc_length(1.0);
+            if step.arc.is_straight() {
+                step.end.variation.0 += step.arc.h() * at.n2;
+                flow = Flow::new(field, step.end, self.tolerance);
+            }
+        }
+    }
+
+    /// The end of a step that meets something, on it; its span; and what it meets.
+    fn met(
+        &self,
+        region: W::Region,
+        field: &Field,
+        step: &Step<Action>,
+    ) -> Option<(Node<Action>, f64, End<W::Region>)> {
+        let received = self.receiver.first(&step.arc);
+        let crossing = self.world.crossing(region, &step.arc);
+        let end = match (received, crossing) {
+            (Some(met), Some(crossing)) if met.theta <= crossing.theta => End::Receiver(met),
+            (_, Some(crossing)) => End::Surface(crossing),
+            (Some(met), None) => End::Receiver(met),
+            (None, None) => return None,
+        };
+        let (theta, position, normal) = match &end {
+            End::Receiver(met) => (met.theta, met.position, met.normal),
+            End::Surface(crossing) => (crossing.theta, crossing.position, crossing.normal),
+        };
+        let mut h = theta * step.arc.h();
+        let mut node = step.start.advanced(field, h);
+        for _ in 0..CORRECTIONS {
+            let missing = normal.dot(position - node.x) / normal.dot(node.v);
+            if missing.abs() <= f64::EPSILON * h {
+                break;
+            }
+            h += missing;
+            node = step.start.advanced(field, h);
+        }
+        Some((node, h, end))
+    }
+
+    /// The start of the next leg, beyond a surface or reflected by it.
+    fn pass(
+        &self,
+        leg: &Leg<W::Region>,
+        end: &Node<Action>,
+        crossing: &Crossing<W::Region>,
+    ) -> Result<(Node<Action>, Leg<W::Region>), RayFailure> {
+        let (far_n2, far_a, ()) = <()>::local(self.world.field(crossing.beyond), end.x);
+        let interface = Interface {
+            normal: crossing.normal,
+            shape: crossing.shape,
+            near: (end.n2, end.a),
+            far: (far_n2, far_a),
+        };
+        let refracted = interface.velocity(crossing.rule, end.v);
+        let (rule, after) = match refracted {
+            Some(after) => (crossing.rule, after),
+            None => (
+                Rule::Reflect,
+                end.v - 2.0 * end.v.project_onto_normalized(crossing.normal),
+            ),
+        };
+        let region = if rule == Rule::Reflect {
+            leg.region
+        } else {
+            crossing.beyond
+        };
+        let off = self
+            .world
+            .ray_epsilon()
+            .copysign(crossing.normal.dot(after));
+        let x = end.x + crossing.normal * off;
+        let node = Node::new(self.world.field(region), x, after, Action::default());
+        if !after.is_finite() {
+            return Err(RayFailure::Lost);
+        }
+        let passed = Passed {
+            interface,
+            rule,
+            x: end.x,
+            before: end.v,
+            after,
+            near: leg.region,
+            far: crossing.beyond,
+        };
+        let leg = Leg {
+            region,
+            first: self.spans.len(),
+            passed: Some(passed),
+        };
+        Ok((node, leg))
+    }
+}
+
+/// What ends a leg.
+enum End<R> {
+    Receiver(Met),
+    Surface(Crossing<R>),
+}
+
+/// How far a ray has come.
+#[derive(Default)]
+struct Progressed {
+    length: f64,
+    optical_length: f64,
+}

@@ -1,0 +1,21 @@
+//! Reverse mode: derivatives of the ends of rays with respect to their starts and to the fields that they go through
+//! (docs/theory.md#derivatives-of-rays).
+//!
+//! [`AdjointRay::follow`] follows a ray and records the spans of its steps and the surfaces that it meets;
+//! [`AdjointRay::pull_back`] goes back over the same steps. States are computed again by the reversed scheme, so that a
+//! ray takes eight bytes for each of its steps, and these as long as it is at work.
+
+mod action;
+mod embedded;
+mod follow;
+mod parameters;
+mod receiver;
+mod reverse;
+#[cfg(test)]
+mod tests;
+
+pub use embedded::Embedded;
+pub use follow::{AdjointRay, RayEnd, RayFailure, RayStart};
+pub use parameters::ParameterDerivative;
+pub use receiver::Receiver;
+pub use reverse::{EndDerivative, IndexSink, StartDerivative};

@@ -1,0 +1,100 @@
+//! Where rays end whose derivatives are wanted.
+
+use crate::bounds::Aabb;
+use crate::ray::Arc;
+use crate::ray::bernstein::{first_root, height};
+use glam::DVec3;
+
+/// A surface on which rays end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Receiver {
+    /// A plane through a point, reached from either side.
+    Plane {
+        /// A point of it.
+        point: DVec3,
+        /// Unit normal.
+        normal: DVec3,
+    },
+    /// Where rays leave a box; those that start outside enter it first.
+    Leaving(Aabb),
+}
+
+/// A point of a plane that an arc meets.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Met {
+    pub theta: f64,
+    pub position: DVec3,
+    pub normal: DVec3,
+}
+
+impl Met {
+    fn at(arc: &Arc, theta: f64, normal: DVec3) -> Self {
+        Met {
+            theta,
+            position: arc.position(theta),
+            normal,
+        }
+    }
+}
+
+impl Receiver {
+    /// The first place where an arc meets it. `inside` says whether the arc starts within the box.
+    pub(super) fn first(&self, arc: &Arc) -> Option<Met> {
+        match self {
+            Receiver::Plane { point, normal } => plane(arc, *point, *normal),
+            Receiver::Leaving(region) if region.contains(arc.start()) => leaving(arc, region),
+            Receiver::Leaving(_) => None,
+        }
+    }
+}
+
+/// Where an arc meets a plane.
+fn plane(arc: &Arc, point: DVec3, normal: DVec3) -> Option<Met> {
+    let heights = height(&arc.control(), point, normal);
+    let theta = first_root(&heights, 0.0, 1.0, [0.0; 2])?;
+    Some(Met::at(arc, theta, normal))
+}
+
+/// Where an arc that starts in a box leaves it.
+pub(super) fn leaving(arc: &Arc, region: &Aabb) -> Option<Met> {
+    let ends = arc.aabb();
+    let faces = [(region.max, 1.0), (region.min, -1.0)];
+    let mut first: Option<Met> = None;
+    for (corner, sign) in faces {
+        for (axis, unit) in [DVec3::X, DVec3::Y, DVec3::Z].into_iter().enumerate() {
+            let reaches = if sign > 0.0 {
+                ends.max[axis] > corner[axis]
+            } else {
+                ends.min[axis] < corner[axis]
+            };
+            let met = reaches.then(|| plane(arc, corner, unit * sign)).flatten();
+            if let Some(met) = met
+                && first.is_none_or(|before| met.theta < before.theta)
+            {
+                first = Some(met);
+            }
+        }
+    }
+    first
+}
+
+/// Where a straight arc that starts outside of a box enters it.
+pub(super) fn entering(arc: &Arc, region: &Aabb) -> Option<Met> {
+    let (x, step) = (arc.start(), arc.end() - arc.start());
+    let (mut near, mut far, mut normal) = (f64::NEG_INFINITY, f64::INFINITY, DVec3::ZERO);
+    for (axis, unit) in [DVec3::X, DVec3::Y, DVec3::Z].into_iter().enumerate() {
+        let faces = [region.min[axis], region.max[axis]];
+        if step[axis] == 0.0 {
+            if x[axis] < faces[0] || x[axis] > faces[1] {
+                return None;
+            }
+            continue;
+        }
+        let [a, b] = faces.map(|face| (face - x[axis]) / step[axis]);
+        if a.min(b) > near {
+            (near, normal) = (a.min(b), unit);
+        }
+        far = far.min(a.max(b));
+    }
+    (near > 0.0 && near <= 1.0 && near < far).then(|| Met::at(arc, near, normal))
+}

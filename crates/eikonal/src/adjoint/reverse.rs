@@ -1,0 +1,229 @@
+//! Derivatives on their way back along a ray (docs/theory.md#derivatives-of-rays).
+
+use super::follow::{AdjointRay, Leg, Passed};
+use crate::connect::World;
+use crate::field::IndexDerivative;
+use crate::interface::{Interface, Rule};
+use crate::ray::{DRIFT, KICK, STAGES, Tangents};
+use glam::DVec3;
+
+/// Derivative of a loss by the end of a ray on the receiver.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EndDerivative {
+    /// By the position.
+    pub x: DVec3,
+    /// By the velocity.
+    pub v: DVec3,
+    /// By the optical path length.
+    pub optical_length: f64,
+}
+
+impl EndDerivative {
+    /// That of a loss of the unit direction v/|v| instead of the velocity.
+    pub fn of_direction(x: DVec3, direction: DVec3, optical_length: f64, v: DVec3) -> Self {
+        let n = v.length();
+        let unit = v / n;
+        EndDerivative {
+            x,
+            v: (direction - unit * unit.dot(direction)) / n,
+            optical_length,
+        }
+    }
+}
+
+/// Derivative of a loss by the start of a ray.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StartDerivative {
+    /// By the position, at a fixed direction.
+    pub x: DVec3,
+    /// By the unit direction, perpendicular to it.
+    pub direction: DVec3,
+}
+
+/// What takes derivatives of a loss by the field of a region.
+pub trait IndexSink<R> {
+    /// Takes the derivative by n² and ∇n² at `x`.
+    fn add(&mut self, region: R, x: DVec3, by: IndexDerivative);
+}
+
+/// Takes no account of fields.
+impl<R> IndexSink<R> for () {
+    fn add(&mut self, _: R, _: DVec3, _: IndexDerivative) {}
+}
+
+/// A state of the ray and the derivative of the loss by it, at equal σ.
+#[derive(Clone, Copy)]
+struct Adjoint {
+    x: DVec3,
+    v: DVec3,
+    by_x: DVec3,
+    by_v: DVec3,
+    by_length: f64,
+}
+
+impl<W: World> AdjointRay<'_, W> {
+    /// Takes the derivative of a loss by the end of the ray that was followed last back to its start, and gives those by the fields on its
+    /// way to `sink`. `None` if that ray has no end.
+    pub fn pull_back(
+        &self,
+        loss: &EndDerivative,
+        sink: &mut impl IndexSink<W::Region>,
+    ) -> Option<StartDerivative> {
+        let (start, end, last) = (self.start?, self.end?, self.legs.last()?);
+        let a = 0.5 * self.world.field(last.region).gradient(end.x).1;
+        let mut adjoint = Adjoint {
+            x: end.x,
+            v: end.v,
+            by_x: loss.x + end.v * loss.optical_length,
+            by_v: loss.v,
+            by_length: loss.optical_length,
+        };
+        // The end stays on the receiver: δx + v δσ, δv + a δσ with δσ = −N·δx/(N·v).
+        let by_span = adjoint.by_x.dot(end.v) + adjoint.by_v.dot(a);
+        adjoint.by_x -= self.normal * (by_span / self.normal.dot(end.v));
+        let mut beyond = self.spans.len();
+        for leg in self.legs.iter().rev() {
+            adjoint.leg(self, leg, beyond, sink);
+            beyond = leg.first;
+            if let Some(passed) = &leg.passed {
+                adjoint.pass(passed, sink);
+            }
+        }
+        let (n2, grad) = self.world.field(start.region).gradient(start.x);
+        let n = n2.sqrt();
+        let along = start.direction.dot(adjoint.by_v);
+        let by = IndexDerivative {
+            n2: along / (2.0 * n),
+            gradient: DVec3::ZERO,
+        };
+        sink.add(start.region, start.x, by);
+        Some(StartDerivative {
+            x: adjoint.by_x + grad * (along / (2.0 * n))
+                - start.direction * (n * loss.optical_length),
+            direction: (adjoint.by_v - start.direction * along) * n,
+        })
+    }
+}
+
+impl Adjoint {
+    /// Back over the steps of a leg, from that before number `beyond`. The last kick of a step and the first of the next are one.
+    fn leg<W: World>(
+        &mut self,
+        ray: &AdjointRay<W>,
+        leg: &Leg<W::Region>,
+        beyond: usize,
+        sink: &mut impl IndexSink<W::Region>,
+    ) {
+        let mut kick = 0.0;
+        for &h in ray.spans[leg.first..beyond].iter().rev() {
+            for (drift, after) in STAGES.into_iter().rev() {
+                self.kick(ray, leg.region, kick + KICK[after] * h, sink);
+                kick = 0.0;
+                self.drift(DRIFT[drift] * h);
+            }
+            kick = KICK[0] * h;
+        }
+        if beyond > leg.first {
+            self.kick(ray, leg.region, kick, sink);
+        }
+    }
+
+    /// Back over x += h v.
+    fn drift(&mut self, h: f64) {
+        self.x -= self.v * h;
+        self.by_v += self.by_x * h;
+    }
+
+    /// Back over v += ½h∇n², and what n² adds to the optical length.
+    fn kick<W: World>(
+        &mut self,
+        ray: &AdjointRay<W>,
+        region: W::Region,
+        h: f64,
+        sink: &mut impl IndexSink<W::Region>,
+    ) {
+        let by = IndexDerivative {
+            n2: 0.5 * h * self.by_length,
+            gradient: self.by_v * (0.5 * h),
+        };
+        sink.add(region, self.x, by);
+        let field = ray.world.field(region);
+        if !field.is_constant() {
+            let jet = field.jet(self.x);
+            self.v -= jet.grad * (0.5 * h);
+            self.by_x += jet.hess * self.by_v * (0.5 * h);
+        }
+    }
+
+    /// Back through a surface.
+    fn pass<R: Copy>(&mut self, passed: &Passed<R>, sink: &mut impl IndexSink<R>) {
+        let Passed {
+            interface,
+            rule,
+            before,
+            after,
+            ..
+        } = passed;
+        let [near, far] = self.by_indices(interface, *rule, *before, *after);
+        let value = |n2| IndexDerivative {
+            n2,
+            gradient: DVec3::ZERO,
+        };
+        sink.add(passed.near, passed.x, value(near));
+        sink.add(passed.far, passed.x, value(far));
+        let (by_x, by_v) = self.transposed(interface, *rule, *before);
+        // The optical length changes by (v − v′)·δx_h, which is zero unless indices are matched by declaration.
+        let turned = (*before - *after) * self.by_length;
+        let normal = interface.normal;
+        let slid = turned - normal * (before.dot(turned) / normal.dot(*before));
+        *self = Adjoint {
+            x: passed.x,
+            v: *before,
+            by_x: by_x + slid,
+            by_v,
+            ..*self
+        };
+    }
+
+    /// Derivatives by n² on the near and on the far side, from that by the velocity after the surface.
+    fn by_indices(
+        &self,
+        interface: &Interface,
+        rule: Rule,
+        before: DVec3,
+        after: DVec3,
+    ) -> [f64; 2] {
+        match rule {
+            Rule::Reflect => [0.0; 2],
+            Rule::Refract => {
+                let normal = interface.normal;
+                let by_far = normal.dot(self.by_v) / (2.0 * normal.dot(after));
+                [-by_far, by_far]
+            }
+            Rule::Pass => {
+                let ([near, far], by_after) =
+                    ([interface.near.0, interface.far.0], after.dot(self.by_v));
+                debug_assert!(before.dot(after) > 0.0);
+                [-by_after / (2.0 * near), by_after / (2.0 * far)]
+            }
+        }
+    }
+
+    /// The transpose of the map of tangents, column by column.
+    fn transposed(&self, interface: &Interface, rule: Rule, before: DVec3) -> (DVec3, DVec3) {
+        let mut by = [DVec3::ZERO; 2];
+        for (axis, unit) in [DVec3::X, DVec3::Y, DVec3::Z].into_iter().enumerate() {
+            let columns = Tangents {
+                dx: [unit, DVec3::ZERO],
+                dv: [DVec3::ZERO, unit],
+            };
+            // The rule has been applied before: it is possible.
+            if let Some(mapped) = interface.tangents(rule, before, &columns) {
+                for (k, by) in by.iter_mut().enumerate() {
+                    by[axis] = mapped.dx[k].dot(self.by_x) + mapped.dv[k].dot(self.by_v);
+                }
+            }
+        }
+        (by[0], by[1])
+    }
+}

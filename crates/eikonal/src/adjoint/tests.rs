@@ -1,0 +1,254 @@
+//! Reverse mode is the transpose of forward mode, to round-off: ⟨λ, F′δ⟩ = ⟨F′ᵀλ, δ⟩ for the discrete map of a ray, with starts
+//! and parameters perturbed at random. Forward mode is written here on its own, from the tangents of steps and interfaces.
+
+use super::{AdjointRay, EndDerivative, IndexSink, ParameterDerivative, RayStart, Receiver};
+use crate::bounds::Aabb;
+use crate::connect::{Crossing, World};
+use crate::field::{Bspline, Constant, Field, Gaussian, IndexDerivative, Placement};
+use crate::interface::{Interface, Rule};
+use crate::ray::bernstein::{first_root, height, product};
+use crate::ray::{Arc, DRIFT, KICK, STAGES, Tangents, Tolerance};
+use glam::{DMat3, DVec3};
+use testkit::Rng;
+
+/// A ball of index-graded glass in a graded surrounding.
+struct BallLens {
+    /// Outside, inside.
+    fields: [Field; 2],
+    rule: Rule,
+}
+
+const RADIUS: f64 = 0.8;
+
+impl World for BallLens {
+    type Region = usize;
+
+    fn field(&self, region: usize) -> &Field {
+        &self.fields[region]
+    }
+
+    fn crossing(&self, region: usize, arc: &Arc) -> Option<Crossing<usize>> {
+        let squares = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| {
+            let c = height(&arc.control(), DVec3::ZERO, axis);
+            product::<6, 6, 11>(&c, &c)
+        });
+        let f = std::array::from_fn::<f64, 11, _>(|i| {
+            squares[0][i] + squares[1][i] + squares[2][i] - RADIUS * RADIUS
+        });
+        let theta = first_root(&f, 0.0, 1.0, [0.0; 2])?;
+        let normal = arc.position(theta).normalize();
+        let along = DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z);
+        Some(Crossing {
+            theta,
+            position: normal * RADIUS,
+            normal,
+            shape: (DMat3::IDENTITY - along) * (1.0 / RADIUS),
+            rule: self.rule,
+            beyond: 1 - region,
+            surface: 0,
+        })
+    }
+
+    fn ray_epsilon(&self) -> f64 {
+        1e-11
+    }
+}
+
+/// Sinks of both regions.
+struct Both<'a>([ParameterDerivative<'a, usize>; 2]);
+
+impl IndexSink<usize> for Both<'_> {
+    fn add(&mut self, region: usize, x: DVec3, by: IndexDerivative) {
+        self.0[region].add(region, x, by);
+    }
+}
+
+/// A perturbation of the start and of all parameters.
+struct Perturbation {
+    x: DVec3,
+    direction: DVec3,
+    parameters: [Vec<f64>; 2],
+}
+
+impl Perturbation {
+    /// Changes of n² and ∇n² at a point.
+    fn of_index(&self, world: &BallLens, region: usize, x: DVec3) -> (f64, DVec3) {
+        let by = |by| {
+            let field = world.field(region);
+            let mut values = vec![0.0; field.parameter_count()];
+            field.add_parameter_derivative(x, by, &mut values);
+            dot(&values, &self.parameters[region])
+        };
+        let slope = |axis| {
+            by(IndexDerivative {
+                n2: 0.0,
+                gradient: axis,
+            })
+        };
+        let value = by(IndexDerivative {
+            n2: 1.0,
+            gradient: DVec3::ZERO,
+        });
+        (value, DVec3::from_array(DVec3::AXES.map(slope)))
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// (δx, δv, δS) at the end, by forward mode over the steps that were recorded.
+fn forward(ray: &AdjointRay<BallLens>, by: &Perturbation) -> (DVec3, DVec3, f64) {
+    let (world, start) = (ray.world, ray.start.unwrap());
+    let (n2, grad) = world.field(start.region).gradient(start.x);
+    let n = n2.sqrt();
+    let of_n = (by.of_index(world, start.region, start.x).0 + grad.dot(by.x)) / (2.0 * n);
+    let (mut x, mut v) = (start.x, start.direction * n);
+    let (mut dx, mut dv) = (by.x, by.direction * n + start.direction * of_n);
+    let mut ds = -v.dot(dx);
+    for (i, leg) in ray.legs.iter().enumerate() {
+        if let Some(passed) = &leg.passed {
+            let (interface, rule, before) = (&passed.interface, passed.rule, passed.before);
+            let columns = Tangents {
+                dx: [dx, DVec3::ZERO],
+                dv: [dv, DVec3::ZERO],
+            };
+            let mapped = interface.tangents(rule, before, &columns).unwrap();
+            let hit = dx - before * (interface.normal.dot(dx) / interface.normal.dot(before));
+            ds += (before - passed.after).dot(hit);
+            let [near, far] = [passed.near, passed.far].map(|r| by.of_index(world, r, passed.x).0);
+            (dx, dv) = (
+                mapped.dx[0],
+                mapped.dv[0] + of_indices(interface, rule, before, [near, far]),
+            );
+            let off = world
+                .ray_epsilon()
+                .copysign(interface.normal.dot(passed.after));
+            (x, v) = (passed.x + interface.normal * off, passed.after);
+        }
+        let beyond = ray
+            .legs
+            .get(i + 1)
+            .map_or(ray.spans.len(), |next| next.first);
+        let mut kick = |x: DVec3, v: &mut DVec3, dx: DVec3, dv: &mut DVec3, h: f64| {
+            let jet = world.field(leg.region).jet(x);
+            let (value, slope) = by.of_index(world, leg.region, x);
+            *v += jet.grad * (0.5 * h);
+            *dv += (jet.hess * dx + slope) * (0.5 * h);
+            ds += 0.5 * h * value;
+        };
+        for h in &ray.spans[leg.first..beyond] {
+            kick(x, &mut v, dx, &mut dv, KICK[0] * h);
+            for (drift, after) in STAGES {
+                x += v * (DRIFT[drift] * h);
+                dx += dv * (DRIFT[drift] * h);
+                kick(x, &mut v, dx, &mut dv, KICK[after] * h);
+            }
+        }
+    }
+    let region = ray.legs.last().unwrap().region;
+    let a = 0.5 * world.field(region).gradient(x).1;
+    let span = -ray.normal.dot(dx) / ray.normal.dot(v);
+    let dx = dx + v * span;
+    (dx, dv + a * span, ds + v.dot(dx))
+}
+
+/// Change of the velocity after an interface with n² on either side, by a difference of [`Interface::velocity`].
+fn of_indices(interface: &Interface, rule: Rule, before: DVec3, change: [f64; 2]) -> DVec3 {
+    let after = |step: f64| {
+        let mut changed = *interface;
+        changed.near.0 += step * change[0];
+        changed.far.0 += step * change[1];
+        changed.velocity(rule, before).unwrap()
+    };
+    // Complex steps are not at hand: Richardson's extrapolation of central differences is good to 1e-12.
+    let central = |h: f64| (after(h) - after(-h)) / (2.0 * h);
+    let h = 1e-3;
+    let [a, b, c] = [h, h / 2.0, h / 4.0].map(central);
+    let [ab, bc] = [(4.0 * b - a) / 3.0, (4.0 * c - b) / 3.0];
+    (16.0 * bc - ab) / 15.0
+}
+
+fn worlds() -> Vec<BallLens> {
+    let cube = Aabb::new(DVec3::splat(-1.5), DVec3::splat(1.5));
+    let waves = |x: DVec3| 1.35 + 0.03 * (2.0 * x.x + x.y).sin() * (1.5 * x.z - 0.5 * x.y).cos();
+    let grid: Field = Bspline::from_fn([12, 9, 11], cube, Placement::Nodes, waves)
+        .unwrap()
+        .into();
+    let bump: Field = Gaussian::new(1.5, 0.1, DVec3::new(0.1, 0.05, -0.1), 0.5)
+        .unwrap()
+        .into();
+    let air: Field = Constant::new(1.0).into();
+    let pairs = [
+        [grid.clone(), bump.clone()],
+        [air, grid.clone()],
+        [bump, grid],
+    ];
+    let rules = [Rule::Refract, Rule::Reflect, Rule::Pass];
+    let world = |rule| pairs.clone().map(|fields| BallLens { fields, rule });
+    rules.into_iter().flat_map(world).collect()
+}
+
+#[test]
+fn reverse_mode_is_the_transpose_of_forward_mode() {
+    let mut rng = Rng::new(11);
+    let vector = |rng: &mut Rng| DVec3::from_array(rng.direction());
+    let receiver = Receiver::Plane {
+        point: DVec3::new(0.0, 0.0, 1.2),
+        normal: DVec3::new(0.2, -0.1, 1.0).normalize(),
+    };
+    let mut passed = 0;
+    for (number, world) in worlds().iter().enumerate() {
+        for _ in 0..8 {
+            let mut ray = AdjointRay::new(world, receiver, Tolerance::default(), 20.0);
+            let direction = (DVec3::Z + 0.2 * vector(&mut rng)).normalize();
+            // Mirrors are met from within.
+            let inside = world.rule == Rule::Reflect;
+            let x = if inside {
+                DVec3::Z * 0.3
+            } else {
+                DVec3::Z * -1.2
+            } + 0.2 * vector(&mut rng);
+            let start = RayStart {
+                x,
+                direction,
+                region: usize::from(inside),
+            };
+            let receiver_within = Receiver::Plane {
+                point: DVec3::Z * -0.2,
+                normal: DVec3::Z,
+            };
+            if inside {
+                ray.receiver = receiver_within;
+            }
+            ray.follow(start).unwrap();
+            passed += ray.legs.len() - 1;
+            let tilt = vector(&mut rng);
+            let mut parameters = |region: usize| {
+                let count = world.fields[region].parameter_count();
+                (0..count).map(|_| 0.1 * rng.range(-1.0, 1.0)).collect()
+            };
+            let by = Perturbation {
+                parameters: [parameters(0), parameters(1)],
+                x: vector(&mut rng),
+                direction: tilt - direction * direction.dot(tilt),
+            };
+            let loss = EndDerivative {
+                x: vector(&mut rng),
+                v: vector(&mut rng),
+                optical_length: rng.range(-1.0, 1.0),
+            };
+            let sink = |region| ParameterDerivative::new(region, &world.fields[region]);
+            let mut sinks = Both([sink(0), sink(1)]);
+            let back = ray.pull_back(&loss, &mut sinks).unwrap();
+            let (dx, dv, ds) = forward(&ray, &by);
+            let terms = [loss.x.dot(dx), loss.v.dot(dv), loss.optical_length * ds];
+            let [outside, within] = [0, 1].map(|r| dot(&sinks.0[r].values, &by.parameters[r]));
+            let reverse = back.x.dot(by.x) + back.direction.dot(by.direction) + outside + within;
+            let size: f64 = terms.iter().map(|term| term.abs()).sum();
+            let error = (terms.iter().sum::<f64>() - reverse).abs() / size;
+            assert!(error < 1e-12, "world {number}: {error:e}");
+        }
+    }
+    assert!(passed > 100, "{passed} surfaces");
+}

@@ -1,0 +1,357 @@
+"""Derivatives of rays: by the samples of a refractive index, the parameters of a field, and the starts of the rays.
+
+    >>> import morgana.grad
+    >>> rays = morgana.grad.Rays(origins, directions, box=((-1, -1, -1), (1, 1, 1)), exit=morgana.grad.Plane((0, 0, 5), (0, 0, 1)))
+    >>> ends = rays.forward(index)
+    >>> gradient = rays.vjp(index, positions=2 * (ends.positions - measured))
+
+See docs/guides/inverse-problems.md.
+"""
+
+from __future__ import annotations
+
+import copy
+from typing import Dict, NamedTuple, Optional, Tuple, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _checks as checks
+from . import _morgana
+from ._errors import Error
+from ._limits import RayOptions
+from ._morgana import Field
+from ._numbers import numbers, vectors
+from ._values import alike, comparable
+
+__all__ = ["Ends", "GradError", "Gradient", "Plane", "Rays"]
+
+Doubles = NDArray[np.float64]
+Index = Union[Field, ArrayLike]
+Box = Tuple[ArrayLike, ArrayLike]
+
+FAILURES = ("", "did not reach the exit", "left the field", "takes too much work")
+"""What the numbers of the compiled part mean."""
+
+
+class GradError(Error, ValueError):
+    """Rays that cannot be followed, or derivatives that cannot be taken, as they were asked for."""
+
+
+@comparable
+class Plane(NamedTuple):
+    """A plane on which rays end, whichever side they come from."""
+
+    point: ArrayLike
+    """A point of it, (3,), in scene units."""
+    normal: ArrayLike
+    """Its normal, (3,), of any length but zero."""
+
+
+@comparable
+class Ends(NamedTuple):
+    """Where rays end: row i of each array belongs to ray i. Rays without an end are NaN."""
+
+    positions: Doubles
+    """Positions, (rays, 3), in scene units."""
+    directions: Doubles
+    """Unit directions, (rays, 3)."""
+    optical_lengths: Doubles
+    """∫ n ds from the start, (rays,), in scene units."""
+    codes: NDArray[np.uint8]
+    """0 for rays that have an end, (rays,); :attr:`failures` counts the others."""
+
+    @property
+    def valid(self) -> NDArray[np.bool_]:
+        """Which rays have an end, (rays,)."""
+        return np.asarray(self.codes == 0)
+
+    @property
+    def failures(self) -> Dict[str, int]:
+        """How many rays have no end, by what happened to them; empty if all have one."""
+        counts = np.bincount(self.codes, minlength=len(FAILURES))
+        return {name: int(count) for name, count in zip(FAILURES[1:], counts[1:]) if count}
+
+    def __repr__(self) -> str:
+        failed = [f"{count} {name}" for name, count in self.failures.items()]
+        return f"<morgana.grad.Ends: {', '.join([f'{len(self.codes)} rays', *failed])}>"
+
+
+@comparable
+class Gradient(NamedTuple):
+    """Derivatives of a loss."""
+
+    field: Doubles
+    """By the samples of n, in their shape; for a :class:`morgana.Field` by its parameters, (parameters,)."""
+    origins: Doubles
+    """By the origins, (rays, 3)."""
+    directions: Doubles
+    """By the directions, as they were given, (rays, 3)."""
+
+    def __repr__(self) -> str:
+        size = float(np.linalg.norm(self.field))
+        return f"<morgana.grad.Gradient: by an index of shape {self.field.shape}, norm {size:.6g}, and {len(self.origins)} rays>"
+
+
+class Rays:
+    """Rays of given starts that go through an index, straight to it and on behind it, to where they end.
+
+    The index is given to :meth:`forward` and :meth:`vjp`: samples of n on a grid, or a :class:`morgana.Field`. Results do not depend on the number of
+    threads. The memory is that of the arrays, and at most 160 MB more for sums of large grids.
+
+    Parameters
+    ----------
+    origins : array_like, (rays, 3)
+        Starts, in scene units.
+    directions : array_like, (rays, 3) or (3,)
+        Directions, of any length but zero.
+    box : two of array_like, (3,), optional
+        The lower and the upper corner of the box that the index fills. Samples need it; a field without one is everywhere.
+    exit : Plane, optional
+        Where rays end. Without it, they end where they leave the box.
+    ambient : float, optional
+        The index around the box, > 0. Rays keep their direction at its faces, as at a ``null`` boundary.
+    placement : str, optional
+        ``"nodes"`` if the outermost samples lie on the faces of the box, ``"centers"`` if half a spacing within.
+    tolerance : float, optional
+        Relative error of positions per length, 1e-12 to 1e-2. Steps are never longer than three cells of a grid.
+    max_length : float, optional
+        Length after which a ray is given up, in scene units. By default four times the extent of starts, box and exit.
+
+    Raises
+    ------
+    GradError
+        Shapes, corners or numbers that do not fit.
+
+    Examples
+    --------
+    >>> rays = morgana.grad.Rays([[0, 0.2, -2]], [0, 0, 1], box=((-1, -1, -1), (1, 1, 1)))
+    >>> rays.forward(np.full((16, 16, 16), 1.3)).optical_lengths
+    array([3.6])
+    """
+
+    def __init__(
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike,
+        *,
+        box: Optional[Box] = None,
+        exit: Optional[Plane] = None,
+        ambient: float = 1.0,
+        placement: str = "nodes",
+        tolerance: float = 1e-6,
+        max_length: Optional[float] = None,
+    ) -> None:
+        self._origins, self._directions = _starts(origins, directions)
+        self._box = None if box is None else _corners(box)
+        plane = None if exit is None else _plane(exit)
+        if plane is None and self._box is None:
+            raise GradError("rays need an end: give an exit plane, or a box that they leave")
+        if placement not in ("nodes", "centers"):
+            raise GradError(f"placement is {placement!r} but must be 'nodes' or 'centers'")
+        if not 1e-12 <= checks.positive(tolerance, "tolerance") <= 1e-2:
+            raise GradError(f"tolerance is {tolerance} but must be between 1e-12 and 1e-2")
+        points = [*(self._box or ()), *(plane or ())[:1]]
+        far = np.max([np.abs(self._origins).max(initial=0.0), *(np.abs(point).max() for point in points)])
+        self._options: RayOptions = {
+            "region": None if self._box is None else (_triple(self._box[0]), _triple(self._box[1])),
+            "ambient": checks.positive(ambient, "ambient"),
+            "nodes": placement == "nodes",
+            "plane": None if plane is None else (_triple(plane[0]), _triple(plane[1])),
+            "tolerance": float(tolerance),
+            "max_length": checks.optional_positive(max_length, "max_length") or 4 * 2 * float(np.sqrt(3)) * float(far),
+        }
+
+    @property
+    def ambient(self) -> float:
+        """The index around the box."""
+        return self._options["ambient"]
+
+    def spacing(self, shape: Tuple[int, ...]) -> Doubles:
+        """Distances of neighbouring samples along x, y and z.
+
+        Parameters
+        ----------
+        shape : three of int
+            That of the samples, (nz, ny, nx).
+
+        Returns
+        -------
+        numpy.ndarray
+            (3,), in scene units.
+
+        Raises
+        ------
+        GradError
+            Rays without a box.
+        """
+        if self._box is None:
+            raise GradError("samples need the box that they fill: give Rays a box")
+        counts = np.array(shape[::-1], float) - (1 if self._options["nodes"] else 0)
+        return np.asarray((self._box[1] - self._box[0]) / np.maximum(counts, 1))
+
+    def select(self, rows: ArrayLike) -> "Rays":
+        """Some of the rays.
+
+        Parameters
+        ----------
+        rows : array_like
+            Their numbers, or a mask, (rays,).
+
+        Returns
+        -------
+        Rays
+            These rays, with the same box and exit.
+
+        Examples
+        --------
+        >>> every_fourth = rays.select(np.arange(0, len(rays), 4))
+        """
+        some = copy.copy(self)
+        some._origins, some._directions = self._origins[np.asarray(rows)], self._directions[np.asarray(rows)]
+        return some
+
+    def forward(self, index: Index) -> Ends:
+        """Follow the rays to their ends.
+
+        Parameters
+        ----------
+        index : array_like, (nz, ny, nx), or Field
+            Samples of n, [z, y, x], or a field.
+
+        Returns
+        -------
+        Ends
+            Where the rays end, and how many have no end.
+
+        Raises
+        ------
+        GradError
+            Samples that are no index, or without a box.
+
+        Examples
+        --------
+        >>> ends = rays.forward(index)
+        >>> ends.positions[ends.valid]
+        """
+        return Ends(*_morgana.follow_rays(self._index(index), self._origins, self._directions, self._options))
+
+    def vjp(
+        self,
+        index: Index,
+        *,
+        positions: Optional[ArrayLike] = None,
+        directions: Optional[ArrayLike] = None,
+        optical_lengths: Optional[ArrayLike] = None,
+    ) -> Gradient:
+        """Take derivatives of a loss by the ends of the rays back to the index and to the starts: the vector–Jacobian product.
+
+        Parameters
+        ----------
+        index : array_like, (nz, ny, nx), or Field
+            As for :meth:`forward`.
+        positions : array_like, (rays, 3), optional
+            Derivative of the loss by the positions of :class:`Ends`; zero if left out.
+        directions : array_like, (rays, 3), optional
+            The same by the directions.
+        optical_lengths : array_like, (rays,), optional
+            The same by the optical lengths.
+
+        Returns
+        -------
+        Gradient
+            Derivatives by the samples, or by the parameters of a field: n₀, Δn, centre and width of a ``gaussian``, n₀ and α of a ``selfoc``, n of a
+            constant; others have none.
+
+        Raises
+        ------
+        GradError
+            Shapes that do not fit, derivatives that are not finite, or that are not zero for rays without an end.
+
+        Examples
+        --------
+        >>> ends = rays.forward(index)
+        >>> rays.vjp(index, directions=ends.directions - measured).field
+        """
+        by = (
+            self._loss(positions, "positions", (len(self), 3)),
+            self._loss(directions, "directions", (len(self), 3)),
+            self._loss(optical_lengths, "optical_lengths", (len(self),)),
+        )
+        *found, failed = _morgana.pull_back(self._index(index), self._origins, self._directions, self._options, by)
+        if failed:
+            raise GradError(f"the loss depends on {failed} rays that have no end: set its derivatives to zero where Ends.valid is not")
+        return Gradient(*found)
+
+    def _index(self, index: Index) -> Union[Field, Doubles]:
+        if isinstance(index, Field):
+            return index
+        samples = np.ascontiguousarray(numbers(index, "the index"))
+        if samples.ndim != 3:
+            raise GradError(f"an index is a Field or an array [z, y, x] of samples, but has the shape {samples.shape}")
+        if self._box is None:
+            raise GradError("samples need the box that they fill: give Rays a box")
+        bad = ~(np.isfinite(samples) & (samples > 0))
+        if bad.any():
+            first = tuple(int(i) for i in np.argwhere(bad)[0])
+            raise GradError(f"{np.count_nonzero(bad)} samples are no refractive index > 0: the first is {samples[first]} at {list(first)}")
+        return samples
+
+    @staticmethod
+    def _loss(values: Optional[ArrayLike], name: str, shape: Tuple[int, ...]) -> Optional[Doubles]:
+        if values is None:
+            return None
+        by = np.ascontiguousarray(numbers(values, name))
+        if by.shape != shape:
+            raise GradError(f"derivatives by {name} have the shape {by.shape} but must have {shape}")
+        lost = np.count_nonzero(~np.isfinite(by))
+        if lost:
+            raise GradError(f"{lost} derivatives by {name} are not finite: set those of rays without an end to zero, as by Ends.valid")
+        return by
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        return alike(self.__dict__, other.__dict__)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __len__(self) -> int:
+        return len(self._origins)
+
+    def __repr__(self) -> str:
+        where = "" if self._box is None else f" through a box from {self._box[0].tolist()} to {self._box[1].tolist()}"
+        return f"<morgana.grad.Rays: {len(self)} rays{where}>"
+
+
+def _starts(origins: ArrayLike, directions: ArrayLike) -> Tuple[Doubles, Doubles]:
+    x, d = vectors(origins, "origins"), vectors(directions, "directions")
+    if x.ndim != 2 or d.shape not in (x.shape, (3,)):
+        raise GradError(f"origins have the shape {x.shape} and directions {d.shape}: give (rays, 3) of both, or one direction of shape (3,)")
+    d = np.broadcast_to(d, x.shape)
+    for name, array in (("origins", x), ("directions", d)):
+        bad = ~np.isfinite(array).all(axis=1)
+        if name == "directions":
+            bad |= ~array.any(axis=1)
+        if bad.any():
+            raise GradError(f"{np.count_nonzero(bad)} {name} are not finite, or of no length: the first is number {int(np.argmax(bad))}")
+    return x, d
+
+
+def _corners(box: Box) -> Tuple[Doubles, Doubles]:
+    lower, upper = (numbers(corner, "box") for corner in box)
+    if lower.shape != (3,) or upper.shape != (3,) or not np.isfinite([lower, upper]).all() or not (lower < upper).all():
+        raise GradError(f"box is {lower.tolist()} to {upper.tolist()} but must be its lower and its upper corner, three finite numbers each")
+    return lower, upper
+
+
+def _plane(plane: Plane) -> Tuple[Doubles, Doubles]:
+    point, normal = (numbers(vector, "exit") for vector in plane)
+    if point.shape != (3,) or normal.shape != (3,) or not np.isfinite([point, normal]).all() or not normal.any():
+        raise GradError(f"exit is a point {point.tolist()} and a normal {normal.tolist()} but must be three finite numbers each, the normal not zero")
+    return point, normal / np.linalg.norm(normal)
+
+
+def _triple(vector: Doubles) -> Tuple[float, float, float]:
+    x, y, z = (float(v) for v in vector)
+    return x, y, z
