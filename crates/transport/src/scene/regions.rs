@@ -7,7 +7,7 @@ use super::parts::{AMBIENT, MediumId, Object, Parts};
 use crate::bsdf::Bsdf;
 use crate::emitter::Surroundings;
 use crate::shape::Shape;
-use eikonal::connect::Ball;
+use eikonal::connect::{Ball, BallRay, RadialBall};
 use eikonal::{Aabb, FieldBounds, Uniqueness};
 use glam::DVec3;
 
@@ -27,11 +27,15 @@ pub struct Region {
     pub uniqueness: Option<Uniqueness>,
 }
 
-/// A smooth ball that is all that bends rays in a scene, in ambience of constant index.
-#[derive(Clone, Copy, Debug)]
+/// A smooth ball that, with the field inside, is all that bends rays in a scene, in ambience of constant index.
+#[derive(Clone, Debug)]
 pub(crate) struct GlassBall {
-    /// The ball.
+    /// The ball, of the index at its surface.
     pub ball: Ball,
+    /// The medium inside.
+    pub interior: MediumId,
+    /// What its field is nearly, if it bends rays.
+    pub lens: Option<RadialBall>,
     /// Index inside and outside.
     indices: [f64; 2],
 }
@@ -40,15 +44,23 @@ pub(crate) struct GlassBall {
 const ROUND: f64 = 1e-9;
 
 impl GlassBall {
-    /// Optical length of the straight way from a point of its surface to another point.
-    pub(crate) fn optical_length(&self, p: DVec3, to: DVec3) -> f64 {
-        let [inside, outside] = self.indices;
-        let inward = self.ball.contains(to);
-        p.distance(to) * if inward { inside } else { outside }
+    /// Optical length of the straight way outside from a point of the surface to another point.
+    pub(crate) fn outside(&self, p: DVec3, to: DVec3) -> f64 {
+        self.indices[1] * p.distance(to)
+    }
+
+    /// The straight ray from a point inside to one of the surface.
+    pub(crate) fn straight(&self, x: DVec3, crossing: DVec3) -> BallRay {
+        let way = crossing - x;
+        BallRay {
+            crossing,
+            direction: way.normalize_or_zero(),
+            optical_length: self.indices[0] * way.length(),
+        }
     }
 }
 
-/// The ball that is all that bends rays, if that is so: media are constant, there is one smooth
+/// The ball that is all that bends rays, if that is so: media around it are constant, there is one smooth
 /// interface, and on either side of it one medium. `overlapping` tells of each object whether others are near.
 pub(super) fn glass_ball(parts: &Parts, overlapping: &[bool]) -> Option<GlassBall> {
     let is_glass = |o: &Object| matches!(o.bsdf, Bsdf::Dielectric(_));
@@ -58,8 +70,7 @@ pub(super) fn glass_ball(parts: &Parts, overlapping: &[bool]) -> Option<GlassBal
         let surrounded = |s: super::Sides| o.shape.is_closed() && s.exterior == AMBIENT;
         o.sides.is_none_or(surrounded)
     };
-    let simple = parts.media.iter().all(|m| m.index.is_constant())
-        && parts.objects.iter().filter(|o| is_glass(o)).count() == 1
+    let simple = parts.objects.iter().filter(|o| is_glass(o)).count() == 1
         && parts.objects.iter().all(bounded)
         && !overlapping[place]
         && matches!(object.shape, Shape::Sphere(_));
@@ -68,14 +79,32 @@ pub(super) fn glass_ball(parts: &Parts, overlapping: &[bool]) -> Option<GlassBal
     let extents = aabb.max - aabb.min;
     let round = (extents - diameter).abs().max_element() < ROUND * diameter;
     let interior = object.interior().filter(|_| simple && round)?;
-    let center = aabb.center();
-    let indices = [interior, AMBIENT].map(|id| parts.media[id].index.n(center));
-    let ball = Ball {
-        center,
-        radius: 0.5 * diameter,
-        ratio: indices[0] / indices[1],
+    let mut media = parts.media.iter().enumerate();
+    if !media.all(|(id, medium)| id == interior || medium.index.is_constant()) {
+        return None;
+    }
+    let (center, radius) = (aabb.center(), 0.5 * diameter);
+    let outside = parts.media[AMBIENT].index.n(center);
+    let field = &parts.media[interior].index;
+    let lens = if field.is_constant() {
+        None
+    } else {
+        Some(RadialBall::new(field, center, radius, outside)?)
     };
-    Some(GlassBall { ball, indices })
+    let ball = match &lens {
+        Some(lens) => lens.surface(),
+        None => Ball {
+            center,
+            radius,
+            ratio: field.n(center) / outside,
+        },
+    };
+    Some(GlassBall {
+        ball,
+        interior,
+        lens,
+        indices: [ball.ratio * outside, outside],
+    })
 }
 
 /// Surveys the regions of all media.
