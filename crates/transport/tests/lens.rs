@@ -192,6 +192,37 @@ fn sums_over_rays_of_a_lopsided_lens_are_right_on_average() {
     assert!(10 * of[0] >= 9 * of[1], "{of:?}");
 }
 
+/// Pairs inside of which it is known that one ray joins them: the dense search finds no other, reflected totally or not. In a
+/// lopsided field, rays are reflected that would not be in a radial one.
+#[test]
+fn pairs_inside_that_are_certified_have_one_ray() {
+    for scene in [Scene::new(lens::scene()).unwrap(), lopsided()] {
+        let mut rng = Rng::new(12);
+        let (mut certified, mut others, mut checked) = (0, 0, 0);
+        for _ in 0..200 {
+            let [x, y] = [in_ball(&mut rng), in_ball(&mut rng)];
+            let (found, ws) = certain(&scene, [x, y]);
+            if ws.stats.connections.certified == 0 {
+                others += 1;
+                continue;
+            }
+            certified += 1;
+            // The outermost are those that are certified with the least to spare.
+            let inner = x.length().min(y.length());
+            if inner > 0.55 * lens::RADIUS && checked < 5 {
+                checked += 1;
+                let mut dense = Solver::new(Tolerance::new(1e-6));
+                let all = dense.all(&scene, x, 1, y, scene.branch_reach()).branches;
+                assert_eq!([found.len(), all.len()], [1, 1], "{x} {y}: {all:?}");
+            }
+        }
+        assert!(
+            certified > 60 && others > 30 && checked == 5,
+            "{certified} {others} {checked}"
+        );
+    }
+}
+
 /// `path` does not connect through the wall, `particle` connects to nothing but the camera through it, `bdpt` does both.
 #[test]
 fn estimators_agree_about_the_light_of_the_lens() {

@@ -25,7 +25,7 @@ const STEEPEST: f64 = 0.05;
 /// Intervals of angles in which at most one ray is expected to be, unless the angle turns back in between.
 const INTERVALS: usize = 6;
 /// Of angles, in radians.
-const SETTLED: f64 = 1e-8;
+const SETTLED: f64 = 1e-6;
 /// More rounds than regula falsi needs.
 const ROUNDS: usize = 40;
 /// Each halves the interval in which angles turn back.

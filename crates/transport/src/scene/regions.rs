@@ -1,15 +1,12 @@
 //! What is known of the region that each medium fills: bounds of its field, and whether connections
-//! inside it are unique; and of the ball that is all that bends rays in some scenes.
+//! inside it are unique.
 //!
 //! Theory: docs/theory.md#certificate.
 
 use super::parts::{AMBIENT, MediumId, Object, Parts};
-use crate::bsdf::Bsdf;
 use crate::emitter::Surroundings;
 use crate::shape::Shape;
-use eikonal::connect::{Ball, BallRay, RadialBall};
 use eikonal::{Aabb, FieldBounds, Uniqueness};
-use glam::DVec3;
 
 /// Boxes that are refined this many times where they straddle a shape's boundary.
 const LEVELS: u32 = 4;
@@ -25,86 +22,6 @@ pub struct Region {
     pub bounds: FieldBounds,
     /// What is known of the uniqueness of connections; `None` if the region is not convex.
     pub uniqueness: Option<Uniqueness>,
-}
-
-/// A smooth ball that, with the field inside, is all that bends rays in a scene, in ambience of constant index.
-#[derive(Clone, Debug)]
-pub(crate) struct GlassBall {
-    /// The ball, of the index at its surface.
-    pub ball: Ball,
-    /// The medium inside.
-    pub interior: MediumId,
-    /// What its field is nearly, if it bends rays.
-    pub lens: Option<RadialBall>,
-    /// Index inside and outside.
-    indices: [f64; 2],
-}
-
-/// Relative differences of a ball's extents below this are those of rounding.
-const ROUND: f64 = 1e-9;
-
-impl GlassBall {
-    /// Optical length of the straight way outside from a point of the surface to another point.
-    pub(crate) fn outside(&self, p: DVec3, to: DVec3) -> f64 {
-        self.indices[1] * p.distance(to)
-    }
-
-    /// The straight ray from a point inside to one of the surface.
-    pub(crate) fn straight(&self, x: DVec3, crossing: DVec3) -> BallRay {
-        let way = crossing - x;
-        BallRay {
-            crossing,
-            direction: way.normalize_or_zero(),
-            optical_length: self.indices[0] * way.length(),
-        }
-    }
-}
-
-/// The ball that is all that bends rays, if that is so: media around it are constant, there is one smooth
-/// interface, and on either side of it one medium. `overlapping` tells of each object whether others are near.
-pub(super) fn glass_ball(parts: &Parts, overlapping: &[bool]) -> Option<GlassBall> {
-    let is_glass = |o: &Object| matches!(o.bsdf, Bsdf::Dielectric(_));
-    let place = parts.objects.iter().position(is_glass)?;
-    let object = &parts.objects[place];
-    let bounded = |o: &Object| {
-        let surrounded = |s: super::Sides| o.shape.is_closed() && s.exterior == AMBIENT;
-        o.sides.is_none_or(surrounded)
-    };
-    let simple = parts.objects.iter().filter(|o| is_glass(o)).count() == 1
-        && parts.objects.iter().all(bounded)
-        && !overlapping[place]
-        && matches!(object.shape, Shape::Sphere(_));
-    // Each extent of an ellipsoid is a mean over its axes: all are the longest if it is round.
-    let (aabb, diameter) = (object.shape.aabb(), object.shape.diameter());
-    let extents = aabb.max - aabb.min;
-    let round = (extents - diameter).abs().max_element() < ROUND * diameter;
-    let interior = object.interior().filter(|_| simple && round)?;
-    let mut media = parts.media.iter().enumerate();
-    if !media.all(|(id, medium)| id == interior || medium.index.is_constant()) {
-        return None;
-    }
-    let (center, radius) = (aabb.center(), 0.5 * diameter);
-    let outside = parts.media[AMBIENT].index.n(center);
-    let field = &parts.media[interior].index;
-    let lens = if field.is_constant() {
-        None
-    } else {
-        Some(RadialBall::new(field, center, radius, outside)?)
-    };
-    let ball = match &lens {
-        Some(lens) => lens.surface(),
-        None => Ball {
-            center,
-            radius,
-            ratio: field.n(center) / outside,
-        },
-    };
-    Some(GlassBall {
-        ball,
-        interior,
-        lens,
-        indices: [ball.ratio * outside, outside],
-    })
 }
 
 /// Surveys the regions of all media.
@@ -176,7 +93,7 @@ fn bulge(shape: &Shape, bounds: &FieldBounds) -> f64 {
 
 /// Boxes that cover a closed shape and a margin around it, tightly enough that corners of its box far
 /// from the shape do not count.
-fn cells(shape: &Shape, margin: f64) -> Vec<Aabb> {
+pub(super) fn cells(shape: &Shape, margin: f64) -> Vec<Aabb> {
     let mut cells = vec![shape.aabb().grown(margin)];
     for _ in 0..LEVELS {
         cells = cells

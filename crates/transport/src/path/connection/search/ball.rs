@@ -11,24 +11,23 @@ use glam::DVec3;
 const BEHIND: f64 = 1e-3;
 
 impl<'a> Search<'a> {
-    /// Whether the deterministic starts lead to every ray that is looked for, because nothing but a ball bends rays:
-    /// from inside to outside all are known, and inside only rays that are reflected totally are bent.
-    pub(super) fn ball_has_all(&self) -> bool {
+    /// Whether the deterministic starts lead to every ray that is looked for, given whether these led to any, because nothing but a
+    /// ball bends rays: from inside to outside all are known if its index is constant, and inside there is one if none is reflected
+    /// totally.
+    pub(super) fn ball_has_all(&self, any: bool) -> bool {
         let Some(glass) = self.scene.glass_ball() else {
             return false;
         };
-        if glass.lens.is_some() {
-            return false;
-        }
-        let x = self.vertex.position();
+        let straight = glass.lens.is_none();
         let within = match self.target.end {
-            ConnectionEnd::Point { position: y, .. } => {
-                let inside = glass.ball.contains(x) && glass.ball.contains(y);
-                inside && (glass.ball.lets_out(x) || glass.ball.lets_out(y))
+            ConnectionEnd::Point { position, .. } => {
+                let n = |x| self.scene.n(glass.interior, x);
+                glass.is_unique([self.vertex.position(), position], n)
             }
             ConnectionEnd::Plane { .. } => false,
         };
-        self.scene.branch_reach().reflections == 0 && (within || self.ends(glass).is_some())
+        let known = within && (any || straight) || straight && self.ends(glass).is_some();
+        known && self.scene.branch_reach().reflections == 0
     }
 
     /// A start for every ray through the surface of the ball that is all that bends rays, with the field inside, if one end

@@ -94,7 +94,7 @@ impl<'a> Search<'a> {
     /// Whether there is no ray but those that the deterministic starts lead to, given whether these led to
     /// any.
     pub(crate) fn has_all(&self, any: bool) -> bool {
-        self.scene.is_straight() || self.ball_has_all() || any && self.is_unique()
+        self.scene.is_straight() || self.ball_has_all(any) || any && self.is_unique()
     }
 
     /// Whether it is known that there is one ray at most.
