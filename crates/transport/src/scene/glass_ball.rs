@@ -75,17 +75,22 @@ pub(super) fn glass_ball(
     let extents = aabb.max - aabb.min;
     let round = (extents - diameter).abs().max_element() < ROUND * diameter;
     let interior = object.interior().filter(|_| simple && round)?;
+    // A field may bend rays in this ball only.
+    let holders = parts.objects.iter();
+    let holders = holders.filter(|o| o.interior() == Some(interior)).count();
+    let is_lens = !parts.media[interior].index.is_constant();
     let mut media = parts.media.iter().enumerate();
-    if !media.all(|(id, medium)| id == interior || medium.index.is_constant()) {
+    let others = media.all(|(id, medium)| id == interior || medium.index.is_constant());
+    if !others || (is_lens && holders > 1) {
         return None;
     }
     let (center, radius) = (aabb.center(), 0.5 * diameter);
     let outside = parts.media[AMBIENT].index.n(center);
     let field = &parts.media[interior].index;
-    let lens = if field.is_constant() {
-        None
-    } else {
+    let lens = if is_lens {
         Some(RadialBall::new(field, center, radius, outside)?)
+    } else {
+        None
     };
     let ball = match &lens {
         Some(lens) => lens.surface(),
@@ -123,9 +128,14 @@ fn drift(field: &Field, ball: &Ball, shape: &Shape, region: &Region) -> f64 {
         let change = bounds.hess_max.abs().max(bounds.hess_min.abs()) * h;
         arm.cross(gradient).length() + h * gradient.length() + (arm.length() + h) * change
     };
-    let most = cells(shape, 0.0)
-        .into_iter()
-        .map(across)
-        .fold(0.0, f64::max);
+    let most = cells(shape, 0.0).into_iter().map(across);
+    // What is not known is no bound.
+    let most = most.fold(0.0, |most: f64, a| {
+        if a.is_nan() {
+            f64::INFINITY
+        } else {
+            most.max(a)
+        }
+    });
     0.5 * most * certificate.longest_ray() / certificate.bounds().n_min()
 }

@@ -1,4 +1,5 @@
-//! Connections through the surface of a ball, of which all are known (docs/theory.md#through-a-ball).
+//! Connections through the surface of a ball: all are known if its index is constant (docs/theory.md#through-a-ball), and nearly all
+//! if a field fills it (docs/theory.md#through-a-lens).
 
 use super::{Candidate, Known, Search};
 use crate::connection_end::ConnectionEnd;
