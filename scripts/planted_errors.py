@@ -703,4 +703,25 @@ PLANTED = [
         "",
         ("morgana-eikonal", "adjoint", "rays_by_samples_of_a_grid"),
     ),
+    (
+        "rays through a lens turned round without their étendue",
+        EIKONAL + "connect/wall.rs",
+        "jacobian: ray.jacobian * ratio,",
+        "jacobian: ray.jacobian / ratio,",
+        ("morgana-transport", "lens", "rays_are_those_of_the_dense_search"),
+    ),
+    (
+        "rays that come round on the other side of a lens left out",
+        EIKONAL + "connect/radial.rs",
+        "[(goal, across), (TAU - goal, -across)]",
+        "[(goal, across), (goal, across)]",
+        ("morgana-transport", "lens", "every_pair_that_has_a_ray_is_found"),
+    ),
+    (
+        "pairs inside a lens certified that total reflections join",
+        TRANSPORT + "scene/glass_ball.rs",
+        "&& (lets_out(x) || lets_out(y))",
+        "&& (lets_out(x) || lets_out(y) || lets_out(x * 0.5))",
+        ("morgana-transport", "lens", "pairs_inside_that_are_certified_have_one_ray"),
+    ),
 ]

@@ -23,6 +23,8 @@ use crate::ray::perpendicular_basis;
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 
+/// Directions that differ by less, in radians, are one: round-off would decide about the plane that they lie in.
+const ALIGNED: f64 = 1e-9;
 /// Newton's steps below this, in radians, are the last.
 const SETTLED: f64 = 1e-6;
 /// Of angles.
@@ -72,8 +74,7 @@ impl Ball {
             Outside::Direction(direction) => (direction, 0.0),
         };
         let axis = (x - center).try_normalize().unwrap_or(toward);
-        let across = (toward - axis * axis.dot(toward)).try_normalize();
-        let across = across.unwrap_or_else(|| perpendicular_basis(axis)[0]);
+        let across = across(axis, toward);
         let goal = libm::atan2(toward.dot(across), toward.dot(axis));
         let angles = self.angles(x.distance(center) / radius, k, goal);
         angles.into_iter().flatten().map(move |angle| {
@@ -104,6 +105,16 @@ impl Ball {
             far.map(|t| PI - behind(t)),
             other.map(|t| PI + behind(t)),
         ]
+    }
+}
+
+/// The unit vector across an axis in the plane of it and of another unit vector.
+pub(super) fn across(axis: DVec3, toward: DVec3) -> DVec3 {
+    let across = toward - axis * axis.dot(toward);
+    if across.length() > ALIGNED {
+        across.normalize()
+    } else {
+        perpendicular_basis(axis)[0]
     }
 }
 

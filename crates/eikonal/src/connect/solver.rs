@@ -32,11 +32,11 @@ const STUCK: f64 = 1e-3;
 
 /// The end of a shot.
 #[derive(Clone, Copy)]
-struct Hit {
-    end_state: EndState,
-    travelled: Travelled,
+pub(super) struct Hit {
+    pub end_state: EndState,
+    pub travelled: Travelled,
     /// Reflections by choice.
-    pattern: Pattern,
+    pub pattern: Pattern,
 }
 
 impl Hit {
@@ -50,7 +50,7 @@ impl Hit {
 /// Finds connections; holds the storage that they reuse.
 #[derive(Clone, Debug)]
 pub struct Solver<R> {
-    tolerance: Tolerance,
+    pub(super) tolerance: Tolerance,
     pub(super) pieces: Vec<Piece<R>>,
     /// Those of a ray that is looked at.
     pub(super) arcs: Vec<Arc>,
@@ -179,9 +179,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         if !sound || start.optical_length <= 0.0 {
             return Err(Failure::NotConverged);
         }
-        // Positions are no better than round-off, nor than the distance by which rays are kept off
-        // interfaces.
-        let floor = 1e-13 * (distance + y.length()) + 10.0 * world.ray_epsilon();
+        let floor = self.least_miss(world, start.family.x(), y);
         let mut trial = Iterate {
             family: start.family,
             length: start.optical_length,
@@ -243,11 +241,16 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         Err(failure)
     }
 
+    /// Positions are no better than round-off, nor than the distance by which rays are kept off interfaces.
+    pub(super) fn least_miss<W: World<Region = R>>(&self, world: &W, x: DVec3, y: DVec3) -> f64 {
+        1e-13 * (x.distance(y) + y.length()) + 10.0 * world.ray_epsilon()
+    }
+
     /// How close to the target a ray must pass: on the scale of its length since the last interface,
     /// since a target just behind a wall that is lit from far away must be met on the scale of its
     /// distance to the wall. Where the ray tube is narrow, directions and the Jacobian depend on the
     /// target the more.
-    fn allowed_miss(&self, family: &RayFamily, hit: &Hit, floor: f64) -> f64 {
+    pub(super) fn allowed_miss(&self, family: &RayFamily, hit: &Hit, floor: f64) -> f64 {
         let straight = family.spread(hit.travelled.arc_length).powi(2);
         let correctable = (LAST_CORRECTION * hit.jacobian() / straight).clamp(1.0, LAST_CORRECTION);
         f64::max(
@@ -280,7 +283,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
 
     /// The ray of an iterate, corrected to first order for its remaining miss: unless that is no small
     /// correction, or the ray tube at the target is narrower than the tolerance (docs/theory.md#acceptance).
-    fn finish(
+    pub(super) fn finish(
         &self,
         iterate: &Iterate,
         hit: &Hit,

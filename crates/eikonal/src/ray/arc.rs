@@ -51,6 +51,18 @@ impl Arc {
         }
     }
 
+    /// The same piece from its end to its start.
+    pub fn reversed(&self) -> Self {
+        let curve = match self.curve {
+            Curve::Line(start, step, length) => Curve::Line(start + step, -step, length),
+            Curve::Quintic(mut control) => {
+                control.reverse();
+                Curve::Quintic(control)
+            }
+        };
+        Arc { curve, h: self.h }
+    }
+
     /// The Bézier control points, first and last on the curve: evenly spaced if it is straight.
     pub fn control(&self) -> [DVec3; 6] {
         match self.curve {

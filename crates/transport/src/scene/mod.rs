@@ -7,6 +7,7 @@ mod clearance;
 mod containment;
 mod emission;
 mod emissive;
+mod glass_ball;
 mod group;
 mod index;
 mod light_bounds;
@@ -22,10 +23,10 @@ pub use bending::TOTAL_REFLECTIONS;
 pub use builder::{BuildError, BuildProblem, ObjectBuilder, SceneBuilder};
 pub use check::{ProblemSeverity, SceneProblem, Subject};
 pub use containment::Containment;
+pub(crate) use glass_ball::GlassBall;
 pub(crate) use light_bounds::Receiver;
 pub use matter::{Leg, Legs, Matter};
 pub use parts::{AMBIENT, FilmSpec, FilmWindow, MediumId, Object, Partition, Parts, Sides};
-pub(crate) use regions::GlassBall;
 pub use regions::Region;
 
 use crate::bsdf::Bsdf;
@@ -97,6 +98,7 @@ impl Scene {
         }
         let sensor_medium = parts.containment().medium_at(parts.sensor.position());
         let overlapping = overlapping(parts.containment(), around.radius * 1e-9);
+        let glass_ball = glass_ball::glass_ball(&parts, &overlapping, &regions);
         let mut scene = Scene {
             guides: Vec::new(),
             warnings: Vec::new(),
@@ -112,7 +114,7 @@ impl Scene {
             regions,
             point_like_emitters: point_like_emitters(&parts),
             volume_lights: volume_lights(&parts),
-            glass_ball: regions::glass_ball(&parts, &overlapping),
+            glass_ball,
             overlapping,
             reach: Reach {
                 optical_length: REACH * around.radius,

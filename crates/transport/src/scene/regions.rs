@@ -1,15 +1,12 @@
 //! What is known of the region that each medium fills: bounds of its field, and whether connections
-//! inside it are unique; and of the ball that is all that bends rays in some scenes.
+//! inside it are unique.
 //!
 //! Theory: docs/theory.md#certificate.
 
 use super::parts::{AMBIENT, MediumId, Object, Parts};
-use crate::bsdf::Bsdf;
 use crate::emitter::Surroundings;
 use crate::shape::Shape;
-use eikonal::connect::Ball;
 use eikonal::{Aabb, FieldBounds, Uniqueness};
-use glam::DVec3;
 
 /// Boxes that are refined this many times where they straddle a shape's boundary.
 const LEVELS: u32 = 4;
@@ -25,57 +22,6 @@ pub struct Region {
     pub bounds: FieldBounds,
     /// What is known of the uniqueness of connections; `None` if the region is not convex.
     pub uniqueness: Option<Uniqueness>,
-}
-
-/// A smooth ball that is all that bends rays in a scene, in ambience of constant index.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct GlassBall {
-    /// The ball.
-    pub ball: Ball,
-    /// Index inside and outside.
-    indices: [f64; 2],
-}
-
-/// Relative differences of a ball's extents below this are those of rounding.
-const ROUND: f64 = 1e-9;
-
-impl GlassBall {
-    /// Optical length of the straight way from a point of its surface to another point.
-    pub(crate) fn optical_length(&self, p: DVec3, to: DVec3) -> f64 {
-        let [inside, outside] = self.indices;
-        let inward = self.ball.contains(to);
-        p.distance(to) * if inward { inside } else { outside }
-    }
-}
-
-/// The ball that is all that bends rays, if that is so: media are constant, there is one smooth
-/// interface, and on either side of it one medium. `overlapping` tells of each object whether others are near.
-pub(super) fn glass_ball(parts: &Parts, overlapping: &[bool]) -> Option<GlassBall> {
-    let is_glass = |o: &Object| matches!(o.bsdf, Bsdf::Dielectric(_));
-    let place = parts.objects.iter().position(is_glass)?;
-    let object = &parts.objects[place];
-    let bounded = |o: &Object| {
-        let surrounded = |s: super::Sides| o.shape.is_closed() && s.exterior == AMBIENT;
-        o.sides.is_none_or(surrounded)
-    };
-    let simple = parts.media.iter().all(|m| m.index.is_constant())
-        && parts.objects.iter().filter(|o| is_glass(o)).count() == 1
-        && parts.objects.iter().all(bounded)
-        && !overlapping[place]
-        && matches!(object.shape, Shape::Sphere(_));
-    // Each extent of an ellipsoid is a mean over its axes: all are the longest if it is round.
-    let (aabb, diameter) = (object.shape.aabb(), object.shape.diameter());
-    let extents = aabb.max - aabb.min;
-    let round = (extents - diameter).abs().max_element() < ROUND * diameter;
-    let interior = object.interior().filter(|_| simple && round)?;
-    let center = aabb.center();
-    let indices = [interior, AMBIENT].map(|id| parts.media[id].index.n(center));
-    let ball = Ball {
-        center,
-        radius: 0.5 * diameter,
-        ratio: indices[0] / indices[1],
-    };
-    Some(GlassBall { ball, indices })
 }
 
 /// Surveys the regions of all media.
@@ -147,7 +93,7 @@ fn bulge(shape: &Shape, bounds: &FieldBounds) -> f64 {
 
 /// Boxes that cover a closed shape and a margin around it, tightly enough that corners of its box far
 /// from the shape do not count.
-fn cells(shape: &Shape, margin: f64) -> Vec<Aabb> {
+pub(super) fn cells(shape: &Shape, margin: f64) -> Vec<Aabb> {
     let mut cells = vec![shape.aabb().grown(margin)];
     for _ in 0..LEVELS {
         cells = cells

@@ -159,7 +159,8 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
             last = next;
         }
         let v = [first[1], last[1]];
-        let jacobian = solution.jacobian(rule, v, problem.tolerance)?;
+        let tangents = solution.tangents(rule, v[0], problem.tolerance)?;
+        let jacobian = tangents.cross_section(v[1]).abs();
         let arc_length = sum(&rule.weights, &solution.n2.map(f64::sqrt)) * span;
         let sound = jacobian.is_finite() && arc_length.is_finite();
         sound.then_some(CollocatedRay {
@@ -168,6 +169,7 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
             optical_length: sum(&rule.weights, &solution.n2) * span,
             sigma: span,
             jacobian,
+            tangents,
         })
     }
 }

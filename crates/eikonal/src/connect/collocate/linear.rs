@@ -6,7 +6,7 @@
 use super::BoundaryProblem;
 use super::rule::{QuadratureRule, sum};
 use crate::field::Jet;
-use crate::ray::perpendicular_basis;
+use crate::ray::{Tangents, perpendicular_basis};
 use fearless_simd::{Simd, SimdFrom, f64x4};
 use glam::DVec3;
 
@@ -114,17 +114,18 @@ impl<S: Simd, const N: usize> Solution<S, N> {
         std::array::from_fn(|i| self.force[i] - turned(&self.half_hess[i], from[i]))
     }
 
-    /// J at the far end, given the velocities at both ends, to a relative `tolerance`: δx″ = σ₁²·½Hess(n²)·δx, started by δx′ =
-    /// σ₁n across the ray. `None` if that does not settle.
+    /// The tangents at the far end of a point's rays, given the first velocity, to a relative `tolerance`: δx″ = σ₁²·½Hess(n²)·δx,
+    /// started by δx′ = σ₁n across the ray. `None` if that does not settle.
     #[inline(always)]
-    pub(super) fn jacobian(
+    pub(super) fn tangents(
         &self,
         rule: &QuadratureRule<N>,
-        v: [DVec3; 2],
+        v: DVec3,
         tolerance: f64,
-    ) -> Option<f64> {
-        let sigma_n = self.span2.sqrt() * v[0].length();
-        let slopes = perpendicular_basis(v[0].normalize()).map(|e| vector(self.simd, e * sigma_n));
+    ) -> Option<Tangents> {
+        let span = self.span2.sqrt();
+        let sigma_n = span * v.length();
+        let slopes = perpendicular_basis(v.normalize()).map(|e| vector(self.simd, e * sigma_n));
         let mut dx = slopes.map(|slope| rule.nodes.map(|t| slope * t));
         // The mean square of σ₁n t.
         let most = sigma_n * sigma_n / 3.0;
@@ -134,24 +135,26 @@ impl<S: Simd, const N: usize> Solution<S, N> {
         for _ in 0..MOST_SWEEPS {
             // Both at once, for neither has to wait for the other.
             let ends = [0, 1].map(|k| self.tangent(rule, slopes[k], &mut dx[k]));
-            let change = f64::max(ends[0].1, ends[1].1);
+            let change = f64::max(ends[0].change, ends[1].change);
             if change * (change / last) <= settled {
-                let [a, b] = ends.map(|(far, _)| point(far));
-                return Some(a.cross(b).dot(v[1].normalize()).abs());
+                return Some(Tangents {
+                    dx: [point(ends[0].dx), point(ends[1].dx)],
+                    dv: [0, 1].map(|k| point(slopes[k] + ends[k].turn) / span),
+                });
             }
             last = change;
         }
         None
     }
 
-    /// The tangent that starts with δx′ = `slope`, in forces for what it was: where it ends, and the mean square of its change.
+    /// The tangent that starts with δx′ = `slope`, in forces for what it was.
     #[inline(always)]
     fn tangent(
         &self,
         rule: &QuadratureRule<N>,
         slope: f64x4<S>,
         dx: &mut [f64x4<S>; N],
-    ) -> (f64x4<S>, f64) {
+    ) -> FarEnd<S> {
         let f: [_; N] = std::array::from_fn(|i| turned(&self.half_hess[i], dx[i]) * self.span2);
         // What is zero at both ends starts with another slope than δx.
         let far = slope - sum(&rule.at_start, &f);
@@ -159,8 +162,21 @@ impl<S: Simd, const N: usize> Solution<S, N> {
         let next = std::array::from_fn(|i| far * rule.nodes[i] + u[i]);
         let change = mean_square(rule, &next, dx);
         *dx = next;
-        (far, change)
+        FarEnd {
+            dx: far,
+            turn: sum(&rule.weights, &f),
+            change,
+        }
     }
+}
+
+/// Where a tangent ends.
+struct FarEnd<S: Simd> {
+    dx: f64x4<S>,
+    /// What δx′ is there, less what it was at first.
+    turn: f64x4<S>,
+    /// Mean square of the tangent's last change.
+    change: f64,
 }
 
 /// With zero in the fourth lane.

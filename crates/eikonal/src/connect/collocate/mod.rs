@@ -16,7 +16,7 @@ pub(super) use rule::{QuadratureRule, sum};
 
 use crate::field::Field;
 use crate::lanes;
-use crate::ray::Arc;
+use crate::ray::{Arc, Tangents};
 use fearless_simd::{Level as Lanes, dispatch};
 use glam::DVec3;
 use level::Level;
@@ -40,6 +40,8 @@ pub(super) struct CollocatedRay {
     pub sigma: f64,
     /// J at the far end.
     pub jacobian: f64,
+    /// Tangents there, of unit changes of the first direction.
+    pub tangents: Tangents,
 }
 
 /// What is kept of a search.

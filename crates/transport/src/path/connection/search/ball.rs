@@ -1,9 +1,10 @@
-//! Connections through the surface of a ball, of which all are known (docs/theory.md#through-a-ball).
+//! Connections through the surface of a ball: all are known if its index is constant (docs/theory.md#through-a-ball), and nearly all
+//! if a field fills it (docs/theory.md#through-a-lens).
 
-use super::{Candidate, Search};
+use super::{Candidate, Known, Search};
 use crate::connection_end::ConnectionEnd;
 use crate::scene::GlassBall;
-use eikonal::connect::{InitialGuess, Outside, Pattern, RayFamily};
+use eikonal::connect::{BallRay, InitialGuess, Outside, Pattern, RayFamily, WallGuess};
 use glam::DVec3;
 
 /// Rays that come to a surface from behind at so large a cosine are not shot at all: far above the
@@ -11,30 +12,38 @@ use glam::DVec3;
 const BEHIND: f64 = 1e-3;
 
 impl<'a> Search<'a> {
-    /// Whether the deterministic starts lead to every ray that is looked for, because nothing but a ball bends rays:
-    /// from inside to outside all are known, and inside only rays that are reflected totally are bent.
-    pub(super) fn ball_has_all(&self) -> bool {
+    /// Whether the deterministic starts lead to every ray that is looked for, given whether these led to any, because nothing but a
+    /// ball bends rays: from inside to outside all are known if its index is constant, and inside there is one if none is reflected
+    /// totally.
+    pub(super) fn ball_has_all(&self, any: bool) -> bool {
         let Some(glass) = self.scene.glass_ball() else {
             return false;
         };
-        let x = self.vertex.position();
+        let straight = glass.lens.is_none();
         let within = match self.target.end {
-            ConnectionEnd::Point { position: y, .. } => {
-                let inside = glass.ball.contains(x) && glass.ball.contains(y);
-                inside && (glass.ball.lets_out(x) || glass.ball.lets_out(y))
+            ConnectionEnd::Point { position, .. } => {
+                let n = |x| self.scene.n(glass.interior, x);
+                glass.is_unique([self.vertex.position(), position], n)
             }
             ConnectionEnd::Plane { .. } => false,
         };
-        self.scene.branch_reach().reflections == 0 && (within || self.ends(glass).is_some())
+        let known = within && (any || straight) || straight && self.ends(glass).is_some();
+        known && self.scene.branch_reach().reflections == 0
     }
 
-    /// A start for every ray through the surface of the ball that is all that bends rays, if one end lies
-    /// inside and the other outside.
+    /// A start for every ray through the surface of the ball that is all that bends rays, with the field inside, if one end
+    /// lies inside and the other outside.
     pub(super) fn through_ball(self) -> Option<impl Iterator<Item = Candidate> + use<'a>> {
         let glass = self.scene.glass_ball()?;
         let (inner, outer) = self.ends(glass)?;
-        let crossings = glass.ball.crossings(inner, outer);
-        Some(crossings.filter_map(move |p| self.by_way_of(p, glass)))
+        let lens = glass.lens.as_ref();
+        let bent = lens.map(|lens| lens.rays(inner, outer)).unwrap_or_default();
+        let straight = lens.is_none().then(|| glass.ball.crossings(inner, outer));
+        let straight = straight.into_iter().flatten();
+        let rays = straight
+            .map(move |crossing| glass.straight(inner, crossing))
+            .chain(bent);
+        Some(rays.filter_map(move |ray| self.by_way_of(&ray, glass)))
     }
 
     /// The end that lies inside, and the one that lies outside.
@@ -58,29 +67,50 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The start of the ray that crosses the surface of the ball at `p`.
-    fn by_way_of(&self, p: DVec3, glass: &GlassBall) -> Option<Candidate> {
-        let x = self.vertex.position();
+    /// The start of a ray through the surface of the ball.
+    fn by_way_of(&self, ray: &BallRay, glass: &GlassBall) -> Option<Candidate> {
+        let (x, p) = (self.vertex.position(), ray.crossing);
+        let inside = glass.ball.contains(x);
         match self.target.end {
             ConnectionEnd::Point { position, .. } => {
-                let direction = (p - x).try_normalize()?;
+                let arrival = if inside { position - p } else { -ray.direction };
+                let (direction, arrival) = (
+                    if inside {
+                        ray.direction
+                    } else {
+                        (p - x).try_normalize()?
+                    },
+                    arrival.try_normalize()?,
+                );
                 let place = self.vertex.start(self.scene, direction);
-                let arrival = (position - p).try_normalize()?;
                 let (end_point, facing) = self.end_point(position, arrival);
                 if facing.is_some_and(|normal| normal.dot(arrival) > BEHIND) {
                     return None;
                 }
+                let outer = if inside { end_point } else { place.x };
                 let start = InitialGuess {
                     family: RayFamily::Point {
                         x: place.x,
                         direction,
                     },
                     region: place.medium,
-                    optical_length: glass.optical_length(p, place.x)
-                        + glass.optical_length(p, end_point),
+                    optical_length: ray.optical_length + glass.outside(p, outer),
                     pattern: Pattern::REFRACT,
                 };
-                Some(Candidate::new(start, place, end_point, facing))
+                let known = match &glass.lens {
+                    None => Known::Nothing,
+                    Some(_) => Known::Wall(WallGuess {
+                        inner: if inside { place.x } else { end_point },
+                        region: glass.interior,
+                        outer,
+                        crossing: p,
+                        outward: inside,
+                    }),
+                };
+                Some(Candidate {
+                    known,
+                    ..Candidate::new(start, place, end_point, facing)
+                })
             }
             ConnectionEnd::Plane {
                 through, direction, ..
@@ -89,10 +119,10 @@ impl<'a> Search<'a> {
                 let start = InitialGuess {
                     family: RayFamily::Plane { x: foot, direction },
                     region: self.scene.medium_at(foot),
-                    optical_length: glass.optical_length(p, foot) + glass.optical_length(p, x),
+                    optical_length: glass.outside(p, foot) + ray.optical_length,
                     pattern: Pattern::REFRACT,
                 };
-                Some(self.arriving(start, (x - p).try_normalize()?))
+                Some(self.arriving(start, -ray.direction))
             }
         }
     }

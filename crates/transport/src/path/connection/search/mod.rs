@@ -31,6 +31,8 @@ pub(super) struct Candidate {
 enum Known {
     /// It is straight, and the primary branch is meant.
     Straight,
+    /// About where it crosses the wall of a lens.
+    Wall(connect::WallGuess<MediumId>),
     /// Where its ray gets.
     Followed(Box<connect::Followed<MediumId>>),
     /// Nothing.
@@ -58,6 +60,10 @@ impl Candidate {
         let solver = &mut ws.solver;
         match &self.known {
             Known::Straight => solver.primary(scene, &self.start, self.end_point),
+            Known::Wall(guess) => match solver.through_wall(scene, guess) {
+                Some(found) => Ok(found),
+                None => solver.solve(scene, &self.start, self.end_point),
+            },
             Known::Followed(known) => solver.solve_on(scene, known, self.end_point),
             Known::Nothing => solver.solve(scene, &self.start, self.end_point),
         }
@@ -88,7 +94,7 @@ impl<'a> Search<'a> {
     /// Whether there is no ray but those that the deterministic starts lead to, given whether these led to
     /// any.
     pub(crate) fn has_all(&self, any: bool) -> bool {
-        self.scene.is_straight() || self.ball_has_all() || any && self.is_unique()
+        self.scene.is_straight() || self.ball_has_all(any) || any && self.is_unique()
     }
 
     /// Whether it is known that there is one ray at most.

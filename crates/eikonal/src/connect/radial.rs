@@ -1,0 +1,422 @@
+//! All rays between a point inside a ball and one outside, where the index inside depends on the distance from the
+//! centre alone, or nearly so, and is constant outside.
+//!
+//! Along a ray, b = n·r·sin(angle to the radius) is constant (Bouguer's formula). With q = n·r, which must grow with r,
+//! w = d ln r/d ln q and T = ±√(q² − b²), negative before the ray is closest to the centre, a ray turns, seen from the centre, by
+//!
+//! Ψ = ∫ b w/q² dT,   over the optical length   L = ∫ w dT.
+//!
+//! Where w = 1 these are what straight lines do, in closed form, and w − 1 vanishes as q² at the centre: Gauss's rule
+//! sees smooth functions only. Of a field that is not quite radial the mean over spheres is taken: what is found
+//! are then first guesses of its rays.
+//!
+//! Theory: docs/theory.md#through-a-lens.
+
+use super::ball::{Ball, Outside, across};
+use super::collocate::QuadratureRule;
+use crate::field::Field;
+use glam::DVec3;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+/// Values of tables, evenly spaced in squares of radii: linear interpolation errs by some 1e-5 of the field's contrast.
+const TABLE: usize = 512;
+/// Least dq/dr over n: where it is zero, rays circle.
+const STEEPEST: f64 = 0.05;
+/// Intervals of angles in which at most one ray is expected to be, unless the angle turns back in between.
+const INTERVALS: usize = 6;
+/// Of angles, in radians.
+const SETTLED: f64 = 1e-6;
+/// More rounds than regula falsi needs.
+const ROUNDS: usize = 40;
+/// Each halves the interval in which angles turn back.
+const HALVINGS: usize = 6;
+/// Rays are tried as well that miss by so many radians, per relative deviation of n² from its mean over spheres: the field
+/// may have them.
+const SLACK_PER_DEVIATION: f64 = 4.0;
+/// The least slack.
+const SLACK: f64 = 1e-4;
+
+static RULE: QuadratureRule<10> = QuadratureRule::new();
+
+/// A ball whose index depends on the radius.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RadialBall {
+    center: DVec3,
+    radius: f64,
+    /// Index outside.
+    outside: f64,
+    /// q at the surface.
+    rim: f64,
+    /// n² at evenly spaced r².
+    n2: Vec<f64>,
+    /// (w − 1)/q² at evenly spaced q².
+    bend: Vec<f64>,
+    /// See [`SLACK_PER_DEVIATION`].
+    slack: f64,
+}
+
+/// A ray from a point inside a ball to one outside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BallRay {
+    /// Where it crosses the surface.
+    pub crossing: DVec3,
+    /// Unit direction at the inner point.
+    pub direction: DVec3,
+    /// Optical length inside.
+    pub optical_length: f64,
+}
+
+/// Rays from the inner point, by the angle between them and the radius.
+struct Rays<'a> {
+    ball: &'a RadialBall,
+    /// q at the inner point.
+    q: f64,
+    /// 1 over the distance of the outer point from the centre.
+    k: f64,
+}
+
+/// Of a ray from the inner point.
+struct Turn {
+    /// Ψ.
+    inside: f64,
+    /// L.
+    optical_length: f64,
+}
+
+impl RadialBall {
+    /// The ball of the mean of a field over spheres, in surroundings of the index `outside`. `None` if n·r does not
+    /// grow with r everywhere.
+    pub fn new(field: &Field, center: DVec3, radius: f64, outside: f64) -> Option<Self> {
+        let step = radius * radius / TABLE as f64;
+        let (mut n2, mut deviation) = (Vec::with_capacity(TABLE + 1), 0.0);
+        for i in 0..=TABLE {
+            let r = (i as f64 * step).sqrt();
+            let values = DIRECTIONS.map(|d| field.n2(center + d.normalize() * r));
+            let mean = values.iter().sum::<f64>() / values.len() as f64;
+            let apart = values.iter().map(|v| (v / mean - 1.0).abs());
+            deviation = apart.fold(deviation, f64::max);
+            n2.push(mean);
+        }
+        if !n2.iter().all(|n2| *n2 > 0.0 && n2.is_finite()) {
+            return None;
+        }
+        // By r²: q², d ln n/d ln r, and (w − 1)/q².
+        let last = TABLE;
+        let slope = |i: usize| {
+            let (a, b) = (i.saturating_sub(1), (i + 1).min(last));
+            (n2[b] - n2[a]) / ((b - a) as f64 * step)
+        };
+        let mut known = Vec::with_capacity(TABLE + 1);
+        for (i, n2) in n2.iter().enumerate() {
+            let r2 = i as f64 * step;
+            let steepness = 1.0 + r2 * slope(i) / n2;
+            if steepness < STEEPEST {
+                return None;
+            }
+            known.push((n2 * r2, -slope(i) / (n2 * n2 * steepness)));
+        }
+        let rim = known[last].0.sqrt();
+        Some(RadialBall {
+            center,
+            radius,
+            outside,
+            rim,
+            bend: evenly(&known),
+            n2,
+            slack: SLACK + SLACK_PER_DEVIATION * deviation,
+        })
+    }
+
+    /// The ball, as if its index were that at its surface.
+    pub fn surface(&self) -> Ball {
+        Ball {
+            center: self.center,
+            radius: self.radius,
+            ratio: self.rim / (self.radius * self.outside),
+        }
+    }
+
+    /// The rays from `x`, inside, to an end outside, refracted at the surface: to some 1e-5 in the mean field. Some may not
+    /// exist, where they nearly do. If both ends lie on a line through the centre, one of each cone of rays stands for all.
+    pub fn rays(&self, x: DVec3, to: Outside) -> Vec<BallRay> {
+        let (toward, k) = match to {
+            Outside::Point(y) => ((y - self.center).normalize(), 1.0 / y.distance(self.center)),
+            Outside::Direction(direction) => (direction, 0.0),
+        };
+        let (arm, s) = (x - self.center, x.distance(self.center));
+        let axis = arm.try_normalize().unwrap_or(toward);
+        let across = across(axis, toward);
+        let goal = libm::atan2(toward.dot(across), toward.dot(axis));
+        let rays = Rays {
+            ball: self,
+            q: s * interpolated(&self.n2, (s / self.radius).powi(2)).sqrt(),
+            k,
+        };
+        let mut found = Vec::new();
+        for (goal, across) in rays.angles(goal, across) {
+            let turn = rays.turn(goal);
+            let (sin, cos) = libm::sincos(turn.inside);
+            let (sin_out, cos_out) = libm::sincos(goal);
+            found.push(BallRay {
+                crossing: self.center + (axis * cos + across * sin) * self.radius,
+                direction: axis * cos_out + across * sin_out,
+                optical_length: turn.optical_length,
+            });
+        }
+        found
+    }
+}
+
+impl Rays<'_> {
+    /// b of the ray at an angle.
+    fn invariant(&self, theta: f64) -> f64 {
+        let most = self.ball.rim.min(self.ball.radius * self.ball.outside);
+        (self.q * libm::sin(theta)).clamp(0.0, most)
+    }
+
+    fn turn(&self, theta: f64) -> Turn {
+        let (ball, b) = (self.ball, self.invariant(theta));
+        let start = (self.q * self.q - b * b)
+            .max(0.0)
+            .sqrt()
+            .copysign(FRAC_PI_2 - theta);
+        let end = (ball.rim * ball.rim - b * b).max(0.0).sqrt();
+        let span = end - start;
+        let mut sums = [0.0; 2];
+        for (node, weight) in RULE.nodes.iter().zip(&RULE.weights) {
+            let t = start + span * node;
+            let q2 = t * t + b * b;
+            let bend = weight * interpolated(&ball.bend, q2 / (ball.rim * ball.rim));
+            sums[0] += bend;
+            sums[1] += bend * q2;
+        }
+        let straight = libm::atan2(end, b) - libm::atan2(start, b);
+        Turn {
+            inside: straight + b * span * sums[0],
+            optical_length: span * (1.0 + sums[1]),
+        }
+    }
+
+    /// The whole angle by which a ray has turned when it meets the outer point.
+    fn whole(&self, theta: f64) -> f64 {
+        let impact = self.invariant(theta) / self.ball.outside;
+        let surface = libm::asin((impact / self.ball.radius).min(1.0));
+        self.turn(theta).inside + surface - libm::asin((impact * self.k).min(1.0))
+    }
+
+    /// The angles of all rays that turn by `goal`, or come round on the other side, each with the side.
+    fn angles(&self, goal: f64, across: DVec3) -> Vec<(f64, DVec3)> {
+        let limit = self.ball.radius * self.ball.outside;
+        // By angles of refraction where some rays are reflected: there, angles of incidence crowd.
+        let share = limit / self.q;
+        let mut found = Vec::new();
+        let mut search = |range: &dyn Fn(f64) -> f64| {
+            let at = |t: f64| self.whole(range(t));
+            let values: [f64; INTERVALS + 1] =
+                std::array::from_fn(|i| at(i as f64 / INTERVALS as f64));
+            for (goal, across) in [(goal, across), (TAU - goal, -across)] {
+                let mut keep = |t: f64| found.push((range(t), across));
+                roots(&at, &values, goal, self.ball.slack, &mut keep);
+            }
+        };
+        if share >= 1.0 {
+            search(&|t| PI * t);
+        } else {
+            let incidence = |t: f64| libm::asin(share * libm::sin(FRAC_PI_2 * t));
+            search(&incidence);
+            search(&|t| PI - incidence(t));
+        }
+        found
+    }
+}
+
+/// Where a function on [0, 1] that is known at evenly spaced places takes a value, and where it nearly does at an end
+/// or where it turns back.
+fn roots(
+    at: &dyn Fn(f64) -> f64,
+    values: &[f64; INTERVALS + 1],
+    goal: f64,
+    slack: f64,
+    found: &mut dyn FnMut(f64),
+) {
+    let h = 1.0 / INTERVALS as f64;
+    let off = values.map(|value| value - goal);
+    for i in 0..INTERVALS {
+        if (off[i] < 0.0) != (off[i + 1] < 0.0) {
+            found(between(
+                at,
+                goal,
+                [i as f64 * h, (i + 1) as f64 * h],
+                [off[i], off[i + 1]],
+            ));
+        }
+    }
+    for (end, next) in [(0, 1), (INTERVALS, INTERVALS - 1)] {
+        if off[end].abs() < slack && (off[end] < 0.0) == (off[next] < 0.0) {
+            found(end as f64 * h);
+        }
+    }
+    for i in 1..INTERVALS {
+        let near = [off[i - 1], off[i], off[i + 1]];
+        if let Some(turn) = turning(at, goal, [i as f64 * h, h], near, slack) {
+            let (t, top) = turn;
+            if top * near[0] < 0.0 {
+                found(between(at, goal, [(i - 1) as f64 * h, t], [near[0], top]));
+                found(between(at, goal, [t, (i + 1) as f64 * h], [top, near[2]]));
+            } else if top.abs() < slack {
+                found(t);
+            }
+        }
+    }
+}
+
+/// Where a function turns back close to a value, around a place from which it is known at a distance `h` on either side, and
+/// how much it is off there: at the closest, or beyond.
+fn turning(
+    at: &dyn Fn(f64) -> f64,
+    goal: f64,
+    [mut t, mut h]: [f64; 2],
+    [mut a, mut b, mut c]: [f64; 3],
+    slack: f64,
+) -> Option<(f64, f64)> {
+    let sign = b.signum();
+    for _ in 0..HALVINGS {
+        let turns = b * sign <= (a * sign).min(c * sign) && a * sign > 0.0 && c * sign > 0.0;
+        // By the parabola through the three.
+        let curvature = a - 2.0 * b + c;
+        let closest = (b - (c - a).powi(2) / (8.0 * curvature)) * sign;
+        if !turns || closest > slack + 0.5 * curvature.abs() {
+            return None;
+        }
+        let [left, right] = [t - 0.5 * h, t + 0.5 * h].map(|t| at(t) - goal);
+        h *= 0.5;
+        ([a, b, c], t) = if left * sign < (b * sign).min(right * sign) {
+            ([a, left, b], t - h)
+        } else if right * sign < b * sign {
+            ([b, right, c], t + h)
+        } else {
+            ([left, b, right], t)
+        };
+        if b * sign < 0.0 {
+            break;
+        }
+    }
+    Some((t, b))
+}
+
+/// The root between two places of different sign: regula falsi, after Illinois.
+fn between(at: &dyn Fn(f64) -> f64, goal: f64, place: [f64; 2], off: [f64; 2]) -> f64 {
+    let ([mut a, mut b], [mut fa, mut fb]) = (place, off);
+    for _ in 0..ROUNDS {
+        let t = b - fb * (b - a) / (fb - fa);
+        let ft = at(t) - goal;
+        if (ft < 0.0) == (fb < 0.0) {
+            fa *= 0.5;
+        } else {
+            (a, fa) = (b, fb);
+        }
+        (b, fb) = (t, ft);
+        if ft.abs() < SETTLED {
+            break;
+        }
+    }
+    b
+}
+
+/// Values at evenly spaced places from 0 to the last of given (place, value), places ascending.
+fn evenly(known: &[(f64, f64)]) -> Vec<f64> {
+    let last = known.len() - 1;
+    let mut i = 1;
+    (0..=last)
+        .map(|j| {
+            let place = known[last].0 * j as f64 / last as f64;
+            while i < last && known[i].0 < place {
+                i += 1;
+            }
+            let ((a, fa), (b, fb)) = (known[i - 1], known[i]);
+            fa + (fb - fa) * (place - a) / (b - a)
+        })
+        .collect()
+}
+
+/// The value of a table at a share of its range.
+#[inline]
+fn interpolated(table: &[f64], share: f64) -> f64 {
+    let place = share.clamp(0.0, 1.0) * (table.len() - 1) as f64;
+    let i = (place as usize).min(table.len() - 2);
+    table[i] + (table[i + 1] - table[i]) * (place - i as f64)
+}
+
+/// Where means over spheres are taken: at the faces and corners of a cube.
+const DIRECTIONS: [DVec3; 14] = [
+    DVec3::X,
+    DVec3::NEG_X,
+    DVec3::Y,
+    DVec3::NEG_Y,
+    DVec3::Z,
+    DVec3::NEG_Z,
+    DVec3::new(1.0, 1.0, 1.0),
+    DVec3::new(1.0, 1.0, -1.0),
+    DVec3::new(1.0, -1.0, 1.0),
+    DVec3::new(1.0, -1.0, -1.0),
+    DVec3::new(-1.0, 1.0, 1.0),
+    DVec3::new(-1.0, 1.0, -1.0),
+    DVec3::new(-1.0, -1.0, 1.0),
+    DVec3::new(-1.0, -1.0, -1.0),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::{Constant, Gaussian};
+
+    /// Two rays close to a caustic are known to the square root of what their angles are known to.
+    const CLOSE: f64 = 3e-4;
+
+    /// Of a constant index the rays are those of [`Ball`], which knows them in closed form.
+    #[test]
+    fn rays_of_a_constant_index_are_those_in_closed_form() {
+        let (center, radius) = (DVec3::new(0.3, -0.2, 0.1), 1.2);
+        let radial = RadialBall::new(&Constant::new(1.5).into(), center, radius, 1.1).unwrap();
+        let closed = radial.surface();
+        let mut counts = [0; 5];
+        for i in 0..400 {
+            let at = |turns: f64, r: f64| {
+                let (sin, cos) = (turns * TAU).sin_cos();
+                center + DVec3::new(cos, sin, 0.3 * sin).normalize() * r
+            };
+            let x = at(
+                f64::from(i) * 0.618_034,
+                radius * (0.02 + 0.95 * f64::from(i % 20) / 20.0),
+            );
+            let y = at(
+                0.1 + f64::from(i) * 0.414_214,
+                radius * (1.1 + 0.2 * f64::from(i % 7)),
+            );
+            let expected: Vec<DVec3> = closed.crossings(x, Outside::Point(y)).collect();
+            let found = radial.rays(x, Outside::Point(y));
+            for p in &expected {
+                let near = |ray: &&BallRay| ray.crossing.distance(*p) < CLOSE;
+                let ray = found
+                    .iter()
+                    .find(near)
+                    .unwrap_or_else(|| panic!("{x} {y} {p}"));
+                assert!((ray.optical_length - 1.5 * x.distance(*p)).abs() < 2.0 * CLOSE);
+                assert!(ray.direction.distance((*p - x).normalize()) < 10.0 * CLOSE);
+            }
+            // No more but where one nearly exists.
+            assert!(found.len() <= expected.len() + 1);
+            counts[found.len()] += 1;
+        }
+        assert!(
+            counts[0] > 0 && counts[1] > 0 && counts[2] > 0,
+            "{counts:?}"
+        );
+    }
+
+    #[test]
+    fn rays_circle_where_the_index_falls_too_fast() {
+        let steep = Gaussian::new(1.0, 4.0, DVec3::ZERO, 0.3).unwrap();
+        assert!(RadialBall::new(&steep.into(), DVec3::ZERO, 1.0, 1.0).is_none());
+    }
+}

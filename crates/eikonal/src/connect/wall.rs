@@ -1,0 +1,267 @@
+//! Rays through one smooth interface from a field that bends them to a region of constant index, by collocation
+//! (docs/theory.md#through-a-lens).
+//!
+//! The unknown is the point of the interface. From there to the inner end [collocation](super::collocate) knows the ray, to the
+//! outer one it is straight; by Fermat's principle the optical length of both is stationary:
+//!
+//! g = v − n′e has no component along the interface,
+//!
+//! with v the velocity at which the ray arrives there, and e the direction from there to the outer end. That is Snell's
+//! law, but smooth even where rays graze the interface, and beyond. Tangents give its derivatives.
+
+use super::collocate::{Collocation, collocated};
+use super::connection::ConnectingRay;
+use super::family::RayFamily;
+use super::newton::Iterate;
+use super::pattern::Pattern;
+use super::shoot::Travelled;
+use super::solver::{Hit, Solver};
+use super::world::{Crossing, Event, Piece, World};
+use crate::interface::{Interface, Rule};
+use crate::ray::{Arc, Node, Tangents, Variation, perpendicular_basis};
+use glam::{DMat2, DMat3, DVec2, DVec3};
+
+/// Rounds of Newton's method.
+const ROUNDS: usize = 8;
+/// A step goes no further than this share of the way from the inner point.
+const FARTHEST: f64 = 0.5;
+/// Lines to the interface are prolonged by this share to be sure to meet it.
+const BEYOND: f64 = 0.5;
+
+/// Where to look for a ray between a point in a field and one where the index is constant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WallGuess<R> {
+    /// The end in the field.
+    pub inner: DVec3,
+    /// The region of the field.
+    pub region: R,
+    /// The other end.
+    pub outer: DVec3,
+    /// About where the ray crosses the interface.
+    pub crossing: DVec3,
+    /// Whether the ray is wanted from the inner end to the outer one.
+    pub outward: bool,
+}
+
+/// A ray from the inner end to the interface.
+struct Inside<R> {
+    crossing: Crossing<R>,
+    /// Unit normal on the side of the outer end.
+    normal: DVec3,
+    /// First velocity.
+    first: DVec3,
+    /// At the interface, just before it.
+    node: Node<Tangents>,
+    travelled: Travelled,
+    interface: Interface,
+}
+
+impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
+    /// The ray near a guess, whose [pieces](Self::pieces) are kept: none of it shot. `None` if it is not found, if collocation does
+    /// not know the part inside, or if anything else than the one interface lies on the way.
+    pub fn through_wall<W: World<Region = R>>(
+        &mut self,
+        world: &W,
+        guess: &WallGuess<R>,
+    ) -> Option<ConnectingRay> {
+        let mut aim = guess.crossing;
+        for _ in 0..ROUNDS {
+            let inside = self.inside(world, guess, aim)?;
+            if let Some(found) = self.refracted(world, guess, &inside) {
+                return Some(if guess.outward {
+                    found
+                } else {
+                    self.turned_round(world, guess, &found)
+                });
+            }
+            aim = inside.next(guess, world.field(inside.crossing.beyond).n(guess.outer))?;
+        }
+        None
+    }
+
+    /// The ray from the inner end to where the line towards `aim` meets the interface.
+    fn inside<W: World<Region = R>>(
+        &mut self,
+        world: &W,
+        guess: &WallGuess<R>,
+        aim: DVec3,
+    ) -> Option<Inside<R>> {
+        let x = guess.inner;
+        let line = Arc::line(x, aim - x, 1.0 + BEYOND);
+        let crossing = world.crossing(guess.region, &line)?;
+        let beyond = world.field(crossing.beyond);
+        if crossing.rule != Rule::Refract || !beyond.is_constant() {
+            return None;
+        }
+        let normal = crossing.normal * crossing.normal.dot(aim - x).signum();
+        let end = crossing.position - normal * world.ray_epsilon();
+        let field = world.field(guess.region);
+        let mut found = Collocation {
+            arcs: &mut self.arcs,
+            evaluations: &mut self.work.evaluations,
+        };
+        let ray = collocated(field, x, end - x, self.tolerance.get(), &mut found)?;
+        self.work.evaluations += 1;
+        let node = Node::start(field, end, ray.v[1].normalize(), ray.tangents);
+        let interface = Interface {
+            normal: crossing.normal,
+            shape: crossing.shape,
+            near: (node.n2, node.a),
+            far: (beyond.n2(end), DVec3::ZERO),
+        };
+        Some(Inside {
+            crossing,
+            normal,
+            first: ray.v[0],
+            node,
+            travelled: Travelled {
+                arc_length: ray.arc_length,
+                optical_length: ray.optical_length,
+                sigma: ray.sigma,
+                leg: ray.arc_length,
+            },
+            interface,
+        })
+    }
+
+    /// The ray that goes on from inside by refraction, if it passes the outer end closely enough, and nothing else lies on its way.
+    fn refracted<W: World<Region = R>>(
+        &mut self,
+        world: &W,
+        guess: &WallGuess<R>,
+        inside: &Inside<R>,
+    ) -> Option<ConnectingRay> {
+        let (y, node) = (guess.outer, &inside.node);
+        let after = inside.interface.velocity(Rule::Refract, node.v)?;
+        let variation = inside
+            .interface
+            .tangents(Rule::Refract, node.v, &node.variation)?;
+        let (far_n2, _) = inside.interface.far;
+        let x = inside.crossing.position + inside.normal * world.ray_epsilon();
+        let sigma = (y - x).dot(after) / far_n2;
+        if sigma <= 0.0 {
+            return None;
+        }
+        let beyond = inside.crossing.beyond;
+        let mut end_state = Node::new(world.field(beyond), x + after * sigma, after, variation);
+        end_state.variation.drift(sigma);
+        let leg = far_n2.sqrt() * sigma;
+        let so_far = inside.travelled;
+        let hit = Hit {
+            end_state,
+            travelled: Travelled {
+                arc_length: so_far.arc_length + leg,
+                optical_length: so_far.optical_length + far_n2 * sigma,
+                sigma: so_far.sigma + sigma,
+                leg,
+            },
+            pattern: Pattern::REFRACT,
+        };
+        let family = RayFamily::Point {
+            x: guess.inner,
+            direction: inside.first.normalize(),
+        };
+        let floor = self.least_miss(world, guess.inner, y);
+        if end_state.x.distance(y) > self.allowed_miss(&family, &hit, floor) {
+            return None;
+        }
+        let iterate = Iterate {
+            family,
+            length: hit.travelled.optical_length,
+        };
+        let found = self.finish(&iterate, &hit, y, 0).ok()?;
+        let line = Arc::line(x, after, sigma);
+        let is_clear = |region, arc: &Arc| world.crossing(region, arc).is_none();
+        if !is_clear(beyond, &line) || !self.arcs.iter().all(|arc| is_clear(guess.region, arc)) {
+            return None;
+        }
+        self.keep_pieces(guess, inside, &line, after);
+        Some(found)
+    }
+
+    fn keep_pieces(&mut self, guess: &WallGuess<R>, inside: &Inside<R>, line: &Arc, after: DVec3) {
+        let piece = |region, arc| Piece {
+            region,
+            arc,
+            theta_end: 1.0,
+            event: None,
+        };
+        self.pieces.clear();
+        let arcs = self.arcs.iter().map(|&arc| piece(guess.region, arc));
+        self.pieces.extend(arcs);
+        if let Some(last) = self.pieces.last_mut() {
+            last.event = Some(Event {
+                rule: Rule::Refract,
+                far_n: inside.interface.far.0.sqrt(),
+                surface: inside.crossing.surface,
+                normal: inside.crossing.normal,
+                before: inside.node.v,
+                after,
+            });
+        }
+        self.pieces.push(piece(inside.crossing.beyond, *line));
+    }
+
+    /// The same ray from the outer end to the inner one: J over n² at the start is the same either way (étendue is conserved).
+    fn turned_round<W: World<Region = R>>(
+        &mut self,
+        world: &W,
+        guess: &WallGuess<R>,
+        ray: &ConnectingRay,
+    ) -> ConnectingRay {
+        let event = self.pieces.iter().find_map(|piece| piece.event);
+        self.pieces.reverse();
+        for piece in &mut self.pieces {
+            piece.arc = piece.arc.reversed();
+            piece.event = None;
+        }
+        let far = self.pieces[0].region;
+        self.pieces[0].event = event.map(|event| Event {
+            far_n: event.before.length(),
+            before: -event.after,
+            after: -event.before,
+            ..event
+        });
+        let n2 = |region, x| world.field(region).n2(x);
+        let ratio = n2(far, guess.outer) / n2(guess.region, guess.inner);
+        ConnectingRay {
+            start: guess.outer,
+            direction_out: -ray.direction_in,
+            direction_in: -ray.direction_out,
+            jacobian: ray.jacobian * ratio,
+            ..*ray
+        }
+    }
+}
+
+impl<R> Inside<R> {
+    /// The point of the interface to which a step of Newton's method leads; `None` where that is none.
+    fn next(&self, guess: &WallGuess<R>, n_far: f64) -> Option<DVec3> {
+        let (p, node) = (self.crossing.position, &self.node);
+        let to_outer = guess.outer - p;
+        let distance = to_outer.length();
+        let e = to_outer / distance;
+        let g = node.v - e * n_far;
+        // Changes of v with p: the ray's neighbours, at equal σ, and the ray itself.
+        let [a, b] = node.variation.dx;
+        let places = DMat3::from_cols(a, b, node.v);
+        let [da, db] = node.variation.dv;
+        let inner = DMat3::from_cols(da, db, node.a) * places.inverse();
+        let basis = perpendicular_basis(self.normal);
+        let curvature = g.dot(self.crossing.normal);
+        let change = |t: DVec3| {
+            let outer = (t - e * e.dot(t)) * (n_far / distance);
+            inner * t + outer - self.crossing.shape * t * curvature
+        };
+        let column = |t: DVec3| {
+            let change = change(t);
+            DVec2::new(basis[0].dot(change), basis[1].dot(change))
+        };
+        let hessian = DMat2::from_cols(column(basis[0]), column(basis[1]));
+        let step = hessian.inverse() * DVec2::new(-basis[0].dot(g), -basis[1].dot(g));
+        let longest = FARTHEST * p.distance(guess.inner);
+        let step = step.clamp_length_max(longest);
+        step.is_finite()
+            .then(|| p + basis[0] * step.x + basis[1] * step.y)
+    }
+}

@@ -1,0 +1,102 @@
+//! Samples of renders of the lens.
+
+use crate::clock::median;
+use crate::lens;
+use cpu_time::ProcessTime;
+use morgana_transport::film::Filter;
+use morgana_transport::integrator::{Bdpt, Integrator, PathTracer};
+use morgana_transport::render::{RenderOptions, Rendering};
+use morgana_transport::scene::FilmSpec;
+use morgana_transport::{Scene, Spectrum};
+
+const ROUNDS: usize = 5;
+const SIDE: usize = 32;
+/// Samples per pixel of two renders, whose difference has no pilot in it.
+const SAMPLES: [u64; 2] = [4, 20];
+/// Samples per pixel from which the variance is taken: it comes in part from rare bright samples.
+const MANY: u64 = 64;
+const DEPTH: u32 = 8;
+
+pub fn table() {
+    let mut parts = lens::scene();
+    parts.film = FilmSpec {
+        width: SIDE,
+        height: SIDE,
+        channels: 1,
+        group_size: Spectrum::CHANNELS,
+        filter: Filter::Box,
+        window: None,
+    };
+    let scene = Scene::new(parts).expect("the scene is valid");
+    let path = Integrator::Path(PathTracer {
+        max_depth: Some(DEPTH),
+        ..PathTracer::default()
+    });
+    let bdpt = Integrator::Bdpt(Bdpt {
+        max_depth: Some(DEPTH),
+        ..Bdpt::default()
+    });
+    println!("\nsamples of renders of the lens, depth {DEPTH}");
+    println!(
+        "{:6} {:>8} {:>8} {:>8} {:>10} {:>12} {:>10} {:>10} {:>8} {:>10}",
+        "", "µs", "evals", "shots", "variance", "time × var.", "certified", "searches", "q", "mean"
+    );
+    let integrators = [path, bdpt];
+    let mut seconds: Vec<Vec<f64>> = vec![Vec::new(); 2];
+    for _ in 0..ROUNDS {
+        for (integrator, seconds) in integrators.iter().zip(&mut seconds) {
+            let times = SAMPLES.map(|samples| {
+                let start = ProcessTime::now();
+                render(&scene, integrator, samples, 1);
+                start.elapsed().as_secs_f64()
+            });
+            seconds.push((times[1] - times[0]) / pixels(SAMPLES[1] - SAMPLES[0]));
+        }
+    }
+    for (integrator, seconds) in integrators.iter().zip(seconds) {
+        row(&scene, integrator, median(seconds));
+    }
+}
+
+fn pixels(samples: u64) -> f64 {
+    (SIDE * SIDE) as f64 * samples as f64
+}
+
+fn row(scene: &Scene, integrator: &Integrator, seconds: f64) {
+    let [few, more] = SAMPLES.map(|samples| render(scene, integrator, samples, 1));
+    let many = render(scene, integrator, MANY, 2);
+    let work = more.stats.work.evaluations - few.stats.work.evaluations;
+    let shots = more.stats.work.shots - few.stats.work.shots;
+    let counts = [few.stats.connections, more.stats.connections];
+    let per = |count: u64| count as f64 / pixels(SAMPLES[1] - SAMPLES[0]);
+    let variance = relative_variance(&many);
+    println!(
+        "{:6} {:8.2} {:8.1} {:8.2} {:10.2} {:12.1} {:10.2} {:10.3} {:8.3} {:10.5}",
+        integrator.name(),
+        1e6 * seconds,
+        per(work),
+        per(shots),
+        variance,
+        1e6 * seconds * variance,
+        per(counts[1].certified - counts[0].certified),
+        per(counts[1].searches - counts[0].searches),
+        many.search,
+        many.film.summary().0,
+    );
+}
+
+/// Variance of a pixel's sample over the square of its brightness, to which a twentieth of the image's is
+/// added: the mean over all pixels.
+fn relative_variance(rendering: &Rendering) -> f64 {
+    let mean = rendering.film.mean();
+    let variance = rendering.film.variance();
+    let floor = (0.05 * rendering.film.summary().0).powi(2);
+    let relative = |(mean, variance): (&f32, &f32)| {
+        f64::from(*variance) * rendering.samples as f64 / (f64::from(*mean).powi(2) + floor)
+    };
+    mean.iter().zip(&variance).map(relative).sum::<f64>() / mean.len() as f64
+}
+
+fn render(scene: &Scene, integrator: &Integrator, samples: u64, seed: u64) -> Rendering {
+    scene.render(&RenderOptions::new(*integrator, samples, seed))
+}
