@@ -2,10 +2,11 @@
 """Bias and noise of photon maps, against bdpt for equal time, on the Luneburg lens in fog.
 
 Renders the scene several times with independent seeds, compares with a long render of particles, and writes
-docs/photons.md and docs/images/photons.png. Uses the standard library and the release binary (--binary takes
-another one).
+docs/photons.md and docs/images/photons.png. Time is processor time, so that the comparison is fair on a busy
+machine, too: short renders tell how many samples take it. Uses the standard library and the release binary
+(--binary takes another one).
 
-Usage: scripts/compare_photons.py [--time SECONDS] [--seeds N] [--threads N] [--binary FILE]
+Usage: scripts/compare_photons.py [--time SECONDS] [--seeds N] [--binary FILE]
 """
 
 import argparse
@@ -16,7 +17,7 @@ import tempfile
 
 import compare
 
-SCENE, SIZE = "luneburg_fog", {"width": 96, "height": 58}
+SCENE, SIZE = "luneburg_fog", {"width": 200, "height": 120}
 # Name, integrator, parameters.
 ESTIMATORS = (
     ("bdpt", "bdpt", ""),
@@ -31,23 +32,31 @@ REFERENCES = 10
 def with_integrator(folder, name, kind, parameters):
     """A copy of the scene with another integrator."""
     text = (compare.ROOT / "scenes" / f"{SCENE}.xml").read_text()
-    old = '<integrator type="path">'
+    old = '<integrator type="auto">'
     assert old in text
     path = folder / f"{name}.xml"
     path.write_text(text.replace(old, f'<integrator type="{kind}">{parameters}'))
     return path
 
 
-def render(binary, folder, scene, seed, seconds, threads):
-
-
+def render(binary, folder, scene, seed, spp):
     image, stats = folder / "image.npy", folder / "stats.json"
-    command = [binary, "render", scene, "--quiet", "--seed", str(seed), "--time", f"{seconds}s"]
-    command += ["--threads", str(threads), "-o", image, "--stats", stats]
+    command = [binary, "render", scene, "--quiet", "--seed", str(seed), "--spp", str(spp), "--threads", "1"]
+    command += ["-o", image, "--stats", stats]
     for name, value in SIZE.items():
         command += ["-D", f"{name}={value}"]
+    before = compare.processor_time()
     subprocess.run(command, check=True)
+    seconds = compare.processor_time() - before
     return compare.Run(*compare.read_npy(image), json.loads(stats.read_text()), seconds)
+
+
+def fitting_samples(binary, folder, scene, seconds):
+    """Samples per pixel that take so much processor time."""
+    spp = 1
+    while (used := render(binary, folder, scene, 0, spp).seconds) < seconds / 10:
+        spp *= 4
+    return max(1, round(spp * seconds / used))
 
 
 def errors(runs, references):
@@ -89,8 +98,8 @@ def difference(runs, reference):
 TEXT = """# Photon maps compared
 
 This page shows bias and noise of photon maps on `{scene}` ({size}), with `bdpt` for comparison: {seeds} independent renders each,
-{time:g} s per render on {threads} threads. `scripts/compare_photons.py` makes it. The reference is the mean of {references} such
-renders by `particle`.
+of {time:g} s of processor time. `scripts/compare_photons.py` makes it, in {minutes:.0f} min of processor time. The reference is the mean of
+{references} such renders by `particle`.
 
 ![One render of each, and below them where their means are too bright or too dark](images/photons.png)
 
@@ -111,9 +120,8 @@ bias. `bdpt` has no bias: its value shows how uncertain the others are.
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--time", type=float, default=6.0)
+    parser.add_argument("--time", type=float, default=20.0, help="seconds of processor time per render")
     parser.add_argument("--seeds", type=int, default=4)
-    parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--binary")
     args = parser.parse_args()
     binary = args.binary or compare.program()
@@ -122,16 +130,16 @@ def main():
         folder = pathlib.Path(folder)
         scene = with_integrator(folder, "reference", "particle", "")
         seeds = range(1000, 1000 + REFERENCES)
-        references = [render(binary, folder, scene, s, args.time, args.threads) for s in seeds]
+        spp = fitting_samples(binary, folder, scene, args.time)
+        references = [render(binary, folder, scene, s, spp) for s in seeds]
         reference = compare.averages(references)
         for number, (name, kind, parameters) in enumerate(ESTIMATORS):
             scene = with_integrator(folder, kind, kind, parameters)
-            one = lambda seed: render(binary, folder, scene, seed, args.time, args.threads)
-            runs = [one(100 * number + i) for i in range(args.seeds)]
+            spp = fitting_samples(binary, folder, scene, args.time)
+            runs = [render(binary, folder, scene, 100 * number + i, spp) for i in range(args.seeds)]
             mean, error = compare.overall(runs)
             variance, bias = errors(runs, references)
-            spp = sum(run.spp for run in runs) / len(runs)
-            rows.append(f"| {name} | {spp:.0f} | {mean:.5f} ± {error:.5f} | {variance:.1e} | {bias:.1e} |")
+            rows.append(f"| {name} | {spp} | {mean:.5f} ± {error:.5f} | {variance:.1e} | {bias:.1e} |")
             print(rows[-1], flush=True)
             images.append(compare.strip({name: runs[:1]}, 0))
             differences.append(difference(runs, reference))
@@ -143,7 +151,7 @@ def main():
         scene=SCENE,
         size=" × ".join(str(v) for v in SIZE.values()),
         time=args.time,
-        threads=args.threads,
+        minutes=compare.processor_time() / 60,
         seeds=args.seeds,
         references=REFERENCES,
         names="; ".join(name for name, _, _ in ESTIMATORS),

@@ -1,16 +1,18 @@
 //! Connections to resampled ends of emitters (docs/theory.md#resampled-ends), against integrals by quadrature and furnaces.
 //!
-//! False alarms: means of the path tracer are compared to exact ones, at a rate of 1e-4 for the file, which its tests share.
+//! False alarms: means of the path tracer are compared to exact ones, at a rate of 1e-4 for all tests of it, and those of bidirectional
+//! path tracing at 1e-4, too.
 
 mod common;
 
-use common::{camera, container, estimate, parts, vacuum};
-use eikonal::field::Luneburg;
+use common::{camera, container, estimate, estimate_by, parts, vacuum};
+use eikonal::field::{Constant, Field, Luneburg};
 use glam::{DAffine2, DAffine3, DMat3, DQuat, DVec3};
 use morgana_transport::bsdf::{
     Bsdf, Diffuse, Distribution, RoughConductor, RoughPlastic, Roughness, Surface,
 };
 use morgana_transport::emitter::{Emitter, Environment, TexturedArea};
+use morgana_transport::integrator::{Bdpt, Heuristic, Integrator};
 use morgana_transport::medium::Medium;
 use morgana_transport::scene::{Object, Parts};
 use morgana_transport::sensor::SensorRay;
@@ -191,10 +193,13 @@ fn what_surfaces_reflect_of_panels() {
     max_abs_z(&zs, FAMILY / 2.0).unwrap();
 }
 
-/// White and grey surfaces in a ball that bends light, where straight lines are poor guesses: the furnaces of an image,
-/// and of a box of textured panels, all of radiance 1.
-fn furnaces() -> [Parts; 2] {
-    let index = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap();
+/// A ball that bends light, where straight lines are poor guesses.
+fn lens() -> Field {
+    Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap().into()
+}
+
+/// A white surface in a ball of some index: the furnaces of an image, and of a box of textured panels, all of radiance 1.
+fn furnaces(index: &Field) -> [Parts; 2] {
     let white = || Bsdf::Diffuse(Diffuse::new(Spectrum::ONE).unwrap());
     let objects = || {
         vec![
@@ -202,7 +207,7 @@ fn furnaces() -> [Parts; 2] {
             wall(Sphere::around(DVec3::X * 0.5, 0.3).unwrap(), white(), None),
         ]
     };
-    let media = || vec![vacuum(), Medium::transparent("lens", index)];
+    let media = || vec![vacuum(), Medium::transparent("lens", index.clone())];
     let sensor = || camera(DVec3::X * 3.0, DVec3::ZERO);
     let image = Environment::image(8, 4, vec![grey(1.0); 32], Orientation::IDENTITY).unwrap();
     let sky = parts(
@@ -238,7 +243,7 @@ fn furnaces_where_rays_bend() {
         origin: DVec3::new(3.0, 0.05, 0.1),
         direction: -DVec3::X,
     };
-    let zs: Vec<f64> = furnaces()
+    let zs: Vec<f64> = furnaces(&lens())
         .into_iter()
         .zip(["image", "texture"])
         .map(|(parts, name)| {
@@ -247,4 +252,28 @@ fn furnaces_where_rays_bend() {
         })
         .collect();
     max_abs_z(&zs, FAMILY / 4.0).unwrap();
+}
+
+/// Samples of random places of the image, in which all strategies are used and share each path: weights must add up to one.
+#[test]
+fn bidirectional_furnaces() {
+    let mut zs = Vec::new();
+    for index in [lens(), Constant::new(1.0).into()] {
+        for parts in furnaces(&index) {
+            for heuristic in [Heuristic::Balance, Heuristic::Power] {
+                let scene = Scene::new(parts.clone()).unwrap();
+                let bdpt = Integrator::Bdpt(Bdpt {
+                    heuristic,
+                    ..Bdpt::default()
+                });
+                let seed = 41 + zs.len() as u64;
+                let found = estimate_by(bdpt, &scene, (SAMPLES / 4, seed), |sampler| {
+                    let (image, lens) = (sampler.next_2d(), sampler.next_2d());
+                    (scene.sensor().ray(image, lens), 1.0)
+                });
+                zs.push(z("furnace", found, 1.0));
+            }
+        }
+    }
+    max_abs_z(&zs, FAMILY).unwrap();
 }
