@@ -725,10 +725,10 @@ PLANTED = [
         ("morgana-transport", "lens", "rays_are_those_of_the_dense_search"),
     ),
     (
-        "rays that come round on the other side of a lens left out",
+        "rays that start backwards in a lens left out",
         EIKONAL + "connect/radial.rs",
-        "[(goal, across), (TAU - goal, -across)]",
-        "[(goal, across), (goal, across)]",
+        "search(&|t| PI - incidence(t));",
+        "",
         ("morgana-transport", "lens", "every_pair_that_has_a_ray_is_found"),
     ),
     (
