@@ -6,7 +6,7 @@ prints a table in Markdown: variance and processor time of the first by those of
 efficiency. The variance is that of pixels among the seeds, each relative to the pixel's squared mean plus a hundredth of the
 image's; times are medians.
 
-Usage: scripts/emitter_sampling.py OLD NEW [--seeds N] [--samples N] [NAME ...]     (needs numpy)
+Usage: scripts/emitter_sampling.py OLD NEW [--integrator NAME] [--seeds N] [--samples N] [NAME ...]     (needs numpy)
 """
 
 import argparse
@@ -165,7 +165,7 @@ def row(name, scene, options, args):
     images, times = [[], []], [[], []]
     for seed in range(1, args.seeds + 1):
         for k, program in enumerate((args.old, args.new)):
-            image, seconds = render(program, scene, args.samples, seed, options)
+            image, seconds = render(program, scene, args.samples, seed, [*options, "--integrator", args.integrator])
             images[k].append(image)
             times[k].append(seconds)
     images = np.array(images)
@@ -180,6 +180,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("old", type=pathlib.Path)
     parser.add_argument("new", type=pathlib.Path)
+    parser.add_argument("--integrator", default="path")
     parser.add_argument("--seeds", type=int, default=4)
     parser.add_argument("--samples", type=int, default=64, help="per pixel")
     parser.add_argument("names", nargs="*", metavar="NAME", help="scenes whose names begin so; all if none is given")

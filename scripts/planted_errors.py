@@ -453,9 +453,23 @@ PLANTED = [
     (
         "discovery of rare branches ignored in one strategy",
         TRANSPORT + "integrator/bidirectional/paths.rs",
-        "discovery: connection.discovery * (chosen / source),",
-        "discovery: 0.0 * (chosen / source),",
+        "discovery: connection.discovery * self.favour(&z.vertex, chosen.probability, index),",
+        "discovery: 0.0 * self.favour(&z.vertex, chosen.probability, index),",
         ("morgana-transport", "furnace", "bidirectional_estimators"),
+    ),
+    (
+        "one strategy does not count the candidates of its end",
+        TRANSPORT + "integrator/bidirectional/paths.rs",
+        "connection.discovery * self.favour(&z.vertex, chosen.probability, index)",
+        "connection.discovery * chosen.probability / self.scene.source_probability(index)",
+        ("morgana-transport", "resampled_ends", "bidirectional_furnaces"),
+    ),
+    (
+        "resampled ends of bidirectional paths count as if drawn by chance",
+        TRANSPORT + "integrator/bidirectional/paths.rs",
+        "geometry_term * chosen.weight / density",
+        "geometry_term / density",
+        ("morgana-transport", "resampled_ends", "bidirectional_furnaces"),
     ),
     (
         "wrong ray tube from a point to a plane",

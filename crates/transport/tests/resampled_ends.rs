@@ -1,16 +1,18 @@
 //! Connections to resampled ends of emitters (docs/theory.md#resampled-ends), against integrals by quadrature and furnaces.
 //!
-//! False alarms: means of the path tracer are compared to exact ones, at a rate of 1e-4 for the file, which its tests share.
+//! False alarms: means of the path tracer are compared to exact ones, at a rate of 1e-4 for all tests of it, and those of bidirectional
+//! path tracing at 1e-4, too.
 
 mod common;
 
-use common::{camera, container, estimate, parts, vacuum};
-use eikonal::field::Luneburg;
+use common::{camera, container, estimate, estimate_by, parts, vacuum};
+use eikonal::field::{Constant, Field, Luneburg};
 use glam::{DAffine2, DAffine3, DMat3, DQuat, DVec3};
 use morgana_transport::bsdf::{
     Bsdf, Diffuse, Distribution, RoughConductor, RoughPlastic, Roughness, Surface,
 };
 use morgana_transport::emitter::{Emitter, Environment, TexturedArea};
+use morgana_transport::integrator::{Bdpt, Heuristic, Integrator};
 use morgana_transport::medium::Medium;
 use morgana_transport::scene::{Object, Parts};
 use morgana_transport::sensor::SensorRay;
@@ -191,19 +193,33 @@ fn what_surfaces_reflect_of_panels() {
     max_abs_z(&zs, FAMILY / 2.0).unwrap();
 }
 
-/// White and grey surfaces in a ball that bends light, where straight lines are poor guesses: the furnaces of an image,
-/// and of a box of textured panels, all of radiance 1.
-fn furnaces() -> [Parts; 2] {
-    let index = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap();
+/// A ball that bends light, where straight lines are poor guesses.
+fn lens() -> Field {
+    Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap().into()
+}
+
+/// What is inside of a furnace.
+struct Inside {
+    /// Of a ball of radius 1 around the origin.
+    index: Field,
+    /// A white ball in it.
+    ball: Sphere,
+    /// The camera, which looks at the origin.
+    eye: DVec3,
+}
+
+/// A white surface in a ball of some index: the furnaces of an image, and of a box of textured panels, at a distance from the origin, all
+/// of radiance 1.
+fn furnaces(inside: &Inside, distance: f64) -> [Parts; 2] {
     let white = || Bsdf::Diffuse(Diffuse::new(Spectrum::ONE).unwrap());
     let objects = || {
         vec![
             container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), Bsdf::Null),
-            wall(Sphere::around(DVec3::X * 0.5, 0.3).unwrap(), white(), None),
+            wall(inside.ball.clone(), white(), None),
         ]
     };
-    let media = || vec![vacuum(), Medium::transparent("lens", index)];
-    let sensor = || camera(DVec3::X * 3.0, DVec3::ZERO);
+    let media = || vec![vacuum(), Medium::transparent("lens", inside.index.clone())];
+    let sensor = || camera(inside.eye, DVec3::ZERO);
     let image = Environment::image(8, 4, vec![grey(1.0); 32], Orientation::IDENTITY).unwrap();
     let sky = parts(
         objects(),
@@ -220,8 +236,8 @@ fn furnaces() -> [Parts; 2] {
         .into_iter()
         .flat_map(|d| [d, -d])
     {
-        let turn = DMat3::from_quat(DQuat::from_rotation_arc(DVec3::Z, inward)) * 4.0;
-        let place = DAffine3::from_mat3_translation(turn, inward * -4.0);
+        let turn = DMat3::from_quat(DQuat::from_rotation_arc(DVec3::Z, inward)) * distance;
+        let place = DAffine3::from_mat3_translation(turn, inward * -distance);
         let side: Shape = Rectangle::new(place).unwrap().into();
         let light = TexturedArea::new(all.len(), &side, texture.clone()).unwrap();
         all.push(wall(side, black(), Some(lights.len())));
@@ -238,7 +254,12 @@ fn furnaces_where_rays_bend() {
         origin: DVec3::new(3.0, 0.05, 0.1),
         direction: -DVec3::X,
     };
-    let zs: Vec<f64> = furnaces()
+    let inside = Inside {
+        index: lens(),
+        ball: Sphere::around(DVec3::X * 0.5, 0.3).unwrap(),
+        eye: DVec3::X * 3.0,
+    };
+    let zs: Vec<f64> = furnaces(&inside, 4.0)
         .into_iter()
         .zip(["image", "texture"])
         .map(|(parts, name)| {
@@ -247,4 +268,34 @@ fn furnaces_where_rays_bend() {
         })
         .collect();
     max_abs_z(&zs, FAMILY / 4.0).unwrap();
+}
+
+/// Samples of random places of the image, in which all strategies are used and share each path: weights must add up to one.
+/// Panels are close, so that much of their light meets the ball, and strategies from either end have large weights.
+#[test]
+fn bidirectional_furnaces() {
+    let mut zs = Vec::new();
+    for index in [lens(), Constant::new(1.0).into()] {
+        let inside = Inside {
+            index,
+            ball: Sphere::around(DVec3::ZERO, 0.8).unwrap(),
+            eye: DVec3::X * 1.15,
+        };
+        for parts in furnaces(&inside, 1.2) {
+            for heuristic in [Heuristic::Balance, Heuristic::Power] {
+                let scene = Scene::new(parts.clone()).unwrap();
+                let bdpt = Integrator::Bdpt(Bdpt {
+                    heuristic,
+                    ..Bdpt::default()
+                });
+                let seed = 41 + zs.len() as u64;
+                let found = estimate_by(bdpt, &scene, (SAMPLES / 4, seed), |sampler| {
+                    let (image, lens) = (sampler.next_2d(), sampler.next_2d());
+                    (scene.sensor().ray(image, lens), 1.0)
+                });
+                zs.push(z("furnace", found, 1.0));
+            }
+        }
+    }
+    max_abs_z(&zs, FAMILY).unwrap();
 }

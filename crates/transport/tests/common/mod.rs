@@ -126,6 +126,18 @@ pub fn mean(rendering: &Rendering) -> (f64, f64) {
 /// Mean and standard error of the radiance along rays drawn by `ray`, with a weight each.
 pub fn estimate(
     scene: &Scene,
+    run: (u64, u64),
+    ray: impl FnMut(
+        &mut morgana_transport::sampling::Sampler,
+    ) -> (morgana_transport::sensor::SensorRay, f64),
+) -> (f64, f64) {
+    estimate_by(path_tracer(), scene, run, ray)
+}
+
+/// The same by any integrator, of whose samples all that they find counts, wherever in the image; so rays must be those of its places.
+pub fn estimate_by(
+    integrator: Integrator,
+    scene: &Scene,
     (samples, seed): (u64, u64),
     mut ray: impl FnMut(
         &mut morgana_transport::sampling::Sampler,
@@ -137,7 +149,9 @@ pub fn estimate(
         let mut sampler = morgana_transport::sampling::Sampler::new(seed, 0, i);
         let (ray, weight) = ray(&mut sampler);
         let mut found = Vec::new();
-        path_tracer().sample(scene, ray, 1, &mut sampler, &mut ws, &mut found);
+        integrator.sample(scene, ray, 1, &mut sampler, &mut ws, &mut found);
+        let inside = |x: &f64| (0.0..1.0).contains(x);
+        found.retain(|c| c.image.is_none_or(|place| place.iter().all(inside)));
         let value = found.iter().map(|c| c.weighted()[0]).sum::<f64>() * weight;
         assert!(value.is_finite());
         sum += value;

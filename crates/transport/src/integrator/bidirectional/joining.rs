@@ -7,8 +7,8 @@ use crate::budget::PHOTONS_PER_GATHER;
 use crate::connection_end::{ConnectionEnd, EndSample};
 use crate::integrator::Contribution;
 use crate::path::{
-    Connection, ConnectionTarget, FoundBranch, LightPath, PathEdge, PathVertex, StrategyKind,
-    Subpath, Vertex, Workspace, environment_end, gather_in_view, guess,
+    Connection, ConnectionTarget, EndChoice, FoundBranch, LightPath, PathEdge, PathVertex,
+    StrategyKind, Subpath, Vertex, Workspace, environment_end, gather_in_view, guess,
 };
 use crate::photons::Photon;
 use crate::sampling::{Discrete, Sampler};
@@ -157,21 +157,27 @@ impl Joining<'_> {
         if z.vertex.is_black(scene) {
             return;
         }
-        // Choose an emitter of each class by a guess of what it brings, and aim at it.
+        // Choose an emitter of each class by a guess of what it brings, and the place on it to aim at.
         let receiver = z.vertex.receiver(scene);
+        let used = setting.rates.direct;
         for (i, class) in scene.classes().enumerate() {
-            let (choice, u) = self.sampler.next_end(i);
-            if !self.uses(setting.rates.direct) {
+            let (u, place) = self.sampler.next_end(i);
+            if !self.uses(used) {
                 continue;
             }
-            let (index, chosen) = scene.choose_emitter(class, &receiver, choice);
-            let emitter = &scene.emitters()[index];
-            let shape = |object: usize| &scene.objects()[object].shape;
-            let end = emitter.sample_end(scene.around(), shape, u);
-            let target = ConnectionTarget::emitter(scene, index, end.end);
-            let used = setting.rates.direct;
+            let choice = EndChoice {
+                scene,
+                vertex: &z.vertex,
+                receiver: &receiver,
+                class,
+                rate: used,
+            };
+            let Some(end) = choice.sample(u, place, self.sampler, &mut self.ws.stats) else {
+                continue;
+            };
+            let target = ConnectionTarget::emitter(scene, end.emitter, end.sampled.end);
             self.connection(&z.vertex, &target, used, |connection| {
-                setting.direct(vertices, connection, index, &end, chosen)
+                setting.direct(vertices, connection, &end)
             });
         }
     }

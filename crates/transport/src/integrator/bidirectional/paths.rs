@@ -7,8 +7,8 @@ use crate::connection_end::{ConnectionEnd, EndSample, OnSurface};
 use crate::film::PathFacts;
 use crate::integrator::Contribution;
 use crate::path::{
-    Connection, EmittedAlong, Escape, LightPath, PathEdge, PathVertex, StrategyRates, Subpath,
-    TransportMode, Vertex, lead_in,
+    Connection, EmittedAlong, EmitterEnd, Escape, LightPath, PathEdge, PathVertex, Resampling,
+    StrategyRates, Subpath, TransportMode, Vertex, lead_in,
 };
 use crate::photons::Photon;
 use crate::scene::Scene;
@@ -142,7 +142,7 @@ impl Setting<'_> {
             );
             path_edge.geometry.density(pdf, path_edge.n_before) * event
         });
-        let favour = |b: &PathVertex| self.favour(&b.vertex, index);
+        let favour = |b: &PathVertex| self.favour_of_chance(&b.vertex, index);
         let mut path = self.sensor_side(vertices, before);
         path.push(Density {
             from_sensor: last.forward,
@@ -163,17 +163,15 @@ impl Setting<'_> {
         self.contribution(sampled, value, &path)
     }
 
-    /// A connection from the last of the sensor's vertices to an emitter that was chosen with some probability, and then
-    /// aimed at.
+    /// A connection from the last of the sensor's vertices to an end at an emitter that was chosen for it.
     pub(crate) fn direct(
         &self,
         vertices: &[PathVertex],
         connection: &Connection,
-        index: usize,
-        end: &EndSample,
-        chosen: f64,
+        chosen: &EmitterEnd,
     ) -> Option<Contribution> {
         let z = vertices.last()?;
+        let (index, end) = (chosen.emitter, &chosen.sampled);
         let emitter = &self.scene.emitters()[index];
         let (start, direction) = (connection.origin, connection.emission);
         let emitted = self.scene.leaving(index, &end.end, start, direction);
@@ -190,11 +188,10 @@ impl Setting<'_> {
             cosine(&end.end, connection.emission) * connection.geometry.survival(self.channel_pdf);
         let pdf = z.vertex.pdf(self.scene, connection.direction);
         let by_chance = connection.geometry.density(pdf, connection.n_end) * event;
-        let source = self.scene.source_probability(index);
         path.push(Density {
             from_sensor: if end.delta { 0.0 } else { by_chance },
-            from_emitter: source * end.pdf,
-            discovery: connection.discovery * (chosen / source),
+            from_emitter: self.scene.source_probability(index) * end.pdf,
+            discovery: connection.discovery * self.favour(&z.vertex, chosen.probability, index),
             merging: 0.0,
         });
         let sampled = Sampled {
@@ -208,16 +205,25 @@ impl Setting<'_> {
                 - lead_in(self.scene, index),
             emitter: index,
         };
-        // G over the density of the end.
-        let factor = connection.geometry.geometry_term / (chosen * end.pdf);
+        // G over the density of the end, times the weight of its choice.
+        let density = chosen.probability * end.pdf;
+        let factor = connection.geometry.geometry_term * chosen.weight / density;
         self.contribution(sampled, value * factor, &path)
     }
 
-    /// How much more often connections of a vertex choose an emitter than light subpaths do: the former make
-    /// strategy s = 1, the latter all with more of the emitter's vertices.
-    fn favour(&self, vertex: &Vertex, emitter: usize) -> f64 {
+    /// How much more often connections of a vertex, which choose an emitter with a probability, find an end at it than light
+    /// subpaths do: the former make strategy s = 1, the latter all with more of the emitter's vertices.
+    fn favour(&self, vertex: &Vertex, probability: f64, emitter: usize) -> f64 {
+        let class = self.scene.emitters()[emitter].class();
+        let samples = Resampling::of(self.scene, class, vertex).samples;
+        samples * probability / self.scene.source_probability(emitter)
+    }
+
+    /// The same of an end that no connection has chosen.
+    fn favour_of_chance(&self, vertex: &Vertex, emitter: usize) -> f64 {
         let receiver = vertex.receiver(self.scene);
-        self.scene.emitter_probability(emitter, &receiver) / self.scene.source_probability(emitter)
+        let probability = self.scene.emitter_probability(emitter, &receiver);
+        self.favour(vertex, probability, emitter)
     }
 
     /// A connection from the last of the sensor's vertices to vertex `j` of an emitter's subpath.
@@ -470,7 +476,7 @@ impl Setting<'_> {
             Some(next) => next.edge.leaving,
             None => direction,
         };
-        discovery *= self.favour(&vertices[0].vertex.seen_from(from), light.emitter);
+        discovery *= self.favour_of_chance(&vertices[0].vertex.seen_from(from), light.emitter);
         path.push(Density {
             from_sensor: if delta { 0.0 } else { by_chance * cosine },
             from_emitter: light.density,
