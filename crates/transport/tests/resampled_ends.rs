@@ -198,17 +198,28 @@ fn lens() -> Field {
     Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap().into()
 }
 
-/// A white surface in a ball of some index: the furnaces of an image, and of a box of textured panels, all of radiance 1.
-fn furnaces(index: &Field) -> [Parts; 2] {
+/// What is inside of a furnace.
+struct Inside {
+    /// Of a ball of radius 1 around the origin.
+    index: Field,
+    /// A white ball in it.
+    ball: Sphere,
+    /// The camera, which looks at the origin.
+    eye: DVec3,
+}
+
+/// A white surface in a ball of some index: the furnaces of an image, and of a box of textured panels, at a distance from the origin, all
+/// of radiance 1.
+fn furnaces(inside: &Inside, distance: f64) -> [Parts; 2] {
     let white = || Bsdf::Diffuse(Diffuse::new(Spectrum::ONE).unwrap());
     let objects = || {
         vec![
             container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), Bsdf::Null),
-            wall(Sphere::around(DVec3::X * 0.5, 0.3).unwrap(), white(), None),
+            wall(inside.ball.clone(), white(), None),
         ]
     };
-    let media = || vec![vacuum(), Medium::transparent("lens", index.clone())];
-    let sensor = || camera(DVec3::X * 3.0, DVec3::ZERO);
+    let media = || vec![vacuum(), Medium::transparent("lens", inside.index.clone())];
+    let sensor = || camera(inside.eye, DVec3::ZERO);
     let image = Environment::image(8, 4, vec![grey(1.0); 32], Orientation::IDENTITY).unwrap();
     let sky = parts(
         objects(),
@@ -225,8 +236,8 @@ fn furnaces(index: &Field) -> [Parts; 2] {
         .into_iter()
         .flat_map(|d| [d, -d])
     {
-        let turn = DMat3::from_quat(DQuat::from_rotation_arc(DVec3::Z, inward)) * 4.0;
-        let place = DAffine3::from_mat3_translation(turn, inward * -4.0);
+        let turn = DMat3::from_quat(DQuat::from_rotation_arc(DVec3::Z, inward)) * distance;
+        let place = DAffine3::from_mat3_translation(turn, inward * -distance);
         let side: Shape = Rectangle::new(place).unwrap().into();
         let light = TexturedArea::new(all.len(), &side, texture.clone()).unwrap();
         all.push(wall(side, black(), Some(lights.len())));
@@ -243,7 +254,12 @@ fn furnaces_where_rays_bend() {
         origin: DVec3::new(3.0, 0.05, 0.1),
         direction: -DVec3::X,
     };
-    let zs: Vec<f64> = furnaces(&lens())
+    let inside = Inside {
+        index: lens(),
+        ball: Sphere::around(DVec3::X * 0.5, 0.3).unwrap(),
+        eye: DVec3::X * 3.0,
+    };
+    let zs: Vec<f64> = furnaces(&inside, 4.0)
         .into_iter()
         .zip(["image", "texture"])
         .map(|(parts, name)| {
@@ -255,11 +271,17 @@ fn furnaces_where_rays_bend() {
 }
 
 /// Samples of random places of the image, in which all strategies are used and share each path: weights must add up to one.
+/// Panels are close, so that much of their light meets the ball, and strategies from either end have large weights.
 #[test]
 fn bidirectional_furnaces() {
     let mut zs = Vec::new();
     for index in [lens(), Constant::new(1.0).into()] {
-        for parts in furnaces(&index) {
+        let inside = Inside {
+            index,
+            ball: Sphere::around(DVec3::ZERO, 0.8).unwrap(),
+            eye: DVec3::X * 1.15,
+        };
+        for parts in furnaces(&inside, 1.2) {
             for heuristic in [Heuristic::Balance, Heuristic::Power] {
                 let scene = Scene::new(parts.clone()).unwrap();
                 let bdpt = Integrator::Bdpt(Bdpt {

@@ -134,7 +134,7 @@ pub fn estimate(
     estimate_by(path_tracer(), scene, run, ray)
 }
 
-/// The same by any integrator, of whose samples all that they find counts, wherever in the image.
+/// The same by any integrator, of whose samples all that they find counts, wherever in the image; so rays must be those of its places.
 pub fn estimate_by(
     integrator: Integrator,
     scene: &Scene,
@@ -150,6 +150,8 @@ pub fn estimate_by(
         let (ray, weight) = ray(&mut sampler);
         let mut found = Vec::new();
         integrator.sample(scene, ray, 1, &mut sampler, &mut ws, &mut found);
+        let inside = |x: &f64| (0.0..1.0).contains(x);
+        found.retain(|c| c.image.is_none_or(|place| place.iter().all(inside)));
         let value = found.iter().map(|c| c.weighted()[0]).sum::<f64>() * weight;
         assert!(value.is_finite());
         sum += value;
