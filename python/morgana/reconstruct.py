@@ -152,7 +152,7 @@ def fit(
 ) -> Reconstruction:
     """Find the samples of n with which rays end where they were measured.
 
-    χ², the sum of squared differences over noise, is made smaller by L-BFGS, on coarse grids first: on fine ones alone the search gets stuck where rays bend much. It
+    χ², the sum of squared differences over noise, is made smaller by L-BFGS, on coarse grids first, with some of the rays. It
     ends when noise explains what is left (the discrepancy principle): further iterations would fit noise.
 
     Parameters
