@@ -64,7 +64,9 @@ def main():
     for name in ("positions", "directions"):
         moved = getattr(ends, name) - getattr(undisturbed, name)
         noise[name] = max(given.noise, 1e-3) * np.sqrt(np.mean(np.sum(moved**2, axis=1)) / 2)
-        measured[name] = moved + given.noise / max(given.noise, 1e-3) * noise[name] * rng.normal(size=moved.shape)
+        across = rng.normal(size=moved.shape)
+        across -= np.sum(across * directions, axis=1, keepdims=True) * directions
+        measured[name] = moved + given.noise / max(given.noise, 1e-3) * noise[name] * across
 
     def fit(scale):
         """With all contrasts and deflections multiplied by `scale`."""

@@ -90,6 +90,7 @@ class _Misfit:
     def __init__(self, rays: Rays, measured: List[_Measured], smoothness: float) -> None:
         self.rays, self.measured, self.smoothness = rays, measured, smoothness
         self.count = sum(kind.data for kind in measured)
+        self.is_of_slopes = any(kind.name != "optical_lengths" for kind in measured)
         self.chi_square, self.lost = np.inf, 0
 
     def with_rays(self, most: int) -> "_Misfit":
@@ -151,7 +152,7 @@ def fit(
 ) -> Reconstruction:
     """Find the samples of n with which rays end where they were measured.
 
-    χ², the sum of squared differences over noise, is made smaller by L-BFGS, on coarse grids first: on fine ones alone the search gets stuck where rays bend much. It
+    χ², the sum of squared differences over noise, is made smaller by L-BFGS, on coarse grids first, with some of the rays. It
     ends when noise explains what is left (the discrepancy principle): further iterations would fit noise.
 
     Parameters
@@ -244,29 +245,41 @@ class _Level:
     def run(self, iterations: int, small: float) -> str:
         """Makes at most so many iterations, as long as χ² falls by more than a ``small`` share in each. Says why it ended."""
         optimize = _scipy("scipy.optimize")
-        # In units in which the Hessian is about one to begin with, so that the first step is of the right length.
-        self.index = self._limited(self.index)
-        value, gradient = self.misfit(self.index)
+        low, high = self.limits
+        base = self._limited(self.index)
+        # Limits hold for samples, not for what is filtered.
+        limited = self.limits != (None, None)
+        filtered = _Filter(base.shape) if self.misfit.is_of_slopes and not limited else np.asarray
+
+        def samples(x: Doubles) -> Doubles:
+            return self._limited(base + filtered(x.reshape(base.shape)))
+
+        def misfit(x: Doubles) -> Tuple[float, Doubles]:
+            value, gradient = self.misfit(samples(x))
+            return value, filtered(gradient).ravel()
+
+        _, gradient = misfit(np.zeros(base.size))
+        self.index = base
         if self._note() <= 1:
             return "noise"
-        unit = self._unit(gradient)
+        unit = _first_step(misfit, gradient)
         if unit == 0:
             return "slow"
-        bounds = None if self.limits == (None, None) else [tuple(None if v is None else v / unit for v in self.limits)] * self.index.size
-        shape = self.index.shape
+        room = [((low or 0) - n, np.inf if high is None else high - n) for n in base.ravel()] if limited else []
+        bounds = [(below / unit, above / unit) for below, above in room] or None
 
         def scaled(x: Doubles) -> Tuple[float, Doubles]:
-            value, gradient = self.misfit(self._limited((x * unit).reshape(shape)))
-            return value, gradient.ravel() * unit
+            value, gradient = misfit(x * unit)
+            return value, gradient * unit
 
         def step(x: Doubles) -> None:
-            self.index = self._limited((x * unit).reshape(shape))
+            self.index = samples(x * unit)
             self._step(small)
 
         try:
             optimize.minimize(
                 scaled,
-                self.index.ravel() / unit,
+                np.zeros(base.size),
                 jac=True,
                 method="L-BFGS-B",
                 bounds=bounds,
@@ -281,16 +294,6 @@ class _Level:
         """Within the limits, which rounding may have passed."""
         low, high = self.limits
         return np.clip(index, -np.inf if low is None else low, np.inf if high is None else high)
-
-    def _unit(self, gradient: Doubles) -> float:
-        """The change of n that the first step makes, in L-BFGS's first step of length 1: what the curvature along the gradient lets expect."""
-        size = float(np.linalg.norm(gradient))
-        if size == 0:
-            return 0.0
-        small = 1e-4 / float(np.abs(gradient).max())
-        value, moved = self.misfit(self.index - small * gradient)
-        curvature = float(np.sum((gradient - moved) * gradient)) / (small * size**2)
-        return size / abs(curvature)
 
     def _note(self) -> float:
         self.chi_square, self.lost = self.misfit.chi_square, self.misfit.lost
@@ -312,6 +315,29 @@ class _Level:
         else:
             return
         raise _Stop
+
+
+class _Filter:
+    """A symmetric filter of samples that makes the Hessian of χ² of deflections more like one: that of waves grows in proportion to their number."""
+
+    def __init__(self, shape: Tuple[int, ...]) -> None:
+        self.fft = _scipy("scipy.fft")
+        waves = np.meshgrid(*(np.arange(n) for n in shape), indexing="ij", sparse=True)
+        number = np.sqrt(sum(np.square(wave, dtype=float) for wave in waves))
+        self.weights = (1 + number) ** -0.5
+
+    def __call__(self, values: Doubles) -> Doubles:
+        return np.asarray(self.fft.idctn(self.weights * self.fft.dctn(values, norm="ortho"), norm="ortho"))
+
+
+def _first_step(misfit: Callable[[Doubles], Tuple[float, Doubles]], gradient: Doubles) -> float:
+    """The length of the step to the minimum along the gradient, as the curvature there lets expect: L-BFGS begins with a step of length 1."""
+    size = float(np.linalg.norm(gradient))
+    if size == 0:
+        return 0.0
+    small = 1e-4 / float(np.abs(gradient).max())
+    _, moved = misfit(-small * gradient)
+    return small * size**3 / abs(float(np.sum((gradient - moved) * gradient)))
 
 
 def _data(rays: Rays, name: str, values: Optional[ArrayLike], noise: Optional[float], independent: int) -> List[_Measured]:

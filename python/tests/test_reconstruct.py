@@ -29,11 +29,12 @@ def error(found, true):
 
 
 def measured(rays, true, share=0.01):
-    """Exit directions with noise of a share of the root mean square deflection; and its standard deviation."""
+    """Unit exit directions with noise of a share of the root mean square deflection; and its standard deviation."""
     exact = rays.forward(true).directions
     moved = exact - rays.forward(np.ones((2, 2, 2))).directions
     noise = share * np.sqrt(np.mean(np.sum(moved**2, axis=1)) / 2)
-    return exact + noise * np.random.default_rng(0).normal(size=exact.shape), noise
+    noisy = exact + noise * np.random.default_rng(0).normal(size=exact.shape)
+    return noisy / np.linalg.norm(noisy, axis=1, keepdims=True), noise
 
 
 def test_an_index_is_found_down_to_noise():
@@ -46,6 +47,14 @@ def test_an_index_is_found_down_to_noise():
     assert found.chi_square == pytest.approx(1, abs=0.3)
     assert error(found.samples, true) < 0.1
     assert found.samples.min() >= 1
+
+
+def test_noise_is_not_fitted():
+    rays, true = views(), bump(16)
+    directions, noise = measured(rays, true, 0.1)
+    found = reconstruct.fit(rays, true.shape, directions=directions, direction_noise=noise)
+    assert found.stopped == "noise" and found.chi_square <= 1 and len(found.history) < 40
+    assert error(found.samples, true) < 0.3
 
 
 def test_optical_lengths_and_missing_data():
