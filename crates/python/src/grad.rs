@@ -295,6 +295,14 @@ impl Share<'_> {
     }
 }
 
+/// Derivatives of a loss by positions, directions and optical lengths of ends.
+#[derive(FromPyObject)]
+pub struct GivenLosses<'py>(
+    Option<PyReadonlyArray2<'py, f64>>,
+    Option<PyReadonlyArray2<'py, f64>>,
+    Option<PyReadonlyArray1<'py, f64>>,
+);
+
 /// Takes derivatives of a loss by the ends of rays back: by the samples, or by the parameters of a field; by origins; by directions, as they
 /// were given. The number of rays without an end on which the loss depends.
 #[pyfunction]
@@ -304,11 +312,7 @@ pub fn pull_back<'py>(
     origins: PyReadonlyArray2<'py, f64>,
     directions: PyReadonlyArray2<'py, f64>,
     options: RayOptions,
-    by: (
-        Option<PyReadonlyArray2<'py, f64>>,
-        Option<PyReadonlyArray2<'py, f64>>,
-        Option<PyReadonlyArray1<'py, f64>>,
-    ),
+    by: GivenLosses<'py>,
 ) -> PyResult<(Numbers<'py>, Numbers<'py>, Numbers<'py>, usize)> {
     let course = Course::new(py, &through, &options)?;
     let starts = Starts {
