@@ -28,7 +28,7 @@ const SCENE: &str = r#"<scene version="3.0.0">
   </shape>
   <shape type="sphere"><point name="center" x="1.2" y="-0.5" z="-1"/><float name="radius" value="0.5"/>
     <bsdf type="dielectric"><float name="int_ior" value="1.5"/></bsdf></shape>
-  <shape type="rectangle"><transform name="to_world"><scale value="4"/><translate x="0" y="0" z="2"/></transform>
+  <shape type="rectangle"><transform name="to_world"><scale value="4"/><rotate y="1" angle="180"/><translate x="0" y="0" z="2"/></transform>
     <bsdf type="roughconductor"><string name="distribution" value="ggx"/><float name="alpha" value="0.3"/></bsdf></shape>
   <shape type="sphere"><point name="center" x="-1.5" y="1" z="0"/><float name="radius" value="0.3"/>
     <emitter type="area"><rgb name="radiance" value="3, 4, 5"/></emitter></shape>
