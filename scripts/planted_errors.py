@@ -465,6 +465,13 @@ PLANTED = [
         ("morgana-transport", "resampled_ends", "bidirectional_furnaces"),
     ),
     (
+        "light subpaths do not know how often connections find their end",
+        TRANSPORT + "integrator/bidirectional/paths.rs",
+        "discovery *= self.favour_of_chance(&vertices[0].vertex.seen_from(from), light.emitter);",
+        "let _ = from;",
+        ("morgana-transport", "agreement", "surfaces::shining_pictures"),
+    ),
+    (
         "resampled ends of bidirectional paths count as if drawn by chance",
         TRANSPORT + "integrator/bidirectional/paths.rs",
         "geometry_term * chosen.weight / density",

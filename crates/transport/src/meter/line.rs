@@ -146,13 +146,8 @@ mod tests {
         let to_world =
             DAffine3::from_mat3_translation(DMat3::from_cols_array_2d(&columns), DVec3::NEG_ONE);
         let grid = MeterGrid::new(Coordinates::Cartesian, [7, 4, 5], to_world).unwrap();
-        let mut state = 1u64;
-        let mut next = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        };
+        let mut rng = testkit::Rng::new(1);
+        let mut next = || rng.next_1d();
         let mut crossed = 0;
         for i in 0..3000 {
             let size = [0.9, 3.0, 1e17][i % 3];

@@ -188,13 +188,8 @@ mod tests {
         let within = Aabb::new(DVec3::splat(-0.5), DVec3::new(10.3, 11.0, 10.1));
         let objects: Vec<&Object> = objects.iter().collect();
         let clearance = ClearLayers::of(&objects, &within).unwrap();
-        let mut state = 1u64;
-        let mut next = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        };
+        let mut rng = testkit::Rng::new(1);
+        let mut next = || rng.next_1d();
         let mut found = 0;
         for _ in 0..4000 {
             let x = DVec3::new(next(), next(), next()) * 12.0 - 1.0;

@@ -136,13 +136,8 @@ mod tests {
         let to_world =
             DAffine3::from_mat3_translation(DMat3::from_cols_array_2d(&columns), DVec3::NEG_ONE);
         let grid = LabelGrid::new(size, labels, to_world).unwrap();
-        let mut state = 1u64;
-        let mut next = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        };
+        let mut rng = testkit::Rng::new(1);
+        let mut next = || rng.next_1d();
         let (mut steps, mut lines) = (0, 0);
         for i in 0..2000 {
             let unit = DVec3::new(next(), next(), next()) * 1.2 - 0.1;
