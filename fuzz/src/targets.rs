@@ -307,7 +307,14 @@ fn parts() -> Vec<Vec<u8>> {
         } else {
             Body::Meters(readings(&loaded)?.into())
         };
-        let header = Header::new(&loaded, &loaded.renderer, 1, Some(2), None);
+        let header = Header::new(
+            &loaded,
+            &loaded.renderer,
+            loaded.replicates,
+            1,
+            Some(2),
+            None,
+        );
         Some(Part { header, body }.to_bytes())
     };
     loaded.filter_map(part).collect()

@@ -21,6 +21,8 @@ const MAGIC: &[u8; 8] = b"morgana\x1a";
 const FORMAT: u32 = 7;
 /// Name of the setting which integrator rendered it.
 pub(crate) const INTEGRATOR: &str = "integrator";
+/// Name of the setting how its samples belong together.
+const SAMPLER: &str = "sampler";
 /// Name of the setting why that was chosen.
 pub(crate) const REASON: &str = "choice of the integrator";
 const HASH: usize = blake3::OUT_LEN;
@@ -101,14 +103,16 @@ impl Header {
     pub fn new(
         loaded: &Loaded,
         renderer: &Renderer,
+        replicates: Replicates,
         seed: u64,
         total: Option<u64>,
         shard: Option<[u64; 2]>,
     ) -> Self {
+        let replicates = renderer.replicates(replicates);
         let settings = [
             ("seed", seed.to_string()),
             (INTEGRATOR, renderer.name().into()),
-            ("sampler", renderer.replicates(loaded.scene()).name().into()),
+            (SAMPLER, replicates.name().into()),
             ("adaptive", loaded.adaptive.to_string()),
         ];
         Header {
@@ -119,7 +123,7 @@ impl Header {
                 .map(|(name, value)| (name.to_owned(), value))
                 .into(),
             total,
-            replicates: renderer.replicates(loaded.scene()),
+            replicates,
             shard,
             origin: String::new(),
             seconds: 0.0,

@@ -16,6 +16,7 @@ pub fn render(loaded: &Loaded, rendering: &Rendering, mut run: Value) -> Value {
         ("scene_hash", json!(loaded.hash.to_string())),
         ("spp", json!(rendering.samples)),
         ("spp_of_pixels", json!(film.least_and_most())),
+        ("sampler", json!(film.replicates().name())),
         ("adaptive", json!(loaded.adaptive)),
         (
             "forced_collisions",

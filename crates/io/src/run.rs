@@ -1,5 +1,6 @@
 //! One run: what is computed of a scene, and whether it can be.
 
+use crate::assemble::unless_named_by_guess;
 use crate::part::{Header, INTEGRATOR, REASON};
 use crate::rendered::Naming;
 use crate::{Limits, Loaded};
@@ -12,6 +13,7 @@ use transport::render::{
     Measurement, RenderOptions, Rendering, Target, choose, measure, memory, render,
 };
 use transport::renderer::Renderer;
+use transport::sampling::Replicates;
 
 /// What is computed of a scene: a picture, or what its meters read; all of it or a part.
 #[derive(Clone, Debug)]
@@ -24,6 +26,8 @@ pub struct Run<'a> {
     pub candidates: Vec<Integrator>,
     /// Why the renderer was chosen, if it was.
     pub reason: Option<String>,
+    /// How samples of a pixel are to belong together, if the renderer can take them so.
+    pub replicates: Replicates,
     /// Seed of the random numbers.
     pub seed: u64,
     /// Samples per pixel, or particles, of the whole; `None` if something else ends the run.
@@ -69,6 +73,7 @@ impl<'a> Run<'a> {
             renderer: loaded.renderer,
             candidates: loaded.candidates.clone(),
             reason: None,
+            replicates: loaded.replicates,
             seed: 0,
             total: Some(loaded.samples),
             shard: None,
@@ -99,6 +104,13 @@ impl<'a> Run<'a> {
         let choice = choose(&self.loaded.groups, &candidates, &options, extent, handle);
         self.renderer = Renderer::Light(choice.integrator);
         self.reason = Some(self.why(&choice));
+        if let (true, None, Some(seconds)) =
+            (self.loaded.has_open_sampler, self.total, extent.seconds)
+        {
+            let guess = choice.expected_samples(&self.loaded.groups, seconds);
+            let scene = self.loaded.scene();
+            self.replicates = unless_named_by_guess(scene, &self.renderer, guess.unwrap_or(0.0));
+        }
     }
 
     /// Why it was chosen, in words.
@@ -131,6 +143,7 @@ impl<'a> Run<'a> {
         if let Some(integrator) = chosen {
             self.renderer = Renderer::Light(*integrator);
             self.reason = header.setting(REASON).map(String::from);
+            self.replicates = header.replicates;
         }
     }
 
@@ -148,6 +161,7 @@ impl<'a> Run<'a> {
         let mut header = Header::new(
             self.loaded,
             &self.renderer,
+            self.replicates,
             self.seed,
             self.total,
             self.shard,
@@ -163,6 +177,7 @@ impl<'a> Run<'a> {
         let range = self.header().range();
         RenderOptions {
             first: range.start,
+            replicates: self.replicates,
             strategies: self.strategies,
             decomposition: self.loaded.layering.decomposition,
             reweight: self.loaded.reweight,

@@ -101,7 +101,7 @@ fn many_samples_are_spread_evenly() {
             ..LoadOptions::default()
         };
         let loaded = morgana_io::load_scene(&path, &options).unwrap();
-        let even = loaded.scene().replicates().size();
+        let even = loaded.replicates.size();
         (
             even,
             loaded.samples,

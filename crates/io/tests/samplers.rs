@@ -38,9 +38,9 @@ fn load_by(
 #[test]
 fn low_discrepancy_comes_in_whole_replicates() {
     let both_ends = load("bdpt", "ldsampler", None);
-    assert_eq!(both_ends.scene().replicates(), Replicates::OfEight);
+    assert_eq!(both_ends.replicates, Replicates::OfEight);
     let loaded = load("path", "ldsampler", None);
-    assert_eq!(loaded.scene().replicates(), Replicates::OfEight);
+    assert_eq!(loaded.replicates, Replicates::OfEight);
     assert_eq!(loaded.samples, 32);
     let message = loaded.warnings.to_string();
     assert!(
@@ -57,16 +57,16 @@ fn low_discrepancy_comes_in_whole_replicates() {
 fn replicates_may_be_larger() {
     let set = |n: u32| format!(r#"<integer name="set" value="{n}"/>"#);
     let load = |n| load_with("path", "ldsampler", (&set(n), ""), None);
-    assert_eq!(load(8).scene().replicates(), Replicates::OfEight);
+    assert_eq!(load(8).replicates, Replicates::OfEight);
     let large = load(64);
-    assert_eq!(large.scene().replicates(), Replicates::OfSixtyFour);
+    assert_eq!(large.replicates, Replicates::OfSixtyFour);
     assert_eq!(large.samples, 64);
     let options = LoadOptions {
         sampler: Some("ldsampler:64".into()),
         ..LoadOptions::default()
     };
     let loaded = load_by("path", "independent", ("", ""), &options).unwrap();
-    assert_eq!(loaded.scene().replicates(), Replicates::OfSixtyFour);
+    assert_eq!(loaded.replicates, Replicates::OfSixtyFour);
     for (sampler, points, said) in [
         ("ldsampler", 16, "16 is neither 8 nor 64"),
         ("ldsampler", 128, "must be at least 8 and at most 64"),
@@ -82,7 +82,7 @@ fn replicates_may_be_larger() {
 #[test]
 fn other_even_samplers_are_replaced_by_ours() {
     let loaded = load("path", "multijitter", Some(64));
-    assert_eq!(loaded.scene().replicates(), Replicates::OfEight);
+    assert_eq!(loaded.replicates, Replicates::OfEight);
     let message = loaded.warnings.to_string();
     assert!(
         message.contains("'multijitter' is not available; 'ldsampler' is used instead"),
@@ -93,7 +93,7 @@ fn other_even_samplers_are_replaced_by_ours() {
 #[test]
 fn others_take_independent_samples_and_say_so() {
     let independent = load("path", "independent", None);
-    assert_eq!(independent.scene().replicates(), Replicates::Single);
+    assert_eq!(independent.replicates, Replicates::Single);
     assert!(independent.warnings.is_empty());
     for (integrator, sampler, said) in [
         ("path", "strange", "'independent' is used instead"),
@@ -110,7 +110,7 @@ fn others_take_independent_samples_and_say_so() {
     ] {
         let loaded = load(integrator, sampler, None);
         assert_eq!(
-            (loaded.scene().replicates(), loaded.samples),
+            (loaded.replicates, loaded.samples),
             (Replicates::Single, 30)
         );
         assert_eq!(loaded.warnings.iter().count(), 1, "{}", loaded.warnings);
@@ -126,7 +126,7 @@ fn what_a_caller_replaces_is_not_spoken_of() {
         ..LoadOptions::default()
     };
     let loaded = load_by("path", "multijitter", ("", ""), &options).unwrap();
-    assert_eq!(loaded.scene().replicates(), Replicates::Single);
+    assert_eq!(loaded.replicates, Replicates::Single);
     assert!(loaded.warnings.is_empty(), "{}", loaded.warnings);
 }
 

@@ -184,7 +184,8 @@ impl Scene {
 
     /// The number of samples closest to `samples` that is the same at each instant of a period of sound.
     fn _whole_periods(&self, samples: u64) -> u64 {
-        self.loaded.scene().whole_periods(samples)
+        let replicates = self.loaded.replicates;
+        self.loaded.scene().whole_periods(samples, replicates)
     }
 
     /// What is doubtful about rendering with another integrator.
@@ -291,7 +292,7 @@ impl Scene {
                 l.integrator(),
                 l.samples,
                 l.adaptive,
-                l.scene().replicates(),
+                l.replicates,
             )
         };
         self.loaded.hash == other.loaded.hash && method(&self.loaded) == method(&other.loaded)

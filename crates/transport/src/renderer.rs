@@ -3,7 +3,6 @@
 use crate::aov::AovTracer;
 use crate::integrator::{Bdpt, Integrator, ParticleTracer, PathTracer, PhotonMapping, Vcm};
 use crate::sampling::Replicates;
-use crate::scene::Scene;
 use crate::spectrum::Spectrum;
 
 /// What makes a picture.
@@ -76,9 +75,9 @@ impl Renderer {
     }
 
     /// How samples of a pixel belong together: see [`Integrator::replicates`].
-    pub fn replicates(&self, scene: &Scene) -> Replicates {
+    pub fn replicates(&self, wanted: Replicates) -> Replicates {
         self.integrator()
-            .map_or(Replicates::Single, |i| i.replicates(scene))
+            .map_or(Replicates::Single, |i| i.replicates(wanted))
     }
 
     /// Whether its error becomes as small as one likes with enough samples.

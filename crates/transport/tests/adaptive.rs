@@ -87,10 +87,14 @@ struct Observed {
     excess: Moments,
 }
 
-fn observe(scene: &Scene, adaptive: bool) -> Observed {
+fn observe(scene: &Scene, replicates: Replicates, adaptive: bool) -> Observed {
     let seeds = 0..SEEDS;
     let films = seeds.map(|seed| {
-        let film = film(scene, &options(0..SAMPLES, seed, adaptive));
+        let options = RenderOptions {
+            replicates,
+            ..options(0..SAMPLES, seed, adaptive)
+        };
+        let film = film(scene, &options);
         (film.mean(), film.variance())
     });
     let films: Vec<_> = films.collect();
@@ -117,8 +121,8 @@ fn observe(scene: &Scene, adaptive: bool) -> Observed {
 #[test]
 fn errors_are_smaller_and_true_and_means_agree() {
     for replicates in [Replicates::Single, Replicates::OfEight] {
-        let scene = lens().in_replicates(replicates);
-        let [even, adaptive] = [false, true].map(|adaptive| observe(&scene, adaptive));
+        let scene = lens();
+        let [even, adaptive] = [false, true].map(|adaptive| observe(&scene, replicates, adaptive));
         let variance = |o: &Observed| o.pixels.iter().map(Moments::variance).sum::<f64>();
         let ratio = variance(&adaptive) / variance(&even);
         assert!(ratio < 0.75, "{replicates:?}: {ratio}");
@@ -203,16 +207,20 @@ fn pixels_get_their_shares() {
 #[test]
 fn pixels_get_whole_periods_and_replicates() {
     for (replicates, unit) in [(Replicates::Single, 3), (Replicates::OfEight, 24)] {
-        let scene = sound().in_replicates(replicates);
-        let counts = film(&scene, &options(0..240, 1, true)).counts();
+        let options = RenderOptions {
+            replicates,
+            ..options(0..240, 1, true)
+        };
+        let counts = film(&sound(), &options).counts();
         assert!(counts.iter().all(|n| n.is_multiple_of(unit)), "{counts:?}");
         assert!(counts.iter().any(|n| *n != 240));
     }
 }
 
-fn state(scene: &Scene, range: Range<u64>) -> State {
+fn state(scene: &Scene, replicates: Replicates, range: Range<u64>) -> State {
     let scenes = std::slice::from_ref(scene);
     let options = RenderOptions {
+        replicates,
         decomposition: Decomposition {
             bounces: Some(1),
             ..Decomposition::default()
@@ -228,14 +236,19 @@ fn state(scene: &Scene, range: Range<u64>) -> State {
 
 #[test]
 fn parts_in_any_order_are_the_whole() {
-    for scene in [lens(), lens().in_replicates(Replicates::OfEight), sound()] {
-        let whole = state(&scene, 0..SAMPLES);
+    for (scene, replicates) in [
+        (lens(), Replicates::Single),
+        (lens(), Replicates::OfEight),
+        (sound(), Replicates::Single),
+    ] {
+        let state = |range| state(&scene, replicates, range);
+        let whole = state(0..SAMPLES);
         for cuts in [
             &[0, 7, 16, 17, 30, 48][..],
             &[0, 16, 24, 48],
             &[0, 40, 41, 48],
         ] {
-            let parts = cuts.windows(2).map(|cut| state(&scene, cut[0]..cut[1]));
+            let parts = cuts.windows(2).map(|cut| state(cut[0]..cut[1]));
             let mut parts: Vec<State> = parts.collect();
             for _ in 0..parts.len() {
                 parts.rotate_left(1);

@@ -36,7 +36,10 @@ fn candidates() -> [Integrator; 3] {
 }
 
 fn chosen(scene: &Scene, seed: u64, extent: Extent) -> Choice {
-    let options = RenderOptions::new(candidates()[0], 1, seed);
+    chosen_by(scene, RenderOptions::new(candidates()[0], 1, seed), extent)
+}
+
+fn chosen_by(scene: &Scene, options: RenderOptions, extent: Extent) -> Choice {
     let scenes = std::slice::from_ref(scene);
     choose(scenes, &candidates(), &options, extent, &Handle::default())
 }
@@ -130,16 +133,22 @@ fn the_better_estimator_is_chosen() {
 #[test]
 fn pilots_foretell_variances() {
     let mut family = Family::new(FALSE_ALARM);
+    let scene = Scene::new(under_a_sky()).unwrap();
     for replicates in [Replicates::Single, Replicates::OfEight] {
-        let scene = Scene::new(under_a_sky()).unwrap().in_replicates(replicates);
-        let choices: Vec<Choice> = (0..10).map(|seed| chosen(&scene, seed, SHORT)).collect();
+        let options = |integrator, samples, seed| RenderOptions {
+            replicates,
+            ..RenderOptions::new(integrator, samples, seed)
+        };
+        let choices: Vec<Choice> = (0..10)
+            .map(|seed| chosen_by(&scene, options(candidates()[0], 1, seed), SHORT))
+            .collect();
         for (i, integrator) in candidates().into_iter().enumerate() {
             let foretold: Vec<f64> = choices
                 .iter()
                 .map(|c| c.candidates[i].relative_variance)
                 .collect();
             let measured: Vec<f64> = (100..110)
-                .map(|seed| measured(&scene, integrator, seed))
+                .map(|seed| measured(&scene, options(integrator, 64, seed)))
                 .collect();
             println!(
                 "{} {replicates:?}: {foretold:?} {measured:?}",
@@ -155,15 +164,12 @@ fn pilots_foretell_variances() {
 }
 
 /// The relative variance of a sample, from a render.
-fn measured(scene: &Scene, integrator: Integrator, seed: u64) -> f64 {
-    let samples = 64;
-    let film = scene
-        .render(&RenderOptions::new(integrator, samples, seed))
-        .film;
+fn measured(scene: &Scene, options: RenderOptions) -> f64 {
+    let film = scene.render(&options).film;
     let mean = film.summary().0;
     let pixels = film.group(0);
     let relative = pixels.iter().map(|p| {
-        let variance = p.variance_of_mean()[0] * samples as f64;
+        let variance = p.variance_of_mean()[0] * options.samples as f64;
         variance / (p.mean()[0].powi(2) + (0.05 * mean).powi(2))
     });
     relative.sum::<f64>() / pixels.len() as f64

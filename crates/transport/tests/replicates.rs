@@ -23,7 +23,7 @@ const SAMPLES: u64 = 40;
 const SEEDS: u64 = 400;
 
 /// Fog around an opaque ball, under a sky.
-fn scene(replicates: Replicates) -> Scene {
+fn scene() -> Scene {
     let fogs = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), Bsdf::Null);
     let mut ball = container(
         Sphere::around(DVec3::NEG_Y * 0.3, 0.3).unwrap(),
@@ -33,17 +33,18 @@ fn scene(replicates: Replicates) -> Scene {
     let media = vec![vacuum(), fog(Constant::new(1.0), 1.0, 0.7, 0.3)];
     let sensor = camera(DVec3::new(0.0, -0.4, 3.0), DVec3::ZERO);
     let parts = parts(vec![fogs, ball], media, vec![sky()], sensor);
-    Scene::new(parts).unwrap().in_replicates(replicates)
+    Scene::new(parts).unwrap()
 }
 
 fn bdpt() -> Integrator {
     Integrator::Bdpt(Bdpt::default())
 }
 
-/// All that a film can keep.
+/// All that a film can keep, in replicates of eight.
 fn options(integrator: Integrator, range: Range<u64>, seed: u64) -> RenderOptions {
     RenderOptions {
         first: range.start,
+        replicates: Replicates::OfEight,
         decomposition: Decomposition {
             bounces: Some(2),
             ..Decomposition::default()
@@ -65,8 +66,12 @@ fn renders(
     replicates: Replicates,
     samples: u64,
 ) -> Vec<(Vec<f32>, Vec<f32>)> {
-    let scene = scene(replicates);
-    let film = |seed| shoot(&scene, &RenderOptions::new(integrator, samples, seed)).film;
+    let scene = scene();
+    let options = |seed| RenderOptions {
+        replicates,
+        ..RenderOptions::new(integrator, samples, seed)
+    };
+    let film = |seed| shoot(&scene, &options(seed)).film;
     (0..SEEDS)
         .map(film)
         .map(|film| (film.mean(), film.variance()))
@@ -134,7 +139,7 @@ fn claims_are_true(integrator: Integrator, (replicates, samples): (Replicates, u
 /// A part has the replicates that begin in its range.
 #[test]
 fn parts_in_any_order_are_the_whole() {
-    let scene = scene(Replicates::OfEight);
+    let scene = scene();
     for integrator in [path_tracer(), bdpt()] {
         let whole = shoot(&scene, &options(integrator, 0..SAMPLES, 5)).film;
         assert_eq!(whole.counts(), [SAMPLES; 16]);
@@ -157,7 +162,7 @@ fn parts_in_any_order_are_the_whole() {
 
 #[test]
 fn a_render_that_goes_on_is_the_whole_on_any_number_of_threads() {
-    let scenes = [scene(Replicates::OfEight)];
+    let scenes = [scene()];
     let target = Some(Target {
         error: 0.01,
         measure: Measure::Image,
@@ -179,7 +184,7 @@ fn a_render_that_goes_on_is_the_whole_on_any_number_of_threads() {
 /// many samples.
 #[test]
 fn parts_of_light_are_in_replicates_too() {
-    let rendering = shoot(&scene(Replicates::OfEight), &options(bdpt(), 0..SAMPLES, 5));
+    let rendering = shoot(&scene(), &options(bdpt(), 0..SAMPLES, 5));
     let image = rendering.film.mean();
     let films = rendering.strategies.iter().map(|s| &s.weighted);
     for film in films.clone() {
@@ -203,8 +208,12 @@ fn other_estimators_take_single_samples() {
         max_depth: None,
         rr_depth: 5,
     });
-    let particle = RenderOptions::new(particle, 8, 5);
-    let [single, replicates] =
-        [Replicates::Single, Replicates::OfEight].map(|s| shoot(&scene(s), &particle).film);
+    let [single, replicates] = [Replicates::Single, Replicates::OfEight].map(|replicates| {
+        let options = RenderOptions {
+            replicates,
+            ..RenderOptions::new(particle, 8, 5)
+        };
+        shoot(&scene(), &options).film
+    });
     assert_eq!(single, replicates);
 }

@@ -81,8 +81,11 @@ fn it_is_the_mean_of_squares() {
 /// Of samples that belong together, it is that of their means.
 #[test]
 fn replicates_count_as_one() {
-    let scene = scene().in_replicates(Replicates::OfEight);
-    let options = RenderOptions::new(path_tracer(), 64, 3);
+    let scene = scene();
+    let options = RenderOptions {
+        replicates: Replicates::OfEight,
+        ..RenderOptions::new(path_tracer(), 64, 3)
+    };
     agree(&film(&scene, &options), &by_hand(&scene, &options, 8));
 }
 

@@ -42,6 +42,28 @@ fn what_was_chosen_and_why_is_said() {
     );
 }
 
+/// Renders that only time ends have even samples where a pilot expects many, and continue with them.
+#[test]
+fn samples_of_unknown_number_are_even_where_many_are_expected() {
+    let folder = folder();
+    let scene = String::from_utf8(folder.read("scene.xml")).unwrap();
+    let large = scene.replace(r#"value="8""#, r#"value="2000""#);
+    std::fs::write(folder.path("large.xml"), large).unwrap();
+    let sampler_of = |scene: &str, options: &str| {
+        folder.succeed(&format!(
+            "render {scene}.xml --time 1s {options} -o a.npy --stats a.json"
+        ));
+        let stats: serde_json::Value = serde_json::from_slice(&folder.read("a.json")).unwrap();
+        stats["sampler"].as_str().unwrap().to_owned()
+    };
+    let sampler = |options: &str| sampler_of("scene", options);
+    assert_eq!(sampler("--checkpoint c.part"), "ldsampler");
+    assert_eq!(sampler("--checkpoint c.part --resume"), "ldsampler");
+    assert_eq!(sampler("--sampler independent"), "independent");
+    assert_eq!(sampler("--integrator path"), "independent");
+    assert_eq!(sampler_of("large", ""), "independent");
+}
+
 #[test]
 fn parts_have_the_integrator_of_the_whole() {
     let folder = folder();

@@ -19,6 +19,7 @@ use std::collections::{BTreeSet, HashSet};
 use transport::integrator::Integrator;
 use transport::render::ADAPTIVE_FROM;
 use transport::renderer::Renderer;
+use transport::sampling::Replicates;
 use transport::scene::{Parts, ProblemSeverity, Scene, SceneProblem, Subject};
 use transport::sensor::Sensor;
 
@@ -29,6 +30,8 @@ pub(super) struct Group {
     /// Estimators among which a pilot chooses, if the scene leaves that open.
     pub candidates: Vec<Integrator>,
     pub samples: u64,
+    pub replicates: Replicates,
+    pub has_open_sampler: bool,
     pub emitter_names: Vec<String>,
     pub layering: Layering,
     pub reweight: bool,
@@ -78,11 +81,11 @@ impl Group {
     /// The number of samples: the same at each instant of a period of sound, in whole replicates.
     pub(super) fn whole_periods(&self, diagnostics: &mut Diagnostics) -> u64 {
         let wanted = self.samples;
-        let samples = self.scene.whole_periods(wanted);
+        let samples = self.scene.whole_periods(wanted, self.replicates);
         if samples != wanted {
             let reasons = [
                 (self.scene.instants() as u64, "phases"),
-                (self.scene.replicates().size(), "samples in a replicate"),
+                (self.replicates.size(), "samples in a replicate"),
             ];
             let reasons = reasons.iter().filter(|(number, _)| *number > 1);
             let reasons: Vec<_> = reasons.map(|(n, what)| format!("{n} {what}")).collect();
@@ -92,7 +95,7 @@ impl Group {
             );
             diagnostics.push(Diagnostic::warning(message));
         }
-        let even = ADAPTIVE_FROM.next_multiple_of(self.scene.whole_periods(1));
+        let even = ADAPTIVE_FROM.next_multiple_of(self.scene.whole_periods(1, self.replicates));
         if self.adaptive && samples <= even {
             let message = format!(
                 "{samples} samples are too few for adaptive sampling, which begins after the first {even}"
@@ -286,9 +289,9 @@ impl<'a> Children<'a> {
         if let Some(first) = candidates.first() {
             method.renderer = Renderer::Light(*first);
         }
-        let replicates = sensor.samples.replicates;
-        let scene = sampler::in_replicates(
-            scene,
+        let wanted = sensor.samples.replicates;
+        let replicates = sampler::replicates(
+            &scene,
             &sensor.samples,
             &method.renderer,
             |p: &SceneProblem| report.add(p),
@@ -313,7 +316,7 @@ impl<'a> Children<'a> {
             return None;
         }
         // A sampler whose like is not taken either has been spoken of.
-        if let (true, Some(unlike)) = (scene.replicates() == replicates, sensor.samples.unlike) {
+        if let (true, Some(unlike)) = (replicates == wanted, sensor.samples.unlike) {
             report.diagnostics.push(unlike);
         }
         Some(Group {
@@ -321,6 +324,8 @@ impl<'a> Children<'a> {
             method,
             candidates,
             samples: sensor.samples.count,
+            replicates,
+            has_open_sampler: sensor.samples.is_open,
             emitter_names,
             layering,
             reweight: sensor.film.reweight,

@@ -13,6 +13,7 @@ use eikonal::Reference;
 use transport::aov::AovTracer;
 use transport::integrator::Integrator;
 use transport::renderer::Renderer;
+use transport::sampling::Replicates;
 use transport::scene::Scene;
 
 /// What a name stands for in a scene.
@@ -38,6 +39,10 @@ pub struct Loaded {
     pub candidates: Vec<Integrator>,
     /// Samples per pixel; particles if there are instruments.
     pub samples: u64,
+    /// How samples of a pixel belong together: see [`transport::render::RenderOptions::replicates`].
+    pub replicates: Replicates,
+    /// Whether nothing names a sampler.
+    pub has_open_sampler: bool,
     /// Meters, if the scene has these in place of a camera.
     pub instruments: Vec<Instrument>,
     /// What its volumes of sound are made of.

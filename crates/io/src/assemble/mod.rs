@@ -51,6 +51,7 @@ pub use instrument::{Gruneisen, Instrument, Normalization};
 pub use loaded::{Loaded, NamedRenderer};
 pub use options::LoadOptions;
 pub use quantities::NamedQuantity;
+pub(crate) use sampler::unless_named_by_guess;
 pub use sound_record::{FactSource, SeriesRecord, SoundRecord};
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
@@ -127,6 +128,7 @@ pub fn assemble(
     let samples = first.whole_periods(&mut diagnostics);
     let (layering, reweight) = (first.layering, first.reweight);
     let adaptive = first.adaptive;
+    let (replicates, has_open_sampler) = (first.replicates, first.has_open_sampler);
     let candidates = std::mem::take(&mut first.candidates);
     let instruments = std::mem::take(&mut first.instruments);
     let sounds = std::mem::take(&mut first.sounds);
@@ -146,6 +148,8 @@ pub fn assemble(
         renderer,
         candidates,
         samples,
+        replicates,
+        has_open_sampler,
         warnings: diagnostics,
         differences,
         hash,

@@ -155,28 +155,19 @@ fn better(name: &str) -> String {
     }
 }
 
-/// The scene with samples in replicates, if its integrator takes them.
-pub(super) fn in_replicates(
-    scene: Scene,
+/// How samples of the scene belong together, if its integrator takes them so.
+pub(super) fn replicates(
+    scene: &Scene,
     samples: &Samples,
     renderer: &Renderer,
     mut report: impl FnMut(&SceneProblem),
-) -> Scene {
+) -> Replicates {
     let replicates = samples.replicates;
     if samples.is_open {
-        let even = scene.in_replicates(Replicates::OfEight);
-        let is_even = samples.count >= EVEN_FROM
-            && even.whole_periods(samples.count) == samples.count
-            && renderer.replicates(&even) == Replicates::OfEight;
-        return if is_even {
-            even
-        } else {
-            even.in_replicates(replicates)
-        };
+        return unless_named(scene, renderer, samples.count);
     }
-    let scene = scene.in_replicates(replicates);
-    if renderer.replicates(&scene) == replicates {
-        return scene;
+    if renderer.replicates(replicates) == replicates {
+        return replicates;
     }
     let name = renderer.name();
     report(&warning(
@@ -185,7 +176,21 @@ pub(super) fn in_replicates(
         ),
         "make the sampler 'independent', or the integrator 'path' or 'bdpt'",
     ));
-    scene.in_replicates(Replicates::Single)
+    Replicates::Single
+}
+
+/// How so many samples belong together unless a sampler is named: spread evenly if there are enough of them.
+pub(crate) fn unless_named(scene: &Scene, renderer: &Renderer, count: u64) -> Replicates {
+    let even = Replicates::OfEight;
+    let is_even = count >= EVEN_FROM
+        && scene.whole_periods(count, even) == count
+        && renderer.replicates(even) == even;
+    if is_even { even } else { Replicates::Single }
+}
+
+/// How samples belong together, unless a sampler is named, where their number is only a guess.
+pub(crate) fn unless_named_by_guess(scene: &Scene, renderer: &Renderer, guess: f64) -> Replicates {
+    unless_named(scene, renderer, guess as u64 / EVEN_FROM * EVEN_FROM)
 }
 
 /// Why samples of pictures cannot be shared out among pixels by noise, if they cannot.

@@ -143,6 +143,11 @@ impl Film {
         Film { replicates, ..self }
     }
 
+    /// How the samples of its pixels belong together.
+    pub fn replicates(&self) -> Replicates {
+        self.replicates
+    }
+
     /// The film with layers of light told apart, if it is to be.
     pub(crate) fn decomposed(self, decomposition: Decomposition) -> Self {
         let pixels = self.width * self.height;

@@ -121,11 +121,11 @@ impl Integrator {
         matches!(self, Integrator::Photon(_) | Integrator::Vcm(_))
     }
 
-    /// How its samples of a pixel belong together: as the scene wants it if each has a path from the
+    /// How its samples of a pixel belong together: as is wanted if each has a path from the
     /// sensor. Paths from emitters contribute all over the image.
-    pub fn replicates(&self, scene: &Scene) -> Replicates {
+    pub fn replicates(&self, wanted: Replicates) -> Replicates {
         match self {
-            Integrator::Path(_) | Integrator::Bdpt(_) => scene.replicates(),
+            Integrator::Path(_) | Integrator::Bdpt(_) => wanted,
             _ => Replicates::Single,
         }
     }

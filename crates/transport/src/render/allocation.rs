@@ -8,6 +8,7 @@
 //! Shares do not depend on how many samples there will be either. So parts of a render agree about which
 //! samples belong to whom.
 
+use super::RenderOptions;
 use super::passes::Passes;
 use super::source::{LightSamples, finite};
 use crate::Spectrum;
@@ -61,10 +62,15 @@ enum Shares {
 
 impl Allocation {
     /// That of a render of which nothing is known yet.
-    pub(super) fn new(scene: &Scene, adaptive: bool) -> Self {
+    pub(super) fn new(scene: &Scene, options: &RenderOptions) -> Self {
+        let shares = if options.shares_out() {
+            Shares::Open
+        } else {
+            Shares::Even
+        };
         Allocation {
-            unit: scene.whole_periods(1),
-            shares: if adaptive { Shares::Open } else { Shares::Even },
+            unit: scene.whole_periods(1, options.replicates()),
+            shares,
         }
     }
 

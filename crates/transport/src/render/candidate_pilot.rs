@@ -115,11 +115,9 @@ impl PilotSums {
             let pixel = spread(i, film);
             let means = [0, 1].map(|k| {
                 // Each in a replicate of its own, for samples of one replicate are not independent; at all instants of a period in turn.
-                let unit = light
-                    .source
-                    .scene
-                    .whole_periods(1)
-                    .next_multiple_of(together);
+                let source = light.source;
+                let unit = source.scene.whole_periods(1, source.replicates);
+                let unit = unit.next_multiple_of(together);
                 let place = i as u64 % (unit / together) * together;
                 let first = FIRST.next_multiple_of(unit) + unit * (2 * i as u64 + k) + place;
                 let mut sum = 0.0;

@@ -102,6 +102,15 @@ impl Choice {
         let others = self.candidates.iter().filter(move |c| !is_chosen(c));
         others.map(move |other| (other.integrator, other.inefficiency() / chosen))
     }
+
+    /// Samples per pixel of `scenes` that one processor of usual speed takes in so many seconds, if a pilot tells what one costs.
+    pub fn expected_samples(&self, scenes: &[Scene], seconds: f64) -> Option<f64> {
+        let is_chosen = |c: &&Candidate| c.integrator == self.integrator;
+        let work = self.candidates.iter().find(is_chosen)?.work;
+        let FilmSpec { width, height, .. } = scenes[0].film();
+        let samples = (width * height * scenes.len()) as f64;
+        Some(seconds * WORK_PER_SECOND / (work * samples))
+    }
 }
 
 /// Chooses one of the `candidates`, of which there is at least one, for a render of `scenes` with `options` (but for their renderer). The

@@ -41,6 +41,7 @@ use crate::film::{Decomposition, Film};
 use crate::integrator::Integrator;
 use crate::path::{AdjointEstimate, EnergyBalance, FirstVertexTechniques, NeeRates, StrategyRates};
 use crate::renderer::Renderer;
+use crate::sampling::Replicates;
 use crate::scene::Scene;
 use crate::stats::Stats;
 use crate::sum::ReproducibleSum;
@@ -60,6 +61,8 @@ pub struct RenderOptions {
     pub samples: u64,
     /// Seed: the same seed gives the same image, bit for bit, for any number of threads.
     pub seed: u64,
+    /// How samples of a pixel are to belong together: they do where the estimator [can take them so](Integrator::replicates).
+    pub replicates: Replicates,
     /// Whether an image of each strategy of a bidirectional estimator is wanted.
     pub strategies: bool,
     /// Whether noisy pixels get more samples than others if the estimator is `path`: after the first [`ADAPTIVE_FROM`] of the image
@@ -86,6 +89,7 @@ impl RenderOptions {
             first: 0,
             samples,
             seed,
+            replicates: Replicates::Single,
             strategies: false,
             adaptive: false,
             decomposition: Decomposition::default(),
@@ -94,6 +98,11 @@ impl RenderOptions {
             target: None,
             quantities: None,
         }
+    }
+
+    /// How samples of a pixel belong together.
+    fn replicates(&self) -> Replicates {
+        self.renderer.replicates(self.replicates)
     }
 
     /// Whether samples are shared out among pixels by their noise.

@@ -56,7 +56,7 @@ impl<'a> Source<'a> {
             handle,
             stop: handle.stop().clone(),
             pilot_work: PILOT_WORK,
-            replicates: options.renderer.replicates(scene),
+            replicates: options.replicates(),
             hides_emitters: options.hide_emitters,
             seed: seed_of_group(options.seed, group),
         }

@@ -81,7 +81,7 @@ impl State {
         let channels = options.renderer.channels(spec.channels);
         let group_size = options.renderer.group_size(spec.group_size);
         let film = Film::in_groups(spec.width, spec.height, channels, group_size);
-        let replicates = options.renderer.replicates(&scenes[0]);
+        let replicates = options.replicates();
         let quantities = |tracer| Quantities::new(tracer, spec, replicates);
         State {
             done: Ranges::default(),
@@ -96,7 +96,7 @@ impl State {
             watch: options.target.map(Watch::new),
             balances: vec![BalanceTotals::default(); scenes.len()],
             prepared: Vec::new(),
-            allocation: Allocation::new(&scenes[0], options.shares_out()),
+            allocation: Allocation::new(&scenes[0], options),
         }
     }
 
@@ -201,7 +201,7 @@ impl State {
         let mut sources = self.sources(scenes, options, handle);
         let is_small = copied(scenes[0].film(), options) <= SMALL_FILM;
         // Whoever has a replicate's first sample takes all of it, so that parts have whole replicates, too.
-        let replicates = options.renderer.replicates(&scenes[0]);
+        let replicates = options.replicates();
         let range = options.range();
         let range = replicates.whole(range.start)..replicates.whole(range.end);
         let total = range.end - range.start;
@@ -227,7 +227,8 @@ impl State {
             let look = self.watch.as_ref().map_or(u64::MAX, Watch::next);
             let soon = look.saturating_sub(self.done.count()).max(1);
             let ready = self.allocation.ready(at);
-            let pass = passes.begin(|next| scenes[0].whole_periods(next.min(soon)).min(ready));
+            let whole = |samples| scenes[0].whole_periods(samples, replicates);
+            let pass = passes.begin(|next| whole(next.min(soon)).min(ready));
             let undoable = (is_small || !is_short).then_some(handle);
             let taken = self.undoable_pass(options, &mut sources, pass, undoable);
             if taken.is_break() || on_pass(&self.progress(total)).is_break() {

@@ -32,7 +32,6 @@ pub use regions::Region;
 use crate::bsdf::Bsdf;
 use crate::emitter::{Emitter, Surroundings};
 use crate::medium::Medium;
-use crate::sampling::Replicates;
 use crate::sensor::Sensor;
 use bending::{Bending, REACH, guides};
 use clearance::Clearance;
@@ -77,8 +76,6 @@ pub struct Scene {
     /// For each emitter that is a beam, where it goes.
     guides: Vec<Option<Guide<MediumId>>>,
     warnings: Vec<SceneProblem>,
-    /// How samples of a pixel belong together.
-    replicates: Replicates,
     /// The scene at later instants of the sound's period.
     later: Vec<Scene>,
 }
@@ -103,7 +100,6 @@ impl Scene {
             guides: Vec::new(),
             warnings: Vec::new(),
             later: Vec::new(),
-            replicates: Replicates::default(),
             all: Index::new(&parts.objects, |_| true),
             interfaces: Index::new(&parts.objects, Object::is_interface),
             partial: Index::new(&parts.objects, |o| o.bsdf.is_partial() && !o.is_interface()),
@@ -140,18 +136,6 @@ impl Scene {
         }
         scene.warnings = problems;
         Ok(scene)
-    }
-
-    /// The scene, to be rendered by samples in replicates where estimators can ([`Integrator::replicates`]).
-    ///
-    /// [`Integrator::replicates`]: crate::integrator::Integrator::replicates
-    pub fn in_replicates(self, replicates: Replicates) -> Self {
-        Scene { replicates, ..self }
-    }
-
-    /// How samples of a pixel are to belong together.
-    pub fn replicates(&self) -> Replicates {
-        self.replicates
     }
 
     /// What is doubtful about the scene.

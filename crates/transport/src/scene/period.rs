@@ -8,6 +8,7 @@
 use super::Scene;
 use super::check::{SceneProblem, Subject, error};
 use super::parts::Parts;
+use crate::sampling::Replicates;
 use eikonal::field::Sound;
 use std::f64::consts::TAU;
 
@@ -74,13 +75,12 @@ impl Scene {
         found
     }
 
-    /// The least number of samples, at least `samples`, that are the same number at each instant, in whole
-    /// [replicates](Scene::replicates).
-    pub fn whole_periods(&self, samples: u64) -> u64 {
+    /// The least number of samples, at least `samples`, that are the same number at each instant, in whole replicates.
+    pub fn whole_periods(&self, samples: u64, replicates: Replicates) -> u64 {
         let instants = self.instants() as u64;
         // Both divide their product, the least common multiple is no larger.
-        let multiples = (1..=self.replicates().size()).map(|i| i * instants);
-        let unit = multiples.filter(|n| n.is_multiple_of(self.replicates().size()));
+        let multiples = (1..=replicates.size()).map(|i| i * instants);
+        let unit = multiples.filter(|n| n.is_multiple_of(replicates.size()));
         let unit = unit.min().unwrap_or(instants);
         samples.div_ceil(unit).saturating_mul(unit)
     }
