@@ -97,6 +97,13 @@ PLANTED = [
         ("morgana-transport", "connections", "any_rate_of_strategies_is_unbiased"),
     ),
     (
+        "a tolerance loosened whatever its effect",
+        TRANSPORT + "render/tolerance_pilot.rs",
+        "let is_small = effect <= SHARE / SAMPLES.sqrt();",
+        "let is_small = effect <= f64::INFINITY;",
+        ("morgana-transport", "tolerance", "rays_are_exact_where_the_image_tells"),
+    ),
+    (
         "light that arrives in other pixels left out of the choice of the integrator",
         TRANSPORT + "render/candidate_pilot.rs",
         "cell.squares / (share * self.paths)",

@@ -14,6 +14,9 @@ use transport::render::Rendering;
 use transport::renderer::Renderer;
 use transport::stats::ConnectionCounts;
 
+/// Effects of tolerances that are worth a word, beside the noise of a pixel.
+const EFFECT: f64 = 0.1;
+
 /// A render that is done.
 #[derive(Debug)]
 pub struct Report<'a> {
@@ -64,6 +67,7 @@ impl Report<'_> {
         parts.extend(self.choice());
         parts.extend(self.photon_line());
         parts.extend(self.target_line());
+        parts.extend(self.tolerance_line());
         parts.extend(self.doubt());
         let stats = &self.rendering.stats;
         if stats.connections.capped > 0 {
@@ -223,6 +227,19 @@ impl Report<'_> {
             measure.name(),
             numbers::percent(error)
         ))
+    }
+
+    /// What rays that are not as accurate as they might be do to long renders.
+    fn tolerance_line(&self) -> Option<String> {
+        let accuracy = self.rendering.accuracy;
+        let effect = accuracy.effect_beside_noise(self.rendering.samples);
+        (effect > EFFECT).then(|| {
+            format!(
+                "tolerance {:e}: bias up to {} of the noise of pixels; name a smaller one in the scene",
+                accuracy.tolerance,
+                numbers::percent(effect)
+            )
+        })
     }
 
     /// The same in a few words.

@@ -18,6 +18,11 @@ pub fn render(loaded: &Loaded, rendering: &Rendering, mut run: Value) -> Value {
         ("spp_of_pixels", json!(film.least_and_most())),
         ("sampler", json!(film.replicates().name())),
         ("adaptive", json!(loaded.adaptive)),
+        ("tolerance", json!(rendering.accuracy.tolerance)),
+        (
+            "tolerance_effect",
+            json!(rendering.accuracy.effect_beside_noise(rendering.samples)),
+        ),
         (
             "forced_collisions",
             json!(rendering.first_vertex.forced_collisions),

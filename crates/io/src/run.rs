@@ -178,6 +178,7 @@ impl<'a> Run<'a> {
         RenderOptions {
             first: range.start,
             replicates: self.replicates,
+            loosens_tolerance: self.loaded.has_open_tolerance,
             strategies: self.strategies,
             decomposition: self.loaded.layering.decomposition,
             reweight: self.loaded.reweight,

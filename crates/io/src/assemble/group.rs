@@ -256,7 +256,7 @@ impl<'a> Children<'a> {
             emitters: context.emitters,
             sensor: sensor.sensor,
             film: sensor.film.spec,
-            tolerance: method.parameters.tolerance,
+            tolerance: method.parameters.tolerance.unwrap_or_default(),
             reflections: method.parameters.reflections,
         }
         .with_emissive_media();

@@ -95,7 +95,8 @@ pub(super) struct Parameters {
     photon: PhotonMapping,
     /// Whether light that comes straight from emitters is left out.
     pub hide_emitters: bool,
-    pub tolerance: Tolerance,
+    /// How accurate rays are; `None` leaves it to the default, or to a pilot.
+    pub tolerance: Option<Tolerance>,
     pub reflections: u32,
 }
 
@@ -331,7 +332,8 @@ fn read(object: &ObjectDescription, kind: Kind, context: &mut Context) -> Parame
         _ => query.integer_in("max_depth", -1..=1_000_000, -1),
     };
     let rr_depth = query.integer_in("rr_depth", 1..=1_000_000, i64::from(bdpt.rr_depth));
-    let tolerance = query.float_in("tolerance", 1e-12..=1e-4, default.tolerance.get());
+    let is_named = query.has("tolerance");
+    let tolerance = query.float_in("tolerance", 1e-12..=1e-4, Tolerance::default().get());
     let reflections = query.integer_in("reflections", 0..=MOST_REFLECTIONS, 0);
     let hide_emitters = query.boolean_or("hide_emitters", false);
     // How work is divided; Mitsuba's scene files have them.
@@ -367,7 +369,7 @@ fn read(object: &ObjectDescription, kind: Kind, context: &mut Context) -> Parame
         bdpt,
         photon,
         hide_emitters,
-        tolerance: Tolerance::new(tolerance),
+        tolerance: is_named.then(|| Tolerance::new(tolerance)),
         reflections: reflections as u32,
         ..default
     }

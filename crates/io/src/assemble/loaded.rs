@@ -72,6 +72,8 @@ pub struct Loaded {
     pub hide_emitters: bool,
     /// Whether noisy pixels get more samples: see [`transport::render::RenderOptions::adaptive`].
     pub adaptive: bool,
+    /// Whether nothing names a tolerance: see [`transport::render::RenderOptions::loosens_tolerance`].
+    pub has_open_tolerance: bool,
     /// What the scene says of its estimator.
     pub(super) estimators: integrator::Parameters,
 }

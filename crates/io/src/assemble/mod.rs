@@ -162,6 +162,7 @@ pub fn assemble(
         reweight,
         hide_emitters: estimators.hide_emitters,
         adaptive,
+        has_open_tolerance: estimators.tolerance.is_none(),
         estimators,
     })
 }

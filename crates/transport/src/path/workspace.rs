@@ -92,6 +92,11 @@ impl Workspace {
         }
     }
 
+    /// How accurate rays are.
+    pub fn tolerance(&self) -> Tolerance {
+        self.solver.tolerance()
+    }
+
     /// The counts, with the solver's work in them.
     pub fn stats(&self) -> Stats {
         let mut stats = self.stats;

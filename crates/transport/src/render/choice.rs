@@ -141,6 +141,7 @@ pub fn choose(
     let sources = candidates.iter().map(|integrator| {
         let options = RenderOptions {
             renderer: Renderer::Light(*integrator),
+            loosens_tolerance: false,
             ..*options
         };
         let mut prepared = prepare(scene, &options, Some(preparation), handle);

@@ -22,6 +22,7 @@ mod state;
 mod strategies;
 mod strategy_pilot;
 mod target;
+mod tolerance_pilot;
 
 pub use allocation::ADAPTIVE_FROM;
 pub use aov::Quantities;
@@ -63,6 +64,10 @@ pub struct RenderOptions {
     pub seed: u64,
     /// How samples of a pixel are to belong together: they do where the estimator [can take them so](Integrator::replicates).
     pub replicates: Replicates,
+    /// Whether rays may be less accurate than the scene's tolerance asks for, where a pilot finds that the effect on the image is
+    /// small beside its noise: see [`RayAccuracy`]. Only for estimators without photon maps, not where light is told apart by length, nor
+    /// where a target says how small errors are to be.
+    pub loosens_tolerance: bool,
     /// Whether an image of each strategy of a bidirectional estimator is wanted.
     pub strategies: bool,
     /// Whether noisy pixels get more samples than others if the estimator is `path`: after the first [`ADAPTIVE_FROM`] of the image
@@ -90,6 +95,7 @@ impl RenderOptions {
             samples,
             seed,
             replicates: Replicates::Single,
+            loosens_tolerance: false,
             strategies: false,
             adaptive: false,
             decomposition: Decomposition::default(),
@@ -103,6 +109,16 @@ impl RenderOptions {
     /// How samples of a pixel belong together.
     fn replicates(&self) -> Replicates {
         self.renderer.replicates(self.replicates)
+    }
+
+    /// Whether a pilot may find that rays need not be as accurate as the scene asks for.
+    pub fn may_loosen(&self) -> bool {
+        let is_plain = matches!(
+            self.renderer,
+            Renderer::Light(Integrator::Path(_) | Integrator::Particle(_) | Integrator::Bdpt(_))
+        );
+        let is_exact = self.target.is_some() || self.decomposition.length.is_some();
+        self.loosens_tolerance && is_plain && !is_exact
     }
 
     /// Whether samples are shared out among pixels by their noise.
@@ -147,6 +163,8 @@ pub struct Rendering {
     /// Probability with which connections that may not be unique were searched for further branches:
     /// the largest over the channel groups.
     pub search: f64,
+    /// How accurate rays were: the least over the channel groups.
+    pub accuracy: RayAccuracy,
     /// How paths began, in any of the channel groups.
     pub first_vertex: FirstVertexTechniques,
     /// Whether the render ended because its error was small enough.
@@ -222,6 +240,33 @@ struct Prepared {
     first_vertex: FirstVertexTechniques,
     /// Radius of the first photon map, or of the first merging; zero if there is none.
     radius: f64,
+    /// How accurate rays are.
+    accuracy: RayAccuracy,
+}
+
+/// How accurate the rays of a render are.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RayAccuracy {
+    /// Relative position error per unit of arc length: see [`Tolerance`](eikonal::Tolerance).
+    pub tolerance: f64,
+    /// What a looser tolerance than the scene's does to a pixel's mean, at most, in standard deviations of one sample: by a pilot, a mean over
+    /// the image. Zero if the tolerance is that of the scene.
+    pub effect: f64,
+}
+
+impl RayAccuracy {
+    /// That which a scene asks for.
+    fn of(scene: &Scene) -> Self {
+        RayAccuracy {
+            tolerance: scene.tolerance().get(),
+            effect: 0.0,
+        }
+    }
+
+    /// The effect in standard errors of a pixel of so many samples.
+    pub fn effect_beside_noise(&self, samples: u64) -> f64 {
+        self.effect * (samples as f64).sqrt()
+    }
 }
 
 /// Finds it out, for every group, by pilots of so much work at most, if less than usual; worthless if the handle has stopped it.
@@ -239,6 +284,7 @@ fn prepare(
             adjoint: AdjointEstimate::default(),
             first_vertex: FirstVertexTechniques::default(),
             radius: 0.0,
+            accuracy: RayAccuracy::of(scene),
         };
         let mut source = Source::new(scene, group, options, prepared.clone(), handle);
         source.pilot_work = work.map_or(source.pilot_work, |w| w.min(source.pilot_work));
@@ -258,6 +304,10 @@ fn prepare(
                 prepared = strategy_pilot::prepared(&source.light(integrator), scenes.len());
             }
             Renderer::Light(integrator) => prepared = pilot::prepared(&source.light(integrator)),
+        }
+        if let (true, Some(integrator)) = (options.may_loosen(), options.renderer.integrator()) {
+            source.prepared = prepared.clone();
+            prepared.accuracy = tolerance_pilot::chosen(&source.light(*integrator));
         }
         prepared
     });

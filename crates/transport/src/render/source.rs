@@ -10,6 +10,7 @@ use crate::sampling::{Purpose, Replicates, Sampler};
 use crate::scene::Scene;
 use crate::sensor::SensorRay;
 use crate::stop::Stop;
+use eikonal::Tolerance;
 
 /// Work after which a pilot takes no more samples unless less is said: some three seconds.
 const PILOT_WORK: f64 = 5e7;
@@ -81,7 +82,7 @@ impl<'a> Source<'a> {
 
     /// A workspace for samples to be taken that way.
     pub(crate) fn workspace_of(&self, prepared: &Prepared) -> Workspace {
-        let mut ws = Workspace::new(self.scene.tolerance());
+        let mut ws = Workspace::new(Tolerance::new(prepared.accuracy.tolerance));
         ws.search = prepared.search;
         ws.rates = prepared.rates;
         ws.strategies = prepared.strategies;

@@ -13,8 +13,8 @@ use super::splats::SplatFilms;
 use super::strategies::Strategies;
 use super::target::Watch;
 use super::{
-    Debiased, Handle, Prepared, Progress, Quantities, RenderOptions, Rendering, aov, photons,
-    pixels, prepare, splats,
+    Debiased, Handle, Prepared, Progress, Quantities, RayAccuracy, RenderOptions, Rendering, aov,
+    photons, pixels, prepare, splats,
 };
 use crate::film::Film;
 use crate::integrator::Integrator;
@@ -324,6 +324,16 @@ impl State {
         self.watch.as_ref().is_some_and(Watch::is_over)
     }
 
+    /// How accurate rays are at least.
+    fn accuracy(&self, scenes: &[Scene]) -> RayAccuracy {
+        let least = |a: RayAccuracy, b: RayAccuracy| RayAccuracy {
+            tolerance: a.tolerance.max(b.tolerance),
+            effect: a.effect.max(b.effect),
+        };
+        let all = self.prepared.iter().map(|p| p.accuracy);
+        all.fold(RayAccuracy::of(&scenes[0]), least)
+    }
+
     /// How paths begin in any of the groups.
     fn first_vertex(&self) -> FirstVertexTechniques {
         let all = || self.prepared.iter().map(|p| p.first_vertex);
@@ -339,6 +349,7 @@ impl State {
         let largest = |f: fn(&Prepared) -> f64| self.prepared.iter().map(f).fold(0.0, f64::max);
         Rendering {
             search: largest(|p| p.search),
+            accuracy: self.accuracy(scenes),
             first_vertex: self.first_vertex(),
             first_radius: largest(|p| p.radius),
             balance: balance(scenes, &self.balances),

@@ -5,10 +5,10 @@ use crate::load::file_name;
 use crate::numbers::{bytes, count, percent, plain};
 use eikonal::Uniqueness;
 use glam::DVec3;
-use io::Loaded;
 use io::assemble::{SoundRecord, Walls, steps_across};
 use io::diagnostic::escaped;
 use io::rendered::Naming;
+use io::{Loaded, Run};
 use std::fmt::Write as _;
 use std::path::Path;
 use transport::Scene;
@@ -29,8 +29,13 @@ pub fn describe(path: &Path, loaded: &Loaded) -> Result<String, std::fmt::Error>
     }
     writeln!(
         out,
-        "  tolerance    {:e} of a ray's length",
-        scene.tolerance().get()
+        "  tolerance    {:e} of a ray's length{}",
+        scene.tolerance().get(),
+        if may_loosen(loaded) {
+            ", or looser where noise hides it"
+        } else {
+            ""
+        }
     )?;
     if loaded.instruments.is_empty() {
         if Walls::of(scene).dielectric.is_some() {
@@ -117,6 +122,12 @@ fn meters(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
 }
 
 /// The film, and how it is filled.
+/// Whether rays of a picture may be less accurate than the scene's tolerance.
+fn may_loosen(loaded: &Loaded) -> bool {
+    let options = Run::new(loaded).options();
+    loaded.instruments.is_empty() && options.may_loosen() && !loaded.scene().is_straight()
+}
+
 fn picture(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
     let film = loaded.scene().film();
     writeln!(

@@ -47,6 +47,7 @@ impl Connection {
             let value = connection.and_then(|connection| evaluate(&connection));
             return value.map(|value| (value, 1.0)).into_iter().collect();
         }
+        let tolerance = ws.tolerance();
         // The branches from deterministic starts count with weight 1.
         let search = Search::new(scene, vertex, target);
         let mut values = SmallVec::new();
@@ -56,7 +57,7 @@ impl Connection {
                 continue;
             };
             // Several starts may lead to one branch.
-            if known.iter().any(|k| k.is_branch_of(scene, &connection)) {
+            if known.iter().any(|k| k.is_branch_of(tolerance, &connection)) {
                 continue;
             }
             known.push(connection);
@@ -71,8 +72,9 @@ impl Connection {
         if search.has_all(!known.is_empty()) {
             ws.stats.connections.certified += 1;
         } else if sampler.next_1d() < ws.search {
-            let other =
-                |connection: &Connection| !known.iter().any(|k| k.is_branch_of(scene, connection));
+            let other = |connection: &Connection| {
+                !known.iter().any(|k| k.is_branch_of(tolerance, connection))
+            };
             let found = search.at_random(sampler, ws, other, evaluate);
             values.extend(found.map(|(value, weight)| (value, weight / ws.search)));
         }
@@ -95,10 +97,11 @@ impl Connection {
         if search.has_all(true) {
             return 1.0;
         }
+        let tolerance = ws.tolerance();
         let same = |connection: Connection| {
             let length = branch.optical_length;
-            same_way(scene, connection.direction, branch.direction)
-                && length.is_none_or(|s| same_length(scene, s, connection.optical_length))
+            same_way(tolerance, connection.direction, branch.direction)
+                && length.is_none_or(|s| same_length(tolerance, s, connection.optical_length))
         };
         let mut certain = search.certain();
         if certain.any(|candidate| search.solve(&candidate, ws).is_some_and(same)) {

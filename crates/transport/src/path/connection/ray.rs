@@ -6,6 +6,7 @@ use crate::connection_end::ConnectionEnd;
 use crate::path::segment::{EdgeGeometry, Vertex};
 use crate::scene::Scene;
 use crate::stats::Stats;
+use eikonal::Tolerance;
 use eikonal::connect::World;
 use eikonal::ray::Arc;
 use glam::DVec3;
@@ -79,9 +80,9 @@ impl Connection {
     }
 
     /// Whether two connections of one vertex to one target are the same ray.
-    pub(super) fn is_branch_of(&self, scene: &Scene, other: &Connection) -> bool {
-        same_way(scene, self.direction, other.direction)
-            && same_length(scene, self.optical_length, other.optical_length)
+    pub(super) fn is_branch_of(&self, tolerance: Tolerance, other: &Connection) -> bool {
+        same_way(tolerance, self.direction, other.direction)
+            && same_length(tolerance, self.optical_length, other.optical_length)
     }
 
     /// Transmittance, the factor of the interfaces included.
@@ -90,14 +91,14 @@ impl Connection {
     }
 }
 
-fn same_angle(scene: &Scene) -> f64 {
-    SAME_WAY.0.max(SAME_WAY.1 * scene.tolerance().get())
+fn same_angle(tolerance: Tolerance) -> f64 {
+    SAME_WAY.0.max(SAME_WAY.1 * tolerance.get())
 }
 
-pub(super) fn same_way(scene: &Scene, a: DVec3, b: DVec3) -> bool {
-    a.distance(b) < same_angle(scene)
+pub(super) fn same_way(tolerance: Tolerance, a: DVec3, b: DVec3) -> bool {
+    a.distance(b) < same_angle(tolerance)
 }
 
-pub(super) fn same_length(scene: &Scene, a: f64, b: f64) -> bool {
-    (a - b).abs() < same_angle(scene) * a.abs().max(b.abs())
+pub(super) fn same_length(tolerance: Tolerance, a: f64, b: f64) -> bool {
+    (a - b).abs() < same_angle(tolerance) * a.abs().max(b.abs())
 }

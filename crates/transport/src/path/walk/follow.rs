@@ -175,7 +175,7 @@ impl<'a> Follower<'a> {
         let scene = self.scene;
         let field = scene.field(self.medium);
         let node = Node::new(field, self.x, self.v, ());
-        let mut flow = Flow::new(field, node, scene.tolerance());
+        let mut flow = Flow::new(field, node, ws.tolerance());
         loop {
             let reach = scene.reach(flow.node().x);
             let step = flow.advance(reach / flow.node().v.length(), &mut ws.stats.work);

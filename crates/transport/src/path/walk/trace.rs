@@ -209,7 +209,7 @@ impl<'a, 'b> Walk<'a, 'b> {
             self.ray.v,
             self.ray.differentials.tangents(),
         );
-        let mut flow = Flow::new(field, node, self.scene.tolerance());
+        let mut flow = Flow::new(field, node, ws.tolerance());
         loop {
             let reach = self.scene.reach(flow.node().x);
             let step = flow.advance(reach / flow.node().v.length(), &mut ws.stats.work);

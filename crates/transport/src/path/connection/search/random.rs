@@ -87,7 +87,7 @@ impl Search<'_> {
             trials += 1;
             ws.stats.connections.trials += 1;
             let again = self.try_random(sampler, ws);
-            if again.is_some_and(|l| l.is_branch_of(self.scene, &connection)) {
+            if again.is_some_and(|l| l.is_branch_of(ws.tolerance(), &connection)) {
                 return Some((value, f64::from(trials)));
             }
         }
