@@ -38,23 +38,33 @@ pub fn table() {
     });
     println!("\nsamples of renders of the lens, depth {DEPTH}");
     println!(
-        "{:6} {:>8} {:>8} {:>8} {:>10} {:>12} {:>10} {:>10} {:>8} {:>10}",
-        "", "µs", "evals", "shots", "variance", "time × var.", "certified", "searches", "q", "mean"
+        "{:6} {:>9} {:>8} {:>8} {:>8} {:>10} {:>12} {:>10} {:>10} {:>8} {:>10}",
+        "",
+        "tolerance",
+        "µs",
+        "evals",
+        "shots",
+        "variance",
+        "time × var.",
+        "certified",
+        "searches",
+        "q",
+        "mean"
     );
-    let integrators = [path, bdpt];
-    let mut seconds: Vec<Vec<f64>> = vec![Vec::new(); 2];
+    let rows = [(path, false), (bdpt, false), (path, true), (bdpt, true)];
+    let mut seconds: Vec<Vec<f64>> = vec![Vec::new(); rows.len()];
     for _ in 0..ROUNDS {
-        for (integrator, seconds) in integrators.iter().zip(&mut seconds) {
+        for (row, seconds) in rows.iter().zip(&mut seconds) {
             let times = SAMPLES.map(|samples| {
                 let start = ProcessTime::now();
-                render(&scene, integrator, samples, 1);
+                render(&scene, *row, samples, 1);
                 start.elapsed().as_secs_f64()
             });
             seconds.push((times[1] - times[0]) / pixels(SAMPLES[1] - SAMPLES[0]));
         }
     }
-    for (integrator, seconds) in integrators.iter().zip(seconds) {
-        row(&scene, integrator, median(seconds));
+    for (row, seconds) in rows.iter().zip(seconds) {
+        print(&scene, *row, median(seconds));
     }
 }
 
@@ -62,17 +72,21 @@ fn pixels(samples: u64) -> f64 {
     (SIDE * SIDE) as f64 * samples as f64
 }
 
-fn row(scene: &Scene, integrator: &Integrator, seconds: f64) {
-    let [few, more] = SAMPLES.map(|samples| render(scene, integrator, samples, 1));
-    let many = render(scene, integrator, MANY, 2);
+/// An estimator, and whether a pilot chooses the tolerance.
+type Row = (Integrator, bool);
+
+fn print(scene: &Scene, row: Row, seconds: f64) {
+    let [few, more] = SAMPLES.map(|samples| render(scene, row, samples, 1));
+    let many = render(scene, row, MANY, 2);
     let work = more.stats.work.evaluations - few.stats.work.evaluations;
     let shots = more.stats.work.shots - few.stats.work.shots;
     let counts = [few.stats.connections, more.stats.connections];
     let per = |count: u64| count as f64 / pixels(SAMPLES[1] - SAMPLES[0]);
     let variance = relative_variance(&many);
     println!(
-        "{:6} {:8.2} {:8.1} {:8.2} {:10.2} {:12.1} {:10.2} {:10.3} {:8.3} {:10.5}",
-        integrator.name(),
+        "{:6} {:9.0e} {:8.2} {:8.1} {:8.2} {:10.2} {:12.1} {:10.2} {:10.3} {:8.3} {:10.5}",
+        row.0.name(),
+        many.accuracy.tolerance,
         1e6 * seconds,
         per(work),
         per(shots),
@@ -97,6 +111,10 @@ fn relative_variance(rendering: &Rendering) -> f64 {
     mean.iter().zip(&variance).map(relative).sum::<f64>() / mean.len() as f64
 }
 
-fn render(scene: &Scene, integrator: &Integrator, samples: u64, seed: u64) -> Rendering {
-    scene.render(&RenderOptions::new(*integrator, samples, seed))
+fn render(scene: &Scene, row: Row, samples: u64, seed: u64) -> Rendering {
+    let (integrator, loosens_tolerance) = row;
+    scene.render(&RenderOptions {
+        loosens_tolerance,
+        ..RenderOptions::new(integrator, samples, seed)
+    })
 }
