@@ -68,6 +68,9 @@ def main():
         across -= np.sum(across * directions, axis=1, keepdims=True) * directions
         measured[name] = moved + given.noise / max(given.noise, 1e-3) * noise[name] * across
 
+    walls = np.zeros(true.shape, bool)
+    walls[:, [0, -1]] = walls[:, :, [0, -1]] = True
+
     def fit(scale):
         """With all contrasts and deflections multiplied by `scale`."""
         options = {name: getattr(undisturbed, name) + scale * measured[name] for name in measured}
@@ -78,7 +81,7 @@ def main():
             **options,
             position_noise=scale * noise["positions"],
             direction_noise=scale * noise["directions"],
-            lower=AMBIENT,
+            known=walls,
             iterations=given.iterations,
             progress=lambda now: print(f"  {now.shape[0]}³, iteration {now.number}: χ² {now.chi_square:.4g}, {cpu() - before:.1f} s", flush=True),
         )
