@@ -10,7 +10,7 @@ Needs SciPy: ``pip install "morgana-render[reconstruct]"``. See docs/guides/inve
 from __future__ import annotations
 
 import os
-from typing import Any, Callable, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -32,7 +32,7 @@ Shape = Tuple[int, int, int]
 COARSEST = 8
 """Samples along the shortest axis of the coarsest grid, at least."""
 SMALL = 2e-3
-"""The search ends when χ² falls by less than this share in an iteration."""
+"""The search ends when χ², with penalties, falls by less than this share in an iteration."""
 SMALL_COARSE = 5e-2
 """The same on grids that others follow."""
 PATIENCE = 3
@@ -135,6 +135,11 @@ class _Misfit:
             value, gradient = value + total_variation * penalty, gradient + total_variation * slope
         return value, gradient
 
+    @property
+    def explained(self) -> bool:
+        """Whether to end because noise explains what is left. Penalties keep noise out themselves."""
+        return self.chi_square <= 1 and not any(self.weights)
+
 
 class _Limits(NamedTuple):
     """Where samples may lie."""
@@ -176,20 +181,20 @@ class _Problem(NamedTuple):
             coarse = grid != grids[-1]
             some = misfit.with_rays(int(RAYS_PER_SAMPLE * np.prod(grid))) if coarse else misfit
             level = _Level(some, self.limits, _resampled(index, grid, _centers(misfit.rays)))
-            done = 0
-            for index in level:
+            done, before, index, stopped = 0, np.inf, level.start, ""
+            for index, value in level:
                 done += 1
                 history.append(Iteration(grid, done, some.chi_square))
+                slow = done > PATIENCE and before - value < (SMALL_COARSE if coarse else SMALL) * before
+                stopped = "noise" if some.explained else "slow" if slow else "iterations" if done >= self.iterations else ""
+                before = value
                 if progress is not None:
                     progress(history[-1])
-                before = history[-2].chi_square if done > 1 else np.inf
-                stopped = _why_stop(some.chi_square, before, done, SMALL_COARSE if coarse else SMALL, self.iterations)
                 if checkpoint is not None:
                     checkpoint.save(index, history, "" if coarse else stopped)
                 if stopped:
                     break
-            else:
-                index, stopped = level.start, "noise" if some.chi_square <= 1 else stopped or "slow"
+            stopped = stopped or ("noise" if some.explained else "slow")
         misfit.of_data(index)
         return Reconstruction(index, misfit.chi_square, stopped, history, misfit.lost)
 
@@ -229,7 +234,7 @@ def fit(
     """Find the samples of n with which rays end where they were measured.
 
     χ², the sum of squared differences over noise, is made smaller by limited-memory BFGS within the limits, on coarse grids first, with some of the rays.
-    It ends when noise explains what is left (the discrepancy principle): further iterations would fit noise. A direction and a position have two
+    Without penalties it ends when noise explains what is left (the discrepancy principle): further iterations would fit noise. A direction and a position have two
     independent components each: directions are taken as unit vectors, and positions lie on the exit.
 
     Parameters
@@ -328,17 +333,16 @@ class _Level:
         open_offset = misfit.is_of_slopes and limited and limits.known is None
         self.precondition = np.asarray if open_offset else _Filter(index.shape, rays.spacing(index.shape))
 
-    def __iter__(self) -> Any:
+    def __iter__(self) -> Iterator[Tuple[Doubles, float]]:
         misfit = self.misfit
         misfit(self.start)
-        if misfit.chi_square <= 1:
+        if misfit.explained:
             return
         first = descent.first_step(misfit.of_data, self.start, self.precondition)
         if misfit.weights.total_variation > 0:
             spacing = misfit.rays.spacing(self.start.shape)
             misfit.flat = max(FLAT * penalties.largest_slope(self.start + first, spacing), 1e-300)
-        for index, _ in descent.minimize(misfit, self.start, first, self.within, self.precondition):
-            yield index
+        yield from descent.minimize(misfit, self.start, first, self.within, self.precondition)
 
 
 class _Filter:
@@ -354,15 +358,6 @@ class _Filter:
 
     def __call__(self, values: Doubles) -> Doubles:
         return np.asarray(self.fft.idctn(self.weights * self.fft.dctn(values, norm="ortho"), norm="ortho"))
-
-
-def _why_stop(chi_square: float, before: float, done: int, small: float, most: int) -> str:
-    """Why a search on one grid ends after an iteration; empty if it goes on."""
-    if chi_square <= 1:
-        return "noise"
-    if done > PATIENCE and before - chi_square < small * before:
-        return "slow"
-    return "iterations" if done >= most else ""
 
 
 def _data(rays: Rays, name: str, values: Optional[ArrayLike], noise: Optional[float], independent: int) -> List[_Measured]:
