@@ -7,7 +7,7 @@ from typing import Callable, Iterator, List, Tuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["first_step", "minimize"]
+__all__ = ["first_scale", "minimize"]
 
 Doubles = NDArray[np.float64]
 Function = Callable[[Doubles], Tuple[float, Doubles]]
@@ -25,24 +25,26 @@ CURVED = 1e-8
 """Pairs whose cosine is smaller say nothing about the curvature."""
 
 
-def first_step(function: Function, start: Doubles, precondition: Operator) -> Doubles:
-    """The step to the minimum along the preconditioned gradient, as the curvature there lets expect. Zero if the gradient is."""
+def first_scale(function: Function, start: Doubles, precondition: Operator) -> Tuple[float, Doubles]:
+    """Along the preconditioned gradient at ``start``: how many times that the minimum is away, as the curvature lets expect, and the step there."""
     _, gradient = function(start)
     down = -precondition(gradient)
     largest = float(np.abs(down).max(initial=0.0))
     if largest == 0:
-        return down
+        return 1.0, down
     small = PROBE / largest
     _, moved = function(start + small * down)
     curvature = float(np.vdot(moved - gradient, down)) / small
-    return down * (abs(float(np.vdot(gradient, down))) / max(abs(curvature), 1e-300))
+    scale = abs(float(np.vdot(gradient, down))) / max(abs(curvature), 1e-300)
+    return scale, scale * down
 
 
-def minimize(function: Function, start: Doubles, step: Doubles, limits: Tuple[Doubles, Doubles], precondition: Operator) -> Iterator[Tuple[Doubles, float]]:
+def minimize(function: Function, start: Doubles, scale: float, limits: Tuple[Doubles, Doubles], precondition: Operator) -> Iterator[Tuple[Doubles, float]]:
     """Places that are lower and lower, with the value there, until none is found.
 
     Numbers at a limit that the gradient pushes beyond it stay there. The others make a step of limited-memory BFGS that begins with ``precondition``, a
-    symmetric positive operator, and are clipped to the limits (Bertsekas 1982). ``step`` is the first one, of :func:`first_step`.
+    symmetric positive operator, and are clipped to the limits (Bertsekas 1982). As long as nothing is known of the
+    curvature, it goes ``scale`` times down the preconditioned gradient (:func:`first_scale`).
     """
     low, high = limits
     x = np.clip(start, low, high)
@@ -50,7 +52,7 @@ def minimize(function: Function, start: Doubles, step: Doubles, limits: Tuple[Do
     pairs: List[Tuple[Doubles, Doubles]] = []
     while True:
         free = ~(((x <= low) & (gradient > 0)) | ((x >= high) & (gradient < 0)))
-        down = _direction(pairs, gradient, free, precondition) if pairs else np.where(free, step, 0.0)
+        down = _direction(pairs, gradient, free, precondition, scale)
         found = _along(function, (x, value, gradient), down, limits)
         if found is None and not pairs:
             return
@@ -80,7 +82,7 @@ def _along(
     return None
 
 
-def _direction(pairs: List[Tuple[Doubles, Doubles]], gradient: Doubles, free: NDArray[np.bool_], precondition: Operator) -> Doubles:
+def _direction(pairs: List[Tuple[Doubles, Doubles]], gradient: Doubles, free: NDArray[np.bool_], precondition: Operator, scale: float) -> Doubles:
     """Down the gradient, times the inverse Hessian that the pairs let expect among the free numbers: the two loops of Nocedal (1980)."""
     left = np.where(free, gradient, 0.0)
     curved, shares = [], []
@@ -92,10 +94,10 @@ def _direction(pairs: List[Tuple[Doubles, Doubles]], gradient: Doubles, free: ND
     for step, change, along in reversed(curved):
         shares.append(float(np.vdot(step, left)) / along)
         left = left - shares[-1] * change
-    found = np.where(free, precondition(left), 0.0)
     if curved:
-        step, change, along = curved[-1]
-        found *= along / float(np.vdot(change, np.where(free, precondition(change), 0.0)))
+        _, change, along = curved[-1]
+        scale = along / float(np.vdot(change, np.where(free, precondition(change), 0.0)))
+    found = scale * np.where(free, precondition(left), 0.0)
     for (step, change, along), share in zip(curved, reversed(shares)):
         found = found + step * (share - float(np.vdot(change, found)) / along)
     return -found

@@ -41,8 +41,8 @@ RAYS_PER_SAMPLE = 0.5
 """Rays for each sample of a coarse grid: not all are needed there."""
 FLAT = 0.05
 """Total variation counts slopes from about this share of the largest one that the data alone ask for first."""
-LEAST = 1e-6
-"""The least index that is tried, in units of that around the box."""
+EXTREMES = (0.1, 10.0)
+"""The least and the greatest index that are tried, in units of that around the box: rays in absurd ones take absurdly long."""
 
 
 class ReconstructionError(Error, ValueError):
@@ -149,10 +149,11 @@ class _Limits(NamedTuple):
     known: Optional[NDArray[np.bool_]]
     """Samples of the last grid that keep their value."""
 
-    def of(self, index: Doubles, least: float, centers: bool) -> Tuple[Doubles, Doubles]:
+    def of(self, index: Doubles, ambient: float, centers: bool) -> Tuple[Doubles, Doubles]:
         """The least and the largest value of each sample, of which those that are known have theirs."""
-        low = np.full(index.shape, least if self.lower is None else self.lower)
-        high = np.full(index.shape, np.inf if self.upper is None else self.upper)
+        least, greatest = EXTREMES
+        low = np.full(index.shape, least * ambient if self.lower is None else self.lower)
+        high = np.full(index.shape, greatest * ambient if self.upper is None else self.upper)
         if self.known is None:
             return low, high
         # Samples between known ones are known on other grids, too.
@@ -261,7 +262,7 @@ def fit(
         Samples, in the shape of the grid, that keep the value of ``start``. Deflections tell differences of n alone: say where it is that of the
         surroundings, as at the walls around a jet.
     lower, upper : float, optional
-        Limits of n, such as that of the surroundings for a gas that is dense.
+        Limits of n, such as that of the surroundings for a gas that is dense. By default a tenth of ``ambient``, and ten times it.
     smoothness : float, optional
         Weight of ½∫|∇n|² dV, which is added to ½χ² (Tikhonov): for few views.
     total_variation : float, optional
@@ -326,7 +327,7 @@ class _Level:
     def __init__(self, misfit: _Misfit, limits: _Limits, index: Doubles) -> None:
         self.misfit = misfit
         rays = misfit.rays
-        low, high = limits.of(index, LEAST * rays.ambient, _centers(rays))
+        low, high = limits.of(index, rays.ambient, _centers(rays))
         self.start, self.within = np.clip(index, low, high), (low, high)
         # The filter changes samples far from where data ask for it, which limits would turn into an offset that deflections do not see.
         limited = limits.lower is not None or limits.upper is not None
@@ -338,11 +339,11 @@ class _Level:
         misfit(self.start)
         if misfit.explained:
             return
-        first = descent.first_step(misfit.of_data, self.start, self.precondition)
+        scale, first = descent.first_scale(misfit.of_data, self.start, self.precondition)
         if misfit.weights.total_variation > 0:
             spacing = misfit.rays.spacing(self.start.shape)
             misfit.flat = max(FLAT * penalties.largest_slope(self.start + first, spacing), 1e-300)
-        yield from descent.minimize(misfit, self.start, first, self.within, self.precondition)
+        yield from descent.minimize(misfit, self.start, scale, self.within, self.precondition)
 
 
 class _Filter:

@@ -110,7 +110,8 @@ def test_descent_finds_the_minimum_within_limits():
     low[3] = high[3] = 0.1
     precondition = lambda v: v / np.diag(matrix)  # noqa: E731
     start = np.zeros(20)
-    *_, (x, value) = _descent.minimize(function, start, _descent.first_step(function, start, precondition), (low, high), precondition)
+    scale, _ = _descent.first_scale(function, start, precondition)
+    *_, (x, value) = _descent.minimize(function, start, scale, (low, high), precondition)
     gradient = matrix @ (x - centre)
     inside = (x > low) & (x < high)
     assert x[3] == 0.1 and 3 < inside.sum() < 20 and value == pytest.approx(function(x)[0])
