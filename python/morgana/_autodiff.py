@@ -54,7 +54,7 @@ def jax_function(rays: "Rays", error: Type[Exception]) -> Callable[..., Any]:
 
         return jax.pure_callback(on_host, shapes, *arrays, vmap_method="sequential")
 
-    @jax.custom_vjp  # type: ignore[misc, unused-ignore]
+    @jax.custom_vjp  # type: ignore[untyped-decorator, unused-ignore]
     def ends(index: Any, origins: Any, directions: Any) -> Any:
         return called(follow, shaped(origins, directions, origins[:, 0]), index, origins, directions)
 

@@ -17,8 +17,10 @@ MEMORY = 12
 """Pairs of steps and changes of the gradient that are kept."""
 DECREASE = 1e-4
 """A step is taken if it brings this share of what the slope at its start promises (Armijo)."""
-HALVINGS = 12
-"""A step is halved at most so often."""
+TRIES = 12
+"""A step is shortened at most so often."""
+SHORTEST, LONGEST = 0.1, 0.5
+"""Each time to a share of its length between these."""
 PROBE = 1e-4
 """Length of the step that measures the first curvature."""
 CURVED = 1e-8
@@ -66,19 +68,20 @@ def minimize(function: Function, start: Doubles, scale: float, limits: Tuple[Dou
         yield x, value
 
 
-def _along(
-    function: Function, here: Tuple[Doubles, float, Doubles], down: Doubles, limits: Tuple[Doubles, Doubles]
-) -> "Tuple[Doubles, float, Doubles] | None":
+def _along(function: Function, here: Tuple[Doubles, float, Doubles], down: Doubles, limits: Tuple[Doubles, Doubles]) -> "Tuple[Doubles, float, Doubles] | None":
     """A lower place along a direction, projected on the limits."""
     x, value, gradient = here
-    for halving in range(HALVINGS):
-        there = np.clip(x + 0.5**halving * down, *limits)
+    share = 1.0
+    for _ in range(TRIES):
+        there = np.clip(x + share * down, *limits)
         promised = float(np.vdot(gradient, there - x))
         if promised >= 0:
             return None
         new, slope = function(there)
         if new <= value + DECREASE * promised:
             return there, new, slope
+        # To the minimum of the parabola through what is known, within limits.
+        share *= min(max(0.5 * promised / (promised - (new - value)), SHORTEST), LONGEST)
     return None
 
 

@@ -10,7 +10,7 @@ Needs SciPy: ``pip install "morgana-render[reconstruct]"``. See docs/guides/inve
 from __future__ import annotations
 
 import os
-from typing import Any, Callable, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,7 +36,7 @@ SMALL = 2e-3
 SMALL_COARSE = 5e-2
 """The same on grids that others follow."""
 PATIENCE = 3
-"""Not in the first iterations of a grid, which learn its curvature."""
+"""On the average of so many iterations."""
 RAYS_PER_SAMPLE = 0.5
 """Rays for each sample of a coarse grid: not all are needed there."""
 FLAT = 0.05
@@ -104,7 +104,7 @@ class _Misfit:
         self.rays, self.measured, self.weights = rays, measured, weights
         self.count = sum(kind.data for kind in measured)
         self.is_of_slopes = all(kind.name != "optical_lengths" for kind in measured)
-        self.given = {kind.name: kind.values for kind in measured}
+        self.given: Dict[str, Any] = {kind.name: kind.values for kind in measured}
         self.given.update({_noise_of(kind.name): kind.noise for kind in measured})
         self.flat, self.chi_square, self.lost = 1.0, np.inf, 0
 
@@ -129,10 +129,10 @@ class _Misfit:
         spacing = self.rays.spacing(index.shape)
         if smoothness > 0:
             penalty, slope = penalties.roughness(index, spacing)
-            value, gradient = value + smoothness * penalty, gradient + smoothness * slope
+            value, gradient = (value + smoothness * penalty, gradient + smoothness * slope)
         if total_variation > 0:
             penalty, slope = penalties.total_variation(index, spacing, self.flat)
-            value, gradient = value + total_variation * penalty, gradient + total_variation * slope
+            value, gradient = (value + total_variation * penalty, gradient + total_variation * slope)
         return value, gradient
 
     @property
@@ -182,13 +182,13 @@ class _Problem(NamedTuple):
             coarse = grid != grids[-1]
             some = misfit.with_rays(int(RAYS_PER_SAMPLE * np.prod(grid))) if coarse else misfit
             level = _Level(some, self.limits, _resampled(index, grid, _centers(misfit.rays)))
-            done, before, index, stopped = 0, np.inf, level.start, ""
+            values: List[float] = []
+            index, stopped = level.start, ""
             for index, value in level:
-                done += 1
-                history.append(Iteration(grid, done, some.chi_square))
-                slow = done > PATIENCE and before - value < (SMALL_COARSE if coarse else SMALL) * before
-                stopped = "noise" if some.explained else "slow" if slow else "iterations" if done >= self.iterations else ""
-                before = value
+                values.append(value)
+                history.append(Iteration(grid, len(values), some.chi_square))
+                slow = _is_slow(values, SMALL_COARSE if coarse else SMALL)
+                stopped = "noise" if some.explained else "slow" if slow else "iterations" if len(values) >= self.iterations else ""
                 if progress is not None:
                     progress(history[-1])
                 if checkpoint is not None:
@@ -361,6 +361,14 @@ class _Filter:
         return np.asarray(self.fft.idctn(self.weights * self.fft.dctn(values, norm="ortho"), norm="ortho"))
 
 
+def _is_slow(values: List[float], small: float) -> bool:
+    """Whether a value has fallen by less than a small share in each of the last iterations, on the average."""
+    if len(values) <= PATIENCE:
+        return False
+    before = values[-1 - PATIENCE]
+    return before - values[-1] < PATIENCE * small * before
+
+
 def _data(rays: Rays, name: str, values: Optional[ArrayLike], noise: Optional[float], independent: int) -> List[_Measured]:
     """One kind of data, if it is given. A direction and a position on a plane have two independent components."""
     word = _noise_of(name)
@@ -400,7 +408,7 @@ def _weight(value: float, name: str) -> float:
 
 
 def _limits(lower: Optional[float], upper: Optional[float], known: Optional[ArrayLike], goal: Shape) -> _Limits:
-    low, high = checks.optional_positive(lower, "lower"), checks.optional_positive(upper, "upper")
+    low, high = (checks.optional_positive(lower, "lower"), checks.optional_positive(upper, "upper"))
     if low is not None and high is not None and low >= high:
         raise ReconstructionError(f"lower is {low} but must be below upper, {high}")
     if known is None:

@@ -200,3 +200,37 @@ LENGTHS = {"optical_lengths": np.ones(3200), "optical_length_noise": 1.0}
 def test_mistakes_are_told(options, message):
     with pytest.raises(reconstruct.ReconstructionError, match=message):
         reconstruct.fit(views(), (8, 8, 8), **options)
+
+
+def focused(views, pixels, half):
+    """Parallel rays onto a Luneburg lens of radius 1 from several sides, and where they leave a box around it: each meets all of its view in the point
+    of the lens that lies behind, at equal optical lengths, in the direction by which it hits the lens off its axis."""
+    number = np.arange(views) + 0.5
+    height, turn = 1 - number / views, np.pi * (1 + 5**0.5) * number
+    found = []
+    for axis in np.column_stack([np.sqrt(1 - height**2) * np.cos(turn), np.sqrt(1 - height**2) * np.sin(turn), height]):
+        side = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+        side /= np.linalg.norm(side)
+        u, w = (a.ravel() for a in np.meshgrid(*2 * [np.linspace(-0.97, 0.97, pixels)]))
+        off = u[:, None] * side + w[:, None] * np.cross(axis, side)
+        size = np.hypot(u, w)
+        off, size = off[size < 0.97], size[size < 0.97]
+        direction = np.sqrt(1 - size**2)[:, None] * axis - off
+        with np.errstate(divide="ignore"):
+            further = np.min(np.where(direction != 0, (np.sign(direction) * half - axis) / direction, np.inf), axis=1)
+        along = np.tile(axis, (len(off), 1))
+        found.append((off - 2 * axis, along, axis + further[:, None] * direction, direction, 2 + np.pi / 2 + further))
+    return (np.concatenate(part) for part in zip(*found))
+
+
+def test_a_luneburg_lens_is_found_from_what_it_should_do():
+    half, noise = 1.05, 1e-2
+    origins, along, positions, directions, lengths = focused(12, 20, half)
+    rays = grad.Rays(origins, along, box=(3 * [-half], 3 * [half]), tolerance=1e-4)
+    z, y, x = np.meshgrid(*3 * [np.linspace(-half, half, 17)], indexing="ij")
+    r2 = x**2 + y**2 + z**2
+    data = {"positions": positions, "directions": directions, "optical_lengths": lengths}
+    data.update({"position_noise": noise, "direction_noise": noise, "optical_length_noise": noise})
+    found = reconstruct.fit(rays, r2.shape, **data, known=r2 > 1, lower=1.0, upper=1.5, iterations=60).samples
+    inside = r2 < 1
+    assert np.mean(np.abs(found / np.sqrt(2 - np.minimum(r2, 1)) - 1)[inside] < 0.01) > 0.8

@@ -270,8 +270,7 @@ impl Ends<'_> {
     /// Those of a ray, with `missing` for what is left out.
     fn get(&self, i: usize, missing: f64) -> EndValues {
         let vector = |of: &Option<ArrayView2<f64>>| {
-            of.as_ref()
-                .map_or(DVec3::splat(missing), |of| row(of, i))
+            of.as_ref().map_or(DVec3::splat(missing), |of| row(of, i))
         };
         let length = self.lengths.map_or(missing, |of| of[i]);
         (vector(&self.positions), vector(&self.directions), length)
