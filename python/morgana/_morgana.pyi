@@ -25,6 +25,7 @@ __all__ = [
     "Measured",
     "measure",
     "refuse_masked",
+    "sum_of_squares",
     "Parts",
     "render_part",
     "Rendered",

@@ -14,6 +14,15 @@ INDEX = 1.3 + 0.03 * RNG.random((6, 7, 8))
 WEIGHTS = [RNG.normal(size=(30, 3)), RNG.normal(size=(30, 3)), RNG.normal(size=30)]
 
 
+@pytest.fixture
+def jax():
+    """In double precision."""
+    jax = pytest.importorskip("jax")
+    jax.config.update("jax_enable_x64", True)
+    yield jax
+    jax.config.update("jax_enable_x64", False)
+
+
 def rays(origins=ORIGINS):
     return grad.Rays(origins, DIRECTIONS, box=BOX, exit=grad.Plane((0, 0, 3), (0, 0, 1)), ambient=1.3, tolerance=1e-8)
 
@@ -23,29 +32,25 @@ def expected():
     return found.field, found.origins, found.directions
 
 
-def test_jax():
-    jax = pytest.importorskip("jax")
+def test_jax(jax):
     numpy = jax.numpy
-    with jax.enable_x64(True):
-        ends = rays().jax()
-        loss = lambda *given: sum(numpy.sum(w * end) for w, end in zip(WEIGHTS, ends(*given)))  # noqa: E731
-        found = jax.grad(loss, argnums=(0, 1, 2))(INDEX, ORIGINS, DIRECTIONS)
-        for value, exact in zip(found, expected()):
-            np.testing.assert_allclose(value, exact, rtol=1e-12, atol=1e-12)
-        # A sensor that moves along x moves all origins; and compiled.
-        moved = lambda shift: loss(INDEX, ORIGINS + shift * numpy.array([1.0, 0, 0]))  # noqa: E731
-        assert float(jax.jit(jax.grad(moved))(0.0)) == pytest.approx(expected()[1][:, 0].sum(), rel=1e-9)
+    ends = rays().jax()
+    loss = lambda *given: sum(numpy.sum(w * end) for w, end in zip(WEIGHTS, ends(*given)))  # noqa: E731
+    found = jax.grad(loss, argnums=(0, 1, 2))(INDEX, ORIGINS, DIRECTIONS)
+    for value, exact in zip(found, expected()):
+        np.testing.assert_allclose(value, exact, rtol=1e-12, atol=1e-12)
+    # A sensor that moves along x moves all origins; and compiled.
+    moved = lambda shift: loss(INDEX, ORIGINS + shift * numpy.array([1.0, 0, 0]))  # noqa: E731
+    assert float(jax.jit(jax.grad(moved))(0.0)) == pytest.approx(expected()[1][:, 0].sum(), rel=1e-9)
 
 
-def test_jax_leaves_rays_without_an_end_out():
-    jax = pytest.importorskip("jax")
+def test_jax_leaves_rays_without_an_end_out(jax):
     numpy = jax.numpy
     origins = ORIGINS.copy()
     origins[3, 2] = 4.0
-    with jax.enable_x64(True):
-        ends = rays(origins).jax()
-        loss = lambda index: numpy.sum(numpy.where(numpy.isnan(ends(index)[2]), 0.0, ends(index)[2]))  # noqa: E731
-        found = np.asarray(jax.grad(loss)(INDEX))
+    ends = rays(origins).jax()
+    loss = lambda index: numpy.sum(numpy.where(numpy.isnan(ends(index)[2]), 0.0, ends(index)[2]))  # noqa: E731
+    found = np.asarray(jax.grad(loss)(INDEX))
     by = np.ones(30)
     by[3] = 0
     np.testing.assert_allclose(found, rays(origins).vjp(INDEX, optical_lengths=by).field, rtol=1e-12)
