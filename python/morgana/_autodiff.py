@@ -18,22 +18,25 @@ def torch_function(rays: "Rays", error: Type[Exception]) -> Callable[..., Any]:
     """Of tensors on the processor; see :meth:`morgana.grad.Rays.torch`."""
     torch = _library("torch", "torch", error)
 
+    def host(tensor: Any) -> Doubles:
+        return np.asarray(tensor.detach().cpu().numpy(), dtype=float)
+
     class Follow(torch.autograd.Function):  # type: ignore[misc, name-defined]
         @staticmethod
         def forward(ctx: Any, *given: Any) -> Any:
-            given = tuple(tensor.detach() for tensor in given)
-            ends = tuple(torch.from_numpy(end).to(given[0]) for end in follow(rays, *map(_doubles, given)))
+            ends = tuple(torch.from_numpy(end).to(given[0]) for end in follow(rays, *map(host, given)))
             ctx.save_for_backward(*given, ends[0])
             return ends
 
         @staticmethod
+        @torch.autograd.function.once_differentiable  # type: ignore[untyped-decorator, unused-ignore]
         def backward(ctx: Any, *by: Any) -> Any:
             *given, positions = ctx.saved_tensors
-            found = pull_back(rays, *map(_doubles, (*given, positions, *by)))
+            found = pull_back(rays, *map(host, (*given, positions, *by)))
             return tuple(torch.from_numpy(value).to(tensor) for value, tensor in zip(found, given))
 
     def ends(index: Any, origins: Any = None, directions: Any = None) -> Any:
-        starts = [torch.from_numpy(own).to(index) if given is None else given for own, given in zip(rays.starts, (origins, directions))]
+        starts = [torch.tensor(own).to(index) if given is None else given for own, given in zip(rays.starts, (origins, directions))]
         return Follow.apply(index, *starts)
 
     return ends
