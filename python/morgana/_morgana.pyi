@@ -25,6 +25,7 @@ __all__ = [
     "Measured",
     "measure",
     "refuse_masked",
+    "sum_of_squares",
     "Parts",
     "render_part",
     "Rendered",
@@ -221,6 +222,14 @@ def pull_back(
     options: RayOptions,
     by: Tuple[Optional[NDArray[np.float64]], Optional[NDArray[np.float64]], Optional[NDArray[np.float64]]],
 ) -> Tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], int]: ...
+def sum_of_squares(
+    through: Union[Field, NDArray[np.float64]],
+    origins: NDArray[np.float64],
+    directions: NDArray[np.float64],
+    options: RayOptions,
+    measured: Tuple[Optional[NDArray[np.float64]], Optional[NDArray[np.float64]], Optional[NDArray[np.float64]]],
+    noise: Tuple[float, float, float],
+) -> Tuple[float, NDArray[np.float64], int]: ...
 def connect(
     scene: Scene, a: ArrayLike, b: ArrayLike, all: Optional[int]
 ) -> Tuple[List[Ray], Optional[str], bool]: ...

@@ -114,6 +114,7 @@ def samples():
         bundle,
         bundle.forward(np.full((4, 4, 4), 1.2)),
         bundle.vjp(np.full((4, 4, 4), 1.2), optical_lengths=[1.0]),
+        bundle.least_squares(np.full((4, 4, 4), 1.2), optical_lengths=[1.0]),
         morgana.grad.Plane((0, 0, 1), (0, 0, 1)),
         morgana.grad.GradError("no box"),
         iteration,
