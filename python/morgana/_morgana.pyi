@@ -18,6 +18,7 @@ __all__ = [
     "exposure",
     "export_dict",
     "export_file",
+    "differentiate",
     "follow_rays",
     "pull_back",
     "read_image",
@@ -55,6 +56,8 @@ class Scene:
     def spp(self) -> int: ...
     @property
     def hash(self) -> str: ...
+    @property
+    def _layers(self) -> List[str]: ...
     @property
     def emitters(self) -> List[str]: ...
     @property
@@ -208,6 +211,14 @@ def trace(
     directions: NDArray[np.float64],
     options: TraceOptions,
 ) -> Tuple[Ends, Optional[Traced], Optional[str]]: ...
+def differentiate(
+    scene: Scene,
+    limits: Limits,
+    parameters: List[str],
+    weights: NDArray[np.float64],
+    layered: bool,
+    tick: Optional[Callable[[int], None]],
+) -> List[Tuple[NDArray[np.float64], NDArray[np.float64]]]: ...
 def follow_rays(
     through: Union[Field, NDArray[np.float64]],
     origins: NDArray[np.float64],

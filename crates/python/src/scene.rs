@@ -4,6 +4,7 @@ use crate::dict;
 use crate::errors;
 use crate::field::Field;
 use io::features::Features;
+use io::rendered::Naming;
 use io::{Diagnostics, Limits, LoadOptions, Loaded, SceneDescription, WriteError, json};
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyValueError;
@@ -192,6 +193,12 @@ impl Scene {
         let estimator = self.loaded.renderer_named(integrator);
         let named = estimator.map_err(|d| errors::scene(&d))?;
         errors::diagnostics(py, &named.doubts)
+    }
+
+    /// Names of all layers of the picture, in the order of the film.
+    #[getter]
+    fn _layers(&self) -> Vec<String> {
+        Naming::of(&self.loaded).map_or(Vec::new(), |naming| naming.names().collect())
     }
 
     /// Names of the emitters, a list of str.
