@@ -59,6 +59,8 @@ class Scene:
     @property
     def _layers(self) -> List[str]: ...
     @property
+    def _readings(self) -> List[Tuple[str, List[int]]]: ...
+    @property
     def emitters(self) -> List[str]: ...
     @property
     def meters(self) -> List[str]: ...
@@ -215,7 +217,7 @@ def differentiate(
     scene: Scene,
     limits: Limits,
     parameters: List[str],
-    weights: NDArray[np.float64],
+    weights: List[NDArray[np.float64]],
     layered: bool,
     tick: Optional[Callable[[int], None]],
 ) -> List[Tuple[NDArray[np.float64], NDArray[np.float64]]]: ...

@@ -1,4 +1,4 @@
-//! Derivatives of pictures by what their scenes are made of.
+//! Derivatives of pictures and of readings by what their scenes are made of.
 
 use crate::errors;
 use crate::limits::Limits;
@@ -6,50 +6,76 @@ use crate::numbers::array;
 use crate::scene::Scene;
 use crate::watch::watched;
 use io::Loaded;
+use io::assemble::{Instrument, Normalization};
 use numpy::{PyArrayDyn, PyReadonlyArray1};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError};
 use pyo3::prelude::*;
+use transport::Spectrum;
 use transport::derivative::{DerivativeError, Parameter};
 use transport::film::Decomposition;
 use transport::integrator::{Integrator, PathTracer};
-use transport::render::{DerivativeOptions, derivatives};
+use transport::render::{
+    DerivativeOptions, MeterDerivativeOptions, derivatives, meter_derivatives,
+};
 
 /// Values and standard errors.
 type Doubles<'py> = (Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>);
 
-/// Derivatives of Σ weights × picture by parameters. Weights are those of a picture, or, if they are `layered`, of all its layers, one after
-/// the other.
+/// Derivatives of Σ weights × picture, or × readings, by parameters. Weights are those of a picture; or, if they are `layered`, of all its layers,
+/// one after the other; or of each reading of meters, empty for those that do not count.
 #[pyfunction]
 pub fn differentiate<'py>(
     py: Python<'py>,
     scene: Py<Scene>,
     limits: Limits,
     parameters: Vec<String>,
-    weights: PyReadonlyArray1<'py, f64>,
+    weights: Vec<PyReadonlyArray1<'py, f64>>,
     layered: bool,
     tick: Option<Py<PyAny>>,
 ) -> PyResult<Vec<Doubles<'py>>> {
     let loaded = &scene.get().loaded;
     let parameters = parameters.iter().map(|name| parameter(loaded, name));
     let parameters: Vec<Parameter> = parameters.collect::<PyResult<_>>()?;
-    let decomposition = if layered {
-        loaded.layering.decomposition
-    } else {
-        Decomposition::default()
-    };
-    let weights = weights.as_slice()?;
-    let options = DerivativeOptions {
-        path: path(loaded)?,
-        samples: limits.samples.unwrap_or(loaded.samples),
-        seed: limits.seed,
-        decomposition,
-        hide_emitters: loaded.hide_emitters,
-        parameters: &parameters,
-        weights,
-    };
+    let weights = weights.iter().map(|array| Ok(array.as_slice()?.to_vec()));
+    let weights: Vec<Vec<f64>> = weights.collect::<PyResult<_>>()?;
     let pool = limits.pool()?;
+    let work = if loaded.instruments.is_empty() {
+        Work::Picture(path(loaded)?)
+    } else {
+        Work::Meters(of_meters(loaded, &parameters, weights.clone())?)
+    };
     let (found, interrupted) = watched(py, tick.as_ref(), None, |shared| {
-        pool.install(|| derivatives(&loaded.groups, &options, &shared.handle))
+        let handle = &shared.handle;
+        pool.install(|| match &work {
+            Work::Picture(path) => {
+                let mut decomposition = loaded.layering.decomposition;
+                if !layered {
+                    decomposition = Decomposition::default();
+                }
+                let options = DerivativeOptions {
+                    path: *path,
+                    samples: limits.samples.unwrap_or(loaded.samples),
+                    seed: limits.seed,
+                    decomposition,
+                    hide_emitters: loaded.hide_emitters,
+                    parameters: &parameters,
+                    weights: &weights[0],
+                };
+                derivatives(&loaded.groups, &options, handle)
+            }
+            Work::Meters(weights) => {
+                let measure = limits.run(loaded).measure_options();
+                let options = MeterDerivativeOptions {
+                    particles: limits.samples.unwrap_or(loaded.samples),
+                    seed: limits.seed,
+                    max_depth: measure.max_depth,
+                    rr_depth: measure.rr_depth,
+                    parameters: &parameters,
+                    weights,
+                };
+                meter_derivatives(&loaded.groups, &loaded.meters(), &options, handle)
+            }
+        })
     })?;
     let Some(found) = found.map_err(|e| refused(&e))?.filter(|_| !interrupted) else {
         return Err(PyKeyboardInterrupt::new_err(()));
@@ -62,6 +88,48 @@ pub fn differentiate<'py>(
         ))
     });
     both.collect()
+}
+
+/// What is differentiated.
+enum Work {
+    /// The picture.
+    Picture(PathTracer),
+    /// Readings, with weights for each meter and each of its readings.
+    Meters(Vec<Vec<Vec<f64>>>),
+}
+
+/// Weights of absolute readings, meter by meter, from those of the readings as they are given.
+fn of_meters(
+    loaded: &Loaded,
+    parameters: &[Parameter],
+    weights: Vec<Vec<f64>>,
+) -> PyResult<Vec<Vec<Vec<f64>>>> {
+    let by_emission = |p: &Parameter| matches!(p, Parameter::Emission(_));
+    let per_watt = |i: &Instrument| i.normalization == Normalization::PerWatt;
+    if loaded.instruments.iter().any(per_watt) && parameters.iter().any(by_emission) {
+        let message = "readings per watt have no derivatives by emission: give the meter normalization=\"absolute\"";
+        return Err(errors::render(message));
+    }
+    let channels = loaded.scene().film().channels;
+    let emitted = loaded.groups.iter().enumerate().flat_map(|(group, scene)| {
+        let used = scene.film().channels_of(group);
+        let total = scene.powers(used).fold(Spectrum::ZERO, |sum, p| sum + p);
+        total.0.into_iter().take(used)
+    });
+    let emitted: Vec<f64> = emitted.collect();
+    let mut all = weights.into_iter();
+    let meters = loaded.instruments.iter().map(|instrument| {
+        let readings = instrument.meter.readings().len();
+        let of_meter = all.by_ref().take(readings).map(|mut weights: Vec<f64>| {
+            if per_watt(instrument) {
+                let each = weights.iter_mut().enumerate();
+                each.for_each(|(i, weight)| *weight /= emitted[i % channels]);
+            }
+            weights
+        });
+        of_meter.collect()
+    });
+    Ok(meters.collect())
 }
 
 fn refused(error: &DerivativeError) -> PyErr {

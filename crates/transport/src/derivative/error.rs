@@ -32,7 +32,7 @@ pub enum DerivativeError {
     )]
     Volumes,
     /// Another number of weights than the image has values.
-    #[error("expected {expected} weights, as many as the image has values, found {found}")]
+    #[error("expected {expected} weights, as many as there are values, found {found}")]
     Weights {
         /// As many as there are values.
         expected: usize,
@@ -40,14 +40,18 @@ pub enum DerivativeError {
         found: usize,
     },
     /// A weight that is not finite.
-    #[error(
-        "weight {0} is not finite: the derivative of the loss by that value of the image must be a number"
-    )]
+    #[error("weight {0} is not finite: the loss must have a derivative by every value")]
     NotFinite(usize),
-    /// Too few samples.
+    /// A meter whose readings have no derivatives.
     #[error(
-        "errors need at least two samples, or replicates of them: take more than {0} per pixel"
+        "readings of fluence have no derivatives yet: give weights for readings of irradiance meters only"
     )]
+    Fluence,
+    /// No light.
+    #[error("the scene emits no light: there is nothing to differentiate")]
+    Dark,
+    /// Too few samples.
+    #[error("errors need at least two samples, or replicates of them: take more than {0}")]
     Samples(u64),
     /// Sums do not fit into memory.
     #[error("derivatives by {0} numbers do not fit into memory")]

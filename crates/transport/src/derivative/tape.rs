@@ -50,6 +50,18 @@ pub(crate) struct Tape {
 }
 
 impl Tape {
+    /// The path flies along an arc up to θ.
+    pub(crate) fn fly(&mut self, medium: MediumId, arc: &Arc, theta: f64) {
+        let arc = *arc;
+        self.trunk
+            .push(Factor::Attenuation(Stretch { medium, arc, theta }));
+    }
+
+    /// The path is scattered at a place.
+    pub(crate) fn collide(&mut self, medium: MediumId, x: DVec3) {
+        self.trunk.push(Factor::Scattering { medium, x });
+    }
+
     /// Forgets the path.
     pub(crate) fn clear(&mut self) {
         self.trunk.clear();

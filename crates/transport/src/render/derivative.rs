@@ -1,13 +1,16 @@
-//! Derivatives of images: a second pass over the samples, in which each path is worth what the weights of its pixel say.
+//! Derivatives of images and of what meters read: a pass over samples or particles, in which each path is worth what the weights of
+//! what it adds to say.
 //!
 //! Theory: docs/theory.md#derivatives-of-light.
 
 use super::source::{Source, finite};
-use super::{Handle, Prepared, RenderOptions, prepare};
+use super::{Handle, Prepared, RenderOptions, prepare, seed_of_group};
 use crate::Spectrum;
 use crate::derivative::{DerivativeError, Parameter, Plan, Sums, Tape};
 use crate::film::Decomposition;
 use crate::integrator::{Integrator, PathTracer};
+use crate::meter::{Meter, Setup};
+use crate::path::Workspace;
 use crate::renderer::Renderer;
 use crate::scene::Scene;
 use crate::stats::Stats;
@@ -23,7 +26,7 @@ const BATCHES: u64 = 32;
 /// Changes the seed, so that a render of the same seed is independent.
 const SEED: u64 = 0x5DEE_CE66_D1CE_4E5B;
 
-/// The derivative of Σ weight × image by one parameter.
+/// The derivative of a loss by one parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Derivative {
     /// Length along each axis: see [`Parameter::shape`]; the last is that of channels.
@@ -34,7 +37,7 @@ pub struct Derivative {
     pub errors: Vec<f64>,
 }
 
-/// Derivatives of an image, and what happened meanwhile.
+/// Derivatives, and what happened meanwhile.
 #[derive(Clone, Debug)]
 pub struct Derivatives {
     /// One for each parameter, in their order.
@@ -75,10 +78,8 @@ pub fn derivatives(
 ) -> Result<Option<Derivatives>, DerivativeError> {
     let film = scenes[0].film();
     let pixels = film.width * film.height;
-    check(
-        options,
-        options.decomposition.layers() * pixels * film.channels,
-    )?;
+    let expected = options.decomposition.layers() * pixels * film.channels;
+    check_weights(options.weights, expected)?;
     let plans = scenes
         .iter()
         .enumerate()
@@ -101,12 +102,12 @@ pub fn derivatives(
     Ok(Some(found))
 }
 
-fn check(options: &DerivativeOptions, expected: usize) -> Result<(), DerivativeError> {
-    let found = options.weights.len();
+fn check_weights(weights: &[f64], expected: usize) -> Result<(), DerivativeError> {
+    let found = weights.len();
     if found != expected {
         return Err(DerivativeError::Weights { expected, found });
     }
-    match options.weights.iter().position(|w| !w.is_finite()) {
+    match weights.iter().position(|w| !w.is_finite()) {
         Some(i) => Err(DerivativeError::NotFinite(i)),
         None => Ok(()),
     }
@@ -165,40 +166,24 @@ impl<'a> Pass<'a> {
     /// Takes all samples, batch by batch. `None` if it was stopped.
     fn moments(&self, stats: &mut Stats) -> Result<Option<BatchMoments>, DerivativeError> {
         let replicate = self.source.replicates.size();
-        let replicates = self.options.samples / replicate;
-        if replicates < 2 {
-            return Err(DerivativeError::Samples(replicate));
-        }
-        let each = replicates.div_ceil(BATCHES);
-        let mut moments = BatchMoments::new(self.plan.len())?;
-        for first in (0..replicates).step_by(each as usize) {
-            let last = (first + each).min(replicates);
-            let batch = self.batch(first * replicate..last * replicate, stats);
-            if self.source.is_stopped() {
-                return Ok(None);
-            }
-            moments.add(&batch, (last - first) as f64, replicate as f64);
-            let taken = self.pixels as u64 * (last - first) * replicate;
-            self.source.handle.count(taken);
-        }
-        Ok(Some(moments))
+        let units = Units {
+            count: self.options.samples / replicate,
+            size: replicate,
+            sums: self.plan.len(),
+        };
+        units.moments(self.source.handle, |range| {
+            self.source
+                .handle
+                .count(self.pixels as u64 * (range.end - range.start));
+            self.batch(range, stats)
+        })
     }
 
     /// The sums over a range of samples of all pixels: those of a number of parts that does not depend on that of threads, one after the other.
     fn batch(&self, samples: Range<u64>, stats: &mut Stats) -> Vec<f64> {
-        let bytes = (self.plan.len() * size_of::<f64>()).max(1);
-        let parts = (SUMS / bytes).clamp(1, MOST_SUMS).min(self.pixels);
-        let part = |part: usize| {
-            let bound = |i: usize| i * self.pixels / parts;
-            self.part(bound(part)..bound(part + 1), samples.clone())
-        };
-        let all: Vec<(Vec<f64>, Stats)> = (0..parts).into_par_iter().map(part).collect();
-        let mut total = vec![0.0; self.plan.len()];
-        for (values, counts) in all {
-            *stats += counts;
-            total.iter_mut().zip(values).for_each(|(a, b)| *a += b);
-        }
-        total
+        side_by_side(self.plan.len(), self.pixels, stats, |pixels| {
+            self.part(pixels, samples.clone())
+        })
     }
 
     fn part(&self, pixels: Range<usize>, samples: Range<u64>) -> (Vec<f64>, Stats) {
@@ -249,6 +234,160 @@ impl<'a> Pass<'a> {
         };
         Spectrum(std::array::from_fn(weight))
     }
+}
+
+/// How derivatives of what meters read are taken.
+#[derive(Clone, Debug)]
+pub struct MeterDerivativeOptions<'a> {
+    /// Particles, for each group of channels, and the seed. A measurement of the same seed is independent of the derivatives.
+    pub particles: u64,
+    /// See `particles`.
+    pub seed: u64,
+    /// Longest path, in edges and specular events; `None` for no limit.
+    pub max_depth: Option<u32>,
+    /// Number of edges and events after which Russian roulette begins.
+    pub rr_depth: u32,
+    /// What readings are differentiated by.
+    pub parameters: &'a [Parameter],
+    /// For each meter and each of its [readings](Meter::readings), the derivative of the loss by each bin and channel; an empty one counts nothing.
+    pub weights: &'a [Vec<Vec<f64>>],
+}
+
+/// The derivatives of Σ weight × reading by parameters, unbiased, on the current thread pool. `scenes` and `meters` are those of
+/// [`measure`](super::measure()). `None` if the handle has ended it before it was complete. Equal seeds give equal bits, for any number of threads.
+///
+/// # Errors
+/// As [`derivatives`]; weights for fluence.
+pub fn meter_derivatives(
+    scenes: &[Scene],
+    meters: &[Meter],
+    options: &MeterDerivativeOptions,
+    handle: &Handle,
+) -> Result<Option<Derivatives>, DerivativeError> {
+    let film = scenes[0].film();
+    check_readings(meters, options.weights, film.channels)?;
+    let mut found = Derivatives {
+        by: blank(scenes, options.parameters),
+        stats: Stats::default(),
+    };
+    let max_depth = options.max_depth.unwrap_or(u32::MAX);
+    for (group, scene) in scenes.iter().enumerate() {
+        let channels = film.channels_of(group);
+        let plan = Plan::new(scene, options.parameters, channels)?;
+        let setup = Setup::new(scene, meters, channels, max_depth, options.rr_depth);
+        let setup = setup.ok_or(DerivativeError::Dark)?;
+        let first = group * film.group_size;
+        let weights = setup.slot_weights(options.weights, first, film.channels);
+        let seed = seed_of_group(options.seed ^ SEED, group);
+        let units = Units {
+            count: options.particles,
+            size: 1,
+            sums: plan.len(),
+        };
+        let stats = &mut found.stats;
+        let moments = units.moments(handle, |range| {
+            let count = (range.end - range.start) as usize;
+            handle.count(count as u64);
+            side_by_side(plan.len(), count, stats, |part| {
+                let mut ws = Workspace::new(scene.tolerance());
+                ws.stop = handle.stop().clone();
+                let mut sums = Sums::new(scene, &plan);
+                let number = |i: usize| range.start + i as u64;
+                let particles = number(part.start)..number(part.end);
+                setup.differentiate(seed, particles, &weights, &mut sums, &mut ws);
+                (sums.into_values(), ws.stats())
+            })
+        })?;
+        let Some(moments) = moments else {
+            return Ok(None);
+        };
+        moments.enter(&plan, first, &mut found.by);
+    }
+    Ok(Some(found))
+}
+
+fn check_readings(
+    meters: &[Meter],
+    weights: &[Vec<Vec<f64>>],
+    channels: usize,
+) -> Result<(), DerivativeError> {
+    let all = meters.iter().flat_map(|meter| {
+        let fluence = matches!(meter, Meter::Fluence(_));
+        let readings = meter.readings().into_iter();
+        readings.map(move |(_, axes)| (fluence, channels * axes.iter().product::<usize>()))
+    });
+    let all: Vec<_> = all.collect();
+    let found = weights.iter().flatten().count();
+    if found != all.len() {
+        let expected = all.len();
+        return Err(DerivativeError::Weights { expected, found });
+    }
+    for ((fluence, expected), weights) in all.into_iter().zip(weights.iter().flatten()) {
+        if weights.is_empty() {
+            continue;
+        }
+        if fluence {
+            return Err(DerivativeError::Fluence);
+        }
+        check_weights(weights, expected)?;
+    }
+    Ok(())
+}
+
+/// Samples that are taken in batches.
+struct Units {
+    /// Number of replicates.
+    count: u64,
+    /// Samples of each.
+    size: u64,
+    /// Number of sums.
+    sums: usize,
+}
+
+impl Units {
+    /// The moments of all batches, each the sums over a range of samples. `None` if it was stopped.
+    fn moments(
+        &self,
+        handle: &Handle,
+        mut batch: impl FnMut(Range<u64>) -> Vec<f64>,
+    ) -> Result<Option<BatchMoments>, DerivativeError> {
+        if self.count < 2 {
+            return Err(DerivativeError::Samples(self.size));
+        }
+        let each = self.count.div_ceil(BATCHES);
+        let mut moments = BatchMoments::new(self.sums)?;
+        for first in (0..self.count).step_by(each as usize) {
+            let last = (first + each).min(self.count);
+            let sums = batch(first * self.size..last * self.size);
+            if handle.stop().is_raised() {
+                return Ok(None);
+            }
+            moments.add(&sums, (last - first) as f64, self.size as f64);
+        }
+        Ok(Some(moments))
+    }
+}
+
+/// So many sums over `count` things, those of a number of parts that does not depend on that of threads, added up one after the other.
+fn side_by_side(
+    sums: usize,
+    count: usize,
+    stats: &mut Stats,
+    part: impl Fn(Range<usize>) -> (Vec<f64>, Stats) + Sync,
+) -> Vec<f64> {
+    let bytes = (sums * size_of::<f64>()).max(1);
+    let parts = (SUMS / bytes).clamp(1, MOST_SUMS).min(count);
+    let of = |i: usize| {
+        let bound = |i: usize| i * count / parts;
+        part(bound(i)..bound(i + 1))
+    };
+    let all: Vec<(Vec<f64>, Stats)> = (0..parts).into_par_iter().map(of).collect();
+    let mut total = vec![0.0; sums];
+    for (values, counts) in all {
+        *stats += counts;
+        total.iter_mut().zip(values).for_each(|(a, b)| *a += b);
+    }
+    total
 }
 
 /// Mean over replicates, and its variance from the spread of batches of them.

@@ -28,7 +28,10 @@ pub use allocation::ADAPTIVE_FROM;
 pub use aov::Quantities;
 pub use bias::Debiased;
 pub use choice::{Basis, Candidate, Choice, Extent, choose};
-pub use derivative::{Derivative, DerivativeOptions, Derivatives, derivatives};
+pub use derivative::{
+    Derivative, DerivativeOptions, Derivatives, MeterDerivativeOptions, derivatives,
+    meter_derivatives,
+};
 pub use handle::Handle;
 pub use measure::{MeasureError, MeasureOptions, MeasureState, Measurement, measure};
 pub use memory::memory;
