@@ -752,4 +752,32 @@ PLANTED = [
         "&& (lets_out(x) || lets_out(y) || lets_out(x * 0.5))",
         ("morgana-transport", "lens", "pairs_inside_that_are_certified_have_one_ray"),
     ),
+    (
+        "derivatives of light that is found later left out",
+        TRANSPORT + "derivative/sums.rs",
+        "onward += worth[i + 1];",
+        "onward = worth[i + 1];",
+        ("morgana-transport", "derivatives", "derivatives_are_differences_where_rays_are_straight"),
+    ),
+    (
+        "connections that do not attenuate in derivatives",
+        TRANSPORT + "derivative/tape.rs",
+        ".extend(way.iter().cloned().map(Factor::Attenuation));",
+        ".extend(way.iter().take(0).cloned().map(Factor::Attenuation));",
+        ("morgana-transport", "derivatives", "derivatives_are_differences_where_rays_are_straight"),
+    ),
+    (
+        "scores of scattering over the extinction",
+        TRANSPORT + "derivative/sums.rs",
+        "over(worth, medium.scattering(x))",
+        "over(worth, medium.extinction(x))",
+        ("morgana-transport", "derivatives", "coefficients_obey_the_chain_rule"),
+    ),
+    (
+        "derivatives of losses that are not linear by the random numbers of the image",
+        TRANSPORT + "render/derivative.rs",
+        "options.samples, options.seed ^ SEED)",
+        "options.samples, options.seed)",
+        ("morgana-transport", "derivatives", "a_loss_that_is_not_linear_has_a_derivative_without_bias"),
+    ),
 ]

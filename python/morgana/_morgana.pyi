@@ -18,6 +18,7 @@ __all__ = [
     "exposure",
     "export_dict",
     "export_file",
+    "differentiate",
     "follow_rays",
     "pull_back",
     "read_image",
@@ -56,6 +57,10 @@ class Scene:
     def spp(self) -> int: ...
     @property
     def hash(self) -> str: ...
+    @property
+    def _layers(self) -> List[str]: ...
+    @property
+    def _readings(self) -> List[Tuple[str, List[int]]]: ...
     @property
     def emitters(self) -> List[str]: ...
     @property
@@ -209,6 +214,14 @@ def trace(
     directions: NDArray[np.float64],
     options: TraceOptions,
 ) -> Tuple[Ends, Optional[Traced], Optional[str]]: ...
+def differentiate(
+    scene: Scene,
+    limits: Limits,
+    parameters: List[str],
+    weights: List[NDArray[np.float64]],
+    layered: bool,
+    tick: Optional[Callable[[int], None]],
+) -> List[Tuple[NDArray[np.float64], NDArray[np.float64]]]: ...
 def follow_rays(
     through: Union[Field, NDArray[np.float64]],
     origins: NDArray[np.float64],

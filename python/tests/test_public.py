@@ -129,6 +129,8 @@ def samples():
         measured.meters["fluence"],
         recorded,
         recorded.power(),
+        recorded.jacobian(),
+        morgana.derivatives(scene, ["sky.emission"], np.ones((8, 12, len(scene.channels))), spp=2)["sky.emission"],
         morgana.sweep(swept, {"n": [2, 3]}),
         rays,
         rays[0],

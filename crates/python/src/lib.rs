@@ -2,6 +2,7 @@
 //! them. Everything that Python does as well, such as bars of progress, is Python: `python/morgana`.
 
 mod connect;
+mod derivative;
 mod dict;
 mod ends;
 mod errors;
@@ -25,6 +26,8 @@ use pyo3::prelude::*;
 mod _morgana {
     #[pymodule_export]
     use crate::connect::{Ray, connect};
+    #[pymodule_export]
+    use crate::derivative::differentiate;
     #[pymodule_export]
     use crate::ends::Ends;
     #[pymodule_export]

@@ -79,7 +79,9 @@ impl Integrator {
     ) {
         let channel_pdf = even_channel_pdf(channels);
         match self {
-            Integrator::Path(path) => path.sample(scene, ray, channels, sampler, ws, out),
+            Integrator::Path(path) => {
+                path.sample(scene, ray, channels, sampler, ws, out, &mut ());
+            }
             Integrator::Particle(particle) => {
                 particle.sample(scene, ray, channel_pdf, sampler, ws, out);
             }

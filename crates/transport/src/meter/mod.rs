@@ -6,6 +6,7 @@
 //! (docs/theory.md#meters): power is conserved along rays, whatever the index does to radiance.
 
 mod acceptance;
+mod differentiate;
 mod flight;
 mod fluence;
 mod grid;

@@ -7,7 +7,7 @@ use super::history::Histories;
 use super::records::{Detected, RecordRows};
 use super::tally::Scores;
 use crate::Spectrum;
-use crate::path::{End, FreeFlightEvent, Observer, WalkEvent, Workspace};
+use crate::path::{End, FreeFlightEvent, Observer, Span, WalkEvent, WalkRay, Workspace};
 use crate::sampling::Sampler;
 use crate::scene::MediumId;
 use glam::DVec3;
@@ -71,14 +71,7 @@ impl Recorder<'_> {
         for (i, flight) in flights(event).enumerate() {
             self.fly(&flight);
             if let Some(next) = event.edge.spans.get(i + 1) {
-                self.surface(
-                    &flight,
-                    Some(Beyond {
-                        direction: next.arc.velocity(0.0).normalize(),
-                        power: flight.power_after(next),
-                        medium: next.medium,
-                    }),
-                );
+                self.surface(&flight, Some(Beyond::along(&flight, next)));
             }
             last = Some(flight);
         }
@@ -100,14 +93,7 @@ impl Recorder<'_> {
                     optical_length: last.length_after(),
                 });
             }
-            End::Surface { .. } => self.surface(
-                last,
-                onward.map(|ray| Beyond {
-                    direction: ray.start.direction,
-                    power: ray.throughput,
-                    medium: ray.start.medium,
-                }),
-            ),
+            End::Surface { .. } => self.surface(last, onward.map(Beyond::reflected)),
             End::Dead if !event.edge.lost => self.surface(last, None),
             End::Dead | End::Escaped { .. } => {}
         }
@@ -115,35 +101,8 @@ impl Recorder<'_> {
 
     /// Shows the meters the surface at the end of a flight, if there is one, and the light beyond it.
     fn surface(&mut self, flight: &Flight, after: Option<Beyond>) {
-        let Some((object, meeting)) = flight.span.surface else {
-            return;
-        };
-        let hit = flight.scene.hit(object, &meeting);
-        let opaque = flight.scene.objects()[object].bsdf.is_opaque();
-        let arrival = flight.span.arc.velocity(flight.theta_end).normalize();
-        let seen = if opaque {
-            Some(Beyond {
-                direction: arrival,
-                power: flight.power_at(flight.theta_end),
-                medium: flight.span.medium,
-            })
-        } else {
-            after
-        };
-        let Some(beyond) = seen else {
-            return;
-        };
-        let side = |d: DVec3| hit.normal.dot(d) > 0.0;
-        if opaque || side(beyond.direction) == side(arrival) {
-            self.pass(&Passing {
-                scene: flight.scene,
-                object,
-                hit,
-                direction: beyond.direction,
-                medium: beyond.medium,
-                power: beyond.power,
-                optical_length: flight.length_after(),
-            });
+        if let Some(passing) = passing(flight, after) {
+            self.pass(&passing);
         }
     }
 
@@ -204,9 +163,57 @@ impl Recorder<'_> {
     }
 }
 
+/// The light that passes the surface at the end of a flight, if there is one, given the light beyond it; that which arrives, if the
+/// surface is opaque.
+pub(super) fn passing<'e>(flight: &Flight<'e>, after: Option<Beyond>) -> Option<Passing<'e>> {
+    let (object, meeting) = flight.span.surface?;
+    let hit = flight.scene.hit(object, &meeting);
+    let opaque = flight.scene.objects()[object].bsdf.is_opaque();
+    let arrival = flight.span.arc.velocity(flight.theta_end).normalize();
+    let beyond = if opaque {
+        Beyond {
+            direction: arrival,
+            power: flight.power_at(flight.theta_end),
+            medium: flight.span.medium,
+        }
+    } else {
+        after?
+    };
+    let side = |d: DVec3| hit.normal.dot(d) > 0.0;
+    (opaque || side(beyond.direction) == side(arrival)).then(|| Passing {
+        scene: flight.scene,
+        object,
+        hit,
+        direction: beyond.direction,
+        medium: beyond.medium,
+        power: beyond.power,
+        optical_length: flight.length_after(),
+    })
+}
+
 /// Light beyond a surface.
-struct Beyond {
+pub(super) struct Beyond {
     direction: DVec3,
     power: Spectrum,
     medium: MediumId,
+}
+
+impl Beyond {
+    /// Along the next arc of an edge.
+    pub(super) fn along(flight: &Flight, next: &Span) -> Self {
+        Beyond {
+            direction: next.arc.velocity(0.0).normalize(),
+            power: flight.power_after(next),
+            medium: next.medium,
+        }
+    }
+
+    /// Along the ray with which the walk goes on.
+    pub(super) fn reflected(ray: &WalkRay) -> Self {
+        Beyond {
+            direction: ray.start.direction,
+            power: ray.throughput,
+            medium: ray.start.medium,
+        }
+    }
 }

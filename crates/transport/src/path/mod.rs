@@ -23,7 +23,7 @@ mod walk;
 mod workspace;
 
 pub use connection::{Connection, ConnectionTarget, transmittance};
-pub(crate) use connection::{FoundBranch, Weighted, environment_end};
+pub(crate) use connection::{ConnectionArcs, FoundBranch, Weighted, environment_end};
 pub use energy_balance::{BalanceSums, BalanceTotals, EnergyBalance, ParticleBalance, Share};
 pub(crate) use learnt::NeeSlot;
 pub use learnt::{

@@ -33,6 +33,13 @@ impl HenyeyGreenstein {
         self.density(Polar::from_cos(cos))
     }
 
+    /// ∂ log p/∂g at a cosine.
+    pub(crate) fn log_derivative(&self, cos: f64) -> f64 {
+        let g = self.g;
+        let base = (1.0 - g) * (1.0 - g) + 2.0 * g * (1.0 - cos);
+        -2.0 * g / ((1.0 - g) * (1.0 + g)) - 3.0 * (g - cos) / base
+    }
+
     /// 1 + g² − 2g cosθ written as a sum of non-negative terms, for either sign of g.
     fn density(&self, angle: Polar) -> f64 {
         let (g, offset) = if self.g >= 0.0 {
