@@ -88,6 +88,13 @@ impl FluenceMeter {
         scores.add_both([cell, self.cells() + cell], [fluence, absorbed]);
     }
 
+    /// Adds to both quantities of a cell in the only channel.
+    #[inline]
+    pub(super) fn score_one(&self, cell: usize, values: [f64; 2], slots: &mut Slots) {
+        let cells = [cell, self.cells() + cell].map(|cell| slots.first + cell);
+        slots.scores.add_both(cells, values);
+    }
+
     /// Takes note of a stretch of a particle's way.
     pub(super) fn fly(
         &self,

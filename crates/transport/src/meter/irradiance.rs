@@ -6,6 +6,7 @@ use super::fluence::Slots;
 use super::positions::Positions;
 use super::reading::{Quantity, ReadingAxis};
 use crate::Bins;
+use crate::scene::VoxelVolume;
 use glam::DVec3;
 
 /// Directions told apart by their cosine with an axis.
@@ -67,6 +68,11 @@ impl Cosines {
 }
 
 impl IrradianceMeter {
+    /// Whether any of its surfaces is a face of a volume of voxels.
+    pub(super) fn measures_faces_of(&self, volume: &VoxelVolume) -> bool {
+        self.surfaces.iter().any(|s| volume.has_face(s.object))
+    }
+
     /// A meter of all light that passes through the surface of one object.
     pub fn at(object: usize, positions: Positions) -> Self {
         let surface = MeterSurface {

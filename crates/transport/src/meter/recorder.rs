@@ -2,14 +2,15 @@
 
 use super::Meter;
 use super::flight::{Collision, Flight, Passing, flights};
-use super::fluence::{Cuts, Slots};
+use super::fluence::{Cuts, FluenceMeter, Slots};
 use super::history::Histories;
 use super::records::{Detected, RecordRows};
 use super::tally::Scores;
+use super::voxel_scores::VoxelScore;
 use crate::Spectrum;
-use crate::path::{End, FreeFlightEvent, Observer, WalkEvent, Workspace};
+use crate::path::{End, FreeFlightEvent, Observer, VoxelFlight, WalkEvent, Workspace};
 use crate::sampling::Sampler;
-use crate::scene::MediumId;
+use crate::scene::{MediumId, VoxelVolume};
 use glam::DVec3;
 use std::ops::ControlFlow;
 
@@ -19,6 +20,8 @@ pub(super) struct Recorder<'r> {
     pub channels: usize,
     pub scores: &'r mut Scores,
     pub cuts: &'r mut Cuts,
+    /// For each meter what has been left in the last voxel of a walk through voxels.
+    pub in_voxels: &'r mut [VoxelScore],
     pub sampler: Sampler,
     /// Number of the particle.
     pub particle: u64,
@@ -51,6 +54,20 @@ impl Observer for Recorder<'_> {
                 meter.fly_freely(event, slots, cuts);
             }
         });
+    }
+
+    /// If all meters count ways through voxels, or are elsewhere, and no histories are kept.
+    fn sees_voxels(&self, volume: &VoxelVolume) -> bool {
+        self.histories.is_none()
+            && self.meters.iter().all(|meter| match meter {
+                Meter::Fluence(meter) => meter.counts_voxels(volume),
+                Meter::Irradiance(meter) => !meter.measures_faces_of(volume),
+            })
+    }
+
+    #[inline]
+    fn fly_in_voxel(&mut self, flight: &VoxelFlight) {
+        self.each_in_voxel(|meter, score, slots| meter.fly_in_voxel(flight, score, slots));
     }
 
     fn go_on(&mut self, copies: usize) {
@@ -144,6 +161,27 @@ impl Recorder<'_> {
                 power: beyond.power,
                 optical_length: flight.length_after(),
             });
+        }
+    }
+
+    /// Ends what the particle has left in the last voxel.
+    pub(super) fn end_in_voxels(&mut self) {
+        self.each_in_voxel(FluenceMeter::end_in_voxel);
+    }
+
+    /// Each meter of fluence with what has been left in the last voxel.
+    #[inline]
+    fn each_in_voxel(&mut self, mut see: impl FnMut(&FluenceMeter, &mut VoxelScore, &mut Slots)) {
+        let mut slots = Slots {
+            scores: self.scores,
+            first: 0,
+            channels: self.channels,
+        };
+        for (meter, score) in self.meters.iter().zip(&mut *self.in_voxels) {
+            if let Meter::Fluence(meter) = meter {
+                see(meter, score, &mut slots);
+            }
+            slots.first += meter.cells() * self.channels;
         }
     }
 
