@@ -745,4 +745,25 @@ PLANTED = [
         "&& (lets_out(x) || lets_out(y) || lets_out(x * 0.5))",
         ("morgana-transport", "lens", "pairs_inside_that_are_certified_have_one_ray"),
     ),
+    (
+        "light bent away from the normal where it enters voxels of a larger index",
+        TRANSPORT + "path/random_walk/voxels.rs",
+        "ray.direction *= near / n;",
+        "ray.direction *= n / near;",
+        ("morgana-io", "voxel_walks", "walks_through_voxels_agree_with_walks_by_edges"),
+    ),
+    (
+        "collisions drawn anew at each face of voxels",
+        TRANSPORT + "path/random_walk/voxels.rs",
+        "depth = (depth - rate * length).max(0.0);",
+        "depth = depth.max(0.0 * rate * length);",
+        ("morgana-io", "voxel_walks", "walks_through_voxels_agree_with_walks_by_edges"),
+    ),
+    (
+        "flights through several gates scored whole in each",
+        TRANSPORT + "meter/voxel_scores.rs",
+        "(to - from) / (end - begin)",
+        "1.0",
+        ("morgana-io", "voxel_walks", "walks_through_voxels_agree_with_walks_by_edges"),
+    ),
 ]

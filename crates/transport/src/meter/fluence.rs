@@ -41,7 +41,7 @@ pub(super) type Cuts = Vec<f64>;
 
 impl FluenceMeter {
     /// Bins of optical length times cells.
-    fn cells(&self) -> usize {
+    pub(super) fn cells(&self) -> usize {
         let bins = self.optical_length.map_or(1, |bins| bins.count);
         bins.saturating_mul(self.grid.cells())
     }
@@ -86,13 +86,6 @@ impl FluenceMeter {
     #[inline]
     fn score(&self, cell: usize, [fluence, absorbed]: [Spectrum; 2], scores: &mut Slots) {
         scores.add_both([cell, self.cells() + cell], [fluence, absorbed]);
-    }
-
-    /// Adds to both quantities of a cell in the only channel.
-    #[inline]
-    pub(super) fn score_one(&self, cell: usize, values: [f64; 2], slots: &mut Slots) {
-        let cells = [cell, self.cells() + cell].map(|cell| slots.first + cell);
-        slots.scores.add_both(cells, values);
     }
 
     /// Takes note of a stretch of a particle's way.

@@ -195,7 +195,7 @@ impl<'a> Setup<'a> {
     ) -> TaskResult {
         let (mut scores, mut cuts) = (Scores::default(), Cuts::new());
         let mut balance = BalanceSums::default();
-        let mut in_voxels = vec![VoxelScore::default(); self.meters.len()];
+        let mut in_voxels = VoxelScore::of(self.meters);
         let mut histories = self.regions.clone().map(Histories::new);
         let mut records = vec![RecordRows::default(); self.meters.len()];
         for number in particles {

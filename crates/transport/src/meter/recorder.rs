@@ -2,7 +2,7 @@
 
 use super::Meter;
 use super::flight::{Collision, Flight, Passing, flights};
-use super::fluence::{Cuts, FluenceMeter, Slots};
+use super::fluence::{Cuts, Slots};
 use super::history::Histories;
 use super::records::{Detected, RecordRows};
 use super::tally::Scores;
@@ -15,13 +15,13 @@ use glam::DVec3;
 use std::ops::ControlFlow;
 
 /// Shows the meters the flights, collisions and crossings of a particle. Meters draw from random numbers of their own.
-pub(super) struct Recorder<'r> {
+pub(super) struct Recorder<'r, 'm> {
     pub meters: &'r [Meter],
     pub channels: usize,
     pub scores: &'r mut Scores,
     pub cuts: &'r mut Cuts,
-    /// For each meter what has been left in the last voxel of a walk through voxels.
-    pub in_voxels: &'r mut [VoxelScore],
+    /// For each meter of fluence what has been left in the last voxel of a walk through voxels.
+    pub in_voxels: &'r mut [VoxelScore<'m>],
     pub sampler: Sampler,
     /// Number of the particle.
     pub particle: u64,
@@ -31,7 +31,7 @@ pub(super) struct Recorder<'r> {
     pub records: &'r mut [RecordRows],
 }
 
-impl Observer for Recorder<'_> {
+impl Observer for Recorder<'_, '_> {
     const ALONG_SPANS: bool = true;
 
     fn arrive(&mut self, event: &WalkEvent, _ws: &mut Workspace) -> ControlFlow<()> {
@@ -67,7 +67,9 @@ impl Observer for Recorder<'_> {
 
     #[inline]
     fn fly_in_voxel(&mut self, flight: &VoxelFlight) {
-        self.each_in_voxel(|meter, score, slots| meter.fly_in_voxel(flight, score, slots));
+        for score in &mut *self.in_voxels {
+            score.fly(flight, self.scores);
+        }
     }
 
     fn go_on(&mut self, copies: usize) {
@@ -81,7 +83,7 @@ impl Observer for Recorder<'_> {
     }
 }
 
-impl Recorder<'_> {
+impl Recorder<'_, '_> {
     /// Scores the flights along an edge, and the crossings of smooth surfaces between them. Returns the last flight.
     fn fly_along<'e>(&mut self, event: &'e WalkEvent) -> Option<Flight<'e>> {
         let mut last = None;
@@ -166,22 +168,8 @@ impl Recorder<'_> {
 
     /// Ends what the particle has left in the last voxel.
     pub(super) fn end_in_voxels(&mut self) {
-        self.each_in_voxel(FluenceMeter::end_in_voxel);
-    }
-
-    /// Each meter of fluence with what has been left in the last voxel.
-    #[inline]
-    fn each_in_voxel(&mut self, mut see: impl FnMut(&FluenceMeter, &mut VoxelScore, &mut Slots)) {
-        let mut slots = Slots {
-            scores: self.scores,
-            first: 0,
-            channels: self.channels,
-        };
-        for (meter, score) in self.meters.iter().zip(&mut *self.in_voxels) {
-            if let Meter::Fluence(meter) = meter {
-                see(meter, score, &mut slots);
-            }
-            slots.first += meter.cells() * self.channels;
+        for score in &mut *self.in_voxels {
+            score.end(self.scores);
         }
     }
 

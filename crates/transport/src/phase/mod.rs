@@ -165,7 +165,12 @@ impl Phase {
     /// cosine and sine of the angle around it.
     #[inline]
     pub(crate) fn turn(&self, dir: DVec3, u: f64, around: [f64; 2]) -> DVec3 {
-        self.angle(DVec3::ZERO, u).0.turned(dir, around)
+        let angle = match self {
+            // Most, without the density.
+            Phase::HenyeyGreenstein(p) => p.angle(u),
+            _ => self.angle(DVec3::ZERO, u).0,
+        };
+        angle.turned(dir, around)
     }
 
     /// Angle of scattering, and the density of directions there.

@@ -28,7 +28,7 @@ pub struct VoxelVolume {
     matters: Vec<VoxelMatter>,
     /// The objects that are its faces.
     objects: Range<usize>,
-    /// The medium around it, and whether its index is the same everywhere.
+    /// The medium around it, and its index, if that is the same everywhere and known.
     exterior: MediumId,
     exterior_n: Option<f64>,
     refracts: bool,
@@ -37,8 +37,8 @@ pub struct VoxelVolume {
     from_voxels: DAffine3,
     /// Unit vectors along the edges of voxels.
     axes: DMat3,
-    /// Lengths of these edges.
-    spacing: DVec3,
+    /// Reciprocal lengths of these edges.
+    per_length: DVec3,
 }
 
 /// What a voxel holds.
@@ -68,15 +68,20 @@ pub(super) struct VoxelVolumes {
 }
 
 impl VoxelVolumes {
-    pub(super) fn of(parts: &Parts, matters: &Matters) -> Self {
+    fn of(scene: &Scene) -> Self {
+        let (parts, matters) = (&scene.parts, scene.matters());
         let mut volumes = VoxelVolumes {
             list: Vec::new(),
             of_medium: vec![None; parts.media.len()],
         };
         for number in 0..parts.partitions.len() {
-            let Some(volume) = VoxelVolume::of(parts, matters, number) else {
+            let Some(mut volume) = VoxelVolume::of(parts, matters, number) else {
                 continue;
             };
+            // Where others come near, what is around the volume varies.
+            if volume.objects.clone().any(|face| scene.overlapping[face]) {
+                volume.exterior_n = None;
+            }
             for held in &volume.matters {
                 volumes.of_medium[held.medium] = Some(volumes.list.len());
             }
@@ -90,8 +95,7 @@ impl Scene {
     /// The volume to whose voxels a medium belongs, if walks can go through it from voxel to voxel.
     #[inline]
     pub(crate) fn voxel_volume(&self, medium: MediumId) -> Option<&VoxelVolume> {
-        let of = || VoxelVolumes::of(&self.parts, self.matters());
-        let volumes = self.voxel_volumes.get_or_init(of);
+        let volumes = self.voxel_volumes.get_or_init(|| VoxelVolumes::of(self));
         Some(&volumes.list[volumes.of_medium[medium]?])
     }
 }
@@ -106,17 +110,22 @@ impl VoxelVolume {
         let grid = matters.voxels_of(number)?;
         let (size, to_world) = (grid.size(), grid.to_world());
         let cells = DVec3::from_array(size.map(|n| n as f64));
-        let (axes, spacing) = edges(&to_world, cells)?;
+        let (axes, per_length) = edges(&to_world, cells)?;
         let held = held(parts, matters, partition, voxels);
-        let number_of = |matter: &u8| {
-            let is_it = |(number, _): &(usize, _)| *number == usize::from(*matter);
-            held.iter().position(is_it).map_or(OTHER, |i| i as u8)
+        let number_of = |matter: usize| {
+            let place = held.iter().position(|(number, _)| *number == matter);
+            place.and_then(|i| u8::try_from(i).ok()).unwrap_or(OTHER)
         };
+        let numbers: [u8; 256] = std::array::from_fn(number_of);
         let exterior = &parts.media[partition.exterior];
         let is_constant = exterior.index.is_constant();
         let mut volume = VoxelVolume {
             size,
-            numbers: grid.labels().iter().map(number_of).collect(),
+            numbers: grid
+                .labels()
+                .iter()
+                .map(|m| numbers[usize::from(*m)])
+                .collect(),
             matters: held.into_iter().map(|(_, matter)| matter).collect(),
             objects: partition.objects.clone(),
             exterior: partition.exterior,
@@ -126,7 +135,7 @@ impl VoxelVolume {
             to_voxels: DAffine3::from_scale(cells) * to_world.inverse(),
             from_voxels: to_world * DAffine3::from_scale(1.0 / cells),
             axes,
-            spacing,
+            per_length,
         };
         for (i, object) in parts.objects.iter().enumerate() {
             if !partition.objects.contains(&i) {
@@ -153,6 +162,10 @@ impl VoxelVolume {
     fn set_aside_around(&mut self, points: &[DVec3]) {
         let places = points.iter().map(|p| self.to_voxels.transform_point3(*p));
         let filled = Aabb::around(places);
+        if !(filled.min.is_finite() && filled.max.is_finite()) {
+            self.numbers.fill(OTHER);
+            return;
+        }
         let (first, end) = (filled.min - HAIR, filled.max + HAIR);
         let range = |axis: usize| {
             let n = self.size[axis] as f64;
@@ -186,9 +199,10 @@ impl VoxelVolume {
         self.refracts
     }
 
-    /// Lengths of the edges of voxels.
-    pub(crate) fn spacing(&self) -> DVec3 {
-        self.spacing
+    /// The reciprocal lengths of the edges of voxels.
+    #[inline]
+    pub(crate) fn voxels_per_length(&self) -> DVec3 {
+        self.per_length
     }
 
     /// A place in the world in units of voxels from the corner of the first.
@@ -251,7 +265,7 @@ fn refracts(faces: &[Object]) -> Option<bool> {
     (is_bare && faces.iter().all(passes)).then_some(false)
 }
 
-/// Unit vectors along the edges of voxels and the lengths of these, if they are at right angles.
+/// Unit vectors along the edges of voxels and the reciprocal lengths of these, if they are at right angles.
 fn edges(to_world: &DAffine3, cells: DVec3) -> Option<(DMat3, DVec3)> {
     let sides = to_world.matrix3;
     let lengths = DVec3::new(
@@ -266,7 +280,7 @@ fn edges(to_world: &DAffine3, cells: DVec3) -> Option<(DMat3, DVec3)> {
         axes.z_axis.dot(axes.x_axis),
     ];
     let is_square = cosines.iter().all(|cos| cos.abs() < SQUARE);
-    is_square.then(|| (axes, lengths / cells))
+    is_square.then(|| (axes, cells / lengths))
 }
 
 /// The matter of the media of a divided volume that scatters alike everywhere, with its number among all.

@@ -165,6 +165,20 @@ impl<O: Observer> Observer for &mut O {
         (**self).fly_freely(event);
     }
 
+    fn sees_voxels(&self, volume: &VoxelVolume) -> bool {
+        (**self).sees_voxels(volume)
+    }
+
+    #[inline]
+    fn fly_in_voxel(&mut self, flight: &VoxelFlight) {
+        (**self).fly_in_voxel(flight);
+    }
+
+    #[inline]
+    fn collide_in_voxel(&mut self, absorbed: f64) {
+        (**self).collide_in_voxel(absorbed);
+    }
+
     fn go_on(&mut self, copies: usize) {
         (**self).go_on(copies);
     }

@@ -25,10 +25,6 @@ pub struct VoxelFlight<'v> {
     pub matter: &'v Matter,
     /// The only channel.
     pub channel: usize,
-    /// Where the flight starts, in voxels from the volume's corner.
-    pub start: DVec3,
-    /// The way to its end, in voxels.
-    pub step: DVec3,
     /// Its length.
     pub length: f64,
     /// Power in the channel.
@@ -54,8 +50,9 @@ struct VoxelRay<'v> {
     held: &'v VoxelMatter,
     /// In voxels from the volume's corner.
     place: DVec3,
-    /// Unit vector along the edges of voxels.
+    /// Unit vector along the edges of voxels, and the same in voxels per length.
     direction: DVec3,
+    speed: DVec3,
     throughput: Spectrum,
     depth: u32,
     optical_length: f64,
@@ -138,12 +135,14 @@ impl<'w, O: Observer> VoxelWalk<'w, '_, O> {
         };
         let voxel = index(0)? + size[0] * (index(1)? + size[1] * index(2)?);
         let held = self.volume.matter(voxel)?;
+        let direction = self.volume.along_edges(ray.start.direction);
         (held.medium == ray.start.medium).then(|| VoxelRay {
             voxel,
             low,
             held,
             place,
-            direction: self.volume.along_edges(ray.start.direction),
+            direction,
+            speed: direction * self.volume.voxels_per_length(),
             throughput: ray.throughput,
             depth: ray.depth,
             optical_length: ray.optical_length,
@@ -157,16 +156,15 @@ impl<'w, O: Observer> VoxelWalk<'w, '_, O> {
         loop {
             let matter = &ray.held.matter;
             let rate = matter.extinction[self.channel];
-            let speed = ray.direction / self.volume.spacing();
             let length = depth / rate;
-            if ray.is_inside(ray.place + speed * length) {
-                self.cross(ray, speed, length);
+            if ray.is_inside(ray.place + ray.speed * length) {
+                self.cross(ray, length);
                 return Ending::Collision;
             }
-            let (axis, length) = ray.exit(speed);
-            self.cross(ray, speed, length);
+            let (axis, length) = ray.exit();
+            self.cross(ray, length);
             depth = (depth - rate * length).max(0.0);
-            let up = speed[axis] > 0.0;
+            let up = ray.speed[axis] > 0.0;
             ray.place[axis] = ray.low[axis] + f64::from(u8::from(up));
             if let Some(ending) = self.meet(ray, axis, up) {
                 return ending;
@@ -176,20 +174,18 @@ impl<'w, O: Observer> VoxelWalk<'w, '_, O> {
 
     /// Goes straight on within a voxel.
     #[inline]
-    fn cross(&mut self, ray: &mut VoxelRay, speed: DVec3, length: f64) {
-        let (step, matter) = (speed * length, &ray.held.matter);
+    fn cross(&mut self, ray: &mut VoxelRay, length: f64) {
+        let matter = &ray.held.matter;
         self.observer.fly_in_voxel(&VoxelFlight {
             volume: self.volume,
             voxel: ray.voxel,
             matter,
             channel: self.channel,
-            start: ray.place,
-            step,
             length,
             power: ray.throughput[self.channel],
             optical_length: ray.optical_length,
         });
-        ray.place += step;
+        ray.place += ray.speed * length;
         ray.optical_length += matter.n * length;
     }
 
@@ -222,18 +218,19 @@ impl<'w, O: Observer> VoxelWalk<'w, '_, O> {
         }
     }
 
-    /// Turns a ray where it meets a face across an axis, beyond which the index is `n`: reflects it with the probability of the power that is
+    /// Decides what becomes of a ray where it meets a face across an axis, beyond which the index is `n`: reflects it with the probability of the power that is
     /// reflected, and returns whether it does, or refracts it.
     fn is_reflected(&mut self, ray: &mut VoxelRay, axis: usize, n: f64) -> bool {
         let (near, cos) = (ray.held.matter.n, ray.direction[axis]);
         let interface = fresnel::dielectric(cos.abs().min(1.0), near, n);
         if self.sampler.next_1d() < interface.reflectance {
             ray.direction[axis] = -cos;
+            ray.speed[axis] = -ray.speed[axis];
             return true;
         }
         ray.direction *= near / n;
         ray.direction[axis] = interface.cos_far.copysign(cos);
-        ray.direction = ray.direction.normalize();
+        self.turn(ray, ray.direction.normalize());
         false
     }
 
@@ -247,7 +244,14 @@ impl<'w, O: Observer> VoxelWalk<'w, '_, O> {
         ray.throughput *= albedo;
         (ray.depth, ray.events) = (ray.depth + 1, 0);
         let (u, around) = (self.sampler.next_1d(), self.sampler.next_turn());
-        ray.direction = matter.phase.turn(ray.direction, u, around);
+        self.turn(ray, matter.phase.turn(ray.direction, u, around));
+    }
+
+    /// Turns a ray into a direction along the edges of voxels.
+    #[inline]
+    fn turn(&self, ray: &mut VoxelRay, direction: DVec3) {
+        ray.direction = direction;
+        ray.speed = direction * self.volume.voxels_per_length();
     }
 
     /// The ray with which the walk goes on after a flight with that ending.
@@ -283,7 +287,8 @@ impl<'w, O: Observer> VoxelWalk<'w, '_, O> {
 
     /// How far off a face across an axis rays start, in voxels.
     fn hair(&self, axis: usize) -> f64 {
-        self.walk.scene.ray_epsilon() / self.volume.spacing()[axis]
+        // A quarter of a voxel, if the scene is that much larger.
+        (self.walk.scene.ray_epsilon() * self.volume.voxels_per_length()[axis]).min(0.25)
     }
 }
 
@@ -296,10 +301,10 @@ impl VoxelRay<'_> {
         inside(within.x) && inside(within.y) && inside(within.z)
     }
 
-    /// The axis across which the face lies by which the ray leaves its voxel, given its velocity in voxels, and the length up to there.
+    /// The axis across which the face lies by which the ray leaves its voxel, and the length up to there.
     #[inline]
-    fn exit(&self, speed: DVec3) -> (usize, f64) {
-        let length = |axis: usize| match speed[axis] {
+    fn exit(&self) -> (usize, f64) {
+        let length = |axis: usize| match self.speed[axis] {
             0.0 => f64::INFINITY,
             v if v > 0.0 => (self.low[axis] + 1.0 - self.place[axis]) / v,
             v => (self.low[axis] - self.place[axis]) / v,
