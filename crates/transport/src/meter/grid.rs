@@ -119,12 +119,11 @@ impl MeterGrid {
 
     /// Whether its cells are the voxels of a volume, up to rounding.
     pub(super) fn is_voxels_of(&self, volume: &VoxelVolume) -> bool {
-        let cartesian = self.coordinates == Coordinates::Cartesian;
-        let alike = self.to_world.abs_diff_eq(*volume.to_world(), 0.0) || {
+        let alike = || {
             let between = self.to_local * *volume.to_world();
-            between.abs_diff_eq(DAffine3::IDENTITY, 1e-12)
+            self.to_world == *volume.to_world() || between.abs_diff_eq(DAffine3::IDENTITY, 1e-12)
         };
-        cartesian && self.size == volume.size() && alike
+        self.coordinates == Coordinates::Cartesian && self.size == volume.size() && alike()
     }
 
     /// The middle of a cell along every coordinate; on the local x axis if it is a ring or a shell.

@@ -6,7 +6,7 @@ use super::fluence::{Cuts, Slots};
 use super::history::Histories;
 use super::records::{Detected, RecordRows};
 use super::tally::Scores;
-use super::voxel_scores::VoxelScore;
+use super::voxel_scores::{VoxelScore, voxels_suffice};
 use crate::Spectrum;
 use crate::path::{End, FreeFlightEvent, Observer, VoxelFlight, WalkEvent, Workspace};
 use crate::sampling::Sampler;
@@ -56,13 +56,8 @@ impl Observer for Recorder<'_, '_> {
         });
     }
 
-    /// If all meters count ways through voxels, or are elsewhere, and no histories are kept.
     fn sees_voxels(&self, volume: &VoxelVolume) -> bool {
-        self.histories.is_none()
-            && self.meters.iter().all(|meter| match meter {
-                Meter::Fluence(meter) => meter.counts_voxels(volume),
-                Meter::Irradiance(meter) => !meter.measures_faces_of(volume),
-            })
+        voxels_suffice(self.meters, volume)
     }
 
     #[inline]

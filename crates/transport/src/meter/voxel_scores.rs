@@ -24,9 +24,20 @@ pub(super) struct VoxelScore<'m> {
     absorption: f64,
 }
 
+/// Whether nobody looks at more than voxels of a volume: all meters of fluence count ways through them, others are elsewhere, and none keeps
+/// records.
+pub(super) fn voxels_suffice(meters: &[Meter], volume: &VoxelVolume) -> bool {
+    meters.iter().all(|meter| match meter {
+        Meter::Fluence(meter) => meter.counts_voxels(volume),
+        Meter::Irradiance(meter) => {
+            meter.most_records.is_none() && !meter.measures_faces_of(volume)
+        }
+    })
+}
+
 impl FluenceMeter {
     /// Whether its cells are the voxels of a volume, in which it counts the ways that particles fly.
-    pub(super) fn counts_voxels(&self, volume: &VoxelVolume) -> bool {
+    fn counts_voxels(&self, volume: &VoxelVolume) -> bool {
         self.estimator == Estimator::TrackLength && self.grid.is_voxels_of(volume)
     }
 

@@ -7,7 +7,8 @@
 
 use super::flight::flights;
 use super::tally::Scores;
-use super::{Setup, Tally, TaskSums};
+use super::voxel_scores::voxels_suffice;
+use super::{Meter, Setup, Tally, TaskSums};
 use crate::Bins;
 use crate::path::{Observer, VoxelFlight, WalkEvent, Workspace};
 use crate::sampling::Sampler;
@@ -101,6 +102,7 @@ impl Setup<'_> {
             for number in task * TASK..(task + 1) * TASK {
                 let mut sampler = Sampler::new(SEED + round, 0, number);
                 let mut pilot = Pilot {
+                    meters: self.meters,
                     levels,
                     scores: &mut scores,
                 };
@@ -118,6 +120,7 @@ impl Setup<'_> {
 
 /// Scores the power of a particle at each level that it passes, the start of a step of optical path length.
 struct Pilot<'p> {
+    meters: &'p [Meter],
     levels: Bins,
     scores: &'p mut Scores,
 }
@@ -150,8 +153,9 @@ impl Observer for Pilot<'_> {
         ControlFlow::Continue(())
     }
 
-    fn sees_voxels(&self, _volume: &VoxelVolume) -> bool {
-        true
+    /// As in the measurement.
+    fn sees_voxels(&self, volume: &VoxelVolume) -> bool {
+        voxels_suffice(self.meters, volume)
     }
 
     fn fly_in_voxel(&mut self, flight: &VoxelFlight) {

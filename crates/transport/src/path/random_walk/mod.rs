@@ -78,9 +78,11 @@ impl<'a> RandomWalk<'a> {
                     budget = budget.saturating_sub(1);
                     let step = self.step(&mut ray, freely, observer, sampler, ws);
                     // Play Russian roulette, or divide.
-                    step.is_continue()
-                        .then(|| survive(&mut ray, survival, sampler))
-                        .unwrap_or(0)
+                    if step.is_continue() {
+                        survive(&mut ray, survival, sampler)
+                    } else {
+                        0
+                    }
                 }
             };
             if copies > 0 {

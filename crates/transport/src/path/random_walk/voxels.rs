@@ -297,7 +297,7 @@ impl VoxelRay<'_> {
     #[inline]
     fn is_inside(&self, place: DVec3) -> bool {
         let within = place - self.low;
-        let inside = |p: f64| p >= 0.0 && p <= 1.0;
+        let inside = |p: f64| (0.0..=1.0).contains(&p);
         inside(within.x) && inside(within.y) && inside(within.z)
     }
 
