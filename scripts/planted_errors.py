@@ -199,7 +199,7 @@ PLANTED = [
         "particles that are divided keep all their power each",
         TRANSPORT + "meter/particle.rs",
         "*throughput *= 1.0 / copies as f64;",
-        "ray.throughput *= 1.0;",
+        "*throughput *= 1.0;",
         ("morgana-transport", "meters", "an_infinite_medium_absorbs_exponentially"),
     ),
     (
