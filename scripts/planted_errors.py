@@ -205,8 +205,8 @@ PLANTED = [
     (
         "particles that are divided keep all their power each",
         TRANSPORT + "meter/particle.rs",
-        "ray.throughput *= 1.0 / copies as f64;",
-        "ray.throughput *= 1.0;",
+        "*throughput *= 1.0 / copies as f64;",
+        "*throughput *= 1.0;",
         ("morgana-transport", "meters", "an_infinite_medium_absorbs_exponentially"),
     ),
     (
@@ -779,5 +779,26 @@ PLANTED = [
         "options.samples, options.seed ^ SEED)",
         "options.samples, options.seed)",
         ("morgana-transport", "derivatives", "a_loss_that_is_not_linear_has_a_derivative_without_bias"),
+    ),
+    (
+        "light bent away from the normal where it enters voxels of a larger index",
+        TRANSPORT + "path/random_walk/voxels.rs",
+        "ray.direction *= near / n;",
+        "ray.direction *= n / near;",
+        ("morgana-io", "voxel_walks", "walks_through_voxels_agree_with_walks_by_edges"),
+    ),
+    (
+        "collisions drawn anew at each face of voxels",
+        TRANSPORT + "path/random_walk/voxels.rs",
+        "depth = (depth - rate * length).max(0.0);",
+        "depth = depth.max(0.0 * rate * length);",
+        ("morgana-io", "voxel_walks", "walks_through_voxels_agree_with_walks_by_edges"),
+    ),
+    (
+        "flights through several gates scored whole in each",
+        TRANSPORT + "meter/voxel_scores.rs",
+        "(to - from) / (end - begin)",
+        "1.0",
+        ("morgana-io", "voxel_walks", "walks_through_voxels_agree_with_walks_by_edges"),
     ),
 ]

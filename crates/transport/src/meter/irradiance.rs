@@ -5,6 +5,7 @@ use super::flight::Passing;
 use super::fluence::Slots;
 use super::positions::Positions;
 use super::reading::{Quantity, ReadingAxis};
+use crate::scene::VoxelVolume;
 use crate::{Bins, Spectrum};
 use glam::DVec3;
 
@@ -67,6 +68,11 @@ impl Cosines {
 }
 
 impl IrradianceMeter {
+    /// Whether any of its surfaces is a face of a volume of voxels.
+    pub(super) fn measures_faces_of(&self, volume: &VoxelVolume) -> bool {
+        self.surfaces.iter().any(|s| volume.has_face(s.object))
+    }
+
     /// A meter of all light that passes through the surface of one object.
     pub fn at(object: usize, positions: Positions) -> Self {
         let surface = MeterSurface {

@@ -6,19 +6,22 @@ use super::fluence::{Cuts, Slots};
 use super::history::Histories;
 use super::records::{Detected, RecordRows};
 use super::tally::Scores;
+use super::voxel_scores::{VoxelScore, voxels_suffice};
 use crate::Spectrum;
-use crate::path::{End, FreeFlightEvent, Observer, Span, WalkEvent, WalkRay, Workspace};
+use crate::path::{End, FreeFlightEvent, Observer, Span, VoxelFlight, WalkEvent, WalkRay, Workspace};
 use crate::sampling::Sampler;
-use crate::scene::MediumId;
+use crate::scene::{MediumId, VoxelVolume};
 use glam::DVec3;
 use std::ops::ControlFlow;
 
 /// Shows the meters the flights, collisions and crossings of a particle. Meters draw from random numbers of their own.
-pub(super) struct Recorder<'r> {
+pub(super) struct Recorder<'r, 'm> {
     pub meters: &'r [Meter],
     pub channels: usize,
     pub scores: &'r mut Scores,
     pub cuts: &'r mut Cuts,
+    /// For each meter of fluence what has been left in the last voxel of a walk through voxels.
+    pub in_voxels: &'r mut [VoxelScore<'m>],
     pub sampler: Sampler,
     /// Number of the particle.
     pub particle: u64,
@@ -28,7 +31,7 @@ pub(super) struct Recorder<'r> {
     pub records: &'r mut [RecordRows],
 }
 
-impl Observer for Recorder<'_> {
+impl Observer for Recorder<'_, '_> {
     const ALONG_SPANS: bool = true;
 
     fn arrive(&mut self, event: &WalkEvent, _ws: &mut Workspace) -> ControlFlow<()> {
@@ -53,6 +56,17 @@ impl Observer for Recorder<'_> {
         });
     }
 
+    fn sees_voxels(&self, volume: &VoxelVolume) -> bool {
+        voxels_suffice(self.meters, volume)
+    }
+
+    #[inline]
+    fn fly_in_voxel(&mut self, flight: &VoxelFlight) {
+        for score in &mut *self.in_voxels {
+            score.fly(flight, self.scores);
+        }
+    }
+
     fn go_on(&mut self, copies: usize) {
         if let Some(histories) = &mut self.histories {
             histories.go_on(copies);
@@ -64,7 +78,7 @@ impl Observer for Recorder<'_> {
     }
 }
 
-impl Recorder<'_> {
+impl Recorder<'_, '_> {
     /// Scores the flights along an edge, and the crossings of smooth surfaces between them. Returns the last flight.
     fn fly_along<'e>(&mut self, event: &'e WalkEvent) -> Option<Flight<'e>> {
         let mut last = None;
@@ -103,6 +117,13 @@ impl Recorder<'_> {
     fn surface(&mut self, flight: &Flight, after: Option<Beyond>) {
         if let Some(passing) = passing(flight, after) {
             self.pass(&passing);
+        }
+    }
+
+    /// Ends what the particle has left in the last voxel.
+    pub(super) fn end_in_voxels(&mut self) {
+        for score in &mut *self.in_voxels {
+            score.end(self.scores);
         }
     }
 

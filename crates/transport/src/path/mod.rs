@@ -30,7 +30,9 @@ pub use learnt::{
     AdjointEstimate, AdjointTraining, Levels, NeeRates, NeeTraining, PathTally, StrategyFind,
     StrategyKind, StrategyRates, StrategySample, StrategyShares, StrategyTraining, StrategyWork,
 };
-pub use random_walk::{FreeFlightEvent, Observer, RandomWalk, Survival, WalkEvent, WalkRay};
+pub use random_walk::{
+    FreeFlightEvent, Observer, RandomWalk, Survival, VoxelFlight, WalkEvent, WalkRay,
+};
 pub(crate) use segment::share;
 pub use segment::{
     Edge, EdgeGeometry, End, Point, Span, Split, Start, TransportMode, Vertex, lead_in,
