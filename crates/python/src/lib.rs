@@ -16,6 +16,7 @@ mod part;
 mod render;
 mod scene;
 mod trace;
+mod view;
 mod watch;
 
 use pyo3::prelude::*;
@@ -45,6 +46,8 @@ mod _morgana {
     use crate::scene::{Scene, export_dict, export_file, load_dict, load_file};
     #[pymodule_export]
     use crate::trace::{Traced, trace};
+    #[pymodule_export]
+    use crate::view::Viewer;
 
     use pyo3::prelude::*;
 
