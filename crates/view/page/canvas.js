@@ -38,7 +38,8 @@ export class PictureCanvas {
     show(pictures, split = null) {
         const isOther = this.pictures[0]?.width !== pictures[0].width || this.pictures[0]?.height !== pictures[0].height;
         Object.assign(this, { pictures, split });
-        if (isOther || !this.view) this.view ??= this.fitted();
+        if (isOther) this.isFitted ||= !this.view;
+        if (this.isFitted) this.view = this.fitted();
         this.draw();
     }
 
@@ -47,6 +48,11 @@ export class PictureCanvas {
         const { width, height } = this.pictures[0];
         const zoom = Math.min(this.panelWidth() / width, this.element.height / height) * 0.98;
         return { x: width / 2, y: height / 2, zoom: Math.min(Math.max(zoom, LEAST), MOST) };
+    }
+
+    /** Shows the whole picture, also when the window changes. */
+    fit() {
+        this.setView(this.fitted(), true);
     }
 
     panels() {
@@ -62,6 +68,7 @@ export class PictureCanvas {
         const [width, height] = [this.element.clientWidth, this.element.clientHeight].map((n) => Math.max(Math.round(n * ratio), 1));
         if (width === this.element.width && height === this.element.height) return;
         Object.assign(this.element, { width, height });
+        if (this.isFitted && this.pictures.length > 0) this.view = this.fitted();
         this.draw();
     }
 
@@ -111,15 +118,15 @@ export class PictureCanvas {
         const values = new Float64Array(planes.length);
         // Smaller pictures show averages.
         const across = zoom >= 1 ? 1 : Math.min(Math.ceil(1 / zoom), AVERAGED);
-        const offset = (i) => (i + 0.5) / (across * zoom);
+        const offset = (i) => ((i + 0.5) / across - 0.5) / zoom;
         for (let py = 0; py < image.height; py += 1) {
-            const iy = y + (py - image.height / 2) / zoom;
+            const iy = y + (py + 0.5 - image.height / 2) / zoom;
             if (iy < 0 || iy >= height) continue;
             for (let px = from; px < to; px += 1) {
-                const ix = x + (px - middle) / zoom;
+                const ix = x + (px + 0.5 - middle) / zoom;
                 if (ix < 0 || ix >= width) continue;
                 if (across === 1) {
-                    const at = Math.floor(iy + 0.5 / zoom) * width + Math.floor(ix + 0.5 / zoom);
+                    const at = Math.floor(iy) * width + Math.floor(ix);
                     for (let c = 0; c < planes.length; c += 1) values[c] = planes[c][at];
                 } else {
                     values.fill(0);
@@ -127,7 +134,7 @@ export class PictureCanvas {
                     for (let j = 0; j < across; j += 1) {
                         for (let i = 0; i < across; i += 1) {
                             const [cx, cy] = [Math.floor(ix + offset(i)), Math.floor(iy + offset(j))];
-                            if (cx >= width || cy >= height) continue;
+                            if (cx < 0 || cy < 0 || cx >= width || cy >= height) continue;
                             count += 1;
                             for (let c = 0; c < planes.length; c += 1) values[c] += planes[c][cy * width + cx];
                         }
@@ -172,8 +179,8 @@ export class PictureCanvas {
         this.context.restore();
     }
 
-    setView(view) {
-        this.view = view;
+    setView(view, isFitted = false) {
+        Object.assign(this, { view, isFitted });
         this.draw();
         this.hooks.onView();
     }
@@ -253,7 +260,7 @@ export class PictureCanvas {
             this.setCursor(Math.min(Math.max(next[0], 0), width - 1), Math.min(Math.max(next[1], 0), height - 1), true);
         } else if (event.key === '+' || event.key === '=') this.zoomBy(STEP, this.middle());
         else if (event.key === '-') this.zoomBy(1 / STEP, this.middle());
-        else if (event.key === '0') this.setView(this.fitted());
+        else if (event.key === '0') this.fit();
         else if (event.key === '1') this.setView({ ...this.view, zoom: 1 });
         else return;
         event.preventDefault();

@@ -76,6 +76,14 @@ export function say(message, isFailed = false) {
     status.classList.toggle('failed', isFailed);
 }
 
+/** Gives controls the values that the state has by now. */
+export function refresh(parent) {
+    for (const control of parent.querySelectorAll('[data-name]')) {
+        const value = state.get(control.dataset.name);
+        if (control !== document.activeElement && value !== '' && control.type !== 'checkbox') control.value = value;
+    }
+}
+
 /** Shows controls again, without taking the focus from that which has it. */
 export function refill(parent, ...children) {
     const focused = parent.contains(document.activeElement) ? document.activeElement.dataset?.name : null;

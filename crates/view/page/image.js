@@ -4,7 +4,7 @@ import * as api from './api.js';
 import * as state from './state.js';
 import { PictureCanvas } from './canvas.js';
 import { SCALE_NAMES, position, scale, toneCurve, valueAt } from './colour.js';
-import { button, choice, element, number, refill, say, table, toggle } from './controls.js';
+import { button, choice, element, number, refill, refresh, say, table, toggle } from './controls.js';
 import { plain, withError } from './format.js';
 import { colourOf, histogram, plotCurves, quantiles } from './plots.js';
 
@@ -120,7 +120,7 @@ export class ImagePage {
         }
         const isDrawing = this.canvas.isDrawing;
         parts.push(element('div', { class: 'buttons' },
-            button('Fit', () => this.canvas.setView(this.canvas.fitted())),
+            button('Fit', () => this.canvas.fit()),
             button('1:1', () => this.canvas.setView({ ...this.canvas.view, zoom: 1 })),
             button('Profile', () => this.drawing(), { 'aria-pressed': String(isDrawing), title: 'Drag a line over the picture (or drag with the shift key)' }),
             button('Save PNG', () => this.savePng()),
@@ -378,12 +378,14 @@ export class ImagePage {
             const errors = variance && pixels.map((p) => Math.sqrt(variance[p]));
             return { name, colour: colourOf(indices.length > 1 ? '' : channel, i + k * channels.length), values: pixels.map((p) => values[p]), errors };
         })));
-        plotCurves(this.below, x, curves, { xLabel: `pixels from (${x0}, ${y0}) to (${x1}, ${y1})`, height: 190, title: 'Profile along the line, with bands of one standard error' });
+        plotCurves(this.below, x, curves, { xName: 'distance', xLabel: `pixels from (${x0}, ${y0}) to (${x1}, ${y1})`, height: 190, title: 'Profile along the line, with bands of one standard error' });
     }
 
     keepView() {
         const { x, y, zoom } = this.canvas.view;
-        state.set({ view: [x, y, zoom].map((v) => Number(v.toPrecision(6))).join(',') });
+        // A view that fits every window is none to keep.
+        if (this.canvas.isFitted) state.set({ view: null });
+        else state.set({ view: [x, y, zoom].map((v) => Number(v.toPrecision(6))).join(',') });
     }
 
     follow(scene) {
@@ -421,6 +423,7 @@ export class ImagePage {
 
     /** The state has changed: other layers have other controls. */
     update() {
+        refresh(this.controls);
         this.canvas.cursor = state.numbers('cursor', 2);
         this.canvas.draw();
         const names = ['layer', 'channel', 'compare', 'with', 'quantity', 'exposure', 'curve', 'scale', 'log', 'low', 'high', 'split', 'line'];

@@ -126,7 +126,7 @@ export class MeasurePage {
             for (let c = 0; c < 3; c += 1) out[at + c] = Number.isNaN(t) ? UNKNOWN[c] : colours[3 * Math.min(Math.floor(256 * t), 255) + c];
         };
         const isOther = this.canvas.pictures[0]?.width !== width || this.canvas.pictures[0]?.height !== height;
-        if (isOther) this.canvas.view = null;
+        if (isOther) this.canvas.isFitted = true;
         this.canvas.show([{ width, height, planes: [values], encode }]);
         const bar = element('canvas', { width: 256, height: 1, 'aria-hidden': 'true' });
         const context = bar.getContext('2d');

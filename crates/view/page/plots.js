@@ -15,10 +15,10 @@ export function colourOf(name, number) {
 
 /**
  * Draws curves with bands of their errors into `parent`: `x` is an array, each curve { name, colour, values, errors }.
- * `options`: height, xLabel, yLabel, isLogarithmic (both axes), steps (values are counts of bins).
+ * `options`: height, xName (in the legend), xLabel, yLabel, isLogarithmic (both axes), steps (values are counts of bins).
  */
 export function plotCurves(parent, x, curves, options = {}) {
-    const series = [{ label: options.xLabel ?? 'x', value: (_, v) => (v === null ? '' : plain(v)) }];
+    const series = [{ label: options.xName ?? 'x', value: (_, v) => (v === null ? '' : plain(v)) }];
     const [data, bands] = [[x], []];
     const hidden = { stroke: 'transparent', points: { show: false }, legend: { show: false } };
     for (const { name, colour, values, errors } of curves) {

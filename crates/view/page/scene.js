@@ -2,7 +2,7 @@
 
 import * as api from './api.js';
 import * as state from './state.js';
-import { button, choice, element, number, say, table, text } from './controls.js';
+import { button, choice, element, number, refresh, say, table, text } from './controls.js';
 import { toneCurve } from './colour.js';
 import { plain } from './format.js';
 
@@ -17,11 +17,11 @@ export class ScenePage {
     constructor(stage, side, items, index) {
         Object.assign(this, { items, index, item: items[index], about: items[index].about, asked: 0, traced: null, connected: null });
         this.surface = element('div', { class: 'surface' });
-        stage.append(this.surface);
         this.controls = element('div');
-        this.rays = element('div', { 'aria-live': 'polite', id: 'rays' });
+        this.rays = element('div', { class: 'below columns', 'aria-live': 'polite', id: 'rays', hidden: true });
+        stage.append(this.surface, this.rays);
         this.parts = element('div');
-        side.append(this.controls, this.rays, this.parts);
+        side.append(this.controls, this.parts);
         this.fill();
         this.list();
         this.ready = this.build();
@@ -184,6 +184,7 @@ export class ScenePage {
 
     async update() {
         if (this.filmCanvas) this.develop();
+        refresh(this.controls);
         const questions = this.questions();
         const key = JSON.stringify(questions);
         if (key === this.key || !this.stage) return;
@@ -205,12 +206,13 @@ export class ScenePage {
 
     show(traced, connected) {
         const [lines, parts] = [[], []];
+        const part = (title, ...content) => parts.push(element('div', {}, element('h2', {}, title), ...content));
         if (traced?.points) {
             lines.push({ points: traced.points, colour: TRACED });
             const last = traced.points[traced.points.length - 1];
             const end = traced.surface ? `${traced.end} ${traced.surface}` : traced.end;
             const rows = [['ends on', end], ['at', point(last)], ['arc length', plain(traced.arc_length, 7)], ['optical length', plain(traced.optical_length, 7)], ['points', String(traced.points.length)]];
-            parts.push(element('h2', {}, 'Ray'), table(['quantity', 'value'], rows, 'Ray'));
+            part('Ray', table(['quantity', 'value'], rows, 'Ray'));
         }
         if (connected?.branches) {
             const head = ['branch', 'arc length', 'optical', 'Jacobian', 'transmittance'];
@@ -223,10 +225,11 @@ export class ScenePage {
                 return [name, plain(branch.arc_length, 5), plain(branch.optical_length, 5), plain(branch.jacobian, 4), branch.transmittance.map((t) => plain(t, 3)).join(' ')];
             });
             const unique = connected.certified_unique ? ', certified to be the only one' : '';
-            parts.push(element('h2', {}, `${rows.length} ${rows.length === 1 ? 'branch' : 'branches'}${unique}`), element('div', { class: 'scroll' }, table(head, rows, 'Branches')));
-            if (connected.failure) parts.push(element('p', { class: 'warning' }, connected.failure));
+            const failure = connected.failure ? [element('p', { class: 'warning' }, connected.failure)] : [];
+            part(`${rows.length} ${rows.length === 1 ? 'branch' : 'branches'}${unique}`, element('div', { class: 'scroll' }, table(head, rows, 'Branches')), ...failure);
         }
         for (const answer of [traced, connected]) if (answer?.error) parts.push(element('p', { class: 'warning' }, answer.error));
+        this.rays.hidden = parts.length === 0;
         this.rays.replaceChildren(...parts);
         this.stage.setRays(lines);
     }

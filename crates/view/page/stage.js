@@ -9,6 +9,8 @@ const MEDIUM = 0.16;
 const EDGE = 25;
 /** Triangles of a mesh whose edges are drawn, at most. */
 const EDGED = 100000;
+/** Thickness of rays in pixels. */
+const THICKNESS = 2.5;
 
 export class Stage {
     /** `onView(text)`: after the view moved, with what `setView` takes. */
@@ -85,7 +87,7 @@ export class Stage {
         const directions = { x: [1, 0, 0], y: [0.001, 1, 0.001], z: [0, 0, 1], corner: [0.6, 0.45, 0.75] };
         const direction = new three.Vector3(...directions[from]).normalize();
         this.controls.target.copy(this.center);
-        this.camera.position.copy(this.center).addScaledVector(direction, this.size * 1.5);
+        this.camera.position.copy(this.center).addScaledVector(direction, this.size * 1.3);
         this.moved();
     }
 
@@ -152,10 +154,10 @@ export class Stage {
         return this.addLines(this.objects, name, pairs, colour);
     }
 
-    addLines(group, name, pairs, colour, isDashed = false) {
+    addLines(group, name, pairs, colour) {
         const geometry = new three.BufferGeometry();
         geometry.setAttribute('position', new three.BufferAttribute(new Float32Array(pairs.flat(2)), 3));
-        const lines = new three.LineSegments(geometry, new three.LineBasicMaterial({ color: colour, transparent: isDashed, opacity: isDashed ? 0.4 : 1 }));
+        const lines = new three.LineSegments(geometry, new three.LineBasicMaterial({ color: colour }));
         lines.name = name;
         group.add(lines);
         this.draw();
@@ -182,10 +184,16 @@ export class Stage {
 
     /** Shows rays, each { points, colour, isFaint }, in place of those before. */
     setRays(rays) {
-        for (const child of this.rays.children) child.geometry.dispose();
+        for (const child of this.rays.children) {
+            child.geometry.dispose();
+            child.material.dispose();
+        }
         this.rays.clear();
         for (const { points, colour, isFaint } of rays) {
-            this.addLines(this.rays, 'ray', points.slice(1).map((point, i) => [points[i], point]), colour, isFaint);
+            const geometry = new three.LineSegmentsGeometry();
+            geometry.setPositions(points.slice(1).flatMap((point, i) => [...points[i], ...point]));
+            const material = new three.LineMaterial({ color: colour, linewidth: THICKNESS, transparent: isFaint === true, opacity: isFaint ? 0.4 : 1 });
+            this.rays.add(new three.LineSegments2(geometry, material));
         }
         this.draw();
     }
