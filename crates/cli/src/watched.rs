@@ -22,7 +22,11 @@ pub struct Watched {
 
 impl Watched {
     /// Serves a page and says where; its button to stop asks `interrupt`.
-    pub fn open(name: String, channels: Vec<String>, interrupt: &Interrupt) -> Result<Self, CommandError> {
+    pub fn open(
+        name: String,
+        channels: Vec<String>,
+        interrupt: &Interrupt,
+    ) -> Result<Self, CommandError> {
         let stop = interrupt.clone();
         let live = Arc::new(Live::new(channels, move || stop.ask()));
         let items = vec![Item::live(name, live.clone())];

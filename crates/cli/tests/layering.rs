@@ -37,7 +37,13 @@ fn crates_depend_downwards_only() {
     );
     refuses(
         "view/src",
-        &["clap::", "println!", "eprintln!", "process::exit", "std::fs"],
+        &[
+            "clap::",
+            "println!",
+            "eprintln!",
+            "process::exit",
+            "std::fs",
+        ],
     );
 }
 
@@ -120,7 +126,13 @@ fn inside_io_descriptions_know_nothing_of_readers_and_scenes() {
 fn the_server_of_the_viewer_knows_nothing_of_what_it_shows() {
     refuses(
         "view/src/server",
-        &["crate::api", "crate::item", "crate::live", "io::image", "transport::"],
+        &[
+            "crate::api",
+            "crate::item",
+            "crate::live",
+            "io::image",
+            "transport::",
+        ],
     );
 }
 

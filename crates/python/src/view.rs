@@ -21,7 +21,11 @@ pub struct Viewer {
 impl Viewer {
     /// Serves files, each with the name that the page shows.
     #[new]
-    fn new(py: Python<'_>, files: Vec<(String, PathBuf)>, defines: Vec<(String, String)>) -> PyResult<Self> {
+    fn new(
+        py: Python<'_>,
+        files: Vec<(String, PathBuf)>,
+        defines: Vec<(String, String)>,
+    ) -> PyResult<Self> {
         let options = ItemOptions {
             defines,
             ..ItemOptions::default()
@@ -45,6 +49,13 @@ impl Viewer {
 
     /// Ends the page.
     fn close(&self, py: Python<'_>) {
-        py.detach(|| drop(self.server.lock().unwrap_or_else(PoisonError::into_inner).take()));
+        py.detach(|| {
+            drop(
+                self.server
+                    .lock()
+                    .unwrap_or_else(PoisonError::into_inner)
+                    .take(),
+            )
+        });
     }
 }

@@ -59,7 +59,7 @@ export class LiveBar {
         const samples = status.total === null ? plain(status.done) : `${plain(status.done)}/${plain(status.total)}`;
         const left = status.left === null ? '' : ` · ${clock(status.left)} left`;
         const what = status.ended ? 'done' : status.stopping ? 'stopping' : status.paused ? 'paused' : `${Math.round(100 * status.fraction)} %`;
-        this.text.textContent = `${what} · ${samples} spp · mean ${plain(status.mean, 4)} ± ${plain(status.error, 2)}${left}`;
+        this.text.textContent = `${what} · ${samples} spp · mean ${plain(status.mean ?? NaN, 4)} ± ${plain(status.error ?? NaN, 2)}${left}`;
         this.pause.textContent = status.paused ? 'Go on' : 'Pause';
         this.pause.disabled = this.stop.disabled = status.ended || status.stopping;
     }

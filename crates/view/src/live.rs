@@ -61,7 +61,9 @@ pub struct LiveProgress {
 
 impl fmt::Debug for Live {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.debug_struct("Live").field("channels", &self.channels).finish_non_exhaustive()
+        f.debug_struct("Live")
+            .field("channels", &self.channels)
+            .finish_non_exhaustive()
     }
 }
 
@@ -167,7 +169,8 @@ impl Live {
         let ended = state.ended.unwrap_or_else(Instant::now);
         let elapsed = ended.duration_since(state.started).as_secs_f64();
         let fraction = state.progress.fraction(elapsed);
-        let left = (fraction > 0.0 && state.ended.is_none()).then(|| elapsed * (1.0 - fraction) / fraction);
+        let left = (fraction > 0.0 && state.ended.is_none())
+            .then(|| elapsed * (1.0 - fraction) / fraction);
         json!({
             "version": state.version,
             "done": state.progress.done,
@@ -226,7 +229,10 @@ mod tests {
         live.update(&film(2.0), progress);
         assert_eq!(live.picture().unwrap().plane("", "Y").unwrap()[0], 1.0);
         let status = live.status();
-        assert_eq!((&status["version"], &status["fraction"]), (&json!(1), &json!(0.25)));
+        assert_eq!(
+            (&status["version"], &status["fraction"]),
+            (&json!(1), &json!(0.25))
+        );
         live.update(&film(3.0), progress);
         assert_eq!(live.picture().unwrap().plane("", "Y").unwrap()[1], 3.0);
         // Not so soon again, but at the end.

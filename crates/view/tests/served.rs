@@ -12,7 +12,10 @@ const PATIENCE: Duration = Duration::from_secs(15);
 fn image(width: usize, value: f32) -> ImageLayers {
     let layer = |name: &str, value: f32| Layer {
         name: name.into(),
-        channels: vec![("Y".into(), (0..width * 2).map(|i| value + i as f32).collect())],
+        channels: vec![(
+            "Y".into(),
+            (0..width * 2).map(|i| value + i as f32).collect(),
+        )],
     };
     ImageLayers {
         width,
@@ -35,7 +38,10 @@ fn parts(server: &ViewServer) -> (SocketAddr, String) {
     let address = server.address();
     let rest = address.strip_prefix("http://").unwrap();
     let (socket, token) = rest.split_once('/').unwrap();
-    (socket.parse().unwrap(), token.trim_end_matches('/').to_owned())
+    (
+        socket.parse().unwrap(),
+        token.trim_end_matches('/').to_owned(),
+    )
 }
 
 /// What is answered to bytes.
@@ -52,7 +58,11 @@ fn exchange(socket: SocketAddr, bytes: &[u8]) -> Vec<u8> {
 /// Status and body of the answer to `GET`, with more headers.
 fn get(server: &ViewServer, path: &str, headers: &str) -> (u16, Vec<u8>) {
     let (socket, token) = parts(server);
-    let host = if headers.contains("Host:") { String::new() } else { format!("Host: {socket}\r\n") };
+    let host = if headers.contains("Host:") {
+        String::new()
+    } else {
+        format!("Host: {socket}\r\n")
+    };
     let text = format!("GET /{token}/{path} HTTP/1.1\r\n{host}{headers}\r\n");
     split(&exchange(socket, text.as_bytes()))
 }
@@ -60,12 +70,18 @@ fn get(server: &ViewServer, path: &str, headers: &str) -> (u16, Vec<u8>) {
 fn split(answer: &[u8]) -> (u16, Vec<u8>) {
     let end = answer.windows(4).position(|w| w == b"\r\n\r\n");
     let end = end.expect("an answer") + 4;
-    let status = std::str::from_utf8(&answer[9..12]).unwrap().parse().unwrap();
+    let status = std::str::from_utf8(&answer[9..12])
+        .unwrap()
+        .parse()
+        .unwrap();
     (status, answer[end..].to_vec())
 }
 
 fn floats(bytes: &[u8]) -> Vec<f32> {
-    bytes.chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect()
+    bytes
+        .chunks_exact(4)
+        .map(|b| f32::from_le_bytes(b.try_into().unwrap()))
+        .collect()
 }
 
 #[test]
@@ -74,7 +90,10 @@ fn values_arrive_as_they_are() {
     let server = serve(vec![Item::image("a.exr".into(), image(3, 0.5)), other]);
     let (status, body) = get(&server, "api/items", "");
     let text = String::from_utf8(body).unwrap();
-    assert!(status == 200 && text.contains("a.exr") && text.contains("\"width\":3"), "{text}");
+    assert!(
+        status == 200 && text.contains("a.exr") && text.contains("\"width\":3"),
+        "{text}"
+    );
     let (_, plane) = get(&server, "api/0/plane?layer=&channel=Y", "");
     assert_eq!(floats(&plane), [0.5, 1.5, 2.5, 3.5, 4.5, 5.5]);
     // (a − b)/√(var a + var b), as `morgana compare` has it.
@@ -98,8 +117,11 @@ fn every_answer_forbids_what_the_page_does_not_need() {
         let answer = exchange(socket, text.as_bytes());
         let head = String::from_utf8_lossy(&answer).to_lowercase();
         let wanted = [
-            "content-security-policy: default-src 'none'; script-src 'self'", "frame-ancestors 'none'",
-            "x-content-type-options: nosniff", "referrer-policy: no-referrer", "cache-control: no-store",
+            "content-security-policy: default-src 'none'; script-src 'self'",
+            "frame-ancestors 'none'",
+            "x-content-type-options: nosniff",
+            "referrer-policy: no-referrer",
+            "cache-control: no-store",
         ];
         for header in wanted {
             assert!(head.contains(header), "{header}");
@@ -115,14 +137,32 @@ fn strangers_are_refused() {
     let (socket, token) = parts(&server);
     let refused = [
         // Another page, with and without a name that its owner has bound to this address.
-        (format!("/{token}/api/items"), format!("Host: {socket}\r\nOrigin: http://evil.example\r\n")),
-        (format!("/{token}/api/items"), format!("Host: {socket}\r\nOrigin: null\r\n")),
-        (format!("/{token}/api/items"), "Host: evil.example\r\nOrigin: http://evil.example\r\n".into()),
-        (format!("/{token}/api/items"), format!("Host: evil.example:{}\r\n", socket.port())),
+        (
+            format!("/{token}/api/items"),
+            format!("Host: {socket}\r\nOrigin: http://evil.example\r\n"),
+        ),
+        (
+            format!("/{token}/api/items"),
+            format!("Host: {socket}\r\nOrigin: null\r\n"),
+        ),
+        (
+            format!("/{token}/api/items"),
+            "Host: evil.example\r\nOrigin: http://evil.example\r\n".into(),
+        ),
+        (
+            format!("/{token}/api/items"),
+            format!("Host: evil.example:{}\r\n", socket.port()),
+        ),
         (format!("/{token}/api/items"), String::new()),
         ("/api/items".into(), format!("Host: {socket}\r\n")),
-        ("/00000000000000000000000000000000/api/items".into(), format!("Host: {socket}\r\n")),
-        (format!("http://{socket}/{token}/api/items"), format!("Host: {socket}\r\n")),
+        (
+            "/00000000000000000000000000000000/api/items".into(),
+            format!("Host: {socket}\r\n"),
+        ),
+        (
+            format!("http://{socket}/{token}/api/items"),
+            format!("Host: {socket}\r\n"),
+        ),
     ];
     for (path, headers) in refused {
         let text = format!("GET {path} HTTP/1.1\r\n{headers}\r\n");
@@ -143,11 +183,28 @@ fn there_are_no_paths_to_files() {
     let server = serve(vec![Item::open(&path, &ItemOptions::default()).unwrap()]);
     let inside = folder.path().display().to_string();
     let paths = [
-        "../secret", "..%2fsecret", "%2e%2e/secret", "vendor/../../secret", "api/../secret", "api/0/../../secret", "/etc/passwd",
-        "//etc/passwd", "vendor/..%5c..%5csecret", "api/0/plane?layer=../secret&channel=Y", "api/0/shown.npy", "api/1/plane",
-        "api/-1/plane", "secret", "index.html%00", "api/0/mesh?object=0",
+        "../secret",
+        "..%2fsecret",
+        "%2e%2e/secret",
+        "vendor/../../secret",
+        "api/../secret",
+        "api/0/../../secret",
+        "/etc/passwd",
+        "//etc/passwd",
+        "vendor/..%5c..%5csecret",
+        "api/0/plane?layer=../secret&channel=Y",
+        "api/0/shown.npy",
+        "api/1/plane",
+        "api/-1/plane",
+        "secret",
+        "index.html%00",
+        "api/0/mesh?object=0",
     ];
-    for path in paths.into_iter().map(str::to_owned).chain([format!("{inside}/secret"), inside]) {
+    for path in paths
+        .into_iter()
+        .map(str::to_owned)
+        .chain([format!("{inside}/secret"), inside])
+    {
         let (status, body) = get(&server, &path, "");
         assert_eq!(status, 404, "{path}");
         assert_ne!(body, b"secret");
@@ -161,10 +218,15 @@ fn what_is_too_large_is_refused() {
     let head = format!("GET /{token}/ HTTP/1.1\r\nHost: {socket}\r\n");
     let long = format!("{head}A: {}\r\n\r\n", "a".repeat(100_000));
     assert_eq!(split(&exchange(socket, long.as_bytes())).0, 431);
-    let post = format!("POST /{token}/api/0/trace HTTP/1.1\r\nHost: {socket}\r\nContent-Length: 9999999\r\n\r\n");
+    let post = format!(
+        "POST /{token}/api/0/trace HTTP/1.1\r\nHost: {socket}\r\nContent-Length: 9999999\r\n\r\n"
+    );
     assert_eq!(split(&exchange(socket, post.as_bytes())).0, 413);
     assert_eq!(split(&exchange(socket, b"BREW / HTTP/1.1\r\n\r\n")).0, 405);
-    assert_eq!(split(&exchange(socket, b"\x16\x03\x01\x02\x00\r\n\r\n")).0, 400);
+    assert_eq!(
+        split(&exchange(socket, b"\x16\x03\x01\x02\x00\r\n\r\n")).0,
+        400
+    );
     assert_eq!(get(&server, "api/items", "").0, 200);
 }
 
@@ -174,9 +236,13 @@ fn slow_clients_hold_nobody_up() {
     let server = one_image();
     let (socket, token) = parts(&server);
     let started = Instant::now();
-    let mut slow: Vec<TcpStream> = (0..20).map(|_| TcpStream::connect(socket).unwrap()).collect();
+    let mut slow: Vec<TcpStream> = (0..20)
+        .map(|_| TcpStream::connect(socket).unwrap())
+        .collect();
     for stream in &mut slow[..10] {
-        stream.write_all(format!("GET /{token}/api").as_bytes()).unwrap();
+        stream
+            .write_all(format!("GET /{token}/api").as_bytes())
+            .unwrap();
     }
     assert_eq!(get(&server, "api/items", "").0, 200);
     assert!(started.elapsed() < PATIENCE / 3);
@@ -193,13 +259,18 @@ fn slow_clients_hold_nobody_up() {
 
 /// Whether the other end has said that nothing more comes; leaves what has come unread.
 fn is_closed(stream: &TcpStream) -> bool {
-    stream.set_read_timeout(Some(Duration::from_millis(1))).unwrap();
+    stream
+        .set_read_timeout(Some(Duration::from_millis(1)))
+        .unwrap();
     let mut text = [0; 16];
     match stream.peek(&mut text) {
         Ok(0) => true,
         // The refusal, which comes before the end.
         Ok(_) => text.starts_with(b"HTTP/1.1 408"),
-        Err(e) => !matches!(e.kind(), std::io::ErrorKind::WouldBlock | std::io::ErrorKind::TimedOut),
+        Err(e) => !matches!(
+            e.kind(),
+            std::io::ErrorKind::WouldBlock | std::io::ErrorKind::TimedOut
+        ),
     }
 }
 
@@ -222,15 +293,20 @@ fn clients_that_do_not_read_hold_nobody_up() {
 fn floods_are_held_off() {
     let server = one_image();
     let (socket, token) = parts(&server);
-    let held: Vec<TcpStream> = (0..200).map(|_| TcpStream::connect(socket).unwrap()).collect();
+    let held: Vec<TcpStream> = (0..200)
+        .map(|_| TcpStream::connect(socket).unwrap())
+        .collect();
     std::thread::sleep(Duration::from_millis(300));
     let closed = held.iter().filter(|stream| is_closed(stream)).count();
     assert_eq!(closed, 200 - 32);
-    held.iter().for_each(|stream| drop(stream.shutdown(Shutdown::Both)));
+    held.iter()
+        .for_each(|stream| drop(stream.shutdown(Shutdown::Both)));
     drop(held);
     std::thread::sleep(Duration::from_millis(500));
     let text = format!("GET /{token}/icon.svg HTTP/1.1\r\nHost: {socket}\r\n\r\n");
-    let answers: Vec<u16> = (0..1000).map(|_| split(&exchange(socket, text.as_bytes())).0).collect();
+    let answers: Vec<u16> = (0..1000)
+        .map(|_| split(&exchange(socket, text.as_bytes())).0)
+        .collect();
     let count = |status| answers.iter().filter(|s| **s == status).count();
     assert_eq!(count(200) + count(429), 1000);
     // A burst of 400, and 200 each second.

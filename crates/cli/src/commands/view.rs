@@ -34,7 +34,10 @@ pub fn view(args: &ViewArgs) -> Result<ExitCode, CommandError> {
         ..ViewOptions::default()
     };
     let server = ViewServer::start(items, &options).map_err(|e| {
-        CommandError::Usage(format!("cannot listen at {} port {}: {e}", args.listen, args.port))
+        CommandError::Usage(format!(
+            "cannot listen at {} port {}: {e}",
+            args.listen, args.port
+        ))
     })?;
     if !args.listen.is_loopback() {
         warn("others who reach this machine and know the address below can see the files");

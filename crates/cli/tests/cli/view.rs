@@ -34,19 +34,30 @@ impl Served {
         let (host, rest) = rest.split_once('/').unwrap();
         let token = rest.split('/').next().unwrap();
         let (host, token) = (host.to_owned(), token.to_owned());
-        Served { program, output, host, token }
+        Served {
+            program,
+            output,
+            host,
+            token,
+        }
     }
 
     /// The body of the answer to a request.
     fn ask(&self, method: &str, path: &str, body: &str) -> Vec<u8> {
         let mut stream = TcpStream::connect(&self.host).unwrap();
         let (host, token, length) = (&self.host, &self.token, body.len());
-        let text = format!("{method} /{token}/{path} HTTP/1.1\r\nHost: {host}\r\nContent-Length: {length}\r\n\r\n{body}");
+        let text = format!(
+            "{method} /{token}/{path} HTTP/1.1\r\nHost: {host}\r\nContent-Length: {length}\r\n\r\n{body}"
+        );
         stream.write_all(text.as_bytes()).unwrap();
         let mut answer = Vec::new();
         stream.read_to_end(&mut answer).unwrap();
         let end = answer.windows(4).position(|w| w == b"\r\n\r\n").unwrap();
-        assert!(answer.starts_with(b"HTTP/1.1 200"), "{path}: {}", String::from_utf8_lossy(&answer));
+        assert!(
+            answer.starts_with(b"HTTP/1.1 200"),
+            "{path}: {}",
+            String::from_utf8_lossy(&answer)
+        );
         answer[end + 4..].to_vec()
     }
 
@@ -56,7 +67,10 @@ impl Served {
 
     fn plane(&self, path: &str) -> Vec<f32> {
         let bytes = self.ask("GET", path, "");
-        bytes.chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect()
+        bytes
+            .chunks_exact(4)
+            .map(|b| f32::from_le_bytes(b.try_into().unwrap()))
+            .collect()
     }
 }
 
@@ -90,10 +104,17 @@ fn rays_of_a_page_are_those_of_trace_and_connect() {
     assert_eq!(points[0], serde_json::json!([0.1, 0.2, -5.0]));
     // The curve is as long as it says, but for its chords.
     let at = |p: &serde_json::Value| [0, 1, 2].map(|i| p[i].as_f64().unwrap());
-    let distance = |a: [f64; 3], b: [f64; 3]| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
-    let length: f64 = points.windows(2).map(|pair| distance(at(&pair[0]), at(&pair[1]))).sum();
+    let distance =
+        |a: [f64; 3], b: [f64; 3]| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
+    let length: f64 = points
+        .windows(2)
+        .map(|pair| distance(at(&pair[0]), at(&pair[1])))
+        .sum();
     let exact = branch["arc_length"].as_f64().unwrap();
-    assert!(length <= exact * (1.0 + 1e-6) && length > exact * 0.999, "{length} {exact}");
+    assert!(
+        length <= exact * (1.0 + 1e-6) && length > exact * 0.999,
+        "{length} {exact}"
+    );
     assert!(distance(at(points.last().unwrap()), [0.3, 0.0, 4.0]) < 1e-4);
 }
 
@@ -110,14 +131,21 @@ fn a_render_is_watched_to_its_end() {
         assert!(started.elapsed() < PATIENCE);
         std::thread::sleep(Duration::from_millis(50));
     };
-    assert_eq!((&status["done"], &status["fraction"]), (&serde_json::json!(16.0), &serde_json::json!(1.0)));
+    assert_eq!(
+        (&status["done"], &status["fraction"]),
+        (&serde_json::json!(16.0), &serde_json::json!(1.0))
+    );
     let mut line = String::new();
     served.output.read_line(&mut line).unwrap();
     assert!(!line.is_empty());
     let file = ImageLayers::read(&folder.path("a.exr")).unwrap();
     for (name, channel) in [("", "R"), ("variance", "G"), ("samples", "N")] {
         let shown = served.plane(&format!("api/0/plane?layer={name}&channel={channel}"));
-        assert_eq!(shown, file.layer(name).unwrap().channel(channel).unwrap(), "{name}");
+        assert_eq!(
+            shown,
+            file.layer(name).unwrap().channel(channel).unwrap(),
+            "{name}"
+        );
     }
 }
 
@@ -125,8 +153,18 @@ fn a_render_is_watched_to_its_end() {
 fn a_page_pauses_and_stops_a_render() {
     let folder = Folder::with_fog();
     let served = Served::start(&folder, "render scene.xml --view --time 10m -o a.exr");
-    let command = |name: &str| served.json("POST", "api/0/command", &format!("{{\"name\": \"{name}\"}}"));
-    let done = || served.json("GET", "api/0/status", "")["done"].as_f64().unwrap();
+    let command = |name: &str| {
+        served.json(
+            "POST",
+            "api/0/command",
+            &format!("{{\"name\": \"{name}\"}}"),
+        )
+    };
+    let done = || {
+        served.json("GET", "api/0/status", "")["done"]
+            .as_f64()
+            .unwrap()
+    };
     let started = Instant::now();
     while done() < 2.0 {
         assert!(started.elapsed() < PATIENCE);

@@ -24,7 +24,9 @@ impl Tessellation {
     fn add_rectangle(&mut self, corners: [DVec3; 4]) {
         self.add_grid([1, 1], |[u, v]| {
             let (u, v) = (u as f64, v as f64);
-            corners[0].lerp(corners[1], u).lerp(corners[3].lerp(corners[2], u), v)
+            corners[0]
+                .lerp(corners[1], u)
+                .lerp(corners[3].lerp(corners[2], u), v)
         });
     }
 
@@ -76,13 +78,23 @@ impl Shape {
                         (x[(axis + 1) % 3], x[(axis + 2) % 3]) = (u, v);
                         DVec3::from_array(x)
                     };
-                    all.add_rectangle([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)]);
+                    all.add_rectangle([
+                        corner(-1.0, -1.0),
+                        corner(1.0, -1.0),
+                        corner(1.0, 1.0),
+                        corner(-1.0, 1.0),
+                    ]);
                 }
                 &s.placement
             }
             Shape::Rectangle(s) => {
                 let corner = |x: f64, y: f64| DVec3::new(x, y, 0.0);
-                all.add_rectangle([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)]);
+                all.add_rectangle([
+                    corner(-1.0, -1.0),
+                    corner(1.0, -1.0),
+                    corner(1.0, 1.0),
+                    corner(-1.0, 1.0),
+                ]);
                 &s.placement
             }
             Shape::Disk(s) => {
@@ -104,7 +116,9 @@ impl Shape {
                 };
             }
         };
-        all.positions.iter_mut().for_each(|x| *x = placement.point(*x));
+        all.positions
+            .iter_mut()
+            .for_each(|x| *x = placement.point(*x));
         all
     }
 }

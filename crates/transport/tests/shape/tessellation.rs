@@ -5,7 +5,9 @@ use morgana_transport::shape::{Cube, Cylinder, Disk, Rectangle, Shape, Sphere, T
 
 fn place() -> DAffine3 {
     let turn = DAffine3::from_rotation_y(0.7) * DAffine3::from_rotation_x(0.4);
-    DAffine3::from_translation(DVec3::new(1.0, -2.0, 0.5)) * turn * DAffine3::from_scale(DVec3::splat(0.8))
+    DAffine3::from_translation(DVec3::new(1.0, -2.0, 0.5))
+        * turn
+        * DAffine3::from_scale(DVec3::splat(0.8))
 }
 
 fn area(mesh: &Tessellation) -> f64 {
@@ -29,7 +31,10 @@ fn areas_are_those_of_the_shapes() {
     ];
     for (shape, lacking) in shapes {
         let relative = area(&shape.tessellation()) / shape.area() - 1.0;
-        assert!(relative <= 1e-12 && relative >= -lacking, "{shape:?}: {relative}");
+        assert!(
+            relative <= 1e-12 && relative >= -lacking,
+            "{shape:?}: {relative}"
+        );
     }
 }
 
@@ -46,8 +51,14 @@ fn corners_lie_on_the_surface() {
         for corner in shape.tessellation().positions {
             let from_center = corner - center;
             // Middles of caps lie between others.
-            assert!(shape.contains(center + from_center * (1.0 - 1e-9)), "{corner}");
-            assert!(!shape.contains(center + from_center * (1.0 + 1e-9)), "{corner}");
+            assert!(
+                shape.contains(center + from_center * (1.0 - 1e-9)),
+                "{corner}"
+            );
+            assert!(
+                !shape.contains(center + from_center * (1.0 + 1e-9)),
+                "{corner}"
+            );
         }
     }
 }

@@ -16,7 +16,10 @@ pub(super) fn describe(arrays: &Arrays) -> Value {
             "unit": array.unit,
         })
     };
-    let attributes = arrays.attributes.iter().map(|(name, value)| json!([name, value]));
+    let attributes = arrays
+        .attributes
+        .iter()
+        .map(|(name, value)| json!([name, value]));
     json!({
         "arrays": arrays.list.iter().map(array).collect::<Vec<_>>(),
         "attributes": attributes.collect::<Vec<_>>(),
@@ -55,7 +58,11 @@ impl Selection {
             "sum" => (0..length, false),
             number => match number.parse() {
                 Ok(i) if i < length => (i..i + 1, false),
-                _ => return Err(bad(format!("'{number}' is no element of an axis of {length}"))),
+                _ => {
+                    return Err(bad(format!(
+                        "'{number}' is no element of an axis of {length}"
+                    )));
+                }
             },
         };
         Ok(Selection { elements, is_kept })
@@ -78,10 +85,7 @@ fn add(array: &Array, axes: &[Selection], [from, to]: [usize; 2], sums: &mut [f6
     };
     let length = array.shape[array.shape.len() - axes.len()];
     for i in axis.elements.clone() {
-        let to = match axis.is_kept {
-            true => to * length + i,
-            false => to,
-        };
+        let to = if axis.is_kept { to * length + i } else { to };
         add(array, rest, [from * length + i, to], sums);
     }
 }
@@ -99,7 +103,9 @@ mod tests {
             data: (0..24).map(f64::from).collect(),
         };
         let axes = part.iter().zip(&array.shape);
-        let axes: Vec<Selection> = axes.map(|(s, n)| Selection::of(s, *n).ok().unwrap()).collect();
+        let axes: Vec<Selection> = axes
+            .map(|(s, n)| Selection::of(s, *n).ok().unwrap())
+            .collect();
         select(&array, &axes)
     }
 
@@ -108,7 +114,10 @@ mod tests {
         assert_eq!(selected(&["1", "2", "3"]), [23.0]);
         assert_eq!(selected(&["*", "1", "0"]), [4.0, 16.0]);
         assert_eq!(selected(&["1", "*", "2"]), [14.0, 18.0, 22.0]);
-        assert_eq!(selected(&["*", "*", "3"]), [3.0, 7.0, 11.0, 15.0, 19.0, 23.0]);
+        assert_eq!(
+            selected(&["*", "*", "3"]),
+            [3.0, 7.0, 11.0, 15.0, 19.0, 23.0]
+        );
         assert_eq!(selected(&["0", "sum", "*"]), [12.0, 15.0, 18.0, 21.0]);
         assert_eq!(selected(&["sum", "sum", "sum"]), [276.0]);
     }

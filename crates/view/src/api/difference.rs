@@ -28,7 +28,8 @@ impl PartialEq for Question {
     fn eq(&self, other: &Self) -> bool {
         let mut pictures = self.pictures.iter().zip(&other.pictures);
         pictures.all(|(a, b)| Arc::ptr_eq(a, b))
-            && (&self.layers, &self.kind, &self.exposure) == (&other.layers, &other.kind, &other.exposure)
+            && (&self.layers, &self.kind, &self.exposure)
+                == (&other.layers, &other.kind, &other.exposure)
     }
 }
 
@@ -52,7 +53,9 @@ impl Differences {
             _ => question.answer()?,
         };
         let channel = request.parameter("channel");
-        let found = answer.iter().find(|(name, _)| name == channel || channel.is_empty());
+        let found = answer
+            .iter()
+            .find(|(name, _)| name == channel || channel.is_empty());
         let plane = found.map(|(_, plane)| plane.clone());
         *last = Some((question, answer));
         let plane = plane.ok_or_else(|| not_found("channel"))?;
@@ -67,7 +70,8 @@ impl Question {
         let [a, b] = [image(0)?, image(1)?];
         match self.kind.as_str() {
             "z" => {
-                let unknown = || bad("standard errors are not known: not both images have variances");
+                let unknown =
+                    || bad("standard errors are not known: not both images have variances");
                 let z = compare(&a, &b, 1).map_err(bad)?.z.ok_or_else(unknown)?;
                 let planes = z.channels.into_iter();
                 Ok(planes.map(|(name, z)| (name, Arc::new(z))).collect())

@@ -71,7 +71,8 @@ impl Api {
             let picture = self.item(request.parameter(name))?.picture();
             picture.ok_or_else(|| not_found("image"))
         };
-        self.differences.answer([picture("a")?, picture("b")?], request)
+        self.differences
+            .answer([picture("a")?, picture("b")?], request)
     }
 }
 
@@ -123,7 +124,9 @@ fn post(item: &Item, what: &str, body: &[u8]) -> Result<Response, Failure> {
             if live.command(name) {
                 Ok(json_response(&live.status()))
             } else {
-                Err(bad(format!("'{name}' is no command: stop, pause or continue")))
+                Err(bad(format!(
+                    "'{name}' is no command: stop, pause or continue"
+                )))
             }
         }
         ("trace", Content::Scene(loaded)) => rays::trace(loaded, &body),

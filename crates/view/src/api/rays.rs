@@ -40,7 +40,9 @@ fn parse<'a, T: Deserialize<'a>>(body: &'a Value) -> Result<T, Failure> {
 
 fn finite(x: [f64; 3]) -> Result<DVec3, Failure> {
     let x = DVec3::from_array(x);
-    x.is_finite().then_some(x).ok_or_else(|| bad("numbers must be finite"))
+    x.is_finite()
+        .then_some(x)
+        .ok_or_else(|| bad("numbers must be finite"))
 }
 
 /// Follows a ray until something ends it.
@@ -61,7 +63,10 @@ fn of_pixel(loaded: &Loaded, [x, y]: [usize; 2]) -> Result<Path, Failure> {
     let scene = loaded.scene();
     let film = scene.film();
     if x >= film.width || y >= film.height {
-        return Err(bad(format!("the film has {} x {} pixels", film.width, film.height)));
+        return Err(bad(format!(
+            "the film has {} x {} pixels",
+            film.width, film.height
+        )));
     }
     let image = film.image([x as f64 + 0.5, y as f64 + 0.5]);
     let ray = scene.sensor().ray(image, [0.5; 2]);
@@ -105,7 +110,9 @@ pub(super) fn connect(loaded: &Loaded, body: &Value) -> Result<Response, Failure
     };
     let to = match (request.to, request.emitter) {
         (Some(to), None) => finite(to)?,
-        (None, Some(i)) => target(loaded.scene(), i).ok_or_else(|| not_found("place of the emitter"))?,
+        (None, Some(i)) => {
+            target(loaded.scene(), i).ok_or_else(|| not_found("place of the emitter"))?
+        }
         _ => return Err(bad("either 'to' or 'emitter' says where rays end")),
     };
     let found = branches(loaded.same_rays(), from, to, Some(request.reflections));
@@ -121,7 +128,9 @@ pub(super) fn connect(loaded: &Loaded, body: &Value) -> Result<Response, Failure
 /// A point just before the surface on which a ray ends.
 fn before_end(path: &Path) -> Result<DVec3, Failure> {
     let (Some(last), TraceEnding::Surface(_)) = (path.points.last(), path.ending) else {
-        return Err(bad("the ray of this pixel does not end on a surface, so nothing starts there"));
+        return Err(bad(
+            "the ray of this pixel does not end on a surface, so nothing starts there",
+        ));
     };
     let back = path.points.iter().rev().find(|p| p.x != last.x);
     let back = back.map_or(DVec3::ZERO, |p| (p.x - last.x).normalize_or_zero());

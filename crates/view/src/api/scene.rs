@@ -19,7 +19,9 @@ const TRIANGLES: usize = 2_000_000;
 pub(super) fn describe(loaded: &Loaded) -> Value {
     let scene = loaded.scene();
     let objects = scene.objects().iter();
-    let bounds = objects.clone().fold(Aabb::EMPTY, |all, o| all.union(o.shape.aabb()));
+    let bounds = objects
+        .clone()
+        .fold(Aabb::EMPTY, |all, o| all.union(o.shape.aabb()));
     let film = scene.film();
     json!({
         "objects": objects.map(|object| about_object(scene, object)).collect::<Vec<_>>(),
@@ -72,7 +74,12 @@ fn about_emitter(loaded: &Loaded, i: usize) -> Value {
 /// A point of an emitter to which rays are connected: where it is, or in the middle of the first surface that it covers.
 pub(super) fn target(scene: &Scene, i: usize) -> Option<DVec3> {
     let emitter: &Emitter = scene.emitters().get(i)?;
-    let covered = || scene.objects().iter().find(|object| object.emitter == Some(i));
+    let covered = || {
+        scene
+            .objects()
+            .iter()
+            .find(|object| object.emitter == Some(i))
+    };
     let middle = || covered().map(|object| object.shape.sample_area([0.5; 2]).position);
     emitter.position().or_else(middle)
 }

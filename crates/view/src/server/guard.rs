@@ -105,7 +105,13 @@ mod tests {
 
     #[test]
     fn the_page_itself_is_served() {
-        for host in ["127.0.0.1:80", "localhost:9000", "[::1]:7", "LOCALHOST", "127.0.0.1"] {
+        for host in [
+            "127.0.0.1:80",
+            "localhost:9000",
+            "[::1]:7",
+            "LOCALHOST",
+            "127.0.0.1",
+        ] {
             let origin = format!("http://{host}");
             for origin in [None, Some(origin.as_str())] {
                 let request = request(host, origin, "/00ff/a/b");
@@ -117,12 +123,23 @@ mod tests {
     #[test]
     fn names_that_others_may_own_are_refused() {
         let names = [
-            "evil.example:80", "localhost.evil.example", "127.0.0.1.evil.example:80", "192.168.0.7:80", "0x7f.1", "", ":80",
-            "[::1", "[127.0.0.1]:80x",
+            "evil.example:80",
+            "localhost.evil.example",
+            "127.0.0.1.evil.example:80",
+            "192.168.0.7:80",
+            "0x7f.1",
+            "",
+            ":80",
+            "[::1",
+            "[127.0.0.1]:80x",
         ];
         for host in names {
             let request = request(host, None, "/00ff/");
-            assert_eq!(guard(true).admit(&request), Err(Status::Forbidden), "{host}");
+            assert_eq!(
+                guard(true).admit(&request),
+                Err(Status::Forbidden),
+                "{host}"
+            );
         }
         let request = request("192.168.0.7:80", None, "/00ff/");
         assert_eq!(guard(false).admit(&request), Ok(""));
@@ -130,17 +147,33 @@ mod tests {
 
     #[test]
     fn other_origins_are_refused() {
-        for origin in ["null", "http://evil.example", "https://127.0.0.1:80", "http://127.0.0.1:81", ""] {
+        for origin in [
+            "null",
+            "http://evil.example",
+            "https://127.0.0.1:80",
+            "http://127.0.0.1:81",
+            "",
+        ] {
             let request = request("127.0.0.1:80", Some(origin), "/00ff/");
-            assert_eq!(guard(true).admit(&request), Err(Status::Forbidden), "{origin}");
+            assert_eq!(
+                guard(true).admit(&request),
+                Err(Status::Forbidden),
+                "{origin}"
+            );
         }
     }
 
     #[test]
     fn without_the_token_nothing_is_served() {
-        for path in ["", "/", "/00ff", "/00fe/", "/00ff0/", "/00f/", "//00ff/", "00ff/"] {
+        for path in [
+            "", "/", "/00ff", "/00fe/", "/00ff0/", "/00f/", "//00ff/", "00ff/",
+        ] {
             let request = request("localhost", None, path);
-            assert_eq!(guard(true).admit(&request), Err(Status::Forbidden), "{path}");
+            assert_eq!(
+                guard(true).admit(&request),
+                Err(Status::Forbidden),
+                "{path}"
+            );
         }
     }
 

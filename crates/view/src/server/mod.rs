@@ -81,7 +81,9 @@ impl Server {
     /// Where it listens, as clients on this machine reach it.
     pub(crate) fn address(&self) -> SocketAddr {
         match self.address.ip() {
-            IpAddr::V4(ip) if ip.is_unspecified() => (Ipv4Addr::LOCALHOST, self.address.port()).into(),
+            IpAddr::V4(ip) if ip.is_unspecified() => {
+                (Ipv4Addr::LOCALHOST, self.address.port()).into()
+            }
             _ => self.address,
         }
     }

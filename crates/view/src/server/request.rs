@@ -183,14 +183,26 @@ mod tests {
     #[test]
     fn what_is_doubtful_is_refused() {
         assert_eq!(status("DELETE / HTTP/1.1\r\n\r\n"), Status::BadMethod);
-        assert_eq!(status("GET / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n"), Status::BadRequest);
+        assert_eq!(
+            status("GET / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n"),
+            Status::BadRequest
+        );
         assert_eq!(status("GET /\0 HTTP/1.1\r\n\r\n"), Status::BadRequest);
-        assert_eq!(status("POST / HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\n"), Status::BadRequest);
-        assert_eq!(status("POST / HTTP/1.1\r\nContent-Length: -1\r\n\r\n"), Status::BadRequest);
+        assert_eq!(
+            status("POST / HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\n"),
+            Status::BadRequest
+        );
+        assert_eq!(
+            status("POST / HTTP/1.1\r\nContent-Length: -1\r\n\r\n"),
+            Status::BadRequest
+        );
         assert_eq!(status("GET /?a=%ff HTTP/1.1\r\n\r\n"), Status::BadRequest);
         let large = format!("POST / HTTP/1.1\r\nContent-Length: {}\r\n\r\n", BODY + 1);
         assert_eq!(status(&large), Status::BodyTooLarge);
-        let digits = format!("POST / HTTP/1.1\r\nContent-Length: {}\r\n\r\n", "9".repeat(40));
+        let digits = format!(
+            "POST / HTTP/1.1\r\nContent-Length: {}\r\n\r\n",
+            "9".repeat(40)
+        );
         assert_eq!(status(&digits), Status::BodyTooLarge);
         let many = format!("GET / HTTP/1.1\r\n{}\r\n", "A: b\r\n".repeat(HEADERS + 1));
         assert_eq!(status(&many), Status::HeadTooLarge);

@@ -118,7 +118,9 @@ impl Response {
             self.kind,
             self.length()
         );
-        let sent = out.write_all(head.as_bytes()).and_then(|()| self.body.write(&mut out));
+        let sent = out
+            .write_all(head.as_bytes())
+            .and_then(|()| self.body.write(&mut out));
         if sent.is_ok() && stream.shutdown(Shutdown::Write).is_ok() {
             // A connection that closes with something unread takes the response with it.
             drain(stream);
