@@ -21,8 +21,19 @@ playwright = pytest.importorskip("playwright.sync_api", reason="Playwright is no
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium: apt install chromium")
 
-OPTIONS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
-OPTIONS += ["--disable-component-update", "--disable-sync", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+OPTIONS = [
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+]
+OPTIONS += [
+    "--disable-component-update",
+    "--disable-sync",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+]
 SCREENSHOTS = os.environ.get("MORGANA_SCREENSHOTS")
 SIZE = {"width": 1280, "height": 800}
 PATIENCE = 30
@@ -43,9 +54,15 @@ def page(browser):
     page = browser.new_page(viewport=SIZE)
     page.set_default_timeout(1000 * PATIENCE)
     problems = []
-    page.on("console", lambda message: problems.append(message.text) if message.type == "error" else None)
+    page.on(
+        "console",
+        lambda message: problems.append(message.text) if message.type == "error" else None,
+    )
     page.on("pageerror", lambda error: problems.append(str(error)))
-    page.on("request", lambda request: None if re.match(r"(http://127\.0\.0\.1:|blob:|data:)", request.url) else problems.append(request.url))
+    page.on(
+        "request",
+        lambda request: None if re.match(r"(http://127\.0\.0\.1:|blob:|data:)", request.url) else problems.append(request.url),
+    )
     yield page
     assert problems == []
     page.close()
@@ -57,8 +74,24 @@ def images(tmp_path_factory):
     folder = tmp_path_factory.mktemp("images")
     for seed in (1, 2):
         name = f"seed{seed}.exr"
-        options = ["-D", "width=96", "-D", "height=72", "--spp", "8", "--seed", str(seed), "-o", name, "-q"]
-        subprocess.run([PROGRAM, "render", SCENES / "luneburg_fog.xml", *options], cwd=folder, check=True)
+        options = [
+            "-D",
+            "width=96",
+            "-D",
+            "height=72",
+            "--spp",
+            "8",
+            "--seed",
+            str(seed),
+            "-o",
+            name,
+            "-q",
+        ]
+        subprocess.run(
+            [PROGRAM, "render", SCENES / "luneburg_fog.xml", *options],
+            cwd=folder,
+            check=True,
+        )
     return folder
 
 
@@ -69,7 +102,13 @@ def serve():
 
     def start(*arguments, cwd=None):
         command = [PROGRAM, *map(str, arguments)]
-        process = subprocess.Popen(command, cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        process = subprocess.Popen(
+            command,
+            cwd=cwd,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+        )
         running.append(process)
         return process.stdout.readline().split()[0]
 
@@ -92,7 +131,11 @@ def shown(page, action=lambda: None):
     """Waits until the page shows what an action asked for."""
     before = page.evaluate("document.body.dataset.shown")
     action()
-    until(page, "before => document.body.dataset.shown !== before && document.body.dataset.shown", before)
+    until(
+        page,
+        "before => document.body.dataset.shown !== before && document.body.dataset.shown",
+        before,
+    )
 
 
 def open_page(page, address, state=""):
@@ -153,13 +196,29 @@ def test_values_under_the_cursor_are_those_of_the_file(page, serve, images):
 
 
 def test_pixels_are_those_of_tonemap(page, serve, images, tmp_path):
-    subprocess.run([PROGRAM, "tonemap", images / "seed1.exr", "--exposure", "1.5", "--tone-map", "filmic", "-o", tmp_path / "a.png"], check=True)
+    subprocess.run(
+        [
+            PROGRAM,
+            "tonemap",
+            images / "seed1.exr",
+            "--exposure",
+            "1.5",
+            "--tone-map",
+            "filmic",
+            "-o",
+            tmp_path / "a.png",
+        ],
+        check=True,
+    )
     from matplotlib.image import imread
 
     expected = np.round(imread(tmp_path / "a.png")[..., :3] * 255).astype(int)
     address = serve("view", images / "seed1.exr")
     open_page(page, address)
-    shown(page, lambda: control(page, "exposure").fill("1.5") or control(page, "exposure").press("Enter"))
+    shown(
+        page,
+        lambda: control(page, "exposure").fill("1.5") or control(page, "exposure").press("Enter"),
+    )
     shown(page, lambda: control(page, "curve").select_option("filmic"))
     page.get_by_role("button", name="1:1").click()
     page.wait_for_timeout(300)
@@ -194,8 +253,24 @@ def test_errors_and_false_colours(page, serve, images):
 
 
 def test_images_are_compared(page, serve, images):
-    compared = json.loads(subprocess.run([PROGRAM, "compare", "seed1.exr", "seed2.exr", "--json"], cwd=images, capture_output=True, check=True).stdout)
-    address = serve("view", images / "seed1.exr", images / "seed2.exr", SCENES / "luneburg_fog.xml", "-D", "width=96", "-D", "height=72")
+    compared = json.loads(
+        subprocess.run(
+            [PROGRAM, "compare", "seed1.exr", "seed2.exr", "--json"],
+            cwd=images,
+            capture_output=True,
+            check=True,
+        ).stdout
+    )
+    address = serve(
+        "view",
+        images / "seed1.exr",
+        images / "seed2.exr",
+        SCENES / "luneburg_fog.xml",
+        "-D",
+        "width=96",
+        "-D",
+        "height=72",
+    )
     open_page(page, address)
     shown(page, lambda: control(page, "compare").select_option("z"))
     z = np.array(page.evaluate("[...window.viewer.page().canvas.pictures[0].planes[0]].map(v => Number.isFinite(v) ? v : 0)"))
@@ -208,10 +283,16 @@ def test_images_are_compared(page, serve, images):
     shown(page, lambda: control(page, "compare").select_option("flip"))
     flip = page.evaluate("(p => p.reduce((a, b) => a + b) / p.length)(window.viewer.page().canvas.pictures[0].planes[0])")
     # `compare` looks without, the page with the exposure that it shows.
-    shown(page, lambda: control(page, "exposure").fill("0") or control(page, "exposure").press("Enter"))
+    shown(
+        page,
+        lambda: control(page, "exposure").fill("0") or control(page, "exposure").press("Enter"),
+    )
     unexposed = page.evaluate("(p => p.reduce((a, b) => a + b) / p.length)(window.viewer.page().canvas.pictures[0].planes[0])")
     assert unexposed == pytest.approx(compared["flip"], rel=1e-5) and 0 < flip < 1
-    shown(page, lambda: control(page, "exposure").fill("2") or control(page, "exposure").press("Enter"))
+    shown(
+        page,
+        lambda: control(page, "exposure").fill("2") or control(page, "exposure").press("Enter"),
+    )
     shown(page, lambda: control(page, "compare").select_option("slider"))
     canvas = page.locator("#stage canvas")
     box = canvas.bounding_box()
@@ -284,7 +365,20 @@ def test_the_scene_draws_fast_enough(page, serve):
 
 
 def test_a_render_is_watched(page, serve, tmp_path):
-    address = serve("render", SCENES / "luneburg_fog.xml", "-D", "width=96", "-D", "height=72", "--time", "60s", "--view", "-o", "a.exr", cwd=tmp_path)
+    address = serve(
+        "render",
+        SCENES / "luneburg_fog.xml",
+        "-D",
+        "width=96",
+        "-D",
+        "height=72",
+        "--time",
+        "60s",
+        "--view",
+        "-o",
+        "a.exr",
+        cwd=tmp_path,
+    )
     open_page(page, address)
     until(page, "window.viewer.page()?.version >= 2")
     page.get_by_role("button", name="Pause", exact=True).click()
@@ -302,7 +396,17 @@ def test_a_render_is_watched(page, serve, tmp_path):
 
 
 def test_films_have_a_time_cursor(page, serve, tmp_path):
-    options = ["-D", "width=48", "-D", "height=36", "--spp", "4", "-q", "-o", tmp_path / "film.exr"]
+    options = [
+        "-D",
+        "width=48",
+        "-D",
+        "height=36",
+        "--spp",
+        "4",
+        "-q",
+        "-o",
+        tmp_path / "film.exr",
+    ]
     subprocess.run([PROGRAM, "render", SCENES / "light_in_flight.xml", *options], check=True)
     image = morgana.read(tmp_path / "film.exr")
     names = [name for name in image.layers if re.match(r"(length|time)\.\d+$", name)]
@@ -314,7 +418,10 @@ def test_films_have_a_time_cursor(page, serve, tmp_path):
     name = names[len(names) // 2 + 1]
     assert page.evaluate("window.viewer.page().layer()") == name
     channel = image.channels[name][0]
-    plane = page.evaluate("name => window.viewer.page().plane(0, name[0], name[1]).then(p => [...p])", [name, channel])
+    plane = page.evaluate(
+        "name => window.viewer.page().plane(0, name[0], name[1]).then(p => [...p])",
+        [name, channel],
+    )
     np.testing.assert_array_equal(np.float32(plane), image.layers[name][..., 0].ravel())
     shown(page, lambda: page.get_by_role("button", name="Play film").click())
     until(page, "name => window.viewer.page().layer() !== name", name)
@@ -348,7 +455,9 @@ def test_python_serves_results(page):
     result = morgana.render(load(small()), spp=4)
     view = morgana.view(result)
     open_page(page, view.address)
-    plane = page.evaluate("(async () => { const p = window.viewer.page(); return [...(await p.plane(0, '', p.channels()[0]))]; })()")
+    plane = page.evaluate(
+        "(async () => { const p = window.viewer.page(); return [...(await p.plane(0, '', p.channels()[0]))]; })()"
+    )
     np.testing.assert_array_equal(np.float32(plane), result.image[..., 0].ravel())
     assert view.address in view._repr_html_()
     view.close()
@@ -360,7 +469,11 @@ def test_pages_are_accessible(page, serve, images):
     axe = pytest.importorskip("axe_playwright_python", reason="axe-playwright-python is not installed")
     rules = next(pathlib.Path(axe.__file__).parent.rglob("axe.min.js")).read_text()
     address = serve("view", images / "seed1.exr", images / "seed2.exr", SCENES / "luneburg_fog.xml")
-    for state in ["cursor=40,30&line=10,30,80,30", "channel=G&quantity=error&compare=slider&cursor=3,3", "item=2&from=-3,0.3,0&direction=1,0,0"]:
+    for state in [
+        "cursor=40,30&line=10,30,80,30",
+        "channel=G&quantity=error&compare=slider&cursor=3,3",
+        "item=2&from=-3,0.3,0&direction=1,0,0",
+    ]:
         open_page(page, address, state)
         page.wait_for_timeout(500)
         page.evaluate(rules)
