@@ -11,6 +11,23 @@ const AVERAGED = 4;
 /** Distance within which the slider is grasped, in pixels. */
 const GRASP = 8;
 
+/**
+ * For each pixel of the screen from `from` to `to`, the `across` pixels of a picture of some `length` that it shows, if `middle` shows
+ * the place `at` of the picture: negative outside of it.
+ */
+function samples(at, from, to, middle, { zoom, across, length }) {
+    const found = new Int32Array((to - from) * across);
+    for (let p = from; p < to; p += 1) {
+        const center = at + (p + 0.5 - middle) / zoom;
+        for (let i = 0; i < across; i += 1) {
+            const pixel = Math.floor(center + ((i + 0.5) / across - 0.5) / zoom);
+            const isInside = center >= 0 && center < length;
+            found[(p - from) * across + i] = isInside ? Math.min(Math.max(pixel, 0), length - 1) : -1;
+        }
+    }
+    return found;
+}
+
 export class PictureCanvas {
     /**
      * `hooks`: onCursor(x, y) after the cursor moved, onView() after the view moved, onLine([x0, y0, x1, y1]) after a line was
@@ -115,31 +132,24 @@ export class PictureCanvas {
     fill(image, picture, [from, to], middle) {
         const { x, y, zoom } = this.view;
         const { width, height, planes, encode } = picture;
-        const values = new Float64Array(planes.length);
         // Smaller pictures show averages.
         const across = zoom >= 1 ? 1 : Math.min(Math.ceil(1 / zoom), AVERAGED);
-        const offset = (i) => ((i + 0.5) / across - 0.5) / zoom;
+        const columns = samples(x, from, to, middle, { zoom, across, length: width });
+        const rows = samples(y, 0, image.height, image.height / 2, { zoom, across, length: height });
+        const values = new Float64Array(planes.length);
         for (let py = 0; py < image.height; py += 1) {
-            const iy = y + (py + 0.5 - image.height / 2) / zoom;
-            if (iy < 0 || iy >= height) continue;
+            if (rows[py * across] < 0) continue;
             for (let px = from; px < to; px += 1) {
-                const ix = x + (px + 0.5 - middle) / zoom;
-                if (ix < 0 || ix >= width) continue;
-                if (across === 1) {
-                    const at = Math.floor(iy) * width + Math.floor(ix);
-                    for (let c = 0; c < planes.length; c += 1) values[c] = planes[c][at];
-                } else {
-                    values.fill(0);
-                    let count = 0;
+                const first = (px - from) * across;
+                if (columns[first] < 0) continue;
+                for (let c = 0; c < planes.length; c += 1) {
+                    const plane = planes[c];
+                    let sum = 0;
                     for (let j = 0; j < across; j += 1) {
-                        for (let i = 0; i < across; i += 1) {
-                            const [cx, cy] = [Math.floor(ix + offset(i)), Math.floor(iy + offset(j))];
-                            if (cx < 0 || cy < 0 || cx >= width || cy >= height) continue;
-                            count += 1;
-                            for (let c = 0; c < planes.length; c += 1) values[c] += planes[c][cy * width + cx];
-                        }
+                        const row = rows[py * across + j] * width;
+                        for (let i = 0; i < across; i += 1) sum += plane[row + columns[first + i]];
                     }
-                    for (let c = 0; c < planes.length; c += 1) values[c] /= count;
+                    values[c] = sum / (across * across);
                 }
                 encode(values, image.data, 4 * (py * image.width + px));
             }
