@@ -68,30 +68,19 @@ def page(browser):
     page.close()
 
 
+def fog():
+    """A lit ball of fog whose index varies, 96 by 72 pixels."""
+    scene = small()
+    film = {**scene["sensor"]["film"], "width": 96, "height": 72}
+    return load({**scene, "sensor": {**scene["sensor"], "film": film}})
+
+
 @pytest.fixture(scope="module")
 def images(tmp_path_factory):
-    """Two renders of one scene with other seeds, and its file."""
+    """Two renders of one scene with other seeds."""
     folder = tmp_path_factory.mktemp("images")
     for seed in (1, 2):
-        name = f"seed{seed}.exr"
-        options = [
-            "-D",
-            "width=96",
-            "-D",
-            "height=72",
-            "--spp",
-            "8",
-            "--seed",
-            str(seed),
-            "-o",
-            name,
-            "-q",
-        ]
-        subprocess.run(
-            [PROGRAM, "render", SCENES / "luneburg_fog.xml", *options],
-            cwd=folder,
-            check=True,
-        )
+        morgana.write(folder / f"seed{seed}.exr", morgana.render(fog(), spp=8, seed=seed))
     return folder
 
 
@@ -171,7 +160,7 @@ def test_values_under_the_cursor_are_those_of_the_file(page, serve, images):
     address = serve("view", images / "seed1.exr")
     open_page(page, address)
     picture(page, "image")
-    canvas = page.locator("#stage canvas")
+    canvas = page.locator("#stage .surface canvas")
     box = canvas.bounding_box()
     canvas.click(position={"x": box["width"] / 2, "y": box["height"] / 2})
     page.wait_for_selector("#place")
@@ -230,7 +219,7 @@ def test_pixels_are_those_of_tonemap(page, serve, images, tmp_path):
     assert np.abs(found - expected).max() <= 1
     assert (found != expected).mean() < 0.02
     # The canvas shows them, pixel by pixel.
-    code = """([w, h]) => { const c = document.querySelector('#stage canvas');
+    code = """([w, h]) => { const c = document.querySelector('#stage .surface canvas');
         const d = c.getContext('2d').getImageData(Math.floor(c.width / 2) - w / 2, Math.floor(c.height / 2) - h / 2, w, h).data; return [...d]; }"""
     data = np.array(page.evaluate(code, [96, 72])).reshape(72, 96, 4)[..., :3]
     assert (np.abs(data - found).max(axis=-1) == 0).mean() > 0.99
@@ -247,7 +236,7 @@ def test_errors_and_false_colours(page, serve, images):
     low, middle, high = (numbers(text)[0] for text in page.locator(".scale span").all_inner_texts())
     assert low < middle < high and middle == pytest.approx((low + high) / 2, rel=0.02)
     assert high == pytest.approx(np.quantile(expected, 0.995), rel=0.05)
-    page.locator("#stage canvas").focus()
+    page.locator("#stage .surface canvas").focus()
     page.keyboard.press("ArrowUp")
     picture(page, "error")
 
@@ -294,7 +283,7 @@ def test_images_are_compared(page, serve, images):
         lambda: control(page, "exposure").fill("2") or control(page, "exposure").press("Enter"),
     )
     shown(page, lambda: control(page, "compare").select_option("slider"))
-    canvas = page.locator("#stage canvas")
+    canvas = page.locator("#stage .surface canvas")
     box = canvas.bounding_box()
     y = box["y"] + box["height"] / 2
     page.mouse.move(box["x"] + box["width"] / 2, y)
@@ -316,7 +305,7 @@ def test_profiles_have_bands(page, serve, images):
     code = "(async () => { const p = window.viewer.page(); return [...(await p.plane(0, '', 'R'))].slice(36 * 96 + 10, 36 * 96 + 81); })()"
     np.testing.assert_array_equal(np.float32(page.evaluate(code)), values)
     # By hand: a line that is dragged with the shift key.
-    canvas = page.locator("#stage canvas")
+    canvas = page.locator("#stage .surface canvas")
     box = canvas.bounding_box()
     page.mouse.move(box["x"] + box["width"] * 0.3, box["y"] + box["height"] * 0.3)
     page.keyboard.down("Shift")
@@ -374,6 +363,8 @@ def test_a_render_is_watched(page, serve, tmp_path):
         "height=72",
         "--time",
         "60s",
+        "--integrator",
+        "path",
         "--view",
         "-o",
         "a.exr",
@@ -433,7 +424,7 @@ def test_readings_are_sliced_and_plotted(page, serve, tmp_path):
     result = morgana.render(load(meters()), particles=6400)
     result.write(str(tmp_path / "meters.npz"))
     fluence = result.meters["fluence"]
-    open_page(page, serve("view", tmp_path / "meters.npz"))
+    open_page(page, serve("view", tmp_path / "meters.npz"), "array=fluence")
     stored = np.load(tmp_path / "meters.npz")["fluence"]
     shape = page.evaluate("window.viewer.page().current.array.shape")
     assert shape == list(stored.shape) == list(fluence.mean.shape)
