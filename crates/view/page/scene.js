@@ -6,7 +6,7 @@ import { button, choice, element, number, refresh, say, table, text } from './co
 import { toneCurve } from './colour.js';
 import { plain } from './format.js';
 
-const KEYS = [['camera', '#7ddc7d', 'camera'], ['emitter', '#ffe08a', 'emitter'], ['opaque', '#8f98a6', 'surface'], ['graded', '#4f9dff', 'medium with a varying index'], ['scattering', '#e0a050', 'medium that scatters'], ['clear', '#86c5da', 'clear medium']];
+const KEYS = [['camera', '#7ddc7d', 'what the camera sees'], ['emitter', '#ffe08a', 'emitter'], ['opaque', '#8f98a6', 'surface'], ['graded', '#4f9dff', 'medium with a varying index'], ['scattering', '#e0a050', 'medium that scatters'], ['clear', '#86c5da', 'clear medium']];
 const TRACED = 0xffd166;
 const BRANCHES = [0xff6b8b, 0x7ddc7d, 0x80b4ff, 0xd19cff, 0x6fe0d8, 0xffa860];
 
@@ -88,7 +88,8 @@ export class ScenePage {
         const targets = emitters.map((e, i) => [i, e]).filter(([, e]) => e.position).map(([i, e]) => [String(i), `emitter ${e.name ?? i} (${e.kind})`]);
         parts.push(choice('To', 'emitter', [['', 'nothing'], ...targets, ['point', 'a point']], ''), text('Point', 'to', 'x,y,z'));
         parts.push(number('Reflections', 'reflections', { min: 0, max: 4, step: 1 }, 0));
-        parts.push(element('p', { class: 'note' }, 'Rays start where the ray of the pixel ends, or else at the point above.'));
+        parts.push(number('Start after', 'at', { min: 0, step: 'any', placeholder: 'its end' }, ''));
+        parts.push(element('p', { class: 'note' }, 'Rays start on the ray of the pixel, where it ends or after this length; or else at the point above.'));
         this.controls.replaceChildren(...parts);
     }
 
@@ -177,7 +178,8 @@ export class ScenePage {
         const trace = pixel ? { pixel } : from && direction ? { from, direction } : null;
         const emitter = state.get('emitter');
         const to = emitter === 'point' ? { to: state.numbers('to', 3) } : emitter === '' ? null : { emitter: Number(emitter) };
-        const start = pixel ? { pixel } : from ? { from } : null;
+        const at = state.number('at', null);
+        const start = pixel ? { pixel, at } : from ? { from } : null;
         const connect = to && start && to.to !== null ? { ...start, ...to, reflections: state.number('reflections', 0) } : null;
         return { trace, connect };
     }
@@ -211,7 +213,7 @@ export class ScenePage {
             lines.push({ points: traced.points, colour: TRACED });
             const last = traced.points[traced.points.length - 1];
             const end = traced.surface ? `${traced.end} ${traced.surface}` : traced.end;
-            const rows = [['ends on', end], ['at', point(last)], ['arc length', plain(traced.arc_length, 7)], ['optical length', plain(traced.optical_length, 7)], ['points', String(traced.points.length)]];
+            const rows = [['end', end], ['at', point(last)], ['arc length', plain(traced.arc_length, 7)], ['optical length', plain(traced.optical_length, 7)], ['points', String(traced.points.length)]];
             part('Ray', table(['quantity', 'value'], rows, 'Ray'));
         }
         if (connected?.branches) {

@@ -21,7 +21,7 @@ use io::{Loaded, Run};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 use transport::render::{Progress, RenderOptions, State};
 use view::LiveProgress;
 
@@ -87,14 +87,13 @@ pub fn picture(args: &RenderArgs, chosen: &mut Option<Header>) -> Result<ExitCod
         time: args.time.map(|time| time.saturating_sub(started.elapsed())),
         ..progress_goal(args, &options, &state, &loaded)
     };
-    let time = goal.time;
     let ((), stopped) = driver.drive(goal, |handle, clock| {
         state.advance(&loaded.groups, &options, handle, |progress| {
             if let Some(preview) = &mut preview {
                 preview.update(progress.film);
             }
             if let Some(watched) = &watched {
-                watched.update(progress.film, live_progress(&progress, time));
+                watched.update(progress.film, live_progress(&progress, &goal));
             }
             if let Some(keeper) = &mut keeper {
                 keeper.update(BodyRef::Image(progress.state));
@@ -220,12 +219,12 @@ fn watched(
     args.view.then(open).transpose()
 }
 
-/// How far a render has got, for those who watch it; it ends after some `time`, if there is a limit.
-fn live_progress(progress: &Progress, time: Option<Duration>) -> LiveProgress {
+/// How far a render has got, for those who watch it.
+fn live_progress(progress: &Progress, goal: &ProgressGoal) -> LiveProgress {
     LiveProgress {
         done: progress.done as f64,
-        total: (progress.total < u64::MAX).then_some(progress.total as f64),
-        time,
+        total: goal.spp.map(|spp| spp as f64),
+        time: goal.time,
     }
 }
 

@@ -118,6 +118,26 @@ fn rays_of_a_page_are_those_of_trace_and_connect() {
     assert!(distance(at(points.last().unwrap()), [0.3, 0.0, 4.0]) < 1e-4);
 }
 
+/// Connections that start on the ray of a pixel, after some length, start there.
+#[test]
+fn connections_start_along_the_ray_of_a_pixel() {
+    let folder = Folder::with_lens();
+    let served = Served::start(&folder, "view scene.xml");
+    let ray = served.json("POST", "api/0/trace", r#"{"pixel": [0, 0]}"#);
+    let at = |p: &serde_json::Value| [0, 1, 2].map(|i| p[i].as_f64().unwrap());
+    let points = ray["points"].as_array().unwrap();
+    let [a, b] = [&points[0], points.last().unwrap()].map(at);
+    let body = r#"{"pixel": [0, 0], "at": 1.5, "to": [0, 3, 0]}"#;
+    let found = served.json("POST", "api/0/connect", body);
+    // This ray passes the lens by: it is straight.
+    let length = (0..3).map(|i| (b[i] - a[i]).powi(2)).sum::<f64>().sqrt();
+    let start = at(&found["branches"][0]["points"][0]);
+    for i in 0..3 {
+        let expected = a[i] + 1.5 * (b[i] - a[i]) / length;
+        assert!((start[i] - expected).abs() < 1e-9, "{start:?}");
+    }
+}
+
 #[test]
 fn a_render_is_watched_to_its_end() {
     let folder = Folder::with_fog();

@@ -23,11 +23,12 @@ enum RayRequest {
     Free { from: [f64; 3], direction: [f64; 3] },
 }
 
-/// Rays to find: from a point, or from where the ray of a pixel ends, to a point or to an emitter.
+/// Rays to find: from a point, or from the ray of a pixel (where it ends, or after some arc length), to a point or to an emitter.
 #[derive(Deserialize)]
 struct ConnectRequest {
     from: Option<[f64; 3]>,
     pixel: Option<[usize; 2]>,
+    at: Option<f64>,
     to: Option<[f64; 3]>,
     emitter: Option<usize>,
     #[serde(default)]
@@ -105,7 +106,13 @@ pub(super) fn connect(loaded: &Loaded, body: &Value) -> Result<Response, Failure
     }
     let from = match (request.from, request.pixel) {
         (Some(from), None) => finite(from)?,
-        (None, Some(pixel)) => before_end(&of_pixel(loaded, pixel)?)?,
+        (None, Some(pixel)) => {
+            let path = of_pixel(loaded, pixel)?;
+            match request.at {
+                Some(length) => after(&path, length)?,
+                None => before_end(&path)?,
+            }
+        }
         _ => return Err(bad("either 'from' or 'pixel' says where rays start")),
     };
     let to = match (request.to, request.emitter) {
@@ -125,11 +132,23 @@ pub(super) fn connect(loaded: &Loaded, body: &Value) -> Result<Response, Failure
     })))
 }
 
+/// The point of a ray after some arc length, on the chord between two of its points: anything may start there.
+fn after(path: &Path, length: f64) -> Result<DVec3, Failure> {
+    let found = path.points.windows(2).find(|pair| {
+        let along = pair[0].arc_length..=pair[1].arc_length;
+        along.contains(&length)
+    });
+    let pair = found.ok_or_else(|| bad("the ray of this pixel is shorter than 'at'"))?;
+    let [a, b] = [&pair[0], &pair[1]];
+    let share = (length - a.arc_length) / (b.arc_length - a.arc_length).max(f64::MIN_POSITIVE);
+    Ok(a.x.lerp(b.x, share))
+}
+
 /// A point just before the surface on which a ray ends.
 fn before_end(path: &Path) -> Result<DVec3, Failure> {
     let (Some(last), TraceEnding::Surface(_)) = (path.points.last(), path.ending) else {
         return Err(bad(
-            "the ray of this pixel does not end on a surface, so nothing starts there",
+            "the ray of this pixel does not end on a surface: say after which length along it rays start",
         ));
     };
     let back = path.points.iter().rev().find(|p| p.x != last.x);
