@@ -65,8 +65,11 @@ export class ImagePage {
         return names.includes(wanted) ? wanted : names[0];
     }
 
+    /** Names of channels: red, green and blue in this order, which files do not keep. */
     channels(item = this.item, layer = this.layer()) {
-        return item.about.layers.find(({ name }) => name === layer)?.channels ?? [];
+        const names = item.about.layers.find(({ name }) => name === layer)?.channels ?? [];
+        const place = (name) => ['R', 'G', 'B'].indexOf(name);
+        return [...names].sort((a, b) => (place(a) < 0 || place(b) < 0 ? 0 : place(a) - place(b)));
     }
 
     /** The channel that is shown; '' for colours. */
@@ -259,8 +262,9 @@ export class ImagePage {
     /** The range of values that colours show: what is asked for, or nearly all. */
     range(values) {
         const isLogarithmic = state.get('log') === '1';
-        const known = isLogarithmic ? values.filter((v) => v > 0) : values;
-        let [low, high] = quantiles(known, [0.005, 0.995]);
+        // A small light in the dark is not cut off.
+        const lit = values.filter((v) => v > 0);
+        let [low, high] = [quantiles(isLogarithmic ? lit : values, [0.005])[0], quantiles(lit.length > 0 ? lit : values, [0.995])[0]];
         if (!(high > low)) [low, high] = [Math.min(low, 0) || 0, high > 0 ? high : 1];
         [low, high] = [state.number('low', low), state.number('high', high)];
         return isLogarithmic && !(low > 0) ? [high > 0 ? high * 1e-4 : 1e-4, high > 0 ? high : 1] : [low, high];
