@@ -93,7 +93,7 @@ pub fn picture(args: &RenderArgs, chosen: &mut Option<Header>) -> Result<ExitCod
                 preview.update(progress.film);
             }
             if let Some(watched) = &watched {
-                watched.update(progress.film, live_progress(&progress, &goal));
+                watched.update(progress.film, live_progress(progress, &goal));
             }
             if let Some(keeper) = &mut keeper {
                 keeper.update(BodyRef::Image(progress.state));
