@@ -177,8 +177,8 @@ def test_values_under_the_cursor_are_those_of_the_file(page, serve, images):
         assert error == pytest.approx(float(np.sqrt(image.layers["variance"][y, x, i])), rel=0.06)
     assert read["samples"] == [8.0]
     # The same again from the address alone.
-    time.sleep(0.4)
-    state = page.url.split("#")[1]
+    until(page, "place => location.hash.includes(`cursor=${place}`)", f"{x}%2C{y}")
+    state = page.evaluate("location.hash").lstrip("#")
     open_page(page, address, state)
     page.wait_for_selector("#place")
     assert page.inner_text("#place") == f"x {x}, y {y}"
@@ -235,7 +235,7 @@ def test_errors_and_false_colours(page, serve, images):
     np.testing.assert_allclose(plane, expected, rtol=1e-6)
     low, middle, high = (numbers(text)[0] for text in page.locator(".scale span").all_inner_texts())
     assert low < middle < high and middle == pytest.approx((low + high) / 2, rel=0.02)
-    assert high == pytest.approx(np.quantile(expected, 0.995), rel=0.05)
+    assert high == pytest.approx(np.quantile(expected[expected > 0], 0.995), rel=0.05)
     page.locator("#stage .surface canvas").focus()
     page.keyboard.press("ArrowUp")
     picture(page, "error")
