@@ -22,6 +22,7 @@ from ._render import render
 from ._result import Layer, Reading, Result
 from ._scene import export, load_dict, load_field, load_file
 from ._sweep import Sweep, sweep
+from ._view import view
 
 __all__ = [
     "Connections",
@@ -64,5 +65,6 @@ __all__ = [
     "render",
     "sweep",
     "trace",
+    "view",
     "write",
 ]

@@ -38,6 +38,7 @@ __all__ = [
     "Traced",
     "connect",
     "trace",
+    "Viewer",
     "__version__",
 ]
 
@@ -118,6 +119,13 @@ class Ray:
     def occluded(self) -> bool: ...
     @property
     def primary(self) -> bool: ...
+
+@final
+class Viewer:
+    def __new__(cls, files: Sequence[Tuple[str, str]], defines: Sequence[Tuple[str, str]]) -> "Viewer": ...
+    @property
+    def address(self) -> str: ...
+    def close(self) -> None: ...
 
 @final
 class Rendered:

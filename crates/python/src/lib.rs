@@ -17,6 +17,7 @@ mod part;
 mod render;
 mod scene;
 mod trace;
+mod view;
 mod watch;
 
 use pyo3::prelude::*;
@@ -48,6 +49,8 @@ mod _morgana {
     use crate::scene::{Scene, export_dict, export_file, load_dict, load_file};
     #[pymodule_export]
     use crate::trace::{Traced, trace};
+    #[pymodule_export]
+    use crate::view::Viewer;
 
     use pyo3::prelude::*;
 
