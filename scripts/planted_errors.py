@@ -198,8 +198,8 @@ PLANTED = [
     (
         "reflected light counted as light that passes",
         TRANSPORT + "meter/recorder.rs",
-        "if opaque || side(beyond.direction) == side(arrival) {",
-        "if opaque || !side(beyond.direction) || side(beyond.direction) {",
+        "(opaque || side(beyond.direction) == side(arrival)).then(|| Passing {",
+        "(opaque || !side(beyond.direction) || side(beyond.direction)).then(|| Passing {",
         ("morgana-transport", "meters", "a_half_space_with_an_index_of_its_own"),
     ),
     (

@@ -158,8 +158,11 @@ fn path(loaded: &Loaded) -> PyResult<PathTracer> {
     }
 }
 
+/// The parameter of a medium, given its number.
+type OfMedium = fn(usize) -> Parameter;
+
 /// Ends of names of parameters, of media, objects and emitters.
-const OF_MEDIA: [(&str, fn(usize) -> Parameter); 5] = [
+const OF_MEDIA: [(&str, OfMedium); 5] = [
     ("sigma_t", Parameter::Extinction),
     ("albedo", Parameter::Albedo),
     ("sigma_a", Parameter::Absorption),

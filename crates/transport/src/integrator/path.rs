@@ -130,6 +130,14 @@ struct FoundEmitter {
     cos: f64,
 }
 
+/// What receives what paths find.
+pub(crate) struct PathFinds<'a, R> {
+    /// Contributions.
+    pub out: &'a mut Vec<Contribution>,
+    /// Takes note of their factors.
+    pub recorder: &'a mut R,
+}
+
 struct Tracing<'a, R> {
     scene: &'a Scene,
     sampler: &'a mut Sampler,
@@ -152,8 +160,7 @@ impl PathTracer {
         channels: usize,
         sampler: &mut Sampler,
         ws: &mut Workspace,
-        out: &mut Vec<Contribution>,
-        recorder: &mut impl FactorRecorder,
+        finds: PathFinds<impl FactorRecorder>,
     ) {
         let medium = scene.medium_of_sensor_ray(ray.origin);
         // Start at the sensor, with throughput T = n_s².
@@ -171,10 +178,10 @@ impl PathTracer {
             scene,
             sampler,
             ws,
-            out,
+            out: finds.out,
             equiangular: !scene.point_like_emitters().is_empty(),
             split: None,
-            recorder,
+            recorder: finds.recorder,
         };
         // Follow the path to its end, and then the other branch if its first edge was split.
         self.follow(&mut tracing, next);

@@ -8,7 +8,9 @@ use super::records::{Detected, RecordRows};
 use super::tally::Scores;
 use super::voxel_scores::{VoxelScore, voxels_suffice};
 use crate::Spectrum;
-use crate::path::{End, FreeFlightEvent, Observer, Span, VoxelFlight, WalkEvent, WalkRay, Workspace};
+use crate::path::{
+    End, FreeFlightEvent, Observer, Span, VoxelFlight, WalkEvent, WalkRay, Workspace,
+};
 use crate::sampling::Sampler;
 use crate::scene::{MediumId, VoxelVolume};
 use glam::DVec3;

@@ -8,7 +8,7 @@ use super::{Handle, Prepared, RenderOptions, prepare, seed_of_group};
 use crate::Spectrum;
 use crate::derivative::{DerivativeError, Parameter, Plan, Sums, Tape};
 use crate::film::Decomposition;
-use crate::integrator::{Integrator, PathTracer};
+use crate::integrator::{Integrator, PathFinds, PathTracer};
 use crate::meter::{Meter, Setup};
 use crate::path::Workspace;
 use crate::renderer::Renderer;
@@ -198,15 +198,13 @@ impl<'a> Pass<'a> {
                 let mut sampled = source.ray(pixel, sample);
                 ws.stats.paths += 1;
                 let (scene, channels) = (source.scene.at(sample), source.channels());
-                self.options.path.sample(
-                    scene,
-                    sampled.ray,
-                    channels,
-                    &mut sampled.sampler,
-                    &mut ws,
-                    &mut found,
-                    &mut tape,
-                );
+                let finds = PathFinds {
+                    out: &mut found,
+                    recorder: &mut tape,
+                };
+                let (ray, sampler) = (sampled.ray, &mut sampled.sampler);
+                let path = &self.options.path;
+                path.sample(scene, ray, channels, sampler, &mut ws, finds);
                 let not_finite = &mut ws.stats.not_finite;
                 let worths = found.iter().map(|c| {
                     let weights = self.weights(pixel, self.options.decomposition.layer(&c.path));
@@ -228,9 +226,12 @@ impl<'a> Pass<'a> {
         let first = (layer * self.pixels + pixel) * film.channels;
         let first = first + self.source.group * film.group_size;
         let used = self.source.channels();
-        let weight = |c: usize| match c < used {
-            true => self.options.weights[first + c],
-            false => 0.0,
+        let weight = |c: usize| {
+            if c < used {
+                self.options.weights[first + c]
+            } else {
+                0.0
+            }
         };
         Spectrum(std::array::from_fn(weight))
     }
