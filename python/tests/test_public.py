@@ -7,6 +7,7 @@ import re
 import textwrap
 
 import morgana
+import morgana.correlation
 import morgana.distributed
 import morgana.flow
 import morgana.grad
@@ -17,7 +18,7 @@ import pytest
 from conftest import load, meters, small
 from morgana import plot
 
-MODULES = [morgana, morgana.distributed, morgana.flow, morgana.grad, morgana.reconstruct, morgana.schlieren, plot]
+MODULES = [morgana, morgana.correlation, morgana.distributed, morgana.flow, morgana.grad, morgana.reconstruct, morgana.schlieren, plot]
 
 
 def public():
@@ -101,6 +102,8 @@ def samples():
     detecting["ball"] = {**detecting["ball"], "skin": {"type": "irradiancemeter", "records": True}}
     del detecting["sensor"]
     recorded = morgana.render(load(detecting), particles=640).records["irradiancemeter"]
+    motion = {recorded.regions[0]: morgana.correlation.brownian(1e-9)}
+    light = {"wavelength": 5e-4, "index": 1.3}
     rays = morgana.trace(scene, [[0, 0, -3], [0, 0.1, -3]], [0, 0, 1])
     found = morgana.connect(scene, [0, 0, 0], [0.1, 0.2, 0.3])
     with pytest.raises(morgana.SceneError) as refused:
@@ -131,6 +134,8 @@ def samples():
         recorded.power(),
         recorded.jacobian(),
         morgana.derivatives(scene, ["sky.emission"], np.ones((8, 12, len(scene.channels))), spp=2)["sky.emission"],
+        morgana.correlation.correlate(recorded, [0.0, 1e-3], motion, **light),
+        morgana.correlation.speckle_contrast(recorded, [1e-3], motion, **light),
         morgana.sweep(swept, {"n": [2, 3]}),
         rays,
         rays[0],
