@@ -2,7 +2,7 @@
 //! subpaths and the particles of meters are all walks; they differ in what watches them ([`Observer`]) and in what decides
 //! whether they go on ([`Survival`]).
 //!
-//! Theory: docs/theory.md#random-walks.
+//! Theory: docs/theory.md#random-walks, docs/theory.md#walks-through-voxels.
 
 mod balance;
 mod observer;

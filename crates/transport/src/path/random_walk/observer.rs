@@ -1,4 +1,4 @@
-//! What watches a random walk (docs/theory.md#random-walks).
+//! What watches a random walk (docs/theory.md#random-walks, docs/theory.md#walks-through-voxels).
 
 use super::{VoxelFlight, WalkRay};
 use crate::Spectrum;
