@@ -26,7 +26,6 @@ mod results;
 mod shard;
 mod svg;
 mod trace;
-mod watched;
 
 use args::{Args, Command};
 use clap::Parser;
@@ -53,7 +52,6 @@ fn run(command: &Command) -> Result<ExitCode, CommandError> {
         Command::Status(args) => commands::status(args),
         Command::Info(args) => commands::info(args),
         Command::Trace(args) => commands::trace(args),
-        Command::View(args) => commands::view(args),
         Command::Connect(args) => commands::connect(args),
         Command::Plot(args) => commands::plot(args),
         Command::Convert(args) => commands::convert(args),

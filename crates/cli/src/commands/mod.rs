@@ -17,7 +17,6 @@ mod shell;
 mod status;
 mod tonemap;
 mod trace;
-mod view;
 
 pub use check::check;
 pub use compare::compare;
@@ -34,4 +33,3 @@ pub use shell::{completions, man};
 pub use status::status;
 pub use tonemap::tonemap;
 pub use trace::trace;
-pub use view::view;

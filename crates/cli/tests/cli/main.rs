@@ -26,4 +26,3 @@ mod shell;
 mod strategies;
 mod support;
 mod trace;
-mod view;

@@ -7,12 +7,10 @@
 
 use super::flight::flights;
 use super::tally::Scores;
-use super::voxel_scores::voxels_suffice;
-use super::{Meter, Setup, Tally, TaskSums};
+use super::{Setup, Tally, TaskSums};
 use crate::Bins;
-use crate::path::{Observer, VoxelFlight, WalkEvent, Workspace};
+use crate::path::{Observer, WalkEvent, Workspace};
 use crate::sampling::Sampler;
-use crate::scene::VoxelVolume;
 use crate::stop::Stop;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -102,7 +100,6 @@ impl Setup<'_> {
             for number in task * TASK..(task + 1) * TASK {
                 let mut sampler = Sampler::new(SEED + round, 0, number);
                 let mut pilot = Pilot {
-                    meters: self.meters,
                     levels,
                     scores: &mut scores,
                 };
@@ -120,27 +117,20 @@ impl Setup<'_> {
 
 /// Scores the power of a particle at each level that it passes, the start of a step of optical path length.
 struct Pilot<'p> {
-    meters: &'p [Meter],
     levels: Bins,
     scores: &'p mut Scores,
 }
 
 impl Pilot<'_> {
-    /// Scores all flights of an edge.
-    fn score_edge(&mut self, event: &WalkEvent) {
-        for flight in flights(event) {
-            let power = flight.power_at(0.0).sum();
-            self.score(power, [flight.optical_length, flight.length_after()]);
-        }
-    }
-
-    /// Scores a flight between two optical path lengths.
-    fn score(&mut self, power: f64, between: [f64; 2]) {
+    fn score(&mut self, event: &WalkEvent) {
         let steps = &self.levels;
         let after = |length: f64| ((length - steps.min) / steps.width()).ceil().max(0.0) as usize;
-        let [first, end] = between.map(after);
-        for level in first.min(steps.count)..end.min(steps.count) {
-            self.scores.add(level, power);
+        for flight in flights(event) {
+            let power = flight.power_at(0.0).sum();
+            let [first, end] = [flight.optical_length, flight.length_after()].map(after);
+            for level in first.min(steps.count)..end.min(steps.count) {
+                self.scores.add(level, power);
+            }
         }
     }
 }
@@ -149,21 +139,11 @@ impl Observer for Pilot<'_> {
     const ALONG_SPANS: bool = true;
 
     fn arrive(&mut self, event: &WalkEvent, _ws: &mut Workspace) -> ControlFlow<()> {
-        self.score_edge(event);
+        self.score(event);
         ControlFlow::Continue(())
     }
 
-    /// As in the measurement.
-    fn sees_voxels(&self, volume: &VoxelVolume) -> bool {
-        voxels_suffice(self.meters, volume)
-    }
-
-    fn fly_in_voxel(&mut self, flight: &VoxelFlight) {
-        let end = flight.optical_length + flight.matter.n * flight.length;
-        self.score(flight.power, [flight.optical_length, end]);
-    }
-
     fn cut(&mut self, event: &WalkEvent, _ws: &mut Workspace) {
-        self.score_edge(event);
+        self.score(event);
     }
 }

@@ -6,4 +6,3 @@ mod mesh;
 mod sampling;
 mod support;
 mod surface;
-mod tessellation;

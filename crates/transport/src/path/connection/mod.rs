@@ -1,6 +1,5 @@
 //! Connections: edges from a vertex to an emitter, to the sensor, or to another vertex (docs/theory.md#connections).
 
-mod arcs;
 mod find;
 mod ray;
 mod search;
@@ -8,7 +7,6 @@ mod straight;
 mod target;
 mod throughput;
 
-pub(crate) use arcs::ConnectionArcs;
 pub(crate) use find::{FoundBranch, Weighted};
 pub use ray::Connection;
 pub use target::ConnectionTarget;
