@@ -2,10 +2,10 @@
 
 use io::image::{ImageLayers, Layer, RgbImage, exr, hdr, pfm, png};
 use io::mesh::{gltf, hair, obj, ply, serialized};
-use io::part::{Body, Header, Part};
+use io::part::{Body, Part};
 use io::volume::series::{FrameSums, SeriesShape};
 use io::volume::{AxisOrder, Options, hdf5, mat, nifti, npy, npz, nrrd, vdb, vol, vti, vtk};
-use io::{Diagnostics, Limits, LoadOptions, Loaded, Problem, ies, json, xml};
+use io::{Diagnostics, Limits, LoadOptions, Loaded, Problem, Run, ies, json, xml};
 use std::ops::ControlFlow;
 use transport::meter::Meter;
 use transport::render::{Handle, MeasureOptions, MeasureState, State, memory, render};
@@ -301,20 +301,17 @@ fn scenes() -> Vec<Vec<u8>> {
 fn parts() -> Vec<Vec<u8>> {
     let loaded = scenes().into_iter().filter_map(|bytes| load(&text(&bytes)));
     let part = |loaded: Loaded| {
+        let run = Run {
+            seed: 1,
+            total: Some(2),
+            ..Run::new(&loaded)
+        };
         let body = if loaded.instruments.is_empty() {
-            let options = transport::render::RenderOptions::new(loaded.renderer, 2, 1);
-            Body::Image(State::new(&loaded.groups, &options).into())
+            Body::Image(State::new(&loaded.groups, &run.options()).into())
         } else {
             Body::Meters(readings(&loaded)?.into())
         };
-        let header = Header::new(
-            &loaded,
-            &loaded.renderer,
-            loaded.replicates,
-            1,
-            Some(2),
-            None,
-        );
+        let header = run.header();
         Some(Part { header, body }.to_bytes())
     };
     loaded.filter_map(part).collect()

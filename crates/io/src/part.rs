@@ -4,7 +4,6 @@
 //! Numbers and structures are encoded by [postcard](https://postcard.jamesmunns.com/wire-format). A file of which one bit is
 //! wrong is refused, and one is replaced only by a file that is complete.
 
-use crate::assemble::Loaded;
 use crate::atomic;
 use crate::error::{FileError, Problem};
 use crate::input;
@@ -12,8 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
 use std::ops::Range;
 use std::path::Path;
-use transport::render::{MeasureState, MergeError, RESULTS, Ranges, State};
-use transport::renderer::Renderer;
+use transport::render::{MeasureState, MergeError, Ranges, State};
 use transport::sampling::Replicates;
 
 const MAGIC: &[u8; 8] = b"morgana\x1a";
@@ -21,8 +19,6 @@ const MAGIC: &[u8; 8] = b"morgana\x1a";
 const FORMAT: u32 = 8;
 /// Name of the setting which integrator rendered it.
 pub(crate) const INTEGRATOR: &str = "integrator";
-/// Name of the setting how its samples belong together.
-const SAMPLER: &str = "sampler";
 /// Name of the setting why that was chosen.
 pub(crate) const REASON: &str = "choice of the integrator";
 const HASH: usize = blake3::OUT_LEN;
@@ -99,37 +95,6 @@ pub enum Foreign {
 }
 
 impl Header {
-    /// That of a renderer of so many samples in all, without an origin.
-    pub fn new(
-        loaded: &Loaded,
-        renderer: &Renderer,
-        replicates: Replicates,
-        seed: u64,
-        total: Option<u64>,
-        shard: Option<[u64; 2]>,
-    ) -> Self {
-        let replicates = renderer.replicates(replicates);
-        let settings = [
-            ("seed", seed.to_string()),
-            (INTEGRATOR, renderer.name().into()),
-            (SAMPLER, replicates.name().into()),
-            ("adaptive", loaded.adaptive.to_string()),
-        ];
-        Header {
-            version: env!("CARGO_PKG_VERSION").into(),
-            results: RESULTS.into(),
-            scene_hash: loaded.hash.to_string(),
-            settings: settings
-                .map(|(name, value)| (name.to_owned(), value))
-                .into(),
-            total,
-            replicates,
-            shard,
-            origin: String::new(),
-            seconds: 0.0,
-        }
-    }
-
     /// Finds out whether samples with another header are of the same render, whatever their total.
     ///
     /// # Errors

@@ -10,7 +10,7 @@ use transport::integrator::Integrator;
 use transport::meter::Meter;
 use transport::render::{
     Basis, Candidate, Choice, Extent, Handle, MeasureError, MeasureOptions, MeasureState,
-    Measurement, RenderOptions, Rendering, Target, choose, measure, memory, render,
+    Measurement, RESULTS, RenderOptions, Rendering, Target, choose, measure, memory, render,
 };
 use transport::renderer::Renderer;
 use transport::sampling::Replicates;
@@ -147,29 +147,34 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// What is stored with parts of it.
+    /// What is stored with parts of it, without an origin.
     pub fn header(&self) -> Header {
         let target = self
             .target
             .map(|target| format!("{} ({})", target.error, target.measure.name()));
-        let more = [
+        let replicates = self.renderer.replicates(self.replicates);
+        let settings = [
+            ("seed", Some(self.seed.to_string())),
+            (INTEGRATOR, Some(self.renderer.name().into())),
+            ("sampler", Some(replicates.name().into())),
+            ("adaptive", Some(self.loaded.adaptive.to_string())),
             ("strategies", self.strategies.then(|| "told apart".into())),
             ("target error", target),
             (REASON, self.reason.clone()),
         ];
-        let more = more.into_iter();
-        let mut header = Header::new(
-            self.loaded,
-            &self.renderer,
-            self.replicates,
-            self.seed,
-            self.total,
-            self.shard,
-        );
-        header
-            .settings
-            .extend(more.filter_map(|(name, value)| Some((name.to_owned(), value?))));
-        header
+        let settings = settings.into_iter();
+        let settings = settings.filter_map(|(name, value)| Some((name.to_owned(), value?)));
+        Header {
+            version: env!("CARGO_PKG_VERSION").into(),
+            results: RESULTS.into(),
+            scene_hash: self.loaded.hash.to_string(),
+            settings: settings.collect(),
+            total: self.total,
+            replicates,
+            shard: self.shard,
+            origin: String::new(),
+            seconds: 0.0,
+        }
     }
 
     /// How its picture is rendered.
