@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Compares fluence in labelled voxels with MMC, cell by cell, and particles per second of processor time.
+"""Compares fluence in labelled voxels with MMC, cell by cell, particles per second of processor time, and efficiency.
 
 A box of 20 x 20 x 20 voxels of 1 mm has three labels that differ in every property, the index among them. MMC (https://mcx.space/mmc; its
 native program, not one of the interfaces to graphics cards) has the same voxels as six tetrahedra each. It states no errors: those are of
-independent seeds. Both sides run on one thread, and the particles per second are of the processor time of the whole program.
+independent seeds. Both sides run on one thread, and the particles per second are of the processor time of the whole program. The efficiency
+is 1/(variance x processor time), of all particles of either side: its ratio is the mean over cells.
 
 Usage: scripts/compare_mmc.py MMC [--particles N] [--seeds N] [--own N] [--gates N] [--pmmc PYTHON]
 
@@ -85,7 +86,7 @@ def run(command, folder):
 
 
 def by_mmc(args, folder):
-    """Fluence [seed, gate, z, y, x] per joule, and particles per second."""
+    """Fluence [seed, gate, z, y, x] per joule, and the processor time."""
     node, elements = tetrahedra()
     media = [dict(zip(["mua", "mus", "g", "n"], row)) for row in PROPERTIES]
     setting = {
@@ -102,7 +103,7 @@ def by_mmc(args, folder):
         seconds += run([args.mmc, "-f", "box.json", "--gpu", "-1"], folder)
         grid = np.fromfile(folder / "box.mc2").reshape(args.gates, SIZE + 1, SIZE + 1, SIZE + 1)
         found.append(grid[:, :SIZE, :SIZE, :SIZE])
-    return np.array(found), args.particles * args.seeds / seconds
+    return np.array(found), seconds
 
 
 PMMC = """
@@ -141,7 +142,7 @@ def by_pmmc(args, folder):
 
 
 def by_morgana(args, folder):
-    """Arrays of the output, and particles per second."""
+    """Arrays of the output, the number of particles and the processor time."""
     np.save(folder / "labels.npy", labels().astype(np.uint8))
     cells = {
         "type": "fluencemeter", "normalization": "per_watt", "nx": SIZE, "ny": SIZE, "nz": SIZE,
@@ -159,7 +160,7 @@ def by_morgana(args, folder):
     (folder / "scene.json").write_text(json.dumps(scene))
     particles = args.own or args.particles * args.seeds
     seconds = run([PROGRAM, "render", "scene.json", "--particles", str(particles), "--threads", "1", "-o", "box.npz"], folder)
-    return np.load(folder / "box.npz"), particles / seconds
+    return np.load(folder / "box.npz"), particles, seconds
 
 
 def main():
@@ -175,9 +176,9 @@ def main():
     args.last = LAST[args.gates > 1]
     with tempfile.TemporaryDirectory() as kept:
         folder = pathlib.Path(kept)
-        theirs, their_rate = by_mmc(args, folder)
-        ours, our_rate = by_morgana(args, folder)
-        rates = {"MMC": their_rate, "morgana": our_rate}
+        theirs, their_seconds = by_mmc(args, folder)
+        ours, particles, our_seconds = by_morgana(args, folder)
+        rates = {"MMC": args.particles * args.seeds / their_seconds, "morgana": particles / our_seconds}
         if args.pmmc:
             rates["pmmc"] = by_pmmc(args, folder)
     mean, error = theirs.mean(0), theirs.std(0, ddof=1) / np.sqrt(args.seeds)
@@ -187,7 +188,11 @@ def main():
         sure = (few[gate] == 0) & (error[gate] > 0)
         z = (fluence[gate] - mean[gate])[sure] / np.hypot(own[gate], error[gate])[sure]
         total = fluence[gate].sum() / mean[gate].sum()
-        print(f"gate {gate}: {sure.sum()} cells, z mean {z.mean():+.3f}, standard deviation {z.std():.3f}, sum {total:.4f} of MMC's")
+        gain = np.mean((error[gate] / own[gate])[sure] ** 2) * their_seconds / our_seconds
+        print(
+            f"gate {gate}: {sure.sum()} cells, z mean {z.mean():+.3f}, standard deviation {z.std():.3f}, sum {total:.4f} of MMC's; "
+            f"efficiency {gain:.2f} of MMC's"
+        )
     print("particles per second of processor time: " + ", ".join(f"{name} {rate:.0f}" for name, rate in rates.items()))
 
 

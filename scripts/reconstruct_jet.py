@@ -15,13 +15,14 @@ CALIBRATION = 1e-4
 """Contrasts are multiplied by this, and deflections divided, for rays that are straight to first order."""
 
 
-def jet(samples, contrast):
-    """n, [z, y, x], of a jet that spreads and meanders, with eddies. It fades towards the faces of the box."""
+def jet(samples, contrast, smooth):
+    """n, [z, y, x], of a jet that spreads and meanders, with eddies that jump on its axis unless they are smooth. It fades towards the faces of the box."""
     z, y, x = np.meshgrid(*3 * [np.linspace(-1, 1, samples)], indexing="ij")
     width = 0.16 + 0.1 * (z + 1)
     x, y = x - 0.12 * np.sin(4 * z + 0.5), y - 0.1 * np.cos(5 * z)
     radius = np.hypot(x, y)
-    eddies = 1 + 0.35 * np.sin(9 * z + 3 * np.arctan2(y, x)) * np.sin(11 * radius + 2 * z)
+    strength = 0.35 * (1 - np.exp(-((radius / 0.12) ** 3))) if smooth else 0.35
+    eddies = 1 + strength * np.sin(9 * z + 3 * np.arctan2(y, x)) * np.sin(11 * radius + 2 * z)
     core = np.exp(-((radius / width) ** 2)) * eddies
     return AMBIENT + contrast * core / np.abs(core).max() * np.clip(1.5 * (1 - z**2), 0, 1) ** 2
 
@@ -48,15 +49,16 @@ def main():
     parser.add_argument("--samples", type=int, default=64, help="samples along each axis")
     parser.add_argument("--contrast", type=float, default=0.03)
     parser.add_argument("--noise", type=float, default=0.01, help="in units of the root mean square of what is measured")
-    parser.add_argument("--tolerance", type=float, default=1e-4)
-    parser.add_argument("--iterations", type=int, default=40, help="on each grid")
+    parser.add_argument("--tolerance", type=float, default=1e-3)
+    parser.add_argument("--iterations", type=int, default=10, help="on each grid")
     parser.add_argument("--straight", action="store_true", help="as if rays were straight")
+    parser.add_argument("--smooth", action="store_true", help="eddies that fade towards the axis")
     given = parser.parse_args()
 
     origins, directions = views(given.views, given.pixels)
-    true = jet(given.samples, given.contrast)
+    true = jet(given.samples, given.contrast, given.smooth)
     # The data are of a finer grid, and of a tighter tolerance.
-    ends = grad.Rays(origins, directions, box=BOX, ambient=AMBIENT, tolerance=1e-6).forward(jet(given.samples * 3 // 2, given.contrast))
+    ends = grad.Rays(origins, directions, box=BOX, ambient=AMBIENT, tolerance=1e-6).forward(jet(given.samples * 3 // 2, given.contrast, given.smooth))
     rays = grad.Rays(origins, directions, box=BOX, ambient=AMBIENT, tolerance=given.tolerance)
     undisturbed = rays.forward(np.full((4, 4, 4), AMBIENT))
     rng = np.random.default_rng(0)
@@ -68,6 +70,9 @@ def main():
         across -= np.sum(across * directions, axis=1, keepdims=True) * directions
         measured[name] = moved + given.noise / max(given.noise, 1e-3) * noise[name] * across
 
+    walls = np.zeros(true.shape, bool)
+    walls[:, [0, -1]] = walls[:, :, [0, -1]] = True
+
     def fit(scale):
         """With all contrasts and deflections multiplied by `scale`."""
         options = {name: getattr(undisturbed, name) + scale * measured[name] for name in measured}
@@ -78,7 +83,7 @@ def main():
             **options,
             position_noise=scale * noise["positions"],
             direction_noise=scale * noise["directions"],
-            lower=AMBIENT,
+            known=walls,
             iterations=given.iterations,
             progress=lambda now: print(f"  {now.shape[0]}³, iteration {now.number}: χ² {now.chi_square:.4g}, {cpu() - before:.1f} s", flush=True),
         )

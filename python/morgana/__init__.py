@@ -10,27 +10,31 @@ See docs/python.md.
 """
 
 from ._denoise import Denoised, denoise
+from ._derivatives import Derivative, derivatives
 from ._errors import Diagnostic, Error, FileError, RenderError, SceneError, SceneWarning
 from ._images import Difference, Image, compare, exposure, read, write
 from ._mcx import load_mcx
 from ._morgana import Field, Ray, Scene, __version__
 from ._pulse import Pulse
 from ._rays import Connections, Polyline, RayEnds, Rays, connect, trace
-from ._records import Power, Records
+from ._records import Jacobian, Power, Records
 from ._render import render
 from ._result import Layer, Reading, Result
 from ._scene import export, load_dict, load_field, load_file
 from ._sweep import Sweep, sweep
+from ._view import view
 
 __all__ = [
     "Connections",
     "Denoised",
+    "Derivative",
     "Diagnostic",
     "Difference",
     "Error",
     "Field",
     "FileError",
     "Image",
+    "Jacobian",
     "Layer",
     "Polyline",
     "Power",
@@ -50,6 +54,7 @@ __all__ = [
     "compare",
     "connect",
     "denoise",
+    "derivatives",
     "export",
     "exposure",
     "load_dict",
@@ -60,5 +65,6 @@ __all__ = [
     "render",
     "sweep",
     "trace",
+    "view",
     "write",
 ]

@@ -18,6 +18,7 @@ __all__ = [
     "exposure",
     "export_dict",
     "export_file",
+    "differentiate",
     "follow_rays",
     "pull_back",
     "read_image",
@@ -25,6 +26,7 @@ __all__ = [
     "Measured",
     "measure",
     "refuse_masked",
+    "sum_of_squares",
     "Parts",
     "render_part",
     "Rendered",
@@ -36,6 +38,7 @@ __all__ = [
     "Traced",
     "connect",
     "trace",
+    "Viewer",
     "__version__",
 ]
 
@@ -55,6 +58,10 @@ class Scene:
     def spp(self) -> int: ...
     @property
     def hash(self) -> str: ...
+    @property
+    def _layers(self) -> List[str]: ...
+    @property
+    def _readings(self) -> List[Tuple[str, List[int]]]: ...
     @property
     def emitters(self) -> List[str]: ...
     @property
@@ -112,6 +119,13 @@ class Ray:
     def occluded(self) -> bool: ...
     @property
     def primary(self) -> bool: ...
+
+@final
+class Viewer:
+    def __new__(cls, files: Sequence[Tuple[str, str]], defines: Sequence[Tuple[str, str]]) -> "Viewer": ...
+    @property
+    def address(self) -> str: ...
+    def close(self) -> None: ...
 
 @final
 class Rendered:
@@ -208,6 +222,14 @@ def trace(
     directions: NDArray[np.float64],
     options: TraceOptions,
 ) -> Tuple[Ends, Optional[Traced], Optional[str]]: ...
+def differentiate(
+    scene: Scene,
+    limits: Limits,
+    parameters: List[str],
+    weights: List[NDArray[np.float64]],
+    layered: bool,
+    tick: Optional[Callable[[int], None]],
+) -> List[Tuple[NDArray[np.float64], NDArray[np.float64]]]: ...
 def follow_rays(
     through: Union[Field, NDArray[np.float64]],
     origins: NDArray[np.float64],
@@ -221,6 +243,14 @@ def pull_back(
     options: RayOptions,
     by: Tuple[Optional[NDArray[np.float64]], Optional[NDArray[np.float64]], Optional[NDArray[np.float64]]],
 ) -> Tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], int]: ...
+def sum_of_squares(
+    through: Union[Field, NDArray[np.float64]],
+    origins: NDArray[np.float64],
+    directions: NDArray[np.float64],
+    options: RayOptions,
+    measured: Tuple[Optional[NDArray[np.float64]], Optional[NDArray[np.float64]], Optional[NDArray[np.float64]]],
+    noise: Tuple[float, float, float],
+) -> Tuple[float, NDArray[np.float64], int]: ...
 def connect(
     scene: Scene, a: ArrayLike, b: ArrayLike, all: Optional[int]
 ) -> Tuple[List[Ray], Optional[str], bool]: ...

@@ -31,6 +31,20 @@ class Power(NamedTuple):
 
 
 @comparable
+class Jacobian(NamedTuple):
+    """Derivatives of the recorded power by the coefficients of the regions, with standard errors."""
+
+    mu_a: Doubles
+    """By absorption coefficients at the same scattering, (regions, channels): minus the mean of power times path length."""
+    mu_a_error: Doubles
+    """Standard errors, of the same shape."""
+    mu_s: Doubles
+    """By scattering coefficients at the same absorption, (regions, channels); NaN where μ_s is not given."""
+    mu_s_error: Doubles
+    """Standard errors, of the same shape."""
+
+
+@comparable
 class Records(NamedTuple):
     """Records of the light that a meter has accepted, one for each time that a particle passes (docs/meters.md#records).
 
@@ -131,9 +145,7 @@ class Records(NamedTuple):
         """
         new = self.mu_a.copy()
         for name, value in mu_a.items():
-            if name not in self.regions:
-                raise ValueError(f"no region is named {name!r}; there are {', '.join(map(repr, self.regions))}")
-            row = self.regions.index(name)
+            row = self._region(name)
             new[row] = value
             if not np.all(np.isfinite(new[row]) & (new[row] >= 0)):
                 raise ValueError(f"the absorption of {name!r} must be finite and not negative")
@@ -141,6 +153,54 @@ class Records(NamedTuple):
                 raise ValueError(f"the absorption of {name!r} varies in space: change weights by path_length yourself")
         change = np.where(np.isnan(self.mu_a), 0.0, new - self.mu_a)
         return self._replace(weight=self.weight * np.exp(-self.path_length @ change), mu_a=new)
+
+    def jacobian(self, mu_s: Optional[Mapping[str, ArrayLike]] = None, where: Optional[ArrayLike] = None) -> Jacobian:
+        """Derivatives of the power of all records, or of those that are chosen, by the coefficients of the regions.
+
+        By μ_a the derivative is −Σ weight · ℓ, with the length ℓ in the region; by μ_s it is Σ weight · (k/μ_s − ℓ), with the number of
+        scatterings k. Both are without bias. Divide by the power for derivatives of its logarithm: by μ_a that is minus the mean partial path
+        length.
+
+        Parameters
+        ----------
+        mu_s : mapping, optional
+            Scattering coefficients of regions by name, with which the records were made, one number or one for each channel, > 0.
+        where : array_like of bool, optional
+            Which records count, (n,): such as those of a detector, or of a time gate.
+
+        Returns
+        -------
+        Jacobian
+            By region and channel.
+
+        Raises
+        ------
+        ValueError
+            An unknown region, or a coefficient that is not positive.
+
+        Examples
+        --------
+        >>> late = records.jacobian({"tissue": 10.0}, where=records.optical_length > 300)
+        >>> late.mu_a, late.mu_s
+        """
+        chosen = slice(None) if where is None else np.asarray(where, bool)
+        particle, weight = self.particle[chosen], self.weight[chosen][:, None, :]
+        length, scatterings = (of[chosen][:, :, None] for of in (self.path_length, self.scatterings))
+        known = np.full(self.mu_a.shape, np.nan)
+        for name, value in (mu_s or {}).items():
+            row = self._region(name)
+            known[row] = value
+            if not np.all(np.isfinite(known[row]) & (known[row] > 0)):
+                raise ValueError(f"the scattering of {name!r} must be finite and positive")
+        by_mu_a = self._power(particle, -length * weight)
+        by_mu_s = self._power(particle, (scatterings / known - length) * weight)
+        return Jacobian(by_mu_a.mean, by_mu_a.error, by_mu_s.mean, by_mu_s.error)
+
+    def _region(self, name: str) -> int:
+        """The row of a region."""
+        if name not in self.regions:
+            raise ValueError(f"no region is named {name!r}; there are {', '.join(map(repr, self.regions))}")
+        return self.regions.index(name)
 
     def power(self, where: Optional[ArrayLike] = None) -> Power:
         """The power of all records, or of those that are chosen.

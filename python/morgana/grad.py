@@ -11,20 +11,20 @@ See docs/guides/inverse-problems.md.
 from __future__ import annotations
 
 import copy
-from typing import Dict, NamedTuple, Optional, Tuple, Union
+from typing import Any, Callable, Dict, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from . import _autodiff, _morgana
 from . import _checks as checks
-from . import _morgana
 from ._errors import Error
 from ._limits import RayOptions
 from ._morgana import Field
 from ._numbers import numbers, vectors
 from ._values import alike, comparable
 
-__all__ = ["Ends", "GradError", "Gradient", "Plane", "Rays"]
+__all__ = ["Ends", "GradError", "Gradient", "LeastSquares", "Plane", "Rays"]
 
 Doubles = NDArray[np.float64]
 Index = Union[Field, ArrayLike]
@@ -91,6 +91,21 @@ class Gradient(NamedTuple):
     def __repr__(self) -> str:
         size = float(np.linalg.norm(self.field))
         return f"<morgana.grad.Gradient: by an index of shape {self.field.shape}, norm {size:.6g}, and {len(self.origins)} rays>"
+
+
+@comparable
+class LeastSquares(NamedTuple):
+    """A sum of squares over rays."""
+
+    value: float
+    """½Σ ((end − measured)/noise)²."""
+    gradient: Doubles
+    """Its derivative by the samples of n, in their shape; for a :class:`morgana.Field` by its parameters, (parameters,)."""
+    lost: int
+    """Rays that are measured but have no end, and were left out."""
+
+    def __repr__(self) -> str:
+        return f"<morgana.grad.LeastSquares: {self.value:.6g}, {self.lost} rays lost>"
 
 
 class Rays:
@@ -167,6 +182,11 @@ class Rays:
         """The index around the box."""
         return self._options["ambient"]
 
+    @property
+    def placement(self) -> str:
+        """Where the outermost samples lie: ``"nodes"`` or ``"centers"``."""
+        return "nodes" if self._options["nodes"] else "centers"
+
     def spacing(self, shape: Tuple[int, ...]) -> Doubles:
         """Distances of neighbouring samples along x, y and z.
 
@@ -210,6 +230,84 @@ class Rays:
         some = copy.copy(self)
         some._origins, some._directions = self._origins[np.asarray(rows)], self._directions[np.asarray(rows)]
         return some
+
+    @property
+    def starts(self) -> Tuple[Doubles, Doubles]:
+        """Origins and directions, (rays, 3) each, as they were given."""
+        return self._origins, self._directions
+
+    def with_starts(self, origins: ArrayLike, directions: ArrayLike) -> "Rays":
+        """Other rays to the same exit through the same box, for instance of a sensor or a source that has moved.
+
+        Parameters
+        ----------
+        origins : array_like, (rays, 3)
+            As for :class:`Rays`.
+        directions : array_like, (rays, 3) or (3,)
+            As for :class:`Rays`.
+
+        Returns
+        -------
+        Rays
+            These rays, with the same box, exit, tolerance and ``max_length``.
+
+        Raises
+        ------
+        GradError
+            Shapes or numbers that do not fit.
+
+        Examples
+        --------
+        >>> moved = rays.with_starts(origins + [0, 0, 0.1], directions)
+        """
+        others = copy.copy(self)
+        others._origins, others._directions = _starts(origins, directions)
+        return others
+
+    def torch(self) -> Callable[..., Any]:
+        """Positions, directions and optical lengths of the ends as a function that PyTorch differentiates.
+
+        Returns
+        -------
+        callable
+            ``ends(index, origins=None, directions=None)`` of tensors on the processor: samples [z, y, x] of n and, for a sensor or a source that
+            moves, starts (rays, 3) in place of those of the rays. It gives three tensors, as :class:`Ends`. Rays without an end are NaN, and have no
+            derivatives.
+
+        Raises
+        ------
+        GradError
+            PyTorch is missing.
+
+        Examples
+        --------
+        >>> index = torch.full((32, 32, 32), 1.0, dtype=torch.float64, requires_grad=True)
+        >>> positions, directions, optical_lengths = rays.torch()(index)
+        >>> ((directions - measured) ** 2).sum().backward()
+        """
+        return _autodiff.torch_function(self, GradError)
+
+    def jax(self) -> Callable[..., Any]:
+        """Positions, directions and optical lengths of the ends as a function that JAX differentiates.
+
+        Returns
+        -------
+        callable
+            ``ends(index, origins=None, directions=None)`` of arrays: samples [z, y, x] of n and, for a sensor or a source that moves, starts (rays, 3)
+            in place of those of the rays. It gives three arrays, as :class:`Ends`. Rays without an end are NaN, and have no derivatives. Reverse mode
+            only. Single precision, unless ``jax_enable_x64`` is set.
+
+        Raises
+        ------
+        GradError
+            JAX is missing.
+
+        Examples
+        --------
+        >>> ends = rays.jax()
+        >>> jax.grad(lambda index: jnp.sum((ends(index)[1] - measured) ** 2))(index)
+        """
+        return _autodiff.jax_function(self, GradError)
 
     def forward(self, index: Index) -> Ends:
         """Follow the rays to their ends.
@@ -283,6 +381,64 @@ class Rays:
             raise GradError(f"the loss depends on {failed} rays that have no end: set its derivatives to zero where Ends.valid is not")
         return Gradient(*found)
 
+    def least_squares(
+        self,
+        index: Index,
+        *,
+        positions: Optional[ArrayLike] = None,
+        position_noise: float = 1.0,
+        directions: Optional[ArrayLike] = None,
+        direction_noise: float = 1.0,
+        optical_lengths: Optional[ArrayLike] = None,
+        optical_length_noise: float = 1.0,
+    ) -> "LeastSquares":
+        """Half the sum of squares of (end − measured)/noise, and its derivative by the index, in one pass over the rays: a function to minimise.
+
+        Parameters
+        ----------
+        index : array_like, (nz, ny, nx), or Field
+            As for :meth:`forward`.
+        positions : array_like, (rays, 3), optional
+            Measured positions of :class:`Ends`. Rows that are not finite do not count.
+        position_noise : float, optional
+            Standard deviation of their components, in scene units, > 0.
+        directions : array_like, (rays, 3), optional
+            Measured unit directions.
+        direction_noise : float, optional
+            Standard deviation of their components, in radians, > 0.
+        optical_lengths : array_like, (rays,), optional
+            Measured ∫ n ds.
+        optical_length_noise : float, optional
+            Their standard deviation, in scene units, > 0.
+
+        Returns
+        -------
+        LeastSquares
+            The sum, its derivative, and how many measured rays have no end. These are left out.
+
+        Raises
+        ------
+        GradError
+            Shapes that do not fit, or noise that is not positive.
+
+        Examples
+        --------
+        >>> loss = rays.least_squares(index, directions=measured, direction_noise=1e-4)
+        >>> loss.value, loss.gradient
+        """
+        measured = (
+            self._ends(positions, "positions", (len(self), 3)),
+            self._ends(directions, "directions", (len(self), 3)),
+            self._ends(optical_lengths, "optical_lengths", (len(self),)),
+        )
+        noise = (
+            checks.positive(position_noise, "position_noise"),
+            checks.positive(direction_noise, "direction_noise"),
+            checks.positive(optical_length_noise, "optical_length_noise"),
+        )
+        squares, gradient, lost = _morgana.sum_of_squares(self._index(index), self._origins, self._directions, self._options, measured, noise)
+        return LeastSquares(0.5 * squares, gradient, lost)
+
     def _index(self, index: Index) -> Union[Field, Doubles]:
         if isinstance(index, Field):
             return index
@@ -298,13 +454,17 @@ class Rays:
         return samples
 
     @staticmethod
-    def _loss(values: Optional[ArrayLike], name: str, shape: Tuple[int, ...]) -> Optional[Doubles]:
+    def _ends(values: Optional[ArrayLike], name: str, shape: Tuple[int, ...]) -> Optional[Doubles]:
         if values is None:
             return None
-        by = np.ascontiguousarray(numbers(values, name))
-        if by.shape != shape:
-            raise GradError(f"derivatives by {name} have the shape {by.shape} but must have {shape}")
-        lost = np.count_nonzero(~np.isfinite(by))
+        array = np.ascontiguousarray(numbers(values, name))
+        if array.shape != shape:
+            raise GradError(f"{name} have the shape {array.shape} but must have {shape}")
+        return array
+
+    def _loss(self, values: Optional[ArrayLike], name: str, shape: Tuple[int, ...]) -> Optional[Doubles]:
+        by = self._ends(values, f"derivatives by {name}", shape)
+        lost = 0 if by is None else np.count_nonzero(~np.isfinite(by))
         if lost:
             raise GradError(f"{lost} derivatives by {name} are not finite: set those of rays without an end to zero, as by Ends.valid")
         return by

@@ -9,12 +9,16 @@ Needs SciPy: ``pip install "morgana-render[reconstruct]"``. See docs/guides/inve
 
 from __future__ import annotations
 
-from typing import Any, Callable, List, NamedTuple, Optional, Sequence, Tuple
+import os
+from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _checks as checks
+from . import _descent as descent
+from . import _penalties as penalties
+from ._checkpoint import Checkpoint
 from ._errors import Error
 from ._numbers import numbers
 from ._values import comparable
@@ -28,13 +32,17 @@ Shape = Tuple[int, int, int]
 COARSEST = 8
 """Samples along the shortest axis of the coarsest grid, at least."""
 SMALL = 2e-3
-"""The search ends when χ² falls by less than this share in an iteration."""
-SMALL_COARSE = 2e-2
+"""The search ends when χ², with penalties, falls by less than this share in an iteration."""
+SMALL_COARSE = 5e-2
 """The same on grids that others follow."""
-RAYS_PER_SAMPLE = 1
+PATIENCE = 3
+"""On the average of so many iterations."""
+RAYS_PER_SAMPLE = 0.5
 """Rays for each sample of a coarse grid: not all are needed there."""
-MEMORY = 12
-"""Pairs of steps and gradients that L-BFGS keeps."""
+FLAT = 0.05
+"""Total variation counts slopes from about this share of the largest one that the data alone ask for first."""
+EXTREMES = (0.1, 10.0)
+"""The least and the greatest index that are tried, in units of that around the box: rays in absurd ones take absurdly long."""
 
 
 class ReconstructionError(Error, ValueError):
@@ -59,20 +67,18 @@ class Reconstruction(NamedTuple):
     samples: Doubles
     """Samples of n, (nz, ny, nx)."""
     chi_square: float
-    """Σ ((ray − measured)/noise)² per datum."""
+    """Σ ((ray − measured)/noise)² per datum, of all rays."""
     stopped: str
     """Why it ended: ``"noise"``, where the rest is explained by noise; ``"slow"``, where little changed; ``"iterations"``."""
     history: List[Iteration]
     """All iterations."""
     lost: int
     """Rays that have no end in this index, and were left out."""
+    deviation: Optional[Doubles] = None
+    """Standard deviation of the samples due to noise, (nz, ny, nx), where ``replicates`` were asked for."""
 
     def __repr__(self) -> str:
         return f"<morgana.reconstruct.Reconstruction of {self.samples.shape}, χ² {self.chi_square:.4g} after {len(self.history)} iterations: {self.stopped}>"
-
-
-class _Stop(Exception):
-    """Ends a level."""
 
 
 class _Measured(NamedTuple):
@@ -84,14 +90,23 @@ class _Measured(NamedTuple):
     data: float
 
 
-class _Misfit:
-    """½χ² of rays and the penalty on slopes, and their derivatives by the samples."""
+class _Weights(NamedTuple):
+    """Of what is added to ½χ²."""
 
-    def __init__(self, rays: Rays, measured: List[_Measured], smoothness: float) -> None:
-        self.rays, self.measured, self.smoothness = rays, measured, smoothness
+    smoothness: float
+    total_variation: float
+
+
+class _Misfit:
+    """½χ² of rays and its penalties, and their derivatives by the samples."""
+
+    def __init__(self, rays: Rays, measured: List[_Measured], weights: _Weights) -> None:
+        self.rays, self.measured, self.weights = rays, measured, weights
         self.count = sum(kind.data for kind in measured)
-        self.is_of_slopes = any(kind.name != "optical_lengths" for kind in measured)
-        self.chi_square, self.lost = np.inf, 0
+        self.is_of_slopes = all(kind.name != "optical_lengths" for kind in measured)
+        self.given: Dict[str, Any] = {kind.name: kind.values for kind in measured}
+        self.given.update({_noise_of(kind.name): kind.noise for kind in measured})
+        self.flat, self.chi_square, self.lost = 1.0, np.inf, 0
 
     def with_rays(self, most: int) -> "_Misfit":
         """Of so many of the rays at most, drawn at random."""
@@ -100,37 +115,100 @@ class _Misfit:
         rows = np.sort(np.random.default_rng(0).permutation(len(self.rays))[:most])
         share = most / len(self.rays)
         measured = [kind._replace(values=kind.values[rows], data=share * kind.data) for kind in self.measured]
-        return _Misfit(self.rays.select(rows), measured, share * self.smoothness)
+        return _Misfit(self.rays.select(rows), measured, _Weights(*(share * weight for weight in self.weights)))
+
+    def of_data(self, index: Doubles) -> Tuple[float, Doubles]:
+        """½χ² alone."""
+        found = self.rays.least_squares(index, **self.given)
+        self.chi_square, self.lost = 2 * found.value / self.count, found.lost
+        return found.value, found.gradient
 
     def __call__(self, index: Doubles) -> Tuple[float, Doubles]:
-        ends = self.rays.forward(index)
-        by, total = {}, 0.0
-        for name, values, noise, _ in self.measured:
-            residual = (getattr(ends, name) - values) / noise
-            # Neither rays without an end nor data that are missing count.
-            residual = np.where(np.isfinite(residual), residual, 0.0)
-            by[name] = residual / noise
-            total += float(np.sum(residual**2))
-        self.chi_square, self.lost = total / self.count, int(np.count_nonzero(~ends.valid))
-        gradient = self.rays.vjp(index, **by).field
-        penalty, slope = _roughness(index, self.rays.spacing(index.shape))
-        return 0.5 * total + self.smoothness * penalty, gradient + self.smoothness * slope
+        value, gradient = self.of_data(index)
+        smoothness, total_variation = self.weights
+        spacing = self.rays.spacing(index.shape)
+        if smoothness > 0:
+            penalty, slope = penalties.roughness(index, spacing)
+            value, gradient = (value + smoothness * penalty, gradient + smoothness * slope)
+        if total_variation > 0:
+            penalty, slope = penalties.total_variation(index, spacing, self.flat)
+            value, gradient = (value + total_variation * penalty, gradient + total_variation * slope)
+        return value, gradient
+
+    @property
+    def explained(self) -> bool:
+        """Whether to end because noise explains what is left. Penalties keep noise out themselves."""
+        return self.chi_square <= 1 and not any(self.weights)
 
 
-def _roughness(index: Doubles, spacing: Doubles) -> Tuple[float, Doubles]:
-    """½∫|∇n|² dV by differences of neighbours, and its derivative."""
-    gradient, total, cell = np.zeros_like(index), 0.0, float(np.prod(spacing))
-    for axis, step in zip((2, 1, 0), spacing):
-        if index.shape[axis] < 2:
-            continue
-        slope = np.diff(index, axis=axis) / step
-        total += 0.5 * cell * float(np.sum(slope**2))
-        first = [slice(None)] * 3
-        last = list(first)
-        first[axis], last[axis] = slice(None, -1), slice(1, None)
-        gradient[tuple(first)] -= cell / step * slope
-        gradient[tuple(last)] += cell / step * slope
-    return total, gradient
+class _Limits(NamedTuple):
+    """Where samples may lie."""
+
+    lower: Optional[float]
+    upper: Optional[float]
+    known: Optional[NDArray[np.bool_]]
+    """Samples of the last grid that keep their value."""
+
+    def of(self, index: Doubles, ambient: float, centers: bool) -> Tuple[Doubles, Doubles]:
+        """The least and the largest value of each sample, of which those that are known have theirs."""
+        least, greatest = EXTREMES
+        low = np.full(index.shape, least * ambient if self.lower is None else self.lower)
+        high = np.full(index.shape, greatest * ambient if self.upper is None else self.upper)
+        if self.known is None:
+            return low, high
+        # Samples between known ones are known on other grids, too.
+        known = _resampled(self.known.astype(float), (index.shape[0], index.shape[1], index.shape[2]), centers, order=1) > 1 - 1e-9
+        return np.where(known, index, low), np.where(known, index, high)
+
+
+class _Problem(NamedTuple):
+    """What is looked for."""
+
+    misfit: _Misfit
+    grids: List[Shape]
+    limits: _Limits
+    start: Doubles
+    iterations: int
+
+    def solve(self, progress: Optional[Callable[[Iteration], Any]], checkpoint: Optional[Checkpoint]) -> Reconstruction:
+        """From coarse to fine."""
+        index, history, stopped = self.start, [], "iterations"
+        grids, misfit = self.grids, self.misfit
+        if checkpoint is not None and checkpoint.saved is not None:
+            index, told, stopped = checkpoint.saved
+            history = [Iteration(*one) for one in told]
+            grids = [] if stopped in ("noise", "slow") else [grid for grid in grids if grid >= index.shape]
+        for grid in grids:
+            coarse = grid != grids[-1]
+            some = misfit.with_rays(int(RAYS_PER_SAMPLE * np.prod(grid))) if coarse else misfit
+            level = _Level(some, self.limits, _resampled(index, grid, _centers(misfit.rays)))
+            values: List[float] = []
+            index, stopped = level.start, ""
+            for index, value in level:
+                values.append(value)
+                history.append(Iteration(grid, len(values), some.chi_square))
+                slow = _is_slow(values, SMALL_COARSE if coarse else SMALL)
+                stopped = "noise" if some.explained else "slow" if slow else "iterations" if len(values) >= self.iterations else ""
+                if progress is not None:
+                    progress(history[-1])
+                if checkpoint is not None:
+                    checkpoint.save(index, history, "" if coarse else stopped)
+                if stopped:
+                    break
+            stopped = stopped or ("noise" if some.explained else "slow")
+        misfit.of_data(index)
+        return Reconstruction(index, misfit.chi_square, stopped, history, misfit.lost)
+
+    def replicate(self, truth: Doubles, rng: np.random.Generator) -> Doubles:
+        """What would be found if ``truth`` were measured again."""
+        ends = self.misfit.rays.forward(truth)
+        measured = []
+        for kind in self.misfit.measured:
+            exact = getattr(ends, kind.name)
+            values = np.where(np.isfinite(kind.values), exact + kind.noise * rng.normal(size=exact.shape), np.nan)
+            measured.append(kind._replace(values=_unit(values) if kind.name == "directions" else values))
+        again = _Misfit(self.misfit.rays, measured, self.misfit.weights)
+        return self._replace(misfit=again).solve(None, None).samples
 
 
 def fit(
@@ -144,16 +222,21 @@ def fit(
     optical_lengths: Optional[ArrayLike] = None,
     optical_length_noise: Optional[float] = None,
     start: Optional[ArrayLike] = None,
+    known: Optional[ArrayLike] = None,
     lower: Optional[float] = None,
     upper: Optional[float] = None,
     smoothness: float = 0.0,
+    total_variation: float = 0.0,
     iterations: int = 40,
+    replicates: int = 0,
+    checkpoint: Optional[Union[str, "os.PathLike[str]"]] = None,
     progress: Optional[Callable[[Iteration], Any]] = None,
 ) -> Reconstruction:
     """Find the samples of n with which rays end where they were measured.
 
-    χ², the sum of squared differences over noise, is made smaller by L-BFGS, on coarse grids first, with some of the rays. It
-    ends when noise explains what is left (the discrepancy principle): further iterations would fit noise.
+    χ², the sum of squared differences over noise, is made smaller by limited-memory BFGS within the limits, on coarse grids first, with some of the rays.
+    Without penalties it ends when noise explains what is left (the discrepancy principle): further iterations would fit noise. A direction and a position have two
+    independent components each: directions are taken as unit vectors, and positions lie on the exit.
 
     Parameters
     ----------
@@ -166,7 +249,7 @@ def fit(
     position_noise : float, optional
         Standard deviation of their components, in scene units, > 0.
     directions : array_like, (rays, 3), optional
-        Measured unit directions of the ends. NaN where they are not known.
+        Measured directions of the ends, of any length. NaN where they are not known.
     direction_noise : float, optional
         Standard deviation of their components, in radians, > 0.
     optical_lengths : array_like, (rays,), optional
@@ -175,12 +258,22 @@ def fit(
         Their standard deviation, in scene units, > 0.
     start : array_like, (nz, ny, nx), optional
         Samples to start from, of any shape; a uniform ``ambient`` index of the rays by default. The search is on the last grid alone if they have its shape.
+    known : array_like of bool, (nz, ny, nx), optional
+        Samples, in the shape of the grid, that keep the value of ``start``. Deflections tell differences of n alone: say where it is that of the
+        surroundings, as at the walls around a jet.
     lower, upper : float, optional
-        Limits of n, such as that of the surroundings for a gas that is dense.
+        Limits of n, such as that of the surroundings for a gas that is dense. By default a tenth of ``ambient``, and ten times it.
     smoothness : float, optional
         Weight of ½∫|∇n|² dV, which is added to ½χ² (Tikhonov): for few views.
+    total_variation : float, optional
+        Weight of ∫|∇n| dV, which is added to ½χ²: for few views of bodies with edges. Slopes of less than 5 % of the largest count as smooth.
     iterations : int, optional
         At most so many on each grid.
+    replicates : int, optional
+        Estimate the standard deviation of the samples from so many reconstructions, 2 or more, of data that are simulated from what was found, with
+        other noise (parametric bootstrap). Each costs as much as the first. What views, limits and penalties leave open is not part of it.
+    checkpoint : str or path, optional
+        A file that is written after each iteration. If it is there, a search of the same data continues from it.
     progress : callable, optional
         Called with an :class:`Iteration` after each one. What it raises ends the search.
 
@@ -192,12 +285,13 @@ def fit(
     Raises
     ------
     ReconstructionError
-        No data, data without noise, shapes that do not fit, or SciPy is missing.
+        No data, data without noise, shapes that do not fit, a checkpoint of other data, or SciPy is missing.
 
     Examples
     --------
     >>> found = morgana.reconstruct.fit(rays, (64, 64, 64), directions=measured, direction_noise=1e-4)
     """
+    _scipy("scipy.ndimage")
     goal = _shape(shape)
     measured = [
         *_data(rays, "positions", positions, position_noise, 2),
@@ -206,10 +300,10 @@ def fit(
     ]
     if not measured:
         raise ReconstructionError("there is nothing to fit: give positions, directions or optical_lengths with their noise")
-    if not smoothness >= 0:
-        raise ReconstructionError(f"smoothness is {smoothness} but must be at least 0")
+    weights = _Weights(_weight(smoothness, "smoothness"), _weight(total_variation, "total_variation"))
     checks.whole(iterations, "iterations", 1)
-    misfit = _Misfit(rays, measured, float(smoothness))
+    if checks.whole(replicates, "replicates", 0) == 1:
+        raise ReconstructionError("replicates is 1 but must be 0, or at least 2 for a deviation")
     grids = _grids(goal)
     index = np.full(grids[0], rays.ambient)
     if start is not None:
@@ -217,132 +311,67 @@ def fit(
         if index.ndim != 3:
             raise ReconstructionError(f"start has the shape {index.shape} but must be samples [z, y, x]")
         grids = [goal] if index.shape == goal else grids
-    history: List[Iteration] = []
-    for grid in grids:
-        coarse = grid != goal
-        some = misfit.with_rays(RAYS_PER_SAMPLE * int(np.prod(grid))) if coarse else misfit
-        search = _Level(some, _resampled(index, grid), (lower, upper), history, progress)
-        stopped = search.run(iterations, SMALL_COARSE if coarse else SMALL)
-        index = search.index
-    return Reconstruction(index, search.chi_square, stopped, history, search.lost)
+    problem = _Problem(_Misfit(rays, measured, weights), grids, _limits(lower, upper, known, goal), index, iterations)
+    saved = None if checkpoint is None else Checkpoint(checkpoint, problem, ReconstructionError)
+    found = problem.solve(progress, saved)
+    if replicates == 0:
+        return found
+    rng = np.random.default_rng(0)
+    others = [problem.replicate(found.samples, rng) for _ in range(replicates)]
+    return found._replace(deviation=np.std(others, axis=0, ddof=1))
 
 
 class _Level:
-    """The search on one grid."""
+    """The search on one grid: places that are better and better."""
 
-    def __init__(
-        self,
-        misfit: _Misfit,
-        index: Doubles,
-        limits: Tuple[Optional[float], Optional[float]],
-        history: List[Iteration],
-        progress: Optional[Callable[[Iteration], Any]],
-    ) -> None:
-        self.misfit, self.index, self.limits = misfit, index, limits
-        self.history, self.progress = history, progress
-        self.chi_square, self.lost, self.number, self.stopped = np.inf, 0, 0, "iterations"
+    def __init__(self, misfit: _Misfit, limits: _Limits, index: Doubles) -> None:
+        self.misfit = misfit
+        rays = misfit.rays
+        low, high = limits.of(index, rays.ambient, _centers(rays))
+        self.start, self.within = np.clip(index, low, high), (low, high)
+        # The filter changes samples far from where data ask for it, which limits would turn into an offset that deflections do not see.
+        limited = limits.lower is not None or limits.upper is not None
+        open_offset = misfit.is_of_slopes and limited and limits.known is None
+        self.precondition = np.asarray if open_offset else _Filter(index.shape, rays.spacing(index.shape))
 
-    def run(self, iterations: int, small: float) -> str:
-        """Makes at most so many iterations, as long as χ² falls by more than a ``small`` share in each. Says why it ended."""
-        optimize = _scipy("scipy.optimize")
-        low, high = self.limits
-        base = self._limited(self.index)
-        # Limits hold for samples, not for what is filtered.
-        limited = self.limits != (None, None)
-        filtered = _Filter(base.shape) if self.misfit.is_of_slopes and not limited else np.asarray
-
-        def samples(x: Doubles) -> Doubles:
-            return self._limited(base + filtered(x.reshape(base.shape)))
-
-        def misfit(x: Doubles) -> Tuple[float, Doubles]:
-            value, gradient = self.misfit(samples(x))
-            return value, filtered(gradient).ravel()
-
-        _, gradient = misfit(np.zeros(base.size))
-        self.index = base
-        if self._note() <= 1:
-            return "noise"
-        unit = _first_step(misfit, gradient)
-        if unit == 0:
-            return "slow"
-        room = [((low or 0) - n, np.inf if high is None else high - n) for n in base.ravel()] if limited else []
-        bounds = [(below / unit, above / unit) for below, above in room] or None
-
-        def scaled(x: Doubles) -> Tuple[float, Doubles]:
-            value, gradient = misfit(x * unit)
-            return value, gradient * unit
-
-        def step(x: Doubles) -> None:
-            self.index = samples(x * unit)
-            self._step(small)
-
-        try:
-            optimize.minimize(
-                scaled,
-                np.zeros(base.size),
-                jac=True,
-                method="L-BFGS-B",
-                bounds=bounds,
-                callback=step,
-                options={"maxiter": iterations, "maxcor": MEMORY, "ftol": 0, "gtol": 0},
-            )
-        except _Stop:
-            pass
-        return self.stopped
-
-    def _limited(self, index: Doubles) -> Doubles:
-        """Within the limits, which rounding may have passed."""
-        low, high = self.limits
-        return np.clip(index, -np.inf if low is None else low, np.inf if high is None else high)
-
-    def _note(self) -> float:
-        self.chi_square, self.lost = self.misfit.chi_square, self.misfit.lost
-        return self.chi_square
-
-    def _step(self, small: float) -> None:
-        before = self.chi_square
-        self._note()
-        self.number += 1
-        nz, ny, nx = self.index.shape
-        done = Iteration((nz, ny, nx), self.number, self.chi_square)
-        self.history.append(done)
-        if self.progress is not None:
-            self.progress(done)
-        if self.chi_square <= 1:
-            self.stopped = "noise"
-        elif before - self.chi_square < small * before and self.number > 3:
-            self.stopped = "slow"
-        else:
+    def __iter__(self) -> Iterator[Tuple[Doubles, float]]:
+        misfit = self.misfit
+        misfit(self.start)
+        if misfit.explained:
             return
-        raise _Stop
+        scale, first = descent.first_scale(misfit.of_data, self.start, self.precondition)
+        if misfit.weights.total_variation > 0:
+            spacing = misfit.rays.spacing(self.start.shape)
+            misfit.flat = max(FLAT * penalties.largest_slope(self.start + first, spacing), 1e-300)
+        yield from descent.minimize(misfit, self.start, scale, self.within, self.precondition)
 
 
 class _Filter:
-    """A symmetric filter of samples that makes the Hessian of χ² of deflections more like one: that of waves grows in proportion to their number."""
+    """A symmetric filter of samples that makes the Hessian of χ² and of penalties on slopes more like one: for deflections that of waves grows in
+    proportion to their number."""
 
-    def __init__(self, shape: Tuple[int, ...]) -> None:
+    def __init__(self, shape: Tuple[int, ...], spacing: Doubles) -> None:
         self.fft = _scipy("scipy.fft")
-        waves = np.meshgrid(*(np.arange(n) for n in shape), indexing="ij", sparse=True)
-        number = np.sqrt(sum(np.square(wave, dtype=float) for wave in waves))
-        self.weights = (1 + number) ** -0.5
+        lengths = [step * n for step, n in zip(spacing[::-1], shape)]
+        numbers = [max(lengths) / length * np.arange(n) for n, length in zip(shape, lengths)]
+        waves = np.meshgrid(*numbers, indexing="ij", sparse=True)
+        self.weights = 1 / (1 + np.sqrt(sum(np.square(wave) for wave in waves)))
 
     def __call__(self, values: Doubles) -> Doubles:
         return np.asarray(self.fft.idctn(self.weights * self.fft.dctn(values, norm="ortho"), norm="ortho"))
 
 
-def _first_step(misfit: Callable[[Doubles], Tuple[float, Doubles]], gradient: Doubles) -> float:
-    """The length of the step to the minimum along the gradient, as the curvature there lets expect: L-BFGS begins with a step of length 1."""
-    size = float(np.linalg.norm(gradient))
-    if size == 0:
-        return 0.0
-    small = 1e-4 / float(np.abs(gradient).max())
-    _, moved = misfit(-small * gradient)
-    return small * size**3 / abs(float(np.sum((gradient - moved) * gradient)))
+def _is_slow(values: List[float], small: float) -> bool:
+    """Whether a value has fallen by less than a small share in each of the last iterations, on the average."""
+    if len(values) <= PATIENCE:
+        return False
+    before = values[-1 - PATIENCE]
+    return before - values[-1] < PATIENCE * small * before
 
 
 def _data(rays: Rays, name: str, values: Optional[ArrayLike], noise: Optional[float], independent: int) -> List[_Measured]:
     """One kind of data, if it is given. A direction and a position on a plane have two independent components."""
-    word = f"{name[:-1]}_noise"
+    word = _noise_of(name)
     if values is None:
         if noise is not None:
             raise ReconstructionError(f"{word} is given without {name}")
@@ -356,7 +385,44 @@ def _data(rays: Rays, name: str, values: Optional[ArrayLike], noise: Optional[fl
     known = np.isfinite(array.reshape(len(rays), -1)).all(axis=1)
     if not known.any():
         raise ReconstructionError(f"none of the {name} is known")
+    array = np.where(known.reshape(-1, *[1] * (array.ndim - 1)), array, np.nan)
+    if name == "directions":
+        if (np.linalg.norm(array[known], axis=1) == 0).any():
+            raise ReconstructionError("some directions have no length")
+        array = _unit(array)
     return [_Measured(name, array, checks.positive(noise, word), independent * int(known.sum()))]
+
+
+def _noise_of(name: str) -> str:
+    return f"{name[:-1]}_noise"
+
+
+def _unit(vectors: Doubles) -> Doubles:
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
+
+
+def _weight(value: float, name: str) -> float:
+    if not (value >= 0 and np.isfinite(value)):
+        raise ReconstructionError(f"{name} is {value} but must be at least 0")
+    return float(value)
+
+
+def _limits(lower: Optional[float], upper: Optional[float], known: Optional[ArrayLike], goal: Shape) -> _Limits:
+    low, high = (checks.optional_positive(lower, "lower"), checks.optional_positive(upper, "upper"))
+    if low is not None and high is not None and low >= high:
+        raise ReconstructionError(f"lower is {low} but must be below upper, {high}")
+    if known is None:
+        return _Limits(low, high, None)
+    mask = np.asarray(known)
+    if mask.dtype != bool or mask.shape != goal:
+        raise ReconstructionError(f"known has the shape {mask.shape} and type {mask.dtype} but must be {goal} of bool")
+    if mask.all():
+        raise ReconstructionError("all samples are known: there is nothing to find")
+    return _Limits(low, high, mask)
+
+
+def _centers(rays: Rays) -> bool:
+    return rays.placement == "centers"
 
 
 def _shape(shape: Sequence[int]) -> Shape:
@@ -375,13 +441,13 @@ def _grids(goal: Shape) -> List[Shape]:
     return grids
 
 
-def _resampled(index: Doubles, shape: Shape) -> Doubles:
-    """Samples of the same box on another grid, by cubic splines."""
+def _resampled(index: Doubles, shape: Shape, centers: bool, order: int = 3) -> Doubles:
+    """Samples of the same box on another grid, by splines."""
     if index.shape == shape:
         return index
     zoom = _scipy("scipy.ndimage").zoom
     factors = [new / old for new, old in zip(shape, index.shape)]
-    return np.asarray(zoom(index, factors, order=min(3, min(index.shape) - 1), mode="nearest"))
+    return np.asarray(zoom(index, factors, order=min(order, min(index.shape) - 1), mode="nearest", grid_mode=centers))
 
 
 def _scipy(module: str) -> Any:

@@ -57,6 +57,35 @@ def test_gradients_are_those_of_differences():
         assert abs(np.sum(by * change) - expected) < 3e-5 * np.linalg.norm(by)
 
 
+def test_least_squares_are_those_of_the_ends():
+    index, (origins, directions) = samples(), starts()
+    rays = bundle(origins, directions)
+    ends = rays.forward(index)
+    noise = {"positions": 0.3, "directions": 0.02, "optical_lengths": 0.1}
+    measured = {name: getattr(ends, name) + RNG.normal(size=getattr(ends, name).shape) for name in noise}
+    for name in noise:
+        measured[name][::5] = np.nan
+    found = rays.least_squares(index, **measured, position_noise=0.3, direction_noise=0.02, optical_length_noise=0.1)
+    residuals = {name: np.nan_to_num((getattr(ends, name) - measured[name]) / noise[name]) for name in noise}
+    assert found.lost == 0
+    assert found.value == pytest.approx(0.5 * sum(np.sum(r**2) for r in residuals.values()), rel=1e-12)
+    by = rays.vjp(index, **{name: r / noise[name] for name, r in residuals.items()}).field
+    np.testing.assert_allclose(found.gradient, by, rtol=1e-9, atol=1e-9 * np.abs(by).max())
+
+
+def test_least_squares_leave_rays_without_an_end_out():
+    rays = grad.Rays([[0, 0, -2], [0, 0, 2]], [0, 0, 1], box=BOX)
+    found = rays.least_squares(np.full((4, 4, 4), 1.2), optical_lengths=[3.0, 3.0], optical_length_noise=0.1)
+    assert found.lost == 1 and found.value == pytest.approx(0.5 * (0.4 / 0.1) ** 2)
+
+
+def test_rays_from_elsewhere():
+    origins, directions = starts()
+    moved = bundle(origins, directions).with_starts(origins + [0.01, 0, 0], directions)
+    assert moved == bundle(origins + [0.01, 0, 0], directions, max_length=moved._options["max_length"])
+    np.testing.assert_array_equal(moved.starts[0], origins + [0.01, 0, 0])
+
+
 def test_parameters_of_a_field():
     # A weak bump turns rays by −√(2π) Δ (b/w) exp(−b²/2w²).
     b, w = 0.4, 0.5
@@ -119,6 +148,8 @@ def test_rays_without_an_end_are_counted():
         (lambda rays: rays.forward(np.zeros((3, 3, 3))), "no refractive index"),
         (lambda rays: grad.Rays([[0, 0, 0]], [0, 0, 1], exit=BEHIND).forward(np.ones((3, 3, 3))), "give Rays a box"),
         (lambda rays: rays.vjp(np.ones((3, 3, 3)), positions=np.ones((2, 3))), "must have"),
+        (lambda rays: rays.least_squares(np.ones((3, 3, 3)), optical_lengths=np.ones(2)), "optical_lengths have the shape"),
+        (lambda rays: rays.with_starts([[0, 0, 0]], [0, 0, 0]), "of no length"),
         (lambda rays: rays.vjp(np.ones((3, 3, 3)), positions=[[np.nan, 0, 0]]), "not finite"),
     ],
 )

@@ -7,6 +7,7 @@ import re
 import textwrap
 
 import morgana
+import morgana.correlation
 import morgana.distributed
 import morgana.flow
 import morgana.grad
@@ -17,7 +18,7 @@ import pytest
 from conftest import load, meters, small
 from morgana import plot
 
-MODULES = [morgana, morgana.distributed, morgana.flow, morgana.grad, morgana.reconstruct, morgana.schlieren, plot]
+MODULES = [morgana, morgana.correlation, morgana.distributed, morgana.flow, morgana.grad, morgana.reconstruct, morgana.schlieren, plot]
 
 
 def public():
@@ -101,6 +102,8 @@ def samples():
     detecting["ball"] = {**detecting["ball"], "skin": {"type": "irradiancemeter", "records": True}}
     del detecting["sensor"]
     recorded = morgana.render(load(detecting), particles=640).records["irradiancemeter"]
+    motion = {recorded.regions[0]: morgana.correlation.brownian(1e-9)}
+    light = {"wavelength": 5e-4, "index": 1.3}
     rays = morgana.trace(scene, [[0, 0, -3], [0, 0.1, -3]], [0, 0, 1])
     found = morgana.connect(scene, [0, 0, 0], [0.1, 0.2, 0.3])
     with pytest.raises(morgana.SceneError) as refused:
@@ -114,6 +117,7 @@ def samples():
         bundle,
         bundle.forward(np.full((4, 4, 4), 1.2)),
         bundle.vjp(np.full((4, 4, 4), 1.2), optical_lengths=[1.0]),
+        bundle.least_squares(np.full((4, 4, 4), 1.2), optical_lengths=[1.0]),
         morgana.grad.Plane((0, 0, 1), (0, 0, 1)),
         morgana.grad.GradError("no box"),
         iteration,
@@ -128,6 +132,10 @@ def samples():
         measured.meters["fluence"],
         recorded,
         recorded.power(),
+        recorded.jacobian(),
+        morgana.derivatives(scene, ["sky.emission"], np.ones((8, 12, len(scene.channels))), spp=2)["sky.emission"],
+        morgana.correlation.correlate(recorded, [0.0, 1e-3], motion, **light),
+        morgana.correlation.speckle_contrast(recorded, [1e-3], motion, **light),
         morgana.sweep(swept, {"n": [2, 3]}),
         rays,
         rays[0],

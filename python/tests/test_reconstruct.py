@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from morgana import grad, reconstruct
+from morgana import _descent, _penalties, grad, reconstruct
 
 BOX = ((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))
 
@@ -37,16 +37,31 @@ def measured(rays, true, share=0.01):
     return noisy / np.linalg.norm(noisy, axis=1, keepdims=True), noise
 
 
+def walls(samples):
+    """The faces along the axis of the views, where the index is that of the surroundings."""
+    known = np.zeros((samples, samples, samples), bool)
+    known[:, [0, -1]] = known[:, :, [0, -1]] = True
+    return known
+
+
 def test_an_index_is_found_down_to_noise():
     rays, true = views(), bump(16)
     directions, noise = measured(rays, true)
     told = []
-    found = reconstruct.fit(rays, true.shape, directions=directions, direction_noise=noise, lower=1.0, iterations=80, progress=told.append)
+    found = reconstruct.fit(rays, true.shape, directions=directions, direction_noise=noise, lower=1.0, known=walls(16), progress=told.append)
     assert found.history == told and found.lost == 0
     assert [now.shape for now in told][0] == (8, 8, 8) and told[-1].shape == true.shape
     assert found.chi_square == pytest.approx(1, abs=0.3)
-    assert error(found.samples, true) < 0.1
-    assert found.samples.min() >= 1
+    assert error(found.samples, true) < 0.03
+    assert found.samples.min() >= 1 - 1e-12 and np.all(np.abs(found.samples[walls(16)] - 1) < 1e-12)
+
+
+def test_deflections_leave_an_offset_open_without_a_known_region():
+    rays, true = views(), bump(16)
+    directions, noise = measured(rays, true)
+    found = reconstruct.fit(rays, true.shape, directions=directions, direction_noise=noise).samples
+    assert error(found, true) > 0.1
+    assert error(found - np.mean(found - true), true) < 0.05
 
 
 def test_noise_is_not_fitted():
@@ -65,16 +80,103 @@ def test_optical_lengths_and_missing_data():
     assert error(found.samples, true) < 0.2
 
 
-def test_the_penalty_is_that_of_a_slope():
-    # ½∫|∇n|² dV of n = 1 + x/10 over the box is ½·0.01·8; its derivative is that of differences.
+def test_penalties_are_those_of_a_slope():
+    # n = 1 + x/10 over the box: ½∫|∇n|² dV is ½·0.01·V, and ∫|∇n| dV is 0.1·V, with as many cells as slopes.
     z, y, x = np.meshgrid(*(np.linspace(-1, 1, n) for n in (5, 6, 7)), indexing="ij")
-    value, _ = reconstruct._roughness(1 + x / 10, np.array([2 / 6, 2 / 5, 2 / 4]))
-    cells = np.prod([2 / 6, 2 / 5, 2 / 4]) * 6 * 6 * 5
-    assert value == pytest.approx(0.5 * 0.01 * cells)
-    index, change = np.random.default_rng(2).normal(size=(2, 5, 6, 7))
+    spacing = np.array([2 / 6, 2 / 5, 2 / 4])
+    volume = np.prod(spacing) * 6 * 6 * 5
+    assert _penalties.roughness(1 + x / 10, spacing)[0] == pytest.approx(0.5 * 0.01 * volume)
+    assert _penalties.total_variation(1 + x / 10, spacing, 1e-9)[0] == pytest.approx(0.1 * volume)
+    assert _penalties.largest_slope(1 + x / 10, spacing) == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize("penalty", [_penalties.roughness, lambda n, h: _penalties.total_variation(n, h, 0.5)])
+@pytest.mark.parametrize("shape", [(5, 6, 7), (1, 4, 1)])
+def test_slopes_of_penalties_are_those_of_differences(penalty, shape):
+    index, change = np.random.default_rng(2).normal(size=(2, *shape))
     spacing = np.array([0.3, 0.4, 0.5])
-    at = lambda h: reconstruct._roughness(index + h * change, spacing)[0]  # noqa: E731
-    assert np.sum(reconstruct._roughness(index, spacing)[1] * change) == pytest.approx((at(1) - at(-1)) / 2)
+    at = lambda h: penalty(index + h * change, spacing)[0]  # noqa: E731
+    difference = (at(1e-4) - at(-1e-4)) / 2e-4
+    assert np.sum(penalty(index, spacing)[1] * change) == pytest.approx(difference, rel=1e-7)
+
+
+def test_descent_finds_the_minimum_within_limits():
+    # ½(x − c)ᵀA(x − c) with limits: at the minimum the gradient vanishes where x is free, and points out of the limits elsewhere.
+    rng = np.random.default_rng(4)
+    root, centre = rng.normal(size=(20, 20)), rng.normal(size=20)
+    matrix = root @ root.T + np.eye(20)
+    function = lambda x: (0.5 * (x - centre) @ matrix @ (x - centre), matrix @ (x - centre))  # noqa: E731
+    low, high = np.full(20, -0.8), np.full(20, 0.7)
+    low[3] = high[3] = 0.1
+    precondition = lambda v: v / np.diag(matrix)  # noqa: E731
+    start = np.zeros(20)
+    scale, _ = _descent.first_scale(function, start, precondition)
+    *_, (x, value) = _descent.minimize(function, start, scale, (low, high), precondition)
+    gradient = matrix @ (x - centre)
+    inside = (x > low) & (x < high)
+    assert x[3] == 0.1 and 3 < inside.sum() < 20 and value == pytest.approx(function(x)[0])
+    assert np.abs(gradient[inside]).max() < 1e-5
+    assert (gradient[x == low] > -1e-5).sum() + (gradient[x == high] < 1e-5).sum() >= 20 - inside.sum()
+
+
+def test_total_variation_keeps_edges():
+    # A box of even index from four views: 1 % noise.
+    z, y, x = np.meshgrid(*3 * [np.linspace(-1, 1, 16)], indexing="ij")
+    true = np.where((np.abs(x) < 0.4) & (np.abs(y) < 0.5) & (np.abs(z) < 0.4), 1.003, 1.0)
+    rays = views(4)
+    lengths = rays.forward(true).optical_lengths
+    noise = 0.01 * np.std(lengths)
+    lengths = lengths + noise * np.random.default_rng(1).normal(size=lengths.shape)
+    data = {"optical_lengths": lengths, "optical_length_noise": noise, "known": walls(16)}
+    plain = reconstruct.fit(rays, true.shape, **data)
+    edges = reconstruct.fit(rays, true.shape, **data, total_variation=1e4)
+    assert error(edges.samples, true) < 0.8 * error(plain.samples, true)
+
+
+def test_an_interrupted_search_continues(tmp_path):
+    rays, true = views(), bump(16)
+    directions, noise = measured(rays, true)
+    data = {"directions": directions, "direction_noise": noise, "known": walls(16), "checkpoint": tmp_path / "jet.npz"}
+
+    def interrupt(now):
+        if now.shape == (16, 16, 16) and now.number == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        reconstruct.fit(rays, true.shape, **data, progress=interrupt)
+    told = []
+    found = reconstruct.fit(rays, true.shape, **data, progress=told.append)
+    assert {now.shape for now in told} == {(16, 16, 16)} and len(found.history) > len(told)
+    assert found.stopped == "noise" and error(found.samples, true) < 0.05
+    assert reconstruct.fit(rays, true.shape, **data, progress=told.clear) == found
+    with pytest.raises(reconstruct.ReconstructionError, match="of other rays, data or options"):
+        reconstruct.fit(rays, true.shape, **data, lower=1.0)
+    (tmp_path / "jet.npz").write_bytes(b"no checkpoint")
+    with pytest.raises(reconstruct.ReconstructionError, match="is no checkpoint"):
+        reconstruct.fit(rays, true.shape, **data)
+
+
+def test_deviations_are_those_of_repeated_measurements():
+    # More data than samples. The variance over 10 measurements with noise of their own against that of 10 replicates, both averaged over
+    # 3³ free samples: F with at least 9 and 9 degrees of freedom for one sample, and more for their mean. Beyond 5.35 by a chance of 1 in 100
+    # if all samples moved as one, which their number makes far less.
+    rays, true = views(8, 10), bump(5)
+    exact = rays.forward(true)
+    noise = 2e-4
+    options = {"known": walls(5), "start": true, "iterations": 30, "direction_noise": noise}
+
+    def measure(seed):
+        directions = exact.directions + noise * np.random.default_rng(seed).normal(size=exact.directions.shape)
+        return directions / np.linalg.norm(directions, axis=1, keepdims=True)
+
+    repeated = np.std([reconstruct.fit(rays, true.shape, directions=measure(seed), **options).samples for seed in range(10)], axis=0, ddof=1)
+    deviation = reconstruct.fit(rays, true.shape, directions=measure(10), replicates=10, **options).deviation
+    free = ~walls(5)
+    assert np.all(deviation[walls(5)] < 1e-12)
+    assert 1 / 5.35 < np.mean(deviation[free] ** 2) / np.mean(repeated[free] ** 2) < 5.35
+
+
+LENGTHS = {"optical_lengths": np.ones(3200), "optical_length_noise": 1.0}
 
 
 @pytest.mark.parametrize(
@@ -85,10 +187,50 @@ def test_the_penalty_is_that_of_a_slope():
         ({"directions": np.zeros((3200, 3))}, "give direction_noise"),
         ({"position_noise": 1.0}, "without positions"),
         ({"optical_lengths": np.full(3200, np.nan), "optical_length_noise": 1.0}, "none of the optical_lengths"),
-        ({"optical_lengths": np.ones(3200), "optical_length_noise": 1.0, "smoothness": -1}, "at least 0"),
-        ({"optical_lengths": np.ones(3200), "optical_length_noise": 1.0, "start": np.ones(3)}, r"\[z, y, x\]"),
+        ({"directions": np.zeros((3200, 3)), "direction_noise": 1.0}, "no length"),
+        ({**LENGTHS, "smoothness": -1}, "at least 0"),
+        ({**LENGTHS, "start": np.ones(3)}, r"\[z, y, x\]"),
+        ({**LENGTHS, "total_variation": np.nan}, "total_variation is nan"),
+        ({**LENGTHS, "known": np.ones((8, 8, 8))}, "of bool"),
+        ({**LENGTHS, "known": np.ones((8, 8, 8), bool)}, "nothing to find"),
+        ({**LENGTHS, "lower": 1.2, "upper": 1.1}, "below upper"),
+        ({**LENGTHS, "replicates": 1}, "at least 2"),
     ],
 )
 def test_mistakes_are_told(options, message):
     with pytest.raises(reconstruct.ReconstructionError, match=message):
         reconstruct.fit(views(), (8, 8, 8), **options)
+
+
+def focused(views, pixels, half):
+    """Parallel rays onto a Luneburg lens of radius 1 from several sides, and where they leave a box around it: each meets all of its view in the point
+    of the lens that lies behind, at equal optical lengths, in the direction by which it hits the lens off its axis."""
+    number = np.arange(views) + 0.5
+    height, turn = 1 - number / views, np.pi * (1 + 5**0.5) * number
+    found = []
+    for axis in np.column_stack([np.sqrt(1 - height**2) * np.cos(turn), np.sqrt(1 - height**2) * np.sin(turn), height]):
+        side = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+        side /= np.linalg.norm(side)
+        u, w = (a.ravel() for a in np.meshgrid(*2 * [np.linspace(-0.97, 0.97, pixels)]))
+        off = u[:, None] * side + w[:, None] * np.cross(axis, side)
+        size = np.hypot(u, w)
+        off, size = off[size < 0.97], size[size < 0.97]
+        direction = np.sqrt(1 - size**2)[:, None] * axis - off
+        with np.errstate(divide="ignore"):
+            further = np.min(np.where(direction != 0, (np.sign(direction) * half - axis) / direction, np.inf), axis=1)
+        along = np.tile(axis, (len(off), 1))
+        found.append((off - 2 * axis, along, axis + further[:, None] * direction, direction, 2 + np.pi / 2 + further))
+    return (np.concatenate(part) for part in zip(*found))
+
+
+def test_a_luneburg_lens_is_found_from_what_it_should_do():
+    half, noise = 1.05, 1e-2
+    origins, along, positions, directions, lengths = focused(12, 20, half)
+    rays = grad.Rays(origins, along, box=(3 * [-half], 3 * [half]), tolerance=1e-4)
+    z, y, x = np.meshgrid(*3 * [np.linspace(-half, half, 17)], indexing="ij")
+    r2 = x**2 + y**2 + z**2
+    data = {"positions": positions, "directions": directions, "optical_lengths": lengths}
+    data.update({"position_noise": noise, "direction_noise": noise, "optical_length_noise": noise})
+    found = reconstruct.fit(rays, r2.shape, **data, known=r2 > 1, lower=1.0, upper=1.5, iterations=60).samples
+    inside = r2 < 1
+    assert np.mean(np.abs(found / np.sqrt(2 - np.minimum(r2, 1)) - 1)[inside] < 0.01) > 0.8

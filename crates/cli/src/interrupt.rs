@@ -51,9 +51,21 @@ impl Interrupt {
         self.asked.load(Ordering::Relaxed)
     }
 
-    /// Exit status of a program that has stopped because it was asked to.
+    /// Asks to stop, as a signal does.
+    pub fn ask(&self) {
+        self.asked.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether a signal has come.
+    pub fn is_signalled(&self) -> bool {
+        self.signal.load(Ordering::Relaxed) != 0
+    }
+
+    /// Exit status of a program that has stopped because it was asked to: success, if not by a signal.
     pub fn status(&self) -> ExitCode {
-        let signal = self.signal.load(Ordering::Relaxed);
-        ExitCode::from(STATUS + u8::try_from(signal).unwrap_or(SIGINT as u8))
+        match self.signal.load(Ordering::Relaxed) {
+            0 => ExitCode::SUCCESS,
+            signal => ExitCode::from(STATUS + u8::try_from(signal).unwrap_or(SIGINT as u8)),
+        }
     }
 }

@@ -65,7 +65,8 @@ pub fn file_stem(path: &Path) -> String {
         .into_owned()
 }
 
-fn check_defines(defines: &[(String, String)]) -> Result<(), CommandError> {
+/// Refuses parameters that are given twice.
+pub fn check_defines(defines: &[(String, String)]) -> Result<(), CommandError> {
     let mut diagnostics = Diagnostics::new();
     for (i, (name, _)) in defines.iter().enumerate() {
         if defines[..i].iter().any(|(other, _)| other == name) {

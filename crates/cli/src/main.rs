@@ -26,6 +26,7 @@ mod results;
 mod shard;
 mod svg;
 mod trace;
+mod watched;
 
 use args::{Args, Command};
 use clap::Parser;
@@ -52,6 +53,7 @@ fn run(command: &Command) -> Result<ExitCode, CommandError> {
         Command::Status(args) => commands::status(args),
         Command::Info(args) => commands::info(args),
         Command::Trace(args) => commands::trace(args),
+        Command::View(args) => commands::view(args),
         Command::Connect(args) => commands::connect(args),
         Command::Plot(args) => commands::plot(args),
         Command::Convert(args) => commands::convert(args),

@@ -33,7 +33,17 @@ fn crates_depend_downwards_only() {
     );
     refuses(
         "io/src",
-        &["clap::", "println!", "eprintln!", "process::exit"],
+        &["clap::", "println!", "eprintln!", "process::exit", "view::"],
+    );
+    refuses(
+        "view/src",
+        &[
+            "clap::",
+            "println!",
+            "eprintln!",
+            "process::exit",
+            "std::fs",
+        ],
     );
 }
 
@@ -109,6 +119,21 @@ fn inside_io_descriptions_know_nothing_of_readers_and_scenes() {
     }
     refuses("io/src/scene", &["crate::schema"]);
     refuses("io/src/draft", &["crate::schema"]);
+}
+
+/// What serves requests does not know what it serves.
+#[test]
+fn the_server_of_the_viewer_knows_nothing_of_what_it_shows() {
+    refuses(
+        "view/src/server",
+        &[
+            "crate::api",
+            "crate::item",
+            "crate::live",
+            "io::image",
+            "transport::",
+        ],
+    );
 }
 
 /// Directions, distances and geometry terms between vertices come from `path` alone.

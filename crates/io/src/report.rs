@@ -63,6 +63,7 @@ pub fn counters(stats: &Stats) -> Value {
     json!({
         "paths": stats.paths,
         "edges": stats.edges,
+        "edges_in_voxels": stats.in_voxels,
         "lost": stats.lost,
         "over_budget": over_budget(stats),
         "not_finite": stats.not_finite,

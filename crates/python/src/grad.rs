@@ -4,7 +4,8 @@ use crate::field::Field;
 use crate::numbers::array;
 use crate::watch::{Shared, watched};
 use eikonal::adjoint::{
-    AdjointRay, Embedded, EndDerivative, ParameterDerivative, RayFailure, RayStart, Receiver,
+    AdjointRay, Embedded, EndDerivative, ParameterDerivative, RayEnd, RayFailure, RayStart,
+    Receiver,
 };
 use eikonal::field::{Bspline, Placement};
 use eikonal::{Aabb, Field as Index, Tolerance};
@@ -236,25 +237,96 @@ pub fn follow_rays<'py>(
     ))
 }
 
-/// Derivatives of a loss by the ends of rays.
+/// Arrays of ends: positions, unit directions, optical lengths. What is left out is `None`.
+#[derive(FromPyObject)]
+pub struct GivenEnds<'py>(
+    Option<PyReadonlyArray2<'py, f64>>,
+    Option<PyReadonlyArray2<'py, f64>>,
+    Option<PyReadonlyArray1<'py, f64>>,
+);
+
+impl GivenEnds<'_> {
+    fn view(&self) -> Ends<'_> {
+        Ends {
+            positions: self.0.as_ref().map(|of| of.as_array()),
+            directions: self.1.as_ref().map(|of| of.as_array()),
+            lengths: self.2.as_ref().map(|of| of.as_array()),
+        }
+    }
+}
+
+/// Numbers for the ends of rays.
 #[derive(Clone, Copy)]
-struct Losses<'a> {
+struct Ends<'a> {
     positions: Option<ArrayView2<'a, f64>>,
     directions: Option<ArrayView2<'a, f64>>,
     lengths: Option<ArrayView1<'a, f64>>,
 }
 
-impl Losses<'_> {
-    /// By position, direction and optical length of a ray.
-    fn get(&self, i: usize) -> (DVec3, DVec3, f64) {
-        let vector =
-            |of: &Option<ArrayView2<f64>>| of.as_ref().map_or(DVec3::ZERO, |of| row(of, i));
-        let length = self.lengths.map_or(0.0, |of| of[i]);
+/// Position, direction and optical length of one end, or derivatives by them.
+type EndValues = (DVec3, DVec3, f64);
+
+impl Ends<'_> {
+    /// Those of a ray, with `missing` for what is left out.
+    fn get(&self, i: usize, missing: f64) -> EndValues {
+        let vector = |of: &Option<ArrayView2<f64>>| {
+            of.as_ref().map_or(DVec3::splat(missing), |of| row(of, i))
+        };
+        let length = self.lengths.map_or(missing, |of| of[i]);
         (vector(&self.positions), vector(&self.directions), length)
     }
+}
 
-    fn is_zero(&self, i: usize) -> bool {
-        self.get(i) == (DVec3::ZERO, DVec3::ZERO, 0.0)
+/// A loss of the ends of rays.
+#[derive(Clone, Copy)]
+enum Loss<'a> {
+    /// Given by its derivatives.
+    Derivatives(Ends<'a>),
+    /// ½Σ ((end − measured)/noise)², of what is measured: neither infinite nor NaN.
+    Squares {
+        measured: Ends<'a>,
+        /// Of positions, directions and optical lengths.
+        noise: [f64; 3],
+    },
+}
+
+impl Loss<'_> {
+    /// Whether it depends on a ray.
+    fn depends_on(&self, i: usize) -> bool {
+        match self {
+            Loss::Derivatives(by) => by.get(i, 0.0) != (DVec3::ZERO, DVec3::ZERO, 0.0),
+            Loss::Squares { measured, .. } => {
+                let (x, d, length) = measured.get(i, f64::NAN);
+                x.is_finite() || d.is_finite() || length.is_finite()
+            }
+        }
+    }
+
+    /// What a ray adds to twice the sum of squares, and the derivative of the loss by its end.
+    fn at(&self, i: usize, end: &RayEnd) -> (f64, EndDerivative) {
+        let direction = end.v.normalize();
+        let (squares, (x, d, length)) = match self {
+            Loss::Derivatives(by) => (0.0, by.get(i, 0.0)),
+            Loss::Squares { measured, noise } => {
+                let (x, d, length) = measured.get(i, f64::NAN);
+                let [of_x, of_d, of_length] = *noise;
+                let x = known((end.x - x) / of_x);
+                let d = known((direction - d) / of_d);
+                let length = known(DVec3::X * ((end.optical_length - length) / of_length)).x;
+                let squares = x.length_squared() + d.length_squared() + length * length;
+                (squares, (x / of_x, d / of_d, length / of_length))
+            }
+        };
+        (squares, EndDerivative::of_direction(x, d, length, end.v))
+    }
+}
+
+/// A residual; zero where it is not known.
+fn known(residual: DVec3) -> DVec3 {
+    if residual.is_finite() {
+        residual
+    } else {
+        DVec3::ZERO
     }
 }
 
@@ -264,12 +336,14 @@ struct Share<'a> {
     by_origins: &'a mut [f64],
     by_directions: &'a mut [f64],
     sum: ParameterDerivative<'a, bool>,
+    /// Of a loss of squares.
+    squares: f64,
     /// Rays without an end on which the loss depends all the same.
     failed: usize,
 }
 
 impl Share<'_> {
-    fn pull_back(&mut self, course: &Course, starts: &Starts, losses: &Losses, shared: &Shared) {
+    fn pull_back(&mut self, course: &Course, starts: &Starts, loss: &Loss, shared: &Shared) {
         let world = course.world();
         let mut ray = course.ray(&world);
         for i in 0..self.by_origins.len() / 3 {
@@ -277,7 +351,7 @@ impl Share<'_> {
             if shared.asked() || shared.handle.is_asked() {
                 return;
             }
-            if losses.is_zero(at) {
+            if !loss.depends_on(at) {
                 continue;
             }
             let (start, length) = starts.get(at);
@@ -285,23 +359,15 @@ impl Share<'_> {
                 self.failed += 1;
                 continue;
             };
-            let (x, direction, optical_length) = losses.get(at);
-            let loss = EndDerivative::of_direction(x, direction, optical_length, end.v);
-            if let Some(back) = ray.pull_back(&loss, &mut self.sum) {
+            let (squares, by) = loss.at(at, &end);
+            self.squares += squares;
+            if let Some(back) = ray.pull_back(&by, &mut self.sum) {
                 back.x.write_to_slice(&mut self.by_origins[3 * i..]);
                 (back.direction / length).write_to_slice(&mut self.by_directions[3 * i..]);
             }
         }
     }
 }
-
-/// Derivatives of a loss by positions, directions and optical lengths of ends.
-#[derive(FromPyObject)]
-pub struct GivenLosses<'py>(
-    Option<PyReadonlyArray2<'py, f64>>,
-    Option<PyReadonlyArray2<'py, f64>>,
-    Option<PyReadonlyArray1<'py, f64>>,
-);
 
 /// Takes derivatives of a loss by the ends of rays back: by the samples, or by the parameters of a field; by origins; by directions, as they
 /// were given. The number of rays without an end on which the loss depends.
@@ -312,7 +378,7 @@ pub fn pull_back<'py>(
     origins: PyReadonlyArray2<'py, f64>,
     directions: PyReadonlyArray2<'py, f64>,
     options: RayOptions,
-    by: GivenLosses<'py>,
+    by: GivenEnds<'py>,
 ) -> PyResult<(Numbers<'py>, Numbers<'py>, Numbers<'py>, usize)> {
     let course = Course::new(py, &through, &options)?;
     let starts = Starts {
@@ -320,13 +386,58 @@ pub fn pull_back<'py>(
         directions: directions.as_array(),
         region: course.region,
     };
-    let losses = Losses {
-        positions: by.0.as_ref().map(|of| of.as_array()),
-        directions: by.1.as_ref().map(|of| of.as_array()),
-        lengths: by.2.as_ref().map(|of| of.as_array()),
-    };
+    let found = derivatives(py, &course, &starts, &Loss::Derivatives(by.view()))?;
     let count = starts.len();
-    let (mut by_origins, mut by_directions) = (vec![0.0; 3 * count], vec![0.0; 3 * count]);
+    Ok((
+        by_index(py, &through, &course, found.field)?,
+        array(py, found.origins, &[count, 3])?,
+        array(py, found.directions, &[count, 3])?,
+        found.failed,
+    ))
+}
+
+/// Σ ((end − measured)/noise)² over all rays, with its three kinds of noise; the derivative of half of it by the samples, or by the
+/// parameters of a field; and the number of rays that are measured but have no end.
+#[pyfunction]
+pub fn sum_of_squares<'py>(
+    py: Python<'py>,
+    through: GivenField<'py>,
+    origins: PyReadonlyArray2<'py, f64>,
+    directions: PyReadonlyArray2<'py, f64>,
+    options: RayOptions,
+    measured: GivenEnds<'py>,
+    noise: [f64; 3],
+) -> PyResult<(f64, Numbers<'py>, usize)> {
+    let course = Course::new(py, &through, &options)?;
+    let starts = Starts {
+        origins: origins.as_array(),
+        directions: directions.as_array(),
+        region: course.region,
+    };
+    let measured = measured.view();
+    let found = derivatives(py, &course, &starts, &Loss::Squares { measured, noise })?;
+    let field = by_index(py, &through, &course, found.field)?;
+    Ok((found.squares, field, found.failed))
+}
+
+/// Derivatives by everything.
+struct Derivatives {
+    squares: f64,
+    /// By the parameters of the field.
+    field: Vec<f64>,
+    origins: Vec<f64>,
+    directions: Vec<f64>,
+    failed: usize,
+}
+
+fn derivatives(
+    py: Python<'_>,
+    course: &Course,
+    starts: &Starts,
+    loss: &Loss,
+) -> PyResult<Derivatives> {
+    let count = starts.len();
+    let (mut origins, mut directions) = (vec![0.0; 3 * count], vec![0.0; 3 * count]);
     let bytes = size_of::<f64>() * course.field.parameter_count().max(1);
     let sums = (SUMS / bytes)
         .clamp(2, MOST_SUMS)
@@ -334,24 +445,41 @@ pub fn pull_back<'py>(
         .max(1);
     let per_share = count.div_ceil(sums).max(1);
     let work = |shared: &Shared| {
-        let columns = by_origins
+        let columns = origins
             .chunks_mut(3 * per_share)
-            .zip(by_directions.chunks_mut(3 * per_share));
+            .zip(directions.chunks_mut(3 * per_share));
         let share = |(number, (by_origins, by_directions))| Share {
             first: number * per_share,
             by_origins,
             by_directions,
             sum: ParameterDerivative::new(true, &course.field),
+            squares: 0.0,
             failed: 0,
         };
         let mut shares: Vec<Share> = columns.enumerate().map(share).collect();
         let each = shares.par_iter_mut();
-        each.for_each(|share| share.pull_back(&course, &starts, &losses, shared));
+        each.for_each(|share| share.pull_back(course, starts, loss, shared));
         added(&course.field, shares)
     };
-    let (mut values, failed) = not_interrupted(watched(py, None, None, work)?)?;
+    let (field, squares, failed) = not_interrupted(watched(py, None, None, work)?)?;
+    Ok(Derivatives {
+        squares,
+        field,
+        origins,
+        directions,
+        failed,
+    })
+}
+
+/// Derivatives by the samples, in their shape, or by the parameters of a field, from those by the parameters.
+fn by_index<'py>(
+    py: Python<'py>,
+    through: &GivenField<'py>,
+    course: &Course,
+    mut values: Vec<f64>,
+) -> PyResult<Numbers<'py>> {
     let mut shape = vec![values.len()];
-    if let (GivenField::Samples(samples), Some(grid)) = (&through, &course.grid) {
+    if let (GivenField::Samples(samples), Some(grid)) = (through, &course.grid) {
         values = grid.sample_derivative(values);
         let samples = samples.as_array();
         values
@@ -360,24 +488,20 @@ pub fn pull_back<'py>(
             .for_each(|(by, n)| *by *= 2.0 * n);
         shape = samples.shape().to_vec();
     }
-    Ok((
-        array(py, values, &shape)?,
-        array(py, by_origins, &[count, 3])?,
-        array(py, by_directions, &[count, 3])?,
-        failed,
-    ))
+    array(py, values, &shape)
 }
 
-/// The sums of all shares, in their order, and the rays that failed.
-fn added(field: &Index, shares: Vec<Share>) -> (Vec<f64>, usize) {
-    let mut failed = 0;
+/// The sums of all shares, in their order, those of squares, and the rays that failed.
+fn added(field: &Index, shares: Vec<Share>) -> (Vec<f64>, f64, usize) {
+    let (mut squares, mut failed) = (0.0, 0);
     let mut total = vec![0.0; field.parameter_count()];
     for share in shares {
+        squares += share.squares;
         failed += share.failed;
         total
             .iter_mut()
             .zip(share.sum.values)
             .for_each(|(sum, value)| *sum += value);
     }
-    (total, failed)
+    (total, squares, failed)
 }

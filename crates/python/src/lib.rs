@@ -2,6 +2,7 @@
 //! them. Everything that Python does as well, such as bars of progress, is Python: `python/morgana`.
 
 mod connect;
+mod derivative;
 mod dict;
 mod ends;
 mod errors;
@@ -16,6 +17,7 @@ mod part;
 mod render;
 mod scene;
 mod trace;
+mod view;
 mod watch;
 
 use pyo3::prelude::*;
@@ -26,11 +28,13 @@ mod _morgana {
     #[pymodule_export]
     use crate::connect::{Ray, connect};
     #[pymodule_export]
+    use crate::derivative::differentiate;
+    #[pymodule_export]
     use crate::ends::Ends;
     #[pymodule_export]
     use crate::field::{Field, load_field};
     #[pymodule_export]
-    use crate::grad::{follow_rays, pull_back};
+    use crate::grad::{follow_rays, pull_back, sum_of_squares};
     #[pymodule_export]
     use crate::image::{compare_images, encode_png, exposure, read_image, write_image};
     #[pymodule_export]
@@ -45,6 +49,8 @@ mod _morgana {
     use crate::scene::{Scene, export_dict, export_file, load_dict, load_file};
     #[pymodule_export]
     use crate::trace::{Traced, trace};
+    #[pymodule_export]
+    use crate::view::Viewer;
 
     use pyo3::prelude::*;
 

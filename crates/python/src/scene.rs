@@ -3,7 +3,9 @@
 use crate::dict;
 use crate::errors;
 use crate::field::Field;
+use io::assemble::Instrument;
 use io::features::Features;
+use io::rendered::Naming;
 use io::{Diagnostics, Limits, LoadOptions, Loaded, SceneDescription, WriteError, json};
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyValueError;
@@ -193,6 +195,30 @@ impl Scene {
         let estimator = self.loaded.renderer_named(integrator);
         let named = estimator.map_err(|d| errors::scene(&d))?;
         errors::diagnostics(py, &named.doubts)
+    }
+
+    /// Names of all layers of the picture, in the order of the film.
+    #[getter]
+    fn _layers(&self) -> Vec<String> {
+        Naming::of(&self.loaded).map_or(Vec::new(), |naming| naming.names().collect())
+    }
+
+    /// Names of all readings of the meters, and their shapes.
+    #[getter]
+    fn _readings(&self) -> Vec<(String, Vec<usize>)> {
+        let (instruments, channels) = (&self.loaded.instruments, self.loaded.channel_names.len());
+        let of = |instrument: &Instrument| {
+            let prefix = match instruments.len() {
+                1 => String::new(),
+                _ => format!("{}.", instrument.name),
+            };
+            let named = move |(name, mut shape): (&str, Vec<usize>)| {
+                shape.extend((channels > 1).then_some(channels));
+                (format!("{prefix}{name}"), shape)
+            };
+            instrument.meter.readings().into_iter().map(named)
+        };
+        instruments.iter().flat_map(of).collect()
     }
 
     /// Names of the emitters, a list of str.

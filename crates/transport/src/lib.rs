@@ -8,6 +8,7 @@ mod bins;
 pub mod bsdf;
 pub mod budget;
 pub mod connection_end;
+pub mod derivative;
 pub mod emitter;
 pub mod film;
 pub mod integrator;

@@ -11,6 +11,8 @@ pub struct Stats {
     pub paths: u64,
     /// Edges that were sampled from one end.
     pub edges: u64,
+    /// Of these, flights between collisions in volumes of voxels, which the walk through voxels has followed.
+    pub in_voxels: u64,
     /// Steps and evaluations of rays, those of connections included.
     pub work: Work,
     /// Connections.
@@ -150,6 +152,7 @@ impl AddAssign for Stats {
     fn add_assign(&mut self, o: Self) {
         self.paths += o.paths;
         self.edges += o.edges;
+        self.in_voxels += o.in_voxels;
         self.work += o.work;
         self.connections += o.connections;
         self.photons.in_media += o.photons.in_media;

@@ -45,8 +45,8 @@ impl Observer for Log {
 struct Copies(usize);
 
 impl Survival for Copies {
-    fn copies(&mut self, ray: &mut WalkRay, _sampler: &mut Sampler) -> usize {
-        ray.throughput *= 1.0 / self.0 as f64;
+    fn copies(&mut self, throughput: &mut Spectrum, _: u32, _: f64, _: &mut Sampler) -> usize {
+        *throughput *= 1.0 / self.0 as f64;
         self.0
     }
 }

@@ -9,6 +9,7 @@ mod parts;
 mod rays;
 mod render;
 mod values;
+mod view;
 mod volumes;
 
 use clap::{Args as ClapArgs, Parser, Subcommand};
@@ -22,6 +23,7 @@ pub use parts::{KeepArgs, MergeArgs, StatusArgs};
 pub use rays::{ConnectArgs, TraceArgs};
 pub use render::{OutputArgs, RenderArgs};
 use values::{define, scene_file, size};
+pub use view::ViewArgs;
 pub use volumes::ConvertArgs;
 
 /// Renders light in media of continuously varying refractive index.
@@ -77,6 +79,14 @@ pub enum Command {
         and reflected by smooth metals; they end at any other surface and where they leave the scene. \
         Nothing is scattered. Without -o, CSV goes to the standard output.")]
     Trace(TraceArgs),
+    /// Show images, readings of meters and scenes in the browser.
+    #[command(after_help = "Examples:\n  \
+        morgana view fog.exr\n  \
+        morgana view path.exr bdpt.exr scenes/luneburg_fog.xml\n\n\
+        Prints the address of a page, which only this machine can reach and which holds a random token. The page shows \
+        values with their errors, compares images, and follows curved rays through a scene (docs/guides/viewer.md). \
+        Ctrl-C ends.")]
+    View(ViewArgs),
     /// Find the rays between two points of a scene.
     #[command(after_help = "Examples:\n  \
         morgana connect scenes/luneburg_fog.xml --from=-0.5,0.2,0 --to 0.7,0,0.1\n  \

@@ -83,4 +83,8 @@ pub struct RenderArgs {
     /// Show the image while it is made in a running tev, for example localhost:14158.
     #[arg(long, value_name = "HOST[:PORT]")]
     pub tev: Option<String>,
+    /// Show the image while it is made on a page in the browser, whose address is printed; it can pause and end the render, and
+    /// stays after that as long as it is open.
+    #[arg(long, conflicts_with_all = ["frames", "shard"])]
+    pub view: bool,
 }

@@ -127,6 +127,7 @@ fn check(args: &RenderArgs) -> Result<(), CommandError> {
             "",
         ),
         (args.tev.is_some(), "--tev", ""),
+        (args.view, "--view", ""),
     ];
     match wrong.iter().find(|(given, ..)| *given) {
         Some((_, option, why)) => Err(CommandError::Usage(format!(

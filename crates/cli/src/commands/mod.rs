@@ -17,6 +17,7 @@ mod shell;
 mod status;
 mod tonemap;
 mod trace;
+mod view;
 
 pub use check::check;
 pub use compare::compare;
@@ -33,3 +34,4 @@ pub use shell::{completions, man};
 pub use status::status;
 pub use tonemap::tonemap;
 pub use trace::trace;
+pub use view::view;

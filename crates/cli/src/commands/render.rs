@@ -13,6 +13,7 @@ use crate::preview::{Canvas, Preview};
 use crate::progress::ProgressGoal;
 use crate::report::Report;
 use crate::shard::Shard;
+use crate::watched::Watched;
 use crate::{config, load, results};
 use io::clock::Stopped;
 use io::part::{Body, BodyRef, Header};
@@ -21,7 +22,8 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
-use transport::render::{RenderOptions, State};
+use transport::render::{Progress, RenderOptions, State};
+use view::LiveProgress;
 
 /// Renders a scene and writes its images, or its part; or measures. What is left open is chosen as it was for another render, if there was one, and
 /// what was chosen stays in `chosen`.
@@ -78,6 +80,7 @@ pub fn picture(args: &RenderArgs, chosen: &mut Option<Header>) -> Result<ExitCod
         _ => Err(keeper.misfit()),
     })?;
     let mut preview = preview(args, &loaded)?;
+    let watched = watched(args, &loaded, &interrupt)?;
     let mut state = state.unwrap_or_else(|| State::new(&loaded.groups, &options));
     let goal = ProgressGoal {
         // The choice of the integrator counts, too.
@@ -88,6 +91,9 @@ pub fn picture(args: &RenderArgs, chosen: &mut Option<Header>) -> Result<ExitCod
         state.advance(&loaded.groups, &options, handle, |progress| {
             if let Some(preview) = &mut preview {
                 preview.update(progress.film);
+            }
+            if let Some(watched) = &watched {
+                watched.update(progress.film, live_progress(progress, &goal));
             }
             if let Some(keeper) = &mut keeper {
                 keeper.update(BodyRef::Image(progress.state));
@@ -120,6 +126,9 @@ pub fn picture(args: &RenderArgs, chosen: &mut Option<Header>) -> Result<ExitCod
     saved?;
     if !args.outputs.quiet {
         say(&format!("{}{}", name(shard), report.line(exposure)))?;
+    }
+    if let Some(watched) = watched {
+        watched.finish(&rendering.film);
     }
     Ok(match stopped {
         Some(Stopped::Interrupted) => interrupt.status(),
@@ -197,6 +206,26 @@ fn preview(args: &RenderArgs, loaded: &Loaded) -> Result<Option<Preview>, Comman
         Preview::open(address, canvas)
     };
     args.tev.as_ref().map(open).transpose()
+}
+
+/// The page that is to show the render, if there is one.
+fn watched(
+    args: &RenderArgs,
+    loaded: &Loaded,
+    interrupt: &Interrupt,
+) -> Result<Option<Watched>, CommandError> {
+    let name = load::file_name(&args.scene.path);
+    let open = || Watched::open(name, loaded.channel_names.clone(), interrupt);
+    args.view.then(open).transpose()
+}
+
+/// How far a render has got, for those who watch it.
+fn live_progress(progress: &Progress, goal: &ProgressGoal) -> LiveProgress {
+    LiveProgress {
+        done: progress.done as f64,
+        total: goal.spp.map(|spp| spp as f64),
+        time: goal.time,
+    }
 }
 
 /// Quantities other than light have no colours: nobody gets a PNG of them.

@@ -26,3 +26,4 @@ mod shell;
 mod strategies;
 mod support;
 mod trace;
+mod view;

@@ -35,6 +35,11 @@ impl Dielectric {
         })
     }
 
+    /// Whether it leaves the power of light as it is.
+    pub(crate) fn is_clear(&self) -> bool {
+        [self.specular_reflectance, self.specular_transmittance] == [Spectrum::ONE; 2]
+    }
+
     /// With equal indices nothing is reflected and `direction` is exactly −`toward`.
     pub(super) fn sample(&self, s: &Surface, toward: DVec3, u: f64) -> BsdfSample {
         let side = s.facing(toward);

@@ -20,6 +20,14 @@ impl Diffuse {
         Ok(Diffuse { reflectance })
     }
 
+    /// The reflectance, if it is the same everywhere.
+    pub(crate) fn uniform(&self) -> Option<Spectrum> {
+        match self.reflectance {
+            Texture::Uniform(value) => Some(value),
+            _ => None,
+        }
+    }
+
     pub(super) fn sample(&self, s: &Surface, toward: DVec3, u: [f64; 2]) -> Option<BsdfSample> {
         let local = cosine_hemisphere_sample(u);
         let pdf = cosine_hemisphere_pdf(local);

@@ -13,6 +13,7 @@ pub use bidirectional::{Connections, Heuristic};
 pub(crate) use bidirectional::{LightMap, Merging};
 pub use contribution::Contribution;
 pub use particle::ParticleTracer;
+pub(crate) use path::PathFinds;
 pub use path::PathTracer;
 pub(crate) use photon::Gathering;
 pub use photon::{PhotonMapping, PhotonQuery};
@@ -79,7 +80,17 @@ impl Integrator {
     ) {
         let channel_pdf = even_channel_pdf(channels);
         match self {
-            Integrator::Path(path) => path.sample(scene, ray, channels, sampler, ws, out),
+            Integrator::Path(path) => {
+                let recorder = &mut ();
+                path.sample(
+                    scene,
+                    ray,
+                    channels,
+                    sampler,
+                    ws,
+                    PathFinds { out, recorder },
+                );
+            }
             Integrator::Particle(particle) => {
                 particle.sample(scene, ray, channel_pdf, sampler, ws, out);
             }

@@ -9,6 +9,7 @@ mod roulette;
 use super::Contribution;
 use crate::Spectrum;
 use crate::connection_end::{ConnectionEnd, OnSurface};
+use crate::derivative::FactorRecorder;
 use crate::film::PathFacts;
 use crate::path::{
     Connection, ConnectionTarget, Edge, EmittedAlong, End, FoundBranch, NeeSlot, Resampling,
@@ -18,6 +19,7 @@ use crate::path::{
 use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::sensor::SensorRay;
+use glam::DVec3;
 use smallvec::SmallVec;
 
 /// The path tracer.
@@ -93,12 +95,16 @@ impl PathLength {
 }
 
 /// What a connection brings, and how far it goes.
-struct Light {
+struct Light<W> {
     value: Spectrum,
     /// Share of it in what all ways to find it bring.
     share: f64,
+    /// Unit direction in which it leaves the vertex.
+    direction: DVec3,
     events: u32,
     optical_length: f64,
+    /// Its arcs, as the recorder keeps them.
+    way: W,
 }
 
 /// An edge of a path, and the path up to it.
@@ -124,7 +130,15 @@ struct FoundEmitter {
     cos: f64,
 }
 
-struct Tracing<'a> {
+/// What receives what paths find.
+pub(crate) struct PathFinds<'a, R> {
+    /// Contributions.
+    pub out: &'a mut Vec<Contribution>,
+    /// Takes note of their factors.
+    pub recorder: &'a mut R,
+}
+
+struct Tracing<'a, R> {
     scene: &'a Scene,
     sampler: &'a mut Sampler,
     ws: &'a mut Workspace,
@@ -133,19 +147,20 @@ struct Tracing<'a> {
     equiangular: bool,
     /// A path that is to be followed, too.
     split: Option<Next>,
+    recorder: &'a mut R,
 }
 
 impl PathTracer {
     /// The contributions to the radiance that arrives along a sensor ray; their sum is unbiased.
-    /// `channels` is the number of channels in use.
-    pub(super) fn sample(
+    /// `channels` is the number of channels in use. The recorder takes note of their factors, but not of those of split edges.
+    pub(crate) fn sample(
         &self,
         scene: &Scene,
         ray: SensorRay,
         channels: usize,
         sampler: &mut Sampler,
         ws: &mut Workspace,
-        out: &mut Vec<Contribution>,
+        finds: PathFinds<impl FactorRecorder>,
     ) {
         let medium = scene.medium_of_sensor_ray(ray.origin);
         // Start at the sensor, with throughput T = n_s².
@@ -163,9 +178,10 @@ impl PathTracer {
             scene,
             sampler,
             ws,
-            out,
+            out: finds.out,
             equiangular: !scene.point_like_emitters().is_empty(),
             split: None,
+            recorder: finds.recorder,
         };
         // Follow the path to its end, and then the other branch if its first edge was split.
         self.follow(&mut tracing, next);
@@ -177,14 +193,14 @@ impl PathTracer {
     }
 
     /// Follows a path to its end.
-    fn follow(&self, t: &mut Tracing, mut next: Next) {
+    fn follow(&self, t: &mut Tracing<impl FactorRecorder>, mut next: Next) {
         while self.edge(t, &mut next) {}
         t.end();
     }
 
     /// Follows one edge, hands over what it finds, and scatters at its end. Whether the path goes on, as `next` says then: in
     /// place, for it is large.
-    fn edge(&self, t: &mut Tracing, next: &mut Next) -> bool {
+    fn edge<R: FactorRecorder>(&self, t: &mut Tracing<R>, next: &mut Next) -> bool {
         // Add what volumes emit along the way.
         if next.gathers {
             t.gather(next, self.budget(next.length.depth));
@@ -199,7 +215,7 @@ impl PathTracer {
             channel_pdf,
             extend: t.equiangular || forced,
             collides: true,
-            spans: t.equiangular || forced,
+            spans: t.equiangular || forced || R::RECORDS,
             forced,
             splitting: first_vertex.splitting && next.length.edges == 0,
         };
@@ -214,6 +230,7 @@ impl PathTracer {
         if t.equiangular && budget > 0 {
             t.around_emitter(&edge, budget);
         }
+        t.recorder.follow(edge.edge);
         // Keep the other branch of a split edge for later.
         if let Some(split) = &edge.edge.split {
             t.split = next.split_off(split);
@@ -249,7 +266,7 @@ impl PathTracer {
     }
 }
 
-impl Tracing<'_> {
+impl<R: FactorRecorder> Tracing<'_, R> {
     /// Light emitted where the edge ends, weighted against the connection that competes for it (docs/theory.md#radiance).
     fn emission(&mut self, edge: &SampledEdge) {
         let scene = self.scene;
@@ -349,6 +366,7 @@ impl Tracing<'_> {
     }
 
     fn hand_over(&mut self, value: Spectrum, length: PathLength, emitter: usize) {
+        self.recorder.contribute(emitter);
         self.out.push(Contribution {
             image: None,
             strategy: (0, 0),
@@ -364,22 +382,30 @@ impl Tracing<'_> {
         });
     }
 
-    /// Hands over a share of what connections of a vertex, where a path has some length, to an emitter bring.
+    /// Hands over a share of what connections of a vertex to an emitter bring. The path has some length up to the vertex, which lies at an
+    /// arc length `on` an edge that the path does not end at there, if it is not the end of its last edge.
     fn connected(
         &mut self,
-        light: Weighted<Light>,
+        light: Weighted<Light<R::Way>>,
         vertex: &Vertex,
+        on: Option<(&Edge, f64)>,
         length: PathLength,
         emitter: usize,
         share: f64,
     ) {
         let slot = NeeSlot::new(self.scene.emitters()[emitter].class(), vertex);
         if let Some(nee_training) = &mut self.ws.nee_training {
-            let branch =
-                |(light, weight): &(Light, f64)| (light.value.sum() * weight * share, light.share);
+            let branch = |(light, weight): &(Light<R::Way>, f64)| {
+                (light.value.sum() * weight * share, light.share)
+            };
             nee_training.connection(slot, light.iter().map(branch));
         }
         for (light, weight) in light {
+            if let Some((edge, at)) = on {
+                self.recorder.aside_follow(edge, at);
+            }
+            self.recorder
+                .aside_connect(vertex, light.direction, &light.way);
             let length = length.and(light.events, light.optical_length);
             self.hand_over(light.value * (weight * share), length, emitter);
         }
@@ -460,6 +486,7 @@ impl Tracing<'_> {
         let Some(scattered) = scatter(self.scene, &vertex, self.sampler) else {
             return false;
         };
+        self.recorder.turn(&vertex, scattered.start.direction);
         next.start = scattered.start;
         next.throughput = throughput * scattered.weight;
         next.from = if scattered.delta {

@@ -41,7 +41,7 @@ pub(super) type Cuts = Vec<f64>;
 
 impl FluenceMeter {
     /// Bins of optical length times cells.
-    fn cells(&self) -> usize {
+    pub(super) fn cells(&self) -> usize {
         let bins = self.optical_length.map_or(1, |bins| bins.count);
         bins.saturating_mul(self.grid.cells())
     }

@@ -1,5 +1,6 @@
 //! Cells of space, and where an arc passes from one to the next (docs/theory.md#cutting-arcs).
 
+use crate::scene::VoxelVolume;
 use eikonal::Aabb;
 use eikonal::ray::Arc;
 use eikonal::ray::bernstein::{first_root, product, restrict};
@@ -114,6 +115,15 @@ impl MeterGrid {
             ((position[axis] * n as f64) as usize).min(n - 1)
         };
         inside.then(|| index(0) + self.size[0] * (index(1) + self.size[1] * index(2)))
+    }
+
+    /// Whether its cells are the voxels of a volume, up to rounding.
+    pub(super) fn is_voxels_of(&self, volume: &VoxelVolume) -> bool {
+        let alike = || {
+            let between = self.to_local * *volume.to_world();
+            self.to_world == *volume.to_world() || between.abs_diff_eq(DAffine3::IDENTITY, 1e-12)
+        };
+        self.coordinates == Coordinates::Cartesian && self.size == volume.size() && alike()
     }
 
     /// The middle of a cell along every coordinate; on the local x axis if it is a ring or a shell.

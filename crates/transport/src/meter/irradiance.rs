@@ -5,7 +5,8 @@ use super::flight::Passing;
 use super::fluence::Slots;
 use super::positions::Positions;
 use super::reading::{Quantity, ReadingAxis};
-use crate::Bins;
+use crate::scene::VoxelVolume;
+use crate::{Bins, Spectrum};
 use glam::DVec3;
 
 /// Directions told apart by their cosine with an axis.
@@ -67,6 +68,11 @@ impl Cosines {
 }
 
 impl IrradianceMeter {
+    /// Whether any of its surfaces is a face of a volume of voxels.
+    pub(super) fn measures_faces_of(&self, volume: &VoxelVolume) -> bool {
+        self.surfaces.iter().any(|s| volume.has_face(s.object))
+    }
+
     /// A meter of all light that passes through the surface of one object.
     pub fn at(object: usize, positions: Positions) -> Self {
         let surface = MeterSurface {
@@ -137,6 +143,16 @@ impl IrradianceMeter {
 
     /// Takes note of light that passes. Returns the side to which it goes, if it is accepted.
     pub(super) fn pass(&self, passing: &Passing, slots: &mut Slots) -> Option<usize> {
+        self.scores(passing, |cell, power| slots.add(cell, power))
+    }
+
+    /// Calls `score` with each cell to which light that passes adds, and what it adds. Returns the side to which it goes, if it is accepted.
+    #[inline]
+    pub(super) fn scores(
+        &self,
+        passing: &Passing,
+        mut score: impl FnMut(usize, Spectrum),
+    ) -> Option<usize> {
         let at = |surface: &&MeterSurface| surface.object == passing.object;
         let surface = self.surfaces.iter().find(at)?;
         if !self.acceptance.accepts(passing) {
@@ -145,10 +161,10 @@ impl IrradianceMeter {
         // Score the power on its side, in total and in the bin of its direction, place and length.
         let along = passing.hit.normal.dot(passing.direction) > 0.0;
         let side = usize::from(along == surface.inverted);
-        slots.add(side, passing.power);
-        slots.add(2 + side, passing.power * passing.optical_length);
+        score(side, passing.power);
+        score(2 + side, passing.power * passing.optical_length);
         if let Some(bin) = self.bin(passing) {
-            slots.add(TOTALS + side * self.bins() + bin, passing.power);
+            score(TOTALS + side * self.bins() + bin, passing.power);
         }
         Some(side)
     }

@@ -6,6 +6,7 @@
 //! (docs/theory.md#meters): power is conserved along rays, whatever the index does to radiance.
 
 mod acceptance;
+mod differentiate;
 mod flight;
 mod fluence;
 mod grid;
@@ -18,6 +19,7 @@ mod reading;
 mod recorder;
 mod records;
 mod tally;
+mod voxel_scores;
 mod window;
 
 pub use acceptance::{Acceptance, Patch};
@@ -43,6 +45,7 @@ use reading::Quantity;
 use recorder::Recorder;
 use records::RecordLayout;
 use tally::Scores;
+use voxel_scores::VoxelScore;
 
 /// An instrument.
 #[derive(Clone, Debug)]
@@ -193,6 +196,7 @@ impl<'a> Setup<'a> {
     ) -> TaskResult {
         let (mut scores, mut cuts) = (Scores::default(), Cuts::new());
         let mut balance = BalanceSums::default();
+        let mut in_voxels = VoxelScore::of(self.meters);
         let mut histories = self.regions.clone().map(Histories::new);
         let mut records = vec![RecordRows::default(); self.meters.len()];
         for number in particles {
@@ -206,12 +210,14 @@ impl<'a> Setup<'a> {
                 channels: self.channels,
                 scores: &mut scores,
                 cuts: &mut cuts,
+                in_voxels: &mut in_voxels,
                 sampler: Sampler::new(seed, 1, number),
                 particle: number,
                 histories: histories.as_mut(),
                 records: &mut records,
             };
             let particle = self.follow(number, &mut recorder, &mut sampler, ws);
+            recorder.end_in_voxels();
             balance.add(&particle, &mut ws.stats.not_finite);
             scores.end_particle();
         }

@@ -1,8 +1,9 @@
 //! The walk of one particle from its emitter to its end (docs/theory.md#meters).
 
 use super::{Setup, Window};
+use crate::Spectrum;
 use crate::path::{
-    Observer, ParticleBalance, RandomWalk, Survival, TransportMode, WalkRay, Workspace, emit,
+    Observer, ParticleBalance, RandomWalk, Survival, TransportMode, Workspace, emit,
 };
 use crate::sampling::Sampler;
 
@@ -63,22 +64,29 @@ struct WindowedSurvival<'w> {
 }
 
 impl Survival for WindowedSurvival<'_> {
-    fn copies(&mut self, ray: &mut WalkRay, sampler: &mut Sampler) -> usize {
-        if ray.throughput.is_zero() {
+    #[inline]
+    fn copies(
+        &mut self,
+        throughput: &mut Spectrum,
+        depth: u32,
+        optical_length: f64,
+        sampler: &mut Sampler,
+    ) -> usize {
+        if throughput.is_zero() {
             return 0;
         }
         // The power w over what the window W(L) wants.
-        let left = ray.throughput.sum() / self.initial;
-        let worth = left / self.window.map_or(1.0, |w| w.share(ray.optical_length));
+        let left = throughput.sum() / self.initial;
+        let worth = left / self.window.map_or(1.0, |w| w.share(optical_length));
         // Survive with probability w/W if there is little, or divide into round(w/W) if there is much.
-        if ray.depth >= self.rr_depth && worth < SMALL {
+        if depth >= self.rr_depth && worth < SMALL {
             if sampler.next_1d() >= worth {
                 return 0;
             }
-            ray.throughput *= 1.0 / worth;
+            *throughput *= 1.0 / worth;
         } else if self.window.is_some() && worth > LARGE && self.copies < MOST_COPIES {
             let copies = worth.min(MOST_AT_ONCE).round() as usize;
-            ray.throughput *= 1.0 / copies as f64;
+            *throughput *= 1.0 / copies as f64;
             self.copies += copies - 1;
             return copies;
         }

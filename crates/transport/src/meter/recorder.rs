@@ -6,19 +6,24 @@ use super::fluence::{Cuts, Slots};
 use super::history::Histories;
 use super::records::{Detected, RecordRows};
 use super::tally::Scores;
+use super::voxel_scores::{VoxelScore, voxels_suffice};
 use crate::Spectrum;
-use crate::path::{End, FreeFlightEvent, Observer, WalkEvent, Workspace};
+use crate::path::{
+    End, FreeFlightEvent, Observer, Span, VoxelFlight, WalkEvent, WalkRay, Workspace,
+};
 use crate::sampling::Sampler;
-use crate::scene::MediumId;
+use crate::scene::{MediumId, VoxelVolume};
 use glam::DVec3;
 use std::ops::ControlFlow;
 
 /// Shows the meters the flights, collisions and crossings of a particle. Meters draw from random numbers of their own.
-pub(super) struct Recorder<'r> {
+pub(super) struct Recorder<'r, 'm> {
     pub meters: &'r [Meter],
     pub channels: usize,
     pub scores: &'r mut Scores,
     pub cuts: &'r mut Cuts,
+    /// For each meter of fluence what has been left in the last voxel of a walk through voxels.
+    pub in_voxels: &'r mut [VoxelScore<'m>],
     pub sampler: Sampler,
     /// Number of the particle.
     pub particle: u64,
@@ -28,7 +33,7 @@ pub(super) struct Recorder<'r> {
     pub records: &'r mut [RecordRows],
 }
 
-impl Observer for Recorder<'_> {
+impl Observer for Recorder<'_, '_> {
     const ALONG_SPANS: bool = true;
 
     fn arrive(&mut self, event: &WalkEvent, _ws: &mut Workspace) -> ControlFlow<()> {
@@ -53,6 +58,17 @@ impl Observer for Recorder<'_> {
         });
     }
 
+    fn sees_voxels(&self, volume: &VoxelVolume) -> bool {
+        voxels_suffice(self.meters, volume)
+    }
+
+    #[inline]
+    fn fly_in_voxel(&mut self, flight: &VoxelFlight) {
+        for score in &mut *self.in_voxels {
+            score.fly(flight, self.scores);
+        }
+    }
+
     fn go_on(&mut self, copies: usize) {
         if let Some(histories) = &mut self.histories {
             histories.go_on(copies);
@@ -64,21 +80,14 @@ impl Observer for Recorder<'_> {
     }
 }
 
-impl Recorder<'_> {
+impl Recorder<'_, '_> {
     /// Scores the flights along an edge, and the crossings of smooth surfaces between them. Returns the last flight.
     fn fly_along<'e>(&mut self, event: &'e WalkEvent) -> Option<Flight<'e>> {
         let mut last = None;
         for (i, flight) in flights(event).enumerate() {
             self.fly(&flight);
             if let Some(next) = event.edge.spans.get(i + 1) {
-                self.surface(
-                    &flight,
-                    Some(Beyond {
-                        direction: next.arc.velocity(0.0).normalize(),
-                        power: flight.power_after(next),
-                        medium: next.medium,
-                    }),
-                );
+                self.surface(&flight, Some(Beyond::along(&flight, next)));
             }
             last = Some(flight);
         }
@@ -100,14 +109,7 @@ impl Recorder<'_> {
                     optical_length: last.length_after(),
                 });
             }
-            End::Surface { .. } => self.surface(
-                last,
-                onward.map(|ray| Beyond {
-                    direction: ray.start.direction,
-                    power: ray.throughput,
-                    medium: ray.start.medium,
-                }),
-            ),
+            End::Surface { .. } => self.surface(last, onward.map(Beyond::reflected)),
             End::Dead if !event.edge.lost => self.surface(last, None),
             End::Dead | End::Escaped { .. } => {}
         }
@@ -115,35 +117,15 @@ impl Recorder<'_> {
 
     /// Shows the meters the surface at the end of a flight, if there is one, and the light beyond it.
     fn surface(&mut self, flight: &Flight, after: Option<Beyond>) {
-        let Some((object, meeting)) = flight.span.surface else {
-            return;
-        };
-        let hit = flight.scene.hit(object, &meeting);
-        let opaque = flight.scene.objects()[object].bsdf.is_opaque();
-        let arrival = flight.span.arc.velocity(flight.theta_end).normalize();
-        let seen = if opaque {
-            Some(Beyond {
-                direction: arrival,
-                power: flight.power_at(flight.theta_end),
-                medium: flight.span.medium,
-            })
-        } else {
-            after
-        };
-        let Some(beyond) = seen else {
-            return;
-        };
-        let side = |d: DVec3| hit.normal.dot(d) > 0.0;
-        if opaque || side(beyond.direction) == side(arrival) {
-            self.pass(&Passing {
-                scene: flight.scene,
-                object,
-                hit,
-                direction: beyond.direction,
-                medium: beyond.medium,
-                power: beyond.power,
-                optical_length: flight.length_after(),
-            });
+        if let Some(passing) = passing(flight, after) {
+            self.pass(&passing);
+        }
+    }
+
+    /// Ends what the particle has left in the last voxel.
+    pub(super) fn end_in_voxels(&mut self) {
+        for score in &mut *self.in_voxels {
+            score.end(self.scores);
         }
     }
 
@@ -204,9 +186,57 @@ impl Recorder<'_> {
     }
 }
 
+/// The light that passes the surface at the end of a flight, if there is one, given the light beyond it; that which arrives, if the
+/// surface is opaque.
+pub(super) fn passing<'e>(flight: &Flight<'e>, after: Option<Beyond>) -> Option<Passing<'e>> {
+    let (object, meeting) = flight.span.surface?;
+    let hit = flight.scene.hit(object, &meeting);
+    let opaque = flight.scene.objects()[object].bsdf.is_opaque();
+    let arrival = flight.span.arc.velocity(flight.theta_end).normalize();
+    let beyond = if opaque {
+        Beyond {
+            direction: arrival,
+            power: flight.power_at(flight.theta_end),
+            medium: flight.span.medium,
+        }
+    } else {
+        after?
+    };
+    let side = |d: DVec3| hit.normal.dot(d) > 0.0;
+    (opaque || side(beyond.direction) == side(arrival)).then(|| Passing {
+        scene: flight.scene,
+        object,
+        hit,
+        direction: beyond.direction,
+        medium: beyond.medium,
+        power: beyond.power,
+        optical_length: flight.length_after(),
+    })
+}
+
 /// Light beyond a surface.
-struct Beyond {
+pub(super) struct Beyond {
     direction: DVec3,
     power: Spectrum,
     medium: MediumId,
+}
+
+impl Beyond {
+    /// Along the next arc of an edge.
+    pub(super) fn along(flight: &Flight, next: &Span) -> Self {
+        Beyond {
+            direction: next.arc.velocity(0.0).normalize(),
+            power: flight.power_after(next),
+            medium: next.medium,
+        }
+    }
+
+    /// Along the ray with which the walk goes on.
+    pub(super) fn reflected(ray: &WalkRay) -> Self {
+        Beyond {
+            direction: ray.start.direction,
+            power: ray.throughput,
+            medium: ray.start.medium,
+        }
+    }
 }

@@ -7,10 +7,12 @@
 
 use super::flight::flights;
 use super::tally::Scores;
-use super::{Setup, Tally, TaskSums};
+use super::voxel_scores::voxels_suffice;
+use super::{Meter, Setup, Tally, TaskSums};
 use crate::Bins;
-use crate::path::{Observer, WalkEvent, Workspace};
+use crate::path::{Observer, VoxelFlight, WalkEvent, Workspace};
 use crate::sampling::Sampler;
+use crate::scene::VoxelVolume;
 use crate::stop::Stop;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -100,6 +102,7 @@ impl Setup<'_> {
             for number in task * TASK..(task + 1) * TASK {
                 let mut sampler = Sampler::new(SEED + round, 0, number);
                 let mut pilot = Pilot {
+                    meters: self.meters,
                     levels,
                     scores: &mut scores,
                 };
@@ -117,20 +120,27 @@ impl Setup<'_> {
 
 /// Scores the power of a particle at each level that it passes, the start of a step of optical path length.
 struct Pilot<'p> {
+    meters: &'p [Meter],
     levels: Bins,
     scores: &'p mut Scores,
 }
 
 impl Pilot<'_> {
-    fn score(&mut self, event: &WalkEvent) {
-        let steps = &self.levels;
-        let after = |length: f64| ((length - steps.min) / steps.width()).ceil().max(0.0) as usize;
+    /// Scores all flights of an edge.
+    fn score_edge(&mut self, event: &WalkEvent) {
         for flight in flights(event) {
             let power = flight.power_at(0.0).sum();
-            let [first, end] = [flight.optical_length, flight.length_after()].map(after);
-            for level in first.min(steps.count)..end.min(steps.count) {
-                self.scores.add(level, power);
-            }
+            self.score(power, [flight.optical_length, flight.length_after()]);
+        }
+    }
+
+    /// Scores a flight between two optical path lengths.
+    fn score(&mut self, power: f64, between: [f64; 2]) {
+        let steps = &self.levels;
+        let after = |length: f64| ((length - steps.min) / steps.width()).ceil().max(0.0) as usize;
+        let [first, end] = between.map(after);
+        for level in first.min(steps.count)..end.min(steps.count) {
+            self.scores.add(level, power);
         }
     }
 }
@@ -139,11 +149,21 @@ impl Observer for Pilot<'_> {
     const ALONG_SPANS: bool = true;
 
     fn arrive(&mut self, event: &WalkEvent, _ws: &mut Workspace) -> ControlFlow<()> {
-        self.score(event);
+        self.score_edge(event);
         ControlFlow::Continue(())
     }
 
+    /// As in the measurement.
+    fn sees_voxels(&self, volume: &VoxelVolume) -> bool {
+        voxels_suffice(self.meters, volume)
+    }
+
+    fn fly_in_voxel(&mut self, flight: &VoxelFlight) {
+        let end = flight.optical_length + flight.matter.n * flight.length;
+        self.score(flight.power, [flight.optical_length, end]);
+    }
+
     fn cut(&mut self, event: &WalkEvent, _ws: &mut Workspace) {
-        self.score(event);
+        self.score_edge(event);
     }
 }

@@ -23,14 +23,16 @@ mod walk;
 mod workspace;
 
 pub use connection::{Connection, ConnectionTarget, transmittance};
-pub(crate) use connection::{FoundBranch, Weighted, environment_end};
+pub(crate) use connection::{ConnectionArcs, FoundBranch, Weighted, environment_end};
 pub use energy_balance::{BalanceSums, BalanceTotals, EnergyBalance, ParticleBalance, Share};
 pub(crate) use learnt::NeeSlot;
 pub use learnt::{
     AdjointEstimate, AdjointTraining, Levels, NeeRates, NeeTraining, PathTally, StrategyFind,
     StrategyKind, StrategyRates, StrategySample, StrategyShares, StrategyTraining, StrategyWork,
 };
-pub use random_walk::{FreeFlightEvent, Observer, RandomWalk, Survival, WalkEvent, WalkRay};
+pub use random_walk::{
+    FreeFlightEvent, Observer, RandomWalk, Survival, VoxelFlight, WalkEvent, WalkRay,
+};
 pub(crate) use segment::share;
 pub use segment::{
     Edge, EdgeGeometry, End, Point, Span, Split, Start, TransportMode, Vertex, lead_in,

@@ -22,7 +22,7 @@ const DISCOVERY_REFLECTED: f64 = 0.02;
 
 /// A part of a line within one medium.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::path) struct LinePart {
+pub(crate) struct LinePart {
     /// Of which only θ ≤ `theta_end` belongs to the line.
     pub arc: Arc,
     pub theta_end: f64,

@@ -50,6 +50,11 @@ impl BlendPhase {
         self.mean(x, |phase| phase.mean_cosine(x))
     }
 
+    /// Whether it is the same everywhere.
+    pub(super) fn is_uniform(&self) -> bool {
+        self.weight.uniform().is_some() && self.phases.iter().all(Phase::is_uniform)
+    }
+
     /// Bytes held by grids.
     pub(super) fn memory(&self) -> usize {
         self.weight.memory() + self.phases.iter().map(Phase::memory).sum::<usize>()

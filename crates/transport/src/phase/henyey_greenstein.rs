@@ -33,6 +33,13 @@ impl HenyeyGreenstein {
         self.density(Polar::from_cos(cos))
     }
 
+    /// ∂ log p/∂g at a cosine.
+    pub(crate) fn log_derivative(&self, cos: f64) -> f64 {
+        let g = self.g;
+        let base = (1.0 - g) * (1.0 - g) + 2.0 * g * (1.0 - cos);
+        -2.0 * g / ((1.0 - g) * (1.0 + g)) - 3.0 * (g - cos) / base
+    }
+
     /// 1 + g² − 2g cosθ written as a sum of non-negative terms, for either sign of g.
     fn density(&self, angle: Polar) -> f64 {
         let (g, offset) = if self.g >= 0.0 {
@@ -48,14 +55,20 @@ impl HenyeyGreenstein {
     /// D = 1 − g + 2gu, the usual solution cosθ = (1 + g² − ((1 − g²)/D)²)/(2g) factors into
     /// 1 − cosθ = 2(1 − g)²(1 − u)(1 + gu)/D² and 1 + cosθ = 2(1 + g)² u (1 − g(1 − u))/D²:
     /// no division by g, no cancellation.
-    pub(super) fn sample(&self, u: f64) -> (Polar, f64) {
+    #[inline]
+    pub(super) fn angle(&self, u: f64) -> Polar {
         let g = self.g;
         let d = 1.0 - g + 2.0 * g * u;
         let (low, high) = ((1.0 - g) / d, (1.0 + g) / d);
-        let angle = Polar {
+        Polar {
             below: 2.0 * low * low * (1.0 - u) * (1.0 + g * u),
             above: 2.0 * high * high * u * (1.0 - g * (1.0 - u)),
-        };
+        }
+    }
+
+    /// The angle, and the density of directions there.
+    pub(super) fn sample(&self, u: f64) -> (Polar, f64) {
+        let angle = self.angle(u);
         (angle, self.density(angle))
     }
 

@@ -148,6 +148,31 @@ impl Phase {
         (angle.around(dir, u[1]), pdf)
     }
 
+    /// Whether it is the same everywhere.
+    pub(crate) fn is_uniform(&self) -> bool {
+        match self {
+            Phase::Isotropic(_)
+            | Phase::HenyeyGreenstein(_)
+            | Phase::VonMisesFisher(_)
+            | Phase::Rayleigh(_)
+            | Phase::Tabulated(_) => true,
+            Phase::HenyeyGreensteinGrid(_) | Phase::ByLabel(_) => false,
+            Phase::Blend(p) => p.is_uniform(),
+        }
+    }
+
+    /// Direction after scattering of the unit propagation direction `dir`, if the phase function [is uniform](Phase::is_uniform), given the
+    /// cosine and sine of the angle around it.
+    #[inline]
+    pub(crate) fn turn(&self, dir: DVec3, u: f64, around: [f64; 2]) -> DVec3 {
+        let angle = match self {
+            // Most, without the density.
+            Phase::HenyeyGreenstein(p) => p.angle(u),
+            _ => self.angle(DVec3::ZERO, u).0,
+        };
+        angle.turned(dir, around)
+    }
+
     /// Angle of scattering, and the density of directions there.
     fn angle(&self, x: DVec3, u: f64) -> (Polar, f64) {
         match self {

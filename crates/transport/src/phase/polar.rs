@@ -43,11 +43,23 @@ impl Polar {
 
     /// The unit vector at this angle from `axis`, turned around it by `u` of a full turn.
     pub(super) fn around(self, axis: DVec3, u: f64) -> DVec3 {
-        let sin = (self.below * self.above).max(0.0).sqrt();
-        let across = sin * DVec2::from_angle(TAU * u);
+        let turn = DVec2::from_angle(TAU * u);
         // Normalised, so that the length does not drift over thousands of scattering events.
-        Frame::from_normal(axis)
-            .to_world(across.extend(self.cos()))
-            .normalize()
+        self.across(axis, turn).normalize()
+    }
+
+    /// The unit vector at this angle from `axis`, of about unit length, given the cosine and sine of the angle around it.
+    #[inline]
+    pub(super) fn turned(self, axis: DVec3, around: [f64; 2]) -> DVec3 {
+        let direction = self.across(axis, around.into());
+        // A step of Newton's method towards unit length squares its error.
+        direction * (1.5 - 0.5 * direction.length_squared())
+    }
+
+    /// As long as `axis`, up to rounding.
+    #[inline]
+    fn across(self, axis: DVec3, turn: DVec2) -> DVec3 {
+        let sin = (self.below * self.above).max(0.0).sqrt();
+        Frame::from_normal(axis).to_world((sin * turn).extend(self.cos()))
     }
 }

@@ -5,6 +5,7 @@ mod aov;
 mod bias;
 mod candidate_pilot;
 mod choice;
+mod derivative;
 mod handle;
 mod measure;
 mod memory;
@@ -28,6 +29,10 @@ pub use allocation::ADAPTIVE_FROM;
 pub use aov::Quantities;
 pub use bias::Debiased;
 pub use choice::{Basis, Candidate, Choice, Extent, choose};
+pub use derivative::{
+    Derivative, DerivativeOptions, Derivatives, MeterDerivativeOptions, derivatives,
+    meter_derivatives,
+};
 pub use handle::Handle;
 pub use measure::{MeasureError, MeasureOptions, MeasureState, Measurement, measure};
 pub use memory::memory;

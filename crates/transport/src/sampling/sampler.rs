@@ -56,6 +56,28 @@ impl Sampler {
         [self.next_1d(), self.next_1d()]
     }
 
+    /// An exponential deviate of mean 1.
+    #[inline]
+    pub(crate) fn next_exponential(&mut self) -> f64 {
+        -(1.0 - self.next_1d()).ln()
+    }
+
+    /// Cosine and sine of an angle that is uniform over the circle: a point in the unit disc, of as many as it takes, at half the angle.
+    #[inline]
+    pub(crate) fn next_turn(&mut self) -> [f64; 2] {
+        loop {
+            let bits = self.random.next_u64();
+            // Odd multiples of 2⁻³² in (−1, 1).
+            let coordinate =
+                |bits: u32| (f64::from(bits.cast_signed()) + 0.5) * (1.0 / 2f64.powi(31));
+            let [x, y] = [(bits >> 32) as u32, bits as u32].map(coordinate);
+            let square = x * x + y * y;
+            if square <= 1.0 {
+                return [(x * x - y * y) / square, 2.0 * x * y / square];
+            }
+        }
+    }
+
     /// As [`Sampler::next_1d`], for a purpose at the current edge. To be drawn once.
     pub fn next_1d_for(&mut self, purpose: Purpose) -> f64 {
         let bits = self.bits();

@@ -164,8 +164,28 @@ impl Matters {
         LabelGrid::new(parts.size(), numbers?, parts.to_world()).ok()
     }
 
+    /// A matter.
+    pub(super) fn numbered(&self, number: usize) -> &Matter {
+        &self.list[number]
+    }
+
+    /// For each voxel of a divided volume the number of its matter, or one that no medium of the volume has; `None` if they are not known.
+    pub(super) fn voxels_of(&self, number: usize) -> Option<&LabelGrid> {
+        self.extents
+            .iter()
+            .flatten()
+            .find_map(|extent| match extent {
+                Extent::Voxels {
+                    grid,
+                    partition: Some(of),
+                    ..
+                } if *of == number => Some(&**grid),
+                _ => None,
+            })
+    }
+
     /// The numbers of the matter of a medium.
-    fn own(&self, medium: MediumId) -> Vec<usize> {
+    pub(super) fn own(&self, medium: MediumId) -> Vec<usize> {
         match &self.extents[medium] {
             None => Vec::new(),
             Some(Extent::Everywhere(matter)) => vec![*matter],

@@ -17,6 +17,7 @@ mod partition;
 mod parts;
 mod period;
 mod regions;
+mod voxels;
 mod world;
 
 pub use bending::TOTAL_REFLECTIONS;
@@ -28,6 +29,8 @@ pub(crate) use light_bounds::Receiver;
 pub use matter::{Leg, Legs, Matter};
 pub use parts::{AMBIENT, FilmSpec, FilmWindow, MediumId, Object, Partition, Parts, Sides};
 pub use regions::Region;
+pub use voxels::VoxelVolume;
+pub(crate) use voxels::{BeyondFace, VoxelMatter};
 
 use crate::bsdf::Bsdf;
 use crate::emitter::{Emitter, Surroundings};
@@ -44,6 +47,7 @@ use index::Index;
 use lights::Lights;
 use matter::Matters;
 use std::sync::OnceLock;
+use voxels::VoxelVolumes;
 
 /// A scene that can be rendered.
 #[derive(Debug)]
@@ -65,6 +69,8 @@ pub struct Scene {
     clearance: OnceLock<Clearance>,
     /// Matter that is the same everywhere, once somebody asks.
     matters: OnceLock<Matters>,
+    /// Volumes of voxels, once somebody asks.
+    voxel_volumes: OnceLock<VoxelVolumes>,
     reach: Reach,
     bending: Bending,
     glass_ball: Option<GlassBall>,
@@ -123,6 +129,7 @@ impl Scene {
             clear: parts.media.iter().all(Medium::is_transparent),
             clearance: OnceLock::new(),
             matters: OnceLock::new(),
+            voxel_volumes: OnceLock::new(),
             around,
             parts,
         };

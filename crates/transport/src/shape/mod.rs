@@ -20,6 +20,7 @@ mod rectangle;
 mod shading;
 mod sphere;
 mod sweep;
+mod tessellation;
 mod tree;
 mod uv;
 
@@ -34,6 +35,7 @@ pub use mesh::Mesh;
 pub(crate) use mesh::{DIRECTIONS, FirstCrossing};
 pub use rectangle::Rectangle;
 pub use sphere::Sphere;
+pub use tessellation::Tessellation;
 pub use uv::Uv;
 
 use eikonal::Aabb;

@@ -6,6 +6,9 @@ use eikonal::Solver;
 use eikonal::connect::{ConnectingRay, Failure, Piece, Reach};
 use glam::DVec3;
 
+/// Points on an arc of a curved ray: arcs are short, and turn little.
+const STEPS: usize = 4;
+
 /// The rays between two points.
 #[derive(Clone, Debug)]
 pub struct Branches {
@@ -24,6 +27,8 @@ pub struct Branches {
 pub struct Branch {
     /// Its geometry.
     pub connection: ConnectingRay,
+    /// Points of its curve, from its start to its end.
+    pub points: Vec<DVec3>,
     /// Transmittance of each channel.
     pub transmittance: Vec<f64>,
     /// Whether something stands in its way.
@@ -96,10 +101,22 @@ fn branch(
     });
     Branch {
         connection: *found,
+        points: points(pieces),
         transmittance: channels.collect(),
         is_occluded: scenes[0]
             .visibility(pieces.iter().map(Piece::ends), [None; 2], 0.0)
             .is_none(),
         is_primary,
     }
+}
+
+/// Points along a ray, several on each arc.
+fn points(pieces: &[Piece<MediumId>]) -> Vec<DVec3> {
+    let start = pieces.first().map(|piece| piece.arc.position(0.0));
+    let rest = pieces.iter().flat_map(|piece| {
+        let (arc, end) = piece.ends();
+        let steps = if arc.is_straight() { 1 } else { STEPS };
+        (1..=steps).map(move |i| arc.position(end * i as f64 / steps as f64))
+    });
+    start.into_iter().chain(rest).collect()
 }

@@ -205,7 +205,7 @@ impl VolumeGrid {
     }
 
     /// Number of samples along each axis.
-    pub(super) fn size(&self) -> [usize; 3] {
+    pub(crate) fn size(&self) -> [usize; 3] {
         self.size
     }
 
@@ -263,11 +263,42 @@ impl VolumeGrid {
         }
     }
 
+    /// Calls `see` with each voxel that counts in the value at a world position, and its weight there: [`VolumeGrid::at`] is the sum of
+    /// weights times samples. Weights add up to 1, outside the cube as well.
+    pub(crate) fn weights(&self, x: DVec3, mut see: impl FnMut(usize, f64)) {
+        let place = self.to_samples.transform_point3(x).to_array();
+        let cells: [(usize, usize, f64); 3] =
+            std::array::from_fn(|axis| self.cell(axis, place[axis]));
+        let shares = cells.map(|(a, b, t)| match self.filter {
+            GridFilter::Nearest if t < 0.5 => [(a, 1.0), (b, 0.0)],
+            GridFilter::Nearest => [(a, 0.0), (b, 1.0)],
+            GridFilter::Trilinear => [(a, 1.0 - t), (b, t)],
+        });
+        for (z, wz) in shares[2] {
+            for (y, wy) in shares[1] {
+                for (x, wx) in shares[0] {
+                    let weight = wx * wy * wz;
+                    if weight > 0.0 {
+                        see(x + self.size[0] * (y + self.size[1] * z), weight);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Whether a world position is in the cube.
+    fn contains(&self, x: DVec3) -> bool {
+        let place = self.to_unit.transform_point3(x);
+        place.min_element() >= -EDGE && place.max_element() <= 1.0 + EDGE
+    }
+
     /// The value at a world position in the cube, zero outside.
     pub fn within(&self, x: DVec3) -> Spectrum {
-        let place = self.to_unit.transform_point3(x);
-        let inside = place.min_element() >= -EDGE && place.max_element() <= 1.0 + EDGE;
-        if inside { self.at(x) } else { Spectrum::ZERO }
+        if self.contains(x) {
+            self.at(x)
+        } else {
+            Spectrum::ZERO
+        }
     }
 
     /// The range of θ in [0, 1] over which a straight arc is in the cube; empty if it is not.
@@ -355,6 +386,12 @@ impl VolumeGrid {
     /// The samples at the corners of a cell, x fastest: between them values are trilinear.
     #[inline]
     pub(super) fn corners<const N: usize>(&self, cell: Cell) -> [[f64; N]; 8] {
+        self.corner_voxels(cell).map(|voxel| self.sample(voxel))
+    }
+
+    /// The voxels at the corners of a cell, x fastest; all the same in a flat grid.
+    #[inline]
+    pub(super) fn corner_voxels(&self, cell: Cell) -> [usize; 8] {
         let stride = match self.filter {
             GridFilter::Trilinear => 1,
             GridFilter::Nearest => 0,
@@ -366,7 +403,7 @@ impl VolumeGrid {
         let [xs, ys, zs] = ends;
         std::array::from_fn(|i| {
             let (x, y, z) = (xs[i & 1], ys[i >> 1 & 1], zs[i >> 2]);
-            self.sample(x + self.size[0] * (y + self.size[1] * z))
+            x + self.size[0] * (y + self.size[1] * z)
         })
     }
 

@@ -80,6 +80,32 @@ impl<'a> Section<'a> {
         sum + self.until([from, end], 0, f64::INFINITY).1
     }
 
+    /// Calls `see` with each voxel that counts along the part of the line up to θ = `end`, and the integral of its weight over length:
+    /// [`Section::integral`] is the sum of these times the samples times the factor. The same voxel may come several times.
+    pub(crate) fn weights(&self, end: f64, mut see: impl FnMut(usize, f64)) {
+        let length = self.factor / self.scale;
+        let range = [self.part[0], end.min(self.part[1])];
+        for (cell, [from, to]) in Cells::new(self.grid, [self.start, self.step], range) {
+            let voxels = self.grid.corner_voxels(cell);
+            if self.grid.is_flat() {
+                see(voxels[0], (to - from) * length);
+                continue;
+            }
+            let origin = self.start - DVec3::from(cell.map(|i| i as f64));
+            let [a, b] = NODES.map(|node| origin + self.step * (from + (to - from) * node));
+            for (i, voxel) in voxels.into_iter().enumerate() {
+                let share = |t: DVec3| {
+                    let along = |axis: usize| match i >> axis & 1 {
+                        0 => 1.0 - t[axis],
+                        _ => t[axis],
+                    };
+                    along(0) * along(1) * along(2)
+                };
+                see(voxel, 0.5 * (to - from) * length * (share(a) + share(b)));
+            }
+        }
+    }
+
     /// Where the integral of a channel reaches a `target`, if it does before θ = `end`, and the integral up to
     /// there, or to the end.
     pub(crate) fn reach(&self, end: f64, channel: usize, target: f64) -> (Option<f64>, Spectrum) {
@@ -302,6 +328,27 @@ mod tests {
                 };
                 let tolerance = 1e-5 + 2.0 * jumps * width * line.arc_length(1.0);
                 assert!(error < tolerance, "{error} {line:?} {grid:?}");
+            }
+        }
+    }
+
+    /// Voxels that are passed, times their samples, make up the integral; and weights at a place, the value.
+    #[test]
+    fn weights_times_samples_are_values_and_integrals() {
+        for grid in every_grid().filter(|grid| grid.channels() == 1) {
+            let [nx, ny, _] = grid.size();
+            let sample = |i: usize| grid.sample_at([i % nx, i / nx % ny, i / nx / ny])[0];
+            for line in lines() {
+                let (mut integral, mut value) = (0.0, 0.0);
+                let section = Section::new(&grid, 2.0, &line);
+                section.weights(0.9, |voxel, length| {
+                    integral += 2.0 * sample(voxel) * length
+                });
+                assert!((integral - section.integral(0.9)[0]).abs() < 1e-13);
+                grid.weights(line.position(0.4), |voxel, weight| {
+                    value += sample(voxel) * weight
+                });
+                assert!((value - grid.at(line.position(0.4))[0]).abs() < 1e-13);
             }
         }
     }

@@ -6,3 +6,4 @@ mod mesh;
 mod sampling;
 mod support;
 mod surface;
+mod tessellation;

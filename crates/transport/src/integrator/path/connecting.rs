@@ -3,6 +3,7 @@
 use super::{Light, SampledEdge, Tracing};
 use crate::Spectrum;
 use crate::connection_end::{ConnectionEnd, EndSample, OnSurface};
+use crate::derivative::FactorRecorder;
 use crate::emitter::Class;
 use crate::path::{
     Connection, ConnectionTarget, Edge, EmitterEnd, End, EndChoice, Equiangular, NeeSlot,
@@ -20,7 +21,7 @@ struct NextEvent {
     samples: f64,
 }
 
-impl Tracing<'_> {
+impl<R: FactorRecorder> Tracing<'_, R> {
     /// Next-event estimation at the vertex where an edge ended: what it scatters of the light of one emitter of
     /// each class, chosen at random. `throughput` is that up to the vertex; a connection has at most `budget` edges and events.
     pub(super) fn direct(
@@ -61,7 +62,7 @@ impl Tracing<'_> {
             if !light.is_empty() {
                 // Share them with the equiangular vertex, which could lie at the same place.
                 let share = self.collided(edge, &end);
-                self.connected(light, vertex, edge.length, end.emitter, share);
+                self.connected(light, vertex, None, edge.length, end.emitter, share);
             }
         }
     }
@@ -134,7 +135,8 @@ impl Tracing<'_> {
         if !light.is_empty() {
             let length = edge.optical_length_at(point.length);
             let length = sampled.next.length.and(0, length);
-            self.connected(light, &vertex, length, index, 1.0);
+            let on = Some((edge, point.length));
+            self.connected(light, &vertex, on, length, index, 1.0);
         }
     }
 
@@ -171,7 +173,7 @@ impl Tracing<'_> {
         end: &EmitterEnd,
         rate: f64,
         budget: u32,
-    ) -> Weighted<Light> {
+    ) -> Weighted<Light<R::Way>> {
         let (scene, index, sampled) = (self.scene, end.emitter, end.sampled);
         let emitter = &scene.emitters()[index];
         let next_event = NextEvent {
@@ -182,13 +184,14 @@ impl Tracing<'_> {
         // Sum over the branches: T f̃ e^{−τ} F̄ G × (what is emitted) × weight/(P_E p_a), times that of the resampling.
         let behind = lead_in(scene, index);
         let before = self.work();
-        let light = Connection::each(
+        let recorder = &*self.recorder;
+        let light = Connection::each_with_arcs(
             scene,
             vertex,
             &target,
             self.sampler,
             self.ws,
-            |connection| {
+            |connection, arcs| {
                 let (start, leaves) = (connection.origin, connection.emission);
                 let emitted = scene.leaving(index, &sampled.end, start, leaves);
                 let (value, share) = received(
@@ -197,6 +200,8 @@ impl Tracing<'_> {
                 (connection.geometry.events < budget && !value.is_zero()).then_some(Light {
                     value,
                     share,
+                    direction: connection.direction,
+                    way: recorder.way(arcs),
                     events: connection.geometry.events,
                     optical_length: connection.optical_length - behind,
                 })

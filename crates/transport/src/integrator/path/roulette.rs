@@ -1,6 +1,7 @@
 //! Russian roulette: which paths go on (docs/theory.md#russian-roulette).
 
 use super::{Next, PathTracer, Tracing};
+use crate::derivative::FactorRecorder;
 use crate::path::PathTally;
 use crate::sampling::Purpose;
 
@@ -12,7 +13,7 @@ const SHORTEST_ROULETTE: f64 = 0.3;
 
 impl PathTracer {
     /// Ends paths by chance, without bias; whether this one goes on.
-    pub(super) fn roulette(&self, t: &mut Tracing, next: &mut Next) -> bool {
+    pub(super) fn roulette(&self, t: &mut Tracing<impl FactorRecorder>, next: &mut Next) -> bool {
         if next.throughput.is_zero() {
             return false;
         }
@@ -29,7 +30,7 @@ impl PathTracer {
 
     /// The probability that a path goes on: by what it may still bring or, as long as nobody knows, by its throughput. The
     /// scale is then the throughput of radiance, so that n² of the medium does not count.
-    fn survival(&self, t: &Tracing, next: &Next) -> f64 {
+    fn survival<R>(&self, t: &Tracing<R>, next: &Next) -> f64 {
         let late = next.length.depth >= self.rr_depth;
         let wanted = match t.ws.adjoint.of(&next.start) {
             Some(prospect) => (prospect * next.throughput.sum()).max(SHORTEST_ROULETTE),
@@ -44,7 +45,7 @@ impl PathTracer {
     }
 }
 
-impl Tracing<'_> {
+impl<R: FactorRecorder> Tracing<'_, R> {
     /// Tells a pilot of a path that goes on.
     fn depart(&mut self, next: &Next) {
         let tally = self.tally();

@@ -1,5 +1,6 @@
 //! Connections along all branches (docs/theory.md#branches), and how easily they find one.
 
+use super::arcs::ConnectionArcs;
 use super::ray::{Connection, same_length, same_way};
 use super::search::Search;
 use super::straight;
@@ -40,11 +41,25 @@ impl Connection {
         ws: &mut Workspace,
         evaluate: impl Fn(&Connection) -> Option<T>,
     ) -> Weighted<T> {
+        let evaluate = |connection: &Connection, _: ConnectionArcs| evaluate(connection);
+        Connection::each_with_arcs(scene, vertex, target, sampler, ws, evaluate)
+    }
+
+    /// The same; `evaluate` also sees the arcs of the connection.
+    pub(crate) fn each_with_arcs<T>(
+        scene: &Scene,
+        vertex: &Vertex,
+        target: &ConnectionTarget,
+        sampler: &mut Sampler,
+        ws: &mut Workspace,
+        evaluate: impl Fn(&Connection, ConnectionArcs) -> Option<T>,
+    ) -> Weighted<T> {
         // Where nothing bends rays there is one branch at most, in closed form.
         if scene.is_straight() {
             ws.stats.connections.certified += 1;
             let connection = straight::connect(scene, vertex, target, ws);
-            let value = connection.and_then(|connection| evaluate(&connection));
+            let arcs = ConnectionArcs::Line(&ws.line);
+            let value = connection.and_then(|connection| evaluate(&connection, arcs));
             return value.map(|value| (value, 1.0)).into_iter().collect();
         }
         let tolerance = ws.tolerance();
@@ -65,7 +80,8 @@ impl Connection {
             if let Some(connection) =
                 connection.unless_blocked(scene, vertex, target, pieces, &mut ws.stats)
             {
-                values.extend(evaluate(&connection).map(|value| (value, 1.0)));
+                let arcs = ConnectionArcs::Ray(ws.solver.pieces());
+                values.extend(evaluate(&connection, arcs).map(|value| (value, 1.0)));
             }
         }
         // Further branches: with probability q, one random start, with weight N/q, eq. (sum over branches).

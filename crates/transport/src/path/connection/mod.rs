@@ -1,5 +1,6 @@
 //! Connections: edges from a vertex to an emitter, to the sensor, or to another vertex (docs/theory.md#connections).
 
+mod arcs;
 mod find;
 mod ray;
 mod search;
@@ -7,6 +8,7 @@ mod straight;
 mod target;
 mod throughput;
 
+pub(crate) use arcs::ConnectionArcs;
 pub(crate) use find::{FoundBranch, Weighted};
 pub use ray::Connection;
 pub use target::ConnectionTarget;

@@ -4,6 +4,7 @@ use super::{FreeFlightEvent, Observer, WalkEvent, WalkRay};
 use crate::path::energy_balance::ParticleBalance;
 use crate::path::segment::{End, Span, share};
 use crate::path::workspace::Workspace;
+use crate::scene::VoxelVolume;
 use std::ops::ControlFlow;
 
 impl Observer for ParticleBalance {
@@ -36,6 +37,15 @@ impl Observer for ParticleBalance {
 
     fn fly_freely(&mut self, event: &FreeFlightEvent) {
         self.media += event.ray.throughput.sum() * (1.0 - event.flight.albedo());
+    }
+
+    fn sees_voxels(&self, _volume: &VoxelVolume) -> bool {
+        true
+    }
+
+    #[inline]
+    fn collide_in_voxel(&mut self, absorbed: f64) {
+        self.media += absorbed;
     }
 
     fn cut(&mut self, event: &WalkEvent, _ws: &mut Workspace) {

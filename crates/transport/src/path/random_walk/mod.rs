@@ -2,15 +2,17 @@
 //! subpaths and the particles of meters are all walks; they differ in what watches them ([`Observer`]) and in what decides
 //! whether they go on ([`Survival`]).
 //!
-//! Theory: docs/theory.md#random-walks.
+//! Theory: docs/theory.md#random-walks, docs/theory.md#walks-through-voxels.
 
 mod balance;
 mod observer;
 mod survival;
+mod voxels;
 
 pub use observer::{FreeFlightEvent, Observer, WalkEvent};
 pub(super) use survival::Roulette;
 pub use survival::Survival;
+pub use voxels::VoxelFlight;
 
 use crate::Spectrum;
 use crate::budget::EDGES_PER_WALK;
@@ -22,6 +24,7 @@ use crate::scene::Scene;
 use std::cell::OnceCell;
 use std::iter::repeat_n;
 use std::ops::ControlFlow;
+use voxels::VoxelWalk;
 
 /// How walks are sampled.
 #[derive(Clone, Copy, Debug)]
@@ -65,20 +68,27 @@ impl<'a> RandomWalk<'a> {
     ) {
         let (mut ray, mut waiting) = (ray, Vec::new());
         let freely = observer.sees_free_flights() && !self.channel_pdf.is_several();
-        for _ in 0..EDGES_PER_WALK {
-            let mut copies = 0;
-            if self
-                .step(&mut ray, freely, observer, sampler, ws)
-                .is_continue()
-            {
-                // Play Russian roulette, or divide.
-                copies = survival.copies(&mut ray, sampler);
-                observer.go_on(copies);
-                if copies > 1 {
-                    waiting.extend(repeat_n(ray, copies - 1));
+        let mut budget = EDGES_PER_WALK;
+        while budget > 0 {
+            let through =
+                self.through_voxels(&mut ray, &mut budget, observer, survival, sampler, ws);
+            let copies = match through {
+                Some(copies) => copies,
+                None => {
+                    budget = budget.saturating_sub(1);
+                    let step = self.step(&mut ray, freely, observer, sampler, ws);
+                    // Play Russian roulette, or divide.
+                    if step.is_continue() {
+                        survive(&mut ray, survival, sampler)
+                    } else {
+                        0
+                    }
                 }
-            }
-            if copies == 0 {
+            };
+            if copies > 0 {
+                observer.go_on(copies);
+                waiting.extend(repeat_n(ray, copies - 1));
+            } else {
                 match waiting.pop() {
                     Some(other) => ray = other,
                     None => return,
@@ -90,6 +100,35 @@ impl<'a> RandomWalk<'a> {
             ws.stats.over_budget.rays += 1;
             observer.lose(&ray);
         }
+    }
+
+    /// Follows a ray through a volume from voxel to voxel, if it is in one, nothing bends it there and nobody looks at edges. Returns into how
+    /// many copies it is divided, or `None` where it goes on by edges.
+    #[inline]
+    fn through_voxels<O: Observer>(
+        &self,
+        ray: &mut WalkRay,
+        budget: &mut usize,
+        observer: &mut O,
+        survival: &mut impl Survival,
+        sampler: &mut Sampler,
+        ws: &mut Workspace,
+    ) -> Option<usize> {
+        if self.channel_pdf.is_several() || self.mode != TransportMode::Importance {
+            return None;
+        }
+        let volume = self.scene.voxel_volume(ray.start.medium)?;
+        if !observer.sees_voxels(volume) {
+            return None;
+        }
+        let mut walk = VoxelWalk {
+            walk: self,
+            volume,
+            channel: self.channel_pdf.0.iter().position(|p| *p > 0.0)?,
+            observer,
+            sampler,
+        };
+        walk.follow(ray, budget, survival, ws)
     }
 
     /// Samples the next edge and a direction at its end, and turns the ray into that with which the walk goes on. Breaks if it does not.
@@ -230,4 +269,10 @@ impl<'a> RandomWalk<'a> {
             splitting: false,
         }
     }
+}
+
+/// Into how many copies a ray is divided.
+fn survive(ray: &mut WalkRay, survival: &mut impl Survival, sampler: &mut Sampler) -> usize {
+    let (depth, optical_length) = (ray.depth, ray.optical_length);
+    survival.copies(&mut ray.throughput, depth, optical_length, sampler)
 }

@@ -1,11 +1,11 @@
-//! What watches a random walk (docs/theory.md#random-walks).
+//! What watches a random walk (docs/theory.md#random-walks, docs/theory.md#walks-through-voxels).
 
-use super::WalkRay;
+use super::{VoxelFlight, WalkRay};
 use crate::Spectrum;
 use crate::path::segment::{Edge, Point, Span, Vertex, collided};
 use crate::path::walk::FreeFlight;
 use crate::path::workspace::Workspace;
-use crate::scene::Scene;
+use crate::scene::{Scene, VoxelVolume};
 use std::cell::OnceCell;
 use std::ops::ControlFlow;
 
@@ -24,6 +24,18 @@ pub trait Observer {
 
     /// A flight from one collision to the next, of a walk with one channel.
     fn fly_freely(&mut self, _event: &FreeFlightEvent) {}
+
+    /// Whether it takes [`Observer::fly_in_voxel`] and [`Observer::collide_in_voxel`] in place of all other calls but [`Observer::go_on`] as
+    /// long as a walk with one channel is in a volume of voxels.
+    fn sees_voxels(&self, _volume: &VoxelVolume) -> bool {
+        false
+    }
+
+    /// A straight flight within a voxel.
+    fn fly_in_voxel(&mut self, _flight: &VoxelFlight) {}
+
+    /// A collision in a voxel, which takes power from the particle.
+    fn collide_in_voxel(&mut self, _absorbed: f64) {}
 
     /// The walk goes on in so many copies from the edge that was seen last; they are followed one after the other, the last
     /// first.
@@ -106,6 +118,22 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
         self.1.fly_freely(event);
     }
 
+    fn sees_voxels(&self, volume: &VoxelVolume) -> bool {
+        self.0.sees_voxels(volume) && self.1.sees_voxels(volume)
+    }
+
+    #[inline]
+    fn fly_in_voxel(&mut self, flight: &VoxelFlight) {
+        self.0.fly_in_voxel(flight);
+        self.1.fly_in_voxel(flight);
+    }
+
+    #[inline]
+    fn collide_in_voxel(&mut self, absorbed: f64) {
+        self.0.collide_in_voxel(absorbed);
+        self.1.collide_in_voxel(absorbed);
+    }
+
     fn go_on(&mut self, copies: usize) {
         self.0.go_on(copies);
         self.1.go_on(copies);
@@ -135,6 +163,20 @@ impl<O: Observer> Observer for &mut O {
 
     fn fly_freely(&mut self, event: &FreeFlightEvent) {
         (**self).fly_freely(event);
+    }
+
+    fn sees_voxels(&self, volume: &VoxelVolume) -> bool {
+        (**self).sees_voxels(volume)
+    }
+
+    #[inline]
+    fn fly_in_voxel(&mut self, flight: &VoxelFlight) {
+        (**self).fly_in_voxel(flight);
+    }
+
+    #[inline]
+    fn collide_in_voxel(&mut self, absorbed: f64) {
+        (**self).collide_in_voxel(absorbed);
     }
 
     fn go_on(&mut self, copies: usize) {

@@ -1,12 +1,19 @@
 //! What decides whether a random walk goes on (docs/theory.md#random-walks).
 
-use super::WalkRay;
+use crate::Spectrum;
 use crate::sampling::Sampler;
 
 /// Ends walks that carry little by chance, or divides those that carry much, without bias.
 pub trait Survival {
-    /// Into how many copies of itself a ray is divided, 0 if it ends; its throughput becomes that of each.
-    fn copies(&mut self, ray: &mut WalkRay, sampler: &mut Sampler) -> usize;
+    /// Into how many copies of itself a ray of some depth and optical path length is divided, 0 if it ends; its throughput becomes that of
+    /// each.
+    fn copies(
+        &mut self,
+        throughput: &mut Spectrum,
+        depth: u32,
+        optical_length: f64,
+        sampler: &mut Sampler,
+    ) -> usize;
 }
 
 /// Russian roulette: a walk goes on with the probability of its throughput over the first.
@@ -22,16 +29,22 @@ pub(crate) struct Roulette {
 const MOST_SURVIVAL: f64 = 0.95;
 
 impl Survival for Roulette {
-    fn copies(&mut self, ray: &mut WalkRay, sampler: &mut Sampler) -> usize {
-        if ray.throughput.is_zero() {
+    fn copies(
+        &mut self,
+        throughput: &mut Spectrum,
+        depth: u32,
+        _optical_length: f64,
+        sampler: &mut Sampler,
+    ) -> usize {
+        if throughput.is_zero() {
             return 0;
         }
-        if ray.depth >= self.rr_depth {
-            let survival = (ray.throughput.max() / self.initial).min(MOST_SURVIVAL);
+        if depth >= self.rr_depth {
+            let survival = (throughput.max() / self.initial).min(MOST_SURVIVAL);
             if sampler.next_1d() >= survival {
                 return 0;
             }
-            ray.throughput *= 1.0 / survival;
+            *throughput *= 1.0 / survival;
         }
         1
     }

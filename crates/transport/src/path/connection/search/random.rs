@@ -3,7 +3,8 @@
 use super::{Candidate, Search};
 use crate::budget::{STEPS_PER_SEARCH, TRIALS_PER_SEARCH};
 use crate::connection_end::ConnectionEnd;
-use crate::path::connection::Connection;
+use crate::path::connection::arcs::ConnectionArcs;
+use crate::path::connection::ray::Connection;
 use crate::path::workspace::Workspace;
 use crate::sampling::Sampler;
 use eikonal::connect::{Piece, RayFamily, random_direction, random_foot};
@@ -64,7 +65,7 @@ impl Search<'_> {
         sampler: &mut Sampler,
         ws: &mut Workspace,
         other: impl Fn(&Connection) -> bool,
-        evaluate: impl Fn(&Connection) -> Option<T>,
+        evaluate: impl Fn(&Connection, ConnectionArcs) -> Option<T>,
     ) -> Option<(T, f64)> {
         ws.stats.connections.searches += 1;
         let connection = self.try_random(sampler, ws).filter(other)?;
@@ -80,7 +81,7 @@ impl Search<'_> {
         let pieces = ws.solver.pieces().iter().map(Piece::ends);
         let (vertex, target) = (self.vertex, self.target);
         let clear = connection.unless_blocked(self.scene, vertex, target, pieces, &mut ws.stats)?;
-        let value = evaluate(&clear)?;
+        let value = evaluate(&clear, ConnectionArcs::Ray(ws.solver.pieces()))?;
         let (before, mut trials) = (ws.solver.work.steps, 0);
         // Beyond the budget the weight is too small: that is counted.
         while trials < TRIALS_PER_SEARCH && ws.solver.work.steps - before < STEPS_PER_SEARCH {

@@ -1,0 +1,27 @@
+//! `morgana view`.
+
+use super::MemoryArgs;
+use super::values::define;
+use clap::Args as ClapArgs;
+use std::net::{IpAddr, Ipv4Addr};
+use std::path::PathBuf;
+
+/// `morgana view`.
+#[derive(Debug, ClapArgs)]
+pub struct ViewArgs {
+    /// Images (.exr, .png, .npy), readings of meters (.npz) and scenes (.json, or XML).
+    #[arg(value_name = "FILE", required = true)]
+    pub files: Vec<PathBuf>,
+    /// Set a parameter that the scene declares; may be repeated.
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
+    pub defines: Vec<(String, String)>,
+    /// Port to listen at; 0 for any that is free.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub port: u16,
+    /// Address to listen at. Beyond loopback addresses, everybody who can reach this machine and knows the token of the
+    /// page's address sees the files; what is sent is not encrypted.
+    #[arg(long, value_name = "IP", default_value_t = Ipv4Addr::LOCALHOST.into())]
+    pub listen: IpAddr,
+    #[command(flatten)]
+    pub memory: MemoryArgs,
+}

@@ -1,0 +1,50 @@
+//! `morgana view`.
+
+use crate::args::ViewArgs;
+use crate::command_error::{CommandError, warn};
+use crate::interrupt::Interrupt;
+use crate::load::check_defines;
+use crate::output::say;
+use std::process::ExitCode;
+use std::time::Duration;
+use view::{Item, ItemOptions, OpenError, ViewOptions, ViewServer};
+
+/// Time between two looks whether the user has asked to end.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// Shows files in the browser until the user asks to end.
+pub fn view(args: &ViewArgs) -> Result<ExitCode, CommandError> {
+    check_defines(&args.defines)?;
+    let options = ItemOptions {
+        defines: args.defines.clone(),
+        limits: args.memory.limits(),
+    };
+    let open = |file| {
+        Item::open(file, &options).map_err(|error| match error {
+            OpenError::File(error) => CommandError::Usage(error.to_string()),
+            OpenError::Scene(diagnostics) => CommandError::Scene(diagnostics),
+        })
+    };
+    let files = args.files.iter().map(|file| open(file));
+    let items = files.collect::<Result<_, _>>()?;
+    let interrupt = Interrupt::watch()?;
+    let options = ViewOptions {
+        listen: args.listen,
+        port: args.port,
+        ..ViewOptions::default()
+    };
+    let server = ViewServer::start(items, &options).map_err(|e| {
+        CommandError::Usage(format!(
+            "cannot listen at {} port {}: {e}",
+            args.listen, args.port
+        ))
+    })?;
+    if !args.listen.is_loopback() {
+        warn("others who reach this machine and know the address below can see the files");
+    }
+    say(&format!("{} (Ctrl-C ends)", server.address()))?;
+    while !interrupt.asked() {
+        std::thread::sleep(LOOK);
+    }
+    Ok(ExitCode::SUCCESS)
+}

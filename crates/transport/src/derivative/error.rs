@@ -1,0 +1,59 @@
+//! Why derivatives are not taken.
+
+/// Why derivatives are not taken.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum DerivativeError {
+    /// What paths multiply by is zero: its derivative is that of light which no path finds.
+    #[error(
+        "{what} of '{name}' is zero somewhere, or in some channel, where no path finds what would come of more of it: start from a small value > 0{instead}"
+    )]
+    Zero {
+        /// The quantity.
+        what: &'static str,
+        /// Of which medium or object.
+        name: String,
+        /// What else may be asked for.
+        instead: &'static str,
+    },
+    /// A parameter that is listed twice.
+    #[error("a parameter is listed twice")]
+    Twice,
+    /// A phase function without such a parameter.
+    #[error("the phase function of '{0}' has no single mean cosine g: only hg with one g has")]
+    Phase(String),
+    /// A surface that does not scatter by one reflectance.
+    #[error(
+        "'{0}' has no single reflectance: only diffuse surfaces of one colour, twosided or not, have"
+    )]
+    Reflectance(String),
+    /// Volumes that emit.
+    #[error(
+        "the light of volumes that emit has no derivatives yet: leave volume emitters and emission of media out"
+    )]
+    Volumes,
+    /// Another number of weights than the image has values.
+    #[error("expected {expected} weights, as many as there are values, found {found}")]
+    Weights {
+        /// As many as there are values.
+        expected: usize,
+        /// As many as were given.
+        found: usize,
+    },
+    /// A weight that is not finite.
+    #[error("weight {0} is not finite: the loss must have a derivative by every value")]
+    NotFinite(usize),
+    /// A meter whose readings have no derivatives.
+    #[error(
+        "readings of fluence have no derivatives yet: give weights for readings of irradiance meters only"
+    )]
+    Fluence,
+    /// No light.
+    #[error("the scene emits no light: there is nothing to differentiate")]
+    Dark,
+    /// Too few samples.
+    #[error("errors need at least two samples, or replicates of them: take more than {0}")]
+    Samples(u64),
+    /// Sums do not fit into memory.
+    #[error("derivatives by {0} numbers do not fit into memory")]
+    Memory(usize),
+}

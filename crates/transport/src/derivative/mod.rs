@@ -1,0 +1,21 @@
+//! Derivatives of light by what the scene is made of: coefficients of media, colours of surfaces, emission.
+//!
+//! What a path brings is a product of factors f over the density p with which it was sampled. Sampling is held fixed, so that its
+//! derivative is itself times Σ ∂ log f. A path takes note of its factors ([`Tape`]); from what each of its contributions is worth to a
+//! linear functional of the image, one sweep back adds the derivatives by all parameters ([`Sums`]).
+//!
+//! Theory: docs/theory.md#derivatives-of-light.
+
+mod chart;
+mod error;
+mod parameter;
+mod recorder;
+mod sums;
+mod tape;
+
+pub use error::DerivativeError;
+pub use parameter::Parameter;
+pub(crate) use parameter::Plan;
+pub(crate) use recorder::FactorRecorder;
+pub(crate) use sums::Sums;
+pub(crate) use tape::Tape;

@@ -1,0 +1,45 @@
+//! What takes note of the factors of paths.
+
+use crate::path::{ConnectionArcs, Edge, Vertex};
+use glam::DVec3;
+
+/// Takes note of the factors of which a path's contributions are products. Those of the path itself stay for all contributions to
+/// come; those put *aside* belong to the next one alone. A static type: one that takes no notes costs nothing.
+pub(crate) trait FactorRecorder {
+    /// The arcs of a connection, as they are kept.
+    type Way;
+
+    /// Whether it takes notes, so that edges must keep their spans.
+    const RECORDS: bool;
+
+    /// Keeps the arcs of a connection.
+    fn way(&self, arcs: ConnectionArcs) -> Self::Way;
+
+    /// The path follows an edge, and is scattered if it collides at its end.
+    fn follow(&mut self, edge: &Edge);
+
+    /// The path turns at a vertex.
+    fn turn(&mut self, vertex: &Vertex, direction: DVec3);
+
+    /// Puts aside the part of an edge up to an arc length, and a scattering there.
+    fn aside_follow(&mut self, edge: &Edge, length: f64);
+
+    /// Puts a turn at a vertex aside, and the connection after it.
+    fn aside_connect(&mut self, vertex: &Vertex, direction: DVec3, way: &Self::Way);
+
+    /// The path has made a contribution, of light of an emitter.
+    fn contribute(&mut self, emitter: usize);
+}
+
+/// Takes no notes.
+impl FactorRecorder for () {
+    type Way = ();
+    const RECORDS: bool = false;
+
+    fn way(&self, _arcs: ConnectionArcs) {}
+    fn follow(&mut self, _edge: &Edge) {}
+    fn turn(&mut self, _vertex: &Vertex, _direction: DVec3) {}
+    fn aside_follow(&mut self, _edge: &Edge, _length: f64) {}
+    fn aside_connect(&mut self, _vertex: &Vertex, _direction: DVec3, _way: &()) {}
+    fn contribute(&mut self, _emitter: usize) {}
+}

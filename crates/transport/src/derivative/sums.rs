@@ -1,0 +1,135 @@
+//! Sums of derivatives, parameter by parameter.
+
+use super::Plan;
+use super::tape::{Factor, Stretch, Tape};
+use crate::Spectrum;
+use crate::phase::Phase;
+use crate::scene::{MediumId, Scene};
+use glam::DVec3;
+
+/// Sums of derivatives.
+#[derive(Clone, Debug)]
+pub(crate) struct Sums<'a> {
+    scene: &'a Scene,
+    plan: &'a Plan,
+    values: Vec<f64>,
+    /// What contributions from each factor of the path on are worth.
+    worth: Vec<Spectrum>,
+}
+
+impl<'a> Sums<'a> {
+    /// Nothing yet.
+    pub(crate) fn new(scene: &'a Scene, plan: &'a Plan) -> Self {
+        Sums {
+            scene,
+            plan,
+            values: vec![0.0; plan.len()],
+            worth: Vec::new(),
+        }
+    }
+
+    /// The sums.
+    pub(crate) fn into_values(self) -> Vec<f64> {
+        self.values
+    }
+
+    /// Adds the derivative of Σ `worths` over the contributions of a path by all parameters: one sweep back along the path, with
+    /// the worth of all that was found further on (docs/theory.md#derivatives-of-light).
+    pub(crate) fn add(&mut self, tape: &Tape, worths: impl Iterator<Item = Spectrum>) {
+        let mut worth = std::mem::take(&mut self.worth);
+        worth.clear();
+        worth.resize(tape.trunk.len() + 1, Spectrum::ZERO);
+        let mut first = 0;
+        for (kept, value) in tape.kept.iter().zip(worths) {
+            let aside = &tape.aside[first..kept.aside];
+            first = kept.aside;
+            if value.is_zero() {
+                continue;
+            }
+            worth[kept.trunk] += value;
+            aside.iter().for_each(|factor| self.factor(factor, value));
+            if let Some(start) = self.plan.emitters[kept.emitter] {
+                self.put(start, 0, value);
+            }
+        }
+        let mut onward = Spectrum::ZERO;
+        for (i, factor) in tape.trunk.iter().enumerate().rev() {
+            onward += worth[i + 1];
+            if !onward.is_zero() {
+                self.factor(factor, onward);
+            }
+        }
+        self.worth = worth;
+    }
+
+    /// Adds the derivative of the logarithm of a factor, times what hangs on it.
+    fn factor(&mut self, factor: &Factor, worth: Spectrum) {
+        match factor {
+            Factor::Attenuation(stretch) => self.attenuation(stretch, worth),
+            Factor::Scattering { medium, x } => self.scattering(*medium, *x, worth),
+            Factor::Phase { medium, cos } => {
+                let start = self.plan.media[*medium].mean_cosine;
+                if let (Some(start), Phase::HenyeyGreenstein(phase)) =
+                    (start, &self.scene.medium(*medium).phase)
+                {
+                    self.put(start, 0, worth * phase.log_derivative(*cos));
+                }
+            }
+            Factor::Surface { object } => {
+                if let Some((start, colour)) = self.plan.objects[*object] {
+                    self.put(start, 0, over(worth, colour));
+                }
+            }
+        }
+    }
+
+    /// ∂ log e^−∫σ_t ds = −∫∂σ_t ds.
+    fn attenuation(&mut self, stretch: &Stretch, worth: Spectrum) {
+        let plan: &'a Plan = self.plan;
+        let plan = &plan.media[stretch.medium];
+        let starts = [plan.extinction, plan.absorption, plan.scattering];
+        if starts.iter().all(Option::is_none) {
+            return;
+        }
+        plan.chart.along(&stretch.arc, stretch.theta, |i, length| {
+            for start in starts.into_iter().flatten() {
+                self.put(start, i, worth * -length);
+            }
+        });
+    }
+
+    /// ∂ log σ_s, where σ_s = σ_t α.
+    fn scattering(&mut self, id: MediumId, x: DVec3, worth: Spectrum) {
+        let (plan, scene): (&'a Plan, &'a Scene) = (self.plan, self.scene);
+        let (plan, medium) = (&plan.media[id], scene.medium(id));
+        if let Some(start) = plan.extinction {
+            let share = over(worth, medium.extinction(x));
+            plan.chart
+                .at(x, |i, weight| self.put(start, i, share * weight));
+        }
+        if let Some(start) = plan.scattering {
+            let share = over(worth, medium.scattering(x));
+            plan.chart
+                .at(x, |i, weight| self.put(start, i, share * weight));
+        }
+        if let Some(start) = plan.albedo {
+            let share = over(worth, medium.albedo.at(x));
+            let chart = &plan.albedo_chart;
+            chart.at(x, |i, weight| self.put(start, i, share * weight));
+        }
+    }
+
+    /// Adds to the sums of a number of a parameter.
+    #[inline]
+    fn put(&mut self, start: usize, number: usize, value: Spectrum) {
+        let channels = self.plan.channels;
+        let first = start + number * channels;
+        let sums = &mut self.values[first..first + channels];
+        sums.iter_mut().zip(value.0).for_each(|(sum, v)| *sum += v);
+    }
+}
+
+/// A quotient, zero in channels that bring nothing.
+fn over(worth: Spectrum, by: Spectrum) -> Spectrum {
+    worth.zip(by, |w, b| if w == 0.0 { 0.0 } else { w / b })
+}

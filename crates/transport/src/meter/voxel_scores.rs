@@ -1,0 +1,139 @@
+//! Scores of walks through voxels: what a particle leaves in the cell of the voxel that it is in is added up until it gets to another voxel
+//! or gate (docs/theory.md#walks-through-voxels).
+
+use super::Meter;
+use super::fluence::{Estimator, FluenceMeter};
+use super::tally::Scores;
+use crate::path::VoxelFlight;
+use crate::scene::VoxelVolume;
+
+/// A meter of fluence, and what a particle has left for it since it came to a voxel and gate.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct VoxelScore<'m> {
+    meter: &'m FluenceMeter,
+    /// Its first slot in a tally of one channel.
+    first: usize,
+    /// The voxel, and the slot of its fluence, if it is in a gate.
+    voxel: usize,
+    slot: Option<usize>,
+    /// Optical path lengths between which the gate lies.
+    gate: [f64; 2],
+    /// ∫ power ds.
+    fluence: f64,
+    /// Absorption coefficient.
+    absorption: f64,
+}
+
+/// Whether nobody looks at more than voxels of a volume: all meters of fluence count ways through them, others are elsewhere, and none keeps
+/// records.
+pub(super) fn voxels_suffice(meters: &[Meter], volume: &VoxelVolume) -> bool {
+    meters.iter().all(|meter| match meter {
+        Meter::Fluence(meter) => meter.counts_voxels(volume),
+        Meter::Irradiance(meter) => {
+            meter.most_records.is_none() && !meter.measures_faces_of(volume)
+        }
+    })
+}
+
+impl FluenceMeter {
+    /// Whether its cells are the voxels of a volume, in which it counts the ways that particles fly.
+    fn counts_voxels(&self, volume: &VoxelVolume) -> bool {
+        self.estimator == Estimator::TrackLength && self.grid.is_voxels_of(volume)
+    }
+
+    /// The gate in which light is that goes on from an optical path length, and the lengths between which it, or the time before or
+    /// after all gates, lies.
+    fn gate_from(&self, optical_length: f64) -> (Option<usize>, [f64; 2]) {
+        let always = [f64::NEG_INFINITY, f64::INFINITY];
+        let Some(bins) = &self.optical_length else {
+            return (Some(0), always);
+        };
+        let edge = |i: usize| bins.min + bins.width() * i as f64;
+        if optical_length < bins.min {
+            return (None, [always[0], bins.min]);
+        }
+        let position = ((optical_length - bins.min) / bins.width()) as usize;
+        // By rounding it may be in the gate beyond.
+        let bin = position + usize::from(optical_length >= edge(position.saturating_add(1)));
+        if bin >= bins.count {
+            return (None, [edge(bins.count), always[1]]);
+        }
+        (Some(bin), [edge(bin), edge(bin + 1)])
+    }
+}
+
+impl<'m> VoxelScore<'m> {
+    /// Nothing yet, for each meter of fluence, if there is one channel.
+    pub(super) fn of(meters: &'m [Meter]) -> Vec<Self> {
+        let mut first = 0;
+        let score = |meter: &'m Meter| {
+            let at = first;
+            first += meter.cells();
+            match meter {
+                Meter::Fluence(meter) => Some(VoxelScore::new(meter, at)),
+                Meter::Irradiance(_) => None,
+            }
+        };
+        meters.iter().filter_map(score).collect()
+    }
+
+    fn new(meter: &'m FluenceMeter, first: usize) -> Self {
+        VoxelScore {
+            meter,
+            first,
+            voxel: usize::MAX,
+            slot: None,
+            gate: [0.0; 2],
+            fluence: 0.0,
+            absorption: 0.0,
+        }
+    }
+
+    /// Takes note of a flight within a voxel.
+    #[inline]
+    pub(super) fn fly(&mut self, flight: &VoxelFlight, scores: &mut Scores) {
+        let begin = flight.optical_length;
+        let end = begin + flight.matter.n * flight.length;
+        let same_gate = begin >= self.gate[0] && end <= self.gate[1];
+        if self.voxel == flight.voxel && same_gate {
+            self.fluence += flight.power * flight.length;
+        } else {
+            self.begin(flight, scores, [begin, end]);
+        }
+    }
+
+    /// The same where the voxel or the gate is another than before.
+    fn begin(&mut self, flight: &VoxelFlight, scores: &mut Scores, [begin, end]: [f64; 2]) {
+        let meter = self.meter;
+        let mut from = begin;
+        loop {
+            self.end(scores);
+            let (bin, gate) = meter.gate_from(from);
+            let to = end.min(gate[1]);
+            let share = if end > begin {
+                (to - from) / (end - begin)
+            } else {
+                1.0
+            };
+            self.voxel = flight.voxel;
+            self.slot = bin.map(|bin| self.first + bin * meter.grid.cells() + flight.voxel);
+            self.gate = gate;
+            self.fluence = flight.power * flight.length * share;
+            self.absorption = flight.matter.absorption[flight.channel];
+            if end <= to {
+                return;
+            }
+            from = to;
+        }
+    }
+
+    /// Adds what has been left in the last voxel.
+    #[inline]
+    pub(super) fn end(&mut self, scores: &mut Scores) {
+        if let Some(slot) = self.slot {
+            let slots = [slot, slot + self.meter.cells()];
+            scores.add_both(slots, [self.fluence, self.fluence * self.absorption]);
+        }
+        *self = VoxelScore::new(self.meter, self.first);
+    }
+}

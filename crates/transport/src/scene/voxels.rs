@@ -1,0 +1,307 @@
+//! Divided volumes whose surfaces are faces of voxels: what walks need to know that go from voxel to voxel
+//! (docs/theory.md#walks-through-voxels).
+
+use super::Scene;
+use super::matter::{Matter, Matters};
+use super::parts::{MediumId, Object, Partition, Parts};
+use crate::bsdf::Bsdf;
+use crate::shape::Shape;
+use crate::volume::VoxelMedia;
+use eikonal::Aabb;
+use glam::{DAffine3, DMat3, DVec3};
+use std::ops::Range;
+
+/// Stands for voxels of which too little is known.
+const OTHER: u8 = u8::MAX;
+/// Largest cosine between edges of voxels that are at right angles, up to rounding.
+const SQUARE: f64 = 1e-12;
+/// Voxels this close to other surfaces, in voxels, are left to those who look for surfaces.
+const HAIR: f64 = 1e-6;
+
+/// A volume of rectangular voxels, each of which holds matter of one index and the same coefficients everywhere. Light is refracted, or
+/// passes straight, at all faces between voxels of different media.
+#[derive(Clone, Debug)]
+pub struct VoxelVolume {
+    size: [usize; 3],
+    /// For each voxel the number of its matter, x fastest, or [`OTHER`].
+    numbers: Vec<u8>,
+    matters: Vec<VoxelMatter>,
+    /// The objects that are its faces.
+    objects: Range<usize>,
+    /// The medium around it, and its index, if that is the same everywhere and known.
+    exterior: MediumId,
+    exterior_n: Option<f64>,
+    refracts: bool,
+    to_world: DAffine3,
+    to_voxels: DAffine3,
+    from_voxels: DAffine3,
+    /// Unit vectors along the edges of voxels.
+    axes: DMat3,
+    /// Reciprocal lengths of these edges.
+    per_length: DVec3,
+}
+
+/// What a voxel holds.
+#[derive(Clone, Debug)]
+pub(crate) struct VoxelMatter {
+    pub matter: Matter,
+    pub medium: MediumId,
+}
+
+/// What lies beyond a face.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum BeyondFace<'a> {
+    /// A voxel.
+    Voxel(usize, &'a VoxelMatter),
+    /// The medium around the volume, and its index.
+    Exterior(MediumId, f64),
+    /// Something else, or other surfaces are near.
+    Unknown,
+}
+
+/// The divided volumes of a scene through which walks can go from voxel to voxel.
+#[derive(Clone, Debug)]
+pub(super) struct VoxelVolumes {
+    list: Vec<VoxelVolume>,
+    /// For each medium the volume of whose voxels it is the medium.
+    of_medium: Vec<Option<usize>>,
+}
+
+impl VoxelVolumes {
+    fn of(scene: &Scene) -> Self {
+        let (parts, matters) = (&scene.parts, scene.matters());
+        let mut volumes = VoxelVolumes {
+            list: Vec::new(),
+            of_medium: vec![None; parts.media.len()],
+        };
+        for number in 0..parts.partitions.len() {
+            let Some(mut volume) = VoxelVolume::of(parts, matters, number) else {
+                continue;
+            };
+            // Where others come near, what is around the volume varies.
+            if volume.objects.clone().any(|face| scene.overlapping[face]) {
+                volume.exterior_n = None;
+            }
+            for held in &volume.matters {
+                volumes.of_medium[held.medium] = Some(volumes.list.len());
+            }
+            volumes.list.push(volume);
+        }
+        volumes
+    }
+}
+
+impl Scene {
+    /// The volume to whose voxels a medium belongs, if walks can go through it from voxel to voxel.
+    #[inline]
+    pub(crate) fn voxel_volume(&self, medium: MediumId) -> Option<&VoxelVolume> {
+        let volumes = self.voxel_volumes.get_or_init(|| VoxelVolumes::of(self));
+        Some(&volumes.list[volumes.of_medium[medium]?])
+    }
+}
+
+impl VoxelVolume {
+    /// That of a divided volume; `None` if its faces are not those of rectangular voxels, or do something else than to refract all light or
+    /// to let it pass.
+    fn of(parts: &Parts, matters: &Matters, number: usize) -> Option<Self> {
+        let partition = &parts.partitions[number];
+        let voxels = partition.voxels.as_ref()?;
+        let refracts = refracts(&parts.objects[partition.objects.clone()])?;
+        let grid = matters.voxels_of(number)?;
+        let (size, to_world) = (grid.size(), grid.to_world());
+        let cells = DVec3::from_array(size.map(|n| n as f64));
+        let (axes, per_length) = edges(&to_world, cells)?;
+        let held = held(parts, matters, partition, voxels);
+        let number_of = |matter: usize| {
+            let place = held.iter().position(|(number, _)| *number == matter);
+            place.and_then(|i| u8::try_from(i).ok()).unwrap_or(OTHER)
+        };
+        let numbers: [u8; 256] = std::array::from_fn(number_of);
+        let exterior = &parts.media[partition.exterior];
+        let is_constant = exterior.index.is_constant();
+        let mut volume = VoxelVolume {
+            size,
+            numbers: grid
+                .labels()
+                .iter()
+                .map(|m| numbers[usize::from(*m)])
+                .collect(),
+            matters: held.into_iter().map(|(_, matter)| matter).collect(),
+            objects: partition.objects.clone(),
+            exterior: partition.exterior,
+            exterior_n: is_constant.then(|| exterior.index.n(DVec3::ZERO)),
+            refracts,
+            to_world,
+            to_voxels: DAffine3::from_scale(cells) * to_world.inverse(),
+            from_voxels: to_world * DAffine3::from_scale(1.0 / cells),
+            axes,
+            per_length,
+        };
+        for (i, object) in parts.objects.iter().enumerate() {
+            if !partition.objects.contains(&i) {
+                volume.set_aside(&object.shape);
+            }
+        }
+        Some(volume)
+    }
+
+    /// Sets aside the voxels through which a surface may pass.
+    fn set_aside(&mut self, shape: &Shape) {
+        match shape {
+            Shape::Mesh(mesh) => {
+                for triangle in mesh.triangles() {
+                    let corners = triangle.map(|i| mesh.positions()[i as usize]);
+                    self.set_aside_around(&corners);
+                }
+            }
+            shape => self.set_aside_around(&shape.aabb().corners()),
+        }
+    }
+
+    /// Sets aside the voxels near a box around points.
+    fn set_aside_around(&mut self, points: &[DVec3]) {
+        let places = points.iter().map(|p| self.to_voxels.transform_point3(*p));
+        let filled = Aabb::around(places);
+        if !(filled.min.is_finite() && filled.max.is_finite()) {
+            self.numbers.fill(OTHER);
+            return;
+        }
+        let (first, end) = (filled.min - HAIR, filled.max + HAIR);
+        let range = |axis: usize| {
+            let n = self.size[axis] as f64;
+            let end = (end[axis].floor() + 1.0).clamp(0.0, n) as usize;
+            (first[axis].floor().clamp(0.0, n) as usize).min(end)..end
+        };
+        let [x, y, z] = [range(0), range(1), range(2)];
+        for row in z.flat_map(|k| y.clone().map(move |j| (j, k))) {
+            let first = self.size[0] * (row.0 + self.size[1] * row.1);
+            self.numbers[first + x.start..first + x.end].fill(OTHER);
+        }
+    }
+
+    /// Number of voxels along x, y, z.
+    pub(crate) fn size(&self) -> [usize; 3] {
+        self.size
+    }
+
+    /// From the unit cube to the world.
+    pub(crate) fn to_world(&self) -> &DAffine3 {
+        &self.to_world
+    }
+
+    /// Whether an object is one of its faces.
+    pub(crate) fn has_face(&self, object: usize) -> bool {
+        self.objects.contains(&object)
+    }
+
+    /// Whether light is refracted at faces between media, or passes straight.
+    pub(crate) fn refracts(&self) -> bool {
+        self.refracts
+    }
+
+    /// The reciprocal lengths of the edges of voxels.
+    #[inline]
+    pub(crate) fn voxels_per_length(&self) -> DVec3 {
+        self.per_length
+    }
+
+    /// A place in the world in units of voxels from the corner of the first.
+    pub(crate) fn in_voxels(&self, x: DVec3) -> DVec3 {
+        self.to_voxels.transform_point3(x)
+    }
+
+    /// The inverse of [`VoxelVolume::in_voxels`].
+    pub(crate) fn in_world(&self, p: DVec3) -> DVec3 {
+        self.from_voxels.transform_point3(p)
+    }
+
+    /// A unit vector of the world along the edges of voxels.
+    pub(crate) fn along_edges(&self, direction: DVec3) -> DVec3 {
+        self.axes.transpose() * direction
+    }
+
+    /// The inverse of [`VoxelVolume::along_edges`].
+    pub(crate) fn direction(&self, along_edges: DVec3) -> DVec3 {
+        (self.axes * along_edges).normalize()
+    }
+
+    /// What a voxel holds, if it is known.
+    #[inline]
+    pub(crate) fn matter(&self, voxel: usize) -> Option<&VoxelMatter> {
+        self.matters.get(usize::from(self.numbers[voxel]))
+    }
+
+    /// What lies beyond the face of a voxel across an axis. `low` is the place of the voxel's lowest corner.
+    #[inline]
+    pub(crate) fn beyond(&self, voxel: usize, low: DVec3, axis: usize, up: bool) -> BeyondFace<'_> {
+        let stride = [1, self.size[0], self.size[0] * self.size[1]][axis];
+        let is_last = if up {
+            low[axis] + 1.0 >= self.size[axis] as f64
+        } else {
+            low[axis] <= 0.0
+        };
+        if is_last {
+            return match self.exterior_n {
+                Some(n) => BeyondFace::Exterior(self.exterior, n),
+                None => BeyondFace::Unknown,
+            };
+        }
+        let next = if up { voxel + stride } else { voxel - stride };
+        match self.matter(next) {
+            Some(matter) => BeyondFace::Voxel(next, matter),
+            None => BeyondFace::Unknown,
+        }
+    }
+}
+
+/// Whether all faces refract light, or all let it pass; `None` if they do anything else.
+fn refracts(faces: &[Object]) -> Option<bool> {
+    let is_bare = faces.iter().all(|face| face.emitter.is_none());
+    let clear = |face: &Object| matches!(&face.bsdf, Bsdf::Dielectric(d) if d.is_clear());
+    if is_bare && faces.iter().all(clear) {
+        return Some(true);
+    }
+    let passes = |face: &Object| matches!(face.bsdf, Bsdf::Null);
+    (is_bare && faces.iter().all(passes)).then_some(false)
+}
+
+/// Unit vectors along the edges of voxels and the reciprocal lengths of these, if they are at right angles.
+fn edges(to_world: &DAffine3, cells: DVec3) -> Option<(DMat3, DVec3)> {
+    let sides = to_world.matrix3;
+    let lengths = DVec3::new(
+        sides.x_axis.length(),
+        sides.y_axis.length(),
+        sides.z_axis.length(),
+    );
+    let axes = sides * DMat3::from_diagonal(1.0 / lengths);
+    let cosines = [
+        axes.x_axis.dot(axes.y_axis),
+        axes.y_axis.dot(axes.z_axis),
+        axes.z_axis.dot(axes.x_axis),
+    ];
+    let is_square = cosines.iter().all(|cos| cos.abs() < SQUARE);
+    is_square.then(|| (axes, cells / lengths))
+}
+
+/// The matter of the media of a divided volume that scatters alike everywhere, with its number among all.
+fn held(
+    parts: &Parts,
+    matters: &Matters,
+    partition: &Partition,
+    voxels: &VoxelMedia,
+) -> Vec<(usize, VoxelMatter)> {
+    let media = voxels.media().iter().copied();
+    let media = media.filter(|m| *m != partition.exterior && *m < parts.media.len());
+    let of_medium = |medium| {
+        let numbered = matters.own(medium).into_iter();
+        numbered.filter_map(move |number| {
+            let matter = matters.numbered(number);
+            let held = VoxelMatter {
+                matter: matter.clone(),
+                medium,
+            };
+            matter.phase.is_uniform().then_some((number, held))
+        })
+    };
+    media.flat_map(of_medium).collect()
+}

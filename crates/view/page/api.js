@@ -1,0 +1,60 @@
+// Requests to the program that serves the page.
+
+/** Bytes of planes that are kept, at most. */
+const KEPT = 600e6;
+/** Milliseconds before a request that came too soon is repeated. */
+const AGAIN = 300;
+
+const planes = new Map();
+
+async function request(path, options) {
+    for (;;) {
+        const response = await fetch(`api/${path}`, options);
+        if (response.ok) return response;
+        if (response.status !== 429) throw new Error(await response.text());
+        await new Promise((resolve) => setTimeout(resolve, AGAIN));
+    }
+}
+
+/** The answer to a question, as an object. */
+export async function json(path) {
+    return (await request(path)).json();
+}
+
+/** The answer to a command. */
+export async function post(path, body) {
+    const headers = { 'Content-Type': 'application/json' };
+    return (await request(path, { method: 'POST', headers, body: JSON.stringify(body) })).json();
+}
+
+/** The answer as bytes. */
+export async function bytes(path) {
+    return (await request(path)).arrayBuffer();
+}
+
+/** Numbers; those of the last requests are kept. */
+export function floats(path) {
+    let found = planes.get(path);
+    planes.delete(path);
+    if (!found) {
+        found = { values: bytes(path).then((buffer) => new Float32Array(buffer)), size: 0 };
+        found.values.then((values) => { found.size = values.byteLength; forget(); }, () => planes.delete(path));
+    }
+    // The most recent is the last.
+    planes.set(path, found);
+    return found.values;
+}
+
+/** Forgets the oldest planes beyond a limit, or all whose path starts in some way. */
+export function forget(start = null) {
+    let size = 0;
+    for (const [path, { size: bytes }] of [...planes].reverse()) {
+        size += bytes;
+        if (start === null ? size > KEPT : path.startsWith(start)) planes.delete(path);
+    }
+}
+
+/** A query of parameters. */
+export function query(path, parameters) {
+    return `${path}?${new URLSearchParams(parameters)}`;
+}

@@ -1,0 +1,242 @@
+// The page of a scene: what is where, what the camera sees, and curved rays.
+
+import * as api from './api.js';
+import * as state from './state.js';
+import { button, choice, element, number, refresh, say, table, text } from './controls.js';
+import { toneCurve } from './colour.js';
+import { plain } from './format.js';
+
+const KEYS = [['camera', '#7ddc7d', 'what the camera sees'], ['emitter', '#ffe08a', 'emitter'], ['opaque', '#8f98a6', 'surface'], ['graded', '#4f9dff', 'medium with a varying index'], ['scattering', '#e0a050', 'medium that scatters'], ['clear', '#86c5da', 'clear medium']];
+const TRACED = 0xffd166;
+const BRANCHES = [0xff6b8b, 0x7ddc7d, 0x80b4ff, 0xd19cff, 0x6fe0d8, 0xffa860];
+
+const hex = (colour) => `#${colour.toString(16).padStart(6, '0')}`;
+const point = (x) => x.map((v) => plain(v, 4)).join(', ');
+
+export class ScenePage {
+    constructor(stage, side, items, index) {
+        Object.assign(this, { items, index, item: items[index], about: items[index].about, asked: 0, traced: null, connected: null });
+        this.surface = element('div', { class: 'surface' });
+        this.controls = element('div');
+        this.rays = element('div', { class: 'below columns', 'aria-live': 'polite', id: 'rays', hidden: true });
+        stage.append(this.surface, this.rays);
+        this.parts = element('div');
+        side.append(this.controls, this.parts);
+        this.fill();
+        this.list();
+        this.ready = this.build();
+    }
+
+    /** What an object looks like. */
+    kind(object) {
+        if (object.emitter !== null) return 'emitter';
+        const medium = object.medium === null ? null : this.about.media[object.medium];
+        if (!object.transparent || !medium) return object.transparent ? 'clear' : 'opaque';
+        return medium.graded ? 'graded' : medium.scatters ? 'scattering' : 'clear';
+    }
+
+    async build() {
+        try {
+            const { Stage } = await import('./stage.js');
+            this.stage = new Stage(this.surface, (view) => state.set({ camera: view }));
+        } catch (error) {
+            say(`The scene cannot be drawn: ${error.message}`, true);
+            return;
+        }
+        const { objects, emitters, sensor } = this.about;
+        const wanted = state.numbers('camera', 6);
+        this.stage.setBounds(this.bounds());
+        if (wanted) this.stage.setView(wanted);
+        for (const emitter of emitters) if (emitter.position && !emitter.area) this.stage.addPoint(emitter.name ?? emitter.kind, emitter.position);
+        if (sensor) this.stage.addCamera(sensor.rays);
+        await Promise.all(objects.map((object, i) => this.add(object, i)));
+        await this.update();
+        say(`${objects.length} surfaces, ${this.about.media.length} media, ${emitters.length} emitters`);
+        document.body.dataset.shown = 'scene';
+    }
+
+    /** A box around everything. */
+    bounds() {
+        const { bounds, emitters, sensor } = this.about;
+        const points = [...(bounds ?? []), ...emitters.map(({ position }) => position).filter(Boolean)];
+        if (sensor) points.push(sensor.rays[4].origin);
+        if (points.length === 0) points.push([-1, -1, -1], [1, 1, 1]);
+        return [Math.min, Math.max].map((best) => [0, 1, 2].map((axis) => best(...points.map((p) => p[axis]))));
+    }
+
+    async add(object, i) {
+        const name = object.name || `object ${i}`;
+        if (object.box) {
+            this.stage.addBox(name, object.bounds);
+            return;
+        }
+        const buffer = await api.bytes(api.query(`${this.index}/mesh`, { object: i }));
+        const [corners, triangles] = new Uint32Array(buffer, 0, 2);
+        const positions = new Float32Array(buffer, 8, 3 * corners);
+        this.stage.addSurface(name, positions, new Uint32Array(buffer, 8 + positions.byteLength, 3 * triangles), this.kind(object));
+    }
+
+    fill() {
+        const { film, sensor, emitters } = this.about;
+        const looks = [['corner', 'corner'], ['x', 'along x'], ['y', 'along y'], ['z', 'along z']];
+        const buttons = looks.map(([from, label]) => button(`From ${label}`.replace('From along', 'Along'), () => this.stage?.look(from)));
+        if (sensor) buttons.push(button('As the camera', () => this.stage?.lookAs(sensor.rays, this.fieldOfView())));
+        const parts = [element('h2', {}, 'View'), element('div', { class: 'buttons' }, ...buttons)];
+        if (sensor) parts.push(element('h2', {}, 'Ray of a pixel'), this.film(), text('Pixel', 'pixel', `x,y below ${film.join(',')}`));
+        parts.push(element('h2', {}, 'Ray from a point'), text('From', 'from', 'x,y,z'), text('Direction', 'direction', 'x,y,z'));
+        parts.push(element('h2', {}, 'Rays to a point'));
+        const targets = emitters.map((e, i) => [i, e]).filter(([, e]) => e.position).map(([i, e]) => [String(i), `emitter ${e.name ?? i} (${e.kind})`]);
+        parts.push(choice('To', 'emitter', [['', 'nothing'], ...targets, ['point', 'a point']], ''), text('Point', 'to', 'x,y,z'));
+        parts.push(number('Reflections', 'reflections', { min: 0, max: 4, step: 1 }, 0));
+        parts.push(number('Start after', 'at', { min: 0, step: 'any', placeholder: 'its end' }, ''));
+        parts.push(element('p', { class: 'note' }, 'Rays start on the ray of the pixel, where it ends or after this length; or else at the point above.'));
+        this.controls.replaceChildren(...parts);
+    }
+
+    /** The vertical angle of the picture, in degrees. */
+    fieldOfView() {
+        const { rays } = this.about.sensor;
+        const along = (a, b) => rays[a].direction.map((v, i) => (v + rays[b].direction[i]) / 2);
+        const [top, bottom] = [along(0, 1), along(2, 3)];
+        const dot = (a, b) => a.reduce((sum, v, i) => sum + v * b[i], 0);
+        const cosine = dot(top, bottom) / Math.sqrt(dot(top, top) * dot(bottom, bottom));
+        const angle = Math.acos(Math.min(cosine, 1)) * 180 / Math.PI;
+        return angle > 1 ? angle : 40;
+    }
+
+    /** The film, on which a click chooses a pixel: an image of its size, if one is there. */
+    film() {
+        const [width, height] = this.about.film;
+        const canvas = element('canvas', { class: 'film', width, height, tabindex: 0, role: 'application', 'aria-label': 'Film: click chooses a pixel, arrow keys move it' });
+        const choose = (x, y) => state.set({ pixel: `${Math.min(Math.max(x, 0), width - 1)},${Math.min(Math.max(y, 0), height - 1)}` });
+        const at = (event) => {
+            const box = canvas.getBoundingClientRect();
+            choose(Math.floor((event.clientX - box.left) / box.width * width), Math.floor((event.clientY - box.top) / box.height * height));
+        };
+        canvas.addEventListener('pointerdown', (event) => {
+            canvas.setPointerCapture(event.pointerId);
+            at(event);
+        });
+        canvas.addEventListener('pointermove', (event) => event.buttons & 1 && at(event));
+        canvas.addEventListener('keydown', (event) => {
+            const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
+            if (!step) return;
+            event.preventDefault();
+            const [x, y] = state.numbers('pixel', 2) ?? [Math.floor(width / 2), Math.floor(height / 2)];
+            choose(x + step[0], y + step[1]);
+        });
+        this.filmCanvas = canvas;
+        this.develop();
+        return canvas;
+    }
+
+    /** Draws an image of the film's size, and the pixel. */
+    async develop() {
+        const [width, height] = this.about.film;
+        const index = this.items.findIndex(({ about }) => about?.layers && about.width === width && about.height === height);
+        const context = this.filmCanvas.getContext('2d');
+        if (index >= 0 && !this.picture) {
+            const { about } = this.items[index];
+            const channels = about.layers[0].channels;
+            const names = ['R', 'G', 'B'].every((name) => channels.includes(name)) ? ['R', 'G', 'B'] : [channels[0], channels[0], channels[0]];
+            const planes = await Promise.all(names.map((channel) => api.floats(api.query(`${index}/plane`, { layer: about.layers[0].name, channel }))));
+            const tone = toneCurve(about.exposure, 'srgb');
+            this.picture = context.createImageData(width, height);
+            for (let i = 0; i < width * height; i += 1) this.picture.data.set([tone(planes[0][i]), tone(planes[1][i]), tone(planes[2][i]), 255], 4 * i);
+        }
+        if (this.picture) context.putImageData(this.picture, 0, 0);
+        else context.clearRect(0, 0, width, height);
+        const pixel = state.numbers('pixel', 2);
+        if (!pixel) return;
+        const size = Math.max(width / 40, 2);
+        context.lineWidth = Math.max(width / 250, 1);
+        context.strokeStyle = hex(TRACED);
+        context.strokeRect(pixel[0] + 0.5 - size / 2, pixel[1] + 0.5 - size / 2, size, size);
+    }
+
+    list() {
+        const { objects, media, emitters, warnings } = this.about;
+        const key = (kind) => element('span', { class: 'key', style: null, 'data-kind': kind });
+        const rows = objects.map((o) => [o.name, o.interior ?? '', this.kind(o)]);
+        this.parts.replaceChildren(
+            element('h2', {}, 'Colours'),
+            ...KEYS.map(([kind, colour, label]) => {
+                const swatch = key(kind);
+                swatch.style.background = colour;
+                return element('p', { class: 'note' }, swatch, label);
+            }),
+            ...warnings.map((line) => element('p', { class: 'warning' }, line)),
+            element('details', {}, element('summary', {}, `${objects.length} surfaces`), element('div', { class: 'scroll' }, table(['name', 'inside', 'kind'], rows, 'Surfaces'))),
+            element('details', {}, element('summary', {}, `${media.length} media`), table(['name', 'index', 'scatters'], media.map((m) => [m.name || (m.ambient ? 'ambient' : ''), m.graded ? 'varies' : 'constant', m.scatters ? 'yes' : 'no']), 'Media')),
+            element('details', {}, element('summary', {}, `${emitters.length} emitters`), table(['name', 'kind', 'position'], emitters.map((e) => [e.name ?? '', e.kind, e.position ? point(e.position) : '']), 'Emitters')));
+    }
+
+    /** What the state asks of rays. */
+    questions() {
+        const pixel = state.numbers('pixel', 2);
+        const [from, direction] = [state.numbers('from', 3), state.numbers('direction', 3)];
+        const trace = pixel ? { pixel } : from && direction ? { from, direction } : null;
+        const emitter = state.get('emitter');
+        const to = emitter === 'point' ? { to: state.numbers('to', 3) } : emitter === '' ? null : { emitter: Number(emitter) };
+        const at = state.number('at', null);
+        const start = pixel ? { pixel, at } : from ? { from } : null;
+        const connect = to && start && to.to !== null ? { ...start, ...to, reflections: state.number('reflections', 0) } : null;
+        return { trace, connect };
+    }
+
+    async update() {
+        if (this.filmCanvas) this.develop();
+        refresh(this.controls);
+        const questions = this.questions();
+        const key = JSON.stringify(questions);
+        if (key === this.key || !this.stage) return;
+        this.key = key;
+        const request = (this.asked += 1);
+        const ask = async (what, question) => {
+            if (!question) return null;
+            try {
+                return await api.post(`${this.index}/${what}`, question);
+            } catch (error) {
+                return { error: error.message };
+            }
+        };
+        const [traced, connected] = await Promise.all([ask('trace', questions.trace), ask('connect', questions.connect)]);
+        if (request !== this.asked) return;
+        this.show(traced, connected);
+        document.body.dataset.rays = String(request);
+    }
+
+    show(traced, connected) {
+        const [lines, parts] = [[], []];
+        const part = (title, ...content) => parts.push(element('div', {}, element('h2', {}, title), ...content));
+        if (traced?.points) {
+            lines.push({ points: traced.points, colour: TRACED });
+            const last = traced.points[traced.points.length - 1];
+            const end = traced.surface ? `${traced.end} ${traced.surface}` : traced.end;
+            const rows = [['end', end], ['at', point(last)], ['arc length', plain(traced.arc_length, 7)], ['optical length', plain(traced.optical_length, 7)], ['points', String(traced.points.length)]];
+            part('Ray', table(['quantity', 'value'], rows, 'Ray'));
+        }
+        if (connected?.branches) {
+            const head = ['branch', 'arc length', 'optical', 'Jacobian', 'transmittance'];
+            const rows = connected.branches.map((branch, i) => {
+                const colour = BRANCHES[i % BRANCHES.length];
+                lines.push({ points: branch.points, colour, isFaint: branch.occluded });
+                const swatch = element('span', { class: 'key' });
+                swatch.style.background = hex(colour);
+                const name = element('span', {}, swatch, `${i + 1}${branch.occluded ? ' (blocked)' : ''}`);
+                return [name, plain(branch.arc_length, 5), plain(branch.optical_length, 5), plain(branch.jacobian, 4), branch.transmittance.map((t) => plain(t, 3)).join(' ')];
+            });
+            const unique = connected.certified_unique ? ', certified to be the only one' : '';
+            const failure = connected.failure ? [element('p', { class: 'warning' }, connected.failure)] : [];
+            part(`${rows.length} ${rows.length === 1 ? 'branch' : 'branches'}${unique}`, element('div', { class: 'scroll' }, table(head, rows, 'Branches')), ...failure);
+        }
+        for (const answer of [traced, connected]) if (answer?.error) parts.push(element('p', { class: 'warning' }, answer.error));
+        this.rays.hidden = parts.length === 0;
+        this.rays.replaceChildren(...parts);
+        this.stage.setRays(lines);
+    }
+
+    close() {
+        this.stage?.close();
+    }
+}

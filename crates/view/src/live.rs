@@ -1,0 +1,267 @@
+//! A render while it is made: the render leaves pictures here, the page takes them and leaves commands.
+//!
+//! The render never waits for a page, unless somebody has asked it to pause there: it makes a picture only if a page
+//! has asked for one since the last, and so rarely that this takes no more than a hundredth of the time.
+
+use crate::picture::Picture;
+use serde_json::{Value, json};
+use std::fmt;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+use transport::Film;
+
+/// Time between two pictures, at least; and in terms of the time that it takes to make one.
+const INTERVAL: Duration = Duration::from_millis(250);
+const SHARE: u32 = 100;
+/// How long a page that asks for nothing still counts as one that is there. Browsers let pages in the background ask once a minute.
+const ABSENCE: Duration = Duration::from_secs(90);
+/// Time between two looks while the render is paused.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// A render that pages watch.
+pub struct Live {
+    channels: Vec<String>,
+    /// Ends the render.
+    stop: Box<dyn Fn() + Send + Sync>,
+    state: Mutex<State>,
+    /// Whether a page wants a new picture.
+    is_wanted: AtomicBool,
+    is_stop_asked: AtomicBool,
+    is_paused: AtomicBool,
+}
+
+#[derive(Debug)]
+struct State {
+    picture: Option<Arc<Picture>>,
+    /// Counts pictures.
+    version: u64,
+    progress: LiveProgress,
+    mean: f64,
+    error: f64,
+    started: Instant,
+    /// When the render ended.
+    ended: Option<Instant>,
+    /// When the next picture may be made.
+    next: Instant,
+    /// When a page last asked.
+    asked: Option<Instant>,
+}
+
+/// How far a render has got.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LiveProgress {
+    /// Samples per pixel that are there.
+    pub done: f64,
+    /// Samples per pixel that are wanted, if there is a limit.
+    pub total: Option<f64>,
+    /// Time at which the render ends, if there is a limit.
+    pub time: Option<Duration>,
+}
+
+impl fmt::Debug for Live {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.debug_struct("Live")
+            .field("channels", &self.channels)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Live {
+    /// A render whose film has these channels; `stop` asks it to end.
+    pub fn new(channels: Vec<String>, stop: impl Fn() + Send + Sync + 'static) -> Self {
+        let now = Instant::now();
+        Live {
+            channels,
+            stop: Box::new(stop),
+            state: Mutex::new(State {
+                picture: None,
+                version: 0,
+                progress: LiveProgress::default(),
+                mean: f64::NAN,
+                error: f64::NAN,
+                started: now,
+                ended: None,
+                next: now,
+                asked: None,
+            }),
+            is_wanted: AtomicBool::new(true),
+            is_stop_asked: AtomicBool::new(false),
+            is_paused: AtomicBool::new(false),
+        }
+    }
+
+    /// Notes how far the render has got, and shows its film, unless nobody is looking or that has just been done.
+    pub fn update(&self, film: &Film, progress: LiveProgress) {
+        let now = Instant::now();
+        {
+            let mut state = self.state();
+            state.progress = progress;
+            if now < state.next || !self.is_wanted.swap(false, Ordering::AcqRel) {
+                return;
+            }
+        }
+        // Pages are answered in the meantime.
+        self.show(film);
+        self.state().next = now + INTERVAL.max(SHARE * now.elapsed());
+    }
+
+    /// Shows the film of a render that has ended.
+    pub fn finish(&self, film: &Film) {
+        self.show(film);
+        self.state().ended = Some(Instant::now());
+    }
+
+    fn show(&self, film: &Film) {
+        let picture = Arc::new(Picture::of_film(film, &self.channels));
+        let (mean, error) = film.summary();
+        let mut state = self.state();
+        state.picture = Some(picture);
+        state.version += 1;
+        (state.mean, state.error) = (mean, error);
+    }
+
+    /// Whether a page has asked the render to end.
+    pub(crate) fn is_stop_asked(&self) -> bool {
+        self.is_stop_asked.load(Ordering::Acquire)
+    }
+
+    /// Waits while a page asks the render to pause, as long as it is there, and until `is_over` says so.
+    pub fn pause(&self, is_over: impl Fn() -> bool) {
+        while self.is_paused.load(Ordering::Acquire) && !self.is_stop_asked() && !is_over() {
+            if !self.is_watched() {
+                self.is_paused.store(false, Ordering::Release);
+            }
+            std::thread::sleep(LOOK);
+        }
+    }
+
+    /// Whether a page is there, or was until a short time ago.
+    pub fn is_watched(&self) -> bool {
+        let asked = self.state().asked;
+        asked.is_some_and(|asked| asked.elapsed() < ABSENCE)
+    }
+
+    /// Carries out a command of a page; `false` if there is no such command.
+    pub(crate) fn command(&self, name: &str) -> bool {
+        match name {
+            "stop" => {
+                self.is_stop_asked.store(true, Ordering::Release);
+                (self.stop)();
+            }
+            "pause" => self.is_paused.store(true, Ordering::Release),
+            "continue" => self.is_paused.store(false, Ordering::Release),
+            _ => return false,
+        }
+        true
+    }
+
+    /// The latest picture.
+    pub(crate) fn picture(&self) -> Option<Arc<Picture>> {
+        self.state().picture.clone()
+    }
+
+    /// How far the render has got, for a page, which then wants a new picture.
+    pub(crate) fn status(&self) -> Value {
+        let mut state = self.state();
+        state.asked = Some(Instant::now());
+        self.is_wanted.store(true, Ordering::Release);
+        let ended = state.ended.unwrap_or_else(Instant::now);
+        let elapsed = ended.duration_since(state.started).as_secs_f64();
+        let fraction = state.progress.fraction(elapsed);
+        let left = (fraction > 0.0 && state.ended.is_none())
+            .then(|| elapsed * (1.0 - fraction) / fraction);
+        json!({
+            "version": state.version,
+            "done": state.progress.done,
+            "total": state.progress.total,
+            "fraction": if state.ended.is_some() { 1.0 } else { fraction },
+            "elapsed": elapsed,
+            "left": left,
+            "mean": state.mean,
+            "error": state.error,
+            "ended": state.ended.is_some(),
+            "paused": self.is_paused.load(Ordering::Acquire),
+            "stopping": self.is_stop_asked(),
+        })
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl LiveProgress {
+    /// Share of the samples, or of the time, that is over.
+    fn fraction(&self, elapsed: f64) -> f64 {
+        let work = self.total.map_or(0.0, |total| self.done / total);
+        let time = self.time.map_or(0.0, |time| elapsed / time.as_secs_f64());
+        work.max(time).clamp(0.0, 1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn film(value: f32) -> Film {
+        let mut film = Film::new(2, 1, 1);
+        for pixel in film.parts_mut(0).pixels.iter_mut() {
+            for _ in 0..2 {
+                pixel.add(transport::Spectrum::splat(f64::from(value)));
+            }
+        }
+        film
+    }
+
+    #[test]
+    fn pictures_are_made_when_somebody_looks() {
+        let live = Live::new(vec!["Y".into()], || {});
+        let progress = LiveProgress {
+            done: 1.0,
+            total: Some(4.0),
+            time: None,
+        };
+        live.update(&film(1.0), progress);
+        assert_eq!(live.picture().unwrap().plane("", "Y").unwrap()[0], 1.0);
+        std::thread::sleep(INTERVAL);
+        // Nobody has asked since.
+        live.update(&film(2.0), progress);
+        assert_eq!(live.picture().unwrap().plane("", "Y").unwrap()[0], 1.0);
+        let status = live.status();
+        assert_eq!(
+            (&status["version"], &status["fraction"]),
+            (&json!(1), &json!(0.25))
+        );
+        live.update(&film(3.0), progress);
+        assert_eq!(live.picture().unwrap().plane("", "Y").unwrap()[1], 3.0);
+        // Not so soon again, but at the end.
+        live.status();
+        live.update(&film(4.0), progress);
+        assert_eq!(live.status()["version"], 2);
+        live.finish(&film(5.0));
+        assert_eq!(live.picture().unwrap().plane("", "Y").unwrap()[1], 5.0);
+        assert_eq!(live.status()["ended"], true);
+    }
+
+    #[test]
+    fn a_pause_ends_when_the_page_goes_on_or_is_gone() {
+        let live = Live::new(vec!["Y".into()], || {});
+        live.pause(|| false);
+        assert!(live.command("pause") && !live.command("shout"));
+        // No page has ever asked for anything.
+        live.pause(|| false);
+        assert_eq!(live.status()["paused"], false);
+        live.command("pause");
+        live.pause(|| true);
+        let start = Instant::now();
+        std::thread::scope(|scope| {
+            scope.spawn(|| live.pause(|| false));
+            std::thread::sleep(2 * LOOK);
+            live.command("continue");
+        });
+        assert!(start.elapsed() >= 2 * LOOK);
+        live.command("stop");
+        assert!(live.is_stop_asked());
+    }
+}

@@ -1,0 +1,196 @@
+//! Responses, within limits of time.
+
+use std::borrow::Cow;
+use std::io::{self, Read, Write};
+use std::net::{Shutdown, TcpStream};
+use std::ops::Range;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Longest time for a response, and how much longer large ones may take.
+const PATIENCE: Duration = Duration::from_secs(20);
+const SLOWEST: f64 = 1e6;
+/// Values that are converted at a time.
+const CHUNK: usize = 16 << 10;
+/// How long a refused client may still send something before the connection closes.
+const LAST: Duration = Duration::from_millis(200);
+
+/// Why a request is not served, or that it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Status {
+    Ok,
+    BadRequest,
+    Forbidden,
+    NotFound,
+    BadMethod,
+    Timeout,
+    BodyTooLarge,
+    TooManyRequests,
+    HeadTooLarge,
+}
+
+impl Status {
+    fn line(self) -> &'static str {
+        match self {
+            Status::Ok => "200 OK",
+            Status::BadRequest => "400 Bad Request",
+            Status::Forbidden => "403 Forbidden",
+            Status::NotFound => "404 Not Found",
+            Status::BadMethod => "405 Method Not Allowed",
+            Status::Timeout => "408 Request Timeout",
+            Status::BodyTooLarge => "413 Content Too Large",
+            Status::TooManyRequests => "429 Too Many Requests",
+            Status::HeadTooLarge => "431 Request Header Fields Too Large",
+        }
+    }
+}
+
+/// What is sent.
+#[derive(Clone, Debug)]
+pub(crate) enum Body {
+    /// Bytes as they are.
+    Bytes(Cow<'static, [u8]>),
+    /// Numbers as little-endian float32: part of values that others hold, too.
+    Floats(Arc<Vec<f32>>, Range<usize>),
+}
+
+/// An answer.
+#[derive(Clone, Debug)]
+pub(crate) struct Response {
+    pub(crate) status: Status,
+    pub(crate) kind: &'static str,
+    pub(crate) body: Body,
+}
+
+impl Response {
+    /// A text of some kind.
+    pub(crate) fn text(kind: &'static str, body: impl Into<Cow<'static, [u8]>>) -> Self {
+        Response {
+            status: Status::Ok,
+            kind,
+            body: Body::Bytes(body.into()),
+        }
+    }
+
+    /// Numbers.
+    pub(crate) fn floats(values: Vec<f32>) -> Self {
+        let range = 0..values.len();
+        Self::shared_floats(Arc::new(values), range)
+    }
+
+    /// Numbers that others hold, too.
+    pub(crate) fn shared_floats(values: Arc<Vec<f32>>, range: Range<usize>) -> Self {
+        Response {
+            status: Status::Ok,
+            kind: "application/octet-stream",
+            body: Body::Floats(values, range),
+        }
+    }
+
+    /// That a request is not served.
+    pub(crate) fn refusal(status: Status) -> Self {
+        let text = match status {
+            Status::Forbidden => {
+                "This is not an address of the viewer: open the address that morgana has printed, with its token.\n"
+            }
+            status => status.line(),
+        };
+        Response::failure(status, text.to_owned())
+    }
+
+    /// That a request is not served, and why.
+    pub(crate) fn failure(status: Status, message: String) -> Self {
+        Response {
+            status,
+            kind: "text/plain; charset=utf-8",
+            body: Body::Bytes(message.into_bytes().into()),
+        }
+    }
+
+    /// Sends the response and closes the connection. A client that is gone, or too slow, misses the rest.
+    pub(super) fn send(&self, stream: &TcpStream, policy: &str) {
+        let mut out = Timed::new(stream, self.length());
+        let head = format!(
+            "HTTP/1.1 {}\r\nContent-Type: {}\r\nContent-Length: {}\r\nConnection: close\r\nCache-Control: no-store\r\n\
+             Content-Security-Policy: {policy}\r\nX-Content-Type-Options: nosniff\r\nReferrer-Policy: no-referrer\r\n\
+             Cross-Origin-Resource-Policy: same-origin\r\n\r\n",
+            self.status.line(),
+            self.kind,
+            self.length()
+        );
+        let sent = out
+            .write_all(head.as_bytes())
+            .and_then(|()| self.body.write(&mut out));
+        if sent.is_ok() && stream.shutdown(Shutdown::Write).is_ok() {
+            // A connection that closes with something unread takes the response with it.
+            drain(stream);
+        }
+    }
+
+    fn length(&self) -> usize {
+        match &self.body {
+            Body::Bytes(bytes) => bytes.len(),
+            Body::Floats(_, range) => range.len() * size_of::<f32>(),
+        }
+    }
+}
+
+impl Body {
+    fn write(&self, out: &mut impl Write) -> io::Result<()> {
+        match self {
+            Body::Bytes(bytes) => out.write_all(bytes),
+            Body::Floats(values, range) => {
+                let values = values.get(range.clone()).unwrap_or_default();
+                values.chunks(CHUNK).try_for_each(|chunk| {
+                    let bytes: Vec<u8> = chunk.iter().flat_map(|v| v.to_le_bytes()).collect();
+                    out.write_all(&bytes)
+                })
+            }
+        }
+    }
+}
+
+/// Reads what is still coming, for a short time.
+fn drain(mut stream: &TcpStream) {
+    let (deadline, mut chunk) = (Instant::now() + LAST, [0; 4096]);
+    loop {
+        let left = deadline.saturating_duration_since(Instant::now());
+        if left.is_zero() || stream.set_read_timeout(Some(left)).is_err() {
+            return;
+        }
+        if !matches!(stream.read(&mut chunk), Ok(1..)) {
+            return;
+        }
+    }
+}
+
+/// A connection to which everything must be written before a deadline.
+struct Timed<'a> {
+    stream: &'a TcpStream,
+    deadline: Instant,
+}
+
+impl<'a> Timed<'a> {
+    fn new(stream: &'a TcpStream, length: usize) -> Self {
+        let longer = Duration::from_secs_f64(length as f64 / SLOWEST);
+        Timed {
+            stream,
+            deadline: Instant::now() + PATIENCE + longer,
+        }
+    }
+}
+
+impl Write for Timed<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let left = self.deadline.saturating_duration_since(Instant::now());
+        if left.is_zero() {
+            return Err(io::ErrorKind::TimedOut.into());
+        }
+        self.stream.set_write_timeout(Some(left))?;
+        self.stream.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}

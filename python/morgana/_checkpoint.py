@@ -1,0 +1,56 @@
+"""Files from which an interrupted reconstruction continues."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from typing import TYPE_CHECKING, Any, List, Optional, Sequence, Tuple, Type, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from .reconstruct import _Problem
+
+Doubles = NDArray[np.float64]
+Saved = Tuple[Doubles, List[Tuple[Tuple[int, int, int], int, float]], str]
+
+
+class Checkpoint:
+    """The file of one problem: samples so far, all iterations, and why the search has ended, if it has."""
+
+    def __init__(self, path: Union[str, "os.PathLike[str]"], problem: "_Problem", error: Type[Exception]) -> None:
+        self.path, self.key, self.error = os.fspath(path), _key(problem), error
+        self.saved: Optional[Saved] = self._read() if os.path.exists(self.path) else None
+
+    def _read(self) -> Saved:
+        try:
+            with np.load(self.path, allow_pickle=False) as file:
+                key, samples, stopped = str(file["key"]), file["samples"], str(file["stopped"])
+                history = [((int(z), int(y), int(x)), int(number), float(value)) for z, y, x, number, value in file["history"]]
+        except (OSError, KeyError, ValueError, EOFError) as problem:
+            raise self.error(f"{self.path} is no checkpoint of a reconstruction: {problem}") from None
+        if key != self.key:
+            raise self.error(f"{self.path} is of other rays, data or options: delete it, or name another checkpoint")
+        return samples, history, stopped
+
+    def save(self, samples: Doubles, history: Sequence[Tuple[Tuple[int, int, int], int, float]], stopped: str) -> None:
+        """Replaces the file as a whole: whatever interrupts, it holds one iteration or the next."""
+        rows = np.array([(*shape, number, value) for shape, number, value in history], float).reshape(-1, 5)
+        beside = f"{self.path}.part"
+        with open(beside, "wb") as file:
+            np.savez(file, key=self.key, samples=samples, history=rows, stopped=stopped)
+        os.replace(beside, self.path)
+
+
+def _key(problem: "_Problem") -> str:
+    """A number of everything that decides what is found but how many iterations are made."""
+    digest = hashlib.sha256()
+    misfit, limits = problem.misfit, problem.limits
+    values: List[Any] = [*misfit.rays.starts, problem.start, *(kind.values for kind in misfit.measured)]
+    values += [] if limits.known is None else [limits.known]
+    for array in values:
+        digest.update(repr(array.shape).encode() + np.ascontiguousarray(array).tobytes())
+    names = [(kind.name, kind.noise) for kind in misfit.measured]
+    digest.update(repr((misfit.rays._options, names, tuple(misfit.weights), limits.lower, limits.upper, problem.grids)).encode())
+    return digest.hexdigest()

@@ -1,0 +1,166 @@
+"""Derivatives of pictures and of readings by what their scenes are made of."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Callable, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _checks as checks
+from . import _morgana
+from ._errors import RenderError, SceneWarning
+from ._morgana import Scene
+from ._numbers import numbers
+from ._progress import Bar
+from ._render import Progress, limits, render
+from ._result import Result
+from ._values import comparable
+
+Doubles = NDArray[np.float64]
+Weights = Union[ArrayLike, Mapping[str, ArrayLike]]
+
+
+@comparable
+class Derivative(NamedTuple):
+    """The derivative of a loss by a parameter of a scene."""
+
+    value: Doubles
+    """Values, float64: (channels,) of a parameter with one number, (labels, channels), or (z, y, x, channels)."""
+    error: Doubles
+    """Standard errors, of the same shape; from at most 32 batches of samples."""
+
+    def __repr__(self) -> str:
+        shape = " × ".join(map(str, self.value.shape))
+        return f"<morgana.Derivative of {shape}, norm {float(np.linalg.norm(self.value)):.5g}>"
+
+
+def derivatives(
+    scene: Scene,
+    parameters: Sequence[str],
+    weights: Union[Weights, Callable[[Result], Weights]],
+    *,
+    spp: Optional[int] = None,
+    particles: Optional[int] = None,
+    seed: int = 0,
+    threads: Optional[int] = None,
+    progress: Progress = False,
+) -> Dict[str, Derivative]:
+    """Take derivatives of a loss of a picture, or of readings, by parameters of the scene, without bias.
+
+    The loss enters by its derivatives by all values of the picture, or of the readings: the *weights*. Paths are those of the integrator
+    ``path``, or the particles of meters. They are held fixed while what they bring changes; the time does not depend on the number of parameters. Random numbers are
+    independent of those that ``render`` takes with the same seed, as losses that are not linear need it.
+
+    Parameters are named after the things of the scene: ``MEDIUM.sigma_t`` (at the same albedo), ``MEDIUM.albedo``, ``MEDIUM.sigma_a`` (at the same
+    ``sigma_s``), ``MEDIUM.sigma_s`` (at the same ``sigma_a``), ``MEDIUM.g`` of the phase function ``hg``, ``OBJECT.reflectance`` of a
+    diffuse surface of one colour, and ``EMITTER.emission``, a factor on all that the emitter emits, which is 1. Coefficients are per unit
+    length, the medium's ``scale`` included.
+
+    Parameters
+    ----------
+    scene : Scene
+        A scene with a camera, or with irradiance meters.
+    parameters : sequence of str
+        What to differentiate by, such as ``["smoke.sigma_t", "wall.reflectance"]``.
+    weights : array_like, mapping or callable
+        Derivatives of the loss by the picture, (height, width, channels). Of a film with layers, also a mapping from names of layers to
+        such arrays; layers that are left out do not count. Of meters, a mapping from names of readings, as ``Result.meters`` has them, to arrays
+        of their shapes. Or a function that makes any of these from a ``Result``: it is called with a render of as many samples or
+        particles.
+    spp : int, optional
+        Samples per pixel, ≥ 2, instead of the scene's number.
+    particles : int, optional
+        Particles to follow, ≥ 2, instead of the scene's number, if the scene has meters.
+    seed : int, optional
+        Seed of the random numbers, 0 to 2⁶⁴ − 1. The same seed gives the same numbers, bit for bit, for any number of threads.
+    threads : int, optional
+        Number of threads, ≥ 1; by default as many as there are processors.
+    progress : bool or callable, optional
+        ``True`` for a bar, or a function that is called with the share of the work that is done, 0 to 1.
+
+    Returns
+    -------
+    dict of str to Derivative
+        One for each parameter, by its name.
+
+    Raises
+    ------
+    RenderError
+        A parameter that the scene does not have, or whose derivative no path finds; weights that do not fit or are not finite; weights
+        of fluence; a scene whose picture is blurred (``photon``, ``sppm``, ``vcm``) or shows no light (``aov``).
+    TypeError
+        An argument of another type.
+
+    Examples
+    --------
+    >>> residual = lambda result: 2 * (result.image - measured) / measured.size
+    >>> found = morgana.derivatives(scene, ["ball.sigma_t"], residual, spp=64)
+    >>> found["ball.sigma_t"].value, found["ball.sigma_t"].error
+    """
+    checks.scene(scene)
+    names = _names(parameters)
+    wanted = limits(scene, spp, particles, seed, None, threads)
+    pictures = not scene.meters and scene.integrator != "aov"
+    for doubt in scene._doubts("path") if pictures else []:
+        warnings.warn(str(doubt), SceneWarning, stacklevel=2)
+    if callable(weights):
+        integrator = "path" if pictures else None
+        weights = weights(render(scene, spp=spp, particles=particles, seed=seed, integrator=integrator, threads=threads))
+    flat, layered = _of_readings(scene, weights) if scene.meters else _of_picture(scene, weights)
+    with Bar(scene, wanted["samples"], None, progress) as tick:
+        found = _morgana.differentiate(scene, wanted, names, flat, layered, tick)
+    return {name: Derivative(value, error) for name, (value, error) in zip(names, found)}
+
+
+def _names(parameters: Sequence[str]) -> List[str]:
+    if isinstance(parameters, str) or not all(isinstance(name, str) for name in parameters):
+        raise TypeError(f"parameters are {parameters!r} but must be a list of names")
+    return list(parameters)
+
+
+def _checked(values: ArrayLike, what: str, shape: Tuple[int, ...], of: str) -> Doubles:
+    """Weights in a row."""
+    array = numbers(values, what)
+    if array.shape != shape:
+        raise RenderError(f"{what} have shape {array.shape} but must have that of {of}, {shape}")
+    if not np.isfinite(array).all():
+        raise RenderError(f"{what} are not all finite: the loss must have a derivative by every value of {of}")
+    return np.ascontiguousarray(array.ravel())
+
+
+def _known(names: Iterable[str], known: Sequence[str], what: str, none: str) -> None:
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        there_are = f"there are {', '.join(known[:8])}{', …' * (len(known) > 8)}" if known else none
+        raise RenderError(f"{what} {unknown[0]!r}: {there_are}")
+
+
+def _of_picture(scene: Scene, weights: Weights) -> Tuple[List[Doubles], bool]:
+    """The weights in a row, and whether they are those of all layers."""
+    width, height = scene.size
+    shape = (height, width, len(scene.channels))
+    if not isinstance(weights, Mapping):
+        return [_checked(weights, "weights", shape, "the picture")], False
+    layers = scene._layers
+    _known(weights, layers, "the picture has no layer", "its film tells no light apart")
+    all_weights = np.zeros((len(layers), int(np.prod(shape))))
+    for name, values in weights.items():
+        all_weights[layers.index(name)] = _checked(values, f"weights of {name!r}", shape, "the picture")
+    return [all_weights.ravel()], True
+
+
+def _of_readings(scene: Scene, weights: Weights) -> Tuple[List[Doubles], bool]:
+    """The weights of each reading in a row, empty without any."""
+    readings = scene._readings
+    if not isinstance(weights, Mapping):
+        raise TypeError(f"weights of readings must be a dictionary by names of readings: {', '.join(name for name, _ in readings)}")
+    _known(weights, [name for name, _ in readings], "the meters have no reading", "there is none")
+
+    def of(name: str, shape: List[int]) -> Doubles:
+        if name not in weights:
+            return np.zeros(0)
+        return _checked(weights[name], f"weights of {name!r}", tuple(shape), "the reading")
+
+    return [of(name, shape) for name, shape in readings], False

@@ -1,0 +1,288 @@
+"""Diffuse correlation: how fast multiply scattered light of a laser fluctuates where its scatterers move.
+
+A detector of coherent light sees speckle that changes as scatterers move. :func:`correlate` computes the field autocorrelation G₁(τ) of the
+light that a meter has recorded, and :func:`speckle_contrast` what a camera of finite exposure sees, from :class:`morgana.Records` and the
+mean square displacement of the scatterers in each region. Nothing is rendered again when motions change.
+
+    >>> motion = {"tissue: label 1": correlation.brownian(6e-7), "tissue: label 2": correlation.brownian(6e-6, moving=0.5)}
+    >>> found = correlation.correlate(records, np.logspace(-7, -3, 50), motion, wavelength=785e-6, index=1.37)
+    >>> plt.semilogx(found.delays, found.normalized[:, 0])
+"""
+
+from __future__ import annotations
+
+from typing import Callable, Mapping, NamedTuple, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._records import Records
+from ._values import comparable
+
+__all__ = ["Contrast", "Correlation", "ballistic", "brownian", "correlate", "speckle_contrast"]
+
+Doubles = NDArray[np.float64]
+Motion = Callable[[Doubles], Doubles]
+NODES = 48
+"""Nodes of Gauss's quadrature over an exposure: g₁² is smooth in the root of the delay."""
+
+
+@comparable
+class Correlation(NamedTuple):
+    """The field autocorrelation of detected light, by delay and channel. All errors are standard errors among particles."""
+
+    delays: Doubles
+    """Delays τ in seconds, (n,)."""
+    mean: Doubles
+    """G₁(τ), (n, channels), in the unit of the records' weights; G₁(0) is the power."""
+    error: Doubles
+    """Its standard error."""
+    normalized: Doubles
+    """g₁(τ) = G₁(τ)/G₁(0), (n, channels)."""
+    normalized_error: Doubles
+    """Its standard error: less than that of G₁, as both have the same particles."""
+
+    def __repr__(self) -> str:
+        return f"<morgana.correlation.Correlation at {len(self.delays)} delays>"
+
+
+@comparable
+class Contrast(NamedTuple):
+    """Speckle contrast by exposure and channel."""
+
+    exposures: Doubles
+    """Exposures T in seconds, (n,)."""
+    mean: Doubles
+    """K(T), the standard deviation of the intensity over its mean, (n, channels)."""
+    error: Doubles
+    """Its standard error."""
+
+    def __repr__(self) -> str:
+        return f"<morgana.correlation.Contrast of {len(self.exposures)} exposures>"
+
+
+def brownian(diffusion: float, moving: float = 1.0) -> Motion:
+    """Scatterers that diffuse: a mean square displacement of 6 D τ.
+
+    Parameters
+    ----------
+    diffusion : float
+        Their diffusion coefficient D, ≥ 0, in squared scene units per second.
+    moving : float
+        Share of the scattering that is by moving scatterers, in [0, 1]: α of diffuse correlation spectroscopy.
+
+    Returns
+    -------
+    callable
+        The mean square displacement by delay.
+
+    Raises
+    ------
+    ValueError
+        A number out of range.
+
+    Examples
+    --------
+    >>> correlation.brownian(6e-7)(1e-3)
+    3.6e-09
+    """
+    rate = 6 * _moving(moving) * _positive(diffusion, "diffusion")
+    return lambda delays: rate * np.asarray(delays, float)
+
+
+def ballistic(speed: float, moving: float = 1.0) -> Motion:
+    """Scatterers that fly apart in random directions: a mean square displacement of ⟨v²⟩ τ².
+
+    Parameters
+    ----------
+    speed : float
+        Root mean square of their speeds, ≥ 0, in scene units per second.
+    moving : float
+        Share of the scattering that is by moving scatterers, in [0, 1].
+
+    Returns
+    -------
+    callable
+        The mean square displacement by delay.
+
+    Raises
+    ------
+    ValueError
+        A number out of range.
+
+    Examples
+    --------
+    >>> correlation.ballistic(2.0)(1e-3)
+    4e-06
+    """
+    square = _moving(moving) * _positive(speed, "speed") ** 2
+    return lambda delays: square * np.asarray(delays, float) ** 2
+
+
+def correlate(
+    records: Records,
+    delays: ArrayLike,
+    motions: Mapping[str, Motion],
+    *,
+    wavelength: float,
+    index: Union[float, Mapping[str, float]],
+) -> Correlation:
+    """The field autocorrelation G₁(τ) of recorded light.
+
+    Each record counts with its weight times exp(−⅓ k₀² Σ n² Y ⟨Δr²(τ)⟩), summed over regions, where Y is its momentum transfer. This holds
+    for light of one polarisation whose paths have independent phases, and for scatterers whose displacements are Gaussian and independent.
+
+    Parameters
+    ----------
+    records : Records
+        Records of the light.
+    delays : array_like
+        Delays τ in seconds, (n,), ≥ 0.
+    motions : mapping
+        For regions by name, a function from delays to mean square displacements in squared scene units, such as :func:`brownian` gives.
+        Scatterers of other regions rest.
+    wavelength : float
+        Wavelength in vacuum, > 0, in scene units.
+    index : float or mapping
+        Refractive index, of all regions or by the names of those that move.
+
+    Returns
+    -------
+    Correlation
+        G₁ and g₁ with their errors.
+
+    Raises
+    ------
+    ValueError
+        An unknown region, one without an index, or a number out of range.
+
+    Examples
+    --------
+    >>> found = correlation.correlate(records, [0, 1e-5, 1e-4], {"brain": correlation.brownian(6e-7)}, wavelength=785e-6, index=1.4)
+    >>> found.normalized[:, 0], found.normalized_error[:, 0]
+    """
+    times = np.atleast_1d(np.asarray(delays, float))
+    if times.ndim != 1 or not np.all(np.isfinite(times) & (times >= 0)):
+        raise ValueError("delays are finite numbers of seconds, not negative, in one row")
+    decay = _decay(records, times, motions, wavelength, index)
+    power = _by_particle(records, np.ones((len(records.particle), 1)))[:, 0]
+    total = power.sum(axis=0)
+    mean, error = np.zeros((2, len(times), records.weight.shape[1]))
+    ratio, ratio_error = np.zeros_like(mean), np.zeros_like(mean)
+    for i, row in enumerate(decay):
+        sums = _by_particle(records, row[:, None])[:, 0]
+        mean[i], error[i] = sums.sum(axis=0), _error(sums, records.particles)
+        ratio[i] = np.divide(mean[i], total, out=np.full_like(total, np.nan), where=total > 0)
+        ratio_error[i] = _error(sums - ratio[i] * power, records.particles) / np.where(total > 0, total, np.nan)
+    return Correlation(times, mean, error, ratio, ratio_error)
+
+
+def speckle_contrast(
+    records: Records,
+    exposures: ArrayLike,
+    motions: Mapping[str, Motion],
+    *,
+    wavelength: float,
+    index: Union[float, Mapping[str, float]],
+    beta: float = 1.0,
+) -> Contrast:
+    """Speckle contrast K(T) of recorded light: K² = (2β/T) ∫₀ᵀ (1 − τ/T) g₁(τ)² dτ.
+
+    Parameters
+    ----------
+    records : Records
+        Records of the light.
+    exposures : array_like
+        Exposures T in seconds, (n,), > 0.
+    motions : mapping
+        As in :func:`correlate`.
+    wavelength : float
+        Wavelength in vacuum, > 0, in scene units.
+    index : float or mapping
+        As in :func:`correlate`.
+    beta : float
+        Contrast squared of light that does not fluctuate, in (0, 1]: ½ for unpolarised light, less where speckles are not resolved.
+
+    Returns
+    -------
+    Contrast
+        Contrast with its error.
+
+    Raises
+    ------
+    ValueError
+        As :func:`correlate`; an exposure or ``beta`` out of range.
+
+    Examples
+    --------
+    >>> correlation.speckle_contrast(records, [1e-3, 5e-3], motion, wavelength=785e-6, index=1.4, beta=0.5).mean
+    """
+    times = np.atleast_1d(np.asarray(exposures, float))
+    if times.ndim != 1 or not np.all(np.isfinite(times) & (times > 0)):
+        raise ValueError("exposures are finite, positive numbers of seconds in one row")
+    if not 0 < beta <= 1:
+        raise ValueError(f"beta must be above 0 and at most 1, not {beta}")
+    nodes, weights = np.polynomial.legendre.leggauss(NODES)
+    # τ = T u²: g₁ of diffusing scatterers is smooth in the root of τ.
+    roots = (nodes + 1) / 2
+    weights = weights / 2 * 2 * roots * (1 - roots**2)
+    mean, error = np.zeros((2, len(times), records.weight.shape[1]))
+    power = _by_particle(records, np.ones((len(records.particle), 1)))[:, 0]
+    total = power.sum(axis=0)
+    for i, time in enumerate(times):
+        decay = _decay(records, time * roots**2, motions, wavelength, index)
+        sums = _by_particle(records, decay.T)
+        ratio = sums.sum(axis=0) / total
+        square = 2 * beta * weights @ ratio**2
+        # To first order, g₁² moves by 2 g₁ δg₁.
+        moved = np.einsum("t,tc,ptc->pc", weights, ratio, sums - ratio * power[:, None, :])
+        mean[i] = np.sqrt(square)
+        error[i] = _error(4 * beta * moved / total, records.particles) / (2 * mean[i])
+    return Contrast(times, mean, error)
+
+
+def _decay(
+    records: Records, delays: Doubles, motions: Mapping[str, Motion], wavelength: float, index: Union[float, Mapping[str, float]]
+) -> Doubles:
+    """What is left of each record after each delay, (delays, records)."""
+    k0 = 2 * np.pi / _positive(wavelength, "wavelength", least=np.nextafter(0, 1))
+    exponent = np.zeros((len(delays), len(records.particle)))
+    for name, motion in motions.items():
+        if name not in records.regions:
+            raise ValueError(f"no region is named {name!r}; there are {', '.join(map(repr, records.regions))}")
+        if isinstance(index, Mapping) and name not in index:
+            raise ValueError(f"the region {name!r} moves, but has no index")
+        n = _positive(index[name] if isinstance(index, Mapping) else index, "index", least=np.nextafter(0, 1))
+        square = np.asarray(motion(delays), float)
+        if square.shape != delays.shape or not np.all(np.isfinite(square) & (square >= 0)):
+            raise ValueError(f"the motion of {name!r} must give one mean square displacement for each delay, not negative")
+        transfer = records.momentum_transfer[:, records.regions.index(name)]
+        exponent += np.outer((n * k0) ** 2 / 3 * square, transfer)
+    return np.exp(-exponent)
+
+
+def _by_particle(records: Records, factors: Doubles) -> Doubles:
+    """Sums of weights times factors, (records, n), over the records of each particle that has some: (particles, n, channels)."""
+    _, rows = np.unique(records.particle, return_inverse=True)
+    sums = np.zeros((int(rows.max(initial=-1)) + 1, factors.shape[1], records.weight.shape[1]))
+    np.add.at(sums, rows, factors[:, :, None] * records.weight[:, None, :])
+    return sums
+
+
+def _error(sums: Doubles, particles: int) -> Doubles:
+    """Standard error of a sum over particles of which the given ones are not zero."""
+    mean = sums.sum(axis=0)
+    spread = np.maximum((sums**2).sum(axis=0) - mean**2 / particles, 0.0)
+    return np.asarray(np.sqrt(spread * particles / max(particles - 1, 1)))
+
+
+def _positive(value: float, name: str, least: float = 0.0) -> float:
+    if not (np.isfinite(value) and value >= least):
+        raise ValueError(f"{name} must be finite and {'positive' if least else 'not negative'}, not {value}")
+    return float(value)
+
+
+def _moving(share: float) -> float:
+    if not 0 <= share <= 1:
+        raise ValueError(f"the moving share of the scattering must be between 0 and 1, not {share}")
+    return float(share)

@@ -1,0 +1,205 @@
+"""Diffuse correlation from records: against closed forms, and against a tally that shares nothing with morgana.
+
+False alarms: 1e-3 for all comparisons with the tally together, which are correlated; of closed forms, none.
+"""
+
+import math
+
+import morgana
+import numpy as np
+import pytest
+from morgana import correlation
+
+WAVELENGTH = 785e-6
+INDEX = 1.0
+LAYERS = [(1.5, 1.0, 0.02, 0.6), (6.0, 2.0, 0.05, 0.8)]
+"""Thickness, scattering and absorption coefficients and mean cosine of two layers."""
+DIFFUSION = [2e-6, 2e-5]
+DELAYS = np.array([0.0, 3e-6, 3e-5, 3e-4])
+
+
+def records(weight, transfer, particle=None, particles=None):
+    """Records of light in one region."""
+    n = len(weight)
+    number = np.arange(n) if particle is None else np.asarray(particle)
+    zero = np.zeros(n)
+    return morgana.Records(
+        number, np.asarray(weight, float)[:, None], np.zeros((n, 3)), np.zeros((n, 3)), zero, zero.astype(int), np.zeros((n, 1)),
+        np.zeros((n, 1), int), np.asarray(transfer, float)[:, None], ["tissue"], np.zeros((1, 1)), particles or n, "W",
+    )  # fmt: skip
+
+
+def of(transfer, delays, diffusion=1e-7):
+    """G₁ of light with one momentum transfer and weight 1."""
+    k = 2 * math.pi * INDEX / WAVELENGTH
+    return np.exp(-2 * k**2 * diffusion * np.asarray(delays) * transfer)
+
+
+def correlate(found, delays=DELAYS, motions=None):
+    motions = {"tissue": correlation.brownian(1e-7)} if motions is None else motions
+    return correlation.correlate(found, delays, motions, wavelength=WAVELENGTH, index=INDEX)
+
+
+def test_each_record_decays_by_its_momentum_transfer():
+    found = correlate(records([2.0, 1.0], [0.5, 3.0]))
+    np.testing.assert_allclose(found.mean[:, 0], 2 * of(0.5, DELAYS) + of(3.0, DELAYS), rtol=1e-12)
+    np.testing.assert_allclose(found.normalized, found.mean / 3)
+    still = correlate(records([2.0, 1.0], [0.5, 3.0]), motions={})
+    np.testing.assert_allclose(still.mean, 3)
+    share = correlate(records([1.0], [1.0]), motions={"tissue": correlation.brownian(4e-7, moving=0.25)})
+    np.testing.assert_allclose(share.mean[:, 0], of(1.0, DELAYS))
+    flying = correlate(records([1.0], [1.0]), motions={"tissue": correlation.ballistic(2e-3)})
+    k = 2 * math.pi / WAVELENGTH
+    np.testing.assert_allclose(flying.mean[:, 0], np.exp(-(k**2) / 3 * (2e-3 * DELAYS) ** 2))
+
+
+def test_errors_are_those_among_particles():
+    rng = np.random.default_rng(1)
+    n, seeds = 400, 300
+    transfer = rng.exponential(2.0, (seeds, n))
+    seen = rng.random((seeds, n)) < 0.3
+    runs = [correlate(records(np.ones(n)[s], y[s], np.flatnonzero(s), n)) for y, s in zip(transfer, seen)]
+    for mean, error in [("mean", "error"), ("normalized", "normalized_error")]:
+        values = np.array([getattr(run, mean)[2, 0] for run in runs])
+        claimed = np.array([getattr(run, error)[2, 0] for run in runs])
+        # The relative error of a standard deviation of 300 values is 4 %.
+        assert 0.82 < values.std(ddof=1) / np.sqrt((claimed**2).mean()) < 1.18, mean
+    # Two records of one particle are one sample.
+    twice = correlate(records(np.ones(4), np.zeros(4), [0, 0, 1, 1], 4))
+    once = correlate(records(2 * np.ones(2), np.zeros(2), [0, 1], 4))
+    np.testing.assert_allclose(twice.error, once.error)
+    assert once.normalized_error[0, 0] == 0
+
+
+def test_contrast_of_one_decay_has_a_closed_form():
+    exposures = np.array([1e-6, 1e-4, 1e-2])
+    light = records([1.0, 1.0], [1.0, 1.0])
+    found = correlation.speckle_contrast(
+        light, exposures, {"tissue": correlation.brownian(1e-7)}, wavelength=WAVELENGTH, index=INDEX, beta=0.5
+    )
+    x = exposures * -np.log(of(1.0, 1.0))
+    expected = np.sqrt(0.5 * (np.exp(-2 * x) - 1 + 2 * x) / (2 * x**2))
+    np.testing.assert_allclose(found.mean[:, 0], expected, rtol=1e-4)
+    np.testing.assert_allclose(found.mean[0, 0] ** 2, 0.5, rtol=1e-3)
+
+
+def layered(particles, size=40.0):
+    """Light that two layers reflect."""
+    thickness = np.array([layer[0] for layer in LAYERS])
+    # Layers of half a unit; the volume is so wide that little light gets to its sides.
+    labels = np.repeat([1, 2], (thickness / 0.5).astype(int)).astype(np.uint8)
+    properties = [[0, 0, 1, INDEX], *([mu_a, mu_s, g, INDEX] for _, mu_s, mu_a, g in LAYERS)]
+    tissue = {
+        "type": "labels", "data": labels.reshape(-1, 1, 1), "properties": np.array(properties),
+        "to_world": [{"scale": [size, size, float(thickness.sum())]}, {"translate": [-size / 2, -size / 2, 0]}],
+        "faces": {"type": "irradiancemeter", "id": "faces", "records": True},
+    }
+    beam = {"type": "collimated", "radius": 1e-6, "power": 1, "to_world": [{"translate": [0, 0, -1]}]}
+    scene = morgana.load_dict({"type": "scene", "integrator": {"type": "particle"}, "tissue": tissue, "beam": beam})
+    found = morgana.render(scene, particles=particles, seed=3).records["faces"]
+    back = (found.position[:, 2] < 1e-3) & (found.side == 0)
+    return found._replace(weight=found.weight * back[:, None])
+
+
+def tally(particles, seed):
+    """Samples of the reflected light's G₁, (particles, delays), by a walk in two layers that are infinitely wide."""
+    rng = np.random.default_rng(seed)
+    edges = np.cumsum([0.0] + [layer[0] for layer in LAYERS])
+    mu_s, mu_a, g = (np.array([layer[i] for layer in LAYERS]) for i in (1, 2, 3))
+    k = 2 * math.pi * INDEX / WAVELENGTH
+    rate = 2 * k**2 * np.array(DIFFUSION)
+    z, u, layer = np.zeros(particles), np.ones(particles), np.zeros(particles, int)
+    weight, decay = np.ones(particles), np.zeros(particles)
+    result = np.zeros((particles, len(DELAYS)))
+    alive = np.arange(particles)
+    depth = rng.exponential(size=particles)
+    while len(alive):
+        a, down = alive, u[alive] > 0
+        wall = np.where(down, edges[layer[a] + 1], edges[layer[a]])
+        to_wall = np.divide(wall - z[a], u[a], out=np.full(len(a), np.inf), where=u[a] != 0)
+        free = depth[a] / mu_s[layer[a]]
+        crosses = to_wall < free
+        way = np.minimum(to_wall, free)
+        weight[a] *= np.exp(-mu_a[layer[a]] * way)
+        depth[a] -= mu_s[layer[a]] * way
+        z[a] = np.where(crosses, wall, z[a] + u[a] * way)
+        c = a[crosses]
+        layer[c] += np.where(u[c] > 0, 1, -1)
+        out = c[layer[c] < 0]
+        result[out] = weight[out, None] * np.exp(-np.outer(decay[out], DELAYS))
+        s = a[~crosses]
+        depth[s] = rng.exponential(size=len(s))
+        hg, xi = g[layer[s]], rng.random(len(s))
+        cos = (1 + hg**2 - ((1 - hg**2) / (1 - hg + 2 * hg * xi)) ** 2) / (2 * hg)
+        decay[s] += rate[layer[s]] * (1 - cos)
+        around = np.cos(2 * math.pi * rng.random(len(s)))
+        u[s] = u[s] * cos + np.sqrt(np.clip((1 - u[s] ** 2) * (1 - cos**2), 0, None)) * around
+        gone = (layer[a] < 0) | (layer[a] >= len(LAYERS)) | (weight[a] < 1e-7)
+        alive = a[~gone]
+        layer[a[gone]] = 0
+    return result
+
+
+def test_two_layers_agree_with_an_independent_tally():
+    found = layered(40_000)
+    names = [name for name in found.regions if "label" in name]
+    motions = {name: correlation.brownian(d) for name, d in zip(names, DIFFUSION)}
+    ours = correlate(found, motions=motions)
+    other = tally(200_000, seed=5)
+    mean, error = other.mean(axis=0), other.std(axis=0, ddof=1) / math.sqrt(len(other))
+    z = (ours.mean[:, 0] - mean) / np.hypot(ours.error[:, 0], error)
+    # Four comparisons: 3.7 standard errors are exceeded by noise in 1 of 1000 families.
+    assert np.abs(z).max() < 3.7, (z, ours.mean[:, 0], mean)
+    # It would see layers that are mistaken for one another.
+    wrong = correlate(found, motions=dict(zip(names, reversed(motions.values()))))
+    assert np.abs((wrong.mean[:, 0] - mean) / np.hypot(wrong.error[:, 0], error)).max() > 8
+
+
+def test_a_half_space_is_that_of_correlation_diffusion():
+    """Away from the source, by Green's function of correlation diffusion with an extrapolated boundary (Boas and Yodh 1997)."""
+    mu_a, mu_s, g, size = 0.01, 2.0, 0.5, [80.0, 80.0, 40.0]
+    tissue = {
+        "type": "labels", "data": np.ones((1, 1, 1), np.uint8), "properties": np.array([[0, 0, 1, 1], [mu_a, mu_s, g, 1]]),
+        "to_world": [{"scale": size}, {"translate": [-size[0] / 2, -size[1] / 2, 0]}],
+        "faces": {"type": "irradiancemeter", "id": "faces", "records": True},
+    }
+    beam = {"type": "collimated", "radius": 1e-6, "power": 1, "to_world": [{"translate": [0, 0, -1]}]}
+    scene = morgana.load_dict({"type": "scene", "integrator": {"type": "particle"}, "tissue": tissue, "beam": beam})
+    found = morgana.render(scene, particles=40_000, seed=3).records["faces"]
+    radius = np.hypot(found.position[:, 0], found.position[:, 1])
+    ring = (found.position[:, 2] < 1e-3) & (found.side == 0) & (radius > 6) & (radius < 12)
+    (name,) = (name for name in found.regions if "label" in name)
+    delays = np.array([3e-6, 3e-5, 5e-4])
+    ours = correlate(found._replace(weight=found.weight * ring[:, None]), delays, {name: correlation.brownian(1e-6)})
+
+    reduced, k0 = mu_s * (1 - g), 2 * math.pi / WAVELENGTH
+    near, far = 1 / reduced, 1 / reduced + 4 / (3 * reduced)
+    rho = np.linspace(6, 12, 400)
+
+    def green(delay):
+        k = math.sqrt(3 * mu_a * reduced + reduced**2 * k0**2 * 6 * 1e-6 * delay)
+        r = [np.hypot(rho, z) for z in (near, far)]
+        return np.sum(rho * (np.exp(-k * r[0]) / r[0] - np.exp(-k * r[1]) / r[1]))
+
+    expected = [green(delay) / green(0.0) for delay in delays]
+    # Diffusion itself is right to some hundredths here; the errors are about one.
+    np.testing.assert_allclose(ours.normalized[:, 0], expected, atol=0.03)
+    assert expected[0] > 0.8 and expected[-1] < 0.3
+
+
+def test_what_is_wrong_is_said():
+    light = records([1.0], [1.0])
+    move = {"tissue": correlation.brownian(1e-7)}
+    for call, said in [
+        (lambda: correlate(light, [-1.0]), "delays are finite"),
+        (lambda: correlate(light, motions={"bone": correlation.brownian(1)}), "no region is named 'bone'; there are 'tissue'"),
+        (lambda: correlation.correlate(light, [0.0], move, wavelength=0, index=1), "wavelength must be finite and positive"),
+        (lambda: correlation.correlate(light, [0.0], move, wavelength=1, index={}), "'tissue' moves, but has no index"),
+        (lambda: correlate(light, motions={"tissue": lambda t: -t - 1}), "mean square displacement for each delay"),
+        (lambda: correlation.brownian(-1), "diffusion must be finite and not negative"),
+        (lambda: correlation.brownian(1, moving=2), "between 0 and 1"),
+        (lambda: correlation.speckle_contrast(light, [0.0], move, wavelength=1, index=1), "exposures are finite"),
+        (lambda: correlation.speckle_contrast(light, [1.0], move, wavelength=1, index=1, beta=2), "beta must be above 0"),
+    ]:
+        with pytest.raises(ValueError, match=said):
+            call()

@@ -1,0 +1,161 @@
+"""Derivatives of pictures and Jacobians of records: against closed forms, differences and one another; and what is refused.
+
+Statistical comparisons are at 4.5 standard errors, a false-alarm rate of 7e-6 each, 2e-4 for all of the file; seeds are fixed.
+"""
+
+import copy
+import math
+
+import morgana
+import numpy as np
+import pytest
+from conftest import load, meters, small
+
+Z = 4.5
+
+
+def lit(**medium):
+    """A lit ball before a wall, in one channel, 6 by 4 pixels."""
+    scene = small(**medium)
+    scene["sensor"]["film"].update(width=6, height=4, pixel_format="luminance")
+    scene["wall"] = {
+        "type": "rectangle",
+        "to_world": [{"scale": 2}, {"rotate": {"axis": [0, 1, 0], "angle": 180}}, {"translate": [0, 0, 1.5]}],
+        "bsdf": {"type": "diffuse", "reflectance": 0.6},
+    }
+    scene["lamp"] = {"type": "point", "position": [1, 1, -1.5], "intensity": 20.0}
+    scene["ball"]["interior"]["id"] = "fog"
+    return scene
+
+
+def near(a, b, *errors):
+    assert abs(a - b) < Z * math.hypot(*errors) + 1e-12, (a, b, errors)
+
+
+def test_derivatives_have_the_shapes_of_their_parameters():
+    grid = {"type": "gridvolume", "data": np.full((2, 3, 4), 0.5, np.float32), "to_world": [{"scale": 2}, {"translate": [-1, -1, -1]}]}
+    scene = load(lit(type="heterogeneous", sigma_t=grid))
+    names = ["fog.sigma_t", "fog.sigma_a", "fog.albedo", "wall.reflectance", "lamp.emission"]
+    found = morgana.derivatives(scene, names, np.ones((4, 6, 1)), spp=4)
+    assert list(found) == names
+    assert [d.value.shape for d in found.values()] == [(2, 3, 4, 1), (2, 3, 4, 1), (1,), (1,), (1,)]
+    assert all(d.error.shape == d.value.shape and (d.error >= 0).all() for d in found.values())
+    again = morgana.derivatives(scene, names, np.ones((4, 6, 1)), spp=4, threads=1)
+    assert again == found
+    other = morgana.derivatives(scene, names, np.ones((4, 6, 1)), spp=4, seed=1)
+    assert other != found
+
+
+def test_absorption_attenuates_exponentially():
+    scene = small(sigma_t=0.7, albedo=0.0, ior=1.0)
+    scene["sensor"]["to_world"] = [{"lookat": {"origin": [0, 0, 0], "target": [0, 0, 1], "up": [0, 1, 0]}}]
+    scene["ball"]["interior"]["id"] = "ink"
+    scene = load(scene)
+    white = np.full((8, 12, len(scene.channels)), 1 / 96)
+    found = morgana.derivatives(scene, ["ink.sigma_a"], white, spp=1024)["ink.sigma_a"]
+    for value, error in zip(found.value, found.error):
+        near(value, -math.exp(-0.7), error)
+
+
+def test_a_loss_that_is_not_linear_has_a_gradient_without_bias():
+    """Of mean squares, whose derivative by emission is twice them: with a primal of the same samples it would be too large by their variance."""
+    scene = load(lit(), integrator="path")
+    truth = morgana.render(scene, spp=4096, seed=9)
+    exact = (truth.image.astype(float) ** 2 - truth.variance).sum()
+    emitters = [f"{name}.emission" for name in scene.emitters]
+    values = []
+    for seed in range(24):
+        found = morgana.derivatives(scene, emitters, lambda result: result.image, spp=8, seed=seed)
+        values.append(sum(d.value[0] for d in found.values()))
+    near(np.mean(values), exact, np.std(values, ddof=1) / math.sqrt(len(values)), 0.01 * exact / Z)
+
+
+def test_time_gates_add_up():
+    scene = lit()
+    scene["sensor"]["film"] = {**scene["sensor"]["film"], "decomposition": "transient", "min_bound": 4, "max_bound": 12, "bin_width": 2}
+    scene = load(scene)
+    layers = list(morgana.render(scene, spp=1).layers)
+    weights = np.linspace(-1, 1, 24).reshape(4, 6, 1)
+    whole = morgana.derivatives(scene, ["fog.sigma_t"], weights, spp=32)["fog.sigma_t"]
+    parts = [morgana.derivatives(scene, ["fog.sigma_t"], {name: weights}, spp=32)["fog.sigma_t"] for name in layers]
+    assert sum(p.value[0] for p in parts) == pytest.approx(whole.value[0], rel=1e-9)
+    assert sum(abs(p.value[0]) > 0 for p in parts) > 2
+    with pytest.raises(morgana.RenderError, match="no layer 'noon'"):
+        morgana.derivatives(scene, ["fog.sigma_t"], {"noon": weights})
+
+
+def test_what_has_no_derivative_is_refused():
+    scene, weights = load(lit()), np.ones((4, 6, 1))
+
+    def refused(names, match, of=scene, by=weights, error=morgana.RenderError, **options):
+        with pytest.raises(error, match=match):
+            morgana.derivatives(of, names, by, **options)
+
+    refused(["fog.sigma"], r"no parameter 'fog.sigma': parameters are MEDIUM.sigma_t")
+    refused(["smoke.sigma_t"], r"no medium 'smoke': there are 'ambient', 'fog'")
+    refused(["lamps.emission"], "no emitter 'lamps': there are")
+    refused(["fog.g"], "only hg")
+    refused(["ball.reflectance"], "'ball' has no single reflectance")
+    refused("fog.sigma_t", "a list of names", error=TypeError)
+    refused(["fog.sigma_t"] * 2, "listed twice")
+    refused(["fog.sigma_t"], r"must have that of the picture, \(4, 6, 1\)", by=np.ones((4, 6)))
+    refused(["fog.sigma_t"], "not all finite", by=np.full((4, 6, 1), np.inf))
+    refused(["fog.sigma_t"], "at least two samples", spp=1)
+    measured = load(meters())
+    refused(["fog.sigma_t"], "must be a dictionary by names of readings: fluence", of=measured, error=TypeError)
+    refused(["ambient.sigma_a"], "fluence have no derivatives", of=measured, by={"fluence": np.ones((2, 3, 4))})
+    refused(["ambient.sigma_a"], "no reading 'power': there are fluence", of=measured, by={"power": [1]})
+    refused(["ambient.sigma_a"], r"must have that of the reading, \(2, 3, 4\)", of=measured, by={"fluence": [1]})
+    refused(["fog.sigma_t"], 'not of photon: load the scene with', of=load({**lit(), "integrator": {"type": "photon"}}))
+    refused(["fog.sigma_t"], "not of aov", of=load({**lit(), "integrator": {"type": "aov", "aovs": "d:depth"}}))
+    clear = load(lit(sigma_t=0.0))
+    refused(["fog.sigma_s"], "is zero somewhere.*sigma_a", of=clear)
+    assert morgana.derivatives(clear, ["fog.sigma_a"], weights, spp=2)["fog.sigma_a"].value[0] < 0
+
+
+def detecting(sigma_s, sigma_a):
+    """A ball that scatters, lit from its centre, whose skin keeps records."""
+    scene = copy.deepcopy(meters())
+    del scene["sensor"]
+    scene["light"]["position"] = [0, 0, 0]
+    interior = {"type": "homogeneous", "id": "tissue", "sigma_s": sigma_s, "sigma_a": sigma_a}
+    skin = {"type": "irradiancemeter", "records": True}
+    scene["ball"] = {"type": "sphere", "bsdf": {"type": "null"}, "interior": interior, "skin": skin}
+    scene["integrator"] = {"type": "particle"}
+    return load(scene)
+
+
+def test_derivatives_of_readings_are_those_of_records():
+    """Both follow the same light; records tell lengths and scatterings of each path."""
+    scene = detecting(3.0, 0.4)
+    names = ["tissue.sigma_a", "tissue.sigma_s", "tissue.albedo", "light.emission"]
+    weights = {"power": np.array([1.0, 0.0])}
+    found = morgana.derivatives(scene, names, weights, particles=100_000)
+    measured = morgana.render(scene, particles=100_000)
+    records = measured.records["irradiancemeter"]
+    exact, row = records.jacobian({"tissue": 3.0}), records.regions.index("tissue")
+    by_a, by_s, by_albedo, by_emission = found.values()
+    near(by_a.value[0], exact.mu_a[row, 0], by_a.error[0], exact.mu_a_error[row, 0])
+    near(by_s.value[0], exact.mu_s[row, 0], by_s.error[0], exact.mu_s_error[row, 0])
+    assert by_albedo.value[0] == pytest.approx(3.4 * (by_s.value[0] - by_a.value[0]), rel=1e-9)
+    near(by_emission.value[0], measured.meters["power"].mean[0], by_emission.error[0], measured.meters["power"].error[0])
+
+
+def test_jacobians_of_records_are_differences():
+    def records(sigma_s, sigma_a):
+        return morgana.render(detecting(sigma_s, sigma_a), particles=200_000).records["irradiancemeter"]
+
+    found = records(3.0, 0.4).jacobian({"tissue": 3.0})
+    row = records(3.0, 0.4).regions.index("tissue")
+    for column, error, up, down, step in [
+        (found.mu_a, found.mu_a_error, (3.0, 0.5), (3.0, 0.3), 0.2),
+        (found.mu_s, found.mu_s_error, (3.6, 0.4), (2.4, 0.4), 1.2),
+    ]:
+        powers = [records(*of).power() for of in (up, down)]
+        difference = (powers[0].mean - powers[1].mean) / step
+        spread = np.hypot(powers[0].error, powers[1].error) / step
+        # The error of the difference quotient itself is below 1 % of the derivative.
+        near(column[row, 0], difference[0], error[row, 0], spread[0], 0.01 * column[row, 0] / Z)
+    assert np.isnan(records(3.0, 0.4).jacobian().mu_s).all()
+    with pytest.raises(ValueError, match="no region is named 'bone'"):
+        records(3.0, 0.4).jacobian({"bone": 1.0})
