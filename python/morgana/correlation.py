@@ -4,6 +4,8 @@ A detector of coherent light sees speckle that changes as scatterers move. :func
 light that a meter has recorded, and :func:`speckle_contrast` what a camera of finite exposure sees, from :class:`morgana.Records` and the
 mean square displacement of the scatterers in each region. Nothing is rendered again when motions change.
 
+Theory: docs/theory.md#diffuse-correlation.
+
     >>> motion = {"tissue: label 1": correlation.brownian(6e-7), "tissue: label 2": correlation.brownian(6e-6, moving=0.5)}
     >>> found = correlation.correlate(records, np.logspace(-7, -3, 50), motion, wavelength=785e-6, index=1.37)
     >>> plt.semilogx(found.delays, found.normalized[:, 0])

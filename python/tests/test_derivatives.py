@@ -23,7 +23,7 @@ def lit(**medium):
         "to_world": [{"scale": 2}, {"rotate": {"axis": [0, 1, 0], "angle": 180}}, {"translate": [0, 0, 1.5]}],
         "bsdf": {"type": "diffuse", "reflectance": 0.6},
     }
-    scene["lamp"] = {"type": "point", "position": [1, 1, -1.5], "intensity": 20.0}
+    scene["light"] = {"type": "point", "position": [1, 1, -1.5], "intensity": 20.0}
     scene["ball"]["interior"]["id"] = "fog"
     return scene
 
@@ -35,7 +35,7 @@ def near(a, b, *errors):
 def test_derivatives_have_the_shapes_of_their_parameters():
     grid = {"type": "gridvolume", "data": np.full((2, 3, 4), 0.5, np.float32), "to_world": [{"scale": 2}, {"translate": [-1, -1, -1]}]}
     scene = load(lit(type="heterogeneous", sigma_t=grid))
-    names = ["fog.sigma_t", "fog.sigma_a", "fog.albedo", "wall.reflectance", "lamp.emission"]
+    names = ["fog.sigma_t", "fog.sigma_a", "fog.albedo", "wall.reflectance", "light.emission"]
     found = morgana.derivatives(scene, names, np.ones((4, 6, 1)), spp=4)
     assert list(found) == names
     assert [d.value.shape for d in found.values()] == [(2, 3, 4, 1), (2, 3, 4, 1), (1,), (1,), (1,)]
@@ -93,7 +93,7 @@ def test_what_has_no_derivative_is_refused():
 
     refused(["fog.sigma"], r"no parameter 'fog.sigma': parameters are MEDIUM.sigma_t")
     refused(["smoke.sigma_t"], r"no medium 'smoke': there are 'ambient', 'fog'")
-    refused(["lamps.emission"], "no emitter 'lamps': there are")
+    refused(["lights.emission"], "no emitter 'lights': there are")
     refused(["fog.g"], "only hg")
     refused(["ball.reflectance"], "'ball' has no single reflectance")
     refused("fog.sigma_t", "a list of names", error=TypeError)

@@ -11,7 +11,7 @@ use numpy::{PyArrayDyn, PyReadonlyArray1};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError};
 use pyo3::prelude::*;
 use transport::Spectrum;
-use transport::derivative::{DerivativeError, Parameter};
+use transport::derivative::{DerivativeError, RadiometricParameter};
 use transport::film::Decomposition;
 use transport::integrator::{Integrator, PathTracer};
 use transport::render::{
@@ -35,7 +35,7 @@ pub fn differentiate<'py>(
 ) -> PyResult<Vec<Doubles<'py>>> {
     let loaded = &scene.get().loaded;
     let parameters = parameters.iter().map(|name| parameter(loaded, name));
-    let parameters: Vec<Parameter> = parameters.collect::<PyResult<_>>()?;
+    let parameters: Vec<RadiometricParameter> = parameters.collect::<PyResult<_>>()?;
     let weights = weights.iter().map(|array| Ok(array.as_slice()?.to_vec()));
     let weights: Vec<Vec<f64>> = weights.collect::<PyResult<_>>()?;
     let pool = limits.pool()?;
@@ -101,10 +101,10 @@ enum Work {
 /// Weights of absolute readings, meter by meter, from those of the readings as they are given.
 fn of_meters(
     loaded: &Loaded,
-    parameters: &[Parameter],
+    parameters: &[RadiometricParameter],
     weights: Vec<Vec<f64>>,
 ) -> PyResult<Vec<Vec<Vec<f64>>>> {
-    let by_emission = |p: &Parameter| matches!(p, Parameter::Emission(_));
+    let by_emission = |p: &RadiometricParameter| matches!(p, RadiometricParameter::Emission(_));
     let per_watt = |i: &Instrument| i.normalization == Normalization::PerWatt;
     if loaded.instruments.iter().any(per_watt) && parameters.iter().any(by_emission) {
         let message = "readings per watt have no derivatives by emission: give the meter normalization=\"absolute\"";
@@ -159,19 +159,19 @@ fn path(loaded: &Loaded) -> PyResult<PathTracer> {
 }
 
 /// The parameter of a medium, given its number.
-type OfMedium = fn(usize) -> Parameter;
+type OfMedium = fn(usize) -> RadiometricParameter;
 
 /// Ends of names of parameters, of media, objects and emitters.
 const OF_MEDIA: [(&str, OfMedium); 5] = [
-    ("sigma_t", Parameter::Extinction),
-    ("albedo", Parameter::Albedo),
-    ("sigma_a", Parameter::Absorption),
-    ("sigma_s", Parameter::Scattering),
-    ("g", Parameter::MeanCosine),
+    ("sigma_t", RadiometricParameter::Extinction),
+    ("albedo", RadiometricParameter::Albedo),
+    ("sigma_a", RadiometricParameter::Absorption),
+    ("sigma_s", RadiometricParameter::Scattering),
+    ("g", RadiometricParameter::MeanCosine),
 ];
 
 /// The parameter of a name such as `smoke.sigma_t`.
-fn parameter(loaded: &Loaded, name: &str) -> PyResult<Parameter> {
+fn parameter(loaded: &Loaded, name: &str) -> PyResult<RadiometricParameter> {
     let (of, what) = name.rsplit_once('.').unwrap_or(("", name));
     let media = || loaded.scene().media().iter().map(|m| m.name.as_str());
     let objects = || loaded.scene().objects().iter().map(|o| o.name.as_str());
@@ -180,8 +180,16 @@ fn parameter(loaded: &Loaded, name: &str) -> PyResult<Parameter> {
         return Ok(make(only(media(), of, "medium")?));
     }
     match what {
-        "reflectance" => Ok(Parameter::Reflectance(only(objects(), of, "object")?)),
-        "emission" => Ok(Parameter::Emission(only(emitters(), of, "emitter")?)),
+        "reflectance" => Ok(RadiometricParameter::Reflectance(only(
+            objects(),
+            of,
+            "object",
+        )?)),
+        "emission" => Ok(RadiometricParameter::Emission(only(
+            emitters(),
+            of,
+            "emitter",
+        )?)),
         _ => Err(errors::render(format!(
             "no parameter '{name}': parameters are MEDIUM.sigma_t, .albedo, .sigma_a, .sigma_s and .g, OBJECT.reflectance, and \
              EMITTER.emission"

@@ -11,7 +11,7 @@ use eikonal::Field;
 use eikonal::field::{Constant, LinearIndex, Luneburg, Placement};
 use glam::{DAffine3, DVec3};
 use morgana_transport::bsdf::{Bsdf, Diffuse};
-use morgana_transport::derivative::{DerivativeError, Parameter};
+use morgana_transport::derivative::{DerivativeError, RadiometricParameter};
 use morgana_transport::emitter::Emitter;
 use morgana_transport::film::Decomposition;
 use morgana_transport::integrator::PathTracer;
@@ -38,7 +38,7 @@ const PATH: PathTracer = PathTracer {
 /// Media and the other parts of [`Setup::scene`].
 const HAZE: usize = 1;
 const WALL: usize = 1;
-const LAMP: usize = 0;
+const LIGHT: usize = 0;
 
 /// How the extinction and the albedo of the haze are made up.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,7 +48,7 @@ enum MadeOf {
     Voxels(GridFilter),
 }
 
-/// A ball of haze before a wall, lit by a lamp and by a dim sky. Two channels.
+/// A ball of haze before a wall, lit by a point light and by a dim sky. Two channels.
 #[derive(Clone, Debug)]
 struct Setup {
     index: Field,
@@ -156,22 +156,22 @@ impl Setup {
     }
 
     /// The setup with a parameter changed along `direction`, a number for each of its numbers in each channel, by a step.
-    fn changed(&self, parameter: Parameter, direction: &[[f64; 2]], step: f64) -> Self {
+    fn changed(&self, parameter: RadiometricParameter, direction: &[[f64; 2]], step: f64) -> Self {
         let mut setup = self.clone();
         for (i, d) in direction.iter().enumerate() {
             for (c, d) in d.iter().enumerate() {
                 let d = step * d;
                 let (t, a) = match parameter {
-                    Parameter::Reflectance(_) => {
+                    RadiometricParameter::Reflectance(_) => {
                         setup.reflectance[c] += d;
                         continue;
                     }
-                    Parameter::Emission(_) => {
+                    RadiometricParameter::Emission(_) => {
                         // Both channels change alike.
                         setup.intensity *= if c == 0 { 1.0 + d } else { 1.0 };
                         continue;
                     }
-                    Parameter::MeanCosine(_) => {
+                    RadiometricParameter::MeanCosine(_) => {
                         setup.g += if c == 0 { d } else { 0.0 };
                         continue;
                     }
@@ -180,9 +180,9 @@ impl Setup {
                 let (scattering, absorption) = (t * a, t * (1.0 - a));
                 let of = |s: f64, a: f64| (s + a, s / (s + a));
                 let (t, a) = match parameter {
-                    Parameter::Extinction(_) => (t + d, a),
-                    Parameter::Albedo(_) => (t, a + d),
-                    Parameter::Absorption(_) => of(scattering, absorption + d),
+                    RadiometricParameter::Extinction(_) => (t + d, a),
+                    RadiometricParameter::Albedo(_) => (t, a + d),
+                    RadiometricParameter::Absorption(_) => of(scattering, absorption + d),
                     _ => of(scattering + d, absorption),
                 };
                 (setup.extinction[i][c], setup.albedo[i][c]) = (t, a);
@@ -239,13 +239,13 @@ fn long() -> bool {
     std::env::var_os("MORGANA_LONG_TESTS").is_some()
 }
 
-fn by(scene: Scene, parameters: &[Parameter], samples: u64) -> Vec<Derivative> {
+fn by(scene: Scene, parameters: &[RadiometricParameter], samples: u64) -> Vec<Derivative> {
     try_by(scene, parameters, samples, &weights()).unwrap()
 }
 
 fn try_by(
     scene: Scene,
-    parameters: &[Parameter],
+    parameters: &[RadiometricParameter],
     samples: u64,
     weights: &[f64],
 ) -> Result<Vec<Derivative>, DerivativeError> {
@@ -273,7 +273,7 @@ fn along(derivative: &Derivative, direction: &[[f64; 2]]) -> (f64, f64) {
 /// Mean and standard error of a central difference of the loss.
 fn difference(
     setup: &Setup,
-    parameter: Parameter,
+    parameter: RadiometricParameter,
     direction: &[[f64; 2]],
     step: f64,
 ) -> (f64, f64) {
@@ -289,17 +289,20 @@ fn direction(count: usize, size: f64) -> Vec<[f64; 2]> {
     (0..count).map(|i| [part(2 * i), part(2 * i + 1)]).collect()
 }
 
-const IN_MEDIA: [Parameter; 5] = [
-    Parameter::Extinction(HAZE),
-    Parameter::Albedo(HAZE),
-    Parameter::Absorption(HAZE),
-    Parameter::Scattering(HAZE),
-    Parameter::MeanCosine(HAZE),
+const IN_MEDIA: [RadiometricParameter; 5] = [
+    RadiometricParameter::Extinction(HAZE),
+    RadiometricParameter::Albedo(HAZE),
+    RadiometricParameter::Absorption(HAZE),
+    RadiometricParameter::Scattering(HAZE),
+    RadiometricParameter::MeanCosine(HAZE),
 ];
-const OTHERS: [Parameter; 2] = [Parameter::Reflectance(WALL), Parameter::Emission(LAMP)];
+const OTHERS: [RadiometricParameter; 2] = [
+    RadiometricParameter::Reflectance(WALL),
+    RadiometricParameter::Emission(LIGHT),
+];
 
 /// Compares all derivatives of a setup with differences.
-fn compare(name: &str, setup: &Setup, parameters: &[Parameter]) {
+fn compare(name: &str, setup: &Setup, parameters: &[RadiometricParameter]) {
     let all = by(
         setup.scene(),
         parameters,
@@ -310,7 +313,9 @@ fn compare(name: &str, setup: &Setup, parameters: &[Parameter]) {
         let count = derivative.values.len() / 2;
         let direction = match parameter {
             // Both channels alike.
-            Parameter::MeanCosine(_) | Parameter::Emission(_) => vec![[1.0; 2]],
+            RadiometricParameter::MeanCosine(_) | RadiometricParameter::Emission(_) => {
+                vec![[1.0; 2]]
+            }
             _ => direction(count, 1.0),
         };
         let (found, error) = along(&derivative, &direction);
@@ -440,7 +445,10 @@ fn derivatives_by_voxels_add_up() {
 #[test]
 fn derivatives_by_emission_add_up_to_the_image() {
     let setup = Setup::new(Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap(), MadeOf::One);
-    let emitters = [Parameter::Emission(0), Parameter::Emission(1)];
+    let emitters = [
+        RadiometricParameter::Emission(0),
+        RadiometricParameter::Emission(1),
+    ];
     let found = by(setup.scene(), &emitters, 1024);
     let sum: f64 = found.iter().flat_map(|d| &d.values).sum();
     let error: f64 = found.iter().flat_map(|d| &d.errors).sum();
@@ -460,7 +468,10 @@ fn a_loss_that_is_not_linear_has_a_derivative_without_bias() {
         .film
         .mean();
     let exact: f64 = truth.iter().map(|v| f64::from(v * v)).sum();
-    let emitters = [Parameter::Emission(0), Parameter::Emission(1)];
+    let emitters = [
+        RadiometricParameter::Emission(0),
+        RadiometricParameter::Emission(1),
+    ];
     let scenes = [setup.scene()];
     let found = |seed| {
         let primal = render(&scenes, &RenderOptions::new(PATH, 2, seed), |_| {
@@ -507,7 +518,10 @@ fn closed_forms() {
     let mut zs = Vec::new();
     for mu in [0.25, 2.0] {
         let ink = Medium::homogeneous("haze", Constant::new(1.0), mu, 0.0);
-        for parameter in [Parameter::Absorption(HAZE), Parameter::Extinction(HAZE)] {
+        for parameter in [
+            RadiometricParameter::Absorption(HAZE),
+            RadiometricParameter::Extinction(HAZE),
+        ] {
             let found = try_by(scene(ink.clone()), &[parameter], 4096, &white).unwrap();
             zs.push((found[0].values[0] + (-mu).exp()) / found[0].errors[0]);
         }
@@ -518,7 +532,10 @@ fn closed_forms() {
     ] {
         let snow = Medium::homogeneous("haze", index, 2.0, 1.0);
         let snow = snow.with_phase(Phase::henyey_greenstein(0.5).unwrap());
-        let parameters = [Parameter::Scattering(HAZE), Parameter::MeanCosine(HAZE)];
+        let parameters = [
+            RadiometricParameter::Scattering(HAZE),
+            RadiometricParameter::MeanCosine(HAZE),
+        ];
         let options = DerivativeOptions {
             path: PathTracer::default(),
             samples: 4096,
@@ -563,35 +580,63 @@ fn what_has_no_derivative_is_refused() {
         extinction: vec![[0.0, 1.0]],
         ..setup.clone()
     };
-    let message = refused(&clear, Parameter::Scattering(HAZE), &weights(), 4);
+    let message = refused(
+        &clear,
+        RadiometricParameter::Scattering(HAZE),
+        &weights(),
+        4,
+    );
     assert!(
         message.contains("sigma_t of 'haze' is zero") && message.contains("sigma_a"),
         "{message}"
     );
-    assert!(try_by(clear.scene(), &[Parameter::Absorption(HAZE)], 4, &weights()).is_ok());
+    assert!(
+        try_by(
+            clear.scene(),
+            &[RadiometricParameter::Absorption(HAZE)],
+            4,
+            &weights()
+        )
+        .is_ok()
+    );
     let black = Setup {
         reflectance: [0.5, 0.0],
         ..setup.clone()
     };
-    let message = refused(&black, Parameter::Reflectance(WALL), &weights(), 4);
+    let message = refused(
+        &black,
+        RadiometricParameter::Reflectance(WALL),
+        &weights(),
+        4,
+    );
     assert!(
         message.contains("the reflectance of 'wall' is zero"),
         "{message}"
     );
-    let message = refused(&setup, Parameter::Reflectance(0), &weights(), 4);
+    let message = refused(&setup, RadiometricParameter::Reflectance(0), &weights(), 4);
     assert!(
         message.contains("'ball' has no single reflectance"),
         "{message}"
     );
-    let message = refused(&setup, Parameter::MeanCosine(0), &weights(), 4);
+    let message = refused(&setup, RadiometricParameter::MeanCosine(0), &weights(), 4);
     assert!(message.contains("phase function of 'ambient'"), "{message}");
-    let message = refused(&setup, Parameter::Emission(0), &weights()[1..], 4);
+    let message = refused(
+        &setup,
+        RadiometricParameter::Emission(0),
+        &weights()[1..],
+        4,
+    );
     assert!(message.contains("expected 32 weights"), "{message}");
-    let message = refused(&setup, Parameter::Emission(0), &[f64::NAN; 32], 4);
+    let message = refused(
+        &setup,
+        RadiometricParameter::Emission(0),
+        &[f64::NAN; 32],
+        4,
+    );
     assert!(message.contains("weight 0 is not finite"), "{message}");
-    let message = refused(&setup, Parameter::Emission(0), &weights(), 1);
+    let message = refused(&setup, RadiometricParameter::Emission(0), &weights(), 1);
     assert!(message.contains("at least two samples"), "{message}");
-    let twice = [Parameter::Emission(0); 2];
+    let twice = [RadiometricParameter::Emission(0); 2];
     assert_eq!(
         try_by(setup.scene(), &twice, 4, &weights()).unwrap_err(),
         DerivativeError::Twice

@@ -1,4 +1,6 @@
 //! How a coefficient of a medium is made up of numbers: one, one for each label, or one for each voxel.
+//!
+//! Theory: docs/theory.md#derivatives-of-light.
 
 use crate::Spectrum;
 use crate::medium::Medium;
@@ -140,7 +142,7 @@ mod tests {
         let samples = GridSamples {
             size: [5, 4, 3],
             channels: 1,
-            data: (0..60u8).map(|i| f32::from(i * 37 % 11)).collect(),
+            data: (0..60).map(|i| (i * 37 % 11) as f32).collect(),
         };
         let to_world = DAffine3::from_scale(DVec3::new(1.0, 0.8, 0.6));
         Shared::new(

@@ -14,8 +14,8 @@ mod sums;
 mod tape;
 
 pub use error::DerivativeError;
-pub use parameter::Parameter;
 pub(crate) use parameter::Plan;
+pub use parameter::RadiometricParameter;
 pub(crate) use recorder::FactorRecorder;
 pub(crate) use sums::Sums;
 pub(crate) use tape::Tape;

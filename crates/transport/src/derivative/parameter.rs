@@ -12,7 +12,7 @@ use crate::scene::{MediumId, Scene};
 /// extinction of the medium (for the albedo, the albedo) is the same everywhere, one for each label, or one for each voxel, [z, y, x]. All have a
 /// value for each channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Parameter {
+pub enum RadiometricParameter {
     /// Extinction σ_t of a medium, at the same albedo.
     Extinction(MediumId),
     /// Albedo of a medium, at the same extinction.
@@ -29,17 +29,19 @@ pub enum Parameter {
     Emission(usize),
 }
 
-impl Parameter {
+impl RadiometricParameter {
     /// Length along each axis, that of channels left out.
     pub fn shape(&self, scene: &Scene) -> Vec<usize> {
         match *self {
-            Parameter::Extinction(id) | Parameter::Absorption(id) | Parameter::Scattering(id) => {
+            RadiometricParameter::Extinction(id)
+            | RadiometricParameter::Absorption(id)
+            | RadiometricParameter::Scattering(id) => {
                 Chart::of_extinction(scene.medium(id)).shape()
             }
-            Parameter::Albedo(id) => Chart::of_albedo(scene.medium(id)).shape(),
-            Parameter::MeanCosine(_) | Parameter::Reflectance(_) | Parameter::Emission(_) => {
-                Vec::new()
-            }
+            RadiometricParameter::Albedo(id) => Chart::of_albedo(scene.medium(id)).shape(),
+            RadiometricParameter::MeanCosine(_)
+            | RadiometricParameter::Reflectance(_)
+            | RadiometricParameter::Emission(_) => Vec::new(),
         }
     }
 
@@ -61,19 +63,21 @@ impl Parameter {
         };
         let absorption = ", or ask for sigma_a";
         match *self {
-            Parameter::Absorption(_) | Parameter::Emission(_) => Ok(()),
-            Parameter::Extinction(id) if scene.medium(id).albedo.is_zero() => Ok(()),
-            Parameter::Extinction(id) => positive(id, "sigma_t", Quantity::Extinction, absorption),
-            Parameter::Albedo(id) => positive(id, "the albedo", Quantity::Albedo, ""),
-            Parameter::Scattering(id) => {
+            RadiometricParameter::Absorption(_) | RadiometricParameter::Emission(_) => Ok(()),
+            RadiometricParameter::Extinction(id) if scene.medium(id).albedo.is_zero() => Ok(()),
+            RadiometricParameter::Extinction(id) => {
+                positive(id, "sigma_t", Quantity::Extinction, absorption)
+            }
+            RadiometricParameter::Albedo(id) => positive(id, "the albedo", Quantity::Albedo, ""),
+            RadiometricParameter::Scattering(id) => {
                 positive(id, "sigma_t", Quantity::Extinction, absorption)?;
                 positive(id, "sigma_s", Quantity::Albedo, absorption)
             }
-            Parameter::MeanCosine(id) => match scene.medium(id).phase {
+            RadiometricParameter::MeanCosine(id) => match scene.medium(id).phase {
                 Phase::HenyeyGreenstein(_) => Ok(()),
                 _ => Err(DerivativeError::Phase(scene.medium(id).name.clone())),
             },
-            Parameter::Reflectance(object) => {
+            RadiometricParameter::Reflectance(object) => {
                 let of = &scene.objects()[object];
                 let colour = reflectance(&of.bsdf);
                 let colour = colour.ok_or_else(|| DerivativeError::Reflectance(of.name.clone()))?;
@@ -140,7 +144,7 @@ impl Plan {
     /// For parameters of a scene of so many channels.
     pub(crate) fn new(
         scene: &Scene,
-        parameters: &[Parameter],
+        parameters: &[RadiometricParameter],
         channels: usize,
     ) -> Result<Self, DerivativeError> {
         if scene.emitters().iter().any(|e| e.class() == Class::Volume) {
@@ -170,16 +174,16 @@ impl Plan {
             parameter.check(scene, channels)?;
             let start = Some(next);
             match *parameter {
-                Parameter::Extinction(id) => plan.media[id].extinction = start,
-                Parameter::Albedo(id) => plan.media[id].albedo = start,
-                Parameter::Absorption(id) => plan.media[id].absorption = start,
-                Parameter::Scattering(id) => plan.media[id].scattering = start,
-                Parameter::MeanCosine(id) => plan.media[id].mean_cosine = start,
-                Parameter::Reflectance(object) => {
+                RadiometricParameter::Extinction(id) => plan.media[id].extinction = start,
+                RadiometricParameter::Albedo(id) => plan.media[id].albedo = start,
+                RadiometricParameter::Absorption(id) => plan.media[id].absorption = start,
+                RadiometricParameter::Scattering(id) => plan.media[id].scattering = start,
+                RadiometricParameter::MeanCosine(id) => plan.media[id].mean_cosine = start,
+                RadiometricParameter::Reflectance(object) => {
                     let colour = reflectance(&scene.objects()[object].bsdf);
                     plan.objects[object] = colour.map(|colour| (next, colour));
                 }
-                Parameter::Emission(emitter) => plan.emitters[emitter] = start,
+                RadiometricParameter::Emission(emitter) => plan.emitters[emitter] = start,
             }
             next += channels * parameter.shape(scene).iter().product::<usize>();
             plan.starts.push(next);

@@ -1,4 +1,6 @@
 //! The factors of one path, in order.
+//!
+//! Theory: docs/theory.md#derivatives-of-light.
 
 use super::FactorRecorder;
 use crate::path::{ConnectionArcs, Edge, End, Vertex};

@@ -6,7 +6,7 @@
 use super::source::{Source, finite};
 use super::{Handle, Prepared, RenderOptions, prepare, seed_of_group};
 use crate::Spectrum;
-use crate::derivative::{DerivativeError, Parameter, Plan, Sums, Tape};
+use crate::derivative::{DerivativeError, Plan, RadiometricParameter, Sums, Tape};
 use crate::film::Decomposition;
 use crate::integrator::{Integrator, PathFinds, PathTracer};
 use crate::meter::{Meter, Setup};
@@ -29,7 +29,7 @@ const SEED: u64 = 0x5DEE_CE66_D1CE_4E5B;
 /// The derivative of a loss by one parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Derivative {
-    /// Length along each axis: see [`Parameter::shape`]; the last is that of channels.
+    /// Length along each axis: see [`RadiometricParameter::shape`]; the last is that of channels.
     pub shape: Vec<usize>,
     /// Values, the last axis running fastest.
     pub values: Vec<f64>,
@@ -61,7 +61,7 @@ pub struct DerivativeOptions<'a> {
     /// Whether light that comes straight from an emitter is left out of the image.
     pub hide_emitters: bool,
     /// What light is differentiated by.
-    pub parameters: &'a [Parameter],
+    pub parameters: &'a [RadiometricParameter],
     /// The derivative of the loss by each value of the image: for each [layer](Decomposition::layers), row by row, channels interleaved.
     pub weights: &'a [f64],
 }
@@ -130,8 +130,8 @@ fn without_splitting(prepared: &Prepared) -> Prepared {
     prepared
 }
 
-fn blank(scenes: &[Scene], parameters: &[Parameter]) -> Vec<Derivative> {
-    let of = |parameter: &Parameter| {
+fn blank(scenes: &[Scene], parameters: &[RadiometricParameter]) -> Vec<Derivative> {
+    let of = |parameter: &RadiometricParameter| {
         let mut shape = parameter.shape(&scenes[0]);
         shape.push(scenes[0].film().channels);
         let count = shape.iter().product();
@@ -249,7 +249,7 @@ pub struct MeterDerivativeOptions<'a> {
     /// Number of edges and events after which Russian roulette begins.
     pub rr_depth: u32,
     /// What readings are differentiated by.
-    pub parameters: &'a [Parameter],
+    pub parameters: &'a [RadiometricParameter],
     /// For each meter and each of its [readings](Meter::readings), the derivative of the loss by each bin and channel; an empty one counts nothing.
     pub weights: &'a [Vec<Vec<f64>>],
 }
