@@ -43,6 +43,9 @@ class Jacobian(NamedTuple):
     mu_s_error: Doubles
     """Standard errors, of the same shape."""
 
+    def __repr__(self) -> str:
+        return f"<morgana.Jacobian of {len(self.mu_a)} regions>"
+
 
 @comparable
 class Records(NamedTuple):
