@@ -23,11 +23,11 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 ESTIMATORS = ("path", "particle", "bdpt")
 # Scene, parameters, brightening of the figure in stops.
 SCENES = (
-    ("luneburg_fog", {"width": 120, "height": 72}, 0),
-    ("aquarium_laser", {"width": 160, "height": 50, "reflections": 2}, 1),
-    ("acoustic_waveguide", {"width": 96, "height": 62}, 0),
-    ("grid_lens", {"width": 96, "height": 72}, 0),
-    ("mirage", {"width": 120, "height": 60}, 0),
+    ("luneburg_fog", {"width": 264, "height": 158}, 0),
+    ("aquarium_laser", {"width": 264, "height": 82, "reflections": 2}, 1),
+    ("acoustic_waveguide", {"width": 264, "height": 170}, 0),
+    ("grid_lens", {"width": 264, "height": 198}, 0),
+    ("mirage", {"width": 264, "height": 132}, 0),
 )
 # Relative errors are taken of pixels at least this bright, as a share of the mean of the image.
 DARK = 0.05
@@ -200,7 +200,7 @@ def describe(scenes):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--time", type=float, default=8.0, help="seconds per render")
+    parser.add_argument("--time", type=float, default=24.0, help="seconds per render")
     parser.add_argument("--seeds", type=int, default=3, help="renders per estimator, at least 2")
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "docs")
