@@ -38,6 +38,24 @@ def views(count, pixels):
     return origins.reshape(-1, 3), np.repeat(along, pixels**2, axis=0)
 
 
+def figure(path, true, found, deflection):
+    """What the first camera sees, and cuts through the jet and what was found of it. `deflection` [row, column] is sideways, in radians."""
+    import matplotlib.pyplot as plt
+
+    middle = len(true) // 2
+    cuts = [(1e3 * (index[:, middle] - AMBIENT), name) for index, name in [(true, "the jet"), (found, "found")]]
+    largest = np.abs(deflection).max() * 1e3
+    fig, axes = plt.subplots(1, 3, figsize=(12, 4), layout="constrained", sharey=True)
+    for ax, (values, name) in zip(axes[1:], cuts):
+        drawn = ax.imshow(values, origin="lower", extent=[-1, 1, -1, 1], cmap="magma", vmin=0, vmax=cuts[0][0].max())
+        ax.set(title=f"{name}, in the plane y = 0", xlabel="x")
+    fig.colorbar(drawn, ax=list(axes[1:]), label="1000 (n − 1)")
+    drawn = axes[0].imshow(1e3 * deflection, origin="lower", extent=[-1, 1, -1, 1], cmap="RdBu", vmin=-largest, vmax=largest)
+    axes[0].set(title="measured by the first camera", xlabel="y", ylabel="z")
+    fig.colorbar(drawn, ax=axes[0], label="sideways deflection, mrad")
+    fig.savefig(path, dpi=100)
+
+
 def cpu():
     return resource.getrusage(resource.RUSAGE_SELF).ru_utime
 
@@ -53,6 +71,7 @@ def main():
     parser.add_argument("--iterations", type=int, default=10, help="on each grid")
     parser.add_argument("--straight", action="store_true", help="as if rays were straight")
     parser.add_argument("--smooth", action="store_true", help="eddies that fade towards the axis")
+    parser.add_argument("--figure", metavar="FILE", help="draw the first view, the jet, and what was found")
     given = parser.parse_args()
 
     origins, directions = views(given.views, given.pixels)
@@ -90,12 +109,15 @@ def main():
         index = AMBIENT + (found.samples - AMBIENT) / scale
         error = np.linalg.norm(index**2 - true**2) / np.linalg.norm(true**2 - AMBIENT**2)
         print(f"{found!r}: relative error of n² − n_r² {error:.4f}, {cpu() - before:.1f} CPU s")
+        return index
 
     deflected = np.linalg.norm(ends.directions - undisturbed.directions, axis=1)
     print(f"{len(rays)} rays, deflected by {deflected.max():.3g} rad at most; peak memory so far {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")
     print("straight rays" if given.straight else "curved rays")
-    fit(CALIBRATION if given.straight else 1.0)
+    found = fit(CALIBRATION if given.straight else 1.0)
     print(f"peak memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")
+    if given.figure:
+        figure(given.figure, true, found, measured["directions"][: given.pixels**2, 1].reshape(given.pixels, given.pixels))
 
 
 if __name__ == "__main__":
