@@ -13,12 +13,13 @@ import morgana.flow
 import morgana.grad
 import morgana.reconstruct
 import morgana.schlieren
+import morgana.speckle
 import numpy as np
 import pytest
 from conftest import load, meters, small
 from morgana import plot
 
-MODULES = [morgana, morgana.correlation, morgana.distributed, morgana.flow, morgana.grad, morgana.reconstruct, morgana.schlieren, plot]
+MODULES = [morgana, morgana.correlation, morgana.distributed, morgana.flow, morgana.grad, morgana.reconstruct, morgana.schlieren, morgana.speckle, plot]
 
 
 def public():
@@ -135,6 +136,7 @@ def samples():
         recorded.jacobian(),
         morgana.derivatives(scene, ["sky.emission"], np.ones((8, 12, len(scene.channels))), spp=2)["sky.emission"],
         morgana.correlation.correlate(recorded, [0.0, 1e-3], motion, **light),
+        morgana.speckle.Pattern(np.ones((2, 3)), np.arange(3.0), np.arange(2.0), 1.0, 20.0),
         morgana.correlation.speckle_contrast(recorded, [1e-3], motion, **light),
         morgana.sweep(swept, {"n": [2, 3]}),
         rays,

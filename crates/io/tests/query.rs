@@ -172,7 +172,7 @@ fn unused_parameters_and_children_are_reported() {
         messages,
         [
             format!("41 error {label} has no parameter 'sigma_tt' | did you mean 'sigma_t'?"),
-            format!("75 error {label} has no parameter 'foo' | it has: albedo, sigma_t, scale"),
+            format!("75 error {label} has no parameter 'foo' | it has: albedo, scale, sigma_t"),
             format!("104 warning 'scale' has no effect in this {label} | "),
             format!("123 error {label} takes no <bsdf> here | "),
             format!("142 error {label} has no <volume> 'albdo' | did you mean 'albedo'?"),

@@ -1,5 +1,7 @@
 //! What an object says that nobody asked for.
 
+use std::collections::BTreeSet;
+
 use super::Query;
 use crate::diagnostic::{Diagnostic, suggest};
 use crate::scene::{Child, Property};
@@ -49,8 +51,8 @@ impl Query<'_, '_> {
             return Diagnostic::warning(message).at(&property.name_location);
         }
         let help = suggest(name, self.names(also_known)).or_else(|| {
-            let known: Vec<_> = self.names(also_known).collect();
-            (!known.is_empty()).then(|| format!("it has: {}", known.join(", ")))
+            let known: BTreeSet<_> = self.names(also_known).collect();
+            (!known.is_empty()).then(|| format!("it has: {}", Vec::from_iter(known).join(", ")))
         });
         let message = format!("{label} has no parameter '{name}'");
         Diagnostic::error(message)

@@ -1,0 +1,167 @@
+"""Speckle patterns: recorded light of a laser, summed as waves.
+
+A lens images the surface through which light leaves a sample. Light that came on different ways interferes there: :func:`pattern` sums the
+paths in :class:`morgana.Records` with the phases of their optical lengths. Speckles that move are the matter of :mod:`morgana.correlation`.
+
+Theory: docs/theory.md#speckle-patterns.
+
+    >>> seen = speckle.pattern(records, (64, 64), 1e-3, wavelength=633e-6, numerical_aperture=0.1)
+    >>> plt.imshow(seen.intensity, origin="lower")
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Tuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._records import Records
+from ._values import comparable
+
+__all__ = ["Pattern", "pattern"]
+
+Doubles = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+AT_ONCE = 4096
+"""Records whose waves are summed in one product of matrices."""
+
+
+@comparable
+class Pattern(NamedTuple):
+    """A speckle pattern. Each is one sample of a random intensity: it has statistics, but no errors."""
+
+    intensity: Doubles
+    """Power per area of the surface, (rows, columns), in the centres of pixels. The sum over pixels, times their area, is about ``power``."""
+    x: Doubles
+    """Of the columns, along ``right`` from the centre, ascending."""
+    y: Doubles
+    """Of the rows, along ``up`` from the centre, ascending."""
+    power: float
+    """Of the paths that were summed: those that pass within the pattern, in directions that the lens accepts."""
+    paths_per_speckle: float
+    """Effective number of paths for each area of coherence, λ²/(π NA²). The contrast of a pattern of few paths is wrong by a share of some 1/(2 ``paths_per_speckle``)."""
+
+    @property
+    def contrast(self) -> float:
+        """Standard deviation of the intensity over its mean: 1 where phases are random and light is everywhere alike."""
+        return float(self.intensity.std() / self.intensity.mean())
+
+    def __repr__(self) -> str:
+        rows, columns = self.intensity.shape
+        return f"<morgana.speckle.Pattern of {rows} × {columns}, contrast {self.contrast:.3g}, {self.paths_per_speckle:.3g} paths per speckle>"
+
+
+def pattern(
+    records: Records,
+    shape: Tuple[int, int],
+    pixel: float,
+    *,
+    wavelength: float,
+    numerical_aperture: float,
+    center: ArrayLike = (0, 0, 0),
+    right: ArrayLike = (1, 0, 0),
+    up: ArrayLike = (0, 1, 0),
+    index: float = 1.0,
+    channel: int = 0,
+) -> Pattern:
+    """The speckle pattern that a lens images from a surface.
+
+    Each path is a coherent source where it passes the surface, with the root of its weight as amplitude and the phase 2π/λ times its optical
+    length; the lens limits the spatial frequencies of the field to NA/λ. The pattern is periodic: what the lens spreads beyond an edge comes
+    back at the opposite one. Light has one polarisation.
+
+    Parameters
+    ----------
+    records : Records
+        Records of light through a plane surface. Their ``optical_length`` must be good to a part of the wavelength: mind the tolerance
+        of rays where the index varies.
+    shape : (int, int)
+        Rows and columns.
+    pixel : float
+        Width of a pixel on the surface in scene units, at most λ/(4 NA), so that pixels resolve speckles.
+    wavelength : float
+        Wavelength λ in vacuum, > 0, in scene units.
+    numerical_aperture : float
+        NA of the lens, > 0 and ≤ ``index``: it accepts directions at angles ϑ to the normal with ``index`` · sin ϑ ≤ NA.
+    center : array_like
+        Centre of the pattern, in the plane.
+    right, up : array_like
+        Directions of rows and columns in the plane, at right angles. The lens is on the side to which right × up points.
+    index : float
+        Index of the medium beyond the surface.
+    channel : int
+        Channel of the weights.
+
+    Returns
+    -------
+    Pattern
+        Intensity, and how many paths make it.
+
+    Raises
+    ------
+    ValueError
+        A number out of range, axes that are not at right angles, no light that the lens accepts.
+
+    Examples
+    --------
+    >>> speckle.pattern(records, (64, 64), 1e-3, wavelength=633e-6, numerical_aperture=0.1).contrast
+    """
+    if min(shape) < 1:
+        raise ValueError(f"shape must have one row and column at least, not {shape}")
+    if not 0 < numerical_aperture <= index < np.inf:
+        raise ValueError(f"the numerical aperture must be positive and at most the index, {index}, not {numerical_aperture}")
+    if not 0 < wavelength < np.inf:
+        raise ValueError(f"wavelength must be finite and positive, not {wavelength}")
+    if not 0 < pixel <= wavelength / (4 * numerical_aperture):
+        raise ValueError(f"pixel must be positive and at most λ/(4 NA), which is {wavelength / (4 * numerical_aperture):.6g}, not {pixel}")
+    if not 0 <= channel < records.weight.shape[1]:
+        raise ValueError(f"there are {records.weight.shape[1]} channels, and none has the number {channel}")
+    axes = _axes(right, up)
+    x, y, _ = ((records.position - np.asarray(center, float)) @ axes.T).T
+    toward = records.direction @ axes[2]
+    height, width = pixel * shape[0], pixel * shape[1]
+    accepted = (toward > 0) & (index**2 * (1 - toward**2) <= numerical_aperture**2) & (np.abs(x) <= width / 2) & (np.abs(y) <= height / 2)
+    weight = records.weight[accepted, channel]
+    if not weight.sum() > 0:
+        raise ValueError(f"none of {len(records.particle)} records passes within the pattern, in a direction that the lens accepts")
+    amplitude = np.sqrt(weight) * np.exp(2j * np.pi / wavelength * records.optical_length[accepted])
+    field = _imaged(amplitude, x[accepted], y[accepted], shape, pixel, numerical_aperture / wavelength)
+    coherent = wavelength**2 / (np.pi * numerical_aperture**2)
+    effective = weight.sum() ** 2 / (weight**2).sum()
+    return Pattern(np.abs(field) ** 2, _centers(shape[1], pixel), _centers(shape[0], pixel), float(weight.sum()), float(effective * coherent / (width * height)))
+
+
+def _axes(right: ArrayLike, up: ArrayLike) -> Doubles:
+    """Unit vectors along rows and columns, and towards the lens."""
+    a, b = np.asarray(right, float), np.asarray(up, float)
+    if a.shape != (3,) or b.shape != (3,) or not (np.linalg.norm(a) > 0 and np.linalg.norm(b) > 0):
+        raise ValueError("right and up must be vectors of three numbers, not zero")
+    a, b = a / np.linalg.norm(a), b / np.linalg.norm(b)
+    if not abs(a @ b) < 1e-6:
+        raise ValueError(f"right and up must be at right angles, but their cosine is {a @ b:.3g}")
+    return np.array([a, b, np.cross(a, b)])
+
+
+def _centers(count: int, pixel: float) -> Doubles:
+    return np.asarray(pixel * (np.arange(count) - (count - 1) / 2), np.float64)
+
+
+def _imaged(amplitude: Complexes, x: Doubles, y: Doubles, shape: Tuple[int, int], pixel: float, cutoff: float) -> Complexes:
+    """The field of point sources in the centres of pixels, (rows, columns), of spatial frequencies up to `cutoff`. The |field|² of
+    one source of amplitude 1 has the integral 1."""
+    rows, columns = (np.fft.fftfreq(count, pixel) for count in shape)
+    row, column = (np.flatnonzero(np.abs(frequencies) <= cutoff) for frequencies in (rows, columns))
+    in_pupil = np.hypot(rows[row, None], columns[column]) <= cutoff
+    passed = np.zeros(in_pupil.shape, complex)
+    for first in range(0, len(amplitude), AT_ONCE):
+        part = slice(first, first + AT_ONCE)
+        # From the centre of the first pixel on, where the discrete transform begins.
+        along = np.exp(-2j * np.pi * np.outer(columns[column], x[part] - _centers(shape[1], pixel)[0]))
+        across = np.exp(-2j * np.pi * np.outer(rows[row], y[part] - _centers(shape[0], pixel)[0]))
+        passed += (across * amplitude[part]) @ along.T
+    spectrum = np.zeros(shape, complex)
+    spectrum[np.ix_(row, column)] = np.where(in_pupil, passed, 0)
+    area = pixel**2 * shape[0] * shape[1]
+    scale = shape[0] * shape[1] / np.sqrt(area * np.count_nonzero(in_pupil))
+    return np.asarray(scale * np.fft.ifft2(spectrum))
