@@ -48,7 +48,7 @@ def test_one_path_is_the_disc_of_airy():
     assert seen.power == 3
     np.testing.assert_allclose(seen.intensity.sum() * PIXEL**2, 3, rtol=1e-12)
     radius = np.hypot(seen.x - place[0], (seen.y - place[1])[:, None])
-    # Of an endless plane, where the pupil is not a disc of 8 steps.
+    # Of an infinite plane, where the pupil is not a disc of 8 steps.
     airy = 3 * math.pi * (APERTURE / WAVELENGTH) ** 2 * jinc(radius) ** 2
     assert np.abs(seen.intensity - airy).max() < 0.03 * airy.max()
     assert seen.intensity[np.abs(radius - 0.61 * WAVELENGTH / APERTURE) < 0.2 * PIXEL].max() < 2e-3 * airy.max()
