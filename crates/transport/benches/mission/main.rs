@@ -1,7 +1,9 @@
-//! What connections and samples cost where rays bend: through the wall of a lens, within it, and through sound.
+//! What connections and samples cost where rays bend: through the wall of a lens, within it, through sound, and
+//! through large grids.
 //!
 //! ```text
-//! cargo bench -p morgana-transport --bench mission
+//! cargo bench -p morgana-transport --bench mission               # everything
+//! cargo bench -p morgana-transport --bench mission -- fields     # one table: walls, fields, grids, renders
 //! ```
 //!
 //! Times are processor time, medians over rounds in which the rows of a table take turns. All other
@@ -16,11 +18,25 @@ mod lens;
 
 mod clock;
 mod fields;
+mod grids;
 mod renders;
 mod walls;
 
 fn main() {
-    walls::table();
-    fields::table();
-    renders::table();
+    // Cargo passes `--bench` too.
+    let wanted: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|a| !a.starts_with('-'))
+        .collect();
+    let tables: [(&str, fn()); 4] = [
+        ("walls", walls::table),
+        ("fields", fields::table),
+        ("grids", grids::table),
+        ("renders", renders::table),
+    ];
+    for (name, table) in tables {
+        if wanted.is_empty() || wanted.iter().any(|w| name.contains(w.as_str())) {
+            table();
+        }
+    }
 }

@@ -35,9 +35,14 @@ pub fn ball() -> RadialBall {
 
 /// The index, sampled.
 pub fn field() -> Field {
+    field_of(64)
+}
+
+/// The index, from so many samples along an edge.
+pub fn field_of(samples: usize) -> Field {
     let half = DVec3::splat(1.02 * RADIUS);
     let cube = Aabb::new(-half, half);
-    let grid = Bspline::from_fn([64; 3], cube, Placement::Nodes, |x| index(x.length()));
+    let grid = Bspline::from_fn([samples; 3], cube, Placement::Nodes, |x| index(x.length()));
     grid.unwrap().into()
 }
 

@@ -1,0 +1,109 @@
+//! The index of the lens from grids of more and more samples: evaluations along rays, and connections.
+
+use crate::clock::{median, race};
+use crate::lens;
+use eikonal::connect::Unbounded;
+use eikonal::{Field, Solver, Tolerance};
+use glam::DVec3;
+use std::hint::black_box;
+use testkit::Rng;
+
+/// Samples along an edge.
+const SAMPLES: [usize; 4] = [64, 128, 384, 512];
+/// The sizes between which the exponents of growth are taken.
+const GROWTH: [usize; 2] = [1, 2];
+const ROUNDS: usize = 11;
+/// So many places that caches do not hold what they touch.
+const PLACES: usize = 1 << 16;
+const PAIRS: usize = 4000;
+
+pub fn table() {
+    println!("\nthe lens from grids of more samples");
+    println!(
+        "{:>8} {:>24} {:>24} {:>16} {:>10}",
+        "samples", "jet every spacing, ns", "every 2 % of radius, ns", "connection, µs", "evals"
+    );
+    let fields = SAMPLES.map(lens::field_of);
+    let mut rng = Rng::new(29);
+    let pairs: Vec<[DVec3; 2]> = (0..PAIRS)
+        .map(|_| [inside(&mut rng), inside(&mut rng)])
+        .collect();
+    let places = SAMPLES.map(|samples| {
+        let spacing = 2.04 * lens::RADIUS / (samples - 1) as f64;
+        [spacing, 0.02 * lens::RADIUS].map(|step| along_rays(&mut rng, step))
+    });
+    let mut evaluations = [0; SAMPLES.len()];
+    let rows = fields.iter().zip(&places).zip(&mut evaluations);
+    let mut tasks: Vec<Box<dyn FnMut() + '_>> = Vec::new();
+    for ((field, [fine, coarse]), evaluations) in rows {
+        tasks.push(Box::new(|| jets(field, fine)));
+        tasks.push(Box::new(|| jets(field, coarse)));
+        tasks.push(Box::new(|| *evaluations = connect(field, &pairs)));
+    }
+    let mut turns: Vec<&mut dyn FnMut()> = Vec::new();
+    turns.extend(tasks.iter_mut().map(|task| task as &mut dyn FnMut()));
+    let times: Vec<f64> = race(ROUNDS, &mut turns).into_iter().map(median).collect();
+    drop(turns);
+    drop(tasks);
+    for ((samples, times), evaluations) in SAMPLES.iter().zip(times.chunks(3)).zip(evaluations) {
+        println!(
+            "{:>8} {:24.0} {:24.0} {:16.2} {:10.1}",
+            format!("{samples}³"),
+            1e9 * times[0] / PLACES as f64,
+            1e9 * times[1] / PLACES as f64,
+            1e6 * times[2] / PAIRS as f64,
+            evaluations as f64 / PAIRS as f64,
+        );
+    }
+    let [from, to] = GROWTH;
+    let ratio = |values: [f64; 2]| {
+        (values[1] / values[0]).ln() / (SAMPLES[to] as f64 / SAMPLES[from] as f64).ln()
+    };
+    let time = |column: usize| ratio(GROWTH.map(|row| times[3 * row + column]));
+    println!(
+        "exponents from {}³ to {}³: {:.2}, {:.2}, {:.2}, {:.2}",
+        SAMPLES[from],
+        SAMPLES[to],
+        time(0),
+        time(1),
+        time(2),
+        ratio(GROWTH.map(|row| evaluations[row] as f64)),
+    );
+}
+
+/// A point that is spread evenly over the ball.
+fn inside(rng: &mut Rng) -> DVec3 {
+    DVec3::from_array(rng.direction()) * (lens::RADIUS * rng.next_1d().cbrt())
+}
+
+/// Places along lines through the ball, a step apart.
+fn along_rays(rng: &mut Rng, step: f64) -> Vec<DVec3> {
+    let mut places = Vec::new();
+    while places.len() < PLACES {
+        let (start, direction) = (inside(rng), DVec3::from_array(rng.direction()));
+        let line = (0..).map(|i| start + direction * (step * f64::from(i)));
+        places.extend(line.take_while(|x| x.length() < lens::RADIUS));
+    }
+    places.truncate(PLACES);
+    places
+}
+
+/// Value, gradient and Hessian at each place.
+fn jets(field: &Field, places: &[DVec3]) {
+    let mut sum = DVec3::ZERO;
+    for &x in places {
+        let jet = field.jet(black_box(x));
+        sum += jet.hess * jet.grad * jet.n2;
+    }
+    black_box(sum);
+}
+
+/// Connects pairs at the default tolerance. Returns how many evaluations that takes.
+fn connect(field: &Field, pairs: &[[DVec3; 2]]) -> u64 {
+    let mut solver = Solver::new(Tolerance::default());
+    let world = Unbounded(field);
+    for [x, y] in pairs {
+        let _ray = black_box(solver.connect(&world, *x, (), *y));
+    }
+    solver.work.evaluations
+}
