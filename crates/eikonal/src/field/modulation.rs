@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 /// A panel is accepted if two quadratures over it differ by less than this share of the modulation there: that which is taken is then
 /// two orders of magnitude better.
-const TOLERANCE: f64 = 1e-3;
+const TOLERANCE: f64 = 1e-2;
 /// Where there is less than this share of the largest modulation, accuracy is relative to that.
 const FAINT: f64 = 1e-3;
 /// No panel is longer than so many wavelengths of the sound, so that it is seen.
@@ -114,7 +114,7 @@ impl Modulation {
     }
 
     /// The amplitude of the optical length of the part of an arc between two θ: ∫ n̂ ds = ½ ∫ m dσ along it, where `ends` are the amplitudes
-    /// at its ends. The error is about 1e-5 of the largest |m| on a panel of half a wavelength times its length; NaN if the sound is too fine
+    /// at its ends. The error is below 1e-4 of the largest |m| on a panel of half a wavelength times its length; NaN if the sound is too fine
     /// for the length of the arc.
     pub fn along(&self, arc: &Arc, [from, to]: [f64; 2], ends: &[SoundAmplitude; 2]) -> DVec2 {
         let panels = (to - from) * arc.arc_length(1.0) / (LONGEST_PANEL * self.wavelength);
