@@ -843,4 +843,32 @@ PLANTED = [
         "arc.position(i as f64 / steps as f64)",
         ("morgana-cli", "cli", "view::rays_of_a_page"),
     ),
+    (
+        "scatterers moved against the light's direction",
+        TRANSPORT + "meter/tagging.rs",
+        "let turn = n - n.length() * direction;",
+        "let turn = n + n.length() * direction;",
+        ("morgana-transport", "meters", "tagged::modulations_are_those_of_optical_lengths_at_instants"),
+    ),
+    (
+        "displacement of scatterers counted twice",
+        EIKONAL + "field/modulation.rs",
+        "Some(1.0 / (2.0 * n0 * sound.elasto_optic? * k * k))",
+        "Some(1.0 / (n0 * sound.elasto_optic? * k * k))",
+        ("morgana-transport", "meters", "tagged::modulations_are_those_of_optical_lengths_at_instants"),
+    ),
+    (
+        "displacement of scatterers without the index",
+        TRANSPORT + "meter/tagging.rs",
+        "let n = flight.span.arc.velocity(flight.theta_end);",
+        "let n = flight.span.arc.velocity(flight.theta_end).normalize();",
+        ("morgana-transport", "meters", "tagged::correlations_are_those_of_frozen_instants"),
+    ),
+    (
+        "sound under transforms with the wave number of its own coordinates",
+        EIKONAL + "field/modulation.rs",
+        "term.per_gradient *= f.mean_scale().powi(2);",
+        "",
+        ("morgana-eikonal", "modulation", "displacements_follow_the_gradient_of_pressure"),
+    ),
 ]

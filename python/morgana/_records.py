@@ -14,6 +14,7 @@ from ._pulse import Pulse
 from ._values import comparable
 
 Doubles = NDArray[np.float64]
+Phasors = NDArray[np.complex128]
 
 
 @comparable
@@ -81,6 +82,11 @@ class Records(NamedTuple):
     ``max_records`` records."""
     unit: str
     """Unit of the weights."""
+    index_modulation: Optional[Phasors] = None
+    """What sound does to the optical length of the way by the index along it, (n,), if the meter is ``tagged``: the complex amplitude A of the
+    change Re(A e^{iωt})."""
+    displacement_modulation: Optional[Phasors] = None
+    """Likewise by the displacement of what scatters the light."""
 
     @classmethod
     def load(cls, path: Union[str, "os.PathLike[str]"], meter: Optional[str] = None) -> "Records":
@@ -295,6 +301,12 @@ def _table(
     def column(name: str) -> Doubles:
         return np.asarray(arrays[f"{prefix}record_{name}"], float)
 
+    def phasors(name: str) -> Optional[Phasors]:
+        if f"{prefix}record_{name}" not in arrays:
+            return None
+        parts = column(name)
+        return np.asarray(parts[:, 0] + 1j * parts[:, 1])
+
     return Records(
         particle=column("particle").astype(np.int64),
         weight=_matrix(column("weight")),
@@ -309,6 +321,8 @@ def _table(
         mu_a=_matrix(np.asarray(arrays[f"{prefix}region_mu_a"], float)),
         particles=int(attributes[f"{prefix}record_particles"]),
         unit=units[f"{prefix}record_weight"],
+        index_modulation=phasors("index_modulation"),
+        displacement_modulation=phasors("displacement_modulation"),
     )
 
 

@@ -1,10 +1,13 @@
-"""Diffuse correlation: how fast multiply scattered light of a laser fluctuates where its scatterers move.
+"""Correlation of laser light: how fast it fluctuates where its scatterers move, and what sound does to its phases.
 
 A detector of coherent light sees speckle that changes as scatterers move. :func:`correlate` computes the field autocorrelation G₁(τ) of the
 light that a meter has recorded, and :func:`speckle_contrast` what a camera of finite exposure sees, from :class:`morgana.Records` and the
 mean square displacement of the scatterers in each region. Nothing is rendered again when motions change.
 
-Theory: docs/theory.md#diffuse-correlation.
+:func:`tagged` finds the power that ultrasound shifts to sidebands of the light, and :func:`correlate_tagged` its autocorrelation, from records
+of a meter that is ``tagged``.
+
+Theory: docs/theory.md#diffuse-correlation, docs/theory.md#tagged-light.
 
     >>> motion = {"tissue: label 1": correlation.brownian(6e-7), "tissue: label 2": correlation.brownian(6e-6, moving=0.5)}
     >>> found = correlation.correlate(records, np.logspace(-7, -3, 50), motion, wavelength=785e-6, index=1.37)
@@ -18,34 +21,28 @@ from typing import Callable, Mapping, NamedTuple, Union
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._correlation import Correlation
 from ._records import Records
+from ._sums import by_particle, error_of, positive
+from ._tagging import Sidebands, correlate_tagged, tagged
 from ._values import comparable
 
-__all__ = ["Contrast", "Correlation", "ballistic", "brownian", "correlate", "speckle_contrast"]
+__all__ = [
+    "Contrast",
+    "Correlation",
+    "Sidebands",
+    "ballistic",
+    "brownian",
+    "correlate",
+    "correlate_tagged",
+    "speckle_contrast",
+    "tagged",
+]
 
 Doubles = NDArray[np.float64]
 Motion = Callable[[Doubles], Doubles]
 NODES = 48
 """Nodes of Gauss's quadrature over an exposure: g₁² is smooth in the root of the delay."""
-
-
-@comparable
-class Correlation(NamedTuple):
-    """The field autocorrelation of detected light, by delay and channel. All errors are standard errors among particles."""
-
-    delays: Doubles
-    """Delays τ in seconds, (n,)."""
-    mean: Doubles
-    """G₁(τ), (n, channels), in the unit of the records' weights; G₁(0) is the power."""
-    error: Doubles
-    """Its standard error."""
-    normalized: Doubles
-    """g₁(τ) = G₁(τ)/G₁(0), (n, channels)."""
-    normalized_error: Doubles
-    """Its standard error: less than that of G₁, as both have the same particles."""
-
-    def __repr__(self) -> str:
-        return f"<morgana.correlation.Correlation at {len(self.delays)} delays>"
 
 
 @comparable
@@ -88,7 +85,7 @@ def brownian(diffusion: float, moving: float = 1.0) -> Motion:
     >>> correlation.brownian(6e-7)(1e-3)
     3.6e-09
     """
-    rate = 6 * _moving(moving) * _positive(diffusion, "diffusion")
+    rate = 6 * _moving(moving) * positive(diffusion, "diffusion")
     return lambda delays: rate * np.asarray(delays, float)
 
 
@@ -117,7 +114,7 @@ def ballistic(speed: float, moving: float = 1.0) -> Motion:
     >>> correlation.ballistic(2.0)(1e-3)
     4e-06
     """
-    square = _moving(moving) * _positive(speed, "speed") ** 2
+    square = _moving(moving) * positive(speed, "speed") ** 2
     return lambda delays: square * np.asarray(delays, float) ** 2
 
 
@@ -167,15 +164,15 @@ def correlate(
     if times.ndim != 1 or not np.all(np.isfinite(times) & (times >= 0)):
         raise ValueError("delays are finite numbers of seconds, not negative, in one row")
     decay = _decay(records, times, motions, wavelength, index)
-    power = _by_particle(records, np.ones((len(records.particle), 1)))[:, 0]
+    power = by_particle(records, np.ones((len(records.particle), 1)))[:, 0]
     total = power.sum(axis=0)
     mean, error = np.zeros((2, len(times), records.weight.shape[1]))
     ratio, ratio_error = np.zeros_like(mean), np.zeros_like(mean)
     for i, row in enumerate(decay):
-        sums = _by_particle(records, row[:, None])[:, 0]
-        mean[i], error[i] = sums.sum(axis=0), _error(sums, records.particles)
+        sums = by_particle(records, row[:, None])[:, 0]
+        mean[i], error[i] = sums.sum(axis=0), error_of(sums, records.particles)
         ratio[i] = np.divide(mean[i], total, out=np.full_like(total, np.nan), where=total > 0)
-        ratio_error[i] = _error(sums - ratio[i] * power, records.particles) / np.where(total > 0, total, np.nan)
+        ratio_error[i] = error_of(sums - ratio[i] * power, records.particles) / np.where(total > 0, total, np.nan)
     return Correlation(times, mean, error, ratio, ratio_error)
 
 
@@ -229,17 +226,17 @@ def speckle_contrast(
     roots = (nodes + 1) / 2
     weights = weights / 2 * 2 * roots * (1 - roots**2)
     mean, error = np.zeros((2, len(times), records.weight.shape[1]))
-    power = _by_particle(records, np.ones((len(records.particle), 1)))[:, 0]
+    power = by_particle(records, np.ones((len(records.particle), 1)))[:, 0]
     total = power.sum(axis=0)
     for i, time in enumerate(times):
         decay = _decay(records, time * roots**2, motions, wavelength, index)
-        sums = _by_particle(records, decay.T)
+        sums = by_particle(records, decay.T)
         ratio = sums.sum(axis=0) / total
         square = 2 * beta * weights @ ratio**2
         # To first order, g₁² moves by 2 g₁ δg₁.
         moved = np.einsum("t,tc,ptc->pc", weights, ratio, sums - ratio * power[:, None, :])
         mean[i] = np.sqrt(square)
-        error[i] = _error(4 * beta * moved / total, records.particles) / (2 * mean[i])
+        error[i] = error_of(4 * beta * moved / total, records.particles) / (2 * mean[i])
     return Contrast(times, mean, error)
 
 
@@ -247,41 +244,20 @@ def _decay(
     records: Records, delays: Doubles, motions: Mapping[str, Motion], wavelength: float, index: Union[float, Mapping[str, float]]
 ) -> Doubles:
     """What is left of each record after each delay, (delays, records)."""
-    k0 = 2 * np.pi / _positive(wavelength, "wavelength", least=np.nextafter(0, 1))
+    k0 = 2 * np.pi / positive(wavelength, "wavelength", least=np.nextafter(0, 1))
     exponent = np.zeros((len(delays), len(records.particle)))
     for name, motion in motions.items():
         if name not in records.regions:
             raise ValueError(f"no region is named {name!r}; there are {', '.join(map(repr, records.regions))}")
         if isinstance(index, Mapping) and name not in index:
             raise ValueError(f"the region {name!r} moves, but has no index")
-        n = _positive(index[name] if isinstance(index, Mapping) else index, "index", least=np.nextafter(0, 1))
+        n = positive(index[name] if isinstance(index, Mapping) else index, "index", least=np.nextafter(0, 1))
         square = np.asarray(motion(delays), float)
         if square.shape != delays.shape or not np.all(np.isfinite(square) & (square >= 0)):
             raise ValueError(f"the motion of {name!r} must give one mean square displacement for each delay, not negative")
         transfer = records.momentum_transfer[:, records.regions.index(name)]
         exponent += np.outer((n * k0) ** 2 / 3 * square, transfer)
     return np.exp(-exponent)
-
-
-def _by_particle(records: Records, factors: Doubles) -> Doubles:
-    """Sums of weights times factors, (records, n), over the records of each particle that has some: (particles, n, channels)."""
-    _, rows = np.unique(records.particle, return_inverse=True)
-    sums = np.zeros((int(rows.max(initial=-1)) + 1, factors.shape[1], records.weight.shape[1]))
-    np.add.at(sums, rows, factors[:, :, None] * records.weight[:, None, :])
-    return sums
-
-
-def _error(sums: Doubles, particles: int) -> Doubles:
-    """Standard error of a sum over particles of which the given ones are not zero."""
-    mean = sums.sum(axis=0)
-    spread = np.maximum((sums**2).sum(axis=0) - mean**2 / particles, 0.0)
-    return np.asarray(np.sqrt(spread * particles / max(particles - 1, 1)))
-
-
-def _positive(value: float, name: str, least: float = 0.0) -> float:
-    if not (np.isfinite(value) and value >= least):
-        raise ValueError(f"{name} must be finite and {'positive' if least else 'not negative'}, not {value}")
-    return float(value)
 
 
 def _moving(share: float) -> float:

@@ -100,7 +100,9 @@ def samples():
     picture = morgana.render(scene, spp=2)
     measured = morgana.render(load(meters()), particles=640)
     detecting = meters()
-    detecting["ball"] = {**detecting["ball"], "skin": {"type": "irradiancemeter", "records": True}}
+    skin = {"type": "irradiancemeter", "records": True, "tagged": True}
+    sound = {"type": "acoustic", "n0": 1.3, "amplitude": 1e-6, "wave_number": 5.0, "elasto_optic": 0.32}
+    detecting["ball"] = {**detecting["ball"], "interior": {**detecting["ball"]["interior"], "ior": sound}, "skin": skin}
     del detecting["sensor"]
     recorded = morgana.render(load(detecting), particles=640).records["irradiancemeter"]
     motion = {recorded.regions[0]: morgana.correlation.brownian(1e-9)}
@@ -138,6 +140,7 @@ def samples():
         morgana.correlation.correlate(recorded, [0.0, 1e-3], motion, **light),
         morgana.speckle.Pattern(np.ones((2, 3)), np.arange(3.0), np.arange(2.0), 1.0, 20.0),
         morgana.correlation.speckle_contrast(recorded, [1e-3], motion, **light),
+        morgana.correlation.tagged(recorded, wavelength=5e-4),
         morgana.sweep(swept, {"n": [2, 3]}),
         rays,
         rays[0],

@@ -127,6 +127,7 @@ fn sampled_sound_is_the_wave_of_which_it_has_samples() {
     };
     let sampled = Field::from(SampledSound::new(samples.clone()).unwrap());
     let sound = Sound {
+        elasto_optic: None,
         frequency: Some(1e6),
         wavelength: TAU / K,
     };

@@ -5,6 +5,7 @@ use super::acoustic_mode::{AcousticMode, EVERYWHERE, Wave};
 use super::axis::Axis;
 use super::bessel_table::BesselTable;
 use super::error::{FieldError, positive};
+use super::modulation::Amplitude;
 use super::sound::Sound;
 use crate::bounds::{Aabb, FieldBounds, IndexBounds};
 use glam::{DVec2, DVec3};
@@ -22,6 +23,8 @@ pub struct Acoustic {
     /// Of each mode; those of one order share theirs.
     tables: Vec<Option<BesselTable>>,
     lengths: Lengths,
+    /// See [`Sound::elasto_optic`].
+    elasto_optic: Option<f64>,
 }
 
 impl Acoustic {
@@ -43,6 +46,20 @@ impl Acoustic {
             axis: Axis::with_reference(origin, direction, reference)?,
             tables: tables(&modes),
             modes,
+            elasto_optic: None,
+        })
+    }
+
+    /// The field with the elasto-optic coefficient η = ρc² ∂n/∂p > 0, which says how far sound moves what scatters (0.32 in water).
+    ///
+    /// # Errors
+    ///
+    /// A coefficient that is not positive.
+    pub fn with_elasto_optic(self, elasto_optic: f64) -> Result<Self, FieldError> {
+        let elasto_optic = Some(positive("elasto-optic coefficient", elasto_optic)?);
+        Ok(Acoustic {
+            elasto_optic,
+            ..self
         })
     }
 
@@ -57,7 +74,16 @@ impl Acoustic {
 
     /// The field at the phase ωt of the sound, in radians.
     pub(super) fn at_phase(&self, phase: f64) -> Self {
-        let modes: Vec<_> = self.modes.iter().map(|m| m.at_phase(phase)).collect();
+        self.over(self.modes.iter().map(|m| m.at_phase(phase)).collect())
+    }
+
+    /// See [`Field::at_rest`](super::Field::at_rest).
+    pub(super) fn at_rest(&self) -> Self {
+        self.over(self.modes.iter().map(|m| m.at_rest()).collect())
+    }
+
+    /// The same modes at another instant.
+    fn over(&self, modes: Vec<AcousticMode>) -> Self {
         Acoustic {
             lengths: Lengths::new(self.n0, &modes),
             modes,
@@ -68,12 +94,40 @@ impl Acoustic {
 
     /// Those of the modes, of the wavelengths 2π/k.
     pub(super) fn sounds(&self) -> impl Iterator<Item = Sound> {
-        self.modes.iter().map(AcousticMode::sound)
+        let elasto_optic = self.elasto_optic;
+        self.modes.iter().map(move |mode| Sound {
+            elasto_optic,
+            ..mode.sound()
+        })
+    }
+
+    /// Each mode at its peak with its phase in time, as amplitudes of n²: the value and the gradient at `x`.
+    pub(super) fn amplitudes(&self, x: DVec3) -> Amplitude {
+        let d = self.axis.transverse(x);
+        let modes = self.modes.iter().zip(&self.tables);
+        modes.fold(Amplitude::default(), |sum, (mode, table)| {
+            let (peak, turn) = mode.peak_in_time();
+            let wave = peak.wave(d, table.as_ref());
+            let grad = self.axis.vector(wave.grad);
+            sum.plus(2.0 * self.n0, turn, wave.value, grad)
+        })
+    }
+
+    /// Largest amplitude of n² that there can be.
+    pub(super) fn largest_amplitude(&self) -> f64 {
+        let peaks = self.modes.iter().map(|m| m.loudest().limits(EVERYWHERE)[0]);
+        2.0 * self.n0 * peaks.sum::<f64>()
+    }
+
+    /// n₀.
+    pub(super) fn n0(&self) -> f64 {
+        self.n0
     }
 
     fn wave(&self, d: DVec2) -> Wave {
         let modes = self.modes.iter().zip(&self.tables);
-        modes.fold(Wave::default(), |sum, (mode, table)| {
+        let heard = modes.filter(|(mode, _)| !mode.is_silent());
+        heard.fold(Wave::default(), |sum, (mode, table)| {
             sum.plus(mode.wave(d, table.as_ref()))
         })
     }

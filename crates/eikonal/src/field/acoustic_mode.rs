@@ -90,7 +90,21 @@ impl AcousticMode {
         Sound {
             frequency: self.frequency,
             wavelength: TAU / self.wave_number,
+            elasto_optic: None,
         }
+    }
+
+    /// The mode without sound.
+    pub(super) fn at_rest(self) -> Self {
+        AcousticMode {
+            amplitude: 0.0,
+            ..self
+        }
+    }
+
+    /// The mode at its peak, and e^{iτ}.
+    pub(super) fn peak_in_time(&self) -> (Self, DVec2) {
+        (self.loudest(), DVec2::from_angle(self.time_phase))
     }
 
     /// The mode at the instant when it changes the index most.

@@ -43,6 +43,11 @@ impl Affine {
         &self.field
     }
 
+    /// The map from the world to local coordinates.
+    pub(super) fn to_local(&self) -> DAffine3 {
+        self.to_local
+    }
+
     /// A point, and a derivative by n² and ∇n² there, in local coordinates.
     pub(super) fn local_derivative(
         &self,

@@ -16,6 +16,7 @@ mod gaussian;
 mod lengths;
 mod linear;
 mod luneburg;
+mod modulation;
 mod parameters;
 mod profile;
 mod radial;
@@ -39,6 +40,7 @@ pub use formula::{Coordinate, Formula, FormulaError, FormulaErrorKind, Quantity}
 pub use gaussian::Gaussian;
 pub use linear::{LinearIndex, LinearSquare};
 pub use luneburg::Luneburg;
+pub use modulation::{Modulation, SoundAmplitude};
 pub use parameters::IndexDerivative;
 pub use profile::IndexProfile;
 pub use sampled_sound::{SampledSound, SoundSamples};

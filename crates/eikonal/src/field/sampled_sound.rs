@@ -13,6 +13,8 @@ use std::sync::Arc;
 pub struct SampledSound {
     instant: Bspline,
     wave: Arc<SoundSamples>,
+    /// See [`Sound::elasto_optic`].
+    elasto_optic: Option<f64>,
 }
 
 /// Samples of the amplitude of sound, in index.
@@ -52,6 +54,20 @@ impl SampledSound {
         Ok(SampledSound {
             instant,
             wave: Arc::new(samples),
+            elasto_optic: None,
+        })
+    }
+
+    /// The field with the elasto-optic coefficient η = ρc² ∂n/∂p > 0, which says how far sound moves what scatters (0.32 in water).
+    ///
+    /// # Errors
+    ///
+    /// A coefficient that is not positive.
+    pub fn with_elasto_optic(self, elasto_optic: f64) -> Result<Self, FieldError> {
+        let elasto_optic = Some(positive("elasto-optic coefficient", elasto_optic)?);
+        Ok(SampledSound {
+            elasto_optic,
+            ..self
         })
     }
 
@@ -62,13 +78,32 @@ impl SampledSound {
         let instant = wave
             .at_phase(phase)
             .unwrap_or_else(|_| self.instant.clone());
-        SampledSound { instant, wave }
+        SampledSound {
+            instant,
+            wave,
+            elasto_optic: self.elasto_optic,
+        }
+    }
+
+    /// See [`Field::at_rest`].
+    pub(super) fn at_rest(&self) -> Self {
+        let instant = self.wave.spline(|_| self.wave.n0 * self.wave.n0);
+        SampledSound {
+            instant: instant.unwrap_or_else(|_| self.instant.clone()),
+            wave: self.wave.clone(),
+            elasto_optic: self.elasto_optic,
+        }
+    }
+
+    pub(super) fn wave(&self) -> &SoundSamples {
+        &self.wave
     }
 
     pub(super) fn sound(&self) -> Sound {
         Sound {
             frequency: Some(self.wave.frequency),
             wavelength: self.wave.wavelength,
+            elasto_optic: self.elasto_optic,
         }
     }
 
@@ -110,7 +145,12 @@ impl SoundSamples {
     /// The index at the phase ωt.
     fn at_phase(&self, phase: f64) -> Result<Bspline, FieldError> {
         let (sin, cos) = phase.sin_cos();
-        let index = |[re, im]: &[f32; 2]| self.n0 + f64::from(*re) * cos - f64::from(*im) * sin;
+        self.spline(|[re, im]| (self.n0 + re * cos - im * sin).powi(2))
+    }
+
+    /// The spline of n² = `square`(real and imaginary part of A).
+    pub(super) fn spline(&self, square: impl Fn([f64; 2]) -> f64) -> Result<Bspline, FieldError> {
+        let index = |parts: &[f32; 2]| square(parts.map(f64::from)).sqrt();
         let indices: Vec<f64> = self.amplitude.iter().map(index).collect();
         Bspline::smoothed(self.size, self.bounds, self.placement, &indices, self.noise)
     }

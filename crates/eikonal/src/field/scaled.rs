@@ -31,6 +31,11 @@ impl Scaled {
         &self.field
     }
 
+    /// s².
+    pub(super) fn square(&self) -> f64 {
+        self.square
+    }
+
     /// A derivative by n² and ∇n² as one by those of the field within.
     pub(super) fn unscaled(&self, by: IndexDerivative) -> IndexDerivative {
         IndexDerivative {

@@ -10,6 +10,8 @@ pub struct Sound {
     pub frequency: Option<f64>,
     /// In scene units. Under a transform that stretches directions differently, a mean of them.
     pub wavelength: f64,
+    /// η = ρc² ∂n/∂p, of a medium of density ρ and speed of sound c, if it is known.
+    pub elasto_optic: Option<f64>,
 }
 
 impl Field {
@@ -22,6 +24,18 @@ impl Field {
             Field::Sum(f) => f.map(|term| term.at_phase(phase)).into(),
             Field::Affine(f) => f.over(f.inner().at_phase(phase)).into(),
             Field::Scaled(f) => f.over(f.inner().at_phase(phase)).into(),
+            _ => self.clone(),
+        }
+    }
+
+    /// The field without its sound, which is still in it: [`Field::at_phase`] brings it back.
+    pub fn at_rest(&self) -> Field {
+        match self {
+            Field::Acoustic(f) => f.at_rest().into(),
+            Field::SampledSound(f) => f.at_rest().into(),
+            Field::Sum(f) => f.map(Field::at_rest).into(),
+            Field::Affine(f) => f.over(f.inner().at_rest()).into(),
+            Field::Scaled(f) => f.over(f.inner().at_rest()).into(),
             _ => self.clone(),
         }
     }

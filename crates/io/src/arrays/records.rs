@@ -36,7 +36,7 @@ impl Layout<'_> {
             let known = region.absorption.clone();
             known.unwrap_or_else(|| vec![f64::NAN; channels])
         });
-        vec![
+        let mut all = vec![
             column("record_particle", None, "", particles.collect()),
             column("record_weight", channel, self.power, weights),
             column("record_position", xyz, "unit", table.position.clone()),
@@ -68,7 +68,20 @@ impl Layout<'_> {
                 "1/unit",
                 absorption.collect(),
             ),
-        ]
+        ];
+        let modulations = [
+            ("record_index_modulation", &table.index_modulation),
+            (
+                "record_displacement_modulation",
+                &table.displacement_modulation,
+            ),
+        ];
+        for (name, data) in modulations {
+            if data.len() == 2 * table.particle.len() {
+                all.push(column(name, Some(("part", 2)), "unit", data.clone()));
+            }
+        }
+        all
     }
 
     fn array(

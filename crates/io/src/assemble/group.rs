@@ -9,7 +9,7 @@ use super::options::LoadOptions;
 use super::sensor::{self, SensorParts};
 use super::sound_record::SoundRecord;
 use super::{
-    costly, coverage, emitter, entry, meter, non_terminating, reach, sampler, shape, sides,
+    costly, coverage, emitter, entry, meter, non_terminating, reach, sampler, shape, sides, tagging,
 };
 use crate::diagnostic::Difference;
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
@@ -249,7 +249,7 @@ impl<'a> Children<'a> {
         if !instruments.is_empty() {
             method.leave_pictures();
         }
-        let parts = Parts {
+        let mut parts = Parts {
             partitions: context.partitions,
             objects: context.objects,
             media: context.media,
@@ -275,8 +275,20 @@ impl<'a> Children<'a> {
             places: context.places,
             diagnostics: context.diagnostics,
         };
+        if !sensor.samples.bending {
+            for medium in &mut parts.media {
+                medium.index = medium.index.at_rest();
+            }
+        }
         let scene = Scene::over_period(parts, sensor.samples.instants);
         let scene = scene.map_err(|problems| report.all(&problems)).ok()?;
+        if instruments.iter().any(|i| i.meter.is_tagged()) {
+            let problems = tagging::problems(&scene);
+            report.all(&problems);
+            if !problems.is_empty() {
+                return None;
+            }
+        }
         let candidates = if method.is_open && instruments.is_empty() {
             coverage::complete(
                 &scene,

@@ -145,6 +145,7 @@ fn instrument(
                 cosines: cosines(&mut q),
                 optical_length: lengths,
                 most_records: records(&mut q),
+                tagged: tagged(&mut q),
             }));
             q.finish(&[]);
         }
@@ -273,6 +274,16 @@ fn records(q: &mut Query) -> Option<usize> {
         0
     };
     wanted.then_some(most as usize)
+}
+
+/// Whether records say what sound does to phases.
+fn tagged(q: &mut Query) -> bool {
+    let tagged = q.boolean_or("tagged", false);
+    if tagged && !q.boolean_or("records", false) {
+        let message = "tagged light is told from records: set 'records' to true, too";
+        q.error("tagged", message);
+    }
+    tagged
 }
 
 fn cosines(q: &mut Query) -> Option<Cosines> {

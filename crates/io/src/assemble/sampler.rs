@@ -33,6 +33,8 @@ pub(super) struct Samples {
     pub count: u64,
     /// Instants of a period of sound that they are spread over.
     pub instants: usize,
+    /// Whether sound bends rays.
+    pub bending: bool,
     /// How the samples of a pixel belong together.
     pub replicates: Replicates,
     /// Whether no sampler says so.
@@ -48,6 +50,7 @@ impl Default for Samples {
         Samples {
             count: 0,
             instants: 1,
+            bending: true,
             replicates: Replicates::Single,
             is_open: false,
             unlike: None,
@@ -83,6 +86,7 @@ impl Samples {
     pub(super) fn raise(&mut self, other: Self) {
         self.count = self.count.max(other.count);
         self.instants = self.instants.max(other.instants);
+        self.bending &= other.bending;
         self.replicates = self.replicates.max(other.replicates);
         self.is_open &= other.is_open;
         self.unlike = self.unlike.take().or(other.unlike);
@@ -128,6 +132,11 @@ pub(super) fn build(
     };
     let count = q.integer_in("sample_count", 1..=i64::MAX, default);
     let instants = q.integer_in("phases", 1..=MOST_INSTANTS, 1);
+    let bending = q.boolean_or("bending", true);
+    if !bending && instants > 1 {
+        let message = "where sound does not bend rays, all instants are alike: leave 'phases' out";
+        q.error("phases", message);
+    }
     let adaptive = q.boolean_or("adaptive", false);
     q.has("seed");
     if EVEN.contains(&name) {
@@ -138,6 +147,7 @@ pub(super) fn build(
     Samples {
         count: count as u64,
         instants: instants as usize,
+        bending,
         replicates,
         is_open: false,
         unlike,

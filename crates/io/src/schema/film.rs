@@ -136,6 +136,7 @@ const SAMPLES: &[Parameter] = &[
         "samples per pixel, or particles in all, ≥ 1",
     ),
     integer("phases", "1", "instants of a period of sound, 1 to 256"),
+    boolean("bending", "true", "whether sound bends rays"),
     boolean(
         "adaptive",
         "false",

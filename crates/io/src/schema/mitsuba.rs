@@ -89,7 +89,10 @@ const PARAMETERS: &[(PluginKind, &[&str])] = &[
             "water",
         ],
     ),
-    (PluginKind::Sampler, &["adaptive", "phases", "set"]),
+    (
+        PluginKind::Sampler,
+        &["adaptive", "bending", "phases", "set"],
+    ),
     (
         PluginKind::Sensor,
         &[

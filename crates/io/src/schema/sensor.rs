@@ -173,6 +173,11 @@ const SURFACE: &[Parameter] = &[
         "1000000",
         "the most records that are kept, ≥ 1",
     ),
+    boolean(
+        "tagged",
+        "false",
+        "whether records say what sound does to phases",
+    ),
 ];
 
 const PICTURE: &[Slot] = &[

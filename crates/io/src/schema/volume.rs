@@ -82,6 +82,12 @@ const DN_DP: Parameter = float(
     "index per pascal, at most 1e-6; needed with a pressure",
 );
 
+const ELASTO_OPTIC: &[Parameter] = &[float(
+    "elasto_optic",
+    "",
+    "ρc² ∂n/∂p of the medium, > 0; needed for tagged light",
+)];
+
 const MODE: &[Parameter] = &[
     float("amplitude", "", "of the index; this, or pressure and dn_dp"),
     float("pressure", "", "amplitude, Pa"),
@@ -293,6 +299,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
                 vector("reference", "(any)", "where the azimuth is 0"),
             ],
             MODE,
+            ELASTO_OPTIC,
             PLACED,
         ],
         &[many(Volume, "Modes.")],
@@ -377,13 +384,13 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "pressure",
         "The index of a liquid from samples of the pressure, Pa.",
-        &[FILE, &[N0, DN_DP], LAW, SMOOTHING, IN_TIME],
+        &[FILE, &[N0, DN_DP], LAW, SMOOTHING, IN_TIME, ELASTO_OPTIC],
         &[],
     ),
     plugin(
         "transducer",
         "The index of a liquid in the sound of a transducer.",
-        &[SOURCE, ELEMENTS, REGION, PLACED],
+        &[SOURCE, ELEMENTS, REGION, PLACED, ELASTO_OPTIC],
         &[],
     ),
     plugin(

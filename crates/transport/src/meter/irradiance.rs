@@ -35,6 +35,8 @@ pub struct IrradianceMeter {
     pub optical_length: Option<Bins>,
     /// The most records of accepted light that it keeps, if it keeps any.
     pub most_records: Option<usize>,
+    /// Whether records also say what sound does to the optical length of the light's way.
+    pub tagged: bool,
 }
 
 /// A surface that a meter measures at.
@@ -86,6 +88,7 @@ impl IrradianceMeter {
             cosines: None,
             optical_length: None,
             most_records: None,
+            tagged: false,
         }
     }
 

@@ -18,6 +18,7 @@ mod positions;
 mod reading;
 mod recorder;
 mod records;
+mod tagging;
 mod tally;
 mod voxel_scores;
 mod window;
@@ -44,6 +45,7 @@ use history::{Histories, HistoryRegions};
 use reading::Quantity;
 use recorder::Recorder;
 use records::RecordLayout;
+use tagging::{SoundInMedia, Tagging};
 use tally::Scores;
 use voxel_scores::VoxelScore;
 
@@ -77,6 +79,7 @@ impl Meter {
         let layout = RecordLayout {
             channels,
             regions: HistoryRegions::of(scene).count(),
+            tagged: self.is_tagged(),
         };
         let records = self.most_records().map_or(0, |most| layout.memory(most));
         Tally::memory(self.cells().saturating_mul(channels)).saturating_add(records)
@@ -87,6 +90,14 @@ impl Meter {
         match self {
             Meter::Fluence(_) => None,
             Meter::Irradiance(meter) => meter.most_records,
+        }
+    }
+
+    /// Whether its records say what sound does to phases.
+    pub fn is_tagged(&self) -> bool {
+        match self {
+            Meter::Fluence(_) => false,
+            Meter::Irradiance(meter) => meter.tagged && meter.most_records.is_some(),
         }
     }
 
@@ -125,6 +136,8 @@ pub struct Setup<'a> {
     window: Option<Window>,
     /// What records tell apart, if a meter keeps any.
     regions: Option<HistoryRegions>,
+    /// The sound, if records say what it does.
+    sound: Option<SoundInMedia>,
 }
 
 /// What the particles of a task have left.
@@ -162,6 +175,10 @@ impl<'a> Setup<'a> {
                 .iter()
                 .any(|meter| meter.most_records().is_some())
                 .then(|| HistoryRegions::of(scene)),
+            sound: meters
+                .iter()
+                .any(Meter::is_tagged)
+                .then(|| SoundInMedia::of(scene)),
         })
     }
 
@@ -198,12 +215,16 @@ impl<'a> Setup<'a> {
         let mut balance = BalanceSums::default();
         let mut in_voxels = VoxelScore::of(self.meters);
         let mut histories = self.regions.clone().map(Histories::new);
+        let mut tagging = self.sound.clone().map(Tagging::new);
         let mut records = vec![RecordRows::default(); self.meters.len()];
         for number in particles {
             ws.stats.paths += 1;
             let mut sampler = Sampler::new(seed, 0, number);
             if let Some(histories) = &mut histories {
                 histories.start();
+            }
+            if let Some(tagging) = &mut tagging {
+                tagging.start();
             }
             let mut recorder = Recorder {
                 meters: self.meters,
@@ -214,6 +235,7 @@ impl<'a> Setup<'a> {
                 sampler: Sampler::new(seed, 1, number),
                 particle: number,
                 histories: histories.as_mut(),
+                tagging: tagging.as_mut(),
                 records: &mut records,
             };
             let particle = self.follow(number, &mut recorder, &mut sampler, ws);
@@ -231,11 +253,15 @@ impl<'a> Setup<'a> {
 
     /// Room for the records of each meter that keeps any.
     pub(crate) fn records(&self) -> Vec<Option<Records>> {
-        let layout = RecordLayout {
+        let layout = |tagged| RecordLayout {
             channels: self.channels,
             regions: self.regions.as_ref().map_or(0, HistoryRegions::count),
+            tagged,
         };
-        let records = |meter: &Meter| Some(Records::new(layout, meter.most_records()?));
+        let records = |meter: &Meter| {
+            let most = meter.most_records()?;
+            Some(Records::new(layout(meter.is_tagged()), most))
+        };
         self.meters.iter().map(records).collect()
     }
 

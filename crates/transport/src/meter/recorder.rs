@@ -5,6 +5,7 @@ use super::flight::{Collision, Flight, Passing, flights};
 use super::fluence::{Cuts, Slots};
 use super::history::Histories;
 use super::records::{Detected, RecordRows};
+use super::tagging::Tagging;
 use super::tally::Scores;
 use super::voxel_scores::{VoxelScore, voxels_suffice};
 use crate::Spectrum;
@@ -29,6 +30,8 @@ pub(super) struct Recorder<'r, 'm> {
     pub particle: u64,
     /// What has happened to it, if any meter keeps records.
     pub histories: Option<&'r mut Histories>,
+    /// What sound does to its phase, if any records say so.
+    pub tagging: Option<&'r mut Tagging>,
     /// Records of each meter.
     pub records: &'r mut [RecordRows],
 }
@@ -39,6 +42,9 @@ impl Observer for Recorder<'_, '_> {
     fn arrive(&mut self, event: &WalkEvent, _ws: &mut Workspace) -> ControlFlow<()> {
         if let Some(histories) = &mut self.histories {
             histories.resume();
+        }
+        if let Some(tagging) = &mut self.tagging {
+            tagging.resume();
         }
         if let Some(last) = self.fly_along(event) {
             self.end(event, &last);
@@ -73,6 +79,9 @@ impl Observer for Recorder<'_, '_> {
         if let Some(histories) = &mut self.histories {
             histories.go_on(copies);
         }
+        if let Some(tagging) = &mut self.tagging {
+            tagging.go_on(copies);
+        }
     }
 
     fn cut(&mut self, event: &WalkEvent, _ws: &mut Workspace) {
@@ -101,6 +110,9 @@ impl Recorder<'_, '_> {
             End::Collision(point) => {
                 if let (Some(histories), Some(ray)) = (&mut self.histories, onward) {
                     histories.scatter(&point, ray.start.direction);
+                }
+                if let (Some(tagging), Some(ray)) = (&mut self.tagging, onward) {
+                    tagging.scatter(last, ray.start.direction);
                 }
                 self.collide(&Collision {
                     scene: event.scene,
@@ -146,6 +158,9 @@ impl Recorder<'_, '_> {
         if let Some(histories) = &mut self.histories {
             histories.fly(flight);
         }
+        if let Some(tagging) = &mut self.tagging {
+            tagging.fly(flight);
+        }
         self.each(|meter, slots, cuts, sampler| {
             if let Meter::Fluence(meter) = meter {
                 meter.fly(flight, slots, cuts, sampler);
@@ -179,6 +194,11 @@ impl Recorder<'_, '_> {
                     side,
                     history: histories.current(),
                     channels: self.channels,
+                    modulation: self
+                        .tagging
+                        .as_ref()
+                        .filter(|_| meter.tagged)
+                        .map(|t| t.path()),
                 });
             }
             slots.first += meter.cells() * self.channels;

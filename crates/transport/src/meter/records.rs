@@ -6,6 +6,7 @@
 
 use super::flight::Passing;
 use super::history::RegionHistory;
+use super::tagging::PathModulation;
 use crate::Spectrum;
 use crate::sampling::is_among;
 use crate::scene::Scene;
@@ -46,16 +47,21 @@ impl RecordRegion {
 pub(crate) struct RecordLayout {
     pub channels: usize,
     pub regions: usize,
+    /// Whether records say what sound does to the way of light.
+    pub tagged: bool,
 }
 
 /// Position, direction, optical path length and side.
 const FIXED: usize = 8;
 /// Length, scatterings and momentum transfer.
 const PER_REGION: usize = 3;
+/// Real and imaginary parts of two amplitudes.
+const TAGGED: usize = 4;
 
 impl RecordLayout {
     fn width(self) -> usize {
-        self.channels + FIXED + PER_REGION * self.regions
+        let tagged = if self.tagged { TAGGED } else { 0 };
+        self.channels + FIXED + PER_REGION * self.regions + tagged
     }
 
     /// Bytes of so many records.
@@ -89,6 +95,14 @@ impl RecordRows {
             .extend(history.iter().map(|region| region.scatterings));
         self.values
             .extend(history.iter().map(|region| region.momentum_transfer));
+        if let Some(PathModulation {
+            index,
+            displacement,
+        }) = detected.modulation
+        {
+            self.values
+                .extend([index.x, index.y, displacement.x, displacement.y]);
+        }
     }
 
     /// Adds rows of a width whose particles are wanted.
@@ -130,6 +144,8 @@ pub(super) struct Detected<'a> {
     pub history: &'a [RegionHistory],
     /// Number of channels.
     pub channels: usize,
+    /// What sound does to its way, if records say so.
+    pub modulation: Option<PathModulation>,
 }
 
 /// The records of one meter, at most so many.
@@ -186,7 +202,11 @@ impl Records {
     /// The table of records, with the numbers of all particles that were `followed` in a scene. Weights add up to the power that the meter has
     /// accepted of those whose records are kept.
     pub(crate) fn table(&self, scene: &Scene, followed: impl Iterator<Item = u64>) -> RecordTable {
-        let RecordLayout { channels, regions } = self.layout;
+        let RecordLayout {
+            channels,
+            regions,
+            tagged,
+        } = self.layout;
         let rows = &self.rows;
         let kept = followed.filter(|number| is_among(*number, self.halvings));
         let particles = kept.count() as u64;
@@ -204,6 +224,14 @@ impl Records {
         let weight = columns(0, channels).into_iter();
         let fixed = channels;
         let by_region = channels + FIXED;
+        let modulation = |first: usize| {
+            let first = by_region + PER_REGION * regions + first;
+            if tagged {
+                columns(first, 2)
+            } else {
+                Vec::new()
+            }
+        };
         RecordTable {
             regions: RecordRegion::of(scene, channels),
             particles,
@@ -216,6 +244,8 @@ impl Records {
             path_length: columns(by_region, regions),
             scatterings: columns(by_region + regions, regions),
             momentum_transfer: columns(by_region + 2 * regions, regions),
+            index_modulation: modulation(0),
+            displacement_modulation: modulation(2),
         }
     }
 }
@@ -247,6 +277,12 @@ pub struct RecordTable {
     pub scatterings: Vec<f64>,
     /// Sum of 1 − cos ϑ over these, by record and region.
     pub momentum_transfer: Vec<f64>,
+    /// Complex amplitude of the optical length of its way by what sound does to the index, real and imaginary part by record: the length
+    /// changes by Re(amplitude e^{iωt}). Empty unless the meter [is tagged](super::IrradianceMeter::tagged), NaN where the sound is too fine
+    /// for the way.
+    pub index_modulation: Vec<f64>,
+    /// Likewise by the displacement of what scatters it; NaN where a sound's elasto-optic coefficient is not known.
+    pub displacement_modulation: Vec<f64>,
 }
 
 impl RecordTable {
@@ -282,6 +318,9 @@ impl RecordTable {
         self.path_length.extend(other.path_length);
         self.scatterings.extend(other.scatterings);
         self.momentum_transfer.extend(other.momentum_transfer);
+        self.index_modulation.extend(other.index_modulation);
+        self.displacement_modulation
+            .extend(other.displacement_modulation);
     }
 }
 

@@ -16,4 +16,5 @@ mod records;
 mod reproducible;
 mod slabs;
 mod support;
+mod tagged;
 mod tallies;

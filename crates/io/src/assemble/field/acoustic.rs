@@ -34,7 +34,11 @@ pub(super) fn build(q: &mut Query) -> Result<Field, FieldError> {
         }
         modes
     };
-    Ok(Acoustic::new(n0, origin, direction, reference, modes)?.into())
+    let field = Acoustic::new(n0, origin, direction, reference, modes)?;
+    Ok(match super::elasto_optic(q) {
+        Some(elasto_optic) => field.with_elasto_optic(elasto_optic)?.into(),
+        None => field.into(),
+    })
 }
 
 /// One mode; its wave number is given as such, or by frequency and speed of sound.

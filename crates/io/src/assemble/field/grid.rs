@@ -217,6 +217,7 @@ fn sound(
         n0: law.n0,
         slope: law.slope,
         wavelength: wave.wavelength,
+        elasto_optic: wave.elasto_optic,
     };
     oscillating(amplitudes, object, context)
 }

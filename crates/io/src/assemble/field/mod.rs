@@ -100,6 +100,12 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     placed(field, has_transform.then_some(map), object, context)
 }
 
+/// η = ρc² ∂n/∂p of a sound, if the scene says it.
+fn elasto_optic(q: &mut Query) -> Option<f64> {
+    let name = "elasto_optic";
+    q.has(name).then(|| q.float_in(name, POSITIVE, None))
+}
+
 fn placed(
     field: Field,
     map: Option<DAffine3>,

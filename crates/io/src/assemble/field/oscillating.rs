@@ -24,6 +24,8 @@ pub(super) struct Amplitudes {
     pub n0: f64,
     /// Change of the index with the pressure.
     pub slope: f64,
+    /// ρc² ∂n/∂p, if the scene says it.
+    pub elasto_optic: Option<f64>,
 }
 
 /// The field of sound of a frequency.
@@ -70,6 +72,10 @@ pub(super) fn oscillating(
         frequency: samples.frequency,
         wavelength: samples.wavelength / scale,
         noise: 0.0,
+    });
+    let field = field.and_then(|field| match samples.elasto_optic {
+        Some(elasto_optic) => field.with_elasto_optic(elasto_optic),
+        None => Ok(field),
     });
     let field = context.accept(&object.location, field)?;
     placed(field.into(), rest, object, context)

@@ -3,6 +3,7 @@
 use super::super::context::Context;
 use super::super::sound_record::{FactSource, SoundRecord};
 use super::super::transforms::affine;
+use super::elasto_optic;
 use super::grid;
 use super::oscillating::{Amplitudes, oscillating};
 use crate::query::{INDEX, POSITIVE, Query};
@@ -53,6 +54,7 @@ struct Description {
     n0: f64,
     dn_dp: f64,
     time_phase: f64,
+    elasto_optic: Option<f64>,
 }
 
 /// The field of a volume of type `transducer`; `None` after an error.
@@ -89,6 +91,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
         wavelength: described.transducer.wavelength * scale,
         n0: described.n0,
         slope: described.dn_dp,
+        elasto_optic: described.elasto_optic,
     };
     oscillating(amplitudes, object, context)
 }
@@ -110,6 +113,7 @@ impl Description {
         let n0 = q.float_in("n0", INDEX, None);
         let dn_dp = grid::dn_dp(q);
         let time_phase = q.float_or("time_phase", 0.0);
+        let elasto_optic = elasto_optic(q);
         let (aperture, focus) = aperture?;
         Some(Description {
             transducer: Transducer {
@@ -126,6 +130,7 @@ impl Description {
             n0,
             dn_dp,
             time_phase,
+            elasto_optic,
         })
     }
 

@@ -1,6 +1,7 @@
 //! Sound of one frequency, by samples of its complex amplitude, or of its pressure in time.
 
 use super::super::sound_record::{FactSource, SeriesRecord};
+use super::elasto_optic;
 use super::wave_fit::{Oscillation, WaveFit, basis};
 use crate::error::Problem;
 use crate::query::{POSITIVE, Query};
@@ -32,6 +33,8 @@ pub(super) struct Wave {
     periods: Option<f64>,
     /// What is added to the phase.
     time_phase: f64,
+    /// ρc² ∂n/∂p, if the scene says it.
+    pub elasto_optic: Option<f64>,
 }
 
 /// How samples say what the sound is.
@@ -71,6 +74,7 @@ impl Asked {
                 "time_step",
                 "periods",
                 "time_phase",
+                "elasto_optic",
             ],
         }
     }
@@ -102,6 +106,7 @@ impl Asked {
             time_step: positive(q, "time_step"),
             periods: positive(q, "periods").map(|n| n.min(MOST_PERIODS)),
             time_phase: q.float_or("time_phase", 0.0),
+            elasto_optic: elasto_optic(q),
         }))
     }
 }

@@ -1,0 +1,278 @@
+//! What sound does to the phase of light, to first order in the sound (docs/theory.md#tagged-light).
+
+use super::{Acoustic, Bspline, Field, SampledSound};
+use crate::ray::Arc;
+use glam::{DAffine3, DVec2, DVec3};
+use std::f64::consts::TAU;
+
+/// A panel is accepted if two quadratures over it differ by less than this share of the modulation there: that which is taken is then
+/// two orders of magnitude better.
+const TOLERANCE: f64 = 1e-2;
+/// Where there is less than this share of the largest modulation, accuracy is relative to that.
+const FAINT: f64 = 1e-3;
+/// No panel is longer than so many wavelengths of the sound, so that it is seen.
+const LONGEST_PANEL: f64 = 0.5;
+/// Panels are halved at most so often.
+const MOST_HALVINGS: u32 = 12;
+/// Most panels along one arc, before they are halved: more than a second takes. A sound that needs more is too fine for the way.
+const MOST_PANELS: f64 = 1e6;
+
+/// The sound of one frequency in a field: n²(x, t) = n₀²(x) + Re(m(x) e^{iωt}) to first order, and how far it moves what is in the medium.
+/// Complex numbers are vectors of their real and imaginary parts.
+#[derive(Clone, Debug)]
+pub struct Modulation {
+    terms: Vec<Term>,
+    /// Shortest wavelength.
+    wavelength: f64,
+    /// Largest |m| that there can be, or about so.
+    largest: f64,
+}
+
+/// The amplitude of sound at a place.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SoundAmplitude {
+    /// m: that of n².
+    pub n2: DVec2,
+    /// Real and imaginary parts of ∇m.
+    pub gradient: [DVec3; 2],
+    /// Those of the displacement û of what moves with the medium; NaN where the elasto-optic coefficient is not known, or modes of one
+    /// field have several wavelengths.
+    pub displacement: [DVec3; 2],
+}
+
+/// One sound, in coordinates of its own.
+#[derive(Clone, Debug)]
+struct Term {
+    wave: Wave,
+    to_local: Option<DAffine3>,
+    /// By which squared indices are multiplied.
+    square: f64,
+    /// û over ∇m.
+    per_gradient: f64,
+}
+
+#[derive(Clone, Debug)]
+enum Wave {
+    Modes(Acoustic),
+    Sampled(SampledWave),
+}
+
+/// Splines of n₀² + ½ Re m and of n₀² + ½ Im m, unless these are zero.
+#[derive(Clone, Debug)]
+struct SampledWave {
+    parts: [Option<Bspline>; 2],
+    /// n₀².
+    n2: f64,
+    /// Largest |m|.
+    largest: f64,
+}
+
+/// m and ∇m.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Amplitude {
+    n2: DVec2,
+    gradient: [DVec3; 2],
+}
+
+impl Amplitude {
+    /// Adds `scale` `turn` times a value with a gradient.
+    pub(super) fn plus(self, scale: f64, turn: DVec2, value: f64, gradient: DVec3) -> Self {
+        let [re, im] = self.gradient;
+        let turn = turn * scale;
+        Amplitude {
+            n2: self.n2 + turn * value,
+            gradient: [re + gradient * turn.x, im + gradient * turn.y],
+        }
+    }
+}
+
+impl Modulation {
+    /// That of the sound in a field, at whatever instant the field is; `None` without sound.
+    pub fn of(field: &Field) -> Option<Self> {
+        let mut terms = Vec::new();
+        collect(field, &mut terms);
+        let [wavelength, _] = field.sound_wavelengths()?;
+        Some(Modulation {
+            largest: terms.iter().map(Term::largest).sum(),
+            wavelength,
+            terms,
+        })
+    }
+
+    /// The amplitude at a place.
+    pub fn at(&self, x: DVec3) -> SoundAmplitude {
+        let mut sum = SoundAmplitude::default();
+        for term in &self.terms {
+            let Amplitude { n2, gradient } = term.at(x);
+            sum.n2 += n2;
+            for part in 0..2 {
+                sum.gradient[part] += gradient[part];
+                sum.displacement[part] += gradient[part] * term.per_gradient;
+            }
+        }
+        sum
+    }
+
+    /// The amplitude of the optical length of the part of an arc between two θ: ∫ n̂ ds = ½ ∫ m dσ along it, where `ends` are the amplitudes
+    /// at its ends. The error is below 1e-4 of the largest |m| on a panel of half a wavelength times its length; NaN if the sound is too fine
+    /// for the length of the arc.
+    pub fn along(&self, arc: &Arc, [from, to]: [f64; 2], ends: &[SoundAmplitude; 2]) -> DVec2 {
+        let panels = (to - from) * arc.arc_length(1.0) / (LONGEST_PANEL * self.wavelength);
+        if !(0.0..MOST_PANELS).contains(&panels) {
+            return DVec2::NAN;
+        }
+        let panels = panels.ceil().max(1.0);
+        let (mut sum, mut start) = (DVec2::ZERO, Node::new(arc, from, &ends[0]));
+        for i in 1..=panels as u64 {
+            let end = if i as f64 == panels {
+                Node::new(arc, to, &ends[1])
+            } else {
+                self.node(arc, from + (to - from) * (i as f64 / panels))
+            };
+            sum += self.panel(arc, &start, &end, MOST_HALVINGS);
+            start = end;
+        }
+        0.5 * arc.h() * sum
+    }
+
+    fn node(&self, arc: &Arc, theta: f64) -> Node {
+        Node::new(arc, theta, &self.at(arc.position(theta)))
+    }
+
+    /// ∫ m dθ by values and derivatives at both ends and the value in the middle (exact for quintics), if that of the ends alone is near
+    /// enough; else over its halves.
+    fn panel(&self, arc: &Arc, start: &Node, end: &Node, halvings: u32) -> DVec2 {
+        let middle = self.node(arc, 0.5 * (start.theta + end.theta));
+        let width = end.theta - start.theta;
+        let turn = (start.slope - end.slope) * width;
+        let coarse = 0.5 * (start.value + end.value) + turn / 12.0;
+        let fine = (7.0 * (start.value + end.value) + 16.0 * middle.value) / 30.0 + turn / 60.0;
+        let met = [start, &middle, end].map(|node| node.value.length());
+        let scale = met.into_iter().fold(FAINT * self.largest, f64::max);
+        // What is not finite does not become so by halving.
+        let poor = (fine - coarse).length() > TOLERANCE * scale;
+        if !poor || halvings == 0 {
+            return fine * width;
+        }
+        self.panel(arc, start, &middle, halvings - 1) + self.panel(arc, &middle, end, halvings - 1)
+    }
+}
+
+/// m and dm/dθ at a θ.
+#[derive(Clone, Copy)]
+struct Node {
+    theta: f64,
+    value: DVec2,
+    slope: DVec2,
+}
+
+impl Node {
+    fn new(arc: &Arc, theta: f64, amplitude: &SoundAmplitude) -> Self {
+        let v = arc.velocity(theta) * arc.h();
+        let [re, im] = amplitude.gradient;
+        Node {
+            theta,
+            value: amplitude.n2,
+            slope: DVec2::new(re.dot(v), im.dot(v)),
+        }
+    }
+}
+
+/// Adds the sounds in a field.
+fn collect(field: &Field, terms: &mut Vec<Term>) {
+    let (wave, n0) = match field {
+        Field::Acoustic(f) => (Wave::Modes(f.clone()), f.n0()),
+        Field::SampledSound(f) => (Wave::Sampled(SampledWave::of(f)), f.wave().n0),
+        Field::Sum(f) => return f.terms().for_each(|term| collect(term, terms)),
+        Field::Affine(f) => {
+            let first = terms.len();
+            collect(f.inner(), terms);
+            for term in &mut terms[first..] {
+                term.to_local = Some(term.to_local.map_or(f.to_local(), |m| m * f.to_local()));
+                // k becomes k over the scale.
+                term.per_gradient *= f.mean_scale().powi(2);
+            }
+            return;
+        }
+        Field::Scaled(f) => {
+            let first = terms.len();
+            collect(f.inner(), terms);
+            for term in &mut terms[first..] {
+                term.square *= f.square();
+                term.per_gradient /= f.square();
+            }
+            return;
+        }
+        _ => return,
+    };
+    let sounds = field.sounds();
+    let first = sounds.first();
+    let alike = first.filter(|first| sounds.iter().all(|s| s.wavelength == first.wavelength));
+    // û = ∇p̂/(ρω²) with p̂ = n̂/(∂n/∂p), n̂ = m/2n₀ and η = ρc² ∂n/∂p: ∇m/(2n₀ηk²).
+    let per_gradient = alike.and_then(|sound| {
+        let k = TAU / sound.wavelength;
+        Some(1.0 / (2.0 * n0 * sound.elasto_optic? * k * k))
+    });
+    terms.push(Term {
+        wave,
+        to_local: None,
+        square: 1.0,
+        per_gradient: per_gradient.unwrap_or(f64::NAN),
+    });
+}
+
+impl Term {
+    fn at(&self, x: DVec3) -> Amplitude {
+        let local = self.to_local.map_or(x, |map| map.transform_point3(x));
+        let Amplitude { n2, gradient } = match &self.wave {
+            Wave::Modes(modes) => modes.amplitudes(local),
+            Wave::Sampled(samples) => samples.at(local),
+        };
+        let in_world = |g: DVec3| self.to_local.map_or(g, |map| map.matrix3.transpose() * g);
+        Amplitude {
+            n2: n2 * self.square,
+            gradient: gradient.map(|g| in_world(g) * self.square),
+        }
+    }
+
+    fn largest(&self) -> f64 {
+        let local = match &self.wave {
+            Wave::Modes(modes) => modes.largest_amplitude(),
+            Wave::Sampled(samples) => samples.largest,
+        };
+        local * self.square
+    }
+}
+
+impl SampledWave {
+    fn of(sound: &SampledSound) -> Self {
+        let wave = sound.wave();
+        let n2 = wave.n0 * wave.n0;
+        let part = |i: usize| {
+            let silent = wave.amplitude.iter().all(|parts| parts[i] == 0.0);
+            // As many samples as the field has, all positive, for |A| < n₀.
+            let spline = || wave.spline(|parts| n2 + wave.n0 * parts[i]).ok();
+            (!silent).then(spline).flatten()
+        };
+        let most = |[re, im]: &[f32; 2]| f64::from(re.hypot(*im));
+        let most = wave.amplitude.iter().map(most).fold(0.0, f64::max);
+        SampledWave {
+            parts: [part(0), part(1)],
+            n2,
+            largest: 2.0 * wave.n0 * most,
+        }
+    }
+
+    fn at(&self, x: DVec3) -> Amplitude {
+        let [re, im] = [0, 1].map(|i| {
+            let part = self.parts[i].as_ref().map(|spline| spline.gradient(x));
+            part.map_or((0.0, DVec3::ZERO), |(n2, g)| {
+                (2.0 * (n2 - self.n2), 2.0 * g)
+            })
+        });
+        Amplitude {
+            n2: DVec2::new(re.0, im.0),
+            gradient: [re.1, im.1],
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! What records of tagged light need of the sound in a scene (docs/theory.md#tagged-light).
+
+use eikonal::field::Sound;
+use transport::Scene;
+use transport::scene::{ProblemSeverity, SceneProblem, Subject};
+
+/// Wavelengths and frequencies that differ by less, relatively, are the same.
+const SAME: f64 = 1e-9;
+
+/// Why there is no one frequency of sound by which light could be tagged, or no way to tell how far it moves what scatters.
+pub(super) fn problems(scene: &Scene) -> Vec<SceneProblem> {
+    let media = scene.media().iter().enumerate();
+    let sounds: Vec<(usize, Sound)> = media
+        .flat_map(|(id, medium)| medium.index.sounds().into_iter().map(move |s| (id, s)))
+        .collect();
+    if sounds.is_empty() {
+        return vec![error(
+            Subject::Sensor,
+            "a meter is 'tagged', but no medium has sound in it".into(),
+            "leave 'tagged' out, or give a medium an index with sound in it",
+        )];
+    }
+    let mut found: Vec<SceneProblem> = Vec::new();
+    let mut frequency = None;
+    for (i, (id, sound)) in sounds.iter().enumerate() {
+        let name = &scene.media()[*id].name;
+        let mut add = |message: String, help| {
+            if !found.iter().any(|p| p.subject == Subject::Medium(*id)) {
+                found.push(error(Subject::Medium(*id), message, help));
+            }
+        };
+        if sound.elasto_optic.is_none() {
+            add(
+                format!(
+                    "how far the sound in medium '{name}' moves what scatters light is not known"
+                ),
+                "give the volume of the sound 'elasto_optic', ρc² ∂n/∂p: 0.32 in water",
+            );
+        }
+        let one = "tagged light is that of one frequency of sound: give all sounds the same";
+        let mut earlier = sounds[..i].iter().filter(|(other, _)| other == id);
+        if earlier.any(|(_, other)| differ(other.wavelength, sound.wavelength)) {
+            add(
+                format!("the sound in medium '{name}' has several wavelengths"),
+                one,
+            );
+        }
+        if let Some(hz) = sound.frequency {
+            let first = *frequency.get_or_insert(hz);
+            if differ(first, hz) {
+                let message =
+                    format!("the sound in medium '{name}' has {hz} Hz, another {first} Hz");
+                add(message, one);
+            }
+        }
+    }
+    found
+}
+
+fn differ(a: f64, b: f64) -> bool {
+    (a - b).abs() > SAME * a
+}
+
+fn error(subject: Subject, message: String, help: &str) -> SceneProblem {
+    SceneProblem {
+        severity: ProblemSeverity::Error,
+        subject,
+        message,
+        help: help.into(),
+    }
+}

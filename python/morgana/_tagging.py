@@ -1,0 +1,179 @@
+"""Tagged light: what ultrasound does to the phases of recorded light (docs/theory.md#tagged-light)."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Optional
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._correlation import Correlation
+from ._records import Records
+from ._sums import by_particle, error_of, positive
+from ._values import comparable
+
+Doubles = NDArray[np.float64]
+CHUNK = 1 << 14
+"""Records whose Bessel functions are computed at once."""
+
+
+@comparable
+class Sidebands(NamedTuple):
+    """The power of light by its shift in frequency, a multiple of that of the sound. All errors are standard errors among particles."""
+
+    mean: Doubles
+    """I_m, (orders + 1, channels): the power that is not shifted, then that of one sideband of order m = 1, 2, …; that of −m is the same."""
+    error: Doubles
+    """Its standard error."""
+    total: Doubles
+    """Power of all of them together, (channels,): I_0 + 2 Σ I_m over all m ≥ 1, whatever ``orders``."""
+    total_error: Doubles
+    """Its standard error."""
+    depth: Doubles
+    """Modulation depth I_1/I_0, (channels,)."""
+    depth_error: Doubles
+    """Its standard error: less than that of I_1, as both have the same particles."""
+
+    def __repr__(self) -> str:
+        return f"<morgana.correlation.Sidebands up to order {len(self.mean) - 1}>"
+
+
+def tagged(records: Records, *, wavelength: ArrayLike, orders: int = 1, where: Optional[ArrayLike] = None) -> Sidebands:
+    """The power that sound shifts to sidebands of recorded light: I_m = E[w J_m(|Φ|)²].
+
+    A record of weight w has the phase Re(Φ e^{iωt}), with the modulation of its optical length times 2π over the wavelength. Static phases
+    of different paths are taken to be independent, as they are in scattered light.
+
+    Parameters
+    ----------
+    records : Records
+        Records of a meter that is ``tagged``.
+    wavelength : array_like
+        Wavelength in vacuum, > 0, in scene units: one number, or one for each channel.
+    orders : int
+        The last order m that is wanted, 1 to 100.
+    where : array_like of bool, optional
+        Which records count, (n,): such as those of a time gate.
+
+    Returns
+    -------
+    Sidebands
+        Powers and modulation depth with their errors.
+
+    Raises
+    ------
+    ValueError
+        Records without modulations, a number out of range, or modulations that are not known.
+
+    Examples
+    --------
+    >>> found = correlation.tagged(records, wavelength=532e-6, orders=2)
+    >>> found.mean[1], found.depth
+    """
+    if not 1 <= orders <= 100:
+        raise ValueError(f"orders must be between 1 and 100, not {orders}")
+    if where is not None:
+        records = _chosen(records, np.asarray(where, bool))
+    phase = np.abs(_phasors(records, wavelength))
+    weight, particles = records.weight, records.particles
+    square = np.stack([_bessel(m, phase) ** 2 for m in range(orders + 1)])
+    sums = np.stack([_sums(records, weight * of_order) for of_order in square])
+    power = _sums(records, weight)
+    mean = sums.sum(axis=1)
+    error = np.stack([error_of(of_order, particles) for of_order in sums])
+    depth = np.divide(mean[1], mean[0], out=np.full_like(mean[0], np.nan), where=mean[0] > 0)
+    depth_error = error_of(sums[1] - depth * sums[0], particles) / np.where(mean[0] > 0, mean[0], np.nan)
+    return Sidebands(mean, error, power.sum(axis=0), error_of(power, particles), depth, depth_error)
+
+
+def correlate_tagged(records: Records, delays: ArrayLike, *, wavelength: ArrayLike, frequency: float) -> Correlation:
+    """The field autocorrelation of recorded light in sound: G₁(τ) = E[w J₀(2|Φ| sin(ωτ/2))].
+
+    Parameters
+    ----------
+    records : Records
+        Records of a meter that is ``tagged``.
+    delays : array_like
+        Delays τ in seconds, (n,), ≥ 0.
+    wavelength : array_like
+        As in :func:`tagged`.
+    frequency : float
+        That of the sound in Hz, > 0.
+
+    Returns
+    -------
+    Correlation
+        G₁ and g₁ with their errors.
+
+    Raises
+    ------
+    ValueError
+        As :func:`tagged`.
+
+    Examples
+    --------
+    >>> found = correlation.correlate_tagged(records, np.linspace(0, 1e-6, 50), wavelength=532e-6, frequency=1e6)
+    >>> plt.plot(found.delays, found.normalized[:, 0])
+    """
+    times = np.atleast_1d(np.asarray(delays, float))
+    if times.ndim != 1 or not np.all(np.isfinite(times) & (times >= 0)):
+        raise ValueError("delays are finite numbers of seconds, not negative, in one row")
+    turn = 2 * np.pi * positive(frequency, "frequency", least=np.nextafter(0, 1)) * times
+    phase = np.abs(_phasors(records, wavelength))
+    power = _sums(records, records.weight)
+    total = power.sum(axis=0)
+    shape = (len(times), records.weight.shape[1])
+    mean, error, ratio, ratio_error = (np.zeros(shape) for _ in range(4))
+    for i, angle in enumerate(turn):
+        sums = _sums(records, records.weight * _bessel(0, 2 * phase * abs(np.sin(angle / 2))))
+        mean[i], error[i] = sums.sum(axis=0), error_of(sums, records.particles)
+        ratio[i] = np.divide(mean[i], total, out=np.full_like(total, np.nan), where=total > 0)
+        ratio_error[i] = error_of(sums - ratio[i] * power, records.particles) / np.where(total > 0, total, np.nan)
+    return Correlation(times, mean, error, ratio, ratio_error)
+
+
+def _phasors(records: Records, wavelength: ArrayLike) -> NDArray[np.complex128]:
+    """Φ by record and channel."""
+    if records.index_modulation is None or records.displacement_modulation is None:
+        raise ValueError("the records do not say what sound does: set 'tagged' of their meter")
+    length = np.asarray(wavelength, float)
+    channels = records.weight.shape[1]
+    if length.shape not in [(), (channels,)] or not np.all(np.isfinite(length) & (length > 0)):
+        raise ValueError(f"wavelength must be positive: one number, or one for each of {channels} channels")
+    modulation = records.index_modulation + records.displacement_modulation
+    if not np.all(np.isfinite(modulation)):
+        unknown = int(np.count_nonzero(~np.isfinite(modulation)))
+        raise ValueError(f"the modulation of {unknown} records is not known: choose others by 'where', or a coarser sound")
+    return modulation[:, None] * (2 * np.pi / np.broadcast_to(length, channels))
+
+
+def _chosen(records: Records, where: NDArray[np.bool_]) -> Records:
+    """The records that count."""
+    if where.shape != records.particle.shape:
+        raise ValueError(f"'where' must say of each of {len(records.particle)} records whether it counts")
+    columns = ["particle", "weight", "index_modulation", "displacement_modulation"]
+    found = {name: getattr(records, name) for name in columns}
+    return records._replace(**{name: of[where] for name, of in found.items() if of is not None})
+
+
+def _sums(records: Records, weight: Doubles) -> Doubles:
+    """Sums of weights over the records of each particle, (particles, channels)."""
+    return by_particle(records._replace(weight=weight), np.ones((len(records.particle), 1)))[:, 0]
+
+
+def _bessel(order: int, z: Doubles) -> Doubles:
+    """J_m by the trapezoidal rule over a period of its integral, which is exact to rounding once there are more nodes than z + m + 40."""
+    flat = np.ravel(z)
+    found = np.empty_like(flat)
+    # Alike ones together, lest one large phase make all of them dear.
+    order_of_size = np.argsort(flat)
+    for first in range(0, len(flat), CHUNK):
+        rows = order_of_size[first : first + CHUNK]
+        values = flat[rows]
+        nodes = int(values.max()) + order + 40
+        sum_ = np.zeros_like(values)
+        for node in range(nodes):
+            angle = 2 * np.pi * (node + 0.5) / nodes
+            sum_ += np.cos(order * angle - values * np.sin(angle))
+        found[rows] = sum_ / nodes
+    return found.reshape(z.shape)

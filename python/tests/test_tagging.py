@@ -1,0 +1,162 @@
+"""Tagged light: sidebands and correlation from records, against sums over instants, and what scenes must say.
+
+No comparison is left to chance but that of errors, whose seeds are fixed.
+"""
+
+import morgana
+import numpy as np
+import pytest
+from conftest import load
+from morgana import correlation
+from morgana._tagging import _bessel
+
+WAVELENGTH = 500e-6
+
+
+def records(weight, phase, particle=None, particles=None):
+    """Records of light with phasors."""
+    n = len(weight)
+    number = np.arange(n) if particle is None else np.asarray(particle)
+    zero = np.zeros(n)
+    modulation = np.asarray(phase, complex) * WAVELENGTH / (2 * np.pi)
+    return morgana.Records(
+        number, np.asarray(weight, float)[:, None], np.zeros((n, 3)), np.zeros((n, 3)), zero, zero.astype(int), np.zeros((n, 1)),
+        np.zeros((n, 1), int), np.zeros((n, 1)), ["tissue"], np.zeros((1, 1)), particles or n, "W", 0.25 * modulation, 0.75 * modulation,
+    )  # fmt: skip
+
+
+def scene(amplitude=1e-5, sampler=None, **sound):
+    """A ball of fog in sound, and a tagged meter around it."""
+    index = {"type": "acoustic", "n0": 1.33, "amplitude": amplitude, "wave_number": 9.0, "elasto_optic": 0.32, **sound}
+    phase = {"type": "hg", "g": 0.4}
+    return {
+        "type": "scene",
+        "integrator": {"type": "particle"},
+        "fog": {"type": "homogeneous", "sigma_t": 3.0, "albedo": 0.95, "phase": phase, "ior": {k: v for k, v in index.items() if v is not None}},
+        "ball": {
+            "type": "sphere",
+            "bsdf": {"type": "dielectric"},
+            "interior": {"type": "ref", "id": "fog"},
+            "meter": {"type": "irradiancemeter", "records": True, "tagged": True, **({"sampler": sampler} if sampler else {})},
+        },
+        "light": {"type": "point", "position": [0.2, 0.1, -2], "intensity": 1.0},
+    }
+
+
+def measure(**changes):
+    return morgana.render(load(scene(**changes)), particles=1280, seed=3).records["irradiancemeter"]
+
+
+def test_bessel_functions():
+    known = {(0, 1): 0.7651976865579666, (1, 1): 0.4400505857449335, (2, 3): 0.4860912605858911, (0, 10): -0.2459357644513483}
+    for (order, z), value in {**known, (1, 50): -0.09751182812517514, (3, 0): 0.0}.items():
+        assert _bessel(order, np.array([[float(z)]]))[0, 0] == pytest.approx(value, abs=1e-13)
+
+
+def test_sidebands_are_the_spectrum_of_phases_in_time():
+    rng = np.random.default_rng(3)
+    weight = rng.random(200)
+    phase = rng.normal(size=200) * 1.5 * np.exp(2j * np.pi * rng.random(200))
+    found = correlation.tagged(records(weight, phase), wavelength=WAVELENGTH, orders=30)
+    time = np.exp(2j * np.pi * np.arange(64) / 64)
+    spectrum = np.abs(np.fft.fft(np.exp(1j * np.real(phase[:, None] * time)), axis=1) / 64) ** 2
+    powers = weight @ spectrum
+    np.testing.assert_allclose(found.mean[:20, 0], powers[:20], atol=1e-12)
+    np.testing.assert_allclose(powers[1:20], powers[:-20:-1], atol=1e-12)
+    assert found.mean[0, 0] + 2 * found.mean[1:, 0].sum() == pytest.approx(found.total[0], rel=1e-12)
+    assert found.total[0] == pytest.approx(weight.sum(), rel=1e-12)
+    assert found.depth[0] == pytest.approx(powers[1] / powers[0], rel=1e-10)
+    # Some records alone.
+    where = phase.real > 0
+    some = correlation.tagged(records(weight, phase), wavelength=WAVELENGTH, where=where)
+    np.testing.assert_allclose(some.mean[:, 0], weight[where] @ spectrum[where, :2], atol=1e-12)
+
+
+def test_correlation_is_the_mean_over_instants():
+    rng = np.random.default_rng(4)
+    weight = rng.random(100)
+    phase = rng.normal(size=100) * np.exp(2j * np.pi * rng.random(100))
+    delays = np.array([0, 1, 7, 16, 32]) / 64e6
+    found = correlation.correlate_tagged(records(weight, phase), delays, wavelength=WAVELENGTH, frequency=1e6)
+    time = np.arange(64) / 64e6
+    at = [np.real(phase[:, None] * np.exp(2j * np.pi * 1e6 * (time + delay))) for delay in delays]
+    brute = [(weight[:, None] * np.exp(1j * (later - at[0]))).sum(axis=0).mean() for later in at]
+    np.testing.assert_allclose(found.mean[:, 0], np.real(brute), atol=1e-12)
+    np.testing.assert_allclose(np.imag(brute), 0, atol=1e-12)
+    np.testing.assert_allclose(found.normalized * weight.sum(), found.mean)
+
+
+def test_errors_are_those_among_particles():
+    rng = np.random.default_rng(1)
+    n, seeds = 400, 300
+    phase = rng.exponential(0.8, (seeds, n))
+    seen = rng.random((seeds, n)) < 0.3
+    light = [records(np.ones(n)[s], p[s], np.flatnonzero(s), n) for p, s in zip(phase, seen)]
+    runs = [correlation.tagged(one, wavelength=WAVELENGTH) for one in light]
+    for mean, error in [("mean", "error"), ("total", "total_error"), ("depth", "depth_error")]:
+        values = np.array([np.ravel(getattr(run, mean))[-1] for run in runs])
+        claimed = np.array([np.ravel(getattr(run, error))[-1] for run in runs])
+        # The relative error of a standard deviation of 300 values is 4 %.
+        assert 0.82 < values.std(ddof=1) / np.sqrt((claimed**2).mean()) < 1.18, mean
+
+
+def test_sound_without_bending_changes_phases_alone():
+    still = {"type": "independent", "bending": False}
+    loud, faint = measure(sampler=still), measure(amplitude=1e-6, sampler=still)
+    np.testing.assert_array_equal(loud.weight, faint.weight)
+    np.testing.assert_array_equal(loud.position, faint.position)
+    assert np.abs(loud.index_modulation).max() > 1e-6
+    np.testing.assert_allclose(loud.index_modulation, 10 * faint.index_modulation, rtol=1e-9, atol=1e-17)
+    np.testing.assert_allclose(loud.displacement_modulation, 10 * faint.displacement_modulation, rtol=1e-9, atol=1e-17)
+    stiffer = measure(sampler=still, elasto_optic=0.64)
+    np.testing.assert_allclose(stiffer.displacement_modulation, 0.5 * loud.displacement_modulation, rtol=1e-9, atol=1e-17)
+    bent = measure(amplitude=2e-3)
+    assert bent.weight.shape != loud.weight.shape or np.any(bent.position != loud.position)
+
+
+def test_files_keep_modulations(tmp_path):
+    measured = morgana.render(load(scene()), particles=640)
+    measured.write(tmp_path / "tagged.npz")
+    assert morgana.Records.load(tmp_path / "tagged.npz") == measured.records["irradiancemeter"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"elasto_optic": None}, "how far the sound in medium 'fog' moves"),
+        ({"elasto_optic": -0.3}, "elasto_optic"),
+        ({"sampler": {"type": "independent", "bending": False, "phases": 4}}, "leave 'phases' out"),
+    ],
+)
+def test_scenes_must_say_what_sound_does(changes, message):
+    with pytest.raises(morgana.SceneError, match=message):
+        load(scene(**changes))
+
+
+def test_tagged_meters_need_sound_and_records():
+    silent = scene()
+    silent["fog"]["ior"] = 1.33
+    with pytest.raises(morgana.SceneError, match="no medium has sound"):
+        load(silent)
+    without = scene()
+    without["ball"]["meter"]["records"] = False
+    with pytest.raises(morgana.SceneError, match="set 'records' to true"):
+        load(without)
+
+
+def test_mistakes_are_named():
+    light = records([1.0], [0.3])
+    with pytest.raises(ValueError, match="wavelength must be positive"):
+        correlation.tagged(light, wavelength=-1.0)
+    with pytest.raises(ValueError, match="orders"):
+        correlation.tagged(light, wavelength=WAVELENGTH, orders=0)
+    with pytest.raises(ValueError, match="set 'tagged'"):
+        correlation.tagged(light._replace(index_modulation=None), wavelength=WAVELENGTH)
+    with pytest.raises(ValueError, match="1 records is not known"):
+        correlation.tagged(light._replace(index_modulation=np.array([np.nan + 0j])), wavelength=WAVELENGTH)
+    with pytest.raises(ValueError, match="'where'"):
+        correlation.tagged(light, wavelength=WAVELENGTH, where=[True, False])
+    with pytest.raises(ValueError, match="delays"):
+        correlation.correlate_tagged(light, [-1.0], wavelength=WAVELENGTH, frequency=1e6)
+    with pytest.raises(ValueError, match="frequency"):
+        correlation.correlate_tagged(light, [1.0], wavelength=WAVELENGTH, frequency=0)
