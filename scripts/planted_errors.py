@@ -775,7 +775,7 @@ PLANTED = [
     ),
     (
         "derivatives of losses that are not linear by the random numbers of the image",
-        TRANSPORT + "render/derivative.rs",
+        TRANSPORT + "render/derivative/mod.rs",
         "options.samples, options.seed ^ SEED)",
         "options.samples, options.seed)",
         ("morgana-transport", "derivatives", "a_loss_that_is_not_linear_has_a_derivative_without_bias"),
@@ -870,5 +870,33 @@ PLANTED = [
         "term.per_gradient *= f.mean_scale().powi(2);",
         "",
         ("morgana-eikonal", "modulation", "displacements_follow_the_gradient_of_pressure"),
+    ),
+    (
+        "fluence that flights leave before they attenuate in derivatives",
+        TRANSPORT + "meter/differentiate.rs",
+        "self.notes.tape.aside_fly(track.medium, arc, theta);",
+        "let _ = (arc, theta);",
+        ("morgana-transport", "meters", "derivatives::derivatives_in_a_beam_have_closed_forms"),
+    ),
+    (
+        "absorbed power that does not grow with the absorption where it is",
+        TRANSPORT + "meter/differentiate.rs",
+        "sums.absorb(a.row, a.medium, a.x, a.per_absorption);",
+        "let _ = (a.row, a.medium, a.x, a.per_absorption);",
+        ("morgana-transport", "meters", "derivatives::derivatives_conserve_power"),
+    ),
+    (
+        "derivatives of collisions by attached sampling",
+        TRANSPORT + "meter/differentiate.rs",
+        "self.notes.tape.collide(point.medium, point.x);",
+        "",
+        ("morgana-transport", "meters", "derivatives::derivatives_conserve_power"),
+    ),
+    (
+        "rows of Jacobians without the measure of their bins",
+        TRANSPORT + "meter/functionals.rs",
+        "slots.fill(1.0 / quantity.measures[cell % quantity.measures.len()]);",
+        "slots.fill(1.0); let _ = cell;",
+        ("morgana-transport", "meters", "derivatives::derivatives_of_fluence_are_differences"),
     ),
 ]

@@ -10,7 +10,7 @@ See docs/python.md.
 """
 
 from ._denoise import Denoised, denoise
-from ._derivatives import Derivative, derivatives
+from ._derivatives import Derivative, derivatives, jacobian
 from ._errors import Diagnostic, Error, FileError, RenderError, SceneError, SceneWarning
 from ._images import Difference, Image, compare, exposure, read, write
 from ._mcx import load_mcx
@@ -57,6 +57,7 @@ __all__ = [
     "derivatives",
     "export",
     "exposure",
+    "jacobian",
     "load_dict",
     "load_field",
     "load_file",

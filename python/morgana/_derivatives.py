@@ -27,7 +27,8 @@ class Derivative(NamedTuple):
     """The derivative of a loss by a parameter of a scene."""
 
     value: Doubles
-    """Values, float64: (channels,) of a parameter with one number, (labels, channels), or (z, y, x, channels)."""
+    """Values, float64: (channels,) of a parameter with one number, (labels, channels), (z, y, x, channels), or (y, x, channels) of an image; of a ``jacobian`` after the axes of the
+    reading."""
     error: Doubles
     """Standard errors, of the same shape; from at most 32 batches of samples."""
 
@@ -55,13 +56,13 @@ def derivatives(
 
     Parameters are named after the things of the scene: ``MEDIUM.sigma_t`` (at the same albedo), ``MEDIUM.albedo``, ``MEDIUM.sigma_a`` (at the same
     ``sigma_s``), ``MEDIUM.sigma_s`` (at the same ``sigma_a``), ``MEDIUM.g`` of the phase function ``hg``, ``OBJECT.reflectance`` of a
-    diffuse surface of one colour, and ``EMITTER.emission``, a factor on all that the emitter emits, which is 1. Coefficients are per unit
+    diffuse surface (one colour, or every pixel of a ``bitmap``), and ``EMITTER.emission``, a factor on all that the emitter emits, which is 1. Coefficients are per unit
     length, the medium's ``scale`` included.
 
     Parameters
     ----------
     scene : Scene
-        A scene with a camera, or with irradiance meters.
+        A scene with a camera, or with meters.
     parameters : sequence of str
         What to differentiate by, such as ``["smoke.sigma_t", "wall.reflectance"]``.
     weights : array_like, mapping or callable
@@ -88,8 +89,7 @@ def derivatives(
     Raises
     ------
     RenderError
-        A parameter that the scene does not have, or whose derivative no path finds; weights that do not fit or are not finite; weights
-        of fluence; a scene whose picture is blurred (``photon``, ``sppm``, ``vcm``) or shows no light (``aov``).
+        A parameter that the scene does not have, or whose derivative no path finds; weights that do not fit or are not finite; a scene whose picture is blurred (``photon``, ``sppm``, ``vcm``) or shows no light (``aov``).
     TypeError
         An argument of another type.
 
@@ -111,6 +111,69 @@ def derivatives(
     flat, layered = _of_readings(scene, weights) if scene.meters else _of_picture(scene, weights)
     with Bar(scene, wanted["samples"], None, progress) as tick:
         found = _morgana.differentiate(scene, wanted, names, flat, layered, tick)
+    return {name: Derivative(value, error) for name, (value, error) in zip(names, found)}
+
+
+def jacobian(
+    scene: Scene,
+    parameters: Sequence[str],
+    reading: str,
+    *,
+    particles: Optional[int] = None,
+    seed: int = 0,
+    threads: Optional[int] = None,
+    progress: Progress = False,
+) -> Dict[str, Derivative]:
+    """Take the derivatives of every bin of a reading by parameters of the scene, without bias: rows of a Jacobian.
+
+    A detector's bins are its positions, directions and time gates; voxels of the medium are the columns. All rows come from the same particles, and the time
+    depends on the number of bins only as far as particles pass several of them. Parameters and random numbers are those of ``derivatives``.
+
+    Parameters
+    ----------
+    scene : Scene
+        A scene with meters.
+    parameters : sequence of str
+        What to differentiate by, such as ``["tissue.sigma_a", "tissue.sigma_s"]``.
+    reading : str
+        The reading, by its name in ``Result.meters``.
+    particles : int, optional
+        Particles to follow, ≥ 2, instead of the scene's number.
+    seed : int, optional
+        Seed of the random numbers, 0 to 2⁶⁴ − 1. The same seed gives the same numbers, bit for bit, for any number of threads.
+    threads : int, optional
+        Number of threads, ≥ 1; by default as many as there are processors.
+    progress : bool or callable, optional
+        ``True`` for a bar, or a function that is called with the share of the work that is done, 0 to 1.
+
+    Returns
+    -------
+    dict of str to Derivative
+        One for each parameter, by its name. Axes are those of the reading, then those of the parameter, then channels. Each channel of
+        the reading depends on the same channel of the parameter alone.
+
+    Raises
+    ------
+    RenderError
+        A parameter that the scene does not have, or whose derivative no particle finds; a reading that it does not have.
+    MemoryError
+        More numbers than fit into memory.
+    TypeError
+        An argument of another type.
+
+    Examples
+    --------
+    >>> rows = morgana.jacobian(scene, ["tissue.sigma_a"], "binned_power", particles=1_000_000)["tissue.sigma_a"]
+    >>> rows.value.shape                                   # side, gates, positions, z, y, x, channels
+    (2, 20, 8, 16, 32, 32, 1)
+    """
+    checks.scene(scene)
+    names = _names(parameters)
+    wanted = limits(scene, None, particles, seed, None, threads)
+    readings = [name for name, _ in scene._readings]
+    _known([reading], readings, "the meters have no reading", "the scene has no meters")
+    with Bar(scene, wanted["samples"], None, progress) as tick:
+        found = _morgana.jacobian(scene, wanted, names, readings.index(reading), tick)
     return {name: Derivative(value, error) for name, (value, error) in zip(names, found)}
 
 

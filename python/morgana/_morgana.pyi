@@ -19,6 +19,7 @@ __all__ = [
     "export_dict",
     "export_file",
     "differentiate",
+    "jacobian",
     "follow_rays",
     "pull_back",
     "read_image",
@@ -228,6 +229,13 @@ def differentiate(
     parameters: List[str],
     weights: List[NDArray[np.float64]],
     layered: bool,
+    tick: Optional[Callable[[int], None]],
+) -> List[Tuple[NDArray[np.float64], NDArray[np.float64]]]: ...
+def jacobian(
+    scene: Scene,
+    limits: Limits,
+    parameters: List[str],
+    reading: int,
     tick: Optional[Callable[[int], None]],
 ) -> List[Tuple[NDArray[np.float64], NDArray[np.float64]]]: ...
 def follow_rays(

@@ -103,7 +103,6 @@ def test_what_has_no_derivative_is_refused():
     refused(["fog.sigma_t"], "at least two samples", spp=1)
     measured = load(meters())
     refused(["fog.sigma_t"], "must be a dictionary by names of readings: fluence", of=measured, error=TypeError)
-    refused(["ambient.sigma_a"], "fluence have no derivatives", of=measured, by={"fluence": np.ones((2, 3, 4))})
     refused(["ambient.sigma_a"], "no reading 'power': there are fluence", of=measured, by={"power": [1]})
     refused(["ambient.sigma_a"], r"must have that of the reading, \(2, 3, 4\)", of=measured, by={"fluence": [1]})
     refused(["fog.sigma_t"], 'not of photon: load the scene with', of=load({**lit(), "integrator": {"type": "photon"}}))
@@ -159,3 +158,36 @@ def test_jacobians_of_records_are_differences():
     assert np.isnan(records(3.0, 0.4).jacobian().mu_s).all()
     with pytest.raises(ValueError, match="no region is named 'bone'"):
         records(3.0, 0.4).jacobian({"bone": 1.0})
+
+
+def test_jacobians_of_readings_have_a_row_for_each_bin():
+    scene = detecting(3.0, 0.4)
+    names = ["tissue.sigma_a", "tissue.sigma_s"]
+    rows = morgana.jacobian(scene, names, "power", particles=2000)
+    assert list(rows) == names and rows["tissue.sigma_a"].value.shape == (2, 1)
+    one = morgana.derivatives(scene, names, {"power": np.array([1.0, 0.0])}, particles=2000)
+    for name in names:
+        np.testing.assert_allclose(rows[name].value[0], one[name].value, rtol=1e-9)
+        np.testing.assert_allclose(rows[name].error[0], one[name].error, rtol=1e-6)
+    assert morgana.jacobian(scene, names, "power", particles=2000, threads=1) == rows
+
+
+def test_jacobians_of_absorbed_power_are_per_watt_if_the_meter_is():
+    scene = meters()
+    scene["light"]["intensity"] = 3.0
+    scene["integrator"] = {"type": "particle"}
+    interior = {"type": "homogeneous", "id": "ink", "sigma_s": 1.0, "sigma_a": 0.5}
+    scene["ball"] = {"type": "sphere", "radius": 2.0, "bsdf": {"type": "null"}, "interior": interior}
+    rows = []
+    for normalization in ("absolute", "per_watt"):
+        scene["sensor"]["normalization"] = normalization
+        rows.append(morgana.jacobian(load(scene), ["ink.sigma_a"], "absorbed", particles=2000)["ink.sigma_a"])
+    assert rows[0].value.shape == (2, 3, 4, 1) and (rows[0].value != 0).any()
+    np.testing.assert_allclose(rows[0].value, rows[1].value * 3.0 * 4 * math.pi, rtol=1e-9)
+    np.testing.assert_allclose(rows[0].error, rows[1].error * 3.0 * 4 * math.pi, rtol=1e-9)
+    with pytest.raises(morgana.RenderError, match="per watt have no derivatives by emission"):
+        morgana.jacobian(load(scene), ["light.emission"], "absorbed", particles=2000)
+    with pytest.raises(morgana.RenderError, match="no reading 'power': there are fluence, absorbed"):
+        morgana.jacobian(load(scene), ["ink.sigma_a"], "power")
+    with pytest.raises(morgana.RenderError, match="the scene has no meters"):
+        morgana.jacobian(load(lit()), ["fog.sigma_a"], "power")

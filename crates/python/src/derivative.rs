@@ -15,7 +15,8 @@ use transport::derivative::{DerivativeError, RadiometricParameter};
 use transport::film::Decomposition;
 use transport::integrator::{Integrator, PathTracer};
 use transport::render::{
-    DerivativeOptions, MeterDerivativeOptions, derivatives, meter_derivatives,
+    DerivativeOptions, Derivatives, Handle, MeterDerivativeOptions, ReadingFunctional, derivatives,
+    meter_derivatives,
 };
 
 /// Values and standard errors.
@@ -38,48 +39,108 @@ pub fn differentiate<'py>(
     let parameters: Vec<RadiometricParameter> = parameters.collect::<PyResult<_>>()?;
     let weights = weights.iter().map(|array| Ok(array.as_slice()?.to_vec()));
     let weights: Vec<Vec<f64>> = weights.collect::<PyResult<_>>()?;
-    let pool = limits.pool()?;
     let work = if loaded.instruments.is_empty() {
         Work::Picture(path(loaded)?)
     } else {
         Work::Meters(of_meters(loaded, &parameters, weights.clone())?)
     };
-    let (found, interrupted) = watched(py, tick.as_ref(), None, |shared| {
-        let handle = &shared.handle;
-        pool.install(|| match &work {
-            Work::Picture(path) => {
-                let mut decomposition = loaded.layering.decomposition;
-                if !layered {
-                    decomposition = Decomposition::default();
-                }
-                let options = DerivativeOptions {
-                    path: *path,
-                    samples: limits.samples.unwrap_or(loaded.samples),
-                    seed: limits.seed,
-                    decomposition,
-                    hide_emitters: loaded.hide_emitters,
-                    parameters: &parameters,
-                    weights: &weights[0],
-                };
-                derivatives(&loaded.groups, &options, handle)
+    let found = watched_derivatives(py, &limits, tick.as_ref(), |handle| match &work {
+        Work::Picture(path) => {
+            let mut decomposition = loaded.layering.decomposition;
+            if !layered {
+                decomposition = Decomposition::default();
             }
-            Work::Meters(weights) => {
-                let measure = limits.run(loaded).measure_options();
-                let options = MeterDerivativeOptions {
-                    particles: limits.samples.unwrap_or(loaded.samples),
-                    seed: limits.seed,
-                    max_depth: measure.max_depth,
-                    rr_depth: measure.rr_depth,
-                    parameters: &parameters,
-                    weights,
-                };
-                meter_derivatives(&loaded.groups, &loaded.meters(), &options, handle)
-            }
-        })
+            let options = DerivativeOptions {
+                path: *path,
+                samples: limits.samples.unwrap_or(loaded.samples),
+                seed: limits.seed,
+                decomposition,
+                hide_emitters: loaded.hide_emitters,
+                parameters: &parameters,
+                weights: &weights[0],
+            };
+            derivatives(&loaded.groups, &options, handle)
+        }
+        Work::Meters(weights) => {
+            let of = ReadingFunctional::Weighted(weights);
+            of_readings(loaded, &limits, &parameters, of, handle)
+        }
     })?;
-    let Some(found) = found.map_err(|e| refused(&e))?.filter(|_| !interrupted) else {
-        return Err(PyKeyboardInterrupt::new_err(()));
+    arrays(py, found)
+}
+
+/// Derivatives of each bin of a reading by parameters: the axes of the reading, those of the parameter, and channels. Readings are numbered through
+/// all meters.
+#[pyfunction]
+pub fn jacobian<'py>(
+    py: Python<'py>,
+    scene: Py<Scene>,
+    limits: Limits,
+    parameters: Vec<String>,
+    reading: usize,
+    tick: Option<Py<PyAny>>,
+) -> PyResult<Vec<Doubles<'py>>> {
+    let loaded = &scene.get().loaded;
+    let parameters = parameters.iter().map(|name| parameter(loaded, name));
+    let parameters: Vec<RadiometricParameter> = parameters.collect::<PyResult<_>>()?;
+    let meters = loaded.instruments.iter().enumerate();
+    let all = meters.flat_map(|(i, of)| (0..of.meter.readings().len()).map(move |j| (i, j)));
+    let (meter, reading) = all
+        .clone()
+        .nth(reading)
+        .ok_or_else(|| errors::render(DerivativeError::Reading.to_string()))?;
+    let scale = per_emitted(loaded, &loaded.instruments[meter], &parameters)?;
+    let of = ReadingFunctional::Each { meter, reading };
+    let mut found = watched_derivatives(py, &limits, tick.as_ref(), |handle| {
+        of_readings(loaded, &limits, &parameters, of, handle)
+    })?;
+    for derivative in &mut found.by {
+        let channels = scale.len();
+        let both = [&mut derivative.values, &mut derivative.errors];
+        for (i, value) in both.into_iter().flat_map(|v| v.iter_mut().enumerate()) {
+            *value *= scale[i % channels];
+        }
+    }
+    arrays(py, found)
+}
+
+/// Takes derivatives on a pool of threads, while Python is watched for an interruption.
+fn watched_derivatives(
+    py: Python<'_>,
+    limits: &Limits,
+    tick: Option<&Py<PyAny>>,
+    take: impl Fn(&Handle) -> Result<Option<Derivatives>, DerivativeError> + Send + Sync,
+) -> PyResult<Derivatives> {
+    let pool = limits.pool()?;
+    let (found, interrupted) = watched(py, tick, None, |shared| {
+        pool.install(|| take(&shared.handle))
+    })?;
+    let found = found.map_err(|e| refused(&e))?.filter(|_| !interrupted);
+    found.ok_or_else(|| PyKeyboardInterrupt::new_err(()))
+}
+
+/// Derivatives of readings, by particles as the scene has them followed.
+fn of_readings(
+    loaded: &Loaded,
+    limits: &Limits,
+    parameters: &[RadiometricParameter],
+    of: ReadingFunctional,
+    handle: &Handle,
+) -> Result<Option<Derivatives>, DerivativeError> {
+    let measure = limits.run(loaded).measure_options();
+    let options = MeterDerivativeOptions {
+        particles: limits.samples.unwrap_or(loaded.samples),
+        seed: limits.seed,
+        max_depth: measure.max_depth,
+        rr_depth: measure.rr_depth,
+        parameters,
+        of,
     };
+    meter_derivatives(&loaded.groups, &loaded.meters(), &options, handle)
+}
+
+/// Values and errors, as arrays.
+fn arrays(py: Python<'_>, found: Derivatives) -> PyResult<Vec<Doubles<'_>>> {
     let both = found.by.into_iter().map(|derivative| {
         let shape = &derivative.shape;
         Ok((
@@ -104,32 +165,41 @@ fn of_meters(
     parameters: &[RadiometricParameter],
     weights: Vec<Vec<f64>>,
 ) -> PyResult<Vec<Vec<Vec<f64>>>> {
+    let mut all = weights.into_iter();
+    let meters = loaded.instruments.iter().map(|instrument| {
+        let scale = per_emitted(loaded, instrument, parameters)?;
+        let readings = instrument.meter.readings().len();
+        let of_meter = all.by_ref().take(readings).map(|mut weights: Vec<f64>| {
+            let each = weights.iter_mut().enumerate();
+            each.for_each(|(i, weight)| *weight *= scale[i % scale.len()]);
+            weights
+        });
+        Ok(of_meter.collect())
+    });
+    meters.collect()
+}
+
+/// What absolute readings are multiplied by in each channel.
+fn per_emitted(
+    loaded: &Loaded,
+    instrument: &Instrument,
+    parameters: &[RadiometricParameter],
+) -> PyResult<Vec<f64>> {
+    if instrument.normalization == Normalization::Absolute {
+        return Ok(vec![1.0; loaded.scene().film().channels]);
+    }
     let by_emission = |p: &RadiometricParameter| matches!(p, RadiometricParameter::Emission(_));
-    let per_watt = |i: &Instrument| i.normalization == Normalization::PerWatt;
-    if loaded.instruments.iter().any(per_watt) && parameters.iter().any(by_emission) {
+    if parameters.iter().any(by_emission) {
         let message = "readings per watt have no derivatives by emission: give the meter normalization=\"absolute\"";
         return Err(errors::render(message));
     }
-    let channels = loaded.scene().film().channels;
     let emitted = loaded.groups.iter().enumerate().flat_map(|(group, scene)| {
         let used = scene.film().channels_of(group);
         let total = scene.powers(used).fold(Spectrum::ZERO, |sum, p| sum + p);
         total.0.into_iter().take(used)
     });
-    let emitted: Vec<f64> = emitted.collect();
-    let mut all = weights.into_iter();
-    let meters = loaded.instruments.iter().map(|instrument| {
-        let readings = instrument.meter.readings().len();
-        let of_meter = all.by_ref().take(readings).map(|mut weights: Vec<f64>| {
-            if per_watt(instrument) {
-                let each = weights.iter_mut().enumerate();
-                each.for_each(|(i, weight)| *weight /= emitted[i % channels]);
-            }
-            weights
-        });
-        of_meter.collect()
-    });
-    Ok(meters.collect())
+    let per = |power: f64| if power > 0.0 { 1.0 / power } else { 0.0 };
+    Ok(emitted.map(per).collect())
 }
 
 fn refused(error: &DerivativeError) -> PyErr {

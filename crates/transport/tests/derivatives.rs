@@ -2,14 +2,14 @@
 //!
 //! Against central differences of renders with the same random numbers: means of 32 batches, whose differences vary like Student's t of 31
 //! degrees of freedom, and derivatives that vary like it with 31, too. At |t| < 5 each comparison fails with a probability of 2e-5
-//! although the code is right; for the 45 comparisons the false-alarm rate is below 1e-3. Differences are those of steps of a tenth: their
+//! although the code is right; for the 47 comparisons the false-alarm rate is below 1e-3. Differences are those of steps of a tenth: their
 //! error is that of the third derivative, below 3e-3 of the derivative.
 //!
 //! Identities hold path by path, to rounding. Closed forms are compared at a family-wise false-alarm rate of 1e-4.
 
 use eikonal::Field;
 use eikonal::field::{Constant, LinearIndex, Luneburg, Placement};
-use glam::{DAffine3, DVec3};
+use glam::{DAffine2, DAffine3, DVec3};
 use morgana_transport::bsdf::{Bsdf, Diffuse};
 use morgana_transport::derivative::{DerivativeError, RadiometricParameter};
 use morgana_transport::emitter::Emitter;
@@ -23,6 +23,7 @@ use morgana_transport::render::{
 use morgana_transport::scene::Object;
 use morgana_transport::sensor::Camera;
 use morgana_transport::shape::{Rectangle, Sphere};
+use morgana_transport::texture::{Bitmap, BitmapFilter, Texture, Wrap};
 use morgana_transport::volume::{GridFilter, GridSamples, LabelGrid, VolumeGrid, VolumeTexture};
 use morgana_transport::{Scene, Spectrum};
 use std::ops::ControlFlow;
@@ -57,7 +58,9 @@ struct Setup {
     extinction: Vec<[f64; 2]>,
     albedo: Vec<[f64; 2]>,
     g: f64,
-    reflectance: [f64; 2],
+    /// Of one colour, or of 2 × 2 pixels.
+    reflectance: Vec<[f64; 2]>,
+    filter: BitmapFilter,
     intensity: f64,
     sky: f64,
 }
@@ -80,7 +83,8 @@ impl Setup {
             extinction: (0..count).map(|i| [varied(i), 1.5 * varied(i)]).collect(),
             albedo: (0..count).map(|i| [0.9 - 0.05 * i as f64, 0.7]).collect(),
             g: 0.4,
-            reflectance: [0.5, 0.8],
+            reflectance: vec![[0.5, 0.8]],
+            filter: BitmapFilter::Bilinear,
             intensity: 20.0,
             sky: 0.25,
         }
@@ -132,12 +136,22 @@ impl Setup {
         }
     }
 
+    fn colour(&self) -> Texture {
+        if let [one] = self.reflectance[..] {
+            return two(one).into();
+        }
+        let data = self.reflectance.iter().flatten().map(|v| *v as f32);
+        let (filter, wrap) = (self.filter, Wrap::Clamp);
+        let bitmap = Bitmap::new([2; 2], 2, data.collect(), filter, wrap, DAffine2::IDENTITY);
+        Texture::Bitmap(Arc::new(bitmap.unwrap()))
+    }
+
     fn scene(&self) -> Scene {
         let wall = DAffine3::from_translation(DVec3::Z * 1.5)
             * DAffine3::from_rotation_y(std::f64::consts::PI)
             * DAffine3::from_scale(DVec3::splat(2.0));
         let wall = Object::builder("wall", Rectangle::new(wall).unwrap());
-        let white = Bsdf::Diffuse(Diffuse::new(two(self.reflectance)).unwrap());
+        let white = Bsdf::Diffuse(Diffuse::new(self.colour()).unwrap());
         let ball = Sphere::around(DVec3::ZERO, 1.0).unwrap();
         Scene::builder()
             .film(4, 4)
@@ -163,7 +177,7 @@ impl Setup {
                 let d = step * d;
                 let (t, a) = match parameter {
                     RadiometricParameter::Reflectance(_) => {
-                        setup.reflectance[c] += d;
+                        setup.reflectance[i][c] += d;
                         continue;
                     }
                     RadiometricParameter::Emission(_) => {
@@ -367,6 +381,32 @@ fn derivatives_by_labels_and_voxels_are_differences() {
         for index in [Field::from(Constant::new(1.0)), linear.into()] {
             let setup = Setup::new(index.clone(), made_of);
             compare(&format!("{made_of:?} {index:?}"), &setup, parameters);
+        }
+    }
+}
+
+#[test]
+fn derivatives_by_pixels_of_a_reflectance_are_differences() {
+    let linear = LinearIndex::new(1.2, DVec3::Y * 0.1, DVec3::NEG_Y).unwrap();
+    for filter in [BitmapFilter::Bilinear, BitmapFilter::Nearest] {
+        let mut setup = Setup::new(linear, MadeOf::One);
+        setup.reflectance = vec![[0.5, 0.8], [0.3, 0.4], [0.7, 0.2], [0.6, 0.5]];
+        setup.filter = filter;
+        compare(&format!("{filter:?}"), &setup, &OTHERS[..1]);
+        // Pixels that are alike are one colour.
+        let half = [0.5, 0.75];
+        let [one, four] = [1, 4].map(|count| {
+            setup.reflectance = vec![half; count];
+            by(setup.scene(), &OTHERS[..1], 64).remove(0)
+        });
+        assert_eq!(four.shape, [2, 2, 2]);
+        for c in 0..2 {
+            let sum: f64 = four.values.iter().skip(c).step_by(2).sum();
+            assert!(close(
+                sum,
+                one.values[c],
+                one.values[c].abs() + one.errors[c]
+            ));
         }
     }
 }
@@ -600,7 +640,7 @@ fn what_has_no_derivative_is_refused() {
         .is_ok()
     );
     let black = Setup {
-        reflectance: [0.5, 0.0],
+        reflectance: vec![[0.5, 0.0]],
         ..setup.clone()
     };
     let message = refused(

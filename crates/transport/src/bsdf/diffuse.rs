@@ -20,12 +20,9 @@ impl Diffuse {
         Ok(Diffuse { reflectance })
     }
 
-    /// The reflectance, if it is the same everywhere.
-    pub(crate) fn uniform(&self) -> Option<Spectrum> {
-        match self.reflectance {
-            Texture::Uniform(value) => Some(value),
-            _ => None,
-        }
+    /// The reflectance.
+    pub(crate) fn reflectance(&self) -> &Texture {
+        &self.reflectance
     }
 
     pub(super) fn sample(&self, s: &Surface, toward: DVec3, u: [f64; 2]) -> Option<BsdfSample> {

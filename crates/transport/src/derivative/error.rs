@@ -23,7 +23,7 @@ pub enum DerivativeError {
     Phase(String),
     /// A surface that does not scatter by one reflectance.
     #[error(
-        "'{0}' has no single reflectance: only diffuse surfaces of one colour, twosided or not, have"
+        "'{0}' has no single reflectance: only diffuse surfaces of one colour or bitmap, twosided or not, have"
     )]
     Reflectance(String),
     /// Volumes that emit.
@@ -42,11 +42,9 @@ pub enum DerivativeError {
     /// A weight that is not finite.
     #[error("weight {0} is not finite: the loss must have a derivative by every value")]
     NotFinite(usize),
-    /// A meter whose readings have no derivatives.
-    #[error(
-        "readings of fluence have no derivatives yet: give weights for readings of irradiance meters only"
-    )]
-    Fluence,
+    /// A reading that meters do not have.
+    #[error("the meters have no such reading")]
+    Reading,
     /// No light.
     #[error("the scene emits no light: there is nothing to differentiate")]
     Dark,

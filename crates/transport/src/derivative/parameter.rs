@@ -7,10 +7,12 @@ use crate::bsdf::Bsdf;
 use crate::emitter::Class;
 use crate::phase::Phase;
 use crate::scene::{MediumId, Scene};
+use crate::texture::Texture;
+use std::sync::Arc;
 
 /// What light is differentiated by. Coefficients are per unit length, the medium's `scale` included; they have one number where the
-/// extinction of the medium (for the albedo, the albedo) is the same everywhere, one for each label, or one for each voxel, [z, y, x]. All have a
-/// value for each channel.
+/// extinction of the medium (for the albedo, the albedo) is the same everywhere, one for each label, or one for each voxel, [z, y, x]. Reflectances have
+/// one, or one for each pixel of an image, [y, x]. All have a value for each channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RadiometricParameter {
     /// Extinction σ_t of a medium, at the same albedo.
@@ -23,7 +25,7 @@ pub enum RadiometricParameter {
     Scattering(MediumId),
     /// Mean cosine g of a medium's Henyey–Greenstein phase function.
     MeanCosine(MediumId),
-    /// Reflectance of the diffuse surface of an object, whose index is given.
+    /// Reflectance of the diffuse surface of an object, whose index is given: one colour, or an image.
     Reflectance(usize),
     /// A factor on all that an emitter emits, whose index is given; it is 1 in the scene.
     Emission(usize),
@@ -39,9 +41,16 @@ impl RadiometricParameter {
                 Chart::of_extinction(scene.medium(id)).shape()
             }
             RadiometricParameter::Albedo(id) => Chart::of_albedo(scene.medium(id)).shape(),
-            RadiometricParameter::MeanCosine(_)
-            | RadiometricParameter::Reflectance(_)
-            | RadiometricParameter::Emission(_) => Vec::new(),
+            RadiometricParameter::Reflectance(object) => {
+                match reflectance(&scene.objects()[object].bsdf) {
+                    Some(Texture::Bitmap(bitmap)) => {
+                        let [x, y] = bitmap.size();
+                        vec![y, x]
+                    }
+                    _ => Vec::new(),
+                }
+            }
+            RadiometricParameter::MeanCosine(_) | RadiometricParameter::Emission(_) => Vec::new(),
         }
     }
 
@@ -86,7 +95,8 @@ impl RadiometricParameter {
                     name: of.name.clone(),
                     instead: "",
                 };
-                let is_positive = colour.0[..channels].iter().all(|c| *c > 0.0);
+                let is_positive = |value: Spectrum| value.0[..channels].iter().all(|c| *c > 0.0);
+                let is_positive = colour.values().all(is_positive);
                 if is_positive { Ok(()) } else { Err(zero) }
             }
         }
@@ -99,15 +109,24 @@ enum Quantity {
     Albedo,
 }
 
-/// The reflectance of a diffuse surface of one colour.
-pub(super) fn reflectance(bsdf: &Bsdf) -> Option<Spectrum> {
+/// The reflectance of a diffuse surface, if it is one colour or an image, the same on either side.
+fn reflectance(bsdf: &Bsdf) -> Option<&Texture> {
     match bsdf {
-        Bsdf::Diffuse(diffuse) => diffuse.uniform(),
-        Bsdf::TwoSided(both) => {
-            let [front, back] = both.sides().each_ref().map(reflectance);
-            front.filter(|_| front == back)
-        }
+        Bsdf::Diffuse(diffuse) => Some(diffuse.reflectance())
+            .filter(|of| matches!(of, Texture::Uniform(_) | Texture::Bitmap(_))),
+        Bsdf::TwoSided(both) => match both.sides().each_ref().map(reflectance) {
+            [Some(front), Some(back)] if is_same(front, back) => Some(front),
+            _ => None,
+        },
         _ => None,
+    }
+}
+
+fn is_same(a: &Texture, b: &Texture) -> bool {
+    match (a, b) {
+        (Texture::Uniform(a), Texture::Uniform(b)) => a == b,
+        (Texture::Bitmap(a), Texture::Bitmap(b)) => Arc::ptr_eq(a, b),
+        _ => false,
     }
 }
 
@@ -116,7 +135,7 @@ pub(super) fn reflectance(bsdf: &Bsdf) -> Option<Spectrum> {
 pub(crate) struct Plan {
     pub(super) media: Vec<MediumPlan>,
     /// For each object, where the sums of its reflectance begin, and that.
-    pub(super) objects: Vec<Option<(usize, Spectrum)>>,
+    pub(super) objects: Vec<Option<(usize, Texture)>>,
     /// For each emitter, where its sums begin.
     pub(super) emitters: Vec<Option<usize>>,
     /// Number of channels, whose sums are interleaved.
@@ -181,7 +200,7 @@ impl Plan {
                 RadiometricParameter::MeanCosine(id) => plan.media[id].mean_cosine = start,
                 RadiometricParameter::Reflectance(object) => {
                     let colour = reflectance(&scene.objects()[object].bsdf);
-                    plan.objects[object] = colour.map(|colour| (next, colour));
+                    plan.objects[object] = colour.map(|colour| (next, colour.clone()));
                 }
                 RadiometricParameter::Emission(emitter) => plan.emitters[emitter] = start,
             }

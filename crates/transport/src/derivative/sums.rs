@@ -5,25 +5,30 @@ use super::tape::{Factor, Stretch, Tape};
 use crate::Spectrum;
 use crate::phase::Phase;
 use crate::scene::{MediumId, Scene};
+use crate::shape::Site;
+use crate::texture::Texture;
 use glam::DVec3;
 
-/// Sums of derivatives.
+/// Sums of derivatives: rows of numbers, one for each of the functionals that are differentiated.
 #[derive(Clone, Debug)]
 pub(crate) struct Sums<'a> {
     scene: &'a Scene,
     plan: &'a Plan,
     values: Vec<f64>,
+    /// Where the row begins that is added to.
+    row: usize,
     /// What contributions from each factor of the path on are worth.
     worth: Vec<Spectrum>,
 }
 
 impl<'a> Sums<'a> {
-    /// Nothing yet.
-    pub(crate) fn new(scene: &'a Scene, plan: &'a Plan) -> Self {
+    /// Nothing yet, in so many rows.
+    pub(crate) fn new(scene: &'a Scene, plan: &'a Plan, rows: usize) -> Self {
         Sums {
             scene,
             plan,
-            values: vec![0.0; plan.len()],
+            values: vec![0.0; rows * plan.len()],
+            row: 0,
             worth: Vec::new(),
         }
     }
@@ -33,9 +38,10 @@ impl<'a> Sums<'a> {
         self.values
     }
 
-    /// Adds the derivative of Σ `worths` over the contributions of a path by all parameters: one sweep back along the path, with
+    /// Adds to a row the derivative of Σ `worths` over the contributions of a path by all parameters: one sweep back along the path, with
     /// the worth of all that was found further on (docs/theory.md#derivatives-of-light).
-    pub(crate) fn add(&mut self, tape: &Tape, worths: impl Iterator<Item = Spectrum>) {
+    pub(crate) fn add(&mut self, row: usize, tape: &Tape, worths: impl Iterator<Item = Spectrum>) {
+        self.row = row * self.plan.len();
         let mut worth = std::mem::take(&mut self.worth);
         worth.clear();
         worth.resize(tape.trunk.len() + 1, Spectrum::ZERO);
@@ -62,6 +68,28 @@ impl<'a> Sums<'a> {
         self.worth = worth;
     }
 
+    /// Adds to a row what changes with the absorption coefficient at a place, and is worth that much per unit of it.
+    pub(crate) fn absorb(&mut self, row: usize, id: MediumId, x: DVec3, worth: Spectrum) {
+        self.row = row * self.plan.len();
+        let (plan, scene): (&'a Plan, &'a Scene) = (self.plan, self.scene);
+        let (plan, medium) = (&plan.media[id], scene.medium(id));
+        if let Some(start) = plan.absorption {
+            plan.chart
+                .at(x, |i, weight| self.put(start, i, worth * weight));
+        }
+        // μ_a = σ_t (1 − α).
+        if let Some(start) = plan.extinction {
+            let share = worth * medium.albedo.at(x).map(|a| 1.0 - a);
+            plan.chart
+                .at(x, |i, weight| self.put(start, i, share * weight));
+        }
+        if let Some(start) = plan.albedo {
+            let share = worth * medium.extinction(x);
+            let chart = &plan.albedo_chart;
+            chart.at(x, |i, weight| self.put(start, i, share * -weight));
+        }
+    }
+
     /// Adds the derivative of the logarithm of a factor, times what hangs on it.
     fn factor(&mut self, factor: &Factor, worth: Spectrum) {
         match factor {
@@ -75,11 +103,7 @@ impl<'a> Sums<'a> {
                     self.put(start, 0, worth * phase.log_derivative(*cos));
                 }
             }
-            Factor::Surface { object } => {
-                if let Some((start, colour)) = self.plan.objects[*object] {
-                    self.put(start, 0, over(worth, colour));
-                }
-            }
+            Factor::Surface { object, site } => self.reflection(*object, site, worth),
         }
     }
 
@@ -119,11 +143,26 @@ impl<'a> Sums<'a> {
         }
     }
 
-    /// Adds to the sums of a number of a parameter.
+    /// ∂ log ρ.
+    fn reflection(&mut self, object: usize, site: &Site, worth: Spectrum) {
+        let plan: &'a Plan = self.plan;
+        let Some((start, texture)) = &plan.objects[object] else {
+            return;
+        };
+        let share = over(worth, texture.at(site));
+        match texture {
+            Texture::Bitmap(bitmap) => {
+                bitmap.weights(site, |i, weight| self.put(*start, i, share * weight));
+            }
+            _ => self.put(*start, 0, share),
+        }
+    }
+
+    /// Adds to the sums of a number of a parameter, in the row at hand.
     #[inline]
     fn put(&mut self, start: usize, number: usize, value: Spectrum) {
         let channels = self.plan.channels;
-        let first = start + number * channels;
+        let first = self.row + start + number * channels;
         let sums = &mut self.values[first..first + channels];
         sums.iter_mut().zip(value.0).for_each(|(sum, v)| *sum += v);
     }

@@ -5,6 +5,7 @@
 use super::FactorRecorder;
 use crate::path::{ConnectionArcs, Edge, End, Vertex};
 use crate::scene::MediumId;
+use crate::shape::Site;
 use eikonal::ray::Arc;
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -19,7 +20,7 @@ pub(super) enum Factor {
     /// A phase function, at the cosine of the angle of scattering.
     Phase { medium: MediumId, cos: f64 },
     /// The scattering of an object's surface.
-    Surface { object: usize },
+    Surface { object: usize, site: Site },
 }
 
 /// A part of a way within one medium: an arc up to θ.
@@ -56,6 +57,13 @@ impl Tape {
     pub(crate) fn fly(&mut self, medium: MediumId, arc: &Arc, theta: f64) {
         let arc = *arc;
         self.trunk
+            .push(Factor::Attenuation(Stretch { medium, arc, theta }));
+    }
+
+    /// Puts the part of a way along an arc up to θ aside.
+    pub(crate) fn aside_fly(&mut self, medium: MediumId, arc: &Arc, theta: f64) {
+        let arc = *arc;
+        self.aside
             .push(Factor::Attenuation(Stretch { medium, arc, theta }));
     }
 
@@ -156,6 +164,11 @@ fn turned(vertex: &Vertex, direction: DVec3) -> Factor {
             medium,
             cos: arrival.dot(direction),
         },
-        Vertex::Surface { object, .. } => Factor::Surface { object },
+        Vertex::Surface {
+            object, surface, ..
+        } => Factor::Surface {
+            object,
+            site: surface.site,
+        },
     }
 }

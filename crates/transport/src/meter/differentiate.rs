@@ -1,35 +1,118 @@
 //! Derivatives of what meters read: particles take note of their factors on their walk, and of what they leave in the meters
 //! (docs/theory.md#derivatives-of-light).
 
-use super::flight::{Flight, Passing, flights};
+use super::flight::{Collision, Flight, Passing, flights};
+use super::fluence::{Cuts, at_random};
+use super::functionals::Functionals;
 use super::reading::{Quantity, ReadingAxis};
 use super::recorder::{Beyond, passing};
-use super::{Meter, Setup};
+use super::{Estimator, FluenceMeter, Meter, Setup};
 use crate::Spectrum;
 use crate::derivative::{FactorRecorder, Sums, Tape};
 use crate::path::{End, Observer, WalkEvent, Workspace};
 use crate::sampling::Sampler;
+use crate::scene::MediumId;
+use eikonal::ray::Arc;
+use glam::DVec3;
 use std::ops::{ControlFlow, Range};
 
 /// Watches the walk of one particle, which is never divided.
 struct TapeRecorder<'r> {
     meters: &'r [Meter],
-    channels: usize,
-    /// For each slot.
-    weights: &'r [f64],
-    tape: &'r mut Tape,
-    /// Of the contributions on the tape.
-    worths: &'r mut Vec<Spectrum>,
+    wanted: &'r Functionals,
+    notes: &'r mut Notes,
     emitter: usize,
+    sampler: Sampler,
+}
+
+/// What a particle has left in meters, and what it was made up of.
+#[derive(Default)]
+struct Notes {
+    tape: Tape,
+    /// For each contribution on the tape.
+    worths: Vec<Worth>,
+    absorbed: Vec<Absorbed>,
+    cuts: Cuts,
+}
+
+/// What a contribution is worth.
+struct Worth {
+    /// To which functional.
+    row: usize,
+    value: Spectrum,
+}
+
+/// What is absorbed at a place.
+struct Absorbed {
+    /// In which functional it counts.
+    row: usize,
+    medium: MediumId,
+    x: DVec3,
+    /// Its worth, over the absorption coefficient.
+    per_absorption: Spectrum,
+}
+
+/// An estimate of ∫ power ds in a cell.
+struct Track<'e> {
+    /// The cell of fluence among those of all meters, and that of absorbed power.
+    cells: [usize; 2],
+    /// The arc from the end of the tape to its place, up to θ, if that lies beyond.
+    beyond: Option<(&'e Arc, f64)>,
+    medium: MediumId,
+    x: DVec3,
+    path: Spectrum,
+    absorption: Spectrum,
+}
+
+impl Notes {
+    fn contribute(&mut self, row: usize, value: Spectrum, emitter: usize) {
+        self.tape.contribute(emitter);
+        self.worths.push(Worth { row, value });
+    }
+
+    /// Adds the derivatives, leaving out and counting what is not finite, and forgets the particle.
+    fn add_to(&mut self, sums: &mut Sums, not_finite: &mut u64) {
+        let mut finite = |value: &mut Spectrum| {
+            if !value.is_finite() {
+                *not_finite += 1;
+                *value = Spectrum::ZERO;
+            }
+        };
+        self.worths.iter_mut().for_each(|w| finite(&mut w.value));
+        let absorbed = &mut self.absorbed;
+        absorbed
+            .iter_mut()
+            .for_each(|a| finite(&mut a.per_absorption));
+        let mut rows: Vec<usize> = self.worths.iter().map(|worth| worth.row).collect();
+        rows.sort_unstable();
+        rows.dedup();
+        for row in rows {
+            let in_row = |worth: &Worth| {
+                if worth.row == row {
+                    worth.value
+                } else {
+                    Spectrum::ZERO
+                }
+            };
+            sums.add(row, &self.tape, self.worths.iter().map(in_row));
+        }
+        for a in absorbed.drain(..) {
+            sums.absorb(a.row, a.medium, a.x, a.per_absorption);
+        }
+        self.worths.clear();
+        self.tape.clear();
+    }
 }
 
 impl Observer for TapeRecorder<'_> {
+    const ALONG_SPANS: bool = true;
+
     fn arrive(&mut self, event: &WalkEvent, _ws: &mut Workspace) -> ControlFlow<()> {
         if let Some(last) = self.fly_along(event) {
             self.end(event, &last);
         }
         if let (Some(vertex), Some(ray)) = (event.vertex, event.onward) {
-            self.tape.turn(vertex, ray.start.direction);
+            self.notes.tape.turn(vertex, ray.start.direction);
         }
         ControlFlow::Continue(())
     }
@@ -44,8 +127,11 @@ impl TapeRecorder<'_> {
     fn fly_along<'e>(&mut self, event: &'e WalkEvent) -> Option<Flight<'e>> {
         let mut last = None;
         for (i, flight) in flights(event).enumerate() {
-            self.tape
-                .fly(flight.span.medium, &flight.span.arc, flight.theta_end);
+            self.each_fluence(Estimator::TrackLength, |recorder, meter, first| {
+                recorder.fly(&flight, meter, first);
+            });
+            let (arc, theta) = (&flight.span.arc, flight.theta_end);
+            self.notes.tape.fly(flight.span.medium, arc, theta);
             if let Some(next) = event.edge.spans.get(i + 1) {
                 self.surface(&flight, Some(Beyond::along(&flight, next)));
             }
@@ -57,11 +143,103 @@ impl TapeRecorder<'_> {
     /// Takes note of the end of an edge, to which the last flight leads.
     fn end(&mut self, event: &WalkEvent, last: &Flight) {
         match event.edge.end {
-            End::Collision(point) => self.tape.collide(point.medium, point.x),
+            End::Collision(point) => {
+                let collision = Collision {
+                    scene: event.scene,
+                    point,
+                    path: event.path(&point),
+                    optical_length: last.length_after(),
+                };
+                self.each_fluence(Estimator::Collision, |recorder, meter, first| {
+                    recorder.collide(&collision, meter, first);
+                });
+                self.notes.tape.collide(point.medium, point.x);
+            }
             End::Surface { .. } => self.surface(last, event.onward.map(Beyond::reflected)),
             End::Dead if !event.edge.lost => self.surface(last, None),
             End::Dead | End::Escaped { .. } => {}
         }
+    }
+
+    /// Each meter of fluence with an estimator, and its first cell.
+    fn each_fluence(
+        &mut self,
+        estimator: Estimator,
+        mut see: impl FnMut(&mut Self, &FluenceMeter, usize),
+    ) {
+        let mut first = 0;
+        for meter in self.meters {
+            if let Meter::Fluence(meter) = meter
+                && meter.estimator == estimator
+            {
+                see(self, meter, first);
+            }
+            first += meter.cells();
+        }
+    }
+
+    /// Takes note of a flight, which begins where the tape ends: in each cell at a place drawn at random.
+    fn fly(&mut self, flight: &Flight, meter: &FluenceMeter, first: usize) {
+        let (arc, medium) = (&flight.span.arc, flight.span.medium);
+        let mut cuts = std::mem::take(&mut self.notes.cuts);
+        meter.pieces_of(flight, &mut cuts, |cell, piece| {
+            let cells = [first + cell, first + meter.cells() + cell];
+            if cells.iter().all(|c| self.wanted.of_cell(*c).is_none()) {
+                return;
+            }
+            let (theta, path) = at_random(flight, piece, &mut self.sampler);
+            self.leave(&Track {
+                cells,
+                beyond: Some((arc, theta)),
+                medium,
+                x: arc.position(theta),
+                path,
+                absorption: flight.absorption_at(theta),
+            });
+        });
+        self.notes.cuts = cuts;
+    }
+
+    /// Takes note of a collision, to which the tape leads.
+    fn collide(&mut self, collision: &Collision, meter: &FluenceMeter, first: usize) {
+        if let Some(cell) = meter.cell_of(collision) {
+            self.leave(&Track {
+                cells: [first + cell, first + meter.cells() + cell],
+                beyond: None,
+                medium: collision.point.medium,
+                x: collision.point.x,
+                path: collision.path,
+                absorption: collision.absorption(),
+            });
+        }
+    }
+
+    /// What a track leaves: its length, and what of it is absorbed.
+    fn leave(&mut self, track: &Track) {
+        let [fluence, absorbed] = track.cells.map(|cell| self.wanted.of_cell(cell));
+        if let Some((row, weights)) = fluence {
+            self.contribute(row, track.path * weights, track);
+        }
+        if let Some((row, weights)) = absorbed {
+            let per_absorption = track.path * weights;
+            self.contribute(row, per_absorption * track.absorption, track);
+            self.notes.absorbed.push(Absorbed {
+                row,
+                medium: track.medium,
+                x: track.x,
+                per_absorption,
+            });
+        }
+    }
+
+    fn contribute(&mut self, row: usize, value: Spectrum, track: &Track) {
+        if value.is_zero() {
+            return;
+        }
+        if let Some((arc, theta)) = track.beyond {
+            self.notes.tape.aside_fly(track.medium, arc, theta);
+        }
+        self.notes.contribute(row, value, self.emitter);
     }
 
     fn surface(&mut self, flight: &Flight, after: Option<Beyond>) {
@@ -73,35 +251,31 @@ impl TapeRecorder<'_> {
     /// What light that passes a surface is worth.
     fn pass(&mut self, passing: &Passing) {
         let mut first = 0;
-        let mut worth = Spectrum::ZERO;
         for meter in self.meters {
             if let Meter::Irradiance(meter) = meter {
                 meter.scores(passing, |cell, power| {
-                    for c in 0..self.channels {
-                        worth[c] += power[c] * self.weights[first + cell * self.channels + c];
+                    if let Some((row, weights)) = self.wanted.of_cell(first + cell) {
+                        let value = power * weights;
+                        self.notes.contribute(row, value, self.emitter);
                     }
                 });
             }
-            first += meter.cells() * self.channels;
-        }
-        if !worth.is_zero() {
-            self.tape.contribute(self.emitter);
-            self.worths.push(worth);
+            first += meter.cells();
         }
     }
 }
 
 impl Setup<'_> {
-    /// Adds the derivatives of Σ weight × reading over all slots: sums over particles of numbers in a range.
+    /// Adds the derivatives of functionals of readings: sums over particles of numbers in a range.
     pub(crate) fn differentiate(
         &self,
         seed: u64,
         particles: Range<u64>,
-        weights: &[f64],
+        wanted: &Functionals,
         sums: &mut Sums,
         ws: &mut Workspace,
     ) {
-        let (mut tape, mut worths) = (Tape::default(), Vec::new());
+        let mut notes = Notes::default();
         for number in particles {
             if ws.stop.is_raised() {
                 return;
@@ -112,46 +286,14 @@ impl Setup<'_> {
             let emitter = self.choice.sample(sampler.clone().next_1d()).index;
             let mut recorder = TapeRecorder {
                 meters: self.meters,
-                channels: self.channels,
-                weights,
-                tape: &mut tape,
-                worths: &mut worths,
+                wanted,
+                notes: &mut notes,
                 emitter,
+                sampler: Sampler::new(seed, 1, number),
             };
             self.follow(number, &mut recorder, &mut sampler, ws);
-            let not_finite = &mut ws.stats.not_finite;
-            let finite = worths.drain(..).map(|worth| {
-                *not_finite += u64::from(!worth.is_finite());
-                worth.map(|w| if w.is_finite() { w } else { 0.0 })
-            });
-            sums.add(&tape, finite);
-            tape.clear();
+            notes.add_to(sums, &mut ws.stats.not_finite);
         }
-    }
-
-    /// Weights of all slots for a linear functional of readings, whose weights are given for each meter and each of its
-    /// [readings](Setup::readings): as its means are, for the channels from `first_channel` on of `all`; an empty one counts nothing.
-    pub(crate) fn slot_weights(
-        &self,
-        weights: &[Vec<Vec<f64>>],
-        first_channel: usize,
-        all: usize,
-    ) -> Vec<f64> {
-        let mut slots = vec![0.0; self.slots()];
-        let mut first = 0;
-        for (meter, weights) in self.meters.iter().zip(weights) {
-            for (quantity, weights) in meter.quantities().iter().zip(weights) {
-                for (cell, weights) in weights.chunks(all).enumerate() {
-                    let measure = quantity.measures[cell % quantity.measures.len()];
-                    for c in 0..self.channels {
-                        let slot = first + (quantity.first + cell) * self.channels + c;
-                        slots[slot] += weights[first_channel + c] / measure;
-                    }
-                }
-            }
-            first += meter.cells() * self.channels;
-        }
-        slots
     }
 }
 

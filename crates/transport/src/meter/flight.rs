@@ -129,6 +129,11 @@ impl Collision<'_> {
         let albedo = self.point.albedo(self.scene);
         self.path * self.point.rate * absorbed_share(albedo)
     }
+
+    /// Absorption coefficient there.
+    pub(super) fn absorption(&self) -> Spectrum {
+        self.point.rate * absorbed_share(self.point.albedo(self.scene))
+    }
 }
 
 /// 1 − albedo.

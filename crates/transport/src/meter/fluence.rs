@@ -99,23 +99,37 @@ impl FluenceMeter {
         if self.estimator == Estimator::Collision {
             return;
         }
+        // Score w ∫ ds of each piece, eq. (track lengths and collisions).
+        let uniform = flight.uniform();
+        self.pieces_of(flight, cuts, |cell, piece| {
+            let values = match uniform {
+                Some([power, absorption]) => {
+                    let fluence = power * (piece[1] - piece[0]);
+                    [fluence, fluence * absorption]
+                }
+                None => {
+                    let (theta, fluence) = at_random(flight, piece, sampler);
+                    [fluence, fluence * flight.absorption_at(theta)]
+                }
+            };
+            self.score(cell, values, scores);
+        });
+    }
+
+    /// Cuts a flight where it passes from cell to cell, and from gate to gate: the cell of each piece, and the arc lengths between which
+    /// it lies.
+    pub(super) fn pieces_of(
+        &self,
+        flight: &Flight,
+        cuts: &mut Cuts,
+        see: impl FnMut(usize, [f64; 2]),
+    ) {
         let stretch = Stretch {
             arc: &flight.span.arc,
             theta_end: flight.theta_end,
             optical_length: flight.optical_length,
         };
-        // Score w ∫ ds of each piece, eq. (track lengths and collisions).
-        let uniform = flight.uniform();
-        self.pieces(&stretch, cuts, |cell, [from, to]| {
-            let values = match uniform {
-                Some([power, absorption]) => {
-                    let fluence = power * (to - from);
-                    [fluence, fluence * absorption]
-                }
-                None => at_random(flight, [from, to], sampler),
-            };
-            self.score(cell, values, scores);
-        });
+        self.pieces(&stretch, cuts, see);
     }
 
     /// Takes note of a flight from one collision to the next, and of the collision at its end.
@@ -246,9 +260,14 @@ impl FluenceMeter {
             return;
         }
         // Score w/σ_t, eq. (track lengths and collisions).
-        if let Some(cell) = self.locate(collision.point.x, collision.optical_length) {
+        if let Some(cell) = self.cell_of(collision) {
             self.score(cell, [collision.path, collision.absorbed()], scores);
         }
+    }
+
+    /// The cell of a collision, in its gate.
+    pub(super) fn cell_of(&self, collision: &Collision) -> Option<usize> {
+        self.locate(collision.point.x, collision.optical_length)
     }
 }
 
@@ -270,13 +289,16 @@ struct Line {
     optical_length: [f64; 2],
 }
 
-/// ∫ power ds and ∫ μ_a power ds from one arc length to another, both taken at one point drawn at random, which is unbiased.
-fn at_random(flight: &Flight, [from, to]: [f64; 2], sampler: &mut Sampler) -> [Spectrum; 2] {
+/// A place drawn at random between two arc lengths, by its θ, and an unbiased estimate of ∫ power ds between them that is made there.
+pub(super) fn at_random(
+    flight: &Flight,
+    [from, to]: [f64; 2],
+    sampler: &mut Sampler,
+) -> (f64, Spectrum) {
     let length = to - from;
     let s = from + length * sampler.next_1d();
     let theta = flight.span.arc.theta_at_length(s).min(flight.theta_end);
-    let fluence = flight.power_at(theta) * length;
-    [fluence, fluence * flight.absorption_at(theta)]
+    (theta, flight.power_at(theta) * length)
 }
 
 /// The slots of one meter: cells times channels.

@@ -9,6 +9,7 @@ mod acceptance;
 mod differentiate;
 mod flight;
 mod fluence;
+mod functionals;
 mod grid;
 mod history;
 mod irradiance;
@@ -25,6 +26,7 @@ mod window;
 
 pub use acceptance::{Acceptance, Patch};
 pub use fluence::{Estimator, FluenceMeter};
+pub(crate) use functionals::Functionals;
 pub use grid::{Coordinates, MeterGrid};
 pub use irradiance::{Cosines, IrradianceMeter, MeterSurface};
 pub use positions::Positions;
@@ -192,6 +194,11 @@ impl<'a> Setup<'a> {
     /// raised.
     pub fn window(&self, stop: &Stop) -> Option<Window> {
         Window::learn(self, stop)
+    }
+
+    /// The scene.
+    pub(crate) fn scene(&self) -> &'a Scene {
+        self.scene
     }
 
     /// Power of all emitters, per channel.

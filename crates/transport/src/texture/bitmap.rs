@@ -137,6 +137,30 @@ impl Bitmap {
         }
     }
 
+    /// Width and height.
+    pub(crate) fn size(&self) -> [usize; 2] {
+        self.size
+    }
+
+    /// Calls `see` with each pixel that counts in the value at a point, and its weight: the value is the sum of weights times pixels. A pixel may come
+    /// several times.
+    pub(crate) fn weights(&self, site: &Site, mut see: impl FnMut(usize, f64)) {
+        let p = self.place(site);
+        if self.filter == BitmapFilter::Nearest {
+            return see(self.pixel_at(p.floor()), 1.0);
+        }
+        let p = p - 0.5;
+        let (low, t) = (p.floor(), p - p.floor());
+        for (corner, weight) in [
+            (DVec2::ZERO, (1.0 - t.x) * (1.0 - t.y)),
+            (DVec2::X, t.x * (1.0 - t.y)),
+            (DVec2::Y, (1.0 - t.x) * t.y),
+            (DVec2::ONE, t.x * t.y),
+        ] {
+            see(self.pixel_at(low + corner), weight);
+        }
+    }
+
     /// Linear between the four pixels around a point, whose coordinates count from a pixel's centre.
     fn between(&self, p: DVec2) -> Spectrum {
         let (low, t) = (p.floor(), p - p.floor());
@@ -145,9 +169,14 @@ impl Bitmap {
     }
 
     fn pixel(&self, corner: DVec2) -> Spectrum {
-        let [x, y] = [0, 1].map(|k| self.wrap.index(corner[k] as i64, self.size[k] as i64));
-        let first = (y * self.size[0] + x) * self.channels;
+        let first = self.pixel_at(corner) * self.channels;
         spectrum(&self.data[first..first + self.channels])
+    }
+
+    /// The number of the pixel at a corner.
+    fn pixel_at(&self, corner: DVec2) -> usize {
+        let [x, y] = [0, 1].map(|k| self.wrap.index(corner[k] as i64, self.size[k] as i64));
+        y * self.size[0] + x
     }
 
     /// The values of all pixels.

@@ -98,7 +98,7 @@ impl Texture {
     }
 
     /// Every value that the texture is made from.
-    fn values(&self) -> Box<dyn Iterator<Item = Spectrum> + '_> {
+    pub(crate) fn values(&self) -> Box<dyn Iterator<Item = Spectrum> + '_> {
         match self {
             Texture::Uniform(value) => Box::new(std::iter::once(*value)),
             Texture::Bitmap(t) => Box::new(t.values()),

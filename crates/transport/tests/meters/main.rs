@@ -9,6 +9,7 @@ mod common;
 mod closed_forms;
 mod conservation;
 mod cutting;
+mod derivatives;
 mod free_flights;
 mod gates;
 mod pictures;

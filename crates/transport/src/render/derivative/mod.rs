@@ -1,0 +1,247 @@
+//! Derivatives of images and of what meters read: a pass over samples or particles, in which each path is worth what the weights of
+//! what it adds to say.
+//!
+//! Theory: docs/theory.md#derivatives-of-light.
+
+mod batches;
+mod readings;
+
+pub use readings::{MeterDerivativeOptions, ReadingFunctional, meter_derivatives};
+
+use super::source::{Source, finite};
+use super::{Handle, Prepared, RenderOptions, prepare};
+use crate::Spectrum;
+use crate::derivative::{DerivativeError, Plan, RadiometricParameter, Sums, Tape};
+use crate::film::Decomposition;
+use crate::integrator::{Integrator, PathFinds, PathTracer};
+use crate::renderer::Renderer;
+use crate::scene::Scene;
+use crate::stats::Stats;
+use batches::{BatchMoments, Units, check_room, side_by_side};
+use std::ops::Range;
+
+/// Changes the seed, so that a render of the same seed is independent.
+const SEED: u64 = 0x5DEE_CE66_D1CE_4E5B;
+
+/// The derivative of a loss by one parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Derivative {
+    /// Length along each axis: those of the [functionals](ReadingFunctional::Each), if there are several, then
+    /// those of the [parameter](RadiometricParameter::shape); the last is that of channels.
+    pub shape: Vec<usize>,
+    /// Values, the last axis running fastest.
+    pub values: Vec<f64>,
+    /// Their standard errors, from batches of samples.
+    pub errors: Vec<f64>,
+}
+
+/// Derivatives, and what happened meanwhile.
+#[derive(Clone, Debug)]
+pub struct Derivatives {
+    /// One for each parameter, in their order.
+    pub by: Vec<Derivative>,
+    /// What happened.
+    pub stats: Stats,
+}
+
+/// How derivatives of an image are taken.
+#[derive(Clone, Debug)]
+pub struct DerivativeOptions<'a> {
+    /// Which paths are followed.
+    pub path: PathTracer,
+    /// Samples per pixel, and the seed. A render of the same seed is independent of the derivatives, as losses
+    /// that are not linear need it.
+    pub samples: u64,
+    /// See `samples`.
+    pub seed: u64,
+    /// How light is told apart, if weights do.
+    pub decomposition: Decomposition,
+    /// Whether light that comes straight from an emitter is left out of the image.
+    pub hide_emitters: bool,
+    /// What light is differentiated by.
+    pub parameters: &'a [RadiometricParameter],
+    /// The derivative of the loss by each value of the image: for each [layer](Decomposition::layers), row by row, channels interleaved.
+    pub weights: &'a [f64],
+}
+
+/// The derivatives of Σ weight × image by parameters, unbiased, on the current thread pool. `scenes` are those of
+/// [`render`](super::render()). `None` if the handle has ended it before it was complete. Equal seeds give equal bits, for any number of threads.
+///
+/// # Errors
+/// Parameters that a scene does not have derivatives by, weights that do not fit or are not finite, fewer than two samples.
+pub fn derivatives(
+    scenes: &[Scene],
+    options: &DerivativeOptions,
+    handle: &Handle,
+) -> Result<Option<Derivatives>, DerivativeError> {
+    let film = scenes[0].film();
+    let pixels = film.width * film.height;
+    let expected = options.decomposition.layers() * pixels * film.channels;
+    check_weights(options.weights, expected)?;
+    let plans = scenes
+        .iter()
+        .enumerate()
+        .map(|(group, scene)| Plan::new(scene, options.parameters, film.channels_of(group)));
+    let plans: Vec<Plan> = plans.collect::<Result<_, _>>()?;
+    let render = render_options(options);
+    let prepared = prepare(scenes, &render, None, handle);
+    let mut found = Derivatives {
+        by: blank(scenes, options.parameters, &[])?,
+        stats: Stats::default(),
+    };
+    for (group, plan) in plans.iter().enumerate() {
+        let prepared = without_splitting(&prepared[group]);
+        let source = Source::new(&scenes[group], group, &render, prepared, handle);
+        let Some(moments) = Pass::new(&source, plan, options).moments(&mut found.stats)? else {
+            return Ok(None);
+        };
+        moments.enter(plan, group * film.group_size, &mut found.by);
+    }
+    Ok(Some(found))
+}
+
+fn check_weights(weights: &[f64], expected: usize) -> Result<(), DerivativeError> {
+    let found = weights.len();
+    if found != expected {
+        return Err(DerivativeError::Weights { expected, found });
+    }
+    match weights.iter().position(|w| !w.is_finite()) {
+        Some(i) => Err(DerivativeError::NotFinite(i)),
+        None => Ok(()),
+    }
+}
+
+/// How an image would be rendered by the same paths.
+fn render_options(options: &DerivativeOptions) -> RenderOptions {
+    let renderer = Renderer::Light(Integrator::Path(options.path));
+    RenderOptions {
+        hide_emitters: options.hide_emitters,
+        decomposition: options.decomposition,
+        ..RenderOptions::new(renderer, options.samples, options.seed ^ SEED)
+    }
+}
+
+/// Both ways of an edge that is split have factors of their own: one is followed at a time.
+fn without_splitting(prepared: &Prepared) -> Prepared {
+    let mut prepared = prepared.clone();
+    prepared.first_vertex.splitting = false;
+    prepared
+}
+
+/// Room for the derivatives of functionals, told apart along some axes.
+fn blank(
+    scenes: &[Scene],
+    parameters: &[RadiometricParameter],
+    rows: &[usize],
+) -> Result<Vec<Derivative>, DerivativeError> {
+    let channels = scenes[0].film().channels;
+    let shape = |parameter: &RadiometricParameter| {
+        [rows, &parameter.shape(&scenes[0]), &[channels]].concat()
+    };
+    let shapes: Vec<Vec<usize>> = parameters.iter().map(shape).collect();
+    let count = |shape: &Vec<usize>| shape.iter().fold(1, |n: usize, m| n.saturating_mul(*m));
+    let all = shapes.iter().map(count).fold(0, usize::saturating_add);
+    check_room(all)?;
+    let of = |shape: Vec<usize>| {
+        let zeros = vec![0.0; count(&shape)];
+        Derivative {
+            shape,
+            values: zeros.clone(),
+            errors: zeros,
+        }
+    };
+    Ok(shapes.into_iter().map(of).collect())
+}
+
+/// The samples of one group of channels.
+struct Pass<'a> {
+    source: &'a Source<'a>,
+    plan: &'a Plan,
+    options: &'a DerivativeOptions<'a>,
+    pixels: usize,
+}
+
+impl<'a> Pass<'a> {
+    fn new(source: &'a Source<'a>, plan: &'a Plan, options: &'a DerivativeOptions<'a>) -> Self {
+        let film = source.scene.film();
+        Pass {
+            source,
+            plan,
+            options,
+            pixels: film.width * film.height,
+        }
+    }
+
+    /// Takes all samples, batch by batch. `None` if it was stopped.
+    fn moments(&self, stats: &mut Stats) -> Result<Option<BatchMoments>, DerivativeError> {
+        let replicate = self.source.replicates.size();
+        let units = Units {
+            count: self.options.samples / replicate,
+            size: replicate,
+            sums: self.plan.len(),
+        };
+        units.moments(self.source.handle, |range| {
+            self.source
+                .handle
+                .count(self.pixels as u64 * (range.end - range.start));
+            self.batch(range, stats)
+        })
+    }
+
+    /// The sums over a range of samples of all pixels: those of a number of parts that does not depend on that of threads, one after the other.
+    fn batch(&self, samples: Range<u64>, stats: &mut Stats) -> Vec<f64> {
+        side_by_side(self.plan.len(), self.pixels, stats, |pixels| {
+            self.part(pixels, samples.clone())
+        })
+    }
+
+    fn part(&self, pixels: Range<usize>, samples: Range<u64>) -> (Vec<f64>, Stats) {
+        let source = self.source;
+        let (mut ws, mut tape, mut found) = (source.workspace(), Tape::default(), Vec::new());
+        let mut sums = Sums::new(source.scene, self.plan, 1);
+        for pixel in pixels {
+            for sample in samples.clone() {
+                if source.is_stopped() {
+                    return (sums.into_values(), ws.stats());
+                }
+                let mut sampled = source.ray(pixel, sample);
+                ws.stats.paths += 1;
+                let (scene, channels) = (source.scene.at(sample), source.channels());
+                let finds = PathFinds {
+                    out: &mut found,
+                    recorder: &mut tape,
+                };
+                let (ray, sampler) = (sampled.ray, &mut sampled.sampler);
+                let path = &self.options.path;
+                path.sample(scene, ray, channels, sampler, &mut ws, finds);
+                let not_finite = &mut ws.stats.not_finite;
+                let worths = found.iter().map(|c| {
+                    let weights = self.weights(pixel, self.options.decomposition.layer(&c.path));
+                    let shown = source.shows(&c.path);
+                    let weight = if shown { sampled.weight } else { 0.0 };
+                    finite(c.weighted(), not_finite) * weights * weight
+                });
+                sums.add(0, &tape, worths);
+                found.clear();
+                tape.clear();
+            }
+        }
+        (sums.into_values(), ws.stats())
+    }
+
+    /// The weights of a pixel in a layer.
+    fn weights(&self, pixel: usize, layer: usize) -> Spectrum {
+        let film = self.source.scene.film();
+        let first = (layer * self.pixels + pixel) * film.channels;
+        let first = first + self.source.group * film.group_size;
+        let used = self.source.channels();
+        let weight = |c: usize| {
+            if c < used {
+                self.options.weights[first + c]
+            } else {
+                0.0
+            }
+        };
+        Spectrum(std::array::from_fn(weight))
+    }
+}

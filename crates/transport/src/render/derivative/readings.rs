@@ -1,0 +1,166 @@
+//! Derivatives of what meters read.
+
+use super::batches::{Units, side_by_side};
+use super::{Derivatives, SEED, blank, check_weights};
+use crate::derivative::{DerivativeError, Plan, RadiometricParameter, Sums};
+use crate::meter::{Functionals, Meter, Setup};
+use crate::path::Workspace;
+use crate::render::{Handle, seed_of_group};
+use crate::scene::Scene;
+use crate::stats::Stats;
+use std::ops::Range;
+
+/// What of the readings of meters is differentiated.
+#[derive(Clone, Copy, Debug)]
+pub enum ReadingFunctional<'a> {
+    /// Σ weight × reading: for each meter and each of its [readings](Meter::readings), the derivative of the loss by each bin and channel; an
+    /// empty one counts nothing.
+    Weighted(&'a [Vec<Vec<f64>>]),
+    /// Each bin of a reading of a meter, given their numbers: the rows of a Jacobian. The axes of the reading then precede those of
+    /// parameters.
+    Each {
+        /// The meter.
+        meter: usize,
+        /// The reading.
+        reading: usize,
+    },
+}
+
+/// How derivatives of what meters read are taken.
+#[derive(Clone, Debug)]
+pub struct MeterDerivativeOptions<'a> {
+    /// Particles, for each group of channels, and the seed. A measurement of the same seed is independent of the derivatives.
+    pub particles: u64,
+    /// See `particles`.
+    pub seed: u64,
+    /// Longest path, in edges and specular events; `None` for no limit.
+    pub max_depth: Option<u32>,
+    /// Number of edges and events after which Russian roulette begins.
+    pub rr_depth: u32,
+    /// What readings are differentiated by.
+    pub parameters: &'a [RadiometricParameter],
+    /// What is differentiated.
+    pub of: ReadingFunctional<'a>,
+}
+
+/// The derivatives of readings, or of a loss of them, by parameters, unbiased, on the current thread pool. `scenes` and `meters` are those of
+/// [`measure`](crate::render::measure()). `None` if the handle has ended it before it was complete. Equal seeds give equal bits, for any number
+/// of threads.
+///
+/// # Errors
+/// As [`derivatives`](super::derivatives); a reading that there is not.
+pub fn meter_derivatives(
+    scenes: &[Scene],
+    meters: &[Meter],
+    options: &MeterDerivativeOptions,
+    handle: &Handle,
+) -> Result<Option<Derivatives>, DerivativeError> {
+    let film = scenes[0].film();
+    let rows = rows(meters, options.of, film.channels)?;
+    let mut found = Derivatives {
+        by: blank(scenes, options.parameters, &rows)?,
+        stats: Stats::default(),
+    };
+    let max_depth = options.max_depth.unwrap_or(u32::MAX);
+    for (group, scene) in scenes.iter().enumerate() {
+        let channels = film.channels_of(group);
+        let plan = Plan::new(scene, options.parameters, channels)?;
+        let setup = Setup::new(scene, meters, channels, max_depth, options.rr_depth);
+        let setup = setup.ok_or(DerivativeError::Dark)?;
+        let first = group * film.group_size;
+        let wanted = match options.of {
+            ReadingFunctional::Weighted(weights) => setup.weighted(weights, first, film.channels),
+            ReadingFunctional::Each { meter, reading } => setup.each_bin(meter, reading),
+        };
+        let pass = Pass {
+            setup: &setup,
+            plan: &plan,
+            wanted: &wanted,
+            seed: seed_of_group(options.seed ^ SEED, group),
+            handle,
+        };
+        let units = Units {
+            count: options.particles,
+            size: 1,
+            sums: wanted.count() * plan.len(),
+        };
+        let stats = &mut found.stats;
+        let moments = units.moments(handle, |range| pass.batch(range, stats))?;
+        let Some(moments) = moments else {
+            return Ok(None);
+        };
+        moments.enter(&plan, first, &mut found.by);
+    }
+    Ok(Some(found))
+}
+
+/// The particles of one group of channels.
+struct Pass<'a> {
+    setup: &'a Setup<'a>,
+    plan: &'a Plan,
+    wanted: &'a Functionals,
+    seed: u64,
+    handle: &'a Handle,
+}
+
+impl Pass<'_> {
+    /// The sums over particles of numbers in a range.
+    fn batch(&self, particles: Range<u64>, stats: &mut Stats) -> Vec<f64> {
+        let count = (particles.end - particles.start) as usize;
+        self.handle.count(count as u64);
+        let sums = self.wanted.count() * self.plan.len();
+        side_by_side(sums, count, stats, |part| {
+            let scene = self.setup.scene();
+            let mut ws = Workspace::new(scene.tolerance());
+            ws.stop = self.handle.stop().clone();
+            let mut sums = Sums::new(scene, self.plan, self.wanted.count());
+            let number = |i: usize| particles.start + i as u64;
+            let part = number(part.start)..number(part.end);
+            let (setup, wanted) = (self.setup, self.wanted);
+            setup.differentiate(self.seed, part, wanted, &mut sums, &mut ws);
+            (sums.into_values(), ws.stats())
+        })
+    }
+}
+
+/// Checks what is differentiated. Lengths along the axes by which it is told apart.
+fn rows(
+    meters: &[Meter],
+    of: ReadingFunctional,
+    channels: usize,
+) -> Result<Vec<usize>, DerivativeError> {
+    match of {
+        ReadingFunctional::Weighted(weights) => {
+            check_readings(meters, weights, channels).map(|()| Vec::new())
+        }
+        ReadingFunctional::Each { meter, reading } => {
+            let readings = meters.get(meter).map(Meter::readings);
+            let reading = readings.and_then(|all| all.into_iter().nth(reading));
+            reading
+                .map(|(_, axes)| axes)
+                .ok_or(DerivativeError::Reading)
+        }
+    }
+}
+
+fn check_readings(
+    meters: &[Meter],
+    weights: &[Vec<Vec<f64>>],
+    channels: usize,
+) -> Result<(), DerivativeError> {
+    let readings = meters.iter().flat_map(Meter::readings);
+    let all: Vec<usize> = readings
+        .map(|(_, axes)| channels * axes.iter().product::<usize>())
+        .collect();
+    let found = weights.iter().flatten().count();
+    if found != all.len() {
+        let expected = all.len();
+        return Err(DerivativeError::Weights { expected, found });
+    }
+    for (expected, weights) in all.into_iter().zip(weights.iter().flatten()) {
+        if !weights.is_empty() {
+            check_weights(weights, expected)?;
+        }
+    }
+    Ok(())
+}
