@@ -95,3 +95,76 @@ pub(crate) fn conductor(cos: f64, index: Complex64) -> PlaneMueller {
     let (s, p) = (Complex64::from(cos), square * cos);
     PlaneMueller::of_amplitudes((s - far) / (s + far), (p - far) / (p + far))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GLASS: f64 = 1.5;
+
+    #[test]
+    fn nothing_in_the_plane_is_reflected_at_brewsters_angle() {
+        let cos = GLASS.atan().cos();
+        let reflected = dielectric(cos, [1.0, GLASS], false);
+        assert!((reflected.b1 - 1.0).abs() < 1e-12, "{reflected:?}");
+        assert!(reflected.a3.abs() < 1e-8 && reflected.b2 == 0.0);
+    }
+
+    /// tan(δ/2) = cosθ √(sin²θ − n²)/sin²θ with n = n′/n (Born and Wolf), by which the component in the plane of incidence is ahead of
+    /// that across, up to half a turn, since y is mirrored with the ray.
+    #[test]
+    fn total_reflection_retards() {
+        for degrees in [42.0f64, 48.6, 53.3, 70.0, 89.0] {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            let half = cos * (sin * sin - GLASS.powi(-2)).sqrt() / (sin * sin);
+            let delta = 2.0 * half.atan();
+            let total = dielectric(cos, [GLASS, 1.0], false);
+            assert!(total.b1.abs() < 1e-12);
+            assert!((total.a3 - delta.cos()).abs() < 1e-12, "{degrees}: {total:?}");
+            assert!((total.b2.abs() - delta.sin()).abs() < 1e-12, "{degrees}: {total:?}");
+        }
+    }
+
+    /// Of the parts of unpolarised light, which the scalar equations add up, b₁ tells them apart; energy is conserved in each.
+    #[test]
+    fn energy_of_each_polarisation_is_conserved() {
+        for cos in [0.05, 0.3, 0.9, 1.0] {
+            let f = fresnel::dielectric(cos, 1.0, GLASS).reflectance;
+            let reflected = dielectric(cos, [1.0, GLASS], false);
+            let refracted = dielectric(cos, [1.0, GLASS], true);
+            assert!((f * reflected.b1 + (1.0 - f) * refracted.b1).abs() < 1e-12);
+            let back = dielectric(
+                fresnel::dielectric(cos, 1.0, GLASS).cos_far,
+                [GLASS, 1.0],
+                true,
+            );
+            assert!((back.b1 - refracted.b1).abs() < 1e-12);
+            assert!((back.a3 - refracted.a3).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn reflection_at_normal_incidence_changes_handedness() {
+        let metal = conductor(1.0, Complex64::new(0.2, 3.4));
+        for mirror in [metal, dielectric(1.0, [1.0, GLASS], false)] {
+            assert!(mirror.b1.abs() < 1e-12 && mirror.b2.abs() < 1e-12);
+            assert!((mirror.a4 + 1.0).abs() < 1e-12, "{mirror:?}");
+        }
+    }
+
+    /// And of others, R (1 + b₁) is the reflectance of the component across the plane of incidence, with the scalar equation's R.
+    #[test]
+    fn metals_without_absorption_are_dielectrics() {
+        for cos in [0.1, 0.5, 0.8] {
+            let metal = conductor(cos, GLASS.into());
+            let glass = dielectric(cos, [1.0, GLASS], false);
+            assert!((metal.b1 - glass.b1).abs() < 1e-12);
+            assert!((metal.a3 - glass.a3).abs() < 1e-12);
+            let index = Complex64::new(0.9, 1.7);
+            let far = (index * index - (1.0 - cos * cos)).sqrt();
+            let s = ((cos - far) / (cos + far)).norm_sqr();
+            let mean = fresnel::conductor(cos, index.re, index.im);
+            assert!((mean * (1.0 + conductor(cos, index).b1) - s).abs() < 1e-12);
+        }
+    }
+}

@@ -9,8 +9,8 @@ pub fn problems(scene: &Scene) -> Vec<SceneProblem> {
     let panes = panes.map(|(i, _)| {
         error(
             Subject::Object(i),
-            "polarised light cannot be followed through a thindielectric",
-            "use a slab between two surfaces of bsdf dielectric",
+            "polarised light cannot be followed through thin panes and filters: thindielectric, polarizer, circular, retarder",
+            "use a slab between two surfaces of bsdf dielectric in place of a pane",
         )
     });
     let lights = scene.volume_lights().map(|(i, _)| {
