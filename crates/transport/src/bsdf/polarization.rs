@@ -120,8 +120,14 @@ mod tests {
             let delta = 2.0 * half.atan();
             let total = dielectric(cos, [GLASS, 1.0], false);
             assert!(total.b1.abs() < 1e-12);
-            assert!((total.a3 - delta.cos()).abs() < 1e-12, "{degrees}: {total:?}");
-            assert!((total.b2.abs() - delta.sin()).abs() < 1e-12, "{degrees}: {total:?}");
+            assert!(
+                (total.a3 - delta.cos()).abs() < 1e-12,
+                "{degrees}: {total:?}"
+            );
+            assert!(
+                (total.b2.abs() - delta.sin()).abs() < 1e-12,
+                "{degrees}: {total:?}"
+            );
         }
     }
 
