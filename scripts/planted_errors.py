@@ -6,6 +6,34 @@ EIKONAL = "crates/eikonal/src/"
 # name, file, text, replacement, package, test target, test
 PLANTED = [
     (
+        "polarisation that rays turn by the shortest way only",
+        EIKONAL + "ray/carried.rs",
+        "let (sin, cos) = self.solid_angle(first, from, to).sin_cos();",
+        "let (sin, cos) = (0.0 * self.solid_angle(first, from, to)).sin_cos();",
+        ("morgana-eikonal", "carried", "turns_by_the_torsion_of_helices"),
+    ),
+    (
+        "frames of Stokes vectors turned the wrong way",
+        TRANSPORT + "polarization/transported.rs",
+        "let rotation = plane.to(self.axis, -from);",
+        "let rotation = plane.to(self.axis, from);",
+        ("morgana-transport", "polarization", "rayleigh::slabs_agree_with_electric_fields"),
+    ),
+    (
+        "total reflection that delays the wrong component",
+        TRANSPORT + "bsdf/polarization.rs",
+        "PlaneMueller::of_amplitudes(s / s.conj(), p / p.conj())",
+        "PlaneMueller::of_amplitudes(p / p.conj(), s / s.conj())",
+        ("morgana-transport", "polarization", "chains::total_reflection_makes_linear_light_elliptical"),
+    ),
+    (
+        "connections whose light is not turned at interfaces",
+        TRANSPORT + "polarization/transported.rs",
+        "self.vector = mueller.of(self.axis.to(plane, from).of(self.vector));",
+        "self.vector = mueller.of(self.vector) * 0.5 + self.vector * 0.5;",
+        ("morgana-transport", "polarization", "chains::connections_carry_polarisation_through_interfaces"),
+    ),
+    (
         "light from emitters scattered by shading normals as if they were the surface's",
         TRANSPORT + "bsdf/shading.rs",
         "self.eval(s, direction, toward) * ratio",

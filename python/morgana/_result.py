@@ -256,6 +256,8 @@ class Result:
         which those that are lost count as zero: divide by ``layers["valid"].mean`` for means over the others. If an ``aov`` holds
         another integrator, the image shows light, and the quantities are here.
 
+        By the integrator ``stokes``, Stokes parameters of light: ``S0`` to ``S3``.
+
         By the integrator ``moment``, second moments, by names such as ``m2_image``; their variances are not known (infinite).
         """
         if isinstance(self._run, _morgana.Measured):
@@ -265,8 +267,8 @@ class Result:
 
     @property
     def axes(self) -> List[Dict[str, Any]]:
-        """What the film tells apart: for each axis its ``name``, ``"length"``, ``"time"``, ``"bounce"`` or ``"light"``,
-        and its bins: ``min``, ``max``, ``width``, ``bins``, or ``max``, or ``emitters``."""
+        """What the film tells apart: for each axis its ``name``, ``"length"``, ``"time"``, ``"bounce"``, ``"light"`` or
+        ``"stokes"``, and its bins: ``min``, ``max``, ``width``, ``bins``, or ``max``, ``emitters``, ``parameters``."""
         return self._decomposition[1]
 
     @functools.cached_property

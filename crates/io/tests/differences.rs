@@ -129,7 +129,7 @@ fn examples() -> Vec<(&'static str, String, String)> {
             tetrahedron(outside).replace("COLOURS", ROUND)),
         ("mesh sides", tetrahedron(inside).replace("COLOURS", ""), tetrahedron(outside).replace("COLOURS", "")),
         ("moment", scene(r#""i": {"type": "moment", "j": {"type": "path"}}, "#), scene(r#""i": {"type": "path"}, "#)),
-        ("nested integrators", scene(r#""i": {"type": "stokes", "j": {"type": "path"}}, "#), scene(r#""i": {"type": "path"}, "#)),
+        ("nested integrators", scene(r#""i": {"type": "stokes", "j": {"type": "path"}, "k": {"type": "direct"}}, "#), scene(r#""i": {"type": "stokes", "j": {"type": "path"}}, "#)),
         ("path in media", in_fog("").replace("volpath", "path"), in_fog("")),
         ("plastic", surface(r#"{"type": "plastic"}"#), surface(r#"{"type": "roughplastic", "lossless": true}"#)),
         ("polarization", surface(r#"{"type": "polarizer"}"#), surface(r#"{"type": "mask", "b": {"type": "diffuse"}}"#)),

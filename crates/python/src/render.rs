@@ -255,7 +255,12 @@ impl Rendered {
         let layer = |(i, name)| {
             let mean = self.picture(py, film.layer_mean(i))?;
             let variance = self.picture(py, film.layer_variance(i))?;
-            Ok((name, mean, variance, self.picture(py, film.few(Some(i)))?))
+            let few = if naming.is_of_one_sign(i) {
+                film.few(Some(i))
+            } else {
+                vec![false; film.width() * film.height() * film.channels()]
+            };
+            Ok((name, mean, variance, self.picture(py, few)?))
         };
         let layers: PyResult<Vec<_>> = naming.names().enumerate().map(layer).collect();
         Ok((layers?, Value::from(naming.axes()).to_string()))

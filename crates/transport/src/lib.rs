@@ -15,6 +15,7 @@ pub mod integrator;
 pub mod medium;
 pub mod meter;
 pub mod moments;
+pub mod mueller;
 pub mod orientation;
 /// Internals that only the tests of this crate use: they may change in any version.
 #[doc(hidden)]
@@ -23,6 +24,7 @@ pub mod phase;
 /// As [`path`].
 #[doc(hidden)]
 pub mod photons;
+pub mod polarization;
 pub mod render;
 pub mod renderer;
 pub mod sampling;

@@ -54,6 +54,7 @@ fn options(integrator: Integrator) -> RenderOptions {
         }),
         bounces: Some(2),
         emitters: None,
+        stokes: false,
     };
     RenderOptions {
         strategies: integrator.tells_strategies_apart(),

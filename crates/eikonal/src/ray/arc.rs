@@ -129,6 +129,18 @@ impl Arc {
         }
     }
 
+    /// Acceleration d²x/dσ² at θ.
+    pub fn acceleration(&self, theta: f64) -> DVec3 {
+        match &self.curve {
+            Curve::Line(..) => DVec3::ZERO,
+            Curve::Quintic(control) => {
+                let d = differences(control);
+                let second: [DVec3; 4] = std::array::from_fn(|i| d[i + 1] - d[i]);
+                combined(&cubic(theta), &second) * (20.0 / (self.h * self.h))
+            }
+        }
+    }
+
     /// Arc length from the start to θ.
     #[inline]
     pub fn arc_length(&self, theta: f64) -> f64 {
@@ -250,7 +262,7 @@ fn differences(control: &[DVec3; 6]) -> [DVec3; 5] {
 }
 
 /// Nodes of Gauss–Legendre quadrature on [0, 1].
-const NODES: [f64; 4] = [
+pub(super) const NODES: [f64; 4] = [
     0.069_431_844_202_973_7,
     0.330_009_478_207_571_9,
     0.669_990_521_792_428_1,
@@ -270,7 +282,7 @@ const QUARTICS: [[f64; 5]; 4] = [
 ];
 
 /// Gauss–Legendre quadrature over [0, 1] from the values at the nodes.
-fn weighted([a, b, c, d]: [f64; 4]) -> f64 {
+pub(super) fn weighted([a, b, c, d]: [f64; 4]) -> f64 {
     OUTER * (a + d) + INNER * (b + c)
 }
 
@@ -307,6 +319,12 @@ const fn quartic(t: f64) -> [f64; 5] {
     let (t2, u2) = (t * t, u * u);
     let middle = 4.0 * t * u;
     [u2 * u2, middle * u2, 6.0 * t2 * u2, middle * t2, t2 * t2]
+}
+
+/// Bernstein's polynomials of degree three.
+fn cubic(t: f64) -> [f64; 4] {
+    let u = 1.0 - t;
+    [u * u * u, 3.0 * u * u * t, 3.0 * u * t * t, t * t * t]
 }
 
 /// Σ wᵢpᵢ.

@@ -178,7 +178,7 @@ fn of_integrator(object: &ObjectDescription) -> Vec<Difference> {
         .into_iter()
         .any(several);
     chosen([
-        (NESTED_INTEGRATORS, nested > 1 || plugin == "stokes"),
+        (NESTED_INTEGRATORS, nested > 1),
         (MOMENT, plugin == "moment"),
         (AOV, plugin == "aov" && shows_surfaces(object)),
         (DIRECT_SAMPLES, plugin == "direct" && adds),

@@ -17,6 +17,7 @@ use crate::query::Query;
 use crate::scene::{ObjectDescription, PluginKind, SceneDescription, descendants};
 use std::collections::{BTreeSet, HashSet};
 use transport::integrator::Integrator;
+use transport::polarization;
 use transport::render::ADAPTIVE_FROM;
 use transport::renderer::Renderer;
 use transport::sampling::Replicates;
@@ -261,6 +262,7 @@ impl<'a> Children<'a> {
         }
         .with_emissive_media();
         let mut layering = sensor.film.layering;
+        layering.decomposition.stokes = method.stokes;
         if let Some(emitters) = &mut layering.decomposition.emitters {
             *emitters = parts.emitters.len();
         }
@@ -284,6 +286,13 @@ impl<'a> Children<'a> {
         let scene = scene.map_err(|problems| report.all(&problems)).ok()?;
         if instruments.iter().any(|i| i.meter.is_tagged()) {
             let problems = tagging::problems(&scene);
+            report.all(&problems);
+            if !problems.is_empty() {
+                return None;
+            }
+        }
+        if method.stokes {
+            let problems = polarization::problems(&scene);
             report.all(&problems);
             if !problems.is_empty() {
                 return None;

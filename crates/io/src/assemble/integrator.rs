@@ -71,6 +71,8 @@ pub(super) struct Method {
     pub names: Vec<NamedQuantity>,
     /// The name of the layer of light's second moment, if that is wanted.
     pub moment: Option<String>,
+    /// Whether the Stokes parameters of light are wanted.
+    pub stokes: bool,
 }
 
 impl Method {
@@ -81,7 +83,7 @@ impl Method {
 
     /// Leaves out what belongs to pictures only.
     pub(crate) fn leave_pictures(&mut self) {
-        (self.quantities, self.moment) = (None, None);
+        (self.quantities, self.moment, self.stokes) = (None, None, false);
         self.names.clear();
     }
 }
@@ -186,6 +188,8 @@ struct Additions {
     quantities: AskedQuantities,
     /// Whether second moments are wanted of what is further in.
     squared: bool,
+    /// Whether Stokes parameters are.
+    stokes: bool,
     /// What the integrator that renders is called by the one that holds it.
     name: Option<String>,
 }
@@ -204,13 +208,20 @@ pub(super) fn build(
         .integrator
         .as_deref()
         .map(|n| named(n, context.diagnostics));
-    let kind = wanted.or(written).unwrap_or(Kind::Auto);
-    let is_aov = kind == Kind::Aov;
     let Additions {
         mut quantities,
         squared,
+        stokes,
         name,
     } = additions;
+    let kind = match wanted.or(written).unwrap_or(Kind::Auto) {
+        Kind::Auto if stokes => Kind::Path,
+        kind => kind,
+    };
+    if let (true, Some(object)) = (stokes, object) {
+        refuse_unpolarized(kind, object, context);
+    }
+    let is_aov = kind == Kind::Aov;
     let mut parameters = Parameters::default();
     if let (Some(object), Some(written)) = (object, written) {
         parameters = read(object, written, context);
@@ -244,6 +255,18 @@ pub(super) fn build(
             Vec::new()
         },
         moment: (!is_aov && squared).then(|| square_of(name.as_deref())),
+        stokes,
+    }
+}
+
+/// Reports an integrator within a `stokes` that does not follow polarisation.
+fn refuse_unpolarized(kind: Kind, object: &ObjectDescription, context: &mut Context) {
+    if !matches!(kind, Kind::Path | Kind::Direct) {
+        let known = KNOWN.iter().find(|(_, known)| *known == kind);
+        let name = known.map_or("this integrator", |(name, _)| name);
+        let message =
+            format!("'stokes' cannot hold '{name}': only 'path' and 'direct' follow polarisation");
+        context.error_at(&object.location, message);
     }
 }
 
@@ -272,6 +295,7 @@ fn holders(object: &ObjectDescription, context: &mut Context) -> Additions {
         && let Some(nested) = nested_in(object)
     {
         additions.squared |= object.plugin == "moment";
+        additions.stokes |= object.plugin == "stokes";
         let is_aov = object.plugin == "aov";
         let setting = is_aov.then(|| Setting::new(object, additions.squared, context));
         let mut query = Query::new(object, context.diagnostics);

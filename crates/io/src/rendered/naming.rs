@@ -3,9 +3,12 @@
 use crate::assemble::{Layering, Loaded};
 use serde_json::{Value, json};
 use transport::Film;
+use transport::film::Decomposition;
 
 /// Bins have numbers of at least so many digits: names then sort like numbers.
 const DIGITS: usize = 4;
+/// The Stokes parameters.
+const STOKES: [&str; Decomposition::STOKES] = ["S0", "S1", "S2", "S3"];
 
 /// What is needed to name layers.
 #[derive(Clone, Copy, Debug)]
@@ -34,7 +37,7 @@ impl<'a> Naming<'a> {
     /// The name of a layer, such as `length.0012.bounce.1.light.bulb`.
     fn name(&self, layer: usize) -> String {
         let decomposition = &self.layering.decomposition;
-        let [length, bounce, emitter] = decomposition.slots(layer);
+        let [length, bounce, emitter, parameter] = decomposition.slots(layer);
         let mut parts = Vec::new();
         if let Some(bins) = &decomposition.length {
             let slot = match length.checked_sub(bins.count) {
@@ -53,6 +56,9 @@ impl<'a> Naming<'a> {
         }
         if decomposition.emitters.is_some() {
             parts.push(format!("light.{}", self.emitters[emitter]));
+        }
+        if decomposition.stokes {
+            parts.push(STOKES[parameter].into());
         }
         parts.join(".")
     }
@@ -77,6 +83,9 @@ impl<'a> Naming<'a> {
         if decomposition.emitters.is_some() {
             axes.push(json!({ "name": "light", "emitters": self.emitters }));
         }
+        if decomposition.stokes {
+            axes.push(json!({ "name": "stokes", "parameters": STOKES }));
+        }
         axes
     }
 
@@ -90,7 +99,9 @@ impl<'a> Naming<'a> {
         });
         let bounces = decomposition.bounces.map(|k| format!("0 to {k} bounces"));
         let lights = decomposition.emitters.map(|n| format!("{n} lights"));
-        let parts: Vec<String> = [length, bounces, lights].into_iter().flatten().collect();
+        let stokes = decomposition.stokes.then(|| "Stokes parameters".into());
+        let parts = [length, bounces, lights, stokes].into_iter().flatten();
+        let parts: Vec<String> = parts.collect();
         parts.join(" × ")
     }
 
@@ -116,10 +127,18 @@ impl<'a> Naming<'a> {
             decomposition.length.is_some(),
             decomposition.bounces.is_some(),
             decomposition.emitters.is_some(),
+            decomposition.stokes,
         ];
         let axes = decomposition.axes().into_iter().zip(asked);
         axes.filter(|(_, asked)| *asked)
             .map(|(axis, _)| axis.regular)
+    }
+
+    /// Whether a layer is of light itself: its samples have one sign, so that effective numbers of them mean something. Other
+    /// Stokes parameters than the first have either sign.
+    pub fn is_of_one_sign(&self, layer: usize) -> bool {
+        let [.., parameter] = self.layering.decomposition.slots(layer);
+        parameter == 0
     }
 
     /// Axes, and mean and standard error of every layer.
@@ -131,8 +150,8 @@ impl<'a> Naming<'a> {
                 "slots": self.layering.decomposition.slots(i),
                 "mean": mean,
                 "standard_error": finite(error),
-                "few": film.few_in_all(Some(i)),
-                "few_pixels": film.few_pixels(Some(i)),
+                "few": self.is_of_one_sign(i).then(|| film.few_in_all(Some(i))),
+                "few_pixels": self.is_of_one_sign(i).then(|| film.few_pixels(Some(i))),
             })
         };
         json!({
@@ -146,6 +165,7 @@ impl<'a> Naming<'a> {
     pub fn outside(&self, film: &Film) -> f64 {
         let decomposition = &self.layering.decomposition;
         let outside = self.layers().filter(|&l| !decomposition.is_regular(l));
+        let outside = outside.filter(|&l| self.is_of_one_sign(l));
         let light: f64 = outside.map(|l| film.layer_summary(l).0).sum();
         match film.summary().0 {
             0.0 => 0.0,

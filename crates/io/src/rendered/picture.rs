@@ -99,12 +99,16 @@ impl<'a> Picture<'a> {
     ) -> Self {
         let naming = Naming::of(loaded);
         let mut layers = layers(rendering, loaded.renderer.is_light());
-        let names = naming.iter().flat_map(Naming::names);
-        layers.extend(names.enumerate().flat_map(|(i, name)| {
-            let variance = (format!("variance.{name}"), Content::Variance(Some(i)));
-            let few = (format!("few.{name}"), Content::Few(Some(i)));
-            [(name, Content::Mean(Some(i))), variance, few]
-        }));
+        if let Some(naming) = &naming {
+            layers.extend(naming.names().enumerate().flat_map(|(i, name)| {
+                let variance = (format!("variance.{name}"), Content::Variance(Some(i)));
+                let few = (format!("few.{name}"), Content::Few(Some(i)));
+                let few = naming.is_of_one_sign(i).then_some(few);
+                [(name, Content::Mean(Some(i))), variance]
+                    .into_iter()
+                    .chain(few)
+            }));
+        }
         let quantities = rendering.quantities.as_ref().map(|quantities| Beside {
             film: &quantities.film,
             channels: (loaded.quantity_names.iter())

@@ -161,7 +161,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
     ),
     plugin(
         "stokes",
-        "What its integrator finds: light is not polarized.",
+        "What its integrator, a path tracer, finds, and the Stokes parameters of that.",
         &[],
         &[many(Integrator, "The first renders.")],
     ),

@@ -5,6 +5,7 @@ use super::{BsdfError, BsdfSample, Surface, check_index, factor, fresnel};
 use crate::spectrum::Spectrum;
 use crate::texture::Texture;
 use glam::DVec3;
+use num_complex::Complex64;
 
 /// Smooth conductor.
 #[derive(Clone, Debug)]
@@ -54,6 +55,11 @@ impl Conductor {
         specular_reflectance: impl Into<Texture>,
     ) -> Result<Self, BsdfError> {
         Metal::new(eta, k, specular_reflectance).map(|metal| Conductor { metal })
+    }
+
+    /// Complex index relative to that of the medium outside.
+    pub(super) fn relative_index(&self, s: &Surface, channel: usize) -> Complex64 {
+        Complex64::new(self.metal.eta[channel], self.metal.k[channel]) / s.n_outer
     }
 
     pub(super) fn sample(&self, s: &Surface, toward: DVec3) -> Option<BsdfSample> {

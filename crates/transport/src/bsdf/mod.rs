@@ -28,6 +28,7 @@ pub mod microfacet;
 mod normal_map;
 pub mod null;
 mod plastic;
+pub(crate) mod polarization;
 mod polarized_plastic;
 mod principled;
 mod rough_conductor;

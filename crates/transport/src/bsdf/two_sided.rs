@@ -26,7 +26,7 @@ impl TwoSided {
     }
 
     /// The surface that `toward` sees, with the normal on its side.
-    fn seen(&self, s: &Surface, toward: DVec3) -> (&Bsdf, Surface) {
+    pub(super) fn seen(&self, s: &Surface, toward: DVec3) -> (&Bsdf, Surface) {
         if s.normal.dot(toward) >= 0.0 {
             (&self.sides[0], *s)
         } else {

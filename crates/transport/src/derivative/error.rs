@@ -31,6 +31,9 @@ pub enum DerivativeError {
         "the light of volumes that emit has no derivatives yet: leave volume emitters and emission of media out"
     )]
     Volumes,
+    /// Light told apart by its Stokes parameters.
+    #[error("Stokes parameters have no derivatives yet: leave the integrator stokes out")]
+    Polarized,
     /// Another number of weights than the image has values.
     #[error("expected {expected} weights, as many as there are values, found {found}")]
     Weights {

@@ -12,8 +12,8 @@ pub(crate) trait FactorRecorder {
     /// Whether it takes notes, so that edges must keep their spans.
     const RECORDS: bool;
 
-    /// Keeps the arcs of a connection.
-    fn way(&self, arcs: ConnectionArcs) -> Self::Way;
+    /// Keeps the arcs of a connection from a vertex, which may be in either order.
+    fn way(&self, vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way;
 
     /// The path follows an edge, and is scattered if it collides at its end.
     fn follow(&mut self, edge: &Edge);
@@ -36,7 +36,7 @@ impl FactorRecorder for () {
     type Way = ();
     const RECORDS: bool = false;
 
-    fn way(&self, _arcs: ConnectionArcs) {}
+    fn way(&self, _vertex: &Vertex, _arcs: ConnectionArcs) {}
     fn follow(&mut self, _edge: &Edge) {}
     fn turn(&mut self, _vertex: &Vertex, _direction: DVec3) {}
     fn aside_follow(&mut self, _edge: &Edge, _length: f64) {}

@@ -84,7 +84,7 @@ impl FactorRecorder for Tape {
     type Way = SmallVec<[Stretch; 1]>;
     const RECORDS: bool = true;
 
-    fn way(&self, arcs: ConnectionArcs) -> Self::Way {
+    fn way(&self, _vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way {
         let mut way = Self::Way::new();
         arcs.each(|medium, arc, theta| {
             way.push(Stretch {

@@ -35,6 +35,10 @@ pub struct Decomposition {
     pub bounces: Option<u32>,
     /// Each of so many emitters.
     pub emitters: Option<usize>,
+    /// The Stokes parameters of light, which the image is the first of: see [`polarization`](crate::polarization). Only the path tracer
+    /// follows them; to others light is unpolarised.
+    #[serde(default)]
+    pub stokes: bool,
 }
 
 /// One of the ways in which light is told apart: `regular` slots, and a few more for what fits in none.
@@ -54,19 +58,23 @@ impl LayerAxis {
 }
 
 impl Decomposition {
+    /// Number of Stokes parameters.
+    pub const STOKES: usize = 4;
+
     /// Whether light is told apart at all.
     pub fn is_some(&self) -> bool {
         *self != Decomposition::default()
     }
 
-    /// Its axes: length, bounces, emitters; one regular slot for each that is not asked for.
-    pub fn axes(&self) -> [LayerAxis; 3] {
+    /// Its axes: length, bounces, emitters, Stokes parameters; one regular slot for each that is not asked for.
+    pub fn axes(&self) -> [LayerAxis; 4] {
         let axis = |regular, others| LayerAxis { regular, others };
         let whole = axis(1, 0);
         [
             self.length.map_or(whole, |bins| axis(bins.count, 2)),
             self.bounces.map_or(whole, |k| axis(k as usize + 1, 1)),
             self.emitters.map_or(whole, |n| axis(n, 0)),
+            axis(if self.stokes { Self::STOKES } else { 1 }, 0),
         ]
     }
 
@@ -75,24 +83,27 @@ impl Decomposition {
         self.axes().iter().map(LayerAxis::slots).product()
     }
 
-    /// The layer to which a path belongs.
+    /// The layer to which a path belongs, or the first of its Stokes parameters, which follow one another.
     pub fn layer(&self, path: &PathFacts) -> usize {
-        let [_, bounces, emitters] = self.axes();
+        let [_, bounces, emitters, stokes] = self.axes();
         let length = self
             .length
             .map_or(0, |bins| slot(&bins, path.optical_length));
         let bounce = self.bounces.map_or(0, |k| path.bounces.min(k + 1) as usize);
         let emitter = self.emitters.map_or(0, |_| path.emitter);
-        (length * bounces.slots() + bounce) * emitters.slots() + emitter
+        let layer = (length * bounces.slots() + bounce) * emitters.slots() + emitter;
+        layer * stokes.slots()
     }
 
     /// The slot of a layer on each axis.
-    pub fn slots(&self, layer: usize) -> [usize; 3] {
-        let [_, bounces, emitters] = self.axes().map(|a| a.slots());
+    pub fn slots(&self, layer: usize) -> [usize; 4] {
+        let [_, bounces, emitters, stokes] = self.axes().map(|a| a.slots());
+        let (rest, parameter) = (layer / stokes, layer % stokes);
         [
-            layer / emitters / bounces,
-            layer / emitters % bounces,
-            layer % emitters,
+            rest / emitters / bounces,
+            rest / emitters % bounces,
+            rest % emitters,
+            parameter,
         ]
     }
 
@@ -145,6 +156,7 @@ mod tests {
             }),
             bounces: Some(1),
             emitters: Some(2),
+            stokes: false,
         };
         assert_eq!(all.layers(), 5 * 3 * 2);
         let mut seen = Vec::new();

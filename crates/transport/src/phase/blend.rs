@@ -2,6 +2,7 @@
 
 use super::polar::Polar;
 use super::{Phase, PhaseError};
+use crate::mueller::PlaneMueller;
 use crate::volume::VolumeTexture;
 use glam::DVec3;
 
@@ -25,6 +26,15 @@ impl BlendPhase {
     /// Density per steradian at `x`.
     pub fn pdf(&self, x: DVec3, cos: f64) -> f64 {
         self.mean(x, |phase| phase.pdf(x, cos))
+    }
+
+    /// What scattering does to polarisation: each phase function's part of it.
+    pub(super) fn mueller(&self, x: DVec3, cos: f64) -> PlaneMueller {
+        let [first, second] = &self.phases;
+        let part = self.weight.at(x)[0] * second.pdf(x, cos);
+        let whole = self.pdf(x, cos);
+        let weight = if whole > 0.0 { part / whole } else { 0.0 };
+        first.mueller(x, cos).mixed(&second.mueller(x, cos), weight)
     }
 
     /// One of the two by chance, with what is left of the random number for its angle.

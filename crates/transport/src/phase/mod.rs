@@ -22,6 +22,7 @@ pub use tabulated::Tabulated;
 pub use von_mises_fisher::VonMisesFisher;
 
 use crate::Spectrum;
+use crate::mueller::PlaneMueller;
 use crate::sampling::DistributionError;
 use crate::volume::{LabelGrid, VolumeGrid, VolumeTexture};
 use eikonal::Shown;
@@ -139,6 +140,22 @@ impl Phase {
             Phase::Tabulated(p) => p.pdf(cos),
             Phase::Blend(p) => p.pdf(x, cos),
             Phase::ByLabel(p) => p.at(x).pdf(x, cos),
+        }
+    }
+
+    /// What scattering at `x` does to polarisation, at the cosine between the directions before and after, in frames whose first axis is
+    /// perpendicular to the plane of scattering. Phase functions that are not known to keep it depolarise.
+    pub fn mueller(&self, x: DVec3, cos: f64) -> PlaneMueller {
+        let cos = cos.clamp(-1.0, 1.0);
+        match self {
+            Phase::Rayleigh(_) => Rayleigh::mueller(cos),
+            Phase::Blend(p) => p.mueller(x, cos),
+            Phase::ByLabel(p) => p.at(x).mueller(x, cos),
+            Phase::Isotropic(_)
+            | Phase::HenyeyGreenstein(_)
+            | Phase::HenyeyGreensteinGrid(_)
+            | Phase::VonMisesFisher(_)
+            | Phase::Tabulated(_) => PlaneMueller::DEPOLARIZER,
         }
     }
 

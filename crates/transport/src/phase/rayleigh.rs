@@ -1,6 +1,7 @@
 //! Rayleigh (1871): p = 3 (1 + cos²θ) / (16π), of unpolarised light at particles much smaller than the wavelength.
 
 use super::polar::Polar;
+use crate::mueller::PlaneMueller;
 use std::f64::consts::PI;
 
 /// Rayleigh scattering of unpolarised light.
@@ -11,6 +12,11 @@ impl Rayleigh {
     /// Density per steradian.
     pub fn pdf(self, cos: f64) -> f64 {
         3.0 / (16.0 * PI) * (1.0 + cos * cos)
+    }
+
+    /// An oscillating dipole: the field along the perpendicular of the plane of scattering is kept, that in the plane is projected.
+    pub(super) fn mueller(cos: f64) -> PlaneMueller {
+        PlaneMueller::of_real_amplitudes(1.0, cos)
     }
 
     /// Inverts the cumulative distribution (4 + 3μ + μ³)/8 of μ = cosθ by Cardano's formula: with z = 4u − 2,

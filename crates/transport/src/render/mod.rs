@@ -20,6 +20,7 @@ mod shared;
 mod source;
 mod splats;
 mod state;
+mod stokes;
 mod strategies;
 mod strategy_pilot;
 mod target;

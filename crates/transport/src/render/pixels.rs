@@ -2,6 +2,7 @@
 
 use super::allocation::Allocation;
 use super::source::{LightSamples, finite};
+use super::stokes::PolarizedSamples;
 use crate::Spectrum;
 use crate::film::{CellsMut, Decomposition, Film, LevelsMut, PartsMut, Pending, Pixel};
 use crate::integrator::Contribution;
@@ -77,6 +78,8 @@ fn run(
     let mut ws = source.workspace();
     let mut found = Vec::new();
     let layers = task.layers.as_ref().map_or(0, |(d, _)| d.layers());
+    let decomposition = task.layers.as_ref().map(|(d, _)| *d).unwrap_or_default();
+    let mut polarized = PolarizedSamples::of(light, &decomposition);
     let mut pending = Pending::new(layers);
     let size = source.replicates.size();
     // A power of two, so that nothing is rounded.
@@ -90,14 +93,22 @@ fn run(
             }
             let mut mean = Spectrum::ZERO;
             for sample in first..first + size {
-                light.take(number, sample, &mut ws, &mut found);
+                match &mut polarized {
+                    Some(polarized) => polarized.take([number as u64, sample], &mut ws, &mut found),
+                    None => light.take(number, sample, &mut ws, &mut found),
+                }
                 let sum = |sum, c: &Contribution| sum + c.weighted();
                 let value = found.iter().fold(Spectrum::ZERO, sum);
                 let value = finite(value, &mut ws.stats.not_finite);
                 mean += value * share;
-                if let (Some((decomposition, _)), false) = (&task.layers, value.is_zero()) {
-                    for c in &found {
-                        pending.add(decomposition.layer(&c.path), c.weighted() * share);
+                if layers > 0 && !value.is_zero() {
+                    for (i, c) in found.iter().enumerate() {
+                        let layer = decomposition.layer(&c.path);
+                        pending.add(layer, c.weighted() * share);
+                        let others = polarized.iter().flat_map(|p| p.parameters(i));
+                        for (k, value) in others.enumerate() {
+                            pending.add(layer + 1 + k, value * share);
+                        }
                     }
                 }
                 if let Some(levels) = &mut task.levels {

@@ -201,7 +201,7 @@ impl<R: FactorRecorder> Tracing<'_, R> {
                     value,
                     share,
                     direction: connection.direction,
-                    way: recorder.way(arcs),
+                    way: recorder.way(vertex, arcs),
                     events: connection.geometry.events,
                     optical_length: connection.optical_length - behind,
                 })

@@ -68,12 +68,15 @@ pub struct DerivativeOptions<'a> {
 /// [`render`](super::render()). `None` if the handle has ended it before it was complete. Equal seeds give equal bits, for any number of threads.
 ///
 /// # Errors
-/// Parameters that a scene does not have derivatives by, weights that do not fit or are not finite, fewer than two samples.
+/// Parameters that a scene does not have derivatives by, Stokes parameters, weights that do not fit or are not finite, fewer than two samples.
 pub fn derivatives(
     scenes: &[Scene],
     options: &DerivativeOptions,
     handle: &Handle,
 ) -> Result<Option<Derivatives>, DerivativeError> {
+    if options.decomposition.stokes {
+        return Err(DerivativeError::Polarized);
+    }
     let film = scenes[0].film();
     let pixels = film.width * film.height;
     let expected = options.decomposition.layers() * pixels * film.channels;

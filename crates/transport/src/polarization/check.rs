@@ -1,0 +1,33 @@
+//! What renders of polarised light do without.
+
+use crate::scene::{ProblemSeverity, Scene, SceneProblem, Subject};
+
+/// What a scene has that Stokes vectors cannot be followed through: errors.
+pub fn problems(scene: &Scene) -> Vec<SceneProblem> {
+    let panes = scene.objects().iter().enumerate();
+    let panes = panes.filter(|(_, object)| object.bsdf.is_pane());
+    let panes = panes.map(|(i, _)| {
+        error(
+            Subject::Object(i),
+            "polarised light cannot be followed through thin panes and filters: thindielectric, polarizer, circular, retarder",
+            "use a slab between two surfaces of bsdf dielectric in place of a pane",
+        )
+    });
+    let lights = scene.volume_lights().map(|(i, _)| {
+        error(
+            Subject::Emitter(i),
+            "the light of volumes cannot be followed as polarised light",
+            "leave out the integrator stokes, or the emission of the medium",
+        )
+    });
+    panes.chain(lights).collect()
+}
+
+fn error(subject: Subject, message: &str, help: &str) -> SceneProblem {
+    SceneProblem {
+        severity: ProblemSeverity::Error,
+        subject,
+        message: message.into(),
+        help: help.into(),
+    }
+}

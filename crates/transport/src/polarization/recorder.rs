@@ -1,0 +1,195 @@
+//! Follows the Mueller matrices of a path as it is sampled.
+//!
+//! Theory: docs/theory.md#stokes-vectors.
+
+use super::frame::Axis;
+use super::transported::{StokesInFrame, Transported};
+use crate::Spectrum;
+use crate::derivative::FactorRecorder;
+use crate::path::{ConnectionArcs, Edge, End, Span, Vertex, surface_at};
+use crate::scene::{MediumId, Scene};
+use crate::sensor::SensorRay;
+use eikonal::connect::{Event, Piece};
+use eikonal::interface::Rule;
+use glam::DVec3;
+
+/// What paths bring, as Stokes vectors at the sensor per what they bring of unpolarised light.
+pub(crate) struct StokesRecorder<'a> {
+    scene: &'a Scene,
+    /// Number of channels whose matrices differ.
+    count: usize,
+    /// Up to where the path has come.
+    trunk: Transported,
+    /// Of the next contribution alone: up to a point of the last edge.
+    aside: Option<Transported>,
+    /// And what a connection brings.
+    connected: Option<[Spectrum; 4]>,
+    /// For each contribution, its Stokes parameters by channel.
+    found: Vec<[Spectrum; 4]>,
+}
+
+impl<'a> StokesRecorder<'a> {
+    /// For paths of so many channels.
+    pub(crate) fn new(scene: &'a Scene, channels: usize) -> Self {
+        let mut bsdfs = scene.objects().iter().map(|object| &object.bsdf);
+        let differ = bsdfs.any(|bsdf| bsdf.polarizes_by_channel());
+        let count = if differ { channels } else { 1 };
+        StokesRecorder {
+            scene,
+            count,
+            trunk: Transported::new(Axis(DVec3::X), count),
+            aside: None,
+            connected: None,
+            found: Vec::new(),
+        }
+    }
+
+    /// Begins a path: the first axis of the sensor's frame is horizontal, across the ray and `up`.
+    pub(crate) fn begin(&mut self, scene: &'a Scene, ray: &SensorRay, up: DVec3) {
+        self.scene = scene;
+        self.found.clear();
+        (self.aside, self.connected) = (None, None);
+        let horizontal = ray.direction.cross(up);
+        let axis = Axis::across(ray.direction, horizontal);
+        self.trunk = Transported::new(axis, self.count);
+    }
+
+    /// The Stokes parameters of all contributions, in order.
+    pub(crate) fn found(&self) -> &[[Spectrum; 4]] {
+        &self.found
+    }
+
+    /// The end of a piece of a connection's ray, if light is refracted or reflected there.
+    fn interface(piece: &Piece<MediumId>) -> Option<&Event> {
+        let event = piece.event.as_ref();
+        event.filter(|event| event.rule != Rule::Pass)
+    }
+}
+
+impl FactorRecorder for StokesRecorder<'_> {
+    /// Light that arrives at the vertex; `None` if it is unpolarised.
+    type Way = Option<StokesInFrame>;
+    const RECORDS: bool = true;
+
+    fn way(&self, vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way {
+        // Lines are not turned.
+        let ConnectionArcs::Ray(pieces) = arcs else {
+            return None;
+        };
+        let (first, last) = (pieces.first()?, pieces.last()?);
+        if !pieces.iter().any(|piece| Self::interface(piece).is_some()) {
+            return None;
+        }
+        let x = vertex.position();
+        let [start, end] = [first.arc.start(), last.arc.position(last.theta_end)];
+        let leaves = x.distance_squared(start) <= x.distance_squared(end);
+        Some(if leaves {
+            let mut light = StokesInFrame::unpolarized(last.arc.velocity(last.theta_end));
+            for piece in pieces.iter().rev() {
+                if let Some(event) = Self::interface(piece) {
+                    light.meet(event, [-event.after, -event.before]);
+                }
+                light.carry(&piece.arc, piece.theta_end, 0.0);
+            }
+            light
+        } else {
+            let mut light = StokesInFrame::unpolarized(first.arc.velocity(0.0));
+            for piece in pieces {
+                light.carry(&piece.arc, 0.0, piece.theta_end);
+                if let Some(event) = Self::interface(piece) {
+                    light.meet(event, [event.before, event.after]);
+                }
+            }
+            light
+        })
+    }
+
+    fn follow(&mut self, edge: &Edge) {
+        let length = match &edge.end {
+            End::Collision(point) => point.length,
+            _ => f64::INFINITY,
+        };
+        along(self.scene, edge, length, &mut self.trunk);
+    }
+
+    fn turn(&mut self, vertex: &Vertex, direction: DVec3) {
+        at_vertex(self.scene, vertex, direction, &mut self.trunk);
+    }
+
+    fn aside_follow(&mut self, edge: &Edge, length: f64) {
+        let mut aside = self.trunk;
+        along(self.scene, edge, length, &mut aside);
+        self.aside = Some(aside);
+    }
+
+    fn aside_connect(&mut self, vertex: &Vertex, direction: DVec3, way: &Self::Way) {
+        let mut all = self.aside.take().unwrap_or(self.trunk);
+        at_vertex(self.scene, vertex, direction, &mut all);
+        self.connected = Some(match way {
+            Some(light) => all.of(light, direction),
+            None => all.of_unpolarized(),
+        });
+    }
+
+    fn contribute(&mut self, _emitter: usize) {
+        let found = self.connected.take();
+        self.found
+            .push(found.unwrap_or_else(|| self.trunk.of_unpolarized()));
+    }
+}
+
+/// On along an edge as far as a length from its start, through the events on the way.
+fn along(scene: &Scene, edge: &Edge, length: f64, path: &mut Transported) {
+    let last = edge
+        .spans
+        .partition_point(|span| span.length_after() < length);
+    for (i, span) in edge.spans.iter().enumerate().take(last + 1) {
+        if i == last {
+            let theta = span.theta_at_length(length - span.length_before);
+            return path.carry(&span.arc, theta);
+        }
+        path.carry(&span.arc, span.theta_end);
+        if let Some(next) = edge.spans.get(i + 1) {
+            through(scene, span, next, path);
+        }
+    }
+}
+
+/// On through the surface between two spans.
+fn through(scene: &Scene, span: &Span, next: &Span, path: &mut Transported) {
+    let Some((object, meeting)) = &span.surface else {
+        return;
+    };
+    let bsdf = &scene.objects()[*object].bsdf;
+    if bsdf.is_null() {
+        return;
+    }
+    let from = span.arc.velocity(span.theta_end).normalize();
+    let to = next.arc.velocity(0.0).normalize();
+    let hit = scene.hit(*object, meeting);
+    let passes = hit.normal.dot(from) * hit.normal.dot(to) > 0.0;
+    if bsdf.is_partial() && passes {
+        return;
+    }
+    let surface = surface_at(scene, *object, &hit, span.medium);
+    path.turn(from, to, |channel| {
+        bsdf.mueller(&surface, from, to, channel)
+    });
+}
+
+/// On from a vertex in a direction.
+fn at_vertex(scene: &Scene, vertex: &Vertex, to: DVec3, path: &mut Transported) {
+    match *vertex {
+        Vertex::Volume {
+            x,
+            direction,
+            medium,
+        } => {
+            let phase = &scene.medium(medium).phase;
+            let mueller = phase.mueller(x, direction.dot(to));
+            path.turn(direction, to, |_| mueller);
+        }
+        // Other surfaces than smooth interfaces and mirrors, which edges go on from.
+        Vertex::Surface { .. } => path.depolarize(to),
+    }
+}

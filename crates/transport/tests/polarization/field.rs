@@ -1,0 +1,87 @@
+//! Partially polarised light as the correlations of its electric field in world coordinates.
+
+use glam::{DMat3, DVec3};
+use morgana_transport::emitter::Emitter;
+use num_complex::Complex64;
+
+/// E[Eᵢ Eⱼ*], as real and imaginary part, of fields that vary as e^(−iωt).
+#[derive(Clone, Copy)]
+pub struct Coherency {
+    re: DMat3,
+    im: DMat3,
+}
+
+impl Coherency {
+    /// Unpolarised light of unit intensity in a direction.
+    pub fn unpolarized(k: DVec3) -> Self {
+        Coherency {
+            re: (DMat3::IDENTITY - outer(k, k)) * 0.5,
+            im: DMat3::ZERO,
+        }
+    }
+
+    /// After a linear map of fields.
+    fn mapped(self, re: DMat3, im: DMat3) -> Self {
+        // (A + iB)(R + iJ)(Aᵀ − iBᵀ).
+        let left = [re * self.re - im * self.im, re * self.im + im * self.re];
+        let (at, bt) = (re.transpose(), im.transpose());
+        Coherency {
+            re: left[0] * at + left[1] * bt,
+            im: left[1] * at - left[0] * bt,
+        }
+    }
+
+    /// After an event at an interface of the given normal, with amplitudes across and in the plane of incidence.
+    pub fn met(self, [k, out]: [DVec3; 2], normal: DVec3, [s, p]: [Complex64; 2]) -> Self {
+        let across = k.cross(normal).normalize();
+        let [before, after] = [
+            outer(across, across),
+            outer(out.cross(across), k.cross(across)),
+        ];
+        self.mapped(before * s.re + after * p.re, before * s.im + after * p.im)
+    }
+
+    /// After scattering by a dipole into a direction.
+    pub fn scattered(self, out: DVec3) -> Self {
+        self.mapped(DMat3::IDENTITY - outer(out, out), DMat3::ZERO)
+    }
+
+    /// The Stokes vector of light in the direction `k`, in the frame of an axis.
+    pub fn stokes(&self, k: DVec3, x: DVec3) -> [f64; 4] {
+        let y = k.cross(x);
+        let re = |a: DVec3, b: DVec3| a.dot(self.re * b);
+        let (xx, yy) = (re(x, x), re(y, y));
+        [xx + yy, xx - yy, 2.0 * re(x, y), 2.0 * x.dot(self.im * y)]
+    }
+}
+
+fn outer(a: DVec3, b: DVec3) -> DMat3 {
+    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
+}
+
+/// Amplitudes of reflection at an index relative to that in front.
+pub fn reflection(cos: f64, index: Complex64) -> [Complex64; 2] {
+    let square = index * index;
+    let far = (square - (1.0 - cos * cos)).sqrt();
+    let c = Complex64::from(cos);
+    [
+        (c - far) / (c + far),
+        (square * c - far) / (square * c + far),
+    ]
+}
+
+/// Amplitudes of refraction, in any unit.
+pub fn refraction(cos: f64, index: f64) -> [Complex64; 2] {
+    let far = (1.0 - (1.0 - cos * cos) / index.powi(2)).sqrt();
+    let across = 2.0 * cos / (cos + index * far);
+    let within = 2.0 * cos / (index * cos + far);
+    [across.into(), within.into()]
+}
+
+/// Light from infinitely far away that travels in a direction.
+pub fn sun(direction: DVec3) -> Emitter {
+    Emitter::Directional {
+        direction: direction.normalize(),
+        irradiance: std::f64::consts::PI.into(),
+    }
+}
