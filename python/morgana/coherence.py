@@ -13,7 +13,7 @@ Theory: docs/theory.md#low-coherence-gating.
 
 from __future__ import annotations
 
-from typing import Callable, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,14 +29,46 @@ BLOCK = 1 << 22
 """Differences of lengths that are held in memory at a time."""
 
 
+@comparable
 class Source(NamedTuple):
-    """The light of an interferometer; see :func:`gaussian` and :func:`tabulated`."""
+    """The light of an interferometer; see :func:`gaussian` and :func:`tabulated`. Its spectrum is a line or a table, made wider by a bell."""
 
-    degree: Callable[[Doubles], Complexes]
-    """The complex degree of coherence γ by difference of optical lengths: 1 where there is none."""
+    wave_numbers: Doubles
+    """Wave numbers k = 2π/λ, (n,), ascending: of a line if there is one."""
+    density: Doubles
+    """Power per wave number, (n,), in any unit; between wave numbers it is linear."""
+    spread: float
+    """Full width at half maximum, in wave numbers, of the Gaussian that makes the spectrum wider."""
     coherence_length: float
     """Difference of lengths, from the middle, at which the envelope |γ| has fallen to one half. In depth, to which light goes and from
     which it returns, the full width at half maximum is the same: the axial resolution in vacuum."""
+
+    def degree(self, difference: ArrayLike) -> Complexes:
+        """The complex degree of coherence γ by difference of optical lengths: 1 where there is none.
+
+        Parameters
+        ----------
+        difference : array_like
+            Differences Δ, of any shape, in scene units.
+
+        Returns
+        -------
+        array
+            γ(Δ), of the same shape.
+        """
+        delta = np.asarray(difference, float)
+        k, density = self.wave_numbers, self.density
+        bell = np.exp(-((self.spread * delta) ** 2) / (16 * np.log(2)))
+        if len(k) == 1:
+            return np.asarray(bell * np.exp(1j * k[0] * delta))
+        half, middle = np.diff(k) / 2, (k[1:] + k[:-1]) / 2
+        mean, rise = (density[1:] + density[:-1]) / 2, np.diff(density) / 2
+        result = np.zeros(delta.shape, complex)
+        for h, m, a, b in zip(half, middle, mean, rise):
+            # ∫ (a + b t) e^{iΔ(m + h t)} h dt over t in [−1, 1].
+            x = h * delta
+            result += 2 * h * np.exp(1j * m * delta) * (a * np.sinc(x / np.pi) + 1j * b * _bessel(x))
+        return np.asarray(bell * result / np.sum(2 * half * mean))
 
     def __repr__(self) -> str:
         return f"<morgana.coherence.Source, coherence length {self.coherence_length:.4g}>"
@@ -84,11 +116,7 @@ def gaussian(wavelength: float, width: float) -> Source:
     """
     center = 2 * np.pi / _positive(wavelength, "wavelength")
     spread = 2 * np.pi * _positive(width, "width") / wavelength**2
-
-    def degree(difference: Doubles) -> Complexes:
-        return np.asarray(np.exp(1j * center * difference - (spread * difference) ** 2 / (16 * np.log(2))))
-
-    return Source(degree, float(4 * np.log(2) / spread))
+    return Source(np.array([center]), np.ones(1), spread, float(4 * np.log(2) / spread))
 
 
 def tabulated(wavelengths: ArrayLike, power: ArrayLike) -> Source:
@@ -123,28 +151,15 @@ def tabulated(wavelengths: ArrayLike, power: ArrayLike) -> Source:
     k, density = 2 * np.pi / nm[::-1], (values * nm**2)[::-1]
     if not np.all(np.isfinite(density) & (density >= 0)) or not density.any():
         raise ValueError("power is finite, not negative, and not zero everywhere")
-    total = float(np.sum(np.diff(k) * (density[1:] + density[:-1]) / 2))
-    half, middle = np.diff(k) / 2, (k[1:] + k[:-1]) / 2
-    mean, rise = (density[1:] + density[:-1]) / 2, (density[1:] - density[:-1]) / 2
-
-    def degree(difference: Doubles) -> Complexes:
-        difference = np.asarray(difference, float)
-        result = np.zeros(difference.shape, complex)
-        for h, m, a, b in zip(half, middle, mean, rise):
-            # ∫ (a + b t) e^{iΔ(m + h t)} h dt over t in [−1, 1].
-            x = h * difference
-            result += 2 * h * np.exp(1j * m * difference) * (a * np.sinc(x / np.pi) + 1j * b * _bessel(x))
-        return result / total
-
-    return Source(degree, _half(degree, 2 * np.pi / (k[-1] - k[0])))
+    source = Source(k, density, 0.0, np.nan)
+    return source._replace(coherence_length=_half(source, 2 * np.pi / (k[-1] - k[0])))
 
 
 def a_scan(records: Records, lengths: ArrayLike, source: Source) -> AScan:
-    """The power of recorded light that interferes with references of these lengths: Σ w |γ(L − ℓ)|² over records of weight w and optical
-    length ℓ.
+    """The power of recorded light that interferes with references of these lengths.
 
-    It is the mean, over speckle, of the squared envelope of the fringes, without the power of the reference: of light whose paths have
-    independent phases, in one polarisation and in one mode of the detector. Fringes of a mirror, whose light all has one phase, have the
+    It is Σ w |γ(L − ℓ)|² over records of weight w and optical length ℓ: the mean, over speckle, of the squared envelope of the fringes,
+    without the power of the reference, of light whose paths have independent phases, in one polarisation and one mode of the detector. Fringes of a mirror, whose light all has one phase, have the
     same squared envelope. The index does not depend on the wavelength within the spectrum.
 
     Parameters
@@ -181,7 +196,7 @@ def a_scan(records: Records, lengths: ArrayLike, source: Source) -> AScan:
         gate = np.abs(source.degree(part[:, None] - records.optical_length)) ** 2
         for c in range(channels):
             for i, row in enumerate(gate * records.weight[:, c]):
-                sums = np.bincount(rows, row, particles)
+                sums = np.asarray(np.bincount(rows, row, particles), float)
                 mean[start + i, c] = sums.sum()
                 error[start + i, c] = _error(sums, records.particles)
     return AScan(reference, mean, error)
@@ -236,11 +251,11 @@ def _bessel(x: Doubles) -> Doubles:
     return np.asarray(np.where(small, x / 3 - x**3 / 30, (np.sin(safe) / safe - np.cos(safe)) / safe))
 
 
-def _half(degree: Callable[[Doubles], Complexes], scale: float) -> float:
+def _half(source: Source, scale: float) -> float:
     """Where the envelope first falls to one half; it does, as the spectrum is no line."""
     while True:
         grid = np.linspace(0, 16 * scale, 8193)
-        envelope = np.abs(degree(grid))
+        envelope = np.abs(source.degree(grid))
         below = int(np.argmax(envelope < 0.5))
         if below > 0:
             a, b = envelope[below - 1], envelope[below]
