@@ -66,3 +66,27 @@ def load(scene, **options):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", morgana.SceneWarning)
         return morgana.load_dict(scene, **options)
+
+
+@pytest.fixture
+def serve():
+    """Starts the program with arguments, and gives the address that it prints."""
+    running = []
+
+    def start(*arguments, cwd=None):
+        command = [PROGRAM, *map(str, arguments)]
+        process = subprocess.Popen(
+            command,
+            cwd=cwd,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+        )
+        running.append(process)
+        return process.stdout.readline().split()[0]
+
+    yield start
+    for process in running:
+        process.terminate()
+        process.wait()
+        process.stdout.close()

@@ -7,6 +7,7 @@ import re
 import textwrap
 
 import morgana
+import morgana.coherence
 import morgana.correlation
 import morgana.distributed
 import morgana.flow
@@ -19,7 +20,18 @@ import pytest
 from conftest import load, meters, small
 from morgana import plot
 
-MODULES = [morgana, morgana.correlation, morgana.distributed, morgana.flow, morgana.grad, morgana.reconstruct, morgana.schlieren, morgana.speckle, plot]
+MODULES = [
+    morgana,
+    morgana.coherence,
+    morgana.correlation,
+    morgana.distributed,
+    morgana.flow,
+    morgana.grad,
+    morgana.reconstruct,
+    morgana.schlieren,
+    morgana.speckle,
+    plot,
+]
 
 
 def public():
@@ -137,6 +149,8 @@ def samples():
         recorded.power(),
         recorded.jacobian(),
         morgana.derivatives(scene, ["sky.emission"], np.ones((8, 12, len(scene.channels))), spp=2)["sky.emission"],
+        morgana.coherence.gaussian(1.3e-3, 1e-4),
+        morgana.coherence.a_scan(recorded, [3.0], morgana.coherence.gaussian(0.1, 0.01)),
         morgana.correlation.correlate(recorded, [0.0, 1e-3], motion, **light),
         morgana.speckle.Pattern(np.ones((2, 3)), np.arange(3.0), np.arange(2.0), 1.0, 20.0),
         morgana.correlation.speckle_contrast(recorded, [1e-3], motion, **light),

@@ -2,6 +2,7 @@
 
 mod common;
 
+use morgana_io::arrays::Arrays;
 use morgana_io::volume::series::{FrameSums, SeriesShape};
 use morgana_io::volume::{
     AxisOrder, Options, hdf5, mat, nifti, npy, npz, nrrd, vdb, vol, vti, vtk,
@@ -254,6 +255,9 @@ fn read_npy(bytes: &[u8]) {
 }
 
 fn read_hdf5(bytes: &[u8]) {
+    let file = tempfile::Builder::new().suffix(".h5").tempfile().unwrap();
+    std::fs::write(file.path(), bytes).unwrap();
+    let _ = Arrays::read(file.path(), Limits::default());
     for dataset in ["p_final", "p_max", "results/rho", "p", "p/2", "cuboid", ""] {
         let _ = hdf5::parse::<f32>(bytes, ZYX.of(dataset));
         let _ = hdf5::parse_series(bytes, ZYX.of(dataset), &mut halves);

@@ -250,6 +250,15 @@ fn compressed() {
         "more than the limit of",
         |file, limits| volume(hdf5::parse(file, zyx(limits).of("p"))),
     );
+    refused(
+        &bytes("bomb.h5"),
+        "more than the limit of",
+        |file, limits| {
+            let path = tempfile::Builder::new().suffix(".h5").tempfile().unwrap();
+            std::fs::write(path.path(), file).unwrap();
+            outcome(Arrays::read(path.path(), limits).map_err(|error| error.problem))
+        },
+    );
 }
 
 fn grids_that_point_back() {
@@ -361,7 +370,9 @@ fn overlapping_arrays() {
     bomb.extend(last);
     std::fs::write(&path, &bomb).unwrap();
     let error = bounded(bomb.len(), || {
-        Arrays::read_npz(&path).map(drop).map_err(|e| e.to_string())
+        Arrays::read(&path, Limits::default())
+            .map(drop)
+            .map_err(|e| e.to_string())
     });
     assert!(error.clone().unwrap_err().contains("overlap"), "{error:?}");
 }

@@ -1,7 +1,7 @@
 //! Meters in scene files, and their readings as files.
 
 use morgana_io::arrays::{Array, ArrayFormat, Arrays, Context, arrays};
-use morgana_io::{LoadOptions, Loaded, npy};
+use morgana_io::{Limits, LoadOptions, Loaded, npy};
 use std::fs;
 use std::io::Read;
 use std::ops::ControlFlow;
@@ -329,6 +329,51 @@ fn files_give_back_what_was_written() {
         .chunks(8)
         .map(|c| f64::from_le_bytes(c.try_into().unwrap()));
     assert_eq!(values.collect::<Vec<_>>(), fluence.data);
+
+    // The same again by our own readers.
+    let read = |name| Arrays::read(&folder.join(name), Limits::default()).unwrap();
+    let sorted = |mut list: Vec<Array>| {
+        list.sort_by(|a, b| a.name.cmp(&b.name));
+        list
+    };
+    for name in ["a.npz", "a.h5"] {
+        let back = read(name);
+        assert_eq!(sorted(back.list), sorted(arrays.list.clone()), "{name}");
+        let seed = back.attributes.iter().find(|(name, _)| name == "seed");
+        let seed = seed.unwrap().1.clone();
+        assert!(seed == 1 || seed == "1", "{seed}");
+    }
+    let volume = array(&read("a.nrrd"), "volume").clone();
+    assert_eq!(
+        (&volume.shape, &volume.data, &volume.axes),
+        (&fluence.shape, &fluence.data, &fluence.axes)
+    );
+}
+
+#[test]
+fn arrays_of_others_have_axes_with_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.h5");
+    let values: Vec<f32> = (0..6).map(|i| i as f32).collect();
+    let dataset = hdf5_writer::DatasetBuilder::typed_data("p", vec![2, 3], &values).unwrap();
+    let plan = hdf5_writer::Hdf5Builder::new().dataset(dataset).into_plan();
+    let file = fs::File::create(&path).unwrap();
+    let writer = hdf5_writer::Hdf5Writer::new(file, hdf5_writer::WriteOptions::default());
+    writer.finish(plan.unwrap()).unwrap();
+    let read = Arrays::read(&path, Limits::default()).unwrap();
+    let found = array(&read, "p");
+    assert_eq!(found.data, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
+    assert_eq!((&found.shape[..], found.unit.as_str()), (&[2, 3][..], ""));
+    assert_eq!(found.axes, ["axis 0", "axis 1"]);
+
+    // NRRD lists its fastest axis first.
+    let path = folder.path().join("a.nrrd");
+    let header = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 3 2 1\nencoding: raw\n\n";
+    fs::write(&path, [header.as_bytes(), &[0, 1, 2, 3, 4, 5]].concat()).unwrap();
+    let read = Arrays::read(&path, Limits::default()).unwrap();
+    let found = array(&read, "volume");
+    assert_eq!(found.shape, [1, 2, 3]);
+    assert_eq!(found.data, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
 }
 
 #[test]

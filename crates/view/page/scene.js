@@ -36,13 +36,23 @@ export class ScenePage {
     }
 
     async build() {
+        const { objects, emitters, sensor } = this.about;
         try {
             const { Stage } = await import('./stage.js');
+            if (this.isClosed) return;
             this.stage = new Stage(this.surface, (view) => state.set({ camera: view }));
         } catch (error) {
-            say(`The scene cannot be drawn: ${error.message}`, true);
-            return;
+            // Values of rays are told all the same.
+            this.surface.append(element('p', { class: 'warning' }, `The scene cannot be drawn: ${error.message}`));
         }
+        if (this.stage) await this.draw();
+        this.isReady = true;
+        await this.update();
+        say(`${objects.length} surfaces, ${this.about.media.length} media, ${emitters.length} emitters`);
+        document.body.dataset.shown = 'scene';
+    }
+
+    async draw() {
         const { objects, emitters, sensor } = this.about;
         const wanted = state.numbers('camera', 6);
         this.stage.setBounds(this.bounds());
@@ -50,9 +60,6 @@ export class ScenePage {
         for (const emitter of emitters) if (emitter.position && !emitter.area) this.stage.addPoint(emitter.name ?? emitter.kind, emitter.position);
         if (sensor) this.stage.addCamera(sensor.rays);
         await Promise.all(objects.map((object, i) => this.add(object, i)));
-        await this.update();
-        say(`${objects.length} surfaces, ${this.about.media.length} media, ${emitters.length} emitters`);
-        document.body.dataset.shown = 'scene';
     }
 
     /** A box around everything. */
@@ -189,7 +196,7 @@ export class ScenePage {
         refresh(this.controls);
         const questions = this.questions();
         const key = JSON.stringify(questions);
-        if (key === this.key || !this.stage) return;
+        if (key === this.key || !this.isReady) return;
         this.key = key;
         const request = (this.asked += 1);
         const ask = async (what, question) => {
@@ -233,10 +240,11 @@ export class ScenePage {
         for (const answer of [traced, connected]) if (answer?.error) parts.push(element('p', { class: 'warning' }, answer.error));
         this.rays.hidden = parts.length === 0;
         this.rays.replaceChildren(...parts);
-        this.stage.setRays(lines);
+        this.stage?.setRays(lines);
     }
 
     close() {
+        this.isClosed = true;
         this.stage?.close();
     }
 }

@@ -9,8 +9,33 @@ const MEDIUM = 0.16;
 const EDGE = 25;
 /** Triangles of a mesh whose edges are drawn, at most. */
 const EDGED = 100000;
-/** Thickness of rays in pixels. */
+/** Thickness of rays in pixels; more segments than so many are one pixel wide, which is drawn ten times as fast without a graphics card. */
 const THICKNESS = 2.5;
+const THICK = 2000;
+/** Opacity of rays that something blocks. */
+const FAINT = 0.4;
+
+/** Rays as one object, each in its colour. */
+function lines(rays, isFaint) {
+    const [positions, colours] = [[], []];
+    for (const { points, colour } of rays) {
+        const { r, g, b } = new three.Color(colour);
+        for (let i = 1; i < points.length; i += 1) {
+            positions.push(...points[i - 1], ...points[i]);
+            colours.push(r, g, b, r, g, b);
+        }
+    }
+    const look = { vertexColors: true, transparent: isFaint, opacity: isFaint ? FAINT : 1 };
+    if (positions.length <= 6 * THICK) {
+        const geometry = new three.LineSegmentsGeometry().setPositions(positions).setColors(colours);
+        return new three.LineSegments2(geometry, new three.LineMaterial({ ...look, linewidth: THICKNESS }));
+    }
+    const geometry = new three.BufferGeometry();
+    for (const [name, values] of [['position', positions], ['color', colours]]) {
+        geometry.setAttribute(name, new three.BufferAttribute(new Float32Array(values), 3));
+    }
+    return new three.LineSegments(geometry, new three.LineBasicMaterial(look));
+}
 
 export class Stage {
     /** `onView(text)`: after the view moved, with what `setView` takes. */
@@ -133,6 +158,7 @@ export class Stage {
             transparent: isMedium,
             opacity: isMedium ? MEDIUM : 1,
             depthWrite: !isMedium,
+            forceSinglePass: true,
         });
         const group = new three.Group();
         group.name = name;
@@ -189,11 +215,10 @@ export class Stage {
             child.material.dispose();
         }
         this.rays.clear();
-        for (const { points, colour, isFaint } of rays) {
-            const geometry = new three.LineSegmentsGeometry();
-            geometry.setPositions(points.slice(1).flatMap((point, i) => [...points[i], ...point]));
-            const material = new three.LineMaterial({ color: colour, linewidth: THICKNESS, transparent: isFaint === true, opacity: isFaint ? 0.4 : 1 });
-            this.rays.add(new three.LineSegments2(geometry, material));
+        // Two objects at most, since each costs a call of its own to draw.
+        for (const isFaint of [false, true]) {
+            const alike = rays.filter((ray) => Boolean(ray.isFaint) === isFaint && ray.points.length > 1);
+            if (alike.length > 0) this.rays.add(lines(alike, isFaint));
         }
         this.draw();
     }
@@ -218,5 +243,7 @@ export class Stage {
 
     close() {
         this.renderer.dispose();
+        // Browsers allow few contexts, which live on until their canvas is forgotten.
+        this.renderer.forceContextLoss();
     }
 }

@@ -4,10 +4,18 @@ use crate::live::Live;
 use crate::picture::Picture;
 use io::arrays::Arrays;
 use io::image::ImageLayers;
+use io::volume::Format;
 use io::{Diagnostics, FileError, Limits, LoadOptions, Loaded};
 use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
+
+/// Whether a file is an image by its extension; an array of NumPy is one.
+fn is_image(path: &Path) -> bool {
+    let extension = path.extension().and_then(|e| e.to_str());
+    let extension = extension.map(str::to_ascii_lowercase);
+    matches!(extension.as_deref(), Some("exr" | "png" | "npy"))
+}
 
 /// One thing that a page shows.
 #[derive(Debug)]
@@ -61,7 +69,8 @@ impl fmt::Display for OpenError {
 impl std::error::Error for OpenError {}
 
 impl Item {
-    /// Reads a file by its extension: an image (`.exr`, `.png`, `.npy`), readings of meters (`.npz`), or else a scene.
+    /// Reads a file by its extension: an image (`.exr`, `.png`, `.npy`), readings of meters and other arrays (`.npz`, `.h5`),
+    /// a volume (`.nrrd`, `.vol`, `.vti`, `.vtk`, `.vdb`, `.nii`), or else a scene.
     ///
     /// # Errors
     ///
@@ -69,25 +78,20 @@ impl Item {
     pub fn open(path: &Path, options: &ItemOptions) -> Result<Self, OpenError> {
         let name = path.file_name().unwrap_or(path.as_os_str());
         let name = name.to_string_lossy().into_owned();
-        let extension = path.extension().and_then(|e| e.to_str());
-        match extension.map(str::to_ascii_lowercase).as_deref() {
-            Some("exr" | "png" | "npy") => {
-                let image = ImageLayers::read_within(path, options.limits);
-                Ok(Item::image(name, image.map_err(OpenError::File)?))
-            }
-            Some("npz") => {
-                let arrays = Arrays::read_npz(path).map_err(OpenError::File)?;
-                Ok(Item::arrays(name, arrays))
-            }
-            _ => {
-                let options = LoadOptions {
-                    defines: options.defines.clone(),
-                    limits: options.limits,
-                    ..LoadOptions::default()
-                };
-                let loaded = io::load_scene(path, &options).map_err(OpenError::Scene)?;
-                Ok(Item::scene(name, loaded))
-            }
+        if is_image(path) {
+            let image = ImageLayers::read_within(path, options.limits);
+            Ok(Item::image(name, image.map_err(OpenError::File)?))
+        } else if Format::of(path).is_some() {
+            let arrays = Arrays::read(path, options.limits).map_err(OpenError::File)?;
+            Ok(Item::arrays(name, arrays))
+        } else {
+            let options = LoadOptions {
+                defines: options.defines.clone(),
+                limits: options.limits,
+                ..LoadOptions::default()
+            };
+            let loaded = io::load_scene(path, &options).map_err(OpenError::Scene)?;
+            Ok(Item::scene(name, loaded))
         }
     }
 

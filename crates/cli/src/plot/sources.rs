@@ -262,7 +262,7 @@ pub fn slice(
     at: f64,
     logarithmic: bool,
 ) -> Result<Map, CommandError> {
-    let arrays = Arrays::read_npz(path)?;
+    let arrays = Arrays::read(path, Limits::default())?;
     let space = |a: &&Array| {
         a.axes.len() >= 3
             && ["x", "y", "z"]

@@ -1,8 +1,11 @@
 //! HDF5: a dataset for each array, with attributes `unit` and `axes`; all others belong to the root group.
 
-use super::{Array, Arrays, plain};
+use super::{Array, Arrays, numbered, plain};
 use crate::atomic;
-use crate::error::FileError;
+use crate::error::{FileError, Problem};
+use crate::input::Limits;
+use crate::volume::hdf5::{self, StoredNumbers};
+
 use hdf5_writer::{AttributeBuilder, DatasetBuilder, Error, Hdf5Builder, Hdf5Writer, WriteOptions};
 use serde_json::Value;
 use std::io;
@@ -37,4 +40,35 @@ fn dataset(array: &Array) -> Result<DatasetBuilder, Error> {
     Ok(dataset
         .attribute(AttributeBuilder::fixed_string("unit", unit))
         .attribute(axes))
+}
+
+/// Reads the numbers of the root group: with units and axes where [`write`] has written them, else with axes that have numbers.
+pub(super) fn read(path: &Path, limits: Limits) -> Result<Arrays, FileError> {
+    let found = hdf5::numbers(path, limits)?;
+    let list: Vec<Array> = found.datasets.into_iter().map(array).collect();
+    if list.is_empty() {
+        let message = "HDF5 files without numbers in their root group";
+        return Err(Problem::Unsupported(message.into()).at(path));
+    }
+    Ok(Arrays {
+        list,
+        main: None,
+        placement: None,
+        attributes: found.attributes,
+    })
+}
+
+fn array(stored: StoredNumbers) -> Array {
+    let text = |name| stored.attributes.iter().find(|(n, _)| n == name);
+    let axes = text("axes").and_then(|(_, axes)| axes.as_str());
+    let axes: Option<Vec<String>> = axes.map(|a| a.split_whitespace().map(str::to_owned).collect());
+    let axes = axes.filter(|axes| axes.len() == stored.shape.len());
+    let unit = text("unit").and_then(|(_, unit)| unit.as_str());
+    Array {
+        axes: axes.unwrap_or_else(|| numbered(stored.shape.len())),
+        unit: unit.filter(|unit| *unit != "1").unwrap_or_default().into(),
+        name: stored.name,
+        shape: stored.shape,
+        data: stored.data,
+    }
 }

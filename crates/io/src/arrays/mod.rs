@@ -9,11 +9,14 @@ mod nrrd;
 mod quality;
 mod readings;
 mod records;
+mod volume;
 
 pub use quality::Quality;
 pub use readings::{Context, arrays};
 
 use crate::error::{FileError, Problem};
+use crate::input::Limits;
+use crate::volume::Format;
 use crate::{atomic, npy};
 use serde_json::Value;
 use std::path::Path;
@@ -60,6 +63,11 @@ fn plain(value: &Value) -> String {
     value
         .as_str()
         .map_or_else(|| value.to_string(), str::to_owned)
+}
+
+/// Names of axes of which a file says nothing.
+fn numbered(axes: usize) -> Vec<String> {
+    (0..axes).map(|i| format!("axis {i}")).collect()
 }
 
 /// A format of arrays.
@@ -127,13 +135,18 @@ impl Arrays {
         }
     }
 
-    /// Reads the arrays, units and axes of an `.npz` file that [`Arrays::write`] has written.
+    /// Reads the arrays of a file: all of `.npz` and HDF5 (of its root group), with units and axes where [`Arrays::write`] has
+    /// written them; of other extensions the volume, with axes z, y, x and its channels. Where arrays lie is left out.
     ///
     /// # Errors
     ///
-    /// A file that cannot be read, or that comes from elsewhere.
-    pub fn read_npz(path: &Path) -> Result<Self, FileError> {
-        npz::read(path)
+    /// A file that cannot be read, that takes more memory than its limits allow, or holds no arrays of numbers.
+    pub fn read(path: &Path, limits: Limits) -> Result<Self, FileError> {
+        match Format::of(path) {
+            Some(Format::Npz) | None => npz::read(path),
+            Some(Format::Hdf5) => hdf5::read(path, limits),
+            Some(_) => volume::read(path, limits),
+        }
     }
 
     /// The array of a format that holds one.

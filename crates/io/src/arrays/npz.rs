@@ -1,6 +1,6 @@
 //! NPZ: a ZIP archive of NPY files, not compressed. <https://numpy.org/doc/stable/reference/generated/numpy.savez.html>
 
-use super::{Array, Arrays};
+use super::{Array, Arrays, numbered};
 use crate::error::{FileError, Problem};
 use crate::npy::{NpyArray, NpyData};
 use crate::{atomic, input, npy};
@@ -47,22 +47,32 @@ fn metadata(arrays: &Arrays) -> String {
     Value::from(all).to_string()
 }
 
-/// Reads what [`write`] has written: arrays with their units and axes. Where they lie is left out.
+/// Reads the arrays of an archive: with units and axes where [`write`] has written them, else with axes that have numbers.
 ///
 /// # Errors
 ///
-/// A file that is no such archive, compressed, or without the text `metadata`.
+/// A file that is no such archive, or compressed, or holds other arrays than of floating-point numbers in C order.
 pub(super) fn read(path: &Path) -> Result<Arrays, FileError> {
     let (file, mut left) = input::open(path)?;
     let open = || -> Result<Arrays, Problem> {
         let mut archive = ZipArchive::new(file).map_err(foreign)?;
-        let metadata = npy::parse_text(&member(&mut archive, "metadata", &mut left)?)?;
-        let metadata: Value = serde_json::from_str(&metadata).map_err(foreign)?;
-        let about = metadata["arrays"].as_object();
-        let about = about.ok_or_else(|| foreign("its metadata lists no arrays"))?;
-        let list = about.iter().map(|(name, about)| {
+        let mut names: Vec<String> = (archive.file_names().filter_map(Result::ok))
+            .filter_map(|name| name.strip_suffix(".npy").map(str::to_owned))
+            .collect();
+        let metadata = match names.iter().position(|name| name == "metadata") {
+            Some(i) => {
+                names.remove(i);
+                let text = npy::parse_text(&member(&mut archive, "metadata", &mut left)?)?;
+                serde_json::from_str(&text).map_err(foreign)?
+            }
+            None => Value::Null,
+        };
+        if let Some(about) = metadata["arrays"].as_object() {
+            names = about.keys().cloned().collect();
+        }
+        let list = names.iter().map(|name| {
             let stored = npy::parse(&member(&mut archive, name, &mut left)?)?;
-            array(name, about, stored)
+            array(name, &metadata["arrays"][name], stored)
         });
         let list = list.collect::<Result<_, Problem>>()?;
         let attributes = metadata.as_object().into_iter().flatten();
@@ -78,9 +88,7 @@ pub(super) fn read(path: &Path) -> Result<Arrays, FileError> {
 }
 
 fn foreign(reason: impl std::fmt::Display) -> Problem {
-    Problem::Unsupported(format!(
-        "archives that were not written by a meter ({reason})"
-    ))
+    Problem::Unsupported(format!("this archive of arrays ({reason})"))
 }
 
 /// The bytes of a member, which are stored as they are; all together are no more than the file has `left`.
@@ -102,15 +110,25 @@ fn member<R: Read + Seek>(
     Ok(bytes)
 }
 
+/// An array of which the metadata may say something.
 fn array(name: &str, about: &Value, stored: NpyArray) -> Result<Array, Problem> {
-    let axes = about["axes"].as_array().into_iter().flatten();
-    let axes: Vec<String> = axes.filter_map(|a| Some(a.as_str()?.to_owned())).collect();
+    let axes = match about["axes"].as_array() {
+        Some(axes) => (axes.iter())
+            .filter_map(|a| Some(a.as_str()?.to_owned()))
+            .collect(),
+        None => numbered(stored.shape.len()),
+    };
     let data = match stored.data {
         NpyData::F64(data) => data,
-        NpyData::F32(_) => return Err(foreign("it holds single precision")),
+        NpyData::F32(data) => data.into_iter().map(f64::from).collect(),
     };
-    if stored.fortran_order || axes.len() != stored.shape.len() {
-        return Err(foreign("its arrays do not have the axes of its metadata"));
+    if stored.fortran_order && stored.shape.len() > 1 {
+        return Err(foreign(format!("'{name}' is in Fortran order")));
+    }
+    if axes.len() != stored.shape.len() {
+        return Err(foreign(format!(
+            "'{name}' has other axes than its metadata"
+        )));
     }
     Ok(Array {
         name: name.into(),

@@ -3,6 +3,7 @@
 mod blocks;
 mod elements;
 mod kwave;
+mod root;
 mod write;
 
 use std::path::Path;
@@ -18,6 +19,7 @@ use crate::error::{FileError, Problem};
 use crate::input;
 pub use blocks::BLOCK;
 use elements::encoding;
+pub(crate) use root::{StoredNumbers, numbers};
 pub use write::write;
 
 /// Reads a volume from the dataset whose path in the file is given: an array of three axes, or four with

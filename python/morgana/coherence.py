@@ -1,0 +1,282 @@
+"""Low-coherence interferometry: what a reference arm of some length finds in recorded light, as optical coherence tomography does.
+
+Light of a broad spectrum interferes with its reference only where both have travelled equally far. :func:`a_scan` finds the power of a
+meter's light (:class:`morgana.Records`) that a reference of each length lets through, :func:`interferogram` the fringes of light whose
+ways are known one by one, such as those of :func:`morgana.trace`. Lengths are optical, ∫n ds, in scene units.
+
+Theory: docs/theory.md#low-coherence-gating.
+
+    >>> source = coherence.gaussian(1.3, 0.1)
+    >>> scan = coherence.a_scan(records, np.linspace(20, 24, 400), source)
+    >>> plt.semilogy(scan.lengths, scan.mean[:, 0])
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._records import Records
+from ._values import comparable
+
+__all__ = ["AScan", "Source", "a_scan", "gaussian", "interferogram", "tabulated"]
+
+Doubles = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+BLOCK = 1 << 22
+"""Differences of lengths that are held in memory at a time."""
+
+
+@comparable
+class Source(NamedTuple):
+    """The light of an interferometer; see :func:`gaussian` and :func:`tabulated`. Its spectrum is a line or a table, made wider by a bell."""
+
+    wave_numbers: Doubles
+    """Wave numbers k = 2π/λ, (n,), ascending: of a line if there is one."""
+    density: Doubles
+    """Power per wave number, (n,), in any unit; between wave numbers it is linear."""
+    spread: float
+    """Full width at half maximum, in wave numbers, of the Gaussian that makes the spectrum wider."""
+    coherence_length: float
+    """Difference of lengths, from the middle, at which the envelope |γ| has fallen to one half. In depth, to which light goes and from
+    which it returns, the full width at half maximum is the same: the axial resolution in vacuum."""
+
+    def degree(self, difference: ArrayLike) -> Complexes:
+        """The complex degree of coherence γ by difference of optical lengths: 1 where there is none.
+
+        Parameters
+        ----------
+        difference : array_like
+            Differences Δ, of any shape, in scene units.
+
+        Returns
+        -------
+        array
+            γ(Δ), of the same shape.
+        """
+        delta = np.asarray(difference, float)
+        k, density = self.wave_numbers, self.density
+        bell = np.exp(-((self.spread * delta) ** 2) / (16 * np.log(2)))
+        if len(k) == 1:
+            return np.asarray(bell * np.exp(1j * k[0] * delta))
+        half, middle = np.diff(k) / 2, (k[1:] + k[:-1]) / 2
+        mean, rise = (density[1:] + density[:-1]) / 2, np.diff(density) / 2
+        result = np.zeros(delta.shape, complex)
+        for h, m, a, b in zip(half, middle, mean, rise):
+            # ∫ (a + b t) e^{iΔ(m + h t)} h dt over t in [−1, 1].
+            x = h * delta
+            result += 2 * h * np.exp(1j * m * delta) * (a * np.sinc(x / np.pi) + 1j * b * _bessel(x))
+        return np.asarray(bell * result / np.sum(2 * half * mean))
+
+    def __repr__(self) -> str:
+        return f"<morgana.coherence.Source, coherence length {self.coherence_length:.4g}>"
+
+
+@comparable
+class AScan(NamedTuple):
+    """Light that interferes with a reference, by the reference's length and channel. Errors are standard errors among particles."""
+
+    lengths: Doubles
+    """Optical lengths of the reference, (n,)."""
+    mean: Doubles
+    """Power that the coherence gate lets through, (n, channels), in the unit of the records' weights."""
+    error: Doubles
+    """Its standard error."""
+
+    def __repr__(self) -> str:
+        return f"<morgana.coherence.AScan of {len(self.lengths)} lengths>"
+
+
+def gaussian(wavelength: float, width: float) -> Source:
+    """Light whose spectrum is Gaussian in wave number.
+
+    Parameters
+    ----------
+    wavelength : float
+        Centre λ in vacuum, > 0, in scene units.
+    width : float
+        Full width Δλ at half maximum, > 0, in scene units: 2π Δλ/λ² in wave numbers.
+
+    Returns
+    -------
+    Source
+        With a coherence length of (2 ln 2/π) λ²/Δλ.
+
+    Raises
+    ------
+    ValueError
+        A number that is not positive and finite.
+
+    Examples
+    --------
+    >>> coherence.gaussian(1.3e-3, 0.1e-3).coherence_length
+    0.007457...
+    """
+    center = 2 * np.pi / _positive(wavelength, "wavelength")
+    spread = 2 * np.pi * _positive(width, "width") / wavelength**2
+    return Source(np.array([center]), np.ones(1), spread, float(4 * np.log(2) / spread))
+
+
+def tabulated(wavelengths: ArrayLike, power: ArrayLike) -> Source:
+    """Light of a spectrum that has been measured, between whose points power is linear in wave number.
+
+    Parameters
+    ----------
+    wavelengths : array_like
+        Wavelengths in vacuum, (n,), ascending, > 0, in scene units; at least two.
+    power : array_like
+        Power per wavelength, (n,), ≥ 0, in any unit.
+
+    Returns
+    -------
+    Source
+        Its degree of coherence has no aliases: each piece of the spectrum is integrated exactly.
+
+    Raises
+    ------
+    ValueError
+        Wavelengths or powers that are no spectrum.
+
+    Examples
+    --------
+    >>> coherence.tabulated([0.8, 0.85, 0.9], [0, 1, 0])
+    <morgana.coherence.Source, coherence length 6.375>
+    """
+    nm, values = np.asarray(wavelengths, float), np.asarray(power, float)
+    if nm.ndim != 1 or nm.shape != values.shape or len(nm) < 2 or not np.all(np.isfinite(nm)) or nm[0] <= 0 or np.any(np.diff(nm) <= 0):
+        raise ValueError("wavelengths and power are two rows of at least two numbers, wavelengths positive and ascending")
+    # Per wave number k = 2π/λ, ascending: |dλ/dk| ∝ λ².
+    k, density = 2 * np.pi / nm[::-1], (values * nm**2)[::-1]
+    if not np.all(np.isfinite(density) & (density >= 0)) or not density.any():
+        raise ValueError("power is finite, not negative, and not zero everywhere")
+    source = Source(k, density, 0.0, np.nan)
+    return source._replace(coherence_length=_half(source, 2 * np.pi / (k[-1] - k[0])))
+
+
+def a_scan(records: Records, lengths: ArrayLike, source: Source) -> AScan:
+    """The power of recorded light that interferes with references of these lengths.
+
+    It is Σ w |γ(L − ℓ)|² over records of weight w and optical length ℓ: the mean, over speckle, of the squared envelope of the fringes,
+    without the power of the reference, of light whose paths have independent phases, in one polarisation and one mode of the detector. Fringes of a mirror, whose light all has one phase, have the
+    same squared envelope. The index does not depend on the wavelength within the spectrum.
+
+    Parameters
+    ----------
+    records : Records
+        Records of the light.
+    lengths : array_like
+        Optical lengths L of the reference, (n,): from the emitter to the meter, as those of the records.
+    source : Source
+        The light.
+
+    Returns
+    -------
+    AScan
+        The power by length, with its error.
+
+    Raises
+    ------
+    ValueError
+        Lengths that are not finite numbers in a row.
+
+    Examples
+    --------
+    >>> scan = coherence.a_scan(records, np.linspace(2, 4, 200), coherence.gaussian(1.3e-3, 0.05e-3))
+    >>> depth = (scan.lengths - 2) / 2 / 1.37
+    """
+    reference = _row(lengths)
+    _, rows = np.unique(records.particle, return_inverse=True)
+    particles, channels = int(rows.max(initial=-1)) + 1, records.weight.shape[1]
+    mean, error = np.zeros((2, len(reference), channels))
+    step = max(1, BLOCK // max(len(rows), 1))
+    for start in range(0, len(reference), step):
+        part = reference[start : start + step]
+        gate = np.abs(source.degree(part[:, None] - records.optical_length)) ** 2
+        for c in range(channels):
+            for i, row in enumerate(gate * records.weight[:, c]):
+                sums = np.asarray(np.bincount(rows, row, particles), float)
+                mean[start + i, c] = sums.sum()
+                error[start + i, c] = _error(sums, records.particles)
+    return AScan(reference, mean, error)
+
+
+def interferogram(lengths: ArrayLike, ways: ArrayLike, power: ArrayLike, source: Source, *, reference: float = 1.0) -> Doubles:
+    """The intensity where light that has gone some ways meets its reference: fringes in their envelopes.
+
+    All light has kept its phase: I = P + Σᵢⱼ √(pᵢ pⱼ) Re γ(ℓᵢ − ℓⱼ) + 2 √P Σᵢ √pᵢ Re γ(L − ℓᵢ). Mirrors' phases of half a wave are left out.
+
+    Parameters
+    ----------
+    lengths : array_like
+        Optical lengths L of the reference, (n,).
+    ways : array_like
+        Optical lengths ℓ of the light, (m,).
+    power : array_like
+        Powers p of the light on these ways, (m,) or one number, ≥ 0.
+    source : Source
+        The light.
+    reference : float
+        Power P of the reference, ≥ 0.
+
+    Returns
+    -------
+    array
+        Intensity, (n,), in the unit of the powers.
+
+    Raises
+    ------
+    ValueError
+        Lengths that are not finite, or a negative power.
+
+    Examples
+    --------
+    >>> fringes = coherence.interferogram(np.linspace(5, 5.2, 4000), [5.14], 0.04, coherence.gaussian(1.3e-3, 0.1e-3))
+    """
+    arm, ell = _row(lengths), _row(ways)
+    p = np.broadcast_to(np.asarray(power, float), ell.shape)
+    if not (np.all(np.isfinite(p) & (p >= 0)) and np.isfinite(reference) and reference >= 0):
+        raise ValueError("powers must be finite and not negative")
+    amplitude = np.sqrt(p)
+    among = amplitude @ source.degree(ell[:, None] - ell).real @ amplitude
+    crossed = source.degree(arm[:, None] - ell).real @ amplitude
+    return np.asarray(reference + among + 2 * np.sqrt(reference) * crossed)
+
+
+def _bessel(x: Doubles) -> Doubles:
+    """The spherical Bessel function j₁."""
+    small = np.abs(x) < 1e-2
+    safe = np.where(small, 1.0, x)
+    return np.asarray(np.where(small, x / 3 - x**3 / 30, (np.sin(safe) / safe - np.cos(safe)) / safe))
+
+
+def _half(source: Source, scale: float) -> float:
+    """Where the envelope first falls to one half; it does, as the spectrum is no line."""
+    while True:
+        grid = np.linspace(0, 16 * scale, 8193)
+        envelope = np.abs(source.degree(grid))
+        below = int(np.argmax(envelope < 0.5))
+        if below > 0:
+            a, b = envelope[below - 1], envelope[below]
+            return float(grid[below - 1] + (a - 0.5) / (a - b) * (grid[1] - grid[0]))
+        scale *= 16
+
+
+def _error(sums: Doubles, particles: int) -> float:
+    """Standard error of a sum over particles of which the given ones are not zero."""
+    spread = max(float((sums**2).sum() - sums.sum() ** 2 / particles), 0.0)
+    return float(np.sqrt(spread * particles / max(particles - 1, 1)))
+
+
+def _row(values: ArrayLike) -> Doubles:
+    row = np.atleast_1d(np.asarray(values, float))
+    if row.ndim != 1 or not np.all(np.isfinite(row)):
+        raise ValueError("lengths are finite numbers in one row")
+    return row
+
+
+def _positive(value: float, name: str) -> float:
+    if not (np.isfinite(value) and value > 0):
+        raise ValueError(f"{name} must be finite and positive, not {value}")
+    return float(value)
