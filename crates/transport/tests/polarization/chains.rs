@@ -105,9 +105,9 @@ fn total_reflection_makes_linear_light_elliptical() {
 /// A metal plate at the end of a graded rod, seen along a helix: the light is carried along the helix without turning about it.
 #[test]
 fn a_helix_turns_what_is_seen_along_it() {
-    let (n0, alpha, radius, length) = (1.5, 1.0, 0.5, 2.3);
-    let (across, squared) = (alpha * radius, (alpha * radius as f64).powi(2));
-    let along = (1.0 - 2.0 * squared as f64).sqrt();
+    let [n0, alpha, radius, length]: [f64; 4] = [1.5, 1.0, 0.5, 2.3];
+    let (across, squared) = (alpha * radius, (alpha * radius).powi(2));
+    let along = (1.0 - 2.0 * squared).sqrt();
     let speed = f64::hypot(across, along);
     let (sin, cos) = (across / speed, along / speed);
     let direction = DVec3::new(0.0, sin, cos);
