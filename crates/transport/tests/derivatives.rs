@@ -530,7 +530,7 @@ fn a_loss_that_is_not_linear_has_a_derivative_without_bias() {
         let found = derivatives(&scenes, &options, &Handle::default()).unwrap();
         found.unwrap().by.iter().flat_map(|d| &d.values).sum()
     };
-    let all: Vec<f64> = (0..64).map(found).collect();
+    let all: Vec<f64> = (0..256).map(found).collect();
     let (mean, error) = moments(&all);
     let t = (mean - exact) / error;
     println!("{mean} ± {error}, exact {exact}, t = {t}");
