@@ -54,7 +54,7 @@ struct Term {
 #[derive(Clone, Debug)]
 enum Wave {
     Modes(Acoustic),
-    Sampled(SampledWave),
+    Sampled(Box<SampledWave>),
 }
 
 /// Splines of n₀² + ½ Re m and of n₀² + ½ Im m, unless these are zero.
@@ -105,9 +105,9 @@ impl Modulation {
         for term in &self.terms {
             let Amplitude { n2, gradient } = term.at(x);
             sum.n2 += n2;
-            for part in 0..2 {
-                sum.gradient[part] += gradient[part];
-                sum.displacement[part] += gradient[part] * term.per_gradient;
+            for (part, gradient) in gradient.into_iter().enumerate() {
+                sum.gradient[part] += gradient;
+                sum.displacement[part] += gradient * term.per_gradient;
             }
         }
         sum
@@ -182,7 +182,7 @@ impl Node {
 fn collect(field: &Field, terms: &mut Vec<Term>) {
     let (wave, n0) = match field {
         Field::Acoustic(f) => (Wave::Modes(f.clone()), f.n0()),
-        Field::SampledSound(f) => (Wave::Sampled(SampledWave::of(f)), f.wave().n0),
+        Field::SampledSound(f) => (Wave::Sampled(Box::new(SampledWave::of(f))), f.wave().n0),
         Field::Sum(f) => return f.terms().for_each(|term| collect(term, terms)),
         Field::Affine(f) => {
             let first = terms.len();
