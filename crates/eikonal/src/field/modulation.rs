@@ -40,7 +40,7 @@ struct Term {
 
 #[derive(Clone, Debug)]
 enum Wave {
-    Modes(Box<Acoustic>),
+    Modes(Acoustic),
     Sampled(Box<SampledWave>),
 }
 
@@ -92,9 +92,9 @@ impl Modulation {
         for term in &self.terms {
             let Amplitude { n2, gradient } = term.at(x);
             sum.n2 += n2;
-            for (part, slope) in gradient.into_iter().enumerate() {
-                sum.gradient[part] += slope;
-                sum.displacement[part] += slope * term.per_gradient;
+            for (part, gradient) in gradient.into_iter().enumerate() {
+                sum.gradient[part] += gradient;
+                sum.displacement[part] += gradient * term.per_gradient;
             }
         }
         sum
@@ -114,7 +114,7 @@ impl Modulation {
 /// Adds the sounds in a field.
 fn collect(field: &Field, terms: &mut Vec<Term>) {
     let (wave, n0) = match field {
-        Field::Acoustic(f) => (Wave::Modes(Box::new(f.clone())), f.n0()),
+        Field::Acoustic(f) => (Wave::Modes(f.clone()), f.n0()),
         Field::SampledSound(f) => (Wave::Sampled(Box::new(SampledWave::of(f))), f.wave().n0),
         Field::Sum(f) => return f.terms().for_each(|term| collect(term, terms)),
         Field::Affine(f) => {
