@@ -12,6 +12,7 @@ pub mod difference;
 pub mod field;
 pub mod interface;
 mod lanes;
+mod modulation;
 pub mod ray;
 mod shown;
 

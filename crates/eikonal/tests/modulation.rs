@@ -6,7 +6,7 @@ mod common;
 use common::{Random, rigid};
 use glam::{DAffine3, DVec2, DVec3};
 use morgana_eikonal::field::*;
-use morgana_eikonal::ray::{Arc, modulated_length};
+use morgana_eikonal::ray::Arc;
 use morgana_eikonal::{Aabb, Field};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -144,7 +144,7 @@ fn integrals_along_arcs_are_those_of_fine_sums() {
             };
             let to = if i % 2 == 0 { 1.0 } else { 0.63 };
             let ends = [0.0, to].map(|theta| sound.at(arc.position(theta)));
-            let found = modulated_length(&sound, &arc, [0.0, to], &ends);
+            let found = sound.along(&arc, [0.0, to], &ends);
             let n = 20_000;
             let sum: DVec2 = (0..n)
                 .map(|j| {
@@ -169,5 +169,5 @@ fn too_fine_a_sound_is_given_up() {
     let sound = Modulation::of(&field.into()).unwrap();
     let arc = Arc::line(DVec3::ZERO, DVec3::X, 1.0);
     let ends = [0.0, 1.0].map(|theta| sound.at(arc.position(theta)));
-    assert!(modulated_length(&sound, &arc, [0.0, 1.0], &ends).is_nan());
+    assert!(sound.along(&arc, [0.0, 1.0], &ends).is_nan());
 }

@@ -10,9 +10,9 @@ use std::f64::consts::TAU;
 pub struct Modulation {
     terms: Vec<Term>,
     /// Shortest wavelength.
-    wavelength: f64,
+    pub(crate) wavelength: f64,
     /// Largest |m| that there can be, or about so.
-    largest: f64,
+    pub(crate) largest: f64,
 }
 
 /// The amplitude of sound at a place.
@@ -98,16 +98,6 @@ impl Modulation {
             }
         }
         sum
-    }
-
-    /// Shortest wavelength of the sound, in scene units.
-    pub(crate) fn wavelength(&self) -> f64 {
-        self.wavelength
-    }
-
-    /// Largest |m| that there can be, or about so.
-    pub(crate) fn largest(&self) -> f64 {
-        self.largest
     }
 }
 

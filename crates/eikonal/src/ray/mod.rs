@@ -2,12 +2,10 @@
 
 pub mod arc;
 pub mod bernstein;
-mod carried;
 pub mod cost;
 pub mod depth;
 pub mod flow;
 pub mod march;
-mod modulated_length;
 pub mod step;
 pub mod tangent;
 
@@ -16,7 +14,6 @@ pub use cost::steps_between;
 pub use depth::Profile;
 pub use flow::{Flow, Tolerance, Work};
 pub use march::{March, StopCondition, march};
-pub use modulated_length::modulated_length;
 pub(crate) use step::{DRIFT, EVALUATIONS_PER_STEP, KICK, STAGES};
 pub use step::{Node, Step};
 pub use tangent::{Tangents, Variation, perpendicular_basis};

@@ -4,7 +4,6 @@
 use super::flight::Flight;
 use crate::scene::{MediumId, Scene};
 use eikonal::field::{Modulation, SoundAmplitude};
-use eikonal::ray::modulated_length;
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
@@ -92,8 +91,7 @@ impl Tagging {
         let start = known.map_or_else(|| sound.at(x), |last| last.amplitude);
         let x = arc.position(flight.theta_end);
         let amplitude = sound.at(x);
-        self.current.path.index +=
-            modulated_length(sound, arc, [0.0, flight.theta_end], &[start, amplitude]);
+        self.current.path.index += sound.along(arc, [0.0, flight.theta_end], &[start, amplitude]);
         self.current.last = Some(Last {
             medium,
             x,
