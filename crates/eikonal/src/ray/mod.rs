@@ -2,6 +2,7 @@
 
 pub mod arc;
 pub mod bernstein;
+mod carried;
 pub mod cost;
 pub mod depth;
 pub mod flow;
