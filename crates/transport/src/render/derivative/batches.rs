@@ -8,8 +8,12 @@ use std::ops::Range;
 
 /// Bytes of sums that are made side by side, whatever the number of threads: so results do not depend on it.
 const SUMS: usize = 256 << 20;
-/// No more sums than these.
+/// No more sums than these,
 const MOST_SUMS: usize = 64;
+/// and no fewer, if they fit.
+const LEAST_SUMS: usize = 8;
+/// Numbers that are added up for each path, at most: little work beside following it.
+const PER_PATH: usize = 512;
 /// The samples are taken in at most so many batches, whose spread gives the error.
 const BATCHES: u64 = 32;
 
@@ -64,7 +68,9 @@ pub(super) fn side_by_side(
     part: impl Fn(Range<usize>) -> (Vec<f64>, Stats) + Sync,
 ) -> Vec<f64> {
     let bytes = (sums * size_of::<f64>()).max(1);
-    let parts = (SUMS / bytes).clamp(1, MOST_SUMS).min(count);
+    // Sums that are large for what adds to them are made in fewer parts: adding those up would take longer than the paths.
+    let wanted = (count * PER_PATH / sums.max(1)).clamp(LEAST_SUMS, MOST_SUMS);
+    let parts = (SUMS / bytes).clamp(1, wanted).min(count);
     let of = |i: usize| {
         let bound = |i: usize| i * count / parts;
         part(bound(i)..bound(i + 1))
