@@ -51,7 +51,7 @@ def derivatives(
     """Take derivatives of a loss of a picture, or of readings, by parameters of the scene, without bias.
 
     The loss enters by its derivatives by all values of the picture, or of the readings: the *weights*. Paths are those of the integrator
-    ``path``, or the particles of meters. They are held fixed while what they bring changes; the time does not depend on the number of parameters. Random numbers are
+    ``path``, or the particles of meters. They are held fixed while what they bring changes; the time hardly depends on the number of parameters. Random numbers are
     independent of those that ``render`` takes with the same seed, as losses that are not linear need it.
 
     Parameters are named after the things of the scene: ``MEDIUM.sigma_t`` (at the same albedo), ``MEDIUM.albedo``, ``MEDIUM.sigma_a`` (at the same
