@@ -80,10 +80,11 @@ fn turns_by_the_torsion_of_helices() {
             let s = share * turn;
             let [forth, back] = carried(s, tolerance);
             let error = forth.distance(helix.carried(s)) / (1.0 + share);
-            println!("{tolerance:e} {share}: {error:e}");
             assert!(error < allowed, "{tolerance} {share}: {error}");
+            // Back and forth differ by the quadrature of the solid angle alone.
             let lost = back.distance(helix.frame(0.0)[1]);
-            assert!(lost < 1e-11, "{tolerance} {share}: {lost}");
+            println!("{tolerance:e} {share}: {error:e}, {lost:e}");
+            assert!(lost < 1e-5 * allowed, "{tolerance} {share}: {lost}");
         }
     }
 }

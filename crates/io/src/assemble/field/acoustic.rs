@@ -13,6 +13,7 @@ pub(super) fn build(q: &mut Query) -> Result<Field, FieldError> {
     let direction = q.vector_or("direction", DVec3::Z);
     let perpendicular = direction.any_orthogonal_vector();
     let reference = q.vector_or("reference", perpendicular);
+    let elasto_optic = super::elasto_optic(q);
     let modes = if q.has("amplitude") || q.has("pressure") {
         vec![mode(q)?]
     } else {
@@ -35,7 +36,7 @@ pub(super) fn build(q: &mut Query) -> Result<Field, FieldError> {
         modes
     };
     let field = Acoustic::new(n0, origin, direction, reference, modes)?;
-    Ok(match super::elasto_optic(q) {
+    Ok(match elasto_optic {
         Some(elasto_optic) => field.with_elasto_optic(elasto_optic)?.into(),
         None => field.into(),
     })
