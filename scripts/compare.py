@@ -200,7 +200,7 @@ def describe(scenes):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--time", type=float, default=24.0, help="seconds per render")
+    parser.add_argument("--time", type=float, default=8.0, help="seconds per render")
     parser.add_argument("--seeds", type=int, default=3, help="renders per estimator, at least 2")
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "docs")
