@@ -214,7 +214,7 @@ fn weights() -> Vec<f64> {
 /// Σ weight × image of each batch of samples.
 fn losses(scene: Scene) -> Vec<f64> {
     let scenes = [scene];
-    let each = if long() { 1024 } else { 64 };
+    let each = if long() { 1024 } else { 32 };
     let options = |first| RenderOptions {
         first,
         ..RenderOptions::new(PATH, each, 0)
@@ -320,7 +320,7 @@ fn compare(name: &str, setup: &Setup, parameters: &[RadiometricParameter]) {
     let all = by(
         setup.scene(),
         parameters,
-        if long() { 1 << 15 } else { 2048 },
+        if long() { 1 << 15 } else { 1024 },
     );
     let mut wrong = Vec::new();
     for (parameter, derivative) in parameters.iter().zip(all) {

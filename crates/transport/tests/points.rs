@@ -56,6 +56,7 @@ fn every_number_of_a_set_is_spread_evenly() {
         AroundEmitter,
         Channel,
         Lens,
+        Specular,
     ];
     for (pixel, purpose) in (0..200).flat_map(|pixel| purposes.map(|purpose| (pixel, purpose))) {
         for (edge, (replicates, size)) in (0..EDGES).flat_map(|edge| KINDS.map(|kind| (edge, kind)))

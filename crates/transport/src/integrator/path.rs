@@ -13,8 +13,8 @@ use crate::derivative::FactorRecorder;
 use crate::film::PathFacts;
 use crate::path::{
     Connection, ConnectionTarget, Edge, EmittedAlong, End, FoundBranch, NeeSlot, Resampling,
-    Sampling, Split, Start, TransportMode, Vertex, Weighted, Workspace, environment_end,
-    gather_along, scatter, trace,
+    Sampling, Split, SplitSample, Start, TransportMode, Vertex, Weighted, Workspace,
+    environment_end, gather_along, scatter, trace,
 };
 use crate::sampling::Sampler;
 use crate::scene::Scene;
@@ -145,8 +145,8 @@ struct Tracing<'a, R> {
     out: &'a mut Vec<Contribution>,
     /// Point-like emitters make it worthwhile to sample distances around them.
     equiangular: bool,
-    /// A path that is to be followed, too.
-    split: Option<Next>,
+    /// A path that is to be followed, too, and the probability with which it alone would have been followed.
+    split: Option<(Next, f64)>,
     recorder: &'a mut R,
 }
 
@@ -185,7 +185,12 @@ impl PathTracer {
         };
         // Follow the path to its end, and then the other branch if its first edge was split.
         self.follow(&mut tracing, next);
-        if let Some(split) = tracing.split.take() {
+        if let Some((split, reflectance)) = tracing.split.take() {
+            tracing.ws.split = Some(SplitSample {
+                before: tracing.out.len(),
+                reflectance,
+                cost: tracing.ws.stats().cost(),
+            });
             // Two paths of a sample are not to share the points of its set.
             tracing.sampler.leave_replicate();
             self.follow(&mut tracing, split);
@@ -233,7 +238,7 @@ impl PathTracer {
         t.recorder.follow(edge.edge);
         // Keep the other branch of a split edge for later.
         if let Some(split) = &edge.edge.split {
-            t.split = next.split_off(split);
+            t.split = next.split_off(split).map(|next| (next, split.probability));
         }
         if self
             .max_depth

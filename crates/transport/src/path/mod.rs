@@ -45,4 +45,4 @@ pub(crate) use walk::{
     EmittedAlong, Ending, FollowedRay, SeenSurface, follow, gather_along, gather_in_view, see,
 };
 pub use walk::{FreeFlight, Sampling, trace};
-pub use workspace::{FirstVertexTechniques, Workspace};
+pub use workspace::{FirstVertexTechniques, SplitSample, Workspace};

@@ -53,6 +53,8 @@ pub struct Workspace {
     pub adjoint: AdjointEstimate,
     /// How paths begin.
     pub first_vertex: FirstVertexTechniques,
+    /// What happened where the last sample whose path was split was split.
+    pub split: Option<SplitSample>,
     /// What a pilot finds out about adjoint estimates.
     pub adjoint_training: Option<Box<AdjointTraining>>,
     /// Whether all work is to be given up, so that nothing is found any more.
@@ -72,6 +74,17 @@ pub struct FirstVertexTechniques {
     pub splitting: bool,
 }
 
+/// A sample whose path was split.
+#[derive(Clone, Copy, Debug)]
+pub struct SplitSample {
+    /// Number of contributions that came before those of the reflected path.
+    pub before: usize,
+    /// Probability with which a path that is not split is reflected there.
+    pub reflectance: f64,
+    /// Work of the workspace up to the reflected path.
+    pub cost: f64,
+}
+
 impl Workspace {
     /// A fresh workspace for rays of a given tolerance.
     pub fn new(tolerance: Tolerance) -> Self {
@@ -86,6 +99,7 @@ impl Workspace {
             strategy_work: StrategyWork::default(),
             adjoint: AdjointEstimate::default(),
             first_vertex: FirstVertexTechniques::default(),
+            split: None,
             adjoint_training: None,
             stop: Stop::default(),
             line: Vec::new(),

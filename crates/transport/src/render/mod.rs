@@ -19,6 +19,7 @@ mod results;
 mod shared;
 mod source;
 mod splats;
+mod splitting;
 mod state;
 mod stokes;
 mod strategies;

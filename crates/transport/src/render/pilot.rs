@@ -8,6 +8,7 @@
 use super::Prepared;
 use super::pilot_pixels::spread;
 use super::source::LightSamples;
+use super::splitting;
 use crate::integrator::Integrator;
 use crate::path::{FirstVertexTechniques, Workspace};
 use std::ops::Add;
@@ -15,10 +16,10 @@ use std::ops::Add;
 /// Pixels of the pilot, spread over the image, of which each has two samples.
 const PIXELS: usize = 256;
 /// Numbers of the pilot's samples start here, where no render gets to.
-const FIRST: u64 = 1 << 63;
+pub(super) const FIRST: u64 = 1 << 63;
 /// The search is never given up altogether where branches cannot be ruled out: that would be biased.
 const LEAST: f64 = 1.0 / 16.0;
-/// Ways to begin are tried where samples of a pilot, which connects all vertices, cost no more than this, some 15 µs: the
+/// Forced collisions are tried where samples of a pilot, which connects all vertices, cost no more than this, some 15 µs: the
 /// others are mostly connections along bent rays, of which more vertices need more, and trials would delay a render's start.
 const DEAR: f64 = 220.0;
 /// Number of first edges on which collisions are forced, if at all: of later ones there is little to gain.
@@ -29,8 +30,6 @@ const ROUNDS: u64 = 3;
 const CLEAR: f64 = 1.5;
 /// Forced collisions must be better by this factor: few samples may deceive.
 const FORCED_PAYS: f64 = 1.1;
-/// Splitting may even seem to be worse by a tenth: few samples miss what it is for, rare bright reflections.
-const SPLITTING_PAYS: f64 = 0.9;
 
 /// With the probability with which to search for further branches, the share of searches that find one within
 /// bounds; those of connections to emitters; what paths may still bring; and how to begin them.
@@ -40,22 +39,18 @@ pub(super) fn prepared(light: &LightSamples) -> Prepared {
         return light.source.prepared.clone();
     }
     let mut best = PilotResult::new(light, is_path, FirstVertexTechniques::default());
-    if !is_path || best.cost > DEAR {
+    if !is_path {
         return best.prepared;
     }
-    if light.source.scene.is_dark() {
-        best = best.or(
-            |techniques| techniques.forced_collisions = FORCED,
-            light,
-            FORCED_PAYS,
-        );
+    if light.source.scene.has_dielectrics() && splitting::pays(light, &best.prepared) {
+        let splitting = FirstVertexTechniques {
+            splitting: true,
+            ..best.prepared.first_vertex
+        };
+        best = PilotResult::new(light, true, splitting);
     }
-    if light.source.scene.has_dielectrics() {
-        best = best.or(
-            |techniques| techniques.splitting = true,
-            light,
-            SPLITTING_PAYS,
-        );
+    if light.source.scene.is_dark() && best.cost <= DEAR {
+        best = best.or_forced(light);
     }
     best.prepared
 }
@@ -97,16 +92,14 @@ impl PilotResult {
         }
     }
 
-    /// What a pilot says of paths that begin otherwise, if their variance × work is less by a factor: with bright pixels
-    /// counted less, and with all alike.
-    fn or(self, change: fn(&mut FirstVertexTechniques), light: &LightSamples, factor: f64) -> Self {
-        let mut first_vertex = self.prepared.first_vertex;
-        change(&mut first_vertex);
+    /// What a pilot says of paths whose first collisions are forced, if their variance × work is less by a factor: with bright
+    /// pixels counted less, and with all alike.
+    fn or_forced(self, light: &LightSamples) -> Self {
+        let first_vertex = FirstVertexTechniques {
+            forced_collisions: FORCED,
+            ..self.prepared.first_vertex
+        };
         let other = PilotResult::new(light, true, first_vertex);
-        if self.pairs == other.pairs {
-            // Not one path began in the other way.
-            return self;
-        }
         // Samples that count little because they are bright would hide what they show: what pixels count is told by others.
         let weights = weights(&[&self.pairs, &other.pairs]);
         let mut sums = [Tried::default(); 2];
@@ -120,7 +113,7 @@ impl PilotResult {
             };
             let (a, b) = rayon::join(|| take(&self), || take(&other));
             sums = [sums[0] + a, sums[1] + b];
-            gains = [0, 1].map(|i| sums[0].product(i) / (factor * sums[1].product(i)));
+            gains = [0, 1].map(|i| sums[0].product(i) / (FORCED_PAYS * sums[1].product(i)));
             if gains.iter().all(|gain| *gain > CLEAR) || gains.iter().any(|gain| gain * CLEAR < 1.0)
             {
                 break;
@@ -176,7 +169,7 @@ impl Add for Tried {
 /// What the variances of pixels are to count, given their samples. Those brighter than the image's mean count relative to their
 /// brightness: the edges of emitters, say, and rare bright samples are noisy whatever paths do, and are not to make all
 /// else look unimportant.
-fn weights(pilots: &[&Pairs]) -> Vec<f64> {
+pub(super) fn weights(pilots: &[&Pairs]) -> Vec<f64> {
     let brightness = |i: usize| pilots.iter().flat_map(move |pairs| pairs[i]).sum::<f64>();
     let pixels = pilots.iter().map(|pairs| pairs.len()).min().unwrap_or(0);
     let mean = (0..pixels).map(brightness).sum::<f64>() / pixels as f64;
@@ -185,7 +178,7 @@ fn weights(pilots: &[&Pairs]) -> Vec<f64> {
 }
 
 /// The samples of each pixel of a pilot, summed over channels.
-type Pairs = Vec<[f64; 2]>;
+pub(super) type Pairs = Vec<[f64; 2]>;
 
 /// Samples that were taken.
 struct Pilot {

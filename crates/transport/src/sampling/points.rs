@@ -79,12 +79,17 @@ pub enum Purpose {
     Roulette = 13,
     /// Two: the place on the lens; of the first edge.
     Lens = 14,
+    /// Four: whether it is reflected or refracted at the first smooth surfaces on its way.
+    Specular = 16,
 }
+
+/// Specular events of an edge with dimensions of their own.
+pub(super) const SPECULAR_EVENTS: u32 = 4;
 
 /// Bits of a random number.
 pub(super) const BITS: u32 = 53;
 /// Dimensions of an edge.
-const DIMENSIONS: u32 = 16;
+const DIMENSIONS: u32 = Purpose::Specular as u32 + SPECULAR_EVENTS;
 /// Edges with points: later ones have lost the memory of the first.
 const EDGES: u32 = 4;
 /// Dimensions that are spread evenly together. Groups take the points of a replicate in orders of their own: of so few

@@ -1,6 +1,6 @@
 //! Random numbers addressed by (seed, pixel, sample, dimension) (docs/theory.md#randomness).
 
-use super::points::{BITS, Points, Purpose, Replicates};
+use super::points::{BITS, Points, Purpose, Replicates, SPECULAR_EVENTS};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng as _;
 
@@ -89,6 +89,17 @@ impl Sampler {
         [0, 1].map(|i| {
             let bits = self.bits();
             to_unit(self.refined(bits, purpose as u32 + i))
+        })
+    }
+
+    /// As [`Sampler::next_1d`], for the choice between reflection and refraction after so many specular events on the current edge. To be
+    /// drawn once for each.
+    pub(crate) fn next_specular(&mut self, events: u32) -> f64 {
+        let bits = self.bits();
+        to_unit(if events < SPECULAR_EVENTS {
+            self.refined(bits, Purpose::Specular as u32 + events)
+        } else {
+            bits
         })
     }
 

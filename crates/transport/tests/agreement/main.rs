@@ -95,7 +95,7 @@ fn estimators_agree() {
             covering(),
             Effort {
                 batches: 12,
-                work: 700_000,
+                work: 450_000,
             },
         )
     };

@@ -184,6 +184,8 @@ pub struct Split {
     pub throughput: Spectrum,
     /// Optical path length up to there.
     pub optical_length: f64,
+    /// Probability with which an edge that is not split would have gone there.
+    pub probability: f64,
 }
 
 /// An edge sampled from its start.

@@ -163,7 +163,7 @@ impl Walk<'_, '_> {
                 return Some(certain(other));
             }
         }
-        sample(self.sampler.next_1d())
+        sample(self.sampler.next_specular(self.edge.geometry.events))
     }
 
     /// The branch that is not followed here (docs/theory.md#first-vertex-techniques).
@@ -181,6 +181,7 @@ impl Walk<'_, '_> {
             },
             throughput: so_far * certain(*left_aside).weight,
             optical_length: self.edge.optical_length,
+            probability: left_aside.pdf,
         }
     }
 
