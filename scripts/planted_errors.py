@@ -775,7 +775,7 @@ PLANTED = [
     ),
     (
         "pairs inside a lens certified that total reflections join",
-        TRANSPORT + "scene/glass_ball.rs",
+        TRANSPORT + "scene/bending_ball.rs",
         "&& (lets_out(x) || lets_out(y))",
         "&& (lets_out(x) || lets_out(y) || lets_out(x * 0.5))",
         ("morgana-transport", "lens", "pairs_inside_that_are_certified_have_one_ray"),

@@ -33,7 +33,7 @@ pub use family::RayFamily;
 pub use guide::Guide;
 pub use multistart::All;
 pub use pattern::Pattern;
-pub use radial::{BallRay, RadialBall};
+pub use radial::{BallRay, PassingRay, RadialBall};
 pub use random::{random_direction, random_foot};
 pub use solver::Solver;
 pub use start::{Followed, InitialGuess, Reach};

@@ -1,14 +1,20 @@
-//! All rays between a point inside a ball and one outside, where the index inside depends on the distance from the
+//! All rays from outside or inside a ball to points outside, where the index inside depends on the distance from the
 //! centre alone, or nearly so, and is constant outside.
 //!
-//! Along a ray, b = n·r·sin(angle to the radius) is constant (Bouguer's formula). With q = n·r, which must grow with r,
-//! w = d ln r/d ln q and T = ±√(q² − b²), negative before the ray is closest to the centre, a ray turns, seen from the centre, by
+//! Along a ray, b = n·r·sin(angle to the radius) is constant (Bouguer's formula). With q = n·r, which must grow with r (Q at the
+//! surface), w = d ln r/d ln q and T = ±√(q² − b²), negative before the ray is closest to the centre, a ray turns, seen from the
+//! centre, by
 //!
 //! Ψ = ∫ b w/q² dT,   over the optical length   L = ∫ w dT.
 //!
-//! Where w = 1 these are what straight lines do, in closed form, and w − 1 vanishes as q² at the centre: Gauss's rule
-//! sees smooth functions only. Of a field that is not quite radial the mean over spheres is taken: what is found
-//! are then first guesses of its rays.
+//! Where w = 1 these are what straight lines do, in closed form. w − 1 vanishes as q² at the centre, and is at most as large as
+//! 1/y at the surface, y = √(1 − q²/Q²), even where q has its maximum there, as in Luneburg's lens. With T = T_max sin φ and
+//! h = y (w − 1)/q², the rest is
+//!
+//! b Q ∫ h dφ   and   Q ∫ q² h dφ,
+//!
+//! so that Gauss's rule sees smooth functions only. Of a field that is not quite radial the mean over spheres is taken: what is
+//! found are then first guesses of its rays.
 //!
 //! Theory: docs/theory.md#through-a-lens.
 
@@ -20,7 +26,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Values of tables, evenly spaced in squares of radii: linear interpolation errs by some 1e-5 of the field's contrast.
 const TABLE: usize = 512;
-/// Least dq/dr over n: where it is zero, rays circle.
+/// Least dq/dr over n and y: where it is zero inside, rays circle.
 const STEEPEST: f64 = 0.05;
 /// Intervals of angles in which at most one ray is expected to be, unless the angle turns back in between.
 const INTERVALS: usize = 6;
@@ -49,10 +55,10 @@ pub struct RadialBall {
     rim: f64,
     /// n² at evenly spaced r².
     n2: Vec<f64>,
-    /// (w − 1)/q² at evenly spaced q².
+    /// h at evenly spaced y.
     bend: Vec<f64>,
-    /// See [`SLACK_PER_DEVIATION`].
-    slack: f64,
+    /// Largest relative deviation of n² from its mean over spheres.
+    deviation: f64,
 }
 
 /// A ray from a point inside a ball to one outside.
@@ -63,6 +69,17 @@ pub struct BallRay {
     /// Unit direction at the inner point.
     pub direction: DVec3,
     /// Optical length inside.
+    pub optical_length: f64,
+}
+
+/// A ray from one point outside a ball to another, through the ball.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PassingRay {
+    /// Where it enters the ball.
+    pub entry: DVec3,
+    /// Where it leaves it.
+    pub exit: DVec3,
+    /// Optical length between the two.
     pub optical_length: f64,
 }
 
@@ -100,31 +117,48 @@ impl RadialBall {
         if !n2.iter().all(|n2| *n2 > 0.0 && n2.is_finite()) {
             return None;
         }
-        // By r²: q², d ln n/d ln r, and (w − 1)/q².
+        // At the surface, where y = 0, h is extrapolated.
         let last = TABLE;
+        let rim2 = n2[last] * radius * radius;
         let slope = |i: usize| {
             let (a, b) = (i.saturating_sub(1), (i + 1).min(last));
             (n2[b] - n2[a]) / ((b - a) as f64 * step)
         };
         let mut known = Vec::with_capacity(TABLE + 1);
-        for (i, n2) in n2.iter().enumerate() {
+        for (i, n2) in n2[..last].iter().enumerate() {
             let r2 = i as f64 * step;
+            let y = (1.0 - n2 * r2 / rim2).max(0.0).sqrt();
             let steepness = 1.0 + r2 * slope(i) / n2;
-            if steepness < STEEPEST {
+            if steepness < STEEPEST * y || y == 0.0 {
                 return None;
             }
-            known.push((n2 * r2, -slope(i) / (n2 * n2 * steepness)));
+            known.push((y, -y * slope(i) / (n2 * n2 * steepness)));
         }
-        let rim = known[last].0.sqrt();
+        let [(a, fa), (b, fb)] = [known[last - 2], known[last - 1]];
+        known.push((0.0, fb + (fb - fa) * b / (a - b)));
+        known.reverse();
+        if known.windows(2).any(|pair| pair[0].0 >= pair[1].0) {
+            return None;
+        }
         Some(RadialBall {
             center,
             radius,
             outside,
-            rim,
+            rim: rim2.sqrt(),
             bend: evenly(&known),
             n2,
-            slack: SLACK + SLACK_PER_DEVIATION * deviation,
+            deviation,
         })
+    }
+
+    /// Largest relative deviation of n² from its mean over spheres.
+    pub fn deviation(&self) -> f64 {
+        self.deviation
+    }
+
+    /// See [`SLACK_PER_DEVIATION`].
+    fn slack(&self) -> f64 {
+        SLACK + SLACK_PER_DEVIATION * self.deviation
     }
 
     /// The ball, as if its index were that at its surface.
@@ -167,6 +201,101 @@ impl RadialBall {
     }
 }
 
+impl RadialBall {
+    /// The part of a ray with the invariant b between two values of T.
+    fn turn(&self, b: f64, [start, end]: [f64; 2]) -> Turn {
+        let most = (self.rim * self.rim - b * b).max(0.0).sqrt();
+        let phi = |t: f64| {
+            let sine = t / most;
+            // Of a ray that grazes the surface, T is zero.
+            if sine.abs() < 1.0 {
+                libm::asin(sine)
+            } else {
+                FRAC_PI_2.copysign(t)
+            }
+        };
+        let (first, last) = (phi(start), phi(end));
+        let mut sums = [0.0; 2];
+        for (node, weight) in RULE.nodes.iter().zip(&RULE.weights) {
+            let y = most * libm::cos(first + (last - first) * node) / self.rim;
+            let bend = weight * interpolated(&self.bend, y);
+            sums[0] += bend;
+            sums[1] += bend * (1.0 - y * y);
+        }
+        let straight = libm::atan2(end, b) - libm::atan2(start, b);
+        let bent = self.rim * (last - first);
+        Turn {
+            inside: straight + b * bent * sums[0],
+            optical_length: end - start + bent * self.rim * self.rim * sums[1],
+        }
+    }
+}
+
+impl RadialBall {
+    /// The rays from one end outside, through the ball, to another: to some 1e-5 in the mean field. The first end may lie
+    /// infinitely far away in the direction of an [`Outside::Direction`]. Some may not exist, where they nearly do. If both ends lie
+    /// on a line through the centre, one of each cone of rays stands for all.
+    pub fn passing(&self, from: Outside, y: DVec3) -> Vec<PassingRay> {
+        let far = |p: DVec3| 1.0 / p.distance(self.center);
+        let (axis, k) = match from {
+            Outside::Point(x) => ((x - self.center).normalize(), far(x)),
+            Outside::Direction(direction) => (direction, 0.0),
+        };
+        let toward = (y - self.center).normalize();
+        let across = across(axis, toward);
+        let goal = libm::atan2(toward.dot(across), toward.dot(axis));
+        let passing = Passing {
+            ball: self,
+            k: [k, far(y)],
+        };
+        let at = |t: f64| passing.whole(t);
+        let values: [f64; INTERVALS + 1] = std::array::from_fn(|i| at(i as f64 / INTERVALS as f64));
+        let mut found = Vec::new();
+        for (goal, across) in [(goal, across), (TAU - goal, -across)] {
+            let mut keep = |t: f64| {
+                let (approaches, turn) = passing.parts(t);
+                let at = |angle: f64| {
+                    let (sin, cos) = libm::sincos(angle);
+                    self.center + (axis * cos + across * sin) * self.radius
+                };
+                found.push(PassingRay {
+                    entry: at(approaches[0]),
+                    exit: at(approaches[0] + turn.inside),
+                    optical_length: turn.optical_length,
+                });
+            };
+            roots(&at, &values, goal, self.slack(), &mut keep);
+        }
+        found
+    }
+}
+
+/// Rays through the ball, by the share t of a quarter turn that is the angle of incidence.
+struct Passing<'a> {
+    ball: &'a RadialBall,
+    /// 1 over the distances of the ends from the centre.
+    k: [f64; 2],
+}
+
+impl Passing<'_> {
+    /// By how much a ray turns before and behind the ball, and inside.
+    fn parts(&self, t: f64) -> ([f64; 2], Turn) {
+        let ball = self.ball;
+        let incidence = FRAC_PI_2 * t;
+        let impact = ball.radius * libm::sin(incidence);
+        let b = (impact * ball.outside).min(ball.rim);
+        let end = (ball.rim * ball.rim - b * b).max(0.0).sqrt();
+        let approach = |k: f64| incidence - libm::asin((impact * k).min(1.0));
+        (self.k.map(approach), ball.turn(b, [-end, end]))
+    }
+
+    /// The whole angle between the ends, seen from the centre.
+    fn whole(&self, t: f64) -> f64 {
+        let (approaches, turn) = self.parts(t);
+        approaches[0] + turn.inside + approaches[1]
+    }
+}
+
 impl Rays<'_> {
     /// b of the ray at an angle.
     fn invariant(&self, theta: f64) -> f64 {
@@ -176,25 +305,12 @@ impl Rays<'_> {
 
     fn turn(&self, theta: f64) -> Turn {
         let (ball, b) = (self.ball, self.invariant(theta));
+        let end = (ball.rim * ball.rim - b * b).max(0.0).sqrt();
         let start = (self.q * self.q - b * b)
             .max(0.0)
             .sqrt()
             .copysign(FRAC_PI_2 - theta);
-        let end = (ball.rim * ball.rim - b * b).max(0.0).sqrt();
-        let span = end - start;
-        let mut sums = [0.0; 2];
-        for (node, weight) in RULE.nodes.iter().zip(&RULE.weights) {
-            let t = start + span * node;
-            let q2 = t * t + b * b;
-            let bend = weight * interpolated(&ball.bend, q2 / (ball.rim * ball.rim));
-            sums[0] += bend;
-            sums[1] += bend * q2;
-        }
-        let straight = libm::atan2(end, b) - libm::atan2(start, b);
-        Turn {
-            inside: straight + b * span * sums[0],
-            optical_length: span * (1.0 + sums[1]),
-        }
+        ball.turn(b, [start, end])
     }
 
     /// The whole angle by which a ray has turned when it meets the outer point.
@@ -216,7 +332,7 @@ impl Rays<'_> {
                 std::array::from_fn(|i| at(i as f64 / INTERVALS as f64));
             for (goal, across) in [(goal, across), (TAU - goal, -across)] {
                 let mut keep = |t: f64| found.push((range(t), across));
-                roots(&at, &values, goal, self.ball.slack, &mut keep);
+                roots(&at, &values, goal, self.ball.slack(), &mut keep);
             }
         };
         if share >= 1.0 {
@@ -368,7 +484,7 @@ const DIRECTIONS: [DVec3; 14] = [
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::{Constant, Gaussian};
+    use crate::field::{Constant, Gaussian, Luneburg};
 
     /// Two rays close to a caustic are known to the square root of what their angles are known to.
     const CLOSE: f64 = 3e-4;
@@ -412,6 +528,62 @@ mod tests {
             counts[0] > 0 && counts[1] > 0 && counts[2] > 0,
             "{counts:?}"
         );
+    }
+
+    /// Rays that come parallel to an axis all leave Luneburg's lens at its far pole, at the angle asin β to the axis, after an
+    /// optical length of π/2 + √(1 − β²) inside.
+    #[test]
+    fn luneburgs_lens_focuses() {
+        let lens = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap();
+        let ball = RadialBall::new(&lens.into(), DVec3::ZERO, 1.0, 1.0).unwrap();
+        for i in 1..40 {
+            let beta = f64::from(i) / 40.0;
+            let height = (1.0 - beta * beta).sqrt();
+            let y = DVec3::Z + 1.7 * DVec3::new(-beta, 0.0, height);
+            let found = ball.passing(Outside::Direction(DVec3::NEG_Z), y);
+            let entry = DVec3::new(beta, 0.0, -height);
+            let ray = found.iter().find(|ray| ray.entry.distance(entry) < CLOSE);
+            let ray = ray.unwrap_or_else(|| panic!("{beta} {found:?}"));
+            assert!(ray.exit.distance(DVec3::Z) < CLOSE, "{beta} {ray:?}");
+            let length = FRAC_PI_2 + height;
+            assert!(
+                (ray.optical_length - length).abs() < CLOSE,
+                "{beta} {ray:?}"
+            );
+        }
+    }
+
+    /// Rays through a ball of constant index: from closed forms, π − asin(b/s) − asin(b/d) + 2 (asin(b/R) − asin(b/(mR))).
+    #[test]
+    fn rays_through_a_glass_ball_turn_as_in_closed_form() {
+        let glass = RadialBall::new(&Constant::new(1.5).into(), DVec3::ZERO, 1.0, 1.0).unwrap();
+        let x = DVec3::new(-3.0, 0.4, 0.2);
+        for i in 0..200 {
+            let (sin, cos) = (f64::from(i) * 0.618_034 * TAU).sin_cos();
+            let y = DVec3::new(cos, sin, 0.3).normalize() * 2.2;
+            for ray in glass.passing(Outside::Point(x), y) {
+                let [before, inside, behind] = [ray.entry - x, ray.exit - ray.entry, y - ray.exit];
+                assert!((ray.optical_length - 1.5 * inside.length()).abs() < CLOSE);
+                // Snell's law, by the components along the surface.
+                for (p, a, b) in [(ray.entry, before, inside), (ray.exit, behind, inside)] {
+                    let along = |v: DVec3| v.normalize().cross(p).length();
+                    assert!((along(a) - 1.5 * along(b)).abs() < 10.0 * CLOSE);
+                }
+            }
+        }
+    }
+
+    /// Beyond the rays that graze Luneburg's lens there is shadow: nothing from far away gets there, past the lens or through it.
+    #[test]
+    fn there_is_shadow_beside_luneburgs_lens() {
+        let lens = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap();
+        let ball = RadialBall::new(&lens.into(), DVec3::ZERO, 1.0, 1.0).unwrap();
+        for i in 0..20 {
+            // Rays leave the pole at up to a right angle to the axis: only beside it, close to the lens, are there none.
+            let y = DVec3::new(1.0001, 0.0, -0.9 + 0.09 * f64::from(i));
+            let found = ball.passing(Outside::Direction(DVec3::NEG_Z), y);
+            assert!(found.is_empty(), "{y} {found:?}");
+        }
     }
 
     #[test]

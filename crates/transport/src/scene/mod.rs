@@ -1,13 +1,13 @@
 //! The scene: immutable, and valid by construction.
 
 mod bending;
+mod bending_ball;
 mod builder;
 mod check;
 mod clearance;
 mod containment;
 mod emission;
 mod emissive;
-mod glass_ball;
 mod group;
 mod index;
 mod light_bounds;
@@ -21,10 +21,10 @@ mod voxels;
 mod world;
 
 pub use bending::TOTAL_REFLECTIONS;
+pub(crate) use bending_ball::BendingBall;
 pub use builder::{BuildError, BuildProblem, ObjectBuilder, SceneBuilder};
 pub use check::{ProblemSeverity, SceneProblem, Subject};
 pub use containment::Containment;
-pub(crate) use glass_ball::GlassBall;
 pub(crate) use light_bounds::Receiver;
 pub use matter::{Leg, Legs, Matter};
 pub use parts::{AMBIENT, FilmSpec, FilmWindow, MediumId, Object, Partition, Parts, Sides};
@@ -73,7 +73,7 @@ pub struct Scene {
     voxel_volumes: OnceLock<VoxelVolumes>,
     reach: Reach,
     bending: Bending,
-    glass_ball: Option<GlassBall>,
+    bending_ball: Option<BendingBall>,
     point_like_emitters: Vec<DVec3>,
     /// Indices of the volumes that emit.
     volume_lights: Vec<usize>,
@@ -101,7 +101,7 @@ impl Scene {
         }
         let sensor_medium = parts.containment().medium_at(parts.sensor.position());
         let overlapping = overlapping(parts.containment(), around.radius * 1e-9);
-        let glass_ball = glass_ball::glass_ball(&parts, &overlapping, &regions);
+        let bending_ball = bending_ball::bending_ball(&parts, &overlapping, &regions);
         let mut scene = Scene {
             guides: Vec::new(),
             warnings: Vec::new(),
@@ -116,7 +116,7 @@ impl Scene {
             regions,
             point_like_emitters: point_like_emitters(&parts),
             volume_lights: volume_lights(&parts),
-            glass_ball,
+            bending_ball,
             overlapping,
             reach: Reach {
                 optical_length: REACH * around.radius,
@@ -216,8 +216,8 @@ impl Scene {
     }
 
     /// The smooth ball that is all that bends rays, if that is so.
-    pub(crate) fn glass_ball(&self) -> Option<&GlassBall> {
-        self.glass_ball.as_ref()
+    pub(crate) fn bending_ball(&self) -> Option<&BendingBall> {
+        self.bending_ball.as_ref()
     }
 
     /// Positions of point-like emitters, if anything scatters their light: near them its 1/r² fall-off

@@ -1,10 +1,10 @@
 //! Connections through the surface of a ball: all are known if its index is constant (docs/theory.md#through-a-ball), and nearly all
-//! if a field fills it (docs/theory.md#through-a-lens).
+//! if a field fills it (docs/theory.md#through-a-lens), whether or not the surface refracts.
 
 use super::{Candidate, Known, Search};
 use crate::connection_end::ConnectionEnd;
-use crate::scene::GlassBall;
-use eikonal::connect::{BallRay, InitialGuess, Outside, Pattern, RayFamily, WallGuess};
+use crate::scene::BendingBall;
+use eikonal::connect::{BallRay, InitialGuess, Outside, PassingRay, Pattern, RayFamily, WallGuess};
 use glam::DVec3;
 
 /// Rays that come to a surface from behind at so large a cosine are not shot at all: far above the
@@ -16,7 +16,7 @@ impl<'a> Search<'a> {
     /// ball bends rays: from inside to outside all are known if its index is constant, and inside there is one if none is reflected
     /// totally.
     pub(super) fn ball_has_all(&self, any: bool) -> bool {
-        let Some(glass) = self.scene.glass_ball() else {
+        let Some(glass) = self.scene.bending_ball() else {
             return false;
         };
         let straight = glass.lens.is_none();
@@ -31,11 +31,28 @@ impl<'a> Search<'a> {
         known && self.scene.branch_reach().reflections == 0
     }
 
-    /// A start for every ray through the surface of the ball that is all that bends rays, with the field inside, if one end
-    /// lies inside and the other outside.
+    /// A start for every ray through the surface of the ball that is all that bends rays, if one end lies inside and the other outside;
+    /// if its surface does not refract, also for those from one end outside to another.
     pub(super) fn through_ball(self) -> Option<impl Iterator<Item = Candidate> + use<'a>> {
-        let glass = self.scene.glass_ball()?;
-        let (inner, outer) = self.ends(glass)?;
+        let ball = self.scene.bending_ball()?;
+        let (out_of, past) = match self.ends(ball) {
+            Some(ends) => (Some(self.out_of(ball, ends)), None),
+            None => (None, Some(self.past(ball)?)),
+        };
+        Some(
+            out_of
+                .into_iter()
+                .flatten()
+                .chain(past.into_iter().flatten()),
+        )
+    }
+
+    /// A start for every ray from inside to outside.
+    fn out_of(
+        self,
+        glass: &'a BendingBall,
+        (inner, outer): (DVec3, Outside),
+    ) -> impl Iterator<Item = Candidate> + use<'a> {
         let lens = glass.lens.as_ref();
         let bent = lens.map(|lens| lens.rays(inner, outer)).unwrap_or_default();
         let straight = lens.is_none().then(|| glass.ball.crossings(inner, outer));
@@ -43,11 +60,83 @@ impl<'a> Search<'a> {
         let rays = straight
             .map(move |crossing| glass.straight(inner, crossing))
             .chain(bent);
-        Some(rays.filter_map(move |ray| self.by_way_of(&ray, glass)))
+        rays.filter_map(move |ray| self.by_way_of(&ray, glass))
+    }
+
+    /// A start for every ray from outside to outside, through the ball or past it, if its surface does not refract.
+    fn past(self, ball: &'a BendingBall) -> Option<impl Iterator<Item = Candidate> + use<'a>> {
+        let x = self.vertex.position();
+        let lens = ball
+            .lens
+            .as_ref()
+            .filter(|_| ball.matched && !ball.ball.contains(x))?;
+        let (from, start) = match self.target.end {
+            ConnectionEnd::Point { position: y, .. } => {
+                (!ball.ball.contains(y)).then_some((Outside::Point(y), y))?
+            }
+            ConnectionEnd::Plane {
+                through, direction, ..
+            } => {
+                let depth = (x - through).dot(direction);
+                ball.is_before(through, direction)
+                    .then_some((Outside::Direction(-direction), x - direction * depth))?
+            }
+        };
+        let chord = ball.is_missed([x, start]).then(|| self.chord()).flatten();
+        let chord = chord.map(|candidate| Candidate {
+            known: Known::Straight,
+            ..candidate
+        });
+        let passing = lens.passing(from, x);
+        let passing = passing
+            .into_iter()
+            .filter_map(move |ray| self.through(&ray, ball));
+        Some(chord.into_iter().chain(passing))
+    }
+
+    /// The start of a ray through the ball from the target, outside, to the vertex, outside.
+    fn through(&self, ray: &PassingRay, ball: &BendingBall) -> Option<Candidate> {
+        let x = self.vertex.position();
+        let length = ray.optical_length + ball.outside(ray.exit, x);
+        match self.target.end {
+            ConnectionEnd::Point { position, .. } => {
+                let direction = (ray.exit - x).try_normalize()?;
+                let arrival = (position - ray.entry).try_normalize()?;
+                let place = self.vertex.start(self.scene, direction);
+                let (end_point, facing) = self.end_point(position, arrival);
+                if facing.is_some_and(|normal| normal.dot(arrival) > BEHIND) {
+                    return None;
+                }
+                let start = InitialGuess {
+                    family: RayFamily::Point {
+                        x: place.x,
+                        direction,
+                    },
+                    region: place.medium,
+                    optical_length: length + ball.outside(ray.entry, end_point),
+                    pattern: Pattern::REFRACT,
+                };
+                Some(Candidate::new(start, place, end_point, facing))
+            }
+            ConnectionEnd::Plane {
+                through, direction, ..
+            } => {
+                let p = ray.entry;
+                let foot = p - direction * (p - through).dot(direction);
+                let start = InitialGuess {
+                    family: RayFamily::Plane { x: foot, direction },
+                    region: self.scene.medium_at(foot),
+                    optical_length: length + ball.outside(p, foot),
+                    pattern: Pattern::REFRACT,
+                };
+                let arrival = (x - ray.exit).try_normalize()?;
+                Some(self.arriving(start, arrival))
+            }
+        }
     }
 
     /// The end that lies inside, and the one that lies outside.
-    fn ends(&self, glass: &GlassBall) -> Option<(DVec3, Outside)> {
+    fn ends(&self, glass: &BendingBall) -> Option<(DVec3, Outside)> {
         let (x, ball) = (self.vertex.position(), &glass.ball);
         match self.target.end {
             ConnectionEnd::Point { position: y, .. } => {
@@ -60,15 +149,14 @@ impl<'a> Search<'a> {
             ConnectionEnd::Plane {
                 through, direction, ..
             } => {
-                let before = (ball.center - through).dot(direction) > ball.radius;
                 let ends = (x, Outside::Direction(-direction));
-                (before && ball.contains(x)).then_some(ends)
+                (glass.is_before(through, direction) && ball.contains(x)).then_some(ends)
             }
         }
     }
 
     /// The start of a ray through the surface of the ball.
-    fn by_way_of(&self, ray: &BallRay, glass: &GlassBall) -> Option<Candidate> {
+    fn by_way_of(&self, ray: &BallRay, glass: &BendingBall) -> Option<Candidate> {
         let (x, p) = (self.vertex.position(), ray.crossing);
         let inside = glass.ball.contains(x);
         match self.target.end {
@@ -98,14 +186,14 @@ impl<'a> Search<'a> {
                     pattern: Pattern::REFRACT,
                 };
                 let known = match &glass.lens {
-                    None => Known::Nothing,
-                    Some(_) => Known::Wall(WallGuess {
+                    Some(_) if !glass.matched => Known::Wall(WallGuess {
                         inner: if inside { place.x } else { end_point },
                         region: glass.interior,
                         outer,
                         crossing: p,
                         outward: inside,
                     }),
+                    _ => Known::Nothing,
                 };
                 Some(Candidate {
                     known,

@@ -1,37 +1,55 @@
-//! The smooth ball that, with the field inside, is all that bends rays in some scenes.
+//! The ball that, by its smooth surface or the field inside, is all that bends rays in some scenes.
 //!
 //! Theory: docs/theory.md#through-a-ball, docs/theory.md#through-a-lens, docs/theory.md#certificate.
 
 use super::parts::{AMBIENT, MediumId, Object, Parts};
 use super::regions::{Region, cells};
 use crate::bsdf::Bsdf;
+use crate::medium::Medium;
 use crate::shape::Shape;
 use eikonal::connect::{Ball, BallRay, RadialBall};
 use eikonal::{Aabb, Field};
 use glam::DVec3;
 
-/// Relative differences of a ball's extents below this are those of rounding.
+/// Relative differences of a ball's extents, or of indices, below this are those of rounding.
 const ROUND: f64 = 1e-9;
+/// Relative differences of the index from that around a ball at whose surface it is taken to be continuous, and from its mean over
+/// spheres: rays of the mean field are first guesses of others.
+const ALIKE: f64 = 1e-2;
 
-/// A smooth ball that, with the field inside, is all that bends rays in a scene, in ambience of constant index.
+/// A ball that, by its smooth surface or the field inside, is all that bends rays in a scene, in surroundings of constant index.
 #[derive(Clone, Debug)]
-pub(crate) struct GlassBall {
+pub(crate) struct BendingBall {
     /// The ball, of the index at its surface.
     pub ball: Ball,
     /// The medium inside.
     pub interior: MediumId,
     /// What its field is nearly, if it bends rays.
     pub lens: Option<RadialBall>,
+    /// Whether rays pass its surface straight on.
+    pub matched: bool,
     /// Index inside and outside.
     indices: [f64; 2],
     /// Every ray leaves that passes through a point where the index times the distance from the centre is no more.
     lets_out: f64,
 }
 
-impl GlassBall {
+impl BendingBall {
     /// Optical length of the straight way outside from a point of the surface to another point.
     pub(crate) fn outside(&self, p: DVec3, to: DVec3) -> f64 {
         self.indices[1] * p.distance(to)
+    }
+
+    /// Whether all of the ball lies in front of a plane.
+    pub(crate) fn is_before(&self, through: DVec3, direction: DVec3) -> bool {
+        (self.ball.center - through).dot(direction) > self.ball.radius
+    }
+
+    /// Whether the straight way between two points misses the ball.
+    pub(crate) fn is_missed(&self, [x, y]: [DVec3; 2]) -> bool {
+        let (way, arm) = (y - x, self.ball.center - x);
+        let share = (arm.dot(way) / way.length_squared()).clamp(0.0, 1.0);
+        (arm - way * share).length() >= self.ball.radius
     }
 
     /// The straight ray from a point inside to one of the surface.
@@ -52,15 +70,80 @@ impl GlassBall {
     }
 }
 
-/// The ball that is all that bends rays, if that is so: media around it are constant, there is one smooth
-/// interface, and on either side of it one medium. `overlapping` tells of each object whether others are near.
-pub(super) fn glass_ball(
+/// The ball that is all that bends rays, if that is so: media around it are constant, and there is one smooth
+/// interface, on either side of which is one medium; or none, and the index is continuous. `overlapping` tells of each object whether
+/// others are near.
+pub(super) fn bending_ball(
     parts: &Parts,
     overlapping: &[bool],
     regions: &[Region],
-) -> Option<GlassBall> {
-    let is_glass = |o: &Object| matches!(o.bsdf, Bsdf::Dielectric(_));
-    let place = parts.objects.iter().position(is_glass)?;
+) -> Option<BendingBall> {
+    match parts.objects.iter().position(is_glass) {
+        Some(place) => smooth_ball(parts, place, overlapping, regions),
+        None => matched_ball(parts),
+    }
+}
+
+fn is_glass(o: &Object) -> bool {
+    matches!(o.bsdf, Bsdf::Dielectric(_))
+}
+
+/// Centre and radius of a sphere; `None` of other shapes, and of spheres that are not round.
+fn round(shape: &Shape) -> Option<(DVec3, f64)> {
+    // Each extent of an ellipsoid is a mean over its axes: all are the longest if it is round.
+    let (aabb, diameter) = (shape.aabb(), shape.diameter());
+    let extents = aabb.max - aabb.min;
+    let is_round = (extents - diameter).abs().max_element() < ROUND * diameter;
+    (matches!(shape, Shape::Sphere(_)) && is_round).then(|| (aabb.center(), 0.5 * diameter))
+}
+
+/// The ball that the only field fills, nearly radial and with an index that is that of all other media at its surface.
+fn matched_ball(parts: &Parts) -> Option<BendingBall> {
+    let mut fields = (0..parts.media.len()).filter(|id| !parts.media[*id].index.is_constant());
+    let interior = fields.next().filter(|_| fields.next().is_none())?;
+    let mut holders = parts
+        .objects
+        .iter()
+        .filter(|o| o.interior() == Some(interior));
+    let object = holders.next().filter(|_| holders.next().is_none())?;
+    let (center, radius) = round(&object.shape)?;
+    let around = object.sides?.exterior;
+    if around == interior || !matches!(object.bsdf, Bsdf::Null) {
+        return None;
+    }
+    let outside = parts.media[around].index.n(center);
+    let is_alike = |(id, medium): (MediumId, &Medium)| {
+        id == interior || (medium.index.n(center) / outside - 1.0).abs() < ROUND
+    };
+    let within = |o: &Object| {
+        let inside = |p: DVec3| p.distance(center) < radius;
+        o.sides.is_some_and(|s| s.interior != interior)
+            && inside(o.shape.aabb().center())
+            && o.shape.diameter() < 2.0 * radius
+    };
+    if !parts.media.iter().enumerate().all(is_alike) || parts.objects.iter().any(within) {
+        return None;
+    }
+    let lens = RadialBall::new(&parts.media[interior].index, center, radius, outside)?;
+    let ball = lens.surface();
+    let nearly = lens.deviation() < ALIKE && (ball.ratio - 1.0).abs() < ALIKE;
+    nearly.then_some(BendingBall {
+        ball,
+        interior,
+        lens: Some(lens),
+        matched: true,
+        indices: [outside; 2],
+        lets_out: f64::NEG_INFINITY,
+    })
+}
+
+/// The ball of a smooth interface.
+fn smooth_ball(
+    parts: &Parts,
+    place: usize,
+    overlapping: &[bool],
+    regions: &[Region],
+) -> Option<BendingBall> {
     let object = &parts.objects[place];
     let bounded = |o: &Object| {
         let surrounded = |s: super::Sides| o.shape.is_closed() && s.exterior == AMBIENT;
@@ -68,13 +151,9 @@ pub(super) fn glass_ball(
     };
     let simple = parts.objects.iter().filter(|o| is_glass(o)).count() == 1
         && parts.objects.iter().all(bounded)
-        && !overlapping[place]
-        && matches!(object.shape, Shape::Sphere(_));
-    // Each extent of an ellipsoid is a mean over its axes: all are the longest if it is round.
-    let (aabb, diameter) = (object.shape.aabb(), object.shape.diameter());
-    let extents = aabb.max - aabb.min;
-    let round = (extents - diameter).abs().max_element() < ROUND * diameter;
-    let interior = object.interior().filter(|_| simple && round)?;
+        && !overlapping[place];
+    let (center, radius) = round(&object.shape)?;
+    let interior = object.interior().filter(|_| simple)?;
     // A field may bend rays in this ball only.
     let holders = parts.objects.iter();
     let holders = holders.filter(|o| o.interior() == Some(interior)).count();
@@ -84,7 +163,6 @@ pub(super) fn glass_ball(
     if !others || (is_lens && holders > 1) {
         return None;
     }
-    let (center, radius) = (aabb.center(), 0.5 * diameter);
     let outside = parts.media[AMBIENT].index.n(center);
     let field = &parts.media[interior].index;
     let lens = if is_lens {
@@ -104,10 +182,11 @@ pub(super) fn glass_ball(
         Some(_) => outside * radius - drift(field, &ball, &object.shape, &regions[interior]),
         None => outside * radius,
     };
-    Some(GlassBall {
+    Some(BendingBall {
         ball,
         interior,
         lens,
+        matched: false,
         indices: [ball.ratio * outside, outside],
         lets_out,
     })
