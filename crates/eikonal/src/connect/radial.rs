@@ -42,7 +42,10 @@ const SLACK_PER_DEVIATION: f64 = 4.0;
 /// The least slack.
 const SLACK: f64 = 1e-4;
 
-static RULE: QuadratureRule<10> = QuadratureRule::new();
+/// Nodes of Gauss's rule.
+const NODES: usize = 10;
+
+static RULE: QuadratureRule<NODES> = QuadratureRule::new();
 
 /// A ball whose index depends on the radius.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,6 +60,8 @@ pub struct RadialBall {
     n2: Vec<f64>,
     /// h at evenly spaced y.
     bend: Vec<f64>,
+    /// cos φ at the nodes of [`RULE`] for φ from 0 to π/2.
+    cosines: [f64; NODES],
     /// Largest relative deviation of n² from its mean over spheres.
     deviation: f64,
 }
@@ -146,6 +151,7 @@ impl RadialBall {
             outside,
             rim: rim2.sqrt(),
             bend: evenly(&known),
+            cosines: RULE.nodes.map(|node| libm::cos(FRAC_PI_2 * node)),
             n2,
             deviation,
         })
@@ -215,18 +221,40 @@ impl RadialBall {
             }
         };
         let (first, last) = (phi(start), phi(end));
+        let cosines = RULE
+            .nodes
+            .map(|node| libm::cos(first + (last - first) * node));
+        let bent = self.bent(b, most, last - first, &cosines);
+        let straight = libm::atan2(end, b) - libm::atan2(start, b);
+        Turn {
+            inside: straight + bent.inside,
+            optical_length: end - start + bent.optical_length,
+        }
+    }
+
+    /// The whole of a ray through the ball: twice a half.
+    fn whole_turn(&self, b: f64) -> Turn {
+        let most = (self.rim * self.rim - b * b).max(0.0).sqrt();
+        let half = self.bent(b, most, FRAC_PI_2, &self.cosines);
+        Turn {
+            inside: 2.0 * (libm::atan2(most, b) + half.inside),
+            optical_length: 2.0 * (most + half.optical_length),
+        }
+    }
+
+    /// What the bending adds to a straight line over a range of φ, given the largest T and cos φ at the nodes.
+    fn bent(&self, b: f64, most: f64, range: f64, cosines: &[f64; NODES]) -> Turn {
         let mut sums = [0.0; 2];
-        for (node, weight) in RULE.nodes.iter().zip(&RULE.weights) {
-            let y = most * libm::cos(first + (last - first) * node) / self.rim;
+        for (cosine, weight) in cosines.iter().zip(&RULE.weights) {
+            let y = most * cosine / self.rim;
             let bend = weight * interpolated(&self.bend, y);
             sums[0] += bend;
             sums[1] += bend * (1.0 - y * y);
         }
-        let straight = libm::atan2(end, b) - libm::atan2(start, b);
-        let bent = self.rim * (last - first);
+        let scale = self.rim * range;
         Turn {
-            inside: straight + b * bent * sums[0],
-            optical_length: end - start + bent * self.rim * self.rim * sums[1],
+            inside: b * scale * sums[0],
+            optical_length: scale * self.rim * self.rim * sums[1],
         }
     }
 }
@@ -284,9 +312,8 @@ impl Passing<'_> {
         let incidence = FRAC_PI_2 * t;
         let impact = ball.radius * libm::sin(incidence);
         let b = (impact * ball.outside).min(ball.rim);
-        let end = (ball.rim * ball.rim - b * b).max(0.0).sqrt();
         let approach = |k: f64| incidence - libm::asin((impact * k).min(1.0));
-        (self.k.map(approach), ball.turn(b, [-end, end]))
+        (self.k.map(approach), ball.whole_turn(b))
     }
 
     /// The whole angle between the ends, seen from the centre.

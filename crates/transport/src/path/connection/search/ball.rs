@@ -87,10 +87,9 @@ impl<'a> Search<'a> {
             known: Known::Straight,
             ..candidate
         });
-        let passing = lens.passing(from, x);
-        let passing = passing
-            .into_iter()
-            .filter_map(move |ray| self.through(&ray, ball));
+        // Only asked for if the chord does not answer the question.
+        let passing = std::iter::once_with(move || lens.passing(from, x)).flatten();
+        let passing = passing.filter_map(move |ray| self.through(&ray, ball));
         Some(chord.into_iter().chain(passing))
     }
 
