@@ -9,12 +9,12 @@ mod common;
 
 use common::{camera, container, fog, parts, vacuum};
 use eikonal::field::Gaussian;
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use morgana_transport::bsdf::Bsdf;
 use morgana_transport::emitter::Emitter;
 use morgana_transport::path::{Connection, ConnectionTarget, Start, Vertex, Workspace};
 use morgana_transport::sampling::Sampler;
-use morgana_transport::shape::Sphere;
+use morgana_transport::shape::Cube;
 use morgana_transport::{Scene, Spectrum};
 use testkit::moments::Moments;
 use testkit::z_test::{max_abs_z, threshold};
@@ -29,14 +29,15 @@ const PAIRS: [[DVec3; 2]; 3] = [
 
 fn lens([_, y]: [DVec3; 2]) -> Scene {
     let index = Gaussian::new(1.0, 0.5, DVec3::ZERO, 0.3).unwrap();
-    let ball = Sphere::around(DVec3::ZERO, 1.2).unwrap();
+    // In a ball all rays would be found for certain.
+    let cube = Cube::new(DAffine3::from_scale(DVec3::splat(1.2))).unwrap();
     let light = Emitter::Point {
         position: y,
         intensity: Spectrum::ONE,
     };
     let media = vec![vacuum(), fog(index, 0.0, 0.0, 0.0)];
     let sensor = camera(DVec3::Z * 4.0, DVec3::ZERO);
-    let objects = vec![container(ball, Bsdf::Null)];
+    let objects = vec![container(cube, Bsdf::Null)];
     Scene::new(parts(objects, media, vec![light], sensor)).unwrap()
 }
 

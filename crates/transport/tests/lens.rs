@@ -11,16 +11,18 @@ mod lens;
 
 use common::{camera, container, fog, glass, mean, parts, path_tracer, shoot_by, vacuum};
 use eikonal::connect::Reach;
-use eikonal::field::Gaussian;
+use eikonal::field::{Gaussian, Luneburg};
 use eikonal::{Field, Solver, Tolerance};
 use fan::Fan;
 use glam::DVec3;
 use morgana_transport::Scene;
+use morgana_transport::bsdf::Bsdf;
 use morgana_transport::connection_end::ConnectionEnd;
 use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer};
 use morgana_transport::path::{Connection, ConnectionTarget, Start, Vertex, Workspace};
 use morgana_transport::sampling::Sampler;
 use morgana_transport::shape::Sphere;
+use std::f64::consts::FRAC_PI_2;
 use testkit::Rng;
 use testkit::moments::Moments;
 use testkit::z_test::max_abs_z;
@@ -223,13 +225,113 @@ fn pairs_inside_that_are_certified_have_one_ray() {
     }
 }
 
+/// A field in a ball, in air: nothing refracts at the surface.
+fn in_air(index: Field, radius: f64) -> Scene {
+    let ball = Sphere::around(DVec3::ZERO, radius).unwrap();
+    Scene::new(parts(
+        vec![container(ball, Bsdf::Null)],
+        vec![vacuum(), fog(index, 0.0, 0.0, 0.0)],
+        Vec::new(),
+        camera(DVec3::Z * 4.0, DVec3::ZERO),
+    ))
+    .unwrap()
+}
+
+fn luneburg() -> Scene {
+    in_air(Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap().into(), 1.0)
+}
+
+/// Rays from outside or inside to outside, past the ball and through it, are those of the dense search: in Luneburg's lens, and in a
+/// strong one that lets several rays join points on either side.
+#[test]
+fn rays_through_a_surface_that_does_not_refract_are_all_found() {
+    let strong = Gaussian::new(1.0, 0.5, DVec3::ZERO, 0.3).unwrap();
+    let scenes = [(luneburg(), 0.3), (in_air(strong.into(), 1.2), 0.1)];
+    let mut rng = Rng::new(21);
+    let mut seen = [0; 5];
+    for (scene, aside) in scenes {
+        for pair in 0..12 {
+            let y = DVec3::from_array(rng.direction()) * rng.range(1.3, 3.0);
+            let direction = DVec3::from_array(rng.direction());
+            let x = match pair % 3 {
+                // Inside, anywhere outside, and on the other side.
+                0 => direction * rng.range(0.1, 0.9),
+                1 => direction * rng.range(1.3, 3.0),
+                _ => (direction * aside - y.normalize()).normalize() * rng.range(1.3, 3.0),
+            };
+            seen[check(&scene, [x, y])] += 1;
+        }
+    }
+    assert!(seen[1] > 8 && seen[2] + seen[3] > 3, "{seen:?}");
+}
+
+/// Shots per ray.
+const SHOTS: f64 = 1.5;
+
+/// Parallel light meets every point behind the lens by way of its far pole, F, after an optical length of 1 + π/2 from the plane that
+/// touches its near pole; and every point that does not lie in its shadow straight on.
+#[test]
+fn parallel_light_comes_through_luneburgs_lens_in_closed_form() {
+    let scene = luneburg();
+    let end = ConnectionEnd::Plane {
+        through: DVec3::NEG_Z * 2.0,
+        direction: DVec3::Z,
+        beam: false,
+    };
+    let target = ConnectionTarget::sensor(&scene, end);
+    let mut rng = Rng::new(22);
+    let mut ws = Workspace::new(scene.tolerance());
+    ws.search = NEVER;
+    let mut rays = 0;
+    for _ in 0..400 {
+        let x = DVec3::from_array(rng.direction()) * rng.range(1.05, 1.9);
+        let (off_axis, behind) = (x.truncate().length(), x.z - 1.0);
+        // Next to an edge of the shadow, rays graze the lens.
+        if behind.abs() < 0.02 || (off_axis - 1.0).abs() < 0.02 {
+            continue;
+        }
+        let vertex = Vertex::end(&Start::point(x, DVec3::Z, scene.medium_at(x)));
+        let mut sampler = Sampler::new(1, 0, 0);
+        let found = Connection::each(&scene, &vertex, &target, &mut sampler, &mut ws, |c| {
+            Some(*c)
+        });
+        let mut lengths: Vec<f64> = found.iter().map(|(c, _)| c.optical_length).collect();
+        let mut expected = Vec::new();
+        if off_axis > 1.0 || x.z < 0.0 {
+            expected.push(2.0 + x.z);
+        }
+        if behind > 0.0 {
+            expected.push(1.0 + 1.0 + FRAC_PI_2 + x.distance(DVec3::Z));
+        }
+        lengths.sort_by(f64::total_cmp);
+        expected.sort_by(f64::total_cmp);
+        assert_eq!(
+            lengths.len(),
+            expected.len(),
+            "{x}: {lengths:?} {expected:?}"
+        );
+        for (length, expected) in lengths.iter().zip(&expected) {
+            assert!(
+                (length / expected - 1.0).abs() < 1e-5,
+                "{x}: {length} {expected}"
+            );
+        }
+        rays += expected.len();
+    }
+    let shots = ws.stats().work.shots as f64 / rays as f64;
+    assert!(
+        rays > 300 && shots < SHOTS,
+        "{rays} rays, {shots} shots for each"
+    );
+}
+
 /// `path` does not connect through the wall, `particle` connects to nothing but the camera through it, `bdpt` does both.
 #[test]
 fn estimators_agree_about_the_light_of_the_lens() {
     let bdpt = Integrator::Bdpt(Bdpt::default());
     let particle = Integrator::Particle(ParticleTracer::default());
     let of = |integrator: Integrator, seed| {
-        let rendering = shoot_by(integrator, lens::scene(), 3000, seed);
+        let rendering = shoot_by(integrator, lens::scene(), 3200, seed);
         mean(&rendering)
     };
     let [path, bdpt, particle] = [of(path_tracer(), 1), of(bdpt, 2), of(particle, 3)];

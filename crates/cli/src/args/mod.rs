@@ -98,7 +98,8 @@ pub enum Command {
         reflected where it could have been refracted. The search follows rays in some 1500 directions; \
         branches that graze an interface may be missed. \"failure\" and \"occluded\" at the end are \
         those of the primary branch.\n\n\
-        \"certified_unique\" says that no second ray can exist; false says that none is known not to. \
+        \"certified_unique\" says that no second ray can exist, reflected where it could have been refracted at most as often as \
+        was asked for; false says that none is known not to. \
         That there is no ray is an answer, not an error.")]
     Connect(ConnectArgs),
     /// Draw figures of results: profiles, maps, histograms over time, sections of fluence, convergence.

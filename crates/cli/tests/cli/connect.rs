@@ -156,6 +156,19 @@ fn a_certified_pair_has_one_branch() {
     assert_eq!(branches(&answer)[0]["primary"], true);
 }
 
+/// Of a point near the centre of a glass ball no ray is reflected totally: without other reflections, there is one ray to any other.
+#[test]
+fn pairs_within_a_ball_are_certified_but_for_reflections() {
+    let folder = Folder::with_scene(BALL);
+    let ends = "--from 0,0,0.1 --to 0.5,0,0.2 --all";
+    let refracted = connect(&folder, ends);
+    assert_eq!(refracted["certified_unique"], true);
+    assert_eq!(branches(&refracted).len(), 1);
+    let reflected = connect(&folder, &format!("{ends} --reflections 1"));
+    assert_eq!(reflected["certified_unique"], false);
+    assert!(branches(&reflected).len() > 1);
+}
+
 #[test]
 fn no_branch_at_all_is_an_answer() {
     let answer = connect(&Folder::with_fog(), "--from 1,1,1 --to 1,1,1 --all");

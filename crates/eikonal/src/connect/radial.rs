@@ -8,10 +8,10 @@
 //! Ψ = ∫ b w/q² dT,   over the optical length   L = ∫ w dT.
 //!
 //! Where w = 1 these are what straight lines do, in closed form. w − 1 vanishes as q² at the centre, and is at most as large as
-//! 1/y at the surface, y = √(1 − q²/Q²), even where q has its maximum there, as in Luneburg's lens. With T = T_max sin φ and
-//! h = y (w − 1)/q², the rest is
+//! 1/y at the surface, y = √(1 − q²/Q²), even where q has its maximum there, as in Luneburg's lens. With h = y (w − 1)/q², and
+//! s = T/T_max = 1 − (1 − s₀)u², the rest from s₀ ≥ 0 to the surface is
 //!
-//! b Q ∫ h dφ   and   Q ∫ q² h dφ,
+//! 2bQ√(1 − s₀) ∫ h/√(1 + s) du   and   2Q√(1 − s₀) ∫ q² h/√(1 + s) du,   0 < u < 1,   y = (T_max/Q) √(1 − s²),
 //!
 //! so that Gauss's rule sees smooth functions only. Of a field that is not quite radial the mean over spheres is taken: what is
 //! found are then first guesses of its rays.
@@ -23,6 +23,7 @@ use super::collocate::QuadratureRule;
 use crate::field::Field;
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::ops::{Add, Mul};
 
 /// Values of tables, evenly spaced in squares of radii: linear interpolation errs by some 1e-5 of the field's contrast.
 const TABLE: usize = 512;
@@ -42,10 +43,7 @@ const SLACK_PER_DEVIATION: f64 = 4.0;
 /// The least slack.
 const SLACK: f64 = 1e-4;
 
-/// Nodes of Gauss's rule.
-const NODES: usize = 10;
-
-static RULE: QuadratureRule<NODES> = QuadratureRule::new();
+static RULE: QuadratureRule<10> = QuadratureRule::new();
 
 /// A ball whose index depends on the radius.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,8 +58,6 @@ pub struct RadialBall {
     n2: Vec<f64>,
     /// h at evenly spaced y.
     bend: Vec<f64>,
-    /// cos φ at the nodes of [`RULE`] for φ from 0 to π/2.
-    cosines: [f64; NODES],
     /// Largest relative deviation of n² from its mean over spheres.
     deviation: f64,
 }
@@ -97,7 +93,8 @@ struct Rays<'a> {
     k: f64,
 }
 
-/// Of a ray from the inner point.
+/// Of a part of a ray inside.
+#[derive(Clone, Copy)]
 struct Turn {
     /// Ψ.
     inside: f64,
@@ -151,7 +148,6 @@ impl RadialBall {
             outside,
             rim: rim2.sqrt(),
             bend: evenly(&known),
-            cosines: RULE.nodes.map(|node| libm::cos(FRAC_PI_2 * node)),
             n2,
             deviation,
         })
@@ -208,53 +204,71 @@ impl RadialBall {
 }
 
 impl RadialBall {
-    /// The part of a ray with the invariant b between two values of T.
-    fn turn(&self, b: f64, [start, end]: [f64; 2]) -> Turn {
-        let most = (self.rim * self.rim - b * b).max(0.0).sqrt();
-        let phi = |t: f64| {
-            let sine = t / most;
-            // Of a ray that grazes the surface, T is zero.
-            if sine.abs() < 1.0 {
-                libm::asin(sine)
-            } else {
-                FRAC_PI_2.copysign(t)
-            }
+    /// The part of a ray with the invariant b from a value of T to the surface.
+    fn turn(&self, b: f64, start: f64) -> Turn {
+        let most = self.largest(b);
+        let straight = Turn {
+            inside: libm::atan2(b * (most - start), b * b + start * most),
+            optical_length: most - start,
         };
-        let (first, last) = (phi(start), phi(end));
-        let cosines = RULE
-            .nodes
-            .map(|node| libm::cos(first + (last - first) * node));
-        let bent = self.bent(b, most, last - first, &cosines);
-        let straight = libm::atan2(end, b) - libm::atan2(start, b);
-        Turn {
-            inside: straight + bent.inside,
-            optical_length: end - start + bent.optical_length,
+        let rest = self.bent(b, most, (start.abs() / most).min(1.0));
+        if start < 0.0 {
+            straight + self.bent(b, most, 0.0) * 2.0 + rest * -1.0
+        } else {
+            straight + rest
         }
     }
 
     /// The whole of a ray through the ball: twice a half.
     fn whole_turn(&self, b: f64) -> Turn {
-        let most = (self.rim * self.rim - b * b).max(0.0).sqrt();
-        let half = self.bent(b, most, FRAC_PI_2, &self.cosines);
-        Turn {
-            inside: 2.0 * (libm::atan2(most, b) + half.inside),
-            optical_length: 2.0 * (most + half.optical_length),
-        }
+        let most = self.largest(b);
+        let straight = Turn {
+            inside: libm::atan2(most, b),
+            optical_length: most,
+        };
+        (straight + self.bent(b, most, 0.0)) * 2.0
     }
 
-    /// What the bending adds to a straight line over a range of φ, given the largest T and cos φ at the nodes.
-    fn bent(&self, b: f64, most: f64, range: f64, cosines: &[f64; NODES]) -> Turn {
+    /// T at the surface.
+    fn largest(&self, b: f64) -> f64 {
+        (self.rim * self.rim - b * b).max(0.0).sqrt()
+    }
+
+    /// What bending adds to a straight line from a share s₀ ≥ 0 of the largest T to that.
+    fn bent(&self, b: f64, most: f64, first: f64) -> Turn {
+        let root = (1.0 - first).sqrt();
         let mut sums = [0.0; 2];
-        for (cosine, weight) in cosines.iter().zip(&RULE.weights) {
-            let y = most * cosine / self.rim;
-            let bend = weight * interpolated(&self.bend, y);
+        for (u, weight) in RULE.nodes.iter().zip(&RULE.weights) {
+            let (depth, other) = (root * u, (2.0 - (root * u).powi(2)).sqrt());
+            let y = most * depth * other / self.rim;
+            let bend = weight * interpolated(&self.bend, y) / other;
             sums[0] += bend;
             sums[1] += bend * (1.0 - y * y);
         }
-        let scale = self.rim * range;
+        let scale = 2.0 * self.rim * root;
         Turn {
             inside: b * scale * sums[0],
             optical_length: scale * self.rim * self.rim * sums[1],
+        }
+    }
+}
+
+impl Add for Turn {
+    type Output = Turn;
+    fn add(self, o: Turn) -> Turn {
+        Turn {
+            inside: self.inside + o.inside,
+            optical_length: self.optical_length + o.optical_length,
+        }
+    }
+}
+
+impl Mul<f64> for Turn {
+    type Output = Turn;
+    fn mul(self, factor: f64) -> Turn {
+        Turn {
+            inside: self.inside * factor,
+            optical_length: self.optical_length * factor,
         }
     }
 }
@@ -331,13 +345,12 @@ impl Rays<'_> {
     }
 
     fn turn(&self, theta: f64) -> Turn {
-        let (ball, b) = (self.ball, self.invariant(theta));
-        let end = (ball.rim * ball.rim - b * b).max(0.0).sqrt();
+        let b = self.invariant(theta);
         let start = (self.q * self.q - b * b)
             .max(0.0)
             .sqrt()
             .copysign(FRAC_PI_2 - theta);
-        ball.turn(b, [start, end])
+        self.ball.turn(b, start)
     }
 
     /// The whole angle by which a ray has turned when it meets the outer point.

@@ -1,7 +1,7 @@
 //! What bends rays, and how far connections follow them.
 
-use super::Scene;
 use super::parts::{MediumId, Object, Parts};
+use super::{BendingBall, Scene};
 use crate::bsdf::Bsdf;
 use crate::connection_end::ConnectionEnd;
 use crate::emitter::Emitter;
@@ -73,6 +73,13 @@ impl Scene {
             }
             _ => false,
         }
+    }
+
+    /// Whether it is known that no two rays connect two points that take no reflections where refraction is possible, because nothing
+    /// but one ball bends rays, and the points lie in it.
+    pub(crate) fn is_unique_in_ball(&self, ends: [DVec3; 2]) -> bool {
+        let known = |ball: &BendingBall| ball.is_unique(ends, |x| self.n(ball.interior, x));
+        self.bending_ball().is_some_and(known)
     }
 
     /// The medium at an end that is a point, if [`Scene::is_unique`] could make use of it.

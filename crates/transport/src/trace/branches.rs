@@ -16,7 +16,7 @@ pub struct Branches {
     pub list: Vec<Branch>,
     /// Why there is no primary ray, or, if all were looked for, why one that a coarser search found is not listed.
     pub failure: Option<Failure>,
-    /// Whether it is certain that there is at most one.
+    /// Whether it is certain that there is at most one with as many reflections where refraction is possible.
     pub is_unique: bool,
     /// Whether something stands in the way of the primary ray.
     pub is_occluded: bool,
@@ -72,7 +72,8 @@ pub fn branches(scenes: &[Scene], from: DVec3, to: DVec3, all: Option<u32>) -> B
     Branches {
         list,
         failure: primary.err().or(lost),
-        is_unique: scene.is_unique(from, medium, to, scene.medium_at(to)),
+        is_unique: scene.is_unique(from, medium, to, scene.medium_at(to))
+            || all.unwrap_or(0) == 0 && scene.is_unique_in_ball([from, to]),
         is_occluded,
     }
 }

@@ -21,10 +21,9 @@ impl<'a> Search<'a> {
         };
         let straight = glass.lens.is_none();
         let within = match self.target.end {
-            ConnectionEnd::Point { position, .. } => {
-                let n = |x| self.scene.n(glass.interior, x);
-                glass.is_unique([self.vertex.position(), position], n)
-            }
+            ConnectionEnd::Point { position, .. } => self
+                .scene
+                .is_unique_in_ball([self.vertex.position(), position]),
             ConnectionEnd::Plane { .. } => false,
         };
         let known = within && (any || straight) || straight && self.ends(glass).is_some();
@@ -83,10 +82,6 @@ impl<'a> Search<'a> {
             }
         };
         let chord = ball.is_missed([x, start]).then(|| self.chord()).flatten();
-        let chord = chord.map(|candidate| Candidate {
-            known: Known::Straight,
-            ..candidate
-        });
         // Only asked for if the chord does not answer the question.
         let passing = std::iter::once_with(move || lens.passing(from, x)).flatten();
         let passing = passing.filter_map(move |ray| self.through(&ray, ball));
