@@ -3,6 +3,9 @@
 use crate::bounds::Aabb;
 use glam::DVec3;
 
+/// Closest approaches are known to this share of a piece: distances, whose slope is zero there, to rounding.
+const CLOSEST: f64 = 1e-9;
+
 /// A piece of a ray over a span `h` of σ: x(θ), θ ∈ [0, 1], σ = σ₀ + hθ.
 ///
 /// A curved piece is the quintic that matches position, velocity and acceleration at both ends
@@ -211,20 +214,21 @@ impl Arc {
         }
         let slope = |theta: f64| (self.position(theta) - y).dot(self.velocity(theta));
         let (mut low, mut high) = (0.0, 1.0);
-        if slope(low) >= 0.0 {
+        let mut f_low = slope(low);
+        if f_low >= 0.0 {
             return low;
         }
-        if slope(high) <= 0.0 {
+        let mut f_high = slope(high);
+        if f_high <= 0.0 {
             return high;
         }
         // Bisection keeps the bracket; secant steps inside it converge quickly (Illinois).
-        let (mut f_low, mut f_high) = (slope(low), slope(high));
         let mut theta = low;
         for _ in 0..64 {
             let last = theta;
             theta = (low * f_high - high * f_low) / (f_high - f_low);
             let f = slope(theta);
-            if f == 0.0 || (theta - last).abs() < 1e-14 {
+            if f == 0.0 || (theta - last).abs() < CLOSEST {
                 break;
             }
             if f < 0.0 {

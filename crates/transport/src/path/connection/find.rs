@@ -12,6 +12,7 @@ use crate::scene::Scene;
 use eikonal::connect::Piece;
 use glam::DVec3;
 use smallvec::SmallVec;
+use std::ops::ControlFlow;
 
 /// What connections are worth, each with a weight: hardly ever more than one.
 pub(crate) type Weighted<T> = SmallVec<[(T, f64); 1]>;
@@ -67,13 +68,13 @@ impl Connection {
         let search = Search::new(scene, vertex, target);
         let mut values = SmallVec::new();
         let mut known: Vec<Connection> = Vec::new();
-        for candidate in search.certain() {
+        let _ = search.certain(&mut |candidate| {
             let Some(connection) = search.attempt(&candidate, ws) else {
-                continue;
+                return ControlFlow::Continue(());
             };
             // Several starts may lead to one branch.
             if known.iter().any(|k| k.is_branch_of(tolerance, &connection)) {
-                continue;
+                return ControlFlow::Continue(());
             }
             known.push(connection);
             let pieces = ws.solver.pieces().iter().map(Piece::ends);
@@ -83,7 +84,8 @@ impl Connection {
                 let arcs = ConnectionArcs::Ray(ws.solver.pieces());
                 values.extend(evaluate(&connection, arcs).map(|value| (value, 1.0)));
             }
-        }
+            ControlFlow::Continue(())
+        });
         // Further branches: with probability q, one random start, with weight N/q, eq. (sum over branches).
         if search.has_all(!known.is_empty()) {
             ws.stats.connections.certified += 1;
@@ -119,11 +121,16 @@ impl Connection {
             same_way(tolerance, connection.direction, branch.direction)
                 && length.is_none_or(|s| same_length(tolerance, s, connection.optical_length))
         };
-        let mut certain = search.certain();
-        if certain.any(|candidate| search.solve(&candidate, ws).is_some_and(same)) {
-            1.0
-        } else {
-            ws.random_discovery(branch.geometry)
+        let found = search.certain(&mut |candidate| {
+            if search.solve(&candidate, ws).is_some_and(same) {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        });
+        match found {
+            ControlFlow::Break(()) => 1.0,
+            ControlFlow::Continue(()) => ws.random_discovery(branch.geometry),
         }
     }
 }

@@ -27,10 +27,10 @@ impl Equiangular {
         let part = [first.length_before, last.length_after()];
         let nearest = edge.lead().iter().map(|span| {
             let theta = span.closest_approach(point);
-            let distance = span.arc.position(theta).distance(point);
-            (distance, span.length_before + span.length_at(theta))
+            (span.arc.position(theta).distance(point), span, theta)
         });
-        let (distance, closest) = nearest.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (distance, span, theta) = nearest.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let closest = span.length_before + span.length_at(theta);
         // Any positive distance gives a valid density; the floor keeps it finite.
         let distance = distance.max(1e-9 * part[1]);
         let angles = part.map(|s| ((s - closest) / distance).atan());

@@ -1,17 +1,18 @@
 //! Connections through the surface of a ball: all are known if its index is constant (docs/theory.md#through-a-ball), and nearly all
 //! if a field fills it (docs/theory.md#through-a-lens), whether or not the surface refracts.
 
-use super::{Candidate, Known, Search};
+use super::{Candidate, Known, Search, Visit};
 use crate::connection_end::ConnectionEnd;
 use crate::scene::BendingBall;
 use eikonal::connect::{BallRay, InitialGuess, Outside, PassingRay, Pattern, RayFamily, WallGuess};
 use glam::DVec3;
+use std::ops::ControlFlow;
 
 /// Rays that come to a surface from behind at so large a cosine are not shot at all: far above the
 /// error of a crossing.
 const BEHIND: f64 = 1e-3;
 
-impl<'a> Search<'a> {
+impl Search<'_> {
     /// Whether the deterministic starts lead to every ray that is looked for, given whether these led to any, because nothing but a
     /// ball bends rays: from inside to outside all are known if its index is constant, and inside there is one if none is reflected
     /// totally.
@@ -30,62 +31,59 @@ impl<'a> Search<'a> {
         known && self.scene.branch_reach().reflections == 0
     }
 
-    /// A start for every ray through the surface of the ball that is all that bends rays, if one end lies inside and the other outside;
-    /// if its surface does not refract, also for those from one end outside to another.
-    pub(super) fn through_ball(self) -> Option<impl Iterator<Item = Candidate> + use<'a>> {
+    /// Visits a start for every ray through the surface of the ball that is all that bends rays, if one end lies inside and the other
+    /// outside; if its surface does not refract, also those from one end outside to another. `None` in all other cases.
+    pub(super) fn through_ball(&self, visit: &mut Visit) -> Option<ControlFlow<()>> {
         let ball = self.scene.bending_ball()?;
-        let (out_of, past) = match self.ends(ball) {
-            Some(ends) => (Some(self.out_of(ball, ends)), None),
-            None => (None, Some(self.past(ball)?)),
-        };
-        Some(
-            out_of
-                .into_iter()
-                .flatten()
-                .chain(past.into_iter().flatten()),
-        )
+        match self.ends(ball) {
+            Some(ends) => Some(self.out_of(ball, ends, visit)),
+            None => self.past(ball, visit),
+        }
     }
 
-    /// A start for every ray from inside to outside.
+    /// Visits a start for every ray from inside to outside.
     fn out_of(
-        self,
-        glass: &'a BendingBall,
+        &self,
+        ball: &BendingBall,
         (inner, outer): (DVec3, Outside),
-    ) -> impl Iterator<Item = Candidate> + use<'a> {
-        let lens = glass.lens.as_ref();
-        let bent = lens.map(|lens| lens.rays(inner, outer)).unwrap_or_default();
-        let straight = lens.is_none().then(|| glass.ball.crossings(inner, outer));
-        let straight = straight.into_iter().flatten();
-        let rays = straight
-            .map(move |crossing| glass.straight(inner, crossing))
-            .chain(bent);
-        rays.filter_map(move |ray| self.by_way_of(&ray, glass))
+        visit: &mut Visit,
+    ) -> ControlFlow<()> {
+        let mut start = |ray: BallRay| match self.by_way_of(&ray, ball) {
+            Some(candidate) => visit(candidate),
+            None => ControlFlow::Continue(()),
+        };
+        match &ball.lens {
+            Some(lens) => lens.rays(inner, outer).into_iter().try_for_each(start),
+            None => (ball.ball.crossings(inner, outer))
+                .try_for_each(|crossing| start(ball.straight(inner, crossing))),
+        }
     }
 
-    /// A start for every ray from outside to outside, through the ball or past it, if its surface does not refract.
-    fn past(self, ball: &'a BendingBall) -> Option<impl Iterator<Item = Candidate> + use<'a>> {
+    /// Visits a start for every ray from outside to outside, past the ball or through it, if its surface does not refract.
+    fn past(&self, ball: &BendingBall, visit: &mut Visit) -> Option<ControlFlow<()>> {
         let x = self.vertex.position();
-        let lens = ball
-            .lens
-            .as_ref()
-            .filter(|_| ball.matched && !ball.ball.contains(x))?;
+        let is_outside = |x| !ball.ball.contains(x);
+        let lens = (ball.lens.as_ref()).filter(|_| ball.matched && is_outside(x))?;
         let (from, start) = match self.target.end {
-            ConnectionEnd::Point { position: y, .. } => {
-                (!ball.ball.contains(y)).then_some((Outside::Point(y), y))?
-            }
+            ConnectionEnd::Point { position: y, .. } if is_outside(y) => (Outside::Point(y), y),
             ConnectionEnd::Plane {
                 through, direction, ..
-            } => {
+            } if ball.is_before(through, direction) => {
                 let depth = (x - through).dot(direction);
-                ball.is_before(through, direction)
-                    .then_some((Outside::Direction(-direction), x - direction * depth))?
+                (Outside::Direction(-direction), x - direction * depth)
             }
+            _ => return None,
         };
         let chord = ball.is_missed([x, start]).then(|| self.chord()).flatten();
-        // Only asked for if the chord does not answer the question.
-        let passing = std::iter::once_with(move || lens.passing(from, x)).flatten();
-        let passing = passing.filter_map(move |ray| self.through(&ray, ball));
-        Some(chord.into_iter().chain(passing))
+        if let Some(ControlFlow::Break(())) = chord.map(&mut *visit) {
+            return Some(ControlFlow::Break(()));
+        }
+        let passing = lens.passing(from, x).into_iter();
+        Some(
+            passing
+                .filter_map(|ray| self.through(&ray, ball))
+                .try_for_each(visit),
+        )
     }
 
     /// The start of a ray through the ball from the target, outside, to the vertex, outside.

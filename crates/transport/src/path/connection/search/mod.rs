@@ -12,6 +12,7 @@ use crate::path::workspace::Workspace;
 use crate::scene::{MediumId, Scene};
 use eikonal::connect::{self, ConnectingRay, Failure, Piece, RayFamily, World};
 use glam::DVec3;
+use std::ops::ControlFlow;
 
 /// A start for the solver, and what the ray that it finds must comply with.
 #[derive(Clone, Debug)]
@@ -70,6 +71,9 @@ impl Candidate {
     }
 }
 
+/// What is done with a start, and whether others are wanted.
+pub(super) type Visit<'v> = dyn FnMut(Candidate) -> ControlFlow<()> + 'v;
+
 /// A vertex and what it is to be connected to.
 #[derive(Clone, Copy)]
 pub(super) struct Search<'a> {
@@ -110,31 +114,30 @@ impl<'a> Search<'a> {
             .is_unique(start.x, start.medium, position, medium)
     }
 
-    /// The deterministic starts: at every ray through the surface of a ball, along the chord, at the foot of
+    /// Visits the deterministic starts: at every ray through the surface of a ball, along the chord, at the foot of
     /// the vertex, or where a beam passes by.
-    pub(super) fn certain(self) -> impl Iterator<Item = Candidate> + use<'a> {
-        let ball = self.through_ball();
-        let others = ball.is_none().then(|| self.around_chord());
-        let ball = ball.into_iter().flatten();
-        ball.chain(others.into_iter().flatten())
+    pub(super) fn certain(&self, visit: &mut Visit) -> ControlFlow<()> {
+        match self.through_ball(visit) {
+            Some(flow) => flow,
+            None => self.around_chord(visit),
+        }
     }
 
-    fn around_chord(self) -> impl Iterator<Item = Candidate> + use<'a> {
-        let guided = self.target.guide.map(|guide| {
-            let starts = guide.starts(self.scene, self.vertex.position());
-            starts.into_iter().map(move |known| Candidate {
+    fn around_chord(&self, visit: &mut Visit) -> ControlFlow<()> {
+        let Some(guide) = self.target.guide else {
+            let single = self.chord().map(|candidate| Candidate {
+                known: Known::Straight,
+                ..candidate
+            });
+            return single.into_iter().try_for_each(visit);
+        };
+        let starts = guide.starts(self.scene, self.vertex.position());
+        starts.into_iter().try_for_each(|known| {
+            visit(Candidate {
                 known: Known::Followed(Box::new(known)),
                 ..self.straight(known.start)
             })
-        });
-        let single = match guided {
-            Some(_) => None,
-            None => self.chord().map(|candidate| Candidate {
-                known: Known::Straight,
-                ..candidate
-            }),
-        };
-        single.into_iter().chain(guided.into_iter().flatten())
+        })
     }
 
     /// Straight ahead.
