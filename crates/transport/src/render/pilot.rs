@@ -6,7 +6,7 @@
 //! Theory: docs/theory.md#next-event-rates, docs/theory.md#first-vertex-techniques.
 
 use super::Prepared;
-use super::pilot_pixels::spread;
+use super::pilot_pixels::{FIRST, Pairs, spread, weights};
 use super::source::LightSamples;
 use super::splitting;
 use crate::integrator::Integrator;
@@ -15,8 +15,6 @@ use std::ops::Add;
 
 /// Pixels of the pilot, spread over the image, of which each has two samples.
 const PIXELS: usize = 256;
-/// Numbers of the pilot's samples start here, where no render gets to.
-pub(super) const FIRST: u64 = 1 << 63;
 /// The search is never given up altogether where branches cannot be ruled out: that would be biased.
 const LEAST: f64 = 1.0 / 16.0;
 /// Forced collisions are tried where samples of a pilot, which connects all vertices, cost no more than this, some 15 µs: the
@@ -165,20 +163,6 @@ impl Add for Tried {
         }
     }
 }
-
-/// What the variances of pixels are to count, given their samples. Those brighter than the image's mean count relative to their
-/// brightness: the edges of emitters, say, and rare bright samples are noisy whatever paths do, and are not to make all
-/// else look unimportant.
-pub(super) fn weights(pilots: &[&Pairs]) -> Vec<f64> {
-    let brightness = |i: usize| pilots.iter().flat_map(move |pairs| pairs[i]).sum::<f64>();
-    let pixels = pilots.iter().map(|pairs| pairs.len()).min().unwrap_or(0);
-    let mean = (0..pixels).map(brightness).sum::<f64>() / pixels as f64;
-    let weight = |i| (brightness(i) / mean).max(1.0).powi(-2);
-    (0..pixels).map(weight).collect()
-}
-
-/// The samples of each pixel of a pilot, summed over channels.
-pub(super) type Pairs = Vec<[f64; 2]>;
 
 /// Samples that were taken.
 struct Pilot {

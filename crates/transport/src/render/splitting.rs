@@ -6,8 +6,7 @@
 //! Theory: docs/theory.md#first-vertex-techniques.
 
 use super::Prepared;
-use super::pilot::{FIRST, Pairs, weights};
-use super::pilot_pixels::spread;
+use super::pilot_pixels::{FIRST, Pairs, spread, weights};
 use super::source::LightSamples;
 use crate::integrator::Contribution;
 use crate::path::Workspace;
