@@ -160,22 +160,21 @@ impl Lattice {
         (0..3).map(|axis| index[axis] * strides[axis]).sum()
     }
 
-    /// Brings coefficients that lie in rows into their final order.
-    pub(super) fn arrange(&self, coefficients: &mut [f32]) {
-        if self.layout == Layout::Rows {
-            return;
-        }
-        // Four planes take the same memory in either order.
+    /// Number of coefficients of four planes across z, which take the same memory in rows and in columns.
+    pub(super) fn slab(&self) -> usize {
         let [x, y, _] = self.room();
-        for slab in coefficients.chunks_exact_mut(WIDTH * x * y) {
-            let rows = slab.to_vec();
-            for (at, row) in rows.chunks_exact(x).enumerate() {
-                let start = self.place(1, at % y) + self.place(2, at / y);
-                let places = (start..).step_by(SECTION);
-                places
-                    .zip(row)
-                    .for_each(|(place, value)| slab[place] = *value);
-            }
+        WIDTH * x * y
+    }
+
+    /// Brings the coefficients of four planes, in rows, into the order of columns.
+    pub(super) fn arrange(&self, rows: &[f32], columns: &mut [f32]) {
+        let [x, y, _] = self.room();
+        for (at, row) in rows.chunks_exact(x).enumerate() {
+            let start = self.place(1, at % y) + self.place(2, at / y);
+            let places = (start..).step_by(SECTION);
+            places
+                .zip(row)
+                .for_each(|(place, value)| columns[place] = *value);
         }
     }
 

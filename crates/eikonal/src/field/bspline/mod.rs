@@ -5,6 +5,7 @@ mod bounds;
 mod evaluate;
 mod homogeneous;
 mod lattice;
+mod memory;
 mod noise;
 mod prefilter;
 mod scales;
@@ -22,6 +23,7 @@ use fearless_simd::Level;
 use glam::DVec3;
 use homogeneous::HomogeneousBlocks;
 use lattice::{Lattice, PAD};
+use memory::Coefficients;
 use scales::Scales;
 use std::sync::{Arc, OnceLock};
 
@@ -45,8 +47,8 @@ pub struct Bspline {
     lattice: Lattice,
     n2_ref: f64,
     /// Coefficients of δ, with `PAD` extra ones at both ends of each axis, in the order of the lattice.
-    /// Shared by copies of the field; a vector, as it may be that of the samples.
-    coefficients: Arc<Vec<f32>>,
+    /// Shared by copies of the field.
+    coefficients: Arc<Coefficients>,
     /// None if the field is constant. Shared by copies of the field.
     scales: Option<Arc<Scales>>,
     /// None if it changes everywhere. Shared by copies of the field.
@@ -221,18 +223,18 @@ impl Bspline {
     fn of_coefficients(
         lattice: Lattice,
         n2_ref: f64,
-        mut data: Vec<f32>,
+        data: Vec<f32>,
         roundings: Option<f64>,
     ) -> Self {
         let scales = roundings.map(|r| Arc::new(Scales::new(&lattice, &data, n2_ref, r)));
         let homogeneous = HomogeneousBlocks::new(&lattice, &data).filter(|_| scales.is_some());
-        lattice.arrange(&mut data);
+        let coefficients = Coefficients::new(&lattice, data);
         Bspline {
             scales,
             homogeneous: homogeneous.map(Arc::new),
             lattice,
             n2_ref,
-            coefficients: Arc::new(data),
+            coefficients: Arc::new(coefficients),
             level: crate::lanes::level(),
             blocks: OnceLock::new(),
         }
