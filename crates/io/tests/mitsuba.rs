@@ -578,7 +578,7 @@ fn masks_and_panes_around_fog_are_those_of_mitsuba() {
     let chalk = r#""chalk": {"type": "sphere", "radius": 0.4, "bsdf": {"type": "diffuse", "reflectance": 0.6}}"#;
     let mut zs = Vec::new();
     for (bsdf, theirs, error) in table {
-        for (integrator, samples) in [("path", 1024), ("bdpt", 1024), ("particle", 16384)] {
+        for (integrator, samples) in [("path", 512), ("bdpt", 512), ("particle", 8192)] {
             let start =
                 format!(r#"{{"type": "scene", "integrator": {{"type": "{integrator}"}}, {chalk}"#);
             let text = ball(bsdf)

@@ -86,9 +86,9 @@ fn light_and_sensor_change_places() {
     let squared = |x: DVec3| index(1.3).n(x).powi(2);
     assert!(squared(x) / squared(y) > 1.4);
     let estimators = [
-        (path_tracer(), 16),
-        (Integrator::Particle(ParticleTracer::default()), 96),
-        (Integrator::Bdpt(Bdpt::default()), 12),
+        (path_tracer(), 8),
+        (Integrator::Particle(ParticleTracer::default()), 48),
+        (Integrator::Bdpt(Bdpt::default()), 6),
     ];
     let mut family = Family::new(RATE);
     for (name, wall, jump) in [("matched", Bsdf::Null, 0.0), ("glass", glass(), 0.2)] {
