@@ -65,6 +65,35 @@ impl Limits {
     }
 }
 
+/// Memory for several arrays of one file, which together stay within its limits.
+#[derive(Debug)]
+pub(crate) struct Budget {
+    limits: Limits,
+    /// Bytes of the file.
+    size: u64,
+    /// Bytes that have been taken.
+    taken: u64,
+}
+
+impl Budget {
+    /// For the arrays of a file of `size` bytes.
+    pub(crate) fn new(limits: Limits, size: u64) -> Self {
+        Budget {
+            limits,
+            size,
+            taken: 0,
+        }
+    }
+
+    /// Takes memory for `count` things of `each` bytes, or none if that is too much.
+    pub(crate) fn take(&mut self, count: u64, each: u64) -> Result<(), Problem> {
+        let all = count.saturating_mul(each).saturating_add(self.taken);
+        self.limits.check(all, 1, self.size)?;
+        self.taken = all;
+        Ok(())
+    }
+}
+
 /// Refuses more memory than the system hands out, which would end the program later.
 fn available(needed: u64) -> Result<(), Problem> {
     if needed < LARGE {

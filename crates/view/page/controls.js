@@ -51,10 +51,16 @@ export function text(label, name, placeholder) {
 
 /** A switch that is a parameter of the state. */
 export function toggle(label, name, isOn = false) {
-    const input = element('input', { type: 'checkbox', 'data-name': name });
-    input.checked = state.get(name, isOn ? '1' : '0') === '1';
+    const standard = isOn ? '1' : '0';
+    const input = element('input', { type: 'checkbox', 'data-name': name, 'data-standard': standard });
+    input.checked = state.get(name, standard) === '1';
     input.addEventListener('change', () => state.set({ [name]: input.checked === isOn ? '' : Number(input.checked) }));
     return field(label, input);
+}
+
+/** Whether an array is shown as a picture or by slices; nothing if it can only be one of these. */
+export function shownAs({ kind, other }) {
+    return other ? [choice('Shown as', 'as', [['image', 'picture'], ['arrays', 'slices']], kind)] : [];
 }
 
 /** A button. */
@@ -80,7 +86,8 @@ export function say(message, isFailed = false) {
 export function refresh(parent) {
     for (const control of parent.querySelectorAll('[data-name]')) {
         const value = state.get(control.dataset.name);
-        if (control !== document.activeElement && value !== '' && control.type !== 'checkbox') control.value = value;
+        if (control.type === 'checkbox') control.checked = (value || control.dataset.standard) === '1';
+        else if (control !== document.activeElement && value !== '') control.value = value;
     }
 }
 

@@ -43,7 +43,7 @@ export class ScenePage {
             this.stage = new Stage(this.surface, (view) => state.set({ camera: view }));
         } catch (error) {
             // Values of rays are told all the same.
-            this.surface.append(element('p', { class: 'warning' }, `The scene cannot be drawn: ${error.message}`));
+            this.surface.append(element('p', { class: 'warning' }, `The scene cannot be drawn, because this browser does not offer WebGL 2 here (${error.message}). Rays are followed all the same: their lengths and ends are listed below. Another browser, or graphics acceleration in the settings of this one, shows the picture.`));
         }
         if (this.stage) await this.draw();
         this.isReady = true;

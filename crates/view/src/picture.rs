@@ -1,6 +1,7 @@
 //! Images whose planes are shared with the responses that send them.
 
 use io::Problem;
+use io::arrays::Array;
 use io::image::exposure::Exposure;
 use io::image::{ImageLayers, Layer};
 use serde_json::{Value, json};
@@ -38,6 +39,31 @@ impl Picture {
             height: image.height,
             layers: image.layers.into_iter().map(layer).collect(),
             attributes: image.attributes,
+        }
+    }
+
+    /// An array `[row, column]` or `[row, column, channel]`: three channels are red, green and blue, four have an opacity.
+    pub(crate) fn of_array(array: &Array) -> Self {
+        let [height, width] = [array.shape[0], array.shape[1]];
+        let count = array.shape.get(2).copied().unwrap_or(1);
+        let name = |c: usize| match count {
+            1 => "Y".to_owned(),
+            3 | 4 => ["R", "G", "B", "A"][c].to_owned(),
+            _ => c.to_string(),
+        };
+        let plane = |c: usize| array.data.iter().skip(c).step_by(count);
+        let channels = (0..count).map(|c| {
+            let values = plane(c).map(|v| *v as f32).collect();
+            (name(c), Arc::new(values))
+        });
+        Picture {
+            width,
+            height,
+            layers: vec![PictureLayer {
+                name: String::new(),
+                channels: channels.collect(),
+            }],
+            attributes: Vec::new(),
         }
     }
 
