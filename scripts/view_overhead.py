@@ -30,7 +30,11 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 SCENE = ROOT / "scenes/luneburg_fog.xml"
 POLL = 0.5
 """Seconds between two questions of a page."""
-PLANES = [*(("", c) for c in "RGB"), *(("variance", c) for c in "RGB"), ("samples", "N")]
+PLANES = [
+    *(("", c) for c in "RGB"),
+    *(("variance", c) for c in "RGB"),
+    ("samples", "N"),
+]
 
 
 def get(address, path):
@@ -49,7 +53,12 @@ def watch(address, taken):
             version = status["version"]
             taken["pictures"] += 1
             for layer, channel in PLANES:
-                taken["bytes"] += len(get(address, f"0/plane?layer={layer}&channel={channel}&version={version}"))
+                taken["bytes"] += len(
+                    get(
+                        address,
+                        f"0/plane?layer={layer}&channel={channel}&version={version}",
+                    )
+                )
         if status["ended"]:
             return
         time.sleep(POLL)
@@ -57,9 +66,26 @@ def watch(address, taken):
 
 def command(arguments, folder, is_watched, threads):
     size = ["-D", f"width={arguments.size[0]}", "-D", f"height={arguments.size[1]}"]
-    chosen = ["--spp", str(arguments.spp), "--integrator", "path", "--threads", str(threads), "-q"]
+    chosen = [
+        "--spp",
+        str(arguments.spp),
+        "--integrator",
+        "path",
+        "--threads",
+        str(threads),
+        "-q",
+    ]
     view = ["--view"] if is_watched else []
-    return [str(arguments.program), "render", str(SCENE), *size, *chosen, *view, "-o", f"{folder}/a.npy"]
+    return [
+        str(arguments.program),
+        "render",
+        str(SCENE),
+        *size,
+        *chosen,
+        *view,
+        "-o",
+        f"{folder}/a.npy",
+    ]
 
 
 def processor_time(pid):
@@ -121,20 +147,33 @@ def pairs(arguments):
         servers.append(server / watched)
         pictures += taken["pictures"]
         megabytes += taken["bytes"] / 1e6
-        print(f"{i}: {plain:.2f} s, watched {watched:.2f} s, server {server:.3f} s, {taken['pictures']} pictures", flush=True)
+        print(
+            f"{i}: {plain:.2f} s, watched {watched:.2f} s, server {server:.3f} s, {taken['pictures']} pictures",
+            flush=True,
+        )
     low, high = interval(ratios)
     print(f"ratio of processor times: median {statistics.median(ratios):.4f}, 95 % interval {low:.4f} to {high:.4f}")
     low, high = interval(servers)
-    print(f"share of the server's threads: median {100 * statistics.median(servers):.3f} %, {100 * low:.3f} to {100 * high:.3f} %")
+    print(
+        f"share of the server's threads: median {100 * statistics.median(servers):.3f} %, {100 * low:.3f} to {100 * high:.3f} %"
+    )
     print(f"{pictures / arguments.pairs:.1f} pictures and {megabytes / arguments.pairs:.1f} MB for each watched render")
 
 
 def instructions(arguments):
     taken = {"pictures": 0, "bytes": 0}
     with tempfile.TemporaryDirectory() as folder:
-        grind = ["valgrind", "--tool=callgrind", "--separate-threads=yes", f"--callgrind-out-file={folder}/out"]
+        grind = [
+            "valgrind",
+            "--tool=callgrind",
+            "--separate-threads=yes",
+            f"--callgrind-out-file={folder}/out",
+        ]
         process = subprocess.Popen(
-            [*grind, *command(arguments, folder, True, 1)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+            [*grind, *command(arguments, folder, True, 1)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
         )
         address = process.stdout.readline().strip()
         client = threading.Thread(target=watch, args=(address, taken))
@@ -154,7 +193,9 @@ def instructions(arguments):
             making += made
             print(f"{file.name}: {all_of_thread:,}, {'server' if is_server else 'render'}, pictures {made:,}")
     print(f"{taken['pictures']} pictures, {taken['bytes'] / 1e6:.1f} MB; all {total:,} instructions")
-    print(f"making pictures {100 * making / (total - making - server):.3f} % and serving them {100 * server / (total - making - server):.3f} % of the render")
+    print(
+        f"making pictures {100 * making / (total - making - server):.3f} % and serving them {100 * server / (total - making - server):.3f} % of the render"
+    )
 
 
 def inclusive(text, name):

@@ -72,7 +72,10 @@ class Desk:
 
     def tell(self, what, seconds=None):
         text = f"page {resident(page_process()) - self.empty:.0f} MB beyond {self.empty:.0f}, program {resident(self.process.pid):.0f} MB"
-        print(f"{what}: {text}" + ("" if seconds is None else f"; shown after {seconds:.1f} s"), flush=True)
+        print(
+            f"{what}: {text}" + ("" if seconds is None else f"; shown after {seconds:.1f} s"),
+            flush=True,
+        )
 
     def close(self):
         self.page.goto("about:blank")
@@ -96,7 +99,10 @@ def images(desk):
 
 
 def volumes(desk):
-    np.save(desk.work / "a.npy", np.random.default_rng(1).random((256, 256, 256), np.float32))
+    np.save(
+        desk.work / "a.npy",
+        np.random.default_rng(1).random((256, 256, 256), np.float32),
+    )
     desk.tell("volume of 256 x 256 x 256 cells", desk.show("a.npy"))
     desk.page.evaluate("window.viewer.state.set({ sum0: 1 })")
     settle(desk.page)
@@ -108,7 +114,10 @@ def frames(desk):
     desk.show(SCENES / "luneburg_fog.xml")
     for count in (100, 10000):
         rate, calls = desk.page.evaluate(SEGMENTS, count)
-        print(f"{count} segments: {rate:.0f} frames per second, {calls} calls to draw", flush=True)
+        print(
+            f"{count} segments: {rate:.0f} frames per second, {calls} calls to draw",
+            flush=True,
+        )
     code = """() => { const { renderer } = window.viewer.page().stage; const before = renderer.info.render.frame;
         return new Promise((done) => setTimeout(() => done(renderer.info.render.frame - before), 2000)); }"""
     print(f"frames drawn in two seconds in which nothing changes: {desk.page.evaluate(code)}")

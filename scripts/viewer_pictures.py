@@ -27,13 +27,19 @@ PICTURES = {
     "image": (["fog.exr"], "cursor=213,93&view=213,93,6"),
     "error": (["fog.exr"], "channel=G&quantity=error&scale=dusk&log=1&cursor=213,93"),
     "profile": (["fog.exr"], "channel=G&log=1&line=150,60,300,150"),
-    "slider": (["path.exr", "bdpt.exr"], "compare=slider&split=0.5&channel=G&log=1&line=20,100,316,100"),
+    "slider": (
+        ["path.exr", "bdpt.exr"],
+        "compare=slider&split=0.5&channel=G&log=1&line=20,100,316,100",
+    ),
     "difference": (["path.exr", "bdpt.exr"], "compare=z&channel=G&cursor=213,93"),
     "film": (["film.exr"], "layer=length.07"),
     "fluence": (["fluence.npz"], "array=fluence&log=1&cursor=30,20"),
     "arrays": (["sound.npz"], "array=pressure&axes=1,2&names=z y x"),
     "check": ([SCENES / "luneburg_fog.xml"], ""),
-    "rays": (["fog.exr", SCENES / "luneburg_fog.xml", *FOG], "item=1&pixel=150,100&emitter=0&at=7"),
+    "rays": (
+        ["fog.exr", SCENES / "luneburg_fog.xml", *FOG],
+        "item=1&from=-1.8,0.15,0&direction=1,0,0&emitter=point&to=1.3,0,0.05",
+    ),
 }
 """What is opened, and the state of the page."""
 
@@ -41,7 +47,13 @@ PICTURES = {
 def options():
     """Chromium without a graphics card, without calls to elsewhere."""
     off = ["gpu", "quic", "background-networking", "component-update", "sync"]
-    return ["--no-sandbox", "--no-first-run", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", *(f"--disable-{x}" for x in off)]
+    return [
+        "--no-sandbox",
+        "--no-first-run",
+        "--use-angle=swiftshader",
+        "--enable-unsafe-swiftshader",
+        *(f"--disable-{x}" for x in off),
+    ]
 
 
 class Studio:
@@ -60,11 +72,29 @@ class Studio:
         if name == "fog.exr":
             self.run(*fog, "--spp", "64", "-o", name)
         elif name in ("path.exr", "bdpt.exr"):
-            self.run(*fog, "--spp", "16", "--integrator", name.split(".")[0], "-o", name)
+            self.run(*fog, "--spp", "8", "--integrator", name.split(".")[0], "-o", name)
         elif name == "film.exr":
-            self.run("render", SCENES / "light_in_flight.xml", "-D", "width=240", "-D", "height=160", "--spp", "32", "-o", name)
+            self.run(
+                "render",
+                SCENES / "light_in_flight.xml",
+                "-D",
+                "width=192",
+                "-D",
+                "height=128",
+                "--spp",
+                "16",
+                "-o",
+                name,
+            )
         elif name == "fluence.npz":
-            self.run("render", SCENES / "photoacoustic_fluence.xml", "--particles", "400000", "-o", name)
+            self.run(
+                "render",
+                SCENES / "photoacoustic_fluence.xml",
+                "--particles",
+                "100000",
+                "-o",
+                name,
+            )
         else:
             self.sound(name)
 
@@ -74,10 +104,20 @@ class Studio:
 
         z, y, x = np.meshgrid(*(np.linspace(-1, 1, n) for n in (40, 60, 80)), indexing="ij")
         pressure = np.cos(9 * np.sqrt((x + 0.3) ** 2 + y**2 + (z - 0.2) ** 2)) * np.exp(-2 * (x**2 + y**2 + z**2))
-        np.savez_compressed(self.work / name, pressure=pressure.astype("f4"), density=(1 + 0.1 * pressure).astype("f4"), time_step=1e-8)
+        np.savez_compressed(
+            self.work / name,
+            pressure=pressure.astype("f4"),
+            density=(1 + 0.1 * pressure).astype("f4"),
+            time_step=1e-8,
+        )
 
     def serve(self, *arguments):
-        process = subprocess.Popen([self.program, *map(str, arguments)], cwd=self.work, stdout=subprocess.PIPE, text=True)
+        process = subprocess.Popen(
+            [self.program, *map(str, arguments)],
+            cwd=self.work,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
         self.running.append(process)
         return process.stdout.readline().split()[0]
 
@@ -103,7 +143,16 @@ def settle(page):
 
 def take(studio, page, name):
     if name == "live":
-        arguments = [SCENES / "luneburg_fog.xml", *FOG, "--time", "90s", "--integrator", "path", "--view", "-q"]
+        arguments = [
+            SCENES / "luneburg_fog.xml",
+            *FOG,
+            "--time",
+            "90s",
+            "--integrator",
+            "path",
+            "--view",
+            "-q",
+        ]
         page.goto(studio.serve("render", *arguments, "-o", "live.exr"))
         until(page, "window.viewer.page()?.version >= 8")
         page.locator("#stage canvas").click(position={"x": 440, "y": 360})
@@ -125,8 +174,17 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--program", type=pathlib.Path, default=ROOT / "target/release/morgana")
     parser.add_argument("--folder", type=pathlib.Path, default=ROOT / "docs/images/viewer")
-    parser.add_argument("--work", type=pathlib.Path, help="folder of the files that are shown, which are kept there")
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join([*PICTURES, 'live'])}; all if none is given")
+    parser.add_argument(
+        "--work",
+        type=pathlib.Path,
+        help="folder of the files that are shown, which are kept there",
+    )
+    parser.add_argument(
+        "names",
+        nargs="*",
+        metavar="NAME",
+        help=f"of {', '.join([*PICTURES, 'live'])}; all if none is given",
+    )
     arguments = parser.parse_args()
     browser_program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as play:

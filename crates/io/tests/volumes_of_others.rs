@@ -652,7 +652,10 @@ fn all_arrays_of_a_file() {
     let dimensions = ["dimension 1", "dimension 2", "dimension 3"];
     assert_eq!(named(&list, "density").axes, dimensions);
     assert_eq!(named(&list, "flat").shape, [2, 3]);
-    assert_eq!(named(&list, "flat").data, [0.0, 10.0, 20.0, 1.0, 11.0, 21.0]);
+    assert_eq!(
+        named(&list, "flat").data,
+        [0.0, 10.0, 20.0, 1.0, 11.0, 21.0]
+    );
     let [(name, reason)] = &left_out[..] else {
         panic!("{left_out:?}")
     };

@@ -16,11 +16,9 @@ export function element(name, attributes = {}, ...children) {
 let count = 0;
 
 /** A labelled control. */
-function field(label, control, unit = '') {
+function field(label, control) {
     control.id = `control${(count += 1)}`;
-    const labelled = element('div', { class: 'field' }, element('label', { for: control.id }, label), control);
-    if (unit) control.title = unit;
-    return labelled;
+    return element('div', { class: 'field' }, element('label', { for: control.id }, label), control);
 }
 
 /** A choice of `[value, text]` that is a parameter of the state. */
@@ -38,7 +36,13 @@ export function number(label, name, attributes, fallback) {
     const changed = () => state.set({ [name]: input.value });
     input.addEventListener(attributes.type === 'range' ? 'input' : 'change', changed);
     input.value = state.get(name, fallback);
-    return field(label, input);
+    const labelled = field(label, input);
+    // A slider alone does not say where it is.
+    if (attributes.type === 'range') {
+        labelled.classList.add('ranged');
+        labelled.append(element('output', { for: input.id }, input.value));
+    }
+    return labelled;
 }
 
 /** A text that is a parameter of the state. */
@@ -82,12 +86,21 @@ export function say(message, isFailed = false) {
     status.classList.toggle('failed', isFailed);
 }
 
+let settledCount = 0;
+
+/** Notes that the page shows what was asked for, for programs that drive it. */
+export function settled() {
+    document.body.dataset.shown = String(settledCount += 1);
+}
+
 /** Gives controls the values that the state has by now. */
 export function refresh(parent) {
     for (const control of parent.querySelectorAll('[data-name]')) {
         const value = state.get(control.dataset.name);
         if (control.type === 'checkbox') control.checked = (value || control.dataset.standard) === '1';
         else if (control !== document.activeElement && value !== '') control.value = value;
+        const output = control.parentElement.querySelector('output');
+        if (output) output.textContent = control.value;
     }
 }
 

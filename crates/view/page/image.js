@@ -4,7 +4,7 @@ import * as api from './api.js';
 import * as state from './state.js';
 import { PictureCanvas } from './canvas.js';
 import { SCALE_NAMES, position, scale, toneCurve, valueAt } from './colour.js';
-import { button, choice, element, number, refill, refresh, say, shownAs, table, text, toggle } from './controls.js';
+import { button, choice, element, number, refill, refresh, say, settled, shownAs, table, text, toggle } from './controls.js';
 import { plain, withError } from './format.js';
 import { colourOf, histogram, plotCurves, quantiles } from './plots.js';
 
@@ -227,7 +227,7 @@ export class ImagePage {
             if (request === this.drawn) say(error.message, true);
         }
         if (request === this.drawn) this.isBusy = false;
-        document.body.dataset.shown = String(request);
+        settled();
     }
 
     async pictures() {
@@ -361,8 +361,11 @@ export class ImagePage {
     /** Plots values along the line, with bands of their errors. */
     async profile() {
         const line = state.numbers('line', 4);
-        this.below.hidden = line === null;
-        if (line === null) return;
+        this.below.hidden = state.get('line') === '';
+        if (line === null) {
+            this.below.replaceChildren(element('p', { class: 'warning' }, 'Line: type 4 numbers with commas between them: x and y of one end, then of the other, such as 10,20,80,20.'));
+            return;
+        }
         const { width, height } = this.item.about;
         const [x0, y0, x1, y1] = line;
         const count = Math.max(Math.abs(x1 - x0), Math.abs(y1 - y0)) + 1;

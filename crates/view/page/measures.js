@@ -4,7 +4,7 @@ import * as api from './api.js';
 import * as state from './state.js';
 import { PictureCanvas } from './canvas.js';
 import { SCALE_NAMES, position, scale, valueAt } from './colour.js';
-import { choice, element, number, refill, refresh, say, shownAs, table, text, toggle } from './controls.js';
+import { choice, element, number, refill, refresh, say, settled, shownAs, table, text, toggle } from './controls.js';
 import { plain, withError } from './format.js';
 import { plotCurves, quantiles } from './plots.js';
 
@@ -126,7 +126,7 @@ export class MeasurePage {
             this.plot.hidden = false;
             this.plot.replaceChildren(element('p', {}, `${array.name} has no elements.`));
             this.values.replaceChildren();
-            document.body.dataset.shown = String(request);
+            settled();
             return;
         }
         try {
@@ -146,7 +146,7 @@ export class MeasurePage {
         } catch (error) {
             if (request === this.drawn) say(error.message, true);
         }
-        document.body.dataset.shown = String(request);
+        settled();
     }
 
     picture() {

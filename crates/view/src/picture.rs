@@ -4,6 +4,7 @@ use io::Problem;
 use io::arrays::Array;
 use io::image::exposure::Exposure;
 use io::image::{ImageLayers, Layer};
+use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::sync::Arc;
 use transport::Film;
@@ -70,8 +71,10 @@ impl Picture {
     /// What a film holds so far: means, their variances, and numbers of samples.
     pub(crate) fn of_film(film: &Film, channels: &[String]) -> Self {
         let pixels = 0..film.width() * film.height();
-        let planes = |value: &dyn Fn(usize, usize) -> f32| {
-            let plane = |c| Arc::new(pixels.clone().map(|i| value(c, i)).collect());
+        let planes = |value: &(dyn Fn(usize, usize) -> f32 + Sync)| {
+            // The threads of the render have nothing else to do meanwhile.
+            let values = |c| pixels.clone().into_par_iter().map(move |i| value(c, i));
+            let plane = |c| Arc::new(values(c).collect());
             let named = channels.iter().enumerate();
             named.map(|(c, name)| (name.clone(), plane(c))).collect()
         };

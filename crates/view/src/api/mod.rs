@@ -115,7 +115,8 @@ fn renew(shown: &RwLock<Shown>) {
         Ok(None) => shown.note = None,
         Ok(Some(item)) => (shown.item, shown.note) = (Arc::new(item), None),
         Err(error) => {
-            let note = format!("The file has changed and cannot be read, this is what it was: {error}");
+            let note =
+                format!("The file has changed and cannot be read, this is what it was: {error}");
             shown.note = Some(note);
         }
     }

@@ -40,7 +40,10 @@ pub(super) fn names(path: &Path) -> Result<Vec<String>, FileError> {
     let found = split(&bytes).and_then(|(header, _)| {
         let document = document(&header)?;
         let arrays = arrays(child(image(&document)?, "Piece")?);
-        Ok(arrays.into_iter().map(|(name, ..)| name.to_owned()).collect())
+        Ok(arrays
+            .into_iter()
+            .map(|(name, ..)| name.to_owned())
+            .collect())
     });
     found.map_err(|problem| problem.at(path))
 }
@@ -123,9 +126,7 @@ fn arrays<'a, 'i>(piece: Node<'a, 'i>) -> Vec<(&'a str, Node<'a, 'i>, bool)> {
         let arrays = groups.flat_map(|g| g.children().filter(|n| n.has_tag_name("DataArray")));
         arrays.map(move |n| (n.attribute("Name").unwrap_or_default(), n, on_points))
     };
-    of("PointData", true)
-        .chain(of("CellData", false))
-        .collect()
+    of("PointData", true).chain(of("CellData", false)).collect()
 }
 
 /// The array with the given name, or the only one, and whether its values sit on points.
