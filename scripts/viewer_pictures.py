@@ -22,6 +22,7 @@ SIZE = {"width": 1280, "height": 800}
 PATIENCE = 120
 """Seconds that anything on a page may take."""
 FOG = ["-D", "width=336", "-D", "height=200"]
+SMALL = ["-D", "width=168", "-D", "height=100"]
 
 PICTURES = {
     "image": (["fog.exr"], "cursor=213,93&view=213,93,6"),
@@ -32,8 +33,8 @@ PICTURES = {
         "compare=slider&split=0.5&channel=G&log=1&line=20,100,316,100",
     ),
     "difference": (["path.exr", "bdpt.exr"], "compare=z&channel=G&cursor=213,93"),
-    "film": (["film.exr"], "layer=length.07"),
-    "fluence": (["fluence.npz"], "array=fluence&log=1&cursor=30,20"),
+    "film": (["film.exr"], "layer=length.0030"),
+    "fluence": (["fluence.npz"], "array=fluence&axes=0,2&at1=2&log=1&cursor=24,10"),
     "arrays": (["sound.npz"], "array=pressure&axes=1,2&names=z y x"),
     "check": ([SCENES / "luneburg_fog.xml"], ""),
     "rays": (
@@ -145,16 +146,16 @@ def take(studio, page, name):
     if name == "live":
         arguments = [
             SCENES / "luneburg_fog.xml",
-            *FOG,
+            *SMALL,
             "--time",
-            "90s",
+            "60s",
             "--integrator",
             "path",
             "--view",
             "-q",
         ]
         page.goto(studio.serve("render", *arguments, "-o", "live.exr"))
-        until(page, "window.viewer.page()?.version >= 8")
+        until(page, "window.viewer.page()?.version >= 6")
         page.locator("#stage canvas").click(position={"x": 440, "y": 360})
         page.wait_for_timeout(1500)
     else:

@@ -21,12 +21,7 @@ def program(tmp_path):
     """Runs the program in a folder of its own."""
 
     def run(*arguments):
-        done = subprocess.run(
-            [PROGRAM, *map(str, arguments)],
-            cwd=tmp_path,
-            capture_output=True,
-            text=True,
-        )
+        done = subprocess.run([PROGRAM, *map(str, arguments)], cwd=tmp_path, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
         return done.stdout
 
@@ -35,12 +30,7 @@ def program(tmp_path):
 
 def small(integrator="path", **medium):
     """A lit ball of fog whose index varies, 12 by 8 pixels."""
-    fog = {
-        "type": "homogeneous",
-        "sigma_t": 0.5,
-        "albedo": 0.9,
-        "ior": {"type": "linear", "n0": 1.3, "slope": [0, 0.1, 0]},
-    }
+    fog = {"type": "homogeneous", "sigma_t": 0.5, "albedo": 0.9, "ior": {"type": "linear", "n0": 1.3, "slope": [0, 0.1, 0]}}
     return {
         "type": "scene",
         "integrator": {"type": integrator},
@@ -48,19 +38,10 @@ def small(integrator="path", **medium):
             "type": "perspective",
             "fov": 40,
             "to_world": [{"lookat": {"origin": [0, 0, -5], "target": [0, 0, 0], "up": [0, 1, 0]}}],
-            "film": {
-                "type": "hdrfilm",
-                "width": 12,
-                "height": 8,
-                "rfilter": {"type": "box"},
-            },
+            "film": {"type": "hdrfilm", "width": 12, "height": 8, "rfilter": {"type": "box"}},
             "sampler": {"type": "independent", "sample_count": 4},
         },
-        "ball": {
-            "type": "sphere",
-            "bsdf": {"type": "null"},
-            "interior": {**fog, **medium},
-        },
+        "ball": {"type": "sphere", "bsdf": {"type": "null"}, "interior": {**fog, **medium}},
         "sky": {"type": "constant", "radiance": 1.0},
     }
 

@@ -133,7 +133,7 @@ export class ImagePage {
         if (scene >= 0) parts.push(element('div', { class: 'buttons' }, button('Follow the ray of this pixel', () => this.follow(scene))));
         refill(this.controls, ...parts);
         refill(this.about, element('summary', {}, 'About this image'), element('div', { class: 'scroll' }, table(['name', 'value'], about.attributes, 'Attributes')));
-        this.show();
+        return this.show();
     }
 
     /** Controls of a film of bins of length or time. */
@@ -422,11 +422,14 @@ export class ImagePage {
         });
     }
 
-    /** A render has a new picture. */
-    renew(version) {
+    /** A render has a new picture. Unless it is set, the exposure is that of the first, second, fourth picture, and so on. */
+    async renew(version) {
         api.forget(`${this.index}/`);
         this.version = version;
-        return this.show();
+        if (!Number.isInteger(Math.log2(version))) return this.show();
+        const { about } = await api.json(`${this.index}/about`);
+        this.item.about.exposure = about.exposure;
+        return this.fill();
     }
 
     /** The state has changed: other layers have other controls. */
