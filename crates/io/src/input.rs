@@ -3,6 +3,7 @@
 use std::fs::{self, File};
 use std::io::{self, BufReader, Read, Seek};
 use std::path::Path;
+use std::time::SystemTime;
 
 use crate::error::{FileError, Problem};
 
@@ -123,6 +124,24 @@ pub(crate) fn bytes(n: u64) -> String {
         value /= STEP;
     }
     format!("{value:.1} EB")
+}
+
+/// When a file was last written, and its size: a file with another stamp has changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FileStamp {
+    modified: SystemTime,
+    size: u64,
+}
+
+impl FileStamp {
+    /// That of a file as it is now; none if it is gone, or the system does not say when it was written.
+    pub fn of(path: &Path) -> Option<Self> {
+        let about = fs::metadata(path).ok()?;
+        Some(FileStamp {
+            modified: about.modified().ok()?,
+            size: about.len(),
+        })
+    }
 }
 
 /// Opens a regular file; also returns its size in bytes. Anything else might have no end, and a pipe might never begin.

@@ -1,20 +1,16 @@
 //! Files that are shown: whether they are still those that were read.
 
 use crate::item::ItemOptions;
-use std::fs;
+use io::input::FileStamp;
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
 
 /// A file, and what it was like when it was read.
 #[derive(Debug)]
 pub(crate) struct Source {
     pub(crate) path: PathBuf,
     pub(crate) options: ItemOptions,
-    stamp: Option<Stamp>,
+    stamp: Option<FileStamp>,
 }
-
-/// When a file was last written, and its size.
-type Stamp = (SystemTime, u64);
 
 impl Source {
     /// A file that is about to be read.
@@ -22,18 +18,13 @@ impl Source {
         Source {
             path: path.to_owned(),
             options: options.clone(),
-            stamp: stamp(path),
+            stamp: FileStamp::of(path),
         }
     }
 
     /// Whether the file has been written since. One that is gone has not: what it held is still shown.
     pub(crate) fn has_changed(&self) -> bool {
-        let now = stamp(&self.path);
+        let now = FileStamp::of(&self.path);
         now.is_some() && now != self.stamp
     }
-}
-
-fn stamp(path: &Path) -> Option<Stamp> {
-    let about = fs::metadata(path).ok()?;
-    Some((about.modified().ok()?, about.len()))
 }
