@@ -4,18 +4,22 @@
 A client takes what a page in view takes: how far the render is, twice a second, and of each new picture the colours, and their
 variances and the numbers of samples under the cursor. Two measurements:
 
-* instructions (--instructions): the share of all instructions of the process that makes and serves pictures, by callgrind.
-  Callgrind is some fifty times slower than the processor, so that pictures come fifty times as often per instruction as they
-  do without it, as far as the limit allows that they may take a share of the time: this bounds the cost from above;
+* instructions (--instructions), by callgrind: those that make pictures, as a share of the render's, and those of the server
+  for each request. Callgrind is some fifty times slower than the processor, so that a page asks far more often for each
+  instruction than it does without it: the share of pictures is bounded from above, as the limit allows, and that of the
+  server is computed for as many requests as a page makes in a second of a render without callgrind;
 * processor time: pairs of renders of the same samples, watched and not, one right after the other and in turns the first; the
   median of the ratios of their processor times with its confidence interval (by order statistics, at least 95 %), and the
-  processor time of the server's threads alone.
+  processor time of the server's threads for each request. Renders must be long, and the machine have nothing else to do:
+  a page asks by the clock.
 
 Usage: scripts/view_overhead.py [--program target/release/morgana] [--instructions | --pairs 20] [--spp N] [--size W H]
 """
 
 import argparse
+import json
 import math
+import os
 import pathlib
 import re
 import signal
@@ -30,11 +34,16 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 SCENE = ROOT / "scenes/luneburg_fog.xml"
 POLL = 0.5
 """Seconds between two questions of a page."""
+INTERVAL = 1.0
+"""Seconds between two pictures, at least."""
 PLANES = [
     *(("", c) for c in "RGB"),
     *(("variance", c) for c in "RGB"),
     ("samples", "N"),
 ]
+
+MOST = 1 / POLL + len(PLANES) / INTERVAL
+"""Requests of a page in a second, at most."""
 
 
 def get(address, path):
@@ -44,21 +53,17 @@ def get(address, path):
 
 def watch(address, taken):
     """Asks as a page does until the render has ended; counts pictures and bytes."""
-    import json
-
     version = 0
     while True:
         status = json.loads(get(address, "0/status"))
+        taken["requests"] += 1
         if status["version"] != version:
             version = status["version"]
             taken["pictures"] += 1
             for layer, channel in PLANES:
-                taken["bytes"] += len(
-                    get(
-                        address,
-                        f"0/plane?layer={layer}&channel={channel}&version={version}",
-                    )
-                )
+                path = f"0/plane?layer={layer}&channel={channel}&version={version}"
+                taken["bytes"] += len(get(address, path))
+                taken["requests"] += 1
         if status["ended"]:
             return
         time.sleep(POLL)
@@ -102,11 +107,11 @@ def of_threads(pid):
     return total / 1e9
 
 
-def render(arguments, is_watched):
+def render(arguments, is_watched, threads=2):
     """Processor time of a render, of its server, and what a client took."""
-    taken = {"pictures": 0, "bytes": 0}
+    taken = {"pictures": 0, "requests": 0, "bytes": 0}
     with tempfile.TemporaryDirectory() as folder:
-        process = subprocess.Popen(command(arguments, folder, is_watched, 2), stdout=subprocess.PIPE, text=True)
+        process = subprocess.Popen(command(arguments, folder, is_watched, threads), stdout=subprocess.PIPE, text=True)
         server = 0.0
         if is_watched:
             address = process.stdout.readline().strip()
@@ -118,8 +123,6 @@ def render(arguments, is_watched):
 
 
 def wait(process):
-    import os
-
     done = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(done[1])
     process.stdout.close()
@@ -138,30 +141,23 @@ def interval(values):
 
 
 def pairs(arguments):
-    ratios, servers, pictures, megabytes = [], [], 0, 0.0
+    ratios, server, requests = [], 0.0, 0
     for i in range(arguments.pairs):
         order = [False, True] if i % 2 == 0 else [True, False]
         done = {is_watched: render(arguments, is_watched) for is_watched in order}
-        (plain, _, _), (watched, server, taken) = done[False], done[True]
+        (plain, _, _), (watched, served, taken) = done[False], done[True]
         ratios.append(watched / plain)
-        servers.append(server / watched)
-        pictures += taken["pictures"]
-        megabytes += taken["bytes"] / 1e6
-        print(
-            f"{i}: {plain:.2f} s, watched {watched:.2f} s, server {server:.3f} s, {taken['pictures']} pictures",
-            flush=True,
-        )
+        server += served
+        requests += taken["requests"]
+        print(f"{i}: {plain:.2f} s, watched {watched:.2f} s, {taken['pictures']} pictures", flush=True)
     low, high = interval(ratios)
     print(f"ratio of processor times: median {statistics.median(ratios):.4f}, 95 % interval {low:.4f} to {high:.4f}")
-    low, high = interval(servers)
-    print(
-        f"share of the server's threads: median {100 * statistics.median(servers):.3f} %, {100 * low:.3f} to {100 * high:.3f} %"
-    )
-    print(f"{pictures / arguments.pairs:.1f} pictures and {megabytes / arguments.pairs:.1f} MB for each watched render")
+    print(f"server: {1000 * server / requests:.3f} ms of processor time for each of {requests} requests")
+    print(f"at {MOST:.0f} requests a second, the most of a page, {100 * MOST * server / requests:.2f} % of one processor")
 
 
 def instructions(arguments):
-    taken = {"pictures": 0, "bytes": 0}
+    taken = {"pictures": 0, "requests": 0, "bytes": 0}
     with tempfile.TemporaryDirectory() as folder:
         grind = [
             "valgrind",
@@ -192,9 +188,13 @@ def instructions(arguments):
             server += all_of_thread if is_server else 0
             making += made
             print(f"{file.name}: {all_of_thread:,}, {'server' if is_server else 'render'}, pictures {made:,}")
-    print(f"{taken['pictures']} pictures, {taken['bytes'] / 1e6:.1f} MB; all {total:,} instructions")
+    work = total - making - server
+    print(f"{taken['pictures']} pictures, {taken['requests']} requests; {work:,} instructions of the render")
+    print(f"making pictures: {100 * making / work:.3f} % of them; each request: {server // taken['requests']:,} instructions")
+    seconds, _, _ = render(arguments, False, 1)
+    share = MOST * server / taken["requests"] / (work / seconds)
     print(
-        f"making pictures {100 * making / (total - making - server):.3f} % and serving them {100 * server / (total - making - server):.3f} % of the render"
+        f"the same render without callgrind: {seconds:.2f} s; at {MOST:.0f} requests a second, the most of a page, serving is {100 * share:.3f} %"
     )
 
 

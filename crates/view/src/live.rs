@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use transport::Film;
 
 /// Time between two pictures, at least; and in terms of the time that it takes to make one.
-const INTERVAL: Duration = Duration::from_millis(250);
+const INTERVAL: Duration = Duration::from_secs(1);
 const SHARE: u32 = 250;
 /// How long a page that asks for nothing still counts as one that is there. Browsers let pages in the background ask once a minute.
 const ABSENCE: Duration = Duration::from_secs(90);
