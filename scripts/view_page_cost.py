@@ -38,7 +38,7 @@ def page_process():
     found = []
     for folder in pathlib.Path("/proc").iterdir():
         try:
-            command = (folder / "cmdline").read_bytes().split(b"\0")
+            command = (folder / "cmdline").read_bytes()
             if b"--type=renderer" in command and descends(int(folder.name)):
                 found.append((resident(folder.name), int(folder.name)))
         except (OSError, ValueError):

@@ -64,6 +64,9 @@ pub(crate) struct StoredArray {
     pub data: Vec<f64>,
 }
 
+/// A name, and its array or what is wrong with it.
+pub(crate) type NamedArray = (String, Result<StoredArray, Problem>);
+
 /// Whether a file is one of MATLAB 7.3, which is HDF5.
 pub(crate) fn is_hdf5(path: &Path) -> Result<bool, Problem> {
     let (mut reader, _) = input::open(path).map_err(|error| error.problem)?;
@@ -73,10 +76,7 @@ pub(crate) fn is_hdf5(path: &Path) -> Result<bool, Problem> {
 }
 
 /// Reads all numeric arrays with their names, and says what is wrong with those that cannot be read.
-pub(crate) fn numbers(
-    path: &Path,
-    limits: Limits,
-) -> Result<Vec<(String, Result<StoredArray, Problem>)>, Problem> {
+pub(crate) fn numbers(path: &Path, limits: Limits) -> Result<Vec<NamedArray>, Problem> {
     let (mut reader, size) = input::open(path).map_err(|error| error.problem)?;
     let big = byte_order(&mut reader)?;
     let variables = variables(&mut reader, big, size)?;
