@@ -880,6 +880,27 @@ PLANTED = [
         ("morgana-view", "served", "slow_clients_hold_nobody_up"),
     ),
     (
+        "files shown as they once were",
+        "crates/view/src/source.rs",
+        "now.is_some() && now != self.stamp",
+        "now.is_some() && self.stamp.is_none()",
+        ("morgana-view", "served", "files_that_have_changed_are_read_again"),
+    ),
+    (
+        "arrays of MATLAB with their first index slowest",
+        "crates/io/src/arrays/mod.rs",
+        "[first + i * step, step * n]",
+        "[first * n + i, step]",
+        ("morgana-io", "volumes_of_others", "all_arrays_of_a_file"),
+    ),
+    (
+        "arrays of MATLAB 7.3 with the axes of HDF5",
+        "crates/io/src/arrays/mat.rs",
+        "stored.shape.into_iter().rev().collect()",
+        "stored.shape.into_iter().collect()",
+        ("morgana-io", "volumes_of_others", "all_arrays_of_a_file"),
+    ),
+    (
         "poles of spheres as wide as their equators",
         TRANSPORT + "shape/tessellation.rs",
         "(sin * circle(i)).with_z(cos)",

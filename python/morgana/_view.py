@@ -49,7 +49,8 @@ def view(*shown: Shown, height: int = 640, **parameters: Define) -> View:
     Parameters
     ----------
     *shown : Result, Image or path_like
-        What to show: results, images, and files of images, readings of meters (``.npz``) and scenes.
+        What to show: results, images, and files of images, readings of meters and other arrays (``.npz``, ``.npy``, ``.h5``, ``.mat``),
+        volumes and scenes.
     height : int, optional
         Height of the frame in a notebook, in pixels.
     **parameters : str, float or bool

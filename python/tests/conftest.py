@@ -83,8 +83,11 @@ def serve():
             text=True,
         )
         running.append(process)
-        return process.stdout.readline().split()[0]
+        address = process.stdout.readline().split()[0]
+        start.processes[address] = process
+        return address
 
+    start.processes = {}
     yield start
     for process in running:
         process.terminate()

@@ -3,6 +3,7 @@
 use std::fs::{self, File};
 use std::io::{self, BufReader, Read, Seek};
 use std::path::Path;
+use std::time::SystemTime;
 
 use crate::error::{FileError, Problem};
 
@@ -65,6 +66,35 @@ impl Limits {
     }
 }
 
+/// Memory for several arrays of one file, which together stay within its limits.
+#[derive(Debug)]
+pub(crate) struct Budget {
+    limits: Limits,
+    /// Bytes of the file.
+    size: u64,
+    /// Bytes that have been taken.
+    taken: u64,
+}
+
+impl Budget {
+    /// For the arrays of a file of `size` bytes.
+    pub(crate) fn new(limits: Limits, size: u64) -> Self {
+        Budget {
+            limits,
+            size,
+            taken: 0,
+        }
+    }
+
+    /// Takes memory for `count` things of `each` bytes, or none if that is too much.
+    pub(crate) fn take(&mut self, count: u64, each: u64) -> Result<(), Problem> {
+        let all = count.saturating_mul(each).saturating_add(self.taken);
+        self.limits.check(all, 1, self.size)?;
+        self.taken = all;
+        Ok(())
+    }
+}
+
 /// Refuses more memory than the system hands out, which would end the program later.
 fn available(needed: u64) -> Result<(), Problem> {
     if needed < LARGE {
@@ -94,6 +124,24 @@ pub(crate) fn bytes(n: u64) -> String {
         value /= STEP;
     }
     format!("{value:.1} EB")
+}
+
+/// When a file was last written, and its size: a file with another stamp has changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FileStamp {
+    modified: SystemTime,
+    size: u64,
+}
+
+impl FileStamp {
+    /// That of a file as it is now; none if it is gone, or the system does not say when it was written.
+    pub fn of(path: &Path) -> Option<Self> {
+        let about = fs::metadata(path).ok()?;
+        Some(FileStamp {
+            modified: about.modified().ok()?,
+            size: about.len(),
+        })
+    }
 }
 
 /// Opens a regular file; also returns its size in bytes. Anything else might have no end, and a pipe might never begin.

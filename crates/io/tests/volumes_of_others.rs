@@ -4,6 +4,8 @@
 use std::path::{Path, PathBuf};
 
 use glam::{DMat3, DVec3};
+use morgana_io::Limits;
+use morgana_io::arrays::{Array, Arrays};
 use morgana_io::element::Element;
 use morgana_io::volume::{AxisOrder, Options, Volume, VolumeFrame, hdf5, mat, nrrd, vti, vtk};
 
@@ -580,4 +582,91 @@ fn vti_blocks_that_are_refused() {
             "{at} {byte}"
         );
     }
+}
+
+/// Arrays of a file by name, and what is left out.
+fn arrays(name: &str) -> (Vec<Array>, Vec<(String, String)>) {
+    let read = Arrays::read(&data(name), Limits::default()).unwrap();
+    (read.list, read.left_out)
+}
+
+fn named<'a>(list: &'a [Array], name: &str) -> &'a Array {
+    let names: Vec<&str> = list.iter().map(|a| a.name.as_str()).collect();
+    let found = list.iter().find(|array| array.name == name);
+    found.unwrap_or_else(|| panic!("no {name} among {names:?}"))
+}
+
+/// Elements are 100 z + 10 y + x in the order of these axes.
+#[track_caller]
+fn check_array(array: &Array, axes: &str) {
+    let size = |axis| match axis {
+        'x' => 2,
+        'y' => 3,
+        _ => 4,
+    };
+    let shape: Vec<usize> = axes.chars().map(size).collect();
+    assert_eq!(array.shape, shape);
+    let place = |axis| 10f64.powi(axis as i32 - i32::from(b'x'));
+    let steps: Vec<f64> = axes.chars().map(|axis| place(axis as u8)).collect();
+    let element = |mut i: usize| {
+        let mut value = 0.0;
+        for (n, step) in shape.iter().zip(&steps).rev() {
+            value += step * (i % n) as f64;
+            i /= n;
+        }
+        value
+    };
+    let expected: Vec<f64> = (0..24).map(element).collect();
+    assert_eq!(array.data, expected, "{}", array.name);
+}
+
+#[test]
+fn all_arrays_of_a_file() {
+    let (list, left_out) = arrays("two.vti");
+    assert_eq!((list.len(), left_out.len()), (2, 0));
+    check_array(named(&list, "density"), "zyx");
+    assert_eq!(named(&list, "other").data[23], 642.0);
+    assert_eq!(named(&list, "other").axes, ["z", "y", "x"]);
+
+    let (list, left_out) = arrays("kwave.h5");
+    check_array(named(&list, "p_max"), "zyx");
+    check_array(named(&list, "results/rho"), "xyz");
+    assert!(named(&list, "hole").data[14].is_nan());
+    assert_eq!(named(&list, "Nt").data, [10.0]);
+    // A text is no array.
+    assert_eq!((list.len(), left_out.len()), (5, 0));
+
+    for (name, axes) in [("stored.npz", "zyx"), ("compressed.npz", "zyx")] {
+        check_array(named(&arrays(name).0, "density"), axes);
+    }
+    assert_eq!(
+        named(&arrays("stored.npz").0, "other").data,
+        [0.0, 1.0, 2.0]
+    );
+    check_array(named(&arrays("big.npy").0, "array"), "xyz");
+    check_array(named(&arrays("half.npy").0, "array"), "zyx");
+
+    // MATLAB's p(x, y, z), of version 5 and of 7.3.
+    let (list, left_out) = arrays("plain.mat");
+    check_array(named(&list, "density"), "xyz");
+    let dimensions = ["dimension 1", "dimension 2", "dimension 3"];
+    assert_eq!(named(&list, "density").axes, dimensions);
+    assert_eq!(named(&list, "flat").shape, [2, 3]);
+    assert_eq!(
+        named(&list, "flat").data,
+        [0.0, 10.0, 20.0, 1.0, 11.0, 21.0]
+    );
+    let [(name, reason)] = &left_out[..] else {
+        panic!("{left_out:?}")
+    };
+    assert!(name == "wave" && reason.contains("complex"), "{reason}");
+    check_array(named(&arrays("compressed.mat").0, "density"), "xyz");
+    check_array(named(&arrays("v73.mat").0, "density"), "xyz");
+
+    let (list, _) = arrays("grids.vdb");
+    let mut names: Vec<&str> = list.iter().map(|a| a.name.as_str()).collect();
+    names.sort_unstable();
+    assert_eq!(names, ["density", "half", "turned"]);
+    // A single volume is called so.
+    assert_eq!(arrays("ascii.vtk").0[0].name, "volume");
 }

@@ -5,11 +5,15 @@ const KEPT = 600e6;
 /** Milliseconds before a request that came too soon is repeated. */
 const AGAIN = 300;
 
+/** What is said if nobody answers. */
+const GONE = 'The program that shows this page has ended. Start it again, and open the address that it prints.';
+
 const planes = new Map();
 
 async function request(path, options) {
     for (;;) {
-        const response = await fetch(`api/${path}`, options);
+        const response = await fetch(`api/${path}`, options).catch(() => null);
+        if (!response) throw new Error(GONE);
         if (response.ok) return response;
         if (response.status !== 429) throw new Error(await response.text());
         await new Promise((resolve) => setTimeout(resolve, AGAIN));

@@ -181,7 +181,8 @@ export class PictureCanvas {
                 this.context.stroke();
             });
         }
-        if (this.cursor) {
+        const { width, height } = this.pictures[0];
+        if (this.cursor && this.cursor[0] < width && this.cursor[1] < height) {
             const [u, v] = screen(this.cursor);
             const size = Math.max(zoom, 5);
             twice(() => this.context.strokeRect(u + (zoom - size) / 2, v + (zoom - size) / 2, size, size));

@@ -16,11 +16,9 @@ export function element(name, attributes = {}, ...children) {
 let count = 0;
 
 /** A labelled control. */
-function field(label, control, unit = '') {
+function field(label, control) {
     control.id = `control${(count += 1)}`;
-    const labelled = element('div', { class: 'field' }, element('label', { for: control.id }, label), control);
-    if (unit) control.title = unit;
-    return labelled;
+    return element('div', { class: 'field' }, element('label', { for: control.id }, label), control);
 }
 
 /** A choice of `[value, text]` that is a parameter of the state. */
@@ -38,7 +36,13 @@ export function number(label, name, attributes, fallback) {
     const changed = () => state.set({ [name]: input.value });
     input.addEventListener(attributes.type === 'range' ? 'input' : 'change', changed);
     input.value = state.get(name, fallback);
-    return field(label, input);
+    const labelled = field(label, input);
+    // A slider alone does not say where it is.
+    if (attributes.type === 'range') {
+        labelled.classList.add('ranged');
+        labelled.append(element('output', { for: input.id }, input.value));
+    }
+    return labelled;
 }
 
 /** A text that is a parameter of the state. */
@@ -51,10 +55,16 @@ export function text(label, name, placeholder) {
 
 /** A switch that is a parameter of the state. */
 export function toggle(label, name, isOn = false) {
-    const input = element('input', { type: 'checkbox', 'data-name': name });
-    input.checked = state.get(name, isOn ? '1' : '0') === '1';
+    const standard = isOn ? '1' : '0';
+    const input = element('input', { type: 'checkbox', 'data-name': name, 'data-standard': standard });
+    input.checked = state.get(name, standard) === '1';
     input.addEventListener('change', () => state.set({ [name]: input.checked === isOn ? '' : Number(input.checked) }));
     return field(label, input);
+}
+
+/** Whether an array is shown as a picture or by slices; nothing if it can only be one of these. */
+export function shownAs({ kind, other }) {
+    return other ? [choice('Shown as', 'as', [['image', 'picture'], ['arrays', 'slices']], kind)] : [];
 }
 
 /** A button. */
@@ -76,11 +86,21 @@ export function say(message, isFailed = false) {
     status.classList.toggle('failed', isFailed);
 }
 
+let settledCount = 0;
+
+/** Notes that the page shows what was asked for, for programs that drive it. */
+export function settled() {
+    document.body.dataset.shown = String(settledCount += 1);
+}
+
 /** Gives controls the values that the state has by now. */
 export function refresh(parent) {
     for (const control of parent.querySelectorAll('[data-name]')) {
         const value = state.get(control.dataset.name);
-        if (control !== document.activeElement && value !== '' && control.type !== 'checkbox') control.value = value;
+        if (control.type === 'checkbox') control.checked = (value || control.dataset.standard) === '1';
+        else if (control !== document.activeElement && value !== '') control.value = value;
+        const output = control.parentElement.querySelector('output');
+        if (output) output.textContent = control.value;
     }
 }
 

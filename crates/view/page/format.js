@@ -16,6 +16,11 @@ export function withError(value, error) {
     return `${plain(value, Math.min(Math.max(digits, 2), 8))} ± ${plain(error, 2)}`;
 }
 
+/** A number of things. */
+export function counted(number, one, several = `${one}s`) {
+    return `${number} ${number === 1 ? one : several}`;
+}
+
 /** Seconds as a clock shows them. */
 export function clock(seconds) {
     const s = Math.round(seconds);

@@ -4,7 +4,7 @@ import * as api from './api.js';
 import * as state from './state.js';
 import { PictureCanvas } from './canvas.js';
 import { SCALE_NAMES, position, scale, toneCurve, valueAt } from './colour.js';
-import { button, choice, element, number, refill, refresh, say, table, toggle } from './controls.js';
+import { button, choice, element, number, refill, refresh, say, settled, shownAs, table, text, toggle } from './controls.js';
 import { plain, withError } from './format.js';
 import { colourOf, histogram, plotCurves, quantiles } from './plots.js';
 
@@ -100,7 +100,7 @@ export class ImagePage {
         const { about } = this.item;
         const channels = this.channels();
         const isColour = this.channel() === '';
-        const parts = [element('h2', {}, 'Picture')];
+        const parts = [element('h2', {}, 'Picture'), ...shownAs(this.item)];
         const layers = about.layers.map(({ name }) => [name, name === '' ? 'image' : name]);
         if (layers.length > 1) parts.push(choice('Layer', 'layer', layers, this.layer()));
         parts.push(...this.film());
@@ -109,7 +109,7 @@ export class ImagePage {
         parts.push(choice('Channel', 'channel', options, this.channel() || 'colours'));
         if (!isColour && this.variance()) parts.push(choice('Shown', 'quantity', QUANTITIES, 'value'));
         if (isColour) {
-            parts.push(number('Exposure', 'exposure', { step: 0.25 }, about.exposure));
+            parts.push(number('Exposure, stops', 'exposure', { step: 0.25 }, about.exposure));
             parts.push(choice('Tone curve', 'curve', [['srgb', 'sRGB'], ['filmic', 'filmic']], 'srgb'));
         } else {
             parts.push(choice('Colours', 'scale', SCALE_NAMES, 'dusk'), toggle('Logarithmic', 'log'));
@@ -128,11 +128,12 @@ export class ImagePage {
             button('Profile', () => this.drawing(), { 'aria-pressed': String(isDrawing), title: 'Drag a line over the picture (or drag with the shift key)' }),
             button('Save PNG', () => this.savePng()),
             element('a', { href: `api/${this.index}/image.exr`, download: `${this.item.name.replace(/\.[^.]*$/, '')}.exr`, class: 'button' }, 'Save EXR')));
+        if (isDrawing || state.get('line')) parts.push(text('Line', 'line', 'x, y of both ends'));
         const scene = this.items.findIndex((item) => item.kind === 'scene' && item.about.film[0] === about.width && item.about.film[1] === about.height);
         if (scene >= 0) parts.push(element('div', { class: 'buttons' }, button('Follow the ray of this pixel', () => this.follow(scene))));
         refill(this.controls, ...parts);
         refill(this.about, element('summary', {}, 'About this image'), element('div', { class: 'scroll' }, table(['name', 'value'], about.attributes, 'Attributes')));
-        this.show();
+        return this.show();
     }
 
     /** Controls of a film of bins of length or time. */
@@ -226,7 +227,7 @@ export class ImagePage {
             if (request === this.drawn) say(error.message, true);
         }
         if (request === this.drawn) this.isBusy = false;
-        document.body.dataset.shown = String(request);
+        settled();
     }
 
     async pictures() {
@@ -360,8 +361,11 @@ export class ImagePage {
     /** Plots values along the line, with bands of their errors. */
     async profile() {
         const line = state.numbers('line', 4);
-        this.below.hidden = line === null;
-        if (line === null) return;
+        this.below.hidden = state.get('line') === '';
+        if (line === null) {
+            this.below.replaceChildren(element('p', { class: 'warning' }, 'Line: type 4 numbers with commas between them: x and y of one end, then of the other, such as 10,20,80,20.'));
+            return;
+        }
         const { width, height } = this.item.about;
         const [x0, y0, x1, y1] = line;
         const count = Math.max(Math.abs(x1 - x0), Math.abs(y1 - y0)) + 1;
@@ -380,7 +384,7 @@ export class ImagePage {
             const variance = this.variance(this.items[index]) ? await this.plane(index, varianceOf(this.layer()), channel) : null;
             const name = indices.length > 1 ? `${channel} of ${this.items[index].name}` : channel;
             const errors = variance && pixels.map((p) => Math.sqrt(variance[p]));
-            return { name, colour: colourOf(indices.length > 1 ? '' : channel, i + k * channels.length), values: pixels.map((p) => values[p]), errors };
+            return { name, colour: colourOf(channel, i), isDashed: k > 0, values: pixels.map((p) => values[p]), errors };
         })));
         plotCurves(this.below, x, curves, { xName: 'distance', xLabel: `pixels from (${x0}, ${y0}) to (${x1}, ${y1})`, height: 190, title: 'Profile along the line, with bands of one standard error' });
     }
@@ -418,11 +422,14 @@ export class ImagePage {
         });
     }
 
-    /** A render has a new picture. */
-    renew(version) {
+    /** A render has a new picture. Unless it is set, the exposure is that of the first, second, fourth picture, and so on. */
+    async renew(version) {
         api.forget(`${this.index}/`);
         this.version = version;
-        return this.show();
+        if (!Number.isInteger(Math.log2(version))) return this.show();
+        const { about } = await api.json(`${this.index}/about`);
+        this.item.about.exposure = about.exposure;
+        return this.fill();
     }
 
     /** The state has changed: other layers have other controls. */
@@ -433,9 +440,10 @@ export class ImagePage {
         const names = ['layer', 'channel', 'compare', 'with', 'quantity', 'exposure', 'curve', 'scale', 'log', 'low', 'high', 'split', 'line'];
         const key = names.map((name) => state.get(name)).join('\n');
         if (key !== this.key) {
-            const isSame = names.slice(0, 3).map((name) => state.get(name)).join('\n') === this.kind && !bin(this.layer());
+            const kind = [...names.slice(0, 3).map((name) => state.get(name)), state.get('line') !== ''].join('\n');
+            const isSame = kind === this.kind && !bin(this.layer());
             this.key = key;
-            this.kind = names.slice(0, 3).map((name) => state.get(name)).join('\n');
+            this.kind = kind;
             if (isSame) this.show();
             else this.fill();
         } else this.read();

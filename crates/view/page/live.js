@@ -47,7 +47,7 @@ export class LiveBar {
             }
             if (status.ended) return;
         } catch (error) {
-            say(`The render is gone: ${error.message}`, true);
+            say(error.message, true);
             return;
         }
         this.timer = setTimeout(() => this.ask(), INTERVAL);

@@ -4,11 +4,25 @@ import * as api from './api.js';
 import * as state from './state.js';
 import { PictureCanvas } from './canvas.js';
 import { SCALE_NAMES, position, scale, valueAt } from './colour.js';
-import { choice, element, number, refill, say, table, toggle } from './controls.js';
+import { choice, element, number, refill, refresh, say, settled, shownAs, table, text, toggle } from './controls.js';
 import { plain, withError } from './format.js';
 import { plotCurves, quantiles } from './plots.js';
 
 const UNKNOWN = [110, 110, 110];
+/** Axes that a file does not name. */
+const UNNAMED = /^(axis|dimension) \d+$/;
+
+/** Axes of more than one element. */
+function longAxes(array) {
+    return array.shape.map((n, i) => [n, i]).filter(([n]) => n > 1).map(([, i]) => i);
+}
+
+/** Rows as columns. */
+function transposed(values, [rows, columns]) {
+    const turned = new Float32Array(values.length);
+    for (let i = 0; i < rows; i += 1) for (let j = 0; j < columns; j += 1) turned[j * rows + i] = values[i * columns + j];
+    return turned;
+}
 
 export class MeasurePage {
     constructor(stage, side, items, index) {
@@ -26,9 +40,10 @@ export class MeasurePage {
         this.scale = element('div', { class: 'scale' });
         this.values = element('div', { 'aria-live': 'polite', id: 'values' });
         const { attributes } = this.item.about;
-        const about = element('details', {}, element('summary', {}, 'About these readings'),
+        const about = element('details', {}, element('summary', {}, 'About this file'),
             element('div', { class: 'scroll' }, table(['name', 'value'], attributes.map(([name, value]) => [name, typeof value === 'string' ? value : JSON.stringify(value)]), 'Attributes')));
-        side.append(this.controls, this.scale, this.values, about);
+        const missing = this.item.about.left_out.map(([name, reason]) => element('p', { class: 'warning' }, `Left out: ${name}: ${reason}`));
+        side.append(this.controls, this.scale, this.values, ...missing, about);
         this.canvas.cursor = state.numbers('cursor', 2);
         this.update();
     }
@@ -40,12 +55,17 @@ export class MeasurePage {
         return arrays.find((array) => array.name === name) ?? most[0] ?? arrays[0];
     }
 
-    /** The axes that are shown: the last two that have more than one element, or those that are asked for. */
+    /** The axes that are shown, down and across: the last two that have more than one element, or those that are asked for. */
     shown(array) {
-        const long = array.shape.map((n, i) => [n, i]).filter(([n]) => n > 1).map(([, i]) => i);
-        const wanted = state.get('axes').split(',').map(Number).filter((i) => long.includes(i));
-        const axes = wanted.length === Math.min(long.length, 2) ? wanted : long.slice(-2);
-        return [...axes].sort((a, b) => a - b);
+        const long = longAxes(array);
+        const wanted = [...new Set(state.get('axes').split(',').map(Number))].filter((i) => long.includes(i));
+        return wanted.length === Math.min(long.length, 2) ? wanted : long.slice(-2);
+    }
+
+    /** The name of an axis: of the file, or as the reader has named it if the file does not. */
+    axis(array, i) {
+        const given = state.get('names').split(/[\s,]+/)[i];
+        return UNNAMED.test(array.axes[i]) && given ? given : array.axes[i];
     }
 
     /** What is taken of an array: all of the axes that are shown, one element or the sum of the others. */
@@ -60,11 +80,15 @@ export class MeasurePage {
 
     fill(array) {
         const { arrays } = this.item.about;
-        const parts = [element('h2', {}, 'Reading'), choice('Array', 'array', arrays.map(({ name }) => [name, name]), array.name)];
-        const long = array.shape.map((n, i) => [n, i]).filter(([n]) => n > 1).map(([, i]) => i);
-        const pairs = long.flatMap((a, k) => long.slice(k + 1).map((b) => [a, b]));
-        const name = (i) => array.axes[i] ?? `axis ${i}`;
+        const parts = [element('h2', {}, 'Array'), ...shownAs(this.item)];
+        const size = ({ shape }) => (shape.length === 0 ? 'a number' : shape.join(' × '));
+        if (arrays.length > 1) parts.push(choice('Array', 'array', arrays.map((one) => [one.name, `${one.name} (${size(one)})`]), array.name));
+        else parts.push(element('p', { class: 'note' }, `${array.name}: ${size(array)}`));
+        const long = longAxes(array);
+        const name = (i) => this.axis(array, i);
+        const pairs = long.flatMap((a) => long.filter((b) => b !== a).map((b) => [a, b])).sort(([a, b], [c, d]) => (a > b) - (c > d));
         if (pairs.length > 1) parts.push(choice('Axes', 'axes', pairs.map(([a, b]) => [`${a},${b}`, `${name(a)} down, ${name(b)} across`]), this.shown(array).join(',')));
+        if (array.axes.some((axis) => UNNAMED.test(axis))) parts.push(text('Names of axes', 'names', ['t', 'z', 'y', 'x'].slice(-array.axes.length).join(' ')));
         const shown = this.shown(array);
         for (const i of long.filter((axis) => !shown.includes(axis))) {
             parts.push(number(name(i), `at${i}`, { type: 'range', min: 0, max: array.shape[i] - 1, step: 1 }, Math.floor(array.shape[i] / 2)));
@@ -91,16 +115,28 @@ export class MeasurePage {
     async update() {
         const request = (this.drawn += 1);
         const array = this.array();
-        const key = [array.name, this.shown(array)].join('|');
+        const key = [array.name, this.shown(array), state.get('names')].join('|');
         if (key !== this.key) this.fill(array);
+        else refresh(this.controls);
         this.key = key;
         this.canvas.cursor = state.numbers('cursor', 2);
+        if (array.shape.includes(0)) {
+            this.current = null;
+            this.surface.hidden = this.scale.hidden = true;
+            this.plot.hidden = false;
+            this.plot.replaceChildren(element('p', {}, `${array.name} has no elements.`));
+            this.values.replaceChildren();
+            settled();
+            return;
+        }
         try {
             const part = this.part(array);
             const [values, errors] = await Promise.all([this.values_of(array, part), this.errors(array, part)]);
             if (request !== this.drawn) return;
-            this.current = { array, part, values, errors };
-            const isPicture = this.shown(array).length === 2;
+            const shown = this.shown(array);
+            const isPicture = shown.length === 2;
+            const turn = (plane) => (plane && isPicture && shown[0] > shown[1] ? transposed(plane, [array.shape[shown[1]], array.shape[shown[0]]]) : plane);
+            this.current = { array, part, values: turn(values), errors: turn(errors) };
             this.surface.hidden = this.scale.hidden = !isPicture;
             this.plot.hidden = isPicture;
             if (isPicture) this.picture();
@@ -110,7 +146,7 @@ export class MeasurePage {
         } catch (error) {
             if (request === this.drawn) say(error.message, true);
         }
-        document.body.dataset.shown = String(request);
+        settled();
     }
 
     picture() {
@@ -146,7 +182,8 @@ export class MeasurePage {
         const x = await this.middles(array, axis);
         const curves = [{ name: array.name, colour: '#ffd166', values, errors }];
         const height = Math.max(this.plot.parentElement.clientHeight - 90, 200);
-        plotCurves(this.plot, x, curves, { xLabel: array.axes[axis] ?? 'element', yLabel: array.unit, height, isLogarithmic: false, title: `${array.name} along ${array.axes[axis]}` });
+        const name = this.axis(array, axis);
+        plotCurves(this.plot, x, curves, { xName: name, xLabel: name, yLabel: array.unit, height, isValueLogarithmic: state.get('log') === '1', title: `${array.name} along ${name}` });
     }
 
     /** Middles of the bins of an axis, if its edges are in the file; else numbers of its elements. */
@@ -166,7 +203,7 @@ export class MeasurePage {
         const [height, width] = axes.map((i) => array.shape[i]);
         if (!at || at[0] >= width || at[1] >= height) return this.values.replaceChildren(element('p', { class: 'note' }, 'Point at a cell; click, or use the arrow keys, to keep it.'));
         const i = at[1] * width + at[0];
-        const place = element('p', { id: 'place' }, `${array.axes[axes[0]]} ${at[1]}, ${array.axes[axes[1]]} ${at[0]}`);
+        const place = element('p', { id: 'place' }, `${this.axis(array, axes[0])} ${at[1]}, ${this.axis(array, axes[1])} ${at[0]}`);
         const value = element('p', { id: 'reading' }, `${errors ? withError(values[i], errors[i]) : plain(values[i], 7)} ${array.unit}`);
         return this.values.replaceChildren(place, value);
     }

@@ -14,30 +14,33 @@ export function colourOf(name, number) {
 }
 
 /**
- * Draws curves with bands of their errors into `parent`: `x` is an array, each curve { name, colour, values, errors }.
- * `options`: height, xName (in the legend), xLabel, yLabel, isLogarithmic (both axes), steps (values are counts of bins).
+ * Draws curves with bands of their errors into `parent`: `x` is an array, each curve { name, colour, values, errors, isDashed }.
+ * `options`: height, xName (in the legend), xLabel, yLabel, isLogarithmic (both axes),
+ * isValueLogarithmic (the vertical axis), steps (values are counts of bins).
  */
 export function plotCurves(parent, x, curves, options = {}) {
+    const isValueLogarithmic = Boolean(options.isLogarithmic || options.isValueLogarithmic);
+    const drawn = (v) => (Number.isFinite(v) && (v > 0 || !isValueLogarithmic) ? v : null);
     const series = [{ label: options.xName ?? 'x', value: (_, v) => (v === null ? '' : plain(v)) }];
     const [data, bands] = [[x], []];
     const hidden = { stroke: 'transparent', points: { show: false }, legend: { show: false } };
-    for (const { name, colour, values, errors } of curves) {
+    for (const { name, colour, values, errors, isDashed } of curves) {
         const shown = (_, v, __, i) => (v === null || i === null ? '' : errors ? `${plain(v)} ± ${plain(errors[i], 2)}` : plain(v));
         const paths = options.steps ? { paths: uPlot.paths.stepped({ align: 1 }), fill: `${colour}40` } : {};
-        series.push({ label: name, stroke: colour, width: 1.5, points: { show: false }, value: shown, ...paths });
-        data.push(Array.from(values, (v) => (Number.isFinite(v) ? v : null)));
+        series.push({ label: name, stroke: colour, width: 1.5, dash: isDashed ? [5, 4] : [], points: { show: false }, value: shown, ...paths });
+        data.push(Array.from(values, drawn));
         if (!errors) continue;
-        const edge = (sign) => Array.from(values, (v, i) => (Number.isFinite(v) && Number.isFinite(errors[i]) ? v + sign * errors[i] : null));
+        const edge = (sign) => Array.from(values, (v, i) => drawn(v + sign * errors[i]));
         bands.push({ series: [series.length, series.length + 1], fill: `${colour}40` });
         series.push({ ...hidden, label: `${name} + error` }, { ...hidden, label: `${name} − error` });
         data.push(edge(1), edge(-1));
     }
-    const distribution = options.isLogarithmic ? { distr: 3 } : {};
+    const logarithmic = (is) => (is ? { distr: 3 } : {});
     const values = (_, ticks) => ticks.map((v) => (v === null ? '' : plain(v, 3)));
     const plot = new uPlot({
         width: Math.max(parent.clientWidth, 200),
         height: options.height ?? 170,
-        scales: { x: { time: false, ...distribution }, y: distribution },
+        scales: { x: { time: false, ...logarithmic(options.isLogarithmic) }, y: logarithmic(isValueLogarithmic) },
         axes: [{ ...AXIS, values, label: options.xLabel, labelSize: 18, size: 34 }, { ...AXIS, values, size: 62, label: options.yLabel, labelSize: 16 }],
         series,
         bands,

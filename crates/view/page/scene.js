@@ -2,13 +2,16 @@
 
 import * as api from './api.js';
 import * as state from './state.js';
-import { button, choice, element, number, refresh, say, table, text } from './controls.js';
+import { button, choice, element, number, refresh, say, settled, table, text } from './controls.js';
 import { toneCurve } from './colour.js';
-import { plain } from './format.js';
+import { counted, plain } from './format.js';
 
 const KEYS = [['camera', '#7ddc7d', 'what the camera sees'], ['emitter', '#ffe08a', 'emitter'], ['opaque', '#8f98a6', 'surface'], ['graded', '#4f9dff', 'medium with a varying index'], ['scattering', '#e0a050', 'medium that scatters'], ['clear', '#86c5da', 'clear medium']];
 const TRACED = 0xffd166;
 const BRANCHES = [0xff6b8b, 0x7ddc7d, 0x80b4ff, 0xd19cff, 0x6fe0d8, 0xffa860];
+
+/** What is typed, and how many numbers it is. */
+const TYPED = [['pixel', 2, 'Pixel', '70,50'], ['from', 3, 'From', '0,0.5,-2'], ['direction', 3, 'Direction', '0,0,1'], ['to', 3, 'Point', '0,0.5,-2']];
 
 const hex = (colour) => `#${colour.toString(16).padStart(6, '0')}`;
 const point = (x) => x.map((v) => plain(v, 4)).join(', ');
@@ -43,13 +46,13 @@ export class ScenePage {
             this.stage = new Stage(this.surface, (view) => state.set({ camera: view }));
         } catch (error) {
             // Values of rays are told all the same.
-            this.surface.append(element('p', { class: 'warning' }, `The scene cannot be drawn: ${error.message}`));
+            this.surface.append(element('p', { class: 'warning' }, `The scene cannot be drawn, because this browser does not offer WebGL 2 here (${error.message}). Rays are followed all the same: their lengths and ends are listed below. Another browser, or graphics acceleration in the settings of this one, shows the picture.`));
         }
         if (this.stage) await this.draw();
         this.isReady = true;
         await this.update();
-        say(`${objects.length} surfaces, ${this.about.media.length} media, ${emitters.length} emitters`);
-        document.body.dataset.shown = 'scene';
+        say([counted(objects.length, 'surface'), counted(this.about.media.length, 'medium', 'media'), counted(emitters.length, 'emitter')].join(', '));
+        settled();
     }
 
     async draw() {
@@ -89,7 +92,8 @@ export class ScenePage {
         const buttons = looks.map(([from, label]) => button(`From ${label}`.replace('From along', 'Along'), () => this.stage?.look(from)));
         if (sensor) buttons.push(button('As the camera', () => this.stage?.lookAs(sensor.rays, this.fieldOfView())));
         const parts = [element('h2', {}, 'View'), element('div', { class: 'buttons' }, ...buttons)];
-        if (sensor) parts.push(element('h2', {}, 'Ray of a pixel'), this.film(), text('Pixel', 'pixel', `x,y below ${film.join(',')}`));
+        const hint = this.filmImage() < 0 ? [element('p', { class: 'note' }, 'Click in the film, or move through it by the arrow keys: the ray of that pixel is followed. An image of this size, opened together with the scene, is shown in it.')] : [];
+        if (sensor) parts.push(element('h2', {}, 'Ray of a pixel'), this.film(), ...hint, text('Pixel', 'pixel', `x,y below ${film.join(',')}`));
         parts.push(element('h2', {}, 'Ray from a point'), text('From', 'from', 'x,y,z'), text('Direction', 'direction', 'x,y,z'));
         parts.push(element('h2', {}, 'Rays to a point'));
         const targets = emitters.map((e, i) => [i, e]).filter(([, e]) => e.position).map(([i, e]) => [String(i), `emitter ${e.name ?? i} (${e.kind})`]);
@@ -137,16 +141,22 @@ export class ScenePage {
         return canvas;
     }
 
+    /** Which of the things that are shown is an image of the film's size; -1 if none is. */
+    filmImage() {
+        const [width, height] = this.about.film;
+        return this.items.findIndex(({ about }) => about?.layers && about.width === width && about.height === height);
+    }
+
     /** Draws an image of the film's size, and the pixel. */
     async develop() {
         const [width, height] = this.about.film;
-        const index = this.items.findIndex(({ about }) => about?.layers && about.width === width && about.height === height);
+        const index = this.filmImage();
         const context = this.filmCanvas.getContext('2d');
         if (index >= 0 && !this.picture) {
             const { about } = this.items[index];
-            const channels = about.layers[0].channels;
+            const { name: layer, channels } = about.layers.find(({ name }) => name === '') ?? about.layers[0];
             const names = ['R', 'G', 'B'].every((name) => channels.includes(name)) ? ['R', 'G', 'B'] : [channels[0], channels[0], channels[0]];
-            const planes = await Promise.all(names.map((channel) => api.floats(api.query(`${index}/plane`, { layer: about.layers[0].name, channel }))));
+            const planes = await Promise.all(names.map((channel) => api.floats(api.query(`${index}/plane`, { layer, channel }))));
             const tone = toneCurve(about.exposure, 'srgb');
             this.picture = context.createImageData(width, height);
             for (let i = 0; i < width * height; i += 1) this.picture.data.set([tone(planes[0][i]), tone(planes[1][i]), tone(planes[2][i]), 255], 4 * i);
@@ -188,7 +198,17 @@ export class ScenePage {
         const at = state.number('at', null);
         const start = pixel ? { pixel, at } : from ? { from } : null;
         const connect = to && start && to.to !== null ? { ...start, ...to, reflections: state.number('reflections', 0) } : null;
-        return { trace, connect };
+        return { trace, connect, wrong: this.wrong() };
+    }
+
+    /** What is wrong with what is typed. */
+    wrong() {
+        const wrong = TYPED.filter(([name, count]) => state.get(name) !== '' && !state.numbers(name, count));
+        const words = wrong.map(([, count, label, example]) => `${label}: type ${count} numbers with commas between them, such as ${example}.`);
+        if (!state.get('pixel') && state.numbers('from', 3) && !state.get('direction') && state.get('emitter') === '') words.push('From: a ray needs a direction, too, or choose below where rays lead to.');
+        if (state.get('emitter') === 'point' && state.get('to') === '') words.push('Point: type where rays lead to.');
+        if (state.get('emitter') !== '' && !state.get('pixel') && !state.get('from')) words.push('To: choose a pixel or type a point at which rays start.');
+        return words;
     }
 
     async update() {
@@ -209,11 +229,11 @@ export class ScenePage {
         };
         const [traced, connected] = await Promise.all([ask('trace', questions.trace), ask('connect', questions.connect)]);
         if (request !== this.asked) return;
-        this.show(traced, connected);
+        this.show(traced, connected, questions.wrong);
         document.body.dataset.rays = String(request);
     }
 
-    show(traced, connected) {
+    show(traced, connected, wrong) {
         const [lines, parts] = [[], []];
         const part = (title, ...content) => parts.push(element('div', {}, element('h2', {}, title), ...content));
         if (traced?.points) {
@@ -235,9 +255,10 @@ export class ScenePage {
             });
             const unique = connected.certified_unique ? ', certified to be the only one' : '';
             const failure = connected.failure ? [element('p', { class: 'warning' }, connected.failure)] : [];
-            part(`${rows.length} ${rows.length === 1 ? 'branch' : 'branches'}${unique}`, element('div', { class: 'scroll' }, table(head, rows, 'Branches')), ...failure);
+            part(`${counted(rows.length, 'branch', 'branches')}${unique}`, element('div', { class: 'scroll' }, table(head, rows, 'Branches')), ...failure);
         }
-        for (const answer of [traced, connected]) if (answer?.error) parts.push(element('p', { class: 'warning' }, answer.error));
+        const messages = [...wrong, ...[traced, connected].map((answer) => answer?.error).filter(Boolean)];
+        for (const message of new Set(messages)) parts.push(element('p', { class: 'warning' }, message));
         this.rays.hidden = parts.length === 0;
         this.rays.replaceChildren(...parts);
         this.stage?.setRays(lines);

@@ -2,19 +2,20 @@
 
 use crate::live::Live;
 use crate::picture::Picture;
+use crate::source::Source;
 use io::arrays::Arrays;
 use io::image::ImageLayers;
 use io::volume::Format;
 use io::{Diagnostics, FileError, Limits, LoadOptions, Loaded};
 use std::fmt;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
-/// Whether a file is an image by its extension; an array of NumPy is one.
+/// Whether a file is an image by its extension.
 fn is_image(path: &Path) -> bool {
     let extension = path.extension().and_then(|e| e.to_str());
     let extension = extension.map(str::to_ascii_lowercase);
-    matches!(extension.as_deref(), Some("exr" | "png" | "npy"))
+    matches!(extension.as_deref(), Some("exr" | "png"))
 }
 
 /// One thing that a page shows.
@@ -22,6 +23,8 @@ fn is_image(path: &Path) -> bool {
 pub struct Item {
     pub(crate) name: String,
     pub(crate) content: Content,
+    /// The file from which it was read.
+    source: Option<Source>,
 }
 
 /// What an [`Item`] is.
@@ -29,12 +32,72 @@ pub struct Item {
 pub(crate) enum Content {
     /// An image of layers.
     Image(Arc<Picture>),
-    /// Readings of meters.
+    /// Readings of meters, and other arrays.
     Arrays(Arrays),
+    /// An array that may be a picture.
+    Array(Box<PictureArray>),
     /// A scene.
     Scene(Box<Loaded>),
     /// An image while it is rendered.
     Live(Arc<Live>),
+}
+
+impl Content {
+    fn read(path: &Path, options: &ItemOptions) -> Result<Self, OpenError> {
+        if is_image(path) {
+            let image = ImageLayers::read_within(path, options.limits);
+            let picture = Picture::of(image.map_err(OpenError::File)?);
+            return Ok(Content::Image(Arc::new(picture)));
+        }
+        if let Some(format) = Format::of(path) {
+            let arrays = Arrays::read(path, options.limits).map_err(OpenError::File)?;
+            return Ok(match format {
+                Format::Npy if PictureArray::may_be(&arrays) => {
+                    let picture = OnceLock::new();
+                    Content::Array(Box::new(PictureArray { arrays, picture }))
+                }
+                _ => Content::Arrays(arrays),
+            });
+        }
+        let options = LoadOptions {
+            defines: options.defines.clone(),
+            limits: options.limits,
+            ..LoadOptions::default()
+        };
+        let loaded = io::load_scene(path, &options).map_err(OpenError::Scene)?;
+        Ok(Content::Scene(Box::new(loaded)))
+    }
+}
+
+/// An array of rows, columns and perhaps channels, or of other axes.
+#[derive(Debug)]
+pub(crate) struct PictureArray {
+    pub(crate) arrays: Arrays,
+    /// Made when it is asked for.
+    picture: OnceLock<Arc<Picture>>,
+}
+
+impl PictureArray {
+    /// Whether these are an array of rows, columns and perhaps channels.
+    fn may_be(arrays: &Arrays) -> bool {
+        let shape = &arrays.list[0].shape;
+        matches!(shape.len(), 2 | 3) && !shape.contains(&0)
+    }
+
+    /// Whether it is shown as a picture: if the page wants `image`, not if it wants `arrays`; unless it is told, if it has two
+    /// axes, or a third of 1, 3 or 4 channels.
+    pub(crate) fn is_wanted(&self, kind: &str) -> bool {
+        match kind {
+            "image" => true,
+            "arrays" => false,
+            _ => matches!(self.arrays.list[0].shape[..], [_, _] | [_, _, 1 | 3 | 4]),
+        }
+    }
+
+    pub(crate) fn picture(&self) -> Arc<Picture> {
+        let made = || Arc::new(Picture::of_array(&self.arrays.list[0]));
+        self.picture.get_or_init(made).clone()
+    }
 }
 
 /// How files are read.
@@ -69,54 +132,62 @@ impl fmt::Display for OpenError {
 impl std::error::Error for OpenError {}
 
 impl Item {
-    /// Reads a file by its extension: an image (`.exr`, `.png`, `.npy`), readings of meters and other arrays (`.npz`, `.h5`),
-    /// a volume (`.nrrd`, `.vol`, `.vti`, `.vtk`, `.vdb`, `.nii`), or else a scene.
+    /// Reads a file by its extension: an image (`.exr`, `.png`), readings of meters and other arrays (`.npz`, `.h5`, `.mat`),
+    /// volumes (`.nrrd`, `.vol`, `.vti`, `.vtk`, `.vdb`, `.nii`), or else a scene. An array of NumPy (`.npy`) is an image if it
+    /// has two axes, or a third of 1, 3 or 4 channels; pages can show it as slices, too.
     ///
     /// # Errors
     ///
     /// A file that cannot be read, or is not valid.
     pub fn open(path: &Path, options: &ItemOptions) -> Result<Self, OpenError> {
         let name = path.file_name().unwrap_or(path.as_os_str());
-        let name = name.to_string_lossy().into_owned();
-        if is_image(path) {
-            let image = ImageLayers::read_within(path, options.limits);
-            Ok(Item::image(name, image.map_err(OpenError::File)?))
-        } else if Format::of(path).is_some() {
-            let arrays = Arrays::read(path, options.limits).map_err(OpenError::File)?;
-            Ok(Item::arrays(name, arrays))
-        } else {
-            let options = LoadOptions {
-                defines: options.defines.clone(),
-                limits: options.limits,
-                ..LoadOptions::default()
-            };
-            let loaded = io::load_scene(path, &options).map_err(OpenError::Scene)?;
-            Ok(Item::scene(name, loaded))
+        let source = Some(Source::new(path, options));
+        Ok(Item {
+            name: name.to_string_lossy().into_owned(),
+            content: Content::read(path, options)?,
+            source,
+        })
+    }
+
+    /// The same read again, if its file has changed since.
+    ///
+    /// # Errors
+    ///
+    /// A file that has changed and can no longer be read.
+    pub(crate) fn renewed(&self) -> Result<Option<Self>, OpenError> {
+        let Some(source) = self.source.as_ref().filter(|source| source.has_changed()) else {
+            return Ok(None);
+        };
+        let item = Item::open(&source.path, &source.options)?;
+        Ok(Some(item.named(&self.name)))
+    }
+
+    fn new(name: String, content: Content) -> Self {
+        Item {
+            name,
+            content,
+            source: None,
         }
     }
 
     /// An image.
     pub fn image(name: String, image: ImageLayers) -> Self {
-        let content = Content::Image(Arc::new(Picture::of(image)));
-        Item { name, content }
+        Item::new(name, Content::Image(Arc::new(Picture::of(image))))
     }
 
     /// Readings of meters.
     pub fn arrays(name: String, arrays: Arrays) -> Self {
-        let content = Content::Arrays(arrays);
-        Item { name, content }
+        Item::new(name, Content::Arrays(arrays))
     }
 
     /// A scene.
     pub fn scene(name: String, scene: Loaded) -> Self {
-        let content = Content::Scene(Box::new(scene));
-        Item { name, content }
+        Item::new(name, Content::Scene(Box::new(scene)))
     }
 
     /// An image while it is rendered.
     pub fn live(name: String, live: Arc<Live>) -> Self {
-        let content = Content::Live(live);
-        Item { name, content }
+        Item::new(name, Content::Live(live))
     }
 
     /// The same under another name.
@@ -133,6 +204,7 @@ impl Item {
         match &self.content {
             Content::Image(picture) => Some(picture.clone()),
             Content::Live(live) => live.picture(),
+            Content::Array(array) => Some(array.picture()),
             Content::Arrays(_) | Content::Scene(_) => None,
         }
     }

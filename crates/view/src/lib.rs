@@ -7,6 +7,7 @@ mod live;
 mod page;
 mod picture;
 mod server;
+mod source;
 
 pub use item::{Item, ItemOptions, OpenError};
 pub use live::{Live, LiveProgress};

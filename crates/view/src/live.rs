@@ -1,7 +1,7 @@
 //! A render while it is made: the render leaves pictures here, the page takes them and leaves commands.
 //!
 //! The render never waits for a page, unless somebody has asked it to pause there: it makes a picture only if a page
-//! has asked for one since the last, and so rarely that this takes no more than a hundredth of the time.
+//! has asked for one since the last, and so rarely that this takes no more than a part in 250 of the time.
 
 use crate::picture::Picture;
 use serde_json::{Value, json};
@@ -12,8 +12,8 @@ use std::time::{Duration, Instant};
 use transport::Film;
 
 /// Time between two pictures, at least; and in terms of the time that it takes to make one.
-const INTERVAL: Duration = Duration::from_millis(250);
-const SHARE: u32 = 100;
+const INTERVAL: Duration = Duration::from_secs(1);
+const SHARE: u32 = 250;
 /// How long a page that asks for nothing still counts as one that is there. Browsers let pages in the background ask once a minute.
 const ABSENCE: Duration = Duration::from_secs(90);
 /// Time between two looks while the render is paused.

@@ -1,8 +1,10 @@
 //! Images whose planes are shared with the responses that send them.
 
 use io::Problem;
+use io::arrays::Array;
 use io::image::exposure::Exposure;
 use io::image::{ImageLayers, Layer};
+use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::sync::Arc;
 use transport::Film;
@@ -41,11 +43,38 @@ impl Picture {
         }
     }
 
+    /// An array `[row, column]` or `[row, column, channel]`: three channels are red, green and blue, four have an opacity.
+    pub(crate) fn of_array(array: &Array) -> Self {
+        let [height, width] = [array.shape[0], array.shape[1]];
+        let count = array.shape.get(2).copied().unwrap_or(1);
+        let name = |c: usize| match count {
+            1 => "Y".to_owned(),
+            3 | 4 => ["R", "G", "B", "A"][c].to_owned(),
+            _ => c.to_string(),
+        };
+        let plane = |c: usize| array.data.iter().skip(c).step_by(count);
+        let channels = (0..count).map(|c| {
+            let values = plane(c).map(|v| *v as f32).collect();
+            (name(c), Arc::new(values))
+        });
+        Picture {
+            width,
+            height,
+            layers: vec![PictureLayer {
+                name: String::new(),
+                channels: channels.collect(),
+            }],
+            attributes: Vec::new(),
+        }
+    }
+
     /// What a film holds so far: means, their variances, and numbers of samples.
     pub(crate) fn of_film(film: &Film, channels: &[String]) -> Self {
         let pixels = 0..film.width() * film.height();
-        let planes = |value: &dyn Fn(usize, usize) -> f32| {
-            let plane = |c| Arc::new(pixels.clone().map(|i| value(c, i)).collect());
+        let planes = |value: &(dyn Fn(usize, usize) -> f32 + Sync)| {
+            // The threads of the render have nothing else to do meanwhile.
+            let values = |c| pixels.clone().into_par_iter().map(move |i| value(c, i));
+            let plane = |c| Arc::new(values(c).collect());
             let named = channels.iter().enumerate();
             named.map(|(c, name)| (name.clone(), plane(c))).collect()
         };

@@ -109,6 +109,30 @@ fn values_arrive_as_they_are() {
 }
 
 #[test]
+fn files_that_have_changed_are_read_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.npy");
+    let write = |values: &[f32]| io::npy::write(&path, &[1, values.len()], values).unwrap();
+    write(&[1.0, 2.0]);
+    let item = Item::open(&path, &ItemOptions::default()).unwrap();
+    let server = serve(vec![item]);
+    let plane = || floats(&get(&server, "api/0/plane?layer=&channel=Y", "").1);
+    let begin = || String::from_utf8(get(&server, "api/items", "").1).unwrap();
+    write(&[3.0, 4.0, 5.0]);
+    // A page that has begun goes on with what it knows.
+    assert_eq!(plane(), [1.0, 2.0]);
+    assert!(begin().contains("\"note\":null"));
+    assert_eq!(plane(), [3.0, 4.0, 5.0]);
+    std::fs::write(&path, "no array").unwrap();
+    assert!(begin().contains("has changed and cannot be read"));
+    assert_eq!(plane(), [3.0, 4.0, 5.0]);
+    // What is gone is shown as it was.
+    std::fs::remove_file(&path).unwrap();
+    assert!(begin().contains("\"note\":null"));
+    assert_eq!(plane(), [3.0, 4.0, 5.0]);
+}
+
+#[test]
 fn every_answer_forbids_what_the_page_does_not_need() {
     let server = one_image();
     let (socket, token) = parts(&server);

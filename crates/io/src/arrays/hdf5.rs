@@ -1,6 +1,6 @@
 //! HDF5: a dataset for each array, with attributes `unit` and `axes`; all others belong to the root group.
 
-use super::{Array, Arrays, numbered, plain};
+use super::{Array, Arrays, Read, numbered, plain};
 use crate::atomic;
 use crate::error::{FileError, Problem};
 use crate::input::Limits;
@@ -42,23 +42,20 @@ fn dataset(array: &Array) -> Result<DatasetBuilder, Error> {
         .attribute(axes))
 }
 
-/// Reads the numbers of the root group: with units and axes where [`write`] has written them, else with axes that have numbers.
-pub(super) fn read(path: &Path, limits: Limits) -> Result<Arrays, FileError> {
+/// Reads the numbers of all groups: with units and axes where [`write`] has written them, else with axes that have numbers.
+pub(super) fn read(path: &Path, limits: Limits) -> Result<Read, Problem> {
     let found = hdf5::numbers(path, limits)?;
-    let list: Vec<Array> = found.datasets.into_iter().map(array).collect();
-    if list.is_empty() {
-        let message = "HDF5 files without numbers in their root group";
-        return Err(Problem::Unsupported(message.into()).at(path));
-    }
-    Ok(Arrays {
-        list,
-        main: None,
-        placement: None,
+    let mut read = Read {
         attributes: found.attributes,
-    })
+        ..Read::default()
+    };
+    for (name, stored) in found.datasets {
+        read.add(&name, stored.map(|stored| array(&name, stored)));
+    }
+    Ok(read)
 }
 
-fn array(stored: StoredNumbers) -> Array {
+fn array(name: &str, stored: StoredNumbers) -> Array {
     let text = |name| stored.attributes.iter().find(|(n, _)| n == name);
     let axes = text("axes").and_then(|(_, axes)| axes.as_str());
     let axes: Option<Vec<String>> = axes.map(|a| a.split_whitespace().map(str::to_owned).collect());
@@ -67,7 +64,7 @@ fn array(stored: StoredNumbers) -> Array {
     Array {
         axes: axes.unwrap_or_else(|| numbered(stored.shape.len())),
         unit: unit.filter(|unit| *unit != "1").unwrap_or_default().into(),
-        name: stored.name,
+        name: name.to_owned(),
         shape: stored.shape,
         data: stored.data,
     }

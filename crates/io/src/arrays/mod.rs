@@ -4,6 +4,8 @@
 //! axis runs fastest.
 
 mod hdf5;
+mod mat;
+mod npy_file;
 mod npz;
 mod nrrd;
 mod quality;
@@ -56,6 +58,8 @@ pub struct Arrays {
     pub placement: Option<ArrayPlacement>,
     /// What else there is to know: texts, numbers, and the energy balance as an object.
     pub attributes: Vec<(String, Value)>,
+    /// Arrays of the file that could not be read, each with the reason.
+    pub left_out: Vec<(String, String)>,
 }
 
 /// An attribute where only texts have a place: texts as they are, all else in JSON.
@@ -63,6 +67,65 @@ fn plain(value: &Value) -> String {
     value
         .as_str()
         .map_or_else(|| value.to_string(), str::to_owned)
+}
+
+/// What is read of a file.
+#[derive(Debug, Default)]
+struct Read {
+    arrays: Vec<Array>,
+    attributes: Vec<(String, Value)>,
+    left_out: Vec<(String, Problem)>,
+}
+
+impl Read {
+    /// Takes an array, or leaves it out.
+    fn add(&mut self, name: &str, read: Result<Array, Problem>) {
+        match read {
+            Ok(array) => self.arrays.push(array),
+            Err(problem) => self.left_out.push((name.to_owned(), problem)),
+        }
+    }
+
+    /// A file of no array that can be read is none.
+    fn of_file(self) -> Result<Arrays, Problem> {
+        if self.arrays.is_empty() {
+            let none = || Problem::Unsupported("files without arrays of numbers".into());
+            let first = self.left_out.into_iter().next();
+            return Err(first.map_or_else(none, |(_, problem)| problem));
+        }
+        let left_out = self.left_out.into_iter();
+        Ok(Arrays {
+            main: (self.arrays.len() == 1).then_some(0),
+            list: self.arrays,
+            placement: None,
+            attributes: self.attributes,
+            left_out: left_out
+                .map(|(name, problem)| (name, problem.to_string()))
+                .collect(),
+        })
+    }
+}
+
+/// The elements of an array whose first index runs fastest, in the order in which the last one does.
+fn last_fastest(shape: &[usize], data: Vec<f64>) -> Vec<f64> {
+    if shape.iter().filter(|n| **n > 1).count() < 2 {
+        return data;
+    }
+    let mut sorted = Vec::with_capacity(data.len());
+    append(shape, &data, [0, 1], &mut sorted);
+    sorted
+}
+
+/// Appends what follows an element, whose axes have neighbours at multiples of `step`.
+fn append(shape: &[usize], data: &[f64], [first, step]: [usize; 2], sorted: &mut Vec<f64>) {
+    match shape {
+        [] => sorted.push(data[first]),
+        [n, rest @ ..] => {
+            for i in 0..*n {
+                append(rest, data, [first + i * step, step * n], sorted);
+            }
+        }
+    }
 }
 
 /// Names of axes of which a file says nothing.
@@ -135,18 +198,24 @@ impl Arrays {
         }
     }
 
-    /// Reads the arrays of a file: all of `.npz` and HDF5 (of its root group), with units and axes where [`Arrays::write`] has
-    /// written them; of other extensions the volume, with axes z, y, x and its channels. Where arrays lie is left out.
+    /// Reads all arrays of a file: those of `.npy`, `.npz`, HDF5 (in all groups, named by their paths) and MATLAB's `.mat`, with
+    /// units and axes where [`Arrays::write`] has written them, else with axes that have numbers; of other extensions the
+    /// volumes, with axes z, y, x and their channels. Complex numbers have a last axis of two. Where arrays lie is left out.
     ///
     /// # Errors
     ///
-    /// A file that cannot be read, that takes more memory than its limits allow, or holds no arrays of numbers.
+    /// A file that cannot be read, or of whose arrays of numbers none can be: one that takes more memory than its limits
+    /// allow, for example. If others can be read, such an array is one that is [left out](Arrays::left_out).
     pub fn read(path: &Path, limits: Limits) -> Result<Self, FileError> {
-        match Format::of(path) {
-            Some(Format::Npz) | None => npz::read(path),
+        let read = match Format::of(path) {
+            Some(Format::Npz) | None => npz::read(path, limits),
             Some(Format::Hdf5) => hdf5::read(path, limits),
+            Some(Format::Mat) => mat::read(path, limits),
+            Some(Format::Npy) => npy_file::read(path, limits),
             Some(_) => volume::read(path, limits),
-        }
+        };
+        read.and_then(|read| read.of_file())
+            .map_err(|problem| problem.at(path))
     }
 
     /// The array of a format that holds one.
@@ -156,5 +225,24 @@ impl Arrays {
             let message = "a file of one array for the readings of several meters; use .npz or .h5";
             Problem::Unsupported(message.into())
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::last_fastest;
+
+    #[test]
+    fn arrays_of_matlab_are_sorted() {
+        // m(i, j, k) = 100 i + 10 j + k.
+        let shape = [2, 3, 4];
+        let fastest_first = (0..4).flat_map(|k| {
+            (0..3).flat_map(move |j| (0..2).map(move |i| f64::from(100 * i + 10 * j + k)))
+        });
+        let sorted = last_fastest(&shape, fastest_first.collect());
+        let expected = (0..2).flat_map(|i| {
+            (0..3).flat_map(move |j| (0..4).map(move |k| f64::from(100 * i + 10 * j + k)))
+        });
+        assert_eq!(sorted, expected.collect::<Vec<_>>());
     }
 }

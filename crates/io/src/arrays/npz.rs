@@ -1,13 +1,17 @@
-//! NPZ: a ZIP archive of NPY files, not compressed. <https://numpy.org/doc/stable/reference/generated/numpy.savez.html>
+//! NPZ: a ZIP archive of NPY files, written without compression. <https://numpy.org/doc/stable/reference/generated/numpy.savez.html>
 
-use super::{Array, Arrays, numbered};
+use super::{Array, Arrays, Read, npy_file};
 use crate::error::{FileError, Problem};
-use crate::npy::{NpyArray, NpyData};
+use crate::input::{Budget, Limits};
+use crate::volume::INFLATION;
 use crate::{atomic, input, npy};
 use serde_json::{Map, Value, json};
-use std::io::{self, Read, Seek};
+use std::io::{self, Read as _, Seek};
 use std::path::Path;
-use zip::{CompressionMethod, ZipArchive, ZipWriter};
+use zip::{ZipArchive, ZipWriter};
+
+/// Bytes of metadata that are read, at most.
+const METADATA: u64 = 64 << 20;
 
 /// Writes all arrays and a text `metadata`.
 pub(super) fn write(path: &Path, arrays: &Arrays) -> Result<(), FileError> {
@@ -51,90 +55,96 @@ fn metadata(arrays: &Arrays) -> String {
 ///
 /// # Errors
 ///
-/// A file that is no such archive, or compressed, or holds other arrays than of floating-point numbers in C order.
-pub(super) fn read(path: &Path) -> Result<Arrays, FileError> {
-    let (file, mut left) = input::open(path)?;
-    let open = || -> Result<Arrays, Problem> {
-        let mut archive = ZipArchive::new(file).map_err(foreign)?;
-        let mut names: Vec<String> = (archive.file_names().filter_map(Result::ok))
-            .filter_map(|name| name.strip_suffix(".npy").map(str::to_owned))
-            .collect();
-        let metadata = match names.iter().position(|name| name == "metadata") {
-            Some(i) => {
-                names.remove(i);
-                let text = npy::parse_text(&member(&mut archive, "metadata", &mut left)?)?;
-                serde_json::from_str(&text).map_err(foreign)?
-            }
-            None => Value::Null,
-        };
-        if let Some(about) = metadata["arrays"].as_object() {
-            names = about.keys().cloned().collect();
+/// A file that is no such archive, or whose members overlap.
+pub(super) fn read(path: &Path, limits: Limits) -> Result<Read, Problem> {
+    let (file, size) = input::open(path).map_err(|error| error.problem)?;
+    let mut archive = ZipArchive::new(file).map_err(foreign)?;
+    refuse_overlaps(&mut archive, size)?;
+    let mut names: Vec<String> = (archive.file_names().filter_map(Result::ok))
+        .filter_map(|name| name.strip_suffix(".npy").map(str::to_owned))
+        .collect();
+    let metadata = match names.iter().position(|name| name == "metadata") {
+        Some(i) => {
+            names.remove(i);
+            metadata_of(&mut archive)?
         }
-        let list = names.iter().map(|name| {
-            let stored = npy::parse(&member(&mut archive, name, &mut left)?)?;
-            array(name, &metadata["arrays"][name], stored)
-        });
-        let list = list.collect::<Result<_, Problem>>()?;
-        let attributes = metadata.as_object().into_iter().flatten();
-        let attributes = attributes.filter(|(name, _)| *name != "arrays");
-        Ok(Arrays {
-            list,
-            main: None,
-            placement: None,
-            attributes: attributes.map(|(n, v)| (n.clone(), v.clone())).collect(),
-        })
+        None => Value::Null,
     };
-    open().map_err(|problem| problem.at(path))
+    if let Some(about) = metadata["arrays"].as_object() {
+        names = about.keys().cloned().collect();
+    }
+    let mut read = Read::default();
+    let mut budget = Budget::new(limits, size);
+    for name in &names {
+        let array = member(&mut archive, name, &mut budget, size);
+        let array = array.and_then(|array| described(array, &metadata["arrays"][name]));
+        read.add(name, array);
+    }
+    let attributes = metadata.as_object().into_iter().flatten();
+    let attributes = attributes.filter(|(name, _)| *name != "arrays");
+    read.attributes = attributes.map(|(n, v)| (n.clone(), v.clone())).collect();
+    Ok(read)
 }
 
 fn foreign(reason: impl std::fmt::Display) -> Problem {
     Problem::Unsupported(format!("this archive of arrays ({reason})"))
 }
 
-/// The bytes of a member, which are stored as they are; all together are no more than the file has `left`.
-fn member<R: Read + Seek>(
+/// Refuses members that together are more than the file: a small file could pretend to have many large ones.
+fn refuse_overlaps<R: io::Read + Seek>(
     archive: &mut ZipArchive<R>,
-    name: &str,
-    left: &mut u64,
-) -> Result<Vec<u8>, Problem> {
-    let mut file = archive.by_name(&format!("{name}.npy")).map_err(foreign)?;
-    if file.compression() != CompressionMethod::Stored {
-        return Err(foreign("it is compressed"));
+    size: u64,
+) -> Result<(), Problem> {
+    let mut left = size;
+    for i in 0..archive.len() {
+        let stored = archive.by_index_raw(i).map_err(foreign)?.compressed_size();
+        left = (left.checked_sub(stored)).ok_or_else(|| foreign("its arrays overlap"))?;
     }
-    let overlap = || foreign("its arrays overlap");
-    *left = left.checked_sub(file.size()).ok_or_else(overlap)?;
-    let mut bytes = Vec::new();
-    let size = file.size();
-    let read = file.by_ref().take(size).read_to_end(&mut bytes);
-    read.map_err(Problem::Read)?;
-    Ok(bytes)
+    Ok(())
 }
 
-/// An array of which the metadata may say something.
-fn array(name: &str, about: &Value, stored: NpyArray) -> Result<Array, Problem> {
-    let axes = match about["axes"].as_array() {
-        Some(axes) => (axes.iter())
-            .filter_map(|a| Some(a.as_str()?.to_owned()))
-            .collect(),
-        None => numbered(stored.shape.len()),
-    };
-    let data = match stored.data {
-        NpyData::F64(data) => data,
-        NpyData::F32(data) => data.into_iter().map(f64::from).collect(),
-    };
-    if stored.fortran_order && stored.shape.len() > 1 {
-        return Err(foreign(format!("'{name}' is in Fortran order")));
+/// The text that tells of the arrays; nothing if it is an array of something else.
+fn metadata_of<R: io::Read + Seek>(archive: &mut ZipArchive<R>) -> Result<Value, Problem> {
+    let file = archive.by_name("metadata.npy").map_err(foreign)?;
+    let mut bytes = Vec::new();
+    let read = file.take(METADATA).read_to_end(&mut bytes);
+    read.map_err(Problem::Read)?;
+    let text = npy::parse_text(&bytes)?;
+    serde_json::from_str(&text).map_err(foreign)
+}
+
+/// A member, stored or compressed.
+fn member<R: io::Read + Seek>(
+    archive: &mut ZipArchive<R>,
+    name: &str,
+    budget: &mut Budget,
+    size: u64,
+) -> Result<Array, Problem> {
+    let mut file = archive.by_name(&format!("{name}.npy")).map_err(foreign)?;
+    let length = file.size();
+    if length > size.saturating_mul(INFLATION) {
+        let (expected, found) = (length, size);
+        return Err(Problem::Truncated { expected, found });
     }
-    if axes.len() != stored.shape.len() {
+    npy_file::read_from(name, &mut file, length, budget)
+}
+
+/// An array of which the metadata say something.
+fn described(array: Array, about: &Value) -> Result<Array, Problem> {
+    let axes = about["axes"].as_array().map(|axes| {
+        let names = axes.iter().filter_map(|a| Some(a.as_str()?.to_owned()));
+        names.collect::<Vec<_>>()
+    });
+    let axes = axes.unwrap_or_else(|| array.axes.clone());
+    if axes.len() != array.shape.len() {
         return Err(foreign(format!(
-            "'{name}' has other axes than its metadata"
+            "'{}' has other axes than its metadata",
+            array.name
         )));
     }
     Ok(Array {
-        name: name.into(),
         axes,
-        shape: stored.shape,
         unit: about["unit"].as_str().unwrap_or_default().into(),
-        data,
+        ..array
     })
 }

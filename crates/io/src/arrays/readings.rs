@@ -67,6 +67,7 @@ pub fn arrays(context: &Context, mut attributes: Vec<(String, Value)>) -> Arrays
         ));
     }
     Arrays {
+        left_out: Vec::new(),
         list,
         main,
         placement,

@@ -1,55 +1,78 @@
 //! Volumes as arrays.
 
-use super::{Array, Arrays};
+use super::{Array, Read};
 use crate::error::{FileError, Problem};
-use crate::input::Limits;
-use crate::volume::{AxisOrder, Format, Options, Volume};
-use serde_json::json;
+use crate::input::{Budget, Limits};
+use crate::volume::{self, AxisOrder, Format, Options, Volume};
+use serde_json::{Value, json};
 use std::path::Path;
 
-/// Reads a volume as the array `volume` of axes z, y, x, and its channels if there are several. Of an NRRD file that does not say
-/// which axis is which, the fastest is x.
-pub(super) fn read(path: &Path, limits: Limits) -> Result<Arrays, FileError> {
+/// Reads a volume as the array `volume` of axes z, y, x, and its channels if there are several; several volumes by their names.
+/// Of an NRRD file that does not say which axis is which, the fastest is x.
+pub(super) fn read(path: &Path, limits: Limits) -> Result<Read, Problem> {
     let options = Options::default().within(limits);
-    let volume = match Volume::<f64>::read(path, options) {
+    let names = volume::names(path).map_err(|error| error.problem)?;
+    if names.len() < 2 {
+        let volume = single(path, options).map_err(|error| error.problem)?;
+        return Ok(Read {
+            attributes: attributes(&volume),
+            arrays: vec![array("volume", volume)],
+            ..Read::default()
+        });
+    }
+    let size = std::fs::metadata(path).map_err(Problem::Read)?.len();
+    let mut budget = Budget::new(limits, size);
+    let mut read = Read::default();
+    for name in &names {
+        let volume = Volume::<f64>::read(path, options.of(name)).map_err(|error| error.problem);
+        let kept = volume.and_then(|volume| {
+            budget.take(volume.data().len() as u64, size_of::<f64>() as u64)?;
+            let about = attributes(&volume).into_iter();
+            let about = about.map(|(key, value)| (format!("{name}: {key}"), value));
+            read.attributes.extend(about);
+            Ok(array(name, volume))
+        });
+        read.add(name, kept);
+    }
+    Ok(read)
+}
+
+fn single(path: &Path, options: Options) -> Result<Volume<f64>, FileError> {
+    match Volume::<f64>::read(path, options) {
         Err(FileError {
             problem: Problem::Unsaid(_),
             ..
         }) if Format::of(path) == Some(Format::Nrrd) => {
-            Volume::read(path, Options::order(AxisOrder::XYZ).within(limits))
+            Volume::read(path, Options::order(AxisOrder::XYZ).within(options.limits))
         }
         read => read,
-    }?;
-    Ok(of(volume))
+    }
 }
 
-fn of(volume: Volume<f64>) -> Arrays {
+fn array(name: &str, volume: Volume<f64>) -> Array {
     let [x, y, z] = volume.size();
     let (mut axes, mut shape) = (vec!["z", "y", "x"], vec![z, y, x]);
     if volume.channels() > 1 {
         axes.push("channel");
         shape.push(volume.channels());
     }
+    Array {
+        name: name.to_owned(),
+        axes: axes.into_iter().map(str::to_owned).collect(),
+        shape,
+        unit: String::new(),
+        data: volume.into_data(),
+    }
+}
+
+/// Where the samples are, and of what type.
+fn attributes(volume: &Volume<f64>) -> Vec<(String, Value)> {
     let place = volume.place();
     let steps = [place.steps.x_axis, place.steps.y_axis, place.steps.z_axis];
-    let attributes = vec![
+    let steps = steps.map(|step| step.to_array());
+    vec![
         ("first sample".into(), json!(place.first.to_array())),
-        (
-            "steps along x, y, z".into(),
-            json!(steps.map(|step| step.to_array())),
-        ),
+        ("steps along x, y, z".into(), json!(steps)),
         ("stored as".into(), json!(volume.element().to_string())),
-    ];
-    Arrays {
-        list: vec![Array {
-            name: "volume".into(),
-            axes: axes.into_iter().map(str::to_owned).collect(),
-            shape,
-            unit: String::new(),
-            data: volume.into_data(),
-        }],
-        main: Some(0),
-        placement: None,
-        attributes,
-    }
+    ]
 }

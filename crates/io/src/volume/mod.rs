@@ -37,7 +37,7 @@ use options::choose;
 pub use write::{Stored, write};
 
 /// The most by which deflate compresses, 1032, rounded up: what a file may be trusted to become.
-const INFLATION: u64 = 1100;
+pub(crate) const INFLATION: u64 = 1100;
 
 /// A number of which volumes are made: `f32`, or `f64` where contrasts are small.
 pub trait Sample: Copy + 'static {
@@ -257,6 +257,16 @@ impl<T: Sample> Volume<T> {
             Some(Format::Nifti) => nifti::read(path, options),
             None => Err(Format::unknown().at(path)),
         }
+    }
+}
+
+/// Names of the volumes of a VTK or OpenVDB file; none of the other formats, whose arrays need not be volumes.
+pub(crate) fn names(path: &Path) -> Result<Vec<String>, FileError> {
+    match Format::of(path) {
+        Some(Format::Vti) => vti::names(path),
+        Some(Format::Vtk) => vtk::names(path),
+        Some(Format::Vdb) => vdb::names(path),
+        _ => Ok(Vec::new()),
     }
 }
 

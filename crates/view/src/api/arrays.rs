@@ -23,6 +23,7 @@ pub(super) fn describe(arrays: &Arrays) -> Value {
     json!({
         "arrays": arrays.list.iter().map(array).collect::<Vec<_>>(),
         "attributes": attributes.collect::<Vec<_>>(),
+        "left_out": arrays.left_out,
     })
 }
 

@@ -10,12 +10,25 @@ use crate::server::{Method, Request, Response, Status};
 use difference::Differences;
 use io::image::exr;
 use serde_json::{Value, json};
+use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard};
+
+/// Kinds of items between which a page may choose.
+const IMAGE: &str = "image";
+const ARRAYS: &str = "arrays";
 
 /// Answers the page's requests about what it shows.
 #[derive(Debug)]
 pub(crate) struct Api {
-    items: Vec<Item>,
+    /// What is shown, and what is wrong with a file that has changed since.
+    items: Vec<RwLock<Shown>>,
     differences: Differences,
+}
+
+/// An item, and what is wrong with its file by now.
+#[derive(Debug)]
+struct Shown {
+    item: Arc<Item>,
+    note: Option<String>,
 }
 
 /// Why a request has no answer, in words.
@@ -35,8 +48,12 @@ fn json_response(value: &Value) -> Response {
 
 impl Api {
     pub(crate) fn new(items: Vec<Item>) -> Self {
+        let shown = |item| {
+            let (item, note) = (Arc::new(item), None);
+            RwLock::new(Shown { item, note })
+        };
         Api {
-            items,
+            items: items.into_iter().map(shown).collect(),
             differences: Differences::default(),
         }
     }
@@ -48,8 +65,8 @@ impl Api {
             (Method::Get, ["api", "items"]) => Ok(json_response(&self.list())),
             (Method::Get, ["api", "difference"]) => self.difference(request),
             (method, ["api", number, what]) => match self.item(number) {
-                Ok(item) if method == Method::Get => get(item, what, request),
-                Ok(item) => post(item, what, &request.body),
+                Ok(item) if method == Method::Get => get(&item, what, request),
+                Ok(item) => post(&item, what, &request.body),
                 Err(failure) => Err(failure),
             },
             _ => Err(not_found("page")),
@@ -57,13 +74,22 @@ impl Api {
         answered.unwrap_or_else(|(status, message)| Response::failure(status, message))
     }
 
-    fn item(&self, number: &str) -> Result<&Item, Failure> {
-        let item = number.parse().ok().and_then(|i: usize| self.items.get(i));
-        item.ok_or_else(|| not_found("item"))
+    fn item(&self, number: &str) -> Result<Arc<Item>, Failure> {
+        let shown = number.parse().ok().and_then(|i: usize| self.items.get(i));
+        let shown = shown.ok_or_else(|| not_found("item"))?;
+        Ok(read(shown).item.clone())
     }
 
+    /// What there is, for a page that begins: files that have changed are read again.
     fn list(&self) -> Value {
-        self.items.iter().map(describe).collect()
+        let list = self.items.iter().map(|shown| {
+            renew(shown);
+            let shown = read(shown);
+            let mut about = describe(&shown.item, "");
+            about["note"] = shown.note.clone().into();
+            about
+        });
+        list.collect()
     }
 
     fn difference(&self, request: &Request) -> Result<Response, Failure> {
@@ -76,20 +102,46 @@ impl Api {
     }
 }
 
-/// What there is of an item.
-fn describe(item: &Item) -> Value {
+fn read(shown: &RwLock<Shown>) -> RwLockReadGuard<'_, Shown> {
+    shown.read().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Reads the file of an item again if it has changed. Pages are answered in the meantime.
+fn renew(shown: &RwLock<Shown>) {
+    let item = read(shown).item.clone();
+    let renewed = item.renewed();
+    let mut shown = shown.write().unwrap_or_else(PoisonError::into_inner);
+    match renewed {
+        Ok(None) => shown.note = None,
+        Ok(Some(item)) => (shown.item, shown.note) = (Arc::new(item), None),
+        Err(error) => {
+            let note =
+                format!("The file has changed and cannot be read, this is what it was: {error}");
+            shown.note = Some(note);
+        }
+    }
+}
+
+/// What there is of an item; of one that may be two kinds of things, what is `wanted`, or what it probably is.
+fn describe(item: &Item, wanted: &str) -> Value {
     let (kind, about) = match &item.content {
-        Content::Image(picture) => ("image", picture.json()),
+        Content::Image(picture) => (IMAGE, picture.json()),
         Content::Live(live) => ("live", live.picture().map_or(Value::Null, |p| p.json())),
-        Content::Arrays(arrays) => ("arrays", arrays::describe(arrays)),
+        Content::Array(array) if array.is_wanted(wanted) => (IMAGE, array.picture().json()),
+        Content::Array(array) => (ARRAYS, arrays::describe(&array.arrays)),
+        Content::Arrays(arrays) => (ARRAYS, arrays::describe(arrays)),
         Content::Scene(loaded) => ("scene", scene::describe(loaded)),
     };
-    json!({ "name": item.name, "kind": kind, "about": about })
+    let other = match &item.content {
+        Content::Array(_) => Some(if kind == IMAGE { ARRAYS } else { IMAGE }),
+        _ => None,
+    };
+    json!({ "name": item.name, "kind": kind, "about": about, "other": other })
 }
 
 fn get(item: &Item, what: &str, request: &Request) -> Result<Response, Failure> {
     match (what, &item.content) {
-        ("about", _) => Ok(json_response(&describe(item))),
+        ("about", _) => Ok(json_response(&describe(item, request.parameter("as")))),
         ("plane", _) => {
             let picture = item.picture().ok_or_else(|| not_found("image"))?;
             let plane = picture.plane(request.parameter("layer"), request.parameter("channel"));
@@ -111,6 +163,7 @@ fn get(item: &Item, what: &str, request: &Request) -> Result<Response, Failure> 
         }
         ("status", Content::Live(live)) => Ok(json_response(&live.status())),
         ("array", Content::Arrays(arrays)) => arrays::answer(arrays, request),
+        ("array", Content::Array(array)) => arrays::answer(&array.arrays, request),
         ("mesh", Content::Scene(loaded)) => scene::mesh(loaded, request.parameter("object")),
         _ => Err(not_found(what)),
     }

@@ -65,7 +65,7 @@ fn of_pixel(loaded: &Loaded, [x, y]: [usize; 2]) -> Result<Path, Failure> {
     let film = scene.film();
     if x >= film.width || y >= film.height {
         return Err(bad(format!(
-            "the film has {} x {} pixels",
+            "pixel {x},{y} is not on the film, which has {} x {} pixels",
             film.width, film.height
         )));
     }

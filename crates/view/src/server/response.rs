@@ -141,9 +141,12 @@ impl Body {
             Body::Bytes(bytes) => out.write_all(bytes),
             Body::Floats(values, range) => {
                 let values = values.get(range.clone()).unwrap_or_default();
+                let mut bytes = vec![[0; size_of::<f32>()]; CHUNK.min(values.len())];
                 values.chunks(CHUNK).try_for_each(|chunk| {
-                    let bytes: Vec<u8> = chunk.iter().flat_map(|v| v.to_le_bytes()).collect();
-                    out.write_all(&bytes)
+                    for (bytes, value) in bytes.iter_mut().zip(chunk) {
+                        *bytes = value.to_le_bytes();
+                    }
+                    out.write_all(bytes[..chunk.len()].as_flattened())
                 })
             }
         }

@@ -13,13 +13,15 @@ use super::layout::Layout;
 use super::{INFLATION, Options, Sample, Volume, choose};
 use crate::element::Encoding;
 use crate::error::{FileError, Problem};
-use crate::input;
+use crate::input::{self, Budget, Limits};
 use element::{COMPRESSED, Head, MATRIX, Tag, number};
 
 pub use write::write;
 
 /// Bytes before the first element.
 const HEADER: usize = 128;
+/// How files of version 7.3 begin, which are HDF5 after a header of 512 bytes.
+const LATER: &[u8; 10] = b"MATLAB 7.3";
 
 /// Reads a volume from the variable of the given name, from the only numeric one if none is given: an array of
 /// up to three axes, or four with channels. MATLAB leaves axes of length 1 at the end out.
@@ -52,36 +54,85 @@ fn read_from<T: Sample>(
     let variables = variables(reader, big, size)?;
     let names: Vec<&str> = variables.iter().map(|v| v.name.as_str()).collect();
     let variable = &variables[choose(&names, options.dataset)?];
-    reader
-        .seek(SeekFrom::Start(variable.at))
-        .map_err(Problem::Read)?;
-    let mut file = Limited {
-        inner: reader,
-        left: size - variable.at,
-    };
-    let tag = Tag::read(&mut file, big)?;
-    let held = u64::from(tag.size);
-    match tag.kind {
-        COMPRESSED => {
-            let inner = ZlibDecoder::new(BufReader::new(file.take(held)));
-            let mut limited = Limited {
-                inner,
-                left: held.saturating_mul(INFLATION),
-            };
-            Tag::read(&mut limited, big)?;
-            array(&mut limited, big, options, size)
-        }
-        _ => array(&mut file, big, options, size),
-    }
+    let mut contents = contents(reader, variable.at, big, size)?;
+    array(&mut contents, big, options, size)
 }
 
-/// Reads an array of numbers, of which the tag has been read, from a file of `size` bytes.
-fn array<T: Sample>(
+/// A numeric array of any number of axes; the first index runs fastest.
+pub(crate) struct StoredArray {
+    pub shape: Vec<usize>,
+    pub data: Vec<f64>,
+}
+
+/// A name, and its array or what is wrong with it.
+pub(crate) type NamedArray = (String, Result<StoredArray, Problem>);
+
+/// Whether a file is one of MATLAB 7.3, which is HDF5.
+pub(crate) fn is_hdf5(path: &Path) -> Result<bool, Problem> {
+    let (mut reader, _) = input::open(path).map_err(|error| error.problem)?;
+    let mut start = [0; LATER.len()];
+    // A shorter file is told so when it is read.
+    Ok(reader.read_exact(&mut start).is_ok() && start == *LATER)
+}
+
+/// Reads all numeric arrays with their names, and says what is wrong with those that cannot be read.
+pub(crate) fn numbers(path: &Path, limits: Limits) -> Result<Vec<NamedArray>, Problem> {
+    let (mut reader, size) = input::open(path).map_err(|error| error.problem)?;
+    let big = byte_order(&mut reader)?;
+    let variables = variables(&mut reader, big, size)?;
+    let mut budget = Budget::new(limits, size);
+    let read = variables.into_iter().map(|variable| {
+        let stored = contents(&mut reader, variable.at, big, size)
+            .and_then(|mut contents| stored(&mut contents, big, &mut budget));
+        (variable.name, stored)
+    });
+    Ok(read.collect())
+}
+
+fn stored(
     reader: &mut Limited<impl Read>,
     big: bool,
-    options: Options,
+    budget: &mut Budget,
+) -> Result<StoredArray, Problem> {
+    let Head { shape, .. } = real_head(reader, big)?;
+    let count = shape.iter().try_fold(1_usize, |all, n| all.checked_mul(*n));
+    let count = count.ok_or_else(|| Problem::TooLarge(format!("an array of {shape:?}")))?;
+    // The values, and their copy in another order.
+    budget.take(count as u64, 2 * size_of::<f64>() as u64)?;
+    let (encoding, mut bytes) = values(reader, big, count)?;
+    let mut data = Vec::with_capacity(count);
+    let read = encoding.read(&mut bytes, count, |v| data.push(v));
+    read.map_err(Problem::Read)?;
+    Ok(StoredArray { shape, data })
+}
+
+/// What is in a variable, after its tag.
+fn contents<'r>(
+    reader: &'r mut (impl Read + Seek),
+    at: u64,
+    big: bool,
     size: u64,
-) -> Result<Volume<T>, Problem> {
+) -> Result<Limited<Box<dyn Read + 'r>>, Problem> {
+    reader.seek(SeekFrom::Start(at)).map_err(Problem::Read)?;
+    let mut file = Limited {
+        inner: Box::new(reader) as Box<dyn Read>,
+        left: size - at,
+    };
+    let tag = Tag::read(&mut file, big)?;
+    if tag.kind != COMPRESSED {
+        return Ok(file);
+    }
+    let held = u64::from(tag.size);
+    let mut inflated = Limited {
+        inner: Box::new(ZlibDecoder::new(BufReader::new(file.take(held)))) as Box<dyn Read>,
+        left: held.saturating_mul(INFLATION),
+    };
+    Tag::read(&mut inflated, big)?;
+    Ok(inflated)
+}
+
+/// The head of an array of real numbers.
+fn real_head(reader: &mut impl Read, big: bool) -> Result<Head, Problem> {
     let head = Head::read(reader, big)?;
     if head.complex {
         let message = format!(
@@ -90,32 +141,51 @@ fn array<T: Sample>(
         );
         return Err(Problem::Unsupported(message));
     }
-    let mut shape = head.shape;
-    while shape.len() < 3 {
-        shape.push(1);
-    }
-    let layout = Layout::new(&shape, true, options.axes()?)?;
-    layout.check::<T>(options.limits, size)?;
+    Ok(head)
+}
+
+/// The numbers of an array of `count`, whose head has been read.
+fn values<'r>(
+    reader: &'r mut Limited<impl Read>,
+    big: bool,
+    count: usize,
+) -> Result<(Encoding, Box<dyn Read + 'r>), Problem> {
     let tag = Tag::read(reader, big)?;
     let element = number(tag.kind)?;
-    let expected = layout.count() as u64 * element.size() as u64;
+    let expected = count as u64 * element.size() as u64;
     if expected != u64::from(tag.size) {
         return Err(Problem::Mismatch {
             expected: format!("an array of {expected} bytes"),
             found: tag.size.to_string(),
         });
     }
-    let encoding = Encoding { element, big };
-    let data = match tag.small {
-        Some(bytes) => layout.read(&mut &bytes[..], encoding)?,
+    let bytes: Box<dyn Read> = match tag.small {
+        Some(bytes) => Box::new(Cursor::new(bytes)),
         None if expected > reader.left => {
-            return Err(Problem::Truncated {
-                expected,
-                found: reader.left,
-            });
+            let found = reader.left;
+            return Err(Problem::Truncated { expected, found });
         }
-        None => layout.read(reader, encoding)?,
+        None => Box::new(reader),
     };
+    Ok((Encoding { element, big }, bytes))
+}
+
+/// Reads a volume, of which the tag has been read, from a file of `size` bytes.
+fn array<T: Sample>(
+    reader: &mut Limited<impl Read>,
+    big: bool,
+    options: Options,
+    size: u64,
+) -> Result<Volume<T>, Problem> {
+    let head = real_head(reader, big)?;
+    let mut shape = head.shape;
+    while shape.len() < 3 {
+        shape.push(1);
+    }
+    let layout = Layout::new(&shape, true, options.axes()?)?;
+    layout.check::<T>(options.limits, size)?;
+    let (encoding, mut bytes) = values(reader, big, layout.count())?;
+    let data = layout.read(&mut bytes, encoding)?;
     let volume = Volume::new(layout.size, layout.channels, data)?;
     Ok(volume.with_element(head.element))
 }
@@ -125,7 +195,7 @@ fn byte_order(reader: &mut impl Read) -> Result<bool, Problem> {
     let mut header = [0; HEADER];
     let cut = |_| wrong("it is shorter than a header");
     reader.read_exact(&mut header).map_err(cut)?;
-    if header.starts_with(b"MATLAB 7.3") {
+    if header.starts_with(LATER) {
         let message = "MATLAB 7.3, which is HDF5: rename it to .h5 and give the variable as dataset; the axes are \
                        reversed there, p(x, y, z) has the order zyx";
         return Err(Problem::Unsupported(message.into()));

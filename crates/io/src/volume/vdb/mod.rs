@@ -40,34 +40,20 @@ pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileE
     parse(&bytes, options).map_err(|problem| problem.at(path))
 }
 
+/// Names of the grids of floating-point numbers.
+pub(super) fn names(path: &Path) -> Result<Vec<String>, FileError> {
+    let bytes = input::read(path)?;
+    let grids = descriptors(&bytes).map_err(|problem| problem.at(path))?;
+    Ok(grids.into_iter().map(|grid| grid.name).collect())
+}
+
 /// Reads a grid from the bytes of a file.
 ///
 /// # Errors
 ///
 /// As for [`read`].
 pub fn parse<T: Sample>(bytes: &[u8], options: Options) -> Result<Volume<T>, Problem> {
-    let mut cursor = Bytes::new(bytes);
-    if cursor.array() != Ok(MAGIC) {
-        return Err(Problem::WrongFormat {
-            format: "VDB",
-            reason: "it does not begin with OpenVDB's magic number".into(),
-        });
-    }
-    let version = cursor.u32()?;
-    if version < OLDEST {
-        let message =
-            format!("OpenVDB files of version {version}; save it again with OpenVDB 3 or later");
-        return Err(Problem::Unsupported(message));
-    }
-    cursor.take(8)?; // The version of the library.
-    let [has_offsets] = cursor.array()?;
-    if has_offsets == 0 {
-        let message = "OpenVDB streams; save the grid as a file";
-        return Err(Problem::Unsupported(message.into()));
-    }
-    cursor.take(UUID)?;
-    grid::skip_metadata(&mut cursor)?;
-    let grids = Descriptor::all(&mut cursor, bytes)?;
+    let grids = descriptors(bytes)?;
     let names: Vec<&str> = grids.iter().map(|g| g.name.as_str()).collect();
     let grid = &grids[choose(&names, options.dataset)?];
     let mut cursor = Bytes::new(bytes.get(grid.at..).unwrap_or_default());
@@ -97,4 +83,30 @@ pub fn parse<T: Sample>(bytes: &[u8], options: Options) -> Result<Volume<T>, Pro
     }
     let volume = Volume::new(size, 1, data)?;
     Ok(volume.with_element(grid.element).with_frame(frame))
+}
+
+/// The grids of floating-point numbers.
+fn descriptors(bytes: &[u8]) -> Result<Vec<Descriptor>, Problem> {
+    let mut cursor = Bytes::new(bytes);
+    if cursor.array() != Ok(MAGIC) {
+        return Err(Problem::WrongFormat {
+            format: "VDB",
+            reason: "it does not begin with OpenVDB's magic number".into(),
+        });
+    }
+    let version = cursor.u32()?;
+    if version < OLDEST {
+        let message =
+            format!("OpenVDB files of version {version}; save it again with OpenVDB 3 or later");
+        return Err(Problem::Unsupported(message));
+    }
+    cursor.take(8)?; // The version of the library.
+    let [has_offsets] = cursor.array()?;
+    if has_offsets == 0 {
+        let message = "OpenVDB streams; save the grid as a file";
+        return Err(Problem::Unsupported(message.into()));
+    }
+    cursor.take(UUID)?;
+    grid::skip_metadata(&mut cursor)?;
+    Descriptor::all(&mut cursor, bytes)
 }

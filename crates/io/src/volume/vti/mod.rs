@@ -34,6 +34,20 @@ pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileE
     parse(&bytes, options).map_err(|problem| problem.at(path))
 }
 
+/// Names of the arrays.
+pub(super) fn names(path: &Path) -> Result<Vec<String>, FileError> {
+    let bytes = input::read(path)?;
+    let found = split(&bytes).and_then(|(header, _)| {
+        let document = document(&header)?;
+        let arrays = arrays(child(image(&document)?, "Piece")?);
+        Ok(arrays
+            .into_iter()
+            .map(|(name, ..)| name.to_owned())
+            .collect())
+    });
+    found.map_err(|problem| problem.at(path))
+}
+
 /// Reads a volume from the bytes of a file.
 ///
 /// # Errors
@@ -41,17 +55,9 @@ pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileE
 /// As for [`read`].
 pub fn parse<T: Sample>(bytes: &[u8], options: Options) -> Result<Volume<T>, Problem> {
     let (header, appended) = split(bytes)?;
-    let parsing = ParsingOptions {
-        nodes_limit: MAX_NODES,
-        ..ParsingOptions::default()
-    };
-    let document =
-        Document::parse_with_options(&header, parsing).map_err(|e| bad(e.to_string()))?;
+    let document = document(&header)?;
     let root = document.root_element();
-    if root.tag_name().name() != "VTKFile" || root.attribute("type") != Some("ImageData") {
-        return Err(bad("it is not a VTKFile of type ImageData".into()));
-    }
-    let image = child(root, "ImageData")?;
+    let image = image(&document)?;
     let piece = child(image, "Piece")?;
     let (data, on_points) = choose(piece, options.dataset)?;
     let grid = Grid::read(image, piece, on_points)?;
@@ -71,6 +77,22 @@ pub fn parse<T: Sample>(bytes: &[u8], options: Options) -> Result<Volume<T>, Pro
     Ok(volume
         .with_frame(grid.frame)
         .with_element(payload.element()))
+}
+
+fn document(header: &str) -> Result<Document<'_>, Problem> {
+    let parsing = ParsingOptions {
+        nodes_limit: MAX_NODES,
+        ..ParsingOptions::default()
+    };
+    Document::parse_with_options(header, parsing).map_err(|e| bad(e.to_string()))
+}
+
+fn image<'a, 'i>(document: &'a Document<'i>) -> Result<Node<'a, 'i>, Problem> {
+    let root = document.root_element();
+    if root.tag_name().name() != "VTKFile" || root.attribute("type") != Some("ImageData") {
+        return Err(bad("it is not a VTKFile of type ImageData".into()));
+    }
+    child(root, "ImageData")
 }
 
 /// The part that is XML, and the appended data, whose raw bytes are none.
@@ -97,20 +119,25 @@ fn split(bytes: &[u8]) -> Result<(String, Option<Appended<'_>>), Problem> {
     Ok((header, Some(appended)))
 }
 
+/// The arrays with their names, and whether their values sit on points.
+fn arrays<'a, 'i>(piece: Node<'a, 'i>) -> Vec<(&'a str, Node<'a, 'i>, bool)> {
+    let of = |tag: &'static str, on_points: bool| {
+        let groups = piece.children().filter(move |n| n.has_tag_name(tag));
+        let arrays = groups.flat_map(|g| g.children().filter(|n| n.has_tag_name("DataArray")));
+        arrays.map(move |n| (n.attribute("Name").unwrap_or_default(), n, on_points))
+    };
+    of("PointData", true).chain(of("CellData", false)).collect()
+}
+
 /// The array with the given name, or the only one, and whether its values sit on points.
 fn choose<'a, 'i>(
     piece: Node<'a, 'i>,
     name: Option<&str>,
 ) -> Result<(Node<'a, 'i>, bool), Problem> {
-    let of = |tag: &'static str, on_points: bool| {
-        let groups = piece.children().filter(move |n| n.has_tag_name(tag));
-        let arrays = groups.flat_map(|g| g.children().filter(|n| n.has_tag_name("DataArray")));
-        arrays.map(move |n| (n, on_points))
-    };
-    let all: Vec<_> = of("PointData", true).chain(of("CellData", false)).collect();
-    let names = all.iter().map(|(node, _)| node.attribute("Name"));
-    let names: Vec<&str> = names.map(Option::unwrap_or_default).collect();
-    Ok(all[super::choose(&names, name)?])
+    let all = arrays(piece);
+    let names: Vec<&str> = all.iter().map(|(name, ..)| *name).collect();
+    let (_, node, on_points) = all[super::choose(&names, name)?];
+    Ok((node, on_points))
 }
 
 fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Result<Node<'a, 'i>, Problem> {

@@ -29,6 +29,13 @@ pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileE
     read_from(&mut reader, size, options).map_err(|problem| problem.at(path))
 }
 
+/// Names of the arrays.
+pub(super) fn names(path: &Path) -> Result<Vec<String>, FileError> {
+    let (mut reader, size) = input::open(path)?;
+    let file = File::scan(&mut reader, size).map_err(|problem| problem.at(path))?;
+    Ok(file.arrays.into_iter().map(|array| array.name).collect())
+}
+
 /// Reads a volume from the bytes of a file.
 ///
 /// # Errors

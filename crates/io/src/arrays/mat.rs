@@ -1,0 +1,43 @@
+//! MATLAB's files as arrays: of version 5, and of 7.3, which is HDF5.
+
+use super::{Array, Read, hdf5, last_fastest};
+use crate::error::Problem;
+use crate::input::Limits;
+use crate::volume::mat::{self, StoredArray};
+use std::path::Path;
+
+/// Reads all arrays of numbers.
+pub(super) fn read(path: &Path, limits: Limits) -> Result<Read, Problem> {
+    if mat::is_hdf5(path)? {
+        let read = hdf5::read(path, limits)?;
+        let arrays = read.arrays.into_iter().map(reversed).collect();
+        return Ok(Read { arrays, ..read });
+    }
+    let mut read = Read::default();
+    for (name, stored) in mat::numbers(path, limits)? {
+        read.add(&name, stored.map(|stored| array(&name, stored)));
+    }
+    Ok(read)
+}
+
+fn array(name: &str, StoredArray { shape, data }: StoredArray) -> Array {
+    Array {
+        name: name.to_owned(),
+        axes: dimensions(shape.len()),
+        data: last_fastest(&shape, data),
+        unit: String::new(),
+        shape,
+    }
+}
+
+/// MATLAB counts dimensions from one.
+fn dimensions(count: usize) -> Vec<String> {
+    (1..=count).map(|i| format!("dimension {i}")).collect()
+}
+
+/// An array whose axes HDF5 has in reversed order, because MATLAB's first index runs fastest.
+fn reversed(stored: Array) -> Array {
+    let shape = stored.shape.into_iter().rev().collect();
+    let data = stored.data;
+    array(&stored.name, StoredArray { shape, data })
+}

@@ -1,0 +1,143 @@
+#!/usr/bin/env python3
+"""What the viewer's page costs (docs/guides/viewer.md#limits): memory for an image of 3840 × 2160 pixels and for a volume of
+256³ cells, and frames per second of the view in three dimensions with 10,000 segments of rays.
+
+Memory is that of the process of the page in Chromium (resident, without what it shares) and of the program. Chromium draws in
+software (SwiftShader), far slower than a graphics card. Needs Playwright, Chromium and the Python package.
+
+Usage: scripts/view_page_cost.py [--program target/release/morgana]
+"""
+
+import argparse
+import pathlib
+import re
+import shutil
+import subprocess
+import tempfile
+import time
+
+import numpy as np
+from viewer_pictures import PATIENCE, ROOT, SCENES, SIZE, options, settle
+from playwright.sync_api import sync_playwright
+
+SEGMENTS = """count => { const stage = window.viewer.page().stage;
+    const rays = Array.from({ length: 100 }, (_, r) => ({ colour: 0xffd166, points: Array.from({ length: count / 100 + 1 }, (_, i) =>
+        [Math.cos(i / 16 + r), Math.sin(i / 16 + r), i / 50 - 1]) }));
+    stage.setRays(rays); stage.frameRate(2);
+    return [stage.frameRate(20), stage.renderer.info.render.calls]; }"""
+
+
+def resident(pid):
+    """Memory of a process that it does not share, in MB."""
+    text = pathlib.Path(f"/proc/{pid}/smaps_rollup").read_text()
+    return sum(int(n) for n in re.findall(r"^Private_\w+:\s+(\d+)", text, re.M)) / 1000
+
+
+def page_process():
+    """The process of the page: the largest renderer of Chromium that this one has started."""
+    found = []
+    for folder in pathlib.Path("/proc").iterdir():
+        try:
+            command = (folder / "cmdline").read_bytes()
+            if b"--type=renderer" in command and descends(int(folder.name)):
+                found.append((resident(folder.name), int(folder.name)))
+        except (OSError, ValueError):
+            continue
+    return max(found)[1]
+
+
+def descends(pid):
+    import os
+
+    while pid > 1:
+        if pid == os.getpid():
+            return True
+        pid = int(pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[1])
+    return False
+
+
+class Desk:
+    def __init__(self, program, page, work):
+        self.program, self.page, self.work = program, page, work
+        self.empty = resident(page_process())
+
+    def show(self, *files, state=""):
+        command = [self.program, "view", *map(str, files)]
+        self.process = subprocess.Popen(command, cwd=self.work, stdout=subprocess.PIPE, text=True)
+        self.page.goto("about:blank")
+        start = time.monotonic()
+        self.page.goto(f"{self.process.stdout.readline().split()[0]}#{state}")
+        settle(self.page)
+        return time.monotonic() - start - 1.5
+
+    def tell(self, what, seconds=None):
+        text = f"page {resident(page_process()) - self.empty:.0f} MB beyond {self.empty:.0f}, program {resident(self.process.pid):.0f} MB"
+        print(
+            f"{what}: {text}" + ("" if seconds is None else f"; shown after {seconds:.1f} s"),
+            flush=True,
+        )
+
+    def close(self):
+        self.page.goto("about:blank")
+        self.process.terminate()
+        self.process.wait()
+        self.process.stdout.close()
+
+
+def images(desk):
+    import morgana
+
+    values = np.random.default_rng(1).random((2160, 3840, 3), np.float32)
+    names = ["R", "G", "B"]
+    image = morgana.Image({"": values, "variance": values / 100}, {"": names, "variance": names}, {})
+    morgana.write(desk.work / "a.exr", image)
+    desk.tell("image of 3840 x 2160 pixels", desk.show("a.exr"))
+    desk.page.evaluate("window.viewer.state.set({ channel: 'G', quantity: 'error', cursor: '9,9' })")
+    settle(desk.page)
+    desk.tell("the same, with the standard error of a channel and values under the cursor")
+    desk.close()
+
+
+def volumes(desk):
+    np.save(
+        desk.work / "a.npy",
+        np.random.default_rng(1).random((256, 256, 256), np.float32),
+    )
+    desk.tell("volume of 256 x 256 x 256 cells", desk.show("a.npy"))
+    desk.page.evaluate("window.viewer.state.set({ sum0: 1 })")
+    settle(desk.page)
+    desk.tell("the same, as a projection")
+    desk.close()
+
+
+def frames(desk):
+    desk.show(SCENES / "luneburg_fog.xml")
+    for count in (100, 10000):
+        rate, calls = desk.page.evaluate(SEGMENTS, count)
+        print(
+            f"{count} segments: {rate:.0f} frames per second, {calls} calls to draw",
+            flush=True,
+        )
+    code = """() => { const { renderer } = window.viewer.page().stage; const before = renderer.info.render.frame;
+        return new Promise((done) => setTimeout(() => done(renderer.info.render.frame - before), 2000)); }"""
+    print(f"frames drawn in two seconds in which nothing changes: {desk.page.evaluate(code)}")
+    desk.close()
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--program", type=pathlib.Path, default=ROOT / "target/release/morgana")
+    program = parser.parse_args().program.resolve()
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as play:
+        browser = play.chromium.launch(executable_path=chromium, args=options())
+        page = browser.new_page(viewport=SIZE)
+        page.set_default_timeout(1000 * PATIENCE)
+        desk = Desk(program, page, pathlib.Path(folder))
+        for measure in (images, volumes, frames):
+            measure(desk)
+        browser.close()
+
+
+if __name__ == "__main__":
+    main()
