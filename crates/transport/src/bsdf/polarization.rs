@@ -2,7 +2,7 @@
 //!
 //! Theory: docs/theory.md#polarising-interfaces.
 
-use super::{Bsdf, Surface, fresnel};
+use super::{Bsdf, Filter, Surface, fresnel};
 use crate::mueller::PlaneMueller;
 use glam::DVec3;
 use num_complex::Complex64;
@@ -26,6 +26,15 @@ impl Bsdf {
             Bsdf::Mask(b) => b.nested().is_pane(),
             Bsdf::NormalMap(b) => b.nested().is_pane(),
             _ => false,
+        }
+    }
+
+    /// What it does to polarised light that passes straight on, if it is a filter.
+    pub(crate) fn filter(&self) -> Option<&Filter> {
+        match self {
+            Bsdf::Filter(b) => Some(b),
+            Bsdf::NormalMap(b) => b.nested().filter(),
+            _ => None,
         }
     }
 

@@ -4,7 +4,7 @@
 
 use num_complex::Complex64;
 
-/// Orders of logarithmic derivatives that are followed down before the first that counts: they start from zero.
+/// Orders of logarithmic derivatives that are followed down to the first that counts, beyond those where they decay: they start from zero.
 const SETTLING: usize = 16;
 
 /// The partial waves of a sphere.
@@ -106,15 +106,15 @@ fn terms(x: f64) -> usize {
     (x + beyond).ceil() as usize
 }
 
-/// ψₙ′(z)/ψₙ(z) of Riccati–Bessel functions for n from 0 to `terms`, by downward recurrence, which is stable.
-fn logarithmic_derivatives(z: Complex64, terms: usize) -> Vec<Complex64> {
-    let start = terms.max(z.norm().ceil() as usize) + SETTLING;
-    let mut kept = vec![Complex64::ZERO; terms + 1];
+/// ψₙ′(z)/ψₙ(z) of Riccati–Bessel functions for n from 0 to `count`, by downward recurrence, which is stable.
+fn logarithmic_derivatives(z: Complex64, count: usize) -> Vec<Complex64> {
+    let start = count.max(terms(z.norm())) + SETTLING;
+    let mut kept = vec![Complex64::ZERO; count + 1];
     let mut derivative = Complex64::ZERO;
     for n in (1..=start).rev() {
         let ratio = n as f64 / z;
         derivative = ratio - 1.0 / (derivative + ratio);
-        if n <= terms + 1 {
+        if n <= count + 1 {
             kept[n - 1] = derivative;
         }
     }
