@@ -284,7 +284,17 @@ fn at_vertex(scene: &Scene, vertex: &Vertex, to: DVec3, path: &mut Transported) 
             let mueller = phase.mueller(x, direction.dot(to));
             path.turn(direction, to, |_| mueller);
         }
-        // Other surfaces than smooth interfaces and mirrors, which edges go on from.
-        Vertex::Surface { .. } => path.depolarize(to),
+        // Not of smooth interfaces and mirrors, which edges go on from.
+        Vertex::Surface {
+            direction,
+            object,
+            ref surface,
+            ..
+        } => {
+            let bsdf = &scene.objects()[object].bsdf;
+            path.turn(direction, to, |channel| {
+                bsdf.mueller(surface, direction, to, channel)
+            });
+        }
     }
 }

@@ -98,14 +98,6 @@ impl Transported {
         self.axis = axis;
     }
 
-    /// On from where light loses its polarisation, in another direction.
-    pub(super) fn depolarize(&mut self, to: DVec3) {
-        for matrix in self.matrices.iter_mut().take(self.count) {
-            *matrix = PlaneMueller::DEPOLARIZER.then(*matrix);
-        }
-        self.axis = Axis(to.any_orthonormal_vector());
-    }
-
     /// The Stokes parameters at the sensor of unpolarised light that starts here, by channel.
     pub(super) fn of_unpolarized(&self) -> [Spectrum; 4] {
         self.by_parameter(|i| self.matrices[i].x_axis)
