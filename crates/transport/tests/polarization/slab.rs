@@ -8,7 +8,7 @@ use morgana_transport::Scene;
 use morgana_transport::bsdf::Bsdf;
 use morgana_transport::medium::Medium;
 use morgana_transport::phase::Phase;
-use morgana_transport::scene::Object;
+use morgana_transport::scene::{Object, SceneBuilder};
 use morgana_transport::sensor::Camera;
 use morgana_transport::shape::Cube;
 use num_complex::Complex64;
@@ -20,6 +20,13 @@ pub const TRAVELS: DVec3 = DVec3::new(0.6, 0.0, -0.8);
 
 /// A slab of depth `thickness` and conservative scattering below z = 0, under the sun, seen along a direction.
 pub fn slab(thickness: f64, phase: Phase, view: DVec3, up: DVec3) -> Scene {
+    scene(thickness, phase, TRAVELS, [view, up])
+        .build()
+        .unwrap()
+}
+
+/// The same under the sun of any direction, and seen along a view with an up direction.
+pub fn scene(thickness: f64, phase: Phase, travels: DVec3, [view, up]: [DVec3; 2]) -> SceneBuilder {
     let air = Medium::homogeneous("air", Constant::new(1.0), 1.0, 1.0);
     let half = DVec3::new(1e3, 1e3, 0.5 * thickness);
     let below = DAffine3::from_scale_rotation_translation(
@@ -37,9 +44,7 @@ pub fn slab(thickness: f64, phase: Phase, view: DVec3, up: DVec3) -> Scene {
                 .bsdf(Bsdf::Null)
                 .interior("air"),
         )
-        .emitter(sun(TRAVELS))
-        .build()
-        .unwrap()
+        .emitter(sun(travels))
 }
 
 /// A complex field across the direction of light.

@@ -118,13 +118,13 @@ impl Mie {
         let extinction: f64 = sizes.iter().map(|s| area(s) * s.series.extinction()).sum();
         let (cosines, values) = table::table(&sizes);
         let phase: Vec<f64> = values.iter().map(|v| v.f11).collect();
-        let ln_spread = spheres.geometric_deviation.ln();
+        let ln_deviation = spheres.geometric_deviation.ln();
         Ok(Mie {
             phase: Tabulated::new(cosines, &phase)?,
             elements: values,
             scattering,
             absorption: (extinction - scattering).max(0.0),
-            volume: 4.0 / 3.0 * PI * spheres.radius.powi(3) * (4.5 * ln_spread.powi(2)).exp(),
+            volume: 4.0 / 3.0 * PI * spheres.radius.powi(3) * (4.5 * ln_deviation.powi(2)).exp(),
         })
     }
 
