@@ -14,7 +14,7 @@ use num_complex::Complex64;
 ///
 /// Renders that know no polarisation take the share of unpolarised light.
 #[derive(Clone, Debug)]
-pub struct Filter {
+pub struct PolarizingFilter {
     element: FilterElement,
     transmittance: Texture,
 }
@@ -51,13 +51,13 @@ pub(crate) struct FilterMueller {
     pub matrix: DMat4,
 }
 
-impl Filter {
+impl PolarizingFilter {
     /// `transmittance`, in [0, 1], multiplies what the ideal filter lets pass.
     pub fn new(
         element: FilterElement,
         transmittance: impl Into<Texture>,
     ) -> Result<Self, BsdfError> {
-        Ok(Filter {
+        Ok(PolarizingFilter {
             element,
             transmittance: factor("transmittance", transmittance)?,
         })

@@ -48,7 +48,7 @@ pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use error::BsdfError;
 pub(crate) use filter::FilterMueller;
-pub use filter::{Filter, FilterElement};
+pub use filter::{FilterElement, PolarizingFilter};
 pub use glossy_diffuse::{GlossyDiffuse, GlossyLobe};
 pub use mask::Mask;
 pub use microfacet::{Distribution, Microfacets, Roughness};
@@ -161,7 +161,7 @@ pub enum Bsdf {
     /// A thin pane.
     ThinDielectric(ThinDielectric),
     /// A filter of polarised light.
-    Filter(Box<Filter>),
+    Filter(Box<PolarizingFilter>),
     /// A surface with turned normals.
     NormalMap(Box<NormalMap>),
 }

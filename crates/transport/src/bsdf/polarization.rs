@@ -2,7 +2,7 @@
 //!
 //! Theory: docs/theory.md#polarising-interfaces.
 
-use super::{Bsdf, Filter, Surface, fresnel};
+use super::{Bsdf, PolarizingFilter, Surface, fresnel};
 use crate::mueller::PlaneMueller;
 use glam::DVec3;
 use num_complex::Complex64;
@@ -30,7 +30,7 @@ impl Bsdf {
     }
 
     /// What it does to polarised light that passes straight on, if it is a filter.
-    pub(crate) fn filter(&self) -> Option<&Filter> {
+    pub(crate) fn filter(&self) -> Option<&PolarizingFilter> {
         match self {
             Bsdf::Filter(b) => Some(b),
             Bsdf::NormalMap(b) => b.nested().filter(),

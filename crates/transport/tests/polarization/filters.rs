@@ -4,7 +4,7 @@ use crate::field::{Coherency, sun};
 use crate::{assert_alike, horizontal, polarized, stokes};
 use eikonal::field::Constant;
 use glam::{DAffine3, DQuat, DVec3};
-use morgana_transport::bsdf::{Bsdf, Filter, FilterElement};
+use morgana_transport::bsdf::{Bsdf, FilterElement, PolarizingFilter};
 use morgana_transport::emitter::Emitter;
 use morgana_transport::medium::Medium;
 use morgana_transport::phase::Phase;
@@ -29,7 +29,7 @@ fn retarder(theta: f64, delta: f64) -> FilterElement {
 /// A square of a half width of 3 around a point, that is turned.
 fn square(name: &str, center: DVec3, turn: DQuat, element: FilterElement) -> ObjectBuilder {
     let to_world = DAffine3::from_scale_rotation_translation(DVec3::splat(3.0), turn, center);
-    let filter = Filter::new(element, Spectrum::ONE).unwrap();
+    let filter = PolarizingFilter::new(element, Spectrum::ONE).unwrap();
     Object::builder(name, Rectangle::new(to_world).unwrap()).bsdf(Bsdf::Filter(Box::new(filter)))
 }
 

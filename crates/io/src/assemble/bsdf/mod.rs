@@ -19,9 +19,9 @@ use std::sync::Arc;
 use transport::Spectrum;
 use transport::bsdf::{
     BlendBsdf, Bsdf, BsdfError, Coating, CoatingParameters, Conductor, Dielectric, Diffuse,
-    Distribution, Filter, FilterElement, GlossyDiffuse, GlossyLobe, Mask, NormalMap, NormalSource,
-    Plastic, PolarizedPlastic, RoughConductor, RoughDielectric, RoughDiffuse, RoughPlastic,
-    Roughness, ThinDielectric, TwoSided,
+    Distribution, FilterElement, GlossyDiffuse, GlossyLobe, Mask, NormalMap, NormalSource, Plastic,
+    PolarizedPlastic, PolarizingFilter, RoughConductor, RoughDielectric, RoughDiffuse,
+    RoughPlastic, Roughness, ThinDielectric, TwoSided,
 };
 use transport::texture::Texture;
 
@@ -358,7 +358,7 @@ fn make(
                 Element::Neutral => FilterElement::Neutral,
             };
             let transmittance = maker.spectrum(&transmittance, Role::Reflectance);
-            let filter = Filter::new(element, transmittance);
+            let filter = PolarizingFilter::new(element, transmittance);
             filter.map(|filter| Bsdf::Filter(Box::new(filter)))
         }
         Raw::RoughDiffuse(quantities, fast) => {

@@ -195,7 +195,6 @@ mod tests {
                 s.backscattering(),
                 s.mean_cosine(),
             ];
-            println!("{n} + {k}i, {x}: {found:?}");
             for (a, b) in found.iter().zip(expected) {
                 assert!((a / b - 1.0).abs() < 3e-6, "{n} + {k}i, {x}: {a} {b}");
             }
