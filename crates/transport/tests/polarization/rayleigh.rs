@@ -55,7 +55,7 @@ fn slabs_agree_with_electric_fields() {
 /// I, Q and U of light that leaves the top of a conservative Rayleigh atmosphere of optical depth 0.5 over a Lambertian ground, under a sun
 /// of flux π whose cosine is 0.2: cosine and azimuth in degrees of the light, and the parameters over grounds of albedo 0 and 0.8.
 /// K. L. Coulson, J. V. Dave and Z. Sekera, Tables related to radiation emerging from a planetary atmosphere with Rayleigh scattering, 1960,
-/// as corrected by V. Natraj, K.-F. Li and Y. L. Yung, Astrophys. J. 691, 1909, 2009. At azimuth 0 light goes back towards the sun; Q is
+/// as corrected by V. Natraj, K.-F. Li and Y. L. Yung, Astrophys. J. 691, 1909, 2009. At azimuth 0 light goes on as the sun's does; Q is
 /// positive across the meridian plane.
 #[rustfmt::skip]
 const TABLE: [(f64, f64, [[f64; 3]; 2]); 6] = [
@@ -75,7 +75,7 @@ fn atmospheres_agree_with_tables() {
     let travels = DVec3::new(sine(0.2), 0.0, -0.2);
     let mut zs = Vec::new();
     for (cosine, azimuth, expected) in TABLE {
-        let (sin, cos) = (180.0 - azimuth).to_radians().sin_cos();
+        let (sin, cos) = (-azimuth).to_radians().sin_cos();
         let across = DVec3::new(cos, sin, 0.0);
         let leaves = across * sine(cosine) + DVec3::Z * cosine;
         // Up is in the meridian plane.
