@@ -64,7 +64,7 @@ fn what_polarised_light_is_not_followed_through_is_an_error() {
         ("particle", "conductor", "'stokes' cannot hold 'particle'"),
         ("aov", "conductor", "'stokes' cannot hold 'aov'"),
         ("path", "thindielectric", "scene.xml:5"),
-        ("path", "polarizer", "thin panes and filters"),
+        ("path", "thindielectric", "thin panes"),
     ] {
         let error = load(integrator, bsdf, "").map(|_| ()).unwrap_err();
         assert!(error.contains(expected), "{integrator}, {bsdf}: {error}");

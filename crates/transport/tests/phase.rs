@@ -3,7 +3,7 @@
 //! False alarms: 5e-4 for each of the two families, so 1e-3 for the file. Seeds are fixed.
 
 use glam::DVec3;
-use morgana_transport::phase::{Phase, PhaseError};
+use morgana_transport::phase::{Phase, PhaseError, Spheres};
 use std::f64::consts::PI;
 use testkit::{DirectionTable, Family, Mass, Moments, Rng, z_test};
 
@@ -33,6 +33,18 @@ fn cases() -> Vec<(String, Phase, f64)> {
     let table = Phase::tabulated(cosines, &[0.5, 0.0, 0.0, 1.0, 2.0, 30.0]).unwrap();
     cases.push(("tabulated".into(), table, 0.5));
     cases.push(("Rayleigh".into(), Phase::rayleigh(), 3.0));
+    for (radius, deviation, width) in [(0.02, 1.0, 3.0), (0.5, 1.0, 0.3), (0.3, 1.5, 0.3)] {
+        let spheres = Spheres {
+            radius,
+            geometric_deviation: deviation,
+            n: 1.587,
+            k: 0.01,
+            exterior: 1.332,
+            wavelength: 0.6328,
+        };
+        let name = format!("Mie {radius}, {deviation}");
+        cases.push((name, Phase::mie(&spheres).unwrap(), width));
+    }
     let haze = [Phase::rayleigh(), Phase::henyey_greenstein(0.95).unwrap()];
     for weight in [0.0, 0.3, 1.0] {
         let blend = Phase::blend(haze.clone(), weight).unwrap();

@@ -12,12 +12,15 @@ pub(super) fn is_meter(object: &ObjectDescription) -> bool {
     METERS.contains(&object.plugin.as_str())
 }
 
-/// Whether an object is an index that follows the wavelength of the channel.
+/// Whether an object is an index, or a phase function, that follows the wavelength of the channel.
 pub(super) fn disperses(object: &ObjectDescription) -> bool {
     let gives = |name: &str| object.properties.iter().any(|p| p.name == name);
     let gases = ["gladstone_dale", "standard_atmosphere"];
     let of_air =
         gases.contains(&object.plugin.as_str()) && !gives("wavelength") && !gives("constant");
-    let volume = object.kind == PluginKind::Volume;
-    volume && (of_air || DISPERSION_LAWS.contains(&object.plugin.as_str()))
+    match object.kind {
+        PluginKind::Volume => of_air || DISPERSION_LAWS.contains(&object.plugin.as_str()),
+        PluginKind::Phase => object.plugin == "mie" && !gives("wavelength"),
+        _ => false,
+    }
 }

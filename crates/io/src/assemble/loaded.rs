@@ -30,8 +30,8 @@ pub struct NamedRenderer {
 /// A scene that is ready to render.
 #[derive(Debug)]
 pub struct Loaded {
-    /// One scene for each group of up to four spectral channels; they differ in spectra only. If an index depends
-    /// on the wavelength, one for each channel.
+    /// One scene for each group of up to four spectral channels; they differ in spectra only. If an index or
+    /// a phase function depends on the wavelength, one for each channel.
     pub groups: Vec<Scene>,
     /// What the picture shows, and how that is found.
     pub renderer: Renderer,

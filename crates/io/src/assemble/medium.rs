@@ -3,6 +3,7 @@
 use super::brightness::light;
 use super::channels::Channels;
 use super::context::Context;
+use super::suspension::{self, Suspension};
 use super::texture_role::Role;
 use super::{field, phase, texture, tissue};
 use crate::query::{Input, Query, unknown_plugin};
@@ -67,7 +68,8 @@ fn scattering(
     query.boolean_or("sample_emitters", true);
     query.boolean_or("has_spectral_extinction", true);
     let scale = query.float_in("scale", 0.0.., 1.0);
-    let by_parts = query.has("sigma_s") || query.has("sigma_a");
+    let concentration = suspension::concentration(&mut query);
+    let by_parts = concentration.is_some() || query.has("sigma_s") || query.has("sigma_a");
     let zero = SpectrumValue::Uniform(0.0);
     let material = material(&mut query, context.channels);
     if let Some(named) = tissue::named(&mut query) {
@@ -111,12 +113,24 @@ fn scattering(
     query.finish(&["sigma_t", "albedo", "emission"]);
     let far = f64::MAX;
     let emission = emits.then(|| emission_of(emission, object, context));
+    let plugin = phase.as_ref().map(|p| p.plugin.as_str());
+    let built = phase.as_ref().map(|p| phase::build(p, context));
+    let phase = built.unwrap_or_else(Phase::isotropic);
     let (sigma_t, albedo) = match (sigma_t, albedo) {
         (Some((sigma_t, albedo)), _) => (
             texture::texture(sigma_t, object, "sigma_t", [0.0, far], context),
             texture::texture(albedo, object, "albedo", [0.0, 1.0], context),
         ),
-        (None, Some((s, a))) => from_parts(object, s, a, context),
+        (None, Some((s, a))) => {
+            let [s, a] = coefficients(object, [s, a], context);
+            let medium = Suspension {
+                phase: &phase,
+                plugin,
+                absorption: a,
+            };
+            let held = concentration.map(|c| c.in_medium(&medium, object, context));
+            from_parts(held.unwrap_or([s, a]))
+        }
         (None, None) => return Medium::transparent(name, index),
     };
     Medium {
@@ -125,7 +139,7 @@ fn scattering(
         sigma_t,
         scale,
         albedo,
-        phase: phase.map_or_else(Phase::isotropic, |p| phase::build(&p, context)),
+        phase,
         emission,
         labels: None,
     }
@@ -157,20 +171,22 @@ fn material(query: &mut Query, channels: &Channels) -> Option<&'static Turbid> {
     Some(&TURBID[k])
 }
 
-fn from_parts(
+/// σ_s and σ_a in the channels of the film.
+fn coefficients(
     object: &ObjectDescription,
-    sigma_s: SpectrumValue,
-    sigma_a: SpectrumValue,
+    parts: [SpectrumValue; 2],
     context: &mut Context,
-) -> (VolumeTexture, VolumeTexture) {
-    let [sigma_s, sigma_a] =
-        [sigma_s, sigma_a].map(|v| context.loaded(&v, &object.location).into_owned());
+) -> [Spectrum; 2] {
+    let [sigma_s, sigma_a] = parts.map(|v| context.loaded(&v, &object.location).into_owned());
     let negative = |v: &SpectrumValue| v.values().iter().any(|v| *v < 0.0);
     if negative(&sigma_s) || negative(&sigma_a) {
         context.error_at(&object.location, "sigma_s and sigma_a must not be negative");
     }
-    let s = context.spectrum(&sigma_s, Role::Coefficient, &object.location);
-    let a = context.spectrum(&sigma_a, Role::Coefficient, &object.location);
+    [sigma_s, sigma_a].map(|v| context.spectrum(&v, Role::Coefficient, &object.location))
+}
+
+/// Extinction and albedo.
+fn from_parts([s, a]: [Spectrum; 2]) -> (VolumeTexture, VolumeTexture) {
     let total = s + a;
     let albedo = Spectrum(std::array::from_fn(|c| {
         if total[c] > 0.0 { s[c] / total[c] } else { 0.0 }

@@ -34,6 +34,7 @@ mod shape;
 mod sides;
 mod sound_record;
 mod surface_texture;
+mod suspension;
 mod tagging;
 mod texture;
 mod texture_role;

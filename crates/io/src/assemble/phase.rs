@@ -1,6 +1,7 @@
 //! Phase functions.
 
 use super::context::Context;
+use super::suspension;
 use super::texture::texture;
 use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind};
@@ -9,18 +10,19 @@ use transport::Spectrum;
 use transport::phase::{Phase, PhaseError};
 use transport::volume::VolumeTexture;
 
-const KNOWN: [&str; 7] = [
+const KNOWN: [&str; 8] = [
     "isotropic",
     "hg",
     "vmf",
     "rayleigh",
     "tabphase",
+    "mie",
     "blendphase",
     "mixturephase",
 ];
 
 /// Phase functions that are not modelled, and what to do about it.
-const UNMODELLED: [(&str, &str); 4] = [
+const UNMODELLED: [(&str, &str); 3] = [
     (
         "sggx",
         "flakes are not modelled, as what scatters here has no direction: use 'hg' or 'tabphase'",
@@ -33,10 +35,6 @@ const UNMODELLED: [(&str, &str); 4] = [
         "kkay",
         "fibres are not modelled, as what scatters here has no direction: use 'hg' or 'tabphase'",
     ),
-    (
-        "mie",
-        "Mie's phase function is read as numbers: use 'tabphase'",
-    ),
 ];
 
 /// The phase function that an object describes; isotropic after an error.
@@ -48,6 +46,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Phase 
         "vmf" => Phase::von_mises_fisher(query.float_in("kappa", 0.0.., None)),
         "rayleigh" => Ok(Phase::rayleigh()),
         "tabphase" => tabulated(&mut query),
+        "mie" => return suspension::mie(object, context),
         "blendphase" => return blend(object, context),
         "mixturephase" => return mixture(object, context),
         _ => {

@@ -163,7 +163,7 @@ const LAYER: &[Parameter] = &[
 ];
 
 const FILTER: &[Parameter] = &[spectrum("transmittance", "1", "factor, 0 to 1")];
-const ANGLE: &[Parameter] = &[spectrum("theta", "0", "accepted and ignored")];
+const ANGLE: &[Parameter] = &[spectrum("theta", "0", "angle of its axis, degrees")];
 
 const REFLECTED: Slot = texture("specular_reflectance");
 const TRANSMITTED: Slot = texture("specular_transmittance");
@@ -291,30 +291,34 @@ pub(super) const PLUGINS: &[Plugin] = &[
     ),
     plugin(
         "polarizer",
-        "A filter that lets half of unpolarized light pass.",
+        "A filter that lets light pass whose field is along an axis: half of unpolarised light.",
         &[
             FILTER,
             ANGLE,
-            &[boolean("polarizing", "true", "accepted and ignored")],
+            &[boolean(
+                "polarizing",
+                "true",
+                "false for a filter that lets half of any light pass",
+            )],
         ],
         &[texture("theta")],
     ),
     plugin(
         "circular",
-        "A filter that lets half of unpolarized light pass.",
+        "A filter that lets circular light pass: half of unpolarised light.",
         &[
             FILTER,
-            &[boolean("left_handed", "false", "accepted and ignored")],
+            &[boolean("left_handed", "false", "which light passes")],
         ],
         &[],
     ),
     plugin(
         "retarder",
-        "A filter that lets all unpolarized light pass.",
+        "A filter that delays fields across an axis: all unpolarised light passes.",
         &[
             FILTER,
             ANGLE,
-            &[spectrum("delta", "90", "accepted and ignored")],
+            &[spectrum("delta", "90", "delay of phase, degrees")],
         ],
         &[texture("theta"), texture("delta")],
     ),

@@ -33,6 +33,16 @@ const SCATTERING: &[Parameter] = &[
         "share of its haemoglobin with oxygen, 0 to 1",
     ),
     float("water", "0", "share of a tissue's volume, 0 to 1"),
+    float(
+        "volume_fraction",
+        "",
+        "share of the volume that the spheres of a phase function mie fill, 0 to 0.741, in place of coefficients; for scenes in millimetres",
+    ),
+    float(
+        "number_density",
+        "",
+        "the same as their number in a cubic millimetre, ≥ 0",
+    ),
     float("scale", "1", "factor of the extinction, ≥ 0"),
     spectrum(
         "emission",
@@ -87,6 +97,31 @@ pub(super) const PHASES: &[Plugin] = &[
         "rayleigh",
         "Particles much smaller than the wavelength.",
         &[],
+        &[],
+    ),
+    plugin(
+        "mie",
+        "Spheres of any size, by their index and that around them.",
+        &[&[
+            float(
+                "radius",
+                "required",
+                "of spheres, or the median of a log-normal distribution, µm, > 0",
+            ),
+            float(
+                "geometric_deviation",
+                "1",
+                "geometric standard deviation of radii, 1 to 4",
+            ),
+            spectrum("eta", "required", "index of spheres, > 0"),
+            spectrum("k", "0", "imaginary part of their index, ≥ 0"),
+            spectrum("ext_eta", "required", "index of the medium around, > 0"),
+            float(
+                "wavelength",
+                "(that of the channel)",
+                "in vacuum, nm, > 0; required unless the film has wavelengths",
+            ),
+        ]],
         &[],
     ),
     plugin(

@@ -24,7 +24,7 @@ const PLUGINS: &[(PluginKind, &[&str])] = &[
         &["auto", "bdpt", "particle", "photon", "sppm", "vcm"],
     ),
     (PluginKind::Medium, &["transparent"]),
-    (PluginKind::Phase, &["mixturephase", "vmf"]),
+    (PluginKind::Phase, &["mie", "mixturephase", "vmf"]),
     (PluginKind::Sampler, &["halton", "hammersley", "sobol"]),
     (PluginKind::Sensor, &["fluencemeter", "telecentric"]),
     (PluginKind::Shape, &["gltf", "hair", "labels", "mesh"]),

@@ -26,7 +26,7 @@ impl Bsdf {
                 self.eval(s, toward, s.shading_normal) * PI
             }
             Bsdf::Null | Bsdf::Dielectric(_) => Spectrum::ZERO,
-            Bsdf::Conductor(_) | Bsdf::ThinDielectric(_) => Spectrum::ZERO,
+            Bsdf::Conductor(_) | Bsdf::ThinDielectric(_) | Bsdf::Filter(_) => Spectrum::ZERO,
         }
     }
 }

@@ -36,6 +36,11 @@ impl Metal {
         })
     }
 
+    /// Complex index relative to that of the medium outside.
+    pub(super) fn relative_index(&self, s: &Surface, channel: usize) -> Complex64 {
+        Complex64::new(self.eta[channel], self.k[channel]) / s.n_outer
+    }
+
     /// Tinted reflectance under the medium outside: only the ratio to its index matters.
     pub(super) fn reflectance(&self, cos: f64, s: &Surface) -> Spectrum {
         let n = s.n_outer;
@@ -57,9 +62,8 @@ impl Conductor {
         Metal::new(eta, k, specular_reflectance).map(|metal| Conductor { metal })
     }
 
-    /// Complex index relative to that of the medium outside.
-    pub(super) fn relative_index(&self, s: &Surface, channel: usize) -> Complex64 {
-        Complex64::new(self.metal.eta[channel], self.metal.k[channel]) / s.n_outer
+    pub(super) fn metal(&self) -> &Metal {
+        &self.metal
     }
 
     pub(super) fn sample(&self, s: &Surface, toward: DVec3) -> Option<BsdfSample> {

@@ -20,6 +20,7 @@ mod conductor;
 mod dielectric;
 mod diffuse;
 mod error;
+mod filter;
 pub mod fresnel;
 mod ggx;
 mod glossy_diffuse;
@@ -46,6 +47,8 @@ pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use error::BsdfError;
+pub(crate) use filter::FilterMueller;
+pub use filter::{FilterElement, PolarizingFilter};
 pub use glossy_diffuse::{GlossyDiffuse, GlossyLobe};
 pub use mask::Mask;
 pub use microfacet::{Distribution, Microfacets, Roughness};
@@ -157,6 +160,8 @@ pub enum Bsdf {
     Mask(Mask),
     /// A thin pane.
     ThinDielectric(ThinDielectric),
+    /// A filter of polarised light.
+    Filter(Box<PolarizingFilter>),
     /// A surface with turned normals.
     NormalMap(Box<NormalMap>),
 }
@@ -183,6 +188,7 @@ impl Bsdf {
             Bsdf::TwoSided(b) => b.sample(s, toward, u),
             Bsdf::Mask(b) => b.nested().sample(s, toward, u),
             Bsdf::ThinDielectric(b) => Some(b.sample(s, toward)),
+            Bsdf::Filter(_) => None,
             Bsdf::NormalMap(b) => b.sample(s, toward, u),
         }
     }
@@ -191,7 +197,7 @@ impl Bsdf {
     fn eval_by_normal(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
         match self {
             Bsdf::Null | Bsdf::Dielectric(_) => Spectrum::ZERO,
-            Bsdf::Conductor(_) | Bsdf::ThinDielectric(_) => Spectrum::ZERO,
+            Bsdf::Conductor(_) | Bsdf::ThinDielectric(_) | Bsdf::Filter(_) => Spectrum::ZERO,
             Bsdf::Diffuse(b) => b.eval(s, toward, direction),
             Bsdf::RoughDielectric(b) => b.eval(s, toward, direction),
             Bsdf::RoughConductor(b) => b.eval(s, toward, direction),
@@ -214,7 +220,7 @@ impl Bsdf {
     fn pdf_by_normal(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {
         match self {
             Bsdf::Null | Bsdf::Dielectric(_) => 0.0,
-            Bsdf::Conductor(_) | Bsdf::ThinDielectric(_) => 0.0,
+            Bsdf::Conductor(_) | Bsdf::ThinDielectric(_) | Bsdf::Filter(_) => 0.0,
             Bsdf::Diffuse(b) => b.pdf(s, toward, direction),
             Bsdf::RoughDielectric(b) => b.pdf(s, toward, direction),
             Bsdf::RoughConductor(b) => b.pdf(s, toward, direction),
@@ -240,6 +246,7 @@ impl Bsdf {
         match self {
             Bsdf::Mask(b) => Some(b.through(site)),
             Bsdf::ThinDielectric(b) => Some(b.through(site, cos.abs())),
+            Bsdf::Filter(b) => Some(b.through(site)),
             Bsdf::NormalMap(b) => b.nested().through(site, cos),
             _ => None,
         }
@@ -248,7 +255,7 @@ impl Bsdf {
     /// Whether [`Bsdf::through`] says that some light passes.
     pub fn is_partial(&self) -> bool {
         match self {
-            Bsdf::Mask(_) | Bsdf::ThinDielectric(_) => true,
+            Bsdf::Mask(_) | Bsdf::ThinDielectric(_) | Bsdf::Filter(_) => true,
             Bsdf::NormalMap(b) => b.nested().is_partial(),
             _ => false,
         }
@@ -259,6 +266,7 @@ impl Bsdf {
     pub fn is_delta(&self) -> bool {
         match self {
             Bsdf::Null | Bsdf::Dielectric(_) | Bsdf::Conductor(_) | Bsdf::ThinDielectric(_) => true,
+            Bsdf::Filter(_) => true,
             Bsdf::Mask(b) => b.nested().is_delta(),
             Bsdf::NormalMap(b) => b.nested().is_delta(),
             Bsdf::Coating(b) => b.is_smooth() && b.nested().is_delta(),
@@ -284,7 +292,7 @@ impl Bsdf {
     /// Whether it asks for [`Surface::tangents`].
     pub fn uses_tangents(&self) -> bool {
         match self {
-            Bsdf::NormalMap(_) => true,
+            Bsdf::NormalMap(_) | Bsdf::Filter(_) => true,
             Bsdf::RoughConductor(b) => b.is_anisotropic(),
             Bsdf::RoughDielectric(b) => b.is_anisotropic(),
             Bsdf::PolarizedPlastic(b) => b.is_anisotropic(),
@@ -315,7 +323,7 @@ impl Bsdf {
     pub(crate) fn keeps_true_surface(&self) -> bool {
         matches!(
             self,
-            Bsdf::Null | Bsdf::Dielectric(_) | Bsdf::ThinDielectric(_)
+            Bsdf::Null | Bsdf::Dielectric(_) | Bsdf::ThinDielectric(_) | Bsdf::Filter(_)
         )
     }
 
@@ -338,7 +346,7 @@ impl Bsdf {
     pub fn is_opaque(&self) -> bool {
         match self {
             Bsdf::Null | Bsdf::Dielectric(_) | Bsdf::RoughDielectric(_) => false,
-            Bsdf::Mask(_) | Bsdf::ThinDielectric(_) => false,
+            Bsdf::Mask(_) | Bsdf::ThinDielectric(_) | Bsdf::Filter(_) => false,
             Bsdf::Diffuse(_) | Bsdf::Conductor(_) | Bsdf::RoughConductor(_) => true,
             Bsdf::Plastic(_) | Bsdf::RoughPlastic(_) | Bsdf::PolarizedPlastic(_) => true,
             Bsdf::Principled(b) => !b.transmits(),

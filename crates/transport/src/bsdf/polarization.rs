@@ -1,17 +1,17 @@
-//! What smooth surfaces do to the polarisation of light: Fresnel's equations for either polarisation.
+//! What interfaces, smooth or of facets, do to the polarisation of light: Fresnel's equations for either polarisation.
 //!
 //! Theory: docs/theory.md#polarising-interfaces.
 
-use super::{Bsdf, Surface, fresnel};
+use super::{Bsdf, PolarizingFilter, Surface, fresnel};
 use crate::mueller::PlaneMueller;
 use glam::DVec3;
 use num_complex::Complex64;
 
 impl Bsdf {
-    /// Whether the matrices of its smooth reflections differ among channels.
+    /// Whether the matrices of its reflections differ among channels.
     pub(crate) fn polarizes_by_channel(&self) -> bool {
         match self {
-            Bsdf::Conductor(_) => true,
+            Bsdf::Conductor(_) | Bsdf::RoughConductor(_) => true,
             Bsdf::Mask(b) => b.nested().polarizes_by_channel(),
             Bsdf::NormalMap(b) => b.nested().polarizes_by_channel(),
             Bsdf::TwoSided(b) => b.sides().iter().any(Bsdf::polarizes_by_channel),
@@ -29,8 +29,17 @@ impl Bsdf {
         }
     }
 
-    /// What the smooth event does to polarisation by which a path that arrives in the unit direction `from` goes on in the unit direction
-    /// `to`. Mixtures and coats depolarise.
+    /// What it does to polarised light that passes straight on, if it is a filter.
+    pub(crate) fn filter(&self) -> Option<&PolarizingFilter> {
+        match self {
+            Bsdf::Filter(b) => Some(b),
+            Bsdf::NormalMap(b) => b.nested().filter(),
+            _ => None,
+        }
+    }
+
+    /// What the event does to polarisation by which a path that arrives in the unit direction `from` goes on in the unit direction `to`.
+    /// Facets are those that reflect or refract so. All but dielectrics and metals depolarises.
     pub(crate) fn mueller(
         &self,
         s: &Surface,
@@ -45,11 +54,18 @@ impl Bsdf {
                 let transmitted = side.normal.dot(to) < 0.0;
                 dielectric(cos, [side.n_near, side.n_far], transmitted)
             }
-            Bsdf::Conductor(metal) => {
+            Bsdf::RoughDielectric(_) => facet(s, from, to),
+            Bsdf::Conductor(b) => {
                 // Of the facet that reflects so, whichever normal that has.
-                let cos = (0.5 * (1.0 - from.dot(to))).max(0.0).sqrt();
-                conductor(cos, metal.relative_index(s, channel))
+                conductor(
+                    reflecting_cos(from, to),
+                    b.metal().relative_index(s, channel),
+                )
             }
+            Bsdf::RoughConductor(b) => conductor(
+                reflecting_cos(from, to),
+                b.metal().relative_index(s, channel),
+            ),
             Bsdf::Mask(b) => b.nested().mueller(s, from, to, channel),
             Bsdf::NormalMap(b) => b.nested().mueller(s, from, to, channel),
             Bsdf::TwoSided(b) => {
@@ -59,6 +75,24 @@ impl Bsdf {
             _ => PlaneMueller::DEPOLARIZER,
         }
     }
+}
+
+/// Cosine at which a path meets the facet that reflects it so.
+fn reflecting_cos(from: DVec3, to: DVec3) -> f64 {
+    (0.5 * (1.0 - from.dot(to))).max(0.0).sqrt()
+}
+
+/// The facet of a dielectric that reflects or refracts a path so.
+fn facet(s: &Surface, from: DVec3, to: DVec3) -> PlaneMueller {
+    let side = s.facing(-from);
+    let n = [side.n_near, side.n_far];
+    if side.normal.dot(to) >= 0.0 {
+        return dielectric(reflecting_cos(from, to), n, false);
+    }
+    // What refraction adds to n·direction is along the normal.
+    let normal = (from * side.n_near - to * side.n_far).try_normalize();
+    let cos = normal.map_or(1.0, |normal| normal.dot(from).abs().min(1.0));
+    dielectric(cos, n, true)
 }
 
 /// Reflection or refraction at the interface of two dielectrics, met at `cos` in [0, 1] by a path from the first side. Refraction is the

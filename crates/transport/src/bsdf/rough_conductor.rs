@@ -28,6 +28,10 @@ impl RoughConductor {
         Ok(RoughConductor { roughness, metal })
     }
 
+    pub(super) fn metal(&self) -> &Metal {
+        &self.metal
+    }
+
     pub(super) fn is_anisotropic(&self) -> bool {
         self.roughness.is_anisotropic()
     }

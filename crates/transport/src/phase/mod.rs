@@ -8,6 +8,7 @@ mod blend;
 mod by_label;
 mod henyey_greenstein;
 mod isotropic;
+mod mie;
 mod polar;
 mod rayleigh;
 mod tabulated;
@@ -17,6 +18,7 @@ pub use blend::BlendPhase;
 pub use by_label::PhaseByLabel;
 pub use henyey_greenstein::HenyeyGreenstein;
 pub use isotropic::Isotropic;
+pub use mie::{Mie, Spheres};
 pub use rayleigh::Rayleigh;
 pub use tabulated::Tabulated;
 pub use von_mises_fisher::VonMisesFisher;
@@ -50,6 +52,40 @@ pub enum PhaseError {
         /// Last cosine given.
         last: f64,
     },
+    /// A quantity of spheres that must be positive.
+    #[error("the {name} must be finite and > 0, got {}", Shown(*value))]
+    NotPositive {
+        /// Which.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// Geometric standard deviation out of range.
+    #[error("the geometric standard deviation of radii must lie in [1, {}], got {}", Spheres::MOST_DEVIATION, Shown(*.0))]
+    GeometricDeviation(f64),
+    /// Complex index of spheres out of range.
+    #[error(
+        "the index n + ik of spheres must have n > 0 and k ≥ 0, both at most 100 times the index around, got {} + {}i",
+        Shown(*n),
+        Shown(*k)
+    )]
+    SphereIndex {
+        /// Refractive index.
+        n: f64,
+        /// Its imaginary part.
+        k: f64,
+    },
+    /// Spheres of the index around them.
+    #[error("spheres of the index of the medium around scatter nothing")]
+    Matched,
+    /// Spheres that are too large.
+    #[error("spheres have a size parameter 2πnr/λ of {}, and at most {} is computed", Shown(*found), Shown(*most))]
+    SphereSize {
+        /// The largest that counts.
+        found: f64,
+        /// The largest that may be.
+        most: f64,
+    },
     /// A table that is no density.
     #[error("phase function table: {0}")]
     Table(#[from] DistributionError),
@@ -70,6 +106,8 @@ pub enum Phase {
     Rayleigh(Rayleigh),
     /// Values over the cosine.
     Tabulated(Tabulated),
+    /// Spheres of any size.
+    Mie(Arc<Mie>),
     /// A mixture of two.
     Blend(Box<BlendPhase>),
     /// That of the label at each place.
@@ -105,6 +143,11 @@ impl Phase {
         Phase::Rayleigh(Rayleigh)
     }
 
+    /// Spheres of any size, by their [cross-sections and matrix](Mie).
+    pub fn mie(spheres: &Spheres) -> Result<Self, PhaseError> {
+        Mie::new(spheres).map(|mie| Phase::Mie(Arc::new(mie)))
+    }
+
     /// (1 − `weight`) of the first phase function plus `weight`, in [0, 1], of the second.
     pub fn blend(phases: [Phase; 2], weight: f64) -> Result<Self, PhaseError> {
         Phase::blend_by(phases, VolumeTexture::Uniform(Spectrum::splat(weight)))
@@ -138,6 +181,7 @@ impl Phase {
             Phase::VonMisesFisher(p) => p.pdf(cos),
             Phase::Rayleigh(p) => p.pdf(cos),
             Phase::Tabulated(p) => p.pdf(cos),
+            Phase::Mie(p) => p.pdf(cos),
             Phase::Blend(p) => p.pdf(x, cos),
             Phase::ByLabel(p) => p.at(x).pdf(x, cos),
         }
@@ -149,6 +193,7 @@ impl Phase {
         let cos = cos.clamp(-1.0, 1.0);
         match self {
             Phase::Rayleigh(_) => Rayleigh::mueller(cos),
+            Phase::Mie(p) => p.mueller(cos),
             Phase::Blend(p) => p.mueller(x, cos),
             Phase::ByLabel(p) => p.at(x).mueller(x, cos),
             Phase::Isotropic(_)
@@ -166,13 +211,14 @@ impl Phase {
     }
 
     /// Whether it is the same everywhere.
-    pub(crate) fn is_uniform(&self) -> bool {
+    pub fn is_uniform(&self) -> bool {
         match self {
             Phase::Isotropic(_)
             | Phase::HenyeyGreenstein(_)
             | Phase::VonMisesFisher(_)
             | Phase::Rayleigh(_)
-            | Phase::Tabulated(_) => true,
+            | Phase::Tabulated(_)
+            | Phase::Mie(_) => true,
             Phase::HenyeyGreensteinGrid(_) | Phase::ByLabel(_) => false,
             Phase::Blend(p) => p.is_uniform(),
         }
@@ -199,6 +245,7 @@ impl Phase {
             Phase::VonMisesFisher(p) => p.sample(u),
             Phase::Rayleigh(p) => p.sample(u),
             Phase::Tabulated(p) => p.sample(u),
+            Phase::Mie(p) => p.sample(u),
             Phase::Blend(p) => p.sample(x, u),
             Phase::ByLabel(p) => p.at(x).angle(x, u),
         }
@@ -212,14 +259,16 @@ impl Phase {
             Phase::HenyeyGreensteinGrid(g) => HenyeyGreenstein::of_grid(g, x).mean_cosine(),
             Phase::VonMisesFisher(p) => p.mean_cosine(),
             Phase::Tabulated(p) => p.mean_cosine(),
+            Phase::Mie(p) => p.mean_cosine(),
             Phase::Blend(p) => p.mean_cosine(x),
             Phase::ByLabel(p) => p.at(x).mean_cosine(x),
         }
     }
 
-    /// Bytes held by grids.
+    /// Bytes held by grids and by the tables of spheres.
     pub(crate) fn memory(&self) -> usize {
         match self {
+            Phase::Mie(p) => p.memory(),
             Phase::HenyeyGreensteinGrid(g) => g.memory(),
             Phase::Blend(p) => p.memory(),
             Phase::ByLabel(p) => p.memory(),

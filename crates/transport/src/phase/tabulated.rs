@@ -1,4 +1,4 @@
-//! Phase function from measured or computed values (Mie, for example).
+//! Phase function from measured or computed values.
 
 use super::PhaseError;
 use super::polar::Polar;
@@ -31,6 +31,16 @@ impl Tabulated {
     pub(super) fn sample(&self, u: f64) -> (Polar, f64) {
         let (cos, density) = self.0.sample(u);
         (Polar::from_cos(cos), density / TAU)
+    }
+
+    /// The interval of the table that holds a cosine in [−1, 1], and where in it, in [0, 1].
+    pub(super) fn interval(&self, cos: f64) -> (usize, f64) {
+        self.0.interval(cos).unwrap_or_default()
+    }
+
+    /// Bytes of the table.
+    pub(super) fn memory(&self) -> usize {
+        self.0.memory()
     }
 
     /// Mean of the cosine.

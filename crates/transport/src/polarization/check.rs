@@ -9,8 +9,17 @@ pub fn problems(scene: &Scene) -> Vec<SceneProblem> {
     let panes = panes.map(|(i, _)| {
         error(
             Subject::Object(i),
-            "polarised light cannot be followed through thin panes and filters: thindielectric, polarizer, circular, retarder",
+            "polarised light cannot be followed through thin panes: thindielectric",
             "use a slab between two surfaces of bsdf dielectric in place of a pane",
+        )
+    });
+    let filters = scene.objects().iter().enumerate();
+    let filters = filters.filter(|(_, o)| o.bsdf.filter().is_some() && o.is_interface());
+    let filters = filters.map(|(i, _)| {
+        error(
+            Subject::Object(i),
+            "polarised light cannot be followed through a filter that separates media",
+            "put the filter a little away from the boundary, within one medium",
         )
     });
     let lights = scene.volume_lights().map(|(i, _)| {
@@ -20,7 +29,7 @@ pub fn problems(scene: &Scene) -> Vec<SceneProblem> {
             "leave out the integrator stokes, or the emission of the medium",
         )
     });
-    panes.chain(lights).collect()
+    panes.chain(filters).chain(lights).collect()
 }
 
 fn error(subject: Subject, message: &str, help: &str) -> SceneProblem {

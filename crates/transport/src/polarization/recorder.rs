@@ -5,17 +5,23 @@
 use super::frame::Axis;
 use super::transported::{StokesInFrame, Transported};
 use crate::Spectrum;
+use crate::bsdf::FilterMueller;
 use crate::derivative::FactorRecorder;
 use crate::path::{ConnectionArcs, Edge, End, Span, Vertex, surface_at};
 use crate::scene::{MediumId, Scene};
 use crate::sensor::SensorRay;
-use eikonal::connect::{Event, Piece};
+use crate::shape::Meeting;
+use eikonal::connect::Event;
 use eikonal::interface::Rule;
+use eikonal::ray::Arc;
 use glam::DVec3;
+use smallvec::SmallVec;
 
 /// What paths bring, as Stokes vectors at the sensor per what they bring of unpolarised light.
 pub(crate) struct StokesRecorder<'a> {
     scene: &'a Scene,
+    /// Whether it holds filters of polarised light.
+    has_filters: bool,
     /// Number of channels whose matrices differ.
     count: usize,
     /// Up to where the path has come.
@@ -34,8 +40,10 @@ impl<'a> StokesRecorder<'a> {
         let mut bsdfs = scene.objects().iter().map(|object| &object.bsdf);
         let differ = bsdfs.any(|bsdf| bsdf.polarizes_by_channel());
         let count = if differ { channels } else { 1 };
+        let mut bsdfs = scene.objects().iter().map(|object| &object.bsdf);
         StokesRecorder {
             scene,
+            has_filters: bsdfs.any(|bsdf| bsdf.filter().is_some()),
             count,
             trunk: Transported::new(Axis(DVec3::X), count),
             aside: None,
@@ -59,11 +67,98 @@ impl<'a> StokesRecorder<'a> {
         &self.found
     }
 
-    /// The end of a piece of a connection's ray, if light is refracted or reflected there.
-    fn interface(piece: &Piece<MediumId>) -> Option<&Event> {
-        let event = piece.event.as_ref();
-        event.filter(|event| event.rule != Rule::Pass)
+    /// What does something to light along the arcs of a connection.
+    fn parts<'p>(&self, arcs: ConnectionArcs<'p>) -> SmallVec<[Part<'p>; 2]> {
+        let mut parts = SmallVec::new();
+        let mut push = |medium, arc, theta_end, interface| {
+            let filters = if self.has_filters {
+                self.scene.filters_along(arc, theta_end)
+            } else {
+                SmallVec::new()
+            };
+            parts.push(Part {
+                medium,
+                arc,
+                theta_end,
+                filters,
+                interface,
+            });
+        };
+        match arcs {
+            ConnectionArcs::Line(lines) if self.has_filters => {
+                for line in lines {
+                    push(line.medium, &line.arc, line.theta_end, None);
+                }
+            }
+            ConnectionArcs::Line(_) => {}
+            ConnectionArcs::Ray(pieces) => {
+                for piece in pieces {
+                    let event = piece.event.as_ref();
+                    let interface = event.filter(|event| event.rule != Rule::Pass);
+                    push(piece.region, &piece.arc, piece.theta_end, interface);
+                }
+            }
+        }
+        parts
     }
+
+    /// Light along a part, through its filters.
+    fn carry_on(&self, light: &mut StokesInFrame, part: &Part) {
+        let mut from = 0.0;
+        for (object, meeting) in &part.filters {
+            light.carry(part.arc, from, meeting.theta);
+            from = meeting.theta;
+            let k = part.arc.velocity(from).normalize();
+            let filter = filter(self.scene, *object, meeting, part.medium, k);
+            filter.inspect(|f| light.pass(f, k));
+        }
+        light.carry(part.arc, from, part.theta_end);
+    }
+
+    /// Light against a part, through its filters.
+    fn carry_back(&self, light: &mut StokesInFrame, part: &Part) {
+        let mut from = part.theta_end;
+        for (object, meeting) in part.filters.iter().rev() {
+            light.carry(part.arc, from, meeting.theta);
+            from = meeting.theta;
+            let k = -part.arc.velocity(from).normalize();
+            let filter = filter(self.scene, *object, meeting, part.medium, k);
+            filter.inspect(|f| light.pass(f, k));
+        }
+        light.carry(part.arc, from, 0.0);
+    }
+}
+
+/// A part of a connection.
+struct Part<'p> {
+    medium: MediumId,
+    arc: &'p Arc,
+    /// Where on the arc it ends.
+    theta_end: f64,
+    /// Filters on the way.
+    filters: SmallVec<[(usize, Meeting); 2]>,
+    /// Its end, if light is refracted or reflected there.
+    interface: Option<&'p Event>,
+}
+
+impl Part<'_> {
+    /// Whether unpolarised light stays so.
+    fn does_nothing(&self) -> bool {
+        self.filters.is_empty() && self.interface.is_none()
+    }
+}
+
+/// What a filter does to light in the unit direction `k`; `None` if the object is none.
+fn filter(
+    scene: &Scene,
+    object: usize,
+    meeting: &Meeting,
+    medium: MediumId,
+    k: DVec3,
+) -> Option<FilterMueller> {
+    let filter = scene.objects()[object].bsdf.filter()?;
+    let surface = surface_at(scene, object, &scene.hit(object, meeting), medium);
+    Some(filter.mueller(&surface, k))
 }
 
 impl FactorRecorder for StokesRecorder<'_> {
@@ -72,31 +167,29 @@ impl FactorRecorder for StokesRecorder<'_> {
     const RECORDS: bool = true;
 
     fn way(&self, vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way {
+        let parts = self.parts(arcs);
         // Lines are not turned.
-        let ConnectionArcs::Ray(pieces) = arcs else {
-            return None;
-        };
-        let (first, last) = (pieces.first()?, pieces.last()?);
-        if !pieces.iter().any(|piece| Self::interface(piece).is_some()) {
+        if parts.iter().all(|part| part.does_nothing()) {
             return None;
         }
+        let (first, last) = (parts.first()?, parts.last()?);
         let x = vertex.position();
         let [start, end] = [first.arc.start(), last.arc.position(last.theta_end)];
         let leaves = x.distance_squared(start) <= x.distance_squared(end);
         Some(if leaves {
             let mut light = StokesInFrame::unpolarized(last.arc.velocity(last.theta_end));
-            for piece in pieces.iter().rev() {
-                if let Some(event) = Self::interface(piece) {
+            for part in parts.iter().rev() {
+                if let Some(event) = part.interface {
                     light.meet(event, [-event.after, -event.before]);
                 }
-                light.carry(&piece.arc, piece.theta_end, 0.0);
+                self.carry_back(&mut light, part);
             }
             light
         } else {
             let mut light = StokesInFrame::unpolarized(first.arc.velocity(0.0));
-            for piece in pieces {
-                light.carry(&piece.arc, 0.0, piece.theta_end);
-                if let Some(event) = Self::interface(piece) {
+            for part in &parts {
+                self.carry_on(&mut light, part);
+                if let Some(event) = part.interface {
                     light.meet(event, [event.before, event.after]);
                 }
             }
@@ -169,6 +262,8 @@ fn through(scene: &Scene, span: &Span, next: &Span, path: &mut Transported) {
     let hit = scene.hit(*object, meeting);
     let passes = hit.normal.dot(from) * hit.normal.dot(to) > 0.0;
     if bsdf.is_partial() && passes {
+        let filter = filter(scene, *object, meeting, span.medium, -from);
+        filter.inspect(|f| path.pass(f, from));
         return;
     }
     let surface = surface_at(scene, *object, &hit, span.medium);
@@ -189,7 +284,17 @@ fn at_vertex(scene: &Scene, vertex: &Vertex, to: DVec3, path: &mut Transported) 
             let mueller = phase.mueller(x, direction.dot(to));
             path.turn(direction, to, |_| mueller);
         }
-        // Other surfaces than smooth interfaces and mirrors, which edges go on from.
-        Vertex::Surface { .. } => path.depolarize(to),
+        // Not of smooth interfaces and mirrors, which edges go on from.
+        Vertex::Surface {
+            direction,
+            object,
+            ref surface,
+            ..
+        } => {
+            let bsdf = &scene.objects()[object].bsdf;
+            path.turn(direction, to, |channel| {
+                bsdf.mueller(surface, direction, to, channel)
+            });
+        }
     }
 }

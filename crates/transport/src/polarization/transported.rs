@@ -4,6 +4,7 @@
 
 use super::frame::Axis;
 use crate::Spectrum;
+use crate::bsdf::FilterMueller;
 use crate::bsdf::polarization::dielectric;
 use crate::mueller::PlaneMueller;
 use eikonal::connect::Event;
@@ -30,6 +31,13 @@ impl StokesInFrame {
     /// On along an arc, from one θ to another.
     pub(super) fn carry(&mut self, arc: &Arc, from: f64, to: f64) {
         self.axis = self.axis.carried(arc, from, to);
+    }
+
+    /// On through a filter, in the unit direction `k`.
+    pub(super) fn pass(&mut self, filter: &FilterMueller, k: DVec3) {
+        let axis = Axis(filter.axis);
+        self.vector = filter.matrix * self.axis.to(axis, k).of(self.vector);
+        self.axis = axis;
     }
 
     /// On through an interface between dielectrics; the velocities are those of light, before and after.
@@ -80,12 +88,14 @@ impl Transported {
         self.axis = plane;
     }
 
-    /// On from where light loses its polarisation, in another direction.
-    pub(super) fn depolarize(&mut self, to: DVec3) {
+    /// On through a filter, which the path meets in the unit direction `path`.
+    pub(super) fn pass(&mut self, filter: &FilterMueller, path: DVec3) {
+        let axis = Axis(filter.axis);
+        let rotation = axis.to(self.axis, -path);
         for matrix in self.matrices.iter_mut().take(self.count) {
-            *matrix = PlaneMueller::DEPOLARIZER.then(*matrix);
+            *matrix = rotation.then(*matrix) * filter.matrix;
         }
-        self.axis = Axis(to.any_orthonormal_vector());
+        self.axis = axis;
     }
 
     /// The Stokes parameters at the sensor of unpolarised light that starts here, by channel.

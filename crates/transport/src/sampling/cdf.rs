@@ -34,6 +34,11 @@ impl Cdf {
         self.total
     }
 
+    /// Bytes of the sums.
+    pub(super) fn memory(&self) -> usize {
+        size_of_val(&*self.cumulative)
+    }
+
     /// Number of weights.
     pub(super) fn len(&self) -> usize {
         self.cumulative.len() - 1

@@ -94,8 +94,13 @@ impl PiecewiseLinear {
             .sum()
     }
 
+    /// Bytes of nodes and densities.
+    pub(crate) fn memory(&self) -> usize {
+        size_of_val(&*self.nodes) + size_of_val(&*self.density) + self.cdf.memory()
+    }
+
     /// Interval that holds `x`, and where in it, in [0, 1].
-    fn interval(&self, x: f64) -> Option<(usize, f64)> {
+    pub(crate) fn interval(&self, x: f64) -> Option<(usize, f64)> {
         let last = self.nodes.len() - 1;
         if !(self.nodes[0]..=self.nodes[last]).contains(&x) {
             return None;

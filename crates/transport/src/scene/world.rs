@@ -14,6 +14,7 @@ use eikonal::connect::{Crossing, World};
 use eikonal::interface::Rule;
 use eikonal::ray::Arc;
 use glam::DVec3;
+use smallvec::SmallVec;
 
 /// Radii of the ball around a scene that an extended edge goes at most: those that do not circle go fewer than three in most scenes.
 const LONG: f64 = 32.0;
@@ -200,6 +201,19 @@ impl Scene {
                 all.times(&through);
             }
         }
+    }
+
+    /// The filters of polarised light within media that an arc passes up to θ = `end`, in order.
+    pub(crate) fn filters_along(&self, arc: &Arc, end: f64) -> SmallVec<[(usize, Meeting); 2]> {
+        let mut filters = SmallVec::new();
+        let mut from = 0.0;
+        while let Some((object, meeting)) = first_of(&self.partial, arc, [from, end], [None; 2]) {
+            from = meeting.theta;
+            if self.objects()[object].bsdf.filter().is_some() {
+                filters.push((object, meeting));
+            }
+        }
+        filters
     }
 
     /// What passes an object straight on where an arc meets it, if that is not all.

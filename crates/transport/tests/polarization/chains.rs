@@ -4,7 +4,9 @@ use crate::field::{Coherency, reflection, refraction, sun};
 use crate::{assert_alike, horizontal, polarized, stokes};
 use eikonal::field::{Constant, Selfoc};
 use glam::{DAffine3, DQuat, DVec3};
-use morgana_transport::bsdf::{Bsdf, Conductor, Dielectric, Diffuse};
+use morgana_transport::bsdf::{
+    Bsdf, Conductor, Dielectric, Diffuse, Distribution, RoughConductor, RoughDielectric, Roughness,
+};
 use morgana_transport::emitter::Emitter;
 use morgana_transport::medium::Medium;
 use morgana_transport::phase::Phase;
@@ -168,5 +170,53 @@ fn connections_carry_polarisation_through_interfaces() {
         // Of two edges, one of them through the top.
         let found = stokes(&polarized(&scene, Some(3), 2048, 3));
         assert_alike(found, expected, allowed);
+    }
+}
+
+fn roughness() -> Roughness {
+    Roughness::new(Distribution::Ggx, 0.4).unwrap()
+}
+
+/// Rough metal and rough glass under the sun, from outside and from within: each facet is a smooth interface.
+#[test]
+fn facets_polarise_as_smooth_interfaces_do() {
+    let travels = DVec3::new(0.5, 0.3, -0.6).normalize();
+    let up = DVec3::new(0.3, 1.0, 0.2);
+    let metal = RoughConductor::new(roughness(), METAL.re.into(), METAL.im.into(), Spectrum::ONE);
+    let metal = Bsdf::RoughConductor(metal.unwrap());
+    let glass = RoughDielectric::new(roughness(), Spectrum::ONE, Spectrum::ONE).unwrap();
+    let glass = Bsdf::RoughDielectric(glass);
+    let half = DVec3::new(50.0, 50.0, 1.0);
+    let [above, inside] = [DVec3::Z * 3.0, DVec3::Z * 0.2];
+    let [down, rising] = [DVec3::new(0.4, -0.2, -1.0), DVec3::new(-0.3, -0.1, 0.9)];
+    for (bsdf, origin, view) in [
+        (&metal, above, down),
+        (&glass, above, down),
+        (&glass, inside, rising),
+    ] {
+        let view = view.normalize();
+        let reflects = view.z < 0.0;
+        let n_near = if reflects { 1.0 } else { GLASS };
+        let normal = (view * n_near + travels).normalize();
+        let cos = travels.dot(normal).abs();
+        let amplitudes = match (bsdf, reflects) {
+            (Bsdf::RoughConductor(_), _) => reflection(cos, METAL),
+            (_, true) => reflection(cos, GLASS.into()),
+            (_, false) => refraction(cos, GLASS),
+        };
+        let field = Coherency::unpolarized(travels).met([travels, -view], normal, amplitudes);
+        let cube = Cube::new(DAffine3::from_scale(half)).unwrap();
+        let block = Object::builder("block", cube).bsdf(bsdf.clone());
+        let scene =
+            pinhole(origin, view, up).medium(Medium::transparent("glass", Constant::new(GLASS)));
+        let block = match bsdf {
+            Bsdf::RoughDielectric(_) => block.interior("glass"),
+            _ => block,
+        };
+        let scene = scene.object(block).emitter(sun(travels)).build().unwrap();
+        let found = stokes(&polarized(&scene, Some(2), 256, 2));
+        let expected = field.stokes(-view, horizontal(view, up));
+        assert!(expected[1].hypot(expected[2]) > 0.002 * expected[0]);
+        assert_alike(found, expected, 1e-5);
     }
 }

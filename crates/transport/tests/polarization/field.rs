@@ -20,6 +20,23 @@ impl Coherency {
         }
     }
 
+    /// Of unit intensity, along an axis.
+    pub fn linear(axis: DVec3) -> Self {
+        Coherency {
+            re: outer(axis, axis),
+            im: DMat3::ZERO,
+        }
+    }
+
+    /// After what multiplies the field along the second of two axes across the light by an amplitude.
+    pub fn retarded(self, [fast, slow]: [DVec3; 2], amplitude: Complex64) -> Self {
+        let along = outer(slow, slow);
+        self.mapped(
+            outer(fast, fast) + along * amplitude.re,
+            along * amplitude.im,
+        )
+    }
+
     /// After a linear map of fields.
     fn mapped(self, re: DMat3, im: DMat3) -> Self {
         // (A + iB)(R + iJ)(Aᵀ − iBᵀ).

@@ -5,8 +5,11 @@
 
 mod chains;
 mod field;
+mod filters;
 mod invariants;
+mod mie;
 mod rayleigh;
+mod slab;
 
 use glam::DVec3;
 use morgana_transport::Scene;

@@ -1,7 +1,8 @@
 //! A scene as JSON.
 
 use super::{
-    constant_index, emission, extinction_and_albedo, film_memory, found, meters, sensor_kind,
+    constant_index, emission, extinction_and_albedo, film_memory, found, mean_cosine, meters,
+    sensor_kind,
 };
 use crate::load::file_name;
 use io::Loaded;
@@ -97,7 +98,8 @@ fn sound(record: &SoundRecord) -> Value {
     })
 }
 
-/// Lengths are in scene units; "extinction" and "albedo" are null in clear media, "emission" in dark ones.
+/// Lengths are in scene units; "extinction" and "albedo" are null in clear media, "emission" in dark ones, "mean_cosine" where light is not scattered or
+/// that varies in space.
 fn medium(loaded: &Loaded, id: MediumId) -> Value {
     let scene = loaded.scene();
     let (medium, region) = (scene.medium(id), &scene.regions()[id]);
@@ -125,6 +127,7 @@ fn medium(loaded: &Loaded, id: MediumId) -> Value {
         "longest_ray": uniqueness.map(|u| u.longest_ray()).filter(|l| l.is_finite()),
         "extinction": extinction,
         "albedo": albedo,
+        "mean_cosine": mean_cosine(loaded, id).map(range),
         "emission": emission(loaded, id).map(range),
         "bytes": medium.memory(),
     })

@@ -96,6 +96,20 @@ fn extinction_and_albedo(loaded: &Loaded, id: MediumId) -> [(f64, f64); 2] {
     [(low * scale, high * scale), all(|m| &m.albedo)]
 }
 
+/// Smallest and largest mean cosine of scattering in a medium, over all channels; `None` if it does not scatter, or varies in space.
+fn mean_cosine(loaded: &Loaded, id: MediumId) -> Option<(f64, f64)> {
+    let medium = loaded.scene().medium(id);
+    if !medium.scatters() || !medium.phase.is_uniform() {
+        return None;
+    }
+    let media = in_groups(loaded, id).map(|(medium, _)| medium.phase.mean_cosine(DVec3::ZERO));
+    Some(
+        media.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), g| {
+            (low.min(g), high.max(g))
+        }),
+    )
+}
+
 /// Smallest and largest emission of a medium, over all channels; `None` if it is dark.
 fn emission(loaded: &Loaded, id: MediumId) -> Option<(f64, f64)> {
     let media = in_groups(loaded, id);

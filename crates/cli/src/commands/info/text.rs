@@ -1,6 +1,8 @@
 //! A scene in words.
 
-use super::{constant_index, emission, extinction_and_albedo, film_memory, found, sensor_kind};
+use super::{
+    constant_index, emission, extinction_and_albedo, film_memory, found, mean_cosine, sensor_kind,
+};
 use crate::load::file_name;
 use crate::numbers::{bytes, count, percent, plain};
 use eikonal::Uniqueness;
@@ -250,6 +252,9 @@ fn medium(out: &mut String, loaded: &Loaded, id: MediumId) -> std::fmt::Result {
     let [extinction, albedo] = extinction_and_albedo(loaded, id).map(|(low, high)| span(low, high));
     writeln!(out, "    extinction {extinction} per unit length")?;
     writeln!(out, "    albedo     {albedo}")?;
+    if let Some((low, high)) = mean_cosine(loaded, id) {
+        writeln!(out, "    mean cosine  {}", span(low, high))?;
+    }
     if let Some((low, high)) = emission(loaded, id) {
         writeln!(out, "    emission   {}", span(low, high))?;
     }

@@ -12,16 +12,16 @@ use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
 use metal::{Optics, optics};
 use parameters::{
-    Alphas, Coated, Facets, Layer, Quantity, TINTS, alphas, coated, colour, eta, facets, glossy,
-    layer, nested, number, polarized_eta, polarizing, tints, weights,
+    Alphas, Coated, Element, Facets, Layer, Quantity, TINTS, alphas, coated, colour, eta, facets,
+    filter, glossy, layer, nested, number, polarized_eta, tints, weights,
 };
 use std::sync::Arc;
 use transport::Spectrum;
 use transport::bsdf::{
     BlendBsdf, Bsdf, BsdfError, Coating, CoatingParameters, Conductor, Dielectric, Diffuse,
-    Distribution, GlossyDiffuse, GlossyLobe, Mask, NormalMap, NormalSource, Plastic,
-    PolarizedPlastic, RoughConductor, RoughDielectric, RoughDiffuse, RoughPlastic, Roughness,
-    ThinDielectric, TwoSided,
+    Distribution, FilterElement, GlossyDiffuse, GlossyLobe, Mask, NormalMap, NormalSource, Plastic,
+    PolarizedPlastic, PolarizingFilter, RoughConductor, RoughDielectric, RoughDiffuse,
+    RoughPlastic, Roughness, ThinDielectric, TwoSided,
 };
 use transport::texture::Texture;
 
@@ -152,7 +152,7 @@ fn mapped(
     };
     if matches!(
         surface.bsdf,
-        Bsdf::Null | Bsdf::Dielectric(_) | Bsdf::ThinDielectric(_)
+        Bsdf::Null | Bsdf::Dielectric(_) | Bsdf::ThinDielectric(_) | Bsdf::Filter(_)
     ) {
         return Some(surface);
     }
@@ -228,8 +228,7 @@ enum Raw<'a> {
     PolarizedPlastic(Facets<'a>, f64, [Quantity<'a>; 2]),
     Principled(principled::Solid<'a>),
     PrincipledThin(principled::Thin<'a>),
-    /// A filter straight through which a share of the light passes.
-    Filter(f64, SpectrumValue),
+    Filter(Element<'a>, SpectrumValue),
     RoughDiffuse([Quantity<'a>; 2], bool),
     Phong(Quantity<'a>, [Quantity<'a>; 2]),
     Ward(Alphas<'a>, [Quantity<'a>; 2]),
@@ -265,8 +264,8 @@ fn raw<'a>(object: &'a ObjectDescription, q: &mut Query<'a, '_>) -> Option<Raw<'
         "principled" => Raw::Principled(principled::solid(q)),
         "principledthin" => Raw::PrincipledThin(principled::thin(q)),
         "polarizer" | "circular" | "retarder" => {
-            let (share, transmittance) = polarizing(q);
-            Raw::Filter(share, transmittance)
+            let (element, transmittance) = filter(q);
+            Raw::Filter(element, transmittance)
         }
         "roughdiffuse" => {
             let quantities = [colour(q, "reflectance", 0.5), number(q, "alpha", 0.2)];
@@ -344,10 +343,23 @@ fn make(
         }
         Raw::Principled(solid) => solid.make(&mut maker),
         Raw::PrincipledThin(thin) => thin.make(&mut maker),
-        Raw::Filter(share, transmittance) => {
-            let factor = maker.spectrum(&transmittance, Role::Reflectance) * share;
-            // A pane of the index around it reflects nothing.
-            ThinDielectric::new(1.0, Spectrum::ZERO, factor).map(Bsdf::ThinDielectric)
+        Raw::Filter(element, transmittance) => {
+            let element = match element {
+                Element::Polarizer(theta) => FilterElement::Polarizer {
+                    theta: maker.texture(theta),
+                },
+                Element::Circular { left_handed } => {
+                    FilterElement::CircularPolarizer { left_handed }
+                }
+                Element::Retarder([theta, delta]) => FilterElement::Retarder {
+                    theta: maker.texture(theta),
+                    delta: maker.texture(delta),
+                },
+                Element::Neutral => FilterElement::Neutral,
+            };
+            let transmittance = maker.spectrum(&transmittance, Role::Reflectance);
+            let filter = PolarizingFilter::new(element, transmittance);
+            filter.map(|filter| Bsdf::Filter(Box::new(filter)))
         }
         Raw::RoughDiffuse(quantities, fast) => {
             let [reflectance, alpha] = quantities.map(|q| maker.texture(q));

@@ -143,25 +143,32 @@ pub(super) fn polarized_eta(q: &mut Query) -> f64 {
     q.float_in("eta", POSITIVE, None)
 }
 
-/// What a filter of polarized light lets pass of light that is not polarized: a share, times its transmittance.
-pub(super) fn polarizing(q: &mut Query) -> (f64, SpectrumValue) {
+/// What a filter of polarised light does to it.
+pub(super) enum Element<'a> {
+    Polarizer(Quantity<'a>),
+    Circular { left_handed: bool },
+    Retarder([Quantity<'a>; 2]),
+    Neutral,
+}
+
+/// A filter of polarised light, and the transmittance of its matter.
+pub(super) fn filter<'a>(q: &mut Query<'a, '_>) -> (Element<'a>, SpectrumValue) {
     let transmittance = q.spectrum_or("transmittance", SpectrumValue::Uniform(1.0));
-    match q.object().plugin.as_str() {
-        "circular" => {
-            q.boolean_or("left_handed", false);
-            (0.5, transmittance)
-        }
-        "retarder" => {
-            q.texture_or_spectrum("theta", SpectrumValue::Uniform(0.0));
-            q.texture_or_spectrum("delta", SpectrumValue::Uniform(90.0));
-            (1.0, transmittance)
-        }
+    let element = match q.object().plugin.as_str() {
+        "circular" => Element::Circular {
+            left_handed: q.boolean_or("left_handed", false),
+        },
+        "retarder" => Element::Retarder([number(q, "theta", 0.0), number(q, "delta", 90.0)]),
         _ => {
-            q.texture_or_spectrum("theta", SpectrumValue::Uniform(0.0));
-            q.boolean_or("polarizing", true);
-            (0.5, transmittance)
+            let theta = number(q, "theta", 0.0);
+            if q.boolean_or("polarizing", true) {
+                Element::Polarizer(theta)
+            } else {
+                Element::Neutral
+            }
         }
-    }
+    };
+    (element, transmittance)
 }
 
 /// Index, reflectances of base and coat, and whether colours deepen, of plastic.

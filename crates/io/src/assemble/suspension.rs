@@ -1,0 +1,176 @@
+//! Spheres by their size and index, and media in which they are suspended (docs/scene-format.md#mie-scattering).
+
+use super::colour;
+use super::context::Context;
+use crate::query::{POSITIVE, Query};
+use crate::scene::{ObjectDescription, SpectrumValue};
+use transport::Spectrum;
+use transport::phase::{Mie, Phase, PhaseError, Spheres};
+
+/// Micrometres in the millimetre, the unit of coefficients.
+const UM_PER_MM: f64 = 1e3;
+/// Micrometres in the nanometre, the unit of wavelengths.
+const UM_PER_NM: f64 = 1e-3;
+/// Spheres that fill more of the volume than this scatter together, not each by itself.
+const DILUTE: f64 = 0.1;
+/// Shares of the volume that spheres of one size fill at most, in a dense packing.
+const PACKED: f64 = 0.741;
+
+/// The phase function of type `mie`, at the wavelength of the group's channel.
+pub(super) fn mie(object: &ObjectDescription, context: &mut Context) -> Phase {
+    let channel = context.channels.wavelength(context.group);
+    let mut q = Query::new(object, context.diagnostics);
+    let wavelength = match (q.has("wavelength"), channel) {
+        (false, Some(nm)) => nm,
+        (false, None) => {
+            let message = "scattering by spheres depends on the wavelength, but the film has none: give it the \
+                           pixel_format \"spectral\" and wavelengths such as \"450, 550, 650\" (nm), or give a 'wavelength' here";
+            q.error("wavelength", message);
+            1.0
+        }
+        (true, _) => q.float_in("wavelength", POSITIVE, None),
+    };
+    let radius = q.float_in("radius", POSITIVE, None);
+    let deviations = 1.0..=Spheres::MOST_DEVIATION;
+    let geometric_deviation = q.float_in("geometric_deviation", deviations, 1.0);
+    let eta = q.spectrum("eta");
+    let k = q.spectrum_or("k", SpectrumValue::Uniform(0.0));
+    let exterior = q.spectrum("ext_eta");
+    q.finish(&[]);
+    let mut at = |value: &SpectrumValue| at_wavelength(value, wavelength, object, context);
+    let (Some(n), Some(k), Some(exterior)) = (at(&eta), at(&k), at(&exterior)) else {
+        return Phase::isotropic();
+    };
+    let spheres = Spheres {
+        radius,
+        geometric_deviation,
+        n,
+        k,
+        exterior,
+        wavelength: wavelength * UM_PER_NM,
+    };
+    let phase = Phase::mie(&spheres);
+    let phase = context.accept(&object.location, phase.map_err(|e| advice(&e)));
+    phase.unwrap_or_else(Phase::isotropic)
+}
+
+/// What is wrong with spheres, and what to do about it.
+fn advice(error: &PhaseError) -> String {
+    match error {
+        PhaseError::SphereSize { .. } => format!(
+            "{error}: check that 'radius' is in µm and 'wavelength' in nm; larger drops are scenery, of shapes and \
+             bsdfs, or a 'tabphase'"
+        ),
+        PhaseError::SphereIndex { .. } => format!("{error}: check 'eta', 'k' and 'ext_eta'"),
+        PhaseError::Matched => format!("{error}: 'eta' and 'ext_eta' must differ"),
+        _ => error.to_string(),
+    }
+}
+
+/// A spectrum at a wavelength in nm; `None` after an error.
+fn at_wavelength(
+    value: &SpectrumValue,
+    nm: f64,
+    object: &ObjectDescription,
+    context: &mut Context,
+) -> Option<f64> {
+    let errors = context.diagnostics.error_count();
+    let loaded = context.loaded(value, &object.location).into_owned();
+    if context.diagnostics.error_count() > errors {
+        return None;
+    }
+    let found = colour::at(&loaded, nm);
+    if found.is_none() {
+        let message = "the index of spheres is a number, or pairs of wavelengths in nm and numbers";
+        context.error_at(&object.location, message);
+    }
+    found
+}
+
+/// How many spheres a medium holds.
+#[derive(Clone, Copy)]
+pub(super) enum Concentration {
+    /// Share of the volume.
+    Fraction(f64),
+    /// Number in a cubic millimetre.
+    Number(f64),
+}
+
+/// What a medium says of the spheres in it, if it does.
+pub(super) fn concentration(q: &mut Query) -> Option<Concentration> {
+    let names = ["volume_fraction", "number_density"];
+    let [fraction, number] = names.map(|name| q.has(name));
+    if !fraction && !number {
+        return None;
+    }
+    let others = ["sigma_s", "sigma_t", "albedo", "material", "tissue"];
+    if let Some(other) = others.into_iter().find(|name| q.has(name)) {
+        let message = "spheres give scattering and absorption: leave it out, or give no concentration; sigma_a may \
+                       be given as well, as that of the medium around the spheres";
+        q.error(other, message);
+    }
+    if fraction && number {
+        q.error(
+            "number_density",
+            "give volume_fraction or number_density, not both",
+        );
+    }
+    if !fraction {
+        return Some(Concentration::Number(q.float_in(
+            "number_density",
+            0.0..=1e18,
+            None,
+        )));
+    }
+    let share = q.float_in("volume_fraction", 0.0..=PACKED, None);
+    if share > DILUTE {
+        let message = format!(
+            "spheres are taken to scatter each by itself, which those that fill more than {DILUTE} of the volume do not"
+        );
+        q.warning("volume_fraction", message);
+    }
+    Some(Concentration::Fraction(share))
+}
+
+impl Concentration {
+    /// σ_s and σ_a of the spheres per millimetre.
+    pub(super) fn coefficients(self, mie: &Mie) -> [f64; 2] {
+        let per_cubic_um = match self {
+            Concentration::Fraction(share) => share / mie.volume(),
+            Concentration::Number(number) => number / UM_PER_MM.powi(3),
+        };
+        let cross_sections = [
+            mie.scattering_cross_section(),
+            mie.absorption_cross_section(),
+        ];
+        cross_sections.map(|c| c * per_cubic_um * UM_PER_MM)
+    }
+
+    /// σ_s and σ_a of spheres in a medium that absorbs by itself; without scattering after an error.
+    pub(super) fn in_medium(
+        self,
+        medium: &Suspension,
+        object: &ObjectDescription,
+        context: &mut Context,
+    ) -> [Spectrum; 2] {
+        let Phase::Mie(mie) = medium.phase else {
+            if medium.plugin != Some("mie") {
+                let message = "'volume_fraction' and 'number_density' are those of the spheres of a phase function \
+                               'mie', which must be the medium's own, not one within a mixture";
+                context.error_at(&object.location, message);
+            }
+            return [Spectrum::ZERO, medium.absorption];
+        };
+        let [s, a] = self.coefficients(mie).map(Spectrum::splat);
+        [s, a + medium.absorption]
+    }
+}
+
+/// A medium that holds spheres.
+pub(super) struct Suspension<'a> {
+    /// Its phase function, and the plugin of that.
+    pub phase: &'a Phase,
+    pub plugin: Option<&'a str>,
+    /// σ_a of what is around the spheres.
+    pub absorption: Spectrum,
+}

@@ -1,0 +1,84 @@
+//! The sizes of spheres: one, or places of a quadrature over a log-normal distribution.
+//!
+//! Theory: docs/theory.md#mie-scattering.
+
+use super::{PhaseError, Series, Spheres};
+use std::f64::consts::PI;
+
+/// Logarithms of radii are followed from so many standard deviations below the median.
+const FROM: f64 = -6.0;
+/// Distance of places in standard deviations, at most. The quadrature of what is smooth converges exponentially: it is exact.
+const STEP: f64 = 0.25;
+/// Distance of the size parameters of the largest places, at most. Interference repeats at about π.
+const STEP_OF_SIZE: f64 = 1.0;
+/// Larger spheres that bring less of all scattering than this do not count.
+const NEGLIGIBLE: f64 = 1e-6;
+
+/// Spheres of one size.
+pub(super) struct Size {
+    /// Radius.
+    pub radius: f64,
+    /// Share of the number of spheres.
+    pub number: f64,
+    /// What they do.
+    pub series: Series,
+}
+
+/// The sizes of spheres.
+pub(super) fn sizes(spheres: &Spheres) -> Result<Vec<Size>, PhaseError> {
+    let deviation = spheres.geometric_deviation.ln();
+    if deviation == 0.0 {
+        let x = spheres.size_parameter(spheres.radius);
+        return within(x, Spheres::MOST_SIZE).map(|()| vec![size(spheres, spheres.radius, 1.0)]);
+    }
+    let coarse = until_negligible(spheres, STEP)?;
+    let largest = coarse.last().map_or(spheres.radius, |s| s.radius);
+    let step = STEP_OF_SIZE / (deviation * spheres.size_parameter(largest));
+    if step >= STEP {
+        return Ok(coarse);
+    }
+    until_negligible(spheres, step)
+}
+
+/// Places of a distribution, at a distance in standard deviations, up to where the rest is negligible.
+fn until_negligible(spheres: &Spheres, step: f64) -> Result<Vec<Size>, PhaseError> {
+    let deviation = spheres.geometric_deviation.ln();
+    let mut sizes = Vec::new();
+    let mut scattering = 0.0;
+    for t in (0..).map(|k| FROM + step * f64::from(k)) {
+        let radius = spheres.radius * (deviation * t).exp();
+        within(spheres.size_parameter(radius), Spheres::MOST_SIZE_OF_MANY)?;
+        let number = step * (-0.5 * t * t).exp() / (2.0 * PI).sqrt();
+        let size = size(spheres, radius, number);
+        let brings = number * radius * radius * size.series.scattering();
+        scattering += brings;
+        sizes.push(size);
+        // What is smaller brings ever more up to some size, and ever less from there.
+        if t > 0.0 && brings < NEGLIGIBLE * step * scattering {
+            break;
+        }
+    }
+    Ok(sizes)
+}
+
+fn size(spheres: &Spheres, radius: f64, number: f64) -> Size {
+    Size {
+        radius,
+        number,
+        series: Series::new(spheres.size_parameter(radius), spheres.relative_index()),
+    }
+}
+
+fn within(found: f64, most: f64) -> Result<(), PhaseError> {
+    let error = PhaseError::SphereSize { found, most };
+    if found <= most { Ok(()) } else { Err(error) }
+}
+
+/// With half the distances.
+#[cfg(test)]
+pub(super) fn finer(spheres: &Spheres) -> Vec<Size> {
+    let deviation = spheres.geometric_deviation.ln();
+    let coarse = sizes(spheres).unwrap();
+    let step = (coarse[1].radius / coarse[0].radius).ln() / deviation;
+    until_negligible(spheres, 0.5 * step).unwrap()
+}
