@@ -1,6 +1,6 @@
 //! What a description says without being assembled.
 
-use crate::scene::{ObjectDescription, PluginKind};
+use crate::scene::{ObjectDescription, PluginKind, Value};
 
 /// Sensors that are meters.
 pub(super) const METERS: [&str; 2] = ["fluencemeter", "irradiancemeter"];
@@ -20,4 +20,10 @@ pub(super) fn disperses(object: &ObjectDescription) -> bool {
         gases.contains(&object.plugin.as_str()) && !gives("wavelength") && !gives("constant");
     let volume = object.kind == PluginKind::Volume;
     volume && (of_air || DISPERSION_LAWS.contains(&object.plugin.as_str()))
+}
+
+/// Whether a sensor's image depends on the wavelength of the channel.
+pub(super) fn diffracts(sensor: &ObjectDescription) -> bool {
+    let mut properties = sensor.properties.iter();
+    properties.any(|p| p.name == "diffraction" && p.value == Value::Boolean(true))
 }

@@ -18,6 +18,17 @@ pub fn uniform_disc_sample(u: [f64; 2]) -> DVec2 {
     r * DVec2::from_angle(phi)
 }
 
+/// Point of the unit disc beyond a radius in [0, 1), uniform by area: that of the whole disc, moved outwards.
+pub fn uniform_ring_sample(inner: f64, u: [f64; 2]) -> DVec2 {
+    let p = uniform_disc_sample(u);
+    if inner == 0.0 {
+        return p;
+    }
+    let square = inner * inner;
+    let radius = (square + (1.0 - square) * p.length_squared()).sqrt();
+    radius * p.try_normalize().unwrap_or(DVec2::X)
+}
+
 /// The `u` of a point in the unit disc.
 pub fn uniform_disc_inverse(p: DVec2) -> [f64; 2] {
     let r = p.length();
