@@ -18,9 +18,8 @@ pub fn uniform_disc_sample(u: [f64; 2]) -> DVec2 {
     r * DVec2::from_angle(phi)
 }
 
-/// Point of the unit disc beyond a radius in [0, 1), uniform by area: that of the whole disc, moved outwards.
-pub fn uniform_ring_sample(inner: f64, u: [f64; 2]) -> DVec2 {
-    let p = uniform_disc_sample(u);
+/// A point of the unit disc, moved outwards beyond a radius in [0, 1) so that areas stay in proportion.
+pub fn disc_to_ring(inner: f64, p: DVec2) -> DVec2 {
     if inner == 0.0 {
         return p;
     }

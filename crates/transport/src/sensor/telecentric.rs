@@ -2,7 +2,7 @@
 
 use super::{PointSpread, Sensed, SensorRay};
 use crate::connection_end::{ConnectionEnd, EndSample};
-use crate::sampling::disc::uniform_ring_sample;
+use crate::sampling::disc::disc_to_ring;
 use glam::{DAffine3, DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 
@@ -179,7 +179,9 @@ impl ApertureStop {
     fn sample(&self, u: [f64; 2]) -> DVec2 {
         self.radius
             * match self.shape {
-                StopShape::Ring { obscuration } => uniform_ring_sample(obscuration, u),
+                StopShape::Ring { obscuration } => {
+                    disc_to_ring(obscuration, beside_knife(DVec2::X, 1.0, u))
+                }
                 StopShape::Knife { edge, cut } => beside_knife(edge, cut, u),
             }
     }

@@ -2,7 +2,7 @@
 
 use super::{Perspective, PointSpread, Sensed, SensorRay, to_world};
 use crate::connection_end::{ConnectionEnd, EndSample};
-use crate::sampling::disc::uniform_ring_sample;
+use crate::sampling::disc::{disc_to_ring, uniform_disc_sample};
 use glam::{DAffine3, DVec3};
 use std::f64::consts::{PI, TAU};
 
@@ -66,7 +66,8 @@ impl ThinLens {
 
     /// A point of the lens in local coordinates.
     fn on_lens(&self, u: [f64; 2]) -> DVec3 {
-        uniform_ring_sample(self.obscuration, u).extend(0.0) * self.aperture_radius
+        let open = disc_to_ring(self.obscuration, uniform_disc_sample(u));
+        open.extend(0.0) * self.aperture_radius
     }
 
     /// Area of the lens in scene units.
