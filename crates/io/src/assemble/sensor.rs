@@ -1,7 +1,7 @@
 //! Sensors.
 
 use super::context::Context;
-use super::described::is_meter;
+use super::described::{diffracts, is_meter};
 use super::film::{self, FilmParts};
 use super::medium;
 use super::sampler::{self, Samples};
@@ -124,6 +124,11 @@ fn view(object: &ObjectDescription, context: &mut Context) -> Option<View> {
         context.error_at(&object.location, message);
         return None;
     }
+    if diffracts(object) {
+        let message = "a camera of a batch cannot have 'diffraction', which spreads light beyond its column; render it alone";
+        context.error_at(&object.location, message);
+        return None;
+    }
     let mut q = Query::new(object, context.diagnostics);
     for kind in [
         PluginKind::Film,
@@ -133,14 +138,7 @@ fn view(object: &ObjectDescription, context: &mut Context) -> Option<View> {
     ] {
         q.child(kind);
     }
-    let wavelength = context.channels.wavelength(context.group);
-    let view = view_of(object, wavelength, q).or_else(|| unknown(object, context))?;
-    if view.wavelength.is_some() {
-        let message = "a camera of a batch cannot have 'diffraction', which spreads light beyond its column; render it alone";
-        context.error_at(&object.location, message);
-        return None;
-    }
-    Some(view)
+    view_of(object, None, q).or_else(|| unknown(object, context))
 }
 
 /// Reports a plugin that is no camera.
