@@ -6,6 +6,27 @@ EIKONAL = "crates/eikonal/src/"
 # name, file, text, replacement, package, test target, test
 PLANTED = [
     (
+        "light subpaths that diffraction leaves where they arrive",
+        TRANSPORT + "render/source.rs",
+        "*s += offset[0];",
+        "*s += 0.0 * offset[0];",
+        ("morgana-transport", "diffraction", "a_point_becomes_the_pattern_of_the_aperture"),
+    ),
+    (
+        "diffraction as wide in a medium as in vacuum",
+        TRANSPORT + "sensor/point_spread.rs",
+        "let radius = self.energy.radius(u[0]) / index;",
+        "let radius = self.energy.radius(u[0]) / index.signum();",
+        ("morgana-transport", "diffraction", "the_pattern_shrinks_in_a_medium_and_stays_in_place_in_a_crop"),
+    ),
+    (
+        "rings of an obscured aperture too faint",
+        TRANSPORT + "sensor/encircled_energy.rs",
+        "let amplitude = libm::j1(v) - obscuration * libm::j1(obscuration * v);",
+        "let amplitude = libm::j1(v) - obscuration * obscuration * libm::j1(obscuration * v);",
+        ("morgana-transport", "diffraction", "a_point_becomes_the_pattern_of_the_aperture"),
+    ),
+    (
         "polarisation that rays turn by the shortest way only",
         EIKONAL + "ray/carried.rs",
         "let (sin, cos) = self.solid_angle(first, from, to).sin_cos();",

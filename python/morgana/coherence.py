@@ -1,8 +1,9 @@
 """Low-coherence interferometry: what a reference arm of some length finds in recorded light, as optical coherence tomography does.
 
 Light of a broad spectrum interferes with its reference only where both have travelled equally far. :func:`a_scan` finds the power of a
-meter's light (:class:`morgana.Records`) that a reference of each length lets through, :func:`interferogram` the fringes of light whose
-ways are known one by one, such as those of :func:`morgana.trace`. Lengths are optical, ∫n ds, in scene units.
+meter's light (:class:`morgana.Records`), or of every pixel of a film that separates light by its length, that a reference of each length lets
+through; :func:`interferogram` the fringes of light whose ways are known one by one, such as those of :func:`morgana.trace`. Lengths are
+optical, ∫n ds, in scene units.
 
 Theory: docs/theory.md#low-coherence-gating.
 
@@ -13,12 +14,13 @@ Theory: docs/theory.md#low-coherence-gating.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, Dict, NamedTuple, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._records import Records
+from ._result import Result
 from ._values import comparable
 
 __all__ = ["AScan", "Source", "a_scan", "gaussian", "interferogram", "tabulated"]
@@ -76,14 +78,15 @@ class Source(NamedTuple):
 
 @comparable
 class AScan(NamedTuple):
-    """Light that interferes with a reference, by the reference's length and channel. Errors are standard errors among particles."""
+    """Light that interferes with a reference, by the reference's length and channel, and by the pixel of a film."""
 
     lengths: Doubles
     """Optical lengths of the reference, (n,)."""
     mean: Doubles
-    """Power that the coherence gate lets through, (n, channels), in the unit of the records' weights."""
+    """Light that the coherence gate lets through: power, (n, channels), in the unit of the records' weights; or radiance,
+    (n, height, width, channels), in that of the picture."""
     error: Doubles
-    """Its standard error."""
+    """Its standard error, of the same shape: among particles, or among samples of a pixel."""
 
     def __repr__(self) -> str:
         return f"<morgana.coherence.AScan of {len(self.lengths)} lengths>"
@@ -155,31 +158,35 @@ def tabulated(wavelengths: ArrayLike, power: ArrayLike) -> Source:
     return source._replace(coherence_length=_half(source, 2 * np.pi / (k[-1] - k[0])))
 
 
-def a_scan(records: Records, lengths: ArrayLike, source: Source) -> AScan:
-    """The power of recorded light that interferes with references of these lengths.
+def a_scan(light: Union[Records, Result], lengths: ArrayLike, source: Source) -> AScan:
+    """The light that interferes with references of these lengths: an A-scan of each meter or pixel; a row of pixels makes a B-scan.
 
-    It is Σ w |γ(L − ℓ)|² over records of weight w and optical length ℓ: the mean, over speckle, of the squared envelope of the fringes,
+    It is Σ w |γ(L − ℓ)|² over light of weight w and optical length ℓ: the mean, over speckle, of the squared envelope of the fringes,
     without the power of the reference, of light whose paths have independent phases, in one polarisation and one mode of the detector. Fringes of a mirror, whose light all has one phase, have the
     same squared envelope. The index does not depend on the wavelength within the spectrum.
 
+    Light of a film is taken as spread evenly within each bin of length, and light outside the bins as absent. Errors of its bins are taken as
+    independent: where one path brings light to several bins within a gate, they are a little too small.
+
     Parameters
     ----------
-    records : Records
-        Records of the light.
+    light : Records or Result
+        Records of the light, or a picture whose film has a ``decomposition`` by ``length`` or ``time``.
     lengths : array_like
-        Optical lengths L of the reference, (n,): from the emitter to the meter, as those of the records.
+        Optical lengths L of the reference, (n,): from the emitter to the meter or sensor, as those of the light.
     source : Source
         The light.
 
     Returns
     -------
     AScan
-        The power by length, with its error.
+        The light by length, with its error.
 
     Raises
     ------
     ValueError
-        Lengths that are not finite numbers in a row.
+        Lengths that are not finite numbers in a row; a picture without bins of length, with Stokes parameters, or with bins wider than half
+        of the coherence length, which hide what the gate resolves.
 
     Examples
     --------
@@ -187,19 +194,57 @@ def a_scan(records: Records, lengths: ArrayLike, source: Source) -> AScan:
     >>> depth = (scan.lengths - 2) / 2 / 1.37
     """
     reference = _row(lengths)
-    _, rows = np.unique(records.particle, return_inverse=True)
-    particles, channels = int(rows.max(initial=-1)) + 1, records.weight.shape[1]
+    if isinstance(light, Result):
+        return _film_scan(light, reference, source)
+    _, rows = np.unique(light.particle, return_inverse=True)
+    particles, channels = int(rows.max(initial=-1)) + 1, light.weight.shape[1]
     mean, error = np.zeros((2, len(reference), channels))
     step = max(1, BLOCK // max(len(rows), 1))
     for start in range(0, len(reference), step):
         part = reference[start : start + step]
-        gate = np.abs(source.degree(part[:, None] - records.optical_length)) ** 2
+        gate = np.abs(source.degree(part[:, None] - light.optical_length)) ** 2
         for c in range(channels):
-            for i, row in enumerate(gate * records.weight[:, c]):
+            for i, row in enumerate(gate * light.weight[:, c]):
                 sums = np.asarray(np.bincount(rows, row, particles), float)
                 mean[start + i, c] = sums.sum()
-                error[start + i, c] = _error(sums, records.particles)
+                error[start + i, c] = _error(sums, light.particles)
     return AScan(reference, mean, error)
+
+
+def _film_scan(film: Result, reference: Doubles, source: Source) -> AScan:
+    """The scan of each pixel."""
+    axis, mean, variance = _by_length(film)
+    speed = axis["speed_of_light"] or 1.0
+    width = axis["width"] * speed
+    if width > source.coherence_length / 2:
+        raise ValueError(
+            f"the film's bins are {width:.4g} long, more than half of the coherence length, {source.coherence_length:.4g}: take a smaller bin_width"
+        )
+    # Three of Gauss's nodes in each bin.
+    nodes, weights = np.polynomial.legendre.leggauss(3)
+    middle = axis["min"] * speed + width * (np.arange(axis["bins"]) + 0.5)
+    places = middle[:, None] + width / 2 * nodes
+    gate = np.stack([np.abs(source.degree(length - places)) ** 2 @ weights / 2 for length in reference])
+    error = np.sqrt(np.tensordot(gate**2, np.nan_to_num(variance, posinf=0.0), 1))
+    error[:, ~np.isfinite(variance).all(axis=0)] = np.inf
+    return AScan(reference, np.tensordot(gate, mean, 1), error)
+
+
+def _by_length(film: Result) -> Tuple[Dict[str, Any], Doubles, Doubles]:
+    """The axis of lengths; means and their variances by bin and pixel, (bins, height, width, channels)."""
+    axes = {axis["name"]: axis for axis in film.axes}
+    axis = axes.get("length") or axes.get("time")
+    if axis is None:
+        raise ValueError("the picture's light is not separated by length: give its film the decomposition 'length' or 'time'")
+    if "stokes" in axes:
+        raise ValueError("the picture has Stokes parameters: render it without the integrator 'stokes'")
+    mean, variance = np.zeros((2, axis["bins"], *film.image.shape))
+    for name, layer in film.layers.items():
+        place = name.split(".")[1] if name.startswith(f"{axis['name']}.") else ""
+        if place.isdigit():
+            mean[int(place)] += layer.mean
+            variance[int(place)] += layer.variance
+    return axis, mean, variance
 
 
 def interferogram(lengths: ArrayLike, ways: ArrayLike, power: ArrayLike, source: Source, *, reference: float = 1.0) -> Doubles:

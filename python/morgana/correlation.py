@@ -35,6 +35,7 @@ __all__ = [
     "brownian",
     "correlate",
     "correlate_tagged",
+    "shear",
     "speckle_contrast",
     "tagged",
 ]
@@ -115,6 +116,47 @@ def ballistic(speed: float, moving: float = 1.0) -> Motion:
     4e-06
     """
     square = _moving(moving) * positive(speed, "speed") ** 2
+    return lambda delays: square * np.asarray(delays, float) ** 2
+
+
+def shear(rate: float, transport_length: float, g: float = 0.0) -> Motion:
+    """Scatterers that a sheared flow carries apart: an effective mean square displacement of (Γ l* τ)²/(5 (1 + g)).
+
+    Between two scatterings the flow moves the scatterers against one another by Γ τ times their distance. Directions of light that has been
+    scattered many times are random, and forget one another: of the second order, which counts here, by g² at each scattering of Henyey and
+    Greenstein's law. With the mean ``g`` = 0 this is the law of Wu, Pine, Chaikin, Huang and Weitz (1990) for a path of length s,
+    exp(−(n k₀ Γ l* τ)² s/(15 l*)). It does not hold for light that is scattered a few times, nor where Γ changes over l*. A uniform
+    flow on top changes nothing.
+
+    Parameters
+    ----------
+    rate : float
+        Shear rate Γ = ∂v/∂x across the flow, ≥ 0, per second. Of any incompressible flow, the root of 2 Σ S², where S is the symmetric part of
+        its velocity gradient.
+    transport_length : float
+        Transport mean free path l* = 1/(μₛ(1 − g)) of the region, > 0, in scene units.
+    g : float
+        Mean cosine of scattering, in (−1, 1).
+
+    Returns
+    -------
+    callable
+        The effective mean square displacement by delay.
+
+    Raises
+    ------
+    ValueError
+        A number out of range.
+
+    Examples
+    --------
+    >>> correlation.shear(100.0, 1.0)(1e-3)
+    0.002...
+    """
+    if not -1 < g < 1:
+        raise ValueError(f"g must be between -1 and 1, not {g}")
+    length = positive(transport_length, "transport_length", least=np.nextafter(0, 1))
+    square = (positive(rate, "rate") * length) ** 2 / (5 * (1 + g))
     return lambda delays: square * np.asarray(delays, float) ** 2
 
 
@@ -252,6 +294,11 @@ def _decay(
         if isinstance(index, Mapping) and name not in index:
             raise ValueError(f"the region {name!r} moves, but has no index")
         n = positive(index[name] if isinstance(index, Mapping) else index, "index", least=np.nextafter(0, 1))
+        if not callable(motion):
+            raise ValueError(
+                f"the motion of {name!r} must be a function of delays, such as brownian() or shear() gives: records do not say where light was "
+                "scattered, so that a field of velocities cannot move it"
+            )
         square = np.asarray(motion(delays), float)
         if square.shape != delays.shape or not np.all(np.isfinite(square) & (square >= 0)):
             raise ValueError(f"the motion of {name!r} must give one mean square displacement for each delay, not negative")

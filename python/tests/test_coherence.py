@@ -1,6 +1,6 @@
 """Low-coherence interferometry: mirrors and lenses whose optical lengths are known in closed form.
 
-False alarms: 1e-3 for the powers that a pane and a mirror reflect; of closed forms, none.
+False alarms: 1e-3 for the powers that a pane and a mirror reflect, and for the depths of a slab; of closed forms, none.
 """
 
 import math
@@ -124,6 +124,65 @@ def test_a_luneburg_lens_is_as_long_for_every_ray():
     assert scan.mean[1, 0] < 1e-6 and scan.mean[2, 0] < 0.01
 
 
+SLAB = {"sigma_t": 2.0, "albedo": 0.8}
+
+
+def slab(decomposition, **film):
+    """A slab from z = 0 to 1 that scatters once, seen from z = −1 along the beam that lights it."""
+    return morgana.load_dict({
+        "type": "scene",
+        "integrator": {"type": "path", "max_depth": 2},
+        "sensor": {
+            "type": "orthographic", "to_world": [{"scale": [0.1, 0.1, 1]}, {"translate": [0, 0, -1]}],
+            "film": {"type": "hdrfilm", "width": 2, "height": 1, "pixel_format": "luminance", "rfilter": {"type": "box"},
+                     "decomposition": decomposition, **film},
+        },
+        "beam": {"type": "collimated", "radius": 1.0, "power": math.pi, "to_world": [{"translate": [0, 0, -1]}]},
+        "slab": {
+            "type": "cube", "bsdf": {"type": "null"}, "to_world": [{"scale": [3, 3, 0.5]}, {"translate": [0, 0, 0.5]}],
+            "interior": {"type": "homogeneous", **SLAB},
+        },
+    })  # fmt: skip
+
+
+def single_scattering(lengths, source):
+    """∫ σ_s/(4π) e^{−2σ_t z} |γ(L − 2 − 2z)|² dz for an irradiance of 1."""
+    z = (np.arange(4000) + 0.5) / 4000
+    gate = np.abs(source.degree(np.asarray(lengths)[:, None] - 2 - 2 * z)) ** 2
+    mu_t, albedo = SLAB["sigma_t"], SLAB["albedo"]
+    return (gate * mu_t * albedo / (4 * math.pi) * np.exp(-2 * mu_t * z)).mean(axis=1)
+
+
+def test_films_give_scans_of_their_pixels():
+    source = coherence.gaussian(0.1, 0.05)
+    bins = {"min_bound": 1.0, "max_bound": 5.0, "bin_width": 0.04}
+    lengths = np.array([1.0, 2.0, 2.1, 2.5, 3.0, 3.9])
+    result = morgana.render(slab("length", **bins), spp=40_000, seed=3)
+    scan = coherence.a_scan(result, lengths, source)
+    assert scan.mean.shape == scan.error.shape == (6, 1, 2, 1)
+    expected = single_scattering(lengths, source)
+    # Ten comparisons: 4 standard errors are exceeded in 6e-4. Bins of a fifth of the coherence length shift light within them: 0.1 %.
+    difference = np.abs(scan.mean[:, 0, :, 0] - expected[:, None])
+    assert np.all(difference <= 4 * scan.error[:, 0, :, 0] + 1e-3 * expected.max())
+    assert np.all(scan.error[1:, 0, :, 0] < 0.05 * expected[1:, None]) and scan.mean[0].max() < 1e-6
+    # Bins of time, and by bounces as well, are the same light.
+    speed = 2.0
+    times = {"min_bound": 0.5, "max_bound": 2.5, "bin_width": 0.02, "speed_of_light": speed, "max_bounces": 3}
+    other = coherence.a_scan(morgana.render(slab("time,bounce", **times), spp=40_000, seed=3), lengths, source)
+    np.testing.assert_allclose(other.mean, scan.mean, rtol=1e-5, atol=1e-9)
+
+
+def test_errors_of_films_are_those_among_samples():
+    source = coherence.gaussian(0.1, 0.05)
+    scene = slab("length", min_bound=1.0, max_bound=5.0, bin_width=0.04)
+    runs = [coherence.a_scan(morgana.render(scene, spp=64, seed=seed), [2.4], source) for seed in range(100)]
+    values, claimed = (np.array([getattr(run, name).ravel() for run in runs]) for name in ("mean", "error"))
+    # The relative error of a standard deviation of 200 values is 5 %.
+    assert 0.8 < values.std(ddof=1) / np.sqrt((claimed**2).mean()) < 1.2
+    once = coherence.a_scan(morgana.render(scene, spp=1, seed=1), [2.4], source)
+    assert np.isinf(once.error).all() and np.isfinite(once.mean).all()
+
+
 def test_fringes_are_as_far_apart_as_waves():
     source = coherence.gaussian(WAVELENGTH, WIDTH)
     lengths = 5 + WAVELENGTH * np.array([0, 0.25, 0.5, 200])
@@ -136,6 +195,11 @@ def test_fringes_are_as_far_apart_as_waves():
 
 def test_what_is_wrong_is_said():
     light, source = records([1.0], [1.0]), coherence.gaussian(1, 1)
+    wide = {"min_bound": 0, "max_bound": 5, "bin_width": 0.5}
+
+    def picture(decomposition, **film):
+        return morgana.render(slab(decomposition, **film), spp=1)
+
     for call, said in [
         (lambda: coherence.gaussian(0, 1), "wavelength must be finite and positive, not 0"),
         (lambda: coherence.gaussian(1, math.nan), "width must be finite and positive"),
@@ -143,6 +207,8 @@ def test_what_is_wrong_is_said():
         (lambda: coherence.tabulated([1, 2], [1, -1]), "power is finite, not negative"),
         (lambda: coherence.a_scan(light, [[1.0]], source), "lengths are finite numbers in one row"),
         (lambda: coherence.interferogram([1.0], [1.0], -1.0, source), "powers must be finite and not negative"),
+        (lambda: coherence.a_scan(picture("bounce", max_bounces=1), [1.0], source), "give its film the decomposition 'length' or 'time'"),
+        (lambda: coherence.a_scan(picture("length", **wide), [1.0], coherence.gaussian(1, 1)), "take a smaller bin_width"),
     ]:
         with pytest.raises(ValueError, match=said):
             call()

@@ -71,6 +71,53 @@ def test_errors_are_those_among_particles():
     assert once.normalized_error[0, 0] == 0
 
 
+def sheared(g, delay, walks=20_000, steps=120, mu_s=2.0, rate=3.0, k=1.0, seed=1):
+    """Phases that the flow v = Γ z x̂ changes along walks in an infinite medium, and their mean length: Δφ = k Σ u·v(ℓ u) τ over flights."""
+    rng = np.random.default_rng(seed)
+    u = rng.normal(size=(walks, 3))
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    phase, length = np.zeros((2, walks))
+    for _ in range(steps):
+        flight = rng.exponential(1 / mu_s, walks)
+        # Scatterers at the ends of a flight move apart by Γ ℓ u_z τ along x.
+        phase += k * rate * delay * flight * u[:, 2] * u[:, 0]
+        length += flight
+        xi = rng.random(walks)
+        cos = (1 + g**2 - ((1 - g**2) / (1 - g + 2 * g * xi)) ** 2) / (2 * g) if g else 2 * xi - 1
+        across = np.cross(u, rng.normal(size=(walks, 3)))
+        across /= np.linalg.norm(across, axis=1, keepdims=True)
+        u = cos[:, None] * u + np.sqrt(1 - cos**2)[:, None] * across
+    return phase, length
+
+
+@pytest.mark.parametrize("g", [0.0, 0.8])
+def test_shear_is_what_walks_find(g):
+    """Phases of walks, whose variance the closed form must give; 4.5 standard errors are exceeded in 7e-6."""
+    delay, mu_s, rate = 0.05, 2.0, 3.0
+    phase, length = sheared(g, delay)
+    transport = 1 / (mu_s * (1 - g))
+    # Half the variance is the exponent of g₁: ⅓ k² ⟨Δr²⟩ s/l*; the first flights, which remember their start, are some 2 % of 120.
+    expected = 2 / 3 * correlation.shear(rate, transport, g)(delay) * length.mean() / transport
+    square = phase**2
+    error = square.std(ddof=1) / math.sqrt(len(square))
+    start = 1 / (1 - g**2) / 120
+    assert abs(square.mean() - expected) < 4.5 * error + start * expected
+    assert error < 0.015 * expected and start < 0.03
+    # The transport length alone, as for isotropic scattering, would be far off.
+    if g:
+        assert abs(square.mean() - expected * (1 + g)) > 20 * error
+    # And the light itself decays so.
+    field = np.cos(phase)
+    assert abs(field.mean() - math.exp(-expected / 2)) < 4.5 * field.std() / math.sqrt(len(field)) + start * expected
+
+
+def test_shear_decays_with_the_square_of_the_delay():
+    # A path of length s = Y l*: exp(−(k Γ l* τ)² s/(15 l*)).
+    found = correlate(records([1.0], [7.0]), motions={"tissue": correlation.shear(50.0, 0.4)})
+    k = 2 * math.pi * INDEX / WAVELENGTH
+    np.testing.assert_allclose(found.mean[:, 0], np.exp(-((k * 50.0 * 0.4 * DELAYS) ** 2) * 7 / 15))
+
+
 def test_contrast_of_one_decay_has_a_closed_form():
     exposures = np.array([1e-6, 1e-4, 1e-2])
     light = records([1.0, 1.0], [1.0, 1.0])
@@ -196,6 +243,10 @@ def test_what_is_wrong_is_said():
         (lambda: correlation.correlate(light, [0.0], move, wavelength=0, index=1), "wavelength must be finite and positive"),
         (lambda: correlation.correlate(light, [0.0], move, wavelength=1, index={}), "'tissue' moves, but has no index"),
         (lambda: correlate(light, motions={"tissue": lambda t: -t - 1}), "mean square displacement for each delay"),
+        (lambda: correlate(light, motions={"tissue": np.zeros((4, 4, 4, 3))}), "a field of velocities cannot move it"),
+        (lambda: correlation.shear(-1, 1), "rate must be finite and not negative"),
+        (lambda: correlation.shear(1, 0), "transport_length must be finite and positive"),
+        (lambda: correlation.shear(1, 1, g=1), "g must be between -1 and 1"),
         (lambda: correlation.brownian(-1), "diffusion must be finite and not negative"),
         (lambda: correlation.brownian(1, moving=2), "between 0 and 1"),
         (lambda: correlation.speckle_contrast(light, [0.0], move, wavelength=1, index=1), "exposures are finite"),

@@ -1,4 +1,7 @@
-"""The notebooks: they run, hold what they assert, draw their figures, and are stored without outputs."""
+"""The notebooks: they run, hold what they assert, draw their figures, and are stored without outputs.
+
+One that takes long has a cell tagged ``parameters``, and names smaller sizes for some of these in ``test_sizes`` of its metadata.
+"""
 
 import os
 
@@ -30,12 +33,22 @@ def test_they_are_stored_without_outputs(path):
     assert path.stat().st_size < 30_000
 
 
+def made_small(notebook):
+    """Sets the sizes for tests after the parameters of the notebook."""
+    sizes = notebook.metadata.get("test_sizes", {})
+    if sizes:
+        at = next(i for i, cell in enumerate(notebook.cells) if "parameters" in cell.metadata.get("tags", []))
+        assert all(f"{name} = " in notebook.cells[at].source for name in sizes)
+        notebook.cells.insert(at + 1, nbformat.v4.new_code_cell("\n".join(f"{name} = {value}" for name, value in sizes.items())))
+
+
 @named(NOTEBOOKS)
 def test_they_run(path, tmp_path):
     (tmp_path / "scenes").symlink_to(SCENES)
     folder = tmp_path / "docs/notebooks"
     folder.mkdir(parents=True)
     notebook = nbformat.read(path, as_version=4)
+    made_small(notebook)
     client = NotebookClient(notebook, timeout=120, kernel_name="python3", resources={"metadata": {"path": str(folder)}})
     # A cell that raises, by a failed assertion say, raises here.
     client.execute(env={**os.environ, "MPLBACKEND": INLINE})

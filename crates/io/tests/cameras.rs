@@ -275,3 +275,106 @@ fn focus_behind_a_face_is_at_the_apparent_distance() {
     let blurred = radius * depth * (n - 1.0) / n / (face + depth);
     assert!((confusion(face + depth) - blurred).abs() < 1e-7);
 }
+
+/// A camera on a film of three wavelengths, or of colours.
+fn load_diffracting(kind: &str, parameters: &str, film: &str) -> Result<Loaded, String> {
+    let text = format!(
+        "<scene version='3.0.0'><sensor type='{kind}'>{parameters}<film type='hdrfilm'>
+         <integer name='width' value='4'/><integer name='height' value='4'/>{film}</film></sensor>
+         <emitter type='constant'/></scene>"
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.xml");
+    std::fs::write(&path, text).unwrap();
+    morgana_io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
+}
+
+const LINES: &str = "<string name='pixel_format' value='spectral'/><string name='wavelengths' value='450, 550, 900'/>";
+const DIFFRACTION: &str =
+    "<boolean name='diffraction' value='true'/><float name='metres_per_unit' value='1e-3'/>";
+
+#[test]
+fn each_wavelength_is_diffracted_as_far() {
+    let offset = |loaded: &Loaded, group: usize| {
+        let sensor = loaded.groups[group].sensor();
+        sensor.point_spread().unwrap().offset(1.0, [0.5, 0.0])[0]
+    };
+    // Half of the light is within v = 1.680225 (Rayleigh).
+    let v = 1.680_225;
+    let lens = format!(
+        "<float name='fov' value='2'/><float name='aperture_radius' value='0.5'/>{DIFFRACTION}"
+    );
+    let lens = load_diffracting("thinlens", &lens, LINES).unwrap();
+    let stop = format!("<float name='acceptance_angle' value='3'/>{DIFFRACTION}");
+    let stop = load_diffracting("telecentric", &stop, LINES).unwrap();
+    assert_eq!([lens.groups.len(), stop.groups.len()], [3, 3]);
+    for (group, nm) in [450.0, 550.0, 900.0].into_iter().enumerate() {
+        // In millimetres; images are 2 tan 1° wide at unit distance, and 2.
+        let slope = v * nm * 1e-6 / (2.0 * std::f64::consts::PI * 0.5);
+        let expected = slope / (2.0 * 1f64.to_radians().tan());
+        assert!((offset(&lens, group) / expected - 1.0).abs() < 1e-5);
+        let place = v * nm * 1e-6 / (2.0 * std::f64::consts::PI * 3f64.to_radians().sin());
+        assert!((offset(&stop, group) / (place / 2.0) - 1.0).abs() < 1e-5);
+    }
+    let without = "<float name='aperture_radius' value='0.5'/>";
+    let without = load_diffracting("thinlens", without, LINES).unwrap();
+    assert!(without.groups.len() == 1 && without.scene().sensor().point_spread().is_none());
+}
+
+#[test]
+fn diffraction_says_what_it_needs() {
+    let lens = "<float name='aperture_radius' value='0.5'/>";
+    let stop = "<float name='acceptance_angle' value='3'/>";
+    let sheared = "<transform name='to_world'><matrix value='1 0.5 0 0 0 1 0 0 0 0 1 0 0 0 0 1'/></transform>";
+    let on = "<boolean name='diffraction' value='true'/>";
+    let knife = "<vector name='knife_edge' value='1, 0, 0'/>";
+    for (kind, parameters, film, expected) in [
+        (
+            "thinlens",
+            format!("{lens}{DIFFRACTION}"),
+            "",
+            "the pixel_format 'spectral'",
+        ),
+        ("thinlens", format!("{lens}{on}"), LINES, "metres_per_unit"),
+        (
+            "thinlens",
+            format!("{lens}{DIFFRACTION}{sheared}"),
+            LINES,
+            "must not shear",
+        ),
+        (
+            "thinlens",
+            format!("{lens}<float name='metres_per_unit' value='1'/>"),
+            LINES,
+            "matters to 'diffraction' only",
+        ),
+        (
+            "thinlens",
+            format!("{lens}<float name='obscuration' value='1'/>"),
+            LINES,
+            "obscuration",
+        ),
+        (
+            "telecentric",
+            format!("{stop}{DIFFRACTION}{knife}"),
+            LINES,
+            "a knife edge or 'diffraction', not both",
+        ),
+        (
+            "telecentric",
+            format!("{stop}{knife}<float name='obscuration' value='0.5'/>"),
+            LINES,
+            "a knife edge or 'obscuration', not both",
+        ),
+        ("perspective", DIFFRACTION.to_owned(), LINES, "diffraction"),
+        (
+            "batch",
+            format!("<sensor type='thinlens'>{lens}{DIFFRACTION}</sensor>"),
+            LINES,
+            "a camera of a batch cannot have 'diffraction'",
+        ),
+    ] {
+        let refused = load_diffracting(kind, &parameters, film).expect_err(expected);
+        assert!(refused.contains(expected), "{expected}: {refused}");
+    }
+}

@@ -1,7 +1,7 @@
 //! Spectral channels: luminance, RGB, or any list of wavelengths.
 
 use super::colour::{self, Seen, at, luminance};
-use super::described::{disperses, is_meter};
+use super::described::{diffracts, disperses, is_meter};
 use super::texture_role::Role;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::scene::{ObjectDescription, PluginKind, SpectrumValue, Value, descendants};
@@ -18,7 +18,7 @@ pub(super) enum Channels {
     Wavelengths {
         /// In nanometres.
         nm: Vec<f64>,
-        /// Whether each has paths of its own, because an index depends on the wavelength.
+        /// Whether each has paths of its own, because an index, or diffraction at the aperture, depends on the wavelength.
         apart: bool,
     },
 }
@@ -43,7 +43,7 @@ impl Channels {
                 _ => Channels::Rgb,
             };
         };
-        let apart = descendants(seen(root)).any(disperses);
+        let apart = descendants(seen(root)).any(disperses) || first.is_some_and(|s| diffracts(s));
         let text = |name: &str| {
             let property = film.properties.iter().find(|p| p.name == name)?;
             match &property.value {

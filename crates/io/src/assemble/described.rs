@@ -1,6 +1,6 @@
 //! What a description says without being assembled.
 
-use crate::scene::{ObjectDescription, PluginKind};
+use crate::scene::{ObjectDescription, PluginKind, Value};
 
 /// Sensors that are meters.
 pub(super) const METERS: [&str; 2] = ["fluencemeter", "irradiancemeter"];
@@ -23,4 +23,10 @@ pub(super) fn disperses(object: &ObjectDescription) -> bool {
         PluginKind::Phase => object.plugin == "mie" && !gives("wavelength"),
         _ => false,
     }
+}
+
+/// Whether a sensor's image depends on the wavelength of the channel.
+pub(super) fn diffracts(sensor: &ObjectDescription) -> bool {
+    let mut properties = sensor.properties.iter();
+    properties.any(|p| p.name == "diffraction" && p.value == Value::Boolean(true))
 }

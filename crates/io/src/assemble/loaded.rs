@@ -98,12 +98,12 @@ impl Loaded {
         }
     }
 
-    /// Whether groups differ in their indices: some medium disperses, and each wavelength has rays of its own.
+    /// Whether each wavelength has paths of its own: some medium disperses, or the sensor's aperture diffracts.
     pub fn is_dispersive(&self) -> bool {
         self.scene().film().group_size == 1 && self.groups.len() > 1
     }
 
-    /// The scenes whose rays are those of the first: all, unless some medium disperses.
+    /// The scenes whose rays are those of the first: all, unless each wavelength has paths of its own.
     pub fn same_rays(&self) -> &[Scene] {
         if self.is_dispersive() {
             &self.groups[..1]

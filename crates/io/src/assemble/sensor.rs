@@ -1,7 +1,7 @@
 //! Sensors.
 
 use super::context::Context;
-use super::described::is_meter;
+use super::described::{diffracts, is_meter};
 use super::film::{self, FilmParts};
 use super::medium;
 use super::sampler::{self, Samples};
@@ -53,13 +53,14 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
         q.ignored_child(filter, "belongs into the film, and is ignored here");
     }
     let inside = q.child(PluginKind::Medium).cloned();
+    let wavelength = context.channels.wavelength(context.group);
     let batch = (object.plugin == "batch").then(|| q.children(PluginKind::Sensor));
     let views = match batch {
         Some(cameras) => {
             q.finish(&[]);
             cameras.iter().map(|camera| view(camera, context)).collect()
         }
-        None => view_of(object, q)
+        None => view_of(object, wavelength, q)
             .or_else(|| unknown(object, context))
             .map(|view| vec![view]),
     };
@@ -123,6 +124,11 @@ fn view(object: &ObjectDescription, context: &mut Context) -> Option<View> {
         context.error_at(&object.location, message);
         return None;
     }
+    if diffracts(object) {
+        let message = "a camera of a batch cannot have 'diffraction', which spreads light beyond its column; render it alone";
+        context.error_at(&object.location, message);
+        return None;
+    }
     let mut q = Query::new(object, context.diagnostics);
     for kind in [
         PluginKind::Film,
@@ -132,7 +138,7 @@ fn view(object: &ObjectDescription, context: &mut Context) -> Option<View> {
     ] {
         q.child(kind);
     }
-    view_of(object, q).or_else(|| unknown(object, context))
+    view_of(object, None, q).or_else(|| unknown(object, context))
 }
 
 /// Reports a plugin that is no camera.
@@ -147,10 +153,12 @@ struct View {
     frame: DAffine3,
     /// How far the picture shows what lies to the right and below, in its own width and height.
     shift: [f64; 2],
+    /// In scene units, if the aperture diffracts.
+    wavelength: Option<f64>,
 }
 
-/// `None` if the plugin is unknown.
-fn view_of(object: &ObjectDescription, mut q: Query) -> Option<View> {
+/// `None` if the plugin is unknown. The `wavelength` in nm is that of the channel, if it has one.
+fn view_of(object: &ObjectDescription, wavelength: Option<f64>, mut q: Query) -> Option<View> {
     let frame = match object.plugin.as_str() {
         "radiancemeter" => along_a_ray(&mut q),
         _ => {
@@ -168,6 +176,12 @@ fn view_of(object: &ObjectDescription, mut q: Query) -> Option<View> {
         q.error("to_world", "the sensor's transform is singular");
     }
     let optics = optics(object, &frame, &mut q);
+    let wavelength = match &optics {
+        Some(Optics::ThinLens(_) | Optics::Telecentric(..)) => {
+            diffraction(wavelength, &frame, &mut q)
+        }
+        _ => None,
+    };
     let shift = if object.plugin == "perspective" {
         ["principal_point_offset_x", "principal_point_offset_y"]
             .map(|name| q.float_in(name, SHIFTS, 0.0))
@@ -190,7 +204,41 @@ fn view_of(object: &ObjectDescription, mut q: Query) -> Option<View> {
         optics,
         frame,
         shift,
+        wavelength,
     })
+}
+
+/// A cosine between axes that is a shear, not rounding.
+const SHEAR: f64 = 1e-6;
+
+/// The wavelength of light that the aperture diffracts, in scene units, if it does: `wavelength` is that of the channel in nm.
+fn diffraction(wavelength: Option<f64>, frame: &DAffine3, q: &mut Query) -> Option<f64> {
+    if !q.boolean_or("diffraction", false) {
+        if q.has("metres_per_unit") {
+            let message = "the length of a scene unit matters to 'diffraction' only: set that, or leave this out";
+            q.error("metres_per_unit", message);
+        }
+        return None;
+    }
+    let metres = q.float_in("metres_per_unit", POSITIVE, None);
+    let axes = [
+        frame.matrix3.x_axis,
+        frame.matrix3.y_axis,
+        frame.matrix3.z_axis,
+    ];
+    let [x, y, z] = axes.map(|axis| axis.normalize_or_zero());
+    if [x.dot(y), y.dot(z), z.dot(x)]
+        .iter()
+        .any(|c| c.abs() > SHEAR)
+    {
+        let message = "the transform of a sensor with 'diffraction' must not shear";
+        q.error("to_world", message);
+    }
+    if wavelength.is_none() {
+        let message = "diffraction depends on the wavelength: the film needs the pixel_format 'spectral' and 'wavelengths'";
+        q.error("diffraction", message);
+    }
+    Some(wavelength? * 1e-9 / metres)
 }
 
 /// Where a radiance meter looks: along +z of its transform, or from a point in a direction.
@@ -241,6 +289,7 @@ pub(super) fn absent(context: &mut Context) -> SensorParts {
         }),
         frame: DAffine3::from_translation(eye),
         shift: [0.0; 2],
+        wavelength: None,
     };
     let aspect = film.spec.width as f64 / film.spec.height as f64;
     SensorParts {
@@ -253,9 +302,17 @@ pub(super) fn absent(context: &mut Context) -> SensorParts {
 
 enum Optics {
     Pinhole(Fov),
-    ThinLens(Fov, f64, f64),
+    ThinLens(Lens),
     Orthographic,
     Telecentric(f64, ApertureStop),
+}
+
+/// A thin lens, in local units.
+struct Lens {
+    fov: Fov,
+    radius: f64,
+    obscuration: f64,
+    focus_distance: f64,
 }
 
 /// A full angle in radians along an axis of the image.
@@ -280,7 +337,12 @@ fn optics(object: &ObjectDescription, frame: &DAffine3, q: &mut Query) -> Option
             let fov = fov(q);
             let radius = q.float_in("aperture_radius", POSITIVE, None);
             let far = q.float_or("far_clip", FAR_CLIP);
-            Optics::ThinLens(fov, radius, focus(frame, POSITIVE, far, q))
+            Optics::ThinLens(Lens {
+                fov,
+                radius,
+                obscuration: obscuration(q),
+                focus_distance: focus(frame, POSITIVE, far, q),
+            })
         }
         "orthographic" => Optics::Orthographic,
         "radiancemeter" => Optics::Pinhole(Fov {
@@ -293,6 +355,14 @@ fn optics(object: &ObjectDescription, frame: &DAffine3, q: &mut Query) -> Option
         }
         _ => return None,
     })
+}
+
+/// Largest obscuration: less of an aperture than its rim lets hardly any light pass.
+const MOST_OBSCURED: f64 = 0.95;
+
+/// The share of an aperture's radius that is covered in its middle.
+fn obscuration(q: &mut Query) -> f64 {
+    q.float_in("obscuration", 0.0..=MOST_OBSCURED, 0.0)
 }
 
 /// Where the plane of focus is along the axis, in local units: by its distance, or by a point of it in the world.
@@ -321,6 +391,7 @@ fn stop(q: &mut Query) -> ApertureStop {
         None,
     );
     let radius = angle.to_radians().tan();
+    let obscuration = obscuration(q);
     if !q.has("knife_edge") {
         if q.has("knife_angle") {
             q.error(
@@ -328,7 +399,15 @@ fn stop(q: &mut Query) -> ApertureStop {
                 "a knife needs a vector 'knife_edge', its direction",
             );
         }
-        return ApertureStop::disc(radius);
+        return ApertureStop::ring(radius, obscuration);
+    }
+    for name in ["obscuration", "diffraction"] {
+        if q.has(name) {
+            let message = format!(
+                "the stop has a knife edge or '{name}', not both: the image behind a knife edge depends on the coherence of the light"
+            );
+            q.error(name, message);
+        }
     }
     let edge = q.vector("knife_edge");
     if edge.truncate().length() < 1e-9 || edge.z != 0.0 {
@@ -399,12 +478,19 @@ impl View {
         let pinhole = |fov: &Fov| Perspective::new(frame, fov.horizontal(aspect), aspect);
         match &self.optics {
             Optics::Pinhole(fov) => Sensor::Perspective(pinhole(fov)),
-            Optics::ThinLens(fov, radius, distance) => {
-                Sensor::ThinLens(ThinLens::new(pinhole(fov), *radius, *distance))
+            Optics::ThinLens(lens) => {
+                let sensor = ThinLens::new(pinhole(&lens.fov), lens.radius, lens.focus_distance)
+                    .with_obscuration(lens.obscuration);
+                Sensor::ThinLens(match self.wavelength {
+                    Some(wavelength) => sensor.with_diffraction(wavelength),
+                    None => sensor,
+                })
             }
             Optics::Orthographic => Sensor::Orthographic(Orthographic::new(frame, aspect)),
             Optics::Telecentric(distance, stop) => {
-                Sensor::Telecentric(Telecentric::new(frame, aspect, *distance, *stop))
+                let sensor = Telecentric::new(frame, aspect, *distance, *stop);
+                let diffracted = self.wavelength.and_then(|w| sensor.with_diffraction(w));
+                Sensor::Telecentric(diffracted.unwrap_or(sensor))
             }
         }
     }

@@ -62,6 +62,24 @@ const FOCUS_POINT: Parameter = point(
     "in place of focus_distance: a point of the plane in focus, in the world",
 );
 
+const APERTURE: &[Parameter] = &[
+    float(
+        "obscuration",
+        "0",
+        "share of the aperture's radius that is covered in its middle, 0 to 0.95",
+    ),
+    boolean(
+        "diffraction",
+        "false",
+        "whether the aperture diffracts; needs a film of wavelengths",
+    ),
+    float(
+        "metres_per_unit",
+        "required with diffraction",
+        "length of a scene unit, > 0",
+    ),
+];
+
 const LENS: &[Parameter] = &[
     float("aperture_radius", "required", "local units, > 0"),
     float(
@@ -199,7 +217,12 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[VIEW, PINHOLE, CAMERA],
         PICTURE,
     ),
-    plugin("thinlens", "An ideal lens.", &[VIEW, LENS, CAMERA], PICTURE),
+    plugin(
+        "thinlens",
+        "An ideal lens.",
+        &[VIEW, LENS, APERTURE, CAMERA],
+        PICTURE,
+    ),
     plugin(
         "orthographic",
         "Parallel rays; sees local [-1, 1] across.",
@@ -209,7 +232,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "telecentric",
         "The same narrow cone of directions at every point, with a knife edge if wanted.",
-        &[TELECENTRIC, CAMERA],
+        &[TELECENTRIC, APERTURE, CAMERA],
         PICTURE,
     ),
     plugin(

@@ -104,6 +104,7 @@ fn part(
             ray,
             weight,
             mut sampler,
+            ..
         } = source.ray(pixel, sample);
         ws.stats.paths += 1;
         let (mut value, mut bias) = (Spectrum::ZERO, Spectrum::ZERO);

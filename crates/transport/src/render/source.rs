@@ -32,6 +32,8 @@ pub(super) struct Source<'a> {
     pub replicates: Replicates,
     /// Whether paths without a bounce are left out.
     hides_emitters: bool,
+    /// Index of the medium around the sensor.
+    sensor_index: f64,
     seed: u64,
 }
 
@@ -50,6 +52,7 @@ impl<'a> Source<'a> {
         prepared: Prepared,
         handle: &'a Handle,
     ) -> Self {
+        let position = scene.sensor().position();
         Source {
             scene,
             group,
@@ -59,6 +62,7 @@ impl<'a> Source<'a> {
             pilot_work: PILOT_WORK,
             replicates: options.replicates(),
             hides_emitters: options.hide_emitters,
+            sensor_index: scene.n(scene.medium_of_sensor_ray(position), position),
             seed: seed_of_group(options.seed, group),
         }
     }
@@ -105,9 +109,16 @@ impl<'a> Source<'a> {
         let lens = sampler.next_2d_for(Purpose::Lens);
         let (column, row) = (pixel % spec.width, pixel / spec.width);
         let [across, down] = [u, v].map(|u| spec.filter.sample(u));
-        let image = spec.image([column as f64 + 0.5 + across, row as f64 + 0.5 + down]);
+        let [s, t] = spec.image([column as f64 + 0.5 + across, row as f64 + 0.5 + down]);
+        let spread = self.scene.sensor().point_spread();
+        let offset = spread.map(|spread| spread.offset(self.sensor_index, sampler.next_2d()));
+        let offset = offset.unwrap_or_default();
         SampledRay {
-            ray: self.scene.sensor().ray(image, lens),
+            ray: self
+                .scene
+                .sensor()
+                .ray([s - offset[0], t - offset[1]], lens),
+            offset,
             weight: spec.filter.weight(across) * spec.filter.weight(down),
             sampler,
         }
@@ -147,6 +158,8 @@ impl<'a> Source<'a> {
 /// The sensor ray of a sample.
 pub(super) struct SampledRay {
     pub ray: SensorRay,
+    /// How far from its geometric place on the image light of this sample arrives, in units of the image: zero unless the aperture diffracts.
+    pub offset: [f64; 2],
     /// What it counts: 1, unless the filter is negative in places.
     pub weight: f64,
     /// The random numbers after it.
@@ -181,6 +194,7 @@ impl LightSamples<'_> {
         let source = self.source;
         let SampledRay {
             ray,
+            offset,
             weight,
             mut sampler,
         } = source.ray(pixel, sample);
@@ -191,6 +205,11 @@ impl LightSamples<'_> {
             let found = out.split_off(first);
             out.extend(found.into_iter().filter(|c| source.shows(&c.path)));
         }
+        let splats = out[first..].iter_mut().filter_map(|c| c.image.as_mut());
+        splats.for_each(|[s, t]| {
+            *s += offset[0];
+            *t += offset[1];
+        });
         if weight != 1.0 {
             let own = out[first..].iter_mut().filter(|c| c.image.is_none());
             own.for_each(|c| {

@@ -44,6 +44,7 @@ impl<'a> PolarizedSamples<'a> {
             ray,
             weight,
             mut sampler,
+            ..
         } = self.source.ray(pixel as usize, sample);
         ws.stats.paths += 1;
         // Both ways of an edge that is split have matrices of their own: one is followed at a time.

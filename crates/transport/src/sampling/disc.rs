@@ -18,6 +18,16 @@ pub fn uniform_disc_sample(u: [f64; 2]) -> DVec2 {
     r * DVec2::from_angle(phi)
 }
 
+/// A point of the unit disc, moved outwards beyond a radius in [0, 1) so that areas stay in proportion.
+pub fn disc_to_ring(inner: f64, p: DVec2) -> DVec2 {
+    if inner == 0.0 {
+        return p;
+    }
+    let square = inner * inner;
+    let radius = (square + (1.0 - square) * p.length_squared()).sqrt();
+    radius * p.try_normalize().unwrap_or(DVec2::X)
+}
+
 /// The `u` of a point in the unit disc.
 pub fn uniform_disc_inverse(p: DVec2) -> [f64; 2] {
     let r = p.length();

@@ -17,11 +17,15 @@
 //!   them), turns the integral into n² h_j(u) `density` L̃, with u and du/dΩ or du/dA⊥ = `density`
 //!   from [`Sensor::sense`]. On a lens or a stop the average over its area divides by that area,
 //!   which is the reciprocal of the density of the end: they cancel.
+//! * Where the aperture diffracts ([`Sensor::point_spread`]), both are displaced on the image by an offset that is drawn
+//!   from the point spread function: the sensor subpath starts at u less the offset, and the light subpath arrives at u plus it.
 
 mod batch;
 mod camera;
+mod encircled_energy;
 mod orthographic;
 mod perspective;
+mod point_spread;
 mod telecentric;
 mod thinlens;
 
@@ -29,6 +33,7 @@ pub use batch::Batch;
 pub use camera::{Camera, CameraError, Projection, look_at};
 pub use orthographic::Orthographic;
 pub use perspective::Perspective;
+pub use point_spread::PointSpread;
 pub use telecentric::{ApertureStop, Telecentric};
 pub use thinlens::ThinLens;
 
@@ -131,6 +136,16 @@ impl Sensor {
     /// Whether its rays, those of one point of its stop if it has any, have one direction.
     pub fn is_parallel(&self) -> bool {
         matches!(self, Sensor::Orthographic(_) | Sensor::Telecentric(_))
+    }
+
+    /// What its aperture does to the image, if it diffracts.
+    pub fn point_spread(&self) -> Option<&PointSpread> {
+        match self {
+            Sensor::ThinLens(s) => s.point_spread(),
+            Sensor::Telecentric(s) => s.point_spread(),
+            Sensor::Perspective(_) | Sensor::Orthographic(_) => None,
+            Sensor::Absent(_) | Sensor::Batch(_) => None,
+        }
     }
 
     /// Local-to-world transform, of the first if there are several.

@@ -32,6 +32,11 @@ impl Perspective {
         &self.to_local
     }
 
+    /// Half extents of the image at unit distance.
+    pub(super) fn half(&self) -> [f64; 2] {
+        self.half
+    }
+
     /// Point at unit distance seen at an image position; +x is left, hence the signs.
     pub(super) fn at_unit_distance(&self, [s, t]: [f64; 2]) -> DVec3 {
         DVec3::new(

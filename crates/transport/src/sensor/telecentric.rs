@@ -1,9 +1,10 @@
 //! Telecentric camera: a stop in the focal plane of a lens, and a knife edge in the stop.
 
-use super::{Sensed, SensorRay};
+use super::{PointSpread, Sensed, SensorRay};
 use crate::connection_end::{ConnectionEnd, EndSample};
+use crate::sampling::disc::disc_to_ring;
 use glam::{DAffine3, DVec2, DVec3};
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 /// A camera that sees each point of its plane of focus under the same cone of directions, that of the open
 /// part of a stop. The stop lies in the focal plane of the lens, where rays of one direction meet, so that
@@ -20,6 +21,7 @@ pub struct Telecentric {
     aspect: f64,
     focus_distance: f64,
     stop: ApertureStop,
+    point_spread: Option<PointSpread>,
 }
 
 impl Telecentric {
@@ -31,7 +33,31 @@ impl Telecentric {
             aspect,
             focus_distance,
             stop,
+            point_spread: None,
         }
+    }
+
+    /// The sensor with diffraction at its stop, of light of a `wavelength` > 0 in vacuum, in scene units; `None` if a knife edge
+    /// covers part of the stop. The transform must not shear.
+    ///
+    /// The reduced radius is 2π r sin α/λ at the distance r from a point of the plane of focus, for the acceptance angle α.
+    pub fn with_diffraction(&self, wavelength: f64) -> Option<Self> {
+        let StopShape::Ring { obscuration } = self.stop.shape else {
+            return None;
+        };
+        let m = self.to_world.matrix3;
+        let sine = self.stop.radius.atan().sin();
+        let spread = wavelength / (TAU * sine);
+        let (width, height) = (2.0 * m.x_axis.length(), 2.0 * m.y_axis.length());
+        let scale = [spread / width, spread * self.aspect / height];
+        Some(Telecentric {
+            point_spread: Some(PointSpread::new(obscuration, scale)),
+            ..self.clone()
+        })
+    }
+
+    pub(super) fn point_spread(&self) -> Option<&PointSpread> {
+        self.point_spread.as_ref()
     }
 
     pub(super) fn to_world(&self) -> &DAffine3 {
@@ -89,23 +115,38 @@ impl Telecentric {
     }
 }
 
-/// The open part of a stop in units of slope: a disc, or what a straight edge leaves of it.
+/// The open part of a stop in units of slope: a disc, a ring, or what a straight edge leaves of a disc.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ApertureStop {
     radius: f64,
-    /// Unit vector towards the covered side.
-    edge: DVec2,
-    /// Where the edge is along it, at most `radius`.
-    cut: f64,
+    shape: StopShape,
+}
+
+/// What is covered of a stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum StopShape {
+    /// The middle, up to a share of the radius in [0, 1).
+    Ring { obscuration: f64 },
+    /// One side of an edge.
+    Knife {
+        /// Unit vector towards the covered side.
+        edge: DVec2,
+        /// Where the edge is along it, in units of the radius, in (−1, 1].
+        cut: f64,
+    },
 }
 
 impl ApertureStop {
     /// A disc of the given radius > 0.
     pub fn disc(radius: f64) -> Self {
+        ApertureStop::ring(radius, 0.0)
+    }
+
+    /// A disc of the given radius > 0 with its middle covered, up to a share `obscuration` of the radius, in [0, 1).
+    pub fn ring(radius: f64, obscuration: f64) -> Self {
         ApertureStop {
             radius,
-            edge: DVec2::X,
-            cut: radius,
+            shape: StopShape::Ring { obscuration },
         }
     }
 
@@ -114,8 +155,10 @@ impl ApertureStop {
     pub fn with_knife(radius: f64, edge: DVec2, cut: f64) -> Self {
         ApertureStop {
             radius,
-            edge: edge.normalize(),
-            cut: cut.min(radius),
+            shape: StopShape::Knife {
+                edge: edge.normalize(),
+                cut: cut.min(radius) / radius,
+            },
         }
     }
 
@@ -125,27 +168,42 @@ impl ApertureStop {
     }
 
     fn area(&self) -> f64 {
-        self.radius * self.radius * ApertureStop::segment(self.cut / self.radius)
+        let share = match self.shape {
+            StopShape::Ring { obscuration } => PI * (1.0 - obscuration * obscuration),
+            StopShape::Knife { cut, .. } => ApertureStop::segment(cut),
+        };
+        self.radius * self.radius * share
     }
 
-    /// A point of the open part, uniform by area: the distance along the edge's direction by bisection of
-    /// its distribution, then any point of that chord.
-    fn sample(&self, [u, v]: [f64; 2]) -> DVec2 {
-        let (mut low, mut high) = (-1.0, self.cut / self.radius);
-        let wanted = u * ApertureStop::segment(high);
-        while high - low > 1e-15 {
-            let middle = 0.5 * (low + high);
-            if middle <= low || middle >= high {
-                break;
+    /// A point of the open part, uniform by area.
+    fn sample(&self, u: [f64; 2]) -> DVec2 {
+        self.radius
+            * match self.shape {
+                StopShape::Ring { obscuration } => {
+                    disc_to_ring(obscuration, beside_knife(DVec2::X, 1.0, u))
+                }
+                StopShape::Knife { edge, cut } => beside_knife(edge, cut, u),
             }
-            if ApertureStop::segment(middle) < wanted {
-                low = middle
-            } else {
-                high = middle
-            }
-        }
-        let t = 0.5 * (low + high);
-        let chord = (1.0 - t * t).max(0.0).sqrt() * (2.0 * v - 1.0);
-        (self.edge * t + self.edge.perp() * chord) * self.radius
     }
+}
+
+/// A point of the part of the unit disc for which s·`edge` ≤ `cut`, uniform by area: the distance along the edge's direction by
+/// bisection of its distribution, then any point of that chord.
+fn beside_knife(edge: DVec2, cut: f64, [u, v]: [f64; 2]) -> DVec2 {
+    let (mut low, mut high) = (-1.0, cut);
+    let wanted = u * ApertureStop::segment(high);
+    while high - low > 1e-15 {
+        let middle = 0.5 * (low + high);
+        if middle <= low || middle >= high {
+            break;
+        }
+        if ApertureStop::segment(middle) < wanted {
+            low = middle
+        } else {
+            high = middle
+        }
+    }
+    let t = 0.5 * (low + high);
+    let chord = (1.0 - t * t).max(0.0).sqrt() * (2.0 * v - 1.0);
+    edge * t + edge.perp() * chord
 }

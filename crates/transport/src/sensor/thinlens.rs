@@ -1,18 +1,20 @@
 //! Thin-lens camera.
 
-use super::{Perspective, Sensed, SensorRay, to_world};
+use super::{Perspective, PointSpread, Sensed, SensorRay, to_world};
 use crate::connection_end::{ConnectionEnd, EndSample};
-use crate::sampling::disc::uniform_disc_sample;
+use crate::sampling::disc::{disc_to_ring, uniform_disc_sample};
 use glam::{DAffine3, DVec3};
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
-/// A camera whose aperture is a disc, sharp at one distance. The lens is ideal and the distance is
+/// A camera whose aperture is a disc or a ring, sharp at one distance. The lens is ideal and the distance is
 /// measured along straight lines.
 #[derive(Clone, Debug)]
 pub struct ThinLens {
     pinhole: Perspective,
     aperture_radius: f64,
     focus_distance: f64,
+    obscuration: f64,
+    point_spread: Option<PointSpread>,
 }
 
 impl ThinLens {
@@ -22,7 +24,40 @@ impl ThinLens {
             pinhole,
             aperture_radius,
             focus_distance,
+            obscuration: 0.0,
+            point_spread: None,
         }
+    }
+
+    /// The lens with its middle covered, up to a share `obscuration` of its radius, in [0, 1).
+    pub fn with_obscuration(self, obscuration: f64) -> Self {
+        ThinLens {
+            obscuration,
+            ..self
+        }
+    }
+
+    /// The lens with diffraction at its aperture, obscuration included, of light of a `wavelength` > 0 in vacuum, in scene units.
+    /// The transform must not shear.
+    ///
+    /// The reduced radius is 2π a tan θ/λ along each axis of the aperture, an ellipse where the axes of the transform differ in length.
+    pub fn with_diffraction(self, wavelength: f64) -> Self {
+        let m = self.to_world().matrix3;
+        let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::length);
+        let [half_x, half_y] = self.pinhole.half();
+        let scale = [(x, half_x), (y, half_y)].map(|(axis, half)| {
+            // In the plane at unit local distance, in the world, and then in the image, 2 `half` wide.
+            let spread = wavelength * z / (TAU * self.aperture_radius * axis);
+            spread / axis / (2.0 * half)
+        });
+        ThinLens {
+            point_spread: Some(PointSpread::new(self.obscuration, scale)),
+            ..self
+        }
+    }
+
+    pub(super) fn point_spread(&self) -> Option<&PointSpread> {
+        self.point_spread.as_ref()
     }
 
     pub(super) fn to_world(&self) -> &DAffine3 {
@@ -31,13 +66,15 @@ impl ThinLens {
 
     /// A point of the lens in local coordinates.
     fn on_lens(&self, u: [f64; 2]) -> DVec3 {
-        uniform_disc_sample(u).extend(0.0) * self.aperture_radius
+        let open = disc_to_ring(self.obscuration, uniform_disc_sample(u));
+        open.extend(0.0) * self.aperture_radius
     }
 
     /// Area of the lens in scene units.
     fn area(&self) -> f64 {
         let m = self.to_world().matrix3;
-        PI * self.aperture_radius.powi(2) * m.x_axis.cross(m.y_axis).length()
+        let open = 1.0 - self.obscuration.powi(2);
+        PI * self.aperture_radius.powi(2) * open * m.x_axis.cross(m.y_axis).length()
     }
 
     pub(super) fn ray(&self, image: [f64; 2], lens: [f64; 2]) -> SensorRay {

@@ -216,6 +216,25 @@ fn ends_are_uniform_over_the_lens() {
     }
 }
 
+/// Ends on an obscured lens are uniform over a ring.
+#[test]
+fn an_obscured_lens_is_a_ring() {
+    let pinhole = Perspective::new(DAffine3::from_scale(DVec3::splat(2.0)), 1.0, 1.0);
+    let lens = Sensor::ThinLens(ThinLens::new(pinhole, 0.3, 1.7).with_obscuration(0.5));
+    let pdf = lens.sample_end([0.2, 0.9]).pdf;
+    assert!((pdf * PI * 0.36 * 0.75 - 1.0).abs() < 1e-12, "{pdf}");
+    let mut mean_square = 0.0;
+    let n = 300;
+    for i in 0..n * n {
+        let u = [i % n, i / n].map(|k| (f64::from(k) + 0.5) / f64::from(n));
+        let radius = lens.ray([0.5; 2], u).origin.length();
+        assert!((0.3 - 1e-12..=0.6 + 1e-12).contains(&radius), "{radius}");
+        mean_square += radius * radius / f64::from(n * n);
+    }
+    // (R² + r²)/2 of a ring between r and R.
+    assert!((mean_square - 0.225).abs() < 1e-5, "{mean_square}");
+}
+
 /// An axis that no map of the tests is aligned with: grazing rays overflow to nothing, not to NaN.
 #[test]
 fn rays_along_the_plane_of_the_lens_are_not_sensed() {
@@ -230,7 +249,7 @@ fn rays_along_the_plane_of_the_lens_are_not_sensed() {
 }
 
 /// Slopes of a telecentric camera: moments of the half disc that a knife edge leaves, against
-/// ∫t dA = −2R³/3 and ∫t² dA = πR⁴/8, over its area; and of the whole disc.
+/// ∫t dA = −2R³/3 and ∫t² dA = πR⁴/8, over its area; of the whole disc, and of a ring.
 #[test]
 fn slopes_fill_the_open_part_of_the_stop() {
     const R: f64 = 0.3;
@@ -266,4 +285,9 @@ fn slopes_fill_the_open_part_of_the_stop() {
     let (whole, pdf) = moments(ApertureStop::disc(R));
     near(whole, [0.0, quarter, 0.0, quarter]);
     assert!((pdf * PI * R * R - 1.0).abs() < 1e-12);
+    // A ring: ∫t² dA = πR⁴(1 − ε⁴)/4 over an area of πR²(1 − ε²).
+    let (ring, pdf) = moments(ApertureStop::ring(R, 0.6));
+    let open = quarter * (1.0 + 0.6 * 0.6);
+    near(ring, [0.0, open, 0.0, open]);
+    assert!((pdf * PI * R * R * (1.0 - 0.6 * 0.6) - 1.0).abs() < 1e-12);
 }
