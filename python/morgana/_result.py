@@ -258,6 +258,8 @@ class Result:
 
         By the integrator ``stokes``, Stokes parameters of light: ``S0`` to ``S3``.
 
+        By the integrator ``tagged``, ``total``, ``carrier``, ``sideband.1``, … and ``delay.1``, … of light that sound modulates.
+
         By the integrator ``moment``, second moments, by names such as ``m2_image``; their variances are not known (infinite).
         """
         if isinstance(self._run, _morgana.Measured):
@@ -267,8 +269,9 @@ class Result:
 
     @property
     def axes(self) -> List[Dict[str, Any]]:
-        """What the film tells apart: for each axis its ``name``, ``"length"``, ``"time"``, ``"bounce"``, ``"light"`` or
-        ``"stokes"``, and its bins: ``min``, ``max``, ``width``, ``bins``, or ``max``, ``emitters``, ``parameters``."""
+        """What the film tells apart: for each axis its ``name``, ``"length"``, ``"time"``, ``"bounce"``, ``"light"``,
+        ``"stokes"`` or ``"tagged"``, and its bins: ``min``, ``max``, ``width``, ``bins``, or ``max``, ``emitters``, ``parameters``, or ``orders``
+        and ``delays``, which are in periods of the sound."""
         return self._decomposition[1]
 
     @functools.cached_property

@@ -1,8 +1,8 @@
-"""Tagged light: what ultrasound does to the phases of recorded light (docs/theory.md#tagged-light)."""
+"""Tagged light: what ultrasound does to the phases of light (docs/theory.md#tagged-light)."""
 
 from __future__ import annotations
 
-from typing import NamedTuple, Optional
+from typing import TYPE_CHECKING, Mapping, NamedTuple, Optional, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,6 +11,9 @@ from ._correlation import Correlation
 from ._records import Records
 from ._sums import by_particle, error_of, positive
 from ._values import comparable
+
+if TYPE_CHECKING:
+    from ._result import Layer, Reading
 
 Doubles = NDArray[np.float64]
 CHUNK = 1 << 14
@@ -36,6 +39,64 @@ class Sidebands(NamedTuple):
 
     def __repr__(self) -> str:
         return f"<morgana.correlation.Sidebands up to order {len(self.mean) - 1}>"
+
+
+@comparable
+class ModulationDepth(NamedTuple):
+    """The modulation depth I₁/I₀ of tagged light in pixels, cells or bins."""
+
+    mean: Doubles
+    """I₁/I₀; NaN where there is no light."""
+    error: Doubles
+    """An upper bound of its standard error: that of I₀ and I₁ if they had the worst correlation. The same paths make both."""
+
+    def __repr__(self) -> str:
+        shape = " × ".join(map(str, self.mean.shape))
+        return f"<morgana.correlation.ModulationDepth of {shape} values>"
+
+
+def modulation_depth(light: Union[Mapping[str, Layer], Reading], prefix: str = "") -> ModulationDepth:
+    """The modulation depth of a picture by the integrator ``tagged``, or of what a meter tells apart.
+
+    Parameters
+    ----------
+    light : mapping of Layer, or Reading
+        ``layers`` of a picture; or a reading with an axis ``order``, such as ``meters["fluence_sidebands"]``.
+    prefix : str
+        For a picture with a decomposition, what comes before ``carrier`` in names of layers, such as ``"length.0012."``.
+
+    Returns
+    -------
+    ModulationDepth
+        Of the shape of the layers, or of the reading without its orders.
+
+    Raises
+    ------
+    ValueError
+        Light that is not told apart by sidebands up to the first.
+
+    Examples
+    --------
+    >>> depth = correlation.modulation_depth(morgana.render(scene).layers)
+    >>> plt.imshow(depth.mean[:, :, 0])
+    """
+    carrier, sideband = _first_orders(light, prefix)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.where(carrier[0] > 0, sideband[0] / carrier[0], np.nan)
+        error = (sideband[1] + ratio * carrier[1]) / carrier[0]
+    return ModulationDepth(ratio, error)
+
+
+def _first_orders(light: Union[Mapping[str, Layer], Reading], prefix: str) -> list[tuple[Doubles, Doubles]]:
+    """Means and errors of the carrier and of the first sideband."""
+    if isinstance(light, Mapping):
+        names = [prefix + name for name in ("carrier", "sideband.1")]
+        if not all(name in light for name in names):
+            raise ValueError(f"there are no layers {' and '.join(names)}: render by the integrator 'tagged', with 'orders' ≥ 1")
+        return [(np.asarray(light[name].mean, float), np.asarray(light[name].error, float)) for name in names]
+    if "order" not in light.axes or light.mean.shape[0] < 2:
+        raise ValueError("the reading is not told apart by sidebands up to the first: take fluence_sidebands or power_sidebands of a tagged meter")
+    return [(light.mean[order], light.error[order]) for order in (0, 1)]
 
 
 def tagged(records: Records, *, wavelength: ArrayLike, orders: int = 1, where: Optional[ArrayLike] = None) -> Sidebands:

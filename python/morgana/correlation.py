@@ -5,7 +5,7 @@ light that a meter has recorded, and :func:`speckle_contrast` what a camera of f
 mean square displacement of the scatterers in each region. Nothing is rendered again when motions change.
 
 :func:`tagged` finds the power that ultrasound shifts to sidebands of the light, and :func:`correlate_tagged` its autocorrelation, from records
-of a meter that is ``tagged``.
+of a meter that is ``tagged``; :func:`modulation_depth` is that of pictures and meters, in pixels and cells.
 
 Theory: docs/theory.md#diffuse-correlation, docs/theory.md#tagged-light.
 
@@ -24,17 +24,19 @@ from numpy.typing import ArrayLike, NDArray
 from ._correlation import Correlation
 from ._records import Records
 from ._sums import by_particle, error_of, positive
-from ._tagging import Sidebands, correlate_tagged, tagged
+from ._tagging import ModulationDepth, Sidebands, correlate_tagged, modulation_depth, tagged
 from ._values import comparable
 
 __all__ = [
     "Contrast",
     "Correlation",
+    "ModulationDepth",
     "Sidebands",
     "ballistic",
     "brownian",
     "correlate",
     "correlate_tagged",
+    "modulation_depth",
     "shear",
     "speckle_contrast",
     "tagged",

@@ -155,6 +155,7 @@ def samples():
         morgana.speckle.Pattern(np.ones((2, 3)), np.arange(3.0), np.arange(2.0), 1.0, 20.0),
         morgana.correlation.speckle_contrast(recorded, [1e-3], motion, **light),
         morgana.correlation.tagged(recorded, wavelength=5e-4),
+        morgana.correlation.ModulationDepth(np.ones((2, 3, 1)), np.zeros((2, 3, 1))),
         morgana.sweep(swept, {"n": [2, 3]}),
         rays,
         rays[0],

@@ -133,6 +133,49 @@ def test_scenes_must_say_what_sound_does(changes, message):
         load(scene(**changes))
 
 
+def tagged_cells(**changes):
+    """The same ball with a meter of fluence, four cells in a box within it."""
+    cells = {"type": "fluencemeter", "nx": 2, "ny": 2, "nz": 1, "tagged": True, "wavelength": WAVELENGTH, "orders": 1, "delays": 2, **changes}
+    found = scene()
+    del found["ball"]["meter"]
+    return {**found, "cells": {**cells, "to_world": [{"scale": 0.8}, {"translate": [-0.4, -0.4, -0.4]}]}}
+
+
+def test_readings_have_sidebands():
+    measured = morgana.render(load(tagged_cells()), particles=1280, seed=3)
+    sidebands, fluence = measured.meters["fluence_sidebands"], measured.meters["fluence"]
+    assert list(sidebands.axes) == ["order", "z", "y", "x"]
+    assert sidebands.mean.shape[:1] + fluence.mean.shape == sidebands.mean.shape == (2, 1, 2, 2)
+    assert sidebands.unit == fluence.unit
+    assert np.all(sidebands.mean[0] + 2 * sidebands.mean[1] <= fluence.mean)
+    delays = measured.meters["fluence_correlation"].axes["delay"]
+    np.testing.assert_allclose(0.5 * (delays[1:] + delays[:-1]), [0.25, 0.5])
+    depth = correlation.modulation_depth(sidebands)
+    np.testing.assert_allclose(depth.mean, sidebands.mean[1] / sidebands.mean[0])
+    assert np.all(depth.error >= sidebands.error[1] / sidebands.mean[0])
+    with pytest.raises(ValueError, match="not told apart by sidebands"):
+        correlation.modulation_depth(fluence)
+
+
+def test_pictures_have_sidebands():
+    pictured = scene()
+    del pictured["ball"]["meter"]
+    pictured["integrator"] = {"type": "tagged", "wavelength": WAVELENGTH, "orders": 30, "path": {"type": "path"}}
+    film = {"type": "hdrfilm", "width": 8, "height": 6, "pixel_format": "luminance"}
+    to_world = [{"lookat": {"origin": [0, 4, -1], "target": [0, 0, 0], "up": [0, 0, 1]}}]
+    pictured["camera"] = {"type": "perspective", "fov": 20, "to_world": to_world, "film": film}
+    result = morgana.render(load(pictured), spp=8, seed=2)
+    layers = result.layers
+    assert result.axes == [{"name": "tagged", "orders": 30, "delays": []}]
+    powers = [layers["carrier"].mean, *(2 * layers[f"sideband.{m}"].mean for m in range(1, 31))]
+    np.testing.assert_allclose(np.sum(powers, axis=0), layers["total"].mean, rtol=1e-5)
+    depth = correlation.modulation_depth(layers)
+    lit = layers["total"].mean > 0
+    assert lit.any() and np.all(depth.mean[lit] > 0)
+    with pytest.raises(ValueError, match="no layers length.0001.carrier"):
+        correlation.modulation_depth(layers, prefix="length.0001.")
+
+
 def test_tagged_meters_need_sound_and_records():
     silent = scene()
     silent["fog"]["ior"] = 1.33

@@ -3,6 +3,7 @@
 use morgana_io::rendered::Naming;
 use morgana_io::{LoadOptions, Loaded};
 use std::fs;
+use transport::film::LightParts;
 use transport::integrator::Integrator;
 use transport::renderer::Renderer;
 
@@ -26,7 +27,8 @@ fn load(integrator: &str, bsdf: &str, film: &str) -> Result<Loaded, String> {
 fn films_have_four_layers_for_each_layer_of_light() {
     for integrator in ["path", "volpath", "direct", "auto"] {
         let loaded = load(integrator, "conductor", "").unwrap();
-        assert!(loaded.layering.decomposition.stokes);
+        let parts = loaded.layering.decomposition.parts;
+        assert_eq!(parts, Some(LightParts::Stokes));
         let is_path = matches!(loaded.renderer, Renderer::Light(Integrator::Path(_)));
         assert!(is_path && loaded.candidates.is_empty(), "{integrator}");
         let naming = Naming::of(&loaded).unwrap();

@@ -177,6 +177,7 @@ fn fluence(scene: Scene, particles: u64, seed: u64) -> Vec<(f64, f64)> {
         grid: grid.unwrap(),
         estimator: Estimator::TrackLength,
         optical_length: None,
+        sidebands: None,
     });
     let options = MeasureOptions {
         first: 0,

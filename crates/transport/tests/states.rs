@@ -54,7 +54,7 @@ fn options(integrator: Integrator) -> RenderOptions {
         }),
         bounces: Some(2),
         emitters: None,
-        stokes: false,
+        parts: None,
     };
     RenderOptions {
         strategies: integrator.tells_strategies_apart(),
@@ -249,6 +249,7 @@ fn measurements_in_parts_are_the_whole() {
         grid: MeterGrid::new(Coordinates::Cartesian, [3, 4, 5], to_world).unwrap(),
         estimator: Estimator::TrackLength,
         optical_length: None,
+        sidebands: None,
     })];
     let options = |first, particles| MeasureOptions {
         first,

@@ -101,15 +101,20 @@ impl Acoustic {
         })
     }
 
-    /// Each mode at its peak with its phase in time, as amplitudes of n²: the value and the gradient at `x`.
-    pub(super) fn amplitudes(&self, x: DVec3) -> Amplitude {
+    /// The modes at their peaks, and e^{iτ} of each.
+    pub(super) fn peaks_in_time(&self) -> (Self, Vec<DVec2>) {
+        let (modes, turns) = self.modes.iter().map(AcousticMode::peak_in_time).unzip();
+        (self.over(modes), turns)
+    }
+
+    /// The modes, turned in time, as amplitudes of n²: the value and the gradient at `x`.
+    pub(super) fn amplitudes(&self, turns: &[DVec2], x: DVec3) -> Amplitude {
         let d = self.axis.transverse(x);
-        let modes = self.modes.iter().zip(&self.tables);
-        modes.fold(Amplitude::default(), |sum, (mode, table)| {
-            let (peak, turn) = mode.peak_in_time();
-            let wave = peak.wave(d, table.as_ref());
+        let modes = self.modes.iter().zip(&self.tables).zip(turns);
+        modes.fold(Amplitude::default(), |sum, ((mode, table), turn)| {
+            let wave = mode.wave(d, table.as_ref());
             let grad = self.axis.vector(wave.grad);
-            sum.plus(2.0 * self.n0, turn, wave.value, grad)
+            sum.plus(2.0 * self.n0, *turn, wave.value, grad)
         })
     }
 

@@ -40,7 +40,8 @@ struct Term {
 
 #[derive(Clone, Debug)]
 enum Wave {
-    Modes(Acoustic),
+    /// At their peaks, and e^{iτ} of each.
+    Modes(Acoustic, Vec<DVec2>),
     Sampled(Box<SampledWave>),
 }
 
@@ -104,7 +105,10 @@ impl Modulation {
 /// Adds the sounds in a field.
 fn collect(field: &Field, terms: &mut Vec<Term>) {
     let (wave, n0) = match field {
-        Field::Acoustic(f) => (Wave::Modes(f.clone()), f.n0()),
+        Field::Acoustic(f) => {
+            let (peaks, turns) = f.peaks_in_time();
+            (Wave::Modes(peaks, turns), f.n0())
+        }
         Field::SampledSound(f) => (Wave::Sampled(Box::new(SampledWave::of(f))), f.wave().n0),
         Field::Sum(f) => return f.terms().for_each(|term| collect(term, terms)),
         Field::Affine(f) => {
@@ -148,7 +152,7 @@ impl Term {
     fn at(&self, x: DVec3) -> Amplitude {
         let local = self.to_local.map_or(x, |map| map.transform_point3(x));
         let Amplitude { n2, gradient } = match &self.wave {
-            Wave::Modes(modes) => modes.amplitudes(local),
+            Wave::Modes(modes, turns) => modes.amplitudes(turns, local),
             Wave::Sampled(samples) => samples.at(local),
         };
         let in_world = |g: DVec3| self.to_local.map_or(g, |map| map.matrix3.transpose() * g);
@@ -160,7 +164,7 @@ impl Term {
 
     fn largest(&self) -> f64 {
         let local = match &self.wave {
-            Wave::Modes(modes) => modes.largest_amplitude(),
+            Wave::Modes(modes, _) => modes.largest_amplitude(),
             Wave::Sampled(samples) => samples.largest,
         };
         local * self.square

@@ -118,7 +118,9 @@ impl Scribe<'_> {
     fn reading(&self, reading: &Reading) -> [Array; ARRAYS] {
         let power = self.unit();
         let unit = match &*reading.name {
-            "fluence" | "irradiance" => format!("{power}/unit^2"),
+            "fluence" | "irradiance" | "fluence_sidebands" | "fluence_correlation" => {
+                format!("{power}/unit^2")
+            }
             "absorbed" => format!("{power}/unit^3"),
             "optical_moment" => format!("{power}*unit"),
             _ => power.to_owned(),

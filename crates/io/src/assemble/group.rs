@@ -16,6 +16,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 use crate::query::Query;
 use crate::scene::{ObjectDescription, PluginKind, SceneDescription, descendants};
 use std::collections::{BTreeSet, HashSet};
+use transport::film::LightParts;
 use transport::integrator::Integrator;
 use transport::polarization;
 use transport::render::ADAPTIVE_FROM;
@@ -262,7 +263,7 @@ impl<'a> Children<'a> {
         }
         .with_emissive_media();
         let mut layering = sensor.film.layering;
-        layering.decomposition.stokes = method.stokes;
+        layering.decomposition.parts = method.parts;
         if let Some(emitters) = &mut layering.decomposition.emitters {
             *emitters = parts.emitters.len();
         }
@@ -284,19 +285,22 @@ impl<'a> Children<'a> {
         }
         let scene = Scene::over_period(parts, sensor.samples.instants);
         let scene = scene.map_err(|problems| report.all(&problems)).ok()?;
-        if instruments.iter().any(|i| i.meter.is_tagged()) {
+        let is_tagged = matches!(method.parts, Some(LightParts::Sidebands(_)));
+        if is_tagged || instruments.iter().any(|i| i.meter.is_tagged()) {
             let problems = tagging::problems(&scene);
             report.all(&problems);
             if !problems.is_empty() {
                 return None;
             }
         }
-        if method.stokes {
-            let problems = polarization::problems(&scene);
-            report.all(&problems);
-            if !problems.is_empty() {
-                return None;
-            }
+        let problems = match method.parts {
+            Some(LightParts::Stokes) => polarization::problems(&scene),
+            Some(LightParts::Sidebands(_)) => transport::tagging::problems(&scene),
+            None => Vec::new(),
+        };
+        report.all(&problems);
+        if !problems.is_empty() {
+            return None;
         }
         let candidates = if method.is_open && instruments.is_empty() {
             coverage::complete(

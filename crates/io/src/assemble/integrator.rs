@@ -4,11 +4,13 @@ use super::channels::Channels;
 use super::context::Context;
 use super::options::LoadOptions;
 use super::quantities::{AskedQuantities, NamedQuantity, Setting, asks_for_colour, square_of};
+use super::tagging::sidebands;
 use crate::diagnostic::{Diagnostic, Diagnostics, suggest};
 use crate::query::{POSITIVE, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind, Value};
 use eikonal::Tolerance;
 use transport::aov::AovTracer;
+use transport::film::LightParts;
 use transport::integrator::{
     Bdpt, Connections, Heuristic, Integrator, ParticleTracer, PathTracer, PhotonMapping,
     PhotonQuery, Vcm,
@@ -34,7 +36,7 @@ const KNOWN: [(&str, Kind); 12] = [
     ("sppm", Kind::Sppm),
 ];
 /// Integrators that show what others find, and more.
-const HOLDERS: [&str; 3] = ["moment", "stokes", "aov"];
+const HOLDERS: [&str; 4] = ["moment", "stokes", "tagged", "aov"];
 /// What an `aov` has besides: see [`AskedQuantities::of`].
 const AOV: [&str; 3] = ["aovs", "wavelength", "reference_index"];
 /// Edges of a path that scatters once: from the emitter to the surface to the sensor.
@@ -71,8 +73,8 @@ pub(super) struct Method {
     pub names: Vec<NamedQuantity>,
     /// The name of the layer of light's second moment, if that is wanted.
     pub moment: Option<String>,
-    /// Whether the Stokes parameters of light are wanted.
-    pub stokes: bool,
+    /// Parts of light that are wanted, such as its Stokes parameters.
+    pub parts: Option<LightParts>,
 }
 
 impl Method {
@@ -83,7 +85,7 @@ impl Method {
 
     /// Leaves out what belongs to pictures only.
     pub(crate) fn leave_pictures(&mut self) {
-        (self.quantities, self.moment, self.stokes) = (None, None, false);
+        (self.quantities, self.moment, self.parts) = (None, None, None);
         self.names.clear();
     }
 }
@@ -188,8 +190,8 @@ struct Additions {
     quantities: AskedQuantities,
     /// Whether second moments are wanted of what is further in.
     squared: bool,
-    /// Whether Stokes parameters are.
-    stokes: bool,
+    /// Parts of light that are.
+    parts: Option<LightParts>,
     /// What the integrator that renders is called by the one that holds it.
     name: Option<String>,
 }
@@ -211,15 +213,15 @@ pub(super) fn build(
     let Additions {
         mut quantities,
         squared,
-        stokes,
+        parts,
         name,
     } = additions;
     let kind = match wanted.or(written).unwrap_or(Kind::Auto) {
-        Kind::Auto if stokes => Kind::Path,
+        Kind::Auto if parts.is_some() => Kind::Path,
         kind => kind,
     };
-    if let (true, Some(object)) = (stokes, object) {
-        refuse_unpolarized(kind, object, context);
+    if let (Some(parts), Some(object)) = (parts, object) {
+        refuse_without_parts(kind, parts, object, context);
     }
     let is_aov = kind == Kind::Aov;
     let mut parameters = Parameters::default();
@@ -255,17 +257,26 @@ pub(super) fn build(
             Vec::new()
         },
         moment: (!is_aov && squared).then(|| square_of(name.as_deref())),
-        stokes,
+        parts,
     }
 }
 
-/// Reports an integrator within a `stokes` that does not follow polarisation.
-fn refuse_unpolarized(kind: Kind, object: &ObjectDescription, context: &mut Context) {
+/// Reports an integrator that does not follow what the one around it shows.
+fn refuse_without_parts(
+    kind: Kind,
+    parts: LightParts,
+    object: &ObjectDescription,
+    context: &mut Context,
+) {
+    let (holder, what) = match parts {
+        LightParts::Stokes => ("stokes", "polarisation"),
+        LightParts::Sidebands(_) => ("tagged", "phases"),
+    };
     if !matches!(kind, Kind::Path | Kind::Direct) {
         let known = KNOWN.iter().find(|(_, known)| *known == kind);
         let name = known.map_or("this integrator", |(name, _)| name);
         let message =
-            format!("'stokes' cannot hold '{name}': only 'path' and 'direct' follow polarisation");
+            format!("'{holder}' cannot hold '{name}': only 'path' and 'direct' follow {what}");
         context.error_at(&object.location, message);
     }
 }
@@ -295,11 +306,15 @@ fn holders(object: &ObjectDescription, context: &mut Context) -> Additions {
         && let Some(nested) = nested_in(object)
     {
         additions.squared |= object.plugin == "moment";
-        additions.stokes |= object.plugin == "stokes";
+        if object.plugin == "stokes" {
+            add_parts(LightParts::Stokes, &mut additions, object, context);
+        }
         let is_aov = object.plugin == "aov";
         let setting = is_aov.then(|| Setting::new(object, additions.squared, context));
         let mut query = Query::new(object, context.diagnostics);
         query.children(PluginKind::Integrator);
+        let sidebands =
+            (object.plugin == "tagged").then(|| sidebands(&mut query, context.channels));
         if let Some(setting) = setting
             && !(query.has("aovs") && query.string("aovs").is_empty())
         {
@@ -307,12 +322,29 @@ fn holders(object: &ObjectDescription, context: &mut Context) -> Additions {
             additions.quantities.add(asked, &mut query);
         }
         query.finish(&[]);
+        if let Some(sidebands) = sidebands.flatten() {
+            let parts = LightParts::Sidebands(sidebands);
+            add_parts(parts, &mut additions, object, context);
+        }
         let mut children = object.children.iter();
         let child = children.find(|child| child.object.number == nested.number);
         additions.name = child.and_then(|child| child.name.clone());
         object = nested;
     }
     additions
+}
+
+/// Asks for parts of light, which has those of one kind.
+fn add_parts(
+    parts: LightParts,
+    additions: &mut Additions,
+    object: &ObjectDescription,
+    context: &mut Context,
+) {
+    if additions.parts.replace(parts).is_some() {
+        let message = "light has Stokes parameters or sidebands, not both: leave one of 'stokes' and 'tagged' out";
+        context.error_at(&object.location, message);
+    }
 }
 
 fn find(name: &str) -> Option<Kind> {

@@ -1,11 +1,13 @@
 //! Meters: instruments in place of a camera.
 
+use super::channels::Channels;
 use super::context::{Context, MeterPlace};
 use super::described::is_meter;
 use super::film::{self, FilmParts, Layering};
 use super::instrument::{Gruneisen, Instrument, Normalization};
 use super::sampler::{self, Samples};
 use super::sensor::SensorParts;
+use super::tagging;
 use super::transforms::affine;
 use crate::diagnostic::Diagnostic;
 use crate::query::{POSITIVE, Query, unknown_plugin};
@@ -20,6 +22,7 @@ use transport::meter::{
 };
 use transport::scene::{FilmSpec, Object};
 use transport::sensor::Sensor;
+use transport::sidebands::Sidebands;
 
 /// Particles, unless a sampler says otherwise.
 const PARTICLES: i64 = 1_000_000;
@@ -128,16 +131,21 @@ fn instrument(
     match (object.plugin.as_str(), place) {
         ("fluencemeter", None) => {
             pressure = gruneisen(&mut q);
+            let sidebands = q.boolean_or("tagged", false);
+            let sidebands = sidebands.then(|| tagging::sidebands(&mut q, context.channels));
+            let sidebands = sidebands.flatten();
             meter = grid(&mut q).map(|(grid, estimator)| {
                 Meter::Fluence(FluenceMeter {
                     grid,
                     estimator,
                     optical_length: lengths,
+                    sidebands,
                 })
             });
             q.finish(&[]);
         }
         ("irradiancemeter", Some(place)) => {
+            let (tagged, sidebands) = tagged(&mut q, context.channels);
             meter = Some(Meter::Irradiance(IrradianceMeter {
                 positions: positions(place, &context.objects, &mut q),
                 surfaces: place.surfaces.clone(),
@@ -145,7 +153,8 @@ fn instrument(
                 cosines: cosines(&mut q),
                 optical_length: lengths,
                 most_records: records(&mut q),
-                tagged: tagged(&mut q),
+                tagged,
+                sidebands,
             }));
             q.finish(&[]);
         }
@@ -276,14 +285,20 @@ fn records(q: &mut Query) -> Option<usize> {
     wanted.then_some(most as usize)
 }
 
-/// Whether records say what sound does to phases.
-fn tagged(q: &mut Query) -> bool {
-    let tagged = q.boolean_or("tagged", false);
-    if tagged && !q.boolean_or("records", false) {
-        let message = "tagged light is told from records: set 'records' to true, too";
+/// Whether records say what sound does to phases, and how power is told apart by that.
+fn tagged(q: &mut Query, channels: &Channels) -> (bool, Option<Sidebands>) {
+    if !q.boolean_or("tagged", false) {
+        return (false, None);
+    }
+    let records = q.boolean_or("records", false);
+    if q.has("wavelength") {
+        return (records, tagging::sidebands(q, channels));
+    }
+    if !records {
+        let message = "tagged light is told apart by its wavelength, or from records: give a 'wavelength', or set 'records' to true";
         q.error("tagged", message);
     }
-    tagged
+    (records, None)
 }
 
 fn cosines(q: &mut Query) -> Option<Cosines> {

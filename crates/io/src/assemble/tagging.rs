@@ -1,11 +1,29 @@
-//! What records of tagged light need of the sound in a scene (docs/theory.md#tagged-light).
+//! Tagged light: which sidebands and delays are asked for, and what is needed of the sound in a scene (docs/theory.md#tagged-light).
 
+use super::channels::Channels;
+use crate::query::{POSITIVE, Query};
 use eikonal::field::Sound;
 use transport::Scene;
 use transport::scene::{ProblemSeverity, SceneProblem, Subject};
+use transport::sidebands::Sidebands;
 
 /// Wavelengths and frequencies that differ by less, relatively, are the same.
 const SAME: f64 = 1e-9;
+
+/// The sidebands and delays that a plugin asks for, of the light of its `wavelength`, which channels of several wavelengths do not have.
+pub(super) fn sidebands(q: &mut Query, channels: &Channels) -> Option<Sidebands> {
+    if let Channels::Wavelengths { nm, .. } = channels
+        && nm.len() > 1
+    {
+        let message =
+            "tagged light has one wavelength, the film has several: list one in its 'wavelengths'";
+        q.error("wavelength", message);
+    }
+    let wavelength = q.float_in("wavelength", POSITIVE, None);
+    let orders = q.integer_in("orders", 0..=i64::from(Sidebands::MOST_ORDERS), 1);
+    let delays = q.integer_in("delays", 0..=i64::from(Sidebands::MOST_DELAYS), 0);
+    Sidebands::new(wavelength, orders as u32, delays as u32)
+}
 
 /// Why there is no one frequency of sound by which light could be tagged, or no way to tell how far it moves what scatters.
 pub(super) fn problems(scene: &Scene) -> Vec<SceneProblem> {
@@ -16,7 +34,7 @@ pub(super) fn problems(scene: &Scene) -> Vec<SceneProblem> {
     if sounds.is_empty() {
         return vec![error(
             Subject::Sensor,
-            "a meter is 'tagged', but no medium has sound in it".into(),
+            "tagged light is asked for, but no medium has sound in it".into(),
             "leave 'tagged' out, or give a medium an index with sound in it",
         )];
     }

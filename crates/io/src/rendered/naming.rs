@@ -3,12 +3,12 @@
 use crate::assemble::{Layering, Loaded};
 use serde_json::{Value, json};
 use transport::Film;
-use transport::film::Decomposition;
+use transport::film::LightParts;
 
 /// Bins have numbers of at least so many digits: names then sort like numbers.
 const DIGITS: usize = 4;
 /// The Stokes parameters.
-const STOKES: [&str; Decomposition::STOKES] = ["S0", "S1", "S2", "S3"];
+const STOKES: [&str; LightParts::STOKES] = ["S0", "S1", "S2", "S3"];
 
 /// What is needed to name layers.
 #[derive(Clone, Copy, Debug)]
@@ -37,7 +37,7 @@ impl<'a> Naming<'a> {
     /// The name of a layer, such as `length.0012.bounce.1.light.bulb`.
     fn name(&self, layer: usize) -> String {
         let decomposition = &self.layering.decomposition;
-        let [length, bounce, emitter, parameter] = decomposition.slots(layer);
+        let [length, bounce, emitter, part] = decomposition.slots(layer);
         let mut parts = Vec::new();
         if let Some(bins) = &decomposition.length {
             let slot = match length.checked_sub(bins.count) {
@@ -57,8 +57,8 @@ impl<'a> Naming<'a> {
         if decomposition.emitters.is_some() {
             parts.push(format!("light.{}", self.emitters[emitter]));
         }
-        if decomposition.stokes {
-            parts.push(STOKES[parameter].into());
+        if let Some(kind) = &decomposition.parts {
+            parts.push(part_name(kind, part));
         }
         parts.join(".")
     }
@@ -83,8 +83,8 @@ impl<'a> Naming<'a> {
         if decomposition.emitters.is_some() {
             axes.push(json!({ "name": "light", "emitters": self.emitters }));
         }
-        if decomposition.stokes {
-            axes.push(json!({ "name": "stokes", "parameters": STOKES }));
+        if let Some(parts) = &decomposition.parts {
+            axes.push(parts_axis(parts));
         }
         axes
     }
@@ -99,8 +99,13 @@ impl<'a> Naming<'a> {
         });
         let bounces = decomposition.bounces.map(|k| format!("0 to {k} bounces"));
         let lights = decomposition.emitters.map(|n| format!("{n} lights"));
-        let stokes = decomposition.stokes.then(|| "Stokes parameters".into());
-        let parts = [length, bounces, lights, stokes].into_iter().flatten();
+        let parts = decomposition.parts.map(|parts| match parts {
+            LightParts::Stokes => "Stokes parameters".into(),
+            LightParts::Sidebands(of) => {
+                format!("{} orders and {} delays", of.orders() + 1, of.delays())
+            }
+        });
+        let parts = [length, bounces, lights, parts].into_iter().flatten();
         let parts: Vec<String> = parts.collect();
         parts.join(" × ")
     }
@@ -127,18 +132,25 @@ impl<'a> Naming<'a> {
             decomposition.length.is_some(),
             decomposition.bounces.is_some(),
             decomposition.emitters.is_some(),
-            decomposition.stokes,
+            decomposition.parts.is_some(),
         ];
         let axes = decomposition.axes().into_iter().zip(asked);
         axes.filter(|(_, asked)| *asked)
             .map(|(axis, _)| axis.regular)
     }
 
-    /// Whether a layer is of light itself: its samples have one sign, so that effective numbers of them mean something. Other
-    /// Stokes parameters than the first have either sign.
+    /// Whether a layer's samples have one sign, so that effective numbers of them mean something. Stokes parameters after the first and
+    /// correlations have either sign.
     pub fn is_of_one_sign(&self, layer: usize) -> bool {
-        let [.., parameter] = self.layering.decomposition.slots(layer);
-        parameter == 0
+        let [.., part] = self.layering.decomposition.slots(layer);
+        let parts = self.layering.decomposition.parts;
+        parts.is_none_or(|parts| parts.is_of_one_sign(part))
+    }
+
+    /// Whether a layer is of light itself.
+    fn is_of_light(&self, layer: usize) -> bool {
+        let [.., part] = self.layering.decomposition.slots(layer);
+        part == 0
     }
 
     /// Axes, and mean and standard error of every layer.
@@ -165,11 +177,44 @@ impl<'a> Naming<'a> {
     pub fn outside(&self, film: &Film) -> f64 {
         let decomposition = &self.layering.decomposition;
         let outside = self.layers().filter(|&l| !decomposition.is_regular(l));
-        let outside = outside.filter(|&l| self.is_of_one_sign(l));
+        let outside = outside.filter(|&l| self.is_of_light(l));
         let light: f64 = outside.map(|l| film.layer_summary(l).0).sum();
         match film.summary().0 {
             0.0 => 0.0,
             whole => light / whole,
+        }
+    }
+}
+
+/// The name of a part of light.
+fn part_name(parts: &LightParts, part: usize) -> String {
+    match parts {
+        LightParts::Stokes => STOKES[part].into(),
+        LightParts::Sidebands(sidebands) => {
+            let orders = sidebands.orders() as usize;
+            match part {
+                0 => "total".into(),
+                1 => "carrier".into(),
+                part if part <= 1 + orders => format!("sideband.{}", part - 1),
+                part => format!("delay.{}", part - 1 - orders),
+            }
+        }
+    }
+}
+
+fn parts_axis(parts: &LightParts) -> Value {
+    match parts {
+        LightParts::Stokes => json!({ "name": "stokes", "parameters": STOKES }),
+        LightParts::Sidebands(sidebands) => {
+            let count = f64::from(sidebands.delays());
+            let delays: Vec<f64> = (1..=sidebands.delays())
+                .map(|i| 0.5 * f64::from(i) / count)
+                .collect();
+            json!({
+                "name": "tagged",
+                "orders": sidebands.orders(),
+                "delays": delays,
+            })
         }
     }
 }

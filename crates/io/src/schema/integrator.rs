@@ -73,6 +73,17 @@ const AOV: &[Parameter] = &[
     ),
 ];
 
+/// What is told apart of tagged light.
+pub(super) const TAGGED: &[Parameter] = &[
+    float("wavelength", "", "of the light in vacuum, scene units, > 0"),
+    integer("orders", "1", "the last sideband, 0 to 100"),
+    integer(
+        "delays",
+        "0",
+        "steps of the delay of correlations up to half a period of the sound, 0 to 1000",
+    ),
+];
+
 const MERGING: &[Parameter] = &[float(
     "radius",
     "(automatic)",
@@ -163,6 +174,12 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "stokes",
         "What its integrator, a path tracer, finds, and the Stokes parameters of that.",
         &[],
+        &[many(Integrator, "The first renders.")],
+    ),
+    plugin(
+        "tagged",
+        "What its integrator, a path tracer, finds, and the sidebands to which sound shifts that.",
+        &[TAGGED],
         &[many(Integrator, "The first renders.")],
     ),
     plugin(

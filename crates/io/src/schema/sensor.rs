@@ -1,5 +1,6 @@
 //! Cameras and meters.
 
+use super::integrator::TAGGED;
 use super::row::{
     TO_WORLD, boolean, choice, float, integer, many, one, plugin, point, spectrum, text, vector,
     word,
@@ -194,9 +195,15 @@ const SURFACE: &[Parameter] = &[
     boolean(
         "tagged",
         "false",
-        "whether records say what sound does to phases",
+        "whether records say what sound does to phases, and power is told apart by that",
     ),
 ];
+
+const TAGS: &[Parameter] = &[boolean(
+    "tagged",
+    "false",
+    "whether fluence is told apart by what sound does to its phase",
+)];
 
 const PICTURE: &[Slot] = &[
     one(Film, "The image."),
@@ -259,13 +266,13 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "fluencemeter",
         "Fluence rate and absorbed power in cells.",
-        &[CELLS, READING],
+        &[CELLS, READING, TAGS, TAGGED],
         METER,
     ),
     plugin(
         "irradiancemeter",
         "Power through the shape that it belongs to.",
-        &[SURFACE, READING],
+        &[SURFACE, READING, TAGGED],
         METER,
     ),
 ];

@@ -34,6 +34,11 @@ pub enum DerivativeError {
     /// Light told apart by its Stokes parameters.
     #[error("Stokes parameters have no derivatives yet: leave the integrator stokes out")]
     Polarized,
+    /// Light told apart by what sound does to its phase.
+    #[error(
+        "sidebands of tagged light have no derivatives yet: leave the integrator tagged, and 'tagged' of meters, out"
+    )]
+    Tagged,
     /// Another number of weights than the image has values.
     #[error("expected {expected} weights, as many as there are values, found {found}")]
     Weights {

@@ -1,6 +1,7 @@
 //! How a film's light is told apart: by the length of its paths, their bounces, their emitters (docs/theory.md#layers).
 
 use crate::Bins;
+use crate::sidebands::Sidebands;
 use serde::{Deserialize, Serialize};
 
 /// What a film asks about the path of a contribution.
@@ -35,10 +36,39 @@ pub struct Decomposition {
     pub bounces: Option<u32>,
     /// Each of so many emitters.
     pub emitters: Option<usize>,
-    /// The Stokes parameters of light, which the image is the first of: see [`polarization`](crate::polarization). Only the path tracer
-    /// follows them; to others light is unpolarised.
+    /// Parts of each layer of light.
     #[serde(default)]
-    pub stokes: bool,
+    pub parts: Option<LightParts>,
+}
+
+/// What a path tracer follows along its paths besides their light: parts of each layer of light, of which the first is the light itself.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum LightParts {
+    /// The Stokes parameters: see [`polarization`](crate::polarization). To other estimators light is unpolarised.
+    Stokes,
+    /// Light, its carrier and sidebands, and correlations: see [`tagging`](crate::tagging). Other estimators do not know them.
+    Sidebands(Sidebands),
+}
+
+impl LightParts {
+    /// Number of Stokes parameters.
+    pub const STOKES: usize = 4;
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        match self {
+            LightParts::Stokes => Self::STOKES,
+            LightParts::Sidebands(sidebands) => 1 + sidebands.parts(),
+        }
+    }
+
+    /// Whether the values of a part have one sign.
+    pub fn is_of_one_sign(&self, part: usize) -> bool {
+        match self {
+            LightParts::Stokes => part == 0,
+            LightParts::Sidebands(sidebands) => part <= 1 + sidebands.orders() as usize,
+        }
+    }
 }
 
 /// One of the ways in which light is told apart: `regular` slots, and a few more for what fits in none.
@@ -58,15 +88,12 @@ impl LayerAxis {
 }
 
 impl Decomposition {
-    /// Number of Stokes parameters.
-    pub const STOKES: usize = 4;
-
     /// Whether light is told apart at all.
     pub fn is_some(&self) -> bool {
         *self != Decomposition::default()
     }
 
-    /// Its axes: length, bounces, emitters, Stokes parameters; one regular slot for each that is not asked for.
+    /// Its axes: length, bounces, emitters, parts; one regular slot for each that is not asked for.
     pub fn axes(&self) -> [LayerAxis; 4] {
         let axis = |regular, others| LayerAxis { regular, others };
         let whole = axis(1, 0);
@@ -74,7 +101,7 @@ impl Decomposition {
             self.length.map_or(whole, |bins| axis(bins.count, 2)),
             self.bounces.map_or(whole, |k| axis(k as usize + 1, 1)),
             self.emitters.map_or(whole, |n| axis(n, 0)),
-            axis(if self.stokes { Self::STOKES } else { 1 }, 0),
+            self.parts.map_or(whole, |parts| axis(parts.count(), 0)),
         ]
     }
 
@@ -83,27 +110,27 @@ impl Decomposition {
         self.axes().iter().map(LayerAxis::slots).product()
     }
 
-    /// The layer to which a path belongs, or the first of its Stokes parameters, which follow one another.
+    /// The layer to which a path belongs, or the first of its parts, which follow one another.
     pub fn layer(&self, path: &PathFacts) -> usize {
-        let [_, bounces, emitters, stokes] = self.axes();
+        let [_, bounces, emitters, parts] = self.axes();
         let length = self
             .length
             .map_or(0, |bins| slot(&bins, path.optical_length));
         let bounce = self.bounces.map_or(0, |k| path.bounces.min(k + 1) as usize);
         let emitter = self.emitters.map_or(0, |_| path.emitter);
         let layer = (length * bounces.slots() + bounce) * emitters.slots() + emitter;
-        layer * stokes.slots()
+        layer * parts.slots()
     }
 
     /// The slot of a layer on each axis.
     pub fn slots(&self, layer: usize) -> [usize; 4] {
-        let [_, bounces, emitters, stokes] = self.axes().map(|a| a.slots());
-        let (rest, parameter) = (layer / stokes, layer % stokes);
+        let [_, bounces, emitters, parts] = self.axes().map(|a| a.slots());
+        let (rest, part) = (layer / parts, layer % parts);
         [
             rest / emitters / bounces,
             rest / emitters % bounces,
             rest % emitters,
-            parameter,
+            part,
         ]
     }
 
@@ -156,7 +183,7 @@ mod tests {
             }),
             bounces: Some(1),
             emitters: Some(2),
-            stokes: false,
+            parts: None,
         };
         assert_eq!(all.layers(), 5 * 3 * 2);
         let mut seen = Vec::new();

@@ -8,7 +8,7 @@ mod outliers;
 mod signed_filter;
 mod summary;
 
-pub use decomposition::{Decomposition, LayerAxis, PathFacts};
+pub use decomposition::{Decomposition, LayerAxis, LightParts, PathFacts};
 pub use filter::Filter;
 pub(crate) use footprint::footprint;
 pub use layers::Layers;

@@ -1,9 +1,10 @@
 //! What meters see of a particle.
 
 use crate::Spectrum;
-use crate::path::{End, Point, Span, WalkEvent, share};
-use crate::scene::{MediumId, Scene};
+use crate::path::{End, FreeFlightEvent, Point, Span, WalkEvent, share};
+use crate::scene::{Leg, MediumId, Scene};
 use crate::shape::Hit;
+use eikonal::ray::Arc;
 use glam::DVec3;
 
 /// A particle on one arc of its way.
@@ -53,6 +54,50 @@ pub(super) struct Passing<'a> {
     pub power: Spectrum,
     /// Optical path length from the emitter.
     pub optical_length: f64,
+}
+
+/// A leg of a flight that nothing interrupts.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FreeLeg<'e, 's> {
+    /// Power of the particle.
+    pub power: Spectrum,
+    /// Where it starts.
+    pub start: DVec3,
+    /// Unit direction.
+    pub direction: DVec3,
+    /// Optical path lengths from the emitter to its ends.
+    pub optical_length: [f64; 2],
+    /// Its length, and what it passes through.
+    pub leg: &'e Leg<'s>,
+}
+
+/// The legs of a flight that nothing interrupts.
+pub(super) fn free_legs<'e, 's>(
+    event: &FreeFlightEvent<'e, 's>,
+) -> impl Iterator<Item = FreeLeg<'e, 's>> {
+    let (ray, flight) = (event.ray, event.flight);
+    let (mut start, mut optical_length) = (flight.start, ray.optical_length);
+    flight.legs.iter().map(move |leg| {
+        let after = optical_length + leg.matter.n * leg.length;
+        let free = FreeLeg {
+            power: ray.throughput,
+            start,
+            direction: flight.direction,
+            optical_length: [optical_length, after],
+            leg,
+        };
+        start += flight.direction * leg.length;
+        optical_length = after;
+        free
+    })
+}
+
+impl FreeLeg<'_, '_> {
+    /// The leg from θ = 0 to 1.
+    pub(super) fn arc(&self) -> Arc {
+        let n = self.leg.matter.n;
+        Arc::line(self.start, self.direction * n, self.leg.length / n)
+    }
 }
 
 /// The flights of a particle along an edge, as far as it gets.

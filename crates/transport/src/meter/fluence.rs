@@ -6,15 +6,17 @@
 //! the area of its cross-section, whatever the index (docs/theory.md#meters). Arcs are cut where they pass from cell
 //! to cell, so the parts have the length of the whole.
 
-use super::flight::{Collision, Flight};
+use super::flight::{Collision, Flight, FreeLeg};
 use super::grid::MeterGrid;
 use super::reading::{Quantity, ReadingAxis};
+use super::tagging::Tagging;
 use super::tally::Scores;
 use crate::path::FreeFlightEvent;
 use crate::sampling::Sampler;
+use crate::sidebands::Sidebands;
 use crate::{Bins, Spectrum};
 use eikonal::ray::Arc;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// How fluence is estimated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,6 +36,8 @@ pub struct FluenceMeter {
     pub estimator: Estimator,
     /// Bins of the optical path length from the emitter, if light is told apart by it.
     pub optical_length: Option<Bins>,
+    /// How fluence is told apart by what sound does to its phase, if it is.
+    pub sidebands: Option<Sidebands>,
 }
 
 /// Storage for the cuts of one arc.
@@ -46,9 +50,10 @@ impl FluenceMeter {
         bins.saturating_mul(self.grid.cells())
     }
 
-    /// Number of cells of both quantities.
+    /// Number of cells of all quantities.
     pub(super) fn slots(&self) -> usize {
-        self.cells().saturating_mul(2)
+        let parts = self.sidebands.map_or(0, |sidebands| sidebands.parts());
+        self.cells().saturating_mul(2 + parts)
     }
 
     /// What is measured, in the order of slots.
@@ -63,15 +68,20 @@ impl FluenceMeter {
         let volumes: Vec<f64> = (0..self.grid.cells())
             .map(|c| self.grid.volume(c))
             .collect();
-        let quantity = |(name, first)| Quantity {
+        let quantity = |name, first| Quantity {
             name,
             axes: axes.clone(),
             first,
             measures: volumes.clone(),
         };
-        [("fluence", 0), ("absorbed", self.cells())]
-            .map(quantity)
-            .into()
+        let cells = self.cells();
+        let mut quantities = vec![quantity("fluence", 0), quantity("absorbed", cells)];
+        if let Some(sidebands) = &self.sidebands {
+            let names = ["fluence_sidebands", "fluence_correlation"];
+            let parts = quantity("fluence", 2 * cells);
+            quantities.extend(parts.of_parts(sidebands, names));
+        }
+        quantities
     }
 
     /// Bin and cell of a point, as a slot without channels.
@@ -88,31 +98,54 @@ impl FluenceMeter {
         scores.add_both([cell, self.cells() + cell], [fluence, absorbed]);
     }
 
+    /// Adds the parts of fluence with a modulation.
+    fn score_parts(&self, cell: usize, fluence: Spectrum, modulation: DVec2, scores: &mut Slots) {
+        if let Some(sidebands) = &self.sidebands {
+            let cells = self.cells();
+            let parts = PartSlots {
+                first: 2 * cells + cell,
+                stride: cells,
+            };
+            scores.add_parts(parts, fluence, &sidebands.shares(modulation));
+        }
+    }
+
+    /// What says the modulation of fluence, if it is told apart.
+    fn tagged<'t>(&self, tagging: Option<&'t Tagging>) -> Option<&'t Tagging> {
+        tagging.filter(|_| self.sidebands.is_some())
+    }
+
     /// Takes note of a stretch of a particle's way.
-    pub(super) fn fly(
-        &self,
-        flight: &Flight,
-        scores: &mut Slots,
-        cuts: &mut Cuts,
-        sampler: &mut Sampler,
-    ) {
+    pub(super) fn fly(&self, flight: &Flight, scoring: &mut Scoring) {
         if self.estimator == Estimator::Collision {
             return;
         }
+        let tagged = self.tagged(scoring.tagging);
+        let Scoring {
+            slots,
+            cuts,
+            sampler,
+            ..
+        } = scoring;
         // Score w ∫ ds of each piece, eq. (track lengths and collisions).
         let uniform = flight.uniform();
         self.pieces_of(flight, cuts, |cell, piece| {
-            let values = match uniform {
+            let (theta, values) = match uniform {
                 Some([power, absorption]) => {
                     let fluence = power * (piece[1] - piece[0]);
-                    [fluence, fluence * absorption]
+                    let theta = tagged.map(|_| place_at_random(flight, piece, sampler));
+                    (theta, [fluence, fluence * absorption])
                 }
                 None => {
                     let (theta, fluence) = at_random(flight, piece, sampler);
-                    [fluence, fluence * flight.absorption_at(theta)]
+                    let absorbed = fluence * flight.absorption_at(theta);
+                    (Some(theta), [fluence, absorbed])
                 }
             };
-            self.score(cell, values, scores);
+            self.score(cell, values, slots);
+            if let (Some(tagging), Some(theta)) = (tagged, theta) {
+                self.score_parts(cell, values[0], tagging.until(theta), slots);
+            }
         });
     }
 
@@ -132,48 +165,56 @@ impl FluenceMeter {
         self.pieces(&stretch, cuts, see);
     }
 
-    /// Takes note of a flight from one collision to the next, and of the collision at its end.
+    /// Takes note of a leg of a flight from one collision to the next.
     #[inline]
-    pub(super) fn fly_freely(&self, event: &FreeFlightEvent, scores: &mut Slots, cuts: &mut Cuts) {
+    pub(super) fn fly_freely(&self, free: &FreeLeg, scoring: &mut Scoring) {
+        if self.estimator == Estimator::Collision {
+            return;
+        }
+        let tagged = self.tagged(scoring.tagging);
+        let Scoring {
+            slots,
+            cuts,
+            sampler,
+            ..
+        } = scoring;
+        let (length, matter) = (free.leg.length, free.leg.matter);
+        let step = free.direction * length;
+        let line = Line {
+            ends: [free.start, free.start + step],
+            length,
+            optical_length: free.optical_length,
+        };
+        let mut see = |cell, [from, to]: [f64; 2]| {
+            let fluence = free.power * (to - from);
+            self.score(cell, [fluence, fluence * matter.absorption], slots);
+            if let Some(tagging) = tagged {
+                let theta = (from + (to - from) * sampler.next_1d()) / length;
+                self.score_parts(cell, fluence, tagging.until(theta), slots);
+            }
+        };
+        if self.pieces_of_line(&line, &mut see).is_none() {
+            let arc = Arc::line(free.start, step, 1.0);
+            let stretch = Stretch {
+                arc: &arc,
+                theta_end: 1.0,
+                optical_length: free.optical_length[0],
+            };
+            self.pieces(&stretch, cuts, see);
+        }
+    }
+
+    /// Takes note of the collision at the end of such a flight.
+    #[inline]
+    pub(super) fn collide_freely(&self, event: &FreeFlightEvent, scoring: &mut Scoring) {
+        if self.estimator == Estimator::TrackLength {
+            return;
+        }
         let (power, flight) = (event.ray.throughput, event.flight);
-        match self.estimator {
-            Estimator::TrackLength => {
-                let mut start = flight.start;
-                let mut optical_length = event.ray.optical_length;
-                for leg in flight.legs.as_slice() {
-                    let step = flight.direction * leg.length;
-                    let line = Line {
-                        ends: [start, start + step],
-                        length: leg.length,
-                        optical_length: [
-                            optical_length,
-                            optical_length + leg.matter.n * leg.length,
-                        ],
-                    };
-                    let mut see = |cell, [from, to]: [f64; 2]| {
-                        let fluence = power * (to - from);
-                        self.score(cell, [fluence, fluence * leg.matter.absorption], scores);
-                    };
-                    if self.pieces_of_line(&line, &mut see).is_none() {
-                        let arc = Arc::line(start, step, 1.0);
-                        let stretch = Stretch {
-                            arc: &arc,
-                            theta_end: 1.0,
-                            optical_length,
-                        };
-                        self.pieces(&stretch, cuts, see);
-                    }
-                    start += step;
-                    optical_length = line.optical_length[1];
-                }
-            }
-            Estimator::Collision => {
-                let matter = flight.last().matter;
-                if let Some(cell) = self.locate(flight.end(), event.optical_length) {
-                    let fluence = power / matter.extinction[flight.channel];
-                    self.score(cell, [fluence, fluence * matter.absorption], scores);
-                }
-            }
+        let matter = flight.last().matter;
+        if let Some(cell) = self.locate(flight.end(), event.optical_length) {
+            let fluence = power / matter.extinction[flight.channel];
+            self.score_collision(cell, [fluence, fluence * matter.absorption], scoring);
         }
     }
 
@@ -255,13 +296,21 @@ impl FluenceMeter {
     }
 
     /// Takes note of a collision.
-    pub(super) fn collide(&self, collision: &Collision, scores: &mut Slots) {
+    pub(super) fn collide(&self, collision: &Collision, scoring: &mut Scoring) {
         if self.estimator == Estimator::TrackLength {
             return;
         }
         // Score w/σ_t, eq. (track lengths and collisions).
         if let Some(cell) = self.cell_of(collision) {
-            self.score(cell, [collision.path, collision.absorbed()], scores);
+            self.score_collision(cell, [collision.path, collision.absorbed()], scoring);
+        }
+    }
+
+    fn score_collision(&self, cell: usize, values: [Spectrum; 2], scoring: &mut Scoring) {
+        self.score(cell, values, &mut scoring.slots);
+        if let Some(tagging) = self.tagged(scoring.tagging) {
+            let modulation = tagging.path().total();
+            self.score_parts(cell, values[0], modulation, &mut scoring.slots);
         }
     }
 
@@ -295,10 +344,31 @@ pub(super) fn at_random(
     [from, to]: [f64; 2],
     sampler: &mut Sampler,
 ) -> (f64, Spectrum) {
-    let length = to - from;
-    let s = from + length * sampler.next_1d();
-    let theta = flight.span.arc.theta_at_length(s).min(flight.theta_end);
-    (theta, flight.power_at(theta) * length)
+    let theta = place_at_random(flight, [from, to], sampler);
+    (theta, flight.power_at(theta) * (to - from))
+}
+
+/// The θ of a place drawn at random between two arc lengths.
+fn place_at_random(flight: &Flight, [from, to]: [f64; 2], sampler: &mut Sampler) -> f64 {
+    let s = from + (to - from) * sampler.next_1d();
+    flight.span.arc.theta_at_length(s).min(flight.theta_end)
+}
+
+/// Where meters of fluence score, and with what.
+pub(super) struct Scoring<'a> {
+    pub slots: Slots<'a>,
+    pub cuts: &'a mut Cuts,
+    pub sampler: &'a mut Sampler,
+    /// What sound has done to the particle, if anybody asks.
+    pub tagging: Option<&'a Tagging>,
+}
+
+/// Cells of the parts of what is in one cell.
+pub(super) struct PartSlots {
+    /// That of the first part.
+    pub first: usize,
+    /// Number of cells from one to the next.
+    pub stride: usize,
 }
 
 /// The slots of one meter: cells times channels.
@@ -316,6 +386,13 @@ impl Slots<'_> {
         for c in 0..self.channels {
             self.scores
                 .add(self.first + cell * self.channels + c, value[c]);
+        }
+    }
+
+    /// Adds the shares of a value to the cells of its parts.
+    pub(super) fn add_parts(&mut self, cells: PartSlots, value: Spectrum, shares: &[f64]) {
+        for (part, share) in shares.iter().enumerate() {
+            self.add(cells.first + part * cells.stride, value * *share);
         }
     }
 

@@ -2,12 +2,13 @@
 
 use super::acceptance::Acceptance;
 use super::flight::Passing;
-use super::fluence::Slots;
+use super::fluence::{PartSlots, Slots};
 use super::positions::Positions;
 use super::reading::{Quantity, ReadingAxis};
 use crate::scene::VoxelVolume;
+use crate::sidebands::Sidebands;
 use crate::{Bins, Spectrum};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// Directions told apart by their cosine with an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,6 +38,8 @@ pub struct IrradianceMeter {
     pub most_records: Option<usize>,
     /// Whether records also say what sound does to the optical length of the light's way.
     pub tagged: bool,
+    /// How power is told apart by what sound does to its phase, if it is.
+    pub sidebands: Option<Sidebands>,
 }
 
 /// A surface that a meter measures at.
@@ -89,6 +92,7 @@ impl IrradianceMeter {
             optical_length: None,
             most_records: None,
             tagged: false,
+            sidebands: None,
         }
     }
 
@@ -103,7 +107,9 @@ impl IrradianceMeter {
 
     /// Number of cells.
     pub(super) fn slots(&self) -> usize {
-        self.bins().saturating_mul(2).saturating_add(TOTALS)
+        let parts = self.sidebands.map_or(0, |sidebands| sidebands.parts());
+        let both = self.bins().saturating_mul(2);
+        both.saturating_mul(1 + parts).saturating_add(TOTALS)
     }
 
     /// What is measured. The binned power and the irradiance are the same sums.
@@ -141,12 +147,35 @@ impl IrradianceMeter {
         {
             quantities.push(quantity("irradiance", &axes, TOTALS, areas));
         }
+        if let Some(sidebands) = &self.sidebands {
+            let names = ["power_sidebands", "power_correlation"];
+            let parts = quantity("power", &axes, TOTALS + 2 * self.bins(), &[1.0]);
+            quantities.extend(parts.of_parts(sidebands, names));
+        }
         quantities
     }
 
-    /// Takes note of light that passes. Returns the side to which it goes, if it is accepted.
-    pub(super) fn pass(&self, passing: &Passing, slots: &mut Slots) -> Option<usize> {
-        self.scores(passing, |cell, power| slots.add(cell, power))
+    /// Takes note of light that passes, with the modulation of its optical length if that is known. Returns the side to which it goes, if it
+    /// is accepted.
+    pub(super) fn pass(
+        &self,
+        passing: &Passing,
+        modulation: Option<DVec2>,
+        slots: &mut Slots,
+    ) -> Option<usize> {
+        let both = 2 * self.bins();
+        self.scores(passing, |cell, power| {
+            slots.add(cell, power);
+            if cell >= TOTALS
+                && let (Some(sidebands), Some(modulation)) = (&self.sidebands, modulation)
+            {
+                let parts = PartSlots {
+                    first: both + cell,
+                    stride: both,
+                };
+                slots.add_parts(parts, power, &sidebands.shares(modulation));
+            }
+        })
     }
 
     /// Calls `score` with each cell to which light that passes adds, and what it adds. Returns the side to which it goes, if it is accepted.

@@ -41,13 +41,15 @@ use crate::Spectrum;
 use crate::path::{BalanceSums, Workspace};
 use crate::sampling::{Discrete, Sampler};
 use crate::scene::Scene;
+use crate::sidebands::Sidebands;
 use crate::stop::Stop;
+use crate::tagging::SoundInMedia;
 use fluence::Cuts;
 use history::{Histories, HistoryRegions};
 use reading::Quantity;
 use recorder::Recorder;
 use records::RecordLayout;
-use tagging::{SoundInMedia, Tagging};
+use tagging::Tagging;
 use tally::Scores;
 use voxel_scores::VoxelScore;
 
@@ -81,7 +83,7 @@ impl Meter {
         let layout = RecordLayout {
             channels,
             regions: HistoryRegions::of(scene).count(),
-            tagged: self.is_tagged(),
+            tagged: self.tags_records(),
         };
         let records = self.most_records().map_or(0, |most| layout.memory(most));
         Tally::memory(self.cells().saturating_mul(channels)).saturating_add(records)
@@ -96,11 +98,29 @@ impl Meter {
     }
 
     /// Whether its records say what sound does to phases.
-    pub fn is_tagged(&self) -> bool {
+    fn tags_records(&self) -> bool {
         match self {
             Meter::Fluence(_) => false,
             Meter::Irradiance(meter) => meter.tagged && meter.most_records.is_some(),
         }
+    }
+
+    /// How it tells light apart by what sound does to its phase, if it does.
+    pub fn sidebands(&self) -> Option<&Sidebands> {
+        match self {
+            Meter::Fluence(meter) => meter.sidebands.as_ref(),
+            Meter::Irradiance(meter) => meter.sidebands.as_ref(),
+        }
+    }
+
+    /// Whether it asks what sound does to phases.
+    pub fn is_tagged(&self) -> bool {
+        self.tags_records() || self.sidebands().is_some()
+    }
+
+    /// Whether it asks so along flights, not at their ends alone.
+    fn tags_flights(&self) -> bool {
+        matches!(self, Meter::Fluence(meter) if meter.sidebands.is_some() && meter.estimator == Estimator::TrackLength)
     }
 
     /// Optical path length at which its last gate ends, if it has gates.
@@ -138,7 +158,7 @@ pub struct Setup<'a> {
     window: Option<Window>,
     /// What records tell apart, if a meter keeps any.
     regions: Option<HistoryRegions>,
-    /// The sound, if records say what it does.
+    /// The sound, if a meter asks what it does.
     sound: Option<SoundInMedia>,
 }
 
@@ -222,7 +242,9 @@ impl<'a> Setup<'a> {
         let mut balance = BalanceSums::default();
         let mut in_voxels = VoxelScore::of(self.meters);
         let mut histories = self.regions.clone().map(Histories::new);
-        let mut tagging = self.sound.clone().map(Tagging::new);
+        let along = self.meters.iter().any(Meter::tags_flights);
+        let tagging = self.sound.clone();
+        let mut tagging = tagging.map(|sound| Tagging::new(sound, along));
         let mut records = vec![RecordRows::default(); self.meters.len()];
         for number in particles {
             ws.stats.paths += 1;
@@ -267,7 +289,7 @@ impl<'a> Setup<'a> {
         };
         let records = |meter: &Meter| {
             let most = meter.most_records()?;
-            Some(Records::new(layout(meter.is_tagged()), most))
+            Some(Records::new(layout(meter.tags_records()), most))
         };
         self.meters.iter().map(records).collect()
     }

@@ -3,13 +3,14 @@
 use super::grid::{Coordinates, MeterGrid};
 use super::tally::Tally;
 use crate::Bins;
+use crate::sidebands::Sidebands;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
 /// One axis of an array of bins.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReadingAxis {
-    /// Its name: `x`, `y`, `z`, `r`, `opl`, `cosine`, `side`, `part`, `u`, `v`.
+    /// Its name: `x`, `y`, `z`, `r`, `opl`, `cosine`, `side`, `part`, `u`, `v`, `order`, `delay`.
     pub name: Cow<'static, str>,
     /// The ends of its bins, one more than there are bins.
     pub edges: Vec<f64>,
@@ -84,6 +85,27 @@ impl Quantity {
         self.axes
             .iter()
             .fold(1, |n, axis| n.saturating_mul(axis.len()))
+    }
+
+    /// Its sidebands and correlations under such names, if it is the first of the parts.
+    pub(super) fn of_parts(self, sidebands: &Sidebands, names: [&'static str; 2]) -> Vec<Self> {
+        let cells = self.cells();
+        let orders = ReadingAxis::new("order", &sidebands.order_bins());
+        let delays = sidebands.delay_bins();
+        let delays = delays.map(|bins| ReadingAxis::new("delay", &bins));
+        let first_delay = self.first + orders.len() * cells;
+        let parts = [(Some(orders), self.first), (delays, first_delay)];
+        let quantity = |(name, (axis, first)): (_, (Option<ReadingAxis>, _))| {
+            let mut axes = vec![axis?];
+            axes.extend_from_slice(&self.axes);
+            Some(Quantity {
+                name,
+                axes,
+                first,
+                measures: self.measures.clone(),
+            })
+        };
+        names.into_iter().zip(parts).filter_map(quantity).collect()
     }
 
     /// Reads it off the tally, in which the meter has the slots from `first`, with so many channels.

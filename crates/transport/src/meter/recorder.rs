@@ -1,13 +1,13 @@
 //! Shows the meters what happens on a particle's walk (docs/theory.md#meters, docs/theory.md#random-walks).
 
-use super::Meter;
-use super::flight::{Collision, Flight, Passing, flights};
-use super::fluence::{Cuts, Slots};
+use super::flight::{Collision, Flight, Passing, flights, free_legs};
+use super::fluence::{Cuts, Scoring, Slots};
 use super::history::Histories;
 use super::records::{Detected, RecordRows};
 use super::tagging::Tagging;
 use super::tally::Scores;
 use super::voxel_scores::{VoxelScore, voxels_suffice};
+use super::{FluenceMeter, Meter};
 use crate::Spectrum;
 use crate::path::{
     End, FreeFlightEvent, Observer, Span, VoxelFlight, WalkEvent, WalkRay, Workspace,
@@ -57,15 +57,23 @@ impl Observer for Recorder<'_, '_> {
     }
 
     fn fly_freely(&mut self, event: &FreeFlightEvent) {
-        self.each(|meter, slots, cuts, _| {
-            if let Meter::Fluence(meter) = meter {
-                meter.fly_freely(event, slots, cuts);
+        if let Some(tagging) = &mut self.tagging {
+            tagging.resume();
+        }
+        for leg in free_legs(event) {
+            if let Some(tagging) = &mut self.tagging {
+                tagging.follow(event.ray.start.medium, &leg.arc(), 1.0);
             }
-        });
+            self.each_fluence(|meter, scoring| meter.fly_freely(&leg, scoring));
+        }
+        self.each_fluence(|meter, scoring| meter.collide_freely(event, scoring));
+        if let Some(tagging) = &mut self.tagging {
+            tagging.scatter(event.direction);
+        }
     }
 
     fn sees_voxels(&self, volume: &VoxelVolume) -> bool {
-        voxels_suffice(self.meters, volume)
+        self.tagging.is_none() && voxels_suffice(self.meters, volume)
     }
 
     #[inline]
@@ -111,15 +119,15 @@ impl Recorder<'_, '_> {
                 if let (Some(histories), Some(ray)) = (&mut self.histories, onward) {
                     histories.scatter(&point, ray.start.direction);
                 }
-                if let (Some(tagging), Some(ray)) = (&mut self.tagging, onward) {
-                    tagging.scatter(last, ray.start.direction);
-                }
                 self.collide(&Collision {
                     scene: event.scene,
                     point,
                     path: event.path(&point),
                     optical_length: last.length_after(),
                 });
+                if let (Some(tagging), Some(ray)) = (&mut self.tagging, onward) {
+                    tagging.scatter(ray.start.direction);
+                }
             }
             End::Surface { .. } => self.surface(last, onward.map(Beyond::reflected)),
             End::Dead if !event.edge.lost => self.surface(last, None),
@@ -141,16 +149,24 @@ impl Recorder<'_, '_> {
         }
     }
 
-    /// Each meter with its slots.
-    fn each(&mut self, mut see: impl FnMut(&Meter, &mut Slots, &mut Cuts, &mut Sampler)) {
-        let mut slots = Slots {
-            scores: self.scores,
-            first: 0,
-            channels: self.channels,
+    /// Each meter of fluence, with where it scores.
+    #[inline]
+    fn each_fluence(&mut self, mut see: impl FnMut(&FluenceMeter, &mut Scoring)) {
+        let mut scoring = Scoring {
+            slots: Slots {
+                scores: self.scores,
+                first: 0,
+                channels: self.channels,
+            },
+            cuts: self.cuts,
+            sampler: &mut self.sampler,
+            tagging: self.tagging.as_deref(),
         };
         for meter in self.meters {
-            see(meter, &mut slots, self.cuts, &mut self.sampler);
-            slots.first += meter.cells() * self.channels;
+            if let Meter::Fluence(meter) = meter {
+                see(meter, &mut scoring);
+            }
+            scoring.slots.first += meter.cells() * self.channels;
         }
     }
 
@@ -161,19 +177,11 @@ impl Recorder<'_, '_> {
         if let Some(tagging) = &mut self.tagging {
             tagging.fly(flight);
         }
-        self.each(|meter, slots, cuts, sampler| {
-            if let Meter::Fluence(meter) = meter {
-                meter.fly(flight, slots, cuts, sampler);
-            }
-        });
+        self.each_fluence(|meter, scoring| meter.fly(flight, scoring));
     }
 
     fn collide(&mut self, collision: &Collision) {
-        self.each(|meter, slots, _, _| {
-            if let Meter::Fluence(meter) = meter {
-                meter.collide(collision, slots);
-            }
-        });
+        self.each_fluence(|meter, scoring| meter.collide(collision, scoring));
     }
 
     fn pass(&mut self, passing: &Passing) {
@@ -182,9 +190,11 @@ impl Recorder<'_, '_> {
             first: 0,
             channels: self.channels,
         };
+        let modulation = self.tagging.as_ref().map(|tagging| tagging.path());
+        let total = modulation.map(|modulation| modulation.total());
         for (meter, records) in self.meters.iter().zip(&mut *self.records) {
             if let Meter::Irradiance(meter) = meter
-                && let Some(side) = meter.pass(passing, &mut slots)
+                && let Some(side) = meter.pass(passing, total, &mut slots)
                 && meter.most_records.is_some()
                 && let Some(histories) = &self.histories
             {
@@ -194,11 +204,7 @@ impl Recorder<'_, '_> {
                     side,
                     history: histories.current(),
                     channels: self.channels,
-                    modulation: self
-                        .tagging
-                        .as_ref()
-                        .filter(|_| meter.tagged)
-                        .map(|t| t.path()),
+                    modulation: modulation.filter(|_| meter.tagged),
                 });
             }
             slots.first += meter.cells() * self.channels;

@@ -6,10 +6,10 @@
 
 use super::flight::Passing;
 use super::history::RegionHistory;
-use super::tagging::PathModulation;
 use crate::Spectrum;
 use crate::sampling::is_among;
 use crate::scene::Scene;
+use crate::tagging::PathModulation;
 use serde::{Deserialize, Serialize};
 
 /// A region that records tell apart: a medium, or one of the labels of which it is made.

@@ -1,8 +1,8 @@
 //! Estimators whose samples belong to their own pixels (docs/theory.md#film).
 
 use super::allocation::Allocation;
+use super::followed::FollowedSamples;
 use super::source::{LightSamples, finite};
-use super::stokes::PolarizedSamples;
 use crate::Spectrum;
 use crate::film::{CellsMut, Decomposition, Film, LevelsMut, PartsMut, Pending, Pixel};
 use crate::integrator::Contribution;
@@ -79,7 +79,7 @@ fn run(
     let mut found = Vec::new();
     let layers = task.layers.as_ref().map_or(0, |(d, _)| d.layers());
     let decomposition = task.layers.as_ref().map(|(d, _)| *d).unwrap_or_default();
-    let mut polarized = PolarizedSamples::of(light, &decomposition);
+    let mut followed = FollowedSamples::of(light, &decomposition);
     let mut pending = Pending::new(layers);
     let size = source.replicates.size();
     // A power of two, so that nothing is rounded.
@@ -93,8 +93,8 @@ fn run(
             }
             let mut mean = Spectrum::ZERO;
             for sample in first..first + size {
-                match &mut polarized {
-                    Some(polarized) => polarized.take([number as u64, sample], &mut ws, &mut found),
+                match &mut followed {
+                    Some(followed) => followed.take([number as u64, sample], &mut ws, &mut found),
                     None => light.take(number, sample, &mut ws, &mut found),
                 }
                 let sum = |sum, c: &Contribution| sum + c.weighted();
@@ -105,8 +105,9 @@ fn run(
                     for (i, c) in found.iter().enumerate() {
                         let layer = decomposition.layer(&c.path);
                         pending.add(layer, c.weighted() * share);
-                        let others = polarized.iter().flat_map(|p| p.parameters(i));
+                        let others = followed.iter().flat_map(|f| f.others(i));
                         for (k, value) in others.enumerate() {
+                            let value = finite(*value, &mut ws.stats.not_finite);
                             pending.add(layer + 1 + k, value * share);
                         }
                     }

@@ -66,7 +66,7 @@ fn estimators_agree_in_every_bin() {
         length: bins(2.0, 1.0, 4),
         bounces: Some(1),
         emitters: Some(2),
-        stokes: false,
+        parts: None,
     };
     let [path, particle, bdpt] = estimators();
     let effort = [(path, 576), (particle, 192), (bdpt, 192)];

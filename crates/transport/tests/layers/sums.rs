@@ -43,7 +43,7 @@ fn everything() -> Decomposition {
         length: bins(6.0, 0.5, 6),
         bounces: Some(2),
         emitters: Some(2),
-        stokes: false,
+        parts: None,
     }
 }
 

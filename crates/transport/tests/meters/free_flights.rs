@@ -60,7 +60,7 @@ fn cube(labelled: bool) -> Parts {
 }
 
 /// The cube from −1 to 1 of triangles: a grid knows where they are, and not where within its box a cube is.
-fn hull() -> Mesh {
+pub fn hull() -> Mesh {
     let corner =
         |i: u32| DVec3::from([i & 1, i >> 1 & 1, i >> 2].map(|b| 2.0 * f64::from(b) - 1.0));
     let faces = [
@@ -78,7 +78,7 @@ fn hull() -> Mesh {
 }
 
 /// As many triangles as it takes for surfaces to be looked for by a grid.
-fn net() -> Mesh {
+pub fn net() -> Mesh {
     let corner = |i: u32| DVec3::new(f64::from(i % 10), f64::from(i / 10), f64::from(i * i % 7));
     let positions = (0..100).flat_map(|i| {
         let x = corner(i) * 0.05;

@@ -15,6 +15,7 @@ mod gates;
 mod pictures;
 mod records;
 mod reproducible;
+mod sidebands;
 mod slabs;
 mod support;
 mod tagged;

@@ -28,13 +28,13 @@ use std::ops::ControlFlow;
 
 const K: f64 = 9.0;
 const ETA: f64 = 0.32;
-const N0: f64 = 1.33;
+pub const N0: f64 = 1.33;
 /// Amplitude of the index: rays are found to 1e-11 of their length, a hundred-thousandth of it.
 const SOUND: f64 = 2e-5;
 const SOURCE: DVec3 = DVec3::new(0.3, -0.2, -1.15);
 
 /// Sound that turns: both parts of its amplitude count.
-fn sound() -> Field {
+pub fn sound() -> Field {
     let mode = |order: u16, phase: f64, time_phase: f64| {
         let mode = AcousticMode::new(SOUND, order, K, phase).unwrap();
         mode.with_time_phase(time_phase).unwrap()
@@ -68,7 +68,7 @@ fn ball(index: Field, bsdf: Bsdf) -> Parts {
 }
 
 /// What is around.
-fn water(n: f64) -> Medium {
+pub fn water(n: f64) -> Medium {
     Medium::transparent("around", Constant::new(n))
 }
 
@@ -201,7 +201,7 @@ fn modulations(table: &RecordTable, row: usize) -> [DVec2; 2] {
     columns.map(|column| DVec2::new(column[2 * row], column[2 * row + 1]))
 }
 
-fn cases() -> [(&'static str, Parts); 3] {
+pub fn cases() -> [(&'static str, Parts); 3] {
     [
         ("straight", ball(sound(), Bsdf::Null)),
         ("bent", ball(in_a_lens(), Bsdf::Null)),

@@ -13,7 +13,7 @@ mod slab;
 
 use glam::DVec3;
 use morgana_transport::Scene;
-use morgana_transport::film::Decomposition;
+use morgana_transport::film::{Decomposition, LightParts};
 use morgana_transport::integrator::PathTracer;
 use morgana_transport::render::{RenderOptions, Rendering};
 
@@ -25,7 +25,7 @@ fn polarized(scene: &Scene, max_depth: Option<u32>, samples: u64, seed: u64) -> 
     };
     scene.render(&RenderOptions {
         decomposition: Decomposition {
-            stokes: true,
+            parts: Some(LightParts::Stokes),
             ..Decomposition::default()
         },
         ..RenderOptions::new(path, samples, seed)

@@ -238,15 +238,16 @@ impl<'a> RandomWalk<'a> {
         ws.stats.edges += 1;
         ws.stats.work.steps += 1;
         let optical_length = ray.optical_length + flight.n() * flight.length;
-        observer.fly_freely(&FreeFlightEvent {
-            ray,
-            flight,
-            optical_length,
-        });
         sampler.next_edge();
         let x = flight.end();
         let phase = &flight.last().matter.phase;
         let (direction, pdf) = Vertex::scatter_in_volume(phase, [x, flight.direction], sampler);
+        observer.fly_freely(&FreeFlightEvent {
+            ray,
+            flight,
+            optical_length,
+            direction,
+        });
         *ray = WalkRay {
             start: Start::point(x, direction, ray.start.medium),
             pdf,

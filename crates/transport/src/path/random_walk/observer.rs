@@ -6,6 +6,7 @@ use crate::path::segment::{Edge, Point, Span, Vertex, collided};
 use crate::path::walk::FreeFlight;
 use crate::path::workspace::Workspace;
 use crate::scene::{Scene, VoxelVolume};
+use glam::DVec3;
 use std::cell::OnceCell;
 use std::ops::ControlFlow;
 
@@ -84,6 +85,8 @@ pub struct FreeFlightEvent<'e, 's> {
     pub flight: &'e FreeFlight<'s>,
     /// Optical path length up to its end.
     pub optical_length: f64,
+    /// Unit direction in which it is scattered there.
+    pub direction: DVec3,
 }
 
 impl<'e> WalkEvent<'e> {

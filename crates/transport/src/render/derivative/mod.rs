@@ -12,7 +12,7 @@ use super::source::{Source, finite};
 use super::{Handle, Prepared, RenderOptions, prepare};
 use crate::Spectrum;
 use crate::derivative::{DerivativeError, Plan, RadiometricParameter, Sums, Tape};
-use crate::film::Decomposition;
+use crate::film::{Decomposition, LightParts};
 use crate::integrator::{Integrator, PathFinds, PathTracer};
 use crate::renderer::Renderer;
 use crate::scene::Scene;
@@ -74,8 +74,11 @@ pub fn derivatives(
     options: &DerivativeOptions,
     handle: &Handle,
 ) -> Result<Option<Derivatives>, DerivativeError> {
-    if options.decomposition.stokes {
-        return Err(DerivativeError::Polarized);
+    if let Some(parts) = options.decomposition.parts {
+        return Err(match parts {
+            LightParts::Stokes => DerivativeError::Polarized,
+            LightParts::Sidebands(_) => DerivativeError::Tagged,
+        });
     }
     let film = scenes[0].film();
     let pixels = film.width * film.height;

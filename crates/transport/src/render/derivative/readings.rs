@@ -55,6 +55,9 @@ pub fn meter_derivatives(
     options: &MeterDerivativeOptions,
     handle: &Handle,
 ) -> Result<Option<Derivatives>, DerivativeError> {
+    if meters.iter().any(|meter| meter.sidebands().is_some()) {
+        return Err(DerivativeError::Tagged);
+    }
     let film = scenes[0].film();
     let rows = rows(meters, options.of, film.channels)?;
     let mut found = Derivatives {

@@ -1,0 +1,132 @@
+//! Pictures and meters of tagged light by scene files: layers and readings, and what is refused.
+
+use morgana_io::rendered::Naming;
+use morgana_io::{LoadOptions, Loaded};
+use std::fs;
+use transport::integrator::Integrator;
+use transport::renderer::Renderer;
+
+const WAVE: &str = r#"<float name="wavelength" value="1e-4"/>"#;
+const SOUND: &str =
+    r#"<float name="wave_number" value="9"/><float name="elasto_optic" value="0.32"/>"#;
+const CAMERA: &str = r#"<sensor type="perspective"><float name="fov" value="40"/><film type="hdrfilm"><integer name="width" value="4"/>
+<integer name="height" value="4"/><string name="pixel_format" value="luminance"/></film></sensor>"#;
+
+fn read(sound: &str, rest: &str) -> Result<Loaded, String> {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("scene.xml");
+    let text = format!(
+        r#"<scene version="3.0.0"><emitter type="constant"/>{rest}
+<medium type="homogeneous" id="fog"><float name="sigma_t" value="1"/>
+<volume name="ior" type="acoustic"><float name="n0" value="1.33"/><float name="amplitude" value="1e-5"/>{sound}</volume></medium>
+<shape type="sphere"><point name="center" z="5"/><bsdf type="null"/><ref name="interior" id="fog"/></shape></scene>"#
+    );
+    fs::write(&path, text).unwrap();
+    morgana_io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
+}
+
+/// A picture by an integrator in one that tags light.
+fn pictured(inner: &str, parameters: &str) -> Result<Loaded, String> {
+    let integrator = format!(
+        r#"<integrator type="tagged">{parameters}<integrator type="{inner}"/></integrator>"#
+    );
+    read(SOUND, &format!("{integrator}{CAMERA}"))
+}
+
+#[test]
+fn films_have_a_layer_for_each_order_and_delay() {
+    let more = r#"<integer name="orders" value="2"/><integer name="delays" value="2"/>"#;
+    for inner in ["path", "volpath", "direct", "auto"] {
+        let loaded = pictured(inner, &format!("{WAVE}{more}")).unwrap();
+        let is_path = matches!(loaded.renderer, Renderer::Light(Integrator::Path(_)));
+        assert!(is_path && loaded.candidates.is_empty(), "{inner}");
+        let naming = Naming::of(&loaded).unwrap();
+        let names: Vec<String> = naming.names().collect();
+        let expected = [
+            "total",
+            "carrier",
+            "sideband.1",
+            "sideband.2",
+            "delay.1",
+            "delay.2",
+        ];
+        assert_eq!(names, expected);
+        let of_one_sign: Vec<bool> = (0..6).map(|i| naming.is_of_one_sign(i)).collect();
+        assert_eq!(of_one_sign, [true, true, true, true, false, false]);
+        let axis = &naming.axes()[0];
+        assert_eq!(axis["delays"], serde_json::json!([0.25, 0.5]));
+    }
+    let naming = pictured("path", WAVE).unwrap();
+    let naming = Naming::of(&naming).unwrap();
+    assert_eq!(naming.names().count(), 3);
+}
+
+#[test]
+fn what_films_cannot_tag_is_an_error() {
+    let errors = [
+        (
+            pictured("bdpt", WAVE),
+            "only 'path' and 'direct' follow phases",
+        ),
+        (
+            pictured("particle", WAVE),
+            "'tagged' cannot hold 'particle'",
+        ),
+        (pictured("path", ""), "wavelength"),
+        (
+            pictured("path", r#"<float name="wavelength" value="-1"/>"#),
+            "wavelength",
+        ),
+        (
+            pictured(
+                "stokes\"><integrator type=\"path\"/></integrator><integrator type=\"path",
+                WAVE,
+            ),
+            "not both",
+        ),
+    ];
+    for (found, expected) in errors {
+        let error = found.map(|_| ()).unwrap_err();
+        assert!(error.contains(expected), "{error}");
+    }
+    let integrator = format!(
+        r#"<integrator type="tagged">{WAVE}<integrator type="path"/></integrator>{CAMERA}"#
+    );
+    let unknown = read(r#"<float name="wave_number" value="9"/>"#, &integrator);
+    assert!(unknown.map(|_| ()).unwrap_err().contains("'elasto_optic'"));
+    let several = integrator.replace(
+        "\"luminance\"/>",
+        "\"spectral\"/><string name=\"wavelengths\" value=\"500, 600\"/>",
+    );
+    let several = read(SOUND, &several);
+    assert!(several.map(|_| ()).unwrap_err().contains("one wavelength"));
+    let emits = r#"<medium type="homogeneous" id="glow"><float name="sigma_t" value="1"/><rgb name="emission" value="1"/></medium>
+<shape type="sphere"><point name="center" z="9"/><bsdf type="null"/><ref name="interior" id="glow"/></shape>"#;
+    let glows = read(SOUND, &format!("{integrator}{emits}"));
+    assert!(glows.map(|_| ()).unwrap_err().contains("light of volumes"));
+}
+
+#[test]
+fn meters_tell_sidebands_apart() {
+    let meter = |parameters: &str| {
+        let cells = r#"<integer name="nx" value="2"/><integer name="ny" value="2"/><integer name="nz" value="2"/>"#;
+        let meter = format!(r#"<sensor type="fluencemeter">{cells}{parameters}</sensor>"#);
+        read(SOUND, &format!(r#"<integrator type="particle"/>{meter}"#))
+    };
+    let tagged = r#"<boolean name="tagged" value="true"/>"#;
+    let loaded = meter(&format!("{tagged}{WAVE}")).unwrap();
+    let meter_of = |loaded: &Loaded| loaded.instruments[0].meter.clone();
+    let sidebands = *meter_of(&loaded).sidebands().unwrap();
+    assert_eq!((sidebands.orders(), sidebands.delays()), (1, 0));
+    // Fluence, what is absorbed of it, and two parts.
+    assert_eq!(meter_of(&loaded).cells(), 4 * 8);
+    assert!(meter_of(&meter("").unwrap()).sidebands().is_none());
+    assert!(
+        meter(tagged)
+            .map(|_| ())
+            .unwrap_err()
+            .contains("wavelength")
+    );
+    // Not without being asked to.
+    assert!(meter(WAVE).is_err());
+}

@@ -1,0 +1,145 @@
+//! Light by its shift in frequency, and how it correlates: what is told apart of light whose phase sound modulates.
+//!
+//! Theory: docs/theory.md#tagged-light.
+
+use crate::Bins;
+use glam::DVec2;
+use serde::{Deserialize, Serialize};
+use smallvec::SmallVec;
+use std::f64::consts::{PI, TAU};
+
+/// Sidebands and delays of tagged light. The *parts* of light of weight w and phase Φ are w J_m(|Φ|)² for the orders m from 0 on, and then
+/// w J₀(2|Φ| sin(ωτ/2)) for the delays τ.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sidebands {
+    /// 2π over the wavelength of the light in vacuum.
+    wave_number: f64,
+    /// The last order.
+    orders: u32,
+    /// Number of delays.
+    delays: u32,
+}
+
+impl Sidebands {
+    /// The last order that can be told apart.
+    pub const MOST_ORDERS: u32 = 100;
+    /// The most delays.
+    pub const MOST_DELAYS: u32 = 1000;
+
+    /// Orders up to `orders` and so many equal steps of the delay up to half a period of the sound, of light of a wavelength in vacuum, in
+    /// scene units. `None` if the wavelength is not positive or a number is above the most.
+    ///
+    /// ```
+    /// use morgana_transport::sidebands::Sidebands;
+    ///
+    /// let sidebands = Sidebands::new(532e-6, 2, 1).unwrap();
+    /// // The carrier, two sidebands, and the delay of half a period.
+    /// assert_eq!(sidebands.parts(), 4);
+    /// assert!(Sidebands::new(0.0, 2, 1).is_none());
+    /// ```
+    pub fn new(wavelength: f64, orders: u32, delays: u32) -> Option<Self> {
+        let wave_number = TAU / wavelength;
+        let known = wavelength > 0.0 && wave_number > 0.0 && wave_number.is_finite();
+        let few = orders <= Self::MOST_ORDERS && delays <= Self::MOST_DELAYS;
+        (known && few).then_some(Sidebands {
+            wave_number,
+            orders,
+            delays,
+        })
+    }
+
+    /// The last order.
+    pub fn orders(&self) -> u32 {
+        self.orders
+    }
+
+    /// Number of delays.
+    pub fn delays(&self) -> u32 {
+        self.delays
+    }
+
+    /// Number of parts: the orders from 0 on, and the delays.
+    pub fn parts(&self) -> usize {
+        self.orders as usize + 1 + self.delays as usize
+    }
+
+    /// The orders as bins around them.
+    pub fn order_bins(&self) -> Bins {
+        let count = self.orders as usize + 1;
+        Bins {
+            min: -0.5,
+            max: count as f64 - 0.5,
+            count,
+        }
+    }
+
+    /// The delays, in periods of the sound, as bins around them; `None` without.
+    pub fn delay_bins(&self) -> Option<Bins> {
+        let step = 0.5 / f64::from(self.delays);
+        (self.delays > 0).then_some(Bins {
+            min: 0.5 * step,
+            max: 0.5 + 0.5 * step,
+            count: self.delays as usize,
+        })
+    }
+
+    /// The shares of all parts in light whose optical length has an amplitude; NaN if it is not known.
+    pub(crate) fn shares(&self, modulation: DVec2) -> SmallVec<[f64; 8]> {
+        let phase = self.wave_number * modulation.length();
+        let of_order = |order: u32| {
+            let value = match order {
+                0 => libm::j0(phase),
+                1 => libm::j1(phase),
+                _ => libm::jn(order as i32, phase),
+            };
+            value * value
+        };
+        let at_delay = |i: u32| {
+            let half_turn = 0.5 * PI * f64::from(i) / f64::from(self.delays);
+            libm::j0(2.0 * phase * half_turn.sin())
+        };
+        let orders = (0..=self.orders).map(of_order);
+        orders.chain((1..=self.delays).map(at_delay)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Orders add up to all light, and correlate as Σ_m J_m² cos mωτ (Neumann's addition theorem), to the accuracy of the Bessel functions.
+    #[test]
+    fn orders_add_up_and_correlate() {
+        let sidebands = Sidebands::new(1e-3, 60, 7).unwrap();
+        for phase in [0.0, 1e-3, 0.7, 3.0, 20.0] {
+            let modulation = DVec2::from_angle(1.3) * (phase / sidebands.wave_number);
+            let shares = sidebands.shares(modulation);
+            assert_eq!(shares.len(), sidebands.parts());
+            for delay in 0..=7 {
+                let turn = PI * f64::from(delay) / 7.0;
+                let of = |m: usize| 2.0 * shares[m] * (m as f64 * turn).cos();
+                let sum = shares[0] + (1..=60).map(of).sum::<f64>();
+                let expected = match delay {
+                    0 => 1.0,
+                    _ => shares[60 + delay as usize],
+                };
+                assert!((sum - expected).abs() < 1e-12, "{phase}, {delay}: {sum}");
+            }
+        }
+        let unknown = sidebands.shares(DVec2::NAN);
+        assert!(unknown.iter().all(|share| share.is_nan()));
+    }
+
+    #[test]
+    fn bins_are_around_orders_and_delays() {
+        let sidebands = Sidebands::new(1.0, 2, 4).unwrap();
+        assert_eq!(sidebands.order_bins().edges(), [-0.5, 0.5, 1.5, 2.5]);
+        let delays = sidebands.delay_bins().unwrap();
+        assert_eq!(delays.edges(), [0.0625, 0.1875, 0.3125, 0.4375, 0.5625]);
+        assert!(Sidebands::new(1.0, 2, 0).unwrap().delay_bins().is_none());
+        for wavelength in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(Sidebands::new(wavelength, 1, 0).is_none());
+        }
+        assert!(Sidebands::new(1.0, Sidebands::MOST_ORDERS + 1, 0).is_none());
+    }
+}

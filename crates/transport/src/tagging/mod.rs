@@ -1,0 +1,11 @@
+//! Tagged light: what sound does to the phase of light along its way, from the sensor or from an emitter.
+//!
+//! Theory: docs/theory.md#tagged-light.
+
+mod check;
+mod path;
+mod recorder;
+
+pub use check::problems;
+pub(crate) use path::{PathModulation, SoundInMedia, TaggedPath};
+pub(crate) use recorder::TaggedRecorder;

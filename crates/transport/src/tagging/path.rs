@@ -1,0 +1,144 @@
+//! What sound does to the optical length of a way, to first order: it changes the index along it, and moves what scatters light
+//! (docs/theory.md#tagged-light).
+
+use crate::scene::{MediumId, Scene};
+use eikonal::ModulationPanel;
+use eikonal::field::{Modulation, SoundAmplitude};
+use eikonal::ray::Arc;
+use glam::{DVec2, DVec3};
+
+/// The amplitudes of the optical length of a way, as complex numbers: it changes by the real part of amplitude times e^{iωt}.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct PathModulation {
+    /// By the index along edges: ∫ n̂ ds.
+    pub index: DVec2,
+    /// By the displacement û of what scatters from ω into ω': Σ n (ω − ω')·û.
+    pub displacement: DVec2,
+}
+
+impl PathModulation {
+    /// By both.
+    pub(crate) fn total(&self) -> DVec2 {
+        self.index + self.displacement
+    }
+}
+
+/// The sound in the media of a scene.
+#[derive(Clone, Debug)]
+pub(crate) struct SoundInMedia(std::sync::Arc<[Option<Modulation>]>);
+
+impl SoundInMedia {
+    pub(crate) fn of(scene: &Scene) -> Self {
+        let media = scene.media().iter();
+        SoundInMedia(media.map(|medium| Modulation::of(&medium.index)).collect())
+    }
+}
+
+/// A way as it is followed, from either end.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct TaggedPath {
+    modulation: PathModulation,
+    last: Option<Last>,
+}
+
+/// Where a way has come to in a medium with sound.
+#[derive(Clone, Copy, Debug)]
+struct Last {
+    medium: MediumId,
+    x: DVec3,
+    /// Index times the unit direction.
+    velocity: DVec3,
+    amplitude: SoundAmplitude,
+}
+
+impl TaggedPath {
+    /// That of the way so far.
+    pub(crate) fn modulation(&self) -> PathModulation {
+        self.modulation
+    }
+
+    /// On along an arc up to θ.
+    pub(crate) fn fly(&mut self, sound: &SoundInMedia, medium: MediumId, arc: &Arc, theta: f64) {
+        self.advance(sound, medium, arc, theta, |sound, ends| {
+            sound.along(arc, [0.0, theta], ends)
+        });
+    }
+
+    /// The same, and the panels of the arc, which are empty where there is no sound.
+    pub(crate) fn fly_tabulated(
+        &mut self,
+        sound: &SoundInMedia,
+        medium: MediumId,
+        arc: &Arc,
+        theta: f64,
+        panels: &mut Vec<ModulationPanel>,
+    ) {
+        panels.clear();
+        self.advance(sound, medium, arc, theta, |sound, ends| {
+            sound.tabulate(arc, [0.0, theta], ends, |panel| panels.push(panel))
+        });
+    }
+
+    /// On along an arc up to θ, whose modulation is found given the amplitudes at its ends.
+    fn advance(
+        &mut self,
+        sound: &SoundInMedia,
+        medium: MediumId,
+        arc: &Arc,
+        theta: f64,
+        along: impl FnOnce(&Modulation, &[SoundAmplitude; 2]) -> DVec2,
+    ) {
+        let Some(sound) = &sound.0[medium] else {
+            self.last = None;
+            return;
+        };
+        let start = self.amplitude_at(sound, medium, arc.start());
+        let x = arc.position(theta);
+        let amplitude = sound.at(x);
+        self.modulation.index += along(sound, &[start, amplitude]);
+        self.last = Some(Last {
+            medium,
+            x,
+            velocity: arc.velocity(theta),
+            amplitude,
+        });
+    }
+
+    /// The amplitude at a place, which is known where the way has come to.
+    fn amplitude_at(&self, sound: &Modulation, medium: MediumId, x: DVec3) -> SoundAmplitude {
+        let known = self
+            .last
+            .filter(|last| last.medium == medium && last.x == x);
+        known.map_or_else(|| sound.at(x), |last| last.amplitude)
+    }
+
+    /// Light is scattered where the way has come to, and goes on in a direction.
+    pub(crate) fn scatter(&mut self, direction: DVec3) {
+        if let Some(last) = &self.last {
+            let turn = last.velocity - last.velocity.length() * direction;
+            let [re, im] = last.amplitude.displacement;
+            self.modulation.displacement += DVec2::new(turn.dot(re), turn.dot(im));
+        }
+    }
+
+    /// By the index along arcs that begin or end where the way has come to.
+    pub(crate) fn along(
+        &self,
+        sound: &SoundInMedia,
+        medium: MediumId,
+        arc: &Arc,
+        theta: f64,
+    ) -> DVec2 {
+        let Some(sound) = &sound.0[medium] else {
+            return DVec2::ZERO;
+        };
+        let ends = [arc.start(), arc.position(theta)];
+        let ends = ends.map(|x| self.amplitude_at(sound, medium, x));
+        sound.along(arc, [0.0, theta], &ends)
+    }
+
+    /// Adds what the index does along a connection.
+    pub(crate) fn connect(&mut self, index: DVec2) {
+        self.modulation.index += index;
+    }
+}
