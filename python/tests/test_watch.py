@@ -32,6 +32,9 @@ def test_other_threads_run_meanwhile():
     assert during > 50
 
 
+# Programs that a shell starts in the background ignore interrupts, and so would what they start.
+HEARS = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+
 LONG = """
 import warnings, morgana
 from conftest import load, meters, small
@@ -47,7 +50,7 @@ print(result.stopped, {done})
     [("small()", "spp", "result.image.mean() > 0.1"), ("meters()", "particles", "result.meters['fluence'].mean.max() > 0")],
 )
 def test_ctrl_c_returns_what_there_is(scene, samples, done):
-    code = LONG.format(scene=scene, samples=samples, done=done)
+    code = HEARS + LONG.format(scene=scene, samples=samples, done=done)
     here = __file__.rsplit("/", 1)[0]
     with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, cwd=here) as script:
         ready = script.stdout.readline()
@@ -66,7 +69,7 @@ print("ready", flush=True)
 rays = morgana.trace(field, [0.1, 0, 0], np.broadcast_to([0.1, 0.0, 1.0], (10_000_000, 3)), max_length=100, paths=False)
 print(rays.stopped, np.isfinite(rays.end_points[0]).all())
 """
-    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as script:
+    with subprocess.Popen([sys.executable, "-c", HEARS + code], stdout=subprocess.PIPE, text=True) as script:
         ready = script.stdout.readline()
         time.sleep(1)
         script.send_signal(signal.SIGINT)
