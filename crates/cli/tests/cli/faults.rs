@@ -155,7 +155,7 @@ fn damaged_checkpoints_are_refused() {
     folder.succeed("render scene.xml --integrator path --spp 1 --checkpoint c.part -o a.exr");
     std::fs::remove_file(folder.path("a.exr")).unwrap();
     let good = folder.read("c.part");
-    // All of them are tried where no process has to start: io/tests/parts.rs.
+    // All of them are tried where no process has to start: io/tests/io/parts.rs.
     for place in (0..good.len()).step_by(good.len() / 20) {
         let mut bad = good.clone();
         bad[place] ^= 0x10;

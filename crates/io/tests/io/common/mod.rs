@@ -1,0 +1,59 @@
+//! Shorthands for reading scenes in tests, and the inputs of property tests.
+
+use std::sync::Arc;
+
+use morgana_io::scene::Value;
+use morgana_io::{Diagnostic, Diagnostics, ObjectDescription, PluginKind, SceneDescription, xml};
+use proptest::test_runner::{Config, RngSeed};
+
+/// How property tests draw their inputs: the same 1000 every time, lest a change be refused for what it did
+/// not touch; under `MORGANA_LONG_TESTS` 50 000 that nobody has tried before.
+pub fn inputs() -> Config {
+    let long = std::env::var_os("MORGANA_LONG_TESTS").is_some();
+    let (cases, rng_seed) = if long {
+        (50_000, RngSeed::Random)
+    } else {
+        (1000, RngSeed::Fixed(1))
+    };
+    Config {
+        cases,
+        rng_seed,
+        failure_persistence: None,
+        ..Config::default()
+    }
+}
+
+/// Reads a scene with the given contents; panics if there is any message.
+pub fn read(contents: &str) -> SceneDescription {
+    let mut diagnostics = Diagnostics::new();
+    let text = format!("<scene version='3.0.0'>{contents}</scene>");
+    let scene = xml::parse(&text, "scene.xml", &[], &mut diagnostics);
+    assert!(diagnostics.is_empty(), "{diagnostics}");
+    scene.expect("no error")
+}
+
+/// Reads a scene of one object.
+pub fn object(text: &str) -> Arc<ObjectDescription> {
+    Arc::clone(&read(text).root.children[0].object)
+}
+
+/// The messages for a scene file; panics if there is none.
+pub fn messages(text: &str) -> Vec<Diagnostic> {
+    let mut diagnostics = Diagnostics::new();
+    assert!(xml::parse(text, "scene.xml", &[], &mut diagnostics).is_none());
+    let messages: Vec<_> = diagnostics.iter().cloned().collect();
+    assert!(!messages.is_empty());
+    messages
+}
+
+/// The value of a property.
+pub fn value<'a>(object: &'a ObjectDescription, name: &str) -> &'a Value {
+    let property = object.properties.iter().find(|p| p.name == name);
+    &property.expect("the property is there").value
+}
+
+/// The first child of a kind.
+pub fn child(object: &ObjectDescription, kind: PluginKind) -> &Arc<ObjectDescription> {
+    let child = object.children.iter().find(|c| c.object.kind == kind);
+    &child.expect("the child is there").object
+}

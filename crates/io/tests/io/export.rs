@@ -1,0 +1,204 @@
+//! Scenes written as XML of Mitsuba 3, and what they use beside it.
+
+use crate::common;
+use morgana_io::features::{Features, missing};
+use morgana_io::{Diagnostics, FileRegistry, SceneDescription, SpectrumValue, json, xml};
+use std::fs;
+use std::path::Path;
+
+fn hash(scene: &SceneDescription) -> String {
+    scene.hash(&FileRegistry::new()).unwrap().to_string()
+}
+
+fn written(scene: &SceneDescription) -> String {
+    xml::write(scene).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn parsed(text: &str) -> SceneDescription {
+    let mut diagnostics = Diagnostics::new();
+    let scene = xml::parse(text, "scene.xml", &[], &mut diagnostics);
+    assert!(diagnostics.is_empty(), "{diagnostics}\n{text}");
+    scene.unwrap()
+}
+
+#[test]
+fn every_example_scene_survives_the_round_trip() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    let files = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path());
+    let scenes = files.filter(|f| f.extension().is_some_and(|e| e == "xml"));
+    let mut count = 0;
+    for path in scenes {
+        let mut diagnostics = Diagnostics::new();
+        let scene = xml::load(&path, &[], &mut diagnostics).unwrap();
+        let text = written(&scene);
+        let again = parsed(&text);
+        assert_eq!(hash(&again), hash(&scene), "{}\n{text}", path.display());
+        assert_eq!(written(&again), text, "{}", path.display());
+        count += 1;
+    }
+    assert!(count >= 9);
+}
+
+/// Values of all types, references, roles, texts with marks, objects in several places.
+#[test]
+fn a_scene_of_everything_survives_the_round_trip() {
+    let text = r##"<scene version="3.0.0">
+<bsdf type="twosided" id="a &lt;b&gt; &quot;c&quot; &amp; d"><bsdf type="diffuse">
+<rgb name="reflectance" value="0.1, 0.25, 1e-7"/></bsdf></bsdf>
+<medium type="homogeneous" id="fog"><spectrum name="sigma_t" value="400:0.5, 700:1.25"/><float name="albedo" value="1"/>
+<volume type="acoustic" name="ior"><integer name="order" value="2"/></volume></medium>
+<shape type="sphere" id="ball"><point name="center" x="1" y="-2" z="0.1"/><float name="radius" value="1e10"/>
+<boolean name="flip_normals" value="true"/><ref id="fog" name="interior"/><ref id="a &lt;b&gt; &quot;c&quot; &amp; d"/></shape>
+<shape type="sphere"><ref id="a &lt;b&gt; &quot;c&quot; &amp; d"/><ref id="fog" name="exterior"/>
+<emitter type="area"><spectrum name="radiance" type="blackbody"><float name="temperature" value="5000"/></spectrum></emitter>
+<transform name="to_world"><rotate y="1" angle="30"/><translate x="3"/></transform></shape>
+<emitter type="constant"><spectrum name="radiance" filename="sky.spd"/></emitter>
+<emitter type="collimated"><vector name="v" x="0" y="0" z="1"/><string name="s" value=" two&#10;lines "/></emitter>
+</scene>"##;
+    let scene = parsed(text);
+    let again = parsed(&written(&scene));
+    assert_eq!(hash(&again), hash(&scene), "{}", written(&scene));
+    assert_eq!(json::write(&again), json::write(&scene));
+}
+
+/// Scenes of Mitsuba 0.6 and dictionaries become scenes of Mitsuba 3 that say the same.
+#[test]
+fn other_forms_become_mitsuba_3() {
+    let mut diagnostics = Diagnostics::new();
+    let old = r#"<scene version="0.6.0"><shape type="sphere"><transform name="toWorld"><scale value="2"/></transform>
+<bsdf type="roughdielectric"><float name="intIOR" value="1.5"/><string name="distribution" value="as"/></bsdf></shape></scene>"#;
+    let scene = xml::parse(old, "old.xml", &[], &mut diagnostics).unwrap();
+    let text = written(&scene);
+    for part in ["to_world", "int_ior", "\"beckmann\"", "version=\"3.0.0\""] {
+        assert!(text.contains(part), "{text}");
+    }
+    assert_eq!(hash(&parsed(&text)), hash(&scene));
+
+    let dictionary = r#"{"type": "scene", "ball": {"type": "sphere", "radius": 2, "bsdf": {"type": "diffuse", "reflectance": 1}}}"#;
+    let scene = json::parse(dictionary, "scene.json", &[], &mut diagnostics).unwrap();
+    let text = written(&scene);
+    // Mitsuba takes no whole numbers for real ones.
+    assert!(
+        text.contains("<float name=\"radius\" value=\"2\"/>"),
+        "{text}"
+    );
+    assert!(
+        text.contains("<float name=\"reflectance\" value=\"1\"/>"),
+        "{text}"
+    );
+    assert_eq!(hash(&parsed(&text)), hash(&scene));
+}
+
+#[test]
+fn what_xml_cannot_hold_is_refused() {
+    let mut diagnostics = Diagnostics::new();
+    let dictionary = r#"{"type": "scene", "fog": {"type": "heterogeneous", "sigma_t": {"type": "gridvolume", "data": [[[1, 2]]]}}}"#;
+    let scene = json::parse(dictionary, "scene.json", &[], &mut diagnostics).unwrap();
+    let error = xml::write(&scene).unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "XML cannot hold an array as 'data' of {\"type\": \"gridvolume\"}"
+    );
+}
+
+/// Neither language has an escape for `$`, and XML none for control characters.
+#[test]
+fn texts_that_would_be_read_otherwise_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut diagnostics = Diagnostics::new();
+    let dictionary = r#"{"type": "scene", "ball": {"type": "sphere", "id": "a\u0001b"}}"#;
+    let control = json::parse(dictionary, "scene.json", &[], &mut diagnostics).unwrap();
+    let text = r#"<scene version="3.0.0"><default name="x" value="5$"/><emitter type="constant"><string name="s" value="$x"/></emitter></scene>"#;
+    let dollar = parsed(text);
+    for scene in [control, dollar] {
+        for name in ["a.xml", "a.json"] {
+            let path = folder.path().join(name);
+            let error = morgana_io::write_scene(&scene, &path)
+                .unwrap_err()
+                .to_string();
+            assert!(error.contains("which scene files cannot hold"), "{error}");
+            assert!(!path.exists());
+        }
+    }
+}
+
+#[test]
+fn files_are_named_as_the_new_folder_sees_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    fs::create_dir_all(at("scene/meshes")).unwrap();
+    fs::create_dir_all(at("elsewhere")).unwrap();
+    fs::create_dir_all(at("out")).unwrap();
+    for name in ["scene/meshes/a.ply", "elsewhere/b.ply", "elsewhere/c.spd"] {
+        fs::write(at(name), "").unwrap();
+    }
+    let text = r#"<scene version="3.0.0"><path value="../elsewhere"/>
+<shape type="ply"><string name="filename" value="meshes/a.ply"/></shape>
+<shape type="ply"><string name="filename" value="b.ply"/></shape>
+<emitter type="constant"><spectrum name="radiance" filename="c.spd"/></emitter></scene>"#;
+    fs::write(at("scene/scene.xml"), text).unwrap();
+    let mut diagnostics = Diagnostics::new();
+    let scene = xml::load(&at("scene/scene.xml"), &[], &mut diagnostics).unwrap();
+    let moved = scene.relocated(&at("out")).unwrap();
+    assert!(moved.folders.is_empty());
+    let text = written(&moved);
+    for name in [
+        "../scene/meshes/a.ply",
+        "../elsewhere/b.ply",
+        "../elsewhere/c.spd",
+    ] {
+        assert!(text.contains(name), "{text}");
+    }
+    let same = written(&scene.relocated(&at("scene")).unwrap());
+    assert!(same.contains("\"meshes/a.ply\""), "{same}");
+    let file = SpectrumValue::File("../elsewhere/c.spd".into());
+    let sky = &moved.root.children[2].object;
+    assert_eq!(
+        *common::value(sky, "radiance"),
+        morgana_io::scene::Value::Spectrum(file)
+    );
+}
+
+#[test]
+fn features_tell_what_mitsuba_lacks() {
+    let scene = parsed(
+        r#"<scene version="3.0.0"><integrator type="bdpt"><float name="tolerance" value="1e-5"/></integrator>
+<medium type="homogeneous" id="fog"><float name="sigma_t" value="1"/><volume type="luneburg" name="ior"/></medium>
+<shape type="sphere"><ref id="fog" name="interior"/></shape><shape type="sphere"><ref id="fog" name="interior"/></shape></scene>"#,
+    );
+    let features = Features::of(&scene);
+    let counts: Vec<String> = features
+        .plugins
+        .iter()
+        .map(|((kind, plugin), count)| format!("{kind} {plugin} {count}"))
+        .collect();
+    assert_eq!(
+        counts,
+        [
+            "integrator bdpt 1",
+            "shape sphere 2",
+            "medium homogeneous 1",
+            "volume luneburg 1"
+        ]
+    );
+    assert_eq!(
+        features.own,
+        [
+            "'ior' of medium 'homogeneous'",
+            "integrator 'bdpt'",
+            "volume 'luneburg'"
+        ]
+    );
+}
+
+#[test]
+fn missing_counts_messages() {
+    let messages = r#"<scene version="3.0.0"><shape type="spere"/><shape type="spere"/><bsdf type="difuse" id="d"/></scene>"#;
+    let mut diagnostics = Diagnostics::new();
+    let scene = xml::parse(messages, "scene.xml", &[], &mut diagnostics).unwrap();
+    let errors = morgana_io::assemble(&scene, &Default::default(), diagnostics).unwrap_err();
+    let missing = missing(&errors);
+    assert_eq!(missing[0], ("unknown shape type 'spere'".to_owned(), 2));
+}
