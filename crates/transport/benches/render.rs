@@ -11,7 +11,7 @@
 //! same ratio for a loop of arithmetic that shares nothing, timed in the same round. On two idle
 //! cores that is 2, and the goal of 1.9 is a share of 0.95; on a busy machine both fall.
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../tests/transport/common/mod.rs"]
 mod common;
 
 use common::{camera, container, fog, glass, parts, sky, vacuum};

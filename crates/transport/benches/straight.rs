@@ -8,7 +8,7 @@
 //! index-matched boundary. A whole connection has the depth and the visibility of the ray, too; the
 //! solver's time is that of the bare ray.
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../tests/transport/common/mod.rs"]
 mod common;
 
 use common::{camera, container, fog, parts, sky, vacuum};

@@ -1,7 +1,7 @@
 //! Connections within one field that nothing bounds.
 
 use crate::clock::{median, race};
-use crate::lens;
+use crate::common::lens;
 use eikonal::connect::Unbounded;
 use eikonal::field::{Acoustic, AcousticMode};
 use eikonal::ray::Work;

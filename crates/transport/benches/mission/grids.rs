@@ -1,7 +1,7 @@
 //! The index of the lens from grids of more and more samples: evaluations along rays, and connections.
 
 use crate::clock::{median, race};
-use crate::lens;
+use crate::common::lens;
 use eikonal::connect::Unbounded;
 use eikonal::{Field, Solver, Tolerance};
 use glam::DVec3;

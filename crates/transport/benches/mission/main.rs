@@ -9,12 +9,8 @@
 //! Times are processor time, medians over rounds in which the rows of a table take turns. All other
 //! numbers are counts, the same on every machine.
 
-#[path = "../../tests/common/mod.rs"]
+#[path = "../../tests/transport/common/mod.rs"]
 mod common;
-#[path = "../../tests/common/fan.rs"]
-mod fan;
-#[path = "../../tests/common/lens.rs"]
-mod lens;
 
 mod clock;
 mod fields;

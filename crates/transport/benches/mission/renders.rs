@@ -1,7 +1,7 @@
 //! Samples of renders of the lens.
 
 use crate::clock::median;
-use crate::lens;
+use crate::common::lens;
 use cpu_time::ProcessTime;
 use morgana_transport::film::Filter;
 use morgana_transport::integrator::{Bdpt, Integrator, PathTracer};

@@ -1,8 +1,8 @@
 //! Connections through the wall of the lens: between points that are spread evenly inside and the camera.
 
 use crate::clock::{median, race};
-use crate::fan::Fan;
-use crate::lens;
+use crate::common::fan::Fan;
+use crate::common::lens;
 use glam::DVec3;
 use morgana_transport::Scene;
 use morgana_transport::connection_end::ConnectionEnd;

@@ -1,0 +1,183 @@
+//! Renders of one scene by several estimators, compared.
+//!
+//! A splatting estimator's pixels depend on one another, so errors are not taken from the film: every
+//! estimator renders a number of batches of independent seeds, and what is compared are the batches' means
+//! over the image and over its four quarters, by Welch's t-test.
+
+use crate::agreement::pooled::Pooled;
+use crate::common::{path_tracer, shoot_by};
+use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer};
+use morgana_transport::render::Rendering;
+use morgana_transport::scene::Parts;
+use testkit::batches::{critical_t, moments, welch};
+use testkit::{Family, sidak};
+
+/// The whole image and its quarters.
+pub const AREAS: usize = 5;
+/// Round-off of rays and solver: relative differences below this are none.
+pub const ROUND_OFF: f64 = 1e-5;
+
+/// How much is sampled.
+#[derive(Clone, Copy)]
+pub struct Effort {
+    /// Independent batches of each estimator.
+    pub batches: u64,
+    /// Evaluations of the index, edges and connections in all batches together, which is what takes time.
+    pub work: u64,
+}
+
+/// Samples of the render that finds out how much work one is.
+const PROBE: u64 = 4;
+
+impl Effort {
+    /// As many batches, each `factor` times as large.
+    pub fn times(self, factor: u64) -> Self {
+        Effort {
+            work: self.work * factor,
+            ..self
+        }
+    }
+
+    /// Samples per pixel of a batch. Counts, and not times, decide: the same on every machine.
+    fn samples(&self, integrator: Integrator, parts: &Parts) -> u64 {
+        let stats = shoot_by(integrator, parts.clone(), PROBE, u64::MAX).stats;
+        let events = stats.edges + stats.connections.attempts + stats.connections.trials;
+        let work = (stats.work.evaluations + 20 * events) / PROBE;
+        (self.work / (self.batches * work.max(1))).clamp(PROBE, 2048)
+    }
+}
+
+/// Means of one estimator: for each area, one per batch.
+pub type Means = [Vec<f64>; AREAS];
+
+/// What a comparison found.
+pub struct Row {
+    pub name: String,
+    /// Means over the image, with standard errors: path, particle, bdpt.
+    pub image: [Option<(f64, f64)>; 3],
+    /// Of path and particle each against bdpt.
+    pub p_values: Vec<(String, f64)>,
+    /// Error of the difference path − bdpt, relative to the mean.
+    pub error: f64,
+    /// Means of the batches over the image: path, particle, bdpt.
+    pub batches: [Option<Vec<f64>>; 3],
+}
+
+pub fn particle() -> Integrator {
+    Integrator::Particle(ParticleTracer::default())
+}
+
+pub fn bdpt() -> Integrator {
+    Integrator::Bdpt(Bdpt::default())
+}
+
+pub fn render(integrator: Integrator, parts: &Parts, effort: Effort, seed: u64) -> Means {
+    let samples = effort.samples(integrator, parts);
+    let mut means: Means = Default::default();
+    for batch in 0..effort.batches {
+        let seed = seed.wrapping_mul(1 << 20).wrapping_add(batch);
+        let rendering = shoot_by(integrator, parts.clone(), samples, seed);
+        assert_eq!(rendering.stats.not_finite, 0);
+        for (area, mean) in means.iter_mut().zip(areas(&rendering)) {
+            area.push(mean);
+        }
+    }
+    means
+}
+
+fn areas(rendering: &Rendering) -> [f64; AREAS] {
+    let film = &rendering.film;
+    let (w, h) = (film.width(), film.height());
+    let mut sums = [0.0; AREAS];
+    for (i, pixel) in film.group(0).iter().enumerate() {
+        let quarter = usize::from(2 * (i % w) >= w) + 2 * usize::from(2 * (i / w) >= h);
+        let value = pixel.mean()[0];
+        sums[0] += value / (w * h) as f64;
+        sums[1 + quarter] += value * 4.0 / (w * h) as f64;
+    }
+    sums
+}
+
+/// Compares the path tracer and, with the effort it is given, the particle tracer with bidirectional path
+/// tracing.
+pub fn compare(
+    name: &str,
+    parts: &Parts,
+    effort: Effort,
+    seed: u64,
+    particles: Option<Effort>,
+) -> Row {
+    let estimators = [
+        Some((path_tracer(), effort)),
+        particles.map(|effort| (particle(), effort)),
+        Some((bdpt(), effort)),
+    ];
+    let means: Vec<Option<Means>> = (0..3)
+        .map(|k| estimators[k].map(|(e, effort)| render(e, parts, effort, 3 * seed + k as u64)))
+        .collect();
+    let reference = means[2].as_ref().unwrap();
+    let mut p_values = Vec::new();
+    for (k, label) in ["path", "particle"].into_iter().enumerate() {
+        let Some(means) = &means[k] else { continue };
+        for area in 0..AREAS {
+            let p = welch(&means[area], &reference[area], ROUND_OFF);
+            p_values.push((format!("{name}, {label}, area {area}"), p));
+        }
+    }
+    let whole = |m: &Option<Means>| {
+        let m = moments(&m.as_ref()?[0]);
+        Some((m.mean(), m.standard_error()))
+    };
+    let image = [whole(&means[0]), whole(&means[1]), whole(&means[2])];
+    let [Some(path), _, Some(bdpt)] = image else {
+        unreachable!("both are always rendered");
+    };
+    Row {
+        name: name.into(),
+        image,
+        p_values,
+        error: path.1.hypot(bdpt.1) / bdpt.0,
+        batches: [0, 1, 2].map(|k| means[k].as_ref().map(|m| m[0].clone())),
+    }
+}
+
+/// A family of comparisons judged together.
+pub fn judge(rows: &[Row], pooled: &[Pooled], rate: f64) -> Result<(), String> {
+    let mut family = Family::new(rate);
+    for (name, p) in rows.iter().flat_map(|r| &r.p_values) {
+        family.push(name, *p);
+    }
+    for (name, p) in pooled.iter().flat_map(Pooled::p_values) {
+        family.push(name, p);
+    }
+    family.check()
+}
+
+/// The smallest relative deviation of an image's mean that is found with a probability of 95 % in a family
+/// of so many comparisons.
+pub fn detectable(row: &Row, comparisons: usize, rate: f64, effort: Effort) -> f64 {
+    let freedom = (effort.batches - 1) as f64;
+    (critical_t(sidak(rate, comparisons), freedom) + critical_t(0.1, freedom)) * row.error
+}
+
+/// One line per row.
+pub fn table(rows: &[Row], rate: f64, effort: Effort) -> String {
+    let comparisons = rows.iter().map(|r| r.p_values.len()).sum();
+    let mut out = String::from(
+        "| scene | path | particle | bdpt | smallest p | detectable |\n|---|---|---|---|---|---|\n",
+    );
+    for row in rows {
+        let show = |v: Option<(f64, f64)>| match v {
+            Some((m, e)) => format!("{m:.4} ± {:.2} %", 100.0 * e / m),
+            None => "–".into(),
+        };
+        let least = row.p_values.iter().fold(1.0, |a: f64, (_, p)| a.min(*p));
+        let [path, particle, bdpt] = row.image.map(show);
+        let deviation = 100.0 * detectable(row, comparisons, rate, effort);
+        let name = &row.name;
+        out += &format!(
+            "| {name} | {path} | {particle} | {bdpt} | {least:.1e} | {deviation:.1} % |\n"
+        );
+    }
+    out
+}

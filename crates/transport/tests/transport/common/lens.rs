@@ -1,0 +1,68 @@
+//! The lens scene: a refracting ball of fog whose index, sampled on a grid, falls off from its centre; a light inside,
+//! a camera outside.
+
+use super::fan::RadialBall;
+use super::{camera, container, fog, glass, parts, vacuum};
+use eikonal::field::{Bspline, Placement};
+use eikonal::{Aabb, Field};
+use glam::DVec3;
+use morgana_transport::Spectrum;
+use morgana_transport::emitter::Emitter;
+use morgana_transport::scene::Parts;
+use morgana_transport::shape::Sphere;
+
+/// Of the ball.
+pub const RADIUS: f64 = 0.3;
+/// Of the bump of the index.
+const WIDTH: f64 = 0.15;
+/// Of the camera from the centre.
+pub const DISTANCE: f64 = 1.2;
+
+/// n at a radius.
+pub fn index(r: f64) -> f64 {
+    1.3 + 0.1 * (-(r / WIDTH).powi(2)).exp()
+}
+
+/// The ball, without a grid.
+pub fn ball() -> RadialBall {
+    RadialBall {
+        radius: RADIUS,
+        n2: |r| index(r).powi(2),
+        slope: |r| -4.0 * index(r) * (index(r) - 1.3) * r / (WIDTH * WIDTH),
+    }
+}
+
+/// The index, sampled.
+pub fn field() -> Field {
+    field_of(64)
+}
+
+/// The index, from so many samples along an edge.
+pub fn field_of(samples: usize) -> Field {
+    let half = DVec3::splat(1.02 * RADIUS);
+    let cube = Aabb::new(-half, half);
+    let grid = Bspline::from_fn([samples; 3], cube, Placement::Nodes, |x| index(x.length()));
+    grid.unwrap().into()
+}
+
+/// Where the camera is.
+pub fn eye() -> DVec3 {
+    DVec3::Z * DISTANCE
+}
+
+/// The scene.
+pub fn scene() -> Parts {
+    let light = Emitter::Point {
+        position: DVec3::new(0.05, 0.08, -0.06),
+        intensity: Spectrum::ONE,
+    };
+    parts(
+        vec![container(
+            Sphere::around(DVec3::ZERO, RADIUS).unwrap(),
+            glass(),
+        )],
+        vec![vacuum(), fog(field(), 5.0, 0.9, 0.5)],
+        vec![light],
+        camera(eye(), DVec3::ZERO),
+    )
+}

@@ -1,0 +1,57 @@
+//! Light: estimators beside closed forms, beside one another, and beside tallies and images that share nothing with them.
+//!
+//! One program, as linking many takes longer than most of them run.
+
+mod adaptive;
+mod agreement;
+mod aov;
+mod ball;
+mod beams;
+mod branches;
+mod bsdf;
+mod budgets;
+mod builder;
+mod choice;
+mod common;
+mod connections;
+mod degenerate;
+mod derivatives;
+mod diffraction;
+mod edges;
+mod emitters;
+mod ends;
+mod first_surface;
+mod first_vertex;
+mod furnace;
+mod layers;
+mod lens;
+mod limits;
+mod meters;
+mod orientation;
+mod panel;
+mod period;
+mod phase;
+mod photons;
+mod points;
+mod polarization;
+mod reciprocity;
+mod replicates;
+mod resampled_ends;
+mod reweighting;
+mod roulette;
+mod sampler;
+mod sampling;
+mod schlieren;
+mod second_moment;
+mod shape;
+mod slabs;
+mod sources;
+mod states;
+mod stopping;
+mod strategies;
+mod tails;
+mod tallies;
+mod texture;
+mod tolerance;
+mod traces;
+mod walks;

@@ -1,0 +1,19 @@
+//! Meters against closed forms, independent tallies, each other, and the conservation of power.
+//!
+//! Statistical tests compare at a family-wise false-alarm rate of 1e-3 each, by z with the standard errors
+//! that the meters state.
+
+mod closed_forms;
+mod conservation;
+mod cutting;
+mod derivatives;
+mod free_flights;
+mod gates;
+mod pictures;
+mod records;
+mod reproducible;
+mod sidebands;
+mod slabs;
+mod support;
+mod tagged;
+mod tallies;

@@ -1,0 +1,326 @@
+//! Sidebands and correlations of tagged light, on films and by meters: against each other, records, a closed form, and their sum.
+//!
+//! Statistical tests have a family-wise false-alarm rate of 1e-3 each.
+
+use crate::meters::free_flights::{hull, net};
+use crate::meters::support::*;
+use crate::meters::tagged::{N0, cases, sound, water};
+use eikonal::Aabb;
+use eikonal::field::{Constant, Placement, SampledSound, SoundSamples};
+use glam::{DAffine3, DMat3, DVec3};
+use morgana_transport::Scene;
+use morgana_transport::bsdf::Bsdf;
+use morgana_transport::film::{Decomposition, LightParts};
+use morgana_transport::integrator::PathTracer;
+use morgana_transport::medium::Medium;
+use morgana_transport::meter::{Coordinates, Estimator, FluenceMeter, Meter};
+use morgana_transport::render::{RenderOptions, Rendering};
+use morgana_transport::scene::{Object, Parts};
+use morgana_transport::sensor::{Perspective, Sensor};
+use morgana_transport::shape::{Cube, Sphere};
+use morgana_transport::sidebands::Sidebands;
+use std::f64::consts::TAU;
+use testkit::z_test::max_abs_z;
+
+/// Phases are of the order of one.
+const WAVELENGTH: f64 = 1.5e-4;
+const ORDERS: u32 = 2;
+const DELAYS: u32 = 2;
+
+fn sidebands() -> Sidebands {
+    Sidebands::new(WAVELENGTH, ORDERS, DELAYS).unwrap()
+}
+
+fn at_rest(mut parts: Parts) -> Parts {
+    for medium in &mut parts.media {
+        medium.index = medium.index.at_rest();
+    }
+    parts
+}
+
+/// Where the ray starts, and its direction.
+fn ray() -> [DVec3; 2] {
+    let start = DVec3::new(0.4, -0.3, -2.0);
+    [start, (DVec3::new(0.1, 0.2, 0.0) - start).normalize()]
+}
+
+/// A pixel that sees one ray, in a bright environment.
+fn seen(parts: Parts) -> Parts {
+    let [start, z] = ray();
+    let x = z.any_orthonormal_vector();
+    let to_world = DAffine3 {
+        matrix3: DMat3::from_cols(x, z.cross(x), z),
+        translation: start,
+    };
+    let mut parts = Parts {
+        emitters: vec![sky()],
+        sensor: Sensor::Perspective(Perspective::new(to_world, 1e-5, 1.0)),
+        ..parts
+    };
+    (parts.film.width, parts.film.height) = (1, 1);
+    parts
+}
+
+/// A beam along the ray, and a sphere around everything.
+fn lit(parts: Parts) -> Parts {
+    let [start, direction] = ray();
+    let mut parts = Parts {
+        emitters: vec![beam(start, direction, 1e-6)],
+        ..parts
+    };
+    parts.objects.push(Object {
+        sides: None,
+        ..container(Sphere::around(DVec3::ZERO, 3.0).unwrap(), Bsdf::Null)
+    });
+    parts
+}
+
+fn tagged_film(parts: Parts, sidebands: Option<Sidebands>, samples: u64) -> Rendering {
+    let scene = Scene::new(parts).unwrap();
+    scene.render(&RenderOptions {
+        decomposition: Decomposition {
+            parts: sidebands.map(LightParts::Sidebands),
+            ..Decomposition::default()
+        },
+        ..RenderOptions::new(PathTracer::default(), samples, 4)
+    })
+}
+
+/// Mean and standard error of a layer.
+fn layer(rendering: &Rendering, layer: usize) -> [f64; 2] {
+    let film = &rendering.film;
+    let mean = film.mean_at(Some(layer), 0, 0);
+    [
+        f64::from(mean),
+        f64::from(film.variance_at(Some(layer), 0, 0)).sqrt(),
+    ]
+}
+
+/// All light that leaves the ball: of a beam into it, and, by reciprocity, along a ray from the sensor in an environment of radiance 1.
+#[test]
+fn films_and_meters_find_the_same_sidebands() {
+    let mut zs = Vec::new();
+    for (name, parts) in cases() {
+        let rendering = tagged_film(
+            seen(at_rest(parts.clone())),
+            Some(sidebands()),
+            particles(6_000),
+        );
+        let parts = lit(at_rest(parts));
+        let mut meter = through(&parts.objects, 1, [1, 1], false);
+        meter.sidebands = Some(sidebands());
+        let meters = [Meter::Irradiance(meter)];
+        let measured = run(parts, &meters, &options(particles(12_000), 9));
+        let [orders, delays] =
+            ["power_sidebands", "power_correlation"].map(|name| reading(&measured, 0, name));
+        for (first, found) in [(1, orders), (2 + ORDERS as usize, delays)] {
+            for i in 0..found.mean.len() / 2 {
+                let [mean, error] = layer(&rendering, first + i);
+                let (other, its) = (found.mean[2 * i], found.error[2 * i]);
+                println!(
+                    "{name}, {} {i}: {mean} ± {error}, {other} ± {its}",
+                    found.name
+                );
+                assert!(error < 0.1 * mean.abs().max(0.1));
+                zs.push((mean - other) / error.hypot(its));
+            }
+        }
+    }
+    max_abs_z(&zs, FAMILY).unwrap();
+}
+
+/// Orders up to 100 are all light, and make the correlations: of every pixel in single precision, of every voxel to what sums keep
+/// of their terms, 2⁻³³ of the largest for each.
+#[test]
+fn orders_are_all_light() {
+    const MOST: usize = Sidebands::MOST_ORDERS as usize;
+    let many = Sidebands::new(WAVELENGTH, Sidebands::MOST_ORDERS, 4).unwrap();
+    let add_up = |total: f64, part: &dyn Fn(usize) -> f64, accuracy: f64| {
+        for delay in 0..=4 {
+            let turn = 0.25 * TAU * f64::from(delay) / 2.0;
+            let of = |m: usize| 2.0 * part(m) * (m as f64 * turn).cos();
+            let sum = part(0) + (1..=MOST).map(of).sum::<f64>();
+            let expected = if delay == 0 {
+                total
+            } else {
+                part(MOST + delay as usize)
+            };
+            assert!(
+                (sum - expected).abs() < accuracy * total,
+                "{sum} {expected}"
+            );
+        }
+    };
+    let (_, parts) = cases().into_iter().next().unwrap();
+    let parts = at_rest(parts);
+    let tagged = tagged_film(seen(parts.clone()), Some(many), 64);
+    add_up(
+        layer(&tagged, 0)[0],
+        &|part| layer(&tagged, 1 + part)[0],
+        1e-5,
+    );
+    // Nothing else has changed.
+    let plain = tagged_film(seen(parts.clone()), None, 64);
+    assert_eq!(plain.film.mean(), tagged.film.mean());
+    assert_eq!(plain.film.mean(), tagged.film.layer_mean(0));
+    let meters =
+        [Estimator::TrackLength, Estimator::Collision].map(|estimator| voxels(estimator, many));
+    let measured = run(lit(parts), &meters.map(Meter::Fluence), &options(400, 3));
+    for meter in 0..2 {
+        let [total, orders, delays] = ["fluence", "fluence_sidebands", "fluence_correlation"]
+            .map(|name| &reading(&measured, meter, name).mean);
+        let cells = total.len();
+        assert!(total.iter().filter(|fluence| **fluence > 0.0).count() > cells / 2);
+        for (cell, total) in total.iter().enumerate() {
+            let part = |part: usize| match part {
+                0..=MOST => orders[part * cells + cell],
+                _ => delays[(part - MOST - 1) * cells + cell],
+            };
+            add_up(*total, &part, 1e-8);
+        }
+    }
+}
+
+fn voxels(estimator: Estimator, sidebands: Sidebands) -> FluenceMeter {
+    FluenceMeter {
+        estimator,
+        sidebands: Some(sidebands),
+        ..fluence(
+            Coordinates::Cartesian,
+            [3, 3, 2],
+            scaled(DVec3::splat(1.2), DVec3::splat(-0.6)),
+        )
+    }
+}
+
+/// Ways within voxels and collisions there are different estimators of the same fluence.
+#[test]
+fn track_lengths_and_collisions_find_the_same_sidebands() {
+    let mut zs = Vec::new();
+    for ((_, parts), seed) in cases().into_iter().take(2).zip([5, 6]) {
+        let parts = lit(at_rest(parts));
+        let measured = [Estimator::TrackLength, Estimator::Collision].map(|estimator| {
+            let meter = Meter::Fluence(voxels(estimator, sidebands()));
+            let seed = seed + 100 * u64::from(estimator == Estimator::Collision);
+            run(parts.clone(), &[meter], &options(particles(10_000), seed))
+        });
+        for name in ["fluence_sidebands", "fluence_correlation"] {
+            let [a, b] = measured.each_ref().map(|m| reading(m, 0, name));
+            for i in 0..a.mean.len() {
+                zs.push((a.mean[i] - b.mean[i]) / a.error[i].hypot(b.error[i]));
+            }
+        }
+    }
+    max_abs_z(&zs, FAMILY).unwrap();
+}
+
+/// A cube of triangles with more of them in it, far from which flights are free.
+fn meshes() -> Parts {
+    let net = Object {
+        sides: None,
+        ..container(net(), Bsdf::Null)
+    };
+    parts(
+        vec![container(hull(), Bsdf::Null), net],
+        vec![water(N0), fog(sound(), 12.0, 0.9, 0.4)],
+        vec![beam(DVec3::new(0.1, 0.2, -2.0), DVec3::Z, 0.2)],
+        nobody(),
+    )
+}
+
+/// The same particles with flights that nothing interrupts and, for records, with edges: a meter's sidebands are sums over its records, to
+/// rounding.
+#[test]
+fn sidebands_of_meters_are_sums_over_records() {
+    for (name, parts) in cases().into_iter().chain([("meshes", meshes())]) {
+        let parts = at_rest(parts);
+        let mut meter = through(&parts.objects, 0, [1, 1], false);
+        meter.sidebands = Some(sidebands());
+        let wanted = Meter::Irradiance(meter.clone());
+        let measured = run(parts.clone(), &[wanted], &options(2_000, 8));
+        (meter.sidebands, meter.tagged) = (None, true);
+        meter.most_records = Some(1_000_000);
+        let recorded = run(parts, &[Meter::Irradiance(meter)], &options(2_000, 8));
+        let table = recorded.records[0].as_ref().unwrap();
+        let found = &reading(&measured, 0, "power_sidebands").mean;
+        for side in 0..2 {
+            let rows = (0..table.particle.len()).filter(|row| table.side[*row] == side as f64);
+            let mut sums = [0.0; ORDERS as usize + 1];
+            let total = reading(&measured, 0, "power").mean[side];
+            assert!(total > 0.0);
+            for row in rows {
+                let part = |i: usize| {
+                    table.index_modulation[2 * row + i] + table.displacement_modulation[2 * row + i]
+                };
+                let phase = part(0).hypot(part(1)) * TAU / WAVELENGTH;
+                for (m, sum) in sums.iter_mut().enumerate() {
+                    *sum += table.weight[row] * libm::jn(m as i32, phase).powi(2);
+                }
+            }
+            for (m, sum) in sums.into_iter().enumerate() {
+                let found = found[2 * m + side];
+                assert!((found - sum).abs() < 1e-9 * total, "{name}: {found} {sum}");
+            }
+        }
+    }
+}
+
+/// Along a beam through a plane wave of sound without scattering, |A| = 2n̂ |sin(kz/2)|/k at the depth z: in voxels much shorter than the
+/// wave, for each of which the place of every particle is drawn at random. To the accuracy of the splines, 1e-4 of all light, beyond chance.
+#[test]
+fn sidebands_in_a_beam_have_a_closed_form() {
+    let (amplitude, wavelength, depth) = (2e-5, 1.3, 4.0);
+    let k = TAU / wavelength;
+    let size = [3, 3, 401];
+    let at = |i: usize| -0.5 + (depth + 1.0) * (i / 9) as f64 / 400.0;
+    let pair = |i: usize| [(k * at(i)).cos(), -(k * at(i)).sin()].map(|v| (amplitude * v) as f32);
+    let wide = DVec3::new(2.0, 2.0, 0.5);
+    let samples = SoundSamples {
+        size,
+        bounds: Aabb::new(-wide, wide + DVec3::Z * depth),
+        placement: Placement::Nodes,
+        amplitude: (0..size.iter().product()).map(pair).collect(),
+        n0: N0,
+        frequency: 1e6,
+        wavelength,
+        noise: 0.0,
+    };
+    let field = SampledSound::new(samples).unwrap();
+    let field = field.with_elasto_optic(0.32).unwrap();
+    let place = DAffine3::from_translation(DVec3::Z * (0.5 * depth))
+        * DAffine3::from_scale(DVec3::new(1.0, 1.0, 0.5 * depth));
+    let slab = container(Cube::new(place).unwrap(), Bsdf::Null);
+    let index = eikonal::Field::from(field).at_rest();
+    let media = vec![
+        Medium::transparent("around", Constant::new(N0)),
+        Medium::transparent("sound", index),
+    ];
+    let light = beam(DVec3::new(0.1, 0.1, -0.2), DVec3::Z, 0.05);
+    let parts = parts(vec![slab], media, vec![light], nobody());
+    const CELLS: usize = 60;
+    let cells = scaled(DVec3::new(1.0, 1.0, depth), DVec3::new(-0.4, -0.4, 0.0));
+    let meter = FluenceMeter {
+        sidebands: Some(sidebands()),
+        ..fluence(Coordinates::Cartesian, [1, 1, CELLS], cells)
+    };
+    let measured = run(
+        parts,
+        &[Meter::Fluence(meter)],
+        &options(particles(4_000), 2),
+    );
+    let found = reading(&measured, 0, "fluence_sidebands");
+    let mut zs = Vec::new();
+    for cell in 0..CELLS {
+        for m in 0..=ORDERS as usize {
+            let part = |i: usize| {
+                let z = depth * (cell as f64 + (i as f64 + 0.5) / 200.0) / CELLS as f64;
+                let modulation = 2.0 * amplitude * (0.5 * k * z).sin().abs() / k;
+                libm::jn(m as i32, modulation * TAU / WAVELENGTH).powi(2)
+            };
+            let expected = (0..200).map(part).sum::<f64>() / 200.0;
+            let i = m * CELLS + cell;
+            zs.push((found.mean[i] - expected) / found.error[i].hypot(1e-4));
+        }
+    }
+    max_abs_z(&zs, FAMILY).unwrap();
+}
