@@ -1,9 +1,7 @@
 //! Indices by formula and by table against the fields whose formulas they are, against closed forms of rays, and the refusal
 //! of what is no formula.
 
-mod common;
-
-use common::{Random, assert_jets_agree};
+use crate::common::{self, Random, assert_jets_agree};
 use glam::DVec3;
 use morgana_eikonal::field::*;
 use morgana_eikonal::ray::{Flow, Node};
@@ -80,7 +78,7 @@ fn seconds(mut work: impl FnMut()) -> f64 {
 }
 
 /// Time by formula over that of the field of its own, for each way to ask. Run in a release build, by
-/// `cargo test --release -p morgana-eikonal --test formulas -- --ignored --nocapture`.
+/// `cargo test --release -p morgana-eikonal --test eikonal formulas -- --ignored --nocapture`.
 #[test]
 #[ignore = "a measurement"]
 fn cost_beside_fields_of_their_own() {

@@ -1,20 +1,17 @@
 //! The uniqueness certificate: what it certifies has no second ray, what has one it never certifies,
 //! and it is not vacuous (docs/theory.md#certificate).
 
-#[path = "../common/tables.rs"]
-mod tables;
-
 mod draws;
 mod families;
 mod search;
 
+use crate::common::tables::tables;
 use glam::DVec3;
 use morgana_eikonal::certificate::Uniqueness;
 use morgana_eikonal::field::{Acoustic, AcousticMode, Gaussian, Luneburg, Selfoc};
 use morgana_eikonal::{Aabb, Field, FieldBounds};
 use search::all_rays;
 use std::f64::consts::{PI, TAU};
-use tables::tables;
 
 /// Bounds are taken over the medium and this margin around it, relative to its size.
 const MARGIN: f64 = 0.02;

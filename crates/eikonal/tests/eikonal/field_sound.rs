@@ -1,8 +1,6 @@
 //! Sound in time: standing and turning waves, and their wavelengths.
 
-mod common;
-
-use common::{CENTER, Random, rigid};
+use crate::common::{CENTER, Random, rigid};
 use glam::{DAffine3, DMat3, DVec3};
 use morgana_eikonal::field::*;
 use morgana_eikonal::{Aabb, Field};

@@ -1,7 +1,7 @@
 //! Random starts: their densities, and that they lead to every branch.
 
-use crate::tables::tables;
-use crate::world::Glass;
+use crate::branches::world::Glass;
+use crate::common::tables::tables;
 use glam::DVec3;
 use morgana_eikonal::connect::{
     Guide, InitialGuess, Pattern, RayFamily, Reach, Unbounded, random_direction, random_foot,
@@ -103,7 +103,9 @@ fn random_starts_lead_to_every_branch_behind_a_lens() {
             };
             assert!((arrival.length() - 1.0).abs() < 1e-12);
             if let Ok(branch) = solver.solve(&world, &start, y) {
-                let is = |b: &crate::tables::Branch| b.direction_out.distance(branch.direction_out);
+                let is = |b: &crate::common::tables::Branch| {
+                    b.direction_out.distance(branch.direction_out)
+                };
                 let index = pair.branches.iter().position(|b| is(b) < 1e-6);
                 found[index.expect("a listed branch")] += 1;
             }

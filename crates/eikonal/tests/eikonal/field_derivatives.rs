@@ -1,8 +1,6 @@
 //! Derivatives of every field against finite differences, and the promises about length scales.
 
-mod common;
-
-use common::{Case, Random, all_fields, max_entry, scale};
+use crate::common::{Case, Random, all_fields, max_entry, scale};
 use glam::{DMat3, DVec3};
 use morgana_eikonal::Field;
 

@@ -1,8 +1,6 @@
 //! The tricubic B-spline grid: what it reproduces exactly, how fast it converges, where it ends.
 
-mod common;
-
-use common::{Random, assert_jets_agree, max_entry, ripples};
+use crate::common::{self, Random, assert_jets_agree, max_entry, ripples};
 use glam::{DMat3, DVec3};
 use morgana_eikonal::field::*;
 use morgana_eikonal::{Aabb, Field, Jet};

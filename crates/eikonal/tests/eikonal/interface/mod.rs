@@ -1,7 +1,7 @@
 //! What interfaces do to rays, against Snell's law, finite differences of traced rays, and the
 //! reciprocity of ray tubes (docs/theory.md#interfaces).
 
-mod world;
+pub mod world;
 
 use glam::{DMat3, DVec3};
 use morgana_eikonal::field::{Constant, Gaussian, LinearIndex};

@@ -1,17 +1,14 @@
 //! Derivatives of rays against differences of rays and closed forms (docs/theory.md#derivatives-of-rays).
 
-mod common;
-#[path = "interface/world.rs"]
-mod world;
+use crate::common::{Random, ripples};
 
-use common::{Random, ripples};
+use crate::interface::world::{Surface, TwoRegions};
 use glam::{DAffine3, DVec3};
 use morgana_eikonal::adjoint::*;
 use morgana_eikonal::connect::{Unbounded, World};
 use morgana_eikonal::field::*;
 use morgana_eikonal::interface::Rule;
 use morgana_eikonal::{Aabb, Field, Tolerance};
-use world::{Surface, TwoRegions};
 
 const TIGHT: f64 = 1e-10;
 

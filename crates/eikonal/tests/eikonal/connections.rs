@@ -1,11 +1,8 @@
 //! Primary branches against tables that were computed independently.
 
-#[path = "common/tables.rs"]
-mod tables;
-
+use crate::common::tables::tables;
 use morgana_eikonal::connect::Unbounded;
 use morgana_eikonal::{Failure, Solver, Tolerance};
-use tables::tables;
 
 #[test]
 fn primary_branches_match_the_reference_tables() {

@@ -1,8 +1,6 @@
 //! Bounds of every field over boxes: never too narrow, and not much too wide.
 
-mod common;
-
-use common::{Case, Random, all_fields, scale};
+use crate::common::{Case, Random, all_fields, scale};
 use glam::{DMat3, DVec3};
 use morgana_eikonal::bounds::symmetric_eigenvalues;
 use morgana_eikonal::field::{Bspline, Placement};

@@ -4,7 +4,6 @@
 //! They were found by dense multistart (each closest approach of 400 directions, and local minima of
 //! the miss over 6000 more) with scipy's DOP853 at rtol = atol = 1e-12 and the variational equations.
 //! Those of F2, F3 and F4 agree with closed forms, by which they are complete.
-#![allow(dead_code)] // Each test binary uses its own part.
 
 use glam::DVec3;
 use morgana_eikonal::Field;
@@ -83,7 +82,7 @@ impl Table {
 
 /// All eight tables.
 pub fn tables() -> Vec<Table> {
-    let data: Value = serde_json::from_str(include_str!("../data/connections.json")).unwrap();
+    let data: Value = serde_json::from_str(include_str!("../../data/connections.json")).unwrap();
     fields()
         .into_iter()
         .map(|(name, field)| {

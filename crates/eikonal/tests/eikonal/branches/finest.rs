@@ -2,7 +2,7 @@
 //! is found again from what a coarser search says of it. A ray that is lost there by rounding is lost by chance, so each is
 //! tried from several starts.
 
-use crate::tables::tables;
+use crate::common::tables::tables;
 use glam::DVec3;
 use morgana_eikonal::connect::{InitialGuess, Pattern, RayFamily, Unbounded};
 use morgana_eikonal::{Solver, Tolerance};
@@ -23,7 +23,7 @@ fn start(x: DVec3, direction: DVec3, optical_length: f64) -> InitialGuess<()> {
 
 #[test]
 fn no_branch_is_lost_at_the_smallest_tolerances() {
-    let coarser = if crate::long() {
+    let coarser = if super::long() {
         &COARSER[..]
     } else {
         &COARSER[..1]

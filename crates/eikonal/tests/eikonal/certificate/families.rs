@@ -1,6 +1,6 @@
 //! Random media of any strength, in the unit ball.
 
-use crate::in_ball;
+use crate::certificate::in_ball;
 use glam::DVec3;
 use morgana_eikonal::certificate::Uniqueness;
 use morgana_eikonal::field::{

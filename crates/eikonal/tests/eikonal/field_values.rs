@@ -1,8 +1,6 @@
 //! Fields against their formulas and against one another, and the refusal of bad parameters.
 
-mod common;
-
-use common::{CENTER, Random, acoustic, assert_jets_agree, rigid, shear};
+use crate::common::{CENTER, Random, acoustic, assert_jets_agree, rigid, shear};
 use glam::{DAffine3, DMat3, DVec3};
 use morgana_eikonal::field::*;
 use morgana_eikonal::{Aabb, Field, Jet};

@@ -4,9 +4,9 @@
 //! The search is lighter than [`Solver::all`]: Newton's method from 100 directions all over the cap in
 //! which rays that stay inside can start. `MORGANA_LONG_TESTS=1` draws 10 800 pairs instead of 432.
 
-use crate::families::{KINDS, at_criterion, point};
-use crate::in_ball;
-use crate::search::{all_rays, cap};
+use crate::certificate::families::{KINDS, at_criterion, point};
+use crate::certificate::in_ball;
+use crate::certificate::search::{all_rays, cap};
 use glam::DVec3;
 use morgana_eikonal::connect::{Reach, Unbounded};
 use morgana_eikonal::field::Selfoc;

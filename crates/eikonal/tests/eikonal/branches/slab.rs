@@ -1,6 +1,6 @@
 //! A flat slab of glass: its branches are those of mirror images.
 
-use crate::world::Glass;
+use crate::branches::world::Glass;
 use glam::DVec3;
 use morgana_eikonal::connect::{Pattern, Reach};
 use morgana_eikonal::{ConnectingRay, Solver, Tolerance};

@@ -1,9 +1,7 @@
 //! What sound does to phases to first order: amplitudes against fields at instants, integrals along arcs against fine sums, and
 //! displacements. All comparisons are numerical.
 
-mod common;
-
-use common::{Random, rigid};
+use crate::common::{Random, rigid};
 use glam::{DAffine3, DVec2, DVec3};
 use morgana_eikonal::field::*;
 use morgana_eikonal::ray::Arc;

@@ -2,7 +2,7 @@
 //! clock.
 //!
 //! **To update** after a change that is meant to alter the work: run
-//! `cargo test -p morgana-eikonal --test work_counters`, check that every change in the printed tables is an
+//! `cargo test -p morgana-eikonal --test eikonal work_counters`, check that every change in the printed tables is an
 //! improvement or worth it, and paste them over the constants.
 
 use glam::DVec3;

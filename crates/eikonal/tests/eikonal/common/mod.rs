@@ -1,5 +1,6 @@
 //! One of every field with a region to test it in, and what the field tests share.
-#![allow(dead_code)] // Each test binary uses its own part.
+
+pub mod tables;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use morgana_eikonal::field::*;

@@ -1,6 +1,6 @@
 //! All branches against tables that were computed independently.
 
-use crate::tables::{Table, tables};
+use crate::common::tables::{Table, tables};
 use glam::DVec3;
 use morgana_eikonal::connect::{InitialGuess, Piece, RayFamily, Reach, Unbounded};
 use morgana_eikonal::{ConnectingRay, Solver, Tolerance};
@@ -74,7 +74,7 @@ fn points(pieces: &[Piece<()>]) -> impl Iterator<Item = DVec3> {
 /// A third of the pairs, or all of them.
 #[test]
 fn every_listed_branch_is_found_and_no_other_that_stays_in_the_domain() {
-    let every = if crate::long() { 1 } else { 3 };
+    let every = if super::long() { 1 } else { 3 };
     let mut report = String::new();
     let mut outside = Vec::new();
     for mut table in tables() {

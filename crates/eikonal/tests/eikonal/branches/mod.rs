@@ -2,9 +2,6 @@
 //!
 //! `MORGANA_LONG_TESTS=1` searches all pairs of the tables instead of a third.
 
-#[path = "../common/tables.rs"]
-mod tables;
-
 mod ball;
 mod finest;
 mod inside;

@@ -1,6 +1,6 @@
 //! Questions without a sound answer: a typed failure or a finite one, never a panic or a NaN.
 
-use crate::world::Glass;
+use crate::branches::world::Glass;
 use glam::DVec3;
 use morgana_eikonal::connect::{InitialGuess, Pattern, RayFamily, Reach, Unbounded};
 use morgana_eikonal::field::{Constant, Fisheye, Luneburg};

@@ -1,7 +1,7 @@
 //! A glass ball: its branches lie in the plane through its centre and the two points, where the impact
 //! parameter determines the ray.
 
-use crate::world::Glass;
+use crate::branches::world::Glass;
 use glam::DVec3;
 use morgana_eikonal::connect::{InitialGuess, RayFamily, Reach};
 use morgana_eikonal::{ConnectingRay, Solver, Tolerance};
@@ -91,7 +91,7 @@ fn branches_of_a_ball_are_those_of_the_planar_scan() {
     let mut solver = Solver::new(Tolerance::new(1e-10));
     let mut rng = Rng::new(51);
     let mut seen = [0; 4];
-    for i in 0..if crate::long() { 200 } else { 12 } {
+    for i in 0..if super::long() { 200 } else { 12 } {
         let (x, y) = (rng.range(1.1, 4.0), rng.range(1.1, 4.0));
         // Every other pair on opposite sides, where there are rays straight through.
         let gamma = rng.range([0.05, 2.2][i % 2], 3.1);
