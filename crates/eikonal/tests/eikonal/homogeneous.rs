@@ -25,7 +25,7 @@ fn unknown(field: &Field) -> Field {
         .into()
 }
 
-fn flow(field: &Field, (x, direction): (DVec3, DVec3), sigma: f64) -> (Node<Tangents>, Work) {
+pub fn flow(field: &Field, (x, direction): (DVec3, DVec3), sigma: f64) -> (Node<Tangents>, Work) {
     let tangents = Tangents::angular(field.n(x), perpendicular_basis(direction));
     let node = Node::start(field, x, direction, tangents);
     let mut flow = Flow::new(field, node, Tolerance::new(1e-10));

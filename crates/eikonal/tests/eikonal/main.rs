@@ -8,6 +8,7 @@ mod carried;
 mod certificate;
 mod collocation;
 mod common;
+mod condensed;
 mod connections;
 mod field_bounds;
 mod field_derivatives;

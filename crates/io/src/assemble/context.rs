@@ -1,5 +1,6 @@
 //! What is gathered while a scene is assembled.
 
+use super::CondensedGrid;
 use super::channels::Channels;
 use super::colour::clipping;
 use super::originals::Originals;
@@ -55,6 +56,8 @@ pub(super) struct Context<'a> {
     pub grids: Vec<reach::Placed>,
     /// What volumes of sound are made of.
     pub sounds: Vec<SoundRecord>,
+    /// Which grids of the index are held by fewer samples.
+    pub condensed: Vec<CondensedGrid>,
     /// Where Mitsuba would render the scene otherwise.
     pub differences: BTreeSet<Difference>,
     /// Groups of shapes with something wrong in them.
@@ -124,6 +127,7 @@ impl<'a> Context<'a> {
             originals: Originals::default(),
             grids: Vec::new(),
             sounds: Vec::new(),
+            condensed: Vec::new(),
             differences: BTreeSet::new(),
             refused_groups: HashSet::new(),
             medium_ids: HashMap::new(),

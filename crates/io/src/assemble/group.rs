@@ -1,5 +1,6 @@
 //! The scene of one group of channels, and how to render it.
 
+use super::CondensedGrid;
 use super::context::{Context, Places};
 use super::described::is_meter;
 use super::film::Layering;
@@ -41,6 +42,8 @@ pub(super) struct Group {
     pub instruments: Vec<Instrument>,
     /// What volumes of sound are made of.
     pub sounds: Vec<SoundRecord>,
+    /// Which grids of the index are held by fewer samples.
+    pub condensed: Vec<CondensedGrid>,
     /// Those that only show while it is assembled.
     pub differences: BTreeSet<Difference>,
 }
@@ -357,6 +360,7 @@ impl<'a> Children<'a> {
             adaptive,
             instruments,
             sounds: context.sounds,
+            condensed: context.condensed,
             differences: context.differences,
         })
     }

@@ -1,5 +1,6 @@
 //! A scene that is ready to render, and how.
 
+use super::CondensedGrid;
 use super::coverage;
 use super::film::Layering;
 use super::instrument::Instrument;
@@ -47,6 +48,8 @@ pub struct Loaded {
     pub instruments: Vec<Instrument>,
     /// What its volumes of sound are made of.
     pub sounds: Vec<SoundRecord>,
+    /// Which grids of the index are held by fewer samples than their files have.
+    pub condensed: Vec<CondensedGrid>,
     /// What is doubtful about it.
     pub warnings: Diagnostics,
     /// Where Mitsuba would render it otherwise.

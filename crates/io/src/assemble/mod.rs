@@ -6,6 +6,7 @@ mod brightness;
 mod bsdf;
 mod channels;
 mod colour;
+mod condensed_grid;
 mod context;
 mod costly;
 mod coverage;
@@ -46,6 +47,7 @@ mod volume_source;
 mod wish;
 
 pub use crate::diagnostic::Difference;
+pub use condensed_grid::CondensedGrid;
 pub use costly::steps_across;
 pub use coverage::Walls;
 pub use film::Layering;
@@ -134,6 +136,7 @@ pub fn assemble(
     let candidates = std::mem::take(&mut first.candidates);
     let instruments = std::mem::take(&mut first.instruments);
     let sounds = std::mem::take(&mut first.sounds);
+    let condensed = std::mem::take(&mut first.condensed);
     let (quantities, moment) = (first.method.quantities, first.method.moment.take());
     let quantity_names = std::mem::take(&mut first.method.names);
     let channel_names = match &renderer {
@@ -146,6 +149,7 @@ pub fn assemble(
     Ok(Loaded {
         instruments,
         sounds,
+        condensed,
         groups: groups.into_iter().map(|g| g.scene).collect(),
         renderer,
         candidates,

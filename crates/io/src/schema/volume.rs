@@ -41,11 +41,18 @@ const NUMBERS: &[Parameter] = &[
     float("offset", "0", "added to them"),
 ];
 
-const SMOOTHING: &[Parameter] = &[number_or_word(
-    "smoothing",
-    &["none", "auto"],
-    "standard deviation of the samples' noise, by which the spline may pass them, >= 0; or auto: that of their rounding",
-)];
+const SMOOTHING: &[Parameter] = &[
+    number_or_word(
+        "smoothing",
+        &["none", "auto"],
+        "standard deviation of the samples' noise, by which the spline may pass them, >= 0; or auto: that of their rounding",
+    ),
+    boolean(
+        "condense",
+        "true",
+        "whether a grid that is finer than its field is held by fewer samples, which change it by its rounding at most",
+    ),
+];
 
 const GRID: &[Parameter] = &[
     word("filter_type", &["trilinear", "nearest"], "between samples"),

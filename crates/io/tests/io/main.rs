@@ -10,6 +10,7 @@ mod atomic;
 mod cameras;
 mod common;
 mod compare;
+mod condensed;
 mod crops;
 mod dialects;
 mod differences;

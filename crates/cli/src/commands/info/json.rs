@@ -6,7 +6,7 @@ use super::{
 };
 use crate::load::file_name;
 use io::Loaded;
-use io::assemble::{FactSource, SoundRecord, steps_across};
+use io::assemble::{CondensedGrid, FactSource, SoundRecord, steps_across};
 use io::rendered::Naming;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -35,6 +35,7 @@ pub fn describe(path: &Path, loaded: &Loaded) -> Value {
         "emitters": emitters.map(|(e, name)| emitter(loaded, e, name)).collect::<Vec<_>>(),
         "media": (0..scene.media().len()).map(|id| medium(loaded, id)).collect::<Vec<_>>(),
         "sounds": loaded.sounds.iter().map(sound).collect::<Vec<_>>(),
+        "condensed_grids": loaded.condensed.iter().map(condensed).collect::<Vec<_>>(),
         "warnings": loaded.warnings.iter().map(|w| w.message.as_str()).collect::<Vec<_>>(),
         "differences": loaded.differences.iter().map(|d| json!({ "topic": d.topic, "text": d.text })).collect::<Vec<_>>(),
     })
@@ -72,6 +73,17 @@ fn emitter(loaded: &Loaded, emitter: &Emitter, name: &str) -> Value {
         "type": emitter.kind(),
         "found": found.as_ref().map(|(how, _)| how),
         "complete": found.as_ref().map(|(_, complete)| complete),
+    })
+}
+
+/// A grid of the index that is held by fewer samples than its file has.
+fn condensed(grid: &CondensedGrid) -> Value {
+    json!({
+        "type": grid.plugin,
+        "file": grid.file,
+        "size": grid.size,
+        "held": grid.held,
+        "tolerance": grid.tolerance,
     })
 }
 

@@ -7,7 +7,7 @@ use crate::load::file_name;
 use crate::numbers::{bytes, count, percent, plain};
 use eikonal::Uniqueness;
 use glam::DVec3;
-use io::assemble::{SoundRecord, Walls, steps_across};
+use io::assemble::{CondensedGrid, SoundRecord, Walls, steps_across};
 use io::diagnostic::escaped;
 use io::rendered::Naming;
 use io::{Loaded, Run};
@@ -58,8 +58,35 @@ pub fn describe(path: &Path, loaded: &Loaded) -> Result<String, std::fmt::Error>
     for record in &loaded.sounds {
         sound(out, record)?;
     }
+    if !loaded.condensed.is_empty() {
+        writeln!(
+            out,
+            "\ngrids finer than their fields {}",
+            loaded.condensed.len()
+        )?;
+    }
+    for grid in &loaded.condensed {
+        condensed(out, grid)?;
+    }
     writeln!(out)?;
     Ok(text)
+}
+
+/// A grid of the index that is held by fewer samples than its file has.
+fn condensed(out: &mut String, grid: &CondensedGrid) -> std::fmt::Result {
+    let of = grid
+        .file
+        .as_ref()
+        .map_or(String::new(), |file| format!(" of {}", escaped(file)));
+    let times = |[x, y, z]: [usize; 3]| format!("{x} × {y} × {z}");
+    writeln!(out, "  {}{of}", grid.plugin)?;
+    writeln!(
+        out,
+        "    samples    {}, held by {}, which changes n² by at most {:.1e}",
+        times(grid.size),
+        times(grid.held),
+        grid.tolerance
+    )
 }
 
 /// A volume of sound, and where each fact is from.

@@ -14,6 +14,7 @@ const EQUAL: f64 = 1.0 / (1u64 << 40) as f64;
 /// Blocks of cells with equal coefficients.
 #[derive(Clone, Debug)]
 pub(super) struct HomogeneousBlocks {
+    lattice: Lattice,
     /// Blocks along each axis.
     dims: [usize; 3],
     /// Cells along each axis.
@@ -42,15 +43,18 @@ impl HomogeneousBlocks {
         }
         let cells = DVec3::from_array(cells.map(|n| n as f64));
         Some(HomogeneousBlocks {
+            lattice: lattice.clone(),
             dims,
             cells,
             layers,
         })
     }
 
-    /// How far a line can be followed from a position without leaving the blocks around it that are equal, both in units of
-    /// the spacing; in units of `v`. Zero where there are none.
-    pub(super) fn span(&self, t: DVec3, v: DVec3) -> f64 {
+    /// How far a line can be followed from `x` without leaving the blocks around it that are equal, in units of `v`. Zero where
+    /// there are none.
+    pub(super) fn span(&self, x: DVec3, v: DVec3) -> f64 {
+        let t = self.lattice.coordinates(x);
+        let v = v * self.lattice.per_spacing();
         let inside = t.cmpge(DVec3::ZERO) & t.cmple(self.cells);
         if !inside.all() {
             return 0.0;

@@ -2,6 +2,7 @@
 
 mod blocks;
 mod bounds;
+mod condense;
 mod evaluate;
 mod homogeneous;
 mod lattice;
@@ -248,10 +249,8 @@ impl Bspline {
 
     /// See [`HomogeneousBlocks::span`].
     pub(super) fn homogeneous_span(&self, x: DVec3, v: DVec3) -> f64 {
-        let (lattice, homogeneous) = (&self.lattice, self.homogeneous.as_ref());
-        homogeneous.map_or(0.0, |c| {
-            c.span(lattice.coordinates(x), v * lattice.per_spacing())
-        })
+        let homogeneous = self.homogeneous.as_ref();
+        homogeneous.map_or(0.0, |blocks| blocks.span(x, v))
     }
 
     /// Two cells along the axis that a ray runs along the fastest: a basis function reaches over four.

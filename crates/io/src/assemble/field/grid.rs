@@ -4,6 +4,7 @@ use super::super::context::Context;
 use super::super::sound_record::{FactSource, SeriesRecord, SoundRecord};
 use super::super::volume_source::{SOURCE, Source, read, read_series};
 use super::super::{reach, units};
+use super::condense::condensed;
 use super::oscillating::{Amplitudes, in_place, oscillating};
 use super::rounding::Rounding;
 use super::wave::{Asked, Wave, only};
@@ -95,6 +96,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
         .is_none_or(|s| each!(s, v => v.frame().is_some()));
     let law = rest(says, object, nm, &mut query);
     let smoothing = smoothing(&mut query);
+    let may_condense = query.boolean_or("condense", true);
     query.finish(&[]);
     let samples = samples?;
     let (channels, size) = each!(&samples, v => (v.channels(), v.size()));
@@ -122,6 +124,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
         each!(&samples, v => check(law, v.data(), object, context)?);
     }
     let index = |q| law.as_ref().map_or(q, |law| law.index(q));
+    let range = samples.range().map(|range| range.map(index));
     let field = match samples {
         Samples::Single(v) => {
             Bspline::from_vec(size, bounds, placement, v.into_data(), index, noise)
@@ -132,7 +135,11 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
             Bspline::smoothed(size, bounds, placement, &data, noise)
         }
     };
-    let field = context.accept(&object.location, field)?;
+    let mut field = context.accept(&object.location, field)?;
+    if let Some([a, b]) = range.filter(|_| may_condense) {
+        let range = [a.min(b), a.max(b)];
+        field = condensed(field, range, factor * rounding.deviation, object, context);
+    }
     if smoothing == Smoothing::None {
         let shares = field.noise_shares(factor * rounding.deviation);
         warn_of_noise(shares, rounding, object, context);

@@ -3,6 +3,7 @@
 mod acoustic;
 mod air;
 mod atmosphere;
+mod condense;
 mod dispersion;
 mod expression;
 mod grid;

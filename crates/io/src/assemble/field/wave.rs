@@ -69,6 +69,7 @@ impl Asked {
                 "frame",
                 "reference",
                 "smoothing",
+                "condense",
                 "frequency",
                 "sound_speed",
                 "time_step",
@@ -91,7 +92,7 @@ impl Asked {
             let message = "give a frame, or the frequency of the sound, not both";
             q.error("frame", message);
         }
-        for name in ["reference", "smoothing"] {
+        for name in ["reference", "smoothing", "condense"] {
             if q.has(name) {
                 let message = "of no use for sound of a frequency, which is an amplitude";
                 q.error(name, message);

@@ -39,10 +39,24 @@ pub fn field() -> Field {
 
 /// The index, from so many samples along an edge.
 pub fn field_of(samples: usize) -> Field {
+    grid_of(samples).into()
+}
+
+/// The same from as few samples as hold it, as scenes have it, and their number along an edge.
+pub fn condensed(samples: usize) -> (Field, usize) {
+    // By as much as rounding of coefficients changes it: their range is 0.27.
+    let field = grid_of(samples)
+        .condensed(6.4e-8)
+        .expect("finer than the field");
+    let held = field.dims()[0];
+    (field.into(), held)
+}
+
+fn grid_of(samples: usize) -> Bspline {
     let half = DVec3::splat(1.02 * RADIUS);
     let cube = Aabb::new(-half, half);
     let grid = Bspline::from_fn([samples; 3], cube, Placement::Nodes, |x| index(x.length()));
-    grid.unwrap().into()
+    grid.unwrap()
 }
 
 /// Where the camera is.

@@ -1,0 +1,247 @@
+//! A smooth field from fewer samples (docs/theory.md#sampled-fields).
+
+use super::lattice::{Lattice, PAD, Placement, cell, first_coefficient};
+use super::prefilter::{LANES, Lanes, interpolate_lines};
+use super::{Bspline, Sampling};
+use crate::bounds::Aabb;
+use glam::{BVec3, DVec3};
+
+/// Grids with fewer coefficients lie in the processor's cache as they are.
+const FEW: usize = 1 << 20;
+/// Samples are left out by these factors along an axis, if it keeps `FEWEST` of them.
+const FACTORS: [usize; 3] = [8, 4, 2];
+const FEWEST: usize = 16;
+/// Lines along an axis that are looked at before any grid is made: so many along each of the two others.
+const LINES: usize = 16;
+/// Basis functions at a sample: of the coefficient before it, its own, and the next.
+const AT_SAMPLE: [f64; 3] = [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0];
+/// Planes are compared in steps of so many, so that a difference is met early.
+const STRIDE: usize = 7;
+
+/// The four coefficients that act at a place along an axis, and their weights.
+struct Taps {
+    /// Counted from the first stored one.
+    first: usize,
+    weights: [f64; 4],
+}
+
+impl Bspline {
+    /// The field from fewer samples, if that changes n² at no sample by more than `tolerance`: with a half, a quarter or an eighth as many along each axis that allows it.
+    /// `None` for grids that are small, or as fine as they have to be.
+    ///
+    /// Where the samples do not change, rays are still straight lines.
+    pub fn condensed(&self, tolerance: f64) -> Option<Bspline> {
+        if self.is_constant() || self.coefficients.len() < FEW {
+            return None;
+        }
+        let mut factors = [0, 1, 2].map(|axis| self.factor(axis, tolerance));
+        while factors != [1; 3] {
+            let found = self.thinned(factors);
+            if self.is_close(&found, tolerance) {
+                return Some(found);
+            }
+            factors = factors.map(|f| (f / 2).max(1));
+        }
+        None
+    }
+
+    /// Samples along each axis.
+    pub fn dims(&self) -> [usize; 3] {
+        self.lattice.dims()
+    }
+
+    /// By how much less samples some lines along an axis are the same within `tolerance`.
+    fn factor(&self, axis: usize, tolerance: f64) -> usize {
+        let count = self.dims()[axis];
+        let bundles = self.bundles(axis);
+        let serves = |factor: usize| {
+            let fewer = Thinned::new(count, factor);
+            let error = |lines: &Vec<Lanes>| fewer.error(lines);
+            fewer.count >= FEWEST && bundles.iter().map(error).fold(0.0, f64::max) <= tolerance
+        };
+        FACTORS.into_iter().find(|f| serves(*f)).unwrap_or(1)
+    }
+
+    /// Some lines of samples along an axis, side by side: of what are coefficients along it, but values across it.
+    fn bundles(&self, axis: usize) -> Vec<Vec<Lanes>> {
+        let [across, other] = [(axis + 1) % 3, (axis + 2) % 3];
+        let some = |axis: usize| (0..LINES).map(move |i| PAD + i * self.dims()[axis] / LINES);
+        let place = |axis: usize, i: usize| self.lattice.place(axis, i);
+        let value = |k: usize, i: usize, j: usize| {
+            let around = (0..9).map(|c| {
+                let (b, c) = (c % 3, c / 3);
+                let line = place(across, i + b - 1) + place(other, j + c - 1);
+                AT_SAMPLE[b] * AT_SAMPLE[c] * f64::from(self.coefficients[line + place(axis, k)])
+            });
+            around.sum()
+        };
+        let stored = self.lattice.stored_dims()[axis];
+        let bundle = |j: usize| {
+            let starts: Vec<usize> = some(across).collect();
+            let lanes = |k| std::array::from_fn(|l| value(k, starts[l], j));
+            (0..stored).map(lanes).collect()
+        };
+        some(other).map(bundle).collect()
+    }
+
+    /// The spline through what this one is at fewer places.
+    fn thinned(&self, factors: [usize; 3]) -> Bspline {
+        let thinned = [0, 1, 2].map(|axis| Thinned::new(self.dims()[axis], factors[axis]));
+        let dims = [0, 1, 2].map(|axis| thinned[axis].count);
+        let taps = [0, 1, 2].map(|axis| thinned[axis].places().map(Taps::at).collect::<Vec<_>>());
+        let (first, last) = ([0; 3], self.dims().map(|n| n - 1));
+        // Along an axis with one sample the box may have any thickness.
+        let flat = BVec3::from_array(last.map(|i| i == 0));
+        let end = self.lattice.position(last);
+        let end = DVec3::select(flat, end + self.lattice.spacing(), end);
+        let bounds = Aabb::new(self.lattice.position(first), end);
+        let lattice =
+            Lattice::new(dims, bounds, Placement::Nodes).expect("smaller than a valid grid");
+        let sampling = Sampling {
+            noise: 0.0,
+            double: true,
+        };
+        let mut plane = (usize::MAX, Vec::new());
+        let made = Self::build(lattice, sampling, |[i, j, k]| {
+            if plane.0 != k {
+                plane = (k, self.plane(&taps, k));
+            }
+            (self.n2_ref + plane.1[j * dims[0] + i]).sqrt()
+        });
+        let homogeneous = self.homogeneous.clone();
+        Bspline {
+            homogeneous,
+            ..made.expect("an index between those of the samples")
+        }
+    }
+
+    /// Whether the fields are the same within a tolerance, at the samples of this one.
+    fn is_close(&self, other: &Bspline, tolerance: f64) -> bool {
+        let places = |axis: usize| (0..self.dims()[axis]).map(|i| i as f64);
+        let here = [0, 1, 2].map(|axis| places(axis).map(Taps::at).collect::<Vec<_>>());
+        let there = [0, 1, 2].map(|axis| {
+            let intervals = |count: usize| (count - 1).max(1) as f64;
+            let scale = intervals(other.dims()[axis]) / intervals(self.dims()[axis]);
+            places(axis)
+                .map(|t| Taps::at(t * scale))
+                .collect::<Vec<_>>()
+        });
+        let shift = other.n2_ref - self.n2_ref;
+        let planes = here[2].len();
+        (0..STRIDE)
+            .flat_map(|first| (first..planes).step_by(STRIDE))
+            .all(|k| {
+                let (mine, theirs) = (self.plane(&here, k), other.plane(&there, k));
+                mine.iter()
+                    .zip(&theirs)
+                    .all(|(a, b)| (b + shift - a).abs() <= tolerance)
+            })
+    }
+
+    /// n² − n_ref² at all x and y of the places, x fastest, at the z of one.
+    fn plane(&self, [along_x, along_y, along_z]: &[Vec<Taps>; 3], k: usize) -> Vec<f64> {
+        let [x, y, _] = self.lattice.stored_dims();
+        let place = |axis, i| self.lattice.place(axis, i);
+        let columns: Vec<usize> = (0..x).map(|i| place(0, i)).collect();
+        let mut rows = vec![0.0; x * y];
+        let z = &along_z[k];
+        for (j, row) in rows.chunks_exact_mut(x).enumerate() {
+            for (c, weight) in z.weights.iter().enumerate().filter(|(_, w)| **w != 0.0) {
+                let start = place(1, j) + place(2, z.first + c);
+                for (sum, at) in row.iter_mut().zip(&columns) {
+                    *sum += weight * f64::from(self.coefficients[start + at]);
+                }
+            }
+        }
+        let mut values = Vec::with_capacity(along_x.len() * along_y.len());
+        let mut line = vec![0.0; x];
+        for taps in along_y {
+            line.fill(0.0);
+            for (c, weight) in taps.weights.iter().enumerate() {
+                let row = &rows[(taps.first + c) * x..][..x];
+                line.iter_mut()
+                    .zip(row)
+                    .for_each(|(sum, v)| *sum += weight * v);
+            }
+            values.extend(
+                along_x
+                    .iter()
+                    .map(|taps| taps.sum(|c| line[taps.first + c])),
+            );
+        }
+        values
+    }
+}
+
+/// Fewer samples along an axis, the first and the last where they were.
+struct Thinned {
+    count: usize,
+    /// Distance of neighbours, in units of what it was.
+    spacing: f64,
+}
+
+impl Thinned {
+    fn new(samples: usize, factor: usize) -> Self {
+        let intervals = samples - 1;
+        let count = intervals.div_ceil(factor) + 1;
+        Thinned {
+            count,
+            spacing: intervals as f64 / (count - 1).max(1) as f64,
+        }
+    }
+
+    /// Where they lie, in units of the former spacing.
+    fn places(&self) -> impl Iterator<Item = f64> {
+        let spacing = self.spacing;
+        (0..self.count).map(move |i| i as f64 * spacing)
+    }
+
+    /// By how much splines through fewer samples of lines of coefficients differ from them at most, at their samples.
+    fn error(&self, lines: &[Lanes]) -> f64 {
+        let mut fewer = vec![[0.0; LANES]; self.count + 2 * PAD];
+        for (slot, t) in fewer[PAD..].iter_mut().zip(self.places()) {
+            *slot = Taps::at(t).of(lines);
+        }
+        interpolate_lines(&mut fewer);
+        let difference = |i: usize| {
+            let [a, b] = [
+                Taps::at(i as f64).of(lines),
+                Taps::at(i as f64 / self.spacing).of(&fewer),
+            ];
+            a.iter()
+                .zip(&b)
+                .map(|(a, b)| (a - b).abs())
+                .fold(0.0, f64::max)
+        };
+        (0..lines.len() - 2 * PAD)
+            .map(difference)
+            .fold(0.0, f64::max)
+    }
+}
+
+impl Taps {
+    /// At a coordinate counted from the first sample.
+    fn at(t: f64) -> Self {
+        let cell = cell(t);
+        let t = t - cell as f64;
+        let s = 1.0 - t;
+        Taps {
+            first: first_coefficient(cell) as usize,
+            weights: [
+                s * s * s / 6.0,
+                (4.0 - 6.0 * t * t + 3.0 * t * t * t) / 6.0,
+                (4.0 - 6.0 * s * s + 3.0 * s * s * s) / 6.0,
+                t * t * t / 6.0,
+            ],
+        }
+    }
+
+    fn sum(&self, coefficient: impl Fn(usize) -> f64) -> f64 {
+        (0..4).map(|c| self.weights[c] * coefficient(c)).sum()
+    }
+
+    /// Along lines side by side.
+    fn of(&self, lines: &[Lanes]) -> Lanes {
+        std::array::from_fn(|l| self.sum(|c| lines[self.first + c][l]))
+    }
+}

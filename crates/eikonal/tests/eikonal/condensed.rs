@@ -1,0 +1,106 @@
+//! Grids that are finer than their field: fewer samples hold the same field (docs/theory.md#sampled-fields).
+
+use crate::common::Random;
+use crate::homogeneous::flow;
+use glam::DVec3;
+use morgana_eikonal::field::{Bspline, Placement};
+use morgana_eikonal::{Aabb, Field};
+
+/// A bump, sharper along z, in air that is still elsewhere.
+fn bump(x: DVec3) -> f64 {
+    let away = (x * DVec3::new(1.0, 1.0, 2.5)).length_squared();
+    let cut = (1.0 - away).max(0.0).powi(6);
+    1.3 + 0.1 * cut * (-1.5 * away).exp()
+}
+
+fn cube() -> Aabb {
+    Aabb::new(DVec3::splat(-1.5), DVec3::splat(1.5))
+}
+
+fn grid(dims: [usize; 3], placement: Placement) -> Bspline {
+    Bspline::from_fn(dims, cube(), placement, bump).unwrap()
+}
+
+#[test]
+fn smooth_grids_are_held_by_fewer_samples() {
+    for placement in [Placement::Nodes, Placement::Centers] {
+        let fine = grid([160, 144, 200], placement);
+        let tolerance = 1e-4;
+        let condensed = fine.condensed(tolerance).expect("far finer than the bump");
+        let [x, y, z] = condensed.dims();
+        assert!(x <= 81 && y <= 73 && z <= 101, "{:?}", condensed.dims());
+        assert!(x < z, "{:?}: z needs more samples", condensed.dims());
+        let (fine, condensed) = (Field::from(fine), Field::from(condensed));
+        assert!(condensed.memory() < fine.memory() / 5);
+        let mut rng = Random(7);
+        for _ in 0..20_000 {
+            let x = DVec3::from_array([0; 3].map(|_| rng.between(-1.5, 1.5)));
+            let (a, b) = (fine.jet(x), condensed.jet(x));
+            assert!(
+                (a.n2 - b.n2).abs() <= 1.2 * tolerance,
+                "{x}: {} {}",
+                a.n2,
+                b.n2
+            );
+            // A wave as long as two spacings that has the tolerance for its amplitude.
+            let wave = std::f64::consts::PI / (3.0 / 100.0);
+            assert!((a.grad - b.grad).length() <= wave * tolerance, "{x}");
+        }
+    }
+}
+
+#[test]
+fn grids_as_fine_as_their_field_stay() {
+    let mut rng = Random(5);
+    let rough: Vec<f64> = (0..128 * 128 * 128)
+        .map(|_| 1.3 + rng.between(-1e-3, 1e-3))
+        .collect();
+    let noise = Bspline::from_samples([128; 3], cube(), Placement::Nodes, &rough).unwrap();
+    assert!(noise.condensed(1e-4).is_none());
+    // A single sample off is met, wherever it lies.
+    let mut samples = vec![1.3; 128 * 128 * 128];
+    samples[(100 * 128 + 17) * 128 + 45] += 1e-3;
+    let spike = Bspline::from_samples([128; 3], cube(), Placement::Nodes, &samples).unwrap();
+    assert!(spike.condensed(1e-4).is_none());
+    // Small grids lie in the cache as they are.
+    assert!(grid([64; 3], Placement::Nodes).condensed(1e-2).is_none());
+}
+
+/// Along the axis of layers all samples may count, along the others few.
+#[test]
+fn each_axis_keeps_what_it_needs() {
+    let layers = |x: DVec3| 1.0 + 1e-3 * (60.0 * x.z).sin() * (-2.0 * x.x * x.x).exp();
+    let fine = Bspline::from_fn([128, 128, 128], cube(), Placement::Nodes, layers).unwrap();
+    let condensed = fine.condensed(1e-6).unwrap();
+    let [x, y, z] = condensed.dims();
+    assert!(x <= 33 && y == 17 && z == 128, "{:?}", condensed.dims());
+    let flat = |x: DVec3| bump(DVec3::new(x.x, x.y, 0.0));
+    let plane = Bspline::from_fn([2048, 1024, 1], cube(), Placement::Nodes, flat).unwrap();
+    let condensed = plane.condensed(1e-6).unwrap();
+    assert!(
+        condensed.dims()[0] <= 513 && condensed.dims()[2] == 1,
+        "{:?}",
+        condensed.dims()
+    );
+}
+
+/// Rays are the same within the tolerance of the field, and cross still air without evaluations.
+#[test]
+fn rays_are_the_same() {
+    let round = |x: DVec3| bump(x / DVec3::new(1.0, 1.0, 2.5));
+    let fine = Bspline::from_fn([180; 3], cube(), Placement::Nodes, round).unwrap();
+    let condensed = fine.condensed(2e-6).expect("finer than the bump");
+    let (fine, condensed) = (Field::from(fine), Field::from(condensed));
+    let mut rng = Random(11);
+    for _ in 0..200 {
+        let x = DVec3::new(rng.between(-1.0, 1.0), rng.between(-1.0, 1.0), -1.4);
+        let toward = DVec3::new(rng.between(-0.3, 0.3), rng.between(-0.3, 0.3), 1.0);
+        let ends = [&fine, &condensed].map(|field| flow(field, (x, toward.normalize()), 2.0).0);
+        let apart = ends[0].x.distance(ends[1].x);
+        assert!(apart < 1e-5, "{x}: {apart:e}");
+    }
+    let corner = DVec3::splat(-1.4);
+    let span = |field: &Field| field.homogeneous_span(corner, DVec3::X);
+    assert!(span(&fine) > 0.5);
+    assert_eq!(span(&fine), span(&condensed));
+}

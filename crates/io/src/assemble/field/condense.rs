@@ -1,0 +1,40 @@
+//! Grids of the index that are finer than their field.
+
+use super::super::CondensedGrid;
+use super::super::context::Context;
+use super::super::sound_record::file_of;
+use crate::scene::ObjectDescription;
+use eikonal::field::Bspline;
+
+/// Most change of n² as part of it, whatever the samples were rounded to: what numbers of single precision allow.
+const MOST: f64 = 6e-7;
+/// Coefficients are kept in single precision, each filter of which adds to their rounding.
+const OF_COEFFICIENTS: f64 = 4.0 / (1u64 << 24) as f64;
+/// Rounded samples are half a unit off; the spline through some of millions, hardly ever more than two from the others.
+const UNITS: f64 = 2.5;
+
+/// The field from as few samples as hold it, as far as rounding lets tell. `range` is the least and the largest n of the samples,
+/// `rounding` the standard deviation of theirs.
+pub(super) fn condensed(
+    field: Bspline,
+    range: [f64; 2],
+    rounding: f64,
+    object: &ObjectDescription,
+    context: &mut Context,
+) -> Bspline {
+    let [least, most] = range;
+    let of_samples = UNITS * 2.0 * most * rounding * 12f64.sqrt();
+    let of_coefficients = OF_COEFFICIENTS * (most * most - least * least);
+    let tolerance = of_samples.max(of_coefficients).min(MOST * most * most);
+    let Some(condensed) = field.condensed(tolerance) else {
+        return field;
+    };
+    context.condensed.push(CondensedGrid {
+        plugin: object.plugin.clone(),
+        file: file_of(object),
+        size: field.dims(),
+        held: condensed.dims(),
+        tolerance,
+    });
+    condensed
+}
