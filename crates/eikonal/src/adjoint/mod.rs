@@ -6,7 +6,9 @@
 //! ray takes eight bytes for each of its steps, and these as long as it is at work.
 
 mod action;
+mod crossing;
 mod embedded;
+mod flight;
 mod follow;
 mod parameters;
 mod receiver;
@@ -14,7 +16,11 @@ mod reverse;
 #[cfg(test)]
 mod tests;
 
+pub use crossing::FlightCrossing;
 pub use embedded::Embedded;
+pub use flight::{
+    Flight, FlightAdjoint, FlightDerivative, FlightLimits, FlightMeeting, FlightPoint,
+};
 pub use follow::{AdjointRay, RayEnd, RayFailure, RayStart};
 pub use parameters::ParameterDerivative;
 pub use receiver::Receiver;
