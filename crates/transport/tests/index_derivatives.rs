@@ -90,7 +90,9 @@ fn sky() -> Emitter {
         Spectrum([a, b, 0.0, 0.0])
     };
     let pixels = (0..width * height).map(pixel).collect();
-    let up = Orientation::nearest(glam::DMat3::from_rotation_x(1.0)).unwrap().0;
+    let up = Orientation::nearest(glam::DMat3::from_rotation_x(1.0))
+        .unwrap()
+        .0;
     Emitter::Environment(Environment::image(width, height, pixels, up).unwrap())
 }
 
@@ -140,7 +142,11 @@ impl Setup {
         let ball = Object {
             name: "ball".into(),
             shape: Sphere::around(DVec3::ZERO, 1.0).unwrap().into(),
-            bsdf: if self.dielectric { dielectric } else { Bsdf::Null },
+            bsdf: if self.dielectric {
+                dielectric
+            } else {
+                Bsdf::Null
+            },
             sides: Some(Sides {
                 interior: FOG,
                 exterior: 0,
@@ -221,7 +227,9 @@ fn losses(scene: Scene, samples: u64) -> Vec<f64> {
         });
         let image = state.film().mean();
         let terms = image.iter().zip(weights());
-        let mean: f64 = terms.map(|(value, weight)| f64::from(*value) * weight).sum();
+        let mean: f64 = terms
+            .map(|(value, weight)| f64::from(*value) * weight)
+            .sum();
         let all = mean * (number + 1) as f64;
         let own = all - before;
         before = all;
@@ -234,7 +242,10 @@ fn losses(scene: Scene, samples: u64) -> Vec<f64> {
 fn moments(all: &[f64]) -> (f64, f64) {
     let mean = all.iter().sum::<f64>() / all.len() as f64;
     let squares: f64 = all.iter().map(|q| (q - mean) * (q - mean)).sum();
-    (mean, (squares / (all.len() * (all.len() - 1)) as f64).sqrt())
+    (
+        mean,
+        (squares / (all.len() * (all.len() - 1)) as f64).sqrt(),
+    )
 }
 
 fn by(scene: Scene, samples: u64) -> IndexDerivatives {
@@ -312,7 +323,10 @@ fn compare(setup: Setup) {
     let derivatives = by(setup.scene(), samples);
     let plain = moments(&losses(setup.scene(), samples));
     let own = t([derivatives.value, plain]);
-    println!("{setup:?}: loss {:?}, of renders {plain:?}, t = {own:.2}", derivatives.value);
+    println!(
+        "{setup:?}: loss {:?}, of renders {plain:?}, t = {own:.2}",
+        derivatives.value
+    );
     let mut wrong = Vec::new();
     let all = changes(setup).into_iter().zip(found(setup, &derivatives));
     for ((name, setups, step), found) in all {

@@ -9,6 +9,7 @@ mod action;
 mod crossing;
 mod embedded;
 mod flight;
+mod flight_back;
 mod follow;
 mod parameters;
 mod receiver;
@@ -18,9 +19,8 @@ mod tests;
 
 pub use crossing::FlightCrossing;
 pub use embedded::Embedded;
-pub use flight::{
-    Flight, FlightAdjoint, FlightDerivative, FlightLimits, FlightMeeting, FlightPoint,
-};
+pub use flight::{Flight, FlightLimits, FlightMeeting, FlightPoint};
+pub use flight_back::{FlightAdjoint, FlightDerivative};
 pub use follow::{AdjointRay, RayEnd, RayFailure, RayStart};
 pub use parameters::ParameterDerivative;
 pub use receiver::Receiver;

@@ -210,7 +210,12 @@ impl Adjoint {
     }
 
     /// The transpose of the map of tangents, column by column.
-    pub(super) fn transposed(&self, interface: &Interface, rule: Rule, before: DVec3) -> (DVec3, DVec3) {
+    pub(super) fn transposed(
+        &self,
+        interface: &Interface,
+        rule: Rule,
+        before: DVec3,
+    ) -> (DVec3, DVec3) {
         let mut by = [DVec3::ZERO; 2];
         for (axis, unit) in [DVec3::X, DVec3::Y, DVec3::Z].into_iter().enumerate() {
             let columns = Tangents {

@@ -42,7 +42,9 @@ impl Arrival {
     pub(super) fn gradient(&self, scene: &Scene, weights: Spectrum) -> [DVec3; 2] {
         match self {
             Arrival::Sky { direction, .. } => {
-                let gradients = scene.environments().map(|(_, e)| e.gradient(*direction, weights));
+                let gradients = scene
+                    .environments()
+                    .map(|(_, e)| e.gradient(*direction, weights));
                 [DVec3::ZERO, gradients.flatten().sum()]
             }
             Arrival::Panel { on, .. } => [panel(scene, on, weights), DVec3::ZERO],

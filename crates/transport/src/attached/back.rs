@@ -127,7 +127,12 @@ impl<S: FnMut(MediumId, DVec3, IndexDerivative)> Sweep<'_, S> {
             let side = interface.normal.dot(end.v).signum();
             by_v += interface.normal * (log * share.by_normal * side);
             by_x += interface.shape * end.v * (log * share.by_normal * side);
-            self.share(&mut by_x, &mut by_n2, crossed, share.by_n2.map(|by| log * by));
+            self.share(
+                &mut by_x,
+                &mut by_n2,
+                crossed,
+                share.by_n2.map(|by| log * by),
+            );
         } else {
             let [near, far] = [interface.near.0, interface.far.0];
             let logs = [-self.value / near, self.value / far];

@@ -136,7 +136,9 @@ fn check_panel(
         (0..8).all(|i| is_before(corner(i)))
     });
     if !all_before {
-        return refuse("must have all other objects before it: it would hide what is behind its edge");
+        return refuse(
+            "must have all other objects before it: it would hide what is behind its edge",
+        );
     }
     Ok(())
 }

@@ -40,7 +40,9 @@ pub enum IndexDerivativeError {
     )]
     Surroundings,
     /// Light that jumps.
-    #[error("the light of '{kind}' jumps where rays move, which derivatives by an index do not see: {instead}")]
+    #[error(
+        "the light of '{kind}' jumps where rays move, which derivatives by an index do not see: {instead}"
+    )]
     Sharp {
         /// Kind of the emitter.
         kind: &'static str,

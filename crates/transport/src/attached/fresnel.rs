@@ -80,7 +80,8 @@ mod tests {
                     continue;
                 }
                 let h = 1e-6;
-                let at = |d: [f64; 3]| FresnelShare::reflected(p + d[0], [n2[0] + d[1], n2[1] + d[2]]);
+                let at =
+                    |d: [f64; 3]| FresnelShare::reflected(p + d[0], [n2[0] + d[1], n2[1] + d[2]]);
                 let slope = |d: [f64; 3]| (at(d).value - at(d.map(|d| -d)).value) / (2.0 * h);
                 let exact = [share.by_normal, share.by_n2[0], share.by_n2[1]];
                 for (axis, exact) in exact.into_iter().enumerate() {

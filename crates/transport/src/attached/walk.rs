@@ -1,23 +1,18 @@
 //! The walk from the sensor: flights, collisions and boundaries, recorded (docs/theory.md#derivatives-by-the-index-behind-scattering).
 
-use super::arrival::Arrival;
-use super::fresnel::FresnelShare;
-use super::record::{AttachedPath, Beyond, Crossed, Found, Leg, LegEnd, Scattering};
 use super::IndexPlan;
+use super::record::{AttachedPath, Beyond, Leg, LegEnd, Scattering};
 use crate::Spectrum;
-use crate::bsdf::Bsdf;
-use crate::budget::{EDGES_PER_WALK, EVENTS_PER_EDGE};
-use crate::connection_end::OnSurface;
+use crate::budget::EDGES_PER_WALK;
 use crate::sampling::{Purpose, Sampler};
 use crate::scene::{MediumId, Scene};
 use crate::sensor::SensorRay;
 use crate::shape::Hit;
 use crate::stats::Stats;
 use eikonal::Tolerance;
-use eikonal::adjoint::{FlightCrossing, FlightLimits, FlightMeeting, FlightPoint};
+use eikonal::adjoint::{FlightLimits, FlightMeeting, FlightPoint};
 use eikonal::connect::World;
-use eikonal::interface::{Interface, Rule};
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use std::ops::{ControlFlow, Range};
 
 /// Optical depth of a boundary beyond which collisions do not depend on it: e^−24 of the light gets there.
@@ -42,24 +37,24 @@ pub(crate) struct AttachedWalk<'a> {
 }
 
 /// A hit of an object.
-type Met = FlightMeeting<(usize, Hit)>;
+pub(super) type Met = FlightMeeting<(usize, Hit)>;
 
 /// A path on its way.
-struct Walking<'a, 'p> {
-    walk: &'p AttachedWalk<'a>,
-    path: &'p mut AttachedPath,
-    sampler: &'p mut Sampler,
-    stats: &'p mut Stats,
-    x: DVec3,
-    v: DVec3,
+pub(super) struct Walking<'a, 'p> {
+    pub walk: &'p AttachedWalk<'a>,
+    pub path: &'p mut AttachedPath,
+    pub sampler: &'p mut Sampler,
+    pub stats: &'p mut Stats,
+    pub x: DVec3,
+    pub v: DVec3,
     /// Of the start of the next leg, unless it is behind a boundary.
-    direction: Option<DVec3>,
-    medium: MediumId,
-    throughput: Spectrum,
+    pub direction: Option<DVec3>,
+    pub medium: MediumId,
+    pub throughput: Spectrum,
     /// Edges and specular events so far.
-    depth: u32,
+    pub depth: u32,
     /// Specular events of this edge.
-    events: u32,
+    pub events: u32,
 }
 
 impl<'a> AttachedWalk<'a> {
@@ -155,23 +150,26 @@ impl Walking<'_, '_> {
         };
         let work = &mut self.stats.work;
         let field = scene.field(self.medium);
-        let flown = self.path.flight.follow(field, [self.x, self.v], &limits, work, meets);
+        let flown = self
+            .path
+            .flight
+            .follow(field, [self.x, self.v], &limits, work, meets);
         flown.ok()
     }
 
     /// Gives the path up.
-    fn lose(&mut self) -> ControlFlow<()> {
+    pub(super) fn lose(&mut self) -> ControlFlow<()> {
         self.stats.lost += 1;
         ControlFlow::Break(())
     }
 
     /// Ends the leg, whose steps are those of the flight.
-    fn end(&mut self, end: LegEnd) {
+    pub(super) fn end(&mut self, end: LegEnd) {
         let spans = self.path.keep();
         self.end_after(spans, end);
     }
 
-    fn end_after(&mut self, spans: Range<usize>, end: LegEnd) {
+    pub(super) fn end_after(&mut self, spans: Range<usize>, end: LegEnd) {
         self.path.legs.push(Leg {
             medium: self.medium,
             spans,
@@ -223,150 +221,4 @@ impl Walking<'_, '_> {
         self.throughput *= 1.0 / survival;
         ControlFlow::Continue(())
     }
-
-    /// Passes a boundary, is reflected by it, or ends on a panel.
-    fn meet(&mut self, end: FlightPoint, met: &Met) -> ControlFlow<()> {
-        let scene = self.walk.scene;
-        let (object, hit) = &met.what;
-        match &scene.objects()[*object].bsdf {
-            Bsdf::Null => self.cross(end, met, None),
-            Bsdf::Dielectric(dielectric) => {
-                if self.events >= EVENTS_PER_EDGE {
-                    self.stats.over_budget.rays += 1;
-                    return self.lose();
-                }
-                let direction = end.v.normalize();
-                let beyond = scene.medium_beside(*object, self.medium, hit.position, hit.normal, direction);
-                let n2 = [self.medium, beyond].map(|medium| scene.field(medium).n2(end.x));
-                let reflected = FresnelShare::reflected(met.normal.dot(end.v).abs(), n2);
-                let chance = self.sampler.next_specular(self.events);
-                let is_reflected = chance < reflected.probability();
-                let probability = reflected.probability();
-                let (share, probability) = if is_reflected {
-                    (reflected, probability)
-                } else {
-                    (reflected.rest(), 1.0 - probability)
-                };
-                let cos = met.normal.dot(direction).abs();
-                let [near, far] = n2.map(f64::sqrt);
-                let (tint, _) = dielectric.crossing(cos, near, far, !is_reflected);
-                self.throughput = self.throughput * tint * (share.value / probability);
-                self.events += 1;
-                self.depth = self.depth.saturating_add(1);
-                self.cross(end, met, Some((share, is_reflected)))
-            }
-            _ => {
-                let arrival = Arrival::Panel {
-                    on: OnSurface {
-                        object: *object,
-                        normal: hit.normal,
-                        site: scene.objects()[*object].shape.site(hit),
-                    },
-                    medium: self.medium,
-                };
-                let spans = self.path.keep();
-                self.arrive(arrival, spans, end)
-            }
-        }
-    }
-
-    /// Goes on behind a boundary, or reflected by it.
-    fn cross(
-        &mut self,
-        end: FlightPoint,
-        met: &Met,
-        shared: Option<(FresnelShare, bool)>,
-    ) -> ControlFlow<()> {
-        let scene = self.walk.scene;
-        let (object, hit) = &met.what;
-        let far = scene.medium_beside(*object, self.medium, hit.position, hit.normal, end.v);
-        let local = |medium| {
-            let (n2, grad) = scene.field(medium).gradient(end.x);
-            (n2, grad * 0.5)
-        };
-        let interface = Interface {
-            normal: met.normal,
-            shape: shape_operator(scene, *object, hit),
-            near: local(self.medium),
-            far: local(far),
-        };
-        let rule = match shared {
-            None => Rule::Pass,
-            Some((_, true)) => Rule::Reflect,
-            Some((_, false)) => Rule::Refract,
-        };
-        let Some(after) = interface.velocity(rule, end.v) else {
-            return self.lose();
-        };
-        if rule == Rule::Pass {
-            // L, not L/n², is conserved where indices are declared to match.
-            self.throughput *= interface.far.0 / interface.near.0;
-        }
-        let crossing = FlightCrossing {
-            x: end.x,
-            interface,
-            rule,
-            before: end.v,
-            after,
-        };
-        self.end(LegEnd::Crossed(Box::new(Crossed {
-            end,
-            crossing,
-            far,
-            share: shared.map(|(share, _)| share),
-        })));
-        let off = scene.ray_epsilon().copysign(met.normal.dot(after));
-        self.x = end.x + met.normal * off;
-        self.v = after;
-        self.direction = None;
-        if rule != Rule::Reflect {
-            self.medium = far;
-        }
-        if self.throughput.is_zero() {
-            return ControlFlow::Break(());
-        }
-        ControlFlow::Continue(())
-    }
-
-    /// Leaves the scene.
-    fn leave(&mut self, end: FlightPoint) -> ControlFlow<()> {
-        let arrival = Arrival::Sky {
-            direction: end.v.normalize(),
-            medium: self.medium,
-        };
-        // Where it leaves does not matter: the start of the leg stands for it.
-        let start = FlightPoint {
-            x: self.x,
-            v: self.v,
-            length: 0.0,
-        };
-        self.arrive(arrival, 0..0, start)
-    }
-
-    /// Meets light.
-    fn arrive(
-        &mut self,
-        arrival: Arrival,
-        spans: Range<usize>,
-        end: FlightPoint,
-    ) -> ControlFlow<()> {
-        let depth = self.depth.saturating_add(1);
-        if depth <= self.walk.max_depth {
-            let light = arrival.light(self.walk.scene, end.x, end.v.normalize());
-            self.end_after(spans, LegEnd::Arrived(end));
-            self.path.found = Some(Found {
-                arrival,
-                throughput: self.throughput,
-                value: self.throughput * light,
-                depth,
-            });
-        }
-        ControlFlow::Break(())
-    }
-}
-
-fn shape_operator(scene: &Scene, object: usize, hit: &Hit) -> DMat3 {
-    scene.objects()[object]
-        .shape
-        .shape_operator(hit.position, hit.primitive)
 }

@@ -137,7 +137,9 @@ fn enter(moments: &BatchMoments, into: &mut IndexDerivatives) {
     };
     let IndexDerivatives { by, value, .. } = into;
     add((&mut value.0, &mut value.1), 0);
-    let each = by.iter_mut().flat_map(|d| d.values.iter_mut().zip(&mut d.errors));
+    let each = by
+        .iter_mut()
+        .flat_map(|d| d.values.iter_mut().zip(&mut d.errors));
     each.enumerate().for_each(|(i, both)| add(both, 1 + i));
 }
 
@@ -175,7 +177,10 @@ impl Pass<'_> {
     /// Number of all derivatives.
     fn number(&self) -> usize {
         let shapes = self.plan.shapes(self.source.scene);
-        shapes.iter().map(|shape| shape.iter().product::<usize>()).sum()
+        shapes
+            .iter()
+            .map(|shape| shape.iter().product::<usize>())
+            .sum()
     }
 
     /// The sums of a part of the pixels: of what paths bring, and of its derivatives.
