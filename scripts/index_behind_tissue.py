@@ -16,6 +16,8 @@ import numpy as np
 
 SIZE = 24
 """Pixels along a side."""
+PATTERN = "pattern.exr"
+"""The file of the pattern, in the current folder while the script runs."""
 
 
 def pattern():
@@ -25,7 +27,7 @@ def pattern():
     waves = (1 + np.sin(2 * np.pi * 5 * x)) * (1 + np.sin(2 * np.pi * 5 * y))
     image = window * waves
     image[[0, -1]] = image[:, [0, -1]] = 0
-    return np.repeat(image[..., None], 1, axis=2).astype(np.float32)
+    return image.astype(np.float32)
 
 
 def scene(ior):
@@ -52,7 +54,7 @@ def scene(ior):
             "bsdf": {"type": "diffuse", "reflectance": 0.0},
             "light": {
                 "type": "area",
-                "radiance": {"type": "bitmap", "data": pattern(), "raw": True, "wrap_mode": "clamp"},
+                "radiance": {"type": "bitmap", "filename": PATTERN, "raw": True, "wrap_mode": "clamp"},
             },
         },
     })

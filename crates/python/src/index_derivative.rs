@@ -41,7 +41,7 @@ pub fn differentiate_index<'py>(
         seed: limits.seed,
         hide_emitters: loaded.hide_emitters,
         media: &media,
-        weights: &weights.as_slice()?.to_vec(),
+        weights: weights.as_slice()?,
     };
     let pool = limits.pool()?;
     let (found, interrupted) = watched(py, tick.as_ref(), None, |shared| {

@@ -57,7 +57,7 @@ impl Walking<'_, '_> {
         };
         let [near, far] = n2.map(f64::sqrt);
         let (tint, _) = dielectric.crossing(p / end.v.length(), near, far, !is_reflected);
-        self.throughput = self.throughput * tint * (share.value / probability);
+        self.throughput *= tint * (share.value / probability);
         self.events += 1;
         self.depth = self.depth.saturating_add(1);
         let rule = if is_reflected {

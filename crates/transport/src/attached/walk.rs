@@ -189,7 +189,7 @@ impl Walking<'_, '_> {
         if self.depth >= walk.max_depth {
             return ControlFlow::Break(());
         }
-        self.throughput = self.throughput * medium.albedo.at(vertex.x);
+        self.throughput *= medium.albedo.at(vertex.x);
         self.sampler.next_edge();
         let u = self.sampler.next_2d_for(Purpose::Direction);
         let (onward, _) = medium.phase.sample(vertex.x, arrival, u);

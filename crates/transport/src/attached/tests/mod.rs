@@ -88,9 +88,12 @@ fn scene(setup: Setup, change: f64) -> Scene {
     };
     let turned = Orientation::nearest(DMat3::from_rotation_x(0.7)).unwrap().0;
     let sky = Environment::image(8, 5, (0..40).map(pixel).collect(), turned);
-    let dielectric = || match setup.dielectric {
-        true => Bsdf::Dielectric(Dielectric::default()),
-        false => Bsdf::Null,
+    let dielectric = || {
+        if setup.dielectric {
+            Bsdf::Dielectric(Dielectric::default())
+        } else {
+            Bsdf::Null
+        }
     };
     let sphere = |x: [f64; 3], r| Sphere::around(x.into(), r).unwrap();
     let turbid = f64::from(u8::from(!setup.clear));
