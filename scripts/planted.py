@@ -30,7 +30,8 @@ def copy_tree(target: pathlib.Path) -> None:
 
 
 def outcome(tree: pathlib.Path, package: str, target: str, test: str) -> str:
-    command = ["cargo", "test", "-p", package, "--test", target, "--", test]
+    program = ["--lib"] if target == "lib" else ["--test", target]
+    command = ["cargo", "test", "-p", package, *program, "--", test]
     run = subprocess.run(
         command,
         cwd=tree,

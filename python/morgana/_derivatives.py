@@ -19,6 +19,9 @@ from ._result import Result
 from ._values import comparable
 
 Doubles = NDArray[np.float64]
+_INDEX = ".ior"
+"""Ends of names of refractive indices."""
+
 Weights = Union[ArrayLike, Mapping[str, ArrayLike]]
 
 
@@ -28,7 +31,7 @@ class Derivative(NamedTuple):
 
     value: Doubles
     """Values, float64: (channels,) of a parameter with one number, (labels, channels), (z, y, x, channels), or (y, x, channels) of an image; of a ``jacobian`` after the axes of the
-    reading."""
+    reading. Of an index, which all channels share: (z, y, x) of samples, or (parameters,) of a formula."""
     error: Doubles
     """Standard errors, of the same shape; from at most 32 batches of samples."""
 
@@ -58,6 +61,11 @@ def derivatives(
     ``sigma_s``), ``MEDIUM.sigma_s`` (at the same ``sigma_a``), ``MEDIUM.g`` of the phase function ``hg``, ``OBJECT.reflectance`` of a
     diffuse surface (one colour, or every pixel of a ``bitmap``), and ``EMITTER.emission``, a factor on all that the emitter emits, which is 1. Coefficients are per unit
     length, the medium's ``scale`` included.
+
+    ``MEDIUM.ior`` is the refractive index of a medium, which may scatter: every sample of n of a grid, or the parameters of a ``constant`` (n), ``gaussian``
+    (``n0``, ``delta``, ``center``, ``width``) or ``selfoc`` (``n0``, ``alpha``) index. Such derivatives follow paths of their own, whose
+    vertices move with the index, and which meet light by chance. They need a camera, media that are the same everywhere but for their index, and light without
+    edges: a ``constant`` or ``envmap``, or a ``rectangle`` with a ``bitmap`` that is dark at its edge. Other scenes are refused.
 
     Parameters
     ----------
@@ -89,7 +97,8 @@ def derivatives(
     Raises
     ------
     RenderError
-        A parameter that the scene does not have, or whose derivative no path finds; weights that do not fit or are not finite; a scene whose picture is blurred (``photon``, ``sppm``, ``vcm``) or shows no light (``aov``).
+        A parameter that the scene does not have, or whose derivative no path finds; weights that do not fit or are not finite; a scene whose picture is blurred (``photon``, ``sppm``, ``vcm``) or shows no light (``aov``);
+        an index in a scene in which light jumps when rays move.
     TypeError
         An argument of another type.
 
@@ -109,9 +118,19 @@ def derivatives(
         integrator = "path" if pictures else None
         weights = weights(render(scene, spp=spp, particles=particles, seed=seed, integrator=integrator, threads=threads))
     flat, layered = _of_readings(scene, weights) if scene.meters else _of_picture(scene, weights)
-    with Bar(scene, wanted["samples"], None, progress) as tick:
-        found = _morgana.differentiate(scene, wanted, names, flat, layered, tick)
-    return {name: Derivative(value, error) for name, (value, error) in zip(names, found)}
+    indices = [name for name in names if name.endswith(_INDEX)]
+    others = [name for name in names if not name.endswith(_INDEX)]
+    found: Dict[str, Tuple[Doubles, Doubles]] = {}
+    if indices:
+        if layered:
+            raise RenderError("layers of light have no derivatives by an index: give weights of the whole picture")
+        media = [name[: -len(_INDEX)] for name in indices]
+        with Bar(scene, wanted["samples"], None, progress) as tick:
+            found.update(zip(indices, _morgana.differentiate_index(scene, wanted, media, flat[0], tick)))
+    if others or not indices:
+        with Bar(scene, wanted["samples"], None, progress) as tick:
+            found.update(zip(others, _morgana.differentiate(scene, wanted, others, flat, layered, tick)))
+    return {name: Derivative(*found[name]) for name in names}
 
 
 def jacobian(

@@ -19,6 +19,7 @@ __all__ = [
     "export_dict",
     "export_file",
     "differentiate",
+    "differentiate_index",
     "jacobian",
     "follow_rays",
     "pull_back",
@@ -229,6 +230,13 @@ def differentiate(
     parameters: List[str],
     weights: List[NDArray[np.float64]],
     layered: bool,
+    tick: Optional[Callable[[int], None]],
+) -> List[Tuple[NDArray[np.float64], NDArray[np.float64]]]: ...
+def differentiate_index(
+    scene: Scene,
+    limits: Limits,
+    media: List[str],
+    weights: NDArray[np.float64],
     tick: Optional[Callable[[int], None]],
 ) -> List[Tuple[NDArray[np.float64], NDArray[np.float64]]]: ...
 def jacobian(

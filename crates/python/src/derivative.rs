@@ -20,7 +20,7 @@ use transport::render::{
 };
 
 /// Values and standard errors.
-type Doubles<'py> = (Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>);
+pub(crate) type Doubles<'py> = (Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>);
 
 /// Derivatives of Σ weights × picture, or × readings, by parameters. Weights are those of a picture; or, if they are `layered`, of all its layers,
 /// one after the other; or of each reading of meters, empty for those that do not count.
@@ -210,7 +210,7 @@ fn refused(error: &DerivativeError) -> PyErr {
 }
 
 /// The paths that are followed: as long as those of the scene's own integrator.
-fn path(loaded: &Loaded) -> PyResult<PathTracer> {
+pub(crate) fn path(loaded: &Loaded) -> PyResult<PathTracer> {
     let own = loaded.renderer.integrator();
     match own {
         Some(Integrator::Path(_) | Integrator::Particle(_) | Integrator::Bdpt(_)) => {
@@ -261,14 +261,14 @@ fn parameter(loaded: &Loaded, name: &str) -> PyResult<RadiometricParameter> {
             "emitter",
         )?)),
         _ => Err(errors::render(format!(
-            "no parameter '{name}': parameters are MEDIUM.sigma_t, .albedo, .sigma_a, .sigma_s and .g, OBJECT.reflectance, and \
+            "no parameter '{name}': parameters are MEDIUM.sigma_t, .albedo, .sigma_a, .sigma_s, .g and .ior, OBJECT.reflectance, and \
              EMITTER.emission"
         ))),
     }
 }
 
 /// The only thing of a name.
-fn only<'a>(
+pub(crate) fn only<'a>(
     mut names: impl Iterator<Item = &'a str> + Clone,
     name: &str,
     what: &str,

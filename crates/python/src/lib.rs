@@ -10,6 +10,7 @@ mod field;
 mod finished;
 mod grad;
 mod image;
+mod index_derivative;
 mod limits;
 mod measure;
 mod numbers;
@@ -37,6 +38,8 @@ mod _morgana {
     use crate::grad::{follow_rays, pull_back, sum_of_squares};
     #[pymodule_export]
     use crate::image::{compare_images, encode_png, exposure, read_image, write_image};
+    #[pymodule_export]
+    use crate::index_derivative::differentiate_index;
     #[pymodule_export]
     use crate::measure::{Measured, measure};
     #[pymodule_export]

@@ -4,6 +4,7 @@
 //! The mathematics: docs/theory.md#radiance.
 
 pub mod aov;
+pub mod attached;
 mod bins;
 pub mod bsdf;
 pub mod budget;

@@ -6,7 +6,10 @@
 //! ray takes eight bytes for each of its steps, and these as long as it is at work.
 
 mod action;
+mod crossing;
 mod embedded;
+mod flight;
+mod flight_back;
 mod follow;
 mod parameters;
 mod receiver;
@@ -14,7 +17,10 @@ mod reverse;
 #[cfg(test)]
 mod tests;
 
+pub use crossing::FlightCrossing;
 pub use embedded::Embedded;
+pub use flight::{Flight, FlightLimits, FlightMeeting, FlightPoint};
+pub use flight_back::{FlightAdjoint, FlightDerivative};
 pub use follow::{AdjointRay, RayEnd, RayFailure, RayStart};
 pub use parameters::ParameterDerivative;
 pub use receiver::Receiver;

@@ -53,12 +53,12 @@ impl<R> IndexSink<R> for () {
 
 /// A state of the ray and the derivative of the loss by it, at equal σ.
 #[derive(Clone, Copy)]
-struct Adjoint {
-    x: DVec3,
-    v: DVec3,
-    by_x: DVec3,
-    by_v: DVec3,
-    by_length: f64,
+pub(super) struct Adjoint {
+    pub(super) x: DVec3,
+    pub(super) v: DVec3,
+    pub(super) by_x: DVec3,
+    pub(super) by_v: DVec3,
+    pub(super) by_length: f64,
 }
 
 impl<W: World> AdjointRay<'_, W> {
@@ -186,7 +186,7 @@ impl Adjoint {
     }
 
     /// Derivatives by n² on the near and on the far side, from that by the velocity after the surface.
-    fn by_indices(
+    pub(super) fn by_indices(
         &self,
         interface: &Interface,
         rule: Rule,
@@ -210,7 +210,12 @@ impl Adjoint {
     }
 
     /// The transpose of the map of tangents, column by column.
-    fn transposed(&self, interface: &Interface, rule: Rule, before: DVec3) -> (DVec3, DVec3) {
+    pub(super) fn transposed(
+        &self,
+        interface: &Interface,
+        rule: Rule,
+        before: DVec3,
+    ) -> (DVec3, DVec3) {
         let mut by = [DVec3::ZERO; 2];
         for (axis, unit) in [DVec3::X, DVec3::Y, DVec3::Z].into_iter().enumerate() {
             let columns = Tangents {

@@ -1,6 +1,6 @@
 //! Derivatives by the parameters of fields (docs/theory.md#derivatives-of-rays).
 
-use super::Field;
+use super::{Bspline, Field};
 use glam::DVec3;
 
 /// Derivative of a loss by n² and ∇n² at a point.
@@ -42,6 +42,16 @@ impl Field {
             Field::Affine(f) => f.inner().parameter_count(),
             Field::Scaled(f) => f.inner().parameter_count(),
             _ => 0,
+        }
+    }
+
+    /// The grid whose coefficients its parameters are, if it is one: moved or multiplied, but no sum.
+    pub fn grid(&self) -> Option<&Bspline> {
+        match self {
+            Field::Bspline(f) => Some(f),
+            Field::Affine(f) => f.inner().grid(),
+            Field::Scaled(f) => f.inner().grid(),
+            _ => None,
         }
     }
 

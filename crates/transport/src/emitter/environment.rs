@@ -75,6 +75,16 @@ impl Environment {
         }
     }
 
+    /// The derivative of Σ weight × radiance over the channels by the unit direction `toward`, perpendicular to it; `None` if the radiance
+    /// jumps somewhere.
+    pub(crate) fn gradient(&self, toward: DVec3, weights: Spectrum) -> Option<DVec3> {
+        match self {
+            Environment::Constant(_) => Some(DVec3::ZERO),
+            Environment::Image(image) => Some(image.gradient(toward, weights)),
+            Environment::Disc(_) => None,
+        }
+    }
+
     /// A unit direction towards the environment, nearly in proportion to its radiance, and its density per steradian;
     /// `u` is uniform in [0, 1)².
     pub fn sample(&self, u: [f64; 2]) -> (DVec3, f64) {

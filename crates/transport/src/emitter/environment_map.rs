@@ -133,6 +133,32 @@ impl EnvironmentMap {
         above * (1.0 - y) + below * y
     }
 
+    /// The derivative of Σ weight × radiance over the channels by the unit direction, perpendicular to it: exact within cells.
+    pub(super) fn gradient(&self, toward: DVec3, weights: Spectrum) -> DVec3 {
+        let d = self.orientation.to_local(toward);
+        let Place { cell, within, .. } = self.locate(toward);
+        let [x, y] = within;
+        let corners = self.corners(cell);
+        let [[a, b], [c, e]] = corners.map(|row| row.map(|pixel| (pixel * weights).sum()));
+        let by_column = (b - a) * (1.0 - y) + (e - c) * y;
+        let by_row = (c - a) * (1.0 - x) + (e - b) * x;
+        let sin2 = d.x * d.x + d.z * d.z;
+        if sin2 == 0.0 {
+            return DVec3::ZERO;
+        }
+        // Longitude atan2(x, −z), colatitude acos y.
+        let east = DVec3::new(-d.z, 0.0, d.x) / sin2;
+        let south = DVec3::new(d.x * d.y, -sin2, d.z * d.y) / sin2.sqrt();
+        let (width, rows) = (self.width as f64, (self.height - 1) as f64);
+        let local = east * (by_column * width / TAU) + south * (by_row * rows / PI);
+        let length = local.length();
+        if length > 0.0 {
+            self.orientation.to_world(local / length) * length
+        } else {
+            DVec3::ZERO
+        }
+    }
+
     /// ∫ radiance over all directions, in closed form.
     pub(super) fn integral(&self) -> Spectrum {
         let sums: Vec<Spectrum> = self

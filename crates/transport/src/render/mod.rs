@@ -32,8 +32,8 @@ pub use aov::Quantities;
 pub use bias::Debiased;
 pub use choice::{Basis, Candidate, Choice, Extent, choose};
 pub use derivative::{
-    Derivative, DerivativeOptions, Derivatives, MeterDerivativeOptions, ReadingFunctional,
-    derivatives, meter_derivatives,
+    Derivative, DerivativeOptions, Derivatives, IndexDerivativeOptions, IndexDerivatives,
+    MeterDerivativeOptions, ReadingFunctional, derivatives, index_derivatives, meter_derivatives,
 };
 pub use handle::Handle;
 pub use measure::{MeasureError, MeasureOptions, MeasureState, Measurement, measure};

@@ -175,6 +175,11 @@ impl Scene {
         &self.regions
     }
 
+    /// Whether surfaces divide a volume into several media.
+    pub(crate) fn is_divided(&self) -> bool {
+        !self.parts.partitions.is_empty()
+    }
+
     /// Sensor.
     pub fn sensor(&self) -> &Sensor {
         &self.parts.sensor

@@ -101,12 +101,17 @@ impl Bitmap {
     /// The derivatives of the first channel with respect to texture coordinates; zero if it is not interpolated
     /// (docs/theory.md#bump-and-normal-maps).
     pub(super) fn gradient(&self, site: &Site) -> DVec2 {
+        self.gradient_of(site, |pixel| pixel[0])
+    }
+
+    /// The same of a linear function of the channels.
+    pub(crate) fn gradient_of(&self, site: &Site, of: impl Fn(Spectrum) -> f64) -> DVec2 {
         if self.filter == BitmapFilter::Nearest {
             return DVec2::ZERO;
         }
         let p = self.place(site) - 0.5;
         let (low, t) = (p.floor(), p - p.floor());
-        let value = |x: f64, y: f64| self.pixel(low + DVec2::new(x, y))[0];
+        let value = |x: f64, y: f64| of(self.pixel(low + DVec2::new(x, y)));
         let [a, b, c, d] = [
             value(0.0, 0.0),
             value(1.0, 0.0),
@@ -135,6 +140,11 @@ impl Bitmap {
             BitmapFilter::Nearest => self.pixel(p.floor()),
             BitmapFilter::Bilinear => self.between(p - 0.5),
         }
+    }
+
+    /// Whether it has no jumps.
+    pub(crate) fn is_continuous(&self) -> bool {
+        self.filter == BitmapFilter::Bilinear
     }
 
     /// Width and height.

@@ -54,6 +54,8 @@ pub struct Bspline {
     scales: Option<Arc<Scales>>,
     /// None if it changes everywhere. Shared by copies of the field.
     homogeneous: Option<Arc<HomogeneousBlocks>>,
+    /// Whether it goes through the samples, rather than past them by their noise.
+    interpolates: bool,
     /// The vector instructions that the processor has.
     level: Level,
     /// Made when bounds over a large box are first asked for.
@@ -217,7 +219,10 @@ impl Bspline {
             prefilter::prefilter(&lattice, &mut data, 2.0 * n2_ref.sqrt() * noise);
         }
         let roundings = (!constant).then_some(1.0);
-        Self::of_coefficients(lattice, n2_ref, data, roundings)
+        Bspline {
+            interpolates: noise == 0.0,
+            ..Self::of_coefficients(lattice, n2_ref, data, roundings)
+        }
     }
 
     /// Of coefficients in rows, each off by so many halves of the last bit unless the field is constant.
@@ -236,6 +241,7 @@ impl Bspline {
             lattice,
             n2_ref,
             coefficients: Arc::new(coefficients),
+            interpolates: true,
             level: crate::lanes::level(),
             blocks: OnceLock::new(),
         }

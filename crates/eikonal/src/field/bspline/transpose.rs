@@ -53,6 +53,27 @@ impl Bspline {
         }
     }
 
+    /// Number of samples along x, y and z.
+    pub fn dims(&self) -> [usize; 3] {
+        self.lattice.dims()
+    }
+
+    /// Whether the spline goes through its samples, rather than past them by their noise.
+    pub fn interpolates(&self) -> bool {
+        self.interpolates
+    }
+
+    /// Derivatives by n of the samples, x fastest, then y, then z, from those by the coefficients: see [`Bspline::sample_derivative`].
+    pub fn index_sample_derivative(&self, by_coefficients: Vec<f64>) -> Vec<f64> {
+        let mut by = self.sample_derivative(by_coefficients);
+        let [x, y, z] = self.lattice.dims();
+        for (number, value) in by.iter_mut().enumerate().take(x * y * z) {
+            let sample = [number % x, number / x % y, number / (x * y)];
+            *value *= 2.0 * self.n2(self.lattice.position(sample)).sqrt();
+        }
+        by
+    }
+
     /// Derivatives by n² of the samples, x fastest, then y, then z, from those by the coefficients. Multiply by 2n for those by
     /// n. Of a grid that interpolates its samples; those of one that smooths them are others.
     pub fn sample_derivative(&self, by_coefficients: Vec<f64>) -> Vec<f64> {

@@ -125,12 +125,16 @@ impl BatchMoments {
                 let number = row * count / plan.channels() + i / plan.channels();
                 let at = number * all + channel + i % plan.channels();
                 let slot = row * plan.len() + bounds[0] + i;
-                let mean = self.sums[slot] / self.replicates;
-                let spread = self.squares[slot] - self.sums[slot] * mean;
-                let variance = spread.max(0.0) / (self.batches - 1.0) / self.replicates;
-                derivative.values[at] = mean;
-                derivative.errors[at] = variance.sqrt();
+                (derivative.values[at], derivative.errors[at]) = self.mean(slot);
             }
         }
+    }
+
+    /// The mean of a sum, and its standard error.
+    pub(super) fn mean(&self, slot: usize) -> (f64, f64) {
+        let mean = self.sums[slot] / self.replicates;
+        let spread = self.squares[slot] - self.sums[slot] * mean;
+        let variance = spread.max(0.0) / (self.batches - 1.0) / self.replicates;
+        (mean, variance.sqrt())
     }
 }

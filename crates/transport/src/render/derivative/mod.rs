@@ -4,8 +4,10 @@
 //! Theory: docs/theory.md#derivatives-of-light.
 
 mod batches;
+mod index;
 mod readings;
 
+pub use index::{IndexDerivativeOptions, IndexDerivatives, index_derivatives};
 pub use readings::{MeterDerivativeOptions, ReadingFunctional, meter_derivatives};
 
 use super::source::{Source, finite};

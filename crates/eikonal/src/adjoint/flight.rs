@@ -1,0 +1,209 @@
+//! Flights: rays through one field that end on a surface or at an arc length, followed and taken back one at a time, for paths that are
+//! scattered between them (docs/theory.md#derivatives-by-the-index-behind-scattering).
+
+use super::follow::RayFailure;
+use crate::budget::STEPS_PER_RAY;
+use crate::field::Field;
+use crate::ray::{Arc, Flow, Node, Step, Tolerance, Variation, Work};
+use glam::DVec3;
+
+/// As for rays from end to end: no coefficient is without effect.
+const PER_RESOLVED_SPAN: f64 = 1.5;
+/// Corrections of a last step, each of which squares what is missing.
+const CORRECTIONS: usize = 3;
+
+/// ∫n dσ by the kicks of the scheme.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct ArcLength(f64);
+
+impl Variation for ArcLength {
+    /// n.
+    type Local = f64;
+
+    fn local(field: &Field, x: DVec3) -> (f64, DVec3, f64) {
+        let (n2, grad) = field.gradient(x);
+        (n2, grad * 0.5, n2.sqrt())
+    }
+
+    fn kick(&mut self, n: &f64, h: f64) {
+        self.0 += n * h;
+    }
+
+    fn drift(&mut self, _: f64) {}
+
+    /// By the cubic that has the indices as slopes.
+    fn interpolate(start: &Self, first: &f64, end: &Self, last: &f64, h: f64, t: f64) -> Self {
+        let (whole, first, last) = (end.0 - start.0, first * h, last * h);
+        let (b, c) = (3.0 * whole - 2.0 * first - last, first + last - 2.0 * whole);
+        ArcLength(start.0 + t * (first + t * (b + t * c)))
+    }
+}
+
+/// Where a surface is met on an arc, and what it is.
+#[derive(Clone, Copy, Debug)]
+pub struct FlightMeeting<M> {
+    /// Parameter of the arc.
+    pub theta: f64,
+    /// The point, on the surface to round-off.
+    pub position: DVec3,
+    /// Unit normal there, of either sign.
+    pub normal: DVec3,
+    /// What is met.
+    pub what: M,
+}
+
+/// A point of a flight.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FlightPoint {
+    /// Position.
+    pub x: DVec3,
+    /// Velocity dx/dσ, of which the length is the index up to the tolerance.
+    pub v: DVec3,
+    /// Arc length from the start.
+    pub length: f64,
+}
+
+impl FlightPoint {
+    fn of(node: &Node<ArcLength>) -> Self {
+        FlightPoint {
+            x: node.x,
+            v: node.v,
+            length: node.variation.0,
+        }
+    }
+}
+
+/// How flights are followed.
+#[derive(Clone, Copy, Debug)]
+pub struct FlightLimits {
+    /// Of the steps.
+    pub tolerance: Tolerance,
+    /// Whether steps see every sample of a grid, as derivatives by them must.
+    pub resolved: bool,
+    /// Arc length at which a flight ends that has met nothing.
+    pub length: f64,
+}
+
+/// A flight, step by step. It can follow one after another in the same memory.
+#[derive(Clone, Debug, Default)]
+pub struct Flight {
+    nodes: Vec<Node<ArcLength>>,
+    spans: Vec<f64>,
+}
+
+impl Flight {
+    /// Spans of σ of the steps.
+    pub fn spans(&self) -> &[f64] {
+        &self.spans
+    }
+
+    /// Follows the ray from `x` with velocity `v` to the first surface, or to the end of the step on which it gets as long as it may.
+    ///
+    /// # Errors
+    /// It is lost, or takes too many steps.
+    pub fn follow<M>(
+        &mut self,
+        field: &Field,
+        [x, v]: [DVec3; 2],
+        limits: &FlightLimits,
+        work: &mut Work,
+        meets: impl Fn(&Arc) -> Option<FlightMeeting<M>>,
+    ) -> Result<(FlightPoint, Option<FlightMeeting<M>>), RayFailure> {
+        self.nodes.clear();
+        self.spans.clear();
+        let node = Node::new(field, x, v, ArcLength::default());
+        let is_line = is_line(field, limits.resolved, [x, v]);
+        let mut flow = Flow::new(field, node, limits.tolerance);
+        loop {
+            let at = *flow.node();
+            if !(at.n2 > 0.0 && at.x.is_finite() && at.v.is_finite()) {
+                return Err(RayFailure::Lost);
+            }
+            if self.spans.len() > STEPS_PER_RAY {
+                return Err(RayFailure::OverBudget);
+            }
+            let left = (limits.length - at.variation.0) / at.v.length();
+            if left <= 0.0 {
+                return Ok((FlightPoint::of(&at), None));
+            }
+            let resolved = if limits.resolved && !is_line {
+                PER_RESOLVED_SPAN * field.resolved_span(at.x, at.v)
+            } else {
+                f64::INFINITY
+            };
+            // A little more than is left, lest rounding leaves a rest.
+            let mut step = flow.advance(((1.0 + 1e-9) * left).min(resolved), work);
+            self.nodes.push(step.start);
+            if let Some(met) = meets(&step.arc) {
+                let (end, h) = reach(field, is_line, &step, &met);
+                self.spans.push(h);
+                let is_sound = end.x.is_finite() && h.is_finite();
+                return if is_sound {
+                    Ok((FlightPoint::of(&end), Some(met)))
+                } else {
+                    Err(RayFailure::Lost)
+                };
+            }
+            self.spans.push(step.arc.h());
+            if step.arc.is_straight() {
+                step.end.variation.0 += step.arc.h() * at.n2.sqrt();
+                flow = Flow::new(field, step.end, limits.tolerance);
+            }
+        }
+    }
+
+    /// The point at an arc length of the flight that was followed last; the number of the step on which it lies, and the span from its start.
+    pub fn at(&self, field: &Field, resolved: bool, length: f64) -> (FlightPoint, usize, f64) {
+        let beyond = self.nodes.partition_point(|n| n.variation.0 <= length);
+        let step = beyond.saturating_sub(1);
+        let start = &self.nodes[step];
+        let is_line = is_line(field, resolved, [self.nodes[0].x, self.nodes[0].v]);
+        let mut h = (length - start.variation.0) / start.n2.sqrt();
+        let mut node = advanced(field, is_line, start, h);
+        for _ in 0..CORRECTIONS {
+            let missing = (length - node.variation.0) / node.n2.sqrt();
+            if missing.abs() <= f64::EPSILON * h {
+                break;
+            }
+            h += missing;
+            node = advanced(field, is_line, start, h);
+        }
+        (FlightPoint::of(&node), step, h)
+    }
+}
+
+/// Whether a flight is one straight step, of which only the value of the index is wanted.
+pub(super) fn is_line(field: &Field, resolved: bool, [x, v]: [DVec3; 2]) -> bool {
+    field.is_constant() && !(resolved && field.resolved_span(x, v).is_finite())
+}
+
+/// The node a span `h` further by one step.
+fn advanced(field: &Field, is_line: bool, start: &Node<ArcLength>, h: f64) -> Node<ArcLength> {
+    if !is_line {
+        return start.advanced(field, h);
+    }
+    let mut node = *start;
+    node.x += node.v * h;
+    node.variation.0 += node.n2.sqrt() * h;
+    node
+}
+
+/// The end of a step on the surface that it meets, and its span.
+fn reach<M>(
+    field: &Field,
+    is_line: bool,
+    step: &Step<ArcLength>,
+    met: &FlightMeeting<M>,
+) -> (Node<ArcLength>, f64) {
+    let mut h = met.theta * step.arc.h();
+    let mut node = advanced(field, is_line, &step.start, h);
+    for _ in 0..CORRECTIONS {
+        let missing = met.normal.dot(met.position - node.x) / met.normal.dot(node.v);
+        if missing.abs() <= f64::EPSILON * h {
+            break;
+        }
+        h += missing;
+        node = advanced(field, is_line, &step.start, h);
+    }
+    (node, h)
+}

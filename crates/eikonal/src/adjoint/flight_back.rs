@@ -1,0 +1,147 @@
+//! Flights on the way back (docs/theory.md#derivatives-by-the-index-behind-scattering).
+
+use super::flight::{FlightPoint, is_line};
+use super::reverse::StartDerivative;
+use crate::field::{Field, IndexDerivative};
+use crate::ray::{DRIFT, KICK, STAGES};
+use glam::DVec3;
+
+/// Derivative of a loss by a point of a flight.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FlightDerivative {
+    /// By the position.
+    pub x: DVec3,
+    /// By the velocity.
+    pub v: DVec3,
+    /// By the arc length from the start.
+    pub length: f64,
+}
+
+/// A point of a flight on the way back, and the derivative of a loss by it at equal σ.
+#[derive(Clone, Copy, Debug)]
+pub struct FlightAdjoint {
+    /// Position.
+    pub x: DVec3,
+    /// Velocity.
+    pub v: DVec3,
+    /// The derivative.
+    pub by: FlightDerivative,
+}
+
+impl FlightAdjoint {
+    /// At the end of a flight, on a surface with this normal: the end stays on it.
+    pub fn on_surface(
+        field: &Field,
+        end: &FlightPoint,
+        normal: DVec3,
+        by: FlightDerivative,
+    ) -> Self {
+        let mut adjoint = FlightAdjoint {
+            x: end.x,
+            v: end.v,
+            by,
+        };
+        let by_span = adjoint.by_span(field);
+        adjoint.by.x -= normal * (by_span / normal.dot(end.v));
+        adjoint
+    }
+
+    /// At the end of a flight of given arc length, and the derivative by that length.
+    pub fn at_length(field: &Field, end: &FlightPoint, by: FlightDerivative) -> (Self, f64) {
+        let mut adjoint = FlightAdjoint {
+            x: end.x,
+            v: end.v,
+            by,
+        };
+        let by_length = adjoint.by_span(field) / field.n(end.x);
+        adjoint.by.length -= by_length;
+        (adjoint, by_length)
+    }
+
+    /// By the span of σ up to here.
+    fn by_span(&self, field: &Field) -> f64 {
+        let (n2, grad) = field.gradient(self.x);
+        let by = &self.by;
+        by.x.dot(self.v) + by.v.dot(grad) * 0.5 + by.length * n2.sqrt()
+    }
+
+    /// Back over steps of a flight, the last first. What it says of the field goes to `sink`.
+    pub fn back(
+        &mut self,
+        field: &Field,
+        resolved: bool,
+        spans: &[f64],
+        sink: &mut impl FnMut(DVec3, IndexDerivative),
+    ) {
+        if is_line(field, resolved, [self.x, self.v]) {
+            for &h in spans.iter().rev() {
+                self.lengthen(field.n2(self.x), h, sink);
+                self.drift(h);
+            }
+            return;
+        }
+        let mut kick = 0.0;
+        for &h in spans.iter().rev() {
+            for (drift, after) in STAGES.into_iter().rev() {
+                self.kick(field, kick + KICK[after] * h, sink);
+                kick = 0.0;
+                self.drift(DRIFT[drift] * h);
+            }
+            kick = KICK[0] * h;
+        }
+        if !spans.is_empty() {
+            self.kick(field, kick, sink);
+        }
+    }
+
+    /// Back over x += h v.
+    fn drift(&mut self, h: f64) {
+        self.x -= self.v * h;
+        self.by.v += self.by.x * h;
+    }
+
+    /// Back over an arc length of n h.
+    fn lengthen(&self, n2: f64, h: f64, sink: &mut impl FnMut(DVec3, IndexDerivative)) {
+        let n2 = self.by.length * h / (2.0 * n2.sqrt());
+        let gradient = DVec3::ZERO;
+        sink(self.x, IndexDerivative { n2, gradient });
+    }
+
+    /// Back over v += ½h∇n² and an arc length of n h.
+    fn kick(&mut self, field: &Field, h: f64, sink: &mut impl FnMut(DVec3, IndexDerivative)) {
+        let jet = field.jet(self.x);
+        let by_n2 = self.by.length * h / (2.0 * jet.n2.sqrt());
+        let by = IndexDerivative {
+            n2: by_n2,
+            gradient: self.by.v * (0.5 * h),
+        };
+        sink(self.x, by);
+        self.v -= jet.grad * (0.5 * h);
+        self.by.x += jet.hess * self.by.v * (0.5 * h) + jet.grad * by_n2;
+    }
+
+    /// At the start of a flight in a unit direction, v = n·direction: the derivative by the position and the direction.
+    pub fn start(
+        &self,
+        field: &Field,
+        direction: DVec3,
+        sink: &mut impl FnMut(DVec3, IndexDerivative),
+    ) -> StartDerivative {
+        let (n2, grad) = field.gradient(self.x);
+        let n = n2.sqrt();
+        let along = direction.dot(self.by.v);
+        let by_n2 = along / (2.0 * n);
+        let gradient = DVec3::ZERO;
+        sink(
+            self.x,
+            IndexDerivative {
+                n2: by_n2,
+                gradient,
+            },
+        );
+        StartDerivative {
+            x: self.by.x + grad * by_n2,
+            direction: (self.by.v - direction * along) * n,
+        }
+    }
+}

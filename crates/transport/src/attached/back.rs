@@ -1,0 +1,206 @@
+//! The sweep back along a path (docs/theory.md#derivatives-by-the-index-behind-scattering).
+
+use super::record::{AttachedPath, Crossed, Found, LegEnd, Scattering};
+use super::{AttachedWalk, arrival::Arrival};
+use crate::Spectrum;
+use crate::scene::{MediumId, Scene};
+use eikonal::adjoint::{FlightAdjoint, FlightDerivative, FlightPoint};
+use eikonal::connect::World;
+use eikonal::field::IndexDerivative;
+use glam::DVec3;
+
+/// Derivative of what a path brings by where, and how, it goes on after an event.
+#[derive(Clone, Copy, Debug, Default)]
+struct Onward {
+    /// By the position.
+    x: DVec3,
+    /// By the direction after a collision, perpendicular to it; by the velocity behind a boundary.
+    way: DVec3,
+}
+
+/// A path on its way back.
+struct Sweep<'p, S> {
+    scene: &'p Scene,
+    /// Σ weight × what it brings: that of which logarithmic derivatives are taken.
+    value: f64,
+    sink: S,
+}
+
+impl AttachedWalk<'_> {
+    /// Takes the derivative of Σ weight × what a path brings back to the sensor. What it says of n² and ∇n² at points of media goes to
+    /// `sink`.
+    pub(crate) fn back(
+        &self,
+        path: &AttachedPath,
+        weights: Spectrum,
+        sink: impl FnMut(MediumId, DVec3, IndexDerivative),
+    ) {
+        let Some(found) = &path.found else {
+            return;
+        };
+        let mut sweep = Sweep {
+            scene: self.scene,
+            value: (found.value * weights).sum(),
+            sink,
+        };
+        let mut onward = Onward::default();
+        for leg in path.legs.iter().rev() {
+            let (scene, medium) = (self.scene, leg.medium);
+            let field = scene.field(medium);
+            let resolved = self.plan.has(medium);
+            let spans = &path.spans[leg.spans.clone()];
+            let mut adjoint = match &leg.end {
+                LegEnd::Arrived(end) => sweep.arrived(found, weights, end),
+                LegEnd::Crossed(crossed) => sweep.crossed(crossed, medium, onward),
+                LegEnd::Scattered(event) => sweep.scattered(event, medium, resolved, spans, onward),
+            };
+            let rest = match &leg.end {
+                LegEnd::Scattered(event) => &spans[..event.step],
+                _ => spans,
+            };
+            let mut add = |x, by| (sweep.sink)(medium, x, by);
+            adjoint.back(field, resolved, rest, &mut add);
+            onward = match leg.direction {
+                Some(direction) => {
+                    let start = adjoint.start(field, direction, &mut add);
+                    Onward {
+                        x: start.x,
+                        way: start.direction,
+                    }
+                }
+                None => Onward {
+                    x: adjoint.by.x,
+                    way: adjoint.by.v,
+                },
+            };
+        }
+        // The sensor's n².
+        if let Some(first) = path.legs.first() {
+            let x = path.origin;
+            let n2 = self.scene.field(first.medium).n2(x);
+            let by = value(sweep.value / n2);
+            (sweep.sink)(first.medium, x, by);
+        }
+    }
+}
+
+impl<S: FnMut(MediumId, DVec3, IndexDerivative)> Sweep<'_, S> {
+    /// Derivative of the logarithm of the probability to get through a medium by the length.
+    fn log_survival(&self, medium: MediumId, x: DVec3) -> f64 {
+        -self.value * self.scene.medium(medium).extinction(x)[0]
+    }
+
+    /// Where light is met.
+    fn arrived(&mut self, found: &Found, weights: Spectrum, end: &FlightPoint) -> FlightAdjoint {
+        let scene = self.scene;
+        let medium = found.arrival.medium();
+        let field = scene.field(medium);
+        let (n2, grad) = field.gradient(end.x);
+        let [by_x, by_direction] = found.arrival.gradient(scene, weights * found.throughput);
+        let unit = end.v.normalize();
+        let by = FlightDerivative {
+            x: (by_x - grad * self.value) / n2,
+            v: (by_direction - unit * unit.dot(by_direction)) / (n2 * end.v.length()),
+            length: self.log_survival(medium, end.x),
+        };
+        (self.sink)(medium, end.x, value(-self.value / n2));
+        match &found.arrival {
+            Arrival::Panel { on, .. } => FlightAdjoint::on_surface(field, end, on.normal, by),
+            Arrival::Sky { .. } => FlightAdjoint {
+                x: end.x,
+                v: end.v,
+                by: FlightDerivative { length: 0.0, ..by },
+            },
+        }
+    }
+
+    /// A boundary.
+    fn crossed(&mut self, crossed: &Crossed, medium: MediumId, onward: Onward) -> FlightAdjoint {
+        let Crossed {
+            end, crossing, far, ..
+        } = crossed;
+        let (mut by_x, mut by_v, mut by_n2) = crossing.back(onward.x, onward.way);
+        let interface = &crossing.interface;
+        if let Some(share) = &crossed.share {
+            // ∂ log of the share that is followed; p = |N·v| changes with the normal, too.
+            let log = self.value / share.value;
+            let side = interface.normal.dot(end.v).signum();
+            by_v += interface.normal * (log * share.by_normal * side);
+            by_x += interface.shape * end.v * (log * share.by_normal * side);
+            self.share(
+                &mut by_x,
+                &mut by_n2,
+                crossed,
+                share.by_n2.map(|by| log * by),
+            );
+        } else {
+            let [near, far] = [interface.near.0, interface.far.0];
+            let logs = [-self.value / near, self.value / far];
+            self.share(&mut by_x, &mut by_n2, crossed, logs);
+        }
+        (self.sink)(medium, end.x, value(by_n2[0]));
+        (self.sink)(*far, end.x, value(by_n2[1]));
+        let by = FlightDerivative {
+            x: by_x,
+            v: by_v,
+            length: self.log_survival(medium, end.x),
+        };
+        FlightAdjoint::on_surface(self.scene.field(medium), end, interface.normal, by)
+    }
+
+    /// Adds a derivative by n² on both sides, which change with the field and with the place.
+    fn share(&self, by_x: &mut DVec3, by_n2: &mut [f64; 2], crossed: &Crossed, logs: [f64; 2]) {
+        let interface = &crossed.crossing.interface;
+        let halves = [interface.near.1, interface.far.1];
+        for side in 0..2 {
+            by_n2[side] += logs[side];
+            *by_x += halves[side] * (2.0 * logs[side]);
+        }
+    }
+
+    /// A collision. The sweep has gone back to the start of the step on which it lies.
+    fn scattered(
+        &mut self,
+        event: &Scattering,
+        medium: MediumId,
+        resolved: bool,
+        spans: &[f64],
+        onward: Onward,
+    ) -> FlightAdjoint {
+        let field = self.scene.field(medium);
+        let vertex = &event.vertex;
+        // The frame turns with the direction by the shortest rotation, and the direction after the collision with it.
+        let n = vertex.v.length();
+        let direction = vertex.v / n;
+        let by_direction = event.onward.cross(onward.way).cross(direction);
+        let by = FlightDerivative {
+            x: onward.x,
+            v: by_direction / n,
+            length: 0.0,
+        };
+        let (mut adjoint, by_length) = FlightAdjoint::at_length(field, vertex, by);
+        let mut add = |x, by| (self.sink)(medium, x, by);
+        adjoint.back(field, resolved, &[event.span], &mut add);
+        if let Some(beyond) = &event.boundary {
+            // The collision moves along with the boundary, and gets more or less likely.
+            let by = FlightDerivative {
+                length: by_length * beyond.length + self.value * beyond.log,
+                ..FlightDerivative::default()
+            };
+            let mut end = FlightAdjoint::on_surface(field, &beyond.end, beyond.normal, by);
+            end.back(field, resolved, &spans[event.step..], &mut add);
+            adjoint.by.x += end.by.x;
+            adjoint.by.v += end.by.v;
+            adjoint.by.length += end.by.length;
+        }
+        adjoint
+    }
+}
+
+/// A derivative by n² alone.
+fn value(n2: f64) -> IndexDerivative {
+    IndexDerivative {
+        n2,
+        gradient: DVec3::ZERO,
+    }
+}

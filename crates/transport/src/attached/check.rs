@@ -1,0 +1,154 @@
+//! Which scenes have derivatives by the index: those in which nothing that paths bring jumps when their vertices move
+//! (docs/theory.md#derivatives-by-the-index-behind-scattering).
+
+use super::IndexDerivativeError;
+use crate::Spectrum;
+use crate::bsdf::Bsdf;
+use crate::emitter::{Emitter, Environment};
+use crate::medium::Medium;
+use crate::scene::{AMBIENT, Object, Scene};
+use crate::shape::Shape;
+use crate::texture::Texture;
+use eikonal::connect::World;
+use glam::DVec3;
+
+/// Places on each side of a panel at which it must be dark.
+const PLACES: usize = 1 << 14;
+
+/// Finds out whether a scene of so many channels has derivatives by the index of its media.
+pub(crate) fn check(scene: &Scene, channels: usize) -> Result<(), IndexDerivativeError> {
+    if scene.instants() > 1 {
+        return Err(IndexDerivativeError::Period);
+    }
+    if scene.is_divided() {
+        return Err(IndexDerivativeError::Labels);
+    }
+    for medium in scene.media() {
+        check_medium(medium, channels)?;
+    }
+    let ambient = scene.medium(AMBIENT);
+    if !ambient.is_transparent() || !scene.field(AMBIENT).is_constant() {
+        return Err(IndexDerivativeError::Surroundings);
+    }
+    for emitter in scene.emitters() {
+        check_emitter(emitter)?;
+    }
+    for (number, object) in scene.objects().iter().enumerate() {
+        check_object(scene, number, object)?;
+    }
+    Ok(())
+}
+
+fn check_medium(medium: &Medium, channels: usize) -> Result<(), IndexDerivativeError> {
+    let varies = |what| IndexDerivativeError::Varies {
+        what,
+        name: medium.name.clone(),
+    };
+    if medium.emission.is_some() {
+        return Err(IndexDerivativeError::Volumes);
+    }
+    let extinction = medium.uniform_extinction();
+    let extinction = extinction.ok_or_else(|| varies("extinction"))?;
+    if extinction.0[..channels].iter().any(|s| *s != extinction[0]) {
+        return Err(IndexDerivativeError::Coloured(medium.name.clone()));
+    }
+    if medium.albedo.uniform().is_none() {
+        return Err(varies("albedo"));
+    }
+    if !medium.phase.is_uniform() {
+        return Err(varies("phase function"));
+    }
+    Ok(())
+}
+
+fn check_emitter(emitter: &Emitter) -> Result<(), IndexDerivativeError> {
+    let sharp = |instead| {
+        let kind = emitter.kind();
+        Err(IndexDerivativeError::Sharp { kind, instead })
+    };
+    match emitter {
+        Emitter::Environment(Environment::Constant(_) | Environment::Image(_)) => Ok(()),
+        Emitter::Textured(_) => Ok(()),
+        Emitter::Volume(_) => Err(IndexDerivativeError::Volumes),
+        Emitter::Area { .. } => sharp("give it a bitmap that is dark at its edge"),
+        _ => sharp("use constant, envmap, or a rectangle with a bitmap that is dark at its edge"),
+    }
+}
+
+fn check_object(scene: &Scene, number: usize, object: &Object) -> Result<(), IndexDerivativeError> {
+    if let Some(emitter) = object.emitter {
+        return check_panel(scene, number, object, &scene.emitters()[emitter]);
+    }
+    match object.bsdf {
+        Bsdf::Null => Ok(()),
+        // Edges would turn rays by jumps.
+        Bsdf::Dielectric(_) if matches!(object.shape, Shape::Sphere(_)) => Ok(()),
+        _ => Err(IndexDerivativeError::Surface(object.name.clone())),
+    }
+}
+
+/// Finds out whether nobody sees the edge of a panel.
+fn check_panel(
+    scene: &Scene,
+    number: usize,
+    object: &Object,
+    emitter: &Emitter,
+) -> Result<(), IndexDerivativeError> {
+    let refuse = |why| {
+        let name = object.name.clone();
+        Err(IndexDerivativeError::Panel { name, why })
+    };
+    if !matches!(object.shape, Shape::Rectangle(_)) {
+        return refuse("is no rectangle");
+    }
+    let is_black = match &object.bsdf {
+        Bsdf::Diffuse(diffuse) => {
+            matches!(diffuse.reflectance(), Texture::Uniform(of) if of.is_zero())
+        }
+        _ => false,
+    };
+    if !is_black {
+        return refuse("must be black: give it a diffuse bsdf of reflectance 0");
+    }
+    let texture = match emitter {
+        Emitter::Textured(area) => area.texture(),
+        _ => return refuse("must emit a bitmap"),
+    };
+    if !matches!(texture, Texture::Bitmap(bitmap) if bitmap.is_continuous()) {
+        return refuse("must emit a bitmap that is interpolated");
+    }
+    if !is_dark_around(&object.shape, texture) {
+        return refuse("must be dark at its edge, where its light would jump");
+    }
+    if scene.emitters().len() > 1 {
+        return refuse("must be the only light: it would hide others behind its edge");
+    }
+    let plane = object.shape.sample_area([0.5; 2]);
+    let is_before = |x: DVec3| plane.normal.dot(x - plane.position) > 0.0;
+    let others = scene.objects().iter().enumerate();
+    let mut others = others.filter(|(i, _)| *i != number);
+    let all_before = others.all(|(_, other)| {
+        let ends = other.shape.aabb();
+        let corner = |i: usize| {
+            let pick = |axis: usize| if i >> axis & 1 == 1 { ends.max } else { ends.min }[axis];
+            DVec3::new(pick(0), pick(1), pick(2))
+        };
+        (0..8).all(|i| is_before(corner(i)))
+    });
+    if !all_before {
+        return refuse(
+            "must have all other objects before it: it would hide what is behind its edge",
+        );
+    }
+    Ok(())
+}
+
+/// Whether a texture is dark along the sides of a rectangle.
+fn is_dark_around(shape: &Shape, texture: &Texture) -> bool {
+    let at = |u: [f64; 2]| texture.at(&shape.site_of(&shape.sample_area(u)));
+    (0..=PLACES).all(|i| {
+        let t = i as f64 / PLACES as f64;
+        let sides = [[0.0, t], [1.0, t], [t, 0.0], [t, 1.0]];
+        sides.into_iter().all(|u| at(u) == Spectrum::ZERO)
+    })
+}

@@ -1,0 +1,92 @@
+//! Why derivatives by an index are not taken.
+
+/// Why derivatives by the refractive index of a medium are not taken.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum IndexDerivativeError {
+    /// A field without parameters.
+    #[error(
+        "the index of '{0}' has no parameters to differentiate by: constant, gaussian, selfoc and grids that interpolate their samples have, moved or in sums"
+    )]
+    Parameters(String),
+    /// A field that is even although it need not be.
+    #[error(
+        "the index of '{0}' is the same everywhere, so that rays would step over what is differentiated: start from a small delta"
+    )]
+    Even(String),
+    /// A grid that smooths its samples.
+    #[error("the grid of the index of '{0}' smooths its samples: leave its noise out")]
+    Smoothed(String),
+    /// The same medium twice.
+    #[error("a parameter is listed twice")]
+    Twice,
+    /// A medium whose extinction, albedo or phase function varies.
+    #[error(
+        "derivatives by an index need media whose {what} is the same everywhere, which that of '{name}' is not"
+    )]
+    Varies {
+        /// The quantity.
+        what: &'static str,
+        /// The medium.
+        name: String,
+    },
+    /// An extinction with a colour.
+    #[error(
+        "derivatives by an index need an extinction that is the same in all channels, which that of '{0}' is not: render its channels one by one"
+    )]
+    Coloured(String),
+    /// The surroundings scatter or bend rays.
+    #[error(
+        "derivatives by an index need surroundings that are clear and of constant index: put what scatters or bends rays into a shape with a boundary"
+    )]
+    Surroundings,
+    /// Light that jumps.
+    #[error(
+        "the light of '{kind}' jumps where rays move, which derivatives by an index do not see: {instead}"
+    )]
+    Sharp {
+        /// Kind of the emitter.
+        kind: &'static str,
+        /// What may stand in its place.
+        instead: &'static str,
+    },
+    /// A surface that would hide or scatter light.
+    #[error(
+        "derivatives by an index need surfaces without silhouettes, which '{0}' is not: only null boundaries of media, and smooth dielectric spheres and ellipsoids, \
+         which are the boundary of a medium, have none"
+    )]
+    Surface(String),
+    /// A panel whose edge is seen.
+    #[error("derivatives by an index do not see edges of light: the emitter '{name}' {why}")]
+    Panel {
+        /// The object.
+        name: String,
+        /// What it must be.
+        why: &'static str,
+    },
+    /// Light that volumes emit.
+    #[error("derivatives by an index do not know the light of volumes that emit")]
+    Volumes,
+    /// Moving sound.
+    #[error("derivatives by an index need one instant of the sound, not a period")]
+    Period,
+    /// Volumes of labels.
+    #[error("derivatives by an index do not know volumes of labels")]
+    Labels,
+    /// Another number of weights than the image has values.
+    #[error("expected {expected} weights, as many as there are values, found {found}")]
+    Weights {
+        /// As many as there are values.
+        expected: usize,
+        /// As many as were given.
+        found: usize,
+    },
+    /// A weight that is not finite.
+    #[error("weight {0} is not finite: the loss must have a derivative by every value")]
+    NotFinite(usize),
+    /// Too few samples.
+    #[error("errors need at least two samples, or replicates of them: take more than {0}")]
+    Samples(u64),
+    /// Sums do not fit into memory.
+    #[error("derivatives by {0} numbers do not fit into memory")]
+    Memory(usize),
+}

@@ -1,0 +1,141 @@
+//! Paths that are followed again through a changed scene, with the decisions and random numbers of before.
+
+use super::super::record::{AttachedPath, Crossed, LegEnd, Scattering};
+use super::TOLERANCE;
+use crate::Spectrum;
+use crate::bsdf::fresnel;
+use crate::scene::{MediumId, Scene};
+use crate::sensor::SensorRay;
+use eikonal::Tolerance;
+use eikonal::adjoint::{Flight, FlightLimits, FlightMeeting, FlightPoint};
+use eikonal::connect::World;
+use eikonal::interface::{Interface, Rule};
+use eikonal::ray::{Arc, Work};
+use glam::{DMat3, DQuat, DVec3};
+
+/// A path through a changed scene.
+pub(super) struct Replay<'a> {
+    scene: &'a Scene,
+    medium: MediumId,
+    x: DVec3,
+    v: DVec3,
+    /// What it brings over what it brought.
+    ratio: f64,
+    flight: Flight,
+}
+
+impl Replay<'_> {
+    /// Σ of what a path brings, of each channel, or `None` if it is another one.
+    pub(super) fn of(scene: &Scene, path: &AttachedPath, ray: SensorRay) -> Option<Spectrum> {
+        let medium = path.legs[0].medium;
+        let found = path.found.as_ref().unwrap();
+        let mut replay = Replay {
+            scene,
+            medium,
+            x: ray.origin,
+            v: ray.direction * scene.n(medium, ray.origin),
+            ratio: scene.field(medium).n2(ray.origin),
+            flight: Flight::default(),
+        };
+        let mut light = Spectrum::ZERO;
+        for leg in &path.legs {
+            if leg.medium != replay.medium {
+                return None;
+            }
+            match &leg.end {
+                LegEnd::Scattered(event) => replay.scatter(event)?,
+                LegEnd::Crossed(event) => replay.cross(event)?,
+                LegEnd::Arrived(_) => {
+                    let n2 = scene.field(replay.medium).n2(replay.x);
+                    let toward = replay.v.normalize();
+                    let (_, sky) = scene.environments().next()?;
+                    light = sky.radiance(toward) / n2;
+                }
+            }
+        }
+        Some(found.throughput * light * replay.ratio)
+    }
+
+    fn sigma(&self) -> f64 {
+        self.scene.medium(self.medium).extinction(self.x)[0]
+    }
+
+    fn fly(&mut self) -> Option<(FlightPoint, Option<FlightMeeting<usize>>)> {
+        let limits = FlightLimits {
+            tolerance: Tolerance::new(TOLERANCE),
+            resolved: self.medium > 0,
+            length: 1e3,
+        };
+        let scene = self.scene;
+        let meets = |arc: &Arc| {
+            let (what, hit) = scene.first_hit(arc)?;
+            Some(FlightMeeting {
+                theta: hit.theta,
+                position: hit.position,
+                normal: hit.normal,
+                what,
+            })
+        };
+        let field = scene.field(self.medium);
+        let start = [self.x, self.v];
+        let flown = self
+            .flight
+            .follow(field, start, &limits, &mut Work::default(), meets);
+        flown.ok()
+    }
+
+    fn scatter(&mut self, event: &Scattering) -> Option<()> {
+        let (end, _) = self.fly()?;
+        let sigma = self.sigma();
+        let beyond = event.boundary.as_ref()?;
+        let collides = |length: f64| -(-sigma * length).exp_m1();
+        let before = collides(beyond.end.length);
+        let u = collides(event.vertex.length) / before;
+        let after = collides(end.length);
+        self.ratio *= after / before;
+        let length = -(-u * after).ln_1p() / sigma;
+        let field = self.scene.field(self.medium);
+        let (vertex, ..) = self.flight.at(field, true, length);
+        let turn = DQuat::from_rotation_arc(event.vertex.v.normalize(), vertex.v.normalize());
+        self.x = vertex.x;
+        self.v = turn * event.onward * field.n(vertex.x);
+        Some(())
+    }
+
+    fn cross(&mut self, event: &Crossed) -> Option<()> {
+        let (end, met) = self.fly()?;
+        let met = met?;
+        self.ratio *= (-self.sigma() * (end.length - event.end.length)).exp();
+        let n2 = |medium| (self.scene.field(medium).n2(end.x), DVec3::ZERO);
+        let interface = Interface {
+            normal: met.normal,
+            shape: DMat3::ZERO,
+            near: n2(self.medium),
+            far: n2(event.far),
+        };
+        let rule = event.crossing.rule;
+        let after = interface.velocity(rule, end.v)?;
+        match &event.share {
+            Some(share) => {
+                let [near, far] = [interface.near.0, interface.far.0].map(f64::sqrt);
+                let cos = met.normal.dot(end.v.normalize()).abs();
+                let f = fresnel::dielectric(cos, near, far).reflectance;
+                let own = if rule == Rule::Reflect { f } else { 1.0 - f };
+                self.ratio *= own / share.value;
+            }
+            None => self.ratio *= interface.far.0 / interface.near.0,
+        }
+        // The throughput that was recorded has the ratio of the unchanged scene.
+        if event.share.is_none() {
+            let before = &event.crossing.interface;
+            self.ratio *= before.near.0 / before.far.0;
+        }
+        let off = self.scene.ray_epsilon().copysign(met.normal.dot(after));
+        self.x = end.x + met.normal * off;
+        self.v = after;
+        if rule != Rule::Reflect {
+            self.medium = event.far;
+        }
+        Some(())
+    }
+}

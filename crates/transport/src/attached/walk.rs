@@ -1,0 +1,224 @@
+//! The walk from the sensor: flights, collisions and boundaries, recorded (docs/theory.md#derivatives-by-the-index-behind-scattering).
+
+use super::IndexPlan;
+use super::record::{AttachedPath, Beyond, Leg, LegEnd, Scattering};
+use crate::Spectrum;
+use crate::budget::EDGES_PER_WALK;
+use crate::sampling::{Purpose, Sampler};
+use crate::scene::{MediumId, Scene};
+use crate::sensor::SensorRay;
+use crate::shape::Hit;
+use crate::stats::Stats;
+use eikonal::Tolerance;
+use eikonal::adjoint::{FlightLimits, FlightMeeting, FlightPoint};
+use eikonal::connect::World;
+use glam::DVec3;
+use std::ops::{ControlFlow, Range};
+
+/// Optical depth of a boundary beyond which collisions do not depend on it: e^−24 of the light gets there.
+const DEEP: f64 = 24.0;
+/// Arc length of a flight through clear matter, at most, in radii of the scene.
+const LONGEST: f64 = 64.0;
+/// Russian roulette never lets a path go on with a larger probability than this.
+const LONGEST_ROULETTE: f64 = 0.95;
+
+/// How paths are followed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AttachedWalk<'a> {
+    pub scene: &'a Scene,
+    pub plan: &'a IndexPlan,
+    pub tolerance: Tolerance,
+    /// Number of channels in use.
+    pub channels: usize,
+    /// Longest path, in edges and specular events.
+    pub max_depth: u32,
+    /// Number of these after which paths end by chance.
+    pub rr_depth: u32,
+}
+
+/// A hit of an object.
+pub(super) type Met = FlightMeeting<(usize, Hit)>;
+
+/// A path on its way.
+pub(super) struct Walking<'a, 'p> {
+    pub walk: &'p AttachedWalk<'a>,
+    pub path: &'p mut AttachedPath,
+    pub sampler: &'p mut Sampler,
+    pub stats: &'p mut Stats,
+    pub x: DVec3,
+    pub v: DVec3,
+    /// Of the start of the next leg, unless it is behind a boundary.
+    pub direction: Option<DVec3>,
+    pub medium: MediumId,
+    pub throughput: Spectrum,
+    /// Edges and specular events so far.
+    pub depth: u32,
+    /// Specular events of this edge.
+    pub events: u32,
+}
+
+impl<'a> AttachedWalk<'a> {
+    /// Follows a path from the sensor to where it meets light, or is given up.
+    pub(crate) fn follow(
+        &self,
+        ray: SensorRay,
+        sampler: &mut Sampler,
+        stats: &mut Stats,
+        path: &mut AttachedPath,
+    ) {
+        path.clear();
+        path.origin = ray.origin;
+        let medium = self.scene.medium_of_sensor_ray(ray.origin);
+        let n = self.scene.n(medium, ray.origin);
+        let white = |c| if c < self.channels { n * n } else { 0.0 };
+        let mut walking = Walking {
+            walk: self,
+            path,
+            sampler,
+            stats,
+            x: ray.origin,
+            v: ray.direction * n,
+            direction: Some(ray.direction),
+            medium,
+            throughput: Spectrum(std::array::from_fn(white)),
+            depth: 0,
+            events: 0,
+        };
+        let unit = n * n;
+        for _ in 0..EDGES_PER_WALK {
+            if walking.leg(unit).is_break() {
+                return;
+            }
+        }
+        stats.lost += 1;
+        stats.over_budget.rays += 1;
+    }
+}
+
+impl Walking<'_, '_> {
+    /// Follows a leg, and what happens at its end. `unit` is the throughput at the sensor.
+    fn leg(&mut self, unit: f64) -> ControlFlow<()> {
+        let scene = self.walk.scene;
+        let extinction = scene.medium(self.medium).extinction(self.x)[0];
+        let rank = self.sampler.next_1d_for(Purpose::Distance);
+        let depth = -(-rank).ln_1p();
+        let length = if extinction > 0.0 {
+            DEEP.max(depth) / extinction
+        } else {
+            LONGEST * scene.around().radius
+        };
+        let Some((end, met)) = self.fly(length) else {
+            return self.lose();
+        };
+        if extinction > 0.0 {
+            // Probability to collide before the end: 1 if that is deep.
+            let before = met.map_or(1.0, |_| -(-extinction * end.length).exp_m1());
+            if rank < before {
+                let beyond = met.map(|met| Beyond {
+                    end,
+                    normal: met.normal,
+                    length: rank * (1.0 - before) / (before * (1.0 - rank)),
+                    log: extinction * (1.0 - before) / before,
+                });
+                return self.scatter(depth / extinction, beyond, unit);
+            }
+        }
+        match met {
+            Some(met) => self.meet(end, &met),
+            None if scene.field(self.medium).is_constant() => self.leave(end),
+            None => self.lose(),
+        }
+    }
+
+    /// Follows the ray to the first surface, or for a length.
+    fn fly(&mut self, length: f64) -> Option<(FlightPoint, Option<Met>)> {
+        let (scene, walk) = (self.walk.scene, self.walk);
+        self.stats.edges += 1;
+        let limits = FlightLimits {
+            tolerance: walk.tolerance,
+            resolved: walk.plan.has(self.medium),
+            length,
+        };
+        let meets = |arc: &eikonal::ray::Arc| {
+            let (object, hit) = scene.first_hit(arc)?;
+            Some(FlightMeeting {
+                theta: hit.theta,
+                position: hit.position,
+                normal: hit.normal,
+                what: (object, hit),
+            })
+        };
+        let work = &mut self.stats.work;
+        let field = scene.field(self.medium);
+        let flown = self
+            .path
+            .flight
+            .follow(field, [self.x, self.v], &limits, work, meets);
+        flown.ok()
+    }
+
+    /// Gives the path up.
+    pub(super) fn lose(&mut self) -> ControlFlow<()> {
+        self.stats.lost += 1;
+        ControlFlow::Break(())
+    }
+
+    /// Ends the leg, whose steps are those of the flight.
+    pub(super) fn end(&mut self, end: LegEnd) {
+        let spans = self.path.keep();
+        self.end_after(spans, end);
+    }
+
+    pub(super) fn end_after(&mut self, spans: Range<usize>, end: LegEnd) {
+        self.path.legs.push(Leg {
+            medium: self.medium,
+            spans,
+            direction: self.direction,
+            end,
+        });
+    }
+
+    /// Collides after a length, and goes on in another direction.
+    fn scatter(&mut self, length: f64, boundary: Option<Beyond>, unit: f64) -> ControlFlow<()> {
+        let walk = self.walk;
+        let medium = walk.scene.medium(self.medium);
+        let resolved = walk.plan.has(self.medium);
+        let (vertex, step, span) = self.path.flight.at(&medium.index, resolved, length);
+        let arrival = vertex.v.normalize();
+        self.depth = self.depth.saturating_add(1);
+        if self.depth >= walk.max_depth {
+            return ControlFlow::Break(());
+        }
+        self.throughput *= medium.albedo.at(vertex.x);
+        self.sampler.next_edge();
+        let u = self.sampler.next_2d_for(Purpose::Direction);
+        let (onward, _) = medium.phase.sample(vertex.x, arrival, u);
+        self.end(LegEnd::Scattered(Scattering {
+            vertex,
+            step,
+            span,
+            onward,
+            boundary,
+        }));
+        self.x = vertex.x;
+        self.v = onward * medium.index.n(vertex.x);
+        self.direction = Some(onward);
+        self.events = 0;
+        self.roulette(unit)
+    }
+
+    /// Ends paths by chance, without bias.
+    fn roulette(&mut self, unit: f64) -> ControlFlow<()> {
+        let relative = self.throughput.max() / unit;
+        let survival = if self.depth >= self.walk.rr_depth {
+            relative.min(LONGEST_ROULETTE)
+        } else {
+            1.0
+        };
+        if relative <= 0.0 || self.sampler.next_1d_for(Purpose::Roulette) >= survival {
+            return ControlFlow::Break(());
+        }
+        self.throughput *= 1.0 / survival;
+        ControlFlow::Continue(())
+    }
+}

@@ -1,0 +1,237 @@
+//! Derivatives of images by the refractive index of media that scatter.
+//!
+//! Theory: docs/theory.md#derivatives-by-the-index-behind-scattering.
+
+use super::batches::{BatchMoments, Units, check_room, side_by_side};
+use super::{Derivative, SEED, without_splitting};
+use crate::Spectrum;
+use crate::attached::{self, AttachedPath, AttachedWalk, IndexDerivativeError, IndexPlan};
+use crate::derivative::DerivativeError;
+use crate::film::PathFacts;
+use crate::integrator::{Integrator, PathTracer};
+use crate::render::source::{Source, finite};
+use crate::render::{Handle, RenderOptions, prepare};
+use crate::renderer::Renderer;
+use crate::scene::{MediumId, Scene};
+use crate::stats::Stats;
+use eikonal::Tolerance;
+use std::ops::Range;
+
+/// How derivatives of an image by the index of media are taken.
+#[derive(Clone, Debug)]
+pub struct IndexDerivativeOptions<'a> {
+    /// How long paths are.
+    pub path: PathTracer,
+    /// Samples per pixel, and the seed. A render of the same seed is independent of the derivatives, as losses
+    /// that are not linear need it.
+    pub samples: u64,
+    /// See `samples`.
+    pub seed: u64,
+    /// Whether light that comes straight from an emitter is left out of the image.
+    pub hide_emitters: bool,
+    /// The media by whose index the image is differentiated.
+    pub media: &'a [MediumId],
+    /// The derivative of the loss by each value of the image: row by row, channels interleaved.
+    pub weights: &'a [f64],
+}
+
+/// Derivatives by the index of media, and what happened meanwhile.
+#[derive(Clone, Debug)]
+pub struct IndexDerivatives {
+    /// One for each medium, in their order: by the samples of n of a grid, [z, y, x], or by the
+    /// [parameters](eikonal::Field::parameter_count) of another field.
+    pub by: Vec<Derivative>,
+    /// Σ weight × image of the same paths, and its standard error: what they say of the loss itself.
+    pub value: (f64, f64),
+    /// What happened.
+    pub stats: Stats,
+}
+
+/// The derivatives of Σ weight × image by the index of media, unbiased, on the current thread pool. `scenes` are those of
+/// [`render`](crate::render::render()), whose index is the same. `None` if the handle has ended it before it was complete. Equal seeds give equal
+/// bits, for any number of threads.
+///
+/// # Errors
+/// Scenes in which what paths bring jumps when rays move, fields without parameters, weights that do not fit or are not finite, fewer than two
+/// samples.
+pub fn index_derivatives(
+    scenes: &[Scene],
+    options: &IndexDerivativeOptions,
+    handle: &Handle,
+) -> Result<Option<IndexDerivatives>, IndexDerivativeError> {
+    let film = scenes[0].film();
+    check_weights(options.weights, film.width * film.height * film.channels)?;
+    for (group, scene) in scenes.iter().enumerate() {
+        attached::check(scene, film.channels_of(group))?;
+    }
+    let plan = IndexPlan::new(&scenes[0], options.media)?;
+    check_room(plan.len()).map_err(|e| refused(&e))?;
+    let renderer = Renderer::Light(Integrator::Path(options.path));
+    let render = RenderOptions {
+        hide_emitters: options.hide_emitters,
+        ..RenderOptions::new(renderer, options.samples, options.seed ^ SEED)
+    };
+    let prepared = prepare(scenes, &render, None, handle);
+    let mut found = blank(&scenes[0], &plan);
+    for (group, scene) in scenes.iter().enumerate() {
+        let tolerance = Tolerance::new(prepared[group].accuracy.tolerance);
+        let prepared = without_splitting(&prepared[group]);
+        let source = Source::new(scene, group, &render, prepared, handle);
+        let pass = Pass {
+            source: &source,
+            plan: &plan,
+            options,
+            tolerance,
+        };
+        match pass.moments(&mut found.stats)? {
+            Some(moments) => enter(&moments, &mut found),
+            None => return Ok(None),
+        }
+    }
+    Ok(Some(found))
+}
+
+fn check_weights(weights: &[f64], expected: usize) -> Result<(), IndexDerivativeError> {
+    let found = weights.len();
+    if found != expected {
+        return Err(IndexDerivativeError::Weights { expected, found });
+    }
+    match weights.iter().position(|w| !w.is_finite()) {
+        Some(i) => Err(IndexDerivativeError::NotFinite(i)),
+        None => Ok(()),
+    }
+}
+
+/// The errors that batches can have.
+fn refused(error: &DerivativeError) -> IndexDerivativeError {
+    match error {
+        DerivativeError::Samples(size) => IndexDerivativeError::Samples(*size),
+        DerivativeError::Memory(numbers) => IndexDerivativeError::Memory(*numbers),
+        other => unreachable!("no error of batches: {other}"),
+    }
+}
+
+/// Zero by all parameters.
+fn blank(scene: &Scene, plan: &IndexPlan) -> IndexDerivatives {
+    let of = |shape: Vec<usize>| {
+        let zeros = vec![0.0; shape.iter().product()];
+        Derivative {
+            shape,
+            values: zeros.clone(),
+            errors: zeros,
+        }
+    };
+    IndexDerivatives {
+        by: plan.shapes(scene).into_iter().map(of).collect(),
+        value: (0.0, 0.0),
+        stats: Stats::default(),
+    }
+}
+
+/// Adds what a group of channels says, whose errors are independent of those of others.
+fn enter(moments: &BatchMoments, into: &mut IndexDerivatives) {
+    let add = |(value, error): (&mut f64, &mut f64), slot| {
+        let (mean, own) = moments.mean(slot);
+        *value += mean;
+        *error = error.hypot(own);
+    };
+    let IndexDerivatives { by, value, .. } = into;
+    add((&mut value.0, &mut value.1), 0);
+    let each = by
+        .iter_mut()
+        .flat_map(|d| d.values.iter_mut().zip(&mut d.errors));
+    each.enumerate().for_each(|(i, both)| add(both, 1 + i));
+}
+
+/// The samples of one group of channels.
+struct Pass<'a> {
+    source: &'a Source<'a>,
+    plan: &'a IndexPlan,
+    options: &'a IndexDerivativeOptions<'a>,
+    tolerance: Tolerance,
+}
+
+impl Pass<'_> {
+    /// Takes all samples, batch by batch. `None` if it was stopped.
+    fn moments(&self, stats: &mut Stats) -> Result<Option<BatchMoments>, IndexDerivativeError> {
+        let replicate = self.source.replicates.size();
+        let units = Units {
+            count: self.options.samples / replicate,
+            size: replicate,
+            sums: 1 + self.number(),
+        };
+        let film = self.source.scene.film();
+        let pixels = film.width * film.height;
+        let moments = units.moments(self.source.handle, |range| {
+            let samples = pixels as u64 * (range.end - range.start);
+            self.source.handle.count(samples);
+            let sums = side_by_side(1 + self.plan.len(), pixels, stats, |pixels| {
+                self.part(pixels, range.clone())
+            });
+            let by_samples = self.plan.by_samples(self.source.scene, &sums[1..]);
+            [&sums[..1], &by_samples].concat()
+        });
+        moments.map_err(|e| refused(&e))
+    }
+
+    /// Number of all derivatives.
+    fn number(&self) -> usize {
+        let shapes = self.plan.shapes(self.source.scene);
+        shapes
+            .iter()
+            .map(|shape| shape.iter().product::<usize>())
+            .sum()
+    }
+
+    /// The sums of a part of the pixels: of what paths bring, and of its derivatives.
+    fn part(&self, pixels: Range<usize>, samples: Range<u64>) -> (Vec<f64>, Stats) {
+        let source = self.source;
+        let (mut stats, mut path) = (Stats::default(), AttachedPath::default());
+        let mut sums = vec![0.0; 1 + self.plan.len()];
+        let limits = self.options.path;
+        let walk = AttachedWalk {
+            scene: source.scene,
+            plan: self.plan,
+            tolerance: self.tolerance,
+            channels: source.channels(),
+            max_depth: limits.max_depth.unwrap_or(u32::MAX),
+            rr_depth: limits.rr_depth,
+        };
+        for pixel in pixels {
+            for sample in samples.clone() {
+                if source.is_stopped() {
+                    return (sums, stats);
+                }
+                let mut sampled = source.ray(pixel, sample);
+                stats.paths += 1;
+                walk.follow(sampled.ray, &mut sampled.sampler, &mut stats, &mut path);
+                let Some((value, depth)) = path.found() else {
+                    continue;
+                };
+                let facts = PathFacts {
+                    optical_length: 0.0,
+                    bounces: depth - 1,
+                    emitter: 0,
+                };
+                if !source.shows(&facts) {
+                    continue;
+                }
+                let weights = self.weights(pixel) * sampled.weight;
+                sums[0] += (finite(value, &mut stats.not_finite) * weights).sum();
+                let (plan, scene) = (self.plan, source.scene);
+                walk.back(&path, weights, |medium, x, by| {
+                    plan.add(scene, medium, x, by, &mut sums[1..]);
+                });
+            }
+        }
+        (sums, stats)
+    }
+
+    /// The weights of a pixel.
+    fn weights(&self, pixel: usize) -> Spectrum {
+        let film = self.source.scene.film();
+        let first = pixel * film.channels + self.source.group * film.group_size;
+        let own = &self.options.weights[first..][..self.source.channels()];
+        Spectrum(std::array::from_fn(|c| own.get(c).copied().unwrap_or(0.0)))
+    }
+}

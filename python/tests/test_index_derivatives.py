@@ -1,0 +1,100 @@
+"""Derivatives of pictures by the index of media that scatter: shapes, names, bits, and what is refused. Rust's tests compare them with differences."""
+
+import morgana
+import numpy as np
+import pytest
+from conftest import load, small
+
+BUMP = {"type": "gaussian", "n0": 1.3, "delta": 0.05, "width": 0.4}
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """Images lie in a folder of their own."""
+    monkeypatch.chdir(tmp_path)
+
+
+def written(name, pattern):
+    """The name of a file with a grey image."""
+    morgana.write(name, pattern.astype(np.float32))
+    return name
+
+
+def foggy(ior=BUMP, **medium):
+    """A ball of fog before a smooth sky, 6 by 4 pixels in one channel."""
+    scene = small(sigma_t=1.5, albedo=0.9, ior=ior, **medium)
+    scene["sensor"]["film"].update(width=6, height=4, pixel_format="luminance")
+    scene["ball"]["interior"]["id"] = "fog"
+    y, x = np.mgrid[:9, :16]
+    sky = 1 + 0.8 * np.sin(np.pi * y / 8) * np.cos(2 * np.pi * x / 16)
+    scene["sky"] = {"type": "envmap", "filename": written("sky.exr", sky)}
+    return scene
+
+
+def weights():
+    return np.linspace(-1, 1, 24).reshape(4, 6, 1)
+
+
+def test_derivatives_have_the_shapes_of_indices_and_the_same_bits():
+    scene = load(foggy())
+    found = morgana.derivatives(scene, ["fog.ior", "fog.sigma_a"], weights(), spp=8)
+    assert list(found) == ["fog.ior", "fog.sigma_a"]
+    assert found["fog.ior"].value.shape == found["fog.ior"].error.shape == (6,)
+    assert found["fog.sigma_a"].value.shape == (1,)
+    assert morgana.derivatives(scene, ["fog.ior"], weights(), spp=8, threads=1)["fog.ior"] == found["fog.ior"]
+    assert morgana.derivatives(scene, ["fog.ior"], weights(), spp=8, seed=1)["fog.ior"] != found["fog.ior"]
+    assert morgana.derivatives(scene, ["fog.sigma_a"], weights(), spp=8)["fog.sigma_a"] == found["fog.sigma_a"]
+
+
+def test_derivatives_by_samples_add_up_to_those_by_a_formula():
+    """The samples of a bump, times what they change by with its height: grids resolve it to a per cent."""
+    z, y, x = np.meshgrid(*3 * [np.linspace(-1, 1, 21)], indexing="ij")
+    shape = np.exp(-(x**2 + y**2 + z**2) / (2 * 0.4**2))
+    grid = {"type": "bspline", "data": 1.3 + 0.05 * shape, "placement": "nodes", "to_world": [{"scale": 2}, {"translate": [-1, -1, -1]}]}
+    by_samples = morgana.derivatives(load(foggy(grid)), ["fog.ior"], weights(), spp=64)["fog.ior"]
+    by_formula = morgana.derivatives(load(foggy()), ["fog.ior"], weights(), spp=64)["fog.ior"]
+    assert by_samples.value.shape == (21, 21, 21)
+    assert np.sum(by_samples.value * shape) == pytest.approx(by_formula.value[1], rel=0.02, abs=2e-3)
+
+
+def test_scenes_whose_light_jumps_are_refused():
+    def refused(match, scene, names=("fog.ior",), by=None, **options):
+        with pytest.raises(morgana.RenderError, match=match):
+            morgana.derivatives(load(scene), list(names), weights() if by is None else by, **options)
+
+    point = {"type": "point", "position": [0, 3, 0], "intensity": 1.0}
+    refused("the light of 'point' jumps", {**foggy(), "lantern": point})
+    wall = {"type": "rectangle", "to_world": [{"translate": [0, 0, 3]}], "bsdf": {"type": "diffuse"}}
+    refused("'wall' is not", {**foggy(), "wall": wall})
+    bright = {**wall, "bsdf": {"type": "diffuse", "reflectance": 0.0}, "light": {"type": "area", "radiance": 1.0}}
+    refused("give it a bitmap that is dark", {**foggy(), "wall": bright})
+    cube = foggy()
+    cube["ball"] = {**cube["ball"], "type": "cube", "bsdf": {"type": "dielectric"}}
+    refused("'ball' is not", cube)
+    refused("has no parameters", foggy({"type": "luneburg"}))
+    refused("the same everywhere, so that rays would step over", foggy({**BUMP, "delta": 0.0}))
+    refused("no medium 'mist'", foggy(), names=["mist.ior"])
+    refused("listed twice", foggy(), names=["fog.ior", "fog.ior"])
+    refused("at least two samples", foggy(), spp=1)
+    refused("not all finite", foggy(), by=np.full((4, 6, 1), np.nan))
+
+
+def test_a_panel_must_be_dark_at_its_edge():
+    def panel(pattern):
+        scene = foggy()
+        del scene["sky"]
+        image = {"type": "bitmap", "filename": written("pattern.exr", pattern), "raw": True, "wrap_mode": "clamp"}
+        scene["panel"] = {
+            "type": "rectangle",
+            "to_world": [{"scale": 3}, {"rotate": {"axis": [0, 1, 0], "angle": 180}}, {"translate": [0, 0, 2]}],
+            "bsdf": {"type": "diffuse", "reflectance": 0.0},
+            "light": {"type": "area", "radiance": image},
+        }
+        return load(scene)
+
+    y, x = np.mgrid[:12, :12] / 11
+    window = 16 * x * (1 - x) * y * (1 - y)
+    found = morgana.derivatives(panel(window), ["fog.ior"], weights(), spp=16)["fog.ior"]
+    assert np.isfinite(found.value).all() and np.abs(found.value).max() > 0
+    with pytest.raises(morgana.RenderError, match="'panel' must be dark at its edge"):
+        morgana.derivatives(panel(window + 0.1), ["fog.ior"], weights(), spp=16)
