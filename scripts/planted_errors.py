@@ -841,22 +841,14 @@ PLANTED = [
         TRANSPORT + "path/connection/search/ball.rs",
         "let chord = ball.is_missed([x, start]).then(|| self.chord()).flatten();",
         "let chord = ball.is_missed([x, start]).then(|| self.chord()).flatten().filter(|_| false);",
-        (
-            "morgana-transport",
-            "lens",
-            "parallel_light_comes_through_luneburgs_lens_in_closed_form",
-        ),
+        ("morgana-transport", "transport", "lens::parallel_light_comes_through_luneburgs_lens_in_closed_form"),
     ),
     (
         "turns on the way out of a ball forgotten",
         "crates/eikonal/src/connect/radial.rs",
         "approaches[0] + turn.inside + approaches[1]",
         "approaches[0] + turn.inside",
-        (
-            "morgana-transport",
-            "lens",
-            "rays_through_a_surface_that_does_not_refract_are_all_found",
-        ),
+        ("morgana-transport", "transport", "lens::rays_through_a_surface_that_does_not_refract_are_all_found"),
     ),
     (
         "pairs inside a lens certified that total reflections join",

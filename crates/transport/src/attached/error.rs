@@ -13,8 +13,8 @@ pub enum IndexDerivativeError {
         "the index of '{0}' is the same everywhere, so that rays would step over what is differentiated: start from a small delta"
     )]
     Even(String),
-    /// A grid that smooths its samples.
-    #[error("the grid of the index of '{0}' smooths its samples: leave its noise out")]
+    /// A grid that smooths its samples, or is held by fewer.
+    #[error("the grid of the index of '{0}' smooths its samples, or is held by fewer: leave 'smoothing' out, and set 'condense' to false")]
     Smoothed(String),
     /// The same medium twice.
     #[error("a parameter is listed twice")]

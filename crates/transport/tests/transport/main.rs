@@ -23,6 +23,7 @@ mod ends;
 mod first_surface;
 mod first_vertex;
 mod furnace;
+mod index_derivatives;
 mod layers;
 mod lens;
 mod limits;

@@ -45,11 +45,6 @@ impl Bspline {
         None
     }
 
-    /// Samples along each axis.
-    pub fn dims(&self) -> [usize; 3] {
-        self.lattice.dims()
-    }
-
     /// By how much less samples some lines along an axis are the same within `tolerance`.
     fn factor(&self, axis: usize, tolerance: f64) -> usize {
         let count = self.dims()[axis];
@@ -111,6 +106,7 @@ impl Bspline {
         let homogeneous = self.homogeneous.clone();
         Bspline {
             homogeneous,
+            interpolates: false,
             ..made.expect("an index between those of the samples")
         }
     }
