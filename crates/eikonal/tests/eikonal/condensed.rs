@@ -84,6 +84,15 @@ fn each_axis_keeps_what_it_needs() {
     );
 }
 
+/// Fields need not be flat at the faces of their box: slopes there are kept.
+#[test]
+fn slopes_at_faces_are_kept() {
+    let slope = |x: DVec3| 1.3 + 0.05 * (0.7 * x.x).exp() * x.y.cos() * (0.5 * x.z).sin();
+    let fine = Bspline::from_fn([128; 3], cube(), Placement::Nodes, slope).unwrap();
+    let condensed = fine.condensed(3e-7).unwrap();
+    assert_eq!(condensed.dims(), [33, 65, 17]);
+}
+
 /// Rays are the same within the tolerance of the field, and cross still air without evaluations.
 #[test]
 fn rays_are_the_same() {

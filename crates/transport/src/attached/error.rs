@@ -14,7 +14,9 @@ pub enum IndexDerivativeError {
     )]
     Even(String),
     /// A grid that smooths its samples, or is held by fewer.
-    #[error("the grid of the index of '{0}' smooths its samples, or is held by fewer: leave 'smoothing' out, and set 'condense' to false")]
+    #[error(
+        "the grid of the index of '{0}' smooths its samples, or is held by fewer: leave 'smoothing' out, and set 'condense' to false"
+    )]
     Smoothed(String),
     /// The same medium twice.
     #[error("a parameter is listed twice")]

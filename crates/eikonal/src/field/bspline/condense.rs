@@ -1,8 +1,7 @@
 //! A smooth field from fewer samples (docs/theory.md#sampled-fields).
 
+use super::Bspline;
 use super::lattice::{Lattice, PAD, Placement, cell, first_coefficient};
-use super::prefilter::{LANES, Lanes, interpolate_lines};
-use super::{Bspline, Sampling};
 use crate::bounds::Aabb;
 use glam::{BVec3, DVec3};
 
@@ -48,21 +47,21 @@ impl Bspline {
     /// By how much less samples some lines along an axis are the same within `tolerance`.
     fn factor(&self, axis: usize, tolerance: f64) -> usize {
         let count = self.dims()[axis];
-        let bundles = self.bundles(axis);
+        let lines = self.lines(axis);
         let serves = |factor: usize| {
             let fewer = Thinned::new(count, factor);
-            let error = |lines: &Vec<Lanes>| fewer.error(lines);
-            fewer.count >= FEWEST && bundles.iter().map(error).fold(0.0, f64::max) <= tolerance
+            let error = |line: &Vec<f64>| fewer.error(line);
+            fewer.count >= FEWEST && lines.iter().map(error).fold(0.0, f64::max) <= tolerance
         };
         FACTORS.into_iter().find(|f| serves(*f)).unwrap_or(1)
     }
 
-    /// Some lines of samples along an axis, side by side: of what are coefficients along it, but values across it.
-    fn bundles(&self, axis: usize) -> Vec<Vec<Lanes>> {
+    /// Some lines of samples along an axis: of what are coefficients along it, but values across it.
+    fn lines(&self, axis: usize) -> Vec<Vec<f64>> {
         let [across, other] = [(axis + 1) % 3, (axis + 2) % 3];
         let some = |axis: usize| (0..LINES).map(move |i| PAD + i * self.dims()[axis] / LINES);
         let place = |axis: usize, i: usize| self.lattice.place(axis, i);
-        let value = |k: usize, i: usize, j: usize| {
+        let value = |i: usize, j: usize, k: usize| {
             let around = (0..9).map(|c| {
                 let (b, c) = (c % 3, c / 3);
                 let line = place(across, i + b - 1) + place(other, j + c - 1);
@@ -71,44 +70,60 @@ impl Bspline {
             around.sum()
         };
         let stored = self.lattice.stored_dims()[axis];
-        let bundle = |j: usize| {
-            let starts: Vec<usize> = some(across).collect();
-            let lanes = |k| std::array::from_fn(|l| value(k, starts[l], j));
-            (0..stored).map(lanes).collect()
-        };
-        some(other).map(bundle).collect()
+        let line = |(i, j)| (0..stored).map(|k| value(i, j, k)).collect();
+        let starts = some(across).flat_map(|i| some(other).map(move |j| (i, j)));
+        starts.map(line).collect()
     }
 
-    /// The spline through what this one is at fewer places.
+    /// The spline through what this one is at fewer places, with its slopes at the ends.
     fn thinned(&self, factors: [usize; 3]) -> Bspline {
-        let thinned = [0, 1, 2].map(|axis| Thinned::new(self.dims()[axis], factors[axis]));
-        let dims = [0, 1, 2].map(|axis| thinned[axis].count);
-        let taps = [0, 1, 2].map(|axis| thinned[axis].places().map(Taps::at).collect::<Vec<_>>());
-        let (first, last) = ([0; 3], self.dims().map(|n| n - 1));
-        // Along an axis with one sample the box may have any thickness.
-        let flat = BVec3::from_array(last.map(|i| i == 0));
-        let end = self.lattice.position(last);
-        let end = DVec3::select(flat, end + self.lattice.spacing(), end);
-        let bounds = Aabb::new(self.lattice.position(first), end);
-        let lattice =
-            Lattice::new(dims, bounds, Placement::Nodes).expect("smaller than a valid grid");
-        let sampling = Sampling {
-            noise: 0.0,
-            double: true,
-        };
-        let mut plane = (usize::MAX, Vec::new());
-        let made = Self::build(lattice, sampling, |[i, j, k]| {
-            if plane.0 != k {
-                plane = (k, self.plane(&taps, k));
+        let [along_x, along_y, along_z] =
+            [0, 1, 2].map(|axis| Thinned::new(self.dims()[axis], factors[axis]));
+        let lattice = self.thinned_lattice([along_x.count, along_y.count, along_z.count]);
+        let [x, y, z] = self.lattice.stored_dims();
+        let [fewer_x, fewer_y, _] = lattice.stored_dims();
+        let place = |axis: usize, i: usize| self.lattice.place(axis, i);
+        // Coefficients that are few along x and y, column by column along z.
+        let mut columns = vec![0.0; fewer_x * fewer_y * z];
+        for k in 0..z {
+            let rows: Vec<Vec<f64>> = (0..y)
+                .map(|j| {
+                    let row = (0..x).map(|i| place(0, i) + place(1, j) + place(2, k));
+                    let row: Vec<f64> = row.map(|at| f64::from(self.coefficients[at])).collect();
+                    along_x.fewer(&row)
+                })
+                .collect();
+            for i in 0..fewer_x {
+                let column: Vec<f64> = rows.iter().map(|row| row[i]).collect();
+                for (j, value) in along_y.fewer(&column).into_iter().enumerate() {
+                    columns[(j * fewer_x + i) * z + k] = value;
+                }
             }
-            (self.n2_ref + plane.1[j * dims[0] + i]).sqrt()
-        });
+        }
+        let mut data = vec![0.0_f32; lattice.stored()];
+        for (at, column) in columns.chunks_exact(z).enumerate() {
+            let (i, j) = (at % fewer_x, at / fewer_x);
+            for (k, value) in along_z.fewer(column).into_iter().enumerate() {
+                data[lattice.offset([i, j, k])] = value as f32;
+            }
+        }
         let homogeneous = self.homogeneous.clone();
         Bspline {
             homogeneous,
             interpolates: false,
-            ..made.expect("an index between those of the samples")
+            ..Self::of_coefficients(lattice, self.n2_ref, data, Some(1.0))
         }
+    }
+
+    /// From the first sample of each axis to the last.
+    fn thinned_lattice(&self, dims: [usize; 3]) -> Lattice {
+        let (first, last) = ([0; 3], self.dims().map(|n| n - 1));
+        let (start, end) = (self.lattice.position(first), self.lattice.position(last));
+        // Along an axis with one sample the box may have any thickness.
+        let flat = BVec3::from_array(last.map(|i| i == 0));
+        let end = DVec3::select(flat, end + self.lattice.spacing(), end);
+        let bounds = Aabb::new(start, end);
+        Lattice::new(dims, bounds, Placement::Nodes).expect("smaller than a valid grid")
     }
 
     /// Whether the fields are the same within a tolerance, at the samples of this one.
@@ -122,7 +137,6 @@ impl Bspline {
                 .map(|t| Taps::at(t * scale))
                 .collect::<Vec<_>>()
         });
-        let shift = other.n2_ref - self.n2_ref;
         let planes = here[2].len();
         (0..STRIDE)
             .flat_map(|first| (first..planes).step_by(STRIDE))
@@ -130,7 +144,7 @@ impl Bspline {
                 let (mine, theirs) = (self.plane(&here, k), other.plane(&there, k));
                 mine.iter()
                     .zip(&theirs)
-                    .all(|(a, b)| (b + shift - a).abs() <= tolerance)
+                    .all(|(a, b)| (b - a).abs() <= tolerance)
             })
     }
 
@@ -192,24 +206,52 @@ impl Thinned {
         (0..self.count).map(move |i| i as f64 * spacing)
     }
 
-    /// By how much splines through fewer samples of lines of coefficients differ from them at most, at their samples.
-    fn error(&self, lines: &[Lanes]) -> f64 {
-        let mut fewer = vec![[0.0; LANES]; self.count + 2 * PAD];
-        for (slot, t) in fewer[PAD..].iter_mut().zip(self.places()) {
-            *slot = Taps::at(t).of(lines);
+    /// Coefficients of fewer samples along a line, from those of all: of the cubic spline that has the same values at their
+    /// places, and the same slopes at the first and the last.
+    ///
+    /// (c₍i₋₁₎ + 4cᵢ + c₍i₊₁₎)/6 = fᵢ, of which (c₁ − c₋₁)/2 = f′₀ and its like at the other end eliminate what lies outside.
+    fn fewer(&self, line: &[f64]) -> Vec<f64> {
+        let count = self.count;
+        if count < 2 {
+            return line.to_vec();
         }
-        interpolate_lines(&mut fewer);
+        let places = self.places().map(|t| Taps::at(t).of(line));
+        let mut c: Vec<f64> = places.collect();
+        let slope = |i: usize| 0.5 * self.spacing * (line[i + 1] - line[i - 1]);
+        let slopes = [slope(PAD), slope(line.len() - 1 - PAD)];
+        c[0] += slopes[0] / 3.0;
+        c[count - 1] -= slopes[1] / 3.0;
+        let above = |i: usize| if i == 0 { 2.0 } else { 1.0 };
+        let below = |i: usize| if i + 1 == count { 2.0 } else { 1.0 };
+        let mut factors = vec![0.25];
+        c[0] *= 6.0 * factors[0];
+        for i in 1..count {
+            let factor = 1.0 / (4.0 - below(i) * above(i - 1) * factors[i - 1]);
+            c[i] = (6.0 * c[i] - below(i) * c[i - 1]) * factor;
+            factors.push(factor);
+        }
+        for i in (0..count - 1).rev() {
+            c[i] -= above(i) * factors[i] * c[i + 1];
+        }
+        let before = c[1] - 2.0 * slopes[0];
+        let after = c[count - 2] + 2.0 * slopes[1];
+        let [beyond_first, beyond_last] = [
+            3.0 * before - 3.0 * c[0] + c[1],
+            3.0 * after - 3.0 * c[count - 1] + c[count - 2],
+        ];
+        let inner = c.iter().copied();
+        let start = [beyond_first, before].into_iter();
+        start.chain(inner).chain([after, beyond_last]).collect()
+    }
+
+    /// By how much splines through fewer samples of a line of coefficients differ from it at most, at its samples.
+    fn error(&self, line: &[f64]) -> f64 {
+        let fewer = self.fewer(line);
         let difference = |i: usize| {
-            let [a, b] = [
-                Taps::at(i as f64).of(lines),
-                Taps::at(i as f64 / self.spacing).of(&fewer),
-            ];
-            a.iter()
-                .zip(&b)
-                .map(|(a, b)| (a - b).abs())
-                .fold(0.0, f64::max)
+            let there = Taps::at(i as f64 / self.spacing).of(&fewer);
+            (Taps::at(i as f64).of(line) - there).abs()
         };
-        (0..lines.len() - 2 * PAD)
+        (0..line.len() - 2 * PAD)
             .map(difference)
             .fold(0.0, f64::max)
     }
@@ -236,8 +278,8 @@ impl Taps {
         (0..4).map(|c| self.weights[c] * coefficient(c)).sum()
     }
 
-    /// Along lines side by side.
-    fn of(&self, lines: &[Lanes]) -> Lanes {
-        std::array::from_fn(|l| self.sum(|c| lines[self.first + c][l]))
+    /// Along a line.
+    fn of(&self, line: &[f64]) -> f64 {
+        self.sum(|c| line[self.first + c])
     }
 }

@@ -48,11 +48,6 @@ pub(super) fn extend_all(lattice: &Lattice, data: &mut [f32]) {
     }
 }
 
-/// Turns samples along lines of equal length, in their places between the padding, into coefficients.
-pub(super) fn interpolate_lines(lines: &mut [Lanes]) {
-    Solver::interpolating(lines.len() - 2 * PAD).solve(lines);
-}
-
 /// How lines lie in memory.
 struct Grid {
     size: [usize; 3],
