@@ -10,6 +10,7 @@ Usage: scripts/index_behind_tissue.py [--sound] [--steps N] [--spp N] [--figure 
 
 import argparse
 import time
+import warnings
 
 import morgana
 import numpy as np
@@ -70,9 +71,9 @@ BUMP = {
     "make": bump,
     "names": ["delta", "x", "y", "width"],
     "places": [1, 2, 3, 5],
-    "truth": np.array([0.03, 0.15, -0.1, 0.3]),
-    "start": np.array([0.01, 0.0, 0.0, 0.4]),
-    "steps": np.array([0.002, 0.02, 0.02, 0.02]),
+    "truth": np.array([0.05, 0.15, -0.1, 0.3]),
+    "start": np.array([0.02, 0.0, 0.0, 0.4]),
+    "steps": np.array([0.003, 0.02, 0.02, 0.015]),
 }
 
 
@@ -90,17 +91,20 @@ def descend(problem, measured, steps, spp):
         size = first / (1 - 0.8**step) / (np.sqrt(second / (1 - 0.95**step)) + 1e-30)
         p = p - min(1.0, 2 * (1 - step / (steps + 1))) * problem["steps"] * size
         way.append(p.copy())
+        print(step, p, flush=True)
     return np.array(way)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--steps", type=int, default=60)
-    parser.add_argument("--spp", type=int, default=32)
+    parser.add_argument("--steps", type=int, default=40)
+    parser.add_argument("--spp", type=int, default=256)
     parser.add_argument("--figure")
     options = parser.parse_args()
     problem = BUMP
-    measured = morgana.render(scene(problem["make"](problem["truth"])), spp=2048, seed=99).image
+    morgana.write(PATTERN, pattern())
+    warnings.simplefilter("ignore", morgana.SceneWarning)  # The slab's boundary passes light as it comes.
+    measured = morgana.render(scene(problem["make"](problem["truth"])), spp=4096, seed=99).image
     began = time.process_time()
     way = descend(problem, measured, options.steps, options.spp)
     seconds = time.process_time() - began

@@ -66,7 +66,7 @@ def test_scenes_whose_light_jumps_are_refused():
             morgana.derivatives(load(scene), list(names), weights() if by is None else by, **options)
 
     point = {"type": "point", "position": [0, 3, 0], "intensity": 1.0}
-    refused("the light of 'point' jumps", {**foggy(), "lamp": point})
+    refused("the light of 'point' jumps", {**foggy(), "lantern": point})
     wall = {"type": "rectangle", "to_world": [{"translate": [0, 0, 3]}], "bsdf": {"type": "diffuse"}}
     refused("'wall' is not", {**foggy(), "wall": wall})
     bright = {**wall, "bsdf": {"type": "diffuse", "reflectance": 0.0}, "light": {"type": "area", "radiance": 1.0}}

@@ -319,7 +319,7 @@ fn found(setup: Setup, derivatives: &IndexDerivatives) -> Vec<(f64, f64)> {
 }
 
 fn compare(setup: Setup) {
-    let samples = if long() { 1 << 17 } else { 1 << 12 };
+    let samples = if long() { 1 << 16 } else { 1 << 11 };
     let derivatives = by(setup.scene(), samples);
     let plain = moments(&losses(setup.scene(), samples));
     let own = t([derivatives.value, plain]);

@@ -1,4 +1,4 @@
-//! Surfaces between two flights, on the way back.
+//! Surfaces between two flights, on the way back (docs/theory.md#derivatives-by-the-index-behind-scattering).
 
 use super::reverse::Adjoint;
 use crate::interface::{Interface, Rule};

@@ -1,4 +1,5 @@
-//! How much a smooth dielectric reflects, and how that changes with the ray and the indices.
+//! How much a smooth dielectric reflects, and how that changes with the ray and the indices
+//! (docs/theory.md#derivatives-by-the-index-behind-scattering).
 
 /// Probability with which the rarer of reflection and refraction is followed, at least: near grazing incidence and near the critical angle
 /// what is refracted vanishes, but its derivative does not.
