@@ -1,9 +1,8 @@
 #!/usr/bin/env python3
 """Finds an index inside tissue from pictures of a pattern behind it: a warm spot, or standing ultrasound.
 
-Three mean free paths of tissue (g = 0.85) hide a panel with a smooth pattern; one picture in twenty of the light is unscattered. The index bends what is scattered,
-too, and `morgana.derivatives` says how pictures change with it. Gauss-Newton steps would need derivatives of every pixel; these are by all parameters at once, of
-a sum of squares, so that a stochastic descent (Adam) takes them as they come, each with random numbers of its own.
+The pattern is seen through three mean free paths of tissue (g = 0.85): e^-3 of its light is not scattered. Each step of a stochastic descent (Adam) takes
+`morgana.derivatives` of a sum of squares by the parameters of the index, with random numbers of its own.
 
 Usage: scripts/index_behind_tissue.py [--sound] [--steps N] [--spp N] [--figure FILE]
 """
@@ -11,6 +10,7 @@ Usage: scripts/index_behind_tissue.py [--sound] [--steps N] [--spp N] [--figure 
 import argparse
 import time
 import warnings
+from typing import Callable, NamedTuple
 
 import morgana
 import numpy as np
@@ -33,85 +33,179 @@ def pattern():
 
 def scene(ior):
     """A slab of tissue in front of the pattern."""
-    return morgana.load_dict({
-        "type": "scene",
-        "integrator": {"type": "path", "max_depth": 40},
-        "sensor": {
-            "type": "orthographic",
-            "to_world": [{"scale": [0.8, 0.8, 1]}, {"translate": [0, 0, -3]}],
-            "film": {"type": "hdrfilm", "width": SIZE, "height": SIZE, "pixel_format": "luminance", "rfilter": {"type": "box"}},
-        },
-        "slab": {
-            "type": "cube",
-            "bsdf": {"type": "null"},
-            "interior": {
-                "type": "homogeneous", "id": "tissue", "sigma_t": 1.5, "albedo": 0.99,
-                "phase": {"type": "hg", "g": 0.85}, "ior": ior,
+    return morgana.load_dict(
+        {
+            "type": "scene",
+            "integrator": {"type": "path", "max_depth": 40},
+            "sensor": {
+                "type": "orthographic",
+                "to_world": [{"scale": [0.8, 0.8, 1]}, {"translate": [0, 0, -3]}],
+                "film": {
+                    "type": "hdrfilm",
+                    "width": SIZE,
+                    "height": SIZE,
+                    "pixel_format": "luminance",
+                    "rfilter": {"type": "box"},
+                },
             },
-        },
-        "panel": {
-            "type": "rectangle",
-            "to_world": [{"scale": 1.6}, {"rotate": {"axis": [0, 1, 0], "angle": 180}}, {"translate": [0, 0, 1.2]}],
-            "bsdf": {"type": "diffuse", "reflectance": 0.0},
-            "light": {
-                "type": "area",
-                "radiance": {"type": "bitmap", "filename": PATTERN, "raw": True, "wrap_mode": "clamp"},
+            "slab": {
+                "type": "cube",
+                "bsdf": {"type": "null"},
+                "interior": {
+                    "type": "homogeneous",
+                    "id": "tissue",
+                    "sigma_t": 1.5,
+                    "albedo": 0.99,
+                    "phase": {"type": "hg", "g": 0.85},
+                    "ior": ior,
+                },
             },
-        },
-    })
+            "panel": {
+                "type": "rectangle",
+                "to_world": [
+                    {"scale": 1.6},
+                    {"rotate": {"axis": [0, 1, 0], "angle": 180}},
+                    {"translate": [0, 0, 1.2]},
+                ],
+                "bsdf": {"type": "diffuse", "reflectance": 0.0},
+                "light": {
+                    "type": "area",
+                    "radiance": {
+                        "type": "bitmap",
+                        "filename": PATTERN,
+                        "raw": True,
+                        "wrap_mode": "clamp",
+                    },
+                },
+            },
+        }
+    )
 
 
 def bump(p):
     """A warm spot: height, place and width."""
     delta, x, y, width = p
-    return {"type": "gaussian", "n0": 1.37, "delta": delta, "center": [x, y, 0.0], "width": width}
+    return {
+        "type": "gaussian",
+        "n0": 1.37,
+        "delta": delta,
+        "center": [x, y, 0.0],
+        "width": width,
+    }
 
 
-BUMP = {
-    "make": bump,
-    "names": ["delta", "x", "y", "width"],
-    "places": [1, 2, 3, 5],
-    "truth": np.array([0.05, 0.15, -0.1, 0.3]),
-    "start": np.array([0.02, 0.0, 0.0, 0.4]),
-    "steps": np.array([0.003, 0.02, 0.02, 0.015]),
-}
+def sound(p):
+    """Standing ultrasound around the line of sight: amplitude and phase of a mode."""
+    amplitude, phase = p
+    return {
+        "type": "acoustic",
+        "n0": 1.37,
+        "order": 1,
+        "wave_number": 6.0,
+        "amplitude": amplitude,
+        "phase": phase,
+        "reference": [1, 0, 0],
+    }
+
+
+class Problem(NamedTuple):
+    """What is looked for."""
+
+    make: Callable[[np.ndarray], dict]
+    """The index, given its parameters."""
+    names: dict[str, tuple[str, int]]
+    """The parameters: names of those of the field, and which of its numbers."""
+    truth: np.ndarray
+    start: np.ndarray
+    steps: np.ndarray
+    """Sizes of first steps."""
+
+
+BUMP = Problem(
+    bump,
+    {
+        "delta": ("delta", 0),
+        "x": ("center", 0),
+        "y": ("center", 1),
+        "width": ("width", 0),
+    },
+    np.array([0.05, 0.15, -0.1, 0.3]),
+    np.array([0.02, 0.0, 0.0, 0.4]),
+    np.array([0.003, 0.02, 0.02, 0.015]),
+)
+SOUND = Problem(
+    sound,
+    {"amplitude": ("amplitude", 0), "phase": ("phase", 0)},
+    np.array([0.04, 0.9]),
+    np.array([0.015, 0.0]),
+    np.array([0.002, 0.08]),
+)
 
 
 def descend(problem, measured, steps, spp):
     """Adam, with steps that shrink towards the end. All parameters on the way."""
-    p, way = problem["start"].copy(), [problem["start"].copy()]
+    p, way = problem.start.copy(), [problem.start.copy()]
+    names = sorted({f"tissue.ior.{name}" for name, _ in problem.names.values()})
     first, second = np.zeros_like(p), np.zeros_like(p)
     for step in range(1, steps + 1):
-        at = scene(problem["make"](p))
+        at = scene(problem.make(p))
         loss = lambda result: 2 * (result.image - measured) / measured.size
-        found = morgana.derivatives(at, ["tissue.ior"], loss, spp=spp, seed=step)["tissue.ior"]
-        slope = found.value[problem["places"]] * problem["steps"]
+        found = morgana.derivatives(at, names, loss, spp=spp, seed=step)
+        slope = [found[f"tissue.ior.{name}"].value.flat[i] for name, i in problem.names.values()] * problem.steps
         first = 0.8 * first + 0.2 * slope
         second = 0.95 * second + 0.05 * slope**2
         size = first / (1 - 0.8**step) / (np.sqrt(second / (1 - 0.95**step)) + 1e-30)
-        p = p - min(1.0, 2 * (1 - step / (steps + 1))) * problem["steps"] * size
+        p = p - min(1.0, 2 * (1 - step / (steps + 1))) * problem.steps * size
         way.append(p.copy())
-        print(step, p, flush=True)
+        print(step, *np.round(p, 4), flush=True)
     return np.array(way)
+
+
+def figure(path, problem, measured, way):
+    """The picture, and how the parameters come to their true values."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
+    left.imshow(measured[..., 0], cmap="gray")
+    left.set_title("measured")
+    left.set_axis_off()
+    for i, name in enumerate(problem.names):
+        span = problem.truth[i] - problem.start[i]
+        right.plot((way[:, i] - problem.start[i]) / span, label=name)
+    right.axhline(1, color="k", lw=0.8)
+    right.set_xlabel("step")
+    right.set_ylabel("way from start (0) to truth (1)")
+    right.legend()
+    figure.savefig(path, dpi=110)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument(
+        "--sound",
+        action="store_true",
+        help="look for ultrasound instead of a warm spot",
+    )
     parser.add_argument("--steps", type=int, default=40)
     parser.add_argument("--spp", type=int, default=256)
-    parser.add_argument("--figure")
+    parser.add_argument("--figure", help="write a figure to this file")
     options = parser.parse_args()
-    problem = BUMP
-    morgana.write(PATTERN, pattern())
+    problem = SOUND if options.sound else BUMP
     warnings.simplefilter("ignore", morgana.SceneWarning)  # The slab's boundary passes light as it comes.
-    measured = morgana.render(scene(problem["make"](problem["truth"])), spp=4096, seed=99).image
+    morgana.write(PATTERN, pattern())
+    measured = morgana.render(scene(problem.make(problem.truth)), spp=16 * options.spp, seed=99).image
     began = time.process_time()
     way = descend(problem, measured, options.steps, options.spp)
     seconds = time.process_time() - began
-    tail = way[-max(1, options.steps // 6):]
-    for name, truth, start, found, spread in zip(problem["names"], problem["truth"], problem["start"], tail.mean(0), tail.std(0)):
-        print(f"{name}: {found:.4f} ± {spread:.4f}, true {truth}, from {start}")
+    tail = way[-max(1, options.steps // 4) :].mean(0)
+    for name, truth, start, found in zip(problem.names, problem.truth, problem.start, tail):
+        print(f"{name}: {found:.4f}, true {truth}, from {start}")
     print(f"{seconds:.0f} CPU seconds")
+    if options.figure:
+        figure(options.figure, problem, measured, way)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Reconstructs a jet from exit directions and positions of rays, with the rays as they are and as if they were straight: errors and CPU seconds.
 
-    target/python-venv/bin/python scripts/reconstruct_jet.py --views 16 --pixels 64 --samples 64 --noise 0.01
+target/python-venv/bin/python scripts/reconstruct_jet.py --views 16 --pixels 64 --samples 64 --noise 0.01
 """
 
 import argparse
@@ -27,7 +27,7 @@ def jet(samples, contrast, smooth):
     return AMBIENT + contrast * core / np.abs(core).max() * np.clip(1.5 * (1 - z**2), 0, 1) ** 2
 
 
-def views(count, pixels):
+def _views(count, pixels):
     """Parallel rays around the axis of the jet, half a turn."""
     across = np.linspace(-0.95, 0.95, pixels)
     u, w = (a.ravel() for a in np.meshgrid(across, across))
@@ -60,6 +60,44 @@ def cpu():
     return resource.getrusage(resource.RUSAGE_SELF).ru_utime
 
 
+class Problem:
+    """A jet and what cameras measure of it. Noise is in units of the root mean square of what is measured."""
+
+    def __init__(self, views=16, pixels=64, samples=64, contrast=0.03, noise=0.01, tolerance=1e-3, smooth=False):
+        origins, directions = _views(views, pixels)
+        self.true = jet(samples, contrast, smooth)
+        # The data are of a finer grid, and of a tighter tolerance.
+        self.ends = grad.Rays(origins, directions, box=BOX, ambient=AMBIENT, tolerance=1e-6).forward(jet(samples * 3 // 2, contrast, smooth))
+        self.rays = grad.Rays(origins, directions, box=BOX, ambient=AMBIENT, tolerance=tolerance)
+        self.undisturbed = self.rays.forward(np.full((4, 4, 4), AMBIENT))
+        rng = np.random.default_rng(0)
+        self.measured, self.noise = {}, {}
+        for name in ("positions", "directions"):
+            moved = getattr(self.ends, name) - getattr(self.undisturbed, name)
+            self.noise[name] = max(noise, 1e-3) * np.sqrt(np.mean(np.sum(moved**2, axis=1)) / 2)
+            across = rng.normal(size=moved.shape)
+            across -= np.sum(across * directions, axis=1, keepdims=True) * directions
+            self.measured[name] = moved + noise / max(noise, 1e-3) * self.noise[name] * across
+
+    def fit(self, iterations=10, straight=False, progress=None):
+        """What was found, the index, and its relative error of n² − n_r². Straight rays are those of contrasts that are far smaller."""
+        scale = CALIBRATION if straight else 1.0
+        walls = np.zeros(self.true.shape, bool)
+        walls[:, [0, -1]] = walls[:, :, [0, -1]] = True
+        found = reconstruct.fit(
+            self.rays,
+            self.true.shape,
+            **{name: getattr(self.undisturbed, name) + scale * moved for name, moved in self.measured.items()},
+            position_noise=scale * self.noise["positions"],
+            direction_noise=scale * self.noise["directions"],
+            known=walls,
+            iterations=iterations,
+            progress=progress,
+        )
+        index = AMBIENT + (found.samples - AMBIENT) / scale
+        return (found, index, np.linalg.norm(index**2 - self.true**2) / np.linalg.norm(self.true**2 - AMBIENT**2))
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--views", type=int, default=16)
@@ -74,50 +112,19 @@ def main():
     parser.add_argument("--figure", metavar="FILE", help="draw the first view, the jet, and what was found")
     given = parser.parse_args()
 
-    origins, directions = views(given.views, given.pixels)
-    true = jet(given.samples, given.contrast, given.smooth)
-    # The data are of a finer grid, and of a tighter tolerance.
-    ends = grad.Rays(origins, directions, box=BOX, ambient=AMBIENT, tolerance=1e-6).forward(jet(given.samples * 3 // 2, given.contrast, given.smooth))
-    rays = grad.Rays(origins, directions, box=BOX, ambient=AMBIENT, tolerance=given.tolerance)
-    undisturbed = rays.forward(np.full((4, 4, 4), AMBIENT))
-    rng = np.random.default_rng(0)
-    measured, noise = {}, {}
-    for name in ("positions", "directions"):
-        moved = getattr(ends, name) - getattr(undisturbed, name)
-        noise[name] = max(given.noise, 1e-3) * np.sqrt(np.mean(np.sum(moved**2, axis=1)) / 2)
-        across = rng.normal(size=moved.shape)
-        across -= np.sum(across * directions, axis=1, keepdims=True) * directions
-        measured[name] = moved + given.noise / max(given.noise, 1e-3) * noise[name] * across
-
-    walls = np.zeros(true.shape, bool)
-    walls[:, [0, -1]] = walls[:, :, [0, -1]] = True
-
-    def fit(scale):
-        """With all contrasts and deflections multiplied by `scale`."""
-        options = {name: getattr(undisturbed, name) + scale * measured[name] for name in measured}
-        before = cpu()
-        found = reconstruct.fit(
-            rays,
-            true.shape,
-            **options,
-            position_noise=scale * noise["positions"],
-            direction_noise=scale * noise["directions"],
-            known=walls,
-            iterations=given.iterations,
-            progress=lambda now: print(f"  {now.shape[0]}³, iteration {now.number}: χ² {now.chi_square:.4g}, {cpu() - before:.1f} s", flush=True),
-        )
-        index = AMBIENT + (found.samples - AMBIENT) / scale
-        error = np.linalg.norm(index**2 - true**2) / np.linalg.norm(true**2 - AMBIENT**2)
-        print(f"{found!r}: relative error of n² − n_r² {error:.4f}, {cpu() - before:.1f} CPU s")
-        return index
-
-    deflected = np.linalg.norm(ends.directions - undisturbed.directions, axis=1)
-    print(f"{len(rays)} rays, deflected by {deflected.max():.3g} rad at most; peak memory so far {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")
+    problem = Problem(given.views, given.pixels, given.samples, given.contrast, given.noise, given.tolerance, given.smooth)
+    deflected = np.linalg.norm(problem.ends.directions - problem.undisturbed.directions, axis=1)
+    print(
+        f"{len(problem.rays)} rays, deflected by {deflected.max():.3g} rad at most; peak memory so far {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB"
+    )
     print("straight rays" if given.straight else "curved rays")
-    found = fit(CALIBRATION if given.straight else 1.0)
+    before = cpu()
+    tell = lambda now: print(f"  {now.shape[0]}³, iteration {now.number}: χ² {now.chi_square:.4g}, {cpu() - before:.1f} s", flush=True)  # noqa: E731
+    found, index, error = problem.fit(given.iterations, given.straight, tell)
+    print(f"{found!r}: relative error of n² − n_r² {error:.4f}, {cpu() - before:.1f} CPU s")
     print(f"peak memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")
     if given.figure:
-        figure(given.figure, true, found, measured["directions"][: given.pixels**2, 1].reshape(given.pixels, given.pixels))
+        figure(given.figure, problem.true, index, problem.measured["directions"][: given.pixels**2, 1].reshape(given.pixels, given.pixels))
 
 
 if __name__ == "__main__":

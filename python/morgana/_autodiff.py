@@ -89,7 +89,7 @@ def pull_back(rays: "Rays", index: Doubles, origins: Doubles, directions: Double
     lost = ~np.isfinite(positions).all(axis=1)
     by = tuple(np.where(lost.reshape(-1, *[1] * (values.ndim - 1)), 0.0, values) for values in by)
     found = rays.with_starts(origins, directions).vjp(index, positions=by[0], directions=by[1], optical_lengths=by[2])
-    return tuple(found)
+    return found.field, found.origins, found.directions
 
 
 def _doubles(array: Any) -> Doubles:

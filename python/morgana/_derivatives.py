@@ -19,9 +19,6 @@ from ._result import Result
 from ._values import comparable
 
 Doubles = NDArray[np.float64]
-_INDEX = ".ior"
-"""Ends of names of refractive indices."""
-
 Weights = Union[ArrayLike, Mapping[str, ArrayLike]]
 
 
@@ -31,7 +28,7 @@ class Derivative(NamedTuple):
 
     value: Doubles
     """Values, float64: (channels,) of a parameter with one number, (labels, channels), (z, y, x, channels), or (y, x, channels) of an image; of a ``jacobian`` after the axes of the
-    reading. Of an index, which all channels share: (z, y, x) of samples, or (parameters,) of a formula."""
+    reading. Of an index, which all channels share: (z, y, x) of samples, (parameters,) of another field, or the shape of its parameter."""
     error: Doubles
     """Standard errors, of the same shape; from at most 32 batches of samples."""
 
@@ -62,8 +59,8 @@ def derivatives(
     diffuse surface (one colour, or every pixel of a ``bitmap``), and ``EMITTER.emission``, a factor on all that the emitter emits, which is 1. Coefficients are per unit
     length, the medium's ``scale`` included.
 
-    ``MEDIUM.ior`` is the refractive index of a medium, which may scatter: every sample of n of a grid, or the parameters of a ``constant`` (n), ``gaussian``
-    (``n0``, ``delta``, ``center``, ``width``) or ``selfoc`` (``n0``, ``alpha``) index. Such derivatives follow paths of their own, whose
+    ``MEDIUM.ior`` is the refractive index of a medium, which may scatter: every sample of n of a grid, or all parameters of another field in a row;
+    ``MEDIUM.ior.delta`` is one parameter of it, by the name that ``morgana.grad.parameters`` knows. Such derivatives follow paths of their own, whose
     vertices move with the index, and which meet light by chance. They need a camera, media that are the same everywhere but for their index, and light without
     edges: a ``constant`` or ``envmap``, or a ``rectangle`` with a ``bitmap`` that is dark at its edge. Other scenes are refused.
 
@@ -118,15 +115,14 @@ def derivatives(
         integrator = "path" if pictures else None
         weights = weights(render(scene, spp=spp, particles=particles, seed=seed, integrator=integrator, threads=threads))
     flat, layered = _of_readings(scene, weights) if scene.meters else _of_picture(scene, weights)
-    indices = [name for name in names if name.endswith(_INDEX)]
-    others = [name for name in names if not name.endswith(_INDEX)]
+    indices = [name for name in names if f"{name}.".find(".ior.") > 0]
+    others = [name for name in names if name not in indices]
     found: Dict[str, Tuple[Doubles, Doubles]] = {}
     if indices:
         if layered:
             raise RenderError("layers of light have no derivatives by an index: give weights of the whole picture")
-        media = [name[: -len(_INDEX)] for name in indices]
         with Bar(scene, wanted["samples"], None, progress) as tick:
-            found.update(zip(indices, _morgana.differentiate_index(scene, wanted, media, flat[0], tick)))
+            found.update(zip(indices, _morgana.differentiate_index(scene, wanted, indices, flat[0], tick)))
     if others or not indices:
         with Bar(scene, wanted["samples"], None, progress) as tick:
             found.update(zip(others, _morgana.differentiate(scene, wanted, others, flat, layered, tick)))

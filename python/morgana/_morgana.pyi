@@ -23,6 +23,7 @@ __all__ = [
     "jacobian",
     "follow_rays",
     "pull_back",
+    "push_forward",
     "read_image",
     "write_image",
     "Measured",
@@ -93,6 +94,7 @@ class Field:
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
     def __reduce__(self) -> Tuple[Any, ...]: ...
+    def _parameters(self) -> List[Tuple[str, NDArray[np.float64]]]: ...
     def n(self, points: ArrayLike) -> NDArray[np.float64]: ...
     def gradient(self, points: ArrayLike) -> NDArray[np.float64]: ...
     def hessian(self, points: ArrayLike) -> NDArray[np.float64]: ...
@@ -235,7 +237,7 @@ def differentiate(
 def differentiate_index(
     scene: Scene,
     limits: Limits,
-    media: List[str],
+    names: List[str],
     weights: NDArray[np.float64],
     tick: Optional[Callable[[int], None]],
 ) -> List[Tuple[NDArray[np.float64], NDArray[np.float64]]]: ...
@@ -247,26 +249,35 @@ def jacobian(
     tick: Optional[Callable[[int], None]],
 ) -> List[Tuple[NDArray[np.float64], NDArray[np.float64]]]: ...
 def follow_rays(
-    through: Union[Field, NDArray[np.float64]],
+    through: Tuple[List[Any], Optional[List[Any]]],
     origins: NDArray[np.float64],
     directions: NDArray[np.float64],
     options: RayOptions,
 ) -> Tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.uint8]]: ...
+def push_forward(
+    through: Tuple[List[Any], Optional[List[Any]]],
+    origins: NDArray[np.float64],
+    directions: NDArray[np.float64],
+    options: RayOptions,
+    change: Tuple[List[NDArray[np.float64]], NDArray[np.float64], Tuple[float, ...]],
+    of_origins: NDArray[np.float64],
+    of_directions: NDArray[np.float64],
+) -> Tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.uint8]]: ...
 def pull_back(
-    through: Union[Field, NDArray[np.float64]],
+    through: Tuple[List[Any], Optional[List[Any]]],
     origins: NDArray[np.float64],
     directions: NDArray[np.float64],
     options: RayOptions,
     by: Tuple[Optional[NDArray[np.float64]], Optional[NDArray[np.float64]], Optional[NDArray[np.float64]]],
-) -> Tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], int]: ...
+) -> Tuple[Tuple[List[NDArray[np.float64]], NDArray[np.float64], List[float]], NDArray[np.float64], NDArray[np.float64], int]: ...
 def sum_of_squares(
-    through: Union[Field, NDArray[np.float64]],
+    through: Tuple[List[Any], Optional[List[Any]]],
     origins: NDArray[np.float64],
     directions: NDArray[np.float64],
     options: RayOptions,
     measured: Tuple[Optional[NDArray[np.float64]], Optional[NDArray[np.float64]], Optional[NDArray[np.float64]]],
     noise: Tuple[float, float, float],
-) -> Tuple[float, NDArray[np.float64], int]: ...
+) -> Tuple[float, Tuple[List[NDArray[np.float64]], NDArray[np.float64], List[float]], int]: ...
 def connect(
     scene: Scene, a: ArrayLike, b: ArrayLike, all: Optional[int]
 ) -> Tuple[List[Ray], Optional[str], bool]: ...

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import List, Tuple
+from typing import List, Sequence, Tuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["largest_slope", "roughness", "total_variation"]
+__all__ = ["largest_slope", "rough_noise", "roughness", "total_variation"]
 
 Doubles = NDArray[np.float64]
 
@@ -16,6 +16,12 @@ def roughness(index: Doubles, spacing: Doubles) -> Tuple[float, Doubles]:
     """½∫|∇n|² dV by differences of neighbours, and its derivative (Tikhonov)."""
     slopes, cell = _slopes(index, spacing), float(np.prod(spacing))
     return 0.5 * cell * sum(float(np.sum(slope**2)) for slope in slopes), cell * _transposed(slopes, spacing)
+
+
+def rough_noise(shape: Sequence[int], spacing: Doubles, rng: np.random.Generator) -> Doubles:
+    """Noise of which the covariance is the matrix of second derivatives of :func:`roughness`."""
+    slopes = [rng.normal(size=tuple(shape)) for _ in range(3)]
+    return float(np.sqrt(np.prod(spacing))) * _transposed(slopes, spacing)
 
 
 def total_variation(index: Doubles, spacing: Doubles, flat: float) -> Tuple[float, Doubles]:

@@ -1,4 +1,4 @@
-"""Derivatives of rays: by the samples of a refractive index, the parameters of a field, and the starts of the rays.
+"""Derivatives of rays: by the samples of a refractive index, the parameters of fields and of lenses, the starts of the rays and their exit.
 
     >>> import morgana.grad
     >>> rays = morgana.grad.Rays(origins, directions, box=((-1, -1, -1), (1, 1, 1)), exit=morgana.grad.Plane((0, 0, 5), (0, 0, 1)))
@@ -11,41 +11,51 @@ See docs/guides/inverse-problems.md.
 from __future__ import annotations
 
 import copy
-from typing import Any, Callable, Dict, NamedTuple, Optional, Tuple, Union
+from typing import Any, Callable, Dict, Mapping, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _autodiff, _morgana
 from . import _checks as checks
-from ._errors import Error
+from ._element_array import ElementArray
 from ._limits import RayOptions
 from ._morgana import Field
 from ._numbers import numbers, vectors
+from ._system import Aperture, Conic, Cylinder, GradError, Layout, Plane, Sphere, System, finite, triple, unit
 from ._values import alike, comparable
 
-__all__ = ["Ends", "GradError", "Gradient", "LeastSquares", "Plane", "Rays"]
+__all__ = [
+    "Aperture",
+    "Change",
+    "Conic",
+    "Cylinder",
+    "ElementArray",
+    "Ends",
+    "GradError",
+    "Gradient",
+    "LeastSquares",
+    "Plane",
+    "Rays",
+    "Sphere",
+    "System",
+    "parameters",
+]
 
 Doubles = NDArray[np.float64]
-Index = Union[Field, ArrayLike]
+Index = Union[Field, System, ArrayLike]
 Box = Tuple[ArrayLike, ArrayLike]
 
-FAILURES = ("", "did not reach the exit", "left the field", "takes too much work")
+FAILURES = (
+    "",
+    "did not reach the exit",
+    "left the field",
+    "takes too much work",
+    "missed a surface",
+    "was totally reflected",
+    "was stopped by an aperture",
+)
 """What the numbers of the compiled part mean."""
-
-
-class GradError(Error, ValueError):
-    """Rays that cannot be followed, or derivatives that cannot be taken, as they were asked for."""
-
-
-@comparable
-class Plane(NamedTuple):
-    """A plane on which rays end, whichever side they come from."""
-
-    point: ArrayLike
-    """A point of it, (3,), in scene units."""
-    normal: ArrayLike
-    """Its normal, (3,), of any length but zero."""
 
 
 @comparable
@@ -78,15 +88,35 @@ class Ends(NamedTuple):
 
 
 @comparable
+class Change(NamedTuple):
+    """How ends change: row i of each array belongs to ray i. Rays without an end are NaN."""
+
+    positions: Doubles
+    """Changes of positions, (rays, 3)."""
+    directions: Doubles
+    """Of unit directions, (rays, 3)."""
+    optical_lengths: Doubles
+    """Of ∫ n ds, (rays,)."""
+
+    def __repr__(self) -> str:
+        return f"<morgana.grad.Change of the ends of {len(self.positions)} rays>"
+
+
+@comparable
 class Gradient(NamedTuple):
     """Derivatives of a loss."""
 
     field: Doubles
-    """By the samples of n, in their shape; for a :class:`morgana.Field` by its parameters, (parameters,)."""
+    """By the samples of n, in their shape; for a :class:`morgana.Field` or a :class:`System` by all its parameters, (parameters,), in the order of
+    :func:`parameters`."""
     origins: Doubles
     """By the origins, (rays, 3)."""
     directions: Doubles
     """By the directions, as they were given, (rays, 3)."""
+    parameters: Dict[str, Doubles]
+    """The numbers of ``field`` by the names of the parameters, in the shapes of these."""
+    exit: Optional[Plane]
+    """By the point and the normal of the exit, as it was given; ``None`` without an exit plane."""
 
     def __repr__(self) -> str:
         size = float(np.linalg.norm(self.field))
@@ -100,7 +130,7 @@ class LeastSquares(NamedTuple):
     value: float
     """½Σ ((end − measured)/noise)²."""
     gradient: Doubles
-    """Its derivative by the samples of n, in their shape; for a :class:`morgana.Field` by its parameters, (parameters,)."""
+    """Its derivative, as :attr:`Gradient.field`."""
     lost: int
     """Rays that are measured but have no end, and were left out."""
 
@@ -111,8 +141,8 @@ class LeastSquares(NamedTuple):
 class Rays:
     """Rays of given starts that go through an index, straight to it and on behind it, to where they end.
 
-    The index is given to :meth:`forward` and :meth:`vjp`: samples of n on a grid, or a :class:`morgana.Field`. Results do not depend on the number of
-    threads. The memory is that of the arrays, and at most 160 MB more for sums of large grids.
+    The index is given to :meth:`forward`, :meth:`vjp` and :meth:`jvp`: samples of n on a grid, a :class:`morgana.Field`, or a :class:`System` of media
+    and surfaces. Results do not depend on the number of threads. The memory is that of the arrays, and at most 160 MB more for sums of large grids.
 
     Parameters
     ----------
@@ -121,9 +151,10 @@ class Rays:
     directions : array_like, (rays, 3) or (3,)
         Directions, of any length but zero.
     box : two of array_like, (3,), optional
-        The lower and the upper corner of the box that the index fills. Samples need it; a field without one is everywhere.
+        The lower and the upper corner of the box that the index fills. Samples need it; a field without one is everywhere. In a :class:`System` it
+        says where samples lie, and nothing more.
     exit : Plane, optional
-        Where rays end. Without it, they end where they leave the box.
+        Where rays end. Without it, they end where they leave the box. A :class:`System` needs it, behind its last surface.
     ambient : float, optional
         The index around the box, > 0. Rays keep their direction at its faces, as at a ``null`` boundary.
     placement : str, optional
@@ -159,6 +190,7 @@ class Rays:
     ) -> None:
         self._origins, self._directions = _starts(origins, directions)
         self._box = None if box is None else _corners(box)
+        self._exit = None if exit is None else Plane(*exit)
         plane = None if exit is None else _plane(exit)
         if plane is None and self._box is None:
             raise GradError("rays need an end: give an exit plane, or a box that they leave")
@@ -169,10 +201,10 @@ class Rays:
         points = [*(self._box or ()), *(plane or ())[:1]]
         far = np.max([np.abs(self._origins).max(initial=0.0), *(np.abs(point).max() for point in points)])
         self._options: RayOptions = {
-            "region": None if self._box is None else (_triple(self._box[0]), _triple(self._box[1])),
+            "region": None if self._box is None else (triple(self._box[0]), triple(self._box[1])),
             "ambient": checks.positive(ambient, "ambient"),
             "nodes": placement == "nodes",
-            "plane": None if plane is None else (_triple(plane[0]), _triple(plane[1])),
+            "plane": None if plane is None else (triple(plane[0]), triple(plane[1])),
             "tolerance": float(tolerance),
             "max_length": checks.optional_positive(max_length, "max_length") or 4 * 2 * float(np.sqrt(3)) * float(far),
         }
@@ -228,7 +260,7 @@ class Rays:
         >>> every_fourth = rays.select(np.arange(0, len(rays), 4))
         """
         some = copy.copy(self)
-        some._origins, some._directions = self._origins[np.asarray(rows)], self._directions[np.asarray(rows)]
+        some._origins, some._directions = (self._origins[np.asarray(rows)], self._directions[np.asarray(rows)])
         return some
 
     @property
@@ -314,8 +346,8 @@ class Rays:
 
         Parameters
         ----------
-        index : array_like, (nz, ny, nx), or Field
-            Samples of n, [z, y, x], or a field.
+        index : array_like, (nz, ny, nx), or Field or System
+            Samples of n, [z, y, x], a field, or media and surfaces.
 
         Returns
         -------
@@ -332,7 +364,7 @@ class Rays:
         >>> ends = rays.forward(index)
         >>> ends.positions[ends.valid]
         """
-        return Ends(*_morgana.follow_rays(self._index(index), self._origins, self._directions, self._options))
+        return Ends(*_morgana.follow_rays(self._layout(index).through, self._origins, self._directions, self._options))
 
     def vjp(
         self,
@@ -346,7 +378,7 @@ class Rays:
 
         Parameters
         ----------
-        index : array_like, (nz, ny, nx), or Field
+        index : array_like, (nz, ny, nx), or Field or System
             As for :meth:`forward`.
         positions : array_like, (rays, 3), optional
             Derivative of the loss by the positions of :class:`Ends`; zero if left out.
@@ -358,8 +390,7 @@ class Rays:
         Returns
         -------
         Gradient
-            Derivatives by the samples, or by the parameters of a field: n₀, Δn, centre and width of a ``gaussian``, n₀ and α of a ``selfoc``, n of a
-            constant; others have none.
+            Derivatives by the samples or by the parameters (:func:`parameters` names them), by the starts and by the exit.
 
         Raises
         ------
@@ -376,10 +407,61 @@ class Rays:
             self._loss(directions, "directions", (len(self), 3)),
             self._loss(optical_lengths, "optical_lengths", (len(self),)),
         )
-        *found, failed = _morgana.pull_back(self._index(index), self._origins, self._directions, self._options, by)
+        layout = self._layout(index)
+        found, origins, directions, failed = _morgana.pull_back(layout.through, self._origins, self._directions, self._options, by)
         if failed:
             raise GradError(f"the loss depends on {failed} rays that have no end: set its derivatives to zero where Ends.valid is not")
-        return Gradient(*found)
+        media, surfaces, exit = found
+        field = layout.gathered(media, surfaces)
+        return Gradient(field, origins, directions, layout.named(field), self._by_exit(np.array(exit)))
+
+    def jvp(
+        self,
+        index: Index,
+        field: Union[None, ArrayLike, Mapping[str, ArrayLike]] = None,
+        *,
+        origins: Optional[ArrayLike] = None,
+        directions: Optional[ArrayLike] = None,
+        exit: Optional[Plane] = None,
+    ) -> Change:
+        """How the ends change with the index, the starts and the exit: the Jacobian–vector product, to which :meth:`vjp` is transposed.
+
+        Parameters
+        ----------
+        index : array_like, (nz, ny, nx), or Field or System
+            As for :meth:`forward`.
+        field : array_like or mapping, optional
+            The change of the index, in the shape of :attr:`Gradient.field`; or changes of some parameters by their names. None if left out.
+        origins : array_like, (rays, 3), optional
+            The change of the origins.
+        directions : array_like, (rays, 3), optional
+            The change of the directions, as they were given.
+        exit : Plane, optional
+            The change of the point and of the normal of the exit.
+
+        Returns
+        -------
+        Change
+            Of positions, directions and optical lengths.
+
+        Raises
+        ------
+        GradError
+            Shapes that do not fit, numbers that are not finite, or parameters that do not exist.
+
+        Examples
+        --------
+        >>> rays.jvp(lens, {"surfaces[0].curvature": 1.0}).positions
+        """
+        layout = self._layout(index)
+        media, surfaces = layout.change(field)
+        starts = [
+            np.zeros((len(self), 3)) if of is None else self._finite(of, f"a change of the {name}")
+            for name, of in (("origins", origins), ("directions", directions))
+        ]
+        change = (media, surfaces, self._of_exit(exit))
+        *found, _ = _morgana.push_forward(layout.through, self._origins, self._directions, self._options, change, *starts)
+        return Change(*found)
 
     def least_squares(
         self,
@@ -396,7 +478,7 @@ class Rays:
 
         Parameters
         ----------
-        index : array_like, (nz, ny, nx), or Field
+        index : array_like, (nz, ny, nx), or Field or System
             As for :meth:`forward`.
         positions : array_like, (rays, 3), optional
             Measured positions of :class:`Ends`. Rows that are not finite do not count.
@@ -436,22 +518,37 @@ class Rays:
             checks.positive(direction_noise, "direction_noise"),
             checks.positive(optical_length_noise, "optical_length_noise"),
         )
-        squares, gradient, lost = _morgana.sum_of_squares(self._index(index), self._origins, self._directions, self._options, measured, noise)
-        return LeastSquares(0.5 * squares, gradient, lost)
+        layout = self._layout(index)
+        squares, (media, surfaces, _), lost = _morgana.sum_of_squares(layout.through, self._origins, self._directions, self._options, measured, noise)
+        return LeastSquares(0.5 * squares, layout.gathered(media, surfaces), lost)
 
-    def _index(self, index: Index) -> Union[Field, Doubles]:
-        if isinstance(index, Field):
-            return index
-        samples = np.ascontiguousarray(numbers(index, "the index"))
-        if samples.ndim != 3:
-            raise GradError(f"an index is a Field or an array [z, y, x] of samples, but has the shape {samples.shape}")
-        if self._box is None:
-            raise GradError("samples need the box that they fill: give Rays a box")
-        bad = ~(np.isfinite(samples) & (samples > 0))
-        if bad.any():
-            first = tuple(int(i) for i in np.argwhere(bad)[0])
-            raise GradError(f"{np.count_nonzero(bad)} samples are no refractive index > 0: the first is {samples[first]} at {list(first)}")
-        return samples
+    def _layout(self, index: Index) -> Layout:
+        layout = Layout(index, self._box is not None)
+        if layout.of_system and self._exit is None:
+            raise GradError("rays through a System need an end: give Rays an exit behind its last surface")
+        return layout
+
+    def _by_exit(self, by: Doubles) -> Optional[Plane]:
+        """Derivatives by the exit as it was given, from those by its point and unit normal."""
+        if self._exit is None:
+            return None
+        return Plane(by[:3], unit(self._exit.normal, "the normal of the exit")[1].T @ by[3:])
+
+    def _of_exit(self, change: Optional[Plane]) -> Tuple[float, ...]:
+        """A change of the exit as that of its point and unit normal."""
+        if change is None:
+            return 6 * (0.0,)
+        if self._exit is None:
+            raise GradError("these rays have no exit plane that could change")
+        point, normal = (finite(of, f"a change of the {name} of the exit") for of, name in zip(change, ("point", "normal")))
+        turned = unit(self._exit.normal, "the normal of the exit")[1] @ normal
+        return (*triple(point), *triple(turned))
+
+    def _finite(self, values: ArrayLike, what: str) -> Doubles:
+        array = np.ascontiguousarray(numbers(values, what))
+        if array.shape != (len(self), 3) or not np.isfinite(array).all():
+            raise GradError(f"{what} has the shape {array.shape} but must be finite numbers of shape {(len(self), 3)}")
+        return array
 
     @staticmethod
     def _ends(values: Optional[ArrayLike], name: str, shape: Tuple[int, ...]) -> Optional[Doubles]:
@@ -484,6 +581,36 @@ class Rays:
         return f"<morgana.grad.Rays: {len(self)} rays{where}>"
 
 
+def parameters(index: Union[Field, System]) -> Dict[str, Doubles]:
+    """The parameters by which :meth:`Rays.vjp` takes derivatives: names and values.
+
+    Parameters
+    ----------
+    index : Field or System
+        A field, or media and surfaces.
+
+    Returns
+    -------
+    dict
+        Values by names, in the order of :attr:`Gradient.field`. Those of fields are named as in scenes: numbers and vectors of built-in fields, numbers
+        that formulas use by names, samples of n of grids and tables, complex amplitudes (z, y, x, 2) of sampled sound, ``to_world`` (3, 4). Directions
+        of axes are unit vectors.
+
+    Raises
+    ------
+    GradError
+        Media and surfaces that do not fit.
+
+    Examples
+    --------
+    >>> morgana.grad.parameters(morgana.load_field({"type": "luneburg"}))
+    {'n_exterior': array(1.), 'center': array([0., 0., 0.]), 'radius': array(1.)}
+    """
+    if not isinstance(index, (Field, System)):
+        raise TypeError(f"expected a Field or a System, found {type(index).__name__}")
+    return Layout(index, has_box=True).parameters()
+
+
 def _starts(origins: ArrayLike, directions: ArrayLike) -> Tuple[Doubles, Doubles]:
     x, d = vectors(origins, "origins"), vectors(directions, "directions")
     if x.ndim != 2 or d.shape not in (x.shape, (3,)):
@@ -506,12 +633,5 @@ def _corners(box: Box) -> Tuple[Doubles, Doubles]:
 
 
 def _plane(plane: Plane) -> Tuple[Doubles, Doubles]:
-    point, normal = (numbers(vector, "exit") for vector in plane)
-    if point.shape != (3,) or normal.shape != (3,) or not np.isfinite([point, normal]).all() or not normal.any():
-        raise GradError(f"exit is a point {point.tolist()} and a normal {normal.tolist()} but must be three finite numbers each, the normal not zero")
-    return point, normal / np.linalg.norm(normal)
-
-
-def _triple(vector: Doubles) -> Tuple[float, float, float]:
-    x, y, z = (float(v) for v in vector)
-    return x, y, z
+    point, normal = plane
+    return finite(point, "the point of the exit"), unit(normal, "the normal of the exit")[0]

@@ -19,12 +19,13 @@ from . import _checks as checks
 from . import _descent as descent
 from . import _penalties as penalties
 from ._checkpoint import Checkpoint
-from ._errors import Error
 from ._numbers import numbers
+from ._posterior import Posterior
+from ._preconditioner import Filter, ReconstructionError, scipy
 from ._values import comparable
 from .grad import Rays
 
-__all__ = ["Iteration", "Reconstruction", "ReconstructionError", "fit"]
+__all__ = ["Iteration", "Posterior", "Reconstruction", "ReconstructionError", "fit", "posterior"]
 
 Doubles = NDArray[np.float64]
 Shape = Tuple[int, int, int]
@@ -43,10 +44,6 @@ FLAT = 0.05
 """Total variation counts slopes from about this share of the largest one that the data alone ask for first."""
 EXTREMES = (0.1, 10.0)
 """The least and the greatest index that are tried, in units of that around the box: rays in absurd ones take absurdly long."""
-
-
-class ReconstructionError(Error, ValueError):
-    """A reconstruction that cannot be done as it was asked for."""
 
 
 class Iteration(NamedTuple):
@@ -291,15 +288,9 @@ def fit(
     --------
     >>> found = morgana.reconstruct.fit(rays, (64, 64, 64), directions=measured, direction_noise=1e-4)
     """
-    _scipy("scipy.ndimage")
+    scipy("scipy.ndimage")
     goal = _shape(shape)
-    measured = [
-        *_data(rays, "positions", positions, position_noise, 2),
-        *_data(rays, "directions", directions, direction_noise, 2),
-        *_data(rays, "optical_lengths", optical_lengths, optical_length_noise, 1),
-    ]
-    if not measured:
-        raise ReconstructionError("there is nothing to fit: give positions, directions or optical_lengths with their noise")
+    measured = _measured(rays, (positions, position_noise), (directions, direction_noise), (optical_lengths, optical_length_noise))
     weights = _Weights(_weight(smoothness, "smoothness"), _weight(total_variation, "total_variation"))
     checks.whole(iterations, "iterations", 1)
     if checks.whole(replicates, "replicates", 0) == 1:
@@ -321,6 +312,71 @@ def fit(
     return found._replace(deviation=np.std(others, axis=0, ddof=1))
 
 
+def posterior(
+    rays: Rays,
+    samples: ArrayLike,
+    *,
+    positions: Optional[ArrayLike] = None,
+    position_noise: Optional[float] = None,
+    directions: Optional[ArrayLike] = None,
+    direction_noise: Optional[float] = None,
+    optical_lengths: Optional[ArrayLike] = None,
+    optical_length_noise: Optional[float] = None,
+    known: Optional[ArrayLike] = None,
+    smoothness: float = 0.0,
+    prior_deviation: Optional[float] = None,
+) -> Posterior:
+    """How well data determine the samples of an index: the Gauss–Newton approximation of their posterior distribution.
+
+    Where :func:`fit` gives the most probable samples with a penalty on slopes, this gives their covariance: of noise in the data, and of what too few
+    views leave open. What is assumed beforehand limits the latter: ``smoothness``, as in :func:`fit`, is the assumption that differences of neighbouring
+    samples are Gaussian; ``prior_deviation`` that samples are. Limits and total variation have no part in it.
+
+    Parameters
+    ----------
+    rays, positions, position_noise, directions, direction_noise, optical_lengths, optical_length_noise, known, smoothness
+        As for :func:`fit`. Of the data, only which are known matters.
+    samples : array_like, (nz, ny, nx)
+        What was found, such as :attr:`Reconstruction.samples`.
+    prior_deviation : float, optional
+        Standard deviation of all samples before anything is measured, > 0.
+
+    Returns
+    -------
+    Posterior
+        The distribution.
+
+    Raises
+    ------
+    ReconstructionError
+        No data, data without noise, shapes that do not fit, nothing that limits what rays do not see, measured rays that have no end, or SciPy
+        is missing.
+
+    Examples
+    --------
+    >>> found = morgana.reconstruct.fit(rays, (32, 32, 32), directions=measured, direction_noise=1e-4, smoothness=1e3)
+    >>> spread = morgana.reconstruct.posterior(rays, found.samples, directions=measured, direction_noise=1e-4, smoothness=1e3)
+    >>> spread.deviation()
+    """
+    index = numbers(samples, "samples").astype(float)
+    if index.ndim != 3:
+        raise ReconstructionError(f"samples have the shape {index.shape} but must be samples [z, y, x]")
+    measured = _measured(rays, (positions, position_noise), (directions, direction_noise), (optical_lengths, optical_length_noise))
+    per_variance = checks.optional_positive(prior_deviation, "prior_deviation")
+    prior = (_weight(smoothness, "smoothness"), 0.0 if per_variance is None else per_variance**-2)
+    if not any(prior):
+        raise ReconstructionError("give smoothness or prior_deviation: what rays do not see has no other bound")
+    mask = _limits(None, None, known, _shape(index.shape)).known
+    valid = rays.forward(index).valid
+    noise = {kind.name: (kind.noise, np.asarray(np.isfinite(kind.values.reshape(len(rays), -1)).all(axis=1))) for kind in measured}
+    lost = sum(int(np.count_nonzero(known & ~valid)) for _, known in noise.values())
+    if lost:
+        raise ReconstructionError(f"{lost} data are of rays that have no end in this index: set them to NaN")
+    free = np.ones(index.shape, bool) if mask is None else ~mask
+    scipy("scipy.sparse.linalg")
+    return Posterior(rays, index, noise, free, prior)
+
+
 class _Level:
     """The search on one grid: places that are better and better."""
 
@@ -332,7 +388,7 @@ class _Level:
         # The filter changes samples far from where data ask for it, which limits would turn into an offset that deflections do not see.
         limited = limits.lower is not None or limits.upper is not None
         open_offset = misfit.is_of_slopes and limited and limits.known is None
-        self.precondition = np.asarray if open_offset else _Filter(index.shape, rays.spacing(index.shape))
+        self.precondition = np.asarray if open_offset else Filter(index.shape, rays.spacing(index.shape))
 
     def __iter__(self) -> Iterator[Tuple[Doubles, float]]:
         misfit = self.misfit
@@ -346,27 +402,27 @@ class _Level:
         yield from descent.minimize(misfit, self.start, scale, self.within, self.precondition)
 
 
-class _Filter:
-    """A symmetric filter of samples that makes the Hessian of χ² and of penalties on slopes more like one: for deflections that of waves grows in
-    proportion to their number."""
-
-    def __init__(self, shape: Tuple[int, ...], spacing: Doubles) -> None:
-        self.fft = _scipy("scipy.fft")
-        lengths = [step * n for step, n in zip(spacing[::-1], shape)]
-        numbers = [max(lengths) / length * np.arange(n) for n, length in zip(shape, lengths)]
-        waves = np.meshgrid(*numbers, indexing="ij", sparse=True)
-        self.weights = 1 / (1 + np.sqrt(sum(np.square(wave) for wave in waves)))
-
-    def __call__(self, values: Doubles) -> Doubles:
-        return np.asarray(self.fft.idctn(self.weights * self.fft.dctn(values, norm="ortho"), norm="ortho"))
-
-
 def _is_slow(values: List[float], small: float) -> bool:
     """Whether a value has fallen by less than a small share in each of the last iterations, on the average."""
     if len(values) <= PATIENCE:
         return False
     before = values[-1 - PATIENCE]
     return before - values[-1] < PATIENCE * small * before
+
+
+_Given = Tuple[Optional[ArrayLike], Optional[float]]
+
+
+def _measured(rays: Rays, positions: _Given, directions: _Given, optical_lengths: _Given) -> List[_Measured]:
+    """All kinds of data that are given, at least one."""
+    measured = [
+        *_data(rays, "positions", *positions, independent=2),
+        *_data(rays, "directions", *directions, independent=2),
+        *_data(rays, "optical_lengths", *optical_lengths, independent=1),
+    ]
+    if not measured:
+        raise ReconstructionError("there is nothing to fit: give positions, directions or optical_lengths with their noise")
+    return measured
 
 
 def _data(rays: Rays, name: str, values: Optional[ArrayLike], noise: Optional[float], independent: int) -> List[_Measured]:
@@ -445,15 +501,6 @@ def _resampled(index: Doubles, shape: Shape, centers: bool, order: int = 3) -> D
     """Samples of the same box on another grid, by splines."""
     if index.shape == shape:
         return index
-    zoom = _scipy("scipy.ndimage").zoom
+    zoom = scipy("scipy.ndimage").zoom
     factors = [new / old for new, old in zip(shape, index.shape)]
     return np.asarray(zoom(index, factors, order=min(order, min(index.shape) - 1), mode="nearest", grid_mode=centers))
-
-
-def _scipy(module: str) -> Any:
-    import importlib
-
-    try:
-        return importlib.import_module(module)
-    except ImportError:
-        raise ReconstructionError('reconstructions need SciPy: pip install "morgana-render[reconstruct]"') from None

@@ -141,7 +141,7 @@ def test_rays_without_an_end_are_counted():
         (lambda rays: grad.Rays([[0, 0, 0]], [0, 0, 0], box=BOX), "of no length"),
         (lambda rays: grad.Rays([[0, 0, 0]], [[0, 0, 1]] * 2, box=BOX), "one direction of shape"),
         (lambda rays: grad.Rays([[0, 0, 0]], [0, 0, 1], box=(1, 2)), "its lower and its upper corner"),
-        (lambda rays: grad.Rays([[0, 0, 0]], [0, 0, 1], box=BOX, exit=((0, 0, 0), (0, 0, 0))), "normal not zero"),
+        (lambda rays: grad.Rays([[0, 0, 0]], [0, 0, 1], box=BOX, exit=((0, 0, 0), (0, 0, 0))), "normal of the exit .* must not be zero"),
         (lambda rays: grad.Rays([[0, 0, 0]], [0, 0, 1], box=BOX, placement="faces"), "'nodes' or 'centers'"),
         (lambda rays: grad.Rays([[0, 0, 0]], [0, 0, 1], box=BOX, tolerance=1), "between 1e-12 and 1e-2"),
         (lambda rays: rays.forward(np.ones((3, 3))), r"\[z, y, x\]"),

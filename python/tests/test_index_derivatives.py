@@ -40,6 +40,9 @@ def test_derivatives_have_the_shapes_of_indices_and_the_same_bits():
     found = morgana.derivatives(scene, ["fog.ior", "fog.sigma_a"], weights(), spp=8)
     assert list(found) == ["fog.ior", "fog.sigma_a"]
     assert found["fog.ior"].value.shape == found["fog.ior"].error.shape == (6,)
+    parts = morgana.derivatives(scene, ["fog.ior.width", "fog.ior.center"], weights(), spp=8)
+    assert parts["fog.ior.center"].value.tolist() == found["fog.ior"].value[2:5].tolist()
+    assert parts["fog.ior.width"].value == found["fog.ior"].value[5]
     assert found["fog.sigma_a"].value.shape == (1,)
     assert morgana.derivatives(scene, ["fog.ior"], weights(), spp=8, threads=1)["fog.ior"] == found["fog.ior"]
     assert morgana.derivatives(scene, ["fog.ior"], weights(), spp=8, seed=1)["fog.ior"] != found["fog.ior"]
@@ -71,7 +74,7 @@ def test_scenes_whose_light_jumps_are_refused():
     cube = foggy()
     cube["ball"] = {**cube["ball"], "type": "cube", "bsdf": {"type": "dielectric"}}
     refused("'ball' is not", cube)
-    refused("has no parameters", foggy({"type": "luneburg"}))
+    refused("the index has no parameter 'height': there are n0, delta, center, width", foggy(), names=["fog.ior.height"])
     refused("the same everywhere, so that rays would step over", foggy({**BUMP, "delta": 0.0}))
     refused("no medium 'mist'", foggy(), names=["mist.ior"])
     refused("listed twice", foggy(), names=["fog.ior", "fog.ior"])

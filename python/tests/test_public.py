@@ -33,6 +33,9 @@ MODULES = [
     plot,
 ]
 
+ARRAY = {"type": "transducer", "aperture": "linear_array", "elements": 2, "pitch": 1.0, "height": 2.0, "frequency": 1.0, "sound_speed": 1.5}
+ARRAY.update({"pressure": 2e5, "n0": 1.333, "dn_dp": 1.4e-10, "min": [-1, -1, 6], "max": [1, 1, 7], "spacing": 1.0})
+
 
 def public():
     for module in MODULES:
@@ -134,6 +137,14 @@ def samples():
         bundle.vjp(np.full((4, 4, 4), 1.2), optical_lengths=[1.0]),
         bundle.least_squares(np.full((4, 4, 4), 1.2), optical_lengths=[1.0]),
         morgana.grad.Plane((0, 0, 1), (0, 0, 1)),
+        morgana.grad.Sphere((0, 0, 1), 1.0),
+        morgana.grad.Cylinder((0, 0, 1), (0, 1, 0), 1.0),
+        morgana.grad.Conic((0, 0, 1), (0, 0, 1), 0.5),
+        morgana.grad.Aperture((0, 0, 1), (0, 0, 1), 0.5),
+        morgana.grad.System([1.0, 1.5], [morgana.grad.Sphere((0, 0, 1), 1.0)]),
+        bundle.jvp(np.full((4, 4, 4), 1.2), np.ones((4, 4, 4))),
+        morgana.grad.ElementArray(ARRAY),
+        morgana.reconstruct.posterior(bundle, np.full((4, 4, 4), 1.2), optical_lengths=[1.0], optical_length_noise=0.1, smoothness=1.0),
         morgana.grad.GradError("no box"),
         iteration,
         morgana.reconstruct.Reconstruction(np.ones((4, 4, 4)), 2.0, "slow", [iteration], 0),

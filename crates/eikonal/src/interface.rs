@@ -27,6 +27,15 @@ pub struct Interface {
     pub far: (f64, DVec3),
 }
 
+/// How a surface moves when what describes it changes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Displacement {
+    /// By how much it moves along its normal.
+    pub offset: f64,
+    /// By how much the normal turns at a fixed place.
+    pub turn: DVec3,
+}
+
 impl Interface {
     /// The velocity after the interface, |v| = n on the side where the ray goes on; `None` for
     /// total internal reflection.
@@ -51,24 +60,39 @@ impl Interface {
         let after = self.velocity(rule, v)?;
         let mut out = *tangents;
         for k in 0..2 {
-            (out.dx[k], out.dv[k]) = self.column(rule, v, after, tangents.dx[k], tangents.dv[k]);
+            let at_rest = Displacement::default();
+            let [dx, dv] = [tangents.dx[k], tangents.dv[k]];
+            (out.dx[k], out.dv[k]) = self.column(rule, [v, after], dx, dv, at_rest);
         }
         Some(out)
     }
 
-    fn column(&self, rule: Rule, v: DVec3, after: DVec3, dx: DVec3, dv: DVec3) -> (DVec3, DVec3) {
+    /// What a displacement of the surface adds to the tangents after it, at equal σ, for the velocities before and after.
+    pub(crate) fn displaced(
+        &self,
+        rule: Rule,
+        velocities: [DVec3; 2],
+        moved: Displacement,
+    ) -> (DVec3, DVec3) {
+        self.column(rule, velocities, DVec3::ZERO, DVec3::ZERO, moved)
+    }
+
+    fn column(
+        &self,
+        rule: Rule,
+        [v, after]: [DVec3; 2],
+        dx: DVec3,
+        dv: DVec3,
+        moved: Displacement,
+    ) -> (DVec3, DVec3) {
         let normal = self.along(v);
-        let shape = if normal == self.normal {
-            self.shape
-        } else {
-            -self.shape
-        };
+        let side = if normal == self.normal { 1.0 } else { -1.0 };
         let c = normal.dot(v);
         let ((near, a), (far, a_far)) = (self.near, self.far);
-        let delay = -normal.dot(dx) / c;
+        let delay = (side * moved.offset - normal.dot(dx)) / c;
         let dx_hit = dx + v * delay;
         let dv_hit = dv + a * delay;
-        let d_normal = shape * dx_hit;
+        let d_normal = (self.shape * dx_hit + moved.turn) * side;
         let dc = normal.dot(dv_hit) + v.dot(d_normal);
         let (dv_after, a_after) = match rule {
             Rule::Reflect => (dv_hit - normal * (2.0 * dc) - d_normal * (2.0 * c), a),

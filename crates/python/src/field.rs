@@ -155,6 +155,17 @@ impl Field {
         self.map(py, points, hessian, &[3, 3])
     }
 
+    /// Names and values of all parameters by which derivatives can be taken.
+    fn _parameters<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<Vec<(String, Bound<'py, PyArrayDyn<f64>>)>> {
+        let parameters = self.index().parameters().into_iter();
+        parameters
+            .map(|p| Ok((p.name, array(py, p.values, &p.shape)?)))
+            .collect()
+    }
+
     /// Whether the index is the same everywhere, a bool.
     #[getter]
     fn is_constant(&self) -> bool {

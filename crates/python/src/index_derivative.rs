@@ -6,20 +6,29 @@ use crate::limits::Limits;
 use crate::numbers::array;
 use crate::scene::Scene;
 use crate::watch::watched;
+use eikonal::Field as Index;
+use io::Loaded;
 use numpy::PyReadonlyArray1;
 use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError};
 use pyo3::prelude::*;
+use std::ops::Range;
 use transport::attached::IndexDerivativeError;
 use transport::render::{IndexDerivativeOptions, index_derivatives};
 
-/// Derivatives of Σ weights × picture by the index of media, which are given by their names: by samples [z, y, x] of n, or by the parameters of
-/// the field.
+/// What an index is differentiated by: a medium, and the name of a parameter of its field, if it is not all of them.
+struct Wanted<'n> {
+    medium: usize,
+    parameter: Option<&'n str>,
+}
+
+/// Derivatives of Σ weights × picture by indices: `MEDIUM.ior`, by the samples [z, y, x] of a grid or by all parameters of another field in a row, and
+/// `MEDIUM.ior.NAME`, by one parameter.
 #[pyfunction]
 pub fn differentiate_index<'py>(
     py: Python<'py>,
     scene: Py<Scene>,
     limits: Limits,
-    media: Vec<String>,
+    names: Vec<String>,
     weights: PyReadonlyArray1<'py, f64>,
     tick: Option<Py<PyAny>>,
 ) -> PyResult<Vec<Doubles<'py>>> {
@@ -32,9 +41,14 @@ pub fn differentiate_index<'py>(
         let message = "where each wavelength has rays of its own, pictures have no derivatives by an index: render its channels one by one";
         return Err(errors::render(message));
     }
-    let names = || loaded.scene().media().iter().map(|m| m.name.as_str());
-    let media = media.iter().map(|name| only(names(), name, "medium"));
-    let media: Vec<usize> = media.collect::<PyResult<_>>()?;
+    if (1..names.len()).any(|i| names[..i].contains(&names[i])) {
+        return Err(errors::render("a parameter is listed twice"));
+    }
+    let wanted = names.iter().map(|name| wanted(loaded, name));
+    let wanted: Vec<Wanted> = wanted.collect::<PyResult<_>>()?;
+    let mut media: Vec<usize> = wanted.iter().map(|w| w.medium).collect();
+    media.sort_unstable();
+    media.dedup();
     let options = IndexDerivativeOptions {
         path: path(loaded)?,
         samples: limits.samples.unwrap_or(loaded.samples),
@@ -49,14 +63,60 @@ pub fn differentiate_index<'py>(
     })?;
     let found = found.map_err(|e| refused(&e))?.filter(|_| !interrupted);
     let found = found.ok_or_else(|| PyKeyboardInterrupt::new_err(()))?;
-    let both = found.by.into_iter().map(|derivative| {
-        let shape = &derivative.shape;
+    let each = wanted.iter().map(|wanted| {
+        let place = media.iter().position(|id| *id == wanted.medium);
+        let by = &found.by[place.unwrap_or_default()];
+        let (shape, range) = part(
+            &loaded.scene().medium(wanted.medium).index,
+            wanted.parameter,
+        )?;
         Ok((
-            array(py, derivative.values, shape)?,
-            array(py, derivative.errors, shape)?,
+            array(py, by.values[range.clone()].to_vec(), &shape)?,
+            array(py, by.errors[range].to_vec(), &shape)?,
         ))
     });
-    both.collect()
+    each.collect()
+}
+
+/// What a name such as `tissue.ior` or `tissue.ior.delta` stands for.
+fn wanted<'n>(loaded: &Loaded, name: &'n str) -> PyResult<Wanted<'n>> {
+    let (medium, parameter) = match name.strip_suffix(".ior") {
+        Some(medium) => (medium, None),
+        None => {
+            let (medium, parameter) = name.split_once(".ior.").unwrap_or((name, ""));
+            (medium, Some(parameter))
+        }
+    };
+    let media = loaded.scene().media().iter().map(|m| m.name.as_str());
+    let medium = only(media, medium, "medium")?;
+    Ok(Wanted { medium, parameter })
+}
+
+/// The shape of a parameter of a field, or of all, and where its numbers are among those of all.
+fn part(field: &Index, name: Option<&str>) -> PyResult<(Vec<usize>, Range<usize>)> {
+    let Some(name) = name else {
+        return Ok(match field.grid() {
+            Some(grid) => {
+                let [x, y, z] = grid.dims();
+                (vec![z, y, x], 0..x * y * z)
+            }
+            None => (vec![field.parameter_count()], 0..field.parameter_count()),
+        });
+    };
+    let mut first = 0;
+    let all = field.parameters();
+    for parameter in &all {
+        let last = first + parameter.values.len();
+        if parameter.name == name {
+            return Ok((parameter.shape.clone(), first..last));
+        }
+        first = last;
+    }
+    let known: Vec<&str> = all.iter().map(|p| p.name.as_str()).collect();
+    Err(errors::render(format!(
+        "the index has no parameter '{name}': there are {}",
+        known.join(", ")
+    )))
 }
 
 fn refused(error: &IndexDerivativeError) -> PyErr {

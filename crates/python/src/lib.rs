@@ -35,7 +35,7 @@ mod _morgana {
     #[pymodule_export]
     use crate::field::{Field, load_field};
     #[pymodule_export]
-    use crate::grad::{follow_rays, pull_back, sum_of_squares};
+    use crate::grad::{follow_rays, pull_back, push_forward, sum_of_squares};
     #[pymodule_export]
     use crate::image::{compare_images, encode_png, exposure, read_image, write_image};
     #[pymodule_export]

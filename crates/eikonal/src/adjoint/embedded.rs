@@ -30,6 +30,13 @@ impl<'a> Embedded<'a> {
     }
 }
 
+impl Embedded<'_> {
+    /// The field in the box.
+    pub(super) fn inside(&self) -> &Field {
+        self.field
+    }
+}
+
 impl World for Embedded<'_> {
     /// Whether it is the inside.
     type Region = bool;

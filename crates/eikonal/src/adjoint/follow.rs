@@ -49,11 +49,22 @@ pub enum RayFailure {
     /// It takes too many steps, or meets too many surfaces.
     #[error("takes too much work")]
     OverBudget,
+    /// It has come to the receiver without one of the surfaces of a [`Sequence`](super::Sequence).
+    #[error("missed a surface")]
+    MissedSurface,
+    /// A surface of a sequence has reflected it totally.
+    #[error("was totally reflected")]
+    Reflected,
+    /// It does not pass an aperture of a sequence.
+    #[error("was stopped by an aperture")]
+    Stopped,
 }
 
 /// A surface that a ray has met, with what its derivatives need.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Passed<R> {
+    /// Of the world.
+    pub surface: usize,
     pub interface: Interface,
     pub rule: Rule,
     pub x: DVec3,
@@ -255,6 +266,7 @@ impl<'w, W: World> AdjointRay<'w, W> {
             return Err(RayFailure::Lost);
         }
         let passed = Passed {
+            surface: crossing.surface,
             interface,
             rule,
             x: end.x,

@@ -4,7 +4,7 @@ use super::reverse::IndexSink;
 use crate::field::{Field, IndexDerivative};
 use glam::DVec3;
 
-/// Sums of derivatives by the parameters of the field of one region ([`Field::parameter_count`] says which these are).
+/// Sums of derivatives by the field of one region, of which [`Field::parameter_derivative`] makes those by its parameters.
 #[derive(Clone, Debug)]
 pub struct ParameterDerivative<'a, R> {
     region: R,
@@ -19,7 +19,7 @@ impl<'a, R> ParameterDerivative<'a, R> {
         ParameterDerivative {
             region,
             field,
-            values: vec![0.0; field.parameter_count()],
+            values: vec![0.0; field.sum_count()],
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::follow::{AdjointRay, Leg, Passed};
 use crate::connect::World;
 use crate::field::IndexDerivative;
-use crate::interface::{Interface, Rule};
+use crate::interface::{Displacement, Interface, Rule};
 use crate::ray::{DRIFT, KICK, STAGES, Tangents};
 use glam::DVec3;
 
@@ -40,10 +40,29 @@ pub struct StartDerivative {
     pub direction: DVec3,
 }
 
-/// What takes derivatives of a loss by the field of a region.
+/// Derivative of a loss by the [`Displacement`] of a surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SurfaceDerivative {
+    /// By the offset along the normal.
+    pub offset: f64,
+    /// By the turn of the normal.
+    pub turn: DVec3,
+}
+
+/// What takes derivatives of a loss by the fields of regions, and by surfaces if it wants them.
 pub trait IndexSink<R> {
     /// Takes the derivative by n² and ∇n² at `x`.
     fn add(&mut self, region: R, x: DVec3, by: IndexDerivative);
+
+    /// Takes the derivative by the surface that the world calls `surface`, which the ray meets at `x`.
+    fn add_surface(&mut self, surface: usize, x: DVec3, by: SurfaceDerivative) {
+        let _ = (surface, x, by);
+    }
+
+    /// Takes the derivative by the offset of the receiver along its normal, where the ray ends at `x`.
+    fn add_receiver(&mut self, x: DVec3, by_offset: f64) {
+        let _ = (x, by_offset);
+    }
 }
 
 /// Takes no account of fields.
@@ -78,9 +97,11 @@ impl<W: World> AdjointRay<'_, W> {
             by_v: loss.v,
             by_length: loss.optical_length,
         };
-        // The end stays on the receiver: δx + v δσ, δv + a δσ with δσ = −N·δx/(N·v).
+        // The end stays on the receiver, which may be moved by w: δx + v δσ, δv + a δσ with δσ = (w − N·δx)/(N·v).
         let by_span = adjoint.by_x.dot(end.v) + adjoint.by_v.dot(a);
-        adjoint.by_x -= self.normal * (by_span / self.normal.dot(end.v));
+        let by_offset = by_span / self.normal.dot(end.v);
+        sink.add_receiver(end.x, by_offset);
+        adjoint.by_x -= self.normal * by_offset;
         let mut beyond = self.spans.len();
         for leg in self.legs.iter().rev() {
             adjoint.leg(self, leg, beyond, sink);
@@ -172,10 +193,14 @@ impl Adjoint {
         sink.add(passed.near, passed.x, value(near));
         sink.add(passed.far, passed.x, value(far));
         let (by_x, by_v) = self.transposed(interface, *rule, *before);
-        // The optical length changes by (v − v′)·δx_h, which is zero unless indices are matched by declaration.
+        // The optical length changes by (v − v′)·δx_h where δx_h = δx + v (w − N·δx)/(N·v) is on the surface, moved by w.
         let turned = (*before - *after) * self.by_length;
         let normal = interface.normal;
-        let slid = turned - normal * (before.dot(turned) / normal.dot(*before));
+        let slide = before.dot(turned) / normal.dot(*before);
+        let slid = turned - normal * slide;
+        let mut by = self.by_surface(interface, *rule, [*before, *after]);
+        by.offset += slide;
+        sink.add_surface(passed.surface, passed.x, by);
         *self = Adjoint {
             x: passed.x,
             v: *before,
@@ -206,6 +231,27 @@ impl Adjoint {
                 debug_assert!(before.dot(after) > 0.0);
                 [-by_after / (2.0 * near), by_after / (2.0 * far)]
             }
+        }
+    }
+
+    /// The transpose of what a displacement of the surface does, column by column.
+    fn by_surface(
+        &self,
+        interface: &Interface,
+        rule: Rule,
+        velocities: [DVec3; 2],
+    ) -> SurfaceDerivative {
+        let by = |moved| {
+            let (dx, dv) = interface.displaced(rule, velocities, moved);
+            dx.dot(self.by_x) + dv.dot(self.by_v)
+        };
+        let turned = |turn| by(Displacement { offset: 0.0, turn });
+        SurfaceDerivative {
+            offset: by(Displacement {
+                offset: 1.0,
+                turn: DVec3::ZERO,
+            }),
+            turn: DVec3::from_array(DVec3::AXES.map(turned)),
         }
     }
 

@@ -1,10 +1,16 @@
 //! Reverse mode is the transpose of forward mode, to round-off: ⟨λ, F′δ⟩ = ⟨F′ᵀλ, δ⟩ for the discrete map of a ray, with starts
-//! and parameters perturbed at random. Forward mode is written here on its own, from the tangents of steps and interfaces.
+//! and parameters perturbed at random. Forward mode is written here on its own, from the tangents of steps and interfaces; that of the
+//! crate agrees with it.
 
-use super::{AdjointRay, EndDerivative, IndexSink, ParameterDerivative, RayStart, Receiver};
+use super::{
+    AdjointRay, Element, EndDerivative, IndexSink, Layout, LayoutChange, LayoutDerivative,
+    ParameterDerivative, Quadric, RayStart, Receiver, Sequence, StartChange, WorldChange,
+};
 use crate::bounds::Aabb;
 use crate::connect::{Crossing, World};
-use crate::field::{Bspline, Constant, Field, Gaussian, IndexDerivative, Placement};
+use crate::field::{
+    Bspline, Constant, Field, Gaussian, IndexChange, IndexDerivative, LinearSquare, Placement,
+};
 use crate::interface::{Interface, Rule};
 use crate::ray::bernstein::{first_root, height, product};
 use crate::ray::{Arc, DRIFT, KICK, STAGES, Tangents, Tolerance};
@@ -75,7 +81,7 @@ impl Perturbation {
     fn of_index(&self, world: &BallLens, region: usize, x: DVec3) -> (f64, DVec3) {
         let by = |by| {
             let field = world.field(region);
-            let mut values = vec![0.0; field.parameter_count()];
+            let mut values = vec![0.0; field.sum_count()];
             field.add_parameter_derivative(x, by, &mut values);
             dot(&values, &self.parameters[region])
         };
@@ -90,6 +96,15 @@ impl Perturbation {
             gradient: DVec3::ZERO,
         });
         (value, DVec3::from_array(DVec3::AXES.map(slope)))
+    }
+}
+
+/// A perturbation of the world that it belongs to.
+struct Perturbed<'a>(&'a BallLens, &'a Perturbation);
+
+impl WorldChange<usize> for Perturbed<'_> {
+    fn index(&self, region: usize, x: DVec3) -> IndexChange {
+        self.0.fields[region].index_change(x, &self.1.parameters[region])
     }
 }
 
@@ -225,7 +240,7 @@ fn reverse_mode_is_the_transpose_of_forward_mode() {
             passed += ray.legs.len() - 1;
             let tilt = vector(&mut rng);
             let mut parameters = |region: usize| {
-                let count = world.fields[region].parameter_count();
+                let count = world.fields[region].sum_count();
                 (0..count).map(|_| 0.1 * rng.range(-1.0, 1.0)).collect()
             };
             let by = Perturbation {
@@ -242,6 +257,15 @@ fn reverse_mode_is_the_transpose_of_forward_mode() {
             let mut sinks = Both([sink(0), sink(1)]);
             let back = ray.pull_back(&loss, &mut sinks).unwrap();
             let (dx, dv, ds) = forward(&ray, &by);
+            let start = StartChange {
+                x: by.x,
+                direction: by.direction,
+            };
+            let pushed = ray.push_forward(&start, &Perturbed(world, &by)).unwrap();
+            let apart = (pushed.x - dx).length() + (pushed.v - dv).length();
+            let apart = apart + (pushed.optical_length - ds).abs();
+            let whole = dx.length() + dv.length() + ds.abs();
+            assert!(apart < 1e-11 * whole, "world {number}: {apart:e}");
             let terms = [loss.x.dot(dx), loss.v.dot(dv), loss.optical_length * ds];
             let [outside, within] = [0, 1].map(|r| dot(&sinks.0[r].values, &by.parameters[r]));
             let reverse = back.x.dot(by.x) + back.direction.dot(by.direction) + outside + within;
@@ -251,4 +275,99 @@ fn reverse_mode_is_the_transpose_of_forward_mode() {
         }
     }
     assert!(passed > 100, "{passed} surfaces");
+}
+
+/// A lens of graded glass between a conic and a sphere, a stop within it, a cylinder and a plane behind it.
+fn train() -> ([Element; 5], [Field; 5]) {
+    let cube = Aabb::new(DVec3::splat(-1.5), DVec3::splat(1.5));
+    let waves = |x: DVec3| 1.5 + 0.03 * (2.0 * x.x + x.y).sin() * (1.5 * x.z - 0.5 * x.y).cos();
+    let grid = Bspline::from_fn([9, 8, 10], cube, Placement::Nodes, waves).unwrap();
+    let bump = Gaussian::new(1.1, 0.1, DVec3::new(0.1, 0.05, 0.9), 0.4).unwrap();
+    let slope = LinearSquare::new(1.3, DVec3::new(0.05, -0.1, 0.08), DVec3::ZERO).unwrap();
+    let tilted = |x: f64, y: f64| DVec3::new(x, y, 1.0).normalize();
+    let curvature = 0.6;
+    let elements = [
+        Element::Refracting(Quadric {
+            point: DVec3::new(0.02, 0.0, -0.6),
+            axis: tilted(0.05, -0.02),
+            form: [curvature, -0.8 * curvature, -2.0, 0.0],
+        }),
+        Element::Aperture(Quadric::plane(DVec3::Z * -0.1, tilted(0.0, 0.1)), 0.6),
+        Element::Refracting(Quadric {
+            point: DVec3::new(0.0, 0.05, -1.0),
+            axis: DVec3::Z,
+            form: [1.0, 0.0, 0.0, -1.4 * 1.4],
+        }),
+        Element::Refracting(Quadric {
+            point: DVec3::new(0.05, 0.0, 1.9),
+            axis: DVec3::new(0.1, 1.0, 0.05).normalize(),
+            form: [1.0, -1.0, 0.0, -1.0],
+        }),
+        Element::Refracting(Quadric::plane(DVec3::Z * 1.3, tilted(0.1, 0.05))),
+    ];
+    let media = [
+        slope.into(),
+        grid.into(),
+        bump.into(),
+        Constant::new(1.4).into(),
+        Constant::new(1.0).into(),
+    ];
+    (elements, media)
+}
+
+#[test]
+fn sequences_are_transposed_too() {
+    let (elements, media) = train();
+    let layout = Layout::Sequence(Sequence::new(&elements, &media).unwrap());
+    let receiver = Receiver::Plane {
+        point: DVec3::Z * 2.0,
+        normal: DVec3::new(0.1, 0.05, 1.0).normalize(),
+    };
+    let mut rng = Rng::new(12);
+    let mut ray = AdjointRay::new(&layout, receiver, Tolerance::default(), 20.0);
+    for _ in 0..20 {
+        let vector = |rng: &mut Rng| DVec3::from_array(rng.direction());
+        let direction = (DVec3::Z + 0.1 * vector(&mut rng)).normalize();
+        let start = RayStart {
+            x: DVec3::Z * -1.3 + 0.2 * vector(&mut rng),
+            direction,
+            region: 0,
+        };
+        ray.follow_through(start).unwrap();
+        let tilt = vector(&mut rng);
+        let begin = StartChange {
+            x: vector(&mut rng),
+            direction: tilt - direction * direction.dot(tilt),
+        };
+        let mut change = LayoutChange::new(&layout, receiver);
+        let media = change.media.iter_mut().flatten();
+        let rest = change.surfaces.iter_mut().flatten().chain(&mut change.exit);
+        media.chain(rest).for_each(|v| *v = rng.range(-0.1, 0.1));
+        let loss = EndDerivative {
+            x: vector(&mut rng),
+            v: vector(&mut rng),
+            optical_length: rng.range(-1.0, 1.0),
+        };
+        let mut sums = LayoutDerivative::new(&layout, receiver);
+        let back = ray.pull_back(&loss, &mut sums).unwrap();
+        let end = ray.push_forward(&begin, &change).unwrap();
+        let terms = [
+            loss.x.dot(end.x),
+            loss.v.dot(end.v),
+            loss.optical_length * end.optical_length,
+        ];
+        let pairs = [
+            (sums.media.concat(), change.media.concat()),
+            (
+                sums.surfaces.as_flattened().to_vec(),
+                change.surfaces.as_flattened().to_vec(),
+            ),
+            (sums.exit.to_vec(), change.exit.to_vec()),
+        ];
+        let others: f64 = pairs.iter().map(|(a, b)| dot(a, b)).sum();
+        let reverse = back.x.dot(begin.x) + back.direction.dot(begin.direction) + others;
+        let size: f64 = terms.iter().map(|term| term.abs()).sum();
+        let error = (terms.iter().sum::<f64>() - reverse).abs() / size;
+        assert!(error < 1e-12, "{error:e}");
+    }
 }

@@ -1,12 +1,12 @@
 //! Index modulated by cylindrical standing waves of sound (docs/theory.md#sound).
 
-use super::Jet;
-use super::acoustic_mode::{AcousticMode, EVERYWHERE, Wave};
+use super::acoustic_mode::{AcousticMode, EVERYWHERE, MODE_PARAMETERS, Wave};
 use super::axis::Axis;
 use super::bessel_table::BesselTable;
 use super::error::{FieldError, positive};
 use super::modulation::Amplitude;
 use super::sound::Sound;
+use super::{IndexDerivative, Jet};
 use crate::bounds::{Aabb, FieldBounds, IndexBounds};
 use glam::{DVec2, DVec3};
 
@@ -127,6 +127,62 @@ impl Acoustic {
     /// n₀.
     pub(super) fn n0(&self) -> f64 {
         self.n0
+    }
+
+    /// Names and numbers of its parameters. Those of several modes are numbered. The axis and the reference direction are unit vectors, the
+    /// latter across the axis.
+    pub(super) fn parameters(&self) -> Vec<(String, Vec<f64>)> {
+        let (axis, [reference, _]) = (&self.axis, self.axis.basis());
+        let vector = |name: &str, v: DVec3| (name.to_owned(), v.to_array().to_vec());
+        let mut all = vec![
+            ("n0".to_owned(), vec![self.n0]),
+            vector("origin", axis.origin()),
+            vector("direction", axis.direction()),
+            vector("reference", reference),
+        ];
+        for (i, mode) in self.modes.iter().enumerate() {
+            for (name, value) in MODE_PARAMETERS.iter().zip(mode.numbers()) {
+                let name = match self.modes.len() {
+                    1 => (*name).to_owned(),
+                    _ => format!("modes[{i}].{name}"),
+                };
+                all.push((name, vec![value]));
+            }
+        }
+        all
+    }
+
+    pub(super) fn parameter_count(&self) -> usize {
+        10 + MODE_PARAMETERS.len() * self.modes.len()
+    }
+
+    /// Adds derivatives by these parameters.
+    pub(super) fn add_parameter_derivative(&self, x: DVec3, by: IndexDerivative, into: &mut [f64]) {
+        let d = self.axis.transverse(x);
+        let jet = self.jet(x);
+        let n = jet.n2.sqrt();
+        // n² and ∇n² change by 2n δn and 2(∇n δn + n ∇δn).
+        let by_value = 2.0 * n * by.n2 + jet.grad.dot(by.gradient) / n;
+        let by_slope = self.axis.across(by.gradient) * (2.0 * n);
+        into[0] += by_value;
+        let moved = -(jet.grad * by.n2 + jet.hess * by.gradient);
+        // Of a rotation about the origin.
+        let from = x - self.axis.origin();
+        let torque = from.cross(moved) + jet.grad.cross(by.gradient);
+        let (axis, [_, e2]) = (self.axis.direction(), self.axis.basis());
+        let vectors = [moved, torque.cross(axis), e2 * torque.dot(axis)];
+        let vectors = vectors.map(|v| v.to_array()).concat();
+        into[1..10]
+            .iter_mut()
+            .zip(vectors)
+            .for_each(|(sum, v)| *sum += v);
+        let sums = into[10..].chunks_exact_mut(MODE_PARAMETERS.len());
+        for ((mode, table), sums) in self.modes.iter().zip(&self.tables).zip(sums) {
+            let changes = mode.changes(d, table.as_ref());
+            for (sum, (value, slope)) in sums.iter_mut().zip(changes) {
+                *sum += by_value * value + by_slope.dot(slope);
+            }
+        }
     }
 
     fn wave(&self, d: DVec2) -> Wave {

@@ -14,6 +14,8 @@ pub struct AcousticMode {
     peak: f64,
     /// τ.
     time_phase: f64,
+    /// e^{i(ωt + τ)}; zero without sound.
+    instant: DVec2,
     /// Δn cos(ωt + τ).
     amplitude: f64,
     order: u16,
@@ -37,6 +39,7 @@ impl AcousticMode {
         Ok(AcousticMode {
             peak: amplitude,
             time_phase: 0.0,
+            instant: DVec2::X,
             amplitude,
             order,
             wave_number: positive("wave number of an acoustic mode", wave_number)?,
@@ -97,6 +100,7 @@ impl AcousticMode {
     /// The mode without sound.
     pub(super) fn at_rest(self) -> Self {
         AcousticMode {
+            instant: DVec2::ZERO,
             amplitude: 0.0,
             ..self
         }
@@ -110,6 +114,7 @@ impl AcousticMode {
     /// The mode at the instant when it changes the index most.
     pub(super) fn loudest(self) -> Self {
         AcousticMode {
+            instant: DVec2::X,
             amplitude: self.peak,
             ..self
         }
@@ -117,10 +122,46 @@ impl AcousticMode {
 
     /// The mode at the phase ωt.
     pub(super) fn at_phase(self, phase: f64) -> Self {
+        let instant = DVec2::from_angle(phase + self.time_phase);
         AcousticMode {
-            amplitude: self.peak * (phase + self.time_phase).cos(),
+            instant,
+            amplitude: self.peak * instant.x,
             ..self
         }
+    }
+
+    /// Numbers that describe it, in the order of [`MODE_PARAMETERS`].
+    pub(super) fn numbers(&self) -> [f64; 4] {
+        [
+            self.peak,
+            self.wave_number,
+            self.turn.to_angle(),
+            self.time_phase,
+        ]
+    }
+
+    /// Changes of value and gradient at transverse position `d` by these numbers.
+    pub(super) fn changes(&self, d: DVec2, table: Option<&BesselTable>) -> [(f64, DVec2); 4] {
+        let of = |amplitude: f64, turn: DVec2| {
+            let mode = AcousticMode {
+                amplitude,
+                turn,
+                ..*self
+            };
+            mode.wave(d, table)
+        };
+        let unit = of(1.0, self.turn);
+        let turned = of(self.amplitude, DVec2::Y.rotate(self.turn));
+        let wave = of(self.amplitude, self.turn);
+        let hess_d = DVec2::new(wave.xx * d.x + wave.xy * d.y, wave.xy * d.x + wave.yy * d.y);
+        let per = 1.0 / self.wave_number;
+        let scaled = |factor: f64| (unit.value * factor, unit.grad * factor);
+        [
+            scaled(self.instant.x),
+            (d.dot(wave.grad) * per, (wave.grad + hess_d) * per),
+            (turned.value, turned.grad),
+            scaled(-self.peak * self.instant.y),
+        ]
     }
 
     /// Upper bounds over all radii r in `range` of |value|, |gradient| and |curvature|.
@@ -227,6 +268,9 @@ impl AcousticMode {
         }
     }
 }
+
+/// Names of the numbers of a mode, as in scenes.
+pub(super) const MODE_PARAMETERS: [&str; 4] = ["amplitude", "wave_number", "phase", "time_phase"];
 
 /// All distances to the axis.
 pub(super) const EVERYWHERE: [f64; 2] = [0.0, f64::INFINITY];

@@ -58,6 +58,25 @@ impl Affine {
         (self.local(x), IndexDerivative { gradient, ..by })
     }
 
+    /// The map to the world, its matrix and then its translation, in rows of four.
+    pub(super) fn to_world_rows(&self) -> [f64; 12] {
+        let to_world = self.to_local.inverse();
+        let rows = to_world.matrix3.transpose();
+        let rows = [rows.x_axis, rows.y_axis, rows.z_axis];
+        rows_of_four(rows, to_world.translation)
+    }
+
+    /// Adds derivatives by the map to the world. A change (δA, δt) moves a point that is y in local coordinates by δAy + δt, and turns
+    /// ∇n² by −(δA M)ᵀ∇n².
+    pub(super) fn add_map_derivative(&self, x: DVec3, by: IndexDerivative, into: &mut [f64]) {
+        let jet = self.jet(x);
+        let moved = -(jet.grad * by.n2 + jet.hess * by.gradient);
+        let (y, turned) = (self.local(x), self.to_local.matrix3 * by.gradient);
+        let row = |i: usize| y * moved[i] - turned * jet.grad[i];
+        let rows = rows_of_four([0, 1, 2].map(row), moved);
+        into.iter_mut().zip(rows).for_each(|(sum, by)| *sum += by);
+    }
+
     /// Another field under the same transform.
     pub(super) fn over(&self, field: Field) -> Self {
         Affine {
@@ -153,6 +172,13 @@ impl Affine {
     pub(super) fn is_constant(&self) -> bool {
         self.field.is_constant()
     }
+}
+
+fn rows_of_four(rows: [DVec3; 3], last: DVec3) -> [f64; 12] {
+    std::array::from_fn(|i| match i % 4 {
+        3 => last[i / 4],
+        column => rows[i / 4][column],
+    })
 }
 
 fn largest_singular_value(m: DMat3) -> f64 {

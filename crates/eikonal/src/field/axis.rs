@@ -49,6 +49,21 @@ impl Axis {
         })
     }
 
+    /// A point of it.
+    pub(super) fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
+    /// Its unit direction.
+    pub(super) fn direction(&self) -> DVec3 {
+        self.e1.cross(self.e2)
+    }
+
+    /// e₁ and e₂.
+    pub(super) fn basis(&self) -> [DVec3; 2] {
+        [self.e1, self.e2]
+    }
+
     /// Transverse coordinates of `x`.
     pub(super) fn transverse(&self, x: DVec3) -> DVec2 {
         self.across(x - self.origin)

@@ -1,9 +1,12 @@
 //! An index by a formula in three coordinates (docs/theory.md#formulas).
 
-use super::Jet;
-use super::formula::{Formula, GRADIENT, HESSIAN, Interval, Program, Real, Series, Spatial, VALUE};
+use super::analytic::add_mixed;
+use super::formula::{
+    Formula, Free, GRADIENT, HESSIAN, Interval, Program, Real, Series, Spatial, VALUE,
+};
 use super::lengths::Lengths;
 use super::steepness::{Steepness, length_at, length_within};
+use super::{IndexDerivative, Jet};
 use crate::bounds::{Aabb, FieldBounds, interval_eigenvalues};
 use glam::{DMat3, DVec3};
 use std::array::from_fn;
@@ -20,6 +23,8 @@ const SHORTEST: f64 = 1e-4;
 #[derive(Clone, Debug)]
 pub struct Expression {
     program: Arc<Program>,
+    /// The same with its parameters free.
+    free: Option<Arc<Free>>,
     scales: Option<Arc<Scales>>,
 }
 
@@ -27,7 +32,21 @@ impl Expression {
     pub(super) fn new(formula: Formula) -> Self {
         Expression {
             program: Arc::new(formula.program),
+            free: formula.free.map(Arc::new),
             scales: None,
+        }
+    }
+
+    /// The formula with its parameters free.
+    pub(super) fn free(&self) -> Option<&Free> {
+        self.free.as_deref()
+    }
+
+    /// Adds derivatives by the parameters of the formula.
+    pub(super) fn add_parameter_derivative(&self, x: DVec3, by: IndexDerivative, into: &mut [f64]) {
+        if let Some(free) = &self.free {
+            let squared = |x: [_; 3], p: &[_]| free.run(&x, p);
+            add_mixed(free.values(), x, by, squared, into);
         }
     }
 
@@ -127,6 +146,7 @@ impl Expression {
     pub(super) fn prepared(&self, region: &Aabb) -> Self {
         Expression {
             program: Arc::clone(&self.program),
+            free: self.free.clone(),
             scales: Some(Arc::new(Scales::new(self, region))),
         }
     }

@@ -1,6 +1,8 @@
 //! Maxwell's fisheye.
 
+use super::analytic::{Analytic, MOST, difference, dot};
 use super::error::{FieldError, finite_vector, positive};
+use super::formula::Number;
 use super::{Jet, radial};
 use crate::bounds::{Aabb, FieldBounds};
 use glam::DVec3;
@@ -79,5 +81,20 @@ impl Fisheye {
 
     pub(super) fn is_constant(&self) -> bool {
         false
+    }
+}
+
+impl Analytic for Fisheye {
+    const PARAMETERS: &'static [(&'static str, usize)] = &[("n0", 1), ("center", 3), ("radius", 1)];
+
+    fn numbers(&self) -> [f64; MOST] {
+        let [x, y, z] = self.center.to_array();
+        [self.n2_center.sqrt(), x, y, z, self.radius, 0.0, 0.0, 0.0]
+    }
+
+    fn squared<N: Number>(x: [N; 3], p: &[N]) -> N {
+        let d = difference(x, &p[1..4]);
+        let share = dot(&d, &d).div(&p[4].square());
+        p[0].div(&share.plus(1.0)).square()
     }
 }

@@ -1,7 +1,9 @@
 //! A Gaussian bump of the index.
 
+use super::analytic::{Analytic, MOST, difference, dot};
 use super::error::{FieldError, finite, finite_vector, positive};
-use super::{IndexDerivative, Jet, radial};
+use super::formula::{Function, Number};
+use super::{Jet, radial};
 use crate::bounds::{Aabb, FieldBounds, IndexBounds};
 use glam::DVec3;
 
@@ -55,30 +57,6 @@ impl Gaussian {
         radial::jet(d, [n * n, f1, f2])
     }
 
-    /// Adds derivatives by n₀, Δn, the centre and the width.
-    pub(super) fn add_parameter_derivative(&self, x: DVec3, by: IndexDerivative, into: &mut [f64]) {
-        let (d, bump) = self.offset(x);
-        let n = self.n0 + bump;
-        let per_area = 1.0 / (self.width * self.width);
-        let r2 = d.length_squared();
-        // Of changes of n₀ and of the bump, at fixed d and width.
-        let change = |of_n0: f64, of_bump: f64| {
-            let of_n = of_n0 + of_bump;
-            by.of(
-                2.0 * n * of_n,
-                d * (-2.0 * per_area * (of_n * bump + n * of_bump)),
-            )
-        };
-        into[0] += change(1.0, 0.0);
-        into[1] += change(0.0, (-0.5 * r2 * per_area).exp());
-        for axis in 0..3 {
-            let moved = DVec3::AXES[axis] * (2.0 * n * bump * per_area);
-            into[2 + axis] += change(0.0, bump * d[axis] * per_area) + by.of(0.0, moved);
-        }
-        let steeper = d * (4.0 * n * bump * per_area / self.width);
-        into[5] += change(0.0, bump * r2 * per_area / self.width) + by.of(0.0, steeper);
-    }
-
     /// With r in units of w the gradient of the bump r e^(−r²/2) has its maximum at r = 1; the
     /// eigenvalues of its Hessian are −e^(−r²/2) across, which increases, and (r² − 1)e^(−r²/2)
     /// along the radius, with a maximum at r = √3.
@@ -117,6 +95,22 @@ impl Gaussian {
 
     pub(super) fn is_constant(&self) -> bool {
         self.delta == 0.0
+    }
+}
+
+impl Analytic for Gaussian {
+    const PARAMETERS: &'static [(&'static str, usize)] =
+        &[("n0", 1), ("delta", 1), ("center", 3), ("width", 1)];
+
+    fn numbers(&self) -> [f64; MOST] {
+        let [x, y, z] = self.center.to_array();
+        [self.n0, self.delta, x, y, z, self.width, 0.0, 0.0]
+    }
+
+    fn squared<N: Number>(x: [N; 3], p: &[N]) -> N {
+        let d = difference(x, &p[2..5]);
+        let exponent = dot(&d, &d).div(&p[5].square()).times(-0.5);
+        p[1].mul(&exponent.apply(Function::Exp)).add(&p[0]).square()
     }
 }
 

@@ -1,7 +1,9 @@
 //! Fields that change linearly along one direction, in n or in n².
 
 use super::Jet;
+use super::analytic::{Analytic, MOST, difference, dot};
 use super::error::{FieldError, finite_vector, positive};
+use super::formula::Number;
 use crate::bounds::{Aabb, FieldBounds, IndexBounds};
 use glam::{DMat3, DVec3};
 
@@ -129,5 +131,33 @@ impl LinearSquare {
 
     pub(super) fn is_constant(&self) -> bool {
         self.slope == DVec3::ZERO
+    }
+}
+
+impl Analytic for LinearIndex {
+    const PARAMETERS: &'static [(&'static str, usize)] = &[("n0", 1), ("slope", 3), ("origin", 3)];
+
+    fn numbers(&self) -> [f64; MOST] {
+        let ([a, b, c], [x, y, z]) = (self.slope.to_array(), self.origin.to_array());
+        [self.n0, a, b, c, x, y, z, 0.0]
+    }
+
+    fn squared<N: Number>(x: [N; 3], p: &[N]) -> N {
+        let d = difference(x, &p[4..7]);
+        p[0].add(&dot(&d, &p[1..4])).square()
+    }
+}
+
+impl Analytic for LinearSquare {
+    const PARAMETERS: &'static [(&'static str, usize)] = &[("n0", 1), ("slope", 3), ("origin", 3)];
+
+    fn numbers(&self) -> [f64; MOST] {
+        let ([a, b, c], [x, y, z]) = (self.slope.to_array(), self.origin.to_array());
+        [self.n2.sqrt(), a, b, c, x, y, z, 0.0]
+    }
+
+    fn squared<N: Number>(x: [N; 3], p: &[N]) -> N {
+        let d = difference(x, &p[4..7]);
+        p[0].square().add(&dot(&d, &p[1..4]))
     }
 }

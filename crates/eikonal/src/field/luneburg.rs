@@ -1,6 +1,8 @@
 //! The Luneburg lens.
 
+use super::analytic::{Analytic, MOST, difference, dot};
 use super::error::{FieldError, finite_vector, positive};
+use super::formula::Number;
 use super::{Jet, radial};
 use crate::bounds::{Aabb, FieldBounds};
 use glam::DVec3;
@@ -73,5 +75,21 @@ impl Luneburg {
 
     pub(super) fn is_constant(&self) -> bool {
         false
+    }
+}
+
+impl Analytic for Luneburg {
+    const PARAMETERS: &'static [(&'static str, usize)] =
+        &[("n_exterior", 1), ("center", 3), ("radius", 1)];
+
+    fn numbers(&self) -> [f64; MOST] {
+        let [x, y, z] = self.center.to_array();
+        [self.n2_ext.sqrt(), x, y, z, self.radius, 0.0, 0.0, 0.0]
+    }
+
+    fn squared<N: Number>(x: [N; 3], p: &[N]) -> N {
+        let d = difference(x, &p[1..4]);
+        let share = dot(&d, &d).div(&p[4].square());
+        p[0].square().mul(&share.times(-1.0).plus(2.0))
     }
 }

@@ -3,6 +3,7 @@
 mod acoustic;
 mod acoustic_mode;
 mod affine;
+mod analytic;
 mod axis;
 mod bessel;
 mod bessel_table;
@@ -41,7 +42,7 @@ pub use gaussian::Gaussian;
 pub use linear::{LinearIndex, LinearSquare};
 pub use luneburg::Luneburg;
 pub use modulation::{Modulation, SoundAmplitude};
-pub use parameters::IndexDerivative;
+pub use parameters::{IndexChange, IndexDerivative, Parameter};
 pub use profile::IndexProfile;
 pub use sampled_sound::{SampledSound, SoundSamples};
 pub use scaled::Scaled;

@@ -1,5 +1,9 @@
 //! Derivatives by the parameters of fields (docs/theory.md#derivatives-of-rays).
+//!
+//! While rays are followed, sums are made by what is at hand there: a spline's coefficients in place of its samples. Afterwards
+//! [`Field::parameter_derivative`] makes of them those by the parameters.
 
+use super::analytic::{self, Analytic};
 use super::{Bspline, Field};
 use glam::DVec3;
 
@@ -14,38 +18,116 @@ pub struct IndexDerivative {
 
 impl IndexDerivative {
     /// Of a change of n² and of ∇n².
-    pub(super) fn of(&self, n2: f64, gradient: DVec3) -> f64 {
+    fn of(&self, n2: f64, gradient: DVec3) -> f64 {
         self.n2 * n2 + self.gradient.dot(gradient)
     }
 }
 
-impl Field {
-    /// Number of parameters by which derivatives can be taken:
-    ///
-    /// | field | parameters |
-    /// |---|---|
-    /// | `Constant` | n |
-    /// | `Gaussian` | n₀, Δn, centre (3), width |
-    /// | `Selfoc` | n₀, α |
-    /// | `Bspline` | coefficients, which [`Bspline::sample_derivative`](super::Bspline::sample_derivative) turns into samples |
-    /// | `Affine`, `Scaled` | those of the field within |
-    /// | `Sum` | those of its terms, one after another |
-    ///
-    /// Other fields have none.
-    pub fn parameter_count(&self) -> usize {
-        match self {
-            Field::Constant(_) => 1,
-            Field::Gaussian(_) => 6,
-            Field::Selfoc(_) => 2,
-            Field::Bspline(f) => f.coefficient_count(),
-            Field::Sum(f) => f.terms().map(Field::parameter_count).sum(),
-            Field::Affine(f) => f.inner().parameter_count(),
-            Field::Scaled(f) => f.inner().parameter_count(),
-            _ => 0,
+/// Change of n² and ∇n² at a point.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct IndexChange {
+    /// Of n².
+    pub n2: f64,
+    /// Of ∇n².
+    pub gradient: DVec3,
+}
+
+impl std::ops::Add for IndexChange {
+    type Output = Self;
+
+    fn add(self, o: Self) -> Self {
+        IndexChange {
+            n2: self.n2 + o.n2,
+            gradient: self.gradient + o.gradient,
+        }
+    }
+}
+
+/// A parameter of a field.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// Its name, as in scenes; those of a term of a sum begin with `terms[i].`.
+    pub name: String,
+    /// Of its numbers; empty for a single one.
+    pub shape: Vec<usize>,
+    /// Its numbers, in rows.
+    pub values: Vec<f64>,
+}
+
+impl Parameter {
+    fn new(name: impl Into<String>, shape: &[usize], values: Vec<f64>) -> Self {
+        Parameter {
+            name: name.into(),
+            shape: shape.to_vec(),
+            values,
         }
     }
 
-    /// The grid whose coefficients its parameters are, if it is one: moved or multiplied, but no sum.
+    /// A number, or a vector.
+    fn of(name: impl Into<String>, values: Vec<f64>) -> Self {
+        let shape = [values.len()];
+        let shape = if values.len() == 1 { &[] } else { &shape[..] };
+        Parameter::new(name, shape, values)
+    }
+}
+
+/// Calls a function for a field of a formula that is built in, in place of `$other` for another.
+macro_rules! analytic {
+    ($self:expr, $f:ident => $e:expr, $other:expr) => {
+        match $self {
+            Field::LinearIndex($f) => $e,
+            Field::LinearSquare($f) => $e,
+            Field::Luneburg($f) => $e,
+            Field::Selfoc($f) => $e,
+            Field::Fisheye($f) => $e,
+            Field::Gaussian($f) => $e,
+            _ => $other,
+        }
+    };
+}
+
+/// Names and numbers of the parameters of a formula that is built in.
+fn named<A: Analytic>(field: &A) -> Vec<Parameter> {
+    let numbers = field.numbers();
+    let mut rest = &numbers[..];
+    let each = A::PARAMETERS.iter().map(|(name, count)| {
+        let (own, others) = rest.split_at(*count);
+        rest = others;
+        Parameter::of(*name, own.to_vec())
+    });
+    each.collect()
+}
+
+/// Number of a field's parameters.
+fn count<A: Analytic>(_: &A) -> usize {
+    analytic::count::<A>()
+}
+
+/// Shape of the samples of a grid, z first.
+fn shape(grid: &Bspline) -> [usize; 3] {
+    let [x, y, z] = grid.dims();
+    [z, y, x]
+}
+
+/// Derivatives by the samples of n from those by coefficients of n².
+fn by_samples(grid: &Bspline, by: Vec<f64>) -> Vec<f64> {
+    let by_squares = grid.sample_derivative(by).into_iter();
+    let indices = grid.samples().into_iter();
+    by_squares
+        .zip(indices)
+        .map(|(by, n)| by * 2.0 * n)
+        .collect()
+}
+
+/// The transpose: changes of coefficients of n² from those of the samples of n.
+fn of_samples(grid: &Bspline, change: &[f64]) -> Vec<f64> {
+    let indices = grid.samples().into_iter();
+    let squares = change.iter().zip(indices).map(|(of, n)| of * 2.0 * n);
+    grid.sample_change(&squares.collect::<Vec<_>>())
+}
+
+impl Field {
+    /// The grid whose samples its first parameters are, if it is one: moved or multiplied, but no sum.
     pub fn grid(&self) -> Option<&Bspline> {
         match self {
             Field::Bspline(f) => Some(f),
@@ -55,27 +137,271 @@ impl Field {
         }
     }
 
-    /// Adds the derivatives of a loss by the parameters to `into`, given that by n² and ∇n² at `x`.
+    /// The parameters by which derivatives can be taken:
+    ///
+    /// | field | parameters |
+    /// |---|---|
+    /// | `Constant` | value |
+    /// | `LinearIndex`, `LinearSquare` | n0, slope, origin |
+    /// | `Luneburg` | n_exterior, center, radius |
+    /// | `Selfoc` | n0, alpha, origin, direction (a unit vector) |
+    /// | `Fisheye` | n0, center, radius |
+    /// | `Gaussian` | n0, delta, center, width |
+    /// | `Acoustic` | n0, origin, direction, reference (unit vectors); of each mode amplitude, wave_number, phase, time_phase |
+    /// | `Bspline` | samples of n, (z, y, x), which the spline interpolates |
+    /// | `SampledSound` | n0; amplitude, (z, y, x, 2): real and imaginary parts, in index |
+    /// | `Expression`, `IndexProfile` | the numbers that the formula uses by names; or the samples of the table, in index |
+    /// | `Sum` | reference; those of its terms |
+    /// | `Affine` | those of the field within; to_world, (3, 4): matrix and translation |
+    /// | `Scaled` | those of the field within; factor |
+    ///
+    /// A formula so long that its numbers find no register has none.
+    pub fn parameters(&self) -> Vec<Parameter> {
+        match self {
+            Field::Constant(f) => vec![Parameter::of("value", vec![f.n()])],
+            Field::Acoustic(f) => {
+                let each = f.parameters().into_iter();
+                each.map(|(name, values)| Parameter::of(name, values))
+                    .collect()
+            }
+            Field::Bspline(f) => vec![Parameter::new("samples", &shape(f), f.samples())],
+            Field::SampledSound(f) => {
+                let [z, y, x] = shape(f.instant());
+                let wave = f.wave();
+                let parts = wave.amplitude.iter().flatten().map(|v| f64::from(*v));
+                let amplitude = parts.collect();
+                vec![
+                    Parameter::of("n0", vec![wave.n0]),
+                    Parameter::new("amplitude", &[z, y, x, 2], amplitude),
+                ]
+            }
+            Field::Expression(f) => of_formula(f.free()),
+            Field::IndexProfile(f) => match f.table_values() {
+                Some(values) => vec![Parameter::new("samples", &[values.len()], values)],
+                None => of_formula(f.free()),
+            },
+            Field::Sum(f) => {
+                let mut all = vec![Parameter::of("reference", vec![f.reference()])];
+                for (i, term) in f.terms().enumerate() {
+                    all.extend(within(&format!("terms[{i}]."), term));
+                }
+                all
+            }
+            Field::Affine(f) => {
+                let rows = f.to_world_rows().to_vec();
+                followed_by(f.inner(), Parameter::new("to_world", &[3, 4], rows))
+            }
+            Field::Scaled(f) => {
+                followed_by(f.inner(), Parameter::of("factor", vec![f.square().sqrt()]))
+            }
+            _ => analytic!(self, f => named(f), Vec::new()),
+        }
+    }
+
+    /// Number of sums that derivatives need while rays are followed.
+    pub fn sum_count(&self) -> usize {
+        match self {
+            Field::Constant(_) => 1,
+            Field::Acoustic(f) => f.parameter_count(),
+            Field::Bspline(f) => f.coefficient_count(),
+            Field::SampledSound(f) => f.instant().coefficient_count(),
+            Field::Expression(f) => f.free().map_or(0, |free| free.values().len()),
+            Field::IndexProfile(f) => f.parameter_count(),
+            Field::Sum(f) => 1 + f.terms().map(Field::sum_count).sum::<usize>(),
+            Field::Affine(f) => f.inner().sum_count() + 12,
+            Field::Scaled(f) => f.inner().sum_count() + 1,
+            _ => analytic!(self, f => count(f), 0),
+        }
+    }
+
+    /// Number of numbers of all parameters.
+    pub fn parameter_count(&self) -> usize {
+        match self {
+            Field::Bspline(f) => f.dims().iter().product(),
+            Field::SampledSound(f) => 1 + 2 * f.wave().amplitude.len(),
+            Field::IndexProfile(f) => match f.table_values() {
+                Some(values) => values.len(),
+                None => f.parameter_count(),
+            },
+            Field::Sum(f) => 1 + f.terms().map(Field::parameter_count).sum::<usize>(),
+            Field::Affine(f) => f.inner().parameter_count() + 12,
+            Field::Scaled(f) => f.inner().parameter_count() + 1,
+            _ => self.sum_count(),
+        }
+    }
+
+    /// Adds the derivatives of a loss to the sums, given that by n² and ∇n² at `x`.
     pub fn add_parameter_derivative(&self, x: DVec3, by: IndexDerivative, into: &mut [f64]) {
         match self {
             Field::Constant(f) => into[0] += by.n2 * 2.0 * f.n(),
-            Field::Gaussian(f) => f.add_parameter_derivative(x, by, into),
-            Field::Selfoc(f) => f.add_parameter_derivative(x, by, into),
+            Field::Acoustic(f) => f.add_parameter_derivative(x, by, into),
             Field::Bspline(f) => f.add_coefficient_derivative(x, by, into),
+            Field::SampledSound(f) => f.instant().add_coefficient_derivative(x, by, into),
+            Field::Expression(f) => f.add_parameter_derivative(x, by, into),
+            Field::IndexProfile(f) => f.add_parameter_derivative(x, by, into),
             Field::Sum(f) => {
-                let mut rest = into;
+                let (reference, mut rest) = into.split_at_mut(1);
+                let more = f.terms().count() as f64 - 1.0;
+                reference[0] -= by.n2 * 2.0 * f.reference() * more;
                 for term in f.terms() {
-                    let (own, others) = rest.split_at_mut(term.parameter_count());
+                    let (own, others) = rest.split_at_mut(term.sum_count());
                     term.add_parameter_derivative(x, by, own);
                     rest = others;
                 }
             }
             Field::Affine(f) => {
+                let (inner, map) = into.split_at_mut(f.inner().sum_count());
+                f.add_map_derivative(x, by, map);
                 let (x, by) = f.local_derivative(x, by);
-                f.inner().add_parameter_derivative(x, by, into);
+                f.inner().add_parameter_derivative(x, by, inner);
             }
-            Field::Scaled(f) => f.inner().add_parameter_derivative(x, f.unscaled(by), into),
-            _ => {}
+            Field::Scaled(f) => {
+                let (inner, factor) = into.split_at_mut(f.inner().sum_count());
+                let (n2, gradient) = f.gradient(x);
+                factor[0] += by.of(n2, gradient) * 2.0 / f.square().sqrt();
+                f.inner().add_parameter_derivative(x, f.unscaled(by), inner);
+            }
+            _ => analytic!(self, f => analytic::add_derivative(f, x, by, into), ()),
         }
     }
+
+    /// Derivatives by the parameters, in their order, from the sums.
+    pub fn parameter_derivative(&self, sums: Vec<f64>) -> Vec<f64> {
+        match self {
+            Field::Bspline(f) => by_samples(f, sums),
+            Field::SampledSound(f) => f.sample_derivative(&by_samples(f.instant(), sums)),
+            Field::IndexProfile(f) => f.value_derivative(sums),
+            Field::Sum(f) => {
+                let (mut all, mut rest) = (vec![sums[0]], &sums[1..]);
+                for term in f.terms() {
+                    let (own, others) = rest.split_at(term.sum_count());
+                    all.extend(term.parameter_derivative(own.to_vec()));
+                    rest = others;
+                }
+                all
+            }
+            Field::Affine(f) => outside(f.inner(), sums),
+            Field::Scaled(f) => outside(f.inner(), sums),
+            _ => sums,
+        }
+    }
+
+    /// The transpose of [`Field::parameter_derivative`]: a change of what sums are by, for one of the parameters.
+    pub fn parameter_change(&self, change: &[f64]) -> Vec<f64> {
+        match self {
+            Field::Bspline(f) => of_samples(f, change),
+            Field::SampledSound(f) => of_samples(f.instant(), &f.sample_change(change)),
+            Field::IndexProfile(f) => f.coefficient_change(change),
+            Field::Sum(f) => {
+                let (mut all, mut rest) = (vec![change[0]], &change[1..]);
+                for term in f.terms() {
+                    let (own, others) = rest.split_at(term.parameter_count());
+                    all.extend(term.parameter_change(own));
+                    rest = others;
+                }
+                all
+            }
+            Field::Affine(f) => changed(f.inner(), change),
+            Field::Scaled(f) => changed(f.inner(), change),
+            _ => change.to_vec(),
+        }
+    }
+
+    /// The change of n² and ∇n² at `x` for a change as [`Field::parameter_change`] gives it: the transpose of
+    /// [`Field::add_parameter_derivative`].
+    pub fn index_change(&self, x: DVec3, change: &[f64]) -> IndexChange {
+        match self {
+            Field::Bspline(f) => f.coefficient_change(x, change),
+            Field::SampledSound(f) => f.instant().coefficient_change(x, change),
+            Field::Sum(f) => {
+                let mut rest = &change[1..];
+                let more = f.terms().count() as f64 - 1.0;
+                let reference = IndexChange {
+                    n2: -2.0 * f.reference() * more * change[0],
+                    gradient: DVec3::ZERO,
+                };
+                f.terms().fold(reference, |sum, term| {
+                    let (own, others) = rest.split_at(term.sum_count());
+                    rest = others;
+                    sum + term.index_change(x, own)
+                })
+            }
+            Field::Affine(f) => {
+                let (inner, map) = change.split_at(f.inner().sum_count());
+                let local = f
+                    .inner()
+                    .index_change(f.to_local().transform_point3(x), inner);
+                let turned = IndexChange {
+                    gradient: f.to_local().matrix3.transpose() * local.gradient,
+                    ..local
+                };
+                turned + by_columns(map, |by, into| f.add_map_derivative(x, by, into))
+            }
+            Field::Scaled(f) => {
+                let (inner, factor) = change.split_at(f.inner().sum_count());
+                let local = f.inner().index_change(x, inner);
+                let (n2, gradient) = f.gradient(x);
+                let grown = factor[0] * 2.0 / f.square().sqrt();
+                IndexChange {
+                    n2: local.n2 * f.square() + n2 * grown,
+                    gradient: local.gradient * f.square() + gradient * grown,
+                }
+            }
+            _ => by_columns(change, |by, into| {
+                self.add_parameter_derivative(x, by, into)
+            }),
+        }
+    }
+}
+
+/// The change of n² and ∇n² with that of a few numbers, from the derivatives by them.
+fn by_columns(change: &[f64], add: impl Fn(IndexDerivative, &mut [f64])) -> IndexChange {
+    let of = |n2: f64, gradient: DVec3| {
+        let mut sums = vec![0.0; change.len()];
+        add(IndexDerivative { n2, gradient }, &mut sums);
+        sums.iter().zip(change).map(|(by, of)| by * of).sum::<f64>()
+    };
+    IndexChange {
+        n2: of(1.0, DVec3::ZERO),
+        gradient: DVec3::from_array(DVec3::AXES.map(|axis| of(0.0, axis))),
+    }
+}
+
+fn of_formula(free: Option<&super::formula::Free>) -> Vec<Parameter> {
+    let parameters = free.into_iter().flat_map(|free| free.parameters());
+    parameters
+        .map(|(name, value)| Parameter::of(name, vec![value]))
+        .collect()
+}
+
+/// The parameters of a field with a prefix to their names.
+fn within(prefix: &str, field: &Field) -> impl Iterator<Item = Parameter> {
+    let each = field.parameters().into_iter();
+    each.map(move |p| Parameter {
+        name: format!("{prefix}{}", p.name),
+        ..p
+    })
+}
+
+/// The parameters of the field within another, and the other's own.
+fn followed_by(inner: &Field, own: Parameter) -> Vec<Parameter> {
+    let taken = inner.parameters().iter().any(|p| p.name == own.name);
+    let prefix = if taken { "within." } else { "" };
+    within(prefix, inner).chain([own]).collect()
+}
+
+/// [`Field::parameter_derivative`] for the field within another, whose own sums come last.
+fn outside(inner: &Field, mut sums: Vec<f64>) -> Vec<f64> {
+    let own = sums.split_off(inner.sum_count());
+    let mut all = inner.parameter_derivative(sums);
+    all.extend(own);
+    all
+}
+
+/// [`Field::parameter_change`] for the field within another, whose own changes come last.
+fn changed(inner: &Field, change: &[f64]) -> Vec<f64> {
+    let (within, own) = change.split_at(inner.parameter_count());
+    let mut all = inner.parameter_change(within);
+    all.extend(own);
+    all
 }

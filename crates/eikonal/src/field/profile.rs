@@ -1,12 +1,13 @@
 //! An index that varies with one coordinate alone: along z, with the distance from an axis, or from a point
 //! (docs/theory.md#formulas).
 
+use super::analytic::{Mixed, add_mixed, dot};
 use super::error::FieldError;
-use super::formula::{Coordinate, Formula, Interval, Number, Program, Series};
+use super::formula::{Coordinate, Formula, Free, Function, Interval, Number, Program, Series};
 use super::lengths::Lengths;
 use super::spline::{Spline, Start};
 use super::steepness::{Steepness, length_at, length_within};
-use super::{Jet, outer, radial};
+use super::{IndexDerivative, Jet, outer, radial};
 use crate::bounds::{Aabb, FieldBounds};
 use glam::{DMat3, DVec3};
 use std::sync::Arc;
@@ -29,6 +30,8 @@ pub struct IndexProfile {
     coordinate: Coordinate,
     /// Whether f′(0) is zero, so that a function of a distance is smooth where that is zero.
     is_even: bool,
+    /// The formula with its parameters free.
+    free: Option<Arc<Free>>,
     scales: Option<Arc<Scales>>,
 }
 
@@ -103,7 +106,10 @@ struct Ranges {
 
 impl IndexProfile {
     pub(super) fn of_formula(formula: Formula, coordinate: Coordinate) -> Self {
-        IndexProfile::new(Curve::Formula(formula.program), coordinate)
+        IndexProfile {
+            free: formula.free.map(Arc::new),
+            ..IndexProfile::new(Curve::Formula(formula.program), coordinate)
+        }
     }
 
     /// The profile through samples: pairs of the coordinate less `shift`, ascending, and the index n > 0 there. A cubic spline,
@@ -133,7 +139,80 @@ impl IndexProfile {
             curve: Arc::new(curve),
             coordinate,
             is_even: slope == 0.0,
+            free: None,
             scales: None,
+        }
+    }
+
+    /// The formula with its parameters free.
+    pub(super) fn free(&self) -> Option<&Free> {
+        self.free.as_deref()
+    }
+
+    /// The indices of the table.
+    pub(super) fn table_values(&self) -> Option<Vec<f64>> {
+        match &*self.curve {
+            Curve::Formula(_) => None,
+            Curve::Table { spline, .. } => Some(spline.values().collect()),
+        }
+    }
+
+    /// Number of sums of derivatives: by the parameters of the formula, or by the coefficients of the table's cubics.
+    pub(super) fn parameter_count(&self) -> usize {
+        match &*self.curve {
+            Curve::Formula(_) => self.free.as_ref().map_or(0, |free| free.values().len()),
+            Curve::Table { spline, .. } => spline.coefficient_count(),
+        }
+    }
+
+    /// Derivatives by the indices of a table from those by coefficients.
+    pub(super) fn value_derivative(&self, by: Vec<f64>) -> Vec<f64> {
+        match &*self.curve {
+            Curve::Formula(_) => by,
+            Curve::Table { spline, .. } => spline.value_derivative(&by),
+        }
+    }
+
+    /// Changes of coefficients from those of the indices of a table.
+    pub(super) fn coefficient_change(&self, change: &[f64]) -> Vec<f64> {
+        match &*self.curve {
+            Curve::Formula(_) => change.to_vec(),
+            Curve::Table { spline, .. } => spline.coefficient_change(change),
+        }
+    }
+
+    /// Adds derivatives by the parameters of the formula, or by the coefficients of the table's cubics.
+    pub(super) fn add_parameter_derivative(&self, x: DVec3, by: IndexDerivative, into: &mut [f64]) {
+        match (&*self.curve, &self.free) {
+            (Curve::Formula(_), Some(free)) => {
+                let squared = |x: [Mixed; 3], p: &[Mixed]| free.run(&[self.mixed(x)], p);
+                add_mixed(free.values(), x, by, squared, into);
+            }
+            (Curve::Formula(_), None) => {}
+            (Curve::Table { spline, shift }, _) => {
+                let (u, d) = self.coordinate(x);
+                let per = if is_distance(self.coordinate) && u > 0.0 {
+                    1.0 / u
+                } else {
+                    1.0
+                };
+                let along = by.gradient.dot(d) * per;
+                let [n, slope] = spline.at::<2>(u - shift).0;
+                // n² and its slope change by 2n δn and 2n′δn + 2n δn′.
+                let value = 2.0 * (by.n2 * n + along * slope);
+                spline.add_coefficient_derivative(u - shift, [value, 2.0 * along * n], into);
+            }
+        }
+    }
+
+    /// The coordinate of a point that carries derivatives.
+    fn mixed(&self, [x, y, z]: [Mixed; 3]) -> Mixed {
+        match self.coordinate {
+            Coordinate::X => x,
+            Coordinate::Y => y,
+            Coordinate::Z => z,
+            Coordinate::R => dot(&[x, y, z], &[x, y, z]).apply(Function::Sqrt),
+            Coordinate::Rho => dot(&[x, y], &[x, y]).apply(Function::Sqrt),
         }
     }
 

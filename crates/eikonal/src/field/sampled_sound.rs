@@ -4,7 +4,7 @@ use super::error::{FieldError, positive};
 use super::sound::Sound;
 use super::{Bspline, Field, Jet, Placement};
 use crate::bounds::{Aabb, FieldBounds};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
 /// n(x) = n₀ + Re(A(x) e^{iωt}) at an instant of the sound's period, with samples of the complex amplitude A: between them
@@ -12,6 +12,8 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub struct SampledSound {
     instant: Bspline,
+    /// e^{iωt}; zero without sound.
+    turn: DVec2,
     wave: Arc<SoundSamples>,
     /// See [`Sound::elasto_optic`].
     elasto_optic: Option<f64>,
@@ -53,6 +55,7 @@ impl SampledSound {
         let instant = samples.at_phase(0.0)?;
         Ok(SampledSound {
             instant,
+            turn: DVec2::X,
             wave: Arc::new(samples),
             elasto_optic: None,
         })
@@ -80,6 +83,7 @@ impl SampledSound {
             .unwrap_or_else(|_| self.instant.clone());
         SampledSound {
             instant,
+            turn: DVec2::from_angle(phase),
             wave,
             elasto_optic: self.elasto_optic,
         }
@@ -90,9 +94,25 @@ impl SampledSound {
         let instant = self.wave.spline(|_| self.wave.n0 * self.wave.n0);
         SampledSound {
             instant: instant.unwrap_or_else(|_| self.instant.clone()),
+            turn: DVec2::ZERO,
             wave: self.wave.clone(),
             elasto_optic: self.elasto_optic,
         }
+    }
+
+    /// Derivatives by n₀ and by the real and imaginary parts of all samples, from those by samples of the index.
+    pub(super) fn sample_derivative(&self, by_index: &[f64]) -> Vec<f64> {
+        let parts = by_index
+            .iter()
+            .flat_map(|by| [by * self.turn.x, -by * self.turn.y]);
+        [by_index.iter().sum()].into_iter().chain(parts).collect()
+    }
+
+    /// The transpose: changes of samples of the index.
+    pub(super) fn sample_change(&self, change: &[f64]) -> Vec<f64> {
+        let parts = change[1..].chunks_exact(2);
+        let of = |part: &[f64]| change[0] + part[0] * self.turn.x - part[1] * self.turn.y;
+        parts.map(of).collect()
     }
 
     pub(super) fn wave(&self) -> &SoundSamples {

@@ -1,8 +1,10 @@
 //! The radially graded rod.
 
+use super::Jet;
+use super::analytic::{Analytic, MOST, difference, dot};
 use super::axis::Axis;
 use super::error::{FieldError, positive};
-use super::{IndexDerivative, Jet};
+use super::formula::Number;
 use crate::bounds::{Aabb, FieldBounds};
 use glam::DVec3;
 
@@ -56,14 +58,6 @@ impl Selfoc {
         }
     }
 
-    /// Adds derivatives by n₀ and α.
-    pub(super) fn add_parameter_derivative(&self, x: DVec3, by: IndexDerivative, into: &mut [f64]) {
-        let (n2, grad) = self.gradient(x);
-        let d = self.axis.transverse(x);
-        into[0] += by.of(n2, grad) * 2.0 / self.n2_axis.sqrt();
-        into[1] += by.of(-self.fall() * d.length_squared(), grad) * 2.0 / self.alpha;
-    }
-
     pub(super) fn bounds(&self, region: &Aabb) -> FieldBounds {
         let [near, far] = self.axis.radius_range(region);
         FieldBounds {
@@ -81,5 +75,24 @@ impl Selfoc {
 
     pub(super) fn is_constant(&self) -> bool {
         false
+    }
+}
+
+impl Analytic for Selfoc {
+    const PARAMETERS: &'static [(&'static str, usize)] =
+        &[("n0", 1), ("alpha", 1), ("origin", 3), ("direction", 3)];
+
+    fn numbers(&self) -> [f64; MOST] {
+        let [x, y, z] = self.axis.origin().to_array();
+        let [u, v, w] = self.axis.direction().to_array();
+        [self.n2_axis.sqrt(), self.alpha, x, y, z, u, v, w]
+    }
+
+    fn squared<N: Number>(x: [N; 3], p: &[N]) -> N {
+        let (d, along) = (difference(x, &p[2..5]), &p[5..8]);
+        let length2 = dot(&d, along).square().div(&dot(along, along));
+        let r2 = dot(&d, &d).sub(&length2);
+        let fall = p[1].square().mul(&r2);
+        p[0].square().mul(&fall.times(-1.0).plus(1.0))
     }
 }

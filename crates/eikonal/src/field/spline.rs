@@ -10,6 +10,7 @@ use super::formula::{Interval, Number, Series};
 /// function goes on as a parabola (C. de Boor, *A Practical Guide to Splines*, 2001, ch. IV).
 #[derive(Clone, Debug)]
 pub(super) struct Spline {
+    start: Start,
     /// Where samples are, ascending.
     knots: Vec<f64>,
     /// Coefficients of powers of the distance from the knot at the left; before the first, and from each on.
@@ -40,32 +41,14 @@ impl Spline {
         check(samples)?;
         let knots: Vec<f64> = samples.iter().map(|s| s[0]).collect();
         let values: Vec<f64> = samples.iter().map(|s| s[1]).collect();
-        let bends = second_derivatives(&knots, &values, start);
-        let mut cubics = vec![[0.0; 4]];
-        for i in 0..knots.len() - 1 {
-            let h = knots[i + 1] - knots[i];
-            let [m, next] = [bends[i], bends[i + 1]];
-            let slope = (values[i + 1] - values[i]) / h - h * (2.0 * m + next) / 6.0;
-            cubics.push([values[i], slope, 0.5 * m, (next - m) / (6.0 * h)]);
-        }
-        if start == Start::Even {
-            // Free of rounding, lest there be a kink.
-            cubics[1][1] = 0.0;
-        }
-        // Beyond both ends with the value, slope and bend there.
-        let [a, b, c, d] = cubics[knots.len() - 1];
-        let h = knots[knots.len() - 1] - knots[knots.len() - 2];
-        let slope = b + h * (2.0 * c + h * 3.0 * d);
-        let last = a + h * (b + h * (c + h * d));
-        cubics.push([last, slope, c + 3.0 * h * d, 0.0]);
-        let [a, b, c, _] = cubics[1];
-        cubics[0] = [a, b, c, 0.0];
+        let cubics = cubics(&knots, &values, start);
         let fourth = (1..knots.len() - 1).map(|i| {
             let jump = 6.0 * (cubics[i + 1][3] - cubics[i][3]);
             2.0 * jump.abs() / (knots[i + 1] - knots[i - 1])
         });
         let fourth = [0.0].into_iter().chain(fourth).chain([0.0]).collect();
         let mut spline = Spline {
+            start,
             knots,
             cubics,
             fourth,
@@ -85,6 +68,50 @@ impl Spline {
             horner(t, self.cubics[k])
         };
         (first + 1..=last).fold(piece(first), |all, k| union(&all, &piece(k)))
+    }
+
+    /// The values at the samples.
+    pub(super) fn values(&self) -> impl Iterator<Item = f64> {
+        self.cubics[1..].iter().map(|cubic| cubic[0])
+    }
+
+    /// Number of coefficients of all cubics.
+    pub(super) fn coefficient_count(&self) -> usize {
+        4 * self.cubics.len()
+    }
+
+    /// Adds derivatives by the coefficients, given those by the value and by the slope at a place.
+    pub(super) fn add_coefficient_derivative(
+        &self,
+        u: f64,
+        [value, slope]: [f64; 2],
+        into: &mut [f64],
+    ) {
+        let piece = self.piece(u);
+        let t = u - self.origin(piece);
+        let (powers, slopes) = ([1.0, t, t * t, t * t * t], [0.0, 1.0, 2.0 * t, 3.0 * t * t]);
+        for (i, sum) in into[4 * piece..4 * piece + 4].iter_mut().enumerate() {
+            *sum += value * powers[i] + slope * slopes[i];
+        }
+    }
+
+    /// Changes of coefficients from those of the values, on which they depend linearly.
+    pub(super) fn coefficient_change(&self, values: &[f64]) -> Vec<f64> {
+        cubics(&self.knots, values, self.start).into_flattened()
+    }
+
+    /// The transpose: derivatives by the values from those by the coefficients.
+    pub(super) fn value_derivative(&self, by_coefficients: &[f64]) -> Vec<f64> {
+        let mut unit = vec![0.0; self.knots.len()];
+        let mut found = Vec::new();
+        for i in 0..unit.len() {
+            unit[i] = 1.0;
+            let change = self.coefficient_change(&unit);
+            let terms = change.iter().zip(by_coefficients).map(|(a, b)| a * b);
+            found.push(terms.sum());
+            unit[i] = 0.0;
+        }
+        found
     }
 
     /// Number of the piece that holds a place.
@@ -160,6 +187,31 @@ impl Spline {
             + size_of_val(&*self.fourth)
             + size_of_val(&*self.blocks)
     }
+}
+
+/// The cubics through values at knots.
+fn cubics(knots: &[f64], values: &[f64], start: Start) -> Vec<[f64; 4]> {
+    let bends = second_derivatives(knots, values, start);
+    let mut cubics = vec![[0.0; 4]];
+    for i in 0..knots.len() - 1 {
+        let h = knots[i + 1] - knots[i];
+        let [m, next] = [bends[i], bends[i + 1]];
+        let slope = (values[i + 1] - values[i]) / h - h * (2.0 * m + next) / 6.0;
+        cubics.push([values[i], slope, 0.5 * m, (next - m) / (6.0 * h)]);
+    }
+    if start == Start::Even {
+        // Free of rounding, lest there be a kink.
+        cubics[1][1] = 0.0;
+    }
+    // Beyond both ends with the value, slope and bend there.
+    let [a, b, c, d] = cubics[knots.len() - 1];
+    let h = knots[knots.len() - 1] - knots[knots.len() - 2];
+    let slope = b + h * (2.0 * c + h * 3.0 * d);
+    let last = a + h * (b + h * (c + h * d));
+    cubics.push([last, slope, c + 3.0 * h * d, 0.0]);
+    let [a, b, c, _] = cubics[1];
+    cubics[0] = [a, b, c, 0.0];
+    cubics
 }
 
 fn union<const K: usize>(a: &Series<Interval, K>, b: &Series<Interval, K>) -> Series<Interval, K> {

@@ -28,6 +28,11 @@ impl Sum {
         })
     }
 
+    /// n_ref.
+    pub(super) fn reference(&self) -> f64 {
+        self.n2_ref.sqrt()
+    }
+
     /// The terms.
     pub(super) fn terms(&self) -> impl Iterator<Item = &Field> {
         self.terms.iter()

@@ -17,20 +17,56 @@ fn gaussian(p: &[f64]) -> Field {
     Gaussian::new(p[0], p[1], center, p[5]).unwrap().into()
 }
 
+fn vector(p: &[f64]) -> DVec3 {
+    DVec3::from_slice(&p[..3])
+}
+
 fn selfoc(p: &[f64]) -> Field {
-    Selfoc::new(p[0], p[1], DVec3::ZERO, DVec3::new(0.1, 0.0, 1.0))
+    Selfoc::new(p[0], p[1], vector(&p[2..]), vector(&p[5..]))
         .unwrap()
         .into()
 }
 
+/// A field under the map to the world of which the rows follow its own `count` parameters.
+fn moved(p: &[f64], count: usize, field: fn(&[f64]) -> Field) -> Field {
+    let (own, map) = p.split_at(count);
+    let column = |i: usize| DVec3::new(map[i], map[4 + i], map[8 + i]);
+    let map = DAffine3::from_cols(column(0), column(1), column(2), column(3));
+    Affine::new(field(own), map).unwrap().into()
+}
+
 fn moved_sum(p: &[f64]) -> Field {
-    let turned = DAffine3::from_axis_angle(DVec3::new(1.0, 2.0, 0.0).normalize(), 0.4);
-    let moved = Affine::new(
-        gaussian(&p[..6]),
-        turned * DAffine3::from_scale(DVec3::new(1.2, 0.8, 1.0)),
-    );
-    let scaled = Scaled::new(selfoc(&p[6..]), 1.1).unwrap();
-    Sum::new(1.3, vec![moved.unwrap().into(), scaled.into()])
+    let (first, second) = (moved(&p[1..19], 6, gaussian), selfoc(&p[19..27]));
+    let scaled = Scaled::new(second, p[27]).unwrap();
+    Sum::new(p[0], vec![first, scaled.into()]).unwrap().into()
+}
+
+fn acoustic(p: &[f64]) -> Field {
+    let modes = p[10..].chunks(4).zip([0, 3]).map(|(mode, order)| {
+        let [amplitude, k, phase, time_phase] = mode.try_into().unwrap();
+        let mode = AcousticMode::new(amplitude, order, k, phase).unwrap();
+        mode.with_time_phase(time_phase).unwrap()
+    });
+    let [origin, direction, reference] = [1, 4, 7].map(|at| vector(&p[at..]));
+    Acoustic::new(p[0], origin, direction, reference, modes.collect())
+        .unwrap()
+        .into()
+}
+
+fn formula(text: &str, names: &[&str], p: &[f64]) -> Field {
+    let parameters: Vec<(&str, f64)> = names.iter().copied().zip(p.iter().copied()).collect();
+    Formula::new(text, Quantity::Index, &parameters)
+        .unwrap()
+        .into()
+}
+
+fn table(coordinate: Coordinate, start: f64, p: &[f64]) -> Field {
+    let samples: Vec<[f64; 2]> = (0..)
+        .map(|i| start + 0.35 * f64::from(i))
+        .zip(p)
+        .map(|(u, n)| [u, *n])
+        .collect();
+    IndexProfile::table(coordinate, 0.0, &samples)
         .unwrap()
         .into()
 }
@@ -38,13 +74,73 @@ fn moved_sum(p: &[f64]) -> Field {
 /// Fields by their parameters.
 #[allow(clippy::type_complexity)]
 fn families() -> Vec<(&'static str, Vec<f64>, fn(&[f64]) -> Field)> {
+    let unit = DVec3::new(0.1, 0.05, 1.0).normalize();
+    let across = DVec3::X.reject_from_normalized(unit).normalize();
+    let [unit, across] = [unit, across].map(|v| v.to_array().to_vec());
     let bump = vec![1.3, 0.08, 0.1, -0.1, 0.05, 0.6];
-    let rod = vec![1.5, 0.4];
-    let both = [bump.clone(), rod.clone()].concat();
+    let rod = [vec![1.5, 0.4, 0.05, -0.02, 0.1], unit.clone()].concat();
+    let map = [
+        1.1, 0.2, 0.1, 0.05, -0.15, 0.9, 0.1, -0.04, 0.05, -0.1, 1.2, 0.02,
+    ]
+    .to_vec();
+    let sum = [
+        vec![1.35],
+        bump.clone(),
+        map.clone(),
+        rod.clone(),
+        vec![1.1],
+    ]
+    .concat();
+    let modes = vec![0.03, 4.0, 0.4, 0.7, 0.02, 5.0, 1.1, -0.4];
+    let standing = [vec![1.33, 0.03, 0.02, 0.0], unit, across, modes].concat();
+    let profile = vec![1.5, 1.49, 1.46, 1.42, 1.4, 1.35, 1.33, 1.32];
     vec![
-        ("gaussian", bump, gaussian),
+        ("constant", vec![1.3], |p| Constant::new(p[0]).into()),
+        ("linear", vec![1.3, 0.1, -0.05, 0.08, 0.1, 0.2, -0.1], |p| {
+            LinearIndex::new(p[0], vector(&p[1..]), vector(&p[4..]))
+                .unwrap()
+                .into()
+        }),
+        (
+            "linear square",
+            vec![1.3, 0.1, -0.05, 0.08, 0.1, 0.2, -0.1],
+            |p| {
+                LinearSquare::new(p[0], vector(&p[1..]), vector(&p[4..]))
+                    .unwrap()
+                    .into()
+            },
+        ),
+        ("luneburg", vec![1.1, 0.1, 0.05, -0.1, 1.6], |p| {
+            Luneburg::new(p[0], vector(&p[1..]), p[4]).unwrap().into()
+        }),
         ("selfoc", rod, selfoc),
-        ("sum of moved and scaled", both, moved_sum),
+        ("fisheye", vec![1.9, 0.1, 0.05, -0.1, 1.6], |p| {
+            Fisheye::new(p[0], vector(&p[1..]), p[4]).unwrap().into()
+        }),
+        ("gaussian", bump.clone(), gaussian),
+        ("acoustic", standing, acoustic),
+        ("expression", vec![1.3, 0.1, 0.7, 0.4], |p| {
+            let text = "n0 + a*exp(-(x^2 + y^2)/w^2)*cos(k*z)";
+            formula(text, &["n0", "a", "w", "k"], p)
+        }),
+        ("powers", vec![1.4, 0.1, 2.0, 3.0, 0.004], |p| {
+            let text = "n0 - a*rho^g + b*pow(2 + x - y, m)";
+            formula(text, &["n0", "a", "g", "m", "b"], p)
+        }),
+        ("formula of a distance", vec![1.5, 0.3, 2.5], |p| {
+            formula("n0 - a*r^g", &["n0", "a", "g"], p)
+        }),
+        ("formula of a height", vec![1.4, 0.1], |p| {
+            formula("n0 + a*tanh(z)", &["n0", "a"], p)
+        }),
+        ("table of a distance", profile.clone(), |p| {
+            table(Coordinate::R, 0.0, p)
+        }),
+        ("table of a height", profile, |p| {
+            table(Coordinate::Z, -1.3, p)
+        }),
+        ("moved", [bump, map].concat(), |p| moved(p, 6, gaussian)),
+        ("sum of moved and scaled", sum, moved_sum),
     ]
 }
 
@@ -68,15 +164,33 @@ fn fields_by_their_parameters() {
     let mut random = Random(3);
     let region = Aabb::new(DVec3::splat(-0.7), DVec3::splat(0.7));
     for (name, p, field) in families() {
+        let known = field(&p).parameters();
+        let values: Vec<f64> = known
+            .iter()
+            .flat_map(|known| known.values.clone())
+            .collect();
+        assert_eq!(values.len(), field(&p).parameter_count());
+        let same =
+            values.len() == p.len() && values.iter().zip(&p).all(|(a, b)| (a - b).abs() < 1e-12);
+        assert!(same, "{name}: {values:?} {p:?}");
         for _ in 0..20 {
             let x = random.point(&region);
             let value = |p: &[f64]| {
                 let (n2, gradient) = field(p).gradient(x);
                 by.n2 * n2 + by.gradient.dot(gradient)
             };
-            let mut found = vec![0.0; p.len()];
-            assert_eq!(field(&p).parameter_count(), p.len());
-            field(&p).add_parameter_derivative(x, by, &mut found);
+            let here = field(&p);
+            let mut sums = vec![0.0; here.sum_count()];
+            here.add_parameter_derivative(x, by, &mut sums);
+            // Forward mode is the transpose.
+            let change: Vec<f64> = p.iter().map(|_| random.between(-1.0, 1.0)).collect();
+            let of = here.index_change(x, &here.parameter_change(&change));
+            let found = here.parameter_derivative(sums);
+            let terms = found.iter().zip(&change).map(|(by, of)| by * of);
+            let (reverse, size): (f64, f64) =
+                terms.fold((0.0, 0.0), |(sum, size), v| (sum + v, size + v.abs()));
+            let error = (by.n2 * of.n2 + by.gradient.dot(of.gradient) - reverse).abs();
+            assert!(error < 1e-12 * size, "{name}: {error:e}");
             for (i, found) in found.iter().enumerate() {
                 let expected = derivative(&p, i, 1e-3, value);
                 let error = (found - expected).abs();
@@ -87,6 +201,19 @@ fn fields_by_their_parameters() {
             }
         }
     }
+}
+
+/// Whole powers of negative numbers keep their values when the exponent is a number by which derivatives are.
+#[test]
+fn powers_of_negative_numbers() {
+    let field = formula("1.5 + 0.1*x^m", &["m"], &[3.0]);
+    let x = DVec3::new(-0.5, 0.1, 0.2);
+    let (n2, _) = field.gradient(x);
+    let n: f64 = 1.5 - 0.1 * 0.125;
+    assert!((n2 - n * n).abs() < 1e-14);
+    let change = field.index_change(x, &[1.0]).n2;
+    let expected = 2.0 * n * 0.1 * -0.125 * 0.5_f64.ln();
+    assert!((change - expected).abs() < 1e-14, "{change} {expected}");
 }
 
 const PLANE: Receiver = Receiver::Plane {
@@ -134,6 +261,13 @@ fn rays_by_parameters_and_starts() {
         ray.follow(start(&begin, ())).unwrap();
         let mut sum = ParameterDerivative::new((), &index);
         let back = ray.pull_back(&LOSS, &mut sum).unwrap();
+        let found = index.parameter_derivative(sum.values);
+        // Third derivatives of tables jump at their samples: differences know less there.
+        let limit = if name.starts_with("table") {
+            1e-5
+        } else {
+            1e-6
+        };
         for i in 0..p.len() {
             let of = |p: &[f64]| {
                 loss(&follow(
@@ -144,8 +278,8 @@ fn rays_by_parameters_and_starts() {
                 ))
             };
             let expected = derivative(&p, i, 2e-3, of);
-            let error = (sum.values[i] - expected).abs() / (0.1 + expected.abs());
-            assert!(error < 3e-7, "{name} {i}: {error:e}, {expected}");
+            let error = (found[i] - expected).abs() / (0.1 + expected.abs());
+            assert!(error < limit, "{name} {i}: {error:e}, {expected}");
         }
         // begin[3..] is not of unit length: derivatives by it are those by the direction over its length.
         let length = DVec3::from_slice(&begin[3..]).length();
@@ -157,7 +291,7 @@ fn rays_by_parameters_and_starts() {
                 loss(&follow(&world, PLANE, TIGHT, start(b, ())))
             });
             let error = (found - expected).abs() / (0.1 + expected.abs());
-            assert!(error < 3e-7, "{name}, start {i}: {error:e}, {expected}");
+            assert!(error < limit, "{name}, start {i}: {error:e}, {expected}");
         }
     }
 }
@@ -213,6 +347,202 @@ fn rays_through_balls_and_planes() {
             }
         }
     }
+}
+
+/// A graded lens between a conic and a sphere, with a stop in it, and a cylinder: by the numbers of all surfaces and media, the exit, and the start.
+#[test]
+fn rays_through_sequences_of_surfaces() {
+    let quadric = |p: &[f64]| Quadric {
+        point: vector(p),
+        axis: vector(&p[3..]).normalize(),
+        form: p[6..10].try_into().unwrap(),
+    };
+    let conic = [0.02, 0.0, -0.6, 0.05, -0.02, 1.0, 0.6, -0.5, -2.0, 0.0];
+    let sphere = [0.0, 0.05, -1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, -1.96];
+    let cylinder = [0.05, 0.0, 1.9, 0.1, 1.0, 0.05, 1.0, -1.0, 0.0, -1.0];
+    let exit = [0.1, -0.1, 1.6, 0.1, 0.05, 1.0];
+    let media = [
+        vec![1.2],
+        vec![1.5, 0.08, 0.1, -0.1, 0.05, 0.6],
+        vec![1.1],
+        vec![1.4],
+    ];
+    // Axes are unit vectors at first: derivatives are by these.
+    let unit = |p: &[f64], at: usize| {
+        let mut p = p.to_vec();
+        let axis = vector(&p[at..]).normalize().to_array();
+        p[at..at + 3].copy_from_slice(&axis);
+        p
+    };
+    let surfaces = [unit(&conic, 3), unit(&sphere, 3), unit(&cylinder, 3)].concat();
+    let parameters = [surfaces, unit(&exit, 3), media.concat()].concat();
+    let begin = [0.15, 0.1, -1.3, 0.05, 0.03, 1.0];
+    let run = |p: &[f64],
+               begin: &[f64],
+               then: &mut dyn FnMut(&AdjointRay<Layout>, &Layout, Receiver, RayEnd)| {
+        let stop = Quadric::plane(DVec3::Z * -0.1, DVec3::Z);
+        let elements = [
+            Element::Refracting(quadric(&p[..10])),
+            Element::Aperture(stop, 0.6),
+            Element::Refracting(quadric(&p[10..20])),
+            Element::Refracting(quadric(&p[20..30])),
+        ];
+        let constant = |n: f64| Field::from(Constant::new(n));
+        let media = [
+            constant(p[36]),
+            gaussian(&p[37..43]),
+            constant(p[43]),
+            constant(p[44]),
+        ];
+        let layout = Layout::Sequence(Sequence::new(&elements, &media).unwrap());
+        let receiver = Receiver::Plane {
+            point: vector(&p[30..]),
+            normal: vector(&p[33..]).normalize(),
+        };
+        let mut ray = AdjointRay::new(&layout, receiver, Tolerance::new(TIGHT), 10.0);
+        let end = ray.follow_through(start(begin, 0)).unwrap();
+        then(&ray, &layout, receiver, end);
+    };
+    let value = |p: &[f64], begin: &[f64]| {
+        let mut found = 0.0;
+        run(p, begin, &mut |_, _, _, end| found = loss(&end));
+        found
+    };
+    let (mut by_parameters, mut by_start) = (Vec::new(), Vec::new());
+    run(&parameters, &begin, &mut |ray, layout, receiver, _| {
+        let mut sums = LayoutDerivative::new(layout, receiver);
+        let back = ray.pull_back(&LOSS, &mut sums).unwrap();
+        // The stop is no parameter.
+        let refracting = [0, 2, 3].map(|i| sums.surfaces[i]).concat();
+        by_parameters = [refracting, sums.exit.to_vec(), sums.media.concat()].concat();
+        let length = vector(&begin[3..]).length();
+        by_start = [back.x, back.direction / length]
+            .map(|v| v.to_array())
+            .concat();
+    });
+    for (i, found) in by_parameters.iter().enumerate() {
+        // Any γ but zero would choose a sheet.
+        if [18, 28].contains(&i) {
+            continue;
+        }
+        let expected = derivative(&parameters, i, 1e-3, |p| value(p, &begin));
+        // Along a unit vector a change is none.
+        let along = [3, 13, 23, 33]
+            .into_iter()
+            .find(|at| (*at..at + 3).contains(&i));
+        let found = along.map_or(*found, |at| {
+            let axis = vector(&parameters[at..]);
+            (vector(&by_parameters[at..]).reject_from_normalized(axis))[i - at]
+        });
+        let error = (found - expected).abs() / (0.1 + expected.abs());
+        assert!(error < 1e-6, "{i}: {error:e}, {expected}");
+    }
+    for (i, found) in by_start.iter().enumerate() {
+        let expected = derivative(&begin, i, 1e-3, |begin| value(&parameters, begin));
+        let error = (found - expected).abs() / (0.1 + expected.abs());
+        assert!(error < 1e-6, "start {i}: {error:e}, {expected}");
+    }
+}
+
+/// Through a ball of radius R and index n, paraxial light from infinity comes to a focus nR/2(n − 1) from the centre: with its derivatives by R,
+/// n and the index outside (as n/n₀), from one ray close to the axis, to the square of its height.
+#[test]
+fn focus_of_a_ball_lens() {
+    let (radius, n, height) = (1.3, 1.6, 1e-4);
+    let ball = Quadric {
+        point: DVec3::ZERO,
+        axis: DVec3::Z,
+        form: [1.0, 0.0, 0.0, -radius * radius],
+    };
+    let elements = [Element::Refracting(ball); 2];
+    let media = [1.0, n, 1.0].map(|n| Field::from(Constant::new(n)));
+    let layout = Layout::Sequence(Sequence::new(&elements, &media).unwrap());
+    let focus = 0.5 * n * radius / (n - 1.0);
+    let receiver = Receiver::Plane {
+        point: DVec3::Z * focus,
+        normal: DVec3::Z,
+    };
+    let mut ray = AdjointRay::new(&layout, receiver, Tolerance::default(), 20.0);
+    let end = ray
+        .follow_through(start(&[height, 0.0, -3.0, 0.0, 0.0, 1.0], 0))
+        .unwrap();
+    assert!(end.x.x.abs() < 10.0 * height.powi(3), "{}", end.x);
+    // The ray meets the axis where x = 0: the focus moves by −δx/x′.
+    let by = EndDerivative {
+        x: DVec3::X,
+        ..EndDerivative::default()
+    };
+    let mut sums = LayoutDerivative::new(&layout, receiver);
+    ray.pull_back(&by, &mut sums).unwrap();
+    let slope = end.v.x / end.v.z;
+    let of_radius: f64 = sums.surfaces.iter().map(|by| -2.0 * radius * by[9]).sum();
+    let outside = media
+        .iter()
+        .zip(&sums.media)
+        .map(|(_, by)| by[0])
+        .collect::<Vec<_>>();
+    let of_index = 0.5 * radius * (1.0 / (n - 1.0) - n / (n - 1.0).powi(2));
+    for (name, found, expected) in [
+        ("radius", of_radius, focus / radius),
+        ("index", outside[1], of_index),
+        ("index around", outside[0] + outside[2], -n * of_index),
+    ] {
+        let found = -found / slope;
+        assert!(
+            (found / expected - 1.0).abs() < 1e-6,
+            "{name}: {found} {expected}"
+        );
+    }
+}
+
+/// Why rays do not come through a sequence.
+#[test]
+fn rays_that_do_not_come_through() {
+    let ball = Quadric {
+        point: DVec3::ZERO,
+        axis: DVec3::Z,
+        form: [1.0, 0.0, 0.0, -1.0],
+    };
+    let receiver = Receiver::Plane {
+        point: DVec3::Z * 2.0,
+        normal: DVec3::Z,
+    };
+    let glass = [1.0, 1.5, 1.0].map(|n| Field::from(Constant::new(n)));
+    let follow = |elements: &[Element], media: &[Field], begin: [f64; 6]| {
+        let layout = Layout::Sequence(Sequence::new(elements, media).unwrap());
+        let mut ray = AdjointRay::new(&layout, receiver, Tolerance::default(), 20.0);
+        let end = ray.follow_through(start(&begin, 0));
+        assert_eq!(ray.pull_back(&LOSS, &mut ()).is_some(), end.is_ok());
+        end.map(|_| ())
+    };
+    let both = [Element::Refracting(ball); 2];
+    let along = |x: f64| [x, 0.0, -3.0, 0.0, 0.0, 1.0];
+    assert_eq!(follow(&both, &glass, along(0.5)), Ok(()));
+    assert_eq!(
+        follow(&both, &glass, along(1.5)),
+        Err(RayFailure::MissedSurface)
+    );
+    // From within, beyond the critical angle.
+    let inside = [0.9, 0.0, 0.0, 0.0, 0.0, 1.0];
+    assert_eq!(
+        follow(&both[..1], &glass[1..], inside),
+        Err(RayFailure::Reflected)
+    );
+    let stop = Element::Aperture(Quadric::plane(-2.0 * DVec3::Z, DVec3::Z), 0.3);
+    assert_eq!(follow(&[stop], &glass[..1], along(0.2)), Ok(()));
+    assert_eq!(
+        follow(&[stop], &glass[..1], along(0.4)),
+        Err(RayFailure::Stopped)
+    );
+    // A conic is the sheet at its vertex: the far side of this sphere, which bends away from the light, is none.
+    let concave = Quadric {
+        point: DVec3::ZERO,
+        axis: DVec3::Z,
+        form: [-1.0, 0.0, -2.0, 0.0],
+    };
+    let concave = [Element::Refracting(concave)];
+    assert_eq!(follow(&concave, &glass[..2], along(0.5)), Ok(()));
+    assert!(Sequence::new(&concave, &glass).is_none());
 }
 
 const DIMS: [usize; 3] = [9, 8, 10];

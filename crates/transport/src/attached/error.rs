@@ -4,9 +4,7 @@
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum IndexDerivativeError {
     /// A field without parameters.
-    #[error(
-        "the index of '{0}' has no parameters to differentiate by: constant, gaussian, selfoc and grids that interpolate their samples have, moved or in sums"
-    )]
+    #[error("the index of '{0}' has no parameters to differentiate by")]
     Parameters(String),
     /// A field that is even although it need not be.
     #[error(

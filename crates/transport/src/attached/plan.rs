@@ -10,7 +10,7 @@ use glam::DVec3;
 #[derive(Clone, Debug)]
 pub(crate) struct IndexPlan {
     media: Vec<MediumId>,
-    /// Where the sums begin of the parameters of each, and the number of all.
+    /// Where the sums of each begin, and the number of all.
     starts: Vec<usize>,
     /// For each medium of the scene, where its sums are.
     of_medium: Vec<Option<usize>>,
@@ -31,13 +31,13 @@ impl IndexPlan {
             if plan.of_medium[id].replace(next).is_some() {
                 return Err(IndexDerivativeError::Twice);
             }
-            next += medium.index.parameter_count();
+            next += medium.index.sum_count();
             plan.starts.push(next);
         }
         Ok(plan)
     }
 
-    /// Number of all parameters.
+    /// Number of all sums.
     pub(crate) fn len(&self) -> usize {
         self.starts.last().copied().unwrap_or(0)
     }
@@ -58,33 +58,24 @@ impl IndexPlan {
     ) {
         if let Some(start) = self.of_medium[medium] {
             let field = &scene.medium(medium).index;
-            field.add_parameter_derivative(x, by, &mut sums[start..][..field.parameter_count()]);
+            field.add_parameter_derivative(x, by, &mut sums[start..][..field.sum_count()]);
         }
     }
 
-    /// Sums by samples of n in place of those by coefficients of grids, medium by medium.
-    pub(crate) fn by_samples(&self, scene: &Scene, sums: &[f64]) -> Vec<f64> {
-        let mut all = Vec::with_capacity(sums.len());
-        for (&id, bounds) in self.media.iter().zip(self.starts.windows(2)) {
+    /// Derivatives by parameters from sums, medium by medium.
+    pub(crate) fn by_parameters(&self, scene: &Scene, sums: &[f64]) -> Vec<f64> {
+        let media = self.media.iter().zip(self.starts.windows(2));
+        let each = media.flat_map(|(&id, bounds)| {
             let own = sums[bounds[0]..bounds[1]].to_vec();
-            match scene.medium(id).index.grid() {
-                Some(grid) => all.extend(grid.index_sample_derivative(own)),
-                None => all.extend(own),
-            }
-        }
-        all
+            scene.medium(id).index.parameter_derivative(own)
+        });
+        each.collect()
     }
 
-    /// Length along each axis of the derivative by each medium: [z, y, x] of samples, or the number of parameters.
-    pub(crate) fn shapes(&self, scene: &Scene) -> Vec<Vec<usize>> {
-        let shape = |&id: &MediumId| {
-            let field = &scene.medium(id).index;
-            match field.grid() {
-                Some(grid) => grid.dims().into_iter().rev().collect(),
-                None => vec![field.parameter_count()],
-            }
-        };
-        self.media.iter().map(shape).collect()
+    /// Number of parameters of each medium.
+    pub(crate) fn counts(&self, scene: &Scene) -> Vec<usize> {
+        let count = |&id: &MediumId| scene.medium(id).index.parameter_count();
+        self.media.iter().map(count).collect()
     }
 }
 
@@ -96,7 +87,8 @@ fn check_field(name: &str, field: &Field) -> Result<(), IndexDerivativeError> {
     if field.grid().is_some_and(|grid| !grid.interpolates()) {
         return Err(IndexDerivativeError::Smoothed(name.into()));
     }
-    let is_even = field.is_constant() && field.parameter_count() > 1 && field.grid().is_none();
+    let is_even =
+        field.is_constant() && !matches!(field, Field::Constant(_)) && field.grid().is_none();
     if is_even {
         return Err(IndexDerivativeError::Even(name.into()));
     }

@@ -308,7 +308,7 @@ fn found(setup: Setup, derivatives: &IndexDerivatives) -> Vec<(f64, f64)> {
     match setup.index {
         Index::Gaussian(_) => [0, 1, 5].map(|i| (by.values[i], by.errors[i])).into(),
         Index::Grid(_) => {
-            assert_eq!(by.shape, [GRID; 3]);
+            assert_eq!(by.shape, [GRID * GRID * GRID]);
             let terms = by.values.iter().enumerate();
             let value = terms.map(|(i, v)| v * pattern(i)).sum();
             let squares = by.errors.iter().enumerate();

@@ -40,6 +40,19 @@ pub(super) fn planes(lattice: &Lattice, data: &mut [f32]) {
     dispatch!(crate::lanes::level(), _simd => along(&grid, data, 2, &solver));
 }
 
+/// Turns samples into coefficients in double precision, interpolating; rows along x, then y, then z, with room for the padding.
+pub(super) fn rows(lattice: &Lattice, data: &mut [f64]) {
+    let size = lattice.stored_dims();
+    let grid = Grid {
+        size,
+        stride: [1, size[0], size[0] * size[1]],
+    };
+    for axis in 0..3 {
+        let solver = Solver::interpolating(lattice.dims()[axis]);
+        dispatch!(crate::lanes::level(), _simd => along(&grid, data, axis, &solver));
+    }
+}
+
 /// Continues coefficients into the padding.
 pub(super) fn extend_all(lattice: &Lattice, data: &mut [f32]) {
     let grid = Grid::of(lattice);

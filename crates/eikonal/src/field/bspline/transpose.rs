@@ -2,10 +2,10 @@
 //!
 //! Theory: docs/theory.md#derivatives-of-rays.
 
-use super::Bspline;
 use super::lattice::PAD;
 use super::weights::Weights;
-use crate::field::IndexDerivative;
+use super::{Bspline, prefilter};
+use crate::field::{IndexChange, IndexDerivative};
 use fearless_simd::{Simd, SimdBase, dispatch, f64x4};
 use glam::DVec3;
 
@@ -53,6 +53,52 @@ impl Bspline {
         }
     }
 
+    /// Changes of n² and ∇n² at `x` with changes of the coefficients: the transpose of [`Bspline::add_coefficient_derivative`].
+    pub(in crate::field) fn coefficient_change(&self, x: DVec3, change: &[f64]) -> IndexChange {
+        dispatch!(self.level, simd => self.gather_from(simd, x, change))
+    }
+
+    #[inline(always)]
+    fn gather_from<S: Simd>(&self, simd: S, x: DVec3, change: &[f64]) -> IndexChange {
+        let (first, t) = self.lattice.locate(x);
+        let [wx, wy, wz] = [t.x, t.y, t.z].map(|t| Weights::new(simd, t));
+        let size = self.lattice.stored_dims();
+        let place = |a: usize, i: usize| self.lattice.clamp(a, first[a] + i as isize);
+        let (mut value, mut slope) = (0.0, DVec3::ZERO);
+        for k in 0..4 {
+            for j in 0..4 {
+                let start = (place(2, k) * size[1] + place(1, j)) * size[0];
+                let (mut along, mut steep) = (0.0, 0.0);
+                for i in 0..4 {
+                    let c = change[start + place(0, i)];
+                    along += wx.value[i] * c;
+                    steep += wx.first[i] * c;
+                }
+                value += along * wy.value[j] * wz.value[k];
+                slope.x += steep * wy.value[j] * wz.value[k];
+                slope.y += along * wy.first[j] * wz.value[k];
+                slope.z += along * wy.value[j] * wz.first[k];
+            }
+        }
+        IndexChange {
+            n2: value,
+            gradient: slope * self.lattice.per_spacing(),
+        }
+    }
+
+    /// Changes of the coefficients with changes of n² of the samples: the transpose of [`Bspline::sample_derivative`].
+    pub fn sample_change(&self, samples: &[f64]) -> Vec<f64> {
+        let (dims, size) = (self.lattice.dims(), self.lattice.stored_dims());
+        let mut data = vec![0.0; self.coefficient_count()];
+        for (row, samples) in samples.chunks_exact(dims[0]).enumerate() {
+            let (j, k) = (row % dims[1] + PAD, row / dims[1] + PAD);
+            let start = (k * size[1] + j) * size[0] + PAD;
+            data[start..start + dims[0]].copy_from_slice(samples);
+        }
+        prefilter::rows(&self.lattice, &mut data);
+        data
+    }
+
     /// Number of samples along x, y and z.
     pub fn dims(&self) -> [usize; 3] {
         self.lattice.dims()
@@ -63,15 +109,13 @@ impl Bspline {
         self.interpolates
     }
 
-    /// Derivatives by n of the samples, x fastest, then y, then z, from those by the coefficients: see [`Bspline::sample_derivative`].
-    pub fn index_sample_derivative(&self, by_coefficients: Vec<f64>) -> Vec<f64> {
-        let mut by = self.sample_derivative(by_coefficients);
-        let [x, y, z] = self.lattice.dims();
-        for (number, value) in by.iter_mut().enumerate().take(x * y * z) {
-            let sample = [number % x, number / x % y, number / (x * y)];
-            *value *= 2.0 * self.n2(self.lattice.position(sample)).sqrt();
-        }
-        by
+    /// n at the samples, to the precision of the coefficients; x fastest, then y, then z.
+    pub fn samples(&self) -> Vec<f64> {
+        let [x, y, z] = self.dims();
+        let places = (0..x * y * z).map(|at| [at % x, at / x % y, at / (x * y)]);
+        places
+            .map(|sample| self.n2(self.lattice.position(sample)).sqrt())
+            .collect()
     }
 
     /// Derivatives by n² of the samples, x fastest, then y, then z, from those by the coefficients. Multiply by 2n for those by

@@ -1,7 +1,7 @@
 //! From the tree of a formula to its program: names get their values, and what the formula depends on is found out.
 
 use super::error::{FormulaError, FormulaErrorKind as Kind};
-use super::function::NAMED;
+use super::function::{Function, NAMED};
 use super::graph::{Graph, Id};
 use super::lexer::is_name;
 use super::parser::{Expr, ExprKind, parse};
@@ -38,6 +38,7 @@ pub(super) struct Compiled {
     pub domain: Domain,
     pub constant: Option<f64>,
     pub used: Vec<String>,
+    pub free: Option<Program>,
 }
 
 /// All names that have a meaning.
@@ -73,21 +74,39 @@ pub(super) fn compiled(
         graph: Graph::default(),
         domain,
         parameters,
+        free: Vec::new(),
     };
-    let value = compiler.node(&tree)?;
-    let n2 = match quantity {
-        Quantity::Index => compiler.graph.signed_square(value),
-        Quantity::SquaredIndex => value,
-    };
-    let inputs = if domain == Domain::Space { 3 } else { 1 };
-    let program = Program::new(&compiler.graph, n2, inputs).map_err(whole)?;
+    let n2 = compiler.square(&tree, quantity)?;
+    let program = Program::new(&compiler.graph, n2, inputs(domain)).map_err(whole)?;
     let used = parameters.iter().filter(|(name, _)| found.contains(name));
+    let used: Vec<&str> = used.map(|(name, _)| *name).collect();
     Ok(Compiled {
         program,
         domain,
         constant: compiler.graph.value(n2),
-        used: used.map(|(name, _)| (*name).to_owned()).collect(),
+        free: free(&tree, quantity, &compiler, &used),
+        used: used.into_iter().map(String::from).collect(),
     })
+}
+
+/// Number of inputs that are coordinates.
+fn inputs(domain: Domain) -> usize {
+    if domain == Domain::Space { 3 } else { 1 }
+}
+
+/// The program with parameters as further inputs; `None` without any, or if registers do not suffice.
+fn free(tree: &Expr, quantity: Quantity, fixed: &Compiler, parameters: &[&str]) -> Option<Program> {
+    if parameters.is_empty() {
+        return None;
+    }
+    let mut compiler = Compiler {
+        graph: Graph::default(),
+        domain: fixed.domain,
+        parameters: fixed.parameters,
+        free: parameters.to_vec(),
+    };
+    let n2 = compiler.square(tree, quantity).ok()?;
+    Program::new(&compiler.graph, n2, inputs(fixed.domain) + parameters.len()).ok()
 }
 
 fn check(parameters: &[(&str, f64)]) -> Result<(), Kind> {
@@ -127,9 +146,48 @@ struct Compiler<'a> {
     graph: Graph,
     domain: Domain,
     parameters: &'a [(&'a str, f64)],
+    /// Parameters that are inputs, in place of their values.
+    free: Vec<&'a str>,
 }
 
 impl Compiler<'_> {
+    /// The node of n².
+    fn square(&mut self, tree: &Expr, quantity: Quantity) -> Result<Id, FormulaError> {
+        let value = self.node(tree)?;
+        Ok(match quantity {
+            Quantity::Index => self.graph.signed_square(value),
+            Quantity::SquaredIndex => value,
+        })
+    }
+
+    /// The node of a part of the tree with the values of all parameters.
+    fn fixed(&mut self, tree: &Expr) -> Result<Id, FormulaError> {
+        let free = std::mem::take(&mut self.free);
+        let id = self.node(tree);
+        self.free = free;
+        id
+    }
+
+    /// A power. A number in an exponent, when it is an input, leaves the power as it is and turns it by a factor: so negative bases keep
+    /// their whole powers.
+    fn power(&mut self, base: Id, exponent: &Expr) -> Result<Id, FormulaError> {
+        let at = |kind| FormulaError {
+            kind,
+            span: exponent.span.clone(),
+        };
+        let (free, fixed) = (self.node(exponent)?, self.fixed(exponent)?);
+        let power = self.graph.power(base, fixed).map_err(at)?;
+        if free == fixed || self.graph.value(fixed).is_none() {
+            return self.graph.power(base, free).map_err(at);
+        }
+        let (square, change) = (self.graph.square(base), self.graph.sub(free, fixed));
+        let log = self.graph.apply(square, Function::Log);
+        let turned = self.graph.mul(change, log);
+        let turned = self.graph.times(turned, 0.5);
+        let factor = self.graph.apply(turned, Function::Exp);
+        Ok(self.graph.mul(power, factor))
+    }
+
     /// The node of a part of the tree.
     fn node(&mut self, tree: &Expr) -> Result<Id, FormulaError> {
         let at = |kind| FormulaError {
@@ -146,6 +204,10 @@ impl Compiler<'_> {
                     span: span.clone(),
                 };
                 self.known(name, arguments.len()).map_err(on_name)?;
+                if let ("pow", [base, exponent]) = (name.as_str(), &arguments[..]) {
+                    let base = self.node(base)?;
+                    return self.power(base, exponent);
+                }
                 let ids = arguments.iter().map(|a| self.node(a));
                 let ids: Vec<Id> = ids.collect::<Result<_, _>>()?;
                 self.call(name, &ids).map_err(at)?
@@ -157,12 +219,7 @@ impl Compiler<'_> {
             ExprKind::Power(both) => {
                 let [base, exponent] = &**both;
                 let base = self.node(base)?;
-                let p = self.node(exponent)?;
-                let on_exponent = |kind| FormulaError {
-                    kind,
-                    span: exponent.span.clone(),
-                };
-                self.graph.power(base, p).map_err(on_exponent)?
+                self.power(base, exponent)?
             }
             ExprKind::Chain(first, others) => {
                 let mut left = self.node(first)?;
@@ -185,6 +242,9 @@ impl Compiler<'_> {
     }
 
     fn named(&mut self, name: &str) -> Result<Id, Kind> {
+        if let Some(number) = self.free.iter().position(|known| *known == name) {
+            return Ok(self.graph.input(inputs(self.domain) + number));
+        }
         if let Some((_, value)) = self.parameters.iter().find(|(known, _)| *known == name) {
             return Ok(self.graph.constant(*value));
         }
@@ -242,7 +302,6 @@ impl Compiler<'_> {
         let function = NAMED.iter().find(|(known, _)| *known == name);
         match (function, ids) {
             (Some((_, function)), [a]) => Ok(self.graph.apply(*a, *function)),
-            (None, [a, b]) if name == "pow" => self.graph.power(*a, *b),
             (None, [a, b]) => Ok(self.graph.atan2(*a, *b)),
             _ => Err(Kind::UnknownName(name.to_owned())),
         }

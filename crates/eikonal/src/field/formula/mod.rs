@@ -15,6 +15,7 @@ mod series;
 mod spatial;
 
 pub use error::{FormulaError, FormulaErrorKind};
+pub(super) use function::Function;
 pub(super) use interval::Interval;
 pub(super) use number::Number;
 pub(super) use program::Program;
@@ -66,6 +67,33 @@ pub struct Formula {
     pub(super) domain: Domain,
     constant: Option<f64>,
     used: Vec<String>,
+    pub(super) free: Option<Free>,
+}
+
+/// A program with parameters as inputs, after the coordinates.
+#[derive(Clone, Debug)]
+pub(in crate::field) struct Free {
+    program: Program,
+    names: Vec<String>,
+    values: Vec<f64>,
+}
+
+impl Free {
+    /// Names and values of the parameters.
+    pub(in crate::field) fn parameters(&self) -> impl Iterator<Item = (&str, f64)> {
+        let names = self.names.iter().map(String::as_str);
+        names.zip(self.values.iter().copied())
+    }
+
+    /// The values of the parameters.
+    pub(in crate::field) fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// n² by coordinates and parameters.
+    pub(in crate::field) fn run<N: Number>(&self, coordinates: &[N], parameters: &[N]) -> N {
+        self.program.run_slice(&[coordinates, parameters].concat())
+    }
 }
 
 /// The inputs of a program.
@@ -102,8 +130,19 @@ impl Formula {
             domain,
             constant,
             used,
+            free,
         } = compile::compiled(text, quantity, parameters)?;
+        let value = |name: &String| {
+            let known = parameters.iter().find(|(known, _)| known == name);
+            known.map_or(f64::NAN, |(_, value)| *value)
+        };
+        let free = free.map(|program| Free {
+            program,
+            values: used.iter().map(value).collect(),
+            names: used.clone(),
+        });
         Ok(Formula {
+            free,
             program,
             domain,
             constant,

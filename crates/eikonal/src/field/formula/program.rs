@@ -44,6 +44,9 @@ pub(in crate::field) struct Program {
 impl Program {
     /// The program of a node of a graph with so many inputs.
     pub(super) fn new(graph: &Graph, root: Id, inputs: usize) -> Result<Self, FormulaErrorKind> {
+        if inputs > REGISTERS[1] {
+            return Err(FormulaErrorKind::TooComplicated);
+        }
         let order = order(graph, root);
         let mut last_use = vec![0; graph.len()];
         for (at, id) in order.iter().enumerate() {
@@ -104,10 +107,22 @@ impl Program {
         self.run_in::<N, I, { REGISTERS[1] }>(inputs)
     }
 
+    /// The same for any number of inputs, at least one.
+    pub(in crate::field) fn run_slice<N: Number>(&self, inputs: &[N]) -> N {
+        let mut registers = [inputs[0]; REGISTERS[1]];
+        registers[..inputs.len()].copy_from_slice(inputs);
+        self.run_on(registers)
+    }
+
     #[inline(always)]
     fn run_in<N: Number, const I: usize, const R: usize>(&self, inputs: [N; I]) -> N {
         let mut registers = [inputs[0]; R];
         registers[..I].copy_from_slice(&inputs);
+        self.run_on(registers)
+    }
+
+    #[inline(always)]
+    fn run_on<N: Number, const R: usize>(&self, mut registers: [N; R]) -> N {
         // The remainder shows the compiler that the register is there.
         let at = |i: u8| usize::from(i) % R;
         for instruction in &self.instructions {

@@ -38,8 +38,7 @@ pub struct IndexDerivativeOptions<'a> {
 /// Derivatives by the index of media, and what happened meanwhile.
 #[derive(Clone, Debug)]
 pub struct IndexDerivatives {
-    /// One for each medium, in their order: by the samples of n of a grid, [z, y, x], or by the
-    /// [parameters](eikonal::Field::parameter_count) of another field.
+    /// One for each medium, in their order: by all numbers of its [parameters](eikonal::Field::parameters), in a row.
     pub by: Vec<Derivative>,
     /// Σ weight × image of the same paths, and its standard error: what they say of the loss itself.
     pub value: (f64, f64),
@@ -113,16 +112,16 @@ fn refused(error: &DerivativeError) -> IndexDerivativeError {
 
 /// Zero by all parameters.
 fn blank(scene: &Scene, plan: &IndexPlan) -> IndexDerivatives {
-    let of = |shape: Vec<usize>| {
-        let zeros = vec![0.0; shape.iter().product()];
+    let of = |count| {
+        let zeros = vec![0.0; count];
         Derivative {
-            shape,
+            shape: vec![count],
             values: zeros.clone(),
             errors: zeros,
         }
     };
     IndexDerivatives {
-        by: plan.shapes(scene).into_iter().map(of).collect(),
+        by: plan.counts(scene).into_iter().map(of).collect(),
         value: (0.0, 0.0),
         stats: Stats::default(),
     }
@@ -158,7 +157,7 @@ impl Pass<'_> {
         let units = Units {
             count: self.options.samples / replicate,
             size: replicate,
-            sums: 1 + self.number(),
+            sums: 1 + self.plan.counts(self.source.scene).iter().sum::<usize>(),
         };
         let film = self.source.scene.film();
         let pixels = film.width * film.height;
@@ -168,19 +167,10 @@ impl Pass<'_> {
             let sums = side_by_side(1 + self.plan.len(), pixels, stats, |pixels| {
                 self.part(pixels, range.clone())
             });
-            let by_samples = self.plan.by_samples(self.source.scene, &sums[1..]);
-            [&sums[..1], &by_samples].concat()
+            let by_parameters = self.plan.by_parameters(self.source.scene, &sums[1..]);
+            [&sums[..1], &by_parameters].concat()
         });
         moments.map_err(|e| refused(&e))
-    }
-
-    /// Number of all derivatives.
-    fn number(&self) -> usize {
-        let shapes = self.plan.shapes(self.source.scene);
-        shapes
-            .iter()
-            .map(|shape| shape.iter().product::<usize>())
-            .sum()
     }
 
     /// The sums of a part of the pixels: of what paths bring, and of its derivatives.

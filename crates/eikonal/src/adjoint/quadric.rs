@@ -1,0 +1,165 @@
+//! Surfaces of the second degree, with their derivatives by what describes them (docs/theory.md#derivatives-of-rays).
+
+use super::reverse::SurfaceDerivative;
+use crate::interface::Displacement;
+use crate::ray::Arc;
+use crate::ray::bernstein::{first_root, height, product};
+use glam::{DMat3, DVec3};
+
+/// Roots of a polynomial of degree ten at most.
+const MOST_ROOTS: usize = 10;
+
+/// Where F = α|d|² + βz² + γz + δ is zero, with d = x − `point` and z = `axis`·d: planes, spheres, cylinders, conics of revolution. Where
+/// γ is not zero, only the sheet through `point`, on which F is monotonic along the axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quadric {
+    /// A point of the axis.
+    pub point: DVec3,
+    /// Unit vector.
+    pub axis: DVec3,
+    /// α, β, γ, δ.
+    pub form: [f64; 4],
+}
+
+/// Derivatives by the point, the axis and the form of a [`Quadric`].
+pub type QuadricDerivative = [f64; 10];
+
+impl Quadric {
+    /// The plane through `point` with the unit normal `normal`.
+    pub fn plane(point: DVec3, normal: DVec3) -> Self {
+        Quadric {
+            point,
+            axis: normal,
+            form: [0.0, 0.0, 1.0, 0.0],
+        }
+    }
+
+    /// Where an arc first meets it, in (0, 1].
+    pub(super) fn first(&self, arc: &Arc) -> Option<f64> {
+        let [alpha, beta, gamma, delta] = self.form;
+        let control = arc.control();
+        let z = height(&control, self.point, self.axis);
+        let squares = DVec3::AXES.map(|axis| {
+            let d = height(&control, self.point, axis);
+            product::<6, 6, 11>(&d, &d)
+        });
+        let (z2, z) = (
+            product::<6, 6, 11>(&z, &z),
+            product::<6, 6, 11>(&z, &[1.0; 6]),
+        );
+        let f: [f64; 11] = std::array::from_fn(|i| {
+            let d2: f64 = squares.iter().map(|square| square[i]).sum();
+            alpha * d2 + beta * z2[i] + gamma * z[i] + delta
+        });
+        let mut from = 0.0;
+        for _ in 0..MOST_ROOTS {
+            let theta = first_root(&f, from, 1.0, [0.0; 2])?;
+            if self.holds(arc.position(theta)) {
+                return Some(theta);
+            }
+            from = theta;
+        }
+        None
+    }
+
+    /// Whether a point is on the sheet that counts.
+    fn holds(&self, x: DVec3) -> bool {
+        let [alpha, beta, gamma, _] = self.form;
+        let z = self.axis.dot(x - self.point);
+        gamma == 0.0 || (2.0 * (alpha + beta) * z + gamma) * gamma > 0.0
+    }
+
+    /// ∇F.
+    fn gradient(&self, x: DVec3) -> DVec3 {
+        let [alpha, beta, gamma, _] = self.form;
+        let d = x - self.point;
+        d * (2.0 * alpha) + self.axis * (2.0 * beta * self.axis.dot(d) + gamma)
+    }
+
+    /// Hess F times a vector.
+    fn bent(&self, v: DVec3) -> DVec3 {
+        let [alpha, beta, ..] = self.form;
+        v * (2.0 * alpha) + self.axis * (2.0 * beta * self.axis.dot(v))
+    }
+
+    /// The unit normal ∇F/|∇F| at a point, and its derivatives by the place.
+    pub(super) fn normal(&self, x: DVec3) -> (DVec3, DMat3) {
+        let gradient = self.gradient(x);
+        let per = gradient.length_recip();
+        let normal = gradient * per;
+        let column = |axis| self.bent(axis).reject_from_normalized(normal) * per;
+        let [a, b, c] = DVec3::AXES.map(column);
+        (normal, DMat3::from_cols(a, b, c))
+    }
+
+    /// Distance of a point from the axis.
+    pub(super) fn from_axis(&self, x: DVec3) -> f64 {
+        (x - self.point).reject_from_normalized(self.axis).length()
+    }
+
+    /// How far it extends from the origin, roughly: what round-off of points on it is in proportion to.
+    pub(super) fn extent(&self) -> f64 {
+        let [alpha, _, _, delta] = self.form;
+        let radius = if alpha == 0.0 {
+            0.0
+        } else {
+            (delta / alpha).abs().sqrt()
+        };
+        self.point.length() + radius
+    }
+
+    /// How a change of what describes it moves it at a point.
+    pub fn displacement(&self, x: DVec3, change: &QuadricDerivative) -> Displacement {
+        let [_, beta, gamma, _] = self.form;
+        let [point, axis] = [&change[..3], &change[3..6]].map(DVec3::from_slice);
+        let [of_alpha, of_beta, of_gamma, of_delta] = [6, 7, 8, 9].map(|i| change[i]);
+        let d = x - self.point;
+        let z = self.axis.dot(d);
+        let gradient = self.gradient(x);
+        let per = gradient.length_recip();
+        let steep = 2.0 * beta * z + gamma;
+        let value = -gradient.dot(point) + steep * d.dot(axis);
+        let value = value + of_alpha * d.length_squared() + of_beta * z * z;
+        let value = value + of_gamma * z + of_delta;
+        let turn = -self.bent(point) + axis * steep + d * (2.0 * of_alpha);
+        let along = 2.0 * beta * axis.dot(d) + 2.0 * z * of_beta + of_gamma;
+        let turn = turn + self.axis * along;
+        Displacement {
+            offset: -value * per,
+            turn: turn.reject_from_normalized(gradient * per) * per,
+        }
+    }
+
+    /// The transpose: adds the derivative by what describes it, given that by its displacement at a point.
+    pub(super) fn add_derivative(
+        &self,
+        x: DVec3,
+        by: SurfaceDerivative,
+        into: &mut QuadricDerivative,
+    ) {
+        let [_, beta, gamma, _] = self.form;
+        let d = x - self.point;
+        let z = self.axis.dot(d);
+        let gradient = self.gradient(x);
+        let per = gradient.length_recip();
+        // By F and ∇F at the point.
+        let value = -by.offset * per;
+        let slope = by.turn.reject_from_normalized(gradient * per) * per;
+        let along = self.axis.dot(slope);
+        let steep = 2.0 * beta * z + gamma;
+        let point = -gradient * value - self.bent(slope);
+        let axis = d * (value * steep + 2.0 * beta * along) + slope * steep;
+        let form = [
+            value * d.length_squared() + 2.0 * slope.dot(d),
+            value * z * z + 2.0 * z * along,
+            value * z + along,
+            value,
+        ];
+        let all = point
+            .to_array()
+            .into_iter()
+            .chain(axis.to_array())
+            .chain(form);
+        into.iter_mut().zip(all).for_each(|(sum, by)| *sum += by);
+    }
+}

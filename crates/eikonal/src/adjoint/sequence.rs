@@ -1,0 +1,126 @@
+//! Media between surfaces that rays meet one after another, as in a lens (docs/theory.md#derivatives-of-rays).
+
+use super::follow::{Leg, RayFailure};
+use super::quadric::Quadric;
+use crate::connect::{Crossing, World};
+use crate::field::Field;
+use crate::interface::Rule;
+use crate::ray::Arc;
+
+/// Rays start this far off a surface, in units of the extent of all.
+const EPSILON: f64 = 1e-12;
+
+/// What rays meet in a [`Sequence`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Element {
+    /// A surface between two media, at which rays refract.
+    Refracting(Quadric),
+    /// The opening of an otherwise opaque plane within one medium: around its point, of the radius.
+    Aperture(Quadric, f64),
+}
+
+impl Element {
+    /// Its surface.
+    pub fn surface(&self) -> &Quadric {
+        match self {
+            Element::Refracting(surface) | Element::Aperture(surface, _) => surface,
+        }
+    }
+}
+
+/// Elements in the order in which rays meet them, and the media before, between and behind those that refract. A region is the number
+/// of elements that a ray has passed.
+#[derive(Clone, Debug)]
+pub struct Sequence<'a> {
+    elements: &'a [Element],
+    media: &'a [Field],
+    /// That of each region.
+    numbers: Vec<usize>,
+    ray_epsilon: f64,
+}
+
+impl<'a> Sequence<'a> {
+    /// `None` unless there is one medium more than there are refracting elements.
+    pub fn new(elements: &'a [Element], media: &'a [Field]) -> Option<Self> {
+        let mut numbers = vec![0];
+        for element in elements {
+            let refracts = matches!(element, Element::Refracting(_));
+            numbers.push(numbers.last()? + usize::from(refracts));
+        }
+        let extent = elements.iter().map(|e| e.surface().extent());
+        let matched = numbers.last()? + 1 == media.len();
+        matched.then_some(Sequence {
+            elements,
+            media,
+            numbers,
+            ray_epsilon: EPSILON * extent.fold(f64::MIN_POSITIVE, f64::max),
+        })
+    }
+
+    /// The number of the medium of a region.
+    pub fn medium(&self, region: usize) -> usize {
+        self.numbers[region]
+    }
+
+    /// All elements; crossings name them by number.
+    pub fn elements(&self) -> &[Element] {
+        self.elements
+    }
+
+    /// All media.
+    pub fn media(&self) -> &[Field] {
+        self.media
+    }
+
+    /// What keeps a ray of such legs from its end, or from having come to it by all elements.
+    pub(super) fn verdict(&self, legs: &[Leg<usize>], has_end: bool) -> Result<(), RayFailure> {
+        for passed in legs.iter().filter_map(|leg| leg.passed) {
+            match self.elements[passed.surface] {
+                Element::Refracting(_) if passed.rule == Rule::Reflect => {
+                    return Err(RayFailure::Reflected);
+                }
+                Element::Aperture(surface, radius) if surface.from_axis(passed.x) > radius => {
+                    return Err(RayFailure::Stopped);
+                }
+                _ => {}
+            }
+        }
+        let last = legs.last().map_or(0, |leg| leg.region);
+        if has_end && last < self.elements.len() {
+            return Err(RayFailure::MissedSurface);
+        }
+        Ok(())
+    }
+}
+
+impl World for Sequence<'_> {
+    type Region = usize;
+
+    fn field(&self, region: usize) -> &Field {
+        &self.media[self.numbers[region]]
+    }
+
+    fn crossing(&self, region: usize, arc: &Arc) -> Option<Crossing<usize>> {
+        let element = self.elements.get(region)?;
+        let surface = element.surface();
+        let theta = surface.first(arc)?;
+        let position = arc.position(theta);
+        let (normal, shape) = surface.normal(position);
+        Some(Crossing {
+            theta,
+            position,
+            normal,
+            shape,
+            rule: match element {
+                Element::Refracting(_) => Rule::Refract,
+                Element::Aperture(..) => Rule::Pass,
+            },
+            beyond: region + 1,
+            surface: region,
+        })
+    }
+
+    fn ray_epsilon(&self) -> f64 {
+        self.ray_epsilon
+    }
+}

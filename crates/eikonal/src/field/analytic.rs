@@ -1,0 +1,82 @@
+//! Derivatives of n² by the parameters of fields that formulas describe: the formula is evaluated once more in numbers that carry mixed
+//! derivatives along (docs/theory.md#derivatives-of-rays).
+
+use super::IndexDerivative;
+use super::formula::{HESSIAN, Number, Spatial};
+use glam::DVec3;
+
+/// Parameters of a field of a formula, at most.
+pub(super) const MOST: usize = 8;
+
+/// A field of which n² is a formula of the place and of a few numbers.
+pub(super) trait Analytic {
+    /// Names of the parameters, as in scenes, and how many numbers each has: `MOST` in all at most.
+    const PARAMETERS: &'static [(&'static str, usize)];
+
+    /// Their numbers, one after another; what is beyond them does not count.
+    fn numbers(&self) -> [f64; MOST];
+
+    /// n² at a place.
+    fn squared<N: Number>(x: [N; 3], p: &[N]) -> N;
+}
+
+/// How many numbers the parameters have.
+pub(super) fn count<A: Analytic>() -> usize {
+    A::PARAMETERS.iter().map(|(_, count)| count).sum()
+}
+
+/// Adds the derivatives of a loss by all numbers of a field, given that by n² and ∇n² at `x`.
+pub(super) fn add_derivative<A: Analytic>(
+    field: &A,
+    x: DVec3,
+    by: IndexDerivative,
+    into: &mut [f64],
+) {
+    let numbers = field.numbers();
+    add_mixed(&numbers[..count::<A>()], x, by, A::squared, into);
+}
+
+/// A number with derivatives by three variables up to the second.
+pub(super) type Mixed = Spatial<f64, HESSIAN>;
+
+/// Adds the derivatives of by·(f, ∇f) by the numbers of f, two at a time: the first variable leads along the derivative by ∇f, the
+/// others are the two numbers.
+pub(super) fn add_mixed(
+    numbers: &[f64],
+    x: DVec3,
+    by: IndexDerivative,
+    f: impl Fn([Mixed; 3], &[Mixed]) -> Mixed,
+    into: &mut [f64],
+) {
+    let mut place = [0, 1, 2].map(|axis| Mixed::constant(x[axis]));
+    for (axis, coordinate) in place.iter_mut().enumerate() {
+        coordinate.0[1] = by.gradient[axis];
+    }
+    let fixed: Vec<Mixed> = numbers.iter().map(|v| Mixed::constant(*v)).collect();
+    for first in (0..numbers.len()).step_by(2) {
+        let mut p = fixed.clone();
+        let pair = first..(first + 2).min(numbers.len());
+        for i in pair.clone() {
+            p[i] = Mixed::coordinate(1 + i - first, numbers[i]);
+        }
+        let found = f(place, &p).0;
+        // (∂/∂p, ∂²/∂p∂ε) of both: of xx, yy, zz, xy, yz, zx.
+        let changes = [[found[2], found[7]], [found[3], found[9]]];
+        for (i, [value, along]) in pair.zip(changes) {
+            into[i] += by.n2 * value + along;
+        }
+    }
+}
+
+/// a·b.
+pub(super) fn dot<N: Number>(a: &[N], b: &[N]) -> N {
+    let products = a.iter().zip(b).map(|(a, b)| a.mul(b));
+    products
+        .reduce(|sum, p| sum.add(&p))
+        .unwrap_or(N::constant(0.0))
+}
+
+/// a − b.
+pub(super) fn difference<N: Number>(a: [N; 3], b: &[N]) -> [N; 3] {
+    std::array::from_fn(|i| a[i].sub(&b[i]))
+}

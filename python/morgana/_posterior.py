@@ -1,0 +1,172 @@
+"""How well data determine samples: see :func:`morgana.reconstruct.posterior`."""
+
+from __future__ import annotations
+
+from typing import Dict, List, Tuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _penalties as penalties
+from ._numbers import numbers
+from ._preconditioner import Filter, ReconstructionError, scipy
+from ._values import alike
+from .grad import Rays
+
+Doubles = NDArray[np.float64]
+
+RESIDUAL = 1e-6
+"""Relative residual at which conjugate gradients end."""
+MOST_PRODUCTS = 2000
+"""Products with the precision for one solution, at most."""
+
+
+class Posterior:
+    """The Gaussian distribution of the samples of an index, given data: around what was found, as if ends of rays depended on the samples linearly.
+
+    Its precision, the inverse of the covariance, is JᵀJ/σ² of the Jacobian J and the noise σ of the data, plus that of what is known beforehand. No
+    matrix is made: products take one :meth:`morgana.grad.Rays.jvp` and one :meth:`morgana.grad.Rays.vjp`, and the covariance is applied by conjugate
+    gradients. Made by :func:`posterior`.
+    """
+
+    def __init__(
+        self, rays: Rays, index: Doubles, noise: Dict[str, Tuple[float, NDArray[np.bool_]]], free: NDArray[np.bool_], prior: Tuple[float, float]
+    ) -> None:
+        self._rays, self._index, self._noise, self._free = rays, index, noise, free
+        self._smoothness, self._per_variance = prior
+
+    def precision(self, change: ArrayLike) -> Doubles:
+        """The precision times a vector.
+
+        Parameters
+        ----------
+        change : array_like, (nz, ny, nx)
+            The vector: a change of the samples. Known samples do not change.
+
+        Returns
+        -------
+        numpy.ndarray
+            (nz, ny, nx).
+        """
+        change = np.where(self._free, self._checked(change), 0.0)
+        ends = self._rays.jvp(self._index, change)
+        by = {}
+        for name, (noise, known) in self._noise.items():
+            values = getattr(ends, name)
+            by[name] = np.where(known.reshape(-1, *[1] * (values.ndim - 1)), values, 0.0) / noise**2
+        found = self._rays.vjp(self._index, **by).field
+        found = found + self._smoothness * penalties.roughness(change, self._rays.spacing(change.shape))[1] + self._per_variance * change
+        return np.where(self._free, found, 0.0)
+
+    def covariance(self, vector: ArrayLike) -> Doubles:
+        """The covariance times a vector. For the variance of wᵀn, a weighted sum of samples, take ``np.sum(w * posterior.covariance(w))``.
+
+        Parameters
+        ----------
+        vector : array_like, (nz, ny, nx)
+            The vector.
+
+        Returns
+        -------
+        numpy.ndarray
+            (nz, ny, nx); zero where samples are known.
+
+        Raises
+        ------
+        ReconstructionError
+            Conjugate gradients do not converge.
+        """
+        vector = np.where(self._free, self._checked(vector), 0.0)
+        rows, shape = np.flatnonzero(self._free), self._free.shape
+        solver, filtered = (scipy("scipy.sparse.linalg"), Filter(shape, self._rays.spacing(shape)))
+
+        def spread(values: Doubles) -> Doubles:
+            whole = np.zeros(self._free.size)
+            whole[rows] = values
+            return whole.reshape(shape)
+
+        def conditioned(values: Doubles) -> Doubles:
+            inner = np.where(self._free, filtered(spread(values)), 0.0)
+            return np.asarray(filtered(inner).ravel()[rows])
+
+        size = (len(rows), len(rows))
+        precision = solver.LinearOperator(size, matvec=lambda values: self.precision(spread(values)).ravel()[rows], dtype=float)
+        similar = solver.LinearOperator(size, matvec=conditioned, dtype=float)
+        found, more = solver.cg(precision, vector.ravel()[rows], rtol=RESIDUAL, maxiter=MOST_PRODUCTS, M=similar)
+        if more:
+            raise ReconstructionError(
+                f"the covariance is not found in {MOST_PRODUCTS} products: rays and noise leave directions almost open; "
+                "give more smoothness, or a smaller prior_deviation"
+            )
+        return spread(found)
+
+    def sample(self, rng: np.random.Generator) -> Doubles:
+        """Draw a change of the samples from the distribution.
+
+        Parameters
+        ----------
+        rng : numpy.random.Generator
+            Where random numbers come from.
+
+        Returns
+        -------
+        numpy.ndarray
+            (nz, ny, nx), of mean zero.
+
+        Raises
+        ------
+        ReconstructionError
+            Conjugate gradients do not converge.
+        """
+        # The covariance, applied to noise of which the covariance is the precision.
+        by = {}
+        for name, (noise, known) in self._noise.items():
+            shape = (len(known),) if name == "optical_lengths" else (len(known), 3)
+            by[name] = np.where(known.reshape(-1, *[1] * (len(shape) - 1)), rng.normal(size=shape), 0.0) / noise
+        shape = self._index.shape
+        pushed = self._rays.vjp(self._index, **by).field
+        pushed = pushed + np.sqrt(self._smoothness) * penalties.rough_noise(shape, self._rays.spacing(shape), rng)
+        return self.covariance(pushed + np.sqrt(self._per_variance) * rng.normal(size=shape))
+
+    def deviation(self, draws: int = 32, seed: int = 0) -> Doubles:
+        """Estimate the standard deviation of each sample.
+
+        Parameters
+        ----------
+        draws : int, optional
+            Draws from the distribution, 2 or more: the estimate has a relative standard error of 1/√(2 draws).
+        seed : int, optional
+            Of the draws.
+
+        Returns
+        -------
+        numpy.ndarray
+            (nz, ny, nx); zero where samples are known.
+
+        Raises
+        ------
+        ReconstructionError
+            Conjugate gradients do not converge.
+        """
+        if draws < 2:
+            raise ReconstructionError(f"draws is {draws} but must be at least 2")
+        rng = np.random.default_rng(seed)
+        found: List[Doubles] = [self.sample(rng) for _ in range(draws)]
+        # The mean is known to be zero.
+        return np.asarray(np.sqrt(np.mean(np.square(found), axis=0)))
+
+    def _checked(self, vector: ArrayLike) -> Doubles:
+        found = numbers(vector, "a change of the samples")
+        if found.shape != self._index.shape or not np.isfinite(found).all():
+            raise ReconstructionError(f"a change of the samples has the shape {found.shape} but must be finite numbers of shape {self._index.shape}")
+        return found
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        return alike(self.__dict__, other.__dict__)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        return f"<morgana.reconstruct.Posterior of {np.count_nonzero(self._free)} samples in {self._index.shape}, given {len(self._rays)} rays>"

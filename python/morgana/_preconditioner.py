@@ -1,0 +1,40 @@
+"""What makes samples of an index easier to find, and the part of SciPy that finds them."""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any, Tuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._errors import Error
+
+Doubles = NDArray[np.float64]
+
+
+class ReconstructionError(Error, ValueError):
+    """A reconstruction that cannot be done as it was asked for."""
+
+
+class Filter:
+    """A symmetric filter of samples that makes the Hessian of χ² and of penalties on slopes more like one: for deflections that of waves grows in
+    proportion to their number."""
+
+    def __init__(self, shape: Tuple[int, ...], spacing: Doubles) -> None:
+        self.fft = scipy("scipy.fft")
+        lengths = [step * n for step, n in zip(spacing[::-1], shape)]
+        numbers = [max(lengths) / length * np.arange(n) for n, length in zip(shape, lengths)]
+        waves = np.meshgrid(*numbers, indexing="ij", sparse=True)
+        self.weights = 1 / (1 + np.sqrt(sum(np.square(wave) for wave in waves)))
+
+    def __call__(self, values: Doubles) -> Doubles:
+        return np.asarray(self.fft.idctn(self.weights * self.fft.dctn(values, norm="ortho"), norm="ortho"))
+
+
+def scipy(module: str) -> Any:
+    """A module of SciPy."""
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        raise ReconstructionError('reconstructions need SciPy: pip install "morgana-render[reconstruct]"') from None

@@ -1,0 +1,292 @@
+"""Media and surfaces that rays go through, and the names of their parameters: see :class:`morgana.grad.System`."""
+
+from __future__ import annotations
+
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _checks as checks
+from ._errors import Error
+from ._morgana import Field
+from ._numbers import numbers
+from ._values import comparable
+
+Doubles = NDArray[np.float64]
+Vector = Tuple[float, float, float]
+Element = Tuple[Vector, Vector, Tuple[float, float, float, float], Optional[float]]
+"""Point, unit axis and form (α, β, γ, δ) of α|d|² + βz² + γz + δ = 0, and the radius of an opening, as the compiled part takes them."""
+
+ROWS = 10
+"""Numbers of a surface there: point, axis, form."""
+
+
+class GradError(Error, ValueError):
+    """Rays that cannot be followed, or derivatives that cannot be taken, as they were asked for."""
+
+
+@comparable
+class Plane(NamedTuple):
+    """A plane: a surface of a :class:`System`, or where rays end, whichever side they come from."""
+
+    point: ArrayLike
+    """A point of it, (3,), in scene units."""
+    normal: ArrayLike
+    """Its normal, (3,), of any length but zero."""
+
+
+@comparable
+class Sphere(NamedTuple):
+    """A sphere, which rays meet where they first come to it: from inside on its far side."""
+
+    center: ArrayLike
+    """Its centre, (3,), in scene units."""
+    radius: float
+    """In scene units, > 0."""
+
+
+@comparable
+class Cylinder(NamedTuple):
+    """An endless circular cylinder, which rays meet where they first come to it."""
+
+    point: ArrayLike
+    """A point of its axis, (3,), in scene units."""
+    axis: ArrayLike
+    """The direction of its axis, (3,), of any length but zero."""
+    radius: float
+    """In scene units, > 0."""
+
+
+@comparable
+class Conic(NamedTuple):
+    """A surface of a lens, z = cρ²/(1 + √(1 − (1 + k)c²ρ²)) with z along the axis from the vertex and ρ the distance from it."""
+
+    vertex: ArrayLike
+    """Where it meets its axis, (3,), in scene units."""
+    axis: ArrayLike
+    """The direction of its axis, (3,), of any length but zero."""
+    curvature: float
+    """c, per scene unit: one over the radius, > 0 if the centre lies along the axis; 0 for a plane."""
+    conic: float = 0.0
+    """k: 0 for a sphere, −1 for a paraboloid."""
+
+
+@comparable
+class Aperture(NamedTuple):
+    """An opening in an opaque plane, within one medium. Rays that meet the plane elsewhere have no end. It has no parameters: which rays
+    pass jumps."""
+
+    center: ArrayLike
+    """The middle of the opening, (3,), in scene units."""
+    normal: ArrayLike
+    """The normal of the plane, (3,), of any length but zero."""
+    radius: float
+    """That of the opening, in scene units, > 0."""
+
+
+Surface = Union[Plane, Sphere, Cylinder, Conic, Aperture]
+Medium = Union[float, Field, ArrayLike]
+
+
+@comparable
+class System(NamedTuple):
+    """Media between surfaces that rays meet one after another, as in a lens.
+
+    Rays start in the first medium, meet all surfaces in the order of the list, refract there by Snell's law, and end on the ``exit`` behind the last.
+    A ball is its sphere twice: where rays enter, and where they leave.
+
+    Examples
+    --------
+    >>> glass = morgana.load_field({"type": "selfoc", "n0": 1.6, "alpha": 0.2})
+    >>> front = morgana.grad.Conic(vertex=(0, 0, 0), axis=(0, 0, 1), curvature=0.2)
+    >>> back = morgana.grad.Plane(point=(0, 0, 2), normal=(0, 0, 1))
+    >>> lens = morgana.grad.System(media=[1.0, glass, 1.0], surfaces=[front, back])
+    >>> rays.vjp(lens, positions=residual).parameters["surfaces[0].curvature"]
+    """
+
+    media: Sequence[Medium]
+    """Before, between and behind the surfaces: one more than there are surfaces, apertures not counted. Each an index, a :class:`morgana.Field`, or
+    samples of n [z, y, x], which fill the ``box`` of the rays."""
+    surfaces: Sequence[Surface]
+    """:class:`Plane`, :class:`Sphere`, :class:`Cylinder`, :class:`Conic`, :class:`Aperture`."""
+
+
+class Layout:
+    """What rays go through, checked, with the names of its parameters and their places in one vector."""
+
+    def __init__(self, index: Union[Medium, System], has_box: bool) -> None:
+        self.of_system = isinstance(index, System)
+        if isinstance(index, System):
+            self.surfaces = list(index.surfaces)
+            self.media = [_medium(medium, f"media[{i}]", has_box) for i, medium in enumerate(index.media)]
+            refracting = sum(not isinstance(surface, Aperture) for surface in self.surfaces)
+            if len(self.media) != refracting + 1:
+                raise GradError(
+                    f"{len(self.media)} media and {refracting} refracting surfaces do not fit: give one medium more than surfaces, "
+                    "before, between and behind them"
+                )
+        else:
+            self.surfaces, self.media = [], [_medium(index, "the index", has_box)]
+        parts = [_quadric(surface, f"surfaces[{i}]") for i, surface in enumerate(self.surfaces)]
+        self.elements = [element for element, _ in parts] if self.of_system else None
+        self.jacobians = [jacobian for _, jacobian in parts]
+
+    @property
+    def through(self) -> Tuple[List[Any], Optional[List[Element]]]:
+        """As the compiled part takes it."""
+        return self.media, self.elements
+
+    @property
+    def shape(self) -> Tuple[int, ...]:
+        """Of derivatives: that of samples, or (parameters,)."""
+        alone = None if self.of_system else self.media[0]
+        return alone.shape if isinstance(alone, np.ndarray) else (sum(value.size for value in self.parameters().values()),)
+
+    def parameters(self) -> Dict[str, Doubles]:
+        """Names and values, in their order."""
+        found = {}
+        for i, medium in enumerate(self.media):
+            prefix = f"media[{i}]" if self.of_system else ""
+            if isinstance(medium, Field):
+                found.update({f"{prefix}.{name}".lstrip("."): value for name, value in medium._parameters()})
+            else:
+                found[prefix or "samples"] = np.asarray(medium, dtype=float)
+        for i, (surface, jacobian) in enumerate(zip(self.surfaces, self.jacobians)):
+            found.update({f"surfaces[{i}].{name}": np.asarray(getattr(surface, name), dtype=float) for name in jacobian})
+        return found
+
+    def named(self, vector: Doubles) -> Dict[str, Doubles]:
+        """Parts of a vector of numbers for all parameters, by their names and in their shapes."""
+        values = self.parameters()
+        ends = np.cumsum([value.size for value in values.values()])
+        parts = np.split(vector.ravel(), ends[:-1]) if values else []
+        return {name: part.reshape(value.shape) for (name, value), part in zip(values.items(), parts)}
+
+    def gathered(self, media: Sequence[Doubles], surfaces: Doubles) -> Doubles:
+        """Derivatives by all parameters, in their order, from those that the compiled part gives."""
+        parts = [by.ravel() for by in media]
+        for jacobian, by in zip(self.jacobians, surfaces):
+            parts.extend(matrix.T @ by for matrix in jacobian.values())
+        return np.concatenate(parts).reshape(self.shape) if parts else np.zeros(self.shape)
+
+    def change(self, of: Union[None, ArrayLike, Mapping[str, ArrayLike]]) -> Tuple[List[Doubles], Doubles]:
+        """A change of parameters as the compiled part takes it: of each medium, and of each surface."""
+        vector = self._vector(of)
+        values = self.named(vector)
+        sizes = [sum(value.size for _, value in m._parameters()) if isinstance(m, Field) else np.asarray(m).size for m in self.media]
+        media = np.split(vector, np.cumsum(sizes))[: len(sizes)]
+        surfaces = np.zeros((len(self.surfaces), ROWS))
+        for i, jacobian in enumerate(self.jacobians):
+            for name, matrix in jacobian.items():
+                surfaces[i] += matrix @ values[f"surfaces[{i}].{name}"].ravel()
+        return [np.ascontiguousarray(part) for part in media], surfaces
+
+    def _vector(self, of: Union[None, ArrayLike, Mapping[str, ArrayLike]]) -> Doubles:
+        if of is None:
+            return np.zeros(int(np.prod(self.shape)))
+        if isinstance(of, Mapping):
+            values = {name: np.zeros_like(value) for name, value in self.parameters().items()}
+            for name, part in of.items():
+                if name not in values:
+                    raise GradError(f"there is no parameter {name!r}: there are {', '.join(values) or 'none'}")
+                given = numbers(part, name)
+                if given.shape != values[name].shape:
+                    raise GradError(f"a change of {name} has the shape {given.shape} but must have {values[name].shape}")
+                values[name] = given
+            given = np.concatenate([part.ravel() for part in values.values()])
+        else:
+            given = numbers(of, "a change of the index")
+            if given.shape != self.shape:
+                raise GradError(f"a change of the index has the shape {given.shape} but must have {self.shape}")
+        if not np.isfinite(given).all():
+            raise GradError("a change of the index is not finite")
+        return np.ascontiguousarray(given.ravel(), dtype=float)
+
+
+def unit(vector: ArrayLike, what: str) -> Tuple[Doubles, Doubles]:
+    """A unit vector, and its derivatives by the vector as it was given, (3, 3)."""
+    given = finite(vector, what)
+    length = float(np.linalg.norm(given))
+    if length == 0:
+        raise GradError(f"{what} is {given.tolist()} but must not be zero")
+    direction = given / length
+    return direction, (np.eye(3) - np.outer(direction, direction)) / length
+
+
+def finite(vector: ArrayLike, what: str) -> Doubles:
+    """Three finite numbers."""
+    given = numbers(vector, what)
+    if given.shape != (3,) or not np.isfinite(given).all():
+        raise GradError(f"{what} is {given.tolist()} but must be three finite numbers")
+    return given
+
+
+def triple(vector: Doubles) -> Vector:
+    """The same for the compiled part."""
+    x, y, z = (float(v) for v in vector)
+    return x, y, z
+
+
+def _medium(medium: Any, what: str, has_box: bool) -> Union[float, Field, Doubles]:
+    if isinstance(medium, Field):
+        return medium
+    if isinstance(medium, System):
+        raise GradError(f"{what} is a System: only rays as a whole go through one")
+    if what != "the index" and np.ndim(medium) == 0:
+        return checks.positive(medium, what)
+    samples = np.ascontiguousarray(numbers(medium, what))
+    if samples.ndim != 3:
+        raise GradError(f"{what} must be a Field or an array [z, y, x] of samples, but has the shape {samples.shape}")
+    if not has_box:
+        raise GradError("samples need the box that they fill: give Rays a box")
+    bad = ~(np.isfinite(samples) & (samples > 0))
+    if bad.any():
+        first = tuple(int(i) for i in np.argwhere(bad)[0])
+        raise GradError(f"{np.count_nonzero(bad)} samples are no refractive index > 0: the first is {samples[first]} at {list(first)}")
+    return samples
+
+
+def _quadric(surface: Any, what: str) -> Tuple[Element, Dict[str, Doubles]]:
+    """A surface as the compiled part takes it, and the derivatives of these numbers by each of its parameters, (10, numbers)."""
+
+    def of_point(matrix: Doubles) -> Doubles:
+        return np.vstack([matrix, np.zeros((7, 3))])
+
+    def of_axis(matrix: Doubles) -> Doubles:
+        return np.vstack([np.zeros((3, 3)), matrix, np.zeros((4, 3))])
+
+    def of_form(*form: float) -> Doubles:
+        return np.array([*6 * [0.0], *form])[:, None]
+
+    if isinstance(surface, Sphere):
+        r = checks.positive(surface.radius, f"{what}.radius")
+        element = (triple(finite(surface.center, f"{what}.center")), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0, -r * r), None)
+        return element, {"center": of_point(np.eye(3)), "radius": of_form(0, 0, 0, -2 * r)}
+    if isinstance(surface, Plane):
+        axis, turned = unit(surface.normal, f"{what}.normal")
+        element = (triple(finite(surface.point, f"{what}.point")), triple(axis), (0.0, 0.0, 1.0, 0.0), None)
+        return element, {"point": of_point(np.eye(3)), "normal": of_axis(turned)}
+    if isinstance(surface, Cylinder):
+        axis, turned = unit(surface.axis, f"{what}.axis")
+        r = checks.positive(surface.radius, f"{what}.radius")
+        element = (triple(finite(surface.point, f"{what}.point")), triple(axis), (1.0, -1.0, 0.0, -r * r), None)
+        return element, {"point": of_point(np.eye(3)), "axis": of_axis(turned), "radius": of_form(0, 0, 0, -2 * r)}
+    if isinstance(surface, Conic):
+        axis, turned = unit(surface.axis, f"{what}.axis")
+        c, k = (_finite(value, f"{what}.{name}") for name, value in (("curvature", surface.curvature), ("conic", surface.conic)))
+        element = (triple(finite(surface.vertex, f"{what}.vertex")), triple(axis), (c, c * k, -2.0, 0.0), None)
+        columns = {"curvature": of_form(1, k, 0, 0), "conic": of_form(0, c, 0, 0)}
+        return element, {"vertex": of_point(np.eye(3)), "axis": of_axis(turned), **columns}
+    if isinstance(surface, Aperture):
+        axis, _ = unit(surface.normal, f"{what}.normal")
+        r = checks.positive(surface.radius, f"{what}.radius")
+        return (triple(finite(surface.center, f"{what}.center")), triple(axis), (0.0, 0.0, 1.0, 0.0), r), {}
+    raise GradError(f"{what} is {surface!r} but must be a Plane, Sphere, Cylinder, Conic or Aperture")
+
+
+def _finite(value: Any, what: str) -> float:
+    found = checks.optional_finite(value, what)
+    if found is None:
+        raise GradError(f"{what} is None but must be a finite number")
+    return found
