@@ -36,6 +36,14 @@ impl Chart {
         Chart::of(medium, &medium.albedo)
     }
 
+    /// That of what a medium emits.
+    pub(super) fn of_emission(medium: &Medium) -> Self {
+        medium
+            .emission
+            .as_ref()
+            .map_or(Chart::One, |emission| Chart::of(medium, emission))
+    }
+
     fn of(medium: &Medium, values: &VolumeTexture) -> Self {
         if let Some(labels) = &medium.labels {
             let count = labels.list().len();
@@ -127,7 +135,15 @@ pub(super) fn least(values: &VolumeTexture, channels: usize) -> f64 {
             .iter()
             .copied()
             .fold(f64::INFINITY, f64::min),
-        VolumeTexture::Grid(grid) => grid.range().0,
+        VolumeTexture::Grid(grid) => grid.extremes(channels)[0],
+    }
+}
+
+/// The largest value of a texture in the first `channels` channels.
+pub(super) fn largest(values: &VolumeTexture, channels: usize) -> f64 {
+    match values {
+        VolumeTexture::Uniform(value) => value.0[..channels].iter().copied().fold(0.0, f64::max),
+        VolumeTexture::Grid(grid) => grid.extremes(channels)[1],
     }
 }
 

@@ -1,12 +1,12 @@
 //! Sums of derivatives, parameter by parameter.
 
 use super::Plan;
-use super::tape::{Factor, Stretch, Tape};
+use super::tape::{Factor, Place, Stretch, Tape};
 use crate::Spectrum;
+use crate::emitter::{EmittedRay, Emitter};
 use crate::phase::Phase;
 use crate::scene::{MediumId, Scene};
 use crate::shape::Site;
-use crate::texture::Texture;
 use glam::DVec3;
 
 /// Sums of derivatives: rows of numbers, one for each of the functionals that are differentiated.
@@ -38,32 +38,27 @@ impl<'a> Sums<'a> {
         self.values
     }
 
-    /// Adds to a row the derivative of Σ `worths` over the contributions of a path by all parameters: one sweep back along the path, with
+    /// Adds to a row the derivative of Σ `worths` over the contributions of a path by all parameters: one sweep back over its factors, each with
     /// the worth of all that was found further on (docs/theory.md#derivatives-of-light).
     pub(crate) fn add(&mut self, row: usize, tape: &Tape, worths: impl Iterator<Item = Spectrum>) {
         self.row = row * self.plan.len();
         let mut worth = std::mem::take(&mut self.worth);
         worth.clear();
-        worth.resize(tape.trunk.len() + 1, Spectrum::ZERO);
-        let mut first = 0;
-        for (kept, value) in tape.kept.iter().zip(worths) {
-            let aside = &tape.aside[first..kept.aside];
-            first = kept.aside;
-            if value.is_zero() {
-                continue;
-            }
-            worth[kept.trunk] += value;
-            aside.iter().for_each(|factor| self.factor(factor, value));
-            if let Some(start) = self.plan.emitters[kept.emitter] {
-                self.put(start, 0, value);
+        worth.resize(tape.factors.len() + 1, Spectrum::ZERO);
+        let mut all = Spectrum::ZERO;
+        for (places, value) in tape.kept.iter().zip(worths) {
+            all += value;
+            places.iter().for_each(|p| worth[p.number()] += value);
+        }
+        for (i, noted) in tape.factors.iter().enumerate().rev() {
+            let onward = worth[Place::after(i).number()];
+            if !onward.is_zero() {
+                worth[noted.before.number()] += onward;
+                self.factor(&noted.factor, onward);
             }
         }
-        let mut onward = Spectrum::ZERO;
-        for (i, factor) in tape.trunk.iter().enumerate().rev() {
-            onward += worth[i + 1];
-            if !onward.is_zero() {
-                self.factor(factor, onward);
-            }
+        if let Some(start) = self.plan.exposure {
+            self.put(start, 0, all);
         }
         self.worth = worth;
     }
@@ -71,6 +66,10 @@ impl<'a> Sums<'a> {
     /// Adds to a row what changes with the absorption coefficient at a place, and is worth that much per unit of it.
     pub(crate) fn absorb(&mut self, row: usize, id: MediumId, x: DVec3, worth: Spectrum) {
         self.row = row * self.plan.len();
+        self.absorption(id, x, worth);
+    }
+
+    fn absorption(&mut self, id: MediumId, x: DVec3, worth: Spectrum) {
         let (plan, scene): (&'a Plan, &'a Scene) = (self.plan, self.scene);
         let (plan, medium) = (&plan.media[id], scene.medium(id));
         if let Some(start) = plan.absorption {
@@ -104,6 +103,7 @@ impl<'a> Sums<'a> {
                 }
             }
             Factor::Surface { object, site } => self.reflection(*object, site, worth),
+            Factor::Emission(ray) => self.emission(ray, worth),
         }
     }
 
@@ -150,12 +150,47 @@ impl<'a> Sums<'a> {
             return;
         };
         let share = over(worth, texture.at(site));
-        match texture {
-            Texture::Bitmap(bitmap) => {
-                bitmap.weights(site, |i, weight| self.put(*start, i, share * weight));
-            }
-            _ => self.put(*start, 0, share),
+        texture.weights(site, |i, weight| self.put(*start, i, share * weight));
+    }
+
+    /// ∂ log of what leaves an emitter.
+    fn emission(&mut self, ray: &EmittedRay, worth: Spectrum) {
+        let (plan, scene): (&'a Plan, &'a Scene) = (self.plan, self.scene);
+        let (plan, emitter) = (&plan.emitters[ray.emitter], &scene.emitters()[ray.emitter]);
+        if let Some(start) = plan.factor {
+            self.put(start, 0, worth);
         }
+        if let Emitter::Volume(volume) = emitter
+            && let Some(id) = volume.medium()
+        {
+            return self.emission_of_medium(id, ray, plan.values, worth);
+        }
+        if let Some(start) = plan.values {
+            let values = emitter.values();
+            let share = over(worth, values.at(emitter, ray, |_, _| {}));
+            values.at(emitter, ray, |i, weight| {
+                self.put(start, i, share * weight);
+            });
+        }
+    }
+
+    /// ∂ log (μ_a n² B).
+    fn emission_of_medium(
+        &mut self,
+        id: MediumId,
+        ray: &EmittedRay,
+        start: Option<usize>,
+        worth: Spectrum,
+    ) {
+        let (plan, scene): (&'a Plan, &'a Scene) = (self.plan, self.scene);
+        let (plan, medium) = (&plan.media[id], scene.medium(id));
+        if let (Some(start), Some(emission)) = (start, &medium.emission) {
+            let share = over(worth, emission.at(ray.x));
+            let chart = &plan.emission_chart;
+            chart.at(ray.x, |i, weight| self.put(start, i, share * weight));
+        }
+        let absorption = medium.extinction(ray.x) * medium.albedo.at(ray.x).map(|a| 1.0 - a);
+        self.absorption(id, ray.x, over(worth, absorption));
     }
 
     /// Adds to the sums of a number of a parameter, in the row at hand.

@@ -77,6 +77,11 @@ impl TexturedArea {
         self.object
     }
 
+    /// The radiances.
+    pub(super) fn texture(&self) -> &Texture {
+        &self.radiance
+    }
+
     /// Radiance of a point of the shape.
     pub fn radiance(&self, site: &Site) -> Spectrum {
         self.radiance.at(site)

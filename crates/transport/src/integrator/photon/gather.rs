@@ -69,7 +69,7 @@ impl Gathering<'_> {
         );
         let n = scene.n(start.medium, start.x);
         let white = self.channel_pdf.map(|p| if p > 0.0 { n * n } else { 0.0 });
-        gather_in_view(scene, start, self.channel_pdf, sampler, ws, |along| {
+        gather_in_view(scene, start, self.channel_pdf, sampler, ws, |along, _, _| {
             if self
                 .mapping
                 .max_depth

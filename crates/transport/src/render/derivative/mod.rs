@@ -8,12 +8,13 @@ mod readings;
 
 pub use readings::{MeterDerivativeOptions, ReadingFunctional, meter_derivatives};
 
-use super::source::{Source, finite};
+use super::source::{SampledRay, Source, finite};
+use super::splats::splat;
 use super::{Handle, Prepared, RenderOptions, prepare};
 use crate::Spectrum;
 use crate::derivative::{DerivativeError, Plan, RadiometricParameter, Sums, Tape};
 use crate::film::{Decomposition, LightParts};
-use crate::integrator::{Integrator, PathFinds, PathTracer};
+use crate::integrator::{Contribution, Integrator, PathFinds};
 use crate::renderer::Renderer;
 use crate::scene::Scene;
 use crate::stats::Stats;
@@ -47,8 +48,8 @@ pub struct Derivatives {
 /// How derivatives of an image are taken.
 #[derive(Clone, Debug)]
 pub struct DerivativeOptions<'a> {
-    /// Which paths are followed.
-    pub path: PathTracer,
+    /// Which paths are followed: those of an integrator that does not [blur](Integrator::blurs).
+    pub integrator: Integrator,
     /// Samples per pixel, and the seed. A render of the same seed is independent of the derivatives, as losses
     /// that are not linear need it.
     pub samples: u64,
@@ -68,7 +69,8 @@ pub struct DerivativeOptions<'a> {
 /// [`render`](super::render()). `None` if the handle has ended it before it was complete. Equal seeds give equal bits, for any number of threads.
 ///
 /// # Errors
-/// Parameters that a scene does not have derivatives by, Stokes parameters, weights that do not fit or are not finite, fewer than two samples.
+/// Parameters that a scene does not have derivatives by, Stokes parameters, integrators that blur, weights that do not fit or are not finite, fewer than
+/// two samples.
 pub fn derivatives(
     scenes: &[Scene],
     options: &DerivativeOptions,
@@ -79,6 +81,9 @@ pub fn derivatives(
             LightParts::Stokes => DerivativeError::Polarized,
             LightParts::Sidebands(_) => DerivativeError::Tagged,
         });
+    }
+    if options.integrator.blurs() {
+        return Err(DerivativeError::Blurred(options.integrator.name()));
     }
     let film = scenes[0].film();
     let pixels = film.width * film.height;
@@ -119,7 +124,7 @@ fn check_weights(weights: &[f64], expected: usize) -> Result<(), DerivativeError
 
 /// How an image would be rendered by the same paths.
 fn render_options(options: &DerivativeOptions) -> RenderOptions {
-    let renderer = Renderer::Light(Integrator::Path(options.path));
+    let renderer = Renderer::Light(options.integrator);
     RenderOptions {
         hide_emitters: options.hide_emitters,
         decomposition: options.decomposition,
@@ -218,14 +223,11 @@ impl<'a> Pass<'a> {
                     recorder: &mut tape,
                 };
                 let (ray, sampler) = (sampled.ray, &mut sampled.sampler);
-                let path = &self.options.path;
-                path.sample(scene, ray, channels, sampler, &mut ws, finds);
+                let integrator = &self.options.integrator;
+                integrator.record(scene, ray, channels, sampler, &mut ws, finds);
                 let not_finite = &mut ws.stats.not_finite;
                 let worths = found.iter().map(|c| {
-                    let weights = self.weights(pixel, self.options.decomposition.layer(&c.path));
-                    let shown = source.shows(&c.path);
-                    let weight = if shown { sampled.weight } else { 0.0 };
-                    finite(c.weighted(), not_finite) * weights * weight
+                    finite(c.weighted(), not_finite) * self.weights_of(c, pixel, &sampled)
                 });
                 sums.add(0, &tape, worths);
                 found.clear();
@@ -233,6 +235,24 @@ impl<'a> Pass<'a> {
             }
         }
         (sums.into_values(), ws.stats())
+    }
+
+    /// The weights of a contribution to the sample of a pixel.
+    fn weights_of(&self, c: &Contribution, own: usize, sampled: &SampledRay) -> Spectrum {
+        let layer = self.options.decomposition.layer(&c.path);
+        if !self.source.shows(&c.path) {
+            return Spectrum::ZERO;
+        }
+        let Some([s, t]) = c.image else {
+            return self.weights(own, layer) * sampled.weight;
+        };
+        let mut moved = *c;
+        moved.image = Some([s + sampled.offset[0], t + sampled.offset[1]]);
+        let mut sum = Spectrum::ZERO;
+        splat(self.source, own, &moved, |pixel, filter| {
+            sum += self.weights(pixel, layer) * filter;
+        });
+        sum
     }
 
     /// The weights of a pixel in a layer.
