@@ -37,9 +37,7 @@ pub enum DerivativeError {
     )]
     Dim,
     /// Light that an integrator blurs.
-    #[error(
-        "light that the integrator {0} blurs has no derivatives: take path, particle or bdpt"
-    )]
+    #[error("light that the integrator {0} blurs has no derivatives: take path, particle or bdpt")]
     Blurred(&'static str),
     /// Light told apart by its Stokes parameters.
     #[error("Stokes parameters have no derivatives yet: leave the integrator stokes out")]

@@ -100,7 +100,8 @@ impl RadiometricParameter {
             RadiometricParameter::Reflectance(object) => {
                 let of = &scene.objects()[object];
                 let colours = reflectance(&of.bsdf);
-                let colours = colours.ok_or_else(|| DerivativeError::Reflectance(of.name.clone()))?;
+                let colours =
+                    colours.ok_or_else(|| DerivativeError::Reflectance(of.name.clone()))?;
                 let is_positive = |value: Spectrum| value.0[..channels].iter().all(|c| *c > 0.0);
                 if colours.values().all(is_positive) {
                     return Ok(());

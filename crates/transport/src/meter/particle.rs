@@ -33,11 +33,7 @@ impl Setup<'_> {
     }
 
     /// Emits the particle of a number: chooses the emitter by P_E, and draws an end and a ray; the power is Φ_E. `None` if no light leaves.
-    pub(super) fn emit(
-        &self,
-        number: u64,
-        sampler: &mut Sampler,
-    ) -> Option<(EmittedRay, WalkRay)> {
+    pub(super) fn emit(&self, number: u64, sampler: &mut Sampler) -> Option<(EmittedRay, WalkRay)> {
         let pick = self.choice.sample(sampler.next_1d());
         let u = [sampler.next_2d(), sampler.next_2d()];
         let white = self.channel_pdf.map(|p| f64::from(u8::from(p > 0.0)));

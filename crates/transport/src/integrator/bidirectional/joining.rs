@@ -8,9 +8,9 @@ use crate::connection_end::{ConnectionEnd, EndSample};
 use crate::emitter::EmittedRay;
 use crate::integrator::Contribution;
 use crate::path::{
-    Connection, ConnectionArcs, ConnectionTarget, Edge, EmittedAlong, EmitterEnd, EndChoice, FoundBranch, Joint,
-    JointEnd, LightPath, PathEdge, PathVertex, StrategyKind, Subpath, SubpathRecorder, Vertex,
-    Workspace, environment_end, gather_in_view, guess,
+    Connection, ConnectionArcs, ConnectionTarget, Edge, EmittedAlong, EmitterEnd, EndChoice,
+    FoundBranch, Joint, JointEnd, LightPath, PathEdge, PathVertex, StrategyKind, Subpath,
+    SubpathRecorder, Vertex, Workspace, environment_end, gather_in_view, guess,
 };
 use crate::photons::Photon;
 use crate::sampling::{Discrete, Sampler};

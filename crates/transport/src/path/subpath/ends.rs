@@ -5,7 +5,7 @@ use super::recorder::{Recorded, SubpathRecorder};
 use super::vertices::Subpath;
 use crate::Spectrum;
 use crate::connection_end::{ConnectionEnd, OnSurface};
-use crate::emitter::{EmittedRay, Emission};
+use crate::emitter::{Emission, EmittedRay};
 use crate::path::connection::ConnectionTarget;
 use crate::path::random_walk::{Observer, RandomWalk, Roulette, WalkRay};
 use crate::path::segment::{Front, Start, TransportMode, lead_in, leave};

@@ -82,8 +82,7 @@ impl<R: SubpathRecorder> Observer for Recorded<'_, R> {
     fn arrive(&mut self, event: &WalkEvent, _ws: &mut Workspace) -> ControlFlow<()> {
         self.recorder.reach(self.mode, event.edge);
         if let (Some(vertex), Some(ray)) = (event.vertex, event.onward) {
-            self.recorder
-                .leave(self.mode, vertex, ray.start.direction);
+            self.recorder.leave(self.mode, vertex, ray.start.direction);
         }
         ControlFlow::Continue(())
     }
