@@ -28,14 +28,14 @@ pub enum DerivativeError {
     Reflectance(String),
     /// An emitter that throws a texture whose values are not numbered.
     #[error(
-        "the radiance of the emitter is no image, but that of a volume or of textures within a texture: ask for its emission"
+        "what emitter number {0} throws is no image, but a volume's or that of textures within a texture: ask for its emission"
     )]
-    Radiance,
+    Radiance(usize),
     /// An emitter that is black somewhere.
     #[error(
-        "the light of the emitter is zero somewhere, or in some channel, where no path finds what would come of more of it: start from a small value > 0"
+        "the light of emitter number {0} is zero somewhere, or in some channel, where no path finds what would come of more of it: start from a small value > 0"
     )]
-    Dim,
+    Dim(usize),
     /// Light that an integrator blurs.
     #[error("light that the integrator {0} blurs has no derivatives: take path, particle or bdpt")]
     Blurred(&'static str),

@@ -128,7 +128,7 @@ fn check_radiance(scene: &Scene, index: usize, channels: usize) -> Result<(), De
         None => {
             let values = emitter.values();
             if values.shape().is_none() {
-                return Err(DerivativeError::Radiance);
+                return Err(DerivativeError::Radiance(index));
             }
             values.are_positive(channels)
         }
@@ -136,7 +136,7 @@ fn check_radiance(scene: &Scene, index: usize, channels: usize) -> Result<(), De
     if is_positive {
         Ok(())
     } else {
-        Err(DerivativeError::Dim)
+        Err(DerivativeError::Dim(index))
     }
 }
 

@@ -33,7 +33,7 @@ pub use bias::Debiased;
 pub use choice::{Basis, Candidate, Choice, Extent, choose};
 pub use derivative::{
     Derivative, DerivativeOptions, Derivatives, MeterDerivativeOptions, ReadingFunctional,
-    derivatives, meter_derivatives,
+    check_parameters, derivatives, meter_derivatives,
 };
 pub use handle::Handle;
 pub use measure::{MeasureError, MeasureOptions, MeasureState, Measurement, measure};

@@ -355,6 +355,6 @@ fn emitters_that_are_black_somewhere_are_refused() {
             4,
             &weights(),
         );
-        assert_eq!(found.unwrap_err(), DerivativeError::Dim, "{}", case.name);
+        assert_eq!(found.unwrap_err(), DerivativeError::Dim(0), "{}", case.name);
     }
 }

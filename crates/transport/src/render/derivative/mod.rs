@@ -89,11 +89,7 @@ pub fn derivatives(
     let pixels = film.width * film.height;
     let expected = options.decomposition.layers() * pixels * film.channels;
     check_weights(options.weights, expected)?;
-    let plans = scenes
-        .iter()
-        .enumerate()
-        .map(|(group, scene)| Plan::new(scene, options.parameters, film.channels_of(group)));
-    let plans: Vec<Plan> = plans.collect::<Result<_, _>>()?;
+    let plans = plans(scenes, options.parameters)?;
     let render = render_options(options);
     let prepared = prepare(scenes, &render, None, handle);
     let mut found = Derivatives {
@@ -109,6 +105,33 @@ pub fn derivatives(
         moments.enter(plan, group * film.group_size, &mut found.by);
     }
     Ok(Some(found))
+}
+
+/// Finds out whether light that an integrator finds, or that meters read, has derivatives by parameters.
+///
+/// # Errors
+/// What [`derivatives`] refuses of them.
+pub fn check_parameters(
+    scenes: &[Scene],
+    parameters: &[RadiometricParameter],
+    integrator: Option<Integrator>,
+) -> Result<(), DerivativeError> {
+    if let Some(blurred) = integrator.filter(Integrator::blurs) {
+        return Err(DerivativeError::Blurred(blurred.name()));
+    }
+    plans(scenes, parameters).map(|_| ())
+}
+
+/// The plan of each group of channels.
+fn plans(
+    scenes: &[Scene],
+    parameters: &[RadiometricParameter],
+) -> Result<Vec<Plan>, DerivativeError> {
+    let film = scenes[0].film();
+    let groups = scenes.iter().enumerate();
+    groups
+        .map(|(group, scene)| Plan::new(scene, parameters, film.channels_of(group)))
+        .collect()
 }
 
 fn check_weights(weights: &[f64], expected: usize) -> Result<(), DerivativeError> {
