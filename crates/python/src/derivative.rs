@@ -12,9 +12,9 @@ use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError};
 use pyo3::prelude::*;
 use transport::Spectrum;
 use transport::derivative::{DerivativeError, RadiometricParameter};
+use transport::emitter::Emitter;
 use transport::film::Decomposition;
 use transport::integrator::Integrator;
-use transport::emitter::Emitter;
 use transport::render::{
     DerivativeOptions, Derivatives, Handle, MeterDerivativeOptions, ReadingFunctional,
     check_parameters, derivatives, meter_derivatives,
@@ -155,7 +155,9 @@ fn watched_derivatives(
     let (found, interrupted) = watched(py, tick, None, |shared| {
         pool.install(|| take(&shared.handle))
     })?;
-    let found = found.map_err(|e| refused(loaded, &e))?.filter(|_| !interrupted);
+    let found = found
+        .map_err(|e| refused(loaded, &e))?
+        .filter(|_| !interrupted);
     found.ok_or_else(|| PyKeyboardInterrupt::new_err(()))
 }
 

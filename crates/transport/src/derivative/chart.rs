@@ -4,6 +4,7 @@
 
 use crate::Spectrum;
 use crate::medium::Medium;
+use crate::phase::Phase;
 use crate::volume::{LabelGrid, Section, VolumeGrid, VolumeTexture};
 use eikonal::ray::Arc;
 use glam::DVec3;
@@ -42,6 +43,14 @@ impl Chart {
             .emission
             .as_ref()
             .map_or(Chart::One, |emission| Chart::of(medium, emission))
+    }
+
+    /// That of the mean cosine of a medium.
+    pub(super) fn of_mean_cosine(medium: &Medium) -> Self {
+        match &medium.phase {
+            Phase::HenyeyGreensteinGrid(grid) => Chart::Voxels(grid.clone()),
+            _ => Chart::of(medium, &VolumeTexture::Uniform(Spectrum::ZERO)),
+        }
     }
 
     fn of(medium: &Medium, values: &VolumeTexture) -> Self {

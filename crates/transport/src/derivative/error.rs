@@ -19,7 +19,9 @@ pub enum DerivativeError {
     #[error("a parameter is listed twice")]
     Twice,
     /// A phase function without such a parameter.
-    #[error("the phase function of '{0}' has no single mean cosine g: only hg with one g has")]
+    #[error(
+        "the phase function of '{0}' has no mean cosine g to differentiate by: only hg has, also of labels and of voxels"
+    )]
     Phase(String),
     /// A surface that does not scatter by one reflectance.
     #[error(

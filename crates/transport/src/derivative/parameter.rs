@@ -6,9 +6,9 @@ use crate::Spectrum;
 use crate::bsdf::Bsdf;
 use crate::emitter::{Emitter, EmitterValues};
 use crate::medium::Medium;
-use crate::phase::Phase;
 use crate::scene::{MediumId, Scene};
 use crate::texture::Texture;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// What light is differentiated by. Coefficients are per unit length, the medium's `scale` included; they have one number where the
@@ -25,7 +25,7 @@ pub enum RadiometricParameter {
     Absorption(MediumId),
     /// Scattering coefficient μ_s of a medium, at the same absorption coefficient.
     Scattering(MediumId),
-    /// Mean cosine g of a medium's Henyey–Greenstein phase function.
+    /// Mean cosine g of a medium's Henyey–Greenstein phase function: one, one for each label, or one for each voxel.
     MeanCosine(MediumId),
     /// Reflectance of the diffuse surface of an object, whose index is given: one colour, or those of a texture.
     Reflectance(usize),
@@ -59,9 +59,8 @@ impl RadiometricParameter {
                     None => emitter.values().shape().unwrap_or_default(),
                 }
             }
-            RadiometricParameter::MeanCosine(_)
-            | RadiometricParameter::Emission(_)
-            | RadiometricParameter::Exposure => Vec::new(),
+            RadiometricParameter::MeanCosine(id) => Chart::of_mean_cosine(scene.medium(id)).shape(),
+            RadiometricParameter::Emission(_) | RadiometricParameter::Exposure => Vec::new(),
         }
     }
 
@@ -93,10 +92,12 @@ impl RadiometricParameter {
             RadiometricParameter::Scattering(id) => {
                 has(id, &[Quantity::Extinction, Quantity::Scattering])
             }
-            RadiometricParameter::MeanCosine(id) => match scene.medium(id).phase {
-                Phase::HenyeyGreenstein(_) => Ok(()),
-                _ => Err(DerivativeError::Phase(scene.medium(id).name.clone())),
-            },
+            RadiometricParameter::MeanCosine(id) if scene.medium(id).phase.has_mean_cosine() => {
+                Ok(())
+            }
+            RadiometricParameter::MeanCosine(id) => {
+                Err(DerivativeError::Phase(scene.medium(id).name.clone()))
+            }
             RadiometricParameter::Reflectance(object) => {
                 let of = &scene.objects()[object];
                 let colours = reflectance(&of.bsdf);
@@ -230,6 +231,10 @@ pub(crate) struct Plan {
     pub(super) channels: usize,
     /// Where the sums of each parameter begin, and the number of all.
     pub(crate) starts: Vec<usize>,
+    /// For each parameter, where sums begin that it shares with others: those of what attenuates.
+    shared: Vec<Option<usize>>,
+    /// Number of all sums in a row, those that are shared included.
+    stride: usize,
 }
 
 /// What factors of a medium add to.
@@ -241,11 +246,15 @@ pub(super) struct MediumPlan {
     pub albedo_chart: Chart,
     /// How what it emits is.
     pub emission_chart: Chart,
+    /// How the mean cosine is.
+    pub mean_cosine_chart: Chart,
     /// Where sums begin, of what is asked for.
     pub extinction: Option<usize>,
     pub albedo: Option<usize>,
     pub absorption: Option<usize>,
     pub scattering: Option<usize>,
+    /// Where those of attenuation begin: of the only one of these three that is asked for, or shared.
+    pub attenuation: Option<usize>,
     pub mean_cosine: Option<usize>,
 }
 
@@ -269,10 +278,12 @@ impl Plan {
             chart: Chart::of_extinction(medium),
             albedo_chart: Chart::of_albedo(medium),
             emission_chart: Chart::of_emission(medium),
+            mean_cosine_chart: Chart::of_mean_cosine(medium),
             extinction: None,
             albedo: None,
             absorption: None,
             scattering: None,
+            attenuation: None,
             mean_cosine: None,
         });
         let mut plan = Plan {
@@ -282,6 +293,8 @@ impl Plan {
             exposure: None,
             channels,
             starts: vec![0],
+            shared: vec![None; parameters.len()],
+            stride: 0,
         };
         let mut next = 0;
         for (i, parameter) in parameters.iter().enumerate() {
@@ -307,7 +320,31 @@ impl Plan {
             next += channels * parameter.shape(scene).iter().product::<usize>();
             plan.starts.push(next);
         }
+        plan.stride = next;
+        (0..plan.media.len()).for_each(|id| plan.share_attenuation(id, parameters));
         Ok(plan)
+    }
+
+    /// Attenuation means the same to extinction, absorption and scattering: they share its sums.
+    fn share_attenuation(&mut self, id: MediumId, parameters: &[RadiometricParameter]) {
+        let attenuate = [
+            RadiometricParameter::Extinction(id),
+            RadiometricParameter::Absorption(id),
+            RadiometricParameter::Scattering(id),
+        ];
+        let all = parameters.iter().enumerate();
+        let asked = all.filter(|(_, parameter)| attenuate.contains(parameter));
+        let asked: Vec<usize> = asked.map(|(i, _)| i).collect();
+        self.media[id].attenuation = match asked[..] {
+            [] => None,
+            [only] => Some(self.starts[only]),
+            [first, ..] => {
+                let start = self.stride;
+                self.stride += self.starts[first + 1] - self.starts[first];
+                asked.iter().for_each(|i| self.shared[*i] = Some(start));
+                Some(start)
+            }
+        };
     }
 
     /// Number of channels, whose sums are interleaved.
@@ -315,7 +352,19 @@ impl Plan {
         self.channels
     }
 
-    /// Number of all sums.
+    /// Number of all sums in a row, those that parameters share included.
+    pub(crate) fn stride(&self) -> usize {
+        self.stride
+    }
+
+    /// Where the sums of a parameter are in a row, and those that it shares with others.
+    pub(crate) fn places(&self, parameter: usize) -> (Range<usize>, Option<Range<usize>>) {
+        let own = self.starts[parameter]..self.starts[parameter + 1];
+        let shared = self.shared[parameter].map(|start| start..start + own.len());
+        (own, shared)
+    }
+
+    /// Number of all derivatives.
     pub(crate) fn len(&self) -> usize {
         self.starts.last().copied().unwrap_or(0)
     }

@@ -4,17 +4,16 @@ use super::Plan;
 use super::tape::{Factor, Place, Stretch, Tape};
 use crate::Spectrum;
 use crate::emitter::{EmittedRay, Emitter};
-use crate::phase::Phase;
 use crate::scene::{MediumId, Scene};
 use crate::shape::Site;
 use glam::DVec3;
 
-/// Sums of derivatives: rows of numbers, one for each of the functionals that are differentiated.
-#[derive(Clone, Debug)]
+/// Sums of derivatives: rows of numbers, each [as long](Plan::stride) as the plan says, one for each of the functionals that are differentiated.
+#[derive(Debug)]
 pub(crate) struct Sums<'a> {
     scene: &'a Scene,
     plan: &'a Plan,
-    values: Vec<f64>,
+    values: &'a mut [f64],
     /// Where the row begins that is added to.
     row: usize,
     /// What contributions from each factor of the path on are worth.
@@ -22,26 +21,21 @@ pub(crate) struct Sums<'a> {
 }
 
 impl<'a> Sums<'a> {
-    /// Nothing yet, in so many rows.
-    pub(crate) fn new(scene: &'a Scene, plan: &'a Plan, rows: usize) -> Self {
+    /// Adds to these.
+    pub(crate) fn new(scene: &'a Scene, plan: &'a Plan, values: &'a mut [f64]) -> Self {
         Sums {
             scene,
             plan,
-            values: vec![0.0; rows * plan.len()],
+            values,
             row: 0,
             worth: Vec::new(),
         }
     }
 
-    /// The sums.
-    pub(crate) fn into_values(self) -> Vec<f64> {
-        self.values
-    }
-
     /// Adds to a row the derivative of Σ `worths` over the contributions of a path by all parameters: one sweep back over its factors, each with
     /// the worth of all that was found further on (docs/theory.md#derivatives-of-light).
     pub(crate) fn add(&mut self, row: usize, tape: &Tape, worths: impl Iterator<Item = Spectrum>) {
-        self.row = row * self.plan.len();
+        self.row = row * self.plan.stride();
         let mut worth = std::mem::take(&mut self.worth);
         worth.clear();
         worth.resize(tape.factors.len() + 1, Spectrum::ZERO);
@@ -65,7 +59,7 @@ impl<'a> Sums<'a> {
 
     /// Adds to a row what changes with the absorption coefficient at a place, and is worth that much per unit of it.
     pub(crate) fn absorb(&mut self, row: usize, id: MediumId, x: DVec3, worth: Spectrum) {
-        self.row = row * self.plan.len();
+        self.row = row * self.plan.stride();
         self.absorption(id, x, worth);
     }
 
@@ -94,14 +88,7 @@ impl<'a> Sums<'a> {
         match factor {
             Factor::Attenuation(stretch) => self.attenuation(stretch, worth),
             Factor::Scattering { medium, x } => self.scattering(*medium, *x, worth),
-            Factor::Phase { medium, cos } => {
-                let start = self.plan.media[*medium].mean_cosine;
-                if let (Some(start), Phase::HenyeyGreenstein(phase)) =
-                    (start, &self.scene.medium(*medium).phase)
-                {
-                    self.put(start, 0, worth * phase.log_derivative(*cos));
-                }
-            }
+            Factor::Phase { medium, x, cos } => self.phase(*medium, *x, *cos, worth),
             Factor::Surface { object, site } => self.reflection(*object, site, worth),
             Factor::Emission(ray) => self.emission(ray, worth),
         }
@@ -111,14 +98,18 @@ impl<'a> Sums<'a> {
     fn attenuation(&mut self, stretch: &Stretch, worth: Spectrum) {
         let plan: &'a Plan = self.plan;
         let plan = &plan.media[stretch.medium];
-        let starts = [plan.extinction, plan.absorption, plan.scattering];
-        if starts.iter().all(Option::is_none) {
+        let Some(start) = plan.attenuation else {
             return;
-        }
-        plan.chart.along(&stretch.arc, stretch.theta, |i, length| {
-            for start in starts.into_iter().flatten() {
+        };
+        let (arc, theta) = (&stretch.arc, stretch.theta);
+        if self.plan.channels > 1 {
+            return plan.chart.along(arc, theta, |i, length| {
                 self.put(start, i, worth * -length);
-            }
+            });
+        }
+        let sums = &mut self.values[self.row + start..];
+        plan.chart.along(arc, theta, |i, length| {
+            sums[i] -= worth[0] * length;
         });
     }
 
@@ -139,6 +130,17 @@ impl<'a> Sums<'a> {
         if let Some(start) = plan.albedo {
             let share = over(worth, medium.albedo.at(x));
             let chart = &plan.albedo_chart;
+            chart.at(x, |i, weight| self.put(start, i, share * weight));
+        }
+    }
+
+    /// ∂ log p.
+    fn phase(&mut self, id: MediumId, x: DVec3, cos: f64, worth: Spectrum) {
+        let (plan, scene): (&'a Plan, &'a Scene) = (self.plan, self.scene);
+        let plan = &plan.media[id];
+        if let Some(start) = plan.mean_cosine {
+            let share = worth * scene.medium(id).phase.log_derivative(x, cos);
+            let chart = &plan.mean_cosine_chart;
             chart.at(x, |i, weight| self.put(start, i, share * weight));
         }
     }

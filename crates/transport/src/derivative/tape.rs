@@ -20,8 +20,12 @@ pub(super) enum Factor {
     Attenuation(Stretch),
     /// σ_s at a collision.
     Scattering { medium: MediumId, x: DVec3 },
-    /// A phase function, at the cosine of the angle of scattering.
-    Phase { medium: MediumId, cos: f64 },
+    /// A phase function at a place, at the cosine of the angle of scattering.
+    Phase {
+        medium: MediumId,
+        x: DVec3,
+        cos: f64,
+    },
     /// The scattering of an object's surface.
     Surface { object: usize, site: Site },
     /// What leaves an emitter.
@@ -309,11 +313,12 @@ fn last_span(edge: &Edge, length: f64) -> usize {
 fn turned(vertex: &Vertex, direction: DVec3) -> Factor {
     match *vertex {
         Vertex::Volume {
+            x,
             direction: arrival,
             medium,
-            ..
         } => Factor::Phase {
             medium,
+            x,
             cos: arrival.dot(direction),
         },
         Vertex::Surface {

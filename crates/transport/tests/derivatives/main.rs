@@ -21,7 +21,7 @@ use morgana_transport::emitter::Emitter;
 use morgana_transport::film::Decomposition;
 use morgana_transport::integrator::{Integrator, PathTracer};
 use morgana_transport::medium::{Medium, MediumLabel, MediumLabels};
-use morgana_transport::phase::Phase;
+use morgana_transport::phase::{Phase, PhaseByLabel};
 use morgana_transport::render::{
     Derivative, DerivativeOptions, Handle, RenderOptions, State, derivatives, render,
 };
@@ -62,7 +62,8 @@ struct Setup {
     /// In both channels, of each number.
     extinction: Vec<[f64; 2]>,
     albedo: Vec<[f64; 2]>,
-    g: f64,
+    /// Of each number, if there are several.
+    g: Vec<f64>,
     /// Of one colour, or of 2 × 2 pixels.
     reflectance: Vec<[f64; 2]>,
     filter: BitmapFilter,
@@ -87,7 +88,7 @@ impl Setup {
             made_of,
             extinction: (0..count).map(|i| [varied(i), 1.5 * varied(i)]).collect(),
             albedo: (0..count).map(|i| [0.9 - 0.05 * i as f64, 0.7]).collect(),
-            g: 0.4,
+            g: vec![0.4],
             reflectance: vec![[0.5, 0.8]],
             filter: BitmapFilter::Bilinear,
             intensity: 20.0,
@@ -135,9 +136,31 @@ impl Setup {
             sigma_t: self.texture(&self.extinction),
             scale: 1.0,
             albedo: self.texture(&self.albedo),
-            phase: Phase::henyey_greenstein(self.g).unwrap(),
+            phase: self.phase(),
             emission: None,
             labels: labels.filter(|_| self.made_of == MadeOf::Labels),
+        }
+    }
+
+    fn phase(&self) -> Phase {
+        let hg = |g: &f64| Phase::henyey_greenstein(*g).unwrap();
+        match (self.made_of, &self.g[..]) {
+            (_, [one]) => hg(one),
+            (MadeOf::Voxels(filter), all) => {
+                let samples = GridSamples {
+                    size: [2; 3],
+                    channels: 1,
+                    data: all.iter().map(|g| *g as f32).collect(),
+                };
+                let (cube, range) = (Self::labels().to_world(), [-0.99, 0.99]);
+                let grid = VolumeGrid::new(samples, cube, Placement::Centers, filter, range);
+                Phase::HenyeyGreensteinGrid(Arc::new(grid.unwrap()))
+            }
+            (_, all) => {
+                let each = all.iter().map(hg).collect();
+                let phases = PhaseByLabel::new(Self::labels(), each).unwrap();
+                Phase::ByLabel(Box::new(phases))
+            }
         }
     }
 
@@ -193,7 +216,8 @@ impl Setup {
                         continue;
                     }
                     RadiometricParameter::MeanCosine(_) => {
-                        setup.g += if c == 0 { d } else { 0.0 };
+                        // Both channels change alike.
+                        setup.g[i] += if c == 0 { d } else { 0.0 };
                         continue;
                     }
                     _ => (setup.extinction[i][c], setup.albedo[i][c]),
@@ -355,9 +379,9 @@ fn compare(name: &str, setup: &Setup, parameters: &[RadiometricParameter]) {
         let count = derivative.values.len() / 2;
         let direction = match parameter {
             // Both channels alike.
-            RadiometricParameter::MeanCosine(_) | RadiometricParameter::Emission(_) => {
-                vec![[1.0; 2]]
-            }
+            RadiometricParameter::MeanCosine(_) | RadiometricParameter::Emission(_) => (0..count)
+                .map(|i| [1.0 - 0.2 * (i % 3) as f64; 2])
+                .collect(),
             _ => direction(count, 1.0),
         };
         let (found, error) = along(&derivative, &direction);
@@ -410,6 +434,22 @@ fn derivatives_by_labels_and_voxels_are_differences() {
             let setup = Setup::new(index.clone(), made_of);
             compare(&format!("{made_of:?} {index:?}"), &setup, parameters);
         }
+    }
+}
+
+#[test]
+fn derivatives_by_mean_cosines_of_labels_and_voxels_are_differences() {
+    let linear = LinearIndex::new(1.2, DVec3::Y * 0.1, DVec3::NEG_Y).unwrap();
+    for (made_of, g) in [
+        (MadeOf::Labels, vec![0.6, -0.3]),
+        (
+            MadeOf::Voxels(GridFilter::Trilinear),
+            (0..8).map(|i| 0.1 * f64::from(i) - 0.2).collect(),
+        ),
+    ] {
+        let mut setup = Setup::new(linear, made_of);
+        setup.g = g;
+        compare(&format!("g of {made_of:?}"), &setup, &IN_MEDIA[4..]);
     }
 }
 

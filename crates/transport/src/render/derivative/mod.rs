@@ -18,8 +18,7 @@ use crate::integrator::{Contribution, Integrator, PathFinds};
 use crate::renderer::Renderer;
 use crate::scene::Scene;
 use crate::stats::Stats;
-use batches::{BatchMoments, Units, check_room, side_by_side};
-use std::ops::Range;
+use batches::{BatchMoments, Part, Units, check_room};
 
 /// Changes the seed, so that a render of the same seed is independent.
 const SEED: u64 = 0x5DEE_CE66_D1CE_4E5B;
@@ -212,31 +211,26 @@ impl<'a> Pass<'a> {
         let units = Units {
             count: self.options.samples / replicate,
             size: replicate,
-            sums: self.plan.len(),
+            paths: self.pixels,
+            rows: 1,
         };
-        units.moments(self.source.handle, |range| {
-            self.source
-                .handle
-                .count(self.pixels as u64 * (range.end - range.start));
-            self.batch(range, stats)
+        units.moments(self.plan, self.source.handle, stats, |part, sums| {
+            self.part(part, sums)
         })
     }
 
-    /// The sums over a range of samples of all pixels: those of a number of parts that does not depend on that of threads, one after the other.
-    fn batch(&self, samples: Range<u64>, stats: &mut Stats) -> Vec<f64> {
-        side_by_side(self.plan.len(), self.pixels, stats, |pixels| {
-            self.part(pixels, samples.clone())
-        })
-    }
-
-    fn part(&self, pixels: Range<usize>, samples: Range<u64>) -> (Vec<f64>, Stats) {
+    /// Adds the sums over a range of samples of some pixels.
+    fn part(&self, part: &Part, sums: &mut [f64]) -> Stats {
         let source = self.source;
+        let (samples, pixels) = (&part.samples, part.of(self.pixels));
+        let count = pixels.len() as u64 * (samples.end - samples.start);
+        source.handle.count(count);
         let (mut ws, mut tape, mut found) = (source.workspace(), Tape::default(), Vec::new());
-        let mut sums = Sums::new(source.scene, self.plan, 1);
+        let mut sums = Sums::new(source.scene, self.plan, sums);
         for pixel in pixels {
             for sample in samples.clone() {
                 if source.is_stopped() {
-                    return (sums.into_values(), ws.stats());
+                    return ws.stats();
                 }
                 let mut sampled = source.ray(pixel, sample);
                 ws.stats.paths += 1;
@@ -257,7 +251,7 @@ impl<'a> Pass<'a> {
                 tape.clear();
             }
         }
-        (sums.into_values(), ws.stats())
+        ws.stats()
     }
 
     /// The weights of a contribution to the sample of a pixel.
