@@ -42,7 +42,7 @@ impl By {
     /// What finds the light of a picture.
     fn integrator(&self, limits: &Limits, loaded: &Loaded) -> PyResult<Integrator> {
         let run = limits.run_by(loaded, self.integrator.as_deref())?;
-        run.renderer.integrator().ok_or_else(|| {
+        run.renderer.integrator().copied().ok_or_else(|| {
             errors::render(format!(
                 "derivatives are those of light, not of {}: take integrator=\"path\"",
                 run.renderer.name()

@@ -1,4 +1,6 @@
 //! The values that an emitter's light is made up of: one spectrum, the pixels of an image, or the voxels of a volume.
+//!
+//! Theory: docs/theory.md#derivatives-of-light.
 
 use super::environment::Environment;
 use super::environment_map::EnvironmentMap;

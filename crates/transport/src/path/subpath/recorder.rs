@@ -1,4 +1,6 @@
 //! What takes note of the factors of two subpaths, and of what joins them.
+//!
+//! Theory: docs/theory.md#derivatives-of-light.
 
 use crate::emitter::EmittedRay;
 use crate::path::connection::ConnectionArcs;
