@@ -1,4 +1,6 @@
 //! Sums over samples in batches, whose spread gives the errors.
+//!
+//! Theory: docs/theory.md#derivatives-of-light.
 
 use super::{Derivative, DerivativeError, Stats};
 use crate::derivative::Plan;
