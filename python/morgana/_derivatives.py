@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import Callable, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
@@ -10,7 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _checks as checks
 from . import _morgana
-from ._errors import RenderError, SceneWarning
+from ._errors import RenderError
+from ._limits import By
 from ._morgana import Scene
 from ._numbers import numbers
 from ._progress import Bar
@@ -45,19 +45,22 @@ def derivatives(
     spp: Optional[int] = None,
     particles: Optional[int] = None,
     seed: int = 0,
+    integrator: Optional[str] = None,
     threads: Optional[int] = None,
     progress: Progress = False,
 ) -> Dict[str, Derivative]:
     """Take derivatives of a loss of a picture, or of readings, by parameters of the scene, without bias.
 
-    The loss enters by its derivatives by all values of the picture, or of the readings: the *weights*. Paths are those of the integrator
-    ``path``, or the particles of meters. They are held fixed while what they bring changes; the time hardly depends on the number of parameters. Random numbers are
+    The loss enters by its derivatives by all values of the picture, or of the readings: the *weights*. Paths are those of the integrator,
+    ``path``, ``particle`` or ``bdpt``, or the particles of meters. They are held fixed while what they bring changes; the time hardly depends on the number of parameters. Random numbers are
     independent of those that ``render`` takes with the same seed, as losses that are not linear need it.
 
     Parameters are named after the things of the scene: ``MEDIUM.sigma_t`` (at the same albedo), ``MEDIUM.albedo``, ``MEDIUM.sigma_a`` (at the same
     ``sigma_s``), ``MEDIUM.sigma_s`` (at the same ``sigma_a``), ``MEDIUM.g`` of the phase function ``hg``, ``OBJECT.reflectance`` of a
-    diffuse surface (one colour, or every pixel of a ``bitmap``), and ``EMITTER.emission``, a factor on all that the emitter emits, which is 1. Coefficients are per unit
-    length, the medium's ``scale`` included.
+    diffuse surface (one colour, every pixel of a ``bitmap``, every vertex or face of a mesh that is coloured, or the two colours of a ``checkerboard``),
+    ``EMITTER.emission``, a factor on all that the emitter emits, which is 1, ``EMITTER.radiance``, what its light is made up of (one radiance, intensity
+    or irradiance, or power of a beam; the pixels of an image; the voxels of a volume; of a medium that emits, its ``radiance``), and ``exposure``, a factor on all that is measured, which
+    is 1. Coefficients are per unit length, the medium's ``scale`` included; so are the scales of images.
 
     ``MEDIUM.ior`` is the refractive index of a medium, which may scatter: every sample of n of a grid, or all parameters of another field in a row;
     ``MEDIUM.ior.delta`` is one parameter of it, by the name that ``morgana.grad.parameters`` knows. Such derivatives follow paths of their own, whose
@@ -81,6 +84,8 @@ def derivatives(
         Particles to follow, ≥ 2, instead of the scene's number, if the scene has meters.
     seed : int, optional
         Seed of the random numbers, 0 to 2⁶⁴ − 1. The same seed gives the same numbers, bit for bit, for any number of threads.
+    integrator : {"path", "particle", "bdpt"}, optional
+        Integrator instead of the scene's, for pictures.
     threads : int, optional
         Number of threads, ≥ 1; by default as many as there are processors.
     progress : bool or callable, optional
@@ -107,16 +112,15 @@ def derivatives(
     """
     checks.scene(scene)
     names = _names(parameters)
-    wanted = limits(scene, spp, particles, seed, None, threads)
-    pictures = not scene.meters and scene.integrator != "aov"
-    for doubt in scene._doubts("path") if pictures else []:
-        warnings.warn(str(doubt), SceneWarning, stacklevel=2)
-    if callable(weights):
-        integrator = "path" if pictures else None
-        weights = weights(render(scene, spp=spp, particles=particles, seed=seed, integrator=integrator, threads=threads))
-    flat, layered = _of_readings(scene, weights) if scene.meters else _of_picture(scene, weights)
+    wanted = limits(scene, spp, particles, seed, integrator, threads)
     indices = [name for name in names if f"{name}.".find(".ior.") > 0]
     others = [name for name in names if name not in indices]
+    by: By = {"parameters": others, "integrator": integrator}
+    if others or not indices:
+        _morgana.check_derivatives(scene, wanted, by)
+    if callable(weights):
+        weights = weights(render(scene, spp=spp, particles=particles, seed=seed, integrator=integrator, threads=threads))
+    flat, layered = _of_readings(scene, weights) if scene.meters else _of_picture(scene, weights)
     found: Dict[str, Tuple[Doubles, Doubles]] = {}
     if indices:
         if layered:
@@ -125,7 +129,7 @@ def derivatives(
             found.update(zip(indices, _morgana.differentiate_index(scene, wanted, indices, flat[0], tick)))
     if others or not indices:
         with Bar(scene, wanted["samples"], None, progress) as tick:
-            found.update(zip(others, _morgana.differentiate(scene, wanted, others, flat, layered, tick)))
+            found.update(zip(others, _morgana.differentiate(scene, wanted, by, flat, layered, tick)))
     return {name: Derivative(*found[name]) for name in names}
 
 
@@ -187,8 +191,9 @@ def jacobian(
     wanted = limits(scene, None, particles, seed, None, threads)
     readings = [name for name, _ in scene._readings]
     _known([reading], readings, "the meters have no reading", "the scene has no meters")
+    by: By = {"parameters": names, "integrator": None}
     with Bar(scene, wanted["samples"], None, progress) as tick:
-        found = _morgana.jacobian(scene, wanted, names, readings.index(reading), tick)
+        found = _morgana.jacobian(scene, wanted, by, readings.index(reading), tick)
     return {name: Derivative(value, error) for name, (value, error) in zip(names, found)}
 
 

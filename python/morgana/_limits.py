@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Optional, Tuple, TypedDict, Union
+from typing import TYPE_CHECKING, List, Optional, Tuple, TypedDict, Union
 
 if TYPE_CHECKING:
     from ._morgana import Field
@@ -31,6 +31,14 @@ class Limits(TypedDict):
     """Relative error at which to stop, and whether it is that of pixels."""
     threads: int
     """0 for as many as there are processors."""
+
+
+class By(TypedDict):
+    """What light is differentiated by, as the compiled part takes it."""
+
+    parameters: List[str]
+    integrator: Optional[str]
+    """Instead of the scene's."""
 
 
 class RayOptions(TypedDict):

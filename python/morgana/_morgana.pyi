@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._errors import Diagnostic
-from ._limits import Instead, Limits, RayOptions, TraceOptions
+from ._limits import By, Instead, Limits, RayOptions, TraceOptions
 
 __all__ = [
     "Ends",
@@ -18,6 +18,7 @@ __all__ = [
     "exposure",
     "export_dict",
     "export_file",
+    "check_derivatives",
     "differentiate",
     "differentiate_index",
     "jacobian",
@@ -226,10 +227,11 @@ def trace(
     directions: NDArray[np.float64],
     options: TraceOptions,
 ) -> Tuple[Ends, Optional[Traced], Optional[str]]: ...
+def check_derivatives(scene: Scene, limits: Limits, by: By) -> None: ...
 def differentiate(
     scene: Scene,
     limits: Limits,
-    parameters: List[str],
+    by: By,
     weights: List[NDArray[np.float64]],
     layered: bool,
     tick: Optional[Callable[[int], None]],
@@ -244,7 +246,7 @@ def differentiate_index(
 def jacobian(
     scene: Scene,
     limits: Limits,
-    parameters: List[str],
+    by: By,
     reading: int,
     tick: Optional[Callable[[int], None]],
 ) -> List[Tuple[NDArray[np.float64], NDArray[np.float64]]]: ...

@@ -70,6 +70,51 @@ def test_a_loss_that_is_not_linear_has_a_gradient_without_bias():
     near(np.mean(values), exact, np.std(values, ddof=1) / math.sqrt(len(values)), 0.01 * exact / Z)
 
 
+def shining(tmp_path):
+    """A scene for each kind of image and volume that emits, the name of its emitter, and its values with a channel."""
+    rng = np.random.default_rng(3)
+    cube = [{"scale": 2}, {"translate": [-1, -1, -1]}]
+    dark = lit()
+    del dark["light"], dark["sky"]
+    sky = rng.random((3, 4), np.float32) + 0.2
+    (tmp_path / "sky.pfm").write_bytes(b"Pf\n4 3\n-1\n" + sky[::-1].tobytes())
+    yield {**dark, "sky": {"type": "envmap", "filename": str(tmp_path / "sky.pfm")}}, "sky", sky
+    glow = rng.random((2, 1, 3), np.float32) + 0.2
+    grid = {"type": "gridvolume", "data": glow, "to_world": cube}
+    yield {**dark, "glow": {"type": "volumelight", "radiance": grid}}, "glow", glow
+    board = {"type": "checkerboard", "color0": 0.5, "color1": 2.0}
+    place = [{"rotate": {"axis": [1, 0, 0], "angle": 90}}, {"translate": [0, 1.6, 0]}]
+    panel = {"type": "rectangle", "to_world": place, "light": {"type": "area", "id": "ceiling", "radiance": board}}
+    yield {**dark, "panel": panel}, "ceiling", np.array([0.5, 2.0])
+    flame = copy.deepcopy(dark)
+    flame["ball"]["interior"].update(type="heterogeneous", emission=grid)
+    yield flame, "fog", glow
+
+
+def test_emitters_are_linear_in_their_values(tmp_path):
+    for description, emitter, values in shining(tmp_path):
+        scene = load(description)
+        weights = np.linspace(-1, 2, 24).reshape(4, 6, 1)
+        names = [f"{emitter}.radiance", f"{emitter}.emission", "exposure"]
+        for integrator in ("path", "particle", "bdpt"):
+            each, factor, exposure = morgana.derivatives(scene, names, weights, spp=16, integrator=integrator).values()
+            assert each.value.shape == (*values.shape, 1), emitter
+            assert (each.value[..., 0] * values).sum() == pytest.approx(factor.value[0], rel=1e-5), (emitter, integrator)
+            assert factor.value == pytest.approx(exposure.value, rel=1e-9) and factor.value != 0
+
+
+def test_integrators_find_the_same_derivatives():
+    scene, weights = load(lit()), np.linspace(-1, 2, 24).reshape(4, 6, 1)
+    names = ["fog.sigma_t", "fog.albedo", "wall.reflectance", "light.radiance"]
+    by_path = morgana.derivatives(scene, names, weights, spp=256)
+    assert morgana.derivatives(scene, names, weights, spp=256, integrator="path") == by_path
+    for integrator in ("particle", "bdpt"):
+        found = morgana.derivatives(scene, names, weights, spp=256, integrator=integrator)
+        assert found == morgana.derivatives(load({**lit(), "integrator": {"type": integrator}}), names, weights, spp=256)
+        for name in names:
+            near(found[name].value[0], by_path[name].value[0], found[name].error[0], by_path[name].error[0])
+
+
 def test_time_gates_add_up():
     scene = lit()
     scene["sensor"]["film"] = {**scene["sensor"]["film"], "decomposition": "transient", "min_bound": 4, "max_bound": 12, "bin_width": 2}
@@ -87,6 +132,9 @@ def test_time_gates_add_up():
 def test_what_has_no_derivative_is_refused():
     scene, weights = load(lit()), np.ones((4, 6, 1))
 
+    def never(result):
+        raise AssertionError("a render before the check")
+
     def refused(names, match, of=scene, by=weights, error=morgana.RenderError, **options):
         with pytest.raises(error, match=match):
             morgana.derivatives(of, names, by, **options)
@@ -95,18 +143,31 @@ def test_what_has_no_derivative_is_refused():
     refused(["smoke.sigma_t"], r"no medium 'smoke': there are 'ambient', 'fog'")
     refused(["lights.emission"], "no emitter 'lights': there are")
     refused(["fog.g"], "only hg")
-    refused(["ball.reflectance"], "'ball' has no single reflectance")
+    refused(["ball.reflectance"], "'ball' has no reflectance")
     refused("fog.sigma_t", "a list of names", error=TypeError)
     refused(["fog.sigma_t"] * 2, "listed twice")
     refused(["fog.sigma_t"], r"must have that of the picture, \(4, 6, 1\)", by=np.ones((4, 6)))
     refused(["fog.sigma_t"], "not all finite", by=np.full((4, 6, 1), np.inf))
     refused(["fog.sigma_t"], "at least two samples", spp=1)
     measured = load(meters())
-    refused(["fog.sigma_t"], "must be a dictionary by names of readings: fluence", of=measured, error=TypeError)
+    refused(["ambient.sigma_a"], "must be a dictionary by names of readings: fluence", of=measured, error=TypeError)
     refused(["ambient.sigma_a"], "no reading 'power': there are fluence", of=measured, by={"power": [1]})
     refused(["ambient.sigma_a"], r"must have that of the reading, \(2, 3, 4\)", of=measured, by={"fluence": [1]})
-    refused(["fog.sigma_t"], 'not of photon: load the scene with', of=load({**lit(), "integrator": {"type": "photon"}}))
+    for blurs in ("photon", "sppm", "vcm"):
+        photons = load({**lit(), "integrator": {"type": blurs}})
+        refused(["fog.sigma_t"], f"light that the integrator {blurs} blurs has no derivatives: take path, particle or bdpt", of=photons)
+        # Before anything is rendered, and by name as well.
+        refused(["fog.sigma_t"], f"integrator {blurs} blurs", by=never, integrator=blurs)
+        assert morgana.derivatives(photons, ["fog.sigma_t"], weights, spp=2, integrator="path")["fog.sigma_t"].value.shape == (1,)
     refused(["fog.sigma_t"], "not of aov", of=load({**lit(), "integrator": {"type": "aov", "aovs": "d:depth"}}))
+    refused(["smoke.sigma_t"], "no medium 'smoke'", by=never)
+    refused(["fog.sigma_t"], "not all finite", by=lambda result: np.full_like(result.image, np.nan))
+    refused(["fog.sigma_t"], r"must have that of the picture, \(4, 6, 1\)", by=lambda result: result.image[0])
+    refused(["fog.exposure"], "no parameter 'fog.exposure'")
+    black = lit()
+    black["light"]["intensity"] = 0.0
+    refused(["light.radiance"], "'light': the light of emitter number .* is zero", of=load(black))
+    refused(["ambient.sigma_a"], "integrator is for pictures", of=load(meters()), integrator="path")
     clear = load(lit(sigma_t=0.0))
     refused(["fog.sigma_s"], "is zero somewhere.*sigma_a", of=clear)
     assert morgana.derivatives(clear, ["fog.sigma_a"], weights, spp=2)["fog.sigma_a"].value[0] < 0

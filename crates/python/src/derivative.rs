@@ -12,15 +12,57 @@ use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError};
 use pyo3::prelude::*;
 use transport::Spectrum;
 use transport::derivative::{DerivativeError, RadiometricParameter};
+use transport::emitter::Emitter;
 use transport::film::Decomposition;
-use transport::integrator::{Integrator, PathTracer};
+use transport::integrator::Integrator;
 use transport::render::{
-    DerivativeOptions, Derivatives, Handle, MeterDerivativeOptions, ReadingFunctional, derivatives,
-    meter_derivatives,
+    DerivativeOptions, Derivatives, Handle, MeterDerivativeOptions, ReadingFunctional,
+    check_parameters, derivatives, meter_derivatives,
 };
 
 /// Values and standard errors.
 pub(crate) type Doubles<'py> = (Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>);
+
+/// A dictionary of what light is differentiated by.
+#[derive(Clone, Debug, FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct By {
+    /// Names of parameters.
+    parameters: Vec<String>,
+    /// Name of an integrator instead of the scene's.
+    integrator: Option<String>,
+}
+
+impl By {
+    fn parameters(&self, loaded: &Loaded) -> PyResult<Vec<RadiometricParameter>> {
+        let parameters = self.parameters.iter();
+        parameters.map(|name| parameter(loaded, name)).collect()
+    }
+
+    /// What finds the light of a picture.
+    fn integrator(&self, limits: &Limits, loaded: &Loaded) -> PyResult<Integrator> {
+        let run = limits.run_by(loaded, self.integrator.as_deref())?;
+        run.renderer.integrator().copied().ok_or_else(|| {
+            errors::render(format!(
+                "derivatives are those of light, not of {}: take integrator=\"path\"",
+                run.renderer.name()
+            ))
+        })
+    }
+}
+
+/// Finds out whether light has derivatives by parameters, before anything is rendered.
+#[pyfunction]
+pub fn check_derivatives(scene: Py<Scene>, limits: Limits, by: By) -> PyResult<()> {
+    let loaded = &scene.get().loaded;
+    let parameters = by.parameters(loaded)?;
+    let integrator = if loaded.instruments.is_empty() {
+        Some(by.integrator(&limits, loaded)?)
+    } else {
+        None
+    };
+    check_parameters(&loaded.groups, &parameters, integrator).map_err(|e| refused(loaded, &e))
+}
 
 /// Derivatives of Σ weights × picture, or × readings, by parameters. Weights are those of a picture; or, if they are `layered`, of all its layers,
 /// one after the other; or of each reading of meters, empty for those that do not count.
@@ -29,29 +71,28 @@ pub fn differentiate<'py>(
     py: Python<'py>,
     scene: Py<Scene>,
     limits: Limits,
-    parameters: Vec<String>,
+    by: By,
     weights: Vec<PyReadonlyArray1<'py, f64>>,
     layered: bool,
     tick: Option<Py<PyAny>>,
 ) -> PyResult<Vec<Doubles<'py>>> {
     let loaded = &scene.get().loaded;
-    let parameters = parameters.iter().map(|name| parameter(loaded, name));
-    let parameters: Vec<RadiometricParameter> = parameters.collect::<PyResult<_>>()?;
+    let parameters = by.parameters(loaded)?;
     let weights = weights.iter().map(|array| Ok(array.as_slice()?.to_vec()));
     let weights: Vec<Vec<f64>> = weights.collect::<PyResult<_>>()?;
     let work = if loaded.instruments.is_empty() {
-        Work::Picture(path(loaded)?)
+        Work::Picture(by.integrator(&limits, loaded)?)
     } else {
         Work::Meters(of_meters(loaded, &parameters, weights.clone())?)
     };
-    let found = watched_derivatives(py, &limits, tick.as_ref(), |handle| match &work {
-        Work::Picture(path) => {
+    let found = watched_derivatives(py, (loaded, &limits), tick.as_ref(), |handle| match &work {
+        Work::Picture(integrator) => {
             let mut decomposition = loaded.layering.decomposition;
             if !layered {
                 decomposition = Decomposition::default();
             }
             let options = DerivativeOptions {
-                path: *path,
+                integrator: *integrator,
                 samples: limits.samples.unwrap_or(loaded.samples),
                 seed: limits.seed,
                 decomposition,
@@ -76,13 +117,12 @@ pub fn jacobian<'py>(
     py: Python<'py>,
     scene: Py<Scene>,
     limits: Limits,
-    parameters: Vec<String>,
+    by: By,
     reading: usize,
     tick: Option<Py<PyAny>>,
 ) -> PyResult<Vec<Doubles<'py>>> {
     let loaded = &scene.get().loaded;
-    let parameters = parameters.iter().map(|name| parameter(loaded, name));
-    let parameters: Vec<RadiometricParameter> = parameters.collect::<PyResult<_>>()?;
+    let parameters = by.parameters(loaded)?;
     let meters = loaded.instruments.iter().enumerate();
     let all = meters.flat_map(|(i, of)| (0..of.meter.readings().len()).map(move |j| (i, j)));
     let (meter, reading) = all
@@ -91,7 +131,7 @@ pub fn jacobian<'py>(
         .ok_or_else(|| errors::render(DerivativeError::Reading.to_string()))?;
     let scale = per_emitted(loaded, &loaded.instruments[meter], &parameters)?;
     let of = ReadingFunctional::Each { meter, reading };
-    let mut found = watched_derivatives(py, &limits, tick.as_ref(), |handle| {
+    let mut found = watched_derivatives(py, (loaded, &limits), tick.as_ref(), |handle| {
         of_readings(loaded, &limits, &parameters, of, handle)
     })?;
     for derivative in &mut found.by {
@@ -107,7 +147,7 @@ pub fn jacobian<'py>(
 /// Takes derivatives on a pool of threads, while Python is watched for an interruption.
 fn watched_derivatives(
     py: Python<'_>,
-    limits: &Limits,
+    (loaded, limits): (&Loaded, &Limits),
     tick: Option<&Py<PyAny>>,
     take: impl Fn(&Handle) -> Result<Option<Derivatives>, DerivativeError> + Send + Sync,
 ) -> PyResult<Derivatives> {
@@ -115,7 +155,9 @@ fn watched_derivatives(
     let (found, interrupted) = watched(py, tick, None, |shared| {
         pool.install(|| take(&shared.handle))
     })?;
-    let found = found.map_err(|e| refused(&e))?.filter(|_| !interrupted);
+    let found = found
+        .map_err(|e| refused(loaded, &e))?
+        .filter(|_| !interrupted);
     found.ok_or_else(|| PyKeyboardInterrupt::new_err(()))
 }
 
@@ -154,7 +196,7 @@ fn arrays(py: Python<'_>, found: Derivatives) -> PyResult<Vec<Doubles<'_>>> {
 /// What is differentiated.
 enum Work {
     /// The picture.
-    Picture(PathTracer),
+    Picture(Integrator),
     /// Readings, with weights for each meter and each of its readings.
     Meters(Vec<Vec<Vec<f64>>>),
 }
@@ -188,9 +230,9 @@ fn per_emitted(
     if instrument.normalization == Normalization::Absolute {
         return Ok(vec![1.0; loaded.scene().film().channels]);
     }
-    let by_emission = |p: &RadiometricParameter| matches!(p, RadiometricParameter::Emission(_));
-    if parameters.iter().any(by_emission) {
-        let message = "readings per watt have no derivatives by emission: give the meter normalization=\"absolute\"";
+    if parameters.iter().any(|p| changes_power(loaded, p)) {
+        let message = "readings per watt have no derivatives by emission, or by the absorption of media that emit: give the meter \
+             normalization=\"absolute\"";
         return Err(errors::render(message));
     }
     let emitted = loaded.groups.iter().enumerate().flat_map(|(group, scene)| {
@@ -202,10 +244,21 @@ fn per_emitted(
     Ok(emitted.map(per).collect())
 }
 
-fn refused(error: &DerivativeError) -> PyErr {
-    match error {
-        DerivativeError::Memory(_) => PyMemoryError::new_err(error.to_string()),
-        _ => errors::render(error.to_string()),
+/// Whether the power that is emitted depends on a parameter.
+fn changes_power(loaded: &Loaded, parameter: &RadiometricParameter) -> bool {
+    let emits = |id: usize| {
+        let mut emitters = loaded.scene().emitters().iter();
+        emitters.any(|e| matches!(e, Emitter::Volume(volume) if volume.medium() == Some(id)))
+    };
+    match *parameter {
+        RadiometricParameter::Emission(_) | RadiometricParameter::Radiance(_) => true,
+        RadiometricParameter::Extinction(id)
+        | RadiometricParameter::Albedo(id)
+        | RadiometricParameter::Absorption(id) => emits(id),
+        RadiometricParameter::Scattering(_)
+        | RadiometricParameter::MeanCosine(_)
+        | RadiometricParameter::Reflectance(_)
+        | RadiometricParameter::Exposure => false,
     }
 }
 
@@ -221,10 +274,20 @@ pub(crate) fn path(loaded: &Loaded) -> PyResult<PathTracer> {
             })
         }
         _ => Err(errors::render(format!(
-            "derivatives are those of light without blur, by the paths of the integrator path, not of {}: load the scene with \
+            "derivatives by an index are those of light without blur, by the paths of the integrator path, not of {}: load the scene with \
              integrator=\"path\"",
             loaded.renderer.name()
         ))),
+    }
+}
+
+fn refused(loaded: &Loaded, error: &DerivativeError) -> PyErr {
+    match *error {
+        DerivativeError::Memory(_) => PyMemoryError::new_err(error.to_string()),
+        DerivativeError::Dim(i) | DerivativeError::Radiance(i) => {
+            errors::render(format!("'{}': {error}", loaded.emitter_names[i]))
+        }
+        _ => errors::render(error.to_string()),
     }
 }
 
@@ -260,9 +323,15 @@ fn parameter(loaded: &Loaded, name: &str) -> PyResult<RadiometricParameter> {
             of,
             "emitter",
         )?)),
+        "radiance" => Ok(RadiometricParameter::Radiance(only(
+            emitters(),
+            of,
+            "emitter",
+        )?)),
+        "exposure" if of.is_empty() => Ok(RadiometricParameter::Exposure),
         _ => Err(errors::render(format!(
-            "no parameter '{name}': parameters are MEDIUM.sigma_t, .albedo, .sigma_a, .sigma_s, .g and .ior, OBJECT.reflectance, and \
-             EMITTER.emission"
+            "no parameter '{name}': parameters are MEDIUM.sigma_t, .albedo, .sigma_a, .sigma_s, .g and .ior, OBJECT.reflectance, \
+              EMITTER.emission and .radiance, and exposure"
         ))),
     }
 }

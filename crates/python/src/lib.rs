@@ -29,7 +29,7 @@ mod _morgana {
     #[pymodule_export]
     use crate::connect::{Ray, connect};
     #[pymodule_export]
-    use crate::derivative::{differentiate, jacobian};
+    use crate::derivative::{check_derivatives, differentiate, jacobian};
     #[pymodule_export]
     use crate::ends::Ends;
     #[pymodule_export]

@@ -4,6 +4,7 @@
 
 use crate::Spectrum;
 use crate::medium::Medium;
+use crate::phase::Phase;
 use crate::volume::{LabelGrid, Section, VolumeGrid, VolumeTexture};
 use eikonal::ray::Arc;
 use glam::DVec3;
@@ -34,6 +35,22 @@ impl Chart {
     /// That of the albedo of a medium.
     pub(super) fn of_albedo(medium: &Medium) -> Self {
         Chart::of(medium, &medium.albedo)
+    }
+
+    /// That of what a medium emits.
+    pub(super) fn of_emission(medium: &Medium) -> Self {
+        medium
+            .emission
+            .as_ref()
+            .map_or(Chart::One, |emission| Chart::of(medium, emission))
+    }
+
+    /// That of the mean cosine of a medium.
+    pub(super) fn of_mean_cosine(medium: &Medium) -> Self {
+        match &medium.phase {
+            Phase::HenyeyGreensteinGrid(grid) => Chart::Voxels(grid.clone()),
+            _ => Chart::of(medium, &VolumeTexture::Uniform(Spectrum::ZERO)),
+        }
     }
 
     fn of(medium: &Medium, values: &VolumeTexture) -> Self {
@@ -127,7 +144,15 @@ pub(super) fn least(values: &VolumeTexture, channels: usize) -> f64 {
             .iter()
             .copied()
             .fold(f64::INFINITY, f64::min),
-        VolumeTexture::Grid(grid) => grid.range().0,
+        VolumeTexture::Grid(grid) => grid.extremes(channels)[0],
+    }
+}
+
+/// The largest value of a texture in the first `channels` channels.
+pub(super) fn largest(values: &VolumeTexture, channels: usize) -> f64 {
+    match values {
+        VolumeTexture::Uniform(value) => value.0[..channels].iter().copied().fold(0.0, f64::max),
+        VolumeTexture::Grid(grid) => grid.extremes(channels)[1],
     }
 }
 

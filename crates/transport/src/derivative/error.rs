@@ -19,18 +19,28 @@ pub enum DerivativeError {
     #[error("a parameter is listed twice")]
     Twice,
     /// A phase function without such a parameter.
-    #[error("the phase function of '{0}' has no single mean cosine g: only hg with one g has")]
+    #[error(
+        "the phase function of '{0}' has no mean cosine g to differentiate by: only hg has, also of labels and of voxels"
+    )]
     Phase(String),
     /// A surface that does not scatter by one reflectance.
     #[error(
-        "'{0}' has no single reflectance: only diffuse surfaces of one colour or bitmap, twosided or not, have"
+        "'{0}' has no reflectance to differentiate by: only diffuse surfaces have, twosided or not, of one colour, a bitmap, a checkerboard of two colours or the colours of a mesh"
     )]
     Reflectance(String),
-    /// Volumes that emit.
+    /// An emitter that throws a texture whose values are not numbered.
     #[error(
-        "the light of volumes that emit has no derivatives yet: leave volume emitters and emission of media out"
+        "what emitter number {0} throws is no image, but a volume's or that of textures within a texture: ask for its emission"
     )]
-    Volumes,
+    Radiance(usize),
+    /// An emitter that is black somewhere.
+    #[error(
+        "the light of emitter number {0} is zero somewhere, or in some channel, where no path finds what would come of more of it: start from a small value > 0"
+    )]
+    Dim(usize),
+    /// Light that an integrator blurs.
+    #[error("light that the integrator {0} blurs has no derivatives: take path, particle or bdpt")]
+    Blurred(&'static str),
     /// Light told apart by its Stokes parameters.
     #[error("Stokes parameters have no derivatives yet: leave the integrator stokes out")]
     Polarized,

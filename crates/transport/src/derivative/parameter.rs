@@ -1,18 +1,20 @@
 //! What light is differentiated by.
 
 use super::DerivativeError;
-use super::chart::{Chart, least};
+use super::chart::{Chart, largest, least};
 use crate::Spectrum;
 use crate::bsdf::Bsdf;
-use crate::emitter::Class;
-use crate::phase::Phase;
+use crate::emitter::{Emitter, EmitterValues};
+use crate::medium::Medium;
 use crate::scene::{MediumId, Scene};
 use crate::texture::Texture;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// What light is differentiated by. Coefficients are per unit length, the medium's `scale` included; they have one number where the
 /// extinction of the medium (for the albedo, the albedo) is the same everywhere, one for each label, or one for each voxel, [z, y, x]. Reflectances have
-/// one, or one for each pixel of an image, [y, x]. All have a value for each channel.
+/// one, or one for each pixel of an image, [y, x], each vertex or triangle of a mesh that is coloured, or each of the two colours of a checkerboard; so have
+/// emitters that throw a texture. All have a value for each channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RadiometricParameter {
     /// Extinction σ_t of a medium, at the same albedo.
@@ -23,12 +25,17 @@ pub enum RadiometricParameter {
     Absorption(MediumId),
     /// Scattering coefficient μ_s of a medium, at the same absorption coefficient.
     Scattering(MediumId),
-    /// Mean cosine g of a medium's Henyey–Greenstein phase function.
+    /// Mean cosine g of a medium's Henyey–Greenstein phase function: one, one for each label, or one for each voxel.
     MeanCosine(MediumId),
-    /// Reflectance of the diffuse surface of an object, whose index is given: one colour, or an image.
+    /// Reflectance of the diffuse surface of an object, whose index is given: one colour, or those of a texture.
     Reflectance(usize),
     /// A factor on all that an emitter emits, whose index is given; it is 1 in the scene.
     Emission(usize),
+    /// What an emitter's light is made up of, given its index: its radiance, intensity or irradiance, or the power of a beam or fibre; the pixels of an image; the
+    /// voxels of a volume, or, as the coefficients of a medium, what that emits.
+    Radiance(usize),
+    /// A factor on all light that is measured; it is 1 in the scene.
+    Exposure,
 }
 
 impl RadiometricParameter {
@@ -42,78 +49,155 @@ impl RadiometricParameter {
             }
             RadiometricParameter::Albedo(id) => Chart::of_albedo(scene.medium(id)).shape(),
             RadiometricParameter::Reflectance(object) => {
-                match reflectance(&scene.objects()[object].bsdf) {
-                    Some(Texture::Bitmap(bitmap)) => {
-                        let [x, y] = bitmap.size();
-                        vec![y, x]
-                    }
-                    _ => Vec::new(),
+                let colours = reflectance(&scene.objects()[object].bsdf);
+                colours.and_then(Texture::shape).unwrap_or_default()
+            }
+            RadiometricParameter::Radiance(emitter) => {
+                let emitter = &scene.emitters()[emitter];
+                match emitting_medium(emitter) {
+                    Some(id) => Chart::of_emission(scene.medium(id)).shape(),
+                    None => emitter.values().shape().unwrap_or_default(),
                 }
             }
-            RadiometricParameter::MeanCosine(_) | RadiometricParameter::Emission(_) => Vec::new(),
+            RadiometricParameter::MeanCosine(id) => Chart::of_mean_cosine(scene.medium(id)).shape(),
+            RadiometricParameter::Emission(_) | RadiometricParameter::Exposure => Vec::new(),
         }
     }
 
     /// Finds out whether a scene of so many channels has the derivative.
     fn check(&self, scene: &Scene, channels: usize) -> Result<(), DerivativeError> {
-        let positive = |id: MediumId, what, quantity: Quantity, instead| {
-            let medium = scene.medium(id);
-            let least = match quantity {
-                Quantity::Extinction => least(&medium.sigma_t, channels) * medium.scale,
-                Quantity::Albedo => least(&medium.albedo, channels),
-            };
-            let name = medium.name.clone();
-            let zero = DerivativeError::Zero {
-                what,
-                name,
-                instead,
-            };
-            if least > 0.0 { Ok(()) } else { Err(zero) }
+        let has = |id: MediumId, quantities: &[Quantity]| {
+            let lacking = |q: &&Quantity| !q.is_positive(scene.medium(id), channels);
+            match quantities.iter().find(lacking) {
+                Some(quantity) => Err(quantity.zero(scene, id)),
+                None => Ok(()),
+            }
         };
-        let absorption = ", or ask for sigma_a";
         match *self {
-            RadiometricParameter::Absorption(_) | RadiometricParameter::Emission(_) => Ok(()),
-            RadiometricParameter::Extinction(id) if scene.medium(id).albedo.is_zero() => Ok(()),
-            RadiometricParameter::Extinction(id) => {
-                positive(id, "sigma_t", Quantity::Extinction, absorption)
+            RadiometricParameter::Emission(_) | RadiometricParameter::Exposure => Ok(()),
+            RadiometricParameter::Absorption(id) if emits(scene, id) => {
+                has(id, &[Quantity::Extinction, Quantity::Absorption])
             }
-            RadiometricParameter::Albedo(id) => positive(id, "the albedo", Quantity::Albedo, ""),
+            RadiometricParameter::Absorption(_) => Ok(()),
+            RadiometricParameter::Extinction(id)
+                if scene.medium(id).albedo.is_zero() && !emits(scene, id) =>
+            {
+                Ok(())
+            }
+            RadiometricParameter::Extinction(id) => has(id, &[Quantity::Extinction]),
+            RadiometricParameter::Albedo(id) if emits(scene, id) => {
+                has(id, &[Quantity::Albedo, Quantity::Absorption])
+            }
+            RadiometricParameter::Albedo(id) => has(id, &[Quantity::Albedo]),
             RadiometricParameter::Scattering(id) => {
-                positive(id, "sigma_t", Quantity::Extinction, absorption)?;
-                positive(id, "sigma_s", Quantity::Albedo, absorption)
+                has(id, &[Quantity::Extinction, Quantity::Scattering])
             }
-            RadiometricParameter::MeanCosine(id) => match scene.medium(id).phase {
-                Phase::HenyeyGreenstein(_) => Ok(()),
-                _ => Err(DerivativeError::Phase(scene.medium(id).name.clone())),
-            },
+            RadiometricParameter::MeanCosine(id) if scene.medium(id).phase.has_mean_cosine() => {
+                Ok(())
+            }
+            RadiometricParameter::MeanCosine(id) => {
+                Err(DerivativeError::Phase(scene.medium(id).name.clone()))
+            }
             RadiometricParameter::Reflectance(object) => {
                 let of = &scene.objects()[object];
-                let colour = reflectance(&of.bsdf);
-                let colour = colour.ok_or_else(|| DerivativeError::Reflectance(of.name.clone()))?;
-                let zero = DerivativeError::Zero {
+                let colours = reflectance(&of.bsdf);
+                let colours =
+                    colours.ok_or_else(|| DerivativeError::Reflectance(of.name.clone()))?;
+                let is_positive = |value: Spectrum| value.0[..channels].iter().all(|c| *c > 0.0);
+                if colours.values().all(is_positive) {
+                    return Ok(());
+                }
+                Err(DerivativeError::Zero {
                     what: "the reflectance",
                     name: of.name.clone(),
                     instead: "",
-                };
-                let is_positive = |value: Spectrum| value.0[..channels].iter().all(|c| *c > 0.0);
-                let is_positive = colour.values().all(is_positive);
-                if is_positive { Ok(()) } else { Err(zero) }
+                })
             }
+            RadiometricParameter::Radiance(index) => check_radiance(scene, index, channels),
         }
     }
+}
+
+/// Finds out whether an emitter has derivatives by what it is made up of.
+fn check_radiance(scene: &Scene, index: usize, channels: usize) -> Result<(), DerivativeError> {
+    let emitter = &scene.emitters()[index];
+    let is_positive = match emitting_medium(emitter) {
+        Some(id) => {
+            let emission = scene.medium(id).emission.as_ref();
+            emission.is_some_and(|emission| least(emission, channels) > 0.0)
+        }
+        None => {
+            let values = emitter.values();
+            if values.shape().is_none() {
+                return Err(DerivativeError::Radiance(index));
+            }
+            values.are_positive(channels)
+        }
+    };
+    if is_positive {
+        Ok(())
+    } else {
+        Err(DerivativeError::Dim(index))
+    }
+}
+
+/// The medium whose light an emitter is.
+fn emitting_medium(emitter: &Emitter) -> Option<MediumId> {
+    match emitter.values() {
+        EmitterValues::Voxels(volume) => volume.medium(),
+        _ => None,
+    }
+}
+
+/// Whether a medium emits.
+fn emits(scene: &Scene, id: MediumId) -> bool {
+    let mut media = scene.emitters().iter().filter_map(emitting_medium);
+    media.any(|medium| medium == id)
 }
 
 /// What must not be zero.
 enum Quantity {
     Extinction,
     Albedo,
+    Scattering,
+    Absorption,
 }
 
-/// The reflectance of a diffuse surface, if it is one colour or an image, the same on either side.
+impl Quantity {
+    fn is_positive(&self, medium: &Medium, channels: usize) -> bool {
+        match self {
+            Quantity::Extinction => least(&medium.sigma_t, channels) * medium.scale > 0.0,
+            Quantity::Albedo | Quantity::Scattering => least(&medium.albedo, channels) > 0.0,
+            Quantity::Absorption => largest(&medium.albedo, channels) < 1.0,
+        }
+    }
+
+    fn zero(&self, scene: &Scene, id: MediumId) -> DerivativeError {
+        let absorption = if emits(scene, id) {
+            ""
+        } else {
+            ", or ask for sigma_a"
+        };
+        let (what, instead) = match self {
+            Quantity::Extinction => ("sigma_t", absorption),
+            Quantity::Albedo => ("the albedo", ""),
+            Quantity::Scattering => ("sigma_s", absorption),
+            Quantity::Absorption => ("sigma_a, which makes light,", ""),
+        };
+        DerivativeError::Zero {
+            what,
+            name: scene.medium(id).name.clone(),
+            instead,
+        }
+    }
+}
+
+/// The reflectance of a diffuse surface, if its colours are numbered and the same on either side.
 fn reflectance(bsdf: &Bsdf) -> Option<&Texture> {
     match bsdf {
-        Bsdf::Diffuse(diffuse) => Some(diffuse.reflectance())
-            .filter(|of| matches!(of, Texture::Uniform(_) | Texture::Bitmap(_))),
+        Bsdf::Diffuse(diffuse) => {
+            Some(diffuse.reflectance()).filter(|colours| colours.shape().is_some())
+        }
         Bsdf::TwoSided(both) => match both.sides().each_ref().map(reflectance) {
             [Some(front), Some(back)] if is_same(front, back) => Some(front),
             _ => None,
@@ -126,6 +210,9 @@ fn is_same(a: &Texture, b: &Texture) -> bool {
     match (a, b) {
         (Texture::Uniform(a), Texture::Uniform(b)) => a == b,
         (Texture::Bitmap(a), Texture::Bitmap(b)) => Arc::ptr_eq(a, b),
+        (Texture::Checkerboard(a), Texture::Checkerboard(b)) => Arc::ptr_eq(a, b),
+        (Texture::Vertices(a), Texture::Vertices(b)) => Arc::ptr_eq(a, b),
+        (Texture::Scaled(a), Texture::Scaled(b)) => Arc::ptr_eq(a, b),
         _ => false,
     }
 }
@@ -137,11 +224,17 @@ pub(crate) struct Plan {
     /// For each object, where the sums of its reflectance begin, and that.
     pub(super) objects: Vec<Option<(usize, Texture)>>,
     /// For each emitter, where its sums begin.
-    pub(super) emitters: Vec<Option<usize>>,
+    pub(super) emitters: Vec<EmitterPlan>,
+    /// Where the sums of the exposure begin.
+    pub(super) exposure: Option<usize>,
     /// Number of channels, whose sums are interleaved.
     pub(super) channels: usize,
     /// Where the sums of each parameter begin, and the number of all.
     pub(crate) starts: Vec<usize>,
+    /// For each parameter, where sums begin that it shares with others: those of what attenuates.
+    shared: Vec<Option<usize>>,
+    /// Number of all sums in a row, those that are shared included.
+    stride: usize,
 }
 
 /// What factors of a medium add to.
@@ -151,12 +244,27 @@ pub(super) struct MediumPlan {
     pub chart: Chart,
     /// How the albedo is.
     pub albedo_chart: Chart,
+    /// How what it emits is.
+    pub emission_chart: Chart,
+    /// How the mean cosine is.
+    pub mean_cosine_chart: Chart,
     /// Where sums begin, of what is asked for.
     pub extinction: Option<usize>,
     pub albedo: Option<usize>,
     pub absorption: Option<usize>,
     pub scattering: Option<usize>,
+    /// Where those of attenuation begin: of the only one of these three that is asked for, or shared.
+    pub attenuation: Option<usize>,
     pub mean_cosine: Option<usize>,
+}
+
+/// What the light of an emitter adds to: where sums begin, of what is asked for.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct EmitterPlan {
+    /// Of a factor on all of it.
+    pub factor: Option<usize>,
+    /// Of what it is made up of.
+    pub values: Option<usize>,
 }
 
 impl Plan {
@@ -166,24 +274,27 @@ impl Plan {
         parameters: &[RadiometricParameter],
         channels: usize,
     ) -> Result<Self, DerivativeError> {
-        if scene.emitters().iter().any(|e| e.class() == Class::Volume) {
-            return Err(DerivativeError::Volumes);
-        }
         let media = scene.media().iter().map(|medium| MediumPlan {
             chart: Chart::of_extinction(medium),
             albedo_chart: Chart::of_albedo(medium),
+            emission_chart: Chart::of_emission(medium),
+            mean_cosine_chart: Chart::of_mean_cosine(medium),
             extinction: None,
             albedo: None,
             absorption: None,
             scattering: None,
+            attenuation: None,
             mean_cosine: None,
         });
         let mut plan = Plan {
             media: media.collect(),
             objects: vec![None; scene.objects().len()],
-            emitters: vec![None; scene.emitters().len()],
+            emitters: vec![EmitterPlan::default(); scene.emitters().len()],
+            exposure: None,
             channels,
             starts: vec![0],
+            shared: vec![None; parameters.len()],
+            stride: 0,
         };
         let mut next = 0;
         for (i, parameter) in parameters.iter().enumerate() {
@@ -202,12 +313,38 @@ impl Plan {
                     let colour = reflectance(&scene.objects()[object].bsdf);
                     plan.objects[object] = colour.map(|colour| (next, colour.clone()));
                 }
-                RadiometricParameter::Emission(emitter) => plan.emitters[emitter] = start,
+                RadiometricParameter::Emission(emitter) => plan.emitters[emitter].factor = start,
+                RadiometricParameter::Radiance(emitter) => plan.emitters[emitter].values = start,
+                RadiometricParameter::Exposure => plan.exposure = start,
             }
             next += channels * parameter.shape(scene).iter().product::<usize>();
             plan.starts.push(next);
         }
+        plan.stride = next;
+        (0..plan.media.len()).for_each(|id| plan.share_attenuation(id, parameters));
         Ok(plan)
+    }
+
+    /// Attenuation means the same to extinction, absorption and scattering: they share its sums.
+    fn share_attenuation(&mut self, id: MediumId, parameters: &[RadiometricParameter]) {
+        let attenuate = [
+            RadiometricParameter::Extinction(id),
+            RadiometricParameter::Absorption(id),
+            RadiometricParameter::Scattering(id),
+        ];
+        let all = parameters.iter().enumerate();
+        let asked = all.filter(|(_, parameter)| attenuate.contains(parameter));
+        let asked: Vec<usize> = asked.map(|(i, _)| i).collect();
+        self.media[id].attenuation = match asked[..] {
+            [] => None,
+            [only] => Some(self.starts[only]),
+            [first, ..] => {
+                let start = self.stride;
+                self.stride += self.starts[first + 1] - self.starts[first];
+                asked.iter().for_each(|i| self.shared[*i] = Some(start));
+                Some(start)
+            }
+        };
     }
 
     /// Number of channels, whose sums are interleaved.
@@ -215,7 +352,19 @@ impl Plan {
         self.channels
     }
 
-    /// Number of all sums.
+    /// Number of all sums in a row, those that parameters share included.
+    pub(crate) fn stride(&self) -> usize {
+        self.stride
+    }
+
+    /// Where the sums of a parameter are in a row, and those that it shares with others.
+    pub(crate) fn places(&self, parameter: usize) -> (Range<usize>, Option<Range<usize>>) {
+        let own = self.starts[parameter]..self.starts[parameter + 1];
+        let shared = self.shared[parameter].map(|start| start..start + own.len());
+        (own, shared)
+    }
+
+    /// Number of all derivatives.
     pub(crate) fn len(&self) -> usize {
         self.starts.last().copied().unwrap_or(0)
     }

@@ -1,5 +1,6 @@
 //! What takes note of the factors of paths.
 
+use crate::emitter::EmittedRay;
 use crate::path::{ConnectionArcs, Edge, Vertex};
 use glam::DVec3;
 
@@ -24,11 +25,14 @@ pub(crate) trait FactorRecorder {
     /// Puts aside the part of an edge up to an arc length, and a scattering there.
     fn aside_follow(&mut self, edge: &Edge, length: f64);
 
+    /// Puts aside the part of an edge up to an arc length, where light is emitted.
+    fn aside_reach(&mut self, edge: &Edge, length: f64);
+
     /// Puts a turn at a vertex aside, and the connection after it.
     fn aside_connect(&mut self, vertex: &Vertex, direction: DVec3, way: &Self::Way);
 
-    /// The path has made a contribution, of light of an emitter.
-    fn contribute(&mut self, emitter: usize);
+    /// The path has made a contribution: light of an emitter's ray.
+    fn contribute(&mut self, ray: &EmittedRay);
 }
 
 /// Takes no notes.
@@ -41,5 +45,6 @@ impl FactorRecorder for () {
     fn turn(&mut self, _vertex: &Vertex, _direction: DVec3) {}
     fn aside_follow(&mut self, _edge: &Edge, _length: f64) {}
     fn aside_connect(&mut self, _vertex: &Vertex, _direction: DVec3, _way: &()) {}
-    fn contribute(&mut self, _emitter: usize) {}
+    fn aside_reach(&mut self, _edge: &Edge, _length: f64) {}
+    fn contribute(&mut self, _ray: &EmittedRay) {}
 }

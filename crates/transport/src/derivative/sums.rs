@@ -1,20 +1,19 @@
 //! Sums of derivatives, parameter by parameter.
 
 use super::Plan;
-use super::tape::{Factor, Stretch, Tape};
+use super::tape::{Factor, Place, Stretch, Tape};
 use crate::Spectrum;
-use crate::phase::Phase;
+use crate::emitter::{EmittedRay, Emitter};
 use crate::scene::{MediumId, Scene};
 use crate::shape::Site;
-use crate::texture::Texture;
 use glam::DVec3;
 
-/// Sums of derivatives: rows of numbers, one for each of the functionals that are differentiated.
-#[derive(Clone, Debug)]
+/// Sums of derivatives: rows of numbers, each [as long](Plan::stride) as the plan says, one for each of the functionals that are differentiated.
+#[derive(Debug)]
 pub(crate) struct Sums<'a> {
     scene: &'a Scene,
     plan: &'a Plan,
-    values: Vec<f64>,
+    values: &'a mut [f64],
     /// Where the row begins that is added to.
     row: usize,
     /// What contributions from each factor of the path on are worth.
@@ -22,55 +21,49 @@ pub(crate) struct Sums<'a> {
 }
 
 impl<'a> Sums<'a> {
-    /// Nothing yet, in so many rows.
-    pub(crate) fn new(scene: &'a Scene, plan: &'a Plan, rows: usize) -> Self {
+    /// Adds to these.
+    pub(crate) fn new(scene: &'a Scene, plan: &'a Plan, values: &'a mut [f64]) -> Self {
         Sums {
             scene,
             plan,
-            values: vec![0.0; rows * plan.len()],
+            values,
             row: 0,
             worth: Vec::new(),
         }
     }
 
-    /// The sums.
-    pub(crate) fn into_values(self) -> Vec<f64> {
-        self.values
-    }
-
-    /// Adds to a row the derivative of Σ `worths` over the contributions of a path by all parameters: one sweep back along the path, with
+    /// Adds to a row the derivative of Σ `worths` over the contributions of a path by all parameters: one sweep back over its factors, each with
     /// the worth of all that was found further on (docs/theory.md#derivatives-of-light).
     pub(crate) fn add(&mut self, row: usize, tape: &Tape, worths: impl Iterator<Item = Spectrum>) {
-        self.row = row * self.plan.len();
+        self.row = row * self.plan.stride();
         let mut worth = std::mem::take(&mut self.worth);
         worth.clear();
-        worth.resize(tape.trunk.len() + 1, Spectrum::ZERO);
-        let mut first = 0;
-        for (kept, value) in tape.kept.iter().zip(worths) {
-            let aside = &tape.aside[first..kept.aside];
-            first = kept.aside;
-            if value.is_zero() {
-                continue;
-            }
-            worth[kept.trunk] += value;
-            aside.iter().for_each(|factor| self.factor(factor, value));
-            if let Some(start) = self.plan.emitters[kept.emitter] {
-                self.put(start, 0, value);
+        worth.resize(tape.factors.len() + 1, Spectrum::ZERO);
+        let mut all = Spectrum::ZERO;
+        for (places, value) in tape.kept.iter().zip(worths) {
+            all += value;
+            places.iter().for_each(|p| worth[p.number()] += value);
+        }
+        for (i, noted) in tape.factors.iter().enumerate().rev() {
+            let onward = worth[Place::after(i).number()];
+            if !onward.is_zero() {
+                worth[noted.before.number()] += onward;
+                self.factor(&noted.factor, onward);
             }
         }
-        let mut onward = Spectrum::ZERO;
-        for (i, factor) in tape.trunk.iter().enumerate().rev() {
-            onward += worth[i + 1];
-            if !onward.is_zero() {
-                self.factor(factor, onward);
-            }
+        if let Some(start) = self.plan.exposure {
+            self.put(start, 0, all);
         }
         self.worth = worth;
     }
 
     /// Adds to a row what changes with the absorption coefficient at a place, and is worth that much per unit of it.
     pub(crate) fn absorb(&mut self, row: usize, id: MediumId, x: DVec3, worth: Spectrum) {
-        self.row = row * self.plan.len();
+        self.row = row * self.plan.stride();
+        self.absorption(id, x, worth);
+    }
+
+    fn absorption(&mut self, id: MediumId, x: DVec3, worth: Spectrum) {
         let (plan, scene): (&'a Plan, &'a Scene) = (self.plan, self.scene);
         let (plan, medium) = (&plan.media[id], scene.medium(id));
         if let Some(start) = plan.absorption {
@@ -95,15 +88,9 @@ impl<'a> Sums<'a> {
         match factor {
             Factor::Attenuation(stretch) => self.attenuation(stretch, worth),
             Factor::Scattering { medium, x } => self.scattering(*medium, *x, worth),
-            Factor::Phase { medium, cos } => {
-                let start = self.plan.media[*medium].mean_cosine;
-                if let (Some(start), Phase::HenyeyGreenstein(phase)) =
-                    (start, &self.scene.medium(*medium).phase)
-                {
-                    self.put(start, 0, worth * phase.log_derivative(*cos));
-                }
-            }
+            Factor::Phase { medium, x, cos } => self.phase(*medium, *x, *cos, worth),
             Factor::Surface { object, site } => self.reflection(*object, site, worth),
+            Factor::Emission(ray) => self.emission(ray, worth),
         }
     }
 
@@ -111,14 +98,18 @@ impl<'a> Sums<'a> {
     fn attenuation(&mut self, stretch: &Stretch, worth: Spectrum) {
         let plan: &'a Plan = self.plan;
         let plan = &plan.media[stretch.medium];
-        let starts = [plan.extinction, plan.absorption, plan.scattering];
-        if starts.iter().all(Option::is_none) {
+        let Some(start) = plan.attenuation else {
             return;
-        }
-        plan.chart.along(&stretch.arc, stretch.theta, |i, length| {
-            for start in starts.into_iter().flatten() {
+        };
+        let (arc, theta) = (&stretch.arc, stretch.theta);
+        if self.plan.channels > 1 {
+            return plan.chart.along(arc, theta, |i, length| {
                 self.put(start, i, worth * -length);
-            }
+            });
+        }
+        let sums = &mut self.values[self.row + start..];
+        plan.chart.along(arc, theta, |i, length| {
+            sums[i] -= worth[0] * length;
         });
     }
 
@@ -143,6 +134,17 @@ impl<'a> Sums<'a> {
         }
     }
 
+    /// ∂ log p.
+    fn phase(&mut self, id: MediumId, x: DVec3, cos: f64, worth: Spectrum) {
+        let (plan, scene): (&'a Plan, &'a Scene) = (self.plan, self.scene);
+        let plan = &plan.media[id];
+        if let Some(start) = plan.mean_cosine {
+            let share = worth * scene.medium(id).phase.log_derivative(x, cos);
+            let chart = &plan.mean_cosine_chart;
+            chart.at(x, |i, weight| self.put(start, i, share * weight));
+        }
+    }
+
     /// ∂ log ρ.
     fn reflection(&mut self, object: usize, site: &Site, worth: Spectrum) {
         let plan: &'a Plan = self.plan;
@@ -150,12 +152,47 @@ impl<'a> Sums<'a> {
             return;
         };
         let share = over(worth, texture.at(site));
-        match texture {
-            Texture::Bitmap(bitmap) => {
-                bitmap.weights(site, |i, weight| self.put(*start, i, share * weight));
-            }
-            _ => self.put(*start, 0, share),
+        texture.weights(site, |i, weight| self.put(*start, i, share * weight));
+    }
+
+    /// ∂ log of what leaves an emitter.
+    fn emission(&mut self, ray: &EmittedRay, worth: Spectrum) {
+        let (plan, scene): (&'a Plan, &'a Scene) = (self.plan, self.scene);
+        let (plan, emitter) = (&plan.emitters[ray.emitter], &scene.emitters()[ray.emitter]);
+        if let Some(start) = plan.factor {
+            self.put(start, 0, worth);
         }
+        if let Emitter::Volume(volume) = emitter
+            && let Some(id) = volume.medium()
+        {
+            return self.emission_of_medium(id, ray, plan.values, worth);
+        }
+        if let Some(start) = plan.values {
+            let values = emitter.values();
+            let share = over(worth, values.at(emitter, ray, |_, _| {}));
+            values.at(emitter, ray, |i, weight| {
+                self.put(start, i, share * weight);
+            });
+        }
+    }
+
+    /// ∂ log (μ_a n² B).
+    fn emission_of_medium(
+        &mut self,
+        id: MediumId,
+        ray: &EmittedRay,
+        start: Option<usize>,
+        worth: Spectrum,
+    ) {
+        let (plan, scene): (&'a Plan, &'a Scene) = (self.plan, self.scene);
+        let (plan, medium) = (&plan.media[id], scene.medium(id));
+        if let (Some(start), Some(emission)) = (start, &medium.emission) {
+            let share = over(worth, emission.at(ray.x));
+            let chart = &plan.emission_chart;
+            chart.at(ray.x, |i, weight| self.put(start, i, share * weight));
+        }
+        let absorption = medium.extinction(ray.x) * medium.albedo.at(ray.x).map(|a| 1.0 - a);
+        self.absorption(id, ray.x, over(worth, absorption));
     }
 
     /// Adds to the sums of a number of a parameter, in the row at hand.

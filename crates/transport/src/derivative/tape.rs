@@ -1,9 +1,12 @@
-//! The factors of one path, in order.
+//! The factors of one path, as a tree: what a contribution is made up of are the factors from one or two places back to the start.
 //!
 //! Theory: docs/theory.md#derivatives-of-light.
 
 use super::FactorRecorder;
-use crate::path::{ConnectionArcs, Edge, End, Vertex};
+use crate::emitter::EmittedRay;
+use crate::path::{
+    ConnectionArcs, Edge, End, Joint, JointEnd, SubpathRecorder, TransportMode, Vertex,
+};
 use crate::scene::MediumId;
 use crate::shape::Site;
 use eikonal::ray::Arc;
@@ -17,10 +20,16 @@ pub(super) enum Factor {
     Attenuation(Stretch),
     /// σ_s at a collision.
     Scattering { medium: MediumId, x: DVec3 },
-    /// A phase function, at the cosine of the angle of scattering.
-    Phase { medium: MediumId, cos: f64 },
+    /// A phase function at a place, at the cosine of the angle of scattering.
+    Phase {
+        medium: MediumId,
+        x: DVec3,
+        cos: f64,
+    },
     /// The scattering of an object's surface.
     Surface { object: usize, site: Site },
+    /// What leaves an emitter.
+    Emission(EmittedRay),
 }
 
 /// A part of a way within one medium: an arc up to θ.
@@ -31,52 +40,169 @@ pub(crate) struct Stretch {
     pub theta: f64,
 }
 
-/// A contribution of a path.
-#[derive(Clone, Debug)]
-pub(super) struct Kept {
-    /// Number of factors of the path up to where it was made.
-    pub trunk: usize,
-    /// Number of factors put aside for this and all contributions before it.
-    pub aside: usize,
-    /// The emitter whose light it is.
-    pub emitter: usize,
+/// A place on a tape: after one of its factors, or at its start.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Place(usize);
+
+impl Place {
+    /// Before all factors.
+    const START: Self = Place(0);
+
+    /// After a factor, given its number.
+    pub(super) fn after(factor: usize) -> Self {
+        Place(factor + 1)
+    }
+
+    /// A number of its own; that of the start is 0.
+    pub(super) fn number(self) -> usize {
+        self.0
+    }
 }
 
-/// The factors of one path, in order, and where it has made contributions.
+/// A factor, and the place which it follows.
+#[derive(Clone, Debug)]
+pub(super) struct Noted {
+    pub factor: Factor,
+    pub before: Place,
+}
+
+/// The factors of one path, and where it has made contributions.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tape {
-    /// Of the path itself.
-    pub(super) trunk: Vec<Factor>,
-    /// Of single contributions, one after the other.
-    pub(super) aside: Vec<Factor>,
-    pub(super) kept: Vec<Kept>,
+    /// Each follows one that comes before it, or the start.
+    pub(super) factors: Vec<Noted>,
+    /// For each contribution, the places to which its factors lead: one, or those of two subpaths.
+    pub(super) kept: Vec<[Place; 2]>,
+    /// How far the path has come.
+    trunk: Place,
+    /// What the next contribution alone adds to that.
+    aside: Option<Place>,
+    /// How far the subpaths of the sensor and of the light have come.
+    subpaths: [Branch; 2],
+}
+
+/// A subpath.
+#[derive(Clone, Debug, Default)]
+struct Branch {
+    end: Place,
+    /// At the end of each edge.
+    vertices: Vec<Place>,
+}
+
+/// Where the branch of a subpath is kept.
+fn side(mode: TransportMode) -> usize {
+    match mode {
+        TransportMode::Radiance => 0,
+        TransportMode::Importance => 1,
+    }
 }
 
 impl Tape {
+    /// The path starts as a ray of an emitter.
+    pub(crate) fn begin(&mut self, ray: &EmittedRay) {
+        self.trunk = self.push(self.trunk, Factor::Emission(*ray));
+    }
+
     /// The path flies along an arc up to θ.
     pub(crate) fn fly(&mut self, medium: MediumId, arc: &Arc, theta: f64) {
-        let arc = *arc;
-        self.trunk
-            .push(Factor::Attenuation(Stretch { medium, arc, theta }));
+        self.trunk = self.stretch(self.trunk, medium, arc, theta);
     }
 
     /// Puts the part of a way along an arc up to θ aside.
     pub(crate) fn aside_fly(&mut self, medium: MediumId, arc: &Arc, theta: f64) {
-        let arc = *arc;
-        self.aside
-            .push(Factor::Attenuation(Stretch { medium, arc, theta }));
+        let from = self.aside.unwrap_or(self.trunk);
+        self.aside = Some(self.stretch(from, medium, arc, theta));
     }
 
     /// The path is scattered at a place.
     pub(crate) fn collide(&mut self, medium: MediumId, x: DVec3) {
-        self.trunk.push(Factor::Scattering { medium, x });
+        self.trunk = self.push(self.trunk, Factor::Scattering { medium, x });
+    }
+
+    /// The path has made a contribution.
+    pub(crate) fn keep(&mut self) {
+        let place = self.aside.take().unwrap_or(self.trunk);
+        self.kept.push([place, Place::START]);
     }
 
     /// Forgets the path.
     pub(crate) fn clear(&mut self) {
-        self.trunk.clear();
-        self.aside.clear();
+        self.factors.clear();
         self.kept.clear();
+        (self.trunk, self.aside) = (Place::START, None);
+        for branch in &mut self.subpaths {
+            branch.end = Place::START;
+            branch.vertices.clear();
+        }
+    }
+
+    /// Adds a factor after a place. Returns that after it.
+    fn push(&mut self, before: Place, factor: Factor) -> Place {
+        self.factors.push(Noted { factor, before });
+        Place::after(self.factors.len() - 1)
+    }
+
+    fn stretch(&mut self, from: Place, medium: MediumId, arc: &Arc, theta: f64) -> Place {
+        let arc = *arc;
+        self.push(from, Factor::Attenuation(Stretch { medium, arc, theta }))
+    }
+
+    fn stretches(&mut self, from: Place, way: &[Stretch]) -> Place {
+        way.iter().cloned().fold(from, |place, stretch| {
+            self.push(place, Factor::Attenuation(stretch))
+        })
+    }
+
+    /// A whole edge, and a scattering if it ends at a collision.
+    fn edge(&mut self, from: Place, edge: &Edge) -> Place {
+        if let End::Collision(point) = &edge.end {
+            return self.scattered(from, edge, point.length);
+        }
+        edge.spans.iter().fold(from, |place, span| {
+            self.stretch(place, span.medium, &span.arc, span.theta_end)
+        })
+    }
+
+    /// The part of an edge up to an arc length, and a scattering there.
+    fn scattered(&mut self, from: Place, edge: &Edge, length: f64) -> Place {
+        let place = self.up_to(from, edge, length);
+        match edge.spans.get(last_span(edge, length)) {
+            Some(span) => {
+                let (medium, x) = (
+                    span.medium,
+                    span.arc
+                        .position(span.theta_at_length(length - span.length_before)),
+                );
+                self.push(place, Factor::Scattering { medium, x })
+            }
+            None => place,
+        }
+    }
+
+    /// The part of an edge up to an arc length.
+    fn up_to(&mut self, from: Place, edge: &Edge, length: f64) -> Place {
+        let last = last_span(edge, length);
+        let spans = edge.spans.iter().enumerate().take(last + 1);
+        spans.fold(from, |place, (i, span)| {
+            let theta = if i == last {
+                span.theta_at_length(length - span.length_before)
+            } else {
+                span.theta_end
+            };
+            self.stretch(place, span.medium, &span.arc, theta)
+        })
+    }
+
+    /// A subpath up to where it is part of a path, and a turn there.
+    fn branch(&mut self, mode: TransportMode, end: Option<JointEnd>) -> Place {
+        let Some(JointEnd { before, turn }) = end else {
+            return Place::START;
+        };
+        let place = self.subpaths[side(mode)].vertices[before];
+        match turn {
+            Some((vertex, direction)) => self.push(place, turned(vertex, direction)),
+            None => place,
+        }
     }
 }
 
@@ -85,83 +211,114 @@ impl FactorRecorder for Tape {
     const RECORDS: bool = true;
 
     fn way(&self, _vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way {
-        let mut way = Self::Way::new();
-        arcs.each(|medium, arc, theta| {
-            way.push(Stretch {
-                medium,
-                arc: *arc,
-                theta,
-            });
-        });
-        way
+        stretches(arcs)
     }
 
     fn follow(&mut self, edge: &Edge) {
-        match &edge.end {
-            End::Collision(point) => up_to(edge, point.length, &mut self.trunk),
-            _ => self.trunk.extend(edge.spans.iter().map(|span| {
-                Factor::Attenuation(Stretch {
-                    medium: span.medium,
-                    arc: span.arc,
-                    theta: span.theta_end,
-                })
-            })),
-        }
+        self.trunk = self.edge(self.trunk, edge);
     }
 
     fn turn(&mut self, vertex: &Vertex, direction: DVec3) {
-        self.trunk.push(turned(vertex, direction));
+        self.trunk = self.push(self.trunk, turned(vertex, direction));
     }
 
     fn aside_follow(&mut self, edge: &Edge, length: f64) {
-        up_to(edge, length, &mut self.aside);
+        self.aside = Some(self.scattered(self.trunk, edge, length));
+    }
+
+    fn aside_reach(&mut self, edge: &Edge, length: f64) {
+        self.aside = Some(self.up_to(self.trunk, edge, length));
     }
 
     fn aside_connect(&mut self, vertex: &Vertex, direction: DVec3, way: &Self::Way) {
-        self.aside.push(turned(vertex, direction));
-        self.aside
-            .extend(way.iter().cloned().map(Factor::Attenuation));
+        let from = self.aside.unwrap_or(self.trunk);
+        let place = self.push(from, turned(vertex, direction));
+        self.aside = Some(self.stretches(place, way));
     }
 
-    fn contribute(&mut self, emitter: usize) {
-        self.kept.push(Kept {
-            trunk: self.trunk.len(),
-            aside: self.aside.len(),
-            emitter,
-        });
+    fn contribute(&mut self, ray: &EmittedRay) {
+        let from = self.aside.unwrap_or(self.trunk);
+        self.aside = Some(self.push(from, Factor::Emission(*ray)));
+        self.keep();
     }
 }
 
-/// The factors of an edge up to a collision at an arc length.
-fn up_to(edge: &Edge, length: f64, out: &mut Vec<Factor>) {
+impl SubpathRecorder for Tape {
+    type Way = SmallVec<[Stretch; 1]>;
+    const RECORDS: bool = true;
+
+    fn emit(&mut self, ray: &EmittedRay) {
+        let start = self.push(Place::START, Factor::Emission(*ray));
+        self.subpaths[side(TransportMode::Importance)].end = start;
+    }
+
+    fn reach(&mut self, mode: TransportMode, edge: &Edge) {
+        let end = self.edge(self.subpaths[side(mode)].end, edge);
+        let branch = &mut self.subpaths[side(mode)];
+        branch.end = end;
+        branch.vertices.push(end);
+    }
+
+    fn leave(&mut self, mode: TransportMode, vertex: &Vertex, direction: DVec3) {
+        let end = self.subpaths[side(mode)].end;
+        self.subpaths[side(mode)].end = self.push(end, turned(vertex, direction));
+    }
+
+    fn arcs(&self, arcs: ConnectionArcs) -> <Self as SubpathRecorder>::Way {
+        stretches(arcs)
+    }
+
+    fn join(&mut self, joint: &Joint<<Self as SubpathRecorder>::Way>) {
+        let mut place = self.branch(TransportMode::Radiance, joint.sensor);
+        if let Some(way) = joint.way {
+            place = self.stretches(place, way);
+        }
+        if let Some(ray) = joint.ray {
+            place = self.push(place, Factor::Emission(ray));
+        }
+        let light = self.branch(TransportMode::Importance, joint.light);
+        self.kept.push([place, light]);
+    }
+
+    fn see(&mut self, passed: &[Edge], last: &Edge, length: f64, ray: &EmittedRay) {
+        let start = Place::START;
+        let before = passed
+            .iter()
+            .fold(start, |place, edge| self.edge(place, edge));
+        let place = self.up_to(before, last, length);
+        let place = self.push(place, Factor::Emission(*ray));
+        self.kept.push([place, Place::START]);
+    }
+}
+
+/// The arcs of a connection.
+fn stretches(arcs: ConnectionArcs) -> SmallVec<[Stretch; 1]> {
+    let mut way = SmallVec::new();
+    arcs.each(|medium, arc, theta| {
+        let arc = *arc;
+        way.push(Stretch { medium, arc, theta });
+    });
+    way
+}
+
+/// The number of the span of an edge that holds an arc length.
+fn last_span(edge: &Edge, length: f64) -> usize {
     let last = edge
         .spans
         .partition_point(|span| span.length_after() < length);
-    let last = last.min(edge.spans.len().saturating_sub(1));
-    for (i, span) in edge.spans.iter().enumerate().take(last + 1) {
-        let theta = if i == last {
-            span.theta_at_length(length - span.length_before)
-        } else {
-            span.theta_end
-        };
-        let (medium, arc) = (span.medium, span.arc);
-        out.push(Factor::Attenuation(Stretch { medium, arc, theta }));
-        if i == last {
-            let x = arc.position(theta);
-            out.push(Factor::Scattering { medium, x });
-        }
-    }
+    last.min(edge.spans.len().saturating_sub(1))
 }
 
 /// The factor of a vertex at which a path turns.
 fn turned(vertex: &Vertex, direction: DVec3) -> Factor {
     match *vertex {
         Vertex::Volume {
+            x,
             direction: arrival,
             medium,
-            ..
         } => Factor::Phase {
             medium,
+            x,
             cos: arrival.dot(direction),
         },
         Vertex::Surface {

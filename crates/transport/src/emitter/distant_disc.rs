@@ -50,6 +50,11 @@ impl DistantDisc {
         TAU * self.height
     }
 
+    /// Radiance within the disc.
+    pub(super) fn scale(&self) -> Spectrum {
+        self.radiance
+    }
+
     pub(super) fn radiance(&self, toward: DVec3) -> Spectrum {
         if self.pdf(toward) > 0.0 {
             self.radiance

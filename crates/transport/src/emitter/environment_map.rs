@@ -159,6 +159,31 @@ impl EnvironmentMap {
         }
     }
 
+    /// Numbers of rows and columns.
+    pub(super) fn shape(&self) -> [usize; 2] {
+        [self.height, self.width]
+    }
+
+    /// Radiances, row by row from the upper pole.
+    pub(super) fn pixels(&self) -> &[Spectrum] {
+        &self.pixels
+    }
+
+    /// Calls `see` with each pixel that counts in a direction, and its weight.
+    pub(super) fn weights(&self, toward: DVec3, mut see: impl FnMut(usize, f64)) {
+        let Place {
+            cell: [column, row],
+            within: [x, y],
+            ..
+        } = self.locate(toward);
+        let next = (column + 1) % self.width;
+        for (row, by_row) in [(row, 1.0 - y), (row + 1, y)] {
+            for (column, by_column) in [(column, 1.0 - x), (next, x)] {
+                see(row * self.width + column, by_row * by_column);
+            }
+        }
+    }
+
     /// ∫ radiance over all directions, in closed form.
     pub(super) fn integral(&self) -> Spectrum {
         let sums: Vec<Spectrum> = self

@@ -88,6 +88,11 @@ impl Luminaire {
         })
     }
 
+    /// The unit of its table.
+    pub(super) fn scale(&self) -> Spectrum {
+        self.scale
+    }
+
     /// Where the light is.
     pub fn position(&self) -> DVec3 {
         self.position

@@ -21,6 +21,7 @@ mod spot;
 mod surroundings;
 mod table;
 mod textured;
+mod values;
 mod volume_light;
 
 pub use crate::connection_end::{ConnectionEnd, EndSample, OnSurface};
@@ -36,6 +37,7 @@ pub use slide::Slide;
 pub use spot::{Spot, SpotTextureError};
 pub use surroundings::Surroundings;
 pub use textured::{TexturedArea, TexturedError};
+pub(crate) use values::{EmittedRay, EmitterValues};
 pub use volume_light::VolumeLight;
 
 use crate::Spectrum;

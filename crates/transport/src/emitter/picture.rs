@@ -31,6 +31,11 @@ impl Picture {
         })
     }
 
+    /// The image.
+    pub(super) fn slide(&self) -> &Slide {
+        &self.slide
+    }
+
     /// Value at image coordinates in [0, 1]² from the top left.
     pub(super) fn at(&self, uv: [f64; 2]) -> Spectrum {
         self.slide.at(uv)

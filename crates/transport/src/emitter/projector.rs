@@ -40,9 +40,14 @@ impl Projector {
         self.position
     }
 
+    /// The image.
+    pub(super) fn slide(&self) -> &Slide {
+        self.picture.slide()
+    }
+
     /// Image coordinates in [0, 1]² from the top left of a unit direction, and its cosine to the axis; `None`
     /// beside the image.
-    fn locate(&self, direction: DVec3) -> Option<([f64; 2], f64)> {
+    pub(super) fn locate(&self, direction: DVec3) -> Option<([f64; 2], f64)> {
         let d = self.orientation.to_local(direction);
         if d.z <= 0.0 {
             return None;

@@ -122,6 +122,25 @@ impl Slide {
         mix(self.corners(cell).map(|row| mix(row, x)), y)
     }
 
+    /// Calls `see` with each pixel that counts at image coordinates in [0, 1]², and its weight.
+    pub(super) fn weights(&self, uv: [f64; 2], mut see: impl FnMut(usize, f64)) {
+        let (cell, within) = self.locate(uv);
+        let [across, down] = [0, 1].map(|axis| {
+            let Interval {
+                pixels: [low, high],
+                fractions: [begin, end],
+                ..
+            } = self.interval(axis, cell[axis]);
+            let t = begin + within[axis] * (end - begin);
+            [(low, 1.0 - t), (high, t)]
+        });
+        for (row, by_row) in down {
+            for (column, by_column) in across {
+                see(row * self.size[0] + column, by_row * by_column);
+            }
+        }
+    }
+
     /// Mean radiance.
     pub(super) fn mean(&self) -> Spectrum {
         self.cells().fold(Spectrum::ZERO, |sum, cell| {

@@ -113,6 +113,22 @@ impl Spot {
         })
     }
 
+    /// The texture that it throws.
+    pub(super) fn texture(&self) -> Option<&Texture> {
+        self.thrown.as_ref().map(|thrown| &thrown.texture)
+    }
+
+    /// The intensity in the middle of the cone, the texture left out.
+    pub(super) fn scale(&self) -> Spectrum {
+        self.intensity
+    }
+
+    /// Where the texture is seen in a unit direction within the cone.
+    pub(super) fn site(&self, direction: DVec3) -> Option<Site> {
+        let thrown = self.thrown.as_ref()?;
+        Some(self.site_in(thrown.orientation.to_local(direction)))
+    }
+
     /// Where the light is.
     pub fn position(&self) -> DVec3 {
         self.position
@@ -143,12 +159,17 @@ impl Spot {
 
     /// Value of a texture in a local direction within the cone.
     fn tint(&self, texture: &Texture, local: DVec3) -> Spectrum {
+        texture.at(&self.site_in(local))
+    }
+
+    /// Where a texture is seen in a local direction within the cone.
+    fn site_in(&self, local: DVec3) -> Site {
         let width = local.z * self.cutoff.tan();
         let uv = [local.x, local.y].map(|c| 0.5 + 0.5 * c / width);
-        texture.at(&Site {
+        Site {
             uv: Uv::Plain(uv),
             ..Site::default()
-        })
+        }
     }
 
     /// Total power: 2π ∫ I sin θ dθ, constant up to the beam's width and a ramp from there to the cutoff. With a

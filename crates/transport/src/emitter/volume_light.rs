@@ -102,6 +102,25 @@ impl VolumeLight {
         self.grid.within(x) * self.scale
     }
 
+    /// Numbers of voxels along z, y, x; none if there is just one.
+    pub(super) fn shape(&self) -> Vec<usize> {
+        match self.grid.size() {
+            [1, 1, 1] => Vec::new(),
+            [x, y, z] => vec![z, y, x],
+        }
+    }
+
+    /// Whether all voxels emit in the first `channels` channels.
+    pub(super) fn is_positive(&self, channels: usize) -> bool {
+        let scale = self.scale.0[..channels].iter().all(|s| *s > 0.0);
+        scale && self.grid.extremes(channels)[0] > 0.0
+    }
+
+    /// Calls `see` with each voxel that counts at a point of the volume, and its weight.
+    pub(super) fn weights(&self, x: DVec3, see: impl FnMut(usize, f64)) {
+        self.grid.weights(x, see);
+    }
+
     /// A box around it.
     pub fn aabb(&self) -> Aabb {
         self.grid.aabb()

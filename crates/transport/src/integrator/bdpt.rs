@@ -10,10 +10,10 @@
 //!
 //! Theory: docs/theory.md#bidirectional.
 
-use super::Contribution;
+use super::PathFinds;
 use super::bidirectional::{Connections, Heuristic, Joining, MergeContents, Setting};
 use crate::Spectrum;
-use crate::path::{Bounds, LightPath, Workspace, sensor_path};
+use crate::path::{Bounds, LightPath, SubpathRecorder, Workspace, sensor_path};
 use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::sensor::SensorRay;
@@ -44,15 +44,16 @@ impl Default for Bdpt {
 
 impl Bdpt {
     /// The contributions of one sensor subpath and one emitter subpath.
-    pub(super) fn sample(
+    pub(super) fn sample<R: SubpathRecorder>(
         &self,
         scene: &Scene,
         ray: SensorRay,
         channel_pdf: Spectrum,
         sampler: &mut Sampler,
         ws: &mut Workspace,
-        out: &mut Vec<Contribution>,
+        finds: PathFinds<R>,
     ) {
+        let PathFinds { out, recorder } = finds;
         let max_depth = self.max_depth.unwrap_or(u32::MAX);
         let bounds = Bounds {
             channel_pdf,
@@ -62,9 +63,9 @@ impl Bdpt {
             weighs: true,
         };
         // Sample a subpath from the sensor and, if wanted, one from an emitter.
-        let from_sensor = sensor_path(scene, ray, &bounds, sampler, ws);
+        let from_sensor = sensor_path(scene, ray, &bounds, sampler, ws, recorder);
         let before = ws.stats().cost();
-        let from_emitter = sampler.apart(|s| emitter_path(scene, &bounds, s, ws));
+        let from_emitter = sampler.apart(|s| emitter_path(scene, &bounds, s, ws, recorder));
         ws.strategy_work.light += ws.stats().cost() - before;
         // Join them in every way.
         let mut joining = Joining {
@@ -79,6 +80,7 @@ impl Bdpt {
             sampler,
             ws,
             out,
+            recorder,
         };
         joining.all(&from_sensor, from_emitter.as_ref(), self.connections);
     }
@@ -90,6 +92,7 @@ fn emitter_path(
     bounds: &Bounds,
     sampler: &mut Sampler,
     ws: &mut Workspace,
+    recorder: &mut impl SubpathRecorder,
 ) -> Option<LightPath> {
     let probability = ws.strategies.light;
     let is_wanted = probability >= 1.0 || sampler.next_1d() < probability;
@@ -97,5 +100,5 @@ fn emitter_path(
     if !is_wanted {
         return None;
     }
-    LightPath::sample(scene, bounds, sampler, ws)
+    LightPath::sample(scene, bounds, sampler, ws, recorder)
 }

@@ -21,6 +21,7 @@ pub use vcm::Vcm;
 pub(crate) use vcm::VcmSample;
 
 use crate::Spectrum;
+use crate::derivative::Tape;
 use crate::emitter::Class;
 use crate::path::Workspace;
 use crate::sampling::{Replicates, Sampler};
@@ -81,22 +82,49 @@ impl Integrator {
         let channel_pdf = even_channel_pdf(channels);
         match self {
             Integrator::Path(path) => {
-                let recorder = &mut ();
-                path.sample(
-                    scene,
-                    ray,
-                    channels,
-                    sampler,
-                    ws,
-                    PathFinds { out, recorder },
-                );
+                let finds = PathFinds {
+                    out,
+                    recorder: &mut (),
+                };
+                path.sample(scene, ray, channels, sampler, ws, finds);
             }
             Integrator::Particle(particle) => {
-                particle.sample(scene, ray, channel_pdf, sampler, ws, out);
+                let finds = PathFinds {
+                    out,
+                    recorder: &mut (),
+                };
+                particle.sample(scene, ray, channel_pdf, sampler, ws, finds);
             }
-            Integrator::Bdpt(bdpt) => bdpt.sample(scene, ray, channel_pdf, sampler, ws, out),
+            Integrator::Bdpt(bdpt) => {
+                let finds = PathFinds {
+                    out,
+                    recorder: &mut (),
+                };
+                bdpt.sample(scene, ray, channel_pdf, sampler, ws, finds);
+            }
             Integrator::Vcm(vcm) => vcm.sample(scene, ray, channel_pdf, sampler, ws, out),
             Integrator::Photon(photon) => photon.sample(scene, ray, channel_pdf, sampler, ws, out),
+        }
+    }
+
+    /// [`Integrator::sample`], with notes of the factors of all contributions. Nothing if it [blurs](Integrator::blurs).
+    pub(crate) fn record(
+        &self,
+        scene: &Scene,
+        ray: SensorRay,
+        channels: usize,
+        sampler: &mut Sampler,
+        ws: &mut Workspace,
+        finds: PathFinds<Tape>,
+    ) {
+        let channel_pdf = even_channel_pdf(channels);
+        match self {
+            Integrator::Path(path) => path.sample(scene, ray, channels, sampler, ws, finds),
+            Integrator::Particle(particle) => {
+                particle.sample(scene, ray, channel_pdf, sampler, ws, finds);
+            }
+            Integrator::Bdpt(bdpt) => bdpt.sample(scene, ray, channel_pdf, sampler, ws, finds),
+            Integrator::Vcm(_) | Integrator::Photon(_) => {}
         }
     }
 

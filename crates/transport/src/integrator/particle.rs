@@ -6,10 +6,10 @@
 //!
 //! Theory: docs/theory.md#particle.
 
-use super::Contribution;
+use super::PathFinds;
 use super::bidirectional::{Heuristic, Joining, MergeContents, Setting};
 use crate::Spectrum;
-use crate::path::{Bounds, LightPath, StrategyRates, Workspace, sensor_path};
+use crate::path::{Bounds, LightPath, StrategyRates, SubpathRecorder, Workspace, sensor_path};
 use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::sensor::SensorRay;
@@ -34,15 +34,16 @@ impl Default for ParticleTracer {
 
 impl ParticleTracer {
     /// The contributions of one particle, and what is seen along one sensor ray.
-    pub(super) fn sample(
+    pub(super) fn sample<R: SubpathRecorder>(
         &self,
         scene: &Scene,
         ray: SensorRay,
         channel_pdf: Spectrum,
         sampler: &mut Sampler,
         ws: &mut Workspace,
-        out: &mut Vec<Contribution>,
+        finds: PathFinds<R>,
     ) {
+        let PathFinds { out, recorder } = finds;
         let max_depth = self.max_depth.unwrap_or(u32::MAX);
         let bounds = Bounds {
             channel_pdf,
@@ -52,8 +53,8 @@ impl ParticleTracer {
             weighs: false,
         };
         // Sample an edge from the sensor, for emitters in view, and a light subpath.
-        let seen = sensor_path(scene, ray, &bounds, sampler, ws);
-        let light = LightPath::sample(scene, &bounds, sampler, ws);
+        let seen = sensor_path(scene, ray, &bounds, sampler, ws, recorder);
+        let light = LightPath::sample(scene, &bounds, sampler, ws, recorder);
         let first = out.len();
         let mut joining = Joining {
             setting: Setting {
@@ -67,6 +68,7 @@ impl ParticleTracer {
             sampler,
             ws,
             out,
+            recorder,
         };
         // Add the emitter that the sensor's edge hits.
         joining.hits(&seen);

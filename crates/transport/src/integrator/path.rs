@@ -10,6 +10,7 @@ use super::Contribution;
 use crate::Spectrum;
 use crate::connection_end::{ConnectionEnd, OnSurface};
 use crate::derivative::FactorRecorder;
+use crate::emitter::EmittedRay;
 use crate::film::PathFacts;
 use crate::path::{
     Connection, ConnectionTarget, Edge, EmittedAlong, End, FoundBranch, NeeSlot, Resampling,
@@ -101,6 +102,8 @@ struct Light<W> {
     share: f64,
     /// Unit direction in which it leaves the vertex.
     direction: DVec3,
+    /// The emitter's ray.
+    ray: EmittedRay,
     events: u32,
     optical_length: f64,
     /// Its arcs, as the recorder keeps them.
@@ -125,6 +128,8 @@ struct FoundEmitter {
     /// Density with which connections would choose the end.
     pdf: f64,
     end: ConnectionEnd,
+    /// Unit direction in which the light leaves it.
+    direction: DVec3,
     /// Index, and cosine, at the end.
     n: f64,
     cos: f64,
@@ -299,6 +304,7 @@ impl<R: FactorRecorder> Tracing<'_, R> {
                         position: hit.position,
                         surface: Some(on),
                     },
+                    direction: -direction,
                     n: scene.n(medium, hit.position),
                     cos: hit.normal.dot(-direction),
                 };
@@ -313,6 +319,7 @@ impl<R: FactorRecorder> Tracing<'_, R> {
                         radiance: environment.radiance(direction),
                         pdf: environment.pdf(direction),
                         end: environment_end(scene, direction),
+                        direction: -direction,
                         n,
                         cos: 1.0,
                     };
@@ -330,13 +337,13 @@ impl<R: FactorRecorder> Tracing<'_, R> {
         }
         let mut all: SmallVec<[EmittedAlong; 4]> = SmallVec::new();
         let channel_pdf = next.throughput / next.throughput.sum();
-        gather_along(
+        let edge = gather_along(
             self.scene,
             next.start,
             channel_pdf,
             self.sampler,
             self.ws,
-            |along| all.push(along),
+            |along, _| all.push(along),
         );
         for along in all.iter().filter(|along| along.depth <= budget) {
             let value = along.light * next.throughput;
@@ -344,7 +351,8 @@ impl<R: FactorRecorder> Tracing<'_, R> {
                 nee_training.apart(value.sum());
             }
             let length = next.length.and(along.depth - 1, along.optical_length);
-            self.hand_over(value, length, along.emitter);
+            self.recorder.aside_reach(&edge, along.length);
+            self.hand_over(value, length, &EmittedRay::within(along.emitter, along.x));
         }
     }
 
@@ -367,11 +375,20 @@ impl<R: FactorRecorder> Tracing<'_, R> {
                 None => nee_training.apart(value.sum()),
             }
         }
-        self.hand_over(value, edge.length, found.emitter);
+        let ray = EmittedRay {
+            emitter: found.emitter,
+            end: found.end,
+            x: match found.end {
+                ConnectionEnd::Point { position, .. } => position,
+                ConnectionEnd::Plane { through, .. } => through,
+            },
+            direction: found.direction,
+        };
+        self.hand_over(value, edge.length, &ray);
     }
 
-    fn hand_over(&mut self, value: Spectrum, length: PathLength, emitter: usize) {
-        self.recorder.contribute(emitter);
+    fn hand_over(&mut self, value: Spectrum, length: PathLength, ray: &EmittedRay) {
+        self.recorder.contribute(ray);
         self.out.push(Contribution {
             image: None,
             strategy: (0, 0),
@@ -382,7 +399,7 @@ impl<R: FactorRecorder> Tracing<'_, R> {
             path: PathFacts {
                 optical_length: length.optical_length,
                 bounces: length.depth - 1,
-                emitter,
+                emitter: ray.emitter,
             },
         });
     }
@@ -412,7 +429,7 @@ impl<R: FactorRecorder> Tracing<'_, R> {
             self.recorder
                 .aside_connect(vertex, light.direction, &light.way);
             let length = length.and(light.events, light.optical_length);
-            self.hand_over(light.value * (weight * share), length, emitter);
+            self.hand_over(light.value * (weight * share), length, &light.ray);
         }
     }
 

@@ -141,7 +141,7 @@ impl VcmSample<'_> {
         out: &mut Vec<Contribution>,
     ) {
         let (scene, bounds) = (self.scene, self.vcm.bounds(self.channel_pdf));
-        let sensor = sensor_path(scene, ray, &bounds, sampler, ws);
+        let sensor = sensor_path(scene, ray, &bounds, sampler, ws, &mut ());
         let mut joining = Joining {
             setting: Setting {
                 scene,
@@ -154,6 +154,7 @@ impl VcmSample<'_> {
             sampler,
             ws,
             out,
+            recorder: &mut (),
         };
         let light = self.merging.light.path(self.number);
         joining.all(&sensor, light, self.vcm.connections);

@@ -21,7 +21,6 @@ struct TapeRecorder<'r> {
     meters: &'r [Meter],
     wanted: &'r Functionals,
     notes: &'r mut Notes,
-    emitter: usize,
     sampler: Sampler,
 }
 
@@ -65,8 +64,8 @@ struct Track<'e> {
 }
 
 impl Notes {
-    fn contribute(&mut self, row: usize, value: Spectrum, emitter: usize) {
-        self.tape.contribute(emitter);
+    fn contribute(&mut self, row: usize, value: Spectrum) {
+        self.tape.keep();
         self.worths.push(Worth { row, value });
     }
 
@@ -239,7 +238,7 @@ impl TapeRecorder<'_> {
         if let Some((arc, theta)) = track.beyond {
             self.notes.tape.aside_fly(track.medium, arc, theta);
         }
-        self.notes.contribute(row, value, self.emitter);
+        self.notes.contribute(row, value);
     }
 
     fn surface(&mut self, flight: &Flight, after: Option<Beyond>) {
@@ -256,7 +255,7 @@ impl TapeRecorder<'_> {
                 meter.scores(passing, |cell, power| {
                     if let Some((row, weights)) = self.wanted.of_cell(first + cell) {
                         let value = power * weights;
-                        self.notes.contribute(row, value, self.emitter);
+                        self.notes.contribute(row, value);
                     }
                 });
             }
@@ -282,16 +281,17 @@ impl Setup<'_> {
             }
             ws.stats.paths += 1;
             let mut sampler = Sampler::new(seed, 0, number);
-            // The number that will choose the emitter.
-            let emitter = self.choice.sample(sampler.clone().next_1d()).index;
+            let Some((emitted, ray)) = self.emit(number, &mut sampler) else {
+                continue;
+            };
+            notes.tape.begin(&emitted);
             let mut recorder = TapeRecorder {
                 meters: self.meters,
                 wanted,
                 notes: &mut notes,
-                emitter,
                 sampler: Sampler::new(seed, 1, number),
             };
-            self.follow(number, &mut recorder, &mut sampler, ws);
+            self.walk(number, ray, &mut recorder, &mut sampler, ws);
             notes.add_to(sums, &mut ws.stats.not_finite);
         }
     }

@@ -2,8 +2,9 @@
 
 use super::{Setup, Window};
 use crate::Spectrum;
+use crate::emitter::EmittedRay;
 use crate::path::{
-    Observer, ParticleBalance, RandomWalk, Survival, TransportMode, Workspace, emit,
+    Observer, ParticleBalance, RandomWalk, Survival, TransportMode, WalkRay, Workspace, emit,
 };
 use crate::sampling::Sampler;
 
@@ -25,18 +26,40 @@ impl Setup<'_> {
         sampler: &mut Sampler,
         ws: &mut Workspace,
     ) -> ParticleBalance {
-        let mut balance = ParticleBalance::default();
-        let scene = self.scene.at(number);
-        // Emit the particle: choose the emitter by P_E, and draw an end and a ray; the power is Φ_E.
+        match self.emit(number, sampler) {
+            Some((_, ray)) => self.walk(number, ray, observer, sampler, ws),
+            None => ParticleBalance::default(),
+        }
+    }
+
+    /// Emits the particle of a number: chooses the emitter by P_E, and draws an end and a ray; the power is Φ_E. `None` if no light leaves.
+    pub(super) fn emit(&self, number: u64, sampler: &mut Sampler) -> Option<(EmittedRay, WalkRay)> {
         let pick = self.choice.sample(sampler.next_1d());
         let u = [sampler.next_2d(), sampler.next_2d()];
         let white = self.channel_pdf.map(|p| f64::from(u8::from(p > 0.0)));
-        let Some((_, ray)) = emit(scene, pick.index, pick.probability, white, u) else {
-            return balance;
+        let scene = self.scene.at(number);
+        let (emission, ray) = emit(scene, pick.index, pick.probability, white, u)?;
+        let emitted = EmittedRay {
+            emitter: pick.index,
+            end: emission.end,
+            x: emission.x,
+            direction: emission.direction,
         };
-        // Follow it, and all that it is divided into, edge by edge.
+        Some((emitted, ray))
+    }
+
+    /// Follows an emitted particle, and all that it is divided into, edge by edge.
+    pub(super) fn walk(
+        &self,
+        number: u64,
+        ray: WalkRay,
+        observer: &mut impl Observer,
+        sampler: &mut Sampler,
+        ws: &mut Workspace,
+    ) -> ParticleBalance {
+        let mut balance = ParticleBalance::default();
         let walk = RandomWalk {
-            scene,
+            scene: self.scene.at(number),
             mode: TransportMode::Importance,
             channel_pdf: self.channel_pdf,
             max_depth: self.max_depth,

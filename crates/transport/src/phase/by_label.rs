@@ -29,6 +29,11 @@ impl PhaseByLabel {
         Arc::ptr_eq(labels, &self.labels).then(|| self.numbered(label))
     }
 
+    /// All phase functions.
+    pub(super) fn phases(&self) -> &[Phase] {
+        &self.phases
+    }
+
     fn numbered(&self, label: usize) -> &Phase {
         &self.phases[label.min(self.phases.len() - 1)]
     }

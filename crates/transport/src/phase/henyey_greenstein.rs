@@ -13,6 +13,9 @@ pub struct HenyeyGreenstein {
 }
 
 impl HenyeyGreenstein {
+    /// g = 0.
+    pub(super) const ISOTROPIC: Self = HenyeyGreenstein { g: 0.0 };
+
     /// `g` in (−1, 1).
     pub fn new(g: f64) -> Result<Self, PhaseError> {
         if g.abs() < 1.0 {

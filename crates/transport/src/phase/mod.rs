@@ -265,6 +265,29 @@ impl Phase {
         }
     }
 
+    /// The derivative of log p by the mean cosine g at `x`, of Henyey and Greenstein's functions, among which the isotropic one has g = 0; zero of others.
+    pub(crate) fn log_derivative(&self, x: DVec3, cos: f64) -> f64 {
+        match self {
+            Phase::Isotropic(_) => HenyeyGreenstein::ISOTROPIC.log_derivative(cos),
+            Phase::HenyeyGreenstein(p) => p.log_derivative(cos),
+            Phase::HenyeyGreensteinGrid(g) => HenyeyGreenstein::of_grid(g, x).log_derivative(cos),
+            Phase::ByLabel(p) => p.at(x).log_derivative(x, cos),
+            _ => 0.0,
+        }
+    }
+
+    /// Whether it is Henyey and Greenstein's everywhere, so that g is a parameter; within a label it may be isotropic.
+    pub(crate) fn has_mean_cosine(&self) -> bool {
+        match self {
+            Phase::HenyeyGreenstein(_) | Phase::HenyeyGreensteinGrid(_) => true,
+            Phase::ByLabel(p) => p
+                .phases()
+                .iter()
+                .all(|phase| matches!(phase, Phase::Isotropic(_) | Phase::HenyeyGreenstein(_))),
+            _ => false,
+        }
+    }
+
     /// Bytes held by grids and by the tables of spheres.
     pub(crate) fn memory(&self) -> usize {
         match self {

@@ -54,7 +54,8 @@ impl LightPaths<'_> {
                     break;
                 }
                 let mut sampler = (self.sampler)(path as u64);
-                let light = LightPath::sample(self.scene, &self.bounds, &mut sampler, &mut ws);
+                let light =
+                    LightPath::sample(self.scene, &self.bounds, &mut sampler, &mut ws, &mut ());
                 found.extend(light.map(|light| keep(path, light)));
                 balance.add(
                     &std::mem::take(&mut ws.particle_balance),

@@ -7,6 +7,7 @@ use super::transported::{StokesInFrame, Transported};
 use crate::Spectrum;
 use crate::bsdf::FilterMueller;
 use crate::derivative::FactorRecorder;
+use crate::emitter::EmittedRay;
 use crate::path::{ConnectionArcs, Edge, End, Span, Vertex, surface_at};
 use crate::scene::{MediumId, Scene};
 use crate::sensor::SensorRay;
@@ -224,7 +225,13 @@ impl FactorRecorder for StokesRecorder<'_> {
         });
     }
 
-    fn contribute(&mut self, _emitter: usize) {
+    fn aside_reach(&mut self, edge: &Edge, length: f64) {
+        let mut aside = self.trunk;
+        along(self.scene, edge, length, &mut aside);
+        self.connected = Some(aside.of_unpolarized());
+    }
+
+    fn contribute(&mut self, _ray: &EmittedRay) {
         let found = self.connected.take();
         self.found
             .push(found.unwrap_or_else(|| self.trunk.of_unpolarized()));

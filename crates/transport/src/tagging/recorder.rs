@@ -2,6 +2,7 @@
 
 use super::path::{SoundInMedia, TaggedPath};
 use crate::derivative::FactorRecorder;
+use crate::emitter::EmittedRay;
 use crate::path::{ConnectionArcs, Edge, End, Vertex};
 use crate::scene::Scene;
 use glam::{DVec2, DVec3};
@@ -81,7 +82,13 @@ impl FactorRecorder for TaggedRecorder {
         self.connected = Some(all);
     }
 
-    fn contribute(&mut self, _emitter: usize) {
+    fn aside_reach(&mut self, edge: &Edge, length: f64) {
+        let mut aside = self.trunk;
+        along(&self.sound, edge, length, &mut aside);
+        self.connected = Some(aside);
+    }
+
+    fn contribute(&mut self, _ray: &EmittedRay) {
         let path = self.connected.take().unwrap_or(self.trunk);
         self.found.push(path.modulation().total());
     }

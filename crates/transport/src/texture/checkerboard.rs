@@ -25,9 +25,14 @@ impl Checkerboard {
     }
 
     pub(super) fn at(&self, site: &Site) -> Spectrum {
+        self.colours[self.field(site)].at(site)
+    }
+
+    /// Which of the two textures is at a point.
+    pub(super) fn field(&self, site: &Site) -> usize {
         let uv = self.to_uv.transform_point2(site.uv.get().into());
         let late = |x: f64| x - x.floor() > 0.5;
-        self.colours[usize::from(late(uv.x) != late(uv.y))].at(site)
+        usize::from(late(uv.x) != late(uv.y))
     }
 
     pub(super) fn colours(&self) -> &[Texture; 2] {

@@ -69,6 +69,43 @@ impl Texture {
         }
     }
 
+    /// Length along each axis of the values that it is linear in: none of one value; rows and columns of an image; vertices or triangles; the
+    /// two fields of a checkerboard of two colours. `None` if they are not numbered.
+    pub(crate) fn shape(&self) -> Option<Vec<usize>> {
+        match self {
+            Texture::Uniform(_) => Some(Vec::new()),
+            Texture::Bitmap(t) => {
+                let [x, y] = t.size();
+                Some(vec![y, x])
+            }
+            Texture::Checkerboard(t) => {
+                let is_one = |colour: &Texture| matches!(colour, Texture::Uniform(_));
+                t.colours().iter().all(is_one).then(|| vec![2])
+            }
+            Texture::Vertices(t) => Some(vec![t.colours().len()]),
+            Texture::Volume(_) => None,
+            Texture::Scaled(t) => t.texture().shape(),
+        }
+    }
+
+    /// Calls `see` with the number of each value that counts at a point, and its weight: the value there is the sum of weights times
+    /// [values](Texture::values). One may come several times.
+    pub(crate) fn weights(&self, site: &Site, mut see: impl FnMut(usize, f64)) {
+        match self {
+            Texture::Uniform(_) => see(0, 1.0),
+            Texture::Bitmap(t) => t.weights(site, see),
+            Texture::Checkerboard(t) => see(t.field(site), 1.0),
+            Texture::Vertices(t) => t.weights(site, see),
+            Texture::Volume(_) => {}
+            Texture::Scaled(t) => t.texture().numbered(site, &mut see),
+        }
+    }
+
+    /// [`Texture::weights`], without a type of its own for each texture within a texture.
+    fn numbered(&self, site: &Site, see: &mut dyn FnMut(usize, f64)) {
+        self.weights(site, see);
+    }
+
     /// The first channel of the value at a point: that of a texture that stands for one number.
     pub fn number_at(&self, site: &Site) -> f64 {
         self.at(site)[0]

@@ -49,16 +49,22 @@ impl VertexColours {
     }
 
     pub(super) fn at(&self, site: &Site) -> Spectrum {
+        let mut sum = Spectrum::ZERO;
+        self.weights(site, |i, weight| sum += self.colours[i] * weight);
+        sum
+    }
+
+    /// Calls `see` with each colour that counts at a point, and its weight.
+    pub(super) fn weights(&self, site: &Site, mut see: impl FnMut(usize, f64)) {
         let triangle = site.primitive as usize;
         if self.of_triangles {
-            return self.colours[triangle];
+            return see(triangle, 1.0);
         }
         let weights = self.mesh.weights(triangle, site.position);
         let corners = self.mesh.triangles()[triangle];
-        let parts = corners.iter().zip(weights);
-        parts.fold(Spectrum::ZERO, |sum, (vertex, weight)| {
-            sum + self.colours[*vertex as usize] * weight
-        })
+        for (vertex, weight) in corners.into_iter().zip(weights) {
+            see(vertex as usize, weight);
+        }
     }
 
     pub(super) fn colours(&self) -> &[Spectrum] {

@@ -238,6 +238,20 @@ impl VolumeGrid {
         self.range
     }
 
+    /// Smallest and largest sample in the first `used` channels.
+    pub(crate) fn extremes(&self, used: usize) -> [f64; 2] {
+        if self.channels <= used {
+            return [self.range.0, self.range.1];
+        }
+        let mut found = [f64::INFINITY, f64::NEG_INFINITY];
+        let voxels = self.size.iter().product();
+        for (voxel, channel) in (0..voxels).flat_map(|v| (0..used).map(move |c| (v, c))) {
+            let value = self.values.sample(voxel, self.channels, channel);
+            found = [found[0].min(value), found[1].max(value)];
+        }
+        found
+    }
+
     /// Bytes held by the samples.
     pub fn memory(&self) -> usize {
         match &self.values {

@@ -93,15 +93,17 @@ impl<'a> Section<'a> {
             }
             let origin = self.start - DVec3::from(cell.map(|i| i as f64));
             let [a, b] = NODES.map(|node| origin + self.step * (from + (to - from) * node));
-            for (i, voxel) in voxels.into_iter().enumerate() {
-                let share = |t: DVec3| {
-                    let along = |axis: usize| match i >> axis & 1 {
-                        0 => 1.0 - t[axis],
-                        _ => t[axis],
-                    };
-                    along(0) * along(1) * along(2)
-                };
-                see(voxel, 0.5 * (to - from) * length * (share(a) + share(b)));
+            // Of the four edges along x, at both nodes.
+            let half = 0.5 * (to - from) * length;
+            let edges = |t: DVec3| {
+                let [near, far] = [half * (1.0 - t.z), half * t.z];
+                [near * (1.0 - t.y), near * t.y, far * (1.0 - t.y), far * t.y]
+            };
+            let (at_a, at_b) = (edges(a), edges(b));
+            for edge in 0..4 {
+                let (both, right) = (at_a[edge] + at_b[edge], at_a[edge] * a.x + at_b[edge] * b.x);
+                see(voxels[2 * edge], both - right);
+                see(voxels[2 * edge + 1], right);
             }
         }
     }

@@ -5,13 +5,16 @@ use super::paths::Setting;
 use crate::Spectrum;
 use crate::budget::PHOTONS_PER_GATHER;
 use crate::connection_end::{ConnectionEnd, EndSample};
+use crate::emitter::EmittedRay;
 use crate::integrator::Contribution;
 use crate::path::{
-    Connection, ConnectionTarget, EndChoice, FoundBranch, LightPath, PathEdge, PathVertex,
-    StrategyKind, Subpath, Vertex, Workspace, environment_end, gather_in_view, guess,
+    Connection, ConnectionArcs, ConnectionTarget, Edge, EmittedAlong, EmitterEnd, EndChoice,
+    FoundBranch, Joint, JointEnd, LightPath, PathEdge, PathVertex, StrategyKind, Subpath,
+    SubpathRecorder, Vertex, Workspace, environment_end, gather_in_view, guess,
 };
 use crate::photons::Photon;
 use crate::sampling::{Discrete, Sampler};
+use glam::DVec3;
 use std::collections::BTreeMap;
 
 /// Which vertices of the two subpaths are connected.
@@ -26,14 +29,95 @@ pub enum Connections {
 }
 
 /// Two subpaths being joined.
-pub(crate) struct Joining<'a> {
+pub(crate) struct Joining<'a, R> {
     pub setting: Setting<'a>,
     pub sampler: &'a mut Sampler,
     pub ws: &'a mut Workspace,
     pub out: &'a mut Vec<Contribution>,
+    /// Takes note of the factors of all contributions.
+    pub recorder: &'a mut R,
 }
 
-impl Joining<'_> {
+/// What a connection joins.
+#[derive(Clone, Copy)]
+enum Ends<'a> {
+    /// Vertex number `i` of the sensor's subpath and an emitter that is aimed at.
+    Direct {
+        i: usize,
+        z: &'a Vertex,
+        end: &'a EmitterEnd,
+    },
+    /// Vertex number `j` of the light's subpath and the sensor.
+    Sensed { j: usize, y: &'a Vertex },
+    /// A vertex of each.
+    Joined {
+        i: usize,
+        z: &'a Vertex,
+        j: usize,
+        y: &'a Vertex,
+    },
+}
+
+/// What a connection brings, and what its factors are known by.
+struct Joined<W> {
+    contribution: Contribution,
+    way: W,
+    /// Where the other end's ray starts, and the directions in which the vertex and that end are left.
+    origin: DVec3,
+    direction: DVec3,
+    emission: DVec3,
+}
+
+impl<'a> Ends<'a> {
+    /// The vertex that the connection is made from.
+    fn vertex(&self) -> &'a Vertex {
+        match self {
+            Ends::Direct { z, .. } | Ends::Joined { z, .. } => z,
+            Ends::Sensed { y, .. } => y,
+        }
+    }
+
+    /// The whole path.
+    fn joint<'w, W>(&self, joined: &'w Joined<W>) -> Joint<'w, W>
+    where
+        'a: 'w,
+    {
+        let turned = |before: usize, vertex: &'a Vertex, direction: DVec3| {
+            Some(JointEnd {
+                before,
+                turn: Some((vertex, direction)),
+            })
+        };
+        let (sensor, light, ray) = match *self {
+            Ends::Direct { i, z, end } => {
+                let ray = EmittedRay {
+                    emitter: end.emitter,
+                    end: end.sampled.end,
+                    x: joined.origin,
+                    direction: joined.emission,
+                };
+                (turned(i, z, joined.direction), None, Some(ray))
+            }
+            Ends::Sensed { j, y } => (None, turned(j, y, joined.direction), None),
+            Ends::Joined { i, z, j, y } => {
+                let [sensor, light] = [(i, z, joined.direction), (j, y, joined.emission)];
+                (
+                    turned(sensor.0, sensor.1, sensor.2),
+                    turned(light.0, light.1, light.2),
+                    None,
+                )
+            }
+        };
+        Joint {
+            sensor,
+            light,
+            way: Some(&joined.way),
+            ray,
+        }
+    }
+}
+
+impl<R: SubpathRecorder> Joining<'_, R> {
     /// All strategies.
     pub(crate) fn all(
         &mut self,
@@ -84,8 +168,14 @@ impl Joining<'_> {
                 };
                 let discovery = self.discovery(sensor, i, &z.edge, index, &end.end);
                 let vertices = &sensor.vertices[..=i];
+                let ray = EmittedRay {
+                    emitter: index,
+                    end: end.end,
+                    x: z.vertex.position(),
+                    direction: z.edge.back,
+                };
                 let found = setting.hit(vertices, index, &end, radiance, discovery);
-                self.out.extend(found);
+                self.hit(i, ray, found);
             }
         }
         self.in_view(sensor);
@@ -102,20 +192,47 @@ impl Joining<'_> {
             let discovery = self.discovery(sensor, i, &escape.edge, index, &end.end);
             let radiance = environment.radiance(toward);
             let found = setting.escaped(sensor, escape, index, &end, radiance, discovery);
-            self.out.extend(found);
+            let ray = EmittedRay {
+                emitter: index,
+                end: end.end,
+                x: sensor.start.x,
+                direction: -toward,
+            };
+            self.hit(i, ray, found);
         }
+    }
+
+    /// Takes light of an emitter's ray that an edge of the sensor's subpath found, if it did.
+    fn hit(&mut self, edge: usize, ray: EmittedRay, found: Option<Contribution>) {
+        let Some(found) = found else { return };
+        self.recorder.join(&Joint {
+            sensor: Some(JointEnd {
+                before: edge,
+                turn: None,
+            }),
+            light: None,
+            way: None,
+            ray: Some(ray),
+        });
+        self.out.push(found);
     }
 
     /// Volumes that emit in view of the sensor, which no strategy with s > 0 finds.
     fn in_view(&mut self, sensor: &Subpath) {
-        let (setting, start, out) = (self.setting, sensor.start, &mut *self.out);
+        let (setting, start) = (self.setting, sensor.start);
+        let (out, recorder) = (&mut *self.out, &mut *self.recorder);
         let n = setting.scene.n(start.medium, start.x);
         let white = setting.channel_pdf.map(|p| f64::from(u8::from(p > 0.0)));
         let (scene, channel_pdf) = (setting.scene, setting.channel_pdf);
-        gather_in_view(scene, start, channel_pdf, self.sampler, self.ws, |along| {
+        let found = |along: EmittedAlong, passed: &[Edge], last: &Edge| {
             let value = along.light * white * (n * n);
-            out.extend(setting.seen(&along, value));
-        });
+            if let Some(found) = setting.seen(&along, value) {
+                let ray = EmittedRay::within(along.emitter, along.x);
+                recorder.see(passed, last, along.length, &ray);
+                out.push(found);
+            }
+        };
+        gather_in_view(scene, start, channel_pdf, self.sampler, self.ws, found);
     }
 
     /// How easily the connections of s = 1 find the path_edge after `i` vertices, at whose end is an emitter.
@@ -176,7 +293,12 @@ impl Joining<'_> {
                 continue;
             };
             let target = ConnectionTarget::emitter(scene, end.emitter, end.sampled.end);
-            self.connection(&z.vertex, &target, used, |connection| {
+            let ends = Ends::Direct {
+                i: before.len(),
+                z: &z.vertex,
+                end: &end,
+            };
+            self.connection(ends, &target, used, |connection| {
                 setting.direct(vertices, connection, &end)
             });
         }
@@ -192,7 +314,7 @@ impl Joining<'_> {
         let target = ConnectionTarget::sensor(setting.scene, sampled.end);
         let y = &light.subpath.vertices[j].vertex;
         let used = setting.rates.of(StrategyKind::Sensed);
-        self.connection(y, &target, used, |connection| {
+        self.connection(Ends::Sensed { j, y }, &target, used, |connection| {
             setting.sensed(light, j, connection)
         });
     }
@@ -238,7 +360,13 @@ impl Joining<'_> {
         }
         let target = ConnectionTarget::vertex(&y.vertex);
         let used = chosen * setting.rates.of(StrategyKind::Joined);
-        self.connection(&z.vertex, &target, used, |connection| {
+        let ends = Ends::Joined {
+            i: vertices.len() - 1,
+            z: &z.vertex,
+            j,
+            y: &y.vertex,
+        };
+        self.connection(ends, &target, used, |connection| {
             setting.joined(vertices, light, j, connection)
         });
     }
@@ -294,18 +422,31 @@ impl Joining<'_> {
     /// What a connection brings that is made with some probability.
     fn connection(
         &mut self,
-        vertex: &Vertex,
+        ends: Ends,
         target: &ConnectionTarget,
         probability: f64,
         evaluate: impl Fn(&Connection) -> Option<Contribution>,
     ) {
-        let scene = self.setting.scene;
-        let found = Connection::each(scene, vertex, target, self.sampler, self.ws, evaluate);
-        let weighted = found.into_iter().map(|(c, weight)| Contribution {
-            value: c.value * (weight / probability),
-            ..c
-        });
-        self.out.extend(weighted);
+        let (scene, recorder) = (self.setting.scene, &*self.recorder);
+        let evaluate = |connection: &Connection, arcs: ConnectionArcs| {
+            evaluate(connection).map(|contribution| Joined {
+                contribution,
+                way: recorder.arcs(arcs),
+                origin: connection.origin,
+                direction: connection.direction,
+                emission: connection.emission,
+            })
+        };
+        let (sampler, ws) = (&mut *self.sampler, &mut *self.ws);
+        let found = Connection::each_with_arcs(scene, ends.vertex(), target, sampler, ws, evaluate);
+        for (joined, weight) in found {
+            self.recorder.join(&ends.joint(&joined));
+            let contribution = joined.contribution;
+            self.out.push(Contribution {
+                value: contribution.value * (weight / probability),
+                ..contribution
+            });
+        }
     }
 }
 

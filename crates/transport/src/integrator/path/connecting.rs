@@ -4,7 +4,7 @@ use super::{Light, SampledEdge, Tracing};
 use crate::Spectrum;
 use crate::connection_end::{ConnectionEnd, EndSample, OnSurface};
 use crate::derivative::FactorRecorder;
-use crate::emitter::Class;
+use crate::emitter::{Class, EmittedRay};
 use crate::path::{
     Connection, ConnectionTarget, Edge, EmitterEnd, End, EndChoice, Equiangular, NeeSlot,
     Resampling, TransportMode, Vertex, Weighted, lead_in, scatter_pdf,
@@ -201,6 +201,12 @@ impl<R: FactorRecorder> Tracing<'_, R> {
                     value,
                     share,
                     direction: connection.direction,
+                    ray: EmittedRay {
+                        emitter: index,
+                        end: sampled.end,
+                        x: start,
+                        direction: leaves,
+                    },
                     way: recorder.way(vertex, arcs),
                     events: connection.geometry.events,
                     optical_length: connection.optical_length - behind,

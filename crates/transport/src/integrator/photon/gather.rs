@@ -69,23 +69,30 @@ impl Gathering<'_> {
         );
         let n = scene.n(start.medium, start.x);
         let white = self.channel_pdf.map(|p| if p > 0.0 { n * n } else { 0.0 });
-        gather_in_view(scene, start, self.channel_pdf, sampler, ws, |along| {
-            if self
-                .mapping
-                .max_depth
-                .is_none_or(|limit| along.depth <= limit)
-            {
-                found(Gathered {
-                    value: along.light * white,
-                    bias: Spectrum::ZERO,
-                    path: PathFacts {
-                        optical_length: along.optical_length,
-                        bounces: along.depth - 1,
-                        emitter: along.emitter,
-                    },
-                });
-            }
-        });
+        gather_in_view(
+            scene,
+            start,
+            self.channel_pdf,
+            sampler,
+            ws,
+            |along, _, _| {
+                if self
+                    .mapping
+                    .max_depth
+                    .is_none_or(|limit| along.depth <= limit)
+                {
+                    found(Gathered {
+                        value: along.light * white,
+                        bias: Spectrum::ZERO,
+                        path: PathFacts {
+                            optical_length: along.optical_length,
+                            bounces: along.depth - 1,
+                            emitter: along.emitter,
+                        },
+                    });
+                }
+            },
+        );
         let mut next = Some(Sight {
             start,
             throughput: white,

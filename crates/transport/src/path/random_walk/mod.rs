@@ -143,7 +143,7 @@ impl<'a> RandomWalk<'a> {
         ws: &mut Workspace,
     ) -> ControlFlow<()> {
         // Sample the next edge by p(s) of eq. (distance density).
-        let sampling = self.sampling();
+        let sampling = self.sampling::<O>();
         let target = DrawnCollision::draw(self.scene, &sampling, sampler);
         if freely
             && ray.depth < self.max_depth
@@ -171,7 +171,7 @@ impl<'a> RandomWalk<'a> {
         sampler: &mut Sampler,
         ws: &mut Workspace,
     ) -> Option<WalkRay> {
-        let sampling = self.sampling();
+        let sampling = self.sampling::<O>();
         let mut edge = trace_to(self.scene, ray.start, sampling, target, sampler, ws);
         edge.connectable &= !ray.specular;
         if O::ALONG_SPANS && self.channel_pdf.is_several() {
@@ -259,13 +259,13 @@ impl<'a> RandomWalk<'a> {
     }
 
     /// How edges are sampled.
-    fn sampling(&self) -> Sampling {
+    fn sampling<O: Observer>(&self) -> Sampling {
         Sampling {
             mode: self.mode,
             channel_pdf: self.channel_pdf,
             extend: false,
             collides: true,
-            spans: self.mode == TransportMode::Importance,
+            spans: O::KEEPS_SPANS || self.mode == TransportMode::Importance,
             forced: false,
             splitting: false,
         }

@@ -15,6 +15,9 @@ pub trait Observer {
     /// Whether it asks for attenuation all along the spans of edges, which are then prepared for many questions.
     const ALONG_SPANS: bool = false;
 
+    /// Whether it looks at the spans of the edges of sensor subpaths, too.
+    const KEEPS_SPANS: bool = false;
+
     /// An edge, and what happens at its end. Breaks if the walk need not go on.
     fn arrive(&mut self, event: &WalkEvent, ws: &mut Workspace) -> ControlFlow<()>;
 
@@ -60,7 +63,7 @@ pub struct WalkEvent<'e> {
     pub ray: &'e WalkRay,
     /// The edge.
     pub edge: &'e Edge<'e>,
-    /// Number of its spans within the largest depth: all, unless the walk is cut. Only light subpaths keep spans.
+    /// Number of its spans within the largest depth: all, unless the walk is cut. Sensor subpaths keep spans only if they are [asked for](Observer::KEEPS_SPANS).
     pub spans: usize,
     /// Throughput up to its end.
     pub throughput: Spectrum,
@@ -105,6 +108,7 @@ impl<'e> WalkEvent<'e> {
 /// Both watch; the walk ends where either is done.
 impl<A: Observer, B: Observer> Observer for (A, B) {
     const ALONG_SPANS: bool = A::ALONG_SPANS || B::ALONG_SPANS;
+    const KEEPS_SPANS: bool = A::KEEPS_SPANS || B::KEEPS_SPANS;
 
     fn arrive(&mut self, event: &WalkEvent, ws: &mut Workspace) -> ControlFlow<()> {
         let first = self.0.arrive(event, ws);
@@ -155,6 +159,7 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
 
 impl<O: Observer> Observer for &mut O {
     const ALONG_SPANS: bool = O::ALONG_SPANS;
+    const KEEPS_SPANS: bool = O::KEEPS_SPANS;
 
     fn arrive(&mut self, event: &WalkEvent, ws: &mut Workspace) -> ControlFlow<()> {
         (**self).arrive(event, ws)

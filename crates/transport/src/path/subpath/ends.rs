@@ -1,10 +1,11 @@
 //! Where subpaths start: at the sensor, and at an emitter chosen at random (docs/theory.md#subpaths-from-either-end).
 
 use super::builder::SubpathBuilder;
+use super::recorder::{Recorded, SubpathRecorder};
 use super::vertices::Subpath;
 use crate::Spectrum;
 use crate::connection_end::{ConnectionEnd, OnSurface};
-use crate::emitter::Emission;
+use crate::emitter::{Emission, EmittedRay};
 use crate::path::connection::ConnectionTarget;
 use crate::path::random_walk::{Observer, RandomWalk, Roulette, WalkRay};
 use crate::path::segment::{Front, Start, TransportMode, lead_in, leave};
@@ -98,6 +99,7 @@ impl LightPath {
         bounds: &Bounds,
         sampler: &mut Sampler,
         ws: &mut Workspace,
+        recorder: &mut impl SubpathRecorder,
     ) -> Option<Self> {
         let choice = scene.choose_source(sampler.next_1d());
         let u = [sampler.next_2d(), sampler.next_2d()];
@@ -107,8 +109,15 @@ impl LightPath {
         let target = ConnectionTarget::emitter(scene, index, emission.end);
         let mode = TransportMode::Importance;
         let mut builder = bounds.builder(mode, &ray, &target);
+        recorder.emit(&EmittedRay {
+            emitter: index,
+            end: emission.end,
+            x: emission.x,
+            direction: emission.direction,
+        });
         let mut balance = std::mem::take(&mut ws.particle_balance);
-        let mut observers = (&mut builder, &mut balance);
+        let recorded = Recorded { recorder, mode };
+        let mut observers = ((&mut builder, &mut balance), recorded);
         bounds.walk(scene, mode, ray, &mut observers, sampler, ws);
         ws.particle_balance = balance;
         Some(LightPath {
@@ -166,6 +175,7 @@ pub(crate) fn sensor_path(
     bounds: &Bounds,
     sampler: &mut Sampler,
     ws: &mut Workspace,
+    recorder: &mut impl SubpathRecorder,
 ) -> Subpath {
     let (x, direction) = (ray.origin, ray.direction);
     let end = scene.sensor().end_of_ray(x, direction);
@@ -192,7 +202,8 @@ pub(crate) fn sensor_path(
     let target = ConnectionTarget::sensor(scene, end);
     let mode = TransportMode::Radiance;
     let mut builder = bounds.builder(mode, &ray, &target);
-    bounds.walk(scene, mode, ray, &mut builder, sampler, ws);
+    let mut observers = (&mut builder, Recorded { recorder, mode });
+    bounds.walk(scene, mode, ray, &mut observers, sampler, ws);
     builder.subpath
 }
 

@@ -7,6 +7,7 @@ use crate::path::segment::{Edge, Point, Start, TransportMode, Vertex};
 use crate::path::workspace::Workspace;
 use crate::sampling::Sampler;
 use crate::scene::Scene;
+use glam::DVec3;
 use smallvec::SmallVec;
 
 /// Light that a volume emits along a ray.
@@ -20,18 +21,22 @@ pub(crate) struct EmittedAlong {
     pub depth: u32,
     /// Optical path length from the start.
     pub optical_length: f64,
+    /// Where it leaves the volume's matter.
+    pub x: DVec3,
+    /// Arc length from the start of the last edge.
+    pub length: f64,
 }
 
 /// Hands over the light that volumes emit along an edge which is sampled with channel probabilities `channel_pdf`: of
-/// ∫ ε e^{−τ} F̄/n² ds an estimate by one point for each volume. Returns the edge, which ends at a collision or where a surface
-/// scatters.
+/// ∫ ε e^{−τ} F̄/n² ds an estimate by one point for each volume. Returns the edge, which keeps its spans and ends at a collision or where a
+/// surface scatters.
 pub(crate) fn gather_along<'a>(
     scene: &'a Scene,
     start: Start,
     channel_pdf: Spectrum,
     sampler: &mut Sampler,
     ws: &mut Workspace,
-    mut found: impl FnMut(EmittedAlong),
+    mut found: impl FnMut(EmittedAlong, &Edge),
 ) -> Edge<'a> {
     let sampling = Sampling {
         mode: TransportMode::Radiance,
@@ -57,40 +62,45 @@ pub(crate) fn gather_along<'a>(
             let reaches = (channel_pdf * transmittance).sum();
             let emitted = scene.emitted_within(volume, place.point.medium, x);
             let light = emitted * transmittance * weight / reaches;
-            found(EmittedAlong {
+            let along = EmittedAlong {
                 emitter,
                 light: light * (place.length / (n * n)),
                 depth: 1 + place.events,
                 optical_length: place.optical_length,
-            });
+                x,
+                length: place.point.length,
+            };
+            found(along, &edge);
         }
         edge
     })
 }
 
 /// Hands over the light of volumes in view along a ray from the sensor: up to a collision, or to the first surface that scatters it
-/// other than along a specular lobe.
+/// other than along a specular lobe. `found` also sees the edges that the ray has passed before, and the one on which it finds the light.
 pub(crate) fn gather_in_view(
     scene: &Scene,
     start: Start,
     channel_pdf: Spectrum,
     sampler: &mut Sampler,
     ws: &mut Workspace,
-    mut found: impl FnMut(EmittedAlong),
+    mut found: impl FnMut(EmittedAlong, &[Edge], &Edge),
 ) {
     if scene.volume_lights().next().is_none() {
         return;
     }
     let (mut start, mut throughput) = (start, Spectrum::ONE);
     let (mut depth, mut optical_length) = (0, 0.0);
+    let mut passed: Vec<Edge> = Vec::new();
     for _ in 0..SPECULAR_VERTICES {
-        let edge = gather_along(scene, start, channel_pdf, sampler, ws, |along| {
-            found(EmittedAlong {
+        let edge = gather_along(scene, start, channel_pdf, sampler, ws, |along, edge| {
+            let along = EmittedAlong {
                 light: along.light * throughput,
                 depth: depth + along.depth,
                 optical_length: optical_length + along.optical_length,
                 ..along
-            });
+            };
+            found(along, &passed, edge);
         });
         let Some(vertex @ Vertex::Surface { .. }) = Vertex::of(scene, &edge) else {
             return;
@@ -107,6 +117,7 @@ pub(crate) fn gather_in_view(
         depth += 1 + edge.geometry.events;
         optical_length += edge.optical_length;
         start = scatter.start;
+        passed.push(edge);
     }
     ws.stats.over_budget.rays += 1;
 }

@@ -1,4 +1,6 @@
 //! Sums over samples in batches, whose spread gives the errors.
+//!
+//! Theory: docs/theory.md#derivatives-of-light.
 
 use super::{Derivative, DerivativeError, Stats};
 use crate::derivative::Plan;
@@ -8,10 +10,10 @@ use std::ops::Range;
 
 /// Bytes of sums that are made side by side, whatever the number of threads: so results do not depend on it.
 const SUMS: usize = 256 << 20;
-/// No more sums than these,
-const MOST_SUMS: usize = 64;
-/// and no fewer, if they fit.
-const LEAST_SUMS: usize = 8;
+/// No more sums than these of a batch,
+const MOST_PARTS: usize = 64;
+/// and so many side by side, of one batch or of several, if they fit.
+const ABREAST: usize = 8;
 /// Numbers that are added up for each path, at most: little work beside following it.
 const PER_PATH: usize = 512;
 /// The samples are taken in at most so many batches, whose spread gives the error.
@@ -32,56 +34,104 @@ pub(super) struct Units {
     pub count: u64,
     /// Samples of each.
     pub size: u64,
-    /// Number of sums.
-    pub sums: usize,
+    /// Paths of each sample.
+    pub paths: usize,
+    /// Rows of sums.
+    pub rows: usize,
+}
+
+/// A part of a batch.
+#[derive(Clone, Debug)]
+pub(super) struct Part {
+    /// The samples of the batch.
+    pub samples: Range<u64>,
+    number: usize,
+    parts: usize,
+}
+
+impl Part {
+    /// Which of so many things are its own.
+    pub(super) fn of(&self, things: usize) -> Range<usize> {
+        let bound = |i: usize| i * things / self.parts;
+        bound(self.number)..bound(self.number + 1)
+    }
 }
 
 impl Units {
-    /// The moments of all batches, each the sums over a range of samples. `None` if it was stopped.
+    /// The moments of all batches, each the sums over a range of samples. Batches and their parts do not depend on the number of threads, and
+    /// are added up in order. `part` adds its sums to zeros. `None` if it was stopped.
     pub(super) fn moments(
         &self,
+        plan: &Plan,
         handle: &Handle,
-        mut batch: impl FnMut(Range<u64>) -> Vec<f64>,
+        stats: &mut Stats,
+        part: impl Fn(&Part, &mut [f64]) -> Stats + Sync,
     ) -> Result<Option<BatchMoments>, DerivativeError> {
         if self.count < 2 {
             return Err(DerivativeError::Samples(self.size));
         }
         let each = self.count.div_ceil(BATCHES);
-        let mut moments = BatchMoments::new(self.sums);
-        for first in (0..self.count).step_by(each as usize) {
-            let last = (first + each).min(self.count);
-            let sums = batch(first * self.size..last * self.size);
+        let batches: Vec<Range<u64>> = (0..self.count)
+            .step_by(each as usize)
+            .map(|first| first..(first + each).min(self.count))
+            .collect();
+        let sums = self.rows * plan.stride();
+        let parts = self.parts(each, batches.len(), sums);
+        let abreast = (ABREAST / parts).clamp(1, room(sums).max(1));
+        let mut moments = BatchMoments::new(self.rows, plan);
+        // Kept from batch to batch: new memory costs more than paths do.
+        let mut all_sums = vec![vec![0.0; sums]; abreast.min(batches.len()) * parts];
+        for batches in batches.chunks(abreast) {
+            let split = |batch: &Range<u64>| self.split(batch, parts);
+            let all: Vec<Part> = batches.iter().flat_map(split).collect();
+            let found = all.par_iter().zip(&mut all_sums).with_max_len(1);
+            let found: Vec<Stats> = found
+                .map(|(of, sums)| {
+                    sums.fill(0.0);
+                    part(of, sums)
+                })
+                .collect();
+            found.into_iter().for_each(|counts| *stats += counts);
             if handle.stop().is_raised() {
                 return Ok(None);
             }
-            moments.add(&sums, (last - first) as f64, self.size as f64);
+            for (batch, sums) in batches.iter().zip(all_sums.chunks_mut(parts)) {
+                if let Some((total, others)) = sums.split_first_mut() {
+                    others.iter().for_each(|part| add(total, part));
+                    let replicates = (batch.end - batch.start) as f64;
+                    moments.add(plan, total, replicates, self.size as f64);
+                }
+            }
         }
         Ok(Some(moments))
     }
+
+    /// Into how many parts each batch of so many replicates is split. Sums that are large for what adds to them are made in fewer parts: adding those
+    /// up would take longer than the paths.
+    fn parts(&self, replicates: u64, batches: usize, sums: usize) -> usize {
+        let paths = self.paths.saturating_mul((replicates * self.size) as usize);
+        let wanted = paths.saturating_mul(PER_PATH) / sums.max(1);
+        let wanted = wanted.clamp(ABREAST.div_ceil(batches), MOST_PARTS);
+        wanted.min(room(sums)).clamp(1, paths.max(1))
+    }
+
+    fn split(&self, batch: &Range<u64>, parts: usize) -> Vec<Part> {
+        let part = |number| Part {
+            samples: batch.start * self.size..batch.end * self.size,
+            number,
+            parts,
+        };
+        (0..parts).map(part).collect()
+    }
 }
 
-/// So many sums over `count` things, those of a number of parts that does not depend on that of threads, added up one after the other.
-pub(super) fn side_by_side(
-    sums: usize,
-    count: usize,
-    stats: &mut Stats,
-    part: impl Fn(Range<usize>) -> (Vec<f64>, Stats) + Sync,
-) -> Vec<f64> {
-    let bytes = (sums * size_of::<f64>()).max(1);
-    // Sums that are large for what adds to them are made in fewer parts: adding those up would take longer than the paths.
-    let wanted = (count * PER_PATH / sums.max(1)).clamp(LEAST_SUMS, MOST_SUMS);
-    let parts = (SUMS / bytes).clamp(1, wanted).min(count);
-    let of = |i: usize| {
-        let bound = |i: usize| i * count / parts;
-        part(bound(i)..bound(i + 1))
-    };
-    let all: Vec<(Vec<f64>, Stats)> = (0..parts).into_par_iter().map(of).collect();
-    let mut total = vec![0.0; sums];
-    for (values, counts) in all {
-        *stats += counts;
-        total.iter_mut().zip(values).for_each(|(a, b)| *a += b);
-    }
-    total
+/// How many times so many sums fit into what there is for them.
+fn room(sums: usize) -> usize {
+    SUMS / (sums * size_of::<f64>()).max(1)
+}
+
+fn add(total: &mut [f64], part: &[f64]) {
+    total.iter_mut().zip(part).for_each(|(a, b)| *a += b);
 }
 
 /// Mean over replicates, and its variance from the spread of batches of them.
@@ -94,23 +144,43 @@ pub(super) struct BatchMoments {
 }
 
 impl BatchMoments {
-    fn new(count: usize) -> Self {
+    fn new(rows: usize, plan: &Plan) -> Self {
         BatchMoments {
             replicates: 0.0,
             batches: 0.0,
-            sums: vec![0.0; count],
-            squares: vec![0.0; count],
+            sums: vec![0.0; rows * plan.len()],
+            squares: vec![0.0; rows * plan.len()],
         }
     }
 
     /// Adds the sums of a batch of so many replicates of a size.
-    fn add(&mut self, batch: &[f64], replicates: f64, size: f64) {
+    fn add(&mut self, plan: &Plan, batch: &[f64], replicates: f64, size: f64) {
         self.replicates += replicates;
         self.batches += 1.0;
-        for (i, value) in batch.iter().enumerate() {
-            let value = value / size;
-            self.sums[i] += value;
-            self.squares[i] += value * value / replicates;
+        let (per_sample, per_replicate) = (1.0 / size, 1.0 / replicates);
+        let count = plan.len().max(1);
+        let moments = self
+            .sums
+            .chunks_mut(count)
+            .zip(self.squares.chunks_mut(count));
+        for ((sums, squares), row) in moments.zip(batch.chunks(plan.stride().max(1))) {
+            for parameter in 0..plan.starts.len() - 1 {
+                let (own, shared) = plan.places(parameter);
+                let (sums, squares) = (&mut sums[own.clone()], &mut squares[own.clone()]);
+                let both = sums.iter_mut().zip(squares);
+                let enter = |(sum, square): (&mut f64, &mut f64), value: f64| {
+                    let value = value * per_sample;
+                    *sum += value;
+                    *square += value * value * per_replicate;
+                };
+                match shared {
+                    Some(shared) => {
+                        let values = row[own].iter().zip(&row[shared]);
+                        both.zip(values).for_each(|(m, (a, b))| enter(m, a + b));
+                    }
+                    None => both.zip(&row[own]).for_each(|(m, a)| enter(m, *a)),
+                }
+            }
         }
     }
 

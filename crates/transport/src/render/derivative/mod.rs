@@ -10,17 +10,17 @@ mod readings;
 pub use index::{IndexDerivativeOptions, IndexDerivatives, index_derivatives};
 pub use readings::{MeterDerivativeOptions, ReadingFunctional, meter_derivatives};
 
-use super::source::{Source, finite};
+use super::source::{SampledRay, Source, finite};
+use super::splats::splat;
 use super::{Handle, Prepared, RenderOptions, prepare};
 use crate::Spectrum;
 use crate::derivative::{DerivativeError, Plan, RadiometricParameter, Sums, Tape};
 use crate::film::{Decomposition, LightParts};
-use crate::integrator::{Integrator, PathFinds, PathTracer};
+use crate::integrator::{Contribution, Integrator, PathFinds};
 use crate::renderer::Renderer;
 use crate::scene::Scene;
 use crate::stats::Stats;
-use batches::{BatchMoments, Units, check_room, side_by_side};
-use std::ops::Range;
+use batches::{BatchMoments, Part, Units, check_room};
 
 /// Changes the seed, so that a render of the same seed is independent.
 const SEED: u64 = 0x5DEE_CE66_D1CE_4E5B;
@@ -49,8 +49,8 @@ pub struct Derivatives {
 /// How derivatives of an image are taken.
 #[derive(Clone, Debug)]
 pub struct DerivativeOptions<'a> {
-    /// Which paths are followed.
-    pub path: PathTracer,
+    /// Which paths are followed: those of an integrator that does not [blur](Integrator::blurs).
+    pub integrator: Integrator,
     /// Samples per pixel, and the seed. A render of the same seed is independent of the derivatives, as losses
     /// that are not linear need it.
     pub samples: u64,
@@ -70,7 +70,8 @@ pub struct DerivativeOptions<'a> {
 /// [`render`](super::render()). `None` if the handle has ended it before it was complete. Equal seeds give equal bits, for any number of threads.
 ///
 /// # Errors
-/// Parameters that a scene does not have derivatives by, Stokes parameters, weights that do not fit or are not finite, fewer than two samples.
+/// Parameters that a scene does not have derivatives by, Stokes parameters, integrators that blur, weights that do not fit or are not finite, fewer than
+/// two samples.
 pub fn derivatives(
     scenes: &[Scene],
     options: &DerivativeOptions,
@@ -82,15 +83,14 @@ pub fn derivatives(
             LightParts::Sidebands(_) => DerivativeError::Tagged,
         });
     }
+    if options.integrator.blurs() {
+        return Err(DerivativeError::Blurred(options.integrator.name()));
+    }
     let film = scenes[0].film();
     let pixels = film.width * film.height;
     let expected = options.decomposition.layers() * pixels * film.channels;
     check_weights(options.weights, expected)?;
-    let plans = scenes
-        .iter()
-        .enumerate()
-        .map(|(group, scene)| Plan::new(scene, options.parameters, film.channels_of(group)));
-    let plans: Vec<Plan> = plans.collect::<Result<_, _>>()?;
+    let plans = plans(scenes, options.parameters)?;
     let render = render_options(options);
     let prepared = prepare(scenes, &render, None, handle);
     let mut found = Derivatives {
@@ -108,6 +108,33 @@ pub fn derivatives(
     Ok(Some(found))
 }
 
+/// Finds out whether light that an integrator finds, or that meters read, has derivatives by parameters.
+///
+/// # Errors
+/// What [`derivatives`] refuses of them.
+pub fn check_parameters(
+    scenes: &[Scene],
+    parameters: &[RadiometricParameter],
+    integrator: Option<Integrator>,
+) -> Result<(), DerivativeError> {
+    if let Some(blurred) = integrator.filter(Integrator::blurs) {
+        return Err(DerivativeError::Blurred(blurred.name()));
+    }
+    plans(scenes, parameters).map(|_| ())
+}
+
+/// The plan of each group of channels.
+fn plans(
+    scenes: &[Scene],
+    parameters: &[RadiometricParameter],
+) -> Result<Vec<Plan>, DerivativeError> {
+    let film = scenes[0].film();
+    let groups = scenes.iter().enumerate();
+    groups
+        .map(|(group, scene)| Plan::new(scene, parameters, film.channels_of(group)))
+        .collect()
+}
+
 fn check_weights(weights: &[f64], expected: usize) -> Result<(), DerivativeError> {
     let found = weights.len();
     if found != expected {
@@ -121,7 +148,7 @@ fn check_weights(weights: &[f64], expected: usize) -> Result<(), DerivativeError
 
 /// How an image would be rendered by the same paths.
 fn render_options(options: &DerivativeOptions) -> RenderOptions {
-    let renderer = Renderer::Light(Integrator::Path(options.path));
+    let renderer = Renderer::Light(options.integrator);
     RenderOptions {
         hide_emitters: options.hide_emitters,
         decomposition: options.decomposition,
@@ -186,31 +213,26 @@ impl<'a> Pass<'a> {
         let units = Units {
             count: self.options.samples / replicate,
             size: replicate,
-            sums: self.plan.len(),
+            paths: self.pixels,
+            rows: 1,
         };
-        units.moments(self.source.handle, |range| {
-            self.source
-                .handle
-                .count(self.pixels as u64 * (range.end - range.start));
-            self.batch(range, stats)
+        units.moments(self.plan, self.source.handle, stats, |part, sums| {
+            self.part(part, sums)
         })
     }
 
-    /// The sums over a range of samples of all pixels: those of a number of parts that does not depend on that of threads, one after the other.
-    fn batch(&self, samples: Range<u64>, stats: &mut Stats) -> Vec<f64> {
-        side_by_side(self.plan.len(), self.pixels, stats, |pixels| {
-            self.part(pixels, samples.clone())
-        })
-    }
-
-    fn part(&self, pixels: Range<usize>, samples: Range<u64>) -> (Vec<f64>, Stats) {
+    /// Adds the sums over a range of samples of some pixels.
+    fn part(&self, part: &Part, sums: &mut [f64]) -> Stats {
         let source = self.source;
+        let (samples, pixels) = (&part.samples, part.of(self.pixels));
+        let count = pixels.len() as u64 * (samples.end - samples.start);
+        source.handle.count(count);
         let (mut ws, mut tape, mut found) = (source.workspace(), Tape::default(), Vec::new());
-        let mut sums = Sums::new(source.scene, self.plan, 1);
+        let mut sums = Sums::new(source.scene, self.plan, sums);
         for pixel in pixels {
             for sample in samples.clone() {
                 if source.is_stopped() {
-                    return (sums.into_values(), ws.stats());
+                    return ws.stats();
                 }
                 let mut sampled = source.ray(pixel, sample);
                 ws.stats.paths += 1;
@@ -220,21 +242,36 @@ impl<'a> Pass<'a> {
                     recorder: &mut tape,
                 };
                 let (ray, sampler) = (sampled.ray, &mut sampled.sampler);
-                let path = &self.options.path;
-                path.sample(scene, ray, channels, sampler, &mut ws, finds);
+                let integrator = &self.options.integrator;
+                integrator.record(scene, ray, channels, sampler, &mut ws, finds);
                 let not_finite = &mut ws.stats.not_finite;
                 let worths = found.iter().map(|c| {
-                    let weights = self.weights(pixel, self.options.decomposition.layer(&c.path));
-                    let shown = source.shows(&c.path);
-                    let weight = if shown { sampled.weight } else { 0.0 };
-                    finite(c.weighted(), not_finite) * weights * weight
+                    finite(c.weighted(), not_finite) * self.weights_of(c, pixel, &sampled)
                 });
                 sums.add(0, &tape, worths);
                 found.clear();
                 tape.clear();
             }
         }
-        (sums.into_values(), ws.stats())
+        ws.stats()
+    }
+
+    /// The weights of a contribution to the sample of a pixel.
+    fn weights_of(&self, c: &Contribution, own: usize, sampled: &SampledRay) -> Spectrum {
+        let layer = self.options.decomposition.layer(&c.path);
+        if !self.source.shows(&c.path) {
+            return Spectrum::ZERO;
+        }
+        let Some([s, t]) = c.image else {
+            return self.weights(own, layer) * sampled.weight;
+        };
+        let mut moved = *c;
+        moved.image = Some([s + sampled.offset[0], t + sampled.offset[1]]);
+        let mut sum = Spectrum::ZERO;
+        splat(self.source, own, &moved, |pixel, filter| {
+            sum += self.weights(pixel, layer) * filter;
+        });
+        sum
     }
 
     /// The weights of a pixel in a layer.

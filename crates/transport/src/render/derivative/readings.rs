@@ -1,6 +1,6 @@
 //! Derivatives of what meters read.
 
-use super::batches::{Units, side_by_side};
+use super::batches::{Part, Units};
 use super::{Derivatives, SEED, blank, check_weights};
 use crate::derivative::{DerivativeError, Plan, RadiometricParameter, Sums};
 use crate::meter::{Functionals, Meter, Setup};
@@ -8,7 +8,6 @@ use crate::path::Workspace;
 use crate::render::{Handle, seed_of_group};
 use crate::scene::Scene;
 use crate::stats::Stats;
-use std::ops::Range;
 
 /// What of the readings of meters is differentiated.
 #[derive(Clone, Copy, Debug)]
@@ -85,10 +84,11 @@ pub fn meter_derivatives(
         let units = Units {
             count: options.particles,
             size: 1,
-            sums: wanted.count() * plan.len(),
+            paths: 1,
+            rows: wanted.count(),
         };
         let stats = &mut found.stats;
-        let moments = units.moments(handle, |range| pass.batch(range, stats))?;
+        let moments = units.moments(&plan, handle, stats, |part, sums| pass.part(part, sums))?;
         let Some(moments) = moments else {
             return Ok(None);
         };
@@ -107,22 +107,19 @@ struct Pass<'a> {
 }
 
 impl Pass<'_> {
-    /// The sums over particles of numbers in a range.
-    fn batch(&self, particles: Range<u64>, stats: &mut Stats) -> Vec<f64> {
-        let count = (particles.end - particles.start) as usize;
-        self.handle.count(count as u64);
-        let sums = self.wanted.count() * self.plan.len();
-        side_by_side(sums, count, stats, |part| {
-            let scene = self.setup.scene();
-            let mut ws = Workspace::new(scene.tolerance());
-            ws.stop = self.handle.stop().clone();
-            let mut sums = Sums::new(scene, self.plan, self.wanted.count());
-            let number = |i: usize| particles.start + i as u64;
-            let part = number(part.start)..number(part.end);
-            let (setup, wanted) = (self.setup, self.wanted);
-            setup.differentiate(self.seed, part, wanted, &mut sums, &mut ws);
-            (sums.into_values(), ws.stats())
-        })
+    /// Adds the sums over some of the particles of a batch.
+    fn part(&self, part: &Part, sums: &mut [f64]) -> Stats {
+        let (first, last) = (part.samples.start, part.samples.end);
+        let own = part.of((last - first) as usize);
+        self.handle.count(own.len() as u64);
+        let scene = self.setup.scene();
+        let mut ws = Workspace::new(scene.tolerance());
+        ws.stop = self.handle.stop().clone();
+        let mut sums = Sums::new(scene, self.plan, sums);
+        let particles = first + own.start as u64..first + own.end as u64;
+        let (setup, wanted) = (self.setup, self.wanted);
+        setup.differentiate(self.seed, particles, wanted, &mut sums, &mut ws);
+        ws.stats()
     }
 }
 

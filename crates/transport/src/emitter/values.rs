@@ -1,0 +1,154 @@
+//! The values that an emitter's light is made up of: one spectrum, the pixels of an image, or the voxels of a volume.
+//!
+//! Theory: docs/theory.md#derivatives-of-light.
+
+use super::environment::Environment;
+use super::environment_map::EnvironmentMap;
+use super::slide::Slide;
+use super::{Emitter, VolumeLight};
+use crate::Spectrum;
+use crate::connection_end::{ConnectionEnd, OnSurface};
+use crate::texture::Texture;
+use glam::DVec3;
+
+/// A ray of an emitter's light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct EmittedRay {
+    /// The emitter.
+    pub emitter: usize,
+    /// The end of the path, as a connection to the emitter aims at it.
+    pub end: ConnectionEnd,
+    /// Where the light starts.
+    pub x: DVec3,
+    /// Unit direction in which it leaves; any from a point of a volume.
+    pub direction: DVec3,
+}
+
+impl EmittedRay {
+    /// Light from a point of a volume.
+    pub(crate) fn within(emitter: usize, x: DVec3) -> Self {
+        EmittedRay {
+            emitter,
+            end: ConnectionEnd::at(x),
+            x,
+            direction: DVec3::ZERO,
+        }
+    }
+}
+
+/// The values of an emitter.
+pub(crate) enum EmitterValues<'a> {
+    /// One spectrum: a radiance, an intensity or an irradiance.
+    One(Spectrum),
+    /// Those of a texture: radiances, or factors of an intensity.
+    Texture(&'a Texture),
+    /// Radiances around the scene.
+    Map(&'a EnvironmentMap),
+    /// Radiances of a projector's screen.
+    Slide(&'a Slide),
+    /// Emission of a volume.
+    Voxels(&'a VolumeLight),
+}
+
+impl Emitter {
+    /// What the light is made up of; that of a medium is its own.
+    pub(crate) fn values(&self) -> EmitterValues<'_> {
+        match self {
+            Emitter::Point { intensity, .. } => EmitterValues::One(*intensity),
+            Emitter::Spot(spot) => match spot.texture() {
+                Some(texture) => EmitterValues::Texture(texture),
+                None => EmitterValues::One(spot.scale()),
+            },
+            Emitter::Projector(projector) => EmitterValues::Slide(projector.slide()),
+            Emitter::Luminaire(luminaire) => EmitterValues::One(luminaire.scale()),
+            Emitter::Area { radiance, .. } => EmitterValues::One(*radiance),
+            Emitter::Textured(area) => EmitterValues::Texture(area.texture()),
+            Emitter::Directional { irradiance, .. } => EmitterValues::One(*irradiance),
+            Emitter::Environment(Environment::Constant(radiance)) => EmitterValues::One(*radiance),
+            Emitter::Environment(Environment::Image(map)) => EmitterValues::Map(map),
+            Emitter::Environment(Environment::Disc(disc)) => EmitterValues::One(disc.scale()),
+            Emitter::Collimated(beam) => EmitterValues::One(beam.power()),
+            Emitter::Fiber(fiber) => EmitterValues::One(fiber.power()),
+            Emitter::Volume(volume) => EmitterValues::Voxels(volume),
+        }
+    }
+}
+
+impl EmitterValues<'_> {
+    /// Length along each axis: none of one value; rows and columns of an image; z, y, x of voxels; those of a
+    /// [texture](Texture::shape). `None` if a texture's values are not numbered.
+    pub(crate) fn shape(&self) -> Option<Vec<usize>> {
+        match self {
+            EmitterValues::One(_) => Some(Vec::new()),
+            EmitterValues::Texture(texture) => texture.shape(),
+            EmitterValues::Map(map) => Some(map.shape().to_vec()),
+            EmitterValues::Slide(slide) => Some(vec![slide.size[1], slide.size[0]]),
+            EmitterValues::Voxels(volume) => Some(volume.shape()),
+        }
+    }
+
+    /// Whether all values are positive in the first `channels` channels.
+    pub(crate) fn are_positive(&self, channels: usize) -> bool {
+        let is_positive = |value: Spectrum| value.0[..channels].iter().all(|c| *c > 0.0);
+        match self {
+            EmitterValues::One(value) => is_positive(*value),
+            EmitterValues::Texture(texture) => texture.values().all(is_positive),
+            EmitterValues::Map(map) => map.pixels().iter().copied().all(is_positive),
+            EmitterValues::Slide(slide) => slide.pixels.iter().copied().all(is_positive),
+            EmitterValues::Voxels(volume) => volume.is_positive(channels),
+        }
+    }
+
+    /// Calls `see` with the number of each value that counts on a ray of the emitter's light, and its weight. Returns the sum of weights
+    /// times values, to which the light is proportional.
+    pub(crate) fn at(
+        &self,
+        emitter: &Emitter,
+        ray: &EmittedRay,
+        see: impl FnMut(usize, f64),
+    ) -> Spectrum {
+        let mut see = see;
+        match self {
+            EmitterValues::One(value) => {
+                see(0, 1.0);
+                *value
+            }
+            EmitterValues::Texture(texture) => {
+                let site = match (emitter, &ray.end) {
+                    (Emitter::Spot(spot), _) => spot.site(ray.direction),
+                    (
+                        _,
+                        ConnectionEnd::Point {
+                            surface: Some(OnSurface { site, .. }),
+                            ..
+                        },
+                    ) => Some(*site),
+                    _ => None,
+                };
+                let Some(site) = site else {
+                    return Spectrum::ZERO;
+                };
+                texture.weights(&site, see);
+                texture.at(&site)
+            }
+            EmitterValues::Map(map) => {
+                map.weights(-ray.direction, see);
+                map.radiance(-ray.direction)
+            }
+            EmitterValues::Slide(slide) => match emitter {
+                Emitter::Projector(projector) => match projector.locate(ray.direction) {
+                    Some((uv, _)) => {
+                        slide.weights(uv, see);
+                        slide.at(uv)
+                    }
+                    None => Spectrum::ZERO,
+                },
+                _ => Spectrum::ZERO,
+            },
+            EmitterValues::Voxels(volume) => {
+                volume.weights(ray.x, see);
+                volume.radiance(ray.x)
+            }
+        }
+    }
+}
