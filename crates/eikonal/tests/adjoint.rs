@@ -271,7 +271,7 @@ fn rays_by_parameters_and_starts() {
         } else {
             1e-6
         };
-        for i in 0..p.len() {
+        for (i, found) in found.iter().enumerate() {
             let of = |p: &[f64]| {
                 loss(&follow(
                     &Unbounded(&field(p)),
@@ -281,7 +281,7 @@ fn rays_by_parameters_and_starts() {
                 ))
             };
             let expected = derivative(&p, i, 2e-3, of);
-            let error = (found[i] - expected).abs() / (0.1 + expected.abs());
+            let error = (found - expected).abs() / (0.1 + expected.abs());
             assert!(error < limit, "{name} {i}: {error:e}, {expected}");
         }
         // begin[3..] is not of unit length: derivatives by it are those by the direction over its length.
@@ -352,6 +352,9 @@ fn rays_through_balls_and_planes() {
     }
 }
 
+/// What is done with a ray that has been followed.
+type Seen<'a> = dyn FnMut(&AdjointRay<Layout>, &Layout, Receiver, RayEnd) + 'a;
+
 /// A graded lens between a conic and a sphere, with a stop in it, and a cylinder: by the numbers of all surfaces and media, the exit, and the start.
 #[test]
 fn rays_through_sequences_of_surfaces() {
@@ -380,9 +383,7 @@ fn rays_through_sequences_of_surfaces() {
     let surfaces = [unit(&conic, 3), unit(&sphere, 3), unit(&cylinder, 3)].concat();
     let parameters = [surfaces, unit(&exit, 3), media.concat()].concat();
     let begin = [0.15, 0.1, -1.3, 0.05, 0.03, 1.0];
-    let run = |p: &[f64],
-               begin: &[f64],
-               then: &mut dyn FnMut(&AdjointRay<Layout>, &Layout, Receiver, RayEnd)| {
+    let run = |p: &[f64], begin: &[f64], then: &mut Seen| {
         let stop = Quadric::plane(DVec3::Z * -0.1, DVec3::Z);
         let elements = [
             Element::Refracting(quadric(&p[..10])),

@@ -79,7 +79,9 @@ impl<'a> Sequence<'a> {
                 Element::Refracting(_) if passed.rule == Rule::Reflect => {
                     return Err(RayFailure::Reflected);
                 }
-                Element::Aperture(surface, radius) if surface.from_axis(passed.x) > radius => {
+                Element::Aperture(surface, radius)
+                    if surface.distance_from_axis(passed.x) > radius =>
+                {
                     return Err(RayFailure::Stopped);
                 }
                 _ => {}

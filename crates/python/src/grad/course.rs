@@ -133,7 +133,7 @@ impl Course {
             (Some(elements), media) => Sequence::new(elements, media).map(Layout::Sequence),
             (None, [field]) => {
                 let embedded = Embedded::new(field, self.region, self.ambient);
-                Some(Layout::Boxed(embedded))
+                Some(Layout::Boxed(Box::new(embedded)))
             }
             _ => None,
         }
