@@ -499,6 +499,46 @@ fn focus_of_a_ball_lens() {
     }
 }
 
+/// Steps that end on a face to round-off leave the box: rays at many angles, in a grid whose cells divide its edges.
+#[test]
+fn rays_leave_boxes_in_which_steps_end_on_faces() {
+    let bump = |x: DVec3| {
+        let width = 0.16 + 0.1 * (x.z + 1.0);
+        let center = DVec3::new(0.12 * (4.0 * x.z + 0.5).sin(), 0.1 * (5.0 * x.z).cos(), x.z);
+        let core = (-(x - center).length_squared() / (width * width)).exp();
+        1.0 + 0.03 * core * (1.5 * (1.0 - x.z * x.z)).clamp(0.0, 1.0).powi(2)
+    };
+    let field: Field = Bspline::from_fn([36; 3], cube(), Placement::Nodes, bump)
+        .unwrap()
+        .into();
+    let world = Embedded::new(&field, cube(), 1.0);
+    let mut ray = AdjointRay::new(
+        &world,
+        Receiver::Leaving(cube()),
+        Tolerance::new(1e-6),
+        30.0,
+    );
+    for i in 0..16 * 24 * 24 {
+        let angle = std::f64::consts::PI * f64::from(i / 576) / 16.0;
+        let (along, side) = (
+            DVec3::new(angle.cos(), angle.sin(), 0.0),
+            DVec3::new(-angle.sin(), angle.cos(), 0.0),
+        );
+        let across = |k: i32| -0.95 + 1.9 * f64::from(k) / 23.0;
+        let x = side * across(i % 24) + DVec3::Z * across(i / 24 % 24) - 2.0 * along;
+        let start = RayStart {
+            x,
+            direction: along,
+            region: false,
+        };
+        let end = ray
+            .follow(start)
+            .unwrap_or_else(|error| panic!("{x} {along}: {error}"));
+        let outermost = end.x.abs().max_element();
+        assert!((outermost - 1.0).abs() < 1e-9, "{x} {along}: {}", end.x);
+    }
+}
+
 /// Why rays do not come through a sequence.
 #[test]
 fn rays_that_do_not_come_through() {
