@@ -386,10 +386,10 @@ fn rays_through_sequences_of_surfaces() {
     let run = |p: &[f64], begin: &[f64], then: &mut Seen| {
         let stop = Quadric::plane(DVec3::Z * -0.1, DVec3::Z);
         let elements = [
-            Element::Refracting(quadric(&p[..10])),
-            Element::Aperture(stop, 0.6),
-            Element::Refracting(quadric(&p[10..20])),
-            Element::Refracting(quadric(&p[20..30])),
+            SequenceElement::Refracting(quadric(&p[..10])),
+            SequenceElement::Aperture(stop, 0.6),
+            SequenceElement::Refracting(quadric(&p[10..20])),
+            SequenceElement::Refracting(quadric(&p[20..30])),
         ];
         let constant = |n: f64| Field::from(Constant::new(n));
         let media = [
@@ -458,7 +458,7 @@ fn focus_of_a_ball_lens() {
         axis: DVec3::Z,
         form: [1.0, 0.0, 0.0, -radius * radius],
     };
-    let elements = [Element::Refracting(ball); 2];
+    let elements = [SequenceElement::Refracting(ball); 2];
     let media = [1.0, n, 1.0].map(|n| Field::from(Constant::new(n)));
     let layout = Layout::Sequence(Sequence::new(&elements, &media).unwrap());
     let focus = 0.5 * n * radius / (n - 1.0);
@@ -552,14 +552,14 @@ fn rays_that_do_not_come_through() {
         normal: DVec3::Z,
     };
     let glass = [1.0, 1.5, 1.0].map(|n| Field::from(Constant::new(n)));
-    let follow = |elements: &[Element], media: &[Field], begin: [f64; 6]| {
+    let follow = |elements: &[SequenceElement], media: &[Field], begin: [f64; 6]| {
         let layout = Layout::Sequence(Sequence::new(elements, media).unwrap());
         let mut ray = AdjointRay::new(&layout, receiver, Tolerance::default(), 20.0);
         let end = ray.follow_through(start(&begin, 0));
         assert_eq!(ray.pull_back(&LOSS, &mut ()).is_some(), end.is_ok());
         end.map(|_| ())
     };
-    let both = [Element::Refracting(ball); 2];
+    let both = [SequenceElement::Refracting(ball); 2];
     let along = |x: f64| [x, 0.0, -3.0, 0.0, 0.0, 1.0];
     assert_eq!(follow(&both, &glass, along(0.5)), Ok(()));
     assert_eq!(
@@ -572,7 +572,7 @@ fn rays_that_do_not_come_through() {
         follow(&both[..1], &glass[1..], inside),
         Err(RayFailure::Reflected)
     );
-    let stop = Element::Aperture(Quadric::plane(-2.0 * DVec3::Z, DVec3::Z), 0.3);
+    let stop = SequenceElement::Aperture(Quadric::plane(-2.0 * DVec3::Z, DVec3::Z), 0.3);
     assert_eq!(follow(&[stop], &glass[..1], along(0.2)), Ok(()));
     assert_eq!(
         follow(&[stop], &glass[..1], along(0.4)),
@@ -584,7 +584,7 @@ fn rays_that_do_not_come_through() {
         axis: DVec3::Z,
         form: [-1.0, 0.0, -2.0, 0.0],
     };
-    let concave = [Element::Refracting(concave)];
+    let concave = [SequenceElement::Refracting(concave)];
     assert_eq!(follow(&concave, &glass[..2], along(0.5)), Ok(()));
     assert!(Sequence::new(&concave, &glass).is_none());
 }
