@@ -8,7 +8,7 @@ import argparse
 import matplotlib.pyplot as plt
 from reconstruct_jet import Problem
 
-DEFAULTS = {"views": 16, "pixels": 40, "samples": 40, "contrast": 0.03, "noise": 0.01, "smooth": True}
+DEFAULTS = {"views": 16, "pixels": 24, "samples": 32, "contrast": 0.03, "noise": 0.01, "smooth": True}
 ITERATIONS = [1, 2, 3, 5, 8, 12, 20]
 PANELS = [
     ("views", [2, 4, 8, 16, 32], "views"),

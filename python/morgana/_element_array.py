@@ -108,7 +108,18 @@ class ElementArray:
         return _morgana.load_field(self.volume(weights))
 
     def volume(self, weights: ArrayLike) -> Dict[str, Any]:
-        """The same as a volume for scenes, of type ``pressure``."""
+        """The same as a volume for scenes, of type ``pressure``.
+
+        Parameters
+        ----------
+        weights : array_like of complex, (elements,)
+            As for :meth:`amplitude`.
+
+        Returns
+        -------
+        dict
+            For ``load_field`` and scenes.
+        """
         given = self._volume
         low, high = (np.asarray(given[name], float) for name in ("min", "max"))
         kept: Dict[str, Any] = {name: given[name] for name in ("frequency", "sound_speed", "n0", "dn_dp", "elasto_optic") if name in given}
@@ -137,7 +148,20 @@ class ElementArray:
         return np.asarray(np.tensordot(self._amplitudes.conj(), by, 3))
 
     def by_phases(self, weights: ArrayLike, by_amplitude: ArrayLike) -> Doubles:
-        """Derivatives of a loss by the phases of the weights, (elements,), from those by the amplitudes (:meth:`by_weights`)."""
+        """Derivatives of a loss by the phases of the elements, from those by the amplitudes.
+
+        Parameters
+        ----------
+        weights : array_like of complex, (elements,)
+            As for :meth:`amplitude`.
+        by_amplitude : array_like, (nz, ny, nx) of complex or (nz, ny, nx, 2)
+            As for :meth:`by_weights`.
+
+        Returns
+        -------
+        numpy.ndarray
+            (elements,), per radian.
+        """
         return np.asarray(np.imag(self._weights(weights).conj() * self.by_weights(by_amplitude)))
 
     def _weights(self, weights: ArrayLike) -> Complexes:

@@ -15,9 +15,9 @@ from .grad import Rays
 
 Doubles = NDArray[np.float64]
 
-RESIDUAL = 1e-6
+RESIDUAL = 1e-5
 """Relative residual at which conjugate gradients end."""
-MOST_PRODUCTS = 2000
+MOST_PRODUCTS = 1000
 """Products with the precision for one solution, at most."""
 
 
@@ -85,13 +85,9 @@ class Posterior:
             whole[rows] = values
             return whole.reshape(shape)
 
-        def conditioned(values: Doubles) -> Doubles:
-            inner = np.where(self._free, filtered(spread(values)), 0.0)
-            return np.asarray(filtered(inner).ravel()[rows])
-
         size = (len(rows), len(rows))
         precision = solver.LinearOperator(size, matvec=lambda values: self.precision(spread(values)).ravel()[rows], dtype=float)
-        similar = solver.LinearOperator(size, matvec=conditioned, dtype=float)
+        similar = solver.LinearOperator(size, matvec=lambda values: filtered(spread(values)).ravel()[rows], dtype=float)
         found, more = solver.cg(precision, vector.ravel()[rows], rtol=RESIDUAL, maxiter=MOST_PRODUCTS, M=similar)
         if more:
             raise ReconstructionError(

@@ -48,7 +48,7 @@ class Sphere(NamedTuple):
 
 @comparable
 class Cylinder(NamedTuple):
-    """An endless circular cylinder, which rays meet where they first come to it."""
+    """An infinite circular cylinder, which rays meet where they first come to it."""
 
     point: ArrayLike
     """A point of its axis, (3,), in scene units."""

@@ -334,10 +334,14 @@ def posterior(
 
     Parameters
     ----------
-    rays, positions, position_noise, directions, direction_noise, optical_lengths, optical_length_noise, known, smoothness
-        As for :func:`fit`. Of the data, only which are known matters.
+    rays : Rays
+        As for :func:`fit`.
     samples : array_like, (nz, ny, nx)
         What was found, such as :attr:`Reconstruction.samples`.
+    positions, position_noise, directions, direction_noise, optical_lengths, optical_length_noise
+        As for :func:`fit`. Of the data, only which are known matters.
+    known, smoothness
+        As for :func:`fit`.
     prior_deviation : float, optional
         Standard deviation of all samples before anything is measured, > 0.
 

@@ -17,7 +17,7 @@ use glam::DVec3;
 #[derive(Clone, Debug)]
 pub enum Layout<'a> {
     /// A field in a box, 1, and what surrounds it, 0.
-    Boxed(Embedded<'a>),
+    Boxed(Box<Embedded<'a>>),
     /// Media between surfaces: the number of elements that a ray has passed.
     Sequence(Sequence<'a>),
 }

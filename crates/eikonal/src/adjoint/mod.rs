@@ -32,4 +32,4 @@ pub use parameters::ParameterDerivative;
 pub use quadric::{Quadric, QuadricDerivative};
 pub use receiver::Receiver;
 pub use reverse::{EndDerivative, IndexSink, StartDerivative, SurfaceDerivative};
-pub use sequence::{Element, Sequence};
+pub use sequence::{Sequence, SequenceElement};

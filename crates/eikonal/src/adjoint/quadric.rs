@@ -93,7 +93,7 @@ impl Quadric {
     }
 
     /// Distance of a point from the axis.
-    pub(super) fn from_axis(&self, x: DVec3) -> f64 {
+    pub(super) fn distance_from_axis(&self, x: DVec3) -> f64 {
         (x - self.point).reject_from_normalized(self.axis).length()
     }
 

@@ -5,6 +5,9 @@ use crate::ray::Arc;
 use crate::ray::bernstein::{first_root, height};
 use glam::DVec3;
 
+/// Relative to the diagonal of a box.
+const ROUND_OFF: f64 = 1e-11;
+
 /// A surface on which rays end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Receiver {
@@ -42,7 +45,9 @@ impl Receiver {
     pub(super) fn first(&self, arc: &Arc) -> Option<Met> {
         match self {
             Receiver::Plane { point, normal } => plane(arc, *point, *normal),
-            Receiver::Leaving(region) if region.contains(arc.start()) => leaving(arc, region),
+            Receiver::Leaving(region) if region.grown(reach(region)).contains(arc.start()) => {
+                leaving(arc, region)
+            }
             Receiver::Leaving(_) => None,
         }
     }
@@ -55,13 +60,23 @@ fn plane(arc: &Arc, point: DVec3, normal: DVec3) -> Option<Met> {
     Some(Met::at(arc, theta, normal))
 }
 
-/// Where an arc that starts in a box leaves it.
+/// By how much round-off may put the end of a step beyond a face.
+fn reach(region: &Aabb) -> f64 {
+    ROUND_OFF * region.diagonal()
+}
+
+/// Where an arc that starts in a box leaves it. A step that ended on a face, beyond it by round-off, has not met it: the next one leaves where
+/// it starts.
 pub(super) fn leaving(arc: &Arc, region: &Aabb) -> Option<Met> {
     let ends = arc.aabb();
+    let (start, step) = (arc.start(), arc.end() - arc.start());
     let faces = [(region.max, 1.0), (region.min, -1.0)];
     let mut first: Option<Met> = None;
     for (corner, sign) in faces {
         for (axis, unit) in [DVec3::X, DVec3::Y, DVec3::Z].into_iter().enumerate() {
+            if sign * (start[axis] - corner[axis]) >= 0.0 && sign * step[axis] > 0.0 {
+                return Some(Met::at(arc, 0.0, unit * sign));
+            }
             let reaches = if sign > 0.0 {
                 ends.max[axis] > corner[axis]
             } else {

@@ -12,18 +12,18 @@ const EPSILON: f64 = 1e-12;
 
 /// What rays meet in a [`Sequence`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Element {
+pub enum SequenceElement {
     /// A surface between two media, at which rays refract.
     Refracting(Quadric),
     /// The opening of an otherwise opaque plane within one medium: around its point, of the radius.
     Aperture(Quadric, f64),
 }
 
-impl Element {
+impl SequenceElement {
     /// Its surface.
     pub fn surface(&self) -> &Quadric {
         match self {
-            Element::Refracting(surface) | Element::Aperture(surface, _) => surface,
+            SequenceElement::Refracting(surface) | SequenceElement::Aperture(surface, _) => surface,
         }
     }
 }
@@ -32,7 +32,7 @@ impl Element {
 /// of elements that a ray has passed.
 #[derive(Clone, Debug)]
 pub struct Sequence<'a> {
-    elements: &'a [Element],
+    elements: &'a [SequenceElement],
     media: &'a [Field],
     /// That of each region.
     numbers: Vec<usize>,
@@ -41,10 +41,10 @@ pub struct Sequence<'a> {
 
 impl<'a> Sequence<'a> {
     /// `None` unless there is one medium more than there are refracting elements.
-    pub fn new(elements: &'a [Element], media: &'a [Field]) -> Option<Self> {
+    pub fn new(elements: &'a [SequenceElement], media: &'a [Field]) -> Option<Self> {
         let mut numbers = vec![0];
         for element in elements {
-            let refracts = matches!(element, Element::Refracting(_));
+            let refracts = matches!(element, SequenceElement::Refracting(_));
             numbers.push(numbers.last()? + usize::from(refracts));
         }
         let extent = elements.iter().map(|e| e.surface().extent());
@@ -63,7 +63,7 @@ impl<'a> Sequence<'a> {
     }
 
     /// All elements; crossings name them by number.
-    pub fn elements(&self) -> &[Element] {
+    pub fn elements(&self) -> &[SequenceElement] {
         self.elements
     }
 
@@ -76,10 +76,12 @@ impl<'a> Sequence<'a> {
     pub(super) fn verdict(&self, legs: &[Leg<usize>], has_end: bool) -> Result<(), RayFailure> {
         for passed in legs.iter().filter_map(|leg| leg.passed) {
             match self.elements[passed.surface] {
-                Element::Refracting(_) if passed.rule == Rule::Reflect => {
+                SequenceElement::Refracting(_) if passed.rule == Rule::Reflect => {
                     return Err(RayFailure::Reflected);
                 }
-                Element::Aperture(surface, radius) if surface.from_axis(passed.x) > radius => {
+                SequenceElement::Aperture(surface, radius)
+                    if surface.distance_from_axis(passed.x) > radius =>
+                {
                     return Err(RayFailure::Stopped);
                 }
                 _ => {}
@@ -112,8 +114,8 @@ impl World for Sequence<'_> {
             normal,
             shape,
             rule: match element {
-                Element::Refracting(_) => Rule::Refract,
-                Element::Aperture(..) => Rule::Pass,
+                SequenceElement::Refracting(_) => Rule::Refract,
+                SequenceElement::Aperture(..) => Rule::Pass,
             },
             beyond: region + 1,
             surface: region,

@@ -3,8 +3,9 @@
 //! crate agrees with it.
 
 use super::{
-    AdjointRay, Element, EndDerivative, IndexSink, Layout, LayoutChange, LayoutDerivative,
-    ParameterDerivative, Quadric, RayStart, Receiver, Sequence, StartChange, WorldChange,
+    AdjointRay, EndDerivative, IndexSink, Layout, LayoutChange, LayoutDerivative,
+    ParameterDerivative, Quadric, RayStart, Receiver, Sequence, SequenceElement, StartChange,
+    WorldChange,
 };
 use crate::bounds::Aabb;
 use crate::connect::{Crossing, World};
@@ -278,7 +279,7 @@ fn reverse_mode_is_the_transpose_of_forward_mode() {
 }
 
 /// A lens of graded glass between a conic and a sphere, a stop within it, a cylinder and a plane behind it.
-fn train() -> ([Element; 5], [Field; 5]) {
+fn train() -> ([SequenceElement; 5], [Field; 5]) {
     let cube = Aabb::new(DVec3::splat(-1.5), DVec3::splat(1.5));
     let waves = |x: DVec3| 1.5 + 0.03 * (2.0 * x.x + x.y).sin() * (1.5 * x.z - 0.5 * x.y).cos();
     let grid = Bspline::from_fn([9, 8, 10], cube, Placement::Nodes, waves).unwrap();
@@ -287,23 +288,23 @@ fn train() -> ([Element; 5], [Field; 5]) {
     let tilted = |x: f64, y: f64| DVec3::new(x, y, 1.0).normalize();
     let curvature = 0.6;
     let elements = [
-        Element::Refracting(Quadric {
+        SequenceElement::Refracting(Quadric {
             point: DVec3::new(0.02, 0.0, -0.6),
             axis: tilted(0.05, -0.02),
             form: [curvature, -0.8 * curvature, -2.0, 0.0],
         }),
-        Element::Aperture(Quadric::plane(DVec3::Z * -0.1, tilted(0.0, 0.1)), 0.6),
-        Element::Refracting(Quadric {
+        SequenceElement::Aperture(Quadric::plane(DVec3::Z * -0.1, tilted(0.0, 0.1)), 0.6),
+        SequenceElement::Refracting(Quadric {
             point: DVec3::new(0.0, 0.05, -1.0),
             axis: DVec3::Z,
             form: [1.0, 0.0, 0.0, -1.4 * 1.4],
         }),
-        Element::Refracting(Quadric {
+        SequenceElement::Refracting(Quadric {
             point: DVec3::new(0.05, 0.0, 1.9),
             axis: DVec3::new(0.1, 1.0, 0.05).normalize(),
             form: [1.0, -1.0, 0.0, -1.0],
         }),
-        Element::Refracting(Quadric::plane(DVec3::Z * 1.3, tilted(0.1, 0.05))),
+        SequenceElement::Refracting(Quadric::plane(DVec3::Z * 1.3, tilted(0.1, 0.05))),
     ];
     let media = [
         slope.into(),

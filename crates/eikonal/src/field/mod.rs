@@ -42,7 +42,7 @@ pub use gaussian::Gaussian;
 pub use linear::{LinearIndex, LinearSquare};
 pub use luneburg::Luneburg;
 pub use modulation::{Modulation, SoundAmplitude};
-pub use parameters::{IndexChange, IndexDerivative, Parameter};
+pub use parameters::{FieldParameter, IndexChange, IndexDerivative};
 pub use profile::IndexProfile;
 pub use sampled_sound::{SampledSound, SoundSamples};
 pub use scaled::Scaled;

@@ -45,7 +45,7 @@ impl std::ops::Add for IndexChange {
 
 /// A parameter of a field.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Parameter {
+pub struct FieldParameter {
     /// Its name, as in scenes; those of a term of a sum begin with `terms[i].`.
     pub name: String,
     /// Of its numbers; empty for a single one.
@@ -54,9 +54,9 @@ pub struct Parameter {
     pub values: Vec<f64>,
 }
 
-impl Parameter {
+impl FieldParameter {
     fn new(name: impl Into<String>, shape: &[usize], values: Vec<f64>) -> Self {
-        Parameter {
+        FieldParameter {
             name: name.into(),
             shape: shape.to_vec(),
             values,
@@ -67,7 +67,7 @@ impl Parameter {
     fn of(name: impl Into<String>, values: Vec<f64>) -> Self {
         let shape = [values.len()];
         let shape = if values.len() == 1 { &[] } else { &shape[..] };
-        Parameter::new(name, shape, values)
+        FieldParameter::new(name, shape, values)
     }
 }
 
@@ -87,13 +87,13 @@ macro_rules! analytic {
 }
 
 /// Names and numbers of the parameters of a formula that is built in.
-fn named<A: Analytic>(field: &A) -> Vec<Parameter> {
+fn named<A: Analytic>(field: &A) -> Vec<FieldParameter> {
     let numbers = field.numbers();
     let mut rest = &numbers[..];
     let each = A::PARAMETERS.iter().map(|(name, count)| {
         let (own, others) = rest.split_at(*count);
         rest = others;
-        Parameter::of(*name, own.to_vec())
+        FieldParameter::of(*name, own.to_vec())
     });
     each.collect()
 }
@@ -156,32 +156,32 @@ impl Field {
     /// | `Scaled` | those of the field within; factor |
     ///
     /// A formula so long that its numbers find no register has none.
-    pub fn parameters(&self) -> Vec<Parameter> {
+    pub fn parameters(&self) -> Vec<FieldParameter> {
         match self {
-            Field::Constant(f) => vec![Parameter::of("value", vec![f.n()])],
+            Field::Constant(f) => vec![FieldParameter::of("value", vec![f.n()])],
             Field::Acoustic(f) => {
                 let each = f.parameters().into_iter();
-                each.map(|(name, values)| Parameter::of(name, values))
+                each.map(|(name, values)| FieldParameter::of(name, values))
                     .collect()
             }
-            Field::Bspline(f) => vec![Parameter::new("samples", &shape(f), f.samples())],
+            Field::Bspline(f) => vec![FieldParameter::new("samples", &shape(f), f.samples())],
             Field::SampledSound(f) => {
                 let [z, y, x] = shape(f.instant());
                 let wave = f.wave();
                 let parts = wave.amplitude.iter().flatten().map(|v| f64::from(*v));
                 let amplitude = parts.collect();
                 vec![
-                    Parameter::of("n0", vec![wave.n0]),
-                    Parameter::new("amplitude", &[z, y, x, 2], amplitude),
+                    FieldParameter::of("n0", vec![wave.n0]),
+                    FieldParameter::new("amplitude", &[z, y, x, 2], amplitude),
                 ]
             }
             Field::Expression(f) => of_formula(f.free()),
             Field::IndexProfile(f) => match f.table_values() {
-                Some(values) => vec![Parameter::new("samples", &[values.len()], values)],
+                Some(values) => vec![FieldParameter::new("samples", &[values.len()], values)],
                 None => of_formula(f.free()),
             },
             Field::Sum(f) => {
-                let mut all = vec![Parameter::of("reference", vec![f.reference()])];
+                let mut all = vec![FieldParameter::of("reference", vec![f.reference()])];
                 for (i, term) in f.terms().enumerate() {
                     all.extend(within(&format!("terms[{i}]."), term));
                 }
@@ -189,11 +189,12 @@ impl Field {
             }
             Field::Affine(f) => {
                 let rows = f.to_world_rows().to_vec();
-                followed_by(f.inner(), Parameter::new("to_world", &[3, 4], rows))
+                followed_by(f.inner(), FieldParameter::new("to_world", &[3, 4], rows))
             }
-            Field::Scaled(f) => {
-                followed_by(f.inner(), Parameter::of("factor", vec![f.square().sqrt()]))
-            }
+            Field::Scaled(f) => followed_by(
+                f.inner(),
+                FieldParameter::of("factor", vec![f.square().sqrt()]),
+            ),
             _ => analytic!(self, f => named(f), Vec::new()),
         }
     }
@@ -367,24 +368,24 @@ fn by_columns(change: &[f64], add: impl Fn(IndexDerivative, &mut [f64])) -> Inde
     }
 }
 
-fn of_formula(free: Option<&super::formula::Free>) -> Vec<Parameter> {
+fn of_formula(free: Option<&super::formula::Free>) -> Vec<FieldParameter> {
     let parameters = free.into_iter().flat_map(|free| free.parameters());
     parameters
-        .map(|(name, value)| Parameter::of(name, vec![value]))
+        .map(|(name, value)| FieldParameter::of(name, vec![value]))
         .collect()
 }
 
 /// The parameters of a field with a prefix to their names.
-fn within(prefix: &str, field: &Field) -> impl Iterator<Item = Parameter> {
+fn within(prefix: &str, field: &Field) -> impl Iterator<Item = FieldParameter> {
     let each = field.parameters().into_iter();
-    each.map(move |p| Parameter {
+    each.map(move |p| FieldParameter {
         name: format!("{prefix}{}", p.name),
         ..p
     })
 }
 
 /// The parameters of the field within another, and the other's own.
-fn followed_by(inner: &Field, own: Parameter) -> Vec<Parameter> {
+fn followed_by(inner: &Field, own: FieldParameter) -> Vec<FieldParameter> {
     let taken = inner.parameters().iter().any(|p| p.name == own.name);
     let prefix = if taken { "within." } else { "" };
     within(prefix, inner).chain([own]).collect()

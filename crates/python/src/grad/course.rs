@@ -3,8 +3,8 @@
 use crate::field::Field;
 use crate::numbers::array;
 use eikonal::adjoint::{
-    AdjointRay, Element, Embedded, Layout, LayoutChange, LayoutDerivative, Quadric,
-    QuadricDerivative, Receiver, Sequence,
+    AdjointRay, Embedded, Layout, LayoutChange, LayoutDerivative, Quadric, QuadricDerivative,
+    Receiver, Sequence, SequenceElement,
 };
 use eikonal::field::{Bspline, Constant, Placement};
 use eikonal::{Aabb, Field as Index, Tolerance};
@@ -68,7 +68,7 @@ pub(super) struct Course {
     media: Vec<Index>,
     /// Of the media that are samples, the grid.
     grids: Vec<Option<Bspline>>,
-    elements: Option<Vec<Element>>,
+    elements: Option<Vec<SequenceElement>>,
     pub(super) region: Aabb,
     ambient: f64,
     pub(super) receiver: Receiver,
@@ -133,7 +133,7 @@ impl Course {
             (Some(elements), media) => Sequence::new(elements, media).map(Layout::Sequence),
             (None, [field]) => {
                 let embedded = Embedded::new(field, self.region, self.ambient);
-                Some(Layout::Boxed(embedded))
+                Some(Layout::Boxed(Box::new(embedded)))
             }
             _ => None,
         }
@@ -243,15 +243,15 @@ impl From<LayoutDerivative<'_>> for Sums {
     }
 }
 
-fn element((point, axis, form, radius): &GivenElement) -> Element {
+fn element((point, axis, form, radius): &GivenElement) -> SequenceElement {
     let surface = Quadric {
         point: DVec3::from_array(*point),
         axis: DVec3::from_array(*axis),
         form: *form,
     };
     match radius {
-        Some(radius) => Element::Aperture(surface, *radius),
-        None => Element::Refracting(surface),
+        Some(radius) => SequenceElement::Aperture(surface, *radius),
+        None => SequenceElement::Refracting(surface),
     }
 }
 
