@@ -1014,8 +1014,8 @@ PLANTED = [
     (
         "sums that parameters share left out of one of them",
         TRANSPORT + "render/derivative/batches.rs",
-        "both.zip(values).for_each(|(m, (a, b))| enter(m, a + b));",
-        "both.zip(values).for_each(|(m, (a, b))| enter(m, if parameter > 0 { a + b } else { *a }));",
+        "if let Some(shared) = shared {",
+        "if let Some(shared) = shared.filter(|_| parameter > 0) {",
         ("morgana-transport", "transport", "derivatives::coefficients_obey_the_chain_rule"),
     ),
     (

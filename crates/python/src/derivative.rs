@@ -14,7 +14,7 @@ use transport::Spectrum;
 use transport::derivative::{DerivativeError, RadiometricParameter};
 use transport::emitter::Emitter;
 use transport::film::Decomposition;
-use transport::integrator::Integrator;
+use transport::integrator::{Integrator, PathTracer};
 use transport::render::{
     DerivativeOptions, Derivatives, Handle, MeterDerivativeOptions, ReadingFunctional,
     check_parameters, derivatives, meter_derivatives,

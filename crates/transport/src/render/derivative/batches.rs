@@ -36,8 +36,10 @@ pub(super) struct Units {
     pub size: u64,
     /// Paths of each sample.
     pub paths: usize,
-    /// Rows of sums.
-    pub rows: usize,
+    /// Number of sums.
+    pub sums: usize,
+    /// Number of values that these make.
+    pub values: usize,
 }
 
 /// A part of a batch.
@@ -59,13 +61,13 @@ impl Part {
 
 impl Units {
     /// The moments of all batches, each the sums over a range of samples. Batches and their parts do not depend on the number of threads, and
-    /// are added up in order. `part` adds its sums to zeros. `None` if it was stopped.
+    /// are added up in order. `part` adds its sums to zeros; `values` makes values of the sums of a batch. `None` if it was stopped.
     pub(super) fn moments(
         &self,
-        plan: &Plan,
         handle: &Handle,
         stats: &mut Stats,
         part: impl Fn(&Part, &mut [f64]) -> Stats + Sync,
+        values: impl Fn(&[f64], &mut [f64]),
     ) -> Result<Option<BatchMoments>, DerivativeError> {
         if self.count < 2 {
             return Err(DerivativeError::Samples(self.size));
@@ -75,10 +77,11 @@ impl Units {
             .step_by(each as usize)
             .map(|first| first..(first + each).min(self.count))
             .collect();
-        let sums = self.rows * plan.stride();
-        let parts = self.parts(each, batches.len(), sums);
+        let sums = self.sums;
+        let parts = self.parts(each, batches.len());
         let abreast = (ABREAST / parts).clamp(1, room(sums).max(1));
-        let mut moments = BatchMoments::new(self.rows, plan);
+        let mut moments = BatchMoments::new(self.values);
+        let mut of_batch = vec![0.0; self.values];
         // Kept from batch to batch: new memory costs more than paths do.
         let mut all_sums = vec![vec![0.0; sums]; abreast.min(batches.len()) * parts];
         for batches in batches.chunks(abreast) {
@@ -99,7 +102,8 @@ impl Units {
                 if let Some((total, others)) = sums.split_first_mut() {
                     others.iter().for_each(|part| add(total, part));
                     let replicates = (batch.end - batch.start) as f64;
-                    moments.add(plan, total, replicates, self.size as f64);
+                    values(total, &mut of_batch);
+                    moments.add(&of_batch, replicates, self.size as f64);
                 }
             }
         }
@@ -108,7 +112,8 @@ impl Units {
 
     /// Into how many parts each batch of so many replicates is split. Sums that are large for what adds to them are made in fewer parts: adding those
     /// up would take longer than the paths.
-    fn parts(&self, replicates: u64, batches: usize, sums: usize) -> usize {
+    fn parts(&self, replicates: u64, batches: usize) -> usize {
+        let sums = self.sums;
         let paths = self.paths.saturating_mul((replicates * self.size) as usize);
         let wanted = paths.saturating_mul(PER_PATH) / sums.max(1);
         let wanted = wanted.clamp(ABREAST.div_ceil(batches), MOST_PARTS);
@@ -134,6 +139,20 @@ fn add(total: &mut [f64], part: &[f64]) {
     total.iter_mut().zip(part).for_each(|(a, b)| *a += b);
 }
 
+/// Derivatives, row by row, from sums: what parameters share counts for each of them.
+pub(super) fn derivatives_of(plan: &Plan, sums: &[f64], values: &mut [f64]) {
+    let rows = values.chunks_mut(plan.len().max(1));
+    for (values, row) in rows.zip(sums.chunks(plan.stride().max(1))) {
+        for parameter in 0..plan.starts.len() - 1 {
+            let (own, shared) = plan.places(parameter);
+            values[own.clone()].copy_from_slice(&row[own.clone()]);
+            if let Some(shared) = shared {
+                add(&mut values[own], &row[shared]);
+            }
+        }
+    }
+}
+
 /// Mean over replicates, and its variance from the spread of batches of them.
 pub(super) struct BatchMoments {
     replicates: f64,
@@ -144,43 +163,25 @@ pub(super) struct BatchMoments {
 }
 
 impl BatchMoments {
-    fn new(rows: usize, plan: &Plan) -> Self {
+    fn new(count: usize) -> Self {
         BatchMoments {
             replicates: 0.0,
             batches: 0.0,
-            sums: vec![0.0; rows * plan.len()],
-            squares: vec![0.0; rows * plan.len()],
+            sums: vec![0.0; count],
+            squares: vec![0.0; count],
         }
     }
 
-    /// Adds the sums of a batch of so many replicates of a size.
-    fn add(&mut self, plan: &Plan, batch: &[f64], replicates: f64, size: f64) {
+    /// Adds the values of a batch of so many replicates of a size.
+    fn add(&mut self, batch: &[f64], replicates: f64, size: f64) {
         self.replicates += replicates;
         self.batches += 1.0;
         let (per_sample, per_replicate) = (1.0 / size, 1.0 / replicates);
-        let count = plan.len().max(1);
-        let moments = self
-            .sums
-            .chunks_mut(count)
-            .zip(self.squares.chunks_mut(count));
-        for ((sums, squares), row) in moments.zip(batch.chunks(plan.stride().max(1))) {
-            for parameter in 0..plan.starts.len() - 1 {
-                let (own, shared) = plan.places(parameter);
-                let (sums, squares) = (&mut sums[own.clone()], &mut squares[own.clone()]);
-                let both = sums.iter_mut().zip(squares);
-                let enter = |(sum, square): (&mut f64, &mut f64), value: f64| {
-                    let value = value * per_sample;
-                    *sum += value;
-                    *square += value * value * per_replicate;
-                };
-                match shared {
-                    Some(shared) => {
-                        let values = row[own].iter().zip(&row[shared]);
-                        both.zip(values).for_each(|(m, (a, b))| enter(m, a + b));
-                    }
-                    None => both.zip(&row[own]).for_each(|(m, a)| enter(m, *a)),
-                }
-            }
+        let moments = self.sums.iter_mut().zip(&mut self.squares);
+        for ((sum, square), value) in moments.zip(batch) {
+            let value = value * per_sample;
+            *sum += value;
+            *square += value * value * per_replicate;
         }
     }
 

@@ -2,7 +2,7 @@
 //!
 //! Theory: docs/theory.md#derivatives-by-the-index-behind-scattering.
 
-use super::batches::{BatchMoments, Units, check_room, side_by_side};
+use super::batches::{BatchMoments, Part, Units, check_room};
 use super::{Derivative, SEED, without_splitting};
 use crate::Spectrum;
 use crate::attached::{self, AttachedPath, AttachedWalk, IndexDerivativeError, IndexPlan};
@@ -15,7 +15,6 @@ use crate::renderer::Renderer;
 use crate::scene::{MediumId, Scene};
 use crate::stats::Stats;
 use eikonal::Tolerance;
-use std::ops::Range;
 
 /// How derivatives of an image by the index of media are taken.
 #[derive(Clone, Debug)]
@@ -157,27 +156,35 @@ impl Pass<'_> {
         let units = Units {
             count: self.options.samples / replicate,
             size: replicate,
-            sums: 1 + self.plan.counts(self.source.scene).iter().sum::<usize>(),
+            paths: self.pixels(),
+            sums: 1 + self.plan.len(),
+            values: 1 + self.plan.counts(self.source.scene).iter().sum::<usize>(),
         };
-        let film = self.source.scene.film();
-        let pixels = film.width * film.height;
-        let moments = units.moments(self.source.handle, |range| {
-            let samples = pixels as u64 * (range.end - range.start);
-            self.source.handle.count(samples);
-            let sums = side_by_side(1 + self.plan.len(), pixels, stats, |pixels| {
-                self.part(pixels, range.clone())
-            });
-            let by_parameters = self.plan.by_parameters(self.source.scene, &sums[1..]);
-            [&sums[..1], &by_parameters].concat()
-        });
+        let moments = units.moments(
+            self.source.handle,
+            stats,
+            |part, sums| self.part(part, sums),
+            |sums, values| {
+                let by_parameters = self.plan.by_parameters(self.source.scene, &sums[1..]);
+                values[0] = sums[0];
+                values[1..].copy_from_slice(&by_parameters);
+            },
+        );
         moments.map_err(|e| refused(&e))
     }
 
-    /// The sums of a part of the pixels: of what paths bring, and of its derivatives.
-    fn part(&self, pixels: Range<usize>, samples: Range<u64>) -> (Vec<f64>, Stats) {
+    fn pixels(&self) -> usize {
+        let film = self.source.scene.film();
+        film.width * film.height
+    }
+
+    /// Adds the sums of a part of the pixels: of what paths bring, and of its derivatives.
+    fn part(&self, part: &Part, sums: &mut [f64]) -> Stats {
         let source = self.source;
+        let (samples, pixels) = (&part.samples, part.of(self.pixels()));
+        let count = pixels.len() as u64 * (samples.end - samples.start);
+        source.handle.count(count);
         let (mut stats, mut path) = (Stats::default(), AttachedPath::default());
-        let mut sums = vec![0.0; 1 + self.plan.len()];
         let limits = self.options.path;
         let walk = AttachedWalk {
             scene: source.scene,
@@ -190,7 +197,7 @@ impl Pass<'_> {
         for pixel in pixels {
             for sample in samples.clone() {
                 if source.is_stopped() {
-                    return (sums, stats);
+                    return stats;
                 }
                 let mut sampled = source.ray(pixel, sample);
                 stats.paths += 1;
@@ -214,7 +221,7 @@ impl Pass<'_> {
                 });
             }
         }
-        (sums, stats)
+        stats
     }
 
     /// The weights of a pixel.

@@ -20,7 +20,7 @@ use crate::integrator::{Contribution, Integrator, PathFinds};
 use crate::renderer::Renderer;
 use crate::scene::Scene;
 use crate::stats::Stats;
-use batches::{BatchMoments, Part, Units, check_room};
+use batches::{BatchMoments, Part, Units, check_room, derivatives_of};
 
 /// Changes the seed, so that a render of the same seed is independent.
 const SEED: u64 = 0x5DEE_CE66_D1CE_4E5B;
@@ -214,11 +214,15 @@ impl<'a> Pass<'a> {
             count: self.options.samples / replicate,
             size: replicate,
             paths: self.pixels,
-            rows: 1,
+            sums: self.plan.stride(),
+            values: self.plan.len(),
         };
-        units.moments(self.plan, self.source.handle, stats, |part, sums| {
-            self.part(part, sums)
-        })
+        units.moments(
+            self.source.handle,
+            stats,
+            |part, sums| self.part(part, sums),
+            |sums, values| derivatives_of(self.plan, sums, values),
+        )
     }
 
     /// Adds the sums over a range of samples of some pixels.

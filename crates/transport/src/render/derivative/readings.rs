@@ -1,6 +1,6 @@
 //! Derivatives of what meters read.
 
-use super::batches::{Part, Units};
+use super::batches::{Part, Units, derivatives_of};
 use super::{Derivatives, SEED, blank, check_weights};
 use crate::derivative::{DerivativeError, Plan, RadiometricParameter, Sums};
 use crate::meter::{Functionals, Meter, Setup};
@@ -85,10 +85,16 @@ pub fn meter_derivatives(
             count: options.particles,
             size: 1,
             paths: 1,
-            rows: wanted.count(),
+            sums: wanted.count() * plan.stride(),
+            values: wanted.count() * plan.len(),
         };
         let stats = &mut found.stats;
-        let moments = units.moments(&plan, handle, stats, |part, sums| pass.part(part, sums))?;
+        let moments = units.moments(
+            handle,
+            stats,
+            |part, sums| pass.part(part, sums),
+            |sums, values| derivatives_of(&plan, sums, values),
+        )?;
         let Some(moments) = moments else {
             return Ok(None);
         };
