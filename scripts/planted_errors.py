@@ -1005,13 +1005,6 @@ PLANTED = [
         ("morgana-transport", "transport", "derivatives::emitters::media_that_emit_change_with_their_absorption"),
     ),
     (
-        "pixels of the sky with the weights of those above and below them",
-        TRANSPORT + "emitter/environment_map.rs",
-        "for (row, by_row) in [(row, 1.0 - y), (row + 1, y)] {",
-        "for (row, by_row) in [(row, y), (row + 1, 1.0 - y)] {",
-        ("morgana-transport", "transport", "derivatives::emitters::derivatives_by_values_of_emitters_are_differences"),
-    ),
-    (
         "sums that parameters share left out of one of them",
         TRANSPORT + "render/derivative/batches.rs",
         "if let Some(shared) = shared {",

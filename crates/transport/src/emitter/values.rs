@@ -152,3 +152,64 @@ impl EmitterValues<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Orientation;
+    use crate::emitter::Projector;
+    use crate::texture::{BitmapFilter, Wrap};
+    use std::sync::Arc;
+
+    fn pixels(count: usize) -> Vec<Spectrum> {
+        let value = |i: usize| 0.5 + (i * 7 % 11) as f64;
+        (0..count)
+            .map(|i| Spectrum([value(i), value(i + 3), 1.0, 0.0]))
+            .collect()
+    }
+
+    /// Weights times values are the light, to rounding, in all directions.
+    #[test]
+    fn light_is_the_sum_of_weights_times_values() {
+        let map = Environment::image(5, 4, pixels(20), Orientation::IDENTITY);
+        let mut all = vec![(Emitter::Environment(map.unwrap()), pixels(20))];
+        for filter in [BitmapFilter::Bilinear, BitmapFilter::Nearest] {
+            for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
+                let slide = Slide {
+                    size: [5, 3],
+                    pixels: pixels(15),
+                    filter,
+                    wrap,
+                };
+                let projector = Projector::new(DVec3::ZERO, Orientation::IDENTITY, 2.0, slide);
+                let projector = Emitter::Projector(Arc::new(projector.unwrap()));
+                all.push((projector, pixels(15)));
+            }
+        }
+        for (emitter, pixels) in all {
+            let values = emitter.values();
+            let mut seen = 0;
+            for i in 0..500 {
+                let z = 1.0 - (f64::from(i) + 0.5) / 250.0;
+                let (sin, turn) = ((1.0 - z * z).sqrt(), 2.4 * f64::from(i));
+                let direction = DVec3::new(sin * turn.cos(), sin * turn.sin(), z);
+                let ray = EmittedRay {
+                    emitter: 0,
+                    end: ConnectionEnd::at(DVec3::ZERO),
+                    x: DVec3::ZERO,
+                    direction,
+                };
+                let mut sum = Spectrum::ZERO;
+                let light = values.at(&emitter, &ray, |i, weight| sum += pixels[i] * weight);
+                seen += usize::from(!light.is_zero());
+                for c in 0..Spectrum::CHANNELS {
+                    assert!(
+                        (light[c] - sum[c]).abs() < 1e-9,
+                        "{direction} {light:?} {sum:?}"
+                    );
+                }
+            }
+            assert!(seen > 20, "{seen}");
+        }
+    }
+}
