@@ -10,13 +10,17 @@ use transport::renderer::Renderer;
 /// A scene with an integrator and a surface, from line 2.
 fn load(integrator: &str, bsdf: &str, film: &str) -> Result<Loaded, String> {
     let directory = tempfile::tempdir().unwrap();
+    let nested = match bsdf {
+        "mask" => r#"<bsdf type="thindielectric"/>"#,
+        _ => "",
+    };
     let path = directory.path().join("scene.xml");
     let text = format!(
         r#"<scene version="3.0.0"><integrator type="stokes"><integrator type="{integrator}"/></integrator>
 <sensor type="perspective"><float name="fov" value="40"/><film type="hdrfilm"><integer name="width" value="4"/>
 <integer name="height" value="4"/>{film}</film></sensor>
 <emitter type="constant"/>
-<shape type="sphere"><point name="center" z="5"/><bsdf type="{bsdf}"/></shape>
+<shape type="sphere"><point name="center" z="5"/><bsdf type="{bsdf}">{nested}</bsdf></shape>
 </scene>"#
     );
     fs::write(&path, text).unwrap();
@@ -56,6 +60,11 @@ fn films_have_four_layers_for_each_layer_of_light() {
 }
 
 #[test]
+fn panes_alone_are_followed() {
+    assert!(load("path", "thindielectric", "").is_ok());
+}
+
+#[test]
 fn what_polarised_light_is_not_followed_through_is_an_error() {
     for (integrator, bsdf, expected) in [
         (
@@ -65,8 +74,8 @@ fn what_polarised_light_is_not_followed_through_is_an_error() {
         ),
         ("particle", "conductor", "'stokes' cannot hold 'particle'"),
         ("aov", "conductor", "'stokes' cannot hold 'aov'"),
-        ("path", "thindielectric", "scene.xml:5"),
-        ("path", "thindielectric", "thin panes"),
+        ("path", "mask", "scene.xml:5"),
+        ("path", "mask", "thindielectric in another bsdf"),
     ] {
         let error = load(integrator, bsdf, "").map(|_| ()).unwrap_err();
         assert!(error.contains(expected), "{integrator}, {bsdf}: {error}");
