@@ -8,7 +8,7 @@ scatterers flow besides.
 :func:`tagged` finds the power that ultrasound shifts to sidebands of the light, and :func:`correlate_tagged` its autocorrelation, from records
 of a meter that is ``tagged``; :func:`modulation_depth` is that of pictures and meters, in pixels and cells.
 
-Theory: docs/theory.md#diffuse-correlation, docs/theory.md#tagged-light.
+Theory: docs/theory.md#diffuse-correlation, docs/theory.md#flow, docs/theory.md#tagged-light.
 
     >>> motion = {"tissue: label 1": correlation.brownian(6e-7), "tissue: label 2": correlation.brownian(6e-6, moving=0.5)}
     >>> found = correlation.correlate(records, np.logspace(-7, -3, 50), motion, wavelength=785e-6, index=1.37)

@@ -87,15 +87,15 @@ enum Light {
     /// An environment, around the ball.
     Sky,
     /// A small sphere in the ball: connections find most of its light.
-    Lamp,
+    Bulb,
 }
 
 impl Light {
     /// A pixel that sees a ray, and the light of radiance 1.
     fn seen(self, parts: Parts, ray: [DVec3; 2]) -> Parts {
         let mut parts = seen(parts, ray);
-        if let Light::Lamp = self {
-            parts.objects.push(lamp(Some(0)));
+        if let Light::Bulb = self {
+            parts.objects.push(bulb(Some(0)));
             parts.emitters = vec![Emitter::Area {
                 object: 1,
                 radiance: Spectrum::ONE,
@@ -108,13 +108,13 @@ impl Light {
     fn ways(self, parts: Parts, ray: [DVec3; 2], particles: u64, seed: u64) -> Vec<Option<Way>> {
         let mut parts = lit(parts, ray);
         parts.objects.truncate(1);
-        // Out of the ball, or onto the lamp, from where its normals point.
+        // Out of the ball, or onto the bulb, from where its normals point.
         let (object, side) = match self {
             Light::Sky => (0, 0.0),
-            Light::Lamp => (1, 1.0),
+            Light::Bulb => (1, 1.0),
         };
-        if let Light::Lamp = self {
-            parts.objects.push(lamp(None));
+        if let Light::Bulb = self {
+            parts.objects.push(bulb(None));
         }
         let mut meter = through(&parts.objects, object, [1, 1], false);
         meter.most_records = Some(1_000_000);
@@ -143,7 +143,7 @@ impl Light {
 }
 
 /// A black sphere.
-fn lamp(emitter: Option<usize>) -> Object {
+fn bulb(emitter: Option<usize>) -> Object {
     let sphere = Sphere::around(DVec3::new(-0.35, 0.35, 0.3), 0.2).unwrap();
     Object {
         sides: None,
@@ -188,7 +188,7 @@ fn films_are_means_over_frozen_instants() {
     let mut zs = Vec::new();
     for (name, parts) in cases().into_iter().take(2) {
         for ray in rays() {
-            for (light, walks, samples) in [(Light::Sky, 300, 4_000), (Light::Lamp, 4_000, 12_000)]
+            for (light, walks, samples) in [(Light::Sky, 300, 4_000), (Light::Bulb, 4_000, 12_000)]
             {
                 let scene = light.seen(at_rest(parts.clone()), ray);
                 let film = tagged_film(scene, Some(sidebands), particles(samples));
