@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TypeVar, Union
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,10 +12,7 @@ from ._records import Records
 Doubles = NDArray[np.float64]
 
 
-Factors = TypeVar("Factors", NDArray[np.float64], NDArray[np.complex128])
-
-
-def by_particle(records: Records, factors: Factors) -> Factors:
+def by_particle(records: Records, factors: NDArray[Any]) -> NDArray[Any]:
     """Sums of weights times factors, (records, n), over the records of each particle that has some: (particles, n, channels)."""
     _, rows = np.unique(records.particle, return_inverse=True)
     shape = (int(rows.max(initial=-1)) + 1, factors.shape[1], records.weight.shape[1])
@@ -24,7 +21,7 @@ def by_particle(records: Records, factors: Factors) -> Factors:
     return sums
 
 
-def aligned(sums: Union[Doubles, NDArray[np.complex128]]) -> Doubles:
+def aligned(sums: NDArray[Any]) -> Doubles:
     """The parts of sums over particles, the first axis, in phase with their total: they add up to its absolute value, and their errors are its."""
     total = sums.sum(axis=0)
     turn = np.where(total == 0, 1, np.conj(total) / np.where(total == 0, 1, np.abs(total)))

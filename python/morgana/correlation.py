@@ -298,13 +298,13 @@ class _Light(NamedTuple):
     """What turns motions into phases."""
 
     wavelength: float
-    index: Union[float, Mapping[str, float]]
+    indices: Union[float, Mapping[str, float]]
     flow: float
 
 
 def _decay(records: Records, delays: Doubles, motions: Mapping[str, Motion], light: _Light) -> Union[Doubles, NDArray[np.complex128]]:
     """What is left of each record after each delay, (delays, records): complex if something flows."""
-    index = light.index
+    index = light.indices
     k0 = 2 * np.pi / positive(light.wavelength, "wavelength", least=np.nextafter(0, 1))
     rate = _rate(records, light.flow)
     exponent = np.zeros((len(delays), len(records.particle)))
