@@ -1,4 +1,5 @@
-//! Quadratures along panels: with n inner values, and values and derivatives at both ends, they are exact for polynomials of degree 2n + 3.
+//! Quadratures along panels: with n inner values, and values and derivatives at both ends, they are exact for polynomials of degree 2n + 3
+//! (docs/theory.md#tagged-light).
 
 /// The most inner values.
 pub(super) const MOST_INNER: usize = 3;
