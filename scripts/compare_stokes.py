@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
-"""Compares Stokes parameters with Mitsuba 3's: a tilted glass cube and a metal ball above a tilted metal plate, lit by an area light.
+"""Compares Stokes parameters with Mitsuba 3's: a tilted glass cube and a metal ball above a tilted metal plate, lit by an area light; and a
+rough metal ball and plate below a polariser, through which an area light shines. Retarders that light meets at an angle differ from Mitsuba's
+(docs/scene-format.md#filters-of-polarised-light).
 
 Both render 32 × 32 pixels in 16 batches. Blocks of 4 × 4 pixels are compared, after one common factor for brightness (Mitsuba's
 spectral variant has colours of its own). Prints for each parameter its root mean square over the image, and the root mean square and
@@ -18,13 +20,18 @@ import tempfile
 from compare_mitsuba import TARGET, Morgana, enter_environment
 
 BATCHES, SAMPLES, SIZE, BLOCK = 16, 256, 32, 4
-SCENE = """<scene version="3.0.0">
+VIEW = """<scene version="3.0.0">
 <integrator type="stokes"><integrator type="path"><integer name="max_depth" value="8"/></integrator></integrator>
 <sensor type="perspective"><float name="fov" value="38"/>
 <transform name="to_world"><lookat origin="0.4,1.5,6" target="0,0.2,0" up="0.1,1,0"/></transform>
 <sampler type="independent"/><film type="hdrfilm"><integer name="width" value="32"/><integer name="height" value="32"/>
 <string name="pixel_format" value="luminance"/><rfilter type="box"/></film></sensor>
-<shape type="cube"><transform name="to_world"><scale value="0.7"/>
+"""
+LIGHT = """<shape type="rectangle"><transform name="to_world"><scale value="3"/><rotate x="1" angle="90"/>
+<translate x="-1" y="4" z="1"/></transform>
+<emitter type="area"><spectrum name="radiance" value="1"/></emitter></shape>
+"""
+GLASS_AND_METAL = """<shape type="cube"><transform name="to_world"><scale value="0.7"/>
 <rotate x="0.6" y="0.64" z="0.48" angle="38"/><translate x="-1.2" y="0.3" z="0.3"/></transform>
 <bsdf type="dielectric"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1.0"/></bsdf></shape>
 <shape type="sphere"><point name="center" x="1.2" y="0" z="0"/><float name="radius" value="0.9"/>
@@ -32,10 +39,18 @@ SCENE = """<scene version="3.0.0">
 <shape type="rectangle"><transform name="to_world"><scale value="3"/><rotate x="1" angle="-75"/><rotate y="1" angle="20"/>
 <translate y="-1.3"/></transform>
 <bsdf type="conductor"><spectrum name="eta" value="0.5"/><spectrum name="k" value="2.7"/></bsdf></shape>
-<shape type="rectangle"><transform name="to_world"><scale value="3"/><rotate x="1" angle="90"/>
-<translate x="-1" y="4" z="1"/></transform>
-<emitter type="area"><spectrum name="radiance" value="1"/></emitter></shape>
-</scene>"""
+"""
+BELOW_A_FILTER = """<shape type="rectangle"><transform name="to_world"><scale value="3.4"/><rotate x="1" angle="90"/><translate x="-1" y="3.7" z="1"/></transform>
+<bsdf type="polarizer"><spectrum name="theta" value="25"/></bsdf></shape>
+<shape type="sphere"><point name="center" x="0.3" y="0.2" z="0"/><float name="radius" value="1.2"/>
+<bsdf type="roughconductor"><float name="alpha" value="0.2"/><string name="distribution" value="ggx"/><spectrum name="eta" value="0.9"/>
+<spectrum name="k" value="1.7"/></bsdf></shape>
+<shape type="rectangle"><transform name="to_world"><scale value="3"/><rotate x="1" angle="-75"/><rotate y="1" angle="20"/>
+<translate y="-1.3"/></transform>
+<bsdf type="roughconductor"><float name="alpha" value="0.3"/><string name="distribution" value="beckmann"/><spectrum name="eta" value="0.5"/>
+<spectrum name="k" value="2.7"/></bsdf></shape>
+"""
+SCENES = {"glass and metal": GLASS_AND_METAL, "rough metal below a polariser": BELOW_A_FILTER}
 
 
 def of_morgana(program, scene, folder, seed):
@@ -69,21 +84,29 @@ def blocks(images):
 def main():
     enter_environment()
     import mitsuba
-    import numpy
 
     program = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else TARGET / "release" / "morgana"
     if len(sys.argv) < 2:
         Morgana.build()
     mitsuba.set_variant("scalar_spectral_polarized")
+    for name, objects in SCENES.items():
+        print(f"| {name} | root mean square | deviations, root mean square | largest |\n|---|---|---|---|")
+        compare(program, VIEW + objects + LIGHT + "</scene>")
+
+
+def compare(program, text):
+    """Prints a row for each parameter of a scene."""
+    import mitsuba
+    import numpy
+
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         path = folder / "scene.xml"
-        path.write_text(SCENE)
+        path.write_text(text)
         ours, our_errors = blocks([of_morgana(program, path, folder, seed) for seed in range(BATCHES)])
-        scene = mitsuba.load_string(SCENE)
+        scene = mitsuba.load_string(text)
         theirs, their_errors = blocks([of_mitsuba(scene, seed) for seed in range(BATCHES)])
     factor = ours[0].mean() / theirs[0].mean()
-    print("| parameter | root mean square | deviations, root mean square | largest |\n|---|---|---|---|")
     for k in range(4):
         errors = numpy.hypot(our_errors[k], factor * their_errors[k])
         lit = errors > 1e-7

@@ -87,6 +87,9 @@ class Records(NamedTuple):
     change Re(A e^{iωt})."""
     displacement_modulation: Optional[Phasors] = None
     """Likewise by the displacement of what scatters the light."""
+    optical_length_rate: Optional[Doubles] = None
+    """How fast the flow of what scatters the light changes the optical length of the way, (n,), in scene units per second, if a medium has a
+    ``velocity``."""
 
     @classmethod
     def load(cls, path: Union[str, "os.PathLike[str]"], meter: Optional[str] = None) -> "Records":
@@ -323,6 +326,7 @@ def _table(
         unit=units[f"{prefix}record_weight"],
         index_modulation=phasors("index_modulation"),
         displacement_modulation=phasors("displacement_modulation"),
+        optical_length_rate=column("optical_length_rate") if f"{prefix}record_optical_length_rate" in arrays else None,
     )
 
 

@@ -2,12 +2,13 @@
 
 A detector of coherent light sees speckle that changes as scatterers move. :func:`correlate` computes the field autocorrelation G₁(τ) of the
 light that a meter has recorded, and :func:`speckle_contrast` what a camera of finite exposure sees, from :class:`morgana.Records` and the
-mean square displacement of the scatterers in each region. Nothing is rendered again when motions change.
+mean square displacement of the scatterers in each region. Nothing is rendered again when motions change. Where media have a ``velocity``,
+scatterers flow besides.
 
 :func:`tagged` finds the power that ultrasound shifts to sidebands of the light, and :func:`correlate_tagged` its autocorrelation, from records
 of a meter that is ``tagged``; :func:`modulation_depth` is that of pictures and meters, in pixels and cells.
 
-Theory: docs/theory.md#diffuse-correlation, docs/theory.md#tagged-light.
+Theory: docs/theory.md#diffuse-correlation, docs/theory.md#flow, docs/theory.md#tagged-light.
 
     >>> motion = {"tissue: label 1": correlation.brownian(6e-7), "tissue: label 2": correlation.brownian(6e-6, moving=0.5)}
     >>> found = correlation.correlate(records, np.logspace(-7, -3, 50), motion, wavelength=785e-6, index=1.37)
@@ -16,14 +17,14 @@ Theory: docs/theory.md#diffuse-correlation, docs/theory.md#tagged-light.
 
 from __future__ import annotations
 
-from typing import Callable, Mapping, NamedTuple, Union
+from typing import Callable, Mapping, NamedTuple, Optional, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._correlation import Correlation
 from ._records import Records
-from ._sums import by_particle, error_of, positive
+from ._sums import aligned, by_particle, error_of, positive
 from ._tagging import ModulationDepth, Sidebands, correlate_tagged, modulation_depth, tagged
 from ._values import comparable
 
@@ -169,11 +170,15 @@ def correlate(
     *,
     wavelength: float,
     index: Union[float, Mapping[str, float]],
+    flow: float = 1.0,
 ) -> Correlation:
     """The field autocorrelation G₁(τ) of recorded light.
 
     Each record counts with its weight times exp(−⅓ k₀² Σ n² Y ⟨Δr²(τ)⟩), summed over regions, where Y is its momentum transfer. This holds
     for light of one polarisation whose paths have independent phases, and for scatterers whose displacements are Gaussian and independent.
+
+    Where media have a ``velocity``, scatterers flow besides: a record's phase turns by k₀τ times its ``optical_length_rate``, and G₁(τ) is the
+    absolute value of the sum. Velocities do not change while light is correlated.
 
     Parameters
     ----------
@@ -188,6 +193,8 @@ def correlate(
         Wavelength in vacuum, > 0, in scene units.
     index : float or mapping
         Refractive index, of all regions or by the names of those that move.
+    flow : float
+        By what velocities of media are multiplied: 0 for a flow at rest.
 
     Returns
     -------
@@ -197,7 +204,7 @@ def correlate(
     Raises
     ------
     ValueError
-        An unknown region, one without an index, or a number out of range.
+        An unknown region, one without an index, a flow of media without velocities, or a number out of range.
 
     Examples
     --------
@@ -207,13 +214,13 @@ def correlate(
     times = np.atleast_1d(np.asarray(delays, float))
     if times.ndim != 1 or not np.all(np.isfinite(times) & (times >= 0)):
         raise ValueError("delays are finite numbers of seconds, not negative, in one row")
-    decay = _decay(records, times, motions, wavelength, index)
+    decay = _decay(records, times, motions, _Light(wavelength, index, flow))
     power = by_particle(records, np.ones((len(records.particle), 1)))[:, 0]
     total = power.sum(axis=0)
     mean, error = np.zeros((2, len(times), records.weight.shape[1]))
     ratio, ratio_error = np.zeros_like(mean), np.zeros_like(mean)
     for i, row in enumerate(decay):
-        sums = by_particle(records, row[:, None])[:, 0]
+        sums = aligned(by_particle(records, row[:, None])[:, 0])
         mean[i], error[i] = sums.sum(axis=0), error_of(sums, records.particles)
         ratio[i] = np.divide(mean[i], total, out=np.full_like(total, np.nan), where=total > 0)
         ratio_error[i] = error_of(sums - ratio[i] * power, records.particles) / np.where(total > 0, total, np.nan)
@@ -227,6 +234,7 @@ def speckle_contrast(
     *,
     wavelength: float,
     index: Union[float, Mapping[str, float]],
+    flow: float = 1.0,
     beta: float = 1.0,
 ) -> Contrast:
     """Speckle contrast K(T) of recorded light: K² = (2β/T) ∫₀ᵀ (1 − τ/T) g₁(τ)² dτ.
@@ -242,6 +250,8 @@ def speckle_contrast(
     wavelength : float
         Wavelength in vacuum, > 0, in scene units.
     index : float or mapping
+        As in :func:`correlate`.
+    flow : float
         As in :func:`correlate`.
     beta : float
         Contrast squared of light that does not fluctuate, in (0, 1]: ½ for unpolarised light, less where speckles are not resolved.
@@ -273,8 +283,8 @@ def speckle_contrast(
     power = by_particle(records, np.ones((len(records.particle), 1)))[:, 0]
     total = power.sum(axis=0)
     for i, time in enumerate(times):
-        decay = _decay(records, time * roots**2, motions, wavelength, index)
-        sums = by_particle(records, decay.T)
+        decay = _decay(records, time * roots**2, motions, _Light(wavelength, index, flow))
+        sums = aligned(by_particle(records, decay.T))
         ratio = sums.sum(axis=0) / total
         square = 2 * beta * weights @ ratio**2
         # To first order, g₁² moves by 2 g₁ δg₁.
@@ -284,11 +294,19 @@ def speckle_contrast(
     return Contrast(times, mean, error)
 
 
-def _decay(
-    records: Records, delays: Doubles, motions: Mapping[str, Motion], wavelength: float, index: Union[float, Mapping[str, float]]
-) -> Doubles:
-    """What is left of each record after each delay, (delays, records)."""
-    k0 = 2 * np.pi / positive(wavelength, "wavelength", least=np.nextafter(0, 1))
+class _Light(NamedTuple):
+    """What turns motions into phases."""
+
+    wavelength: float
+    indices: Union[float, Mapping[str, float]]
+    flow: float
+
+
+def _decay(records: Records, delays: Doubles, motions: Mapping[str, Motion], light: _Light) -> Union[Doubles, NDArray[np.complex128]]:
+    """What is left of each record after each delay, (delays, records): complex if something flows."""
+    index = light.indices
+    k0 = 2 * np.pi / positive(light.wavelength, "wavelength", least=np.nextafter(0, 1))
+    rate = _rate(records, light.flow)
     exponent = np.zeros((len(delays), len(records.particle)))
     for name, motion in motions.items():
         if name not in records.regions:
@@ -298,15 +316,26 @@ def _decay(
         n = positive(index[name] if isinstance(index, Mapping) else index, "index", least=np.nextafter(0, 1))
         if not callable(motion):
             raise ValueError(
-                f"the motion of {name!r} must be a function of delays, such as brownian() or shear() gives: records do not say where light was "
-                "scattered, so that a field of velocities cannot move it"
+                f"the motion of {name!r} must be a function of delays, such as brownian() or shear() gives; for a field of velocities, give the "
+                "medium a 'velocity' in the scene"
             )
         square = np.asarray(motion(delays), float)
         if square.shape != delays.shape or not np.all(np.isfinite(square) & (square >= 0)):
             raise ValueError(f"the motion of {name!r} must give one mean square displacement for each delay, not negative")
         transfer = records.momentum_transfer[:, records.regions.index(name)]
         exponent += np.outer((n * k0) ** 2 / 3 * square, transfer)
-    return np.exp(-exponent)
+    return np.exp(-exponent) if rate is None else np.exp(1j * k0 * np.outer(delays, rate) - exponent)
+
+
+def _rate(records: Records, flow: float) -> Optional[Doubles]:
+    """How fast optical lengths change; none if nothing flows."""
+    if not np.isfinite(flow):
+        raise ValueError(f"flow must be finite, not {flow}")
+    if records.optical_length_rate is None:
+        if flow != 1:
+            raise ValueError("nothing flows: give a medium a 'velocity' in the scene whose light is recorded")
+        return None
+    return flow * records.optical_length_rate if flow else None
 
 
 def _moving(share: float) -> float:

@@ -243,7 +243,7 @@ def test_what_is_wrong_is_said():
         (lambda: correlation.correlate(light, [0.0], move, wavelength=0, index=1), "wavelength must be finite and positive"),
         (lambda: correlation.correlate(light, [0.0], move, wavelength=1, index={}), "'tissue' moves, but has no index"),
         (lambda: correlate(light, motions={"tissue": lambda t: -t - 1}), "mean square displacement for each delay"),
-        (lambda: correlate(light, motions={"tissue": np.zeros((4, 4, 4, 3))}), "a field of velocities cannot move it"),
+        (lambda: correlate(light, motions={"tissue": np.zeros((4, 4, 4, 3))}), "give the medium a 'velocity'"),
         (lambda: correlation.shear(-1, 1), "rate must be finite and not negative"),
         (lambda: correlation.shear(1, 0), "transport_length must be finite and positive"),
         (lambda: correlation.shear(1, 1, g=1), "g must be between -1 and 1"),

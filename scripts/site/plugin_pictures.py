@@ -222,6 +222,10 @@ PHASES = {
     ),
     "phase-hg": (f"{CAUGHT}: g = 0.5, mostly forwards", lambda: scattered({"type": "hg", "g": 0.5})),
     "phase-isotropic": (f"{CAUGHT}: all directions are equal", lambda: scattered({"type": "isotropic"})),
+    "phase-mie": (
+        f"{CAUGHT}: polystyrene spheres of 0.6 µm in water, in green light, mostly forwards, with lobes",
+        lambda: scattered({"type": "mie", "radius": 0.3, "eta": 1.6, "ext_eta": 1.335, "wavelength": 550}),
+    ),
     "phase-rayleigh": (f"{CAUGHT}: more forwards and backwards than to the sides", lambda: scattered({"type": "rayleigh"})),
     "phase-tabphase": (
         f"{CAUGHT}: a table with several maxima",

@@ -8,7 +8,7 @@ use num_complex::Complex64;
 /// What scattering or an interface does to Stokes vectors, per what it does to unpolarised light:
 ///
 /// ```text
-/// 1   b1  0   0
+/// a1  b1  0   0
 /// b1  a2  0   0
 /// 0   0   a3  b2
 /// 0   0  -b2  a4
@@ -18,6 +18,8 @@ use num_complex::Complex64;
 /// scattering; y = k × x, where k is the direction of light, before or after.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlaneMueller {
+    /// Of unpolarised light, which scalar renders know: 1, but for panes, whose faces reflect either polarisation by itself.
+    pub a1: f64,
     /// Diattenuation: how much more of light along x gets through than along y.
     pub b1: f64,
     /// Of Q.
@@ -33,6 +35,7 @@ pub struct PlaneMueller {
 impl PlaneMueller {
     /// Leaves no polarisation.
     pub const DEPOLARIZER: Self = PlaneMueller {
+        a1: 1.0,
         b1: 0.0,
         a2: 0.0,
         a3: 0.0,
@@ -42,6 +45,7 @@ impl PlaneMueller {
 
     /// Leaves polarisation as it is.
     pub const IDENTITY: Self = PlaneMueller {
+        a1: 1.0,
         b1: 0.0,
         a2: 1.0,
         a3: 1.0,
@@ -59,6 +63,7 @@ impl PlaneMueller {
         // (U + iV) = 2 Ex Ey* becomes x y* (U + iV).
         let xy = x * y.conj() * (2.0 / sum);
         PlaneMueller {
+            a1: 1.0,
             b1: (xx - yy) / sum,
             a2: 1.0,
             a3: xy.re,
@@ -76,6 +81,7 @@ impl PlaneMueller {
     pub(crate) fn mixed(&self, other: &Self, weight: f64) -> Self {
         let mix = |a: f64, b: f64| a + weight * (b - a);
         PlaneMueller {
+            a1: mix(self.a1, other.a1),
             b1: mix(self.b1, other.b1),
             a2: mix(self.a2, other.a2),
             a3: mix(self.a3, other.a3),
@@ -88,7 +94,7 @@ impl PlaneMueller {
     pub(crate) fn then(&self, before: DMat4) -> DMat4 {
         let [i, q, u, v] = columns(before);
         DMat4::from_cols(
-            i + q * self.b1,
+            i * self.a1 + q * self.b1,
             i * self.b1 + q * self.a2,
             u * self.a3 - v * self.b2,
             u * self.b2 + v * self.a4,
@@ -98,7 +104,7 @@ impl PlaneMueller {
     /// What becomes of a Stokes vector.
     pub fn of(&self, s: DVec4) -> DVec4 {
         DVec4::new(
-            s.x + self.b1 * s.y,
+            self.a1 * s.x + self.b1 * s.y,
             self.b1 * s.x + self.a2 * s.y,
             self.a3 * s.z + self.b2 * s.w,
             self.a4 * s.w - self.b2 * s.z,

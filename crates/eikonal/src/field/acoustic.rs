@@ -4,9 +4,9 @@ use super::acoustic_mode::{AcousticMode, EVERYWHERE, MODE_PARAMETERS, Wave};
 use super::axis::Axis;
 use super::bessel_table::BesselTable;
 use super::error::{FieldError, positive};
-use super::modulation::Amplitude;
 use super::sound::Sound;
 use super::{IndexDerivative, Jet};
+use super::sound_amplitude::SoundAmplitude;
 use crate::bounds::{Aabb, FieldBounds, IndexBounds};
 use glam::{DVec2, DVec3};
 
@@ -108,14 +108,28 @@ impl Acoustic {
     }
 
     /// The modes, turned in time, as amplitudes of n²: the value and the gradient at `x`.
-    pub(super) fn amplitudes(&self, turns: &[DVec2], x: DVec3) -> Amplitude {
+    pub(super) fn amplitudes(&self, turns: &[DVec2], x: DVec3) -> SoundAmplitude {
+        let d = self.axis.transverse(x);
+        let (mut value, mut re, mut im) = (DVec2::ZERO, DVec2::ZERO, DVec2::ZERO);
+        for ((mode, table), turn) in self.modes.iter().zip(&self.tables).zip(turns) {
+            let (wave, slope) = mode.gradient(d, table.as_ref());
+            value += *turn * wave;
+            re += slope * turn.x;
+            im += slope * turn.y;
+        }
+        let scale = 2.0 * self.n0;
+        SoundAmplitude {
+            n2: value * scale,
+            gradient: [re, im].map(|slope| self.axis.vector(slope * scale)),
+        }
+    }
+
+    /// Values alone, of [`Acoustic::amplitudes`].
+    pub(super) fn values(&self, turns: &[DVec2], x: DVec3) -> DVec2 {
         let d = self.axis.transverse(x);
         let modes = self.modes.iter().zip(&self.tables).zip(turns);
-        modes.fold(Amplitude::default(), |sum, ((mode, table), turn)| {
-            let wave = mode.wave(d, table.as_ref());
-            let grad = self.axis.vector(wave.grad);
-            sum.plus(2.0 * self.n0, *turn, wave.value, grad)
-        })
+        let waves = modes.map(|((mode, table), turn)| *turn * mode.value(d, table.as_ref()));
+        waves.sum::<DVec2>() * (2.0 * self.n0)
     }
 
     /// Largest amplitude of n² that there can be.
@@ -186,11 +200,16 @@ impl Acoustic {
     }
 
     fn wave(&self, d: DVec2) -> Wave {
+    /// The modes that change something at this instant, with their tables.
+    fn heard(&self) -> impl Iterator<Item = (&AcousticMode, Option<&BesselTable>)> {
         let modes = self.modes.iter().zip(&self.tables);
         let heard = modes.filter(|(mode, _)| !mode.is_silent());
-        heard.fold(Wave::default(), |sum, (mode, table)| {
-            sum.plus(mode.wave(d, table.as_ref()))
-        })
+        heard.map(|(mode, table)| (mode, table.as_ref()))
+    }
+
+    fn wave(&self, d: DVec2) -> Wave {
+        let waves = self.heard().map(|(mode, table)| mode.wave(d, table));
+        waves.fold(Wave::default(), Wave::plus)
     }
 
     pub(super) fn n2(&self, x: DVec3) -> f64 {
@@ -198,9 +217,13 @@ impl Acoustic {
     }
 
     pub(super) fn gradient(&self, x: DVec3) -> (f64, DVec3) {
-        let wave = self.wave(self.axis.transverse(x));
-        let n = self.n0 + wave.value;
-        (n * n, self.axis.vector(wave.grad * (2.0 * n)))
+        let d = self.axis.transverse(x);
+        let heard = self.heard().map(|(mode, table)| mode.gradient(d, table));
+        let (value, slope) = heard.fold((0.0, DVec2::ZERO), |sum, wave| {
+            (sum.0 + wave.0, sum.1 + wave.1)
+        });
+        let n = self.n0 + value;
+        (n * n, self.axis.vector(slope * (2.0 * n)))
     }
 
     pub(super) fn jet(&self, x: DVec3) -> Jet {

@@ -201,6 +201,23 @@ impl AcousticMode {
 
     /// Value and derivatives at transverse position `d`, with the table of the order, if there is one.
     pub(super) fn wave(&self, d: DVec2, table: Option<&BesselTable>) -> Wave {
+        self.inline_wave(d, table)
+    }
+
+    /// Value and gradient alone: as [`AcousticMode::wave`] has them.
+    pub(super) fn gradient(&self, d: DVec2, table: Option<&BesselTable>) -> (f64, DVec2) {
+        let wave = self.inline_wave(d, table);
+        (wave.value, wave.grad)
+    }
+
+    /// Value alone.
+    pub(super) fn value(&self, d: DVec2, table: Option<&BesselTable>) -> f64 {
+        self.inline_wave(d, table).value
+    }
+
+    /// What is not asked for is not computed, once this is in line.
+    #[inline(always)]
+    fn inline_wave(&self, d: DVec2, table: Option<&BesselTable>) -> Wave {
         let rho2 = d.length_squared() * (self.wave_number * self.wave_number);
         match table.and_then(|table| table.piece(rho2)) {
             Some(piece) => self.tabulated(piece, d, rho2),

@@ -21,10 +21,12 @@ mod modulation;
 mod parameters;
 mod profile;
 mod radial;
+mod sampled_amplitude;
 mod sampled_sound;
 mod scaled;
 mod selfoc;
 mod sound;
+mod sound_amplitude;
 mod spline;
 mod steepness;
 mod sum;
@@ -41,13 +43,14 @@ pub use formula::{Coordinate, Formula, FormulaError, FormulaErrorKind, Quantity}
 pub use gaussian::Gaussian;
 pub use linear::{LinearIndex, LinearSquare};
 pub use luneburg::Luneburg;
-pub use modulation::{Modulation, SoundAmplitude};
+pub use modulation::Modulation;
 pub use parameters::{FieldParameter, IndexChange, IndexDerivative};
 pub use profile::IndexProfile;
 pub use sampled_sound::{SampledSound, SoundSamples};
 pub use scaled::Scaled;
 pub use selfoc::Selfoc;
 pub use sound::Sound;
+pub use sound_amplitude::SoundAmplitude;
 pub use sum::Sum;
 
 use crate::bounds::{Aabb, FieldBounds};

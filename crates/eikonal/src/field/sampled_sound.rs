@@ -1,11 +1,12 @@
 //! Sound that is sampled on a grid (docs/theory.md#sound).
 
 use super::error::{FieldError, positive};
+use super::sampled_amplitude::SampledAmplitude;
 use super::sound::Sound;
 use super::{Bspline, Field, Jet, Placement};
 use crate::bounds::{Aabb, FieldBounds};
 use glam::{DVec2, DVec3};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// n(x) = n₀ + Re(A(x) e^{iωt}) at an instant of the sound's period, with samples of the complex amplitude A: between them
 /// n² is a B-spline, as that of an index sampled at that instant.
@@ -15,6 +16,8 @@ pub struct SampledSound {
     /// e^{iωt}; zero without sound.
     turn: DVec2,
     wave: Arc<SoundSamples>,
+    /// Made when phases of light are first asked for. Shared by copies of the field.
+    amplitude: Arc<OnceLock<Arc<SampledAmplitude>>>,
     /// See [`Sound::elasto_optic`].
     elasto_optic: Option<f64>,
 }
@@ -57,6 +60,7 @@ impl SampledSound {
             instant,
             turn: DVec2::X,
             wave: Arc::new(samples),
+            amplitude: Arc::default(),
             elasto_optic: None,
         })
     }
@@ -85,6 +89,7 @@ impl SampledSound {
             instant,
             turn: DVec2::from_angle(phase),
             wave,
+            amplitude: self.amplitude.clone(),
             elasto_optic: self.elasto_optic,
         }
     }
@@ -96,6 +101,7 @@ impl SampledSound {
             instant: instant.unwrap_or_else(|_| self.instant.clone()),
             turn: DVec2::ZERO,
             wave: self.wave.clone(),
+            amplitude: self.amplitude.clone(),
             elasto_optic: self.elasto_optic,
         }
     }
@@ -117,6 +123,12 @@ impl SampledSound {
 
     pub(super) fn wave(&self) -> &SoundSamples {
         &self.wave
+    }
+
+    /// The amplitude at all places.
+    pub(super) fn amplitude(&self) -> Arc<SampledAmplitude> {
+        let made = self.amplitude.get_or_init(|| Arc::new(self.wave.splines()));
+        made.clone()
     }
 
     pub(super) fn sound(&self) -> Sound {
@@ -157,7 +169,8 @@ impl SampledSound {
     }
 
     pub(super) fn memory(&self) -> usize {
-        self.instant.memory() + self.wave.amplitude.len() * size_of::<[f32; 2]>()
+        let amplitude = self.amplitude.get().map_or(0, |made| made.memory());
+        self.instant.memory() + self.wave.amplitude.len() * size_of::<[f32; 2]>() + amplitude
     }
 }
 
@@ -166,6 +179,19 @@ impl SoundSamples {
     fn at_phase(&self, phase: f64) -> Result<Bspline, FieldError> {
         let (sin, cos) = phase.sin_cos();
         self.spline(|[re, im]| (self.n0 + re * cos - im * sin).powi(2))
+    }
+
+    fn splines(&self) -> SampledAmplitude {
+        let n2 = self.n0 * self.n0;
+        let part = |i: usize| {
+            let silent = self.amplitude.iter().all(|parts| parts[i] == 0.0);
+            // As many samples as the field has, all positive, for |A| < n₀.
+            let spline = || self.spline(|parts| n2 + self.n0 * parts[i]).ok();
+            (!silent).then(spline).flatten()
+        };
+        let most = |[re, im]: &[f32; 2]| f64::from(re.hypot(*im));
+        let most = self.amplitude.iter().map(most).fold(0.0, f64::max);
+        SampledAmplitude::new([part(0), part(1)], n2, 2.0 * self.n0 * most)
     }
 
     /// The spline of n² = `square`(real and imaginary part of A).

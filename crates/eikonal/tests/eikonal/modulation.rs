@@ -102,7 +102,7 @@ fn displacements_follow_the_gradient_of_pressure() {
         let sound = Modulation::of(&Affine::new(field.clone(), map).unwrap().into()).unwrap();
         let k = K / stretch;
         for x in points() {
-            let found = sound.at(x).displacement;
+            let found = sound.displacement(x, &sound.at(x));
             // −i e^{−ikx}.
             let expected = DVec2::from_angle(-k * x.x - FRAC_PI_2) * (0.01 / (k * ETA));
             let error = DVec2::new(found[0].x, found[1].x) - expected;
@@ -113,7 +113,8 @@ fn displacements_follow_the_gradient_of_pressure() {
     let mode = AcousticMode::new(0.01, 0, K, 0.0).unwrap();
     let field = Acoustic::new(N0, DVec3::ZERO, DVec3::Z, DVec3::X, vec![mode]).unwrap();
     let sound = Modulation::of(&field.into()).unwrap();
-    assert!(sound.at(DVec3::splat(0.3)).displacement[0].x.is_nan());
+    let x = DVec3::splat(0.3);
+    assert!(sound.displacement(x, &sound.at(x))[0].x.is_nan());
     assert!(plane_without_sign().is_err());
 }
 
@@ -143,12 +144,11 @@ fn integrals_along_arcs_are_those_of_fine_sums() {
             let to = if i % 2 == 0 { 1.0 } else { 0.63 };
             let ends = [0.0, to].map(|theta| sound.at(arc.position(theta)));
             let found = sound.along(&arc, [0.0, to], &ends);
-            // Tabulated, it is known up to every place between, less accurately within panels.
+            // Tabulated, by shorter panels, it is known up to every place between, less accurately within them.
             let mut panels = Vec::new();
-            assert_eq!(
-                sound.tabulate(&arc, [0.0, to], &ends, |p| panels.push(p)),
-                found
-            );
+            let tabulated = sound.tabulate(&arc, [0.0, to], &ends, |p| panels.push(p));
+            let error = (tabulated - found).length() / (0.01 * length * to);
+            assert!(error < 2.0 * bound, "{i}, tabulated: {error}");
             for share in [0.1, 0.5, 0.77, 1.0] {
                 let theta = share * to;
                 let panel = panels.iter().find(|panel| panel.end() >= theta).unwrap();

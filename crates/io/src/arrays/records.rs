@@ -81,6 +81,10 @@ impl Layout<'_> {
                 all.push(column(name, Some(("part", 2)), "unit", data.clone()));
             }
         }
+        if table.optical_length_rate.len() == table.particle.len() {
+            let rate = table.optical_length_rate.clone();
+            all.push(column("record_optical_length_rate", None, "unit/s", rate));
+        }
         all
     }
 

@@ -5,6 +5,7 @@ use super::channels::Channels;
 use super::context::Context;
 use super::suspension::{self, Suspension};
 use super::texture_role::Role;
+use super::velocity::Written;
 use super::{field, phase, texture, tissue};
 use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
@@ -68,13 +69,18 @@ fn scattering(
     query.boolean_or("sample_emitters", true);
     query.boolean_or("has_spectral_extinction", true);
     let scale = query.float_in("scale", 0.0.., 1.0);
+    let velocity = Written::of(&mut query);
     let concentration = suspension::concentration(&mut query);
     let by_parts = concentration.is_some() || query.has("sigma_s") || query.has("sigma_a");
     let zero = SpectrumValue::Uniform(0.0);
     let material = material(&mut query, context.channels);
     if let Some(named) = tissue::named(&mut query) {
         query.finish(&[]);
-        return named.medium(object, name, index, scale, context);
+        let velocity = velocity.and_then(|written| written.build(context));
+        return Medium {
+            velocity,
+            ..named.medium(object, name, index, scale, context)
+        };
     }
     let (sigma_t, albedo) = if let Some(turbid) = material {
         let [s, a] = [turbid.scattering, turbid.absorption].map(SpectrumValue::Rgb);
@@ -111,6 +117,7 @@ fn scattering(
     let emits = query.has("emission");
     let emission = query.volume_or_spectrum("emission", SpectrumValue::Uniform(0.0));
     query.finish(&["sigma_t", "albedo", "emission"]);
+    let velocity = velocity.and_then(|written| written.build(context));
     let far = f64::MAX;
     let emission = emits.then(|| emission_of(emission, object, context));
     let plugin = phase.as_ref().map(|p| p.plugin.as_str());
@@ -141,6 +148,7 @@ fn scattering(
         albedo,
         phase,
         emission,
+        velocity,
         labels: None,
     }
 }

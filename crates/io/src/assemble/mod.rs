@@ -43,6 +43,7 @@ mod tissue;
 mod transforms;
 mod undisturbed;
 mod units;
+mod velocity;
 mod volume_source;
 mod wish;
 

@@ -4,7 +4,7 @@ use super::context::Context;
 use super::reach;
 use super::texture_role::Role;
 use super::transforms::affine;
-use super::volume_source::{SOURCE, read};
+use super::volume_source::{SOURCE, Source, read};
 use crate::diagnostic::Location;
 use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, SpectrumValue};
@@ -109,14 +109,22 @@ fn uniform(
     VolumeTexture::Uniform(context.spectrum(&value, role, location))
 }
 
-fn grid(
+/// A `gridvolume`.
+pub(super) struct Sampled {
+    pub volume: Volume,
+    pub source: Source,
+    pub placement: Placement,
+    pub filter: GridFilter,
+}
+
+/// The grid that a volume describes, in whose place there may be other plugins of those that are `known`; `None` after an error.
+pub(super) fn sampled(
     object: &ObjectDescription,
-    name: &str,
-    allowed: [f64; 2],
+    known: &[&str],
     context: &mut Context,
-) -> Option<VolumeGrid> {
+) -> Option<Sampled> {
     if object.plugin != "gridvolume" {
-        unknown_plugin(object, &["gridvolume", "constvolume"], context.diagnostics);
+        unknown_plugin(object, known, context.diagnostics);
         return None;
     }
     let (volume, source) = read::<f32>(object, context);
@@ -134,6 +142,26 @@ fn grid(
     query.boolean_or("accel", true);
     query.finish(&[]);
     let volume = context.accept(&object.location, volume?.scaled(scale, offset))?;
+    Some(Sampled {
+        volume,
+        placement: [Placement::Centers, Placement::Nodes][source.placement],
+        source,
+        filter: [GridFilter::Trilinear, GridFilter::Nearest][filter],
+    })
+}
+
+fn grid(
+    object: &ObjectDescription,
+    name: &str,
+    allowed: [f64; 2],
+    context: &mut Context,
+) -> Option<VolumeGrid> {
+    let Sampled {
+        volume,
+        source,
+        placement,
+        filter,
+    } = sampled(object, &["gridvolume", "constvolume"], context)?;
     let (channels, film) = (volume.channels(), context.channels.count());
     if channels != 1 && channels != film {
         let message = format!("the grid has {channels} channels, the film {film}");
@@ -141,8 +169,6 @@ fn grid(
         return None;
     }
     let samples = of_group(volume, context);
-    let filter = [GridFilter::Trilinear, GridFilter::Nearest][filter];
-    let placement = [Placement::Centers, Placement::Nodes][source.placement];
     if name == "sigma_t" {
         let quantity = reach::Quantity::Extinction;
         context.grids.push(reach::Placed::new(

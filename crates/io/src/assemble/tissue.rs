@@ -81,6 +81,7 @@ impl Named {
             ),
             phase: phase.unwrap_or_else(Phase::isotropic),
             emission: None,
+            velocity: None,
             labels: None,
         }
     }

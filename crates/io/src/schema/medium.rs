@@ -1,6 +1,6 @@
 //! Media and phase functions.
 
-use super::row::{boolean, float, list, many, one, plugin, role, spectrum, word};
+use super::row::{boolean, float, list, many, one, plugin, role, spectrum, vector, word};
 use super::{Parameter, Plugin, Slot, substance};
 use crate::scene::PluginKind::{Phase, Volume};
 use crate::tissue;
@@ -49,6 +49,11 @@ const SCATTERING: &[Parameter] = &[
         "0",
         "radiance in vacuum of a black body as warm as the medium, ≥ 0",
     ),
+    vector(
+        "velocity",
+        "0, 0, 0",
+        "of what scatters light, in scene units per second, for records of detected light",
+    ),
     boolean("sample_emitters", "true", "accepted and ignored"),
     boolean("has_spectral_extinction", "true", "accepted and ignored"),
 ];
@@ -60,6 +65,11 @@ const CHILDREN: &[Slot] = &[
     role(Volume, "sigma_t", "The extinction where it varies."),
     role(Volume, "albedo", "The albedo where it varies."),
     role(Volume, "emission", "The emission where it varies."),
+    role(
+        Volume,
+        "velocity",
+        "The velocity where it varies: a grid of three channels.",
+    ),
     one(Phase, "The phase function; isotropic without any."),
 ];
 

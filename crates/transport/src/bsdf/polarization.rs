@@ -2,9 +2,9 @@
 //!
 //! Theory: docs/theory.md#polarising-interfaces.
 
-use super::{Bsdf, PolarizingFilter, Surface, fresnel};
+use super::{Bsdf, FilterMueller, PolarizingFilter, Surface, fresnel};
 use crate::mueller::PlaneMueller;
-use glam::DVec3;
+use glam::{DMat4, DVec3};
 use num_complex::Complex64;
 
 impl Bsdf {
@@ -19,18 +19,25 @@ impl Bsdf {
         }
     }
 
-    /// Whether it lets light pass as a thin pane, which polarises it by a matrix that connections do not know.
-    pub(crate) fn is_pane(&self) -> bool {
+    /// Whether it holds a thin pane of whose light only a part passes straight on by the pane's matrix.
+    pub(crate) fn holds_pane(&self) -> bool {
         match self {
-            Bsdf::ThinDielectric(_) => true,
-            Bsdf::Mask(b) => b.nested().is_pane(),
-            Bsdf::NormalMap(b) => b.nested().is_pane(),
+            Bsdf::Mask(b) => b.nested().is_pane() || b.nested().holds_pane(),
+            Bsdf::NormalMap(b) => b.nested().is_pane() || b.nested().holds_pane(),
             _ => false,
         }
     }
 
-    /// What it does to polarised light that passes straight on, if it is a filter.
-    pub(crate) fn filter(&self) -> Option<&PolarizingFilter> {
+    fn is_pane(&self) -> bool {
+        matches!(self, Bsdf::ThinDielectric(_))
+    }
+
+    /// Whether polarised light that passes straight on is changed.
+    pub(crate) fn changes_what_passes(&self) -> bool {
+        self.is_pane() || self.filter().is_some()
+    }
+
+    fn filter(&self) -> Option<&PolarizingFilter> {
         match self {
             Bsdf::Filter(b) => Some(b),
             Bsdf::NormalMap(b) => b.nested().filter(),
@@ -38,8 +45,21 @@ impl Bsdf {
         }
     }
 
+    /// What it does to polarised light in the unit direction `k` that passes straight on, if that is changed.
+    pub(crate) fn passing_mueller(&self, s: &Surface, k: DVec3) -> Option<FilterMueller> {
+        if let Bsdf::ThinDielectric(b) = self {
+            let normal = s.facing(-k).normal;
+            let across = normal.cross(k).try_normalize();
+            return Some(FilterMueller {
+                axis: across.unwrap_or_else(|| k.any_orthonormal_vector()),
+                matrix: pane(normal.dot(k).abs().min(1.0), b.eta(), true).then(DMat4::IDENTITY),
+            });
+        }
+        Some(self.filter()?.mueller(s, k))
+    }
+
     /// What the event does to polarisation by which a path that arrives in the unit direction `from` goes on in the unit direction `to`.
-    /// Facets are those that reflect or refract so. All but dielectrics and metals depolarises.
+    /// Facets are those that reflect or refract so. All but dielectrics, panes and metals depolarises.
     pub(crate) fn mueller(
         &self,
         s: &Surface,
@@ -55,6 +75,7 @@ impl Bsdf {
                 dielectric(cos, [side.n_near, side.n_far], transmitted)
             }
             Bsdf::RoughDielectric(_) => facet(s, from, to),
+            Bsdf::ThinDielectric(b) => pane(reflecting_cos(from, to), b.eta(), false),
             Bsdf::Conductor(b) => {
                 // Of the facet that reflects so, whichever normal that has.
                 conductor(
@@ -119,6 +140,41 @@ pub(crate) fn dielectric(cos: f64, [n_near, n_far]: [f64; 2], transmitted: bool)
     let s = Complex64::new(s_near, -n_far * kappa);
     let p = Complex64::new(p_near, -n_near * kappa);
     PlaneMueller::of_amplitudes(s / s.conj(), p / p.conj())
+}
+
+/// Reflection by a pane of relative index `eta`, met at `cos` in [0, 1], or passing through it, with all reflections inside. These do not
+/// interfere with one another, but the two polarisations of each do.
+pub(crate) fn pane(cos: f64, eta: f64, transmitted: bool) -> PlaneMueller {
+    let face = fresnel::dielectric(cos, 1.0, eta);
+    if face.cos_far <= 0.0 {
+        // Nothing gets in.
+        return dielectric(cos, [1.0, eta], false);
+    }
+    let (s_far, p_near) = (eta * face.cos_far, eta * cos);
+    let s = (cos - s_far) / (cos + s_far);
+    let p = (p_near - face.cos_far) / (p_near + face.cos_far);
+    let (product, f) = (s * p, face.reflectance);
+    // Of what gets in, s p of both polarisations is left after each reflection, and is let out.
+    let out = (1.0 - s * s) * (1.0 - p * p) / (1.0 - product * product);
+    let (of_face, both, scalar): (fn(f64) -> f64, f64, f64) = if transmitted {
+        (|f| (1.0 - f) / (1.0 + f), out, (1.0 - f) / (1.0 + f))
+    } else {
+        (
+            |f| 2.0 * f / (1.0 + f),
+            product * (1.0 + out),
+            2.0 * f / (1.0 + f),
+        )
+    };
+    let (s, p) = (of_face(s * s), of_face(p * p));
+    let mean = 0.5 * (s + p) / scalar;
+    PlaneMueller {
+        a1: mean,
+        b1: 0.5 * (s - p) / scalar,
+        a2: mean,
+        a3: both / scalar,
+        a4: both / scalar,
+        b2: 0.0,
+    }
 }
 
 /// Reflection at a metal of complex relative index η + iκ.
@@ -205,6 +261,54 @@ mod tests {
             let s = ((cos - far) / (cos + far)).norm_sqr();
             let mean = fresnel::conductor(cos, index.re, index.im);
             assert!((mean * (1.0 + conductor(cos, index).b1) - s).abs() < 1e-12);
+        }
+    }
+
+    /// A pane adds up what its faces send back and forth, polarisation by polarisation and, for light at 45°, product by product.
+    #[test]
+    fn panes_add_up_all_reflections_inside() {
+        for degrees in [0.0f64, 30.0, 56.3, 85.0] {
+            let cos = degrees.to_radians().cos();
+            let face = fresnel::dielectric(cos, 1.0, GLASS);
+            let amplitude = |near: f64, far: f64| (near - far) / (near + far);
+            let s = amplitude(cos, GLASS * face.cos_far);
+            let p = amplitude(GLASS * cos, face.cos_far);
+            // Powers along either axis, and the product of both amplitudes, of the light after so many reflections.
+            let sum = |first: f64, step: f64| (0..60).map(|i| first * step.powi(i)).sum::<f64>();
+            let passed = |of: f64, square: f64| sum((1.0 - of).powi(2), square);
+            let [fs, fp] = [s * s, p * p];
+            let f = face.reflectance;
+            for transmitted in [true, false] {
+                let found = pane(cos, GLASS, transmitted);
+                let (xs, xp, both, scalar) = if transmitted {
+                    let both = sum((1.0 - fs) * (1.0 - fp), (s * p).powi(2));
+                    (
+                        passed(fs, fs * fs),
+                        passed(fp, fp * fp),
+                        both,
+                        (1.0 - f) / (1.0 + f),
+                    )
+                } else {
+                    let back = |f: f64| f + sum((1.0 - f).powi(2) * f, f * f);
+                    let inner = sum((1.0 - fs) * (1.0 - fp) * s * p, (s * p).powi(2));
+                    (back(fs), back(fp), s * p + inner, 2.0 * f / (1.0 + f))
+                };
+                assert!(
+                    (scalar * found.a1 - 0.5 * (xs + xp)).abs() < 1e-9,
+                    "{degrees}"
+                );
+                assert!(
+                    (scalar * found.b1 - 0.5 * (xs - xp)).abs() < 1e-9,
+                    "{degrees}"
+                );
+                assert!(
+                    (scalar * found.a3 - both).abs() < 1e-9,
+                    "{degrees}: {found:?}"
+                );
+                assert!(found.a2 == found.a1 && found.a4 == found.a3 && found.b2 == 0.0);
+                // No more polarised than light can be.
+                assert!(found.b1.hypot(found.a3) <= found.a1 + 1e-12);
+            }
         }
     }
 }

@@ -33,6 +33,11 @@ impl ThinDielectric {
         })
     }
 
+    /// The pane's index over that around it.
+    pub(super) fn eta(&self) -> f64 {
+        self.eta
+    }
+
     /// One face reflects F. Summed over all reflections inside, the pane reflects
     /// R = F + (1 − F)² F/(1 − F²) = 2F/(1 + F).
     pub(super) fn through(&self, site: &Site, cos: f64) -> PartialTransmission {

@@ -1,5 +1,6 @@
 //! Labels of which a medium is made.
 
+use super::Velocity;
 use crate::Spectrum;
 use crate::volume::LabelGrid;
 use glam::DVec3;
@@ -16,7 +17,7 @@ pub struct MediumLabels {
 }
 
 /// One of the labels of a medium.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct MediumLabel {
     /// Name used in records.
     pub name: String,
@@ -24,6 +25,8 @@ pub struct MediumLabel {
     pub extinction: Spectrum,
     /// Absorption coefficient μ_a per unit length.
     pub absorption: Spectrum,
+    /// How fast what scatters light flows; `None` if it rests.
+    pub velocity: Option<Velocity>,
 }
 
 impl MediumLabel {

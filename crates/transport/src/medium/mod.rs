@@ -2,9 +2,11 @@
 
 mod attenuation;
 mod labels;
+mod velocity;
 
 pub(crate) use attenuation::Attenuation;
 pub use labels::{MediumLabel, MediumLabels};
+pub use velocity::Velocity;
 
 use crate::Spectrum;
 use crate::phase::Phase;
@@ -30,6 +32,8 @@ pub struct Medium {
     /// Radiance B of a black body as warm as the medium, in a vacuum: the medium emits σ_a n² B per unit length and steradian (Kirchhoff's
     /// law). `None` if it is dark.
     pub emission: Option<VolumeTexture>,
+    /// How fast what scatters light flows, unless labels say it; `None` if it rests.
+    pub velocity: Option<Velocity>,
     /// Labels of which it is made, if records of detected light tell them apart.
     pub labels: Option<MediumLabels>,
 }
@@ -56,6 +60,7 @@ impl Medium {
             albedo: VolumeTexture::Uniform(albedo.into()),
             phase: Phase::isotropic(),
             emission: None,
+            velocity: None,
             labels: None,
         }
     }
@@ -140,6 +145,23 @@ impl Medium {
         Some(self.uniform_extinction()? * self.albedo.uniform()?.map(|a| 1.0 - a))
     }
 
+    /// How fast what scatters light at `x` flows, in scene units per second.
+    pub fn velocity_at(&self, x: DVec3) -> DVec3 {
+        let velocity = match &self.labels {
+            Some(labels) => &labels.list()[labels.at(x)].velocity,
+            None => &self.velocity,
+        };
+        velocity.as_ref().map_or(DVec3::ZERO, |v| v.at(x))
+    }
+
+    /// Whether what scatters light flows anywhere.
+    pub fn flows(&self) -> bool {
+        match &self.labels {
+            Some(labels) => labels.list().iter().any(|label| label.velocity.is_some()),
+            None => self.velocity.is_some(),
+        }
+    }
+
     /// Longest piece of a curve over which the extinction is integrated: half a voxel.
     pub fn spacing(&self) -> f64 {
         match &self.sigma_t {
@@ -151,7 +173,8 @@ impl Medium {
     /// Bytes held by grids, of the index included.
     pub fn memory(&self) -> usize {
         let emission = self.emission.as_ref().map_or(0, VolumeTexture::memory);
+        let velocity = self.velocity.as_ref().map_or(0, Velocity::memory);
         let coefficients = self.sigma_t.memory() + self.albedo.memory() + emission;
-        self.index.memory() + coefficients + self.phase.memory()
+        self.index.memory() + coefficients + velocity + self.phase.memory()
     }
 }

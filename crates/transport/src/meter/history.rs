@@ -1,9 +1,9 @@
 //! What has happened to particles on their way, region by region: how far they have flown, how often they were scattered, and
-//! by how much (docs/theory.md#records).
+//! by how much (docs/theory.md#records); and what flow does to the optical length of their way (docs/theory.md#flow).
 
 use super::flight::Flight;
 use super::grid::{Coordinates, MeterGrid};
-use crate::medium::MediumLabels;
+use crate::medium::{Medium, MediumLabels};
 use crate::path::Point;
 use crate::scene::{MediumId, Scene};
 use glam::DVec3;
@@ -13,6 +13,7 @@ use glam::DVec3;
 pub(super) struct HistoryRegions {
     media: Vec<MediumRegions>,
     count: usize,
+    flows: bool,
 }
 
 /// The regions of one medium.
@@ -36,11 +37,20 @@ impl HistoryRegions {
             MediumRegions { first, labels }
         };
         let media = scene.media().iter().map(|m| regions(&m.labels)).collect();
-        HistoryRegions { media, count }
+        HistoryRegions {
+            media,
+            count,
+            flows: scene.media().iter().any(Medium::flows),
+        }
     }
 
     pub(super) fn count(&self) -> usize {
         self.count
+    }
+
+    /// Whether what scatters light flows in any of them.
+    pub(super) fn flows(&self) -> bool {
+        self.flows
     }
 
     /// The region of a place in a medium.
@@ -63,18 +73,27 @@ pub(super) struct RegionHistory {
     pub momentum_transfer: f64,
 }
 
+/// How fast flow changes the optical length of ways, Σ n (ω − ω')·v.
+#[derive(Clone, Debug, Default)]
+struct Flow {
+    waiting: Vec<f64>,
+    current: f64,
+}
+
 /// The histories of a particle and of its copies that wait to be followed, one after the other.
 #[derive(Clone, Debug)]
 pub(super) struct Histories {
     regions: HistoryRegions,
     waiting: Vec<RegionHistory>,
     current: Vec<RegionHistory>,
+    flow: Option<Flow>,
     cuts: Vec<f64>,
 }
 
 impl Histories {
     pub(super) fn new(regions: HistoryRegions) -> Self {
         Histories {
+            flow: regions.flows().then(Flow::default),
             current: vec![RegionHistory::default(); regions.count()],
             waiting: Vec::new(),
             cuts: Vec::new(),
@@ -87,6 +106,10 @@ impl Histories {
         self.waiting.clear();
         let empty = RegionHistory::default();
         self.waiting.resize(self.regions.count(), empty);
+        if let Some(flow) = &mut self.flow {
+            flow.waiting.clear();
+            flow.waiting.push(0.0);
+        }
     }
 
     /// The copy that was put aside last takes its next edge.
@@ -94,6 +117,9 @@ impl Histories {
         self.current.clear();
         let rest = self.waiting.len().saturating_sub(self.regions.count());
         self.current.extend(self.waiting.drain(rest..));
+        if let Some(flow) = &mut self.flow {
+            flow.current = flow.waiting.pop().unwrap_or(0.0);
+        }
     }
 
     /// The walk goes on in so many copies.
@@ -101,11 +127,19 @@ impl Histories {
         for _ in 0..copies {
             self.waiting.extend_from_slice(&self.current);
         }
+        if let Some(flow) = &mut self.flow {
+            flow.waiting.extend((0..copies).map(|_| flow.current));
+        }
     }
 
     /// What has happened to the particle so far.
     pub(super) fn current(&self) -> &[RegionHistory] {
         &self.current
+    }
+
+    /// How fast flow changes the optical length of its way so far, if anything flows.
+    pub(super) fn optical_length_rate(&self) -> Option<f64> {
+        self.flow.as_ref().map(|flow| flow.current)
     }
 
     /// The particle flies.
@@ -131,7 +165,15 @@ impl Histories {
     }
 
     /// The particle is scattered into a direction.
-    pub(super) fn scatter(&mut self, point: &Point, direction: DVec3) {
+    pub(super) fn scatter(&mut self, scene: &Scene, point: &Point, direction: DVec3) {
+        if let Some(flow) = &mut self.flow {
+            let medium = scene.medium(point.medium);
+            let velocity = medium.velocity_at(point.x);
+            if velocity != DVec3::ZERO {
+                let turn = point.direction - direction;
+                flow.current += medium.index.n(point.x) * turn.dot(velocity);
+            }
+        }
         let region = self.regions.at(point.medium, point.x);
         let history = &mut self.current[region];
         history.scatterings += 1.0;

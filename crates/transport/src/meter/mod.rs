@@ -80,10 +80,12 @@ impl Meter {
 
     /// Bytes that it needs in a scene, at most.
     pub fn memory(&self, scene: &Scene, channels: usize) -> usize {
+        let regions = HistoryRegions::of(scene);
         let layout = RecordLayout {
             channels,
-            regions: HistoryRegions::of(scene).count(),
+            regions: regions.count(),
             tagged: self.tags_records(),
+            flows: regions.flows(),
         };
         let records = self.most_records().map_or(0, |most| layout.memory(most));
         Tally::memory(self.cells().saturating_mul(channels)).saturating_add(records)
@@ -282,10 +284,12 @@ impl<'a> Setup<'a> {
 
     /// Room for the records of each meter that keeps any.
     pub(crate) fn records(&self) -> Vec<Option<Records>> {
+        let regions = self.regions.as_ref();
         let layout = |tagged| RecordLayout {
             channels: self.channels,
-            regions: self.regions.as_ref().map_or(0, HistoryRegions::count),
+            regions: regions.map_or(0, HistoryRegions::count),
             tagged,
+            flows: regions.is_some_and(HistoryRegions::flows),
         };
         let records = |meter: &Meter| {
             let most = meter.most_records()?;

@@ -117,7 +117,7 @@ impl Recorder<'_, '_> {
         match event.edge.end {
             End::Collision(point) => {
                 if let (Some(histories), Some(ray)) = (&mut self.histories, onward) {
-                    histories.scatter(&point, ray.start.direction);
+                    histories.scatter(event.scene, &point, ray.start.direction);
                 }
                 self.collide(&Collision {
                     scene: event.scene,
@@ -203,6 +203,7 @@ impl Recorder<'_, '_> {
                     passing,
                     side,
                     history: histories.current(),
+                    optical_length_rate: histories.optical_length_rate(),
                     channels: self.channels,
                     modulation: modulation.filter(|_| meter.tagged),
                 });

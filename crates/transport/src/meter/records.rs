@@ -49,6 +49,8 @@ pub(crate) struct RecordLayout {
     pub regions: usize,
     /// Whether records say what sound does to the way of light.
     pub tagged: bool,
+    /// Whether they say what flow does to it.
+    pub flows: bool,
 }
 
 /// Position, direction, optical path length and side.
@@ -61,7 +63,7 @@ const TAGGED: usize = 4;
 impl RecordLayout {
     fn width(self) -> usize {
         let tagged = if self.tagged { TAGGED } else { 0 };
-        self.channels + FIXED + PER_REGION * self.regions + tagged
+        self.channels + FIXED + PER_REGION * self.regions + tagged + usize::from(self.flows)
     }
 
     /// Bytes of so many records.
@@ -103,6 +105,7 @@ impl RecordRows {
             self.values
                 .extend([index.x, index.y, displacement.x, displacement.y]);
         }
+        self.values.extend(detected.optical_length_rate);
     }
 
     /// Adds rows of a width whose particles are wanted.
@@ -142,6 +145,8 @@ pub(super) struct Detected<'a> {
     pub side: usize,
     /// What has happened to it, by region.
     pub history: &'a [RegionHistory],
+    /// How fast flow changes the optical length of its way, if records say so.
+    pub optical_length_rate: Option<f64>,
     /// Number of channels.
     pub channels: usize,
     /// What sound does to its way, if records say so.
@@ -206,6 +211,7 @@ impl Records {
             channels,
             regions,
             tagged,
+            flows,
         } = self.layout;
         let rows = &self.rows;
         let kept = followed.filter(|number| is_among(*number, self.halvings));
@@ -232,6 +238,11 @@ impl Records {
                 Vec::new()
             }
         };
+        let rate = if flows {
+            columns(width - 1, 1)
+        } else {
+            Vec::new()
+        };
         RecordTable {
             regions: RecordRegion::of(scene, channels),
             particles,
@@ -246,6 +257,7 @@ impl Records {
             momentum_transfer: columns(by_region + 2 * regions, regions),
             index_modulation: modulation(0),
             displacement_modulation: modulation(2),
+            optical_length_rate: rate,
         }
     }
 }
@@ -283,6 +295,9 @@ pub struct RecordTable {
     pub index_modulation: Vec<f64>,
     /// Likewise by the displacement of what scatters it; NaN where a sound's elasto-optic coefficient is not known.
     pub displacement_modulation: Vec<f64>,
+    /// How fast the flow of what scatters it changes the optical length of its way, in scene units per second, by record. Empty if no medium
+    /// has a velocity.
+    pub optical_length_rate: Vec<f64>,
 }
 
 impl RecordTable {
@@ -321,6 +336,7 @@ impl RecordTable {
         self.index_modulation.extend(other.index_modulation);
         self.displacement_modulation
             .extend(other.displacement_modulation);
+        self.optical_length_rate.extend(other.optical_length_rate);
     }
 }
 

@@ -83,6 +83,6 @@ impl Tagging {
 
     /// The particle is scattered at the end of its last flight, into a direction.
     pub(super) fn scatter(&mut self, direction: DVec3) {
-        self.current.scatter(direction);
+        self.current.scatter(&self.sound, direction);
     }
 }

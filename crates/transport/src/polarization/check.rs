@@ -5,21 +5,21 @@ use crate::scene::{ProblemSeverity, Scene, SceneProblem, Subject};
 /// What a scene has that Stokes vectors cannot be followed through: errors.
 pub fn problems(scene: &Scene) -> Vec<SceneProblem> {
     let panes = scene.objects().iter().enumerate();
-    let panes = panes.filter(|(_, object)| object.bsdf.is_pane());
+    let panes = panes.filter(|(_, object)| object.bsdf.holds_pane());
     let panes = panes.map(|(i, _)| {
         error(
             Subject::Object(i),
-            "polarised light cannot be followed through thin panes: thindielectric",
-            "use a slab between two surfaces of bsdf dielectric in place of a pane",
+            "polarised light cannot be followed through a thindielectric in another bsdf",
+            "use a thindielectric alone, or a slab between two surfaces of bsdf dielectric",
         )
     });
     let filters = scene.objects().iter().enumerate();
-    let filters = filters.filter(|(_, o)| o.bsdf.filter().is_some() && o.is_interface());
+    let filters = filters.filter(|(_, o)| o.bsdf.changes_what_passes() && o.is_interface());
     let filters = filters.map(|(i, _)| {
         error(
             Subject::Object(i),
-            "polarised light cannot be followed through a filter that separates media",
-            "put the filter a little away from the boundary, within one medium",
+            "polarised light cannot be followed through a filter or pane that separates media",
+            "put it a little away from the boundary, within one medium",
         )
     });
     let lights = scene.volume_lights().map(|(i, _)| {

@@ -21,7 +21,7 @@ use smallvec::SmallVec;
 /// What paths bring, as Stokes vectors at the sensor per what they bring of unpolarised light.
 pub(crate) struct StokesRecorder<'a> {
     scene: &'a Scene,
-    /// Whether it holds filters of polarised light.
+    /// Whether it holds filters of polarised light, or panes.
     has_filters: bool,
     /// Number of channels whose matrices differ.
     count: usize,
@@ -44,7 +44,7 @@ impl<'a> StokesRecorder<'a> {
         let mut bsdfs = scene.objects().iter().map(|object| &object.bsdf);
         StokesRecorder {
             scene,
-            has_filters: bsdfs.any(|bsdf| bsdf.filter().is_some()),
+            has_filters: bsdfs.any(|bsdf| bsdf.changes_what_passes()),
             count,
             trunk: Transported::new(Axis(DVec3::X), count),
             aside: None,
@@ -149,7 +149,7 @@ impl Part<'_> {
     }
 }
 
-/// What a filter does to light in the unit direction `k`; `None` if the object is none.
+/// What a filter or a pane does to light in the unit direction `k`; `None` if the object is none.
 fn filter(
     scene: &Scene,
     object: usize,
@@ -157,9 +157,12 @@ fn filter(
     medium: MediumId,
     k: DVec3,
 ) -> Option<FilterMueller> {
-    let filter = scene.objects()[object].bsdf.filter()?;
+    let bsdf = &scene.objects()[object].bsdf;
+    if !bsdf.changes_what_passes() {
+        return None;
+    }
     let surface = surface_at(scene, object, &scene.hit(object, meeting), medium);
-    Some(filter.mueller(&surface, k))
+    bsdf.passing_mueller(&surface, k)
 }
 
 impl FactorRecorder for StokesRecorder<'_> {

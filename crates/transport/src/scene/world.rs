@@ -209,7 +209,7 @@ impl Scene {
         let mut from = 0.0;
         while let Some((object, meeting)) = first_of(&self.partial, arc, [from, end], [None; 2]) {
             from = meeting.theta;
-            if self.objects()[object].bsdf.filter().is_some() {
+            if self.objects()[object].bsdf.changes_what_passes() {
                 filters.push((object, meeting));
             }
         }

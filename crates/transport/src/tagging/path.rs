@@ -113,10 +113,12 @@ impl TaggedPath {
     }
 
     /// Light is scattered where the way has come to, and goes on in a direction.
-    pub(crate) fn scatter(&mut self, direction: DVec3) {
-        if let Some(last) = &self.last {
+    pub(crate) fn scatter(&mut self, sound: &SoundInMedia, direction: DVec3) {
+        if let Some(last) = &self.last
+            && let Some(sound) = &sound.0[last.medium]
+        {
             let turn = last.velocity - last.velocity.length() * direction;
-            let [re, im] = last.amplitude.displacement;
+            let [re, im] = sound.displacement(last.x, &last.amplitude);
             self.modulation.displacement += DVec2::new(turn.dot(re), turn.dot(im));
         }
     }

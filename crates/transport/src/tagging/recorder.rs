@@ -66,7 +66,7 @@ impl FactorRecorder for TaggedRecorder {
     }
 
     fn turn(&mut self, vertex: &Vertex, direction: DVec3) {
-        at_vertex(vertex, direction, &mut self.trunk);
+        at_vertex(&self.sound, vertex, direction, &mut self.trunk);
     }
 
     fn aside_follow(&mut self, edge: &Edge, length: f64) {
@@ -77,7 +77,7 @@ impl FactorRecorder for TaggedRecorder {
 
     fn aside_connect(&mut self, vertex: &Vertex, direction: DVec3, way: &DVec2) {
         let mut all = self.aside.take().unwrap_or(self.trunk);
-        at_vertex(vertex, direction, &mut all);
+        at_vertex(&self.sound, vertex, direction, &mut all);
         all.connect(*way);
         self.connected = Some(all);
     }
@@ -111,8 +111,8 @@ fn along(sound: &SoundInMedia, edge: &Edge, length: f64, path: &mut TaggedPath) 
 }
 
 /// On from a vertex in a direction: surfaces rest.
-fn at_vertex(vertex: &Vertex, direction: DVec3, path: &mut TaggedPath) {
+fn at_vertex(sound: &SoundInMedia, vertex: &Vertex, direction: DVec3, path: &mut TaggedPath) {
     if let Vertex::Volume { .. } = vertex {
-        path.scatter(direction);
+        path.scatter(sound, direction);
     }
 }

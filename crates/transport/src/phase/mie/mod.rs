@@ -165,6 +165,7 @@ impl Mie {
             return PlaneMueller::DEPOLARIZER;
         }
         PlaneMueller {
+            a1: 1.0,
             b1: e.f12 / e.f11,
             a2: 1.0,
             a3: e.f33 / e.f11,

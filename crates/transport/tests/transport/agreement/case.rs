@@ -139,6 +139,7 @@ impl Case {
             albedo: VolumeTexture::Uniform(Spectrum::splat(0.8)),
             phase: Phase::henyey_greenstein(g).unwrap(),
             emission: None,
+            velocity: None,
             labels: None,
         }
     }

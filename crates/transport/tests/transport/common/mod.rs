@@ -54,6 +54,7 @@ pub fn fog(index: impl Into<Field>, sigma_t: f64, albedo: f64, g: f64) -> Medium
         albedo: VolumeTexture::Uniform(Spectrum::splat(albedo)),
         phase: Phase::henyey_greenstein(g).unwrap(),
         emission: None,
+        velocity: None,
         labels: None,
     }
 }

@@ -125,6 +125,7 @@ impl Setup {
             name: i.to_string(),
             extinction: two(*t),
             absorption: two([t[0] * (1.0 - a[0]), t[1] * (1.0 - a[1])]),
+            velocity: None,
         };
         let each = self.extinction.iter().zip(&self.albedo).enumerate();
         let labels = MediumLabels::new(Self::labels(), each.map(label).collect());
@@ -136,6 +137,7 @@ impl Setup {
             albedo: self.texture(&self.albedo),
             phase: self.phase(),
             emission: None,
+            velocity: None,
             labels: labels.filter(|_| self.made_of == MadeOf::Labels),
         }
     }

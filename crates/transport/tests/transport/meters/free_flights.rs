@@ -23,6 +23,7 @@ fn cube(labelled: bool) -> Parts {
         name: format!("of extinction {extinction}"),
         extinction: Spectrum([extinction, 0.0, 0.0, 0.0]),
         absorption: Spectrum([absorption, 0.0, 0.0, 0.0]),
+        velocity: None,
     };
     let labels = [[2.0, 0.3], [20.0, 1.0], [0.0, 0.0]].map(label);
     let by_label = |value: fn(&MediumLabel) -> f64| {

@@ -9,6 +9,7 @@ mod cutting;
 mod derivatives;
 mod free_flights;
 mod gates;
+mod instants;
 mod pictures;
 mod records;
 mod reproducible;

@@ -173,6 +173,7 @@ fn labelled(index: impl Into<eikonal::Field>, sigma_t: f64) -> Parts {
         name: name.into(),
         extinction: Spectrum::splat(sigma_t),
         absorption: Spectrum::splat(0.1 * sigma_t),
+        velocity: None,
     };
     let medium = Medium {
         labels: MediumLabels::new(grid, ["a", "b", "c"].map(label).into()),

@@ -31,22 +31,25 @@ fn sidebands() -> Sidebands {
     Sidebands::new(WAVELENGTH, ORDERS, DELAYS).unwrap()
 }
 
-fn at_rest(mut parts: Parts) -> Parts {
+pub fn at_rest(mut parts: Parts) -> Parts {
     for medium in &mut parts.media {
         medium.index = medium.index.at_rest();
     }
     parts
 }
 
-/// Where the ray starts, and its direction.
-fn ray() -> [DVec3; 2] {
+/// Where rays start, and their directions.
+pub fn rays() -> [[DVec3; 2]; 2] {
     let start = DVec3::new(0.4, -0.3, -2.0);
-    [start, (DVec3::new(0.1, 0.2, 0.0) - start).normalize()]
+    let through = |x: DVec3| [start, (x - start).normalize()];
+    [
+        through(DVec3::new(0.1, 0.2, 0.0)),
+        through(DVec3::new(-0.5, -0.2, 0.3)),
+    ]
 }
 
 /// A pixel that sees one ray, in a bright environment.
-fn seen(parts: Parts) -> Parts {
-    let [start, z] = ray();
+pub fn seen(parts: Parts, [start, z]: [DVec3; 2]) -> Parts {
     let x = z.any_orthonormal_vector();
     let to_world = DAffine3 {
         matrix3: DMat3::from_cols(x, z.cross(x), z),
@@ -61,11 +64,10 @@ fn seen(parts: Parts) -> Parts {
     parts
 }
 
-/// A beam along the ray, and a sphere around everything.
-fn lit(parts: Parts) -> Parts {
-    let [start, direction] = ray();
+/// A beam along a ray, and a sphere around everything.
+pub fn lit(parts: Parts, [start, direction]: [DVec3; 2]) -> Parts {
     let mut parts = Parts {
-        emitters: vec![beam(start, direction, 1e-6)],
+        emitters: vec![beam(start, direction, 1e-9)],
         ..parts
     };
     parts.objects.push(Object {
@@ -75,7 +77,7 @@ fn lit(parts: Parts) -> Parts {
     parts
 }
 
-fn tagged_film(parts: Parts, sidebands: Option<Sidebands>, samples: u64) -> Rendering {
+pub fn tagged_film(parts: Parts, sidebands: Option<Sidebands>, samples: u64) -> Rendering {
     let scene = Scene::new(parts).unwrap();
     scene.render(&RenderOptions {
         decomposition: Decomposition {
@@ -87,7 +89,7 @@ fn tagged_film(parts: Parts, sidebands: Option<Sidebands>, samples: u64) -> Rend
 }
 
 /// Mean and standard error of a layer.
-fn layer(rendering: &Rendering, layer: usize) -> [f64; 2] {
+pub fn layer(rendering: &Rendering, layer: usize) -> [f64; 2] {
     let film = &rendering.film;
     let mean = film.mean_at(Some(layer), 0, 0);
     [
@@ -100,13 +102,14 @@ fn layer(rendering: &Rendering, layer: usize) -> [f64; 2] {
 #[test]
 fn films_and_meters_find_the_same_sidebands() {
     let mut zs = Vec::new();
+    let [ray, _] = rays();
     for (name, parts) in cases() {
         let rendering = tagged_film(
-            seen(at_rest(parts.clone())),
+            seen(at_rest(parts.clone()), ray),
             Some(sidebands()),
             particles(6_000),
         );
-        let parts = lit(at_rest(parts));
+        let parts = lit(at_rest(parts), ray);
         let mut meter = through(&parts.objects, 1, [1, 1], false);
         meter.sidebands = Some(sidebands());
         let meters = [Meter::Irradiance(meter)];
@@ -129,54 +132,64 @@ fn films_and_meters_find_the_same_sidebands() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// Orders up to 100 are all light, and make the correlations: of every pixel in single precision, of every voxel to what sums keep
-/// of their terms, 2⁻³³ of the largest for each.
+/// Many orders.
+fn many() -> Sidebands {
+    Sidebands::new(WAVELENGTH, Sidebands::MOST_ORDERS, 4).unwrap()
+}
+
+/// Whether all orders, which `part` gives and then the delays, are the `total`, and make the correlations.
+fn add_up(total: f64, part: impl Fn(usize) -> f64, accuracy: f64) {
+    const MOST: usize = Sidebands::MOST_ORDERS as usize;
+    for delay in 0..=4 {
+        let turn = 0.25 * TAU * f64::from(delay) / 2.0;
+        let of = |m: usize| 2.0 * part(m) * (m as f64 * turn).cos();
+        let sum = part(0) + (1..=MOST).map(of).sum::<f64>();
+        let expected = match delay {
+            0 => total,
+            _ => part(MOST + delay as usize),
+        };
+        let off = (sum - expected).abs();
+        assert!(off < accuracy * total, "{sum} {expected}");
+    }
+}
+
+/// Orders up to 100 are all light of pixels, and make the correlations, in single precision. The image is as without them, bit for bit.
 #[test]
 fn orders_are_all_light() {
-    const MOST: usize = Sidebands::MOST_ORDERS as usize;
-    let many = Sidebands::new(WAVELENGTH, Sidebands::MOST_ORDERS, 4).unwrap();
-    let add_up = |total: f64, part: &dyn Fn(usize) -> f64, accuracy: f64| {
-        for delay in 0..=4 {
-            let turn = 0.25 * TAU * f64::from(delay) / 2.0;
-            let of = |m: usize| 2.0 * part(m) * (m as f64 * turn).cos();
-            let sum = part(0) + (1..=MOST).map(of).sum::<f64>();
-            let expected = if delay == 0 {
-                total
-            } else {
-                part(MOST + delay as usize)
-            };
-            assert!(
-                (sum - expected).abs() < accuracy * total,
-                "{sum} {expected}"
-            );
+    for (_, parts) in cases() {
+        for ray in rays() {
+            let parts = seen(at_rest(parts.clone()), ray);
+            let tagged = tagged_film(parts.clone(), Some(many()), 64);
+            let part = |part: usize| layer(&tagged, 1 + part)[0];
+            add_up(layer(&tagged, 0)[0], part, 1e-5);
+            let plain = tagged_film(parts, None, 64);
+            assert_eq!(plain.film.mean(), tagged.film.mean());
+            assert_eq!(plain.film.mean(), tagged.film.layer_mean(0));
         }
-    };
-    let (_, parts) = cases().into_iter().next().unwrap();
-    let parts = at_rest(parts);
-    let tagged = tagged_film(seen(parts.clone()), Some(many), 64);
-    add_up(
-        layer(&tagged, 0)[0],
-        &|part| layer(&tagged, 1 + part)[0],
-        1e-5,
-    );
-    // Nothing else has changed.
-    let plain = tagged_film(seen(parts.clone()), None, 64);
-    assert_eq!(plain.film.mean(), tagged.film.mean());
-    assert_eq!(plain.film.mean(), tagged.film.layer_mean(0));
-    let meters =
-        [Estimator::TrackLength, Estimator::Collision].map(|estimator| voxels(estimator, many));
-    let measured = run(lit(parts), &meters.map(Meter::Fluence), &options(400, 3));
-    for meter in 0..2 {
-        let [total, orders, delays] = ["fluence", "fluence_sidebands", "fluence_correlation"]
-            .map(|name| &reading(&measured, meter, name).mean);
-        let cells = total.len();
-        assert!(total.iter().filter(|fluence| **fluence > 0.0).count() > cells / 2);
-        for (cell, total) in total.iter().enumerate() {
-            let part = |part: usize| match part {
-                0..=MOST => orders[part * cells + cell],
-                _ => delays[(part - MOST - 1) * cells + cell],
-            };
-            add_up(*total, &part, 1e-8);
+    }
+}
+
+/// Likewise of voxels, to what sums keep of their terms, 2⁻³³ of the largest for each.
+#[test]
+fn orders_are_all_fluence() {
+    const MOST: usize = Sidebands::MOST_ORDERS as usize;
+    for (_, parts) in cases() {
+        let meters = [Estimator::TrackLength, Estimator::Collision]
+            .map(|estimator| Meter::Fluence(voxels(estimator, many())));
+        let parts = lit(at_rest(parts), rays()[0]);
+        let measured = run(parts, &meters, &options(400, 3));
+        for meter in 0..2 {
+            let [total, orders, delays] = ["fluence", "fluence_sidebands", "fluence_correlation"]
+                .map(|name| &reading(&measured, meter, name).mean);
+            let cells = total.len();
+            assert!(total.iter().filter(|fluence| **fluence > 0.0).count() > cells / 2);
+            for (cell, total) in total.iter().enumerate() {
+                let part = |part: usize| match part {
+                    0..=MOST => orders[part * cells + cell],
+                    _ => delays[(part - MOST - 1) * cells + cell],
+                };
+                add_up(*total, part, 1e-8);
+            }
         }
     }
 }
@@ -198,7 +211,7 @@ fn voxels(estimator: Estimator, sidebands: Sidebands) -> FluenceMeter {
 fn track_lengths_and_collisions_find_the_same_sidebands() {
     let mut zs = Vec::new();
     for ((_, parts), seed) in cases().into_iter().take(2).zip([5, 6]) {
-        let parts = lit(at_rest(parts));
+        let parts = lit(at_rest(parts), rays()[0]);
         let measured = [Estimator::TrackLength, Estimator::Collision].map(|estimator| {
             let meter = Meter::Fluence(voxels(estimator, sidebands()));
             let seed = seed + 100 * u64::from(estimator == Estimator::Collision);

@@ -82,8 +82,8 @@ fn tagged_meter(parts: &Parts) -> Meter {
 
 /// A path: its collisions, and whether light was reflected on it.
 #[derive(Clone, Debug, Default)]
-struct Path {
-    vertices: Vec<DVec3>,
+pub struct Path {
+    pub vertices: Vec<DVec3>,
     reflected: bool,
 }
 
@@ -112,7 +112,7 @@ impl Survival for Always {
 }
 
 /// The path that the particle of a number takes.
-fn path(scene: &Scene, seed: u64, number: u64) -> Path {
+pub fn path(scene: &Scene, seed: u64, number: u64) -> Path {
     let mut sampler = Sampler::new(seed, 0, number);
     let mut ws = Workspace::new(scene.tolerance());
     let white = Spectrum([1.0, 0.0, 0.0, 0.0]);
@@ -132,7 +132,7 @@ fn path(scene: &Scene, seed: u64, number: u64) -> Path {
 }
 
 /// Where sound has moved what was at a place at rest, by differences of the index: u = ∇(n − n̄)/(k²η).
-fn moved(sound: &Field, x: DVec3) -> DVec3 {
+pub fn moved(sound: &Field, x: DVec3) -> DVec3 {
     let h = 1e-4;
     let along = |axis: DVec3| (sound.n(x + axis * h) - sound.n(x - axis * h)) / (2.0 * h);
     let gradient = DVec3::new(along(DVec3::X), along(DVec3::Y), along(DVec3::Z));
@@ -150,18 +150,20 @@ fn length_at(parts: &Parts, phase: f64, path: &Path, end: DVec3) -> f64 {
     let mut solver = Solver::new(Tolerance::new(1e-12));
     let vertices: Vec<DVec3> = path.vertices.iter().map(|x| moved(&sound, *x)).collect();
     let entry = solver.connect(&scene, SOURCE, 0, vertices[0]).unwrap();
-    let mut sum = entry.optical_length;
-    let inside = Unbounded(&scene.medium(1).index);
-    let mut from = vertices[0];
-    for to in vertices[1..].iter().copied().chain([end]) {
-        let mut solver = Solver::new(Tolerance::new(1e-12));
-        sum += solver
-            .connect(&inside, from, (), to)
-            .unwrap()
-            .optical_length;
-        from = to;
-    }
-    sum
+    let mut places = vertices;
+    places.push(end);
+    entry.optical_length + length_through(&scene.medium(1).index, &places, 1e-12)
+}
+
+/// The optical length along rays from place to place in an index.
+pub fn length_through(index: &Field, places: &[DVec3], tolerance: f64) -> f64 {
+    let inside = Unbounded(index);
+    let leg = |ends: &[DVec3]| {
+        let mut solver = Solver::new(Tolerance::new(tolerance));
+        let found = solver.connect(&inside, ends[0], (), ends[1]);
+        found.unwrap().optical_length
+    };
+    places.windows(2).map(leg).sum()
 }
 
 /// Paths in a scene with their modulations: by index and displacement, from records; only those without reflections.

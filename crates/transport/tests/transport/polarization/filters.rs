@@ -13,7 +13,7 @@ use morgana_transport::sensor::Camera;
 use morgana_transport::shape::{Cube, Rectangle};
 use morgana_transport::{Scene, Spectrum};
 
-fn polarizer(theta: f64) -> FilterElement {
+pub fn polarizer(theta: f64) -> FilterElement {
     FilterElement::Polarizer {
         theta: theta.into(),
     }
@@ -27,7 +27,7 @@ fn retarder(theta: f64, delta: f64) -> FilterElement {
 }
 
 /// A square of a half width of 3 around a point, that is turned.
-fn square(name: &str, center: DVec3, turn: DQuat, element: FilterElement) -> ObjectBuilder {
+pub fn square(name: &str, center: DVec3, turn: DQuat, element: FilterElement) -> ObjectBuilder {
     let to_world = DAffine3::from_scale_rotation_translation(DVec3::splat(3.0), turn, center);
     let filter = PolarizingFilter::new(element, Spectrum::ONE).unwrap();
     Object::builder(name, Rectangle::new(to_world).unwrap()).bsdf(Bsdf::Filter(Box::new(filter)))

@@ -8,6 +8,7 @@ mod field;
 mod filters;
 mod invariants;
 mod mie;
+mod panes;
 mod rayleigh;
 mod slab;
 

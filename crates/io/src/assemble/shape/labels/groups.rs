@@ -181,6 +181,7 @@ impl Group {
             albedo,
             phase: self.phase(&labels),
             emission: (!emission.is_zero()).then_some(emission),
+            velocity: None,
             labels: self.labels(labels, regions),
         })
     }
@@ -191,6 +192,7 @@ impl Group {
             name,
             extinction: label.medium.uniform_extinction().unwrap_or(Spectrum::ZERO),
             absorption: label.medium.uniform_absorption().unwrap_or(Spectrum::ZERO),
+            velocity: label.medium.velocity.clone(),
         };
         let list = names.into_iter().zip(&self.members).map(label);
         MediumLabels::new(grid, list.collect())

@@ -1,0 +1,108 @@
+//! What sound does to optical lengths of arcs, to first order in the sound, with an error control of its own (docs/theory.md#tagged-light).
+
+mod panel;
+mod rule;
+
+pub use panel::ModulationPanel;
+
+use crate::field::{Modulation, SoundAmplitude};
+use crate::ray::Arc;
+use glam::DVec2;
+use panel::{Node, Panel};
+use rule::{RULES, Rule, TABULATED};
+
+/// Where there is less than this share of the largest modulation, accuracy is relative to that.
+const FAINT: f64 = 1e-3;
+/// Panels are halved at most so often.
+const MOST_HALVINGS: u32 = 12;
+/// The longest arc, in wavelengths of the sound: more than a second takes. A sound that needs more is too fine for the way.
+const LONGEST: f64 = 5e5;
+
+impl Modulation {
+    /// The amplitude of the optical length of the part of an arc between two θ: ∫ n̂ ds = ½ ∫ m dσ along it, where `ends` are the amplitudes
+    /// at its ends. The error is below 1e-4 of the largest |m| on a panel, of at most a wavelength, times its length; NaN if the sound is too fine
+    /// for the length of the arc.
+    pub fn along(&self, arc: &Arc, range: [f64; 2], ends: &[SoundAmplitude; 2]) -> DVec2 {
+        self.panels(arc, range, ends, &RULES, |_, _| ())
+    }
+
+    /// The same, and the panels in turn, by which it is known up to every place between: within a panel to 1e-3 of the largest |m| there times its
+    /// length.
+    pub fn tabulate(
+        &self,
+        arc: &Arc,
+        range: [f64; 2],
+        ends: &[SoundAmplitude; 2],
+        mut see: impl FnMut(ModulationPanel),
+    ) -> DVec2 {
+        self.panels(arc, range, ends, &RULES[..TABULATED], |before, panel| {
+            see(panel.tabulated(before, arc));
+        })
+    }
+
+    /// The amplitude along a part of an arc, by the rule with the fewest nodes of several that does; `see` gets that before each panel, and the
+    /// panel.
+    fn panels(
+        &self,
+        arc: &Arc,
+        [from, to]: [f64; 2],
+        ends: &[SoundAmplitude; 2],
+        rules: &'static [Rule],
+        mut see: impl FnMut(DVec2, &Panel),
+    ) -> DVec2 {
+        let wavelengths = (to - from) * arc.arc_length(1.0) / self.wavelength;
+        if !(0.0..LONGEST).contains(&wavelengths) {
+            return DVec2::NAN;
+        }
+        let enough = rules.iter().find(|rule| wavelengths <= rule.longest);
+        let Some(rule) = enough.or(rules.last()) else {
+            return DVec2::NAN;
+        };
+        let panels = (wavelengths / rule.longest).ceil().max(1.0);
+        let (mut sum, mut start) = (DVec2::ZERO, Node::new(arc, from, &ends[0]));
+        for i in 1..=panels as u64 {
+            let end = if i as f64 == panels {
+                Node::new(arc, to, &ends[1])
+            } else {
+                self.node(arc, from + (to - from) * (i as f64 / panels))
+            };
+            self.panel(arc, rule, [start, end], MOST_HALVINGS, &mut |panel| {
+                see(0.5 * arc.h() * sum, panel);
+                sum += panel.integral();
+            });
+            start = end;
+        }
+        0.5 * arc.h() * sum
+    }
+
+    fn node(&self, arc: &Arc, theta: f64) -> Node {
+        Node::new(arc, theta, &self.at(arc.position(theta)))
+    }
+
+    /// A panel by a rule, if m is as smooth along it as a wave of the sound's length is; else its halves.
+    fn panel(
+        &self,
+        arc: &Arc,
+        rule: &'static Rule,
+        ends: [Node; 2],
+        halvings: u32,
+        see: &mut impl FnMut(&Panel),
+    ) {
+        let [start, end] = ends;
+        let mut inner = [DVec2::ZERO; rule::MOST_INNER];
+        for (value, share) in inner.iter_mut().zip(rule.inner) {
+            let theta = start.theta + share * (end.theta - start.theta);
+            *value = self.value(arc.position(theta));
+        }
+        let panel = Panel { ends, inner, rule };
+        if halvings == 0 || panel.is_smooth(FAINT * self.largest) {
+            return see(&panel);
+        }
+        if rule.inner.is_empty() {
+            return self.panel(arc, &RULES[1], ends, halvings, see);
+        }
+        let middle = self.node(arc, 0.5 * (start.theta + end.theta));
+        self.panel(arc, rule, [start, middle], halvings - 1, see);
+        self.panel(arc, rule, [middle, end], halvings - 1, see);
+    }
+}
