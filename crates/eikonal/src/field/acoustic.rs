@@ -5,8 +5,8 @@ use super::axis::Axis;
 use super::bessel_table::BesselTable;
 use super::error::{FieldError, positive};
 use super::sound::Sound;
-use super::{IndexDerivative, Jet};
 use super::sound_amplitude::SoundAmplitude;
+use super::{IndexDerivative, Jet};
 use crate::bounds::{Aabb, FieldBounds, IndexBounds};
 use glam::{DVec2, DVec3};
 
@@ -199,7 +199,6 @@ impl Acoustic {
         }
     }
 
-    fn wave(&self, d: DVec2) -> Wave {
     /// The modes that change something at this instant, with their tables.
     fn heard(&self) -> impl Iterator<Item = (&AcousticMode, Option<&BesselTable>)> {
         let modes = self.modes.iter().zip(&self.tables);

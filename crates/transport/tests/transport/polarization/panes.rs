@@ -2,7 +2,7 @@
 
 use crate::polarization::field::{Coherency, sun};
 use crate::polarization::filters::{polarizer, square};
-use crate::{assert_alike, horizontal, polarized, stokes};
+use crate::polarization::{assert_alike, horizontal, polarized, stokes};
 use eikonal::field::Constant;
 use glam::{DAffine3, DQuat, DVec3};
 use morgana_transport::bsdf::{Bsdf, Dielectric, ThinDielectric};
