@@ -12,7 +12,7 @@ impl Velocity {
     /// The same everywhere.
     ///
     /// ```
-    /// use morgana_transport::glam::DVec3;
+    /// use glam::DVec3;
     /// use morgana_transport::medium::Velocity;
     ///
     /// let flow = Velocity::uniform(DVec3::new(0.0, 0.0, 2.5));
