@@ -36,6 +36,10 @@ def main():
     for ax, name in zip(axes, ["iterations on each grid", *(title for *_, title in PANELS)]):
         ax.set(xscale="log", yscale="log", xlabel=name)
         ax.grid(alpha=0.3, which="both")
+    for ax, ticks in zip(axes, [ITERATIONS, PANELS[0][1]]):
+        ax.set_xticks(ticks, labels=map(str, ticks))
+        ax.minorticks_off()
+    axes[0].set_yticks([0.05, 0.1, 0.2, 0.5], labels=["0.05", "0.1", "0.2", "0.5"])
     axes[0].set(ylabel="relative error of n² − n_r²")
     axes[0].legend()
     fig.savefig(given.file)

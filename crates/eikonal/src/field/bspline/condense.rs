@@ -1,17 +1,21 @@
 //! A smooth field from fewer samples (docs/theory.md#sampled-fields).
 
-use super::Bspline;
 use super::lattice::{Lattice, PAD, Placement, cell, first_coefficient};
+use super::{Bspline, ROUNDINGS};
 use crate::bounds::Aabb;
 use glam::{BVec3, DVec3};
 
 /// Grids with fewer coefficients lie in the processor's cache as they are.
 const FEW: usize = 1 << 20;
 /// Samples are left out by these factors along an axis, if it keeps `FEWEST` of them.
-const FACTORS: [usize; 3] = [8, 4, 2];
+const FACTORS: [usize; 5] = [8, 6, 4, 3, 2];
 const FEWEST: usize = 16;
 /// Lines along an axis that are looked at before any grid is made: so many along each of the two others.
 const LINES: usize = 16;
+/// The place of no factor in that list.
+const NONE: usize = FACTORS.len();
+/// So many grids are tried, the next with more samples along the axis that adds most to the error.
+const TRIES: usize = 6;
 /// Basis functions at a sample: of the coefficient before it, its own, and the next.
 const AT_SAMPLE: [f64; 3] = [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0];
 /// Planes are compared in steps of so many, so that a difference is met early.
@@ -24,8 +28,20 @@ struct Taps {
     weights: [f64; 4],
 }
 
+/// By how much lines of so many samples differ at most if samples are left out by each factor; infinite if too few are left.
+fn errors(count: usize, lines: &[Vec<f64>]) -> [f64; FACTORS.len()] {
+    FACTORS.map(|factor| {
+        let fewer = Thinned::new(count, factor);
+        let error = |line: &Vec<f64>| fewer.error(line);
+        match fewer.count {
+            0..FEWEST => f64::INFINITY,
+            _ => lines.iter().map(error).fold(0.0, f64::max),
+        }
+    })
+}
+
 impl Bspline {
-    /// The field from fewer samples, if that changes n² at no sample by more than `tolerance`: with a half, a quarter or an eighth as many along each axis that allows it.
+    /// The field from fewer samples, if that changes n² at no sample by more than `tolerance`: with as few as an eighth of them along each axis that allows it.
     /// `None` for grids that are small, or as fine as they have to be.
     ///
     /// Where the samples do not change, rays are still straight lines.
@@ -33,27 +49,24 @@ impl Bspline {
         if self.is_constant() || self.coefficients.len() < FEW {
             return None;
         }
-        let mut factors = [0, 1, 2].map(|axis| self.factor(axis, tolerance));
-        while factors != [1; 3] {
+        let lines = [0, 1, 2].map(|axis| self.lines(axis));
+        let errors = [0, 1, 2].map(|axis| errors(self.dims()[axis], &lines[axis]));
+        // Places in the list of factors.
+        let mut chosen = errors.map(|e| e.iter().position(|e| *e <= tolerance).unwrap_or(NONE));
+        for _ in 0..TRIES {
+            let factors = chosen.map(|i| FACTORS.get(i).copied().unwrap_or(1));
+            if factors == [1; 3] {
+                return None;
+            }
             let found = self.thinned(factors);
             if self.is_close(&found, tolerance) {
                 return Some(found);
             }
-            factors = factors.map(|f| (f / 2).max(1));
+            let error = |axis: &usize| errors[*axis].get(chosen[*axis]).copied().unwrap_or(0.0);
+            let worst = (0..3).max_by(|a, b| error(a).total_cmp(&error(b)))?;
+            chosen[worst] += 1;
         }
         None
-    }
-
-    /// By how much less samples some lines along an axis are the same within `tolerance`.
-    fn factor(&self, axis: usize, tolerance: f64) -> usize {
-        let count = self.dims()[axis];
-        let lines = self.lines(axis);
-        let serves = |factor: usize| {
-            let fewer = Thinned::new(count, factor);
-            let error = |line: &Vec<f64>| fewer.error(line);
-            fewer.count >= FEWEST && lines.iter().map(error).fold(0.0, f64::max) <= tolerance
-        };
-        FACTORS.into_iter().find(|f| serves(*f)).unwrap_or(1)
     }
 
     /// Some lines of samples along an axis: of what are coefficients along it, but values across it.
@@ -111,7 +124,8 @@ impl Bspline {
         Bspline {
             homogeneous,
             interpolates: false,
-            ..Self::of_coefficients(lattice, self.n2_ref, data, Some(1.0))
+            // Rounding of those that these were made of, and their own.
+            ..Self::of_coefficients(lattice, self.n2_ref, data, Some(ROUNDINGS))
         }
     }
 
