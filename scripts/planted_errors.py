@@ -461,6 +461,20 @@ PLANTED = [
         ("morgana-transport", "transport", "replicates::so_they_are_with_subpaths_from_both_ends"),
     ),
     (
+        "grids condensed as far as some lines allow",
+        EIKONAL + "field/bspline/condense.rs",
+        "if self.is_close(&found, tolerance) {",
+        "if true || self.is_close(&found, tolerance) {",
+        ("morgana-eikonal", "eikonal", "condensed::grids_as_fine_as_their_field_stay"),
+    ),
+    (
+        "condensed grids without their slopes at a face",
+        EIKONAL + "field/bspline/condense.rs",
+        "c[0] += slopes[0] / 3.0;",
+        "",
+        ("morgana-eikonal", "eikonal", "condensed::slopes_at_faces_are_kept"),
+    ),
+    (
         "one wrong digit in the step scheme",
         EIKONAL + "ray/step.rs",
         "0.5 - (0.245298957184271 + 0.604872665711080),",
