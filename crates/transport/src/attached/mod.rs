@@ -5,7 +5,7 @@
 //! boundaries reflect, and where and in which direction light is met. One sweep back along the path carries the derivative of what it
 //! brings by position and velocity through flights, collisions and boundaries, and adds to the sums of the index on its way.
 //!
-//! Where what a path brings jumps when its vertices move, a boundary term would be missing: [`check`] refuses such scenes.
+//! Where what a path brings jumps when its vertices move, a boundary term would be missing: `check` refuses such scenes.
 //!
 //! Theory: docs/theory.md#derivatives-by-the-index-behind-scattering.
 
