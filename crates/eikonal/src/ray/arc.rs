@@ -186,15 +186,21 @@ impl Arc {
 
     /// θ at which ∫f(|v|²) dσ from the start reaches `target`.
     fn theta_at(&self, target: f64, f: impl Fn(f64) -> f64) -> f64 {
-        let rate = |theta: f64| f(self.velocity(theta).length_squared()) * self.h;
-        let Curve::Quintic(control) = &self.curve else {
-            return (target / rate(0.0)).clamp(0.0, 1.0);
+        let control = match &self.curve {
+            Curve::Line(_, step, _) => {
+                let total = f(step.length_squared() / (self.h * self.h)) * self.h;
+                return (target / total).clamp(0.0, 1.0);
+            }
+            Curve::Quintic(control) => control,
         };
+        let rate = |theta: f64| f(self.velocity(theta).length_squared()) * self.h;
         let total = self.integrate(control, 1.0, &f);
         if target >= total {
             return (target / total).clamp(0.0, 1.0);
         }
-        let mut theta = inverse(rate(0.0), total, rate(1.0), target);
+        let [first, .., last] = differences(control);
+        let at_end = |difference: DVec3| f((difference * (5.0 / self.h)).length_squared()) * self.h;
+        let mut theta = inverse(at_end(first), total, at_end(last), target);
         for _ in 0..4 {
             let excess = self.integrate(control, theta, &f) - target;
             let change = excess / rate(theta);
@@ -209,19 +215,26 @@ impl Arc {
 
     /// θ in [0, 1] nearest to `y`: the first local minimum of the distance, or an end.
     pub fn closest_approach(&self, y: DVec3) -> f64 {
-        if let Curve::Line(start, step, _) = &self.curve {
-            return ((y - *start).dot(*step) / step.length_squared()).clamp(0.0, 1.0);
-        }
-        let slope = |theta: f64| (self.position(theta) - y).dot(self.velocity(theta));
+        let control = match &self.curve {
+            Curve::Line(start, step, _) => {
+                return ((y - *start).dot(*step) / step.length_squared()).clamp(0.0, 1.0);
+            }
+            Curve::Quintic(control) => control,
+        };
+        let differences = differences(control);
         let (mut low, mut high) = (0.0, 1.0);
-        let mut f_low = slope(low);
+        let mut f_low = (control[0] - y).dot(differences[0]);
         if f_low >= 0.0 {
             return low;
         }
-        let mut f_high = slope(high);
+        let mut f_high = (control[5] - y).dot(differences[4]);
         if f_high <= 0.0 {
             return high;
         }
+        let slope = |theta: f64| {
+            let position = combined(&quintic(theta), control);
+            (position - y).dot(combined(&quartic(theta), &differences))
+        };
         // Bisection keeps the bracket; secant steps inside it converge quickly (Illinois).
         let mut theta = low;
         for _ in 0..64 {

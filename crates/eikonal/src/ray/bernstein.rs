@@ -199,35 +199,104 @@ fn sign_changes<const N: usize>(c: &[f64; N]) -> (usize, f64) {
 /// The only root in (0, 1) of a polynomial that has sign `first` before it: Newton's method,
 /// kept inside a shrinking bracket by bisection. `width` scales the tolerance.
 fn polish<const N: usize>(c: &[f64; N], first: f64, width: f64) -> f64 {
+    let scaled = Scaled::new(c);
     let (mut lo, mut hi) = (0.0, 1.0);
-    let secant = c[0] / (c[0] - c[N - 1]);
-    let mut t = if secant > 0.0 && secant < 1.0 {
-        secant
-    } else {
-        0.5
-    };
-    let mut previous_step = 1.0f64;
+    let mut t = guess(c);
+    let (mut last, mut newton_before) = (1.0f64, false);
     for _ in 0..100 {
-        let (f, df) = evaluate(c, t);
-        if f == 0.0 {
+        let (value, newton) = scaled.newton(t);
+        if value == 0.0 {
             return t;
         }
-        if f.signum() == first {
+        if value.signum() == first {
             lo = t;
         } else {
             hi = t;
         }
-        let newton = t - f / df;
         // Newton's steps must shrink and stay inside, or the bracket is halved instead.
-        let good = newton > lo && newton < hi && (newton - t).abs() < 0.5 * previous_step;
+        let good = newton > lo && newton < hi && (newton - t).abs() < 0.5 * last;
         let next = if good { newton } else { 0.5 * (lo + hi) };
-        previous_step = (next - t).abs();
+        let size = (next - t).abs();
         t = next;
-        if previous_step * width <= 0.25 * f64::EPSILON || hi - lo <= f64::EPSILON {
+        // Newton's steps are as the squares of those before; a thousand times what that leaves is kept for safety.
+        let left = if good && newton_before {
+            size.min(1e3 * size * (size / last).powi(2))
+        } else {
+            size
+        };
+        if left * width <= 0.25 * f64::EPSILON || hi - lo <= f64::EPSILON {
             break;
         }
+        (last, newton_before) = (size, good);
     }
     t
+}
+
+/// About where a polynomial has its only root in (0, 1): that of the cubic with the same values and slopes at the ends.
+fn guess<const N: usize>(c: &[f64; N]) -> f64 {
+    let (first, last, degree) = (c[0], c[N - 1], (N - 1) as f64);
+    let slopes = [(c[1] - first) * degree, (last - c[N - 2]) * degree];
+    let rise = last - first;
+    let square = 3.0 * rise - 2.0 * slopes[0] - slopes[1];
+    let cube = slopes[0] + slopes[1] - 2.0 * rise;
+    let mut t = -first / rise;
+    for _ in 0..2 {
+        let value = first + t * (slopes[0] + t * (square + t * cube));
+        t -= value / (slopes[0] + t * (2.0 * square + t * 3.0 * cube));
+    }
+    if t > 0.0 && t < 1.0 { t } else { 0.5 }
+}
+
+/// Coefficients by binomials, from the first to the last and back, each of even and odd powers: (1 − t)ⁿ times a polynomial in
+/// t/(1 − t). It is evaluated where that is at most 1, from the nearer end.
+struct Scaled<const N: usize>([[f64; N]; 2]);
+
+impl<const N: usize> Scaled<N> {
+    const BINOMIALS: [f64; N] = {
+        let mut b = [0.0; N];
+        let mut i = 0;
+        while i < N {
+            b[i] = binomial(N - 1, i);
+            i += 1;
+        }
+        b
+    };
+
+    fn new(c: &[f64; N]) -> Self {
+        let forward: [f64; N] = std::array::from_fn(|i| Self::BINOMIALS[i] * c[i]);
+        let mut back = forward;
+        back.reverse();
+        Scaled([forward, back])
+    }
+
+    /// A multiple of the value at `t`, of the same sign, and where Newton's method goes from there.
+    fn newton(&self, t: f64) -> (f64, f64) {
+        let Scaled([forward, back]) = self;
+        if t <= 0.5 {
+            let (value, step) = step(forward, t);
+            (value, t - step)
+        } else {
+            let (value, step) = step(back, 1.0 - t);
+            (value, t + step)
+        }
+    }
+}
+
+/// A positive multiple of the value p = (1 − t)ⁿ q(x) at x = t/(1 − t), and p/p′.
+fn step<const N: usize>(scaled: &[f64; N], t: f64) -> (f64, f64) {
+    let u = 1.0 - t;
+    let x = t / u;
+    let square = x * x;
+    // Even and odd powers, by Horner's scheme in x², with derivatives by x².
+    let (mut sums, mut slopes) = ([0.0; 2], [0.0; 2]);
+    for (i, coefficient) in scaled.iter().enumerate().rev() {
+        let part = i % 2;
+        slopes[part] = slopes[part] * square + sums[part];
+        sums[part] = sums[part] * square + coefficient;
+    }
+    let value = sums[0] + x * sums[1];
+    let slope = sums[1] + 2.0 * x * (slopes[0] + x * slopes[1]);
+    (value, value * u * u / (slope - (N - 1) as f64 * u * value))
 }
 
 #[cfg(test)]
