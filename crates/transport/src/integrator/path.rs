@@ -227,6 +227,7 @@ impl PathTracer {
             collides: true,
             spans: t.equiangular || forced || R::RECORDS,
             forced,
+            differentials: true,
             splitting: first_vertex.splitting && next.length.edges == 0,
         };
         let edge = trace(t.scene, next.start, sampling, t.sampler, t.ws);

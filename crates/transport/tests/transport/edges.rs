@@ -32,6 +32,7 @@ const SAMPLING: Sampling = Sampling {
     collides: true,
     spans: true,
     forced: false,
+    differentials: true,
     splitting: false,
 };
 
@@ -89,6 +90,34 @@ fn luneburg_ball(sigma_t: f64) -> Scene {
         vec![sky()],
         camera(DVec3::Z * 4.0, DVec3::ZERO),
     ))
+}
+
+/// An edge whose neighbours are not followed is the same one, through boundaries too, but for its geometry term.
+#[test]
+fn edges_do_not_depend_on_their_neighbours() {
+    let scene = luneburg_ball(0.7);
+    let starts = [DVec3::new(-0.5, 0.3, 0.1), DVec3::new(-1.5, 0.3, 0.1)];
+    for (seed, start) in (0..50).flat_map(|seed| starts.map(|start| (seed, start))) {
+        let [with, without] = [true, false].map(|differentials| {
+            let sampling = Sampling {
+                differentials,
+                ..SAMPLING
+            };
+            sampled(&scene, start, DVec3::new(1.0, -0.1, 0.2), sampling, seed)
+        });
+        assert!(with.connectable && with.geometry.geometry_term > 0.0);
+        assert_eq!(without.geometry.geometry_term, 0.0);
+        assert!(!without.connectable);
+        assert!((with.length - without.length).abs() < 1e-12);
+        assert_eq!(with.geometry.depth, without.geometry.depth);
+        match (with.end, without.end) {
+            (End::Collision(a), End::Collision(b)) => assert!(a.x.distance(b.x) < 1e-12),
+            (End::Escaped { direction: a, .. }, End::Escaped { direction: b, .. }) => {
+                assert!(a.distance(b) < 1e-12);
+            }
+            ends => panic!("{ends:?}"),
+        }
+    }
 }
 
 /// A connection inside a Luneburg ball has the directions, the Jacobian and the depth of the harmonic orbit

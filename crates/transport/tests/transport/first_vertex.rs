@@ -261,6 +261,7 @@ fn forced_edge(scene: &Scene, direction: DVec3, seed: u64) -> Edge<'_> {
         collides: true,
         spans: true,
         forced: true,
+        differentials: true,
         splitting: false,
     };
     let mut ws = Workspace::new(scene.tolerance());

@@ -108,6 +108,7 @@ impl Gathering<'_> {
                 collides: self.mapping.query == PhotonQuery::Point,
                 spans: self.mapping.query == PhotonQuery::Beam,
                 forced: false,
+                differentials: false,
                 splitting: false,
             };
             let mut edge = trace(scene, sight.start, sampling, sampler, ws);

@@ -267,6 +267,7 @@ impl<'a> RandomWalk<'a> {
             collides: true,
             spans: O::KEEPS_SPANS || self.mode == TransportMode::Importance,
             forced: false,
+            differentials: O::ASKS_FOR_GEOMETRY,
             splitting: false,
         }
     }

@@ -18,6 +18,9 @@ pub trait Observer {
     /// Whether it looks at the spans of the edges of sensor subpaths, too.
     const KEEPS_SPANS: bool = false;
 
+    /// Whether it asks for the geometry terms of edges, which are 0 otherwise.
+    const ASKS_FOR_GEOMETRY: bool = false;
+
     /// An edge, and what happens at its end. Breaks if the walk need not go on.
     fn arrive(&mut self, event: &WalkEvent, ws: &mut Workspace) -> ControlFlow<()>;
 
@@ -109,6 +112,7 @@ impl<'e> WalkEvent<'e> {
 impl<A: Observer, B: Observer> Observer for (A, B) {
     const ALONG_SPANS: bool = A::ALONG_SPANS || B::ALONG_SPANS;
     const KEEPS_SPANS: bool = A::KEEPS_SPANS || B::KEEPS_SPANS;
+    const ASKS_FOR_GEOMETRY: bool = A::ASKS_FOR_GEOMETRY || B::ASKS_FOR_GEOMETRY;
 
     fn arrive(&mut self, event: &WalkEvent, ws: &mut Workspace) -> ControlFlow<()> {
         let first = self.0.arrive(event, ws);
@@ -160,6 +164,7 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
 impl<O: Observer> Observer for &mut O {
     const ALONG_SPANS: bool = O::ALONG_SPANS;
     const KEEPS_SPANS: bool = O::KEEPS_SPANS;
+    const ASKS_FOR_GEOMETRY: bool = O::ASKS_FOR_GEOMETRY;
 
     fn arrive(&mut self, event: &WalkEvent, ws: &mut Workspace) -> ControlFlow<()> {
         (**self).arrive(event, ws)

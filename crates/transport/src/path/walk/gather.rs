@@ -45,6 +45,7 @@ pub(crate) fn gather_along<'a>(
         collides: true,
         spans: true,
         forced: false,
+        differentials: false,
         splitting: false,
     };
     sampler.apart(|sampler| {

@@ -5,9 +5,7 @@
 use super::trace::Walk;
 use crate::bsdf::{Bsdf, BsdfSample, PartialTransmission, Surface};
 use crate::budget::EVENTS_PER_EDGE;
-use crate::path::segment::{
-    End, RayDifferentials, Split, Start, TransportMode, leave, share, surface_at,
-};
+use crate::path::segment::{End, Split, Start, TransportMode, leave, share, surface_at};
 use crate::scene::MediumId;
 use crate::shape::{Hit, Meeting};
 use eikonal::connect::{Pattern, World};
@@ -227,9 +225,11 @@ impl Walk<'_, '_> {
             near: local(near),
             far: local(far),
         };
-        match interface.tangents(rule, v, &self.ray.differentials.tangents()) {
-            Some(tangents) => self.ray.differentials = RayDifferentials::Bent(tangents),
-            None => self.edge.connectable = false,
+        if let Some(tangents) = self.ray.differentials.tangents() {
+            match interface.tangents(rule, v, &tangents) {
+                Some(tangents) => self.ray.differentials = tangents.into(),
+                None => self.edge.connectable = false,
+            }
         }
         self.ray.v = direction * interface.far.0.sqrt();
         self.ray.medium = beyond;

@@ -13,7 +13,8 @@ use crate::sampling::{Purpose, Sampler};
 use crate::scene::{MediumId, Scene};
 use crate::shape::Meeting;
 use eikonal::connect::World;
-use eikonal::ray::{Arc, Flow, Node};
+use eikonal::field::Field;
+use eikonal::ray::{Arc, Flow, Node, Variation};
 use glam::DVec3;
 use std::ops::ControlFlow;
 
@@ -35,6 +36,8 @@ pub struct Sampling {
     /// Whether it collides for certain where it would leave the scene, if there is anything to collide with: see
     /// [`Edge::forcing`]. Only if it is extended.
     pub forced: bool,
+    /// Whether its neighbours are followed, which its [geometry term](crate::path::segment::EdgeGeometry::geometry_term) needs: it is 0 otherwise.
+    pub differentials: bool,
     /// Whether both ways are taken at the first specular event, if it is one of refraction or reflection: see [`Edge::split`].
     pub splitting: bool,
 }
@@ -178,7 +181,11 @@ impl<'a, 'b> Walk<'a, 'b> {
             ray: RayState {
                 x: start.x,
                 v: start.direction * n,
-                differentials: RayDifferentials::new(scene, &start),
+                differentials: if sampling.differentials {
+                    RayDifferentials::new(scene, &start, n)
+                } else {
+                    RayDifferentials::Ignored
+                },
                 medium: start.medium,
                 left: start.left,
             },
@@ -203,12 +210,18 @@ impl<'a, 'b> Walk<'a, 'b> {
         if field.is_constant() {
             return self.line(ws);
         }
-        let node = Node::new(
-            field,
-            self.ray.x,
-            self.ray.v,
-            self.ray.differentials.tangents(),
-        );
+        match self.ray.differentials.tangents() {
+            None => self.curve(field, (), ws),
+            Some(tangents) => self.curve(field, tangents, ws),
+        }
+    }
+
+    /// Follows the ray through a region where it bends, step by step, with what varies along it. Breaks where the edge ends.
+    fn curve<V>(&mut self, field: &Field, variation: V, ws: &mut Workspace) -> ControlFlow<()>
+    where
+        V: Variation + Into<RayDifferentials>,
+    {
+        let node = Node::new(field, self.ray.x, self.ray.v, variation);
         let mut flow = Flow::new(field, node, ws.tolerance());
         loop {
             let reach = self.scene.reach(flow.node().x);
@@ -221,15 +234,15 @@ impl<'a, 'b> Walk<'a, 'b> {
             let attenuation =
                 Attenuation::new(self.scene.medium(self.ray.medium), &step.arc, theta_end);
             self.record(step.arc, attenuation, met, |theta| {
-                let (_, v, tangents) = step.at(theta);
-                (v, RayDifferentials::Bent(tangents))
+                let (_, v, variation) = step.at(theta);
+                (v, variation.into())
             });
             if self.events.collided && !self.sampling.extend {
                 return ControlFlow::Break(());
             }
             if let Some((object, meeting)) = met {
-                let (_, v, tangents) = step.at(theta_end);
-                self.ray.differentials = RayDifferentials::Bent(tangents);
+                let (_, v, variation) = step.at(theta_end);
+                self.ray.differentials = variation.into();
                 return self.surface(object, meeting, v);
             }
             self.events.is_long |= self.scene.is_long(self.travelled.length);
