@@ -209,9 +209,11 @@ class _Problem(NamedTuple):
         """From coarse to fine, with parts of the rays; on the last grid parts grow until they are all of them."""
         count = len(self.misfit.rays)
         stages = [_Stage(grid, min(max(int(RAYS_PER_SAMPLE * np.prod(grid)), 1), count)) for grid in self.grids]
-        while stages[-1].rays < count:
-            stages.append(_Stage(self.grids[-1], min(GROWTH * stages[-1].rays, count)))
-        return stages
+        last, rays = stages.pop()
+        while 2 * rays <= count:
+            stages.append(_Stage(last, rays))
+            rays *= GROWTH
+        return [*stages, _Stage(last, count)]
 
     def solve(self, progress: Optional[Callable[[Iteration], Any]], checkpoint: Optional[Checkpoint]) -> Reconstruction:
         """One stage after the other."""
