@@ -1,6 +1,7 @@
 """Reconstructs a jet from exit directions and positions of rays, with the rays as they are and as if they were straight: errors and CPU seconds.
 
 target/python-venv/bin/python scripts/reconstruct_jet.py --views 16 --pixels 64 --samples 64 --noise 0.01
+target/python-venv/bin/python scripts/reconstruct_jet.py --views 64 --pixels 256 --samples 128 --noise 0.01
 """
 
 import argparse
@@ -57,7 +58,9 @@ def figure(path, true, found, deflection):
 
 
 def cpu():
-    return resource.getrusage(resource.RUSAGE_SELF).ru_utime
+    """Seconds of all threads so far."""
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    return used.ru_utime + used.ru_stime
 
 
 class Problem:
@@ -119,7 +122,7 @@ def main():
     )
     print("straight rays" if given.straight else "curved rays")
     before = cpu()
-    tell = lambda now: print(f"  {now.shape[0]}³, iteration {now.number}: χ² {now.chi_square:.4g}, {cpu() - before:.1f} s", flush=True)  # noqa: E731
+    tell = lambda now: print(f"  {now.shape[0]}³, {now.rays} rays, iteration {now.number}: χ² {now.chi_square:.4g}, {cpu() - before:.1f} s", flush=True)  # noqa: E731
     found, index, error = problem.fit(given.iterations, given.straight, tell)
     print(f"{found!r}: relative error of n² − n_r² {error:.4f}, {cpu() - before:.1f} CPU s")
     print(f"peak memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")

@@ -2,29 +2,83 @@
 
 from __future__ import annotations
 
+import functools
 import importlib
-from typing import TYPE_CHECKING, Any, Callable, Tuple, Type
+from typing import TYPE_CHECKING, Any, Callable, Dict, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ._morgana import Field
+from ._system import GradError, Layout, System
 
 if TYPE_CHECKING:
     from .grad import Rays
 
 Doubles = NDArray[np.float64]
+Build = Callable[[Dict[str, Doubles]], Union[Field, System]]
+
+ROUNDED = 1e-6
+"""Relative difference of parameters from what was asked for: grids and JAX round to single precision."""
 
 
-def torch_function(rays: "Rays", error: Type[Exception]) -> Callable[..., Any]:
+class Model(NamedTuple):
+    """Rays through what flat lists of arrays say: samples, or parameters of what is built of them; then origins and directions."""
+
+    rays: "Rays"
+    build: Optional[Build]
+    names: Tuple[str, ...]
+    """Of the parameters; empty for samples."""
+
+    @property
+    def arrays(self) -> int:
+        """Before the starts."""
+        return len(self.names) if self.build is not None else 1
+
+    def follow(self, *given: Doubles) -> Tuple[Doubles, ...]:
+        """Positions, directions and optical lengths of the ends."""
+        ends = self.rays.with_starts(*given[self.arrays :]).forward(self._index(given))
+        return ends.positions, ends.directions, ends.optical_lengths
+
+    def pull_back(self, *kept: Doubles) -> Tuple[Doubles, ...]:
+        """Derivatives by what was given, from that, the positions of the ends, and derivatives by the ends. Where a ray has none, its ends are NaN: a
+        loss that selects other rays has derivatives there that are zero, or zero times NaN."""
+        *given, positions, by_positions, by_directions, by_lengths = kept
+        lost = ~np.isfinite(positions).all(axis=1)
+        by = (np.where(lost.reshape(-1, *[1] * (values.ndim - 1)), 0.0, values) for values in (by_positions, by_directions, by_lengths))
+        rays = self.rays.with_starts(*given[self.arrays :])
+        found = rays.vjp(self._index(given), **dict(zip(("positions", "directions", "optical_lengths"), by)))
+        index = [found.field] if self.build is None else [found.parameters[name] for name in self.names]
+        return (*index, found.origins, found.directions)
+
+    def _index(self, given: Sequence[Doubles]) -> Union[Doubles, Field, System]:
+        if self.build is None:
+            return given[0]
+        values = dict(zip(self.names, given))
+        index = self.build(dict(values))
+        if not isinstance(index, (Field, System)):
+            raise GradError(f"a Field or a System must be built of the parameters, not {type(index).__name__}")
+        own = Layout(index, has_box=True).parameters()
+        for name, value in values.items():
+            if name not in own:
+                raise GradError(f"what was built has no parameter {name!r}: it has {', '.join(own) or 'none'}")
+            if own[name].shape != value.shape or not np.allclose(own[name], value, rtol=ROUNDED, atol=ROUNDED**2):
+                raise GradError(f"{name} was given as {value.tolist()} but is {own[name].tolist()} in what was built: its derivatives are by another number")
+        return index
+
+
+def torch_function(rays: "Rays", build: Optional[Build]) -> Callable[..., Any]:
     """Of tensors on the processor; see :meth:`morgana.grad.Rays.torch`."""
-    torch = _library("torch", "torch", error)
+    torch = _library("torch")
 
     def host(tensor: Any) -> Doubles:
         return np.asarray(tensor.detach().cpu().numpy(), dtype=float)
 
     class Follow(torch.autograd.Function):  # type: ignore[misc, name-defined]
         @staticmethod
-        def forward(ctx: Any, *given: Any) -> Any:
-            ends = tuple(torch.from_numpy(end).to(given[0]) for end in follow(rays, *map(host, given)))
+        def forward(ctx: Any, model: Model, *given: Any) -> Any:
+            ends = tuple(torch.from_numpy(end).to(given[0]) for end in model.follow(*map(host, given)))
+            ctx.model = model
             ctx.save_for_backward(*given, ends[0])
             return ends
 
@@ -32,19 +86,20 @@ def torch_function(rays: "Rays", error: Type[Exception]) -> Callable[..., Any]:
         @torch.autograd.function.once_differentiable  # type: ignore[untyped-decorator, unused-ignore]
         def backward(ctx: Any, *by: Any) -> Any:
             *given, positions = ctx.saved_tensors
-            found = pull_back(rays, *map(host, (*given, positions, *by)))
-            return tuple(torch.from_numpy(value).to(tensor) for value, tensor in zip(found, given))
+            found = ctx.model.pull_back(*map(host, (*given, positions, *by)))
+            return (None, *(torch.from_numpy(np.asarray(value)).to(tensor) for value, tensor in zip(found, given)))
 
     def ends(index: Any, origins: Any = None, directions: Any = None) -> Any:
-        starts = [torch.tensor(own).to(index) if given is None else given for own, given in zip(rays.starts, (origins, directions))]
-        return Follow.apply(index, *starts)
+        names, values = _flat(index, build)
+        starts = [torch.tensor(own).to(values[0]) if given is None else given for own, given in zip(rays.starts, (origins, directions))]
+        return Follow.apply(Model(rays, build, names), *values, *starts)
 
     return ends
 
 
-def jax_function(rays: "Rays", error: Type[Exception]) -> Callable[..., Any]:
+def jax_function(rays: "Rays", build: Optional[Build]) -> Callable[..., Any]:
     """See :meth:`morgana.grad.Rays.jax`."""
-    jax = _library("jax", "jax", error)
+    jax = _library("jax")
     numpy = importlib.import_module("jax.numpy")
 
     def shaped(*arrays: Any) -> Any:
@@ -52,52 +107,51 @@ def jax_function(rays: "Rays", error: Type[Exception]) -> Callable[..., Any]:
 
     def called(function: Callable[..., Tuple[Doubles, ...]], shapes: Any, *arrays: Any) -> Any:
         def on_host(*given: Any) -> Any:
-            found = function(rays, *map(_doubles, given))
+            found = function(*(np.asarray(array, dtype=float) for array in given))
             return tuple(np.asarray(value, shape.dtype) for value, shape in zip(found, shapes))
 
         return jax.pure_callback(on_host, shapes, *arrays, vmap_method="sequential")
 
-    @jax.custom_vjp  # type: ignore[untyped-decorator, unused-ignore]
-    def ends(index: Any, origins: Any, directions: Any) -> Any:
-        return called(follow, shaped(origins, directions, origins[:, 0]), index, origins, directions)
+    @functools.lru_cache(maxsize=None)
+    def differentiable(names: Tuple[str, ...]) -> Callable[..., Any]:
+        model = Model(rays, build, names)
 
-    def forward(*given: Any) -> Any:
-        found = ends(*given)
-        return found, (*given, found[0])
+        @jax.custom_vjp  # type: ignore[untyped-decorator, unused-ignore]
+        def ends(*given: Any) -> Any:
+            *_, origins, directions = given
+            return called(model.follow, shaped(origins, directions, origins[:, 0]), *given)
 
-    def backward(kept: Any, by: Any) -> Any:
-        return called(pull_back, shaped(*kept[:3]), *kept, *by)
+        def forward(*given: Any) -> Any:
+            found = ends(*given)
+            return found, (*given, found[0])
 
-    ends.defvjp(forward, backward)
+        def backward(kept: Any, by: Any) -> Any:
+            return called(model.pull_back, shaped(*kept[:-1]), *kept, *by)
+
+        ends.defvjp(forward, backward)
+        return ends  # type: ignore[no-any-return, unused-ignore]
 
     def with_starts(index: Any, origins: Any = None, directions: Any = None) -> Any:
-        starts = [numpy.asarray(own if given is None else given) for own, given in zip(rays.starts, (origins, directions))]
-        return ends(numpy.asarray(index), *starts)
+        names, values = _flat(index, build)
+        starts = [own if given is None else given for own, given in zip(rays.starts, (origins, directions))]
+        return differentiable(names)(*map(numpy.asarray, (*values, *starts)))
 
     return with_starts
 
 
-def follow(rays: "Rays", index: Doubles, origins: Doubles, directions: Doubles) -> Tuple[Doubles, ...]:
-    """Positions, directions and optical lengths of the ends."""
-    ends = rays.with_starts(origins, directions).forward(index)
-    return ends.positions, ends.directions, ends.optical_lengths
+def _flat(index: Any, build: Optional[Build]) -> Tuple[Tuple[str, ...], Tuple[Any, ...]]:
+    """Names and arrays of what is given in place of an index."""
+    if build is None:
+        if isinstance(index, (dict, Field, System)):
+            raise GradError(f"samples of n are expected, not {type(index).__name__}: for parameters of a field or a lens, say how it is built of them")
+        return (), (index,)
+    if not isinstance(index, dict) or not index:
+        raise GradError("parameters are given as a dictionary: at least one array by its name")
+    return tuple(index), tuple(index.values())
 
 
-def pull_back(rays: "Rays", index: Doubles, origins: Doubles, directions: Doubles, positions: Doubles, *by: Doubles) -> Tuple[Doubles, ...]:
-    """Derivatives by the index and the starts, given the positions of the ends. Where a ray has none, its ends are NaN: a loss that selects other rays
-    has derivatives there that are zero, or zero times NaN."""
-    lost = ~np.isfinite(positions).all(axis=1)
-    by = tuple(np.where(lost.reshape(-1, *[1] * (values.ndim - 1)), 0.0, values) for values in by)
-    found = rays.with_starts(origins, directions).vjp(index, positions=by[0], directions=by[1], optical_lengths=by[2])
-    return found.field, found.origins, found.directions
-
-
-def _doubles(array: Any) -> Doubles:
-    return np.asarray(array, dtype=float)
-
-
-def _library(module: str, extra: str, error: Type[Exception]) -> Any:
+def _library(name: str) -> Any:
     try:
-        return importlib.import_module(module)
+        return importlib.import_module(name)
     except ImportError:
-        raise error(f'this needs {module}: pip install "morgana-render[{extra}]"') from None
+        raise GradError(f'this needs {name}: pip install "morgana-render[{name}]"') from None

@@ -13,7 +13,9 @@ if TYPE_CHECKING:
     from .reconstruct import _Problem
 
 Doubles = NDArray[np.float64]
-Saved = Tuple[Doubles, List[Tuple[Tuple[int, int, int], int, float]], str]
+Told = Tuple[Tuple[int, int, int], int, float, int]
+"""An iteration: see :class:`morgana.reconstruct.Iteration`."""
+Saved = Tuple[Doubles, List[Told], str]
 
 
 class Checkpoint:
@@ -27,16 +29,16 @@ class Checkpoint:
         try:
             with np.load(self.path, allow_pickle=False) as file:
                 key, samples, stopped = str(file["key"]), file["samples"], str(file["stopped"])
-                history = [((int(z), int(y), int(x)), int(number), float(value)) for z, y, x, number, value in file["history"]]
+                history = [((int(z), int(y), int(x)), int(number), float(value), int(rays)) for z, y, x, number, value, rays in file["history"]]
         except (OSError, KeyError, ValueError, EOFError) as problem:
             raise self.error(f"{self.path} is no checkpoint of a reconstruction: {problem}") from None
         if key != self.key:
             raise self.error(f"{self.path} is of other rays, data or options: delete it, or name another checkpoint")
         return samples, history, stopped
 
-    def save(self, samples: Doubles, history: Sequence[Tuple[Tuple[int, int, int], int, float]], stopped: str) -> None:
+    def save(self, samples: Doubles, history: Sequence[Told], stopped: str) -> None:
         """Replaces the file as a whole: whatever interrupts, it holds one iteration or the next."""
-        rows = np.array([(*shape, number, value) for shape, number, value in history], float).reshape(-1, 5)
+        rows = np.array([(*shape, number, value, rays) for shape, number, value, rays in history], float).reshape(-1, 6)
         beside = f"{self.path}.part"
         with open(beside, "wb") as file:
             np.savez(file, key=self.key, samples=samples, history=rows, stopped=stopped)

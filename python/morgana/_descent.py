@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Callable, Iterator, List, Tuple
+from typing import Callable, Iterator, List, Optional, Tuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +10,12 @@ from numpy.typing import NDArray
 __all__ = ["first_scale", "minimize"]
 
 Doubles = NDArray[np.float64]
+Place = Tuple[Doubles, float, Doubles]
+"""Numbers, the value of the function there, and its gradient."""
 Function = Callable[[Doubles], Tuple[float, Doubles]]
 Operator = Callable[[Doubles], Doubles]
+Pairs = List[Tuple[Doubles, Doubles]]
+"""Steps, and changes of the gradient along them."""
 
 MEMORY = 12
 """Pairs of steps and changes of the gradient that are kept."""
@@ -27,9 +31,8 @@ CURVED = 1e-8
 """Pairs whose cosine is smaller say nothing about the curvature."""
 
 
-def first_scale(function: Function, start: Doubles, precondition: Operator) -> Tuple[float, Doubles]:
+def first_scale(function: Function, start: Doubles, gradient: Doubles, precondition: Operator) -> Tuple[float, Doubles]:
     """Along the preconditioned gradient at ``start``: how many times that the minimum is away, as the curvature lets expect, and the step there."""
-    _, gradient = function(start)
     down = -precondition(gradient)
     largest = float(np.abs(down).max(initial=0.0))
     if largest == 0:
@@ -41,17 +44,18 @@ def first_scale(function: Function, start: Doubles, precondition: Operator) -> T
     return scale, scale * down
 
 
-def minimize(function: Function, start: Doubles, scale: float, limits: Tuple[Doubles, Doubles], precondition: Operator) -> Iterator[Tuple[Doubles, float]]:
-    """Places that are lower and lower, with the value there, until none is found.
+def minimize(
+    function: Function, start: Place, scale: float, limits: Tuple[Doubles, Doubles], precondition: Operator, pairs: Pairs
+) -> Iterator[Tuple[Doubles, float]]:
+    """Places that are lower and lower, with the value there, until none is found. ``start`` lies within the limits.
 
     Numbers at a limit that the gradient pushes beyond it stay there. The others make a step of limited-memory BFGS that begins with ``precondition``, a
     symmetric positive operator, and are clipped to the limits (Bertsekas 1982). As long as nothing is known of the
     curvature, it goes ``scale`` times down the preconditioned gradient (:func:`first_scale`).
+    ``pairs``, empty at first, keep what is learnt, for functions of about the same curvature.
     """
     low, high = limits
-    x = np.clip(start, low, high)
-    value, gradient = function(x)
-    pairs: List[Tuple[Doubles, Doubles]] = []
+    x, value, gradient = start
     while True:
         free = ~(((x <= low) & (gradient > 0)) | ((x >= high) & (gradient < 0)))
         down = _direction(pairs, gradient, free, precondition, scale)
@@ -60,15 +64,16 @@ def minimize(function: Function, start: Doubles, scale: float, limits: Tuple[Dou
             return
         if found is None:
             # What was learnt about the curvature misleads: forget it.
-            pairs = []
+            pairs.clear()
             continue
         before = (x, gradient)
         x, value, gradient = found
-        pairs = [*pairs, (x - before[0], gradient - before[1])][-MEMORY:]
+        pairs.append((x - before[0], gradient - before[1]))
+        del pairs[:-MEMORY]
         yield x, value
 
 
-def _along(function: Function, here: Tuple[Doubles, float, Doubles], down: Doubles, limits: Tuple[Doubles, Doubles]) -> "Tuple[Doubles, float, Doubles] | None":
+def _along(function: Function, here: Place, down: Doubles, limits: Tuple[Doubles, Doubles]) -> Optional[Place]:
     """A lower place along a direction, projected on the limits."""
     x, value, gradient = here
     share = 1.0
@@ -85,7 +90,7 @@ def _along(function: Function, here: Tuple[Doubles, float, Doubles], down: Doubl
     return None
 
 
-def _direction(pairs: List[Tuple[Doubles, Doubles]], gradient: Doubles, free: NDArray[np.bool_], precondition: Operator, scale: float) -> Doubles:
+def _direction(pairs: Pairs, gradient: Doubles, free: NDArray[np.bool_], precondition: Operator, scale: float) -> Doubles:
     """Down the gradient, times the inverse Hessian that the pairs let expect among the free numbers: the two loops of Nocedal (1980)."""
     left = np.where(free, gradient, 0.0)
     curved, shares = [], []

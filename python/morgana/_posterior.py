@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Dict, List, Tuple
+from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _penalties as penalties
+from ._conjugate import ConjugateDirections, Operator
 from ._numbers import numbers
-from ._preconditioner import Filter, ReconstructionError, scipy
+from ._preconditioner import Filter, ReconstructionError
 from ._values import alike
 from .grad import Rays
 
@@ -17,7 +18,7 @@ Doubles = NDArray[np.float64]
 
 RESIDUAL = 1e-5
 """Relative residual at which conjugate gradients end."""
-MOST_PRODUCTS = 1000
+MOST_PRODUCTS = 2000
 """Products with the precision for one solution, at most."""
 
 
@@ -34,6 +35,7 @@ class Posterior:
     ) -> None:
         self._rays, self._index, self._noise, self._free = rays, index, noise, free
         self._smoothness, self._per_variance = prior
+        self._solver: Optional[ConjugateDirections] = None
 
     def precision(self, change: ArrayLike) -> Doubles:
         """The precision times a vector.
@@ -76,25 +78,17 @@ class Posterior:
         ReconstructionError
             Conjugate gradients do not converge.
         """
-        vector = np.where(self._free, self._checked(vector), 0.0)
-        rows, shape = np.flatnonzero(self._free), self._free.shape
-        solver, filtered = (scipy("scipy.sparse.linalg"), Filter(shape, self._rays.spacing(shape)))
-
-        def spread(values: Doubles) -> Doubles:
-            whole = np.zeros(self._free.size)
-            whole[rows] = values
-            return whole.reshape(shape)
-
-        size = (len(rows), len(rows))
-        precision = solver.LinearOperator(size, matvec=lambda values: self.precision(spread(values)).ravel()[rows], dtype=float)
-        similar = solver.LinearOperator(size, matvec=lambda values: filtered(spread(values)).ravel()[rows], dtype=float)
-        found, more = solver.cg(precision, vector.ravel()[rows], rtol=RESIDUAL, maxiter=MOST_PRODUCTS, M=similar)
-        if more:
+        given = self._checked(vector)
+        if self._solver is None:
+            filtered = Filter(self._free.shape, self._rays.spacing(self._free.shape))
+            self._solver = ConjugateDirections(self._of_free(self.precision), self._of_free(filtered), int(np.count_nonzero(self._free)))
+        found = self._solver.solve(given[self._free], RESIDUAL, MOST_PRODUCTS)
+        if found is None:
             raise ReconstructionError(
                 f"the covariance is not found in {MOST_PRODUCTS} products: rays and noise leave directions almost open; "
                 "give more smoothness, or a smaller prior_deviation"
             )
-        return spread(found)
+        return self._spread(found)
 
     def sample(self, rng: np.random.Generator) -> Doubles:
         """Draw a change of the samples from the distribution.
@@ -151,16 +145,30 @@ class Posterior:
         # The mean is known to be zero.
         return np.asarray(np.sqrt(np.mean(np.square(found), axis=0)))
 
+    def _of_free(self, operator: Operator) -> Operator:
+        """The same of the numbers of free samples."""
+        return lambda values: np.asarray(operator(self._spread(values))[self._free])
+
+    def _spread(self, values: Doubles) -> Doubles:
+        """Numbers of the free samples on the whole grid."""
+        whole = np.zeros(self._free.shape)
+        whole[self._free] = values
+        return whole
+
     def _checked(self, vector: ArrayLike) -> Doubles:
         found = numbers(vector, "a change of the samples")
         if found.shape != self._index.shape or not np.isfinite(found).all():
             raise ReconstructionError(f"a change of the samples has the shape {found.shape} but must be finite numbers of shape {self._index.shape}")
         return found
 
+    def __getstate__(self) -> Dict[str, Any]:
+        # What solutions have found so far makes others faster, and nothing else.
+        return {**self.__dict__, "_solver": None}
+
     def __eq__(self, other: object) -> bool:
-        if type(other) is not type(self):
+        if not isinstance(other, Posterior):
             return NotImplemented
-        return alike(self.__dict__, other.__dict__)
+        return alike(self.__getstate__(), other.__getstate__())
 
     __hash__ = None  # type: ignore[assignment]
 

@@ -44,6 +44,7 @@ __all__ = [
 
 Doubles = NDArray[np.float64]
 Index = Union[Field, System, ArrayLike]
+Build = _autodiff.Build
 Box = Tuple[ArrayLike, ArrayLike]
 
 FAILURES = (
@@ -296,50 +297,65 @@ class Rays:
         others._origins, others._directions = _starts(origins, directions)
         return others
 
-    def torch(self) -> Callable[..., Any]:
+    def torch(self, build: Optional[Build] = None) -> Callable[..., Any]:
         """Positions, directions and optical lengths of the ends as a function that PyTorch differentiates.
+
+        Parameters
+        ----------
+        build : callable, optional
+            ``build(values)`` makes a :class:`morgana.Field` or a :class:`System` of NumPy arrays by the names of its parameters, which are those of
+            :func:`parameters`: a lens, for instance. It is called for each evaluation. Without it, the index is given by its samples.
 
         Returns
         -------
         callable
-            ``ends(index, origins=None, directions=None)`` of tensors on the processor: samples [z, y, x] of n and, for a sensor or a source that
-            moves, starts (rays, 3) in place of those of the rays. It gives three tensors, as :class:`Ends`. Rays without an end are NaN, and have no
-            derivatives.
+            ``ends(index, origins=None, directions=None)`` of tensors on the processor: samples [z, y, x] of n, or with ``build`` a dictionary of
+            parameters, of which those that it leaves out have no derivatives; and, for a sensor or a source that moves, starts (rays, 3) in
+            place of those of the rays. It gives three tensors, as :class:`Ends`. Rays without an end are NaN, and have no derivatives.
 
         Raises
         ------
         GradError
-            PyTorch is missing.
+            PyTorch is missing. The function raises it where ``build`` makes something that does not have the parameters as they are given.
 
         Examples
         --------
         >>> index = torch.full((32, 32, 32), 1.0, dtype=torch.float64, requires_grad=True)
         >>> positions, directions, optical_lengths = rays.torch()(index)
         >>> ((directions - measured) ** 2).sum().backward()
-        """
-        return _autodiff.torch_function(self, GradError)
 
-    def jax(self) -> Callable[..., Any]:
+        >>> def lens(values):
+        ...     return grad.System([1.0, 1.5], [grad.Conic((0, 0, 0), (0, 0, 1), float(values["surfaces[0].curvature"]))])
+        >>> curvature = torch.tensor(0.2, dtype=torch.float64, requires_grad=True)
+        >>> rays.torch(lens)({"surfaces[0].curvature": curvature})[0].square().sum().backward()
+        """
+        return _autodiff.torch_function(self, build)
+
+    def jax(self, build: Optional[Build] = None) -> Callable[..., Any]:
         """Positions, directions and optical lengths of the ends as a function that JAX differentiates.
+
+        Parameters
+        ----------
+        build : callable, optional
+            As for :meth:`torch`.
 
         Returns
         -------
         callable
-            ``ends(index, origins=None, directions=None)`` of arrays: samples [z, y, x] of n and, for a sensor or a source that moves, starts (rays, 3)
-            in place of those of the rays. It gives three arrays, as :class:`Ends`. Rays without an end are NaN, and have no derivatives. Reverse mode
-            only. Single precision, unless ``jax_enable_x64`` is set.
+            ``ends(index, origins=None, directions=None)`` of arrays: as for :meth:`torch`. Reverse mode only. Single precision, unless
+            ``jax_enable_x64`` is set.
 
         Raises
         ------
         GradError
-            JAX is missing.
+            JAX is missing. The function raises it where ``build`` makes something that does not have the parameters as they are given.
 
         Examples
         --------
         >>> ends = rays.jax()
         >>> jax.grad(lambda index: jnp.sum((ends(index)[1] - measured) ** 2))(index)
         """
-        return _autodiff.jax_function(self, GradError)
+        return _autodiff.jax_function(self, build)
 
     def forward(self, index: Index) -> Ends:
         """Follow the rays to their ends.

@@ -9,6 +9,7 @@ Needs SciPy: ``pip install "morgana-render[reconstruct]"``. See docs/guides/inve
 
 from __future__ import annotations
 
+import itertools
 import os
 from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
@@ -28,6 +29,8 @@ from .grad import Rays
 __all__ = ["Iteration", "Posterior", "Reconstruction", "ReconstructionError", "fit", "posterior"]
 
 Doubles = NDArray[np.float64]
+Valued = Tuple[float, Doubles]
+"""The value of a function, and its derivatives."""
 Shape = Tuple[int, int, int]
 
 COARSEST = 8
@@ -35,11 +38,17 @@ COARSEST = 8
 SMALL = 2e-3
 """The search ends when χ², with penalties, falls by less than this share in an iteration."""
 SMALL_COARSE = 5e-2
-"""The same on grids that others follow."""
+"""The same where finer grids or more rays follow."""
 PATIENCE = 3
 """On the average of so many iterations."""
 RAYS_PER_SAMPLE = 0.5
-"""Rays for each sample of a coarse grid: not all are needed there."""
+"""Rays in a part of the data, for each sample of a grid: on coarse grids not all are needed at once, and on the last not all at first."""
+TURN = 3
+"""Iterations with one part of the rays before others take their turn."""
+GROWTH = 2
+"""On the last grid, parts grow by this factor whenever they have told what they can."""
+MOST_RAYS = 1 << 20
+"""χ² of what was found is that of all rays, or of so many, drawn at random: its standard error is far below a per cent."""
 FLAT = 0.05
 """Total variation counts slopes from about this share of the largest one that the data alone ask for first."""
 EXTREMES = (0.1, 10.0)
@@ -54,7 +63,9 @@ class Iteration(NamedTuple):
     number: int
     """The iteration on this grid, from 1."""
     chi_square: float
-    """Σ ((ray − measured)/noise)² per datum: 1 is what noise explains."""
+    """Σ ((ray − measured)/noise)² per datum, of the rays that it takes: 1 is what noise explains."""
+    rays: int
+    """Rays that it takes."""
 
 
 @comparable
@@ -64,13 +75,13 @@ class Reconstruction(NamedTuple):
     samples: Doubles
     """Samples of n, (nz, ny, nx)."""
     chi_square: float
-    """Σ ((ray − measured)/noise)² per datum, of all rays."""
+    """Σ ((ray − measured)/noise)² per datum, of all rays; where there are more than a million (2²⁰), of so many, drawn at random."""
     stopped: str
-    """Why it ended: ``"noise"``, where the rest is explained by noise; ``"slow"``, where little changed; ``"iterations"``."""
+    """Why it ended: ``"noise"``, where the rest is explained by noise, in all rays; ``"slow"``, where little changed; ``"iterations"``."""
     history: List[Iteration]
     """All iterations."""
     lost: int
-    """Rays that have no end in this index, and were left out."""
+    """Rays that have no end in this index, and were left out, of those of ``chi_square``."""
     deviation: Optional[Doubles] = None
     """Standard deviation of the samples due to noise, (nz, ny, nx), where ``replicates`` were asked for."""
 
@@ -103,25 +114,35 @@ class _Misfit:
         self.is_of_slopes = all(kind.name != "optical_lengths" for kind in measured)
         self.given: Dict[str, Any] = {kind.name: kind.values for kind in measured}
         self.given.update({_noise_of(kind.name): kind.noise for kind in measured})
-        self.flat, self.chi_square, self.lost = 1.0, np.inf, 0
+        self.flat, self.chi_square = 1.0, np.inf
 
-    def with_rays(self, most: int) -> "_Misfit":
-        """Of so many of the rays at most, drawn at random."""
-        if len(self.rays) <= most:
-            return self
-        rows = np.sort(np.random.default_rng(0).permutation(len(self.rays))[:most])
-        share = most / len(self.rays)
+    def parts(self, size: int) -> "Iterator[_Misfit]":
+        """One after the other of parts of so many rays, drawn at random, for ever; of all rays if these are no more."""
+        count = len(self.rays)
+        if size >= count:
+            yield from itertools.repeat(self)
+        order = np.random.default_rng(0).permutation(count)
+        for part in itertools.cycle(range(count // size)):
+            yield self.with_rays(np.sort(order[part * size : (part + 1) * size]))
+
+    def with_rays(self, rows: NDArray[np.int64]) -> "_Misfit":
+        """Of some of the rays, in their share."""
+        share = len(rows) / len(self.rays)
         measured = [kind._replace(values=kind.values[rows], data=share * kind.data) for kind in self.measured]
         return _Misfit(self.rays.select(rows), measured, _Weights(*(share * weight for weight in self.weights)))
 
-    def of_data(self, index: Doubles) -> Tuple[float, Doubles]:
+    def of_data(self, index: Doubles) -> Valued:
         """½χ² alone."""
         found = self.rays.least_squares(index, **self.given)
-        self.chi_square, self.lost = 2 * found.value / self.count, found.lost
+        self.chi_square = 2 * found.value / self.count
         return found.value, found.gradient
 
-    def __call__(self, index: Doubles) -> Tuple[float, Doubles]:
-        value, gradient = self.of_data(index)
+    def __call__(self, index: Doubles) -> Valued:
+        return self.with_penalties(index, self.of_data(index))
+
+    def with_penalties(self, index: Doubles, of_data: Valued) -> Valued:
+        """Both, given ½χ²."""
+        value, gradient = of_data
         smoothness, total_variation = self.weights
         spacing = self.rays.spacing(index.shape)
         if smoothness > 0:
@@ -131,6 +152,15 @@ class _Misfit:
             penalty, slope = penalties.total_variation(index, spacing, self.flat)
             value, gradient = (value + total_variation * penalty, gradient + total_variation * slope)
         return value, gradient
+
+    def without_derivatives(self, index: Doubles) -> Tuple[float, int]:
+        """χ² per datum, and the rays that are measured but have no end."""
+        ends = self.rays.forward(index)
+        squares, is_measured = 0.0, np.zeros(len(self.rays), bool)
+        for kind in self.measured:
+            squares += float(np.nansum(np.square((getattr(ends, kind.name) - kind.values) / kind.noise)))
+            is_measured |= np.isfinite(kind.values.reshape(len(self.rays), -1)).all(axis=1)
+        return squares / self.count, int(np.count_nonzero(is_measured & ~ends.valid))
 
     @property
     def explained(self) -> bool:
@@ -158,6 +188,13 @@ class _Limits(NamedTuple):
         return np.where(known, index, low), np.where(known, index, high)
 
 
+class _Stage(NamedTuple):
+    """A part of the search."""
+
+    grid: Shape
+    rays: int
+
+
 class _Problem(NamedTuple):
     """What is looked for."""
 
@@ -167,34 +204,45 @@ class _Problem(NamedTuple):
     start: Doubles
     iterations: int
 
+    @property
+    def stages(self) -> List[_Stage]:
+        """From coarse to fine, with parts of the rays; on the last grid parts grow until they are all of them."""
+        count = len(self.misfit.rays)
+        stages = [_Stage(grid, min(max(int(RAYS_PER_SAMPLE * np.prod(grid)), 1), count)) for grid in self.grids]
+        last, rays = stages.pop()
+        while 2 * rays <= count:
+            stages.append(_Stage(last, rays))
+            rays *= GROWTH
+        return [*stages, _Stage(last, count)]
+
     def solve(self, progress: Optional[Callable[[Iteration], Any]], checkpoint: Optional[Checkpoint]) -> Reconstruction:
-        """From coarse to fine."""
+        """One stage after the other."""
         index, history, stopped = self.start, [], "iterations"
-        grids, misfit = self.grids, self.misfit
+        stages = self.stages
+        last = stages[-1]
         if checkpoint is not None and checkpoint.saved is not None:
             index, told, stopped = checkpoint.saved
             history = [Iteration(*one) for one in told]
-            grids = [] if stopped in ("noise", "slow") else [grid for grid in grids if grid >= index.shape]
-        for grid in grids:
-            coarse = grid != grids[-1]
-            some = misfit.with_rays(int(RAYS_PER_SAMPLE * np.prod(grid))) if coarse else misfit
-            level = _Level(some, self.limits, _resampled(index, grid, _centers(misfit.rays)))
-            values: List[float] = []
-            index, stopped = level.start, ""
-            for index, value in level:
-                values.append(value)
-                history.append(Iteration(grid, len(values), some.chi_square))
-                slow = _is_slow(values, SMALL_COARSE if coarse else SMALL)
-                stopped = "noise" if some.explained else "slow" if slow else "iterations" if len(values) >= self.iterations else ""
+            reached = _Stage(history[-1].shape, history[-1].rays)
+            stages = [] if stopped in ("noise", "slow") else [stage for stage in stages if stage >= reached]
+        for stage in stages:
+            made = sum(one.shape == stage.grid for one in history)
+            if made >= self.iterations:
+                continue
+            level = _Level(self.misfit, stage, self.limits, _resampled(index, stage.grid, _centers(self.misfit.rays)), stage == last)
+            index = level.start
+            for number, (index, chi_square) in enumerate(level, made + 1):
+                history.append(Iteration(stage.grid, number, chi_square, stage.rays))
+                stopped = level.stopped or ("iterations" if number >= self.iterations else "")
                 if progress is not None:
                     progress(history[-1])
                 if checkpoint is not None:
-                    checkpoint.save(index, history, "" if coarse else stopped)
+                    checkpoint.save(index, history, stopped if stage == last else "")
                 if stopped:
                     break
-            stopped = stopped or ("noise" if some.explained else "slow")
-        misfit.of_data(index)
-        return Reconstruction(index, misfit.chi_square, stopped, history, misfit.lost)
+            stopped = level.stopped or "iterations"
+        chi_square, lost = next(self.misfit.parts(MOST_RAYS)).without_derivatives(index)
+        return Reconstruction(index, chi_square, stopped, history, lost)
 
     def replicate(self, truth: Doubles, rng: np.random.Generator) -> Doubles:
         """What would be found if ``truth`` were measured again."""
@@ -231,8 +279,9 @@ def fit(
 ) -> Reconstruction:
     """Find the samples of n with which rays end where they were measured.
 
-    χ², the sum of squared differences over noise, is made smaller by limited-memory BFGS within the limits, on coarse grids first, with some of the rays.
-    Without penalties it ends when noise explains what is left (the discrepancy principle): further iterations would fit noise. A direction and a position have two
+    χ², the sum of squared differences over noise, is made smaller by limited-memory BFGS within the limits, on coarse grids first. Where there are far
+    more rays than samples, parts of them, drawn at random, take turns: on coarse grids and, at first, on the last. There parts grow until they are all
+    of the rays, whenever what is found fits rays that have their turn no better than those before. Without penalties it ends when noise explains what is left (the discrepancy principle): further iterations would fit noise. A direction and a position have two
     independent components each: directions are taken as unit vectors, and positions lie on the exit.
 
     Parameters
@@ -265,7 +314,7 @@ def fit(
     total_variation : float, optional
         Weight of ∫|∇n| dV, which is added to ½χ²: for few views of bodies with edges. Slopes of less than 5 % of the largest count as smooth.
     iterations : int, optional
-        At most so many on each grid.
+        At most so many on each grid. They decide how long it takes: each follows half a ray for each sample of the grid, or more when parts have grown.
     replicates : int, optional
         Estimate the standard deviation of the samples from so many reconstructions, 2 or more, of data that are simulated from what was found, with
         other noise (parametric bootstrap). Each costs as much as the first. What views, limits and penalties leave open is not part of it.
@@ -382,11 +431,14 @@ def posterior(
 
 
 class _Level:
-    """The search on one grid: places that are better and better."""
+    """The search on one grid, with all rays or with parts of them in turns: places that are better and better, and χ² per datum there."""
 
-    def __init__(self, misfit: _Misfit, limits: _Limits, index: Doubles) -> None:
-        self.misfit = misfit
+    def __init__(self, misfit: _Misfit, stage: _Stage, limits: _Limits, index: Doubles, is_last: bool) -> None:
         rays = misfit.rays
+        self.parts, self.has_all = misfit.parts(stage.rays), stage.rays == len(rays)
+        self.small = SMALL if is_last else SMALL_COARSE
+        self.stopped = ""
+        """Why the search has ended: ``"noise"`` or ``"slow"``."""
         low, high = limits.of(index, rays.ambient, _centers(rays))
         self.start, self.within = np.clip(index, low, high), (low, high)
         # The filter changes samples far from where data ask for it, which limits would turn into an offset that deflections do not see.
@@ -395,15 +447,48 @@ class _Level:
         self.precondition = np.asarray if open_offset else Filter(index.shape, rays.spacing(index.shape))
 
     def __iter__(self) -> Iterator[Tuple[Doubles, float]]:
-        misfit = self.misfit
-        misfit(self.start)
-        if misfit.explained:
-            return
-        scale, first = descent.first_scale(misfit.of_data, self.start, self.precondition)
-        if misfit.weights.total_variation > 0:
-            spacing = misfit.rays.spacing(self.start.shape)
-            misfit.flat = max(FLAT * penalties.largest_slope(self.start + first, spacing), 1e-300)
-        yield from descent.minimize(misfit, self.start, scale, self.within, self.precondition)
+        index = self.start
+        pairs: descent.Pairs = []
+        scale: Optional[float] = None
+        before = np.inf
+        for misfit in self.parts:
+            of_data = misfit.of_data(index)
+            if misfit.explained:
+                self.stopped = "noise"
+                return
+            if scale is None:
+                scale, flat = self._scales(misfit, index, of_data[1])
+            misfit.flat = flat
+            value, gradient = misfit.with_penalties(index, of_data)
+            # What rays say that have not been fitted yet tells how far the search has come.
+            if not self.has_all and before - value < TURN * self.small * before:
+                break
+            before, found = value, index
+            for index, chi_square in self._turn(misfit, descent.minimize(misfit, (index, value, gradient), scale, self.within, self.precondition, pairs)):
+                yield index, chi_square
+            if self.stopped:
+                return
+            if self.has_all or found is index:
+                break
+        self.stopped = "slow"
+
+    def _scales(self, misfit: _Misfit, index: Doubles, gradient: Doubles) -> Tuple[float, float]:
+        """How far to go first, and what slopes count as flat."""
+        scale, first = descent.first_scale(misfit.of_data, index, gradient, self.precondition)
+        if misfit.weights.total_variation == 0:
+            return scale, 1.0
+        return scale, max(FLAT * penalties.largest_slope(index + first, misfit.rays.spacing(index.shape)), 1e-300)
+
+    def _turn(self, misfit: _Misfit, steps: Iterator[Tuple[Doubles, float]]) -> Iterator[Tuple[Doubles, float]]:
+        """The steps with one part of the rays; with all of them until the search has ended."""
+        values: List[float] = []
+        for index, value in steps:
+            values.append(value)
+            if self.has_all:
+                self.stopped = "noise" if misfit.explained else "slow" if _is_slow(values, self.small) else ""
+            yield index, misfit.chi_square
+            if self.stopped or (not self.has_all and (misfit.explained or len(values) == TURN)):
+                return
 
 
 def _is_slow(values: List[float], small: float) -> bool:

@@ -2,6 +2,7 @@
 
 import importlib
 
+import morgana
 import numpy as np
 import pytest
 from morgana import grad
@@ -72,6 +73,69 @@ def test_torch():
     only = torch.tensor(INDEX, dtype=torch.float64, requires_grad=True)
     rays().torch()(only)[2].sum().backward()
     np.testing.assert_allclose(only.grad.numpy(), rays().vjp(INDEX, optical_lengths=np.ones(30)).field, rtol=1e-12)
+
+
+LENS = {"surfaces[0].curvature": 0.3, "surfaces[0].vertex": [0.05, 0.0, 0.0], "media[0]": 1.2, "media[1].alpha": 0.2}
+
+
+def lens(values):
+    """A graded lens with a curved front; the exponent of its profile is no parameter of the loss."""
+    p = {**LENS, **values}
+    graded = morgana.load_field({"type": "expression", "n2": "2.5*(1 - (alpha*rho)^g)", "alpha": float(p["media[1].alpha"]), "g": 2.0})
+    front = grad.Conic(p["surfaces[0].vertex"], (0, 0, 1), float(p["surfaces[0].curvature"]), -0.5)
+    return grad.System([float(p["media[0]"]), graded], [front])
+
+
+def test_jax_by_parameters_of_lenses(jax):
+    numpy = jax.numpy
+    ends = rays().jax(lens)
+    loss = lambda *given: sum(numpy.sum(w * end) for w, end in zip(WEIGHTS, ends(*given)))  # noqa: E731
+    values = {name: numpy.asarray(value) for name, value in LENS.items()}
+    exact = rays().vjp(lens({}), positions=WEIGHTS[0], directions=WEIGHTS[1], optical_lengths=WEIGHTS[2])
+    by_values, by_origins = jax.grad(loss, argnums=(0, 1))(values, ORIGINS)
+    assert list(by_values) == sorted(LENS)
+    for name, value in by_values.items():
+        np.testing.assert_allclose(value, exact.parameters[name], rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(by_origins, exact.origins, rtol=1e-12, atol=1e-12)
+    # A design variable on which two parameters depend, compiled; against differences.
+    bent = lambda c: loss({"surfaces[0].curvature": c, "media[1].alpha": 0.5 * c**2})  # noqa: E731
+    difference = (float(bent(0.3 + 1e-4)) - float(bent(0.3 - 1e-4))) / 2e-4
+    assert float(jax.jit(jax.grad(bent))(0.3)) == pytest.approx(difference, rel=1e-6)
+
+
+def test_jax_by_parameters_of_fields_in_single_precision():
+    jax = pytest.importorskip("jax")
+    build = lambda values: morgana.load_field({"type": "gaussian", "n0": 1.3, "delta": float(values["delta"]), "width": 0.4})  # noqa: E731
+    found = jax.grad(lambda delta: jax.numpy.sum(rays().jax(build)({"delta": delta})[2]))(0.05)
+    expected = rays().vjp(build({"delta": np.float32(0.05)}), optical_lengths=np.ones(30)).parameters["delta"]
+    assert found.dtype == np.float32 and float(found) == pytest.approx(float(expected), rel=1e-6)
+
+
+def test_torch_by_parameters_of_lenses():
+    torch = pytest.importorskip("torch")
+    values = {name: torch.tensor(value, dtype=torch.float64, requires_grad=True) for name, value in LENS.items()}
+    ends = rays().torch(lens)(values)
+    sum((torch.tensor(w) * end).sum() for w, end in zip(WEIGHTS, ends)).backward()
+    exact = rays().vjp(lens({}), positions=WEIGHTS[0], directions=WEIGHTS[1], optical_lengths=WEIGHTS[2])
+    for name, tensor in values.items():
+        np.testing.assert_allclose(tensor.grad.numpy(), exact.parameters[name], rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("build", "index", "message"),
+    [
+        (lens, {"surfaces[0].radius": 1.0}, "has no parameter 'surfaces\\[0\\].radius': it has media"),
+        (lambda values: lens({}), {"media[0]": 1.3}, r"media\[0\] was given as 1.3\d* but is 1.2 in what was built"),
+        (lambda values: 1.3, {"media[0]": 1.3}, "a Field or a System must be built"),
+        (lens, {}, "at least one array by its name"),
+        (lens, INDEX, "at least one array by its name"),
+        (None, {"media[0]": 1.3}, "samples of n are expected, not dict"),
+        (None, lens({}), "samples of n are expected, not System"),
+    ],
+)
+def test_mistakes_about_what_is_built_are_told(jax, build, index, message):
+    with pytest.raises(Exception, match=message):
+        jax.block_until_ready(rays().jax(build)(index))
 
 
 def test_scipy_minimises_least_squares():

@@ -130,7 +130,7 @@ def samples():
     swept = {**small(), "parameters": {"n": 4}}
     swept["sensor"] = {**swept["sensor"], "sampler": {"type": "independent", "sample_count": "$n"}}
     bundle = morgana.grad.Rays([[0, 0, -2]], [0, 0, 1], box=((-1, -1, -1), (1, 1, 1)))
-    iteration = morgana.reconstruct.Iteration((4, 4, 4), 1, 2.0)
+    iteration = morgana.reconstruct.Iteration((4, 4, 4), 1, 2.0, 1)
     return [
         bundle,
         bundle.forward(np.full((4, 4, 4), 1.2)),
