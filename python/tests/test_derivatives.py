@@ -103,6 +103,20 @@ def test_emitters_are_linear_in_their_values(tmp_path):
             assert factor.value == pytest.approx(exposure.value, rel=1e-9) and factor.value != 0
 
 
+def test_colours_of_metals_have_derivatives_by_pixels(tmp_path):
+    """Of pixels that are alike, as much in sum as by one colour: the same paths."""
+    morgana.write(tmp_path / "pixels.exr", np.full((2, 3), 0.75, np.float32))
+    image = {"type": "bitmap", "filename": str(tmp_path / "pixels.exr"), "raw": True}
+    sums = []
+    for colour, shape in [(0.75, (1,)), (image, (2, 3, 1))]:
+        scene = lit()
+        scene["wall"]["bsdf"] = {"type": "roughconductor", "alpha": 0.4, "specular_reflectance": colour}
+        found = morgana.derivatives(load(scene), ["wall.specular_reflectance"], np.ones((4, 6, 1)), spp=16)
+        assert found["wall.specular_reflectance"].value.shape == shape
+        sums.append(found["wall.specular_reflectance"].value.sum())
+    assert sums[0] > 0 and sums[1] == pytest.approx(sums[0], rel=1e-6)
+
+
 def test_integrators_find_the_same_derivatives():
     scene, weights = load(lit()), np.linspace(-1, 2, 24).reshape(4, 6, 1)
     names = ["fog.sigma_t", "fog.albedo", "wall.reflectance", "light.radiance"]
@@ -145,6 +159,12 @@ def test_what_has_no_derivative_is_refused():
     refused(["fog.g"], "only hg")
     refused(["ball.reflectance"], "'ball' has no reflectance")
     refused("fog.sigma_t", "a list of names", error=TypeError)
+    refused([], "name at least one")
+    metal = load({**lit(), "wall": {**lit()["wall"], "bsdf": {"type": "roughconductor", "alpha": 0.3}}})
+    refused(["wall.reflectance"], "ask for wall.specular_reflectance", of=metal)
+    refused(["wall.specular_reflectance"], "ask for wall.reflectance")
+    plastic = load({**lit(), "wall": {**lit()["wall"], "bsdf": {"type": "plastic"}}})
+    refused(["wall.reflectance"], "only diffuse surfaces and rough metals", of=plastic)
     refused(["fog.sigma_t"] * 2, "listed twice")
     refused(["fog.sigma_t"], r"must have that of the picture, \(4, 6, 1\)", by=np.ones((4, 6)))
     refused(["fog.sigma_t"], "not all finite", by=np.full((4, 6, 1), np.inf))

@@ -81,6 +81,24 @@ def test_scenes_whose_light_jumps_are_refused():
     refused("at least two samples", foggy(), spp=1)
     refused("not all finite", foggy(), by=np.full((4, 6, 1), np.nan))
 
+    def never(result):
+        raise AssertionError("a render before the check")
+
+    refused("the light of 'point' jumps", {**foggy(), "lantern": point}, by=never)
+    refused("no parameter 'height'", foggy(), names=["fog.ior.height"], by=never)
+
+
+def test_fog_with_a_colour_is_grey_where_its_channels_are_alike():
+    """Each channel of grey fog has the derivative of the others; of two that differ, the thinner one moves pictures less like the thicker."""
+    scene = foggy(sigma_t={"type": "rgb", "value": [1.5, 1.5, 0.5]}, albedo=0.9)
+    scene["sensor"]["film"]["pixel_format"] = "rgb"
+    by = [np.zeros((4, 6, 3)) for _ in range(3)]
+    for channel, own in enumerate(by):
+        own[..., channel] = weights()[..., 0]
+    red, green, blue = (morgana.derivatives(load(scene), ["fog.ior.delta"], own, spp=64)["fog.ior.delta"] for own in by)
+    assert red.value == pytest.approx(green.value, rel=1e-9)
+    assert abs(blue.value - red.value) > 4 * np.hypot(blue.error, red.error)
+
 
 def test_a_panel_must_be_dark_at_its_edge():
     def panel(pattern):
