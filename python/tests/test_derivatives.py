@@ -57,6 +57,17 @@ def test_absorption_attenuates_exponentially():
         near(value, -math.exp(-0.7), error)
 
 
+def test_each_wavelength_has_derivatives_of_its_own():
+    scene = small(sigma_t={"type": "spectrum", "value": [[400, 0.2], [700, 1.4]]}, albedo=0.0, ior=1.0)
+    scene["sensor"]["to_world"] = [{"lookat": {"origin": [0, 0, 0], "target": [0, 0, 1], "up": [0, 1, 0]}}]
+    scene["sensor"]["film"].update(pixel_format="spectral", wavelengths="400, 460, 520, 580, 640, 700")
+    scene["ball"]["interior"]["id"] = "ink"
+    white = np.full((8, 12, 6), 1 / 96)
+    found = morgana.derivatives(load(scene), ["ink.sigma_a"], white, spp=128)["ink.sigma_a"]
+    for value, error, sigma in zip(found.value, found.error, np.linspace(0.2, 1.4, 6)):
+        near(value, -math.exp(-sigma), error)
+
+
 def test_a_loss_that_is_not_linear_has_a_gradient_without_bias():
     """Of mean squares, whose derivative by emission is twice them: with a primal of the same samples it would be too large by their variance."""
     scene = load(lit(), integrator="path")
