@@ -103,6 +103,8 @@ def derivatives(
         an index in a scene in which light jumps when rays move.
     TypeError
         An argument of another type.
+    KeyboardInterrupt
+        Ctrl-C, also in the render that weights are made of.
 
     Examples
     --------
@@ -121,7 +123,10 @@ def derivatives(
     if others:
         _morgana.check_derivatives(scene, wanted, by)
     if callable(weights):
-        weights = weights(render(scene, spp=spp, particles=particles, seed=seed, integrator=integrator, threads=threads))
+        rendered = render(scene, spp=spp, particles=particles, seed=seed, integrator=integrator, threads=threads)
+        if rendered.stopped == "interrupted":
+            raise KeyboardInterrupt
+        weights = weights(rendered)
     flat, layered = _of_readings(scene, weights) if scene.meters else _of_picture(scene, weights)
     found: Dict[str, Tuple[Doubles, Doubles]] = {}
     if indices:

@@ -5,6 +5,7 @@ Statistical comparisons are at 4.5 standard errors, a false-alarm rate of 7e-6 e
 
 import copy
 import math
+from types import SimpleNamespace
 
 import morgana
 import numpy as np
@@ -202,6 +203,12 @@ def test_what_has_no_derivative_is_refused():
     clear = load(lit(sigma_t=0.0))
     refused(["fog.sigma_s"], "is zero somewhere.*sigma_a", of=clear)
     assert morgana.derivatives(clear, ["fog.sigma_a"], weights, spp=2)["fog.sigma_a"].value[0] < 0
+
+
+def test_ctrl_c_in_the_render_of_weights_ends_all(monkeypatch):
+    monkeypatch.setattr("morgana._derivatives.render", lambda *args, **options: SimpleNamespace(stopped="interrupted"))
+    with pytest.raises(KeyboardInterrupt):
+        morgana.derivatives(load(lit()), ["fog.sigma_t"], lambda result: np.ones((4, 6, 1)), spp=2)
 
 
 def detecting(sigma_s, sigma_a):
