@@ -57,7 +57,7 @@ def derivatives(
 
     Parameters are named after the things of the scene: ``MEDIUM.sigma_t`` (at the same albedo), ``MEDIUM.albedo``, ``MEDIUM.sigma_a`` (at the same
     ``sigma_s``), ``MEDIUM.sigma_s`` (at the same ``sigma_a``), ``MEDIUM.g`` of the phase function ``hg``, ``OBJECT.reflectance`` of a
-    diffuse surface (one colour, every pixel of a ``bitmap``, every vertex or face of a mesh that is coloured, or the two colours of a ``checkerboard``),
+    diffuse surface (one colour, every pixel of a ``bitmap``, every vertex or face of a mesh that is coloured, or the two colours of a ``checkerboard``), ``OBJECT.specular_reflectance`` of a ``roughconductor``, likewise,
     ``EMITTER.emission``, a factor on all that the emitter emits, which is 1, ``EMITTER.radiance``, what its light is made up of (one radiance, intensity
     or irradiance, or power of a beam; the pixels of an image; the voxels of a volume; of a medium that emits, its ``radiance``), and ``exposure``, a factor on all that is measured, which
     is 1. Coefficients are per unit length, the medium's ``scale`` included; so are the scales of images.
@@ -103,6 +103,8 @@ def derivatives(
         an index in a scene in which light jumps when rays move.
     TypeError
         An argument of another type.
+    KeyboardInterrupt
+        Ctrl-C, also in the render that weights are made of.
 
     Examples
     --------
@@ -116,10 +118,15 @@ def derivatives(
     indices = [name for name in names if f"{name}.".find(".ior.") > 0]
     others = [name for name in names if name not in indices]
     by: By = {"parameters": others, "integrator": integrator}
-    if others or not indices:
+    if indices:
+        _morgana.check_index_derivatives(scene, indices)
+    if others:
         _morgana.check_derivatives(scene, wanted, by)
     if callable(weights):
-        weights = weights(render(scene, spp=spp, particles=particles, seed=seed, integrator=integrator, threads=threads))
+        rendered = render(scene, spp=spp, particles=particles, seed=seed, integrator=integrator, threads=threads)
+        if rendered.stopped == "interrupted":
+            raise KeyboardInterrupt
+        weights = weights(rendered)
     flat, layered = _of_readings(scene, weights) if scene.meters else _of_picture(scene, weights)
     found: Dict[str, Tuple[Doubles, Doubles]] = {}
     if indices:
@@ -127,7 +134,7 @@ def derivatives(
             raise RenderError("layers of light have no derivatives by an index: give weights of the whole picture")
         with Bar(scene, wanted["samples"], None, progress) as tick:
             found.update(zip(indices, _morgana.differentiate_index(scene, wanted, indices, flat[0], tick)))
-    if others or not indices:
+    if others:
         with Bar(scene, wanted["samples"], None, progress) as tick:
             found.update(zip(others, _morgana.differentiate(scene, wanted, by, flat, layered, tick)))
     return {name: Derivative(*found[name]) for name in names}
@@ -200,6 +207,8 @@ def jacobian(
 def _names(parameters: Sequence[str]) -> List[str]:
     if isinstance(parameters, str) or not all(isinstance(name, str) for name in parameters):
         raise TypeError(f"parameters are {parameters!r} but must be a list of names")
+    if not parameters:
+        raise RenderError("parameters are empty: name at least one, such as 'smoke.sigma_t'")
     return list(parameters)
 
 

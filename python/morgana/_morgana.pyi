@@ -20,6 +20,7 @@ __all__ = [
     "export_file",
     "check_derivatives",
     "differentiate",
+    "check_index_derivatives",
     "differentiate_index",
     "jacobian",
     "follow_rays",
@@ -236,6 +237,7 @@ def differentiate(
     layered: bool,
     tick: Optional[Callable[[int], None]],
 ) -> List[Tuple[NDArray[np.float64], NDArray[np.float64]]]: ...
+def check_index_derivatives(scene: Scene, names: List[str]) -> None: ...
 def differentiate_index(
     scene: Scene,
     limits: Limits,

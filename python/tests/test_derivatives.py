@@ -5,6 +5,7 @@ Statistical comparisons are at 4.5 standard errors, a false-alarm rate of 7e-6 e
 
 import copy
 import math
+from types import SimpleNamespace
 
 import morgana
 import numpy as np
@@ -57,6 +58,17 @@ def test_absorption_attenuates_exponentially():
         near(value, -math.exp(-0.7), error)
 
 
+def test_each_wavelength_has_derivatives_of_its_own():
+    scene = small(sigma_t={"type": "spectrum", "value": [[400, 0.2], [700, 1.4]]}, albedo=0.0, ior=1.0)
+    scene["sensor"]["to_world"] = [{"lookat": {"origin": [0, 0, 0], "target": [0, 0, 1], "up": [0, 1, 0]}}]
+    scene["sensor"]["film"].update(pixel_format="spectral", wavelengths="400, 460, 520, 580, 640, 700")
+    scene["ball"]["interior"]["id"] = "ink"
+    white = np.full((8, 12, 6), 1 / 96)
+    found = morgana.derivatives(load(scene), ["ink.sigma_a"], white, spp=128)["ink.sigma_a"]
+    for value, error, sigma in zip(found.value, found.error, np.linspace(0.2, 1.4, 6)):
+        near(value, -math.exp(-sigma), error)
+
+
 def test_a_loss_that_is_not_linear_has_a_gradient_without_bias():
     """Of mean squares, whose derivative by emission is twice them: with a primal of the same samples it would be too large by their variance."""
     scene = load(lit(), integrator="path")
@@ -103,6 +115,20 @@ def test_emitters_are_linear_in_their_values(tmp_path):
             assert factor.value == pytest.approx(exposure.value, rel=1e-9) and factor.value != 0
 
 
+def test_colours_of_metals_have_derivatives_by_pixels(tmp_path):
+    """Of pixels that are alike, as much in sum as by one colour: the same paths."""
+    morgana.write(tmp_path / "pixels.exr", np.full((2, 3), 0.75, np.float32))
+    image = {"type": "bitmap", "filename": str(tmp_path / "pixels.exr"), "raw": True}
+    sums = []
+    for colour, shape in [(0.75, (1,)), (image, (2, 3, 1))]:
+        scene = lit()
+        scene["wall"]["bsdf"] = {"type": "roughconductor", "alpha": 0.4, "specular_reflectance": colour}
+        found = morgana.derivatives(load(scene), ["wall.specular_reflectance"], np.ones((4, 6, 1)), spp=16)
+        assert found["wall.specular_reflectance"].value.shape == shape
+        sums.append(found["wall.specular_reflectance"].value.sum())
+    assert sums[0] > 0 and sums[1] == pytest.approx(sums[0], rel=1e-6)
+
+
 def test_integrators_find_the_same_derivatives():
     scene, weights = load(lit()), np.linspace(-1, 2, 24).reshape(4, 6, 1)
     names = ["fog.sigma_t", "fog.albedo", "wall.reflectance", "light.radiance"]
@@ -145,6 +171,12 @@ def test_what_has_no_derivative_is_refused():
     refused(["fog.g"], "only hg")
     refused(["ball.reflectance"], "'ball' has no reflectance")
     refused("fog.sigma_t", "a list of names", error=TypeError)
+    refused([], "name at least one")
+    metal = load({**lit(), "wall": {**lit()["wall"], "bsdf": {"type": "roughconductor", "alpha": 0.3}}})
+    refused(["wall.reflectance"], "ask for wall.specular_reflectance", of=metal)
+    refused(["wall.specular_reflectance"], "ask for wall.reflectance")
+    plastic = load({**lit(), "wall": {**lit()["wall"], "bsdf": {"type": "plastic"}}})
+    refused(["wall.reflectance"], "only diffuse surfaces and rough metals", of=plastic)
     refused(["fog.sigma_t"] * 2, "listed twice")
     refused(["fog.sigma_t"], r"must have that of the picture, \(4, 6, 1\)", by=np.ones((4, 6)))
     refused(["fog.sigma_t"], "not all finite", by=np.full((4, 6, 1), np.inf))
@@ -171,6 +203,12 @@ def test_what_has_no_derivative_is_refused():
     clear = load(lit(sigma_t=0.0))
     refused(["fog.sigma_s"], "is zero somewhere.*sigma_a", of=clear)
     assert morgana.derivatives(clear, ["fog.sigma_a"], weights, spp=2)["fog.sigma_a"].value[0] < 0
+
+
+def test_ctrl_c_in_the_render_of_weights_ends_all(monkeypatch):
+    monkeypatch.setattr("morgana._derivatives.render", lambda *args, **options: SimpleNamespace(stopped="interrupted"))
+    with pytest.raises(KeyboardInterrupt):
+        morgana.derivatives(load(lit()), ["fog.sigma_t"], lambda result: np.ones((4, 6, 1)), spp=2)
 
 
 def detecting(sigma_s, sigma_a):

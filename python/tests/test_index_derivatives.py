@@ -81,6 +81,26 @@ def test_scenes_whose_light_jumps_are_refused():
     refused("at least two samples", foggy(), spp=1)
     refused("not all finite", foggy(), by=np.full((4, 6, 1), np.nan))
 
+    def never(result):
+        raise AssertionError("a render before the check")
+
+    refused("the light of 'point' jumps", {**foggy(), "lantern": point}, by=never)
+    refused("no parameter 'height'", foggy(), names=["fog.ior.height"], by=never)
+
+
+def test_fog_with_a_colour_is_grey_where_its_channels_are_alike():
+    """Channels of the same extinction have the same derivative, to rounding; one of less has another."""
+    scene = foggy()
+    scene["ball"]["interior"]["sigma_t"] = {"type": "rgb", "value": [1.5, 1.5, 0.2]}
+    scene["sensor"]["film"]["pixel_format"] = "rgb"
+    scene, by = load(scene), [np.zeros((4, 6, 3)) for _ in range(3)]
+    for channel, own in enumerate(by):
+        own[..., channel] = weights()[..., 0]
+    red, green, blue, all_three = (morgana.derivatives(scene, ["fog.ior.delta"], own, spp=16)["fog.ior.delta"].value for own in [*by, sum(by)])
+    assert red == pytest.approx(green, rel=1e-9)
+    assert abs(blue - red) > 1e-3 * abs(red)
+    assert red + green + blue == pytest.approx(all_three, rel=1e-9)
+
 
 def test_a_panel_must_be_dark_at_its_edge():
     def panel(pattern):

@@ -313,11 +313,16 @@ fn parameter(loaded: &Loaded, name: &str) -> PyResult<RadiometricParameter> {
         return Ok(make(only(media(), of, "medium")?));
     }
     match what {
-        "reflectance" => Ok(RadiometricParameter::Reflectance(only(
-            objects(),
-            of,
-            "object",
-        )?)),
+        "reflectance" | "specular_reflectance" => {
+            let object = only(objects(), of, "object")?;
+            let known = loaded.scene().objects()[object].bsdf.reflectance();
+            match known {
+                Some((known, _)) if known != what => Err(errors::render(format!(
+                    "the bsdf of '{of}' has no {what}: ask for {of}.{known}"
+                ))),
+                _ => Ok(RadiometricParameter::Reflectance(object)),
+            }
+        }
         "emission" => Ok(RadiometricParameter::Emission(only(
             emitters(),
             of,
@@ -330,7 +335,7 @@ fn parameter(loaded: &Loaded, name: &str) -> PyResult<RadiometricParameter> {
         )?)),
         "exposure" if of.is_empty() => Ok(RadiometricParameter::Exposure),
         _ => Err(errors::render(format!(
-            "no parameter '{name}': parameters are MEDIUM.sigma_t, .albedo, .sigma_a, .sigma_s, .g and .ior, OBJECT.reflectance, \
+            "no parameter '{name}': parameters are MEDIUM.sigma_t, .albedo, .sigma_a, .sigma_s, .g and .ior, OBJECT.reflectance and .specular_reflectance, \
               EMITTER.emission and .radiance, and exposure"
         ))),
     }

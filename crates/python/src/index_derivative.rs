@@ -13,7 +13,7 @@ use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError};
 use pyo3::prelude::*;
 use std::ops::Range;
 use transport::attached::IndexDerivativeError;
-use transport::render::{IndexDerivativeOptions, index_derivatives};
+use transport::render::{IndexDerivativeOptions, check_indices, index_derivatives};
 
 /// What an index is differentiated by: a medium, and the name of a parameter of its field, if it is not all of them.
 struct Wanted<'n> {
@@ -33,22 +33,7 @@ pub fn differentiate_index<'py>(
     tick: Option<Py<PyAny>>,
 ) -> PyResult<Vec<Doubles<'py>>> {
     let loaded = &scene.get().loaded;
-    if !loaded.instruments.is_empty() {
-        let message = "readings of meters have no derivatives by an index: give the scene a camera";
-        return Err(errors::render(message));
-    }
-    if loaded.is_dispersive() {
-        let message = "where each wavelength has rays of its own, pictures have no derivatives by an index: render its channels one by one";
-        return Err(errors::render(message));
-    }
-    if (1..names.len()).any(|i| names[..i].contains(&names[i])) {
-        return Err(errors::render("a parameter is listed twice"));
-    }
-    let wanted = names.iter().map(|name| wanted(loaded, name));
-    let wanted: Vec<Wanted> = wanted.collect::<PyResult<_>>()?;
-    let mut media: Vec<usize> = wanted.iter().map(|w| w.medium).collect();
-    media.sort_unstable();
-    media.dedup();
+    let (wanted, media) = asked(loaded, &names)?;
     let options = IndexDerivativeOptions {
         path: path(loaded)?,
         samples: limits.samples.unwrap_or(loaded.samples),
@@ -76,6 +61,39 @@ pub fn differentiate_index<'py>(
         ))
     });
     each.collect()
+}
+
+/// Finds out whether pictures have derivatives by indices, before anything is rendered.
+#[pyfunction]
+pub fn check_index_derivatives(scene: Py<Scene>, names: Vec<String>) -> PyResult<()> {
+    let loaded = &scene.get().loaded;
+    let (wanted, media) = asked(loaded, &names)?;
+    path(loaded)?;
+    for of in &wanted {
+        part(&loaded.scene().medium(of.medium).index, of.parameter)?;
+    }
+    check_indices(&loaded.groups, &media).map_err(|e| refused(&e))
+}
+
+/// What names stand for, and the media that they are about.
+fn asked<'n>(loaded: &Loaded, names: &'n [String]) -> PyResult<(Vec<Wanted<'n>>, Vec<usize>)> {
+    if !loaded.instruments.is_empty() {
+        let message = "readings of meters have no derivatives by an index: give the scene a camera";
+        return Err(errors::render(message));
+    }
+    if loaded.is_dispersive() {
+        let message = "where each wavelength has rays of its own, pictures have no derivatives by an index: render its channels one by one";
+        return Err(errors::render(message));
+    }
+    if (1..names.len()).any(|i| names[..i].contains(&names[i])) {
+        return Err(errors::render("a parameter is listed twice"));
+    }
+    let wanted = names.iter().map(|name| wanted(loaded, name));
+    let wanted: Vec<Wanted> = wanted.collect::<PyResult<_>>()?;
+    let mut media: Vec<usize> = wanted.iter().map(|w| w.medium).collect();
+    media.sort_unstable();
+    media.dedup();
+    Ok((wanted, media))
 }
 
 /// What a name such as `tissue.ior` or `tissue.ior.delta` stands for.

@@ -39,7 +39,7 @@ mod _morgana {
     #[pymodule_export]
     use crate::image::{compare_images, encode_png, exposure, read_image, write_image};
     #[pymodule_export]
-    use crate::index_derivative::differentiate_index;
+    use crate::index_derivative::{check_index_derivatives, differentiate_index};
     #[pymodule_export]
     use crate::measure::{Measured, measure};
     #[pymodule_export]

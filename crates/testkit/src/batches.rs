@@ -4,8 +4,10 @@
 //! for the standard error being estimated from few of them.
 
 use crate::moments::Moments;
-use crate::z_test::z_score;
+use crate::z_test::{two_sample_z, z_score};
 use statrs::distribution::{ContinuousCDF, StudentsT};
+use statrs::function::erf::erfc_inv;
+use std::f64::consts::SQRT_2;
 
 /// Mean and standard error of a few independent batch means.
 pub fn moments(batches: &[f64]) -> Moments {
@@ -31,6 +33,18 @@ pub fn welch(a: &[f64], b: &[f64], round_off: f64) -> f64 {
     let share = |v: f64, m: &Moments| v * v / (m.count() as f64 - 1.0);
     let freedom = (va + vb).powi(2) / (share(va, &a) + share(vb, &b));
     student(z_score(difference, (va + vb).sqrt(), 0.0), freedom)
+}
+
+/// z of the difference of two means of so many batches, each given with its standard error: the normal deviate that is as rare as its t
+/// (Welch 1947).
+pub fn welch_z(a: (f64, f64), b: (f64, f64), batches: usize) -> f64 {
+    let t = two_sample_z(a.0, a.1, b.0, b.1);
+    if t == 0.0 || !t.is_finite() {
+        return t;
+    }
+    let (va, vb) = (a.1.powi(2), b.1.powi(2));
+    let freedom = (batches as f64 - 1.0) * (va + vb).powi(2) / (va * va + vb * vb);
+    (SQRT_2 * erfc_inv(student(t, freedom))).copysign(t)
 }
 
 /// Two-sided p-value of the hypothesis that batches have a known mean.
@@ -69,6 +83,12 @@ mod tests {
     fn known_quantiles() {
         assert!((critical_t(0.05, 10.0) - 2.228_138_852).abs() < 1e-6);
         assert!((student(2.228_138_852, 10.0) - 0.05).abs() < 1e-8);
+        let z = welch_z((-2.228_138_852, 1.0), (0.0, 0.0), 11);
+        assert!((z + 1.959_963_985).abs() < 1e-6);
+        assert!(welch_z((9.0, 1.0), (0.0, 1.0), 32) > 5.0);
+        assert_eq!(welch_z((1.0, 0.0), (1.0, 0.0), 32), 0.0);
+        assert_eq!(welch_z((1.0, 0.0), (0.0, 0.0), 32), f64::INFINITY);
+        assert!(welch_z((f64::NAN, 1.0), (0.0, 1.0), 32).is_nan());
     }
 
     /// 4000 comparisons of 16 with 16 batches of different spread: rejections at 1 % and 0.1 % within 4

@@ -1,6 +1,6 @@
 //! The sweep back along a path (docs/theory.md#derivatives-by-the-index-behind-scattering).
 
-use super::record::{AttachedPath, Crossed, Found, LegEnd, Scattering};
+use super::record::{AttachedPath, Crossed, Drawn, Found, LegEnd, Scattering};
 use super::{AttachedWalk, arrival::Arrival};
 use crate::Spectrum;
 use crate::scene::{MediumId, Scene};
@@ -21,8 +21,12 @@ struct Onward {
 /// A path on its way back.
 struct Sweep<'p, S> {
     scene: &'p Scene,
-    /// Σ weight × what it brings: that of which logarithmic derivatives are taken.
+    /// Weight × what it brings, of each channel.
+    worth: Spectrum,
+    /// Their sum: that of which logarithmic derivatives are taken.
     value: f64,
+    /// How the leg at hand was drawn.
+    drawn: Drawn,
     sink: S,
 }
 
@@ -40,7 +44,9 @@ impl AttachedWalk<'_> {
         };
         let mut sweep = Sweep {
             scene: self.scene,
+            worth: found.value * weights,
             value: (found.value * weights).sum(),
+            drawn: Drawn::GREY,
             sink,
         };
         let mut onward = Onward::default();
@@ -48,6 +54,7 @@ impl AttachedWalk<'_> {
             let (scene, medium) = (self.scene, leg.medium);
             let field = scene.field(medium);
             let resolved = self.plan.has(medium);
+            sweep.drawn = leg.drawn;
             let spans = &path.spans[leg.spans.clone()];
             let mut adjoint = match &leg.end {
                 LegEnd::Arrived(end) => sweep.arrived(found, weights, end),
@@ -87,7 +94,15 @@ impl AttachedWalk<'_> {
 impl<S: FnMut(MediumId, DVec3, IndexDerivative)> Sweep<'_, S> {
     /// Derivative of the logarithm of the probability to get through a medium by the length.
     fn log_survival(&self, medium: MediumId, x: DVec3) -> f64 {
-        -self.value * self.scene.medium(medium).extinction(x)[0]
+        let own = self.scene.medium(medium).extinction(x)[self.drawn.channel];
+        self.log_weight(medium, x) - self.value * own
+    }
+
+    /// Derivative of the logarithm of the weights of channels by the length of the leg.
+    fn log_weight(&self, medium: MediumId, x: DVec3) -> f64 {
+        let extinctions = self.scene.medium(medium).extinction(x);
+        let mean = (self.drawn.posterior * extinctions).sum();
+        (self.worth * extinctions.map(|sigma| mean - sigma)).sum()
     }
 
     /// Where light is met.
@@ -179,6 +194,7 @@ impl<S: FnMut(MediumId, DVec3, IndexDerivative)> Sweep<'_, S> {
             length: 0.0,
         };
         let (mut adjoint, by_length) = FlightAdjoint::at_length(field, vertex, by);
+        let by_length = by_length + self.log_weight(medium, vertex.x);
         let mut add = |x, by| (self.sink)(medium, x, by);
         adjoint.back(field, resolved, &[event.span], &mut add);
         if let Some(beyond) = &event.boundary {

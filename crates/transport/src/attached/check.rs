@@ -15,8 +15,8 @@ use glam::DVec3;
 /// Places on each side of a panel at which it must be dark.
 const PLACES: usize = 1 << 14;
 
-/// Finds out whether a scene of so many channels has derivatives by the index of its media.
-pub(crate) fn check(scene: &Scene, channels: usize) -> Result<(), IndexDerivativeError> {
+/// Finds out whether a scene has derivatives by the index of its media.
+pub(crate) fn check(scene: &Scene) -> Result<(), IndexDerivativeError> {
     if scene.instants() > 1 {
         return Err(IndexDerivativeError::Period);
     }
@@ -24,7 +24,7 @@ pub(crate) fn check(scene: &Scene, channels: usize) -> Result<(), IndexDerivativ
         return Err(IndexDerivativeError::Labels);
     }
     for medium in scene.media() {
-        check_medium(medium, channels)?;
+        check_medium(medium)?;
     }
     let ambient = scene.medium(AMBIENT);
     if !ambient.is_transparent() || !scene.field(AMBIENT).is_constant() {
@@ -39,7 +39,7 @@ pub(crate) fn check(scene: &Scene, channels: usize) -> Result<(), IndexDerivativ
     Ok(())
 }
 
-fn check_medium(medium: &Medium, channels: usize) -> Result<(), IndexDerivativeError> {
+fn check_medium(medium: &Medium) -> Result<(), IndexDerivativeError> {
     let varies = |what| IndexDerivativeError::Varies {
         what,
         name: medium.name.clone(),
@@ -47,10 +47,8 @@ fn check_medium(medium: &Medium, channels: usize) -> Result<(), IndexDerivativeE
     if medium.emission.is_some() {
         return Err(IndexDerivativeError::Volumes);
     }
-    let extinction = medium.uniform_extinction();
-    let extinction = extinction.ok_or_else(|| varies("extinction"))?;
-    if extinction.0[..channels].iter().any(|s| *s != extinction[0]) {
-        return Err(IndexDerivativeError::Coloured(medium.name.clone()));
+    if medium.uniform_extinction().is_none() {
+        return Err(varies("extinction"));
     }
     if medium.albedo.uniform().is_none() {
         return Err(varies("albedo"));

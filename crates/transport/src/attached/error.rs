@@ -29,11 +29,6 @@ pub enum IndexDerivativeError {
         /// The medium.
         name: String,
     },
-    /// An extinction with a colour.
-    #[error(
-        "derivatives by an index need an extinction that is the same in all channels, which that of '{0}' is not: render its channels one by one"
-    )]
-    Coloured(String),
     /// The surroundings scatter or bend rays.
     #[error(
         "derivatives by an index need surroundings that are clear and of constant index: put what scatters or bends rays into a shape with a boundary"

@@ -41,7 +41,24 @@ pub(super) struct Leg {
     pub spans: Range<usize>,
     /// The unit direction in which it starts at a point; `None` behind a boundary, where it starts with a velocity.
     pub direction: Option<DVec3>,
+    pub drawn: Drawn,
     pub end: LegEnd,
+}
+
+/// In which channel it was drawn where a leg ends.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Drawn {
+    pub channel: usize,
+    /// The probability with which each of the channels would have been the one, given where the leg ends.
+    pub posterior: Spectrum,
+}
+
+impl Drawn {
+    /// In the first of channels that are all alike.
+    pub(super) const GREY: Self = Drawn {
+        channel: 0,
+        posterior: Spectrum([1.0, 0.0, 0.0, 0.0]),
+    };
 }
 
 /// What ends a leg.

@@ -1,9 +1,10 @@
 //! The walk from the sensor: flights, collisions and boundaries, recorded (docs/theory.md#derivatives-by-the-index-behind-scattering).
 
 use super::IndexPlan;
-use super::record::{AttachedPath, Beyond, Leg, LegEnd, Scattering};
+use super::record::{AttachedPath, Beyond, Drawn, Leg, LegEnd, Scattering};
 use crate::Spectrum;
 use crate::budget::EDGES_PER_WALK;
+use crate::path::choose_channel;
 use crate::sampling::{Purpose, Sampler};
 use crate::scene::{MediumId, Scene};
 use crate::sensor::SensorRay;
@@ -55,6 +56,8 @@ pub(super) struct Walking<'a, 'p> {
     pub depth: u32,
     /// Specular events of this edge.
     pub events: u32,
+    /// Of the leg at hand.
+    pub drawn: Drawn,
 }
 
 impl<'a> AttachedWalk<'a> {
@@ -83,6 +86,7 @@ impl<'a> AttachedWalk<'a> {
             throughput: Spectrum(std::array::from_fn(white)),
             depth: 0,
             events: 0,
+            drawn: Drawn::GREY,
         };
         let unit = n * n;
         for _ in 0..EDGES_PER_WALK {
@@ -99,7 +103,9 @@ impl Walking<'_, '_> {
     /// Follows a leg, and what happens at its end. `unit` is the throughput at the sensor.
     fn leg(&mut self, unit: f64) -> ControlFlow<()> {
         let scene = self.walk.scene;
-        let extinction = scene.medium(self.medium).extinction(self.x)[0];
+        let extinctions = scene.medium(self.medium).extinction(self.x);
+        self.drawn = self.draw(extinctions);
+        let extinction = extinctions[self.drawn.channel];
         let rank = self.sampler.next_1d_for(Purpose::Distance);
         let depth = -(-rank).ln_1p();
         let length = if extinction > 0.0 {
@@ -120,14 +126,44 @@ impl Walking<'_, '_> {
                     length: rank * (1.0 - before) / (before * (1.0 - rank)),
                     log: extinction * (1.0 - before) / before,
                 });
-                return self.scatter(depth / extinction, beyond, unit);
+                let length = depth / extinction;
+                self.weigh(extinctions, length, true);
+                return self.scatter(length, beyond, unit);
             }
         }
+        self.weigh(extinctions, end.length, false);
         match met {
             Some(met) => self.meet(end, &met),
             None if scene.field(self.medium).is_constant() => self.leave(end),
             None => self.lose(),
         }
+    }
+
+    /// Draws the channel whose extinction says where a leg ends.
+    fn draw(&mut self, extinctions: Spectrum) -> Drawn {
+        let own = &extinctions.0[..self.walk.channels];
+        if own.iter().all(|sigma| *sigma == own[0]) {
+            return Drawn::GREY;
+        }
+        let pdf = self.throughput / self.throughput.sum();
+        let u = self.sampler.next_1d_for(Purpose::Channel);
+        Drawn {
+            channel: choose_channel(pdf, u),
+            posterior: pdf,
+        }
+    }
+
+    /// Weighs channels by what each would have drawn, where it is known how long the leg is, and whether it ends with a collision.
+    fn weigh(&mut self, extinctions: Spectrum, length: f64, collides: bool) {
+        let own = extinctions[self.drawn.channel];
+        // Over the density in the channel that was drawn.
+        let relative = extinctions.map(|sigma| {
+            let rate = if collides { sigma / own } else { 1.0 };
+            rate * ((own - sigma) * length).exp()
+        });
+        let all = (self.drawn.posterior * relative).sum();
+        self.throughput *= relative / all;
+        self.drawn.posterior *= relative / all;
     }
 
     /// Follows the ray to the first surface, or for a length.
@@ -174,6 +210,7 @@ impl Walking<'_, '_> {
             medium: self.medium,
             spans,
             direction: self.direction,
+            drawn: self.drawn,
             end,
         });
     }

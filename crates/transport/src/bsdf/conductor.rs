@@ -36,6 +36,10 @@ impl Metal {
         })
     }
 
+    pub(super) fn specular_reflectance(&self) -> &Texture {
+        &self.specular_reflectance
+    }
+
     /// Complex index relative to that of the medium outside.
     pub(super) fn relative_index(&self, s: &Surface, channel: usize) -> Complex64 {
         Complex64::new(self.eta[channel], self.k[channel]) / s.n_outer

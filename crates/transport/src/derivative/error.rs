@@ -23,9 +23,9 @@ pub enum DerivativeError {
         "the phase function of '{0}' has no mean cosine g to differentiate by: only hg has, also of labels and of voxels"
     )]
     Phase(String),
-    /// A surface that does not scatter by one reflectance.
+    /// A surface that does not scatter in proportion to one reflectance.
     #[error(
-        "'{0}' has no reflectance to differentiate by: only diffuse surfaces have, twosided or not, of one colour, a bitmap, a checkerboard of two colours or the colours of a mesh"
+        "'{0}' has no reflectance to differentiate by: only diffuse surfaces and rough metals have (reflectance, specular_reflectance), also twosided, masked or with a normal map, of one colour, a bitmap, a checkerboard of two colours or the colours of a mesh"
     )]
     Reflectance(String),
     /// An emitter that throws a texture whose values are not numbered.

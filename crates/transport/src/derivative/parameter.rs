@@ -3,13 +3,11 @@
 use super::DerivativeError;
 use super::chart::{Chart, largest, least};
 use crate::Spectrum;
-use crate::bsdf::Bsdf;
 use crate::emitter::{Emitter, EmitterValues};
 use crate::medium::Medium;
 use crate::scene::{MediumId, Scene};
 use crate::texture::Texture;
 use std::ops::Range;
-use std::sync::Arc;
 
 /// What light is differentiated by. Coefficients are per unit length, the medium's `scale` included; they have one number where the
 /// extinction of the medium (for the albedo, the albedo) is the same everywhere, one for each label, or one for each voxel, [z, y, x]. Reflectances have
@@ -27,7 +25,7 @@ pub enum RadiometricParameter {
     Scattering(MediumId),
     /// Mean cosine g of a medium's Henyey–Greenstein phase function: one, one for each label, or one for each voxel.
     MeanCosine(MediumId),
-    /// Reflectance of the diffuse surface of an object, whose index is given: one colour, or those of a texture.
+    /// [Reflectance](crate::bsdf::Bsdf::reflectance) of an object's surface, whose index is given: one colour, or those of a texture, of a diffuse surface or a rough metal.
     Reflectance(usize),
     /// A factor on all that an emitter emits, whose index is given; it is 1 in the scene.
     Emission(usize),
@@ -49,7 +47,7 @@ impl RadiometricParameter {
             }
             RadiometricParameter::Albedo(id) => Chart::of_albedo(scene.medium(id)).shape(),
             RadiometricParameter::Reflectance(object) => {
-                let colours = reflectance(&scene.objects()[object].bsdf);
+                let colours = reflectance(scene, object);
                 colours.and_then(Texture::shape).unwrap_or_default()
             }
             RadiometricParameter::Radiance(emitter) => {
@@ -100,7 +98,7 @@ impl RadiometricParameter {
             }
             RadiometricParameter::Reflectance(object) => {
                 let of = &scene.objects()[object];
-                let colours = reflectance(&of.bsdf);
+                let colours = reflectance(scene, object);
                 let colours =
                     colours.ok_or_else(|| DerivativeError::Reflectance(of.name.clone()))?;
                 let is_positive = |value: Spectrum| value.0[..channels].iter().all(|c| *c > 0.0);
@@ -192,29 +190,10 @@ impl Quantity {
     }
 }
 
-/// The reflectance of a diffuse surface, if its colours are numbered and the same on either side.
-fn reflectance(bsdf: &Bsdf) -> Option<&Texture> {
-    match bsdf {
-        Bsdf::Diffuse(diffuse) => {
-            Some(diffuse.reflectance()).filter(|colours| colours.shape().is_some())
-        }
-        Bsdf::TwoSided(both) => match both.sides().each_ref().map(reflectance) {
-            [Some(front), Some(back)] if is_same(front, back) => Some(front),
-            _ => None,
-        },
-        _ => None,
-    }
-}
-
-fn is_same(a: &Texture, b: &Texture) -> bool {
-    match (a, b) {
-        (Texture::Uniform(a), Texture::Uniform(b)) => a == b,
-        (Texture::Bitmap(a), Texture::Bitmap(b)) => Arc::ptr_eq(a, b),
-        (Texture::Checkerboard(a), Texture::Checkerboard(b)) => Arc::ptr_eq(a, b),
-        (Texture::Vertices(a), Texture::Vertices(b)) => Arc::ptr_eq(a, b),
-        (Texture::Scaled(a), Texture::Scaled(b)) => Arc::ptr_eq(a, b),
-        _ => false,
-    }
+/// The colours of an object by which all that it scatters is multiplied.
+fn reflectance(scene: &Scene, object: usize) -> Option<&Texture> {
+    let found = scene.objects()[object].bsdf.reflectance();
+    found.map(|(_, colours)| colours)
 }
 
 /// Where the sums of parameters lie, and what each factor of a path adds to.
@@ -310,7 +289,7 @@ impl Plan {
                 RadiometricParameter::Scattering(id) => plan.media[id].scattering = start,
                 RadiometricParameter::MeanCosine(id) => plan.media[id].mean_cosine = start,
                 RadiometricParameter::Reflectance(object) => {
-                    let colour = reflectance(&scene.objects()[object].bsdf);
+                    let colour = reflectance(scene, object);
                     plan.objects[object] = colour.map(|colour| (next, colour.clone()));
                 }
                 RadiometricParameter::Emission(emitter) => plan.emitters[emitter].factor = start,

@@ -41,6 +41,7 @@ pub(crate) use segment::{Equiangular, surface_at};
 pub use subpath::{Bounds, PathVertex, emit, guess};
 pub(crate) use subpath::{EmitterEnd, EndChoice, Joint, JointEnd, Resampling, SubpathRecorder};
 pub(crate) use subpath::{Escape, LightPath, PathEdge, Subpath, scatter, scatter_pdf, sensor_path};
+pub(crate) use walk::choose_channel;
 pub(crate) use walk::{
     EmittedAlong, Ending, FollowedRay, SeenSurface, follow, gather_along, gather_in_view, see,
 };

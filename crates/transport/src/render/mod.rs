@@ -33,8 +33,8 @@ pub use bias::Debiased;
 pub use choice::{Basis, Candidate, Choice, Extent, choose};
 pub use derivative::{
     Derivative, DerivativeOptions, Derivatives, IndexDerivativeOptions, IndexDerivatives,
-    MeterDerivativeOptions, ReadingFunctional, check_parameters, derivatives, index_derivatives,
-    meter_derivatives,
+    MeterDerivativeOptions, ReadingFunctional, check_indices, check_parameters, derivatives,
+    index_derivatives, meter_derivatives,
 };
 pub use handle::Handle;
 pub use measure::{MeasureError, MeasureOptions, MeasureState, Measurement, measure};

@@ -101,6 +101,18 @@ impl Texture {
         }
     }
 
+    /// Whether it is the same as another, not only equal.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Texture::Uniform(a), Texture::Uniform(b)) => a == b,
+            (Texture::Bitmap(a), Texture::Bitmap(b)) => Arc::ptr_eq(a, b),
+            (Texture::Checkerboard(a), Texture::Checkerboard(b)) => Arc::ptr_eq(a, b),
+            (Texture::Vertices(a), Texture::Vertices(b)) => Arc::ptr_eq(a, b),
+            (Texture::Scaled(a), Texture::Scaled(b)) => Arc::ptr_eq(a, b),
+            _ => false,
+        }
+    }
+
     /// [`Texture::weights`], without a type of its own for each texture within a texture.
     fn numbered(&self, site: &Site, see: &mut dyn FnMut(usize, f64)) {
         self.weights(site, see);

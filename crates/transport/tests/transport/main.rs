@@ -16,6 +16,7 @@ mod common;
 mod connections;
 mod degenerate;
 mod derivatives;
+mod differences;
 mod diffraction;
 mod edges;
 mod emitters;

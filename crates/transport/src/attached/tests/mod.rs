@@ -38,6 +38,8 @@ struct Setup {
     inside: bool,
     /// Whether nothing scatters.
     clear: bool,
+    /// Whether channels differ in their extinction.
+    coloured: bool,
 }
 
 fn bump(change: f64) -> Field {
@@ -83,7 +85,7 @@ fn scene(setup: Setup, change: f64) -> Scene {
     } else {
         bump(change)
     };
-    let core: Field = Sum::new(1.0, vec![bump(change)]).unwrap().into();
+    let core_index: Field = Sum::new(1.0, vec![bump(change)]).unwrap().into();
     let pixel = |i: usize| {
         let (u, t) = ((i % 8) as f64, (i / 8) as f64);
         Spectrum([1.0 + 0.5 * (0.8 * u).sin() * (0.7 * t).sin(), 0.5, 0.0, 0.0])
@@ -100,8 +102,12 @@ fn scene(setup: Setup, change: f64) -> Scene {
     let sphere = |x: [f64; 3], r| Sphere::around(x.into(), r).unwrap();
     let turbid = f64::from(u8::from(!setup.clear));
     let albedo = Spectrum([0.9, 0.8, 0.0, 0.0]);
-    let fog = Medium::homogeneous("fog", field, 1.5 * turbid, albedo);
-    let core = Medium::homogeneous("core", core, 0.8 * turbid, 0.95);
+    let second = if setup.coloured { 2.0 } else { 1.0 };
+    let extinction = |first: f64, second: f64| Spectrum([first, second, 0.0, 0.0]) * turbid;
+    let fog = extinction(1.5, 1.5 * second);
+    let fog = Medium::homogeneous("fog", field, fog, albedo);
+    let core = extinction(0.8 * second, 0.8);
+    let core = Medium::homogeneous("core", core_index, core, 0.95);
     let hg = |g| Phase::henyey_greenstein(g).unwrap();
     let eye = if setup.inside { -0.9 } else { -4.0 };
     Scene::builder()
@@ -141,7 +147,7 @@ fn paths(base: &Scene, plan: &IndexPlan, mut see: impl FnMut(SensorRay, &Attache
 }
 
 fn walk<'a>(scene: &'a Scene, plan: &'a IndexPlan) -> AttachedWalk<'a> {
-    check(scene, 2).unwrap();
+    check(scene).unwrap();
     AttachedWalk {
         scene,
         plan,
@@ -207,6 +213,7 @@ fn without_scattering_derivatives_are_those_of_rays() {
         dielectric: false,
         inside: false,
         clear: true,
+        coloured: false,
     };
     let scene = scene(setup, 0.0);
     let plan = IndexPlan::new(&scene, &[FOG]).unwrap();
@@ -257,13 +264,15 @@ fn derivatives_of_paths_are_differences_of_replayed_ones() {
     for inside in [false, true] {
         for dielectric in [false, true] {
             for grid in [false, true] {
-                let setup = Setup {
-                    grid,
-                    dielectric,
-                    inside,
-                    clear: false,
-                };
-                compare(setup);
+                for coloured in [false, true] {
+                    compare(Setup {
+                        grid,
+                        dielectric,
+                        inside,
+                        clear: false,
+                        coloured,
+                    });
+                }
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Paths that are followed again through a changed scene, with the decisions and random numbers of before.
 
-use super::super::record::{AttachedPath, Crossed, LegEnd, Scattering};
+use super::super::record::{AttachedPath, Crossed, Drawn, LegEnd, Scattering};
 use super::TOLERANCE;
 use crate::Spectrum;
 use crate::bsdf::fresnel;
@@ -20,7 +20,7 @@ pub(super) struct Replay<'a> {
     x: DVec3,
     v: DVec3,
     /// What it brings over what it brought.
-    ratio: f64,
+    ratio: Spectrum,
     flight: Flight,
 }
 
@@ -34,7 +34,7 @@ impl Replay<'_> {
             medium,
             x: ray.origin,
             v: ray.direction * scene.n(medium, ray.origin),
-            ratio: scene.field(medium).n2(ray.origin),
+            ratio: Spectrum::splat(scene.field(medium).n2(ray.origin)),
             flight: Flight::default(),
         };
         let mut light = Spectrum::ZERO;
@@ -43,8 +43,8 @@ impl Replay<'_> {
                 return None;
             }
             match &leg.end {
-                LegEnd::Scattered(event) => replay.scatter(event)?,
-                LegEnd::Crossed(event) => replay.cross(event)?,
+                LegEnd::Scattered(event) => replay.scatter(event, &leg.drawn)?,
+                LegEnd::Crossed(event) => replay.cross(event, &leg.drawn)?,
                 LegEnd::Arrived(_) => {
                     let n2 = scene.field(replay.medium).n2(replay.x);
                     let toward = replay.v.normalize();
@@ -56,8 +56,14 @@ impl Replay<'_> {
         Some(found.throughput * light * replay.ratio)
     }
 
-    fn sigma(&self) -> f64 {
-        self.scene.medium(self.medium).extinction(self.x)[0]
+    fn sigma(&self) -> Spectrum {
+        self.scene.medium(self.medium).extinction(self.x)
+    }
+
+    /// A leg gets longer: what is left in each channel, over the density with which one or other of them draws that.
+    fn weigh(&mut self, drawn: &Drawn, longer: f64) {
+        let left = self.sigma().map(|sigma| (-sigma * longer).exp());
+        self.ratio *= left / (drawn.posterior * left).sum();
     }
 
     fn fly(&mut self) -> Option<(FlightPoint, Option<FlightMeeting<usize>>)> {
@@ -84,9 +90,9 @@ impl Replay<'_> {
         flown.ok()
     }
 
-    fn scatter(&mut self, event: &Scattering) -> Option<()> {
+    fn scatter(&mut self, event: &Scattering, drawn: &Drawn) -> Option<()> {
         let (end, _) = self.fly()?;
-        let sigma = self.sigma();
+        let sigma = self.sigma()[drawn.channel];
         let beyond = event.boundary.as_ref()?;
         let collides = |length: f64| -(-sigma * length).exp_m1();
         let before = collides(beyond.end.length);
@@ -94,6 +100,7 @@ impl Replay<'_> {
         let after = collides(end.length);
         self.ratio *= after / before;
         let length = -(-u * after).ln_1p() / sigma;
+        self.weigh(drawn, length - event.vertex.length);
         let field = self.scene.field(self.medium);
         let (vertex, ..) = self.flight.at(field, true, length);
         let turn = DQuat::from_rotation_arc(event.vertex.v.normalize(), vertex.v.normalize());
@@ -102,10 +109,12 @@ impl Replay<'_> {
         Some(())
     }
 
-    fn cross(&mut self, event: &Crossed) -> Option<()> {
+    fn cross(&mut self, event: &Crossed, drawn: &Drawn) -> Option<()> {
         let (end, met) = self.fly()?;
         let met = met?;
-        self.ratio *= (-self.sigma() * (end.length - event.end.length)).exp();
+        let longer = end.length - event.end.length;
+        self.ratio *= (-self.sigma()[drawn.channel] * longer).exp();
+        self.weigh(drawn, longer);
         let n2 = |medium| (self.scene.field(medium).n2(end.x), DVec3::ZERO);
         let interface = Interface {
             normal: met.normal,

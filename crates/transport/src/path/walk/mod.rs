@@ -9,5 +9,5 @@ mod trace;
 pub(crate) use follow::{Ending, FollowedRay, SeenSurface, follow, see};
 pub use free_flight::FreeFlight;
 pub(crate) use gather::{EmittedAlong, gather_along, gather_in_view};
-pub(crate) use trace::{DrawnCollision, trace_to};
+pub(crate) use trace::{DrawnCollision, choose_channel, trace_to};
 pub use trace::{Sampling, trace};

@@ -459,7 +459,8 @@ impl<'a, 'b> Walk<'a, 'b> {
     }
 }
 
-fn choose_channel(channel_pdf: Spectrum, mut u: f64) -> usize {
+/// The channel that a random number stands for, drawn with the probability of each.
+pub(crate) fn choose_channel(channel_pdf: Spectrum, mut u: f64) -> usize {
     for (i, p) in channel_pdf.0.into_iter().enumerate() {
         if u < p {
             return i;

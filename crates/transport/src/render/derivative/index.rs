@@ -59,10 +59,7 @@ pub fn index_derivatives(
 ) -> Result<Option<IndexDerivatives>, IndexDerivativeError> {
     let film = scenes[0].film();
     check_weights(options.weights, film.width * film.height * film.channels)?;
-    for (group, scene) in scenes.iter().enumerate() {
-        attached::check(scene, film.channels_of(group))?;
-    }
-    let plan = IndexPlan::new(&scenes[0], options.media)?;
+    let plan = checked_plan(scenes, options.media)?;
     check_room(plan.len()).map_err(|e| refused(&e))?;
     let renderer = Renderer::Light(Integrator::Path(options.path));
     let render = RenderOptions {
@@ -87,6 +84,19 @@ pub fn index_derivatives(
         }
     }
     Ok(Some(found))
+}
+
+/// Finds out whether images have derivatives by the index of media.
+///
+/// # Errors
+/// What [`index_derivatives`] refuses of scenes and media.
+pub fn check_indices(scenes: &[Scene], media: &[MediumId]) -> Result<(), IndexDerivativeError> {
+    checked_plan(scenes, media).map(|_| ())
+}
+
+fn checked_plan(scenes: &[Scene], media: &[MediumId]) -> Result<IndexPlan, IndexDerivativeError> {
+    scenes.iter().try_for_each(attached::check)?;
+    IndexPlan::new(&scenes[0], media)
 }
 
 fn check_weights(weights: &[f64], expected: usize) -> Result<(), IndexDerivativeError> {

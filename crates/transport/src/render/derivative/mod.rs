@@ -7,7 +7,7 @@ mod batches;
 mod index;
 mod readings;
 
-pub use index::{IndexDerivativeOptions, IndexDerivatives, index_derivatives};
+pub use index::{IndexDerivativeOptions, IndexDerivatives, check_indices, index_derivatives};
 pub use readings::{MeterDerivativeOptions, ReadingFunctional, meter_derivatives};
 
 use super::source::{SampledRay, Source, finite};

@@ -27,7 +27,7 @@ const BY_ALL: [RadiometricParameter; 5] = [
     RadiometricParameter::MeanCosine(1),
 ];
 
-fn by(
+pub fn by(
     parts: Parts,
     meters: &[Meter],
     parameters: &[RadiometricParameter],
@@ -81,7 +81,7 @@ fn cube(medium: Medium, channels: usize) -> Parts {
     parts
 }
 
-fn grid(size: [usize; 3], estimator: Estimator) -> Meter {
+pub fn grid(size: [usize; 3], estimator: Estimator) -> Meter {
     let to_world = scaled(DVec3::splat(2.0), DVec3::NEG_ONE);
     let mut meter = fluence(Coordinates::Cartesian, size, to_world);
     meter.estimator = estimator;

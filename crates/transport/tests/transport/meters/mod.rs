@@ -7,6 +7,7 @@ mod closed_forms;
 mod conservation;
 mod cutting;
 mod derivatives;
+mod emission_derivatives;
 mod free_flights;
 mod gates;
 mod instants;

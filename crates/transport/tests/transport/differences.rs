@@ -1,0 +1,89 @@
+//! Derivatives beside central differences of renders with the same random numbers.
+//!
+//! Both are means of 32 batches. What they differ by, over its standard error, varies like Student's t of 31 to 62 degrees of freedom (Welch).
+//! It is judged by the z of a normal distribution that is as rare: at |z| < 4 a comparison fails with a probability of 6.3e-5 although the
+//! code is right.
+
+use morgana_transport::Scene;
+use morgana_transport::render::{Handle, RenderOptions, State};
+use morgana_transport::renderer::Renderer;
+use std::ops::ControlFlow;
+use testkit::batches::{self, welch_z};
+
+/// As many as derivatives are made of.
+pub const BATCHES: u64 = 32;
+const MOST: f64 = 4.0;
+
+/// A mean and its standard error.
+pub type Mean = (f64, f64);
+
+/// Whether tests take more samples.
+pub fn long() -> bool {
+    std::env::var_os("MORGANA_LONG_TESTS").is_some()
+}
+
+/// Mean and standard error.
+pub fn moments(all: &[f64]) -> Mean {
+    let moments = batches::moments(all);
+    (moments.mean(), moments.standard_error())
+}
+
+/// Σ weight × image of each batch of so many samples in all.
+pub fn losses(
+    renderer: impl Into<Renderer>,
+    scene: Scene,
+    samples: u64,
+    weights: &[f64],
+) -> Vec<f64> {
+    let (scenes, renderer, each) = ([scene], renderer.into(), samples / BATCHES);
+    let options = |first| RenderOptions {
+        first,
+        ..RenderOptions::new(renderer, each, 0)
+    };
+    let mut state = State::new(&scenes, &options(0));
+    let mut before = 0.0;
+    let batch = |number: u64| {
+        state.advance(&scenes, &options(number * each), &Handle::default(), |_| {
+            ControlFlow::Continue(())
+        });
+        let image = state.film().mean();
+        let terms = image.iter().zip(weights);
+        let mean: f64 = terms
+            .map(|(value, weight)| f64::from(*value) * weight)
+            .sum();
+        let all = mean * (number + 1) as f64;
+        let own = all - before;
+        before = all;
+        own
+    };
+    (0..BATCHES).map(batch).collect()
+}
+
+/// Mean and standard error of the quotient of differences of two losses, a step down and a step up, batch by batch.
+pub fn quotient([down, up]: [Vec<f64>; 2], step: f64) -> Mean {
+    let pairs = up.into_iter().zip(down);
+    let quotients: Vec<f64> = pairs.map(|(up, down)| (up - down) / (2.0 * step)).collect();
+    moments(&quotients)
+}
+
+/// Comparisons that are judged together.
+#[derive(Default)]
+pub struct Comparisons {
+    wrong: Vec<String>,
+}
+
+impl Comparisons {
+    /// Compares a mean with another.
+    pub fn see(&mut self, what: &str, found: Mean, exact: Mean) {
+        let z = welch_z(found, exact, BATCHES as usize);
+        println!("{what}: {found:.4?}, expected {exact:.4?}, z = {z:.2}");
+        if z.is_nan() || z.abs() >= MOST {
+            self.wrong.push(format!("{what}: z = {z}"));
+        }
+    }
+
+    /// Fails if any of them differed.
+    pub fn check(self) {
+        assert!(self.wrong.is_empty(), "{:#?}", self.wrong);
+    }
+}
