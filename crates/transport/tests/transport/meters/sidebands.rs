@@ -78,13 +78,22 @@ pub fn lit(parts: Parts, [start, direction]: [DVec3; 2]) -> Parts {
 }
 
 pub fn tagged_film(parts: Parts, sidebands: Option<Sidebands>, samples: u64) -> Rendering {
+    tagged_film_by(PathTracer::default(), parts, sidebands, samples)
+}
+
+pub fn tagged_film_by(
+    path: PathTracer,
+    parts: Parts,
+    sidebands: Option<Sidebands>,
+    samples: u64,
+) -> Rendering {
     let scene = Scene::new(parts).unwrap();
     scene.render(&RenderOptions {
         decomposition: Decomposition {
             parts: sidebands.map(LightParts::Sidebands),
             ..Decomposition::default()
         },
-        ..RenderOptions::new(PathTracer::default(), samples, 4)
+        ..RenderOptions::new(path, samples, 4)
     })
 }
 
