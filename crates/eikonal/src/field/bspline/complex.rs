@@ -3,14 +3,17 @@
 //! Real and imaginary parts of a coefficient are neighbours, so that a vector holds a row of four. Sums are taken in single precision: these
 //! values are not followed by rays, but integrated. As in `evaluate.rs` they are the same, bit by bit, on all processors.
 
-use super::Bspline;
 use super::lattice::{Lattice, Layout};
-use super::weights::{FIRST, VALUE};
+use super::{Bspline, weights};
 use fearless_simd::{Level, Simd, SimdBase, dispatch, f32x4, f32x8};
 use glam::{DVec2, DVec3};
 
 /// Numbers of a row: four coefficients of two parts.
 const ROW: usize = 8;
+
+/// Coefficients of 1, t, t², t³ of the basis functions, and of their first derivatives.
+const VALUE: [[f32; 4]; 4] = single(&weights::VALUE);
+const FIRST: [[f32; 4]; 3] = single(&weights::FIRST);
 
 /// A tricubic B-spline of complex values.
 #[derive(Clone, Debug)]
@@ -19,12 +22,6 @@ pub(in crate::field) struct ComplexBspline {
     /// Pairs of parts in the order of the lattice.
     coefficients: Vec<f32>,
     level: Level,
-}
-
-/// Weights along y or z, of values and of derivatives by the coordinate in cells.
-struct Weights {
-    value: [f32; 4],
-    first: [f32; 4],
 }
 
 /// Planes (z) of rows (y).
@@ -72,30 +69,27 @@ impl ComplexBspline {
     fn value_by<S: Simd>(&self, simd: S, x: DVec3) -> DVec2 {
         let (first, t) = self.lattice.locate(x);
         let rows = self.rows(simd, first);
-        let [y, z] = [t.y, t.z].map(|t| Weights::new(simd, t as f32).value);
+        let (y, z) = (value_weights(simd, t.y), value_weights(simd, t.z));
         let sum = along_z(&along_y(&rows, y), z);
-        across(sum * twice(simd, basis(simd, &VALUE, t.x as f32)))
+        across(sum * twice(simd, value_weights(simd, t.x)))
     }
 
     #[inline(always)]
     fn gradient_by<S: Simd>(&self, simd: S, x: DVec3) -> (DVec2, [DVec3; 2]) {
         let (first, t) = self.lattice.locate(x);
         let rows = self.rows(simd, first);
-        let [y, z] = [t.y, t.z].map(|t| Weights::new(simd, t as f32));
-        let x = twice(simd, basis(simd, &VALUE, t.x as f32));
-        let x_first = twice(simd, basis(simd, &FIRST, t.x as f32));
-        let (value, first) = (along_y(&rows, y.value), along_y(&rows, y.first));
-        let sum = along_z(&value, z.value);
-        let [n2, by_x, by_y, by_z] = [
-            sum * x,
-            sum * x_first,
-            along_z(&first, z.value) * x,
-            along_z(&value, z.first) * x,
-        ]
-        .map(across);
-        let part = |axis: usize| DVec3::new(by_x[axis], by_y[axis], by_z[axis]);
+        let (y, z) = (value_weights(simd, t.y), value_weights(simd, t.z));
+        let x = twice(simd, value_weights(simd, t.x));
+        let (value, first) = (along_y(&rows, y), along_y(&rows, first_weights(simd, t.y)));
+        let sum = along_z(&value, z);
+        let n2 = across(sum * x);
+        let by_x = across(sum * twice(simd, first_weights(simd, t.x)));
+        let by_y = across(along_z(&first, z) * x);
+        let by_z = across(along_z(&value, first_weights(simd, t.z)) * x);
         let scale = self.lattice.per_spacing();
-        (n2, [part(0) * scale, part(1) * scale])
+        let re = DVec3::new(by_x.x, by_y.x, by_z.x) * scale;
+        let im = DVec3::new(by_x.y, by_y.y, by_z.y) * scale;
+        (n2, [re, im])
     }
 
     /// The coefficients from the first ones on.
@@ -112,20 +106,11 @@ impl ComplexBspline {
             self.gather(first, &mut gathered);
             (&gathered[..], [ROW, 4 * ROW])
         };
-        let row_at = |start: usize| f32x8::from_slice(simd, &from[start..][..ROW]);
-        let plane_at = |start: usize| {
-            [
-                row_at(start),
-                row_at(start + row),
-                row_at(start + 2 * row),
-                row_at(start + 3 * row),
-            ]
-        };
         [
-            plane_at(0),
-            plane_at(plane),
-            plane_at(2 * plane),
-            plane_at(3 * plane),
+            load(simd, from, row),
+            load(simd, &from[plane..], row),
+            load(simd, &from[2 * plane..], row),
+            load(simd, &from[3 * plane..], row),
         ]
     }
 
@@ -144,25 +129,44 @@ impl ComplexBspline {
     }
 }
 
-impl Weights {
-    #[inline(always)]
-    fn new<S: Simd>(simd: S, t: f32) -> Self {
-        Weights {
-            value: *basis(simd, &VALUE, t),
-            first: *basis(simd, &FIRST, t),
-        }
+/// The same in single precision.
+const fn single<const N: usize>(powers: &[[f64; 4]; N]) -> [[f32; 4]; N] {
+    let mut found = [[0.0; 4]; N];
+    let mut at = 0;
+    while at < 4 * N {
+        found[at / 4][at % 4] = powers[at / 4][at % 4] as f32;
+        at += 1;
     }
+    found
 }
 
-/// Basis functions whose coefficients of 1, t, t² … are given, at a fraction of a cell.
+/// The rows of a plane.
 #[inline(always)]
-fn basis<S: Simd, const N: usize>(simd: S, powers: &[[f64; 4]; N], t: f32) -> f32x4<S> {
-    let of = |power: &[f64; 4]| f32x4::from_fn(simd, |i| power[i] as f32);
-    let mut sum = of(&powers[N - 1]);
-    for power in powers[..N - 1].iter().rev() {
-        sum = sum * t + of(power);
-    }
-    sum
+fn load<S: Simd>(simd: S, from: &[f32], row: usize) -> [f32x8<S>; 4] {
+    [
+        f32x8::from_slice(simd, &from[..ROW]),
+        f32x8::from_slice(simd, &from[row..][..ROW]),
+        f32x8::from_slice(simd, &from[2 * row..][..ROW]),
+        f32x8::from_slice(simd, &from[3 * row..][..ROW]),
+    ]
+}
+
+/// The basis functions at a fraction of a cell.
+#[inline(always)]
+fn value_weights<S: Simd>(simd: S, t: f64) -> f32x4<S> {
+    let [a, b, c, d] = &VALUE;
+    let t = t as f32;
+    ((f32x4::from_slice(simd, d) * t + f32x4::from_slice(simd, c)) * t + f32x4::from_slice(simd, b))
+        * t
+        + f32x4::from_slice(simd, a)
+}
+
+/// Their derivatives by the coordinate in cells.
+#[inline(always)]
+fn first_weights<S: Simd>(simd: S, t: f64) -> f32x4<S> {
+    let [a, b, c] = &FIRST;
+    let t = t as f32;
+    (f32x4::from_slice(simd, c) * t + f32x4::from_slice(simd, b)) * t + f32x4::from_slice(simd, a)
 }
 
 /// Each for both parts.
@@ -173,7 +177,7 @@ fn twice<S: Simd>(simd: S, weights: f32x4<S>) -> f32x8<S> {
 
 /// The rows of each plane summed.
 #[inline(always)]
-fn along_y<S: Simd>(rows: &Rows<S>, weights: [f32; 4]) -> [f32x8<S>; 4] {
+fn along_y<S: Simd>(rows: &Rows<S>, weights: f32x4<S>) -> [f32x8<S>; 4] {
     let [a, b, c, d] = rows;
     [
         combined(a, weights),
@@ -185,12 +189,13 @@ fn along_y<S: Simd>(rows: &Rows<S>, weights: [f32; 4]) -> [f32x8<S>; 4] {
 
 /// All planes summed.
 #[inline(always)]
-fn along_z<S: Simd>(planes: &[f32x8<S>; 4], weights: [f32; 4]) -> f32x8<S> {
+fn along_z<S: Simd>(planes: &[f32x8<S>; 4], weights: f32x4<S>) -> f32x8<S> {
     combined(planes, weights)
 }
 
 #[inline(always)]
-fn combined<S: Simd>([a, b, c, d]: &[f32x8<S>; 4], [s, t, u, v]: [f32; 4]) -> f32x8<S> {
+fn combined<S: Simd>([a, b, c, d]: &[f32x8<S>; 4], weights: f32x4<S>) -> f32x8<S> {
+    let [s, t, u, v] = *weights;
     (*a * s + *b * t) + (*c * u + *d * v)
 }
 
@@ -198,8 +203,8 @@ fn combined<S: Simd>([a, b, c, d]: &[f32x8<S>; 4], [s, t, u, v]: [f32; 4]) -> f3
 #[inline(always)]
 fn across<S: Simd>(row: f32x8<S>) -> DVec2 {
     let [a, b, c, d, e, f, g, h] = *row;
-    let part = |[a, c, e, g]: [f32; 4]| f64::from((a + c) + (e + g));
-    DVec2::new(part([a, c, e, g]), part([b, d, f, h]))
+    let (re, im) = ((a + c) + (e + g), (b + d) + (f + h));
+    DVec2::new(f64::from(re), f64::from(im))
 }
 
 #[cfg(all(test, any(target_arch = "x86", target_arch = "x86_64")))]
