@@ -25,6 +25,7 @@ use transport::renderer::Renderer;
 use transport::sampling::Replicates;
 use transport::scene::{Parts, ProblemSeverity, Scene, SceneProblem, Subject};
 use transport::sensor::Sensor;
+use transport::sidebands::Sidebands;
 
 /// What the description makes for one channel group.
 pub(super) struct Group {
@@ -288,13 +289,19 @@ impl<'a> Children<'a> {
         }
         let scene = Scene::over_period(parts, sensor.samples.instants);
         let scene = scene.map_err(|problems| report.all(&problems)).ok()?;
-        let is_tagged = matches!(method.parts, Some(LightParts::Sidebands(_)));
-        if is_tagged || instruments.iter().any(|i| i.meter.is_tagged()) {
-            let problems = tagging::problems(&scene);
+        let of_film = match &method.parts {
+            Some(LightParts::Sidebands(sidebands)) => Some(sidebands),
+            _ => None,
+        };
+        let tagged = instruments.iter().filter_map(|i| i.meter.sidebands());
+        let tagged: Vec<&Sidebands> = tagged.chain(of_film).collect();
+        if !tagged.is_empty() || instruments.iter().any(|i| i.meter.is_tagged()) {
+            let problems = tagging::problems(&scene, &tagged);
             report.all(&problems);
             if !problems.is_empty() {
                 return None;
             }
+            transport::tagging::prepare(&scene);
         }
         let problems = match method.parts {
             Some(LightParts::Stokes) => polarization::problems(&scene),

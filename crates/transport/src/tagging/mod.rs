@@ -8,7 +8,7 @@ mod recorder;
 mod representatives;
 mod steps;
 
-pub use check::problems;
+pub use check::{prepare, problems};
 pub(crate) use path::{PathModulation, SoundInMedia, TaggedPath};
 pub(crate) use recorder::TaggedRecorder;
 pub(crate) use representatives::{Representative, representatives};
