@@ -1135,7 +1135,7 @@ PLANTED = [
         TRANSPORT + "tagging/recorder.rs",
         "self.aside.extend(way.iter().copied().map(Step::Connect));",
         "let _ = (way, Step::Connect);",
-        ("morgana-transport", "transport", "meters::instants::films_are_means_over_frozen_instants"),
+        ("morgana-transport", "transport", "meters::instants::light_that_is_scattered_back_once_has_the_phases_of_moved_scatterers"),
     ),
     (
         "scatterers that rest where tagged paths from the sensor are connected",
