@@ -312,6 +312,12 @@ impl<'a> Children<'a> {
         if !problems.is_empty() {
             return None;
         }
+        if let Some(LightParts::Stokes) = method.parts {
+            if let Some(note) = stokes_note(polarization::depolarizing(&scene)) {
+                let note = Diagnostic::note(note).at(&self.root.location);
+                report.diagnostics.push(note);
+            }
+        }
         let candidates = if method.is_open && instruments.is_empty() {
             coverage::complete(
                 &scene,
@@ -421,4 +427,23 @@ impl Report<'_> {
         let doubts = instruments.iter().filter_map(|i| i.doubt(scene));
         doubts.for_each(|problem| self.add(&problem));
     }
+}
+
+/// Names that a note lists.
+const LISTED: usize = 5;
+
+/// What of polarised light is lost at surfaces and in media of these names, if it is anywhere.
+fn stokes_note(depolarizing: [Vec<&str>; 2]) -> Option<String> {
+    let kinds = ["surface", "medium"].into_iter().zip(&depolarizing);
+    let names = kinds.flat_map(|(kind, names)| names.iter().map(move |n| format!("{kind} '{n}'")));
+    let names: Vec<String> = names.collect();
+    let more = names.len().saturating_sub(LISTED);
+    let listed = names[..names.len() - more].join(", ");
+    let more = match more {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    (!names.is_empty()).then(|| {
+        format!("light is taken as unpolarised once these have scattered it: {listed}{more}")
+    })
 }
