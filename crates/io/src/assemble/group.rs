@@ -312,11 +312,11 @@ impl<'a> Children<'a> {
         if !problems.is_empty() {
             return None;
         }
-        if let Some(LightParts::Stokes) = method.parts {
-            if let Some(note) = stokes_note(polarization::depolarizing(&scene)) {
-                let note = Diagnostic::note(note).at(&self.root.location);
-                report.diagnostics.push(note);
-            }
+        if let Some(LightParts::Stokes) = method.parts
+            && let Some(note) = stokes_note(polarization::depolarizing(&scene))
+        {
+            let note = Diagnostic::note(note).at(&self.root.location);
+            report.diagnostics.push(note);
         }
         let candidates = if method.is_open && instruments.is_empty() {
             coverage::complete(
