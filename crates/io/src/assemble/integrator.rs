@@ -312,11 +312,7 @@ fn holders(object: &ObjectDescription, context: &mut Context) -> Additions {
         let is_aov = object.plugin == "aov";
         let setting = is_aov.then(|| Setting::new(object, additions.squared, context));
         let mut query = Query::new(object, context.diagnostics);
-        let several = query.children(PluginKind::Integrator).len() > 1;
-        if several && matches!(object.plugin.as_str(), "stokes" | "tagged") {
-            let message = format!("'{}' holds one integrator, not several", object.plugin);
-            query.error_at(&object.location, message);
-        }
+        query.children(PluginKind::Integrator);
         let sidebands =
             (object.plugin == "tagged").then(|| sidebands(&mut query, context.channels));
         if let Some(setting) = setting

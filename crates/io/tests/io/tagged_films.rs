@@ -82,10 +82,6 @@ fn what_films_cannot_tag_is_an_error() {
             "is not shorter than the sound in medium 'fog'",
         ),
         (
-            pictured("path\"/><integrator type=\"direct", WAVE),
-            "holds one integrator, not several",
-        ),
-        (
             pictured(
                 "stokes\"><integrator type=\"path\"/></integrator><integrator type=\"path",
                 WAVE,
