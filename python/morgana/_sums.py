@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from ._numbers import numbers
 from ._records import Records
 
 Doubles = NDArray[np.float64]
@@ -35,8 +36,30 @@ def error_of(sums: Doubles, particles: int) -> Doubles:
     return np.asarray(np.sqrt(spread * particles / max(particles - 1, 1)))
 
 
-def positive(value: float, name: str, least: float = 0.0) -> float:
-    """The value, if it is finite and at least ``least``."""
-    if not (np.isfinite(value) and value >= least):
-        raise ValueError(f"{name} must be finite and {'positive' if least else 'not negative'}, not {value}")
-    return float(value)
+def positive(value: Any, name: str, least: float = 0.0) -> float:
+    """The value, if it is a finite number and at least ``least``."""
+    what = f"finite and {'positive' if least else 'not negative'}"
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} must be a number, {what}, not {value!r}") from None
+    if isinstance(value, str):
+        raise TypeError(f"{name} must be a number, {what}, not {value!r}")
+    if not (np.isfinite(number) and number >= least):
+        raise ValueError(f"{name} must be {what}, not {value}")
+    return number
+
+
+def seconds(values: ArrayLike, name: str, which: str, least: float = 0.0) -> Doubles:
+    """Times in one row, at least ``least``: those ``which`` are right."""
+    times = np.atleast_1d(numbers(values, name))
+    if times.ndim != 1 or not np.all(np.isfinite(times) & (times >= least)):
+        raise ValueError(f"{name} are {which} in one row")
+    return times
+
+
+def recorded(records: Any) -> None:
+    """Refuses what are no records."""
+    if not isinstance(records, Records):
+        found = type(records).__name__
+        raise TypeError(f"expected Records, found {found}: take one from the records of a result, or morgana.Records.load")

@@ -7,13 +7,16 @@ from typing import TYPE_CHECKING, Mapping, NamedTuple, Optional, Union
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from . import _checks as checks
 from ._correlation import Correlation
+from ._numbers import numbers
 from ._records import Records
-from ._sums import by_particle, error_of, positive
+from ._result import Reading
+from ._sums import by_particle, error_of, positive, recorded, seconds
 from ._values import comparable
 
 if TYPE_CHECKING:
-    from ._result import Layer, Reading
+    from ._result import Layer
 
 Doubles = NDArray[np.float64]
 CHUNK = 1 << 14
@@ -94,6 +97,8 @@ def _first_orders(light: Union[Mapping[str, Layer], Reading], prefix: str) -> li
         if not all(name in light for name in names):
             raise ValueError(f"there are no layers {' and '.join(names)}: render by the integrator 'tagged', with 'orders' ≥ 1")
         return [(np.asarray(light[name].mean, float), np.asarray(light[name].error, float)) for name in names]
+    if not isinstance(light, Reading):
+        raise TypeError(f"expected layers or a reading, found {type(light).__name__}: give result.layers, or one of result.meters")
     if "order" not in light.axes or light.mean.shape[0] < 2:
         raise ValueError("the reading is not told apart by sidebands up to the first: take fluence_sidebands or power_sidebands of a tagged meter")
     return [(light.mean[order], light.error[order]) for order in (0, 1)]
@@ -131,8 +136,8 @@ def tagged(records: Records, *, wavelength: ArrayLike, orders: int = 1, where: O
     >>> found = correlation.tagged(records, wavelength=532e-6, orders=2)
     >>> found.mean[1], found.depth
     """
-    if not 1 <= orders <= 100:
-        raise ValueError(f"orders must be between 1 and 100, not {orders}")
+    recorded(records)
+    orders = checks.whole(orders, "orders", 1, 100)
     if where is not None:
         records = _chosen(records, np.asarray(where, bool))
     phase = np.abs(_phasors(records, wavelength))
@@ -176,9 +181,8 @@ def correlate_tagged(records: Records, delays: ArrayLike, *, wavelength: ArrayLi
     >>> found = correlation.correlate_tagged(records, np.linspace(0, 1e-6, 50), wavelength=532e-6, frequency=1e6)
     >>> plt.plot(found.delays, found.normalized[:, 0])
     """
-    times = np.atleast_1d(np.asarray(delays, float))
-    if times.ndim != 1 or not np.all(np.isfinite(times) & (times >= 0)):
-        raise ValueError("delays are finite numbers of seconds, not negative, in one row")
+    recorded(records)
+    times = seconds(delays, "delays", "finite numbers of seconds, not negative,")
     turn = 2 * np.pi * positive(frequency, "frequency", least=np.nextafter(0, 1)) * times
     phase = np.abs(_phasors(records, wavelength))
     power = _sums(records, records.weight)
@@ -197,7 +201,7 @@ def _phasors(records: Records, wavelength: ArrayLike) -> NDArray[np.complex128]:
     """Φ by record and channel."""
     if records.index_modulation is None or records.displacement_modulation is None:
         raise ValueError("the records do not say what sound does: set 'tagged' of their meter")
-    length = np.asarray(wavelength, float)
+    length = numbers(wavelength, "wavelength")
     channels = records.weight.shape[1]
     if length.shape not in [(), (channels,)] or not np.all(np.isfinite(length) & (length > 0)):
         raise ValueError(f"wavelength must be positive: one number, or one for each of {channels} channels")

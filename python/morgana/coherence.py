@@ -19,8 +19,10 @@ from typing import Any, Dict, NamedTuple, Tuple, Union
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._numbers import numbers
 from ._records import Records
 from ._result import Result
+from ._sums import error_of, positive, recorded
 from ._values import comparable
 
 __all__ = ["AScan", "Source", "a_scan", "gaussian", "interferogram", "tabulated"]
@@ -29,6 +31,8 @@ Doubles = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 BLOCK = 1 << 22
 """Differences of lengths that are held in memory at a time."""
+LEAST = float(np.nextafter(0, 1))
+"""The smallest positive number."""
 
 
 @comparable
@@ -117,8 +121,8 @@ def gaussian(wavelength: float, width: float) -> Source:
     >>> coherence.gaussian(1.3e-3, 0.1e-3).coherence_length
     0.007457...
     """
-    center = 2 * np.pi / _positive(wavelength, "wavelength")
-    spread = 2 * np.pi * _positive(width, "width") / wavelength**2
+    center = 2 * np.pi / positive(wavelength, "wavelength", least=LEAST)
+    spread = 2 * np.pi * positive(width, "width", least=LEAST) / wavelength**2
     return Source(np.array([center]), np.ones(1), spread, float(4 * np.log(2) / spread))
 
 
@@ -165,7 +169,7 @@ def a_scan(light: Union[Records, Result], lengths: ArrayLike, source: Source) ->
     without the power of the reference, of light whose paths have independent phases, in one polarisation and one mode of the detector. Fringes of a mirror, whose light all has one phase, have the
     same squared envelope. The index does not depend on the wavelength within the spectrum.
 
-    Light of a film is taken as spread evenly within each bin of length, and light outside the bins as absent. Errors of its bins are taken as
+    Light of a film is taken as spread evenly within each bin of length, and light outside the bins as absent. Of tagged light all sidebands count. Errors of its bins are taken as
     independent: where one path brings light to several bins within a gate, they are a little too small.
 
     Parameters
@@ -185,7 +189,7 @@ def a_scan(light: Union[Records, Result], lengths: ArrayLike, source: Source) ->
     Raises
     ------
     ValueError
-        Lengths that are not finite numbers in a row; a picture without bins of length, with Stokes parameters, or with bins wider than half
+        Lengths that are not finite numbers in a row, or beyond the bins of the film; a picture without bins of length, with Stokes parameters, or with bins wider than half
         of the coherence length, which hide what the gate resolves.
 
     Examples
@@ -196,6 +200,7 @@ def a_scan(light: Union[Records, Result], lengths: ArrayLike, source: Source) ->
     reference = _row(lengths)
     if isinstance(light, Result):
         return _film_scan(light, reference, source)
+    recorded(light)
     _, rows = np.unique(light.particle, return_inverse=True)
     particles, channels = int(rows.max(initial=-1)) + 1, light.weight.shape[1]
     mean, error = np.zeros((2, len(reference), channels))
@@ -207,7 +212,7 @@ def a_scan(light: Union[Records, Result], lengths: ArrayLike, source: Source) ->
             for i, row in enumerate(gate * light.weight[:, c]):
                 sums = np.asarray(np.bincount(rows, row, particles), float)
                 mean[start + i, c] = sums.sum()
-                error[start + i, c] = _error(sums, light.particles)
+                error[start + i, c] = error_of(sums, light.particles)
     return AScan(reference, mean, error)
 
 
@@ -220,6 +225,9 @@ def _film_scan(film: Result, reference: Doubles, source: Source) -> AScan:
         raise ValueError(
             f"the film's bins are {width:.4g} long, more than half of the coherence length, {source.coherence_length:.4g}: take a smaller bin_width"
         )
+    edges = axis["min"] * speed + width * axis["bins"] * np.array([0, 1])
+    if np.any((reference < edges[0]) | (reference > edges[1])):
+        raise ValueError(f"the film has light of the lengths {edges[0]:.4g} to {edges[1]:.4g} only: take lengths within them, or other bounds of the film")
     # Three of Gauss's nodes in each bin.
     nodes, weights = np.polynomial.legendre.leggauss(3)
     middle = axis["min"] * speed + width * (np.arange(axis["bins"]) + 0.5)
@@ -239,7 +247,9 @@ def _by_length(film: Result) -> Tuple[Dict[str, Any], Doubles, Doubles]:
     if "stokes" in axes:
         raise ValueError("the picture has Stokes parameters: render it without the integrator 'stokes'")
     mean, variance = np.zeros((2, axis["bins"], *film.image.shape))
-    for name, layer in film.layers.items():
+    # Sidebands and correlations are parts of what is there already.
+    whole = [name for name in film.layers if "tagged" not in axes or name.endswith(".total")]
+    for name, layer in ((name, film.layers[name]) for name in whole):
         place = name.split(".")[1] if name.startswith(f"{axis['name']}.") else ""
         if place.isdigit():
             mean[int(place)] += layer.mean
@@ -280,7 +290,10 @@ def interferogram(lengths: ArrayLike, ways: ArrayLike, power: ArrayLike, source:
     >>> fringes = coherence.interferogram(np.linspace(5, 5.2, 4000), [5.14], 0.04, coherence.gaussian(1.3e-3, 0.1e-3))
     """
     arm, ell = _row(lengths), _row(ways)
-    p = np.broadcast_to(np.asarray(power, float), ell.shape)
+    p = numbers(power, "power")
+    if p.shape not in [(), ell.shape]:
+        raise ValueError(f"power must be one number, or one for each of {len(ell)} ways")
+    p = np.broadcast_to(p, ell.shape)
     if not (np.all(np.isfinite(p) & (p >= 0)) and np.isfinite(reference) and reference >= 0):
         raise ValueError("powers must be finite and not negative")
     amplitude = np.sqrt(p)
@@ -308,20 +321,8 @@ def _half(source: Source, scale: float) -> float:
         scale *= 16
 
 
-def _error(sums: Doubles, particles: int) -> float:
-    """Standard error of a sum over particles of which the given ones are not zero."""
-    spread = max(float((sums**2).sum() - sums.sum() ** 2 / particles), 0.0)
-    return float(np.sqrt(spread * particles / max(particles - 1, 1)))
-
-
 def _row(values: ArrayLike) -> Doubles:
-    row = np.atleast_1d(np.asarray(values, float))
+    row = np.atleast_1d(numbers(values, "lengths"))
     if row.ndim != 1 or not np.all(np.isfinite(row)):
         raise ValueError("lengths are finite numbers in one row")
     return row
-
-
-def _positive(value: float, name: str) -> float:
-    if not (np.isfinite(value) and value > 0):
-        raise ValueError(f"{name} must be finite and positive, not {value}")
-    return float(value)

@@ -22,9 +22,10 @@ from typing import Callable, Mapping, NamedTuple, Optional, Union
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from . import _checks as checks
 from ._correlation import Correlation
 from ._records import Records
-from ._sums import aligned, by_particle, error_of, positive
+from ._sums import aligned, by_particle, error_of, positive, recorded, seconds
 from ._tagging import ModulationDepth, Sidebands, correlate_tagged, modulation_depth, tagged
 from ._values import comparable
 
@@ -211,9 +212,8 @@ def correlate(
     >>> found = correlation.correlate(records, [0, 1e-5, 1e-4], {"brain": correlation.brownian(6e-7)}, wavelength=785e-6, index=1.4)
     >>> found.normalized[:, 0], found.normalized_error[:, 0]
     """
-    times = np.atleast_1d(np.asarray(delays, float))
-    if times.ndim != 1 or not np.all(np.isfinite(times) & (times >= 0)):
-        raise ValueError("delays are finite numbers of seconds, not negative, in one row")
+    recorded(records)
+    times = seconds(delays, "delays", "finite numbers of seconds, not negative,")
     decay = _decay(records, times, motions, _Light(wavelength, index, flow))
     power = by_particle(records, np.ones((len(records.particle), 1)))[:, 0]
     total = power.sum(axis=0)
@@ -270,9 +270,8 @@ def speckle_contrast(
     --------
     >>> correlation.speckle_contrast(records, [1e-3, 5e-3], motion, wavelength=785e-6, index=1.4, beta=0.5).mean
     """
-    times = np.atleast_1d(np.asarray(exposures, float))
-    if times.ndim != 1 or not np.all(np.isfinite(times) & (times > 0)):
-        raise ValueError("exposures are finite, positive numbers of seconds in one row")
+    recorded(records)
+    times = seconds(exposures, "exposures", "finite, positive numbers of seconds", least=np.nextafter(0, 1))
     if not 0 < beta <= 1:
         raise ValueError(f"beta must be above 0 and at most 1, not {beta}")
     nodes, weights = np.polynomial.legendre.leggauss(NODES)
@@ -308,7 +307,7 @@ def _decay(records: Records, delays: Doubles, motions: Mapping[str, Motion], lig
     k0 = 2 * np.pi / positive(light.wavelength, "wavelength", least=np.nextafter(0, 1))
     rate = _rate(records, light.flow)
     exponent = np.zeros((len(delays), len(records.particle)))
-    for name, motion in motions.items():
+    for name, motion in checks.mapping(motions, "motions by region").items():
         if name not in records.regions:
             raise ValueError(f"no region is named {name!r}; there are {', '.join(map(repr, records.regions))}")
         if isinstance(index, Mapping) and name not in index:
@@ -329,8 +328,7 @@ def _decay(records: Records, delays: Doubles, motions: Mapping[str, Motion], lig
 
 def _rate(records: Records, flow: float) -> Optional[Doubles]:
     """How fast optical lengths change; none if nothing flows."""
-    if not np.isfinite(flow):
-        raise ValueError(f"flow must be finite, not {flow}")
+    checks.optional_finite(flow, "flow")
     if records.optical_length_rate is None:
         if flow != 1:
             raise ValueError("nothing flows: give a medium a 'velocity' in the scene whose light is recorded")

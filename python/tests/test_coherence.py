@@ -8,6 +8,7 @@ import math
 import morgana
 import numpy as np
 import pytest
+from conftest import load
 from morgana import coherence
 
 WAVELENGTH, WIDTH = 1.3e-3, 0.1e-3
@@ -172,6 +173,31 @@ def test_films_give_scans_of_their_pixels():
     np.testing.assert_allclose(other.mean, scan.mean, rtol=1e-5, atol=1e-9)
 
 
+def test_films_of_tagged_light_are_scanned_as_a_whole():
+    sound = {"type": "acoustic", "n0": 1.0, "amplitude": 1e-4, "wave_number": 9.0, "elasto_optic": 0.32}
+    bins = {"decomposition": "length", "min_bound": 2.0, "max_bound": 6.0, "bin_width": 0.1}
+    camera = {
+        "type": "perspective",
+        "to_world": [{"lookat": {"origin": [0, 0, -3], "target": [0, 0, 0], "up": [0, 1, 0]}}],
+        "film": {"type": "hdrfilm", "width": 4, "height": 4, "pixel_format": "luminance", **bins},
+    }
+    scans = []
+    for integrator in [{"type": "path"}, {"type": "tagged", "wavelength": 5e-4, "delays": 2, "path": {"type": "path"}}]:
+        scene = {
+            "type": "scene",
+            "integrator": integrator,
+            "camera": camera,
+            "ball": {"type": "sphere", "bsdf": {"type": "null"}, "interior": {"type": "homogeneous", "sigma_t": 1.0, "ior": sound}},
+            "light": {"type": "point", "position": [0, 2, -1], "intensity": 1.0},
+        }
+        picture = morgana.render(load(scene), spp=16, seed=3)
+        scans.append(coherence.a_scan(picture, [4.0, 5.0], coherence.gaussian(2.0, 4.0)))
+    plain, tagged = scans
+    assert plain.mean.max() > 0
+    np.testing.assert_allclose(tagged.mean, plain.mean, rtol=1e-5)
+    np.testing.assert_allclose(tagged.error, plain.error, rtol=1e-5)
+
+
 def test_errors_of_films_are_those_among_samples():
     source = coherence.gaussian(0.1, 0.05)
     scene = slab("length", min_bound=1.0, max_bound=5.0, bin_width=0.04)
@@ -209,6 +235,15 @@ def test_what_is_wrong_is_said():
         (lambda: coherence.interferogram([1.0], [1.0], -1.0, source), "powers must be finite and not negative"),
         (lambda: coherence.a_scan(picture("bounce", max_bounces=1), [1.0], source), "give its film the decomposition 'length' or 'time'"),
         (lambda: coherence.a_scan(picture("length", **wide), [1.0], coherence.gaussian(1, 1)), "take a smaller bin_width"),
+        (lambda: coherence.a_scan(picture("length", **wide), [1.0, 5.1], coherence.gaussian(9, 9)), "light of the lengths 0 to 5 only"),
+        (lambda: coherence.interferogram([1.0], [1.0, 2.0], [1.0, 2.0, 3.0], source), "one for each of 2 ways"),
     ]:
         with pytest.raises(ValueError, match=said):
+            call()
+    for call, said in [
+        (lambda: coherence.a_scan([1.0], [1.0], source), "expected Records, found list"),
+        (lambda: coherence.a_scan(light, ["far"], source), "lengths must be an array of real numbers"),
+        (lambda: coherence.gaussian("red", 1), "wavelength must be a number"),
+    ]:
+        with pytest.raises(TypeError, match=said):
             call()

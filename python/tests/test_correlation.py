@@ -254,3 +254,13 @@ def test_what_is_wrong_is_said():
     ]:
         with pytest.raises(ValueError, match=said):
             call()
+    for call, said in [
+        (lambda: correlate(light, ["soon"]), "delays must be an array of real numbers"),
+        (lambda: correlation.correlate(light, [0.0], correlation.brownian(1), wavelength=1, index=1), "motions by region as a dictionary"),
+        (lambda: correlation.correlate([1.0], [0.0], move, wavelength=1, index=1), "expected Records, found list"),
+        (lambda: correlation.correlate(light, [0.0], move, wavelength=1, index=1, flow="fast"), "flow is 'fast' but must be a finite number"),
+        (lambda: correlation.speckle_contrast(light, None, move, wavelength=1, index=1), "exposures is None"),
+        (lambda: correlation.brownian("1"), "diffusion must be a number"),
+    ]:
+        with pytest.raises(TypeError, match=said):
+            call()

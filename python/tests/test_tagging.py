@@ -203,3 +203,13 @@ def test_mistakes_are_named():
         correlation.correlate_tagged(light, [-1.0], wavelength=WAVELENGTH, frequency=1e6)
     with pytest.raises(ValueError, match="frequency"):
         correlation.correlate_tagged(light, [1.0], wavelength=WAVELENGTH, frequency=0)
+    for call, said in [
+        (lambda: correlation.tagged(light, wavelength=WAVELENGTH, orders=2.5), "orders is 2.5 but must be a whole number"),
+        (lambda: correlation.tagged(light, wavelength="532 nm"), "wavelength must be an array of real numbers"),
+        (lambda: correlation.tagged([1.0], wavelength=WAVELENGTH), "expected Records, found list"),
+        (lambda: correlation.correlate_tagged(light, ["soon"], wavelength=WAVELENGTH, frequency=1e6), "delays must be an array of real numbers"),
+        (lambda: correlation.correlate_tagged(light, [0.0], wavelength=WAVELENGTH, frequency="1 MHz"), "frequency must be a number.* '1 MHz'"),
+        (lambda: correlation.modulation_depth(light), "expected layers or a reading, found Records"),
+    ]:
+        with pytest.raises(TypeError, match=said):
+            call()

@@ -48,6 +48,11 @@ impl Sidebands {
         })
     }
 
+    /// Wavelength of the light in vacuum, in scene units.
+    pub fn wavelength(&self) -> f64 {
+        TAU / self.wave_number
+    }
+
     /// The last order.
     pub fn orders(&self) -> u32 {
         self.orders

@@ -25,6 +25,7 @@ use transport::renderer::Renderer;
 use transport::sampling::Replicates;
 use transport::scene::{Parts, ProblemSeverity, Scene, SceneProblem, Subject};
 use transport::sensor::Sensor;
+use transport::sidebands::Sidebands;
 
 /// What the description makes for one channel group.
 pub(super) struct Group {
@@ -288,13 +289,19 @@ impl<'a> Children<'a> {
         }
         let scene = Scene::over_period(parts, sensor.samples.instants);
         let scene = scene.map_err(|problems| report.all(&problems)).ok()?;
-        let is_tagged = matches!(method.parts, Some(LightParts::Sidebands(_)));
-        if is_tagged || instruments.iter().any(|i| i.meter.is_tagged()) {
-            let problems = tagging::problems(&scene);
+        let of_film = match &method.parts {
+            Some(LightParts::Sidebands(sidebands)) => Some(sidebands),
+            _ => None,
+        };
+        let tagged = instruments.iter().filter_map(|i| i.meter.sidebands());
+        let tagged: Vec<&Sidebands> = tagged.chain(of_film).collect();
+        if !tagged.is_empty() || instruments.iter().any(|i| i.meter.is_tagged()) {
+            let problems = tagging::problems(&scene, &tagged);
             report.all(&problems);
             if !problems.is_empty() {
                 return None;
             }
+            transport::tagging::prepare(&scene);
         }
         let problems = match method.parts {
             Some(LightParts::Stokes) => polarization::problems(&scene),
@@ -304,6 +311,12 @@ impl<'a> Children<'a> {
         report.all(&problems);
         if !problems.is_empty() {
             return None;
+        }
+        if let Some(LightParts::Stokes) = method.parts
+            && let Some(note) = stokes_note(polarization::depolarizing(&scene))
+        {
+            let note = Diagnostic::note(note).at(&self.root.location);
+            report.diagnostics.push(note);
         }
         let candidates = if method.is_open && instruments.is_empty() {
             coverage::complete(
@@ -414,4 +427,23 @@ impl Report<'_> {
         let doubts = instruments.iter().filter_map(|i| i.doubt(scene));
         doubts.for_each(|problem| self.add(&problem));
     }
+}
+
+/// Names that a note lists.
+const LISTED: usize = 5;
+
+/// What of polarised light is lost at surfaces and in media of these names, if it is anywhere.
+fn stokes_note(depolarizing: [Vec<&str>; 2]) -> Option<String> {
+    let kinds = ["surface", "medium"].into_iter().zip(&depolarizing);
+    let names = kinds.flat_map(|(kind, names)| names.iter().map(move |n| format!("{kind} '{n}'")));
+    let names: Vec<String> = names.collect();
+    let more = names.len().saturating_sub(LISTED);
+    let listed = names[..names.len() - more].join(", ");
+    let more = match more {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    (!names.is_empty()).then(|| {
+        format!("light is taken as unpolarised once these have scattered it: {listed}{more}")
+    })
 }

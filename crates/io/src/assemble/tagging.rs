@@ -25,8 +25,9 @@ pub(super) fn sidebands(q: &mut Query, channels: &Channels) -> Option<Sidebands>
     Sidebands::new(wavelength, orders as u32, delays as u32)
 }
 
-/// Why there is no one frequency of sound by which light could be tagged, or no way to tell how far it moves what scatters.
-pub(super) fn problems(scene: &Scene) -> Vec<SceneProblem> {
+/// Why there is no one frequency of sound by which light could be tagged, or no way to tell how far it moves what scatters, or why the light
+/// that is told apart cannot be meant.
+pub(super) fn problems(scene: &Scene, tagged: &[&Sidebands]) -> Vec<SceneProblem> {
     let media = scene.media().iter().enumerate();
     let sounds: Vec<(usize, Sound)> = media
         .flat_map(|(id, medium)| medium.index.sounds().into_iter().map(move |s| (id, s)))
@@ -40,6 +41,8 @@ pub(super) fn problems(scene: &Scene) -> Vec<SceneProblem> {
     }
     let mut found: Vec<SceneProblem> = Vec::new();
     let mut frequency = None;
+    let longest = tagged.iter().map(|sidebands| sidebands.wavelength());
+    let longest = longest.fold(0.0, f64::max);
     for (i, (id, sound)) in sounds.iter().enumerate() {
         let name = &scene.media()[*id].name;
         let mut add = |message: String, help| {
@@ -53,6 +56,15 @@ pub(super) fn problems(scene: &Scene) -> Vec<SceneProblem> {
                     "how far the sound in medium '{name}' moves what scatters light is not known"
                 ),
                 "give the volume of the sound 'elasto_optic', ρc² ∂n/∂p: 0.32 in water",
+            );
+        }
+        if longest >= sound.wavelength {
+            add(
+                format!(
+                    "tagged light of the wavelength {longest} is not shorter than the sound in medium '{name}', of the wavelength {}",
+                    sound.wavelength
+                ),
+                "give the light's 'wavelength' in scene units: 532e-6 for green light where these are mm",
             );
         }
         let one = "tagged light is that of one frequency of sound: give all sounds the same";

@@ -56,6 +56,27 @@ fn films_have_four_layers_for_each_layer_of_light() {
 }
 
 #[test]
+fn what_depolarises_is_noted() {
+    let notes = |bsdf: &str| {
+        let loaded = load("path", bsdf, "").unwrap();
+        loaded.warnings.to_string()
+    };
+    for bsdf in [
+        "conductor",
+        "dielectric",
+        "roughconductor",
+        "thindielectric",
+    ] {
+        assert!(!notes(bsdf).contains("unpolarised"), "{bsdf}");
+    }
+    for bsdf in ["diffuse", "roughplastic"] {
+        let notes = notes(bsdf);
+        let expected = "light is taken as unpolarised once these have scattered it: surface '";
+        assert!(notes.contains(expected), "{notes}");
+    }
+}
+
+#[test]
 fn panes_alone_are_followed() {
     assert!(load("path", "thindielectric", "").is_ok());
 }

@@ -78,6 +78,10 @@ fn what_films_cannot_tag_is_an_error() {
             "wavelength",
         ),
         (
+            pictured("path", r#"<float name="wavelength" value="532"/>"#),
+            "is not shorter than the sound in medium 'fog'",
+        ),
+        (
             pictured(
                 "stokes\"><integrator type=\"path\"/></integrator><integrator type=\"path",
                 WAVE,
@@ -129,4 +133,43 @@ fn meters_tell_sidebands_apart() {
     );
     // Not without being asked to.
     assert!(meter(WAVE).is_err());
+}
+
+/// Sampled sound has a spline of both parts of its amplitude, eight bytes a sample and some at the faces, once light is tagged.
+#[test]
+fn memory_counts_what_phases_are_found_with() {
+    let cube = |coordinates: &str| {
+        format!(r#"<point name="min" {coordinates}/><point name="max" x="1" y="1" z="1"/>"#)
+    };
+    let sound = format!(
+        r#"<volume name="ior" type="transducer"><string name="aperture" value="piston"/><float name="diameter" value="1"/><point name="origin" z="-3"/>
+<float name="pressure" value="1e4"/><float name="frequency" value="1e6"/><float name="sound_speed" value="1.5e6"/><float name="n0" value="1.33"/>
+<float name="dn_dp" value="1.4e-10"/><float name="elasto_optic" value="0.32"/>{}</volume>"#,
+        cube(r#"x="-1" y="-1" z="-1""#)
+    );
+    let scene = |integrator: &str| {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("scene.xml");
+        let text = format!(
+            r#"<scene version="3.0.0">{integrator}{CAMERA}<emitter type="constant"/><medium type="homogeneous" id="fog">
+<float name="sigma_t" value="1"/>{sound}</medium><shape type="cube"><transform name="to_world"><scale value="0.9"/></transform>
+<bsdf type="null"/><ref name="interior" id="fog"/></shape></scene>"#
+        );
+        fs::write(&path, text).unwrap();
+        morgana_io::load_scene(&path, &LoadOptions::default()).unwrap()
+    };
+    let memory = |integrator: &str| {
+        let loaded = scene(integrator);
+        let media = loaded.scene().media().iter();
+        media.map(|medium| medium.memory()).sum::<usize>()
+    };
+    let plain = memory(r#"<integrator type="path"/>"#);
+    let tagged = memory(&format!(
+        r#"<integrator type="tagged">{WAVE}<integrator type="path"/></integrator>"#
+    ));
+    // A cube of samples a tenth of the wavelength apart, and of two coefficients beyond each face.
+    let more = tagged - plain;
+    let side = (more as f64 / 8.0).cbrt();
+    assert!((side - side.round()).abs() < 1e-9, "{plain} {tagged}");
+    assert!((15.0..25.0).contains(&side), "{side}");
 }

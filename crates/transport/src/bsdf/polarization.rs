@@ -32,6 +32,23 @@ impl Bsdf {
         matches!(self, Bsdf::ThinDielectric(_))
     }
 
+    /// Whether whatever it scatters is taken as unpolarised.
+    pub(crate) fn depolarizes(&self) -> bool {
+        match self {
+            Bsdf::Null
+            | Bsdf::Dielectric(_)
+            | Bsdf::RoughDielectric(_)
+            | Bsdf::ThinDielectric(_)
+            | Bsdf::Conductor(_)
+            | Bsdf::RoughConductor(_)
+            | Bsdf::Filter(_) => false,
+            Bsdf::Mask(b) => b.nested().depolarizes(),
+            Bsdf::NormalMap(b) => b.nested().depolarizes(),
+            Bsdf::TwoSided(b) => b.sides().iter().any(Bsdf::depolarizes),
+            _ => true,
+        }
+    }
+
     /// Whether polarised light that passes straight on is changed.
     pub(crate) fn changes_what_passes(&self) -> bool {
         self.is_pane() || self.filter().is_some()

@@ -391,8 +391,13 @@ impl Slots<'_> {
 
     /// Adds the shares of a value to the cells of its parts.
     pub(super) fn add_parts(&mut self, cells: PartSlots, value: Spectrum, shares: &[f64]) {
-        for (part, share) in shares.iter().enumerate() {
-            self.add(cells.first + part * cells.stride, value * *share);
+        let mut cell = cells.first;
+        for shares in shares.chunks(2) {
+            match shares {
+                [a, b] => self.add_both([cell, cell + cells.stride], [value * *a, value * *b]),
+                shares => shares.iter().for_each(|a| self.add(cell, value * *a)),
+            }
+            cell += 2 * cells.stride;
         }
     }
 

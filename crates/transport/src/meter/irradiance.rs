@@ -178,6 +178,13 @@ impl IrradianceMeter {
         })
     }
 
+    /// The surface at which light passes that is accepted.
+    pub(super) fn accepting(&self, passing: &Passing) -> Option<&MeterSurface> {
+        let at = |surface: &&MeterSurface| surface.object == passing.object;
+        let surface = self.surfaces.iter().find(at)?;
+        self.acceptance.accepts(passing).then_some(surface)
+    }
+
     /// Calls `score` with each cell to which light that passes adds, and what it adds. Returns the side to which it goes, if it is accepted.
     #[inline]
     pub(super) fn scores(
@@ -185,11 +192,7 @@ impl IrradianceMeter {
         passing: &Passing,
         mut score: impl FnMut(usize, Spectrum),
     ) -> Option<usize> {
-        let at = |surface: &&MeterSurface| surface.object == passing.object;
-        let surface = self.surfaces.iter().find(at)?;
-        if !self.acceptance.accepts(passing) {
-            return None;
-        }
+        let surface = self.accepting(passing)?;
         // Score the power on its side, in total and in the bin of its direction, place and length.
         let along = passing.hit.normal.dot(passing.direction) > 0.0;
         let side = usize::from(along == surface.inverted);

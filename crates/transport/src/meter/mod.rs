@@ -49,7 +49,7 @@ use history::{Histories, HistoryRegions};
 use reading::Quantity;
 use recorder::Recorder;
 use records::RecordLayout;
-use tagging::Tagging;
+use tagging::{Asked, Tagging};
 use tally::Scores;
 use voxel_scores::VoxelScore;
 
@@ -118,11 +118,6 @@ impl Meter {
     /// Whether it asks what sound does to phases.
     pub fn is_tagged(&self) -> bool {
         self.tags_records() || self.sidebands().is_some()
-    }
-
-    /// Whether it asks so along flights, not at their ends alone.
-    fn tags_flights(&self) -> bool {
-        matches!(self, Meter::Fluence(meter) if meter.sidebands.is_some() && meter.estimator == Estimator::TrackLength)
     }
 
     /// Optical path length at which its last gate ends, if it has gates.
@@ -244,9 +239,9 @@ impl<'a> Setup<'a> {
         let mut balance = BalanceSums::default();
         let mut in_voxels = VoxelScore::of(self.meters);
         let mut histories = self.regions.clone().map(Histories::new);
-        let along = self.meters.iter().any(Meter::tags_flights);
+        let asked = Asked::by(self.meters);
         let tagging = self.sound.clone();
-        let mut tagging = tagging.map(|sound| Tagging::new(sound, along));
+        let mut tagging = tagging.map(|sound| Tagging::new(sound, asked));
         let mut records = vec![RecordRows::default(); self.meters.len()];
         for number in particles {
             ws.stats.paths += 1;

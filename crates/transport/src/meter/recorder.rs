@@ -190,7 +190,13 @@ impl Recorder<'_, '_> {
             first: 0,
             channels: self.channels,
         };
-        let modulation = self.tagging.as_ref().map(|tagging| tagging.path());
+        let accepts = |meter: &Meter| match meter {
+            Meter::Irradiance(meter) => meter.accepting(passing).is_some(),
+            Meter::Fluence(_) => false,
+        };
+        let tagging = self.tagging.as_mut();
+        let tagging = tagging.filter(|_| self.meters.iter().any(accepts));
+        let modulation = tagging.map(|tagging| tagging.arrive());
         let total = modulation.map(|modulation| modulation.total());
         for (meter, records) in self.meters.iter().zip(&mut *self.records) {
             if let Meter::Irradiance(meter) = meter

@@ -1,11 +1,44 @@
 //! What sound does to the optical lengths of particles' ways (docs/theory.md#tagged-light).
 
 use super::flight::Flight;
+use super::{Estimator, Meter};
 use crate::scene::MediumId;
-use crate::tagging::{PathModulation, SoundInMedia, TaggedPath};
+use crate::tagging::{Leg, PathModulation, SoundInMedia, Step, TaggedPath};
 use eikonal::ModulationPanel;
 use eikonal::ray::Arc;
 use glam::{DVec2, DVec3};
+
+/// Steps of a way of which note is taken at most, lest memory grow with it.
+const MOST_STEPS: usize = 1000;
+
+/// Where meters ask for modulations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Asked {
+    /// On surfaces that particles may never reach.
+    OnArrival,
+    /// Where flights end.
+    AtEnds,
+    /// All along flights.
+    Along,
+}
+
+impl Asked {
+    /// What any of these meters asks.
+    pub(super) fn by(meters: &[Meter]) -> Self {
+        let fluence = |meter: &Meter| match meter {
+            Meter::Fluence(meter) if meter.sidebands.is_some() => Some(meter.estimator),
+            _ => None,
+        };
+        let estimators = || meters.iter().filter_map(fluence);
+        if estimators().any(|estimator| estimator == Estimator::TrackLength) {
+            Asked::Along
+        } else if estimators().next().is_some() {
+            Asked::AtEnds
+        } else {
+            Asked::OnArrival
+        }
+    }
+}
 
 /// The modulations of a particle and of its copies that wait to be followed, one after the other.
 #[derive(Clone, Debug)]
@@ -13,19 +46,23 @@ pub(super) struct Tagging {
     sound: SoundInMedia,
     waiting: Vec<TaggedPath>,
     current: TaggedPath,
-    /// Whether that along flights is wanted, not at their ends alone.
-    tabulates: bool,
+    asked: Asked,
+    /// How the current one has gone on since its modulation was last found.
+    steps: Vec<Step>,
+    /// Whether the copy that was put aside last goes on from there.
+    goes_on: bool,
     /// That before the last flight, and along it.
     before: DVec2,
     panels: Vec<ModulationPanel>,
 }
 
 impl Tagging {
-    /// `tabulates` says whether [`Tagging::until`] will be asked for.
-    pub(super) fn new(sound: SoundInMedia, tabulates: bool) -> Self {
+    pub(super) fn new(sound: SoundInMedia, asked: Asked) -> Self {
         Tagging {
             sound,
-            tabulates,
+            asked,
+            steps: Vec::new(),
+            goes_on: false,
             waiting: Vec::new(),
             current: TaggedPath::default(),
             before: DVec2::ZERO,
@@ -36,22 +73,37 @@ impl Tagging {
     /// A particle starts.
     pub(super) fn start(&mut self) {
         self.waiting.clear();
+        self.goes_on = false;
         self.waiting.push(TaggedPath::default());
     }
 
     /// The copy that was put aside last takes its next edge.
     pub(super) fn resume(&mut self) {
         self.current = self.waiting.pop().unwrap_or_default();
+        if !std::mem::take(&mut self.goes_on) {
+            self.steps.clear();
+        }
     }
 
     /// The walk goes on in so many copies.
     pub(super) fn go_on(&mut self, copies: usize) {
+        self.goes_on = copies == 1;
+        if copies > 1 {
+            self.arrive();
+        }
         self.waiting.extend((0..copies).map(|_| self.current));
     }
 
-    /// That of the particle's way so far.
+    /// That of the particle's way so far, where flights end if that is asked for.
     pub(super) fn path(&self) -> PathModulation {
         self.current.modulation()
+    }
+
+    /// The same where it has come to, whatever is asked for.
+    pub(super) fn arrive(&mut self) -> PathModulation {
+        self.current.go(&self.sound, &self.steps);
+        self.steps.clear();
+        self.path()
     }
 
     /// That of its way up to a θ of its last flight.
@@ -72,17 +124,33 @@ impl Tagging {
 
     /// The particle flies along an arc up to θ.
     pub(super) fn follow(&mut self, medium: MediumId, arc: &Arc, theta: f64) {
-        let (sound, path) = (&self.sound, &mut self.current);
-        if self.tabulates {
-            self.before = path.modulation().total();
-            path.fly_tabulated(sound, medium, arc, theta, &mut self.panels);
-        } else {
-            path.fly(sound, medium, arc, theta);
+        match self.asked {
+            Asked::OnArrival => self.step(Step::Fly(Leg {
+                medium,
+                arc: *arc,
+                theta,
+            })),
+            Asked::AtEnds => self.current.fly(&self.sound, medium, arc, theta),
+            Asked::Along => {
+                let (sound, path) = (&self.sound, &mut self.current);
+                self.before = path.modulation().total();
+                path.fly_tabulated(sound, medium, arc, theta, &mut self.panels);
+            }
         }
     }
 
     /// The particle is scattered at the end of its last flight, into a direction.
     pub(super) fn scatter(&mut self, direction: DVec3) {
-        self.current.scatter(&self.sound, direction);
+        match self.asked {
+            Asked::OnArrival => self.step(Step::Scatter(direction)),
+            Asked::AtEnds | Asked::Along => self.current.scatter(&self.sound, direction),
+        }
+    }
+
+    fn step(&mut self, step: Step) {
+        if self.steps.len() == MOST_STEPS {
+            self.arrive();
+        }
+        self.steps.push(step);
     }
 }

@@ -204,6 +204,18 @@ impl Phase {
         }
     }
 
+    /// Whether whatever it scatters is taken as unpolarised, everywhere.
+    pub(crate) fn depolarizes(&self) -> bool {
+        matches!(
+            self,
+            Phase::Isotropic(_)
+                | Phase::HenyeyGreenstein(_)
+                | Phase::HenyeyGreensteinGrid(_)
+                | Phase::VonMisesFisher(_)
+                | Phase::Tabulated(_)
+        )
+    }
+
     /// Direction after scattering at `x` of the unit propagation direction `dir`, and its density.
     pub fn sample(&self, x: DVec3, dir: DVec3, u: [f64; 2]) -> (DVec3, f64) {
         let (angle, pdf) = self.angle(x, u[0]);

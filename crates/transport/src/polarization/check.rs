@@ -32,6 +32,19 @@ pub fn problems(scene: &Scene) -> Vec<SceneProblem> {
     panes.chain(filters).chain(lights).collect()
 }
 
+/// Names of surfaces and of media that scatter polarised light as unpolarised light.
+pub fn depolarizing(scene: &Scene) -> [Vec<&str>; 2] {
+    let surfaces = scene.objects().iter().filter(|o| o.bsdf.depolarizes());
+    let media = scene.media().iter().filter(|medium| medium.scatters());
+    [
+        surfaces.map(|object| object.name.as_str()).collect(),
+        media
+            .filter(|medium| medium.phase.depolarizes())
+            .map(|medium| medium.name.as_str())
+            .collect(),
+    ]
+}
+
 fn error(subject: Subject, message: &str, help: &str) -> SceneProblem {
     SceneProblem {
         severity: ProblemSeverity::Error,

@@ -11,5 +11,5 @@ mod frame;
 mod recorder;
 mod transported;
 
-pub use check::problems;
+pub use check::{depolarizing, problems};
 pub(crate) use recorder::StokesRecorder;

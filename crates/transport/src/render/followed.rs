@@ -13,23 +13,40 @@ use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::sensor::SensorRay;
 use crate::sidebands::Sidebands;
-use crate::tagging::TaggedRecorder;
+use crate::tagging::{Representative, TaggedRecorder, representatives};
 
 /// Takes samples whose layers have [parts](LightParts).
 pub(super) struct FollowedSamples<'a> {
     source: &'a Source<'a>,
     path: PathTracer,
     recorder: Recorder<'a>,
-    /// All parts but for the first of all contributions of a sample.
-    found: Vec<Spectrum>,
-    /// Number of them in each contribution.
-    others: usize,
+    decomposition: Decomposition,
+    parts: FoundParts,
 }
 
 /// What is followed.
 enum Recorder<'a> {
     Stokes(Box<StokesRecorder<'a>>),
-    Tagged(Box<TaggedRecorder>, Sidebands),
+    Tagged(Box<TaggedSamples>),
+}
+
+/// All parts but for the first of what a sample has found.
+struct FoundParts {
+    /// The first layer of each, which may come up several times.
+    layers: Vec<usize>,
+    /// Its parts, one after the other.
+    values: Vec<Spectrum>,
+    /// Number of them.
+    others: usize,
+}
+
+/// Tells apart the light of contributions by what sound does to its phase.
+struct TaggedSamples {
+    recorder: TaggedRecorder,
+    sidebands: Sidebands,
+    /// Contributions with their layers, and those that stand for others, with the places of their layers.
+    layered: Vec<(usize, (usize, Spectrum))>,
+    chosen: Vec<(usize, Representative)>,
 }
 
 /// A sample of a pixel that is about to be taken.
@@ -53,16 +70,23 @@ impl<'a> FollowedSamples<'a> {
             LightParts::Stokes => {
                 Recorder::Stokes(Box::new(StokesRecorder::new(scene, source.channels())))
             }
-            LightParts::Sidebands(sidebands) => {
-                Recorder::Tagged(Box::new(TaggedRecorder::new(scene)), sidebands)
-            }
+            LightParts::Sidebands(sidebands) => Recorder::Tagged(Box::new(TaggedSamples {
+                recorder: TaggedRecorder::new(scene),
+                sidebands,
+                layered: Vec::new(),
+                chosen: Vec::new(),
+            })),
         };
         Some(FollowedSamples {
             source,
             path,
             recorder,
-            found: Vec::new(),
-            others: parts.count() - 1,
+            decomposition: *decomposition,
+            parts: FoundParts {
+                layers: Vec::new(),
+                values: Vec::new(),
+                others: parts.count() - 1,
+            },
         })
     }
 
@@ -82,50 +106,103 @@ impl<'a> FollowedSamples<'a> {
         ws.stats.paths += 1;
         // Both ways of an edge that is split have factors of their own: one is followed at a time.
         ws.first_vertex.splitting = false;
+        let channels = self.source.channels();
         let sample = Sample {
             scene: self.source.scene.at(sample),
             ray,
-            channels: self.source.channels(),
+            channels,
             sampler: &mut sampler,
             ws,
         };
-        self.found.clear();
+        let shown = |c: &Contribution| {
+            if self.source.shows(&c.path) {
+                weight
+            } else {
+                0.0
+            }
+        };
+        let parts = &mut self.parts;
+        parts.layers.clear();
+        parts.values.clear();
         match &mut self.recorder {
             Recorder::Stokes(recorder) => {
                 let up = sample.scene.sensor().to_world().matrix3.y_axis;
                 recorder.begin(sample.scene, &sample.ray, up);
                 sample.trace(&self.path, &mut **recorder, out);
                 for (c, [first, others @ ..]) in out.iter_mut().zip(recorder.found()) {
-                    let unpolarized = c.weighted();
-                    self.found.extend(others.map(|other| unpolarized * other));
+                    let (unpolarized, weight) = (c.weighted(), shown(c));
+                    parts.layers.push(self.decomposition.layer(&c.path));
+                    let others = others.map(|other| unpolarized * other * weight);
+                    parts.values.extend(others);
                     c.value *= *first;
+                    c.value *= weight;
                 }
             }
-            Recorder::Tagged(recorder, sidebands) => {
-                recorder.begin();
-                sample.trace(&self.path, &mut **recorder, out);
-                for (c, modulation) in out.iter().zip(recorder.found()) {
-                    let shares = sidebands.shares(*modulation).into_iter();
-                    self.found.extend(shares.map(|share| c.weighted() * share));
+            Recorder::Tagged(tagged) => {
+                tagged.recorder.begin();
+                sample.trace(&self.path, &mut tagged.recorder, out);
+                for c in out.iter_mut() {
+                    c.value *= shown(c);
                 }
-            }
-        }
-        for (c, others) in out.iter_mut().zip(self.found.chunks_mut(self.others)) {
-            let weight = if self.source.shows(&c.path) {
-                weight
-            } else {
-                0.0
-            };
-            c.value *= weight;
-            for other in others {
-                *other *= weight;
+                tagged.tell_apart(out, &self.decomposition, channels, &mut sampler, parts);
             }
         }
     }
 
-    /// All parts but for the first of a contribution of the last sample.
-    pub(super) fn others(&self, contribution: usize) -> &[Spectrum] {
-        &self.found[contribution * self.others..][..self.others]
+    /// All parts but for the first of layers of the last sample, which may come up several times.
+    pub(super) fn parts(&self) -> impl Iterator<Item = (usize, &[Spectrum])> {
+        let FoundParts {
+            layers,
+            values,
+            others,
+        } = &self.parts;
+        layers.iter().copied().zip(values.chunks(*others))
+    }
+}
+
+impl TaggedSamples {
+    /// Finds the parts of each layer of light.
+    fn tell_apart(
+        &mut self,
+        contributions: &[Contribution],
+        decomposition: &Decomposition,
+        channels: usize,
+        sampler: &mut Sampler,
+        parts: &mut FoundParts,
+    ) {
+        let (layered, chosen) = (&mut self.layered, &mut self.chosen);
+        layered.clear();
+        chosen.clear();
+        let with_layer = |(i, c): (usize, &Contribution)| {
+            let layer = decomposition.layer(&c.path);
+            (layer, (i, c.weighted()))
+        };
+        layered.extend(contributions.iter().enumerate().map(with_layer));
+        layered.sort_by_key(|(layer, _)| *layer);
+        for alike in layered.chunk_by(|a, b| a.0 == b.0) {
+            let place = parts.layers.len();
+            parts.layers.push(alike[0].0);
+            let lights = alike.iter().map(|(_, light)| *light);
+            representatives(lights, channels, sampler.next_1d(), |representative| {
+                chosen.push((place, representative));
+            });
+        }
+        let others = parts.others;
+        parts
+            .values
+            .resize(parts.layers.len() * others, Spectrum::ZERO);
+        chosen.sort_by_key(|(_, r)| r.contribution);
+        let same = || chosen.chunk_by(|a, b| a.1.contribution == b.1.contribution);
+        let wanted = same().map(|same| same[0].1.contribution);
+        for (same, modulation) in same().zip(self.recorder.modulations(wanted)) {
+            let shares = self.sidebands.shares(modulation);
+            for (place, r) in same {
+                let values = &mut parts.values[place * others..][..others];
+                for (value, share) in values.iter_mut().zip(&shares) {
+                    value[r.channel] += r.light * share;
+                }
+            }
+        }
     }
 }
 

@@ -102,11 +102,11 @@ fn run(
                 let value = finite(value, &mut ws.stats.not_finite);
                 mean += value * share;
                 if layers > 0 && !value.is_zero() {
-                    for (i, c) in found.iter().enumerate() {
-                        let layer = decomposition.layer(&c.path);
-                        pending.add(layer, c.weighted() * share);
-                        let others = followed.iter().flat_map(|f| f.others(i));
-                        for (k, value) in others.enumerate() {
+                    for c in &found {
+                        pending.add(decomposition.layer(&c.path), c.weighted() * share);
+                    }
+                    for (layer, parts) in followed.iter().flat_map(|f| f.parts()) {
+                        for (k, value) in parts.iter().enumerate() {
                             let value = finite(*value, &mut ws.stats.not_finite);
                             pending.add(layer + 1 + k, value * share);
                         }

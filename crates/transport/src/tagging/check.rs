@@ -1,6 +1,13 @@
-//! What pictures of tagged light do without.
+//! What tagged light needs, and what pictures of it do without.
 
+use super::SoundInMedia;
 use crate::scene::{ProblemSeverity, Scene, SceneProblem, Subject};
+
+/// Makes what the phases of light are found with: the amplitudes of sound in media, which their [memory](crate::medium::Medium::memory) then counts.
+/// Whoever tags light does so by himself, if that has not been done before.
+pub fn prepare(scene: &Scene) {
+    SoundInMedia::of(scene);
+}
 
 /// What a scene has whose light a picture cannot tag: errors.
 pub fn problems(scene: &Scene) -> Vec<SceneProblem> {

@@ -5,7 +5,11 @@
 mod check;
 mod path;
 mod recorder;
+mod representatives;
+mod steps;
 
-pub use check::problems;
+pub use check::{prepare, problems};
 pub(crate) use path::{PathModulation, SoundInMedia, TaggedPath};
 pub(crate) use recorder::TaggedRecorder;
+pub(crate) use representatives::{Representative, representatives};
+pub(crate) use steps::{Leg, Step};

@@ -123,24 +123,18 @@ impl TaggedPath {
         }
     }
 
-    /// By the index along arcs that begin or end where the way has come to.
-    pub(crate) fn along(
-        &self,
+    /// Adds what the index does along an arc of a connection, which begins or ends where the way has come to, or goes on from there.
+    pub(crate) fn connect(
+        &mut self,
         sound: &SoundInMedia,
         medium: MediumId,
         arc: &Arc,
         theta: f64,
-    ) -> DVec2 {
-        let Some(sound) = &sound.0[medium] else {
-            return DVec2::ZERO;
-        };
-        let ends = [arc.start(), arc.position(theta)];
-        let ends = ends.map(|x| self.amplitude_at(sound, medium, x));
-        sound.along(arc, [0.0, theta], &ends)
-    }
-
-    /// Adds what the index does along a connection.
-    pub(crate) fn connect(&mut self, index: DVec2) {
-        self.modulation.index += index;
+    ) {
+        if let Some(sound) = &sound.0[medium] {
+            let ends = [arc.start(), arc.position(theta)];
+            let ends = ends.map(|x| self.amplitude_at(sound, medium, x));
+            self.modulation.index += sound.along(arc, [0.0, theta], &ends);
+        }
     }
 }

@@ -1,60 +1,80 @@
-//! Follows the modulation of a path from the sensor as it is sampled (docs/theory.md#tagged-light).
+//! Takes note of a path from the sensor as it is sampled, so that the modulation of what it brings can be found later, where that is asked for
+//! (docs/theory.md#tagged-light).
 
 use super::path::{SoundInMedia, TaggedPath};
+use super::steps::{Leg, Step};
 use crate::derivative::FactorRecorder;
 use crate::emitter::EmittedRay;
 use crate::path::{ConnectionArcs, Edge, End, Vertex};
 use crate::scene::Scene;
 use glam::{DVec2, DVec3};
+use smallvec::SmallVec;
 
-/// The amplitude of the optical length of each contribution of a path.
+/// The ways of the contributions of a path.
 #[derive(Debug)]
 pub(crate) struct TaggedRecorder {
     sound: SoundInMedia,
-    /// Up to where the path has come.
-    trunk: TaggedPath,
-    /// Of the next contribution alone: up to a point of the last edge.
-    aside: Option<TaggedPath>,
-    /// And with its connection.
-    connected: Option<TaggedPath>,
-    found: Vec<DVec2>,
+    /// From the sensor on.
+    trunk: Vec<Step>,
+    /// Of contributions alone, one after the other.
+    aside: Vec<Step>,
+    /// Where the ways of contributions end, in order.
+    ends: Vec<WayEnds>,
+}
+
+/// The steps of the trunk and aside that a contribution's way is made of: those aside follow those of the contribution before.
+#[derive(Clone, Copy, Debug, Default)]
+struct WayEnds {
+    trunk: usize,
+    aside: usize,
 }
 
 impl TaggedRecorder {
     pub(crate) fn new(scene: &Scene) -> Self {
         TaggedRecorder {
             sound: SoundInMedia::of(scene),
-            trunk: TaggedPath::default(),
-            aside: None,
-            connected: None,
-            found: Vec::new(),
+            trunk: Vec::new(),
+            aside: Vec::new(),
+            ends: Vec::new(),
         }
     }
 
     /// Begins a path.
     pub(crate) fn begin(&mut self) {
-        self.trunk = TaggedPath::default();
-        (self.aside, self.connected) = (None, None);
-        self.found.clear();
+        self.trunk.clear();
+        self.aside.clear();
+        self.ends.clear();
     }
 
-    /// The amplitudes of all contributions, in order.
-    pub(crate) fn found(&self) -> &[DVec2] {
-        &self.found
+    /// The amplitudes of the optical lengths of contributions, which are given in the order in which they were made.
+    pub(crate) fn modulations(
+        &self,
+        contributions: impl Iterator<Item = usize>,
+    ) -> impl Iterator<Item = DVec2> {
+        let (mut trunk, mut known) = (TaggedPath::default(), 0);
+        contributions.map(move |i| {
+            let end = self.ends[i];
+            trunk.go(&self.sound, &self.trunk[known..end.trunk]);
+            known = end.trunk;
+            let before = i.checked_sub(1).map_or(0, |before| self.ends[before].aside);
+            let mut way = trunk;
+            way.go(&self.sound, &self.aside[before..end.aside]);
+            way.modulation().total()
+        })
     }
 }
 
 impl FactorRecorder for TaggedRecorder {
-    /// By the index along the connection.
-    type Way = DVec2;
+    type Way = SmallVec<[Leg; 1]>;
     const RECORDS: bool = true;
 
-    fn way(&self, _vertex: &Vertex, arcs: ConnectionArcs) -> DVec2 {
-        let mut sum = DVec2::ZERO;
+    fn way(&self, _vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way {
+        let mut legs = SmallVec::new();
         arcs.each(|medium, arc, theta| {
-            sum += self.trunk.along(&self.sound, medium, arc, theta);
+            let arc = *arc;
+            legs.push(Leg { medium, arc, theta });
         });
-        sum
+        legs
     }
 
     fn follow(&mut self, edge: &Edge) {
@@ -62,40 +82,36 @@ impl FactorRecorder for TaggedRecorder {
             End::Collision(point) => point.length,
             _ => f64::INFINITY,
         };
-        along(&self.sound, edge, length, &mut self.trunk);
+        along(edge, length, &mut self.trunk);
     }
 
     fn turn(&mut self, vertex: &Vertex, direction: DVec3) {
-        at_vertex(&self.sound, vertex, direction, &mut self.trunk);
+        at_vertex(vertex, direction, &mut self.trunk);
     }
 
     fn aside_follow(&mut self, edge: &Edge, length: f64) {
-        let mut aside = self.trunk;
-        along(&self.sound, edge, length, &mut aside);
-        self.aside = Some(aside);
+        along(edge, length, &mut self.aside);
     }
 
-    fn aside_connect(&mut self, vertex: &Vertex, direction: DVec3, way: &DVec2) {
-        let mut all = self.aside.take().unwrap_or(self.trunk);
-        at_vertex(&self.sound, vertex, direction, &mut all);
-        all.connect(*way);
-        self.connected = Some(all);
+    fn aside_connect(&mut self, vertex: &Vertex, direction: DVec3, way: &Self::Way) {
+        at_vertex(vertex, direction, &mut self.aside);
+        self.aside.extend(way.iter().copied().map(Step::Connect));
     }
 
     fn aside_reach(&mut self, edge: &Edge, length: f64) {
-        let mut aside = self.trunk;
-        along(&self.sound, edge, length, &mut aside);
-        self.connected = Some(aside);
+        along(edge, length, &mut self.aside);
     }
 
     fn contribute(&mut self, _ray: &EmittedRay) {
-        let path = self.connected.take().unwrap_or(self.trunk);
-        self.found.push(path.modulation().total());
+        self.ends.push(WayEnds {
+            trunk: self.trunk.len(),
+            aside: self.aside.len(),
+        });
     }
 }
 
 /// On along an edge as far as a length from its start.
-fn along(sound: &SoundInMedia, edge: &Edge, length: f64, path: &mut TaggedPath) {
+fn along(edge: &Edge, length: f64, to: &mut Vec<Step>) {
     for span in &edge.spans {
         let ends = span.length_after() >= length;
         let theta = if ends {
@@ -103,7 +119,11 @@ fn along(sound: &SoundInMedia, edge: &Edge, length: f64, path: &mut TaggedPath) 
         } else {
             span.theta_end
         };
-        path.fly(sound, span.medium, &span.arc, theta);
+        to.push(Step::Fly(Leg {
+            medium: span.medium,
+            arc: span.arc,
+            theta,
+        }));
         if ends {
             return;
         }
@@ -111,8 +131,8 @@ fn along(sound: &SoundInMedia, edge: &Edge, length: f64, path: &mut TaggedPath) 
 }
 
 /// On from a vertex in a direction: surfaces rest.
-fn at_vertex(sound: &SoundInMedia, vertex: &Vertex, direction: DVec3, path: &mut TaggedPath) {
+fn at_vertex(vertex: &Vertex, direction: DVec3, to: &mut Vec<Step>) {
     if let Vertex::Volume { .. } = vertex {
-        path.scatter(sound, direction);
+        to.push(Step::Scatter(direction));
     }
 }

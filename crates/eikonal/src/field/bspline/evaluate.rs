@@ -24,53 +24,21 @@ impl Bspline {
         dispatch!(self.level, simd => self.gradient_by(simd, x))
     }
 
-    /// The gradients of this and of another spline of the same samples' places, of which what depends on the place alone is found once.
-    pub(in crate::field) fn gradients(&self, other: &Self, x: DVec3) -> [(f64, DVec3); 2] {
-        dispatch!(self.level, simd => self.gradients_by(simd, other, x))
-    }
-
-    /// The values alone, likewise.
-    pub(in crate::field) fn values(&self, other: &Self, x: DVec3) -> [f64; 2] {
-        dispatch!(self.level, simd => self.values_by(simd, other, x))
-    }
-
     pub(in crate::field) fn jet(&self, x: DVec3) -> Jet {
         dispatch!(self.level, simd => self.jet_by(simd, x))
     }
 
     #[inline(always)]
     fn n2_by<S: Simd>(&self, simd: S, x: DVec3) -> f64 {
-        let (weights, rows) = self.stencil(simd, x);
-        self.n2_ref + across([value_of(&weights, &rows); 4])[0]
-    }
-
-    #[inline(always)]
-    fn values_by<S: Simd>(&self, simd: S, other: &Self, x: DVec3) -> [f64; 2] {
-        let (first, weights) = self.weights(simd, x);
-        let sums = [self, other].map(|spline| value_of(&weights, &spline.rows(simd, first)));
-        let [a, b, ..] = across([sums[0], sums[1], sums[0], sums[1]]);
-        [self.n2_ref + a, other.n2_ref + b]
+        let ([wx, wy, wz], rows) = self.stencil(simd, x);
+        let sum = along_z(&along_y(&rows, wy.value), wz.value) * wx.value;
+        self.n2_ref + across([sum; 4])[0]
     }
 
     #[inline(always)]
     fn gradient_by<S: Simd>(&self, simd: S, x: DVec3) -> (f64, DVec3) {
-        let (weights, rows) = self.stencil(simd, x);
-        self.gradient_of(&weights, &rows)
-    }
-
-    #[inline(always)]
-    fn gradients_by<S: Simd>(&self, simd: S, other: &Self, x: DVec3) -> [(f64, DVec3); 2] {
-        let (first, weights) = self.weights(simd, x);
-        let rows = [self.rows(simd, first), other.rows(simd, first)];
-        [
-            self.gradient_of(&weights, &rows[0]),
-            other.gradient_of(&weights, &rows[1]),
-        ]
-    }
-
-    #[inline(always)]
-    fn gradient_of<S: Simd>(&self, [wx, wy, wz]: &[Weights<S>; 3], rows: &Rows<S>) -> (f64, DVec3) {
-        let (value, first) = (along_y(rows, wy.value), along_y(rows, wy.first));
+        let ([wx, wy, wz], rows) = self.stencil(simd, x);
+        let (value, first) = (along_y(&rows, wy.value), along_y(&rows, wy.first));
         let sum = along_z(&value, wz.value);
         let sum_y = along_z(&first, wz.value);
         let sum_z = along_z(&value, wz.first);
@@ -125,25 +93,12 @@ impl Bspline {
     /// The weights along x, y, z, and the coefficients.
     #[inline(always)]
     fn stencil<S: Simd>(&self, simd: S, x: DVec3) -> ([Weights<S>; 3], Rows<S>) {
-        let (first, weights) = self.weights(simd, x);
-        (weights, self.rows(simd, first))
-    }
-
-    /// The first coefficient along each axis, and the weights.
-    #[inline(always)]
-    fn weights<S: Simd>(&self, simd: S, x: DVec3) -> ([isize; 3], [Weights<S>; 3]) {
         let (first, t) = self.lattice.locate(x);
         let weights = [
             Weights::new(simd, t.x),
             Weights::new(simd, t.y),
             Weights::new(simd, t.z),
         ];
-        (first, weights)
-    }
-
-    /// The coefficients from the first ones on.
-    #[inline(always)]
-    fn rows<S: Simd>(&self, simd: S, first: [isize; 3]) -> Rows<S> {
         let size = self.lattice.stored_dims();
         let inside = (0..3).all(|a| first[a] >= 0 && first[a] + 4 <= size[a] as isize);
         let mut gathered = [0.0; 64];
@@ -158,12 +113,13 @@ impl Bspline {
             }
             (&gathered[..], [1, 4, 16])
         };
-        [
+        let rows = [
             load(simd, from, row),
             load(simd, &from[plane..], row),
             load(simd, &from[2 * plane..], row),
             load(simd, &from[3 * plane..], row),
-        ]
+        ];
+        (weights, rows)
     }
 
     /// Four coefficients from each section of columns make a row.
@@ -190,12 +146,6 @@ impl Bspline {
             *to = self.coefficients[x[at % 4] + y[at / 4 % 4] + z[at / 16]];
         }
     }
-}
-
-/// The sum over y and z, which across the lanes is the value.
-#[inline(always)]
-fn value_of<S: Simd>([wx, wy, wz]: &[Weights<S>; 3], rows: &Rows<S>) -> f64x4<S> {
-    along_z(&along_y(rows, wy.value), wz.value) * wx.value
 }
 
 /// The rows of a plane.

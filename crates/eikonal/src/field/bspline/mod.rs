@@ -2,6 +2,7 @@
 
 mod blocks;
 mod bounds;
+mod complex;
 mod condense;
 mod evaluate;
 mod homogeneous;
@@ -14,6 +15,7 @@ mod smooth;
 mod transpose;
 mod weights;
 
+pub(super) use complex::ComplexBspline;
 pub use lattice::Placement;
 pub use noise::NoiseShares;
 

@@ -3,14 +3,14 @@
 use fearless_simd::{Simd, SimdBase, f64x4};
 
 /// 1, t, t², t³ in the four basis functions that act in a cell.
-const VALUE: [[f64; 4]; 4] = [
+pub(super) const VALUE: [[f64; 4]; 4] = [
     [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0, 0.0],
     [-0.5, 0.0, 0.5, 0.0],
     [0.5, -1.0, 0.5, 0.0],
     [-1.0 / 6.0, 0.5, -0.5, 1.0 / 6.0],
 ];
 /// The same of their first derivatives.
-const FIRST: [[f64; 4]; 3] = [
+pub(super) const FIRST: [[f64; 4]; 3] = [
     [-0.5, 0.0, 0.5, 0.0],
     [1.0, -2.0, 1.0, 0.0],
     [-0.5, 1.5, -1.5, 0.5],

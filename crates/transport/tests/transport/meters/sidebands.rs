@@ -8,7 +8,6 @@ use crate::meters::tagged::{N0, cases, sound, water};
 use eikonal::Aabb;
 use eikonal::field::{Constant, Placement, SampledSound, SoundSamples};
 use glam::{DAffine3, DMat3, DVec3};
-use morgana_transport::Scene;
 use morgana_transport::bsdf::Bsdf;
 use morgana_transport::film::{Decomposition, LightParts};
 use morgana_transport::integrator::PathTracer;
@@ -19,6 +18,7 @@ use morgana_transport::scene::{Object, Parts};
 use morgana_transport::sensor::{Perspective, Sensor};
 use morgana_transport::shape::{Cube, Sphere};
 use morgana_transport::sidebands::Sidebands;
+use morgana_transport::{Bins, Scene};
 use std::f64::consts::TAU;
 use testkit::z_test::max_abs_z;
 
@@ -78,13 +78,22 @@ pub fn lit(parts: Parts, [start, direction]: [DVec3; 2]) -> Parts {
 }
 
 pub fn tagged_film(parts: Parts, sidebands: Option<Sidebands>, samples: u64) -> Rendering {
+    tagged_film_by(PathTracer::default(), parts, sidebands, samples)
+}
+
+pub fn tagged_film_by(
+    path: PathTracer,
+    parts: Parts,
+    sidebands: Option<Sidebands>,
+    samples: u64,
+) -> Rendering {
     let scene = Scene::new(parts).unwrap();
     scene.render(&RenderOptions {
         decomposition: Decomposition {
             parts: sidebands.map(LightParts::Sidebands),
             ..Decomposition::default()
         },
-        ..RenderOptions::new(PathTracer::default(), samples, 4)
+        ..RenderOptions::new(path, samples, 4)
     })
 }
 
@@ -275,6 +284,36 @@ fn sidebands_of_meters_are_sums_over_records() {
                 assert!((found - sum).abs() < 1e-9 * total, "{name}: {found} {sum}");
             }
         }
+    }
+}
+
+/// Modulations are found where light arrives if nothing else is asked, and where flights end for fluence by collisions: the same bits, of
+/// particles that are divided for late gates, too.
+#[test]
+fn records_do_not_depend_on_what_else_is_asked() {
+    let gates = Bins {
+        min: 0.0,
+        max: 12.0,
+        count: 4,
+    };
+    for (name, parts) in cases() {
+        let parts = at_rest(parts);
+        let mut meter = through(&parts.objects, 0, [1, 1], false);
+        (meter.tagged, meter.most_records) = (true, Some(1_000_000));
+        meter.optical_length = Some(gates);
+        let alone = Meter::Irradiance(meter);
+        let fluence = Meter::Fluence(voxels(Estimator::Collision, sidebands()));
+        let tables = [vec![alone.clone()], vec![alone, fluence]].map(|meters| {
+            let mut measured = run(parts.clone(), &meters, &options(300, 2));
+            measured.records[0].take().unwrap()
+        });
+        let divided = tables[0].particle.windows(2).filter(|w| w[0] == w[1]);
+        assert!(divided.count() > 20, "{name}");
+        let [a, b] = tables.map(|t| {
+            let modulations = [t.index_modulation, t.displacement_modulation];
+            (t.particle, t.weight, modulations)
+        });
+        assert!(a == b, "{name}");
     }
 }
 

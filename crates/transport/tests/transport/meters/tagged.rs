@@ -29,6 +29,11 @@ use std::ops::ControlFlow;
 const K: f64 = 9.0;
 const ETA: f64 = 0.32;
 pub const N0: f64 = 1.33;
+/// Of the fog in the ball.
+pub const EXTINCTION: f64 = 2.0;
+pub const ALBEDO: f64 = 0.97;
+/// Mean cosine of scattering.
+pub const G: f64 = 0.4;
 /// Amplitude of the index: rays are found to 1e-11 of their length, a hundred-thousandth of it.
 const SOUND: f64 = 2e-5;
 const SOURCE: DVec3 = DVec3::new(0.3, -0.2, -1.15);
@@ -52,7 +57,7 @@ fn in_a_lens() -> Field {
 }
 
 fn ball(index: Field, bsdf: Bsdf) -> Parts {
-    let medium = fog(index, 2.0, 0.97, 0.4);
+    let medium = fog(index, EXTINCTION, ALBEDO, G);
     let outside = if matches!(bsdf, Bsdf::Null) { N0 } else { 1.0 };
     let ball = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), bsdf);
     let light = Emitter::Point {

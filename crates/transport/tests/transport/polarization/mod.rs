@@ -6,6 +6,7 @@
 mod chains;
 mod field;
 mod filters;
+mod haze;
 mod invariants;
 mod mie;
 mod panes;

@@ -1,0 +1,306 @@
+//! Splines of complex values (docs/theory.md#tagged-light).
+//!
+//! Real and imaginary parts of a coefficient are neighbours, so that a vector holds a row of four. Sums are taken in single precision: these
+//! values are not followed by rays, but integrated. As in `evaluate.rs` they are the same, bit by bit, on all processors.
+
+use super::lattice::{Lattice, Layout};
+use super::{Bspline, weights};
+use fearless_simd::{Level, Simd, SimdBase, dispatch, f32x4, f32x8};
+use glam::{DVec2, DVec3};
+
+/// Numbers of a row: four coefficients of two parts.
+const ROW: usize = 8;
+
+/// Coefficients of 1, t, t², t³ of the basis functions, and of their first derivatives.
+const VALUE: [[f32; 4]; 4] = single(&weights::VALUE);
+const FIRST: [[f32; 4]; 3] = single(&weights::FIRST);
+
+/// A tricubic B-spline of complex values.
+#[derive(Clone, Debug)]
+pub(in crate::field) struct ComplexBspline {
+    lattice: Lattice,
+    /// Pairs of parts in the order of the lattice.
+    coefficients: Vec<f32>,
+    level: Level,
+}
+
+/// Planes (z) of rows (y).
+type Rows<S> = [[f32x8<S>; 4]; 4];
+
+impl ComplexBspline {
+    /// `scale` times what two splines of the same lattice are above `level`; a part is zero without a spline. `None` without any.
+    pub(in crate::field) fn above(
+        level: f64,
+        parts: [Option<Bspline>; 2],
+        scale: f64,
+    ) -> Option<Self> {
+        let any = parts.iter().flatten().next()?;
+        let mut coefficients = vec![0.0; 2 * any.coefficients.len()];
+        for (at, part) in parts.iter().enumerate() {
+            let Some(part) = part else { continue };
+            // Basis functions add up to one.
+            let constant = part.n2_ref - level;
+            let places = coefficients[at..].iter_mut().step_by(2);
+            for (place, c) in places.zip(part.coefficients.iter()) {
+                *place = (scale * (constant + f64::from(*c))) as f32;
+            }
+        }
+        Some(ComplexBspline {
+            lattice: any.lattice.clone(),
+            coefficients,
+            level: any.level,
+        })
+    }
+
+    pub(in crate::field) fn memory(&self) -> usize {
+        size_of_val(self.coefficients.as_slice())
+    }
+
+    pub(in crate::field) fn value(&self, x: DVec3) -> DVec2 {
+        dispatch!(self.level, simd => self.value_by(simd, x))
+    }
+
+    /// The value, and the gradients of both parts.
+    pub(in crate::field) fn gradient(&self, x: DVec3) -> (DVec2, [DVec3; 2]) {
+        dispatch!(self.level, simd => self.gradient_by(simd, x))
+    }
+
+    #[inline(always)]
+    fn value_by<S: Simd>(&self, simd: S, x: DVec3) -> DVec2 {
+        let (first, t) = self.lattice.locate(x);
+        let rows = self.rows(simd, first);
+        let (y, z) = (value_weights(simd, t.y), value_weights(simd, t.z));
+        let sum = along_z(&along_y(&rows, y), z);
+        across(sum * twice(simd, value_weights(simd, t.x)))
+    }
+
+    #[inline(always)]
+    fn gradient_by<S: Simd>(&self, simd: S, x: DVec3) -> (DVec2, [DVec3; 2]) {
+        let (first, t) = self.lattice.locate(x);
+        let rows = self.rows(simd, first);
+        let (y, z) = (value_weights(simd, t.y), value_weights(simd, t.z));
+        let x = twice(simd, value_weights(simd, t.x));
+        let (value, first) = (along_y(&rows, y), along_y(&rows, first_weights(simd, t.y)));
+        let sum = along_z(&value, z);
+        let n2 = across(sum * x);
+        let by_x = across(sum * twice(simd, first_weights(simd, t.x)));
+        let by_y = across(along_z(&first, z) * x);
+        let by_z = across(along_z(&value, first_weights(simd, t.z)) * x);
+        let scale = self.lattice.per_spacing();
+        let re = DVec3::new(by_x.x, by_y.x, by_z.x) * scale;
+        let im = DVec3::new(by_x.y, by_y.y, by_z.y) * scale;
+        (n2, [re, im])
+    }
+
+    /// The coefficients from the first ones on.
+    #[inline(always)]
+    fn rows<S: Simd>(&self, simd: S, first: [isize; 3]) -> Rows<S> {
+        let size = self.lattice.stored_dims();
+        let inside = (0..3).all(|a| first[a] >= 0 && first[a] + 4 <= size[a] as isize);
+        let mut gathered = [0.0; 16 * ROW];
+        let (from, [row, plane]) = if inside && self.lattice.layout() == Layout::Rows {
+            let start = 2 * self.lattice.offset(first.map(|i| i as usize));
+            let [_, row, plane] = self.lattice.strides();
+            (&self.coefficients[start..], [2 * row, 2 * plane])
+        } else {
+            self.gather(first, &mut gathered);
+            (&gathered[..], [ROW, 4 * ROW])
+        };
+        [
+            load(simd, from, row),
+            load(simd, &from[plane..], row),
+            load(simd, &from[2 * plane..], row),
+            load(simd, &from[3 * plane..], row),
+        ]
+    }
+
+    /// Those of columns, or near the end, where the outermost stand for all beyond them.
+    #[cold]
+    fn gather(&self, first: [isize; 3], to: &mut [f32; 16 * ROW]) {
+        let places = |a: usize| {
+            let stored = |i: usize| self.lattice.clamp(a, first[a] + i as isize);
+            std::array::from_fn(|i| self.lattice.place(a, stored(i)))
+        };
+        let [x, y, z]: [[usize; 4]; 3] = std::array::from_fn(places);
+        for (at, to) in to.chunks_exact_mut(2).enumerate() {
+            let place = 2 * (x[at % 4] + y[at / 4 % 4] + z[at / 16]);
+            to.copy_from_slice(&self.coefficients[place..][..2]);
+        }
+    }
+}
+
+/// The same in single precision.
+const fn single<const N: usize>(powers: &[[f64; 4]; N]) -> [[f32; 4]; N] {
+    let mut found = [[0.0; 4]; N];
+    let mut at = 0;
+    while at < 4 * N {
+        found[at / 4][at % 4] = powers[at / 4][at % 4] as f32;
+        at += 1;
+    }
+    found
+}
+
+/// The rows of a plane.
+#[inline(always)]
+fn load<S: Simd>(simd: S, from: &[f32], row: usize) -> [f32x8<S>; 4] {
+    [
+        f32x8::from_slice(simd, &from[..ROW]),
+        f32x8::from_slice(simd, &from[row..][..ROW]),
+        f32x8::from_slice(simd, &from[2 * row..][..ROW]),
+        f32x8::from_slice(simd, &from[3 * row..][..ROW]),
+    ]
+}
+
+/// The basis functions at a fraction of a cell.
+#[inline(always)]
+fn value_weights<S: Simd>(simd: S, t: f64) -> f32x4<S> {
+    let [a, b, c, d] = &VALUE;
+    let t = t as f32;
+    ((f32x4::from_slice(simd, d) * t + f32x4::from_slice(simd, c)) * t + f32x4::from_slice(simd, b))
+        * t
+        + f32x4::from_slice(simd, a)
+}
+
+/// Their derivatives by the coordinate in cells.
+#[inline(always)]
+fn first_weights<S: Simd>(simd: S, t: f64) -> f32x4<S> {
+    let [a, b, c] = &FIRST;
+    let t = t as f32;
+    (f32x4::from_slice(simd, c) * t + f32x4::from_slice(simd, b)) * t + f32x4::from_slice(simd, a)
+}
+
+/// Each for both parts.
+#[inline(always)]
+fn twice<S: Simd>(simd: S, weights: f32x4<S>) -> f32x8<S> {
+    simd.combine_f32x4(weights.zip_low(weights), weights.zip_high(weights))
+}
+
+/// The rows of each plane summed.
+#[inline(always)]
+fn along_y<S: Simd>(rows: &Rows<S>, weights: f32x4<S>) -> [f32x8<S>; 4] {
+    let [a, b, c, d] = rows;
+    [
+        combined(a, weights),
+        combined(b, weights),
+        combined(c, weights),
+        combined(d, weights),
+    ]
+}
+
+/// All planes summed.
+#[inline(always)]
+fn along_z<S: Simd>(planes: &[f32x8<S>; 4], weights: f32x4<S>) -> f32x8<S> {
+    combined(planes, weights)
+}
+
+#[inline(always)]
+fn combined<S: Simd>([a, b, c, d]: &[f32x8<S>; 4], weights: f32x4<S>) -> f32x8<S> {
+    let [s, t, u, v] = *weights;
+    (*a * s + *b * t) + (*c * u + *d * v)
+}
+
+/// The four values of each part summed.
+#[inline(always)]
+fn across<S: Simd>(row: f32x8<S>) -> DVec2 {
+    let [a, b, c, d, e, f, g, h] = *row;
+    let (re, im) = ((a + c) + (e + g), (b + d) + (f + h));
+    DVec2::new(f64::from(re), f64::from(im))
+}
+
+#[cfg(all(test, any(target_arch = "x86", target_arch = "x86_64")))]
+mod tests {
+    use super::*;
+    use crate::Aabb;
+    use crate::field::bspline::Sampling;
+
+    const N2: f64 = 1.7;
+    /// By how much single precision may be off, of the largest coefficient: four roundings along each axis, of weights, products and two sums.
+    const ROUNDING: f64 = 12.0 * 0.5 * f32::EPSILON as f64;
+
+    /// Splines of two parts on a grid of sizes that no column divides.
+    fn parts(layout: Layout) -> [Bspline; 2] {
+        let cube = Aabb::new(DVec3::splat(-1.0), DVec3::ONE);
+        let lattice = Lattice::new([9, 8, 7], cube, crate::field::Placement::Nodes);
+        let lattice = lattice.unwrap().laid_out(layout);
+        [0.0, 0.7].map(|phase| {
+            let positions = lattice.clone();
+            let wave = |x: DVec3| (3.0 * x.x + phase).sin() * (5.0 * x.y).cos() * (0.5 + x.z);
+            let index = |at| (N2 + 0.5 * wave(positions.position(at))).sqrt();
+            let sampling = Sampling {
+                noise: 0.0,
+                double: true,
+            };
+            Bspline::build(lattice.clone(), sampling, index).unwrap()
+        })
+    }
+
+    fn complex(layout: Layout) -> ComplexBspline {
+        ComplexBspline::above(N2, parts(layout).map(Some), 2.0).unwrap()
+    }
+
+    /// Inside and outside of the grid.
+    fn places() -> impl Iterator<Item = DVec3> {
+        let place = |i: u32| {
+            let share = |s: f64| 3.0 * (s * f64::from(i) % 1.0) - 1.5;
+            DVec3::new(share(0.754_877), share(0.569_840), share(0.438_579))
+        };
+        (0..2000).map(place)
+    }
+
+    fn bits(spline: &ComplexBspline) -> Vec<u64> {
+        let at = |x| {
+            let (value, [re, im]) = spline.gradient(x);
+            let all = [spline.value(x), value].map(|v| v.to_array());
+            let gradients = [re, im].map(|g| g.to_array());
+            [all.concat(), gradients.concat()].concat()
+        };
+        places().flat_map(at).map(f64::to_bits).collect()
+    }
+
+    #[test]
+    fn values_are_those_of_both_splines() {
+        let (parts, both) = (parts(Layout::Rows), complex(Layout::Rows));
+        let largest = both
+            .coefficients
+            .iter()
+            .fold(0.0_f32, |a, c| a.max(c.abs()));
+        let least = ROUNDING * f64::from(largest);
+        let spacings = both.lattice.per_spacing();
+        for x in places() {
+            let (value, gradients) = both.gradient(x);
+            assert_eq!(value, both.value(x));
+            for i in 0..2 {
+                let (n2, gradient) = parts[i].gradient(x);
+                assert!((value[i] - 2.0 * (n2 - N2)).abs() < least);
+                let off = (gradients[i] - 2.0 * gradient) / spacings;
+                // The weights of derivatives are twice as large in sum.
+                assert!(off.abs().max_element() < 2.0 * least, "{off}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_missing_part_is_zero() {
+        let [re, im] = parts(Layout::Rows);
+        for (i, parts) in [[None, Some(im)], [Some(re), None]].into_iter().enumerate() {
+            let one = ComplexBspline::above(N2, parts, 2.0).unwrap();
+            let both = complex(Layout::Rows);
+            for x in places() {
+                assert_eq!(one.value(x)[i], 0.0);
+                assert_eq!(one.value(x)[1 - i], both.value(x)[1 - i]);
+            }
+        }
+        assert!(ComplexBspline::above(N2, [None, None], 2.0).is_none());
+    }
+
+    #[test]
+    fn neither_processors_nor_the_order_in_memory_make_a_difference() {
+        let mut spline = complex(Layout::Rows);
+        let expected = bits(&spline);
+        assert!(bits(&complex(Layout::Columns)) == expected);
+        for level in crate::lanes::all() {
+            spline.level = level;
+            assert!(bits(&spline) == expected, "{level:?}");
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! Which contributions of a sample stand for all of a layer of light, so that not all modulations are wanted (docs/theory.md#tagged-light).
+
+use crate::Spectrum;
+
+/// So many contributions have one that stands for them.
+const EACH: usize = 4;
+
+/// A contribution that stands for light of a layer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Representative {
+    pub contribution: usize,
+    pub channel: usize,
+    pub light: f64,
+}
+
+/// Those of contributions, which are given with their numbers in the order of the path and have one sign: in equal steps through their light in
+/// each channel from a place that `u` in [0, 1) chooses. Their light is that of all to rounding, and that of each in the mean over `u`.
+pub(crate) fn representatives(
+    contributions: impl Iterator<Item = (usize, Spectrum)> + Clone,
+    channels: usize,
+    u: f64,
+    mut see: impl FnMut(Representative),
+) {
+    let count = contributions.clone().count().div_ceil(EACH);
+    for channel in 0..channels {
+        let light = contributions.clone().map(|(_, light)| light[channel]);
+        let step = light.sum::<f64>() / count as f64;
+        let (mut passed, mut taken) = (0.0, 0);
+        for (contribution, light) in contributions.clone() {
+            passed += light[channel].abs();
+            while taken < count && passed > (taken as f64 + u) * step.abs() {
+                see(Representative {
+                    contribution,
+                    channel,
+                    light: step,
+                });
+                taken += 1;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// In the mean over many places each has its own light, in every channel; light of none is passed by.
+    #[test]
+    fn all_light_is_represented() {
+        let lights = [0.5, 0.0, 3.0, 0.25, 1.0, 0.125, 0.0, 2.0, 0.75];
+        for sign in [1.0, -1.0] {
+            let spectrum = |(i, light): (usize, &f64)| {
+                let other = light * (i % 3) as f64;
+                (7 + i, Spectrum([*light, other, 0.0, 0.0]) * sign)
+            };
+            let contributions: Vec<_> = lights.iter().enumerate().map(spectrum).collect();
+            const PLACES: usize = 40_000;
+            // Two of the channels have light.
+            let expected_count = 2 * lights.len().div_ceil(EACH);
+            let mut found = vec![Spectrum::ZERO; lights.len()];
+            for place in 0..PLACES {
+                let u = (place as f64 + 0.5) / PLACES as f64;
+                let (mut sum, mut count) = (Spectrum::ZERO, 0);
+                representatives(contributions.iter().copied(), 3, u, |r| {
+                    found[r.contribution - 7][r.channel] += r.light / PLACES as f64;
+                    sum[r.channel] += r.light;
+                    count += 1;
+                });
+                let expected = contributions.iter().map(|(_, light)| *light);
+                let off = sum - expected.fold(Spectrum::ZERO, |sum, light| sum + light);
+                assert!(
+                    off.map(f64::abs).max() < 1e-14 && count == expected_count,
+                    "{off:?}, {count}"
+                );
+            }
+            for ((_, light), found) in contributions.iter().zip(&found) {
+                assert!(
+                    (*light - *found).map(f64::abs).max() < 1e-3,
+                    "{light:?} {found:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn few_are_represented_by_one() {
+        for count in 1..=EACH {
+            let contributions = vec![(0, Spectrum::ONE); count];
+            let mut all = Vec::new();
+            representatives(contributions.iter().copied(), 1, 0.5, |r| all.push(r));
+            let [one] = all[..] else {
+                panic!("{count}: {all:?}");
+            };
+            assert_eq!(one.light, count as f64);
+        }
+        representatives(std::iter::empty(), 1, 0.5, |_| panic!("there is nothing"));
+    }
+}
