@@ -198,6 +198,7 @@ def a_scan(light: Union[Records, Result], lengths: ArrayLike, source: Source) ->
     >>> depth = (scan.lengths - 2) / 2 / 1.37
     """
     reference = _row(lengths)
+    _check(source)
     if isinstance(light, Result):
         return _film_scan(light, reference, source)
     recorded(light)
@@ -290,6 +291,7 @@ def interferogram(lengths: ArrayLike, ways: ArrayLike, power: ArrayLike, source:
     >>> fringes = coherence.interferogram(np.linspace(5, 5.2, 4000), [5.14], 0.04, coherence.gaussian(1.3e-3, 0.1e-3))
     """
     arm, ell = _row(lengths), _row(ways)
+    _check(source)
     p = numbers(power, "power")
     if p.shape not in [(), ell.shape]:
         raise ValueError(f"power must be one number, or one for each of {len(ell)} ways")
@@ -307,6 +309,12 @@ def _bessel(x: Doubles) -> Doubles:
     small = np.abs(x) < 1e-2
     safe = np.where(small, 1.0, x)
     return np.asarray(np.where(small, x / 3 - x**3 / 30, (np.sin(safe) / safe - np.cos(safe)) / safe))
+
+
+def _check(source: Any) -> None:
+    """Refuses what is no source."""
+    if not isinstance(source, Source):
+        raise TypeError(f"source must be a Source, found {type(source).__name__}: make one by coherence.gaussian or coherence.tabulated")
 
 
 def _half(source: Source, scale: float) -> float:

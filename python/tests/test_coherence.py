@@ -244,6 +244,8 @@ def test_what_is_wrong_is_said():
         (lambda: coherence.a_scan([1.0], [1.0], source), "expected Records, found list"),
         (lambda: coherence.a_scan(light, ["far"], source), "lengths must be an array of real numbers"),
         (lambda: coherence.gaussian("red", 1), "wavelength must be a number"),
+        (lambda: coherence.a_scan(light, [1.0], 1.3), "source must be a Source, found float: make one by coherence.gaussian"),
+        (lambda: coherence.interferogram([1.0], [1.0], 1.0, None), "source must be a Source, found NoneType"),
     ]:
         with pytest.raises(TypeError, match=said):
             call()

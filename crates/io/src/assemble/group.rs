@@ -301,6 +301,10 @@ impl<'a> Children<'a> {
             if !problems.is_empty() {
                 return None;
             }
+            if let Some(note) = tagging::note(&scene) {
+                let note = Diagnostic::note(note).at(&self.root.location);
+                report.diagnostics.push(note);
+            }
             transport::tagging::prepare(&scene);
         }
         let problems = match method.parts {

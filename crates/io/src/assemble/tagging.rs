@@ -28,10 +28,7 @@ pub(super) fn sidebands(q: &mut Query, channels: &Channels) -> Option<Sidebands>
 /// Why there is no one frequency of sound by which light could be tagged, or no way to tell how far it moves what scatters, or why the light
 /// that is told apart cannot be meant.
 pub(super) fn problems(scene: &Scene, tagged: &[&Sidebands]) -> Vec<SceneProblem> {
-    let media = scene.media().iter().enumerate();
-    let sounds: Vec<(usize, Sound)> = media
-        .flat_map(|(id, medium)| medium.index.sounds().into_iter().map(move |s| (id, s)))
-        .collect();
+    let sounds = sounds(scene);
     if sounds.is_empty() {
         return vec![error(
             Subject::Sensor,
@@ -85,6 +82,33 @@ pub(super) fn problems(scene: &Scene, tagged: &[&Sidebands]) -> Vec<SceneProblem
         }
     }
     found
+}
+
+/// What is taken for granted where a scene does not say it: that sounds of different wavelengths have one frequency.
+pub(super) fn note(scene: &Scene) -> Option<String> {
+    let sounds = sounds(scene);
+    let (first, one) = sounds.first()?;
+    let is_doubtful = |other: &Sound| {
+        let is_told = one.frequency.is_some() && other.frequency.is_some();
+        !is_told && differ(one.wavelength, other.wavelength)
+    };
+    let (second, other) = sounds.iter().find(|(_, other)| is_doubtful(other))?;
+    let name = |id: &usize| &scene.media()[*id].name;
+    Some(format!(
+        "the sounds in media '{}' and '{}', of the wavelengths {} and {}, are taken to have one frequency: give both a 'frequency' and a 'sound_speed' to have that checked",
+        name(first),
+        name(second),
+        one.wavelength,
+        other.wavelength
+    ))
+}
+
+/// The sounds in all media.
+fn sounds(scene: &Scene) -> Vec<(usize, Sound)> {
+    let media = scene.media().iter().enumerate();
+    media
+        .flat_map(|(id, medium)| medium.index.sounds().into_iter().map(move |s| (id, s)))
+        .collect()
 }
 
 fn differ(a: f64, b: f64) -> bool {

@@ -111,6 +111,28 @@ fn what_films_cannot_tag_is_an_error() {
 }
 
 #[test]
+fn sounds_of_unknown_frequency_are_taken_to_have_one() {
+    let other = |sound: &str| {
+        format!(
+            r#"<medium type="homogeneous" id="fat"><float name="sigma_t" value="1"/><volume name="ior" type="acoustic">
+<float name="n0" value="1.33"/><float name="amplitude" value="1e-5"/><float name="elasto_optic" value="0.3"/>{sound}</volume></medium>
+<shape type="sphere"><point name="center" z="9"/><bsdf type="null"/><ref name="interior" id="fat"/></shape>"#
+        )
+    };
+    let integrator =
+        format!(r#"<integrator type="tagged">{WAVE}<integrator type="path"/></integrator>"#);
+    let noted = |sound: &str| {
+        let loaded = read(SOUND, &format!("{integrator}{CAMERA}{}", other(sound)));
+        loaded.unwrap().warnings.to_string()
+    };
+    let note = "the sounds in media 'fat' and 'fog', of the wavelengths";
+    let differs = noted(r#"<float name="wave_number" value="8"/>"#);
+    assert!(differs.contains(note), "{differs}");
+    let same = noted(r#"<float name="wave_number" value="9"/>"#);
+    assert!(!same.contains("taken to have one frequency"), "{same}");
+}
+
+#[test]
 fn meters_tell_sidebands_apart() {
     let meter = |parameters: &str| {
         let cells = r#"<integer name="nx" value="2"/><integer name="ny" value="2"/><integer name="nz" value="2"/>"#;
