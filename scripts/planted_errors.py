@@ -281,9 +281,9 @@ PLANTED = [
     (
         "fluence of particles weighted by n²",
         TRANSPORT + "meter/fluence.rs",
-        "see(cell, [before, length]);",
+        "let (theta, lengths) = ([from, to], [before, length]);",
         "let n2 = arc.velocity(0.0).length_squared(); "
-        "see(cell, [before * n2, length * n2]);",
+        "let (theta, lengths) = ([from, to], [before * n2, length * n2]);",
         ("morgana-transport", "transport", "meters::fluence_in_a_furnace_is_that_of_the_index_squared"),
     ),
     (
@@ -1161,7 +1161,7 @@ PLANTED = [
     (
         "scatterers that rest where tagged paths from the sensor are connected",
         TRANSPORT + "tagging/recorder.rs",
-        "at_vertex(vertex, direction, &mut self.aside);",
+        "self.aside.extend(at_vertex(&self.sound, vertex, direction));",
         "let _ = (vertex, direction);",
         ("morgana-transport", "transport", "meters::instants::light_that_is_scattered_back_once_has_the_phases_of_moved_scatterers"),
     ),
@@ -1210,15 +1210,15 @@ PLANTED = [
     (
         "sidebands as amplitudes, not powers",
         TRANSPORT + "sidebands.rs",
-        "            value * value\n",
-        "            value.abs()\n",
-        ("morgana-transport", "transport", "meters::sidebands::orders_are_all_light"),
+        "[zeroth * zeroth, z * first * first]",
+        "[zeroth.abs(), z.sqrt() * first.abs()]",
+        ("morgana-transport", "lib", "sidebands::tests::shares_are_squares_of_bessel_functions"),
     ),
     (
         "modulations along a panel without those before it",
         EIKONAL + "modulation/panel.rs",
-        "self.before + self.scale * share * mean",
-        "self.scale * share * mean",
+        "self.before + share * mean",
+        "share * mean",
         ("morgana-eikonal", "eikonal", "modulation::integrals_along_arcs_are_those_of_fine_sums"),
     ),
     (

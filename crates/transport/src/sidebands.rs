@@ -90,14 +90,17 @@ impl Sidebands {
 
     /// The shares of all parts in light whose optical length has an amplitude; NaN if it is not known.
     pub(crate) fn shares(&self, modulation: DVec2) -> SmallVec<[f64; 8]> {
-        let phase = self.wave_number * modulation.length();
-        let of_order = |order: u32| {
-            let value = match order {
-                0 => libm::j0(phase),
-                1 => libm::j1(phase),
-                _ => libm::jn(order as i32, phase),
-            };
-            value * value
+        let square = self.wave_number * self.wave_number * modulation.length_squared();
+        let of_slow = (square <= SLOW).then(|| slow_squares(square));
+        if let (Some(of_slow), 1, 0) = (of_slow, self.orders, self.delays) {
+            return SmallVec::from_slice(&of_slow);
+        }
+        let phase = square.sqrt();
+        let of_order = |order: u32| match (order, of_slow) {
+            (0 | 1, Some(squares)) => squares[order as usize],
+            (0, None) => libm::j0(phase).powi(2),
+            (1, None) => libm::j1(phase).powi(2),
+            _ => libm::jn(order as i32, phase).powi(2),
         };
         let at_delay = |i: u32| {
             let half_turn = 0.5 * PI * f64::from(i) / f64::from(self.delays);
@@ -106,6 +109,39 @@ impl Sidebands {
         let orders = (0..=self.orders).map(of_order);
         orders.chain((1..=self.delays).map(at_delay)).collect()
     }
+}
+
+/// Up to this square of x, J₀ and J₁ are sums of so many terms.
+const SLOW: f64 = 4.0;
+const TERMS: usize = 12;
+
+/// (−1)^k/(k! (k + m)!) for the orders m = 0 and 1.
+const SERIES: [[f64; 2]; TERMS] = {
+    let mut series = [[1.0; 2]; TERMS];
+    let mut k = 1;
+    while k < TERMS {
+        let [zeroth, first] = series[k - 1];
+        let power = k as f64;
+        series[k] = [-zeroth / (power * power), -first / (power * (power + 1.0))];
+        k += 1;
+    }
+    series
+};
+
+/// J₀(x)² and J₁(x)² from x² up to [`SLOW`], to rounding, without roots and divisions.
+fn slow_squares(square: f64) -> [f64; 2] {
+    let z = 0.25 * square;
+    let z2 = z * z;
+    // Even and odd powers have sums of their own, which do not wait for each other.
+    let (mut even, mut odd) = ([0.0; 2], [0.0; 2]);
+    for [of_even, of_odd] in SERIES.as_chunks().0.iter().rev() {
+        for m in 0..2 {
+            even[m] = even[m] * z2 + of_even[m];
+            odd[m] = odd[m] * z2 + of_odd[m];
+        }
+    }
+    let [zeroth, first] = [0, 1].map(|m| even[m] + z * odd[m]);
+    [zeroth * zeroth, z * first * first]
 }
 
 #[cfg(test)]
@@ -133,6 +169,25 @@ mod tests {
         }
         let unknown = sidebands.shares(DVec2::NAN);
         assert!(unknown.iter().all(|share| share.is_nan()));
+    }
+
+    /// Up to where the sums end and beyond, of one sideband and of several.
+    #[test]
+    fn shares_are_squares_of_bessel_functions() {
+        let [few, many] = [[1, 0], [3, 2]].map(|[orders, delays]| {
+            let sidebands = Sidebands::new(1e-3, orders, delays);
+            sidebands.unwrap()
+        });
+        for step in 0..=500 {
+            let phase = 0.01 * f64::from(step);
+            let modulation = DVec2::from_angle(0.4) * (phase / few.wave_number);
+            let [shares, more] = [few.shares(modulation), many.shares(modulation)];
+            assert_eq!(shares[..], more[..2]);
+            for order in 0..=3 {
+                let expected = libm::jn(order, phase).powi(2);
+                assert!((more[order as usize] - expected).abs() < 1e-15, "{phase}");
+            }
+        }
     }
 
     #[test]

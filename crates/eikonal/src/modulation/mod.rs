@@ -18,12 +18,37 @@ const MOST_HALVINGS: u32 = 12;
 /// The longest arc, in wavelengths of the sound: more than a second takes. A sound that needs more is too fine for the way.
 const LONGEST: f64 = 5e5;
 
+/// What panels are for.
+#[derive(Clone, Copy)]
+enum Purpose {
+    /// The modulation of the whole length.
+    Total,
+    /// And up to every place.
+    Within,
+}
+
+impl Purpose {
+    /// The rule with the fewest nodes, and the fewest panels, for an arc of a length in wavelengths of the sound.
+    fn rule(self, wavelengths: f64) -> (&'static Rule, u64) {
+        let (rules, longest): (&'static [Rule], fn(&Rule) -> f64) = match self {
+            Purpose::Total => (&RULES, |rule| rule.longest),
+            Purpose::Within => (&RULES[..TABULATED], |rule| rule.longest_within),
+        };
+        let most = longest(&rules[rules.len() - 1]);
+        let panels = (wavelengths / most).ceil().max(1.0);
+        let enough = rules
+            .iter()
+            .find(|rule| wavelengths <= panels * longest(rule));
+        (enough.unwrap_or(&rules[rules.len() - 1]), panels as u64)
+    }
+}
+
 impl Modulation {
     /// The amplitude of the optical length of the part of an arc between two θ: ∫ n̂ ds = ½ ∫ m dσ along it, where `ends` are the amplitudes
-    /// at its ends. The error is below 1e-4 of the largest |m| on a panel, of at most a wavelength, times its length; NaN if the sound is too fine
-    /// for the length of the arc.
+    /// at its ends. The error is below 1e-4 of the largest |m| on a panel, of at most two wavelengths, times its length; NaN if the sound is too
+    /// fine for the length of the arc.
     pub fn along(&self, arc: &Arc, range: [f64; 2], ends: &[SoundAmplitude; 2]) -> DVec2 {
-        self.panels(arc, range, ends, &RULES, |_, _| ())
+        self.panels(arc, range, ends, Purpose::Total, |_, _| ())
     }
 
     /// The same, and the panels in turn, by which it is known up to every place between: within a panel to 1e-3 of the largest |m| there times its
@@ -35,36 +60,33 @@ impl Modulation {
         ends: &[SoundAmplitude; 2],
         mut see: impl FnMut(ModulationPanel),
     ) -> DVec2 {
-        self.panels(arc, range, ends, &RULES[..TABULATED], |before, panel| {
+        self.panels(arc, range, ends, Purpose::Within, |before, panel| {
             see(panel.tabulated(before, arc));
         })
     }
 
-    /// The amplitude along a part of an arc, by the rule with the fewest nodes of several that does; `see` gets that before each panel, and the
-    /// panel.
+    /// The amplitude along a part of an arc; `see` gets that before each panel, and the panel.
     fn panels(
         &self,
         arc: &Arc,
         [from, to]: [f64; 2],
         ends: &[SoundAmplitude; 2],
-        rules: &'static [Rule],
+        purpose: Purpose,
         mut see: impl FnMut(DVec2, &Panel),
     ) -> DVec2 {
-        let wavelengths = (to - from) * arc.arc_length(1.0) / self.wavelength;
+        let speeds = [from, to].map(|theta| arc.velocity(theta).length());
+        let length = (to - from) * arc.h() * speeds[0].max(speeds[1]);
+        let wavelengths = length / self.wavelength;
         if !(0.0..LONGEST).contains(&wavelengths) {
             return DVec2::NAN;
         }
-        let enough = rules.iter().find(|rule| wavelengths <= rule.longest);
-        let Some(rule) = enough.or(rules.last()) else {
-            return DVec2::NAN;
-        };
-        let panels = (wavelengths / rule.longest).ceil().max(1.0);
+        let (rule, panels) = purpose.rule(wavelengths);
         let (mut sum, mut start) = (DVec2::ZERO, Node::new(arc, from, &ends[0]));
-        for i in 1..=panels as u64 {
-            let end = if i as f64 == panels {
+        for i in 1..=panels {
+            let end = if i == panels {
                 Node::new(arc, to, &ends[1])
             } else {
-                self.node(arc, from + (to - from) * (i as f64 / panels))
+                self.node(arc, from + (to - from) * (i as f64 / panels as f64))
             };
             self.panel(arc, rule, [start, end], MOST_HALVINGS, &mut |panel| {
                 see(0.5 * arc.h() * sum, panel);

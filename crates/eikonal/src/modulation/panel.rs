@@ -1,12 +1,9 @@
 //! Parts of an arc along which the modulation of the optical length is known.
 
-use super::rule::{MOST_INNER, Rule};
+use super::rule::{COEFFICIENTS, MOST_INNER, Rule};
 use crate::field::SoundAmplitude;
 use crate::ray::Arc;
 use glam::DVec2;
-
-/// Coefficients of the polynomial through the values on a panel, and the derivatives at its ends.
-const COEFFICIENTS: usize = MOST_INNER + 4;
 
 /// A part of an arc along which the modulation of its optical length is known at every place.
 #[derive(Clone, Copy, Debug)]
@@ -15,9 +12,9 @@ pub struct ModulationPanel {
     range: [f64; 2],
     /// Amplitude of the optical length from the start of the arc's part to that of the panel.
     before: DVec2,
-    /// ½h dθ: what m is multiplied by.
-    scale: f64,
-    /// m as a polynomial of the share of the panel.
+    /// 1 over the range.
+    per_range: f64,
+    /// What is added to that before, over the share of the panel, as a polynomial of that share.
     coefficients: [DVec2; COEFFICIENTS],
 }
 
@@ -82,40 +79,28 @@ impl Panel {
         !rough
     }
 
-    /// By divided differences (Newton), where both ends count twice.
+    /// By the polynomials of its rule.
     pub(super) fn tabulated(&self, before: DVec2, arc: &Arc) -> ModulationPanel {
-        let [start, end] = &self.ends;
-        let (width, inner) = (self.width(), self.rule.inner);
-        let count = inner.len() + 4;
-        let (mut places, mut differences) = ([0.0; COEFFICIENTS], [start.value; COEFFICIENTS]);
-        for (i, share) in inner.iter().enumerate() {
-            (places[i + 2], differences[i + 2]) = (*share, self.inner[i]);
-        }
-        for i in count - 2..count {
-            (places[i], differences[i]) = (1.0, end.value);
-        }
-        for order in 1..count {
-            for i in (order..count).rev() {
-                let step = places[i] - places[i - order];
-                differences[i] = match (step > 0.0, i) {
-                    (true, _) => (differences[i] - differences[i - 1]) / step,
-                    (false, 1) => start.slope * width,
-                    (false, _) => end.slope * width,
-                };
-            }
-        }
-        // From products of (x − place) to powers of x.
+        let ([start, end], width) = (&self.ends, self.width());
+        let known = [
+            start.value,
+            start.slope * width,
+            end.value,
+            end.slope * width,
+        ];
+        let inner = &self.inner[..self.rule.inner.len()];
+        // ∫ n̂ ds = ½ ∫ m dσ.
+        let scale = 0.5 * arc.h() * width;
         let mut coefficients = [DVec2::ZERO; COEFFICIENTS];
-        for i in (0..count).rev() {
-            for j in (1..count).rev() {
-                coefficients[j] = coefficients[j - 1] - coefficients[j] * places[i];
+        for (value, powers) in known.iter().chain(inner).zip(&self.rule.within) {
+            for (coefficient, power) in coefficients.iter_mut().zip(powers) {
+                *coefficient += *value * (*power * scale);
             }
-            coefficients[0] = differences[i] - coefficients[0] * places[i];
         }
         ModulationPanel {
             range: [start.theta, end.theta],
             before,
-            scale: 0.5 * arc.h() * width,
+            per_range: 1.0 / width,
             coefficients,
         }
     }
@@ -129,12 +114,9 @@ impl ModulationPanel {
 
     /// The amplitude of the optical length from the start of the arc's part to a θ on the panel.
     pub fn until(&self, theta: f64) -> DVec2 {
-        let [from, to] = self.range;
-        let share = ((theta - from) / (to - from)).clamp(0.0, 1.0);
-        let terms = self.coefficients.iter().enumerate().rev();
-        let mean = terms.fold(DVec2::ZERO, |sum, (power, c)| {
-            sum * share + *c / (power as f64 + 1.0)
-        });
-        self.before + self.scale * share * mean
+        let share = ((theta - self.range[0]) * self.per_range).clamp(0.0, 1.0);
+        let terms = self.coefficients.iter().rev();
+        let mean = terms.fold(DVec2::ZERO, |sum, c| sum * share + *c);
+        self.before + share * mean
     }
 }

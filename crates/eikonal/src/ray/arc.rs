@@ -184,6 +184,23 @@ impl Arc {
         self.theta_at(s, |square| square)
     }
 
+    /// The same between two θ at which the arc lengths are known; the first of them where nothing lies between.
+    pub fn theta_between(&self, theta: [f64; 2], lengths: [f64; 2], s: f64) -> f64 {
+        let length = lengths[1] - lengths[0];
+        let share = if length > 0.0 {
+            ((s - lengths[0]) / length).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        let guess = theta[0] + share * (theta[1] - theta[0]);
+        match &self.curve {
+            Curve::Line(..) => guess,
+            Curve::Quintic(control) => self
+                .by_newton(control, guess, s, &f64::sqrt)
+                .clamp(theta[0], theta[1]),
+        }
+    }
+
     /// θ at which ∫f(|v|²) dσ from the start reaches `target`.
     fn theta_at(&self, target: f64, f: impl Fn(f64) -> f64) -> f64 {
         let control = match &self.curve {
@@ -193,16 +210,28 @@ impl Arc {
             }
             Curve::Quintic(control) => control,
         };
-        let rate = |theta: f64| f(self.velocity(theta).length_squared()) * self.h;
         let total = self.integrate(control, 1.0, &f);
         if target >= total {
             return (target / total).clamp(0.0, 1.0);
         }
         let [first, .., last] = differences(control);
         let at_end = |difference: DVec3| f((difference * (5.0 / self.h)).length_squared()) * self.h;
-        let mut theta = inverse(at_end(first), total, at_end(last), target);
+        let guess = inverse(at_end(first), total, at_end(last), target);
+        self.by_newton(control, guess, target, &f)
+    }
+
+    /// The same by Newton's method from a guess.
+    fn by_newton(
+        &self,
+        control: &[DVec3; 6],
+        guess: f64,
+        target: f64,
+        f: &impl Fn(f64) -> f64,
+    ) -> f64 {
+        let rate = |theta: f64| f(self.velocity(theta).length_squared()) * self.h;
+        let mut theta = guess;
         for _ in 0..4 {
-            let excess = self.integrate(control, theta, &f) - target;
+            let excess = self.integrate(control, theta, f) - target;
             let change = excess / rate(theta);
             theta = (theta - change).clamp(0.0, 1.0);
             // The next change would be its square.

@@ -2,7 +2,7 @@
 //! (docs/theory.md#derivatives-of-light).
 
 use super::flight::{Collision, Flight, Passing, flights};
-use super::fluence::{Cuts, at_random};
+use super::fluence::Cuts;
 use super::functionals::Functionals;
 use super::reading::{Quantity, ReadingAxis};
 use super::recorder::{Beyond, passing};
@@ -186,7 +186,7 @@ impl TapeRecorder<'_> {
             if cells.iter().all(|c| self.wanted.of_cell(*c).is_none()) {
                 return;
             }
-            let (theta, path) = at_random(flight, piece, &mut self.sampler);
+            let (theta, path) = piece.power(flight, &mut self.sampler);
             self.leave(&Track {
                 cells,
                 beyond: Some((arc, theta)),

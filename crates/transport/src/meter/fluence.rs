@@ -132,12 +132,12 @@ impl FluenceMeter {
         self.pieces_of(flight, cuts, |cell, piece| {
             let (theta, values) = match uniform {
                 Some([power, absorption]) => {
-                    let fluence = power * (piece[1] - piece[0]);
-                    let theta = tagged.map(|_| place_at_random(flight, piece, sampler));
+                    let fluence = power * piece.length();
+                    let theta = tagged.map(|_| piece.place(&flight.span.arc, sampler));
                     (theta, [fluence, fluence * absorption])
                 }
                 None => {
-                    let (theta, fluence) = at_random(flight, piece, sampler);
+                    let (theta, fluence) = piece.power(flight, sampler);
                     let absorbed = fluence * flight.absorption_at(theta);
                     (Some(theta), [fluence, absorbed])
                 }
@@ -149,13 +149,12 @@ impl FluenceMeter {
         });
     }
 
-    /// Cuts a flight where it passes from cell to cell, and from gate to gate: the cell of each piece, and the arc lengths between which
-    /// it lies.
+    /// Cuts a flight where it passes from cell to cell, and from gate to gate: the cell of each piece, and the piece.
     pub(super) fn pieces_of(
         &self,
         flight: &Flight,
         cuts: &mut Cuts,
-        see: impl FnMut(usize, [f64; 2]),
+        see: impl FnMut(usize, Piece),
     ) {
         let stretch = Stretch {
             arc: &flight.span.arc,
@@ -184,12 +183,14 @@ impl FluenceMeter {
             ends: [free.start, free.start + step],
             length,
             optical_length: free.optical_length,
+            theta_end: 1.0,
         };
-        let mut see = |cell, [from, to]: [f64; 2]| {
-            let fluence = free.power * (to - from);
+        let mut see = |cell, piece: Piece| {
+            let fluence = free.power * piece.length();
             self.score(cell, [fluence, fluence * matter.absorption], slots);
             if let Some(tagging) = tagged {
-                let theta = (from + (to - from) * sampler.next_1d()) / length;
+                let [from, to] = piece.theta;
+                let theta = from + (to - from) * sampler.next_1d();
                 self.score_parts(cell, fluence, tagging.until(theta), slots);
             }
         };
@@ -218,10 +219,9 @@ impl FluenceMeter {
         }
     }
 
-    /// Cuts a stretch where it passes from cell to cell, and from gate to gate: the cell of each piece, and the arc lengths between which
-    /// it lies.
+    /// Cuts a stretch where it passes from cell to cell, and from gate to gate: the cell of each piece, and the piece.
     #[inline(never)]
-    fn pieces(&self, stretch: &Stretch, cuts: &mut Cuts, mut see: impl FnMut(usize, [f64; 2])) {
+    fn pieces(&self, stretch: &Stretch, cuts: &mut Cuts, mut see: impl FnMut(usize, Piece)) {
         let Stretch { arc, theta_end, .. } = *stretch;
         if arc.is_straight() {
             let [length, gain] = arc.lengths(theta_end);
@@ -229,6 +229,7 @@ impl FluenceMeter {
                 ends: [arc.start(), arc.position(theta_end)],
                 length,
                 optical_length: [stretch.optical_length, stretch.optical_length + gain],
+                theta_end,
             };
             if self.pieces_of_line(&line, &mut see).is_some() {
                 return;
@@ -252,7 +253,8 @@ impl FluenceMeter {
                 Some(_) => stretch.optical_length + arc.optical_length(middle),
             };
             if let Some(cell) = self.locate(arc.position(middle), optical_length) {
-                see(cell, [before, length]);
+                let (theta, lengths) = ([from, to], [before, length]);
+                see(cell, Piece { theta, lengths });
             }
             (from, before) = (to, length);
         }
@@ -260,12 +262,15 @@ impl FluenceMeter {
 
     /// The same for a straight line in matter of one index; `None` if the grid is not Cartesian.
     #[inline]
-    fn pieces_of_line(&self, line: &Line, mut see: impl FnMut(usize, [f64; 2])) -> Option<()> {
+    fn pieces_of_line(&self, line: &Line, mut see: impl FnMut(usize, Piece)) -> Option<()> {
+        let piece = |shares: [f64; 2]| Piece {
+            theta: shares.map(|share| share * line.theta_end),
+            lengths: shares.map(|share| share * line.length),
+        };
         let Some(bins) = &self.optical_length else {
-            let scaled = |share: f64| share * line.length;
             return self
                 .grid
-                .along_line(line.ends, |cell, piece| see(cell, piece.map(scaled)));
+                .along_line(line.ends, |cell, shares| see(cell, piece(shares)));
         };
         let [first, last] = line.optical_length;
         let optical = |share: f64| first + (last - first) * share;
@@ -275,8 +280,7 @@ impl FluenceMeter {
             let mut before = from;
             for after in edges.map(share).chain([to]) {
                 if let Some(bin) = bins.index(optical(0.5 * (before + after))) {
-                    let piece = [before, after].map(|share| share * line.length);
-                    see(bin * self.grid.cells() + cell, piece);
+                    see(bin * self.grid.cells() + cell, piece([before, after]));
                 }
                 before = after;
             }
@@ -336,22 +340,36 @@ struct Line {
     length: f64,
     /// Optical path lengths from the emitter to its ends.
     optical_length: [f64; 2],
+    /// θ where it ends, from 0 on.
+    theta_end: f64,
 }
 
-/// A place drawn at random between two arc lengths, by its θ, and an unbiased estimate of ∫ power ds between them that is made there.
-pub(super) fn at_random(
-    flight: &Flight,
-    [from, to]: [f64; 2],
-    sampler: &mut Sampler,
-) -> (f64, Spectrum) {
-    let theta = place_at_random(flight, [from, to], sampler);
-    (theta, flight.power_at(theta) * (to - from))
+/// A part of an arc within a cell.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Piece {
+    /// θ where it starts and ends.
+    theta: [f64; 2],
+    /// Arc lengths there.
+    lengths: [f64; 2],
 }
 
-/// The θ of a place drawn at random between two arc lengths.
-fn place_at_random(flight: &Flight, [from, to]: [f64; 2], sampler: &mut Sampler) -> f64 {
-    let s = from + (to - from) * sampler.next_1d();
-    flight.span.arc.theta_at_length(s).min(flight.theta_end)
+impl Piece {
+    fn length(&self) -> f64 {
+        let [from, to] = self.lengths;
+        to - from
+    }
+
+    /// The θ of a place drawn at random, evenly in arc length.
+    fn place(&self, arc: &Arc, sampler: &mut Sampler) -> f64 {
+        let s = self.lengths[0] + self.length() * sampler.next_1d();
+        arc.theta_between(self.theta, self.lengths, s)
+    }
+
+    /// Such a place on a flight, and an unbiased estimate of ∫ power ds along the piece that is made there.
+    pub(super) fn power(&self, flight: &Flight, sampler: &mut Sampler) -> (f64, Spectrum) {
+        let theta = self.place(&flight.span.arc, sampler);
+        (theta, flight.power_at(theta) * self.length())
+    }
 }
 
 /// Where meters of fluence score, and with what.

@@ -32,6 +32,11 @@ impl SoundInMedia {
         let media = scene.media().iter();
         SoundInMedia(media.map(|medium| Modulation::of(&medium.index)).collect())
     }
+
+    /// Whether there is any in a medium.
+    pub(crate) fn is_in(&self, medium: MediumId) -> bool {
+        self.0[medium].is_some()
+    }
 }
 
 /// A way as it is followed, from either end.

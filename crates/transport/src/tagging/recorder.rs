@@ -5,7 +5,7 @@ use super::path::{SoundInMedia, TaggedPath};
 use super::steps::{Leg, Step};
 use crate::derivative::FactorRecorder;
 use crate::emitter::EmittedRay;
-use crate::path::{ConnectionArcs, Edge, End, Vertex};
+use crate::path::{ConnectionArcs, Edge, End, Span, Vertex};
 use crate::scene::Scene;
 use glam::{DVec2, DVec3};
 use smallvec::SmallVec;
@@ -71,35 +71,42 @@ impl FactorRecorder for TaggedRecorder {
     fn way(&self, _vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way {
         let mut legs = SmallVec::new();
         arcs.each(|medium, arc, theta| {
-            let arc = *arc;
-            legs.push(Leg { medium, arc, theta });
+            if self.sound.is_in(medium) {
+                let arc = *arc;
+                legs.push(Leg { medium, arc, theta });
+            }
         });
         legs
     }
 
     fn follow(&mut self, edge: &Edge) {
-        let length = match &edge.end {
-            End::Collision(point) => point.length,
-            _ => f64::INFINITY,
-        };
-        along(edge, length, &mut self.trunk);
+        let spans = edge.spans.iter().enumerate();
+        let flown = spans.map(|(i, span)| match &edge.end {
+            End::Collision(point) if i + 1 == edge.spans.len() => (span, point.theta),
+            _ => (span, span.theta_end),
+        });
+        self.trunk.extend(steps(&self.sound, flown));
     }
 
     fn turn(&mut self, vertex: &Vertex, direction: DVec3) {
-        at_vertex(vertex, direction, &mut self.trunk);
+        self.trunk.extend(at_vertex(&self.sound, vertex, direction));
     }
 
     fn aside_follow(&mut self, edge: &Edge, length: f64) {
-        along(edge, length, &mut self.aside);
+        let spans = edge.spans.iter();
+        let flown = spans
+            .take_while(|span| span.length_before < length)
+            .map(|span| (span, span.theta_at_length(length - span.length_before)));
+        self.aside.extend(steps(&self.sound, flown));
     }
 
     fn aside_connect(&mut self, vertex: &Vertex, direction: DVec3, way: &Self::Way) {
-        at_vertex(vertex, direction, &mut self.aside);
+        self.aside.extend(at_vertex(&self.sound, vertex, direction));
         self.aside.extend(way.iter().copied().map(Step::Connect));
     }
 
     fn aside_reach(&mut self, edge: &Edge, length: f64) {
-        along(edge, length, &mut self.aside);
+        self.aside_follow(edge, length);
     }
 
     fn contribute(&mut self, _ray: &EmittedRay) {
@@ -110,29 +117,26 @@ impl FactorRecorder for TaggedRecorder {
     }
 }
 
-/// On along an edge as far as a length from its start.
-fn along(edge: &Edge, length: f64, to: &mut Vec<Step>) {
-    for span in &edge.spans {
-        let ends = span.length_after() >= length;
-        let theta = if ends {
-            span.theta_at_length(length - span.length_before)
-        } else {
-            span.theta_end
-        };
-        to.push(Step::Fly(Leg {
-            medium: span.medium,
-            arc: span.arc,
-            theta,
-        }));
-        if ends {
-            return;
-        }
-    }
+/// On along spans up to a θ of each, where there is sound.
+fn steps<'e>(
+    sound: &SoundInMedia,
+    flown: impl Iterator<Item = (&'e Span<'e>, f64)>,
+) -> impl Iterator<Item = Step> {
+    flown
+        .filter(|(span, _)| sound.is_in(span.medium))
+        .map(|(span, theta)| {
+            Step::Fly(Leg {
+                medium: span.medium,
+                arc: span.arc,
+                theta,
+            })
+        })
 }
 
-/// On from a vertex in a direction: surfaces rest.
-fn at_vertex(vertex: &Vertex, direction: DVec3, to: &mut Vec<Step>) {
-    if let Vertex::Volume { .. } = vertex {
-        to.push(Step::Scatter(direction));
+/// On from a vertex in a direction, if sound moves it: surfaces rest.
+fn at_vertex(sound: &SoundInMedia, vertex: &Vertex, direction: DVec3) -> Option<Step> {
+    match vertex {
+        Vertex::Volume { medium, .. } if sound.is_in(*medium) => Some(Step::Scatter(direction)),
+        _ => None,
     }
 }

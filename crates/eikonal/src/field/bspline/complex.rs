@@ -24,8 +24,8 @@ pub(in crate::field) struct ComplexBspline {
     level: Level,
 }
 
-/// Planes (z) of rows (y).
-type Rows<S> = [[f32x8<S>; 4]; 4];
+/// Sums over the rows of each plane.
+type Planes<S> = [f32x8<S>; 4];
 
 impl ComplexBspline {
     /// `scale` times what two splines of the same lattice are above `level`; a part is zero without a spline. `None` without any.
@@ -68,64 +68,64 @@ impl ComplexBspline {
     #[inline(always)]
     fn value_by<S: Simd>(&self, simd: S, x: DVec3) -> DVec2 {
         let (first, t) = self.lattice.locate(x);
-        let rows = self.rows(simd, first);
-        let (y, z) = (value_weights(simd, t.y), value_weights(simd, t.z));
-        let sum = along_z(&along_y(&rows, y), z);
+        let [planes] = self.along_y(simd, first, [value_weights(simd, t.y)]);
+        let sum = combined(&planes, value_weights(simd, t.z));
         across(sum * twice(simd, value_weights(simd, t.x)))
     }
 
     #[inline(always)]
     fn gradient_by<S: Simd>(&self, simd: S, x: DVec3) -> (DVec2, [DVec3; 2]) {
         let (first, t) = self.lattice.locate(x);
-        let rows = self.rows(simd, first);
         let (y, z) = (value_weights(simd, t.y), value_weights(simd, t.z));
+        let [value, first] = self.along_y(simd, first, [y, first_weights(simd, t.y)]);
         let x = twice(simd, value_weights(simd, t.x));
-        let (value, first) = (along_y(&rows, y), along_y(&rows, first_weights(simd, t.y)));
-        let sum = along_z(&value, z);
+        let sum = combined(&value, z);
         let n2 = across(sum * x);
         let by_x = across(sum * twice(simd, first_weights(simd, t.x)));
-        let by_y = across(along_z(&first, z) * x);
-        let by_z = across(along_z(&value, first_weights(simd, t.z)) * x);
+        let by_y = across(combined(&first, z) * x);
+        let by_z = across(combined(&value, first_weights(simd, t.z)) * x);
         let scale = self.lattice.per_spacing();
         let re = DVec3::new(by_x.x, by_y.x, by_z.x) * scale;
         let im = DVec3::new(by_x.y, by_y.y, by_z.y) * scale;
         (n2, [re, im])
     }
 
-    /// The coefficients from the first ones on.
+    /// Sums over the rows of each plane of coefficients from the first ones on, with several weights of rows.
     #[inline(always)]
-    fn rows<S: Simd>(&self, simd: S, first: [isize; 3]) -> Rows<S> {
+    fn along_y<S: Simd, const N: usize>(
+        &self,
+        simd: S,
+        first: [isize; 3],
+        weights: [f32x4<S>; N],
+    ) -> [Planes<S>; N] {
         let size = self.lattice.stored_dims();
         let inside = (0..3).all(|a| first[a] >= 0 && first[a] + 4 <= size[a] as isize);
-        let mut gathered = [0.0; 16 * ROW];
-        let (from, [row, plane]) = if inside && self.lattice.layout() == Layout::Rows {
+        if inside && self.lattice.layout() == Layout::Rows {
             let start = 2 * self.lattice.offset(first.map(|i| i as usize));
-            let [_, row, plane] = self.lattice.strides();
-            (&self.coefficients[start..], [2 * row, 2 * plane])
+            let strides = self.lattice.strides();
+            let from = &self.coefficients[start..];
+            along_rows(simd, from, [2 * strides[1], 2 * strides[2]], weights)
         } else {
-            self.gather(first, &mut gathered);
-            (&gathered[..], [ROW, 4 * ROW])
-        };
-        [
-            load(simd, from, row),
-            load(simd, &from[plane..], row),
-            load(simd, &from[2 * plane..], row),
-            load(simd, &from[3 * plane..], row),
-        ]
+            let gathered = self.gather(first);
+            along_rows(simd, &gathered, [ROW, 4 * ROW], weights)
+        }
     }
 
     /// Those of columns, or near the end, where the outermost stand for all beyond them.
     #[cold]
-    fn gather(&self, first: [isize; 3], to: &mut [f32; 16 * ROW]) {
+    #[inline(never)]
+    fn gather(&self, first: [isize; 3]) -> [f32; 16 * ROW] {
+        let mut gathered = [0.0; 16 * ROW];
         let places = |a: usize| {
             let stored = |i: usize| self.lattice.clamp(a, first[a] + i as isize);
             std::array::from_fn(|i| self.lattice.place(a, stored(i)))
         };
         let [x, y, z]: [[usize; 4]; 3] = std::array::from_fn(places);
-        for (at, to) in to.chunks_exact_mut(2).enumerate() {
+        for (at, to) in gathered.chunks_exact_mut(2).enumerate() {
             let place = 2 * (x[at % 4] + y[at / 4 % 4] + z[at / 16]);
             to.copy_from_slice(&self.coefficients[place..][..2]);
         }
+        gathered
     }
 }
 
@@ -175,22 +175,22 @@ fn twice<S: Simd>(simd: S, weights: f32x4<S>) -> f32x8<S> {
     simd.combine_f32x4(weights.zip_low(weights), weights.zip_high(weights))
 }
 
-/// The rows of each plane summed.
+/// The rows of four planes summed.
 #[inline(always)]
-fn along_y<S: Simd>(rows: &Rows<S>, weights: f32x4<S>) -> [f32x8<S>; 4] {
-    let [a, b, c, d] = rows;
-    [
-        combined(a, weights),
-        combined(b, weights),
-        combined(c, weights),
-        combined(d, weights),
-    ]
-}
-
-/// All planes summed.
-#[inline(always)]
-fn along_z<S: Simd>(planes: &[f32x8<S>; 4], weights: f32x4<S>) -> f32x8<S> {
-    combined(planes, weights)
+fn along_rows<S: Simd, const N: usize>(
+    simd: S,
+    from: &[f32],
+    [row, plane]: [usize; 2],
+    weights: [f32x4<S>; N],
+) -> [Planes<S>; N] {
+    let mut sums = [[f32x8::splat(simd, 0.0); 4]; N];
+    for z in 0..4 {
+        let rows = load(simd, &from[z * plane..], row);
+        for (sums, weights) in sums.iter_mut().zip(weights) {
+            sums[z] = combined(&rows, weights);
+        }
+    }
+    sums
 }
 
 #[inline(always)]
