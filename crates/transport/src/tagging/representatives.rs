@@ -3,7 +3,7 @@
 use crate::Spectrum;
 
 /// So many contributions have one that stands for them.
-const EACH: usize = 4;
+const EACH: usize = 8;
 
 /// A contribution that stands for light of a layer.
 #[derive(Clone, Copy, Debug, PartialEq)]
