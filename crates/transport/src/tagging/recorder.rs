@@ -85,7 +85,7 @@ impl FactorRecorder for TaggedRecorder {
         along(edge, length, &mut self.trunk);
     }
 
-    fn turn(&mut self, vertex: &Vertex, direction: DVec3) {
+    fn turn(&mut self, vertex: &Vertex, direction: DVec3, _specular: bool) {
         at_vertex(vertex, direction, &mut self.trunk);
     }
 
