@@ -84,6 +84,7 @@ impl Bsdf {
             (Bsdf::Filter(b), Tint::Transmittance) => Some(b.transmittance().clone()),
             (Bsdf::Mask(b), _) => b.nested().tint(tint),
             (Bsdf::NormalMap(b), _) => b.nested().tint(tint),
+            (Bsdf::Coating(b), _) => b.tint(tint),
             (Bsdf::TwoSided(b), _) => common(b.sides(), tint),
             // The same direction of two mirrors does not tell which of them it is.
             (Bsdf::Blend(b), _) if !b.pair().iter().all(Bsdf::is_mirror) => common(b.pair(), tint),
@@ -132,15 +133,14 @@ impl Bsdf {
             Bsdf::PolarizedPlastic(b) => b.tint_derivative(tint, s, event),
             Bsdf::RoughDiffuse(b) => b.tint_derivative(s, event),
             Bsdf::GlossyDiffuse(b) => b.tint_derivative(tint, s, event),
+            Bsdf::Coating(b) => b.tint_derivative(tint, s, event),
             Bsdf::TwoSided(b) => b.tint_derivative(tint, s, event),
             Bsdf::Blend(b) => b.tint_derivative(tint, s, event),
             // What passes its holes is as it was.
             Bsdf::Mask(_) if event.delta && event.crosses(s) => Spectrum::ZERO,
             Bsdf::Mask(b) => b.nested().tint_derivative(tint, s, event),
             Bsdf::NormalMap(b) => b.tint_derivative(tint, s, event),
-            Bsdf::Null | Bsdf::Coating(_) | Bsdf::Principled(_) | Bsdf::PrincipledThin(_) => {
-                Spectrum::ZERO
-            }
+            Bsdf::Null | Bsdf::Principled(_) | Bsdf::PrincipledThin(_) => Spectrum::ZERO,
         }
     }
 }
@@ -185,6 +185,17 @@ mod tests {
     fn rough_plastic([a, b]: [f64; 2], nonlinear: bool) -> Bsdf {
         let plastic = RoughPlastic::new(facets(), !nonlinear, 1.7, a, b, nonlinear);
         Bsdf::RoughPlastic(plastic.unwrap())
+    }
+
+    fn coated(roughness: Option<Roughness>, nested: Bsdf, specular_reflectance: f64) -> Bsdf {
+        let parameters = CoatingParameters {
+            eta: 1.6,
+            sigma_a: 0.3.into(),
+            thickness: 0.5,
+            specular_reflectance: specular_reflectance.into(),
+            roughness,
+        };
+        Bsdf::Coating(Box::new(Coating::new(parameters, nested).unwrap()))
     }
 
     /// A surface whose two colours are given, and which colours these are.
@@ -254,6 +265,11 @@ mod tests {
                 [one, Tint::SpecularReflectance],
             ),
             (
+                |[a, b]| coated(Some(facets()), diffuse(a), b),
+                [one, Tint::SpecularReflectance],
+            ),
+            (|[a, _]| coated(None, diffuse(a), 0.9), [one; 2]),
+            (
                 |[a, b]| {
                     let two = TwoSided::new(diffuse(a), rough_plastic([0.2, b], true));
                     Bsdf::Mask(Mask::new(0.4, Bsdf::TwoSided(two.unwrap())).unwrap())
@@ -278,7 +294,8 @@ mod tests {
         let (h, leaning) = (1e-5, DVec3::new(0.3, 0.1, 0.95).normalize());
         for (k, (made, tints)) in cases().into_iter().enumerate() {
             for (i, tint) in tints.into_iter().enumerate() {
-                assert!(made(COLOURS).tint(tint).is_some(), "{k} {tint:?}");
+                let bsdf = made(COLOURS);
+                assert!(bsdf.tint(tint).is_some(), "{k} {tint:?}");
                 let [down, up] = [-h, h].map(|h| {
                     let mut colours = COLOURS;
                     colours[if tints[0] == tints[1] { 0 } else { i }] += h;
@@ -303,7 +320,7 @@ mod tests {
                             direction,
                             delta: false,
                         };
-                        let found = made(COLOURS).tint_derivative(tint, &s, &event)[0];
+                        let found = bsdf.tint_derivative(tint, &s, &event)[0];
                         let exact = (b.ln() - a.ln()) / (2.0 * h);
                         assert!(
                             (found - exact).abs() < 1e-6 * (1.0 + exact.abs()),

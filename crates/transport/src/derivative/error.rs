@@ -24,7 +24,10 @@ pub enum DerivativeError {
     )]
     Phase(String),
     /// A surface without such a colour.
-    #[error("'{name}' has no {what} to differentiate by: {}", colours(name, others))]
+    #[error(
+        "'{name}' has no {what} to differentiate by: {}",
+        colours(name, others)
+    )]
     Colour {
         /// The colour.
         what: &'static str,
@@ -92,8 +95,8 @@ pub enum DerivativeError {
 /// What can be asked for, or why nothing can.
 fn colours(name: &str, others: &[&str]) -> String {
     if others.is_empty() {
-        return "its bsdf is null, principled, coated, or made of several with different colours of that name; a phong or ward whose \
-                reflectances add up to more than 1 has none either"
+        return "its bsdf is null or principled, or made of several of which each has another colour of that name, or two are mirrors; \
+                or it is a phong or ward whose reflectances add up to more than 1"
             .into();
     }
     let each = others.iter().map(|other| format!("{name}.{other}"));

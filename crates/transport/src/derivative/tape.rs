@@ -353,11 +353,15 @@ impl SubpathRecorder for Tape {
     }
 
     fn see(&mut self, passed: &[Edge], last: &Edge, length: f64, ray: &EmittedRay) {
-        let start = Place::START;
-        let before = passed
-            .iter()
-            .fold(start, |place, edge| self.edge(place, edge));
-        let place = self.up_to(before, last, length);
+        let mut place = Place::START;
+        for (edge, next) in passed.iter().zip(passed.iter().skip(1).chain([last])) {
+            place = self.edge(place, edge);
+            // Along a specular lobe of the surface at its end.
+            if let (Some(span), Some(next)) = (edge.spans.last(), next.spans.first()) {
+                place = self.passage(place, span, next);
+            }
+        }
+        let place = self.up_to(place, last, length);
         let place = self.push(place, Factor::Emission(*ray));
         self.kept.push([place, Place::START]);
     }

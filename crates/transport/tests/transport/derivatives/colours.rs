@@ -3,14 +3,15 @@
 use super::setup::two;
 use super::*;
 use crate::differences::BATCHES;
+use eikonal::field::Placement;
 use glam::{DAffine2, DAffine3};
 use morgana_transport::bsdf::{
-    BlendBsdf, Bsdf, Conductor, Dielectric, Diffuse, Distribution, FilterElement, GlossyDiffuse,
-    GlossyLobe, Mask, NormalMap, NormalSource, Plastic, PolarizedPlastic, PolarizingFilter,
-    RoughDielectric, RoughDiffuse, RoughPlastic, Roughness, ThinDielectric, Tint, TwoSided,
-    fresnel,
+    BlendBsdf, Bsdf, Coating, CoatingParameters, Conductor, Dielectric, Diffuse, Distribution,
+    FilterElement, GlossyDiffuse, GlossyLobe, Mask, NormalMap, NormalSource, Plastic,
+    PolarizedPlastic, PolarizingFilter, RoughDielectric, RoughDiffuse, RoughPlastic, Roughness,
+    ThinDielectric, Tint, TwoSided, fresnel,
 };
-use morgana_transport::emitter::Emitter;
+use morgana_transport::emitter::{Emitter, VolumeLight};
 use morgana_transport::integrator::{Bdpt, ParticleTracer};
 use morgana_transport::medium::Medium;
 use morgana_transport::phase::Phase;
@@ -18,6 +19,7 @@ use morgana_transport::scene::Object;
 use morgana_transport::sensor::Camera;
 use morgana_transport::shape::{Rectangle, Sphere};
 use morgana_transport::texture::{Bitmap, BitmapFilter, Texture, Wrap};
+use morgana_transport::volume::{GridFilter, GridSamples, VolumeGrid};
 use std::sync::Arc;
 
 /// Which part of a scene has the colours.
@@ -60,6 +62,17 @@ fn diffuse(colour: Texture) -> Bsdf {
     Bsdf::Diffuse(Diffuse::new(colour).unwrap())
 }
 
+fn coated(roughness: Option<Roughness>, nested: Bsdf, specular_reflectance: Texture) -> Bsdf {
+    let parameters = CoatingParameters {
+        eta: 1.8,
+        sigma_a: Texture::from(0.2),
+        thickness: 1.0,
+        specular_reflectance,
+        roughness,
+    };
+    Bsdf::Coating(Box::new(Coating::new(parameters, nested).unwrap()))
+}
+
 fn on_wall() -> Vec<Case> {
     let case = |name, tints, bsdf| Case {
         name,
@@ -97,6 +110,14 @@ fn on_wall() -> Vec<Case> {
         case("phong", BOTH, |[a, b]| {
             let lobe = GlossyLobe::Phong(Texture::from(8.0));
             Bsdf::GlossyDiffuse(Box::new(GlossyDiffuse::new(lobe, a, b).unwrap()))
+        }),
+        case(
+            "rough coating",
+            &[Tint::Reflectance, Tint::SpecularReflectance],
+            |[a, b]| coated(Some(facets(0.4)), diffuse(a), b),
+        ),
+        case("smooth coating", &[Tint::Reflectance], |[a, _]| {
+            coated(None, diffuse(a), Texture::from(0.8))
         }),
         case(
             "blend",
@@ -271,25 +292,28 @@ fn derivatives_by_the_colours_of_what_light_passes_are_differences() {
     compare(&on_the_way(), &integrators());
 }
 
-/// What a camera sees of a sky of radiance 1, by way of a surface across its view, in front of it.
-fn of_sky(bsdf: Bsdf, parameters: &[RadiometricParameter], integrator: Integrator) -> Closed {
+/// What a camera sees of light, by way of a surface across its view, in front of it.
+fn seen(
+    light: impl Into<Emitter>,
+    bsdf: Bsdf,
+    parameters: &[RadiometricParameter],
+    integrator: Integrator,
+) -> Closed {
     let place = DAffine3::from_translation(DVec3::Z * 2.0)
         * DAffine3::from_rotation_y(std::f64::consts::PI)
         * DAffine3::from_scale(DVec3::splat(10.0));
-    let scene = || {
-        let wall = Object::builder("wall", Rectangle::new(place).unwrap());
-        Scene::builder()
-            .film(4, 4)
-            .channels(2)
-            .camera(Camera::perspective([0.0; 3], [0.0, 0.0, 1.0], 30.0))
-            .object(wall.bsdf(bsdf.clone()))
-            .emitter(Emitter::constant(1.0))
-            .build()
-            .unwrap()
-    };
+    let wall = Object::builder("wall", Rectangle::new(place).unwrap());
+    let scene = Scene::builder()
+        .film(4, 4)
+        .channels(2)
+        .camera(Camera::perspective([0.0; 3], [0.0, 0.0, 1.0], 30.0))
+        .object(wall.bsdf(bsdf))
+        .emitter(light)
+        .build()
+        .unwrap();
     let mut all = vec![RadiometricParameter::Exposure];
     all.extend(parameters);
-    let mut found = try_with(integrator, scene(), &all, 32, &weights()).unwrap();
+    let mut found = try_with(integrator, scene, &all, 32, &weights()).unwrap();
     let image = found.remove(0).values;
     Closed {
         image: [image[0], image[1]],
@@ -324,7 +348,8 @@ fn light_that_met_a_colour_once_is_in_proportion_to_it() {
     for (bsdf, tints) in cases {
         let parameters: Vec<_> = tints.iter().map(|tint| wall(*tint)).collect();
         for integrator in integrators() {
-            let found = of_sky(bsdf.clone(), &parameters, integrator);
+            let sky = Emitter::constant(1.0);
+            let found = seen(sky, bsdf.clone(), &parameters, integrator);
             for c in 0..2 {
                 let parts = found.by.iter().zip([one, other]);
                 let sum: f64 = parts.map(|(by, colour)| colour[c] * by.values[c]).sum();
@@ -337,6 +362,33 @@ fn light_that_met_a_colour_once_is_in_proportion_to_it() {
                 );
             }
         }
+    }
+}
+
+/// So is that of a volume behind the camera which a coat shows, at a vertex, whose base is black.
+#[test]
+fn what_a_coat_shows_of_volumes_is_in_proportion_to_its_colour() {
+    let cube = DAffine3::from_translation(DVec3::new(-2.0, -2.0, -5.0))
+        * DAffine3::from_scale(DVec3::splat(4.0));
+    let samples = GridSamples {
+        size: [1; 3],
+        channels: 1,
+        data: vec![1.0],
+    };
+    let filter = GridFilter::Nearest;
+    let grid = VolumeGrid::new(samples, cube, Placement::Centers, filter, [0.0, 1e3]);
+    let glow = VolumeLight::new(grid.unwrap(), Spectrum::ONE).unwrap();
+    let glow = Emitter::Volume(Arc::new(glow));
+    let coat = RadiometricParameter::Colour(0, Tint::SpecularReflectance);
+    for integrator in integrators() {
+        let plastic = Plastic::new(1.8, Texture::from(0.0), 0.7, false).unwrap();
+        let found = seen(glow.clone(), Bsdf::Plastic(plastic), &[coat], integrator);
+        let (image, by) = (found.image[0], found.by[0].values[0]);
+        let what = format!("{} {image} {by}", integrator.name());
+        assert!(
+            image != 0.0 && close(0.7 * by, image, image.abs()),
+            "{what}"
+        );
     }
 }
 
@@ -353,7 +405,8 @@ fn a_base_below_a_coat_deepens_with_its_colour() {
         // Nothing is seen but the base.
         let plastic = Plastic::new(1.5, colour, Texture::from(0.0), true).unwrap();
         let parameter = RadiometricParameter::Colour(0, Tint::DiffuseReflectance);
-        let found = of_sky(Bsdf::Plastic(plastic), &[parameter], PATH);
+        let sky = Emitter::constant(1.0);
+        let found = seen(sky, Bsdf::Plastic(plastic), &[parameter], PATH);
         let exact = found.image[0] / (colour * (1.0 - colour * r));
         let by = found.by[0].values[0];
         assert!((by - exact).abs() < 1e-6 * exact.abs(), "{by} {exact}");

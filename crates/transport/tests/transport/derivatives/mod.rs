@@ -1,6 +1,6 @@
 //! Derivatives of images by coefficients of media, colours of surfaces and emission (docs/theory.md#derivatives-of-light).
 //!
-//! [Against central differences](crate::differences) of renders with the same random numbers. There are 501 comparisons in all: if seeds changed, the family
+//! [Against central differences](crate::differences) of renders with the same random numbers. There are 504 comparisons in all: if seeds changed, the family
 //! would fail with a probability below 4 % although the code is right. Differences are those of steps of a tenth: their error is that of the third
 //! derivative, below 3e-3 of the derivative.
 //!
