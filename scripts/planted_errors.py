@@ -1005,6 +1005,13 @@ PLANTED = [
         ("morgana-transport", "transport", "derivatives::colours::light_that_met_a_colour_once_is_in_proportion_to_it"),
     ),
     (
+        "mirrors in view of volumes left out of derivatives",
+        TRANSPORT + "derivative/tape.rs",
+        "(edge.spans.last(), next.spans.first())",
+        "(edge.spans.last().filter(|_| false), next.spans.first())",
+        ("morgana-transport", "transport", "derivatives::colours::what_a_coat_shows_of_volumes_is_in_proportion_to_its_colour"),
+    ),
+    (
         "panes that connections pass left out of derivatives",
         TRANSPORT + "derivative/sums.rs",
         "within.into_iter().chain(boundary.flatten())",
@@ -1023,7 +1030,7 @@ PLANTED = [
         TRANSPORT + "derivative/tape.rs",
         ".filter(|e| !passes(e)).map(interface)",
         ".filter(|_| false).map(interface)",
-        ("morgana-transport", "transport", "derivatives::colours::derivatives_by_the_colours_of_what_light_passes_are_differences"),
+        ("morgana-transport", "transport", "derivatives::colours::light_through_glass_is_in_proportion_to_its_colour"),
     ),
     (
         "derivatives by pixels of a beam's image as if they were mirrored",

@@ -392,6 +392,55 @@ fn what_a_coat_shows_of_volumes_is_in_proportion_to_its_colour() {
     }
 }
 
+/// So is light of a lamp in a glass ball that a wall shows: connections pass its surface once, and longer paths are left out.
+#[test]
+fn light_through_glass_is_in_proportion_to_its_colour() {
+    let colour = [0.7, 0.3];
+    let lamp = DVec3::new(0.0, 0.1, -2.1);
+    let ball = Sphere::around(DVec3::NEG_Z * 2.0, 0.5).unwrap();
+    let wall = DAffine3::from_translation(DVec3::Z * 2.0)
+        * DAffine3::from_rotation_y(std::f64::consts::PI)
+        * DAffine3::from_scale(DVec3::splat(4.0));
+    let glass = Bsdf::Dielectric(Dielectric::new(Spectrum::ONE, two(colour)).unwrap());
+    let parameters = [
+        RadiometricParameter::Exposure,
+        RadiometricParameter::Colour(0, Tint::SpecularTransmittance),
+    ];
+    let (max_depth, rr_depth) = (Some(3), 4);
+    let path = PathTracer {
+        max_depth,
+        rr_depth,
+    };
+    let bdpt = Bdpt {
+        max_depth,
+        rr_depth,
+        ..Bdpt::default()
+    };
+    for integrator in [Integrator::Path(path), Integrator::Bdpt(bdpt)] {
+        let ball = Object::builder("ball", ball.clone()).interior("glass");
+        let wall = Object::builder("wall", Rectangle::new(wall).unwrap());
+        let scene = Scene::builder()
+            .film(4, 4)
+            .channels(2)
+            .camera(Camera::perspective([0.0; 3], [0.0, 0.0, 1.0], 30.0))
+            .medium(Medium::transparent("glass", Constant::new(1.4)))
+            .object(ball.bsdf(glass.clone()))
+            .object(wall.bsdf(diffuse(Texture::from(0.8))))
+            .emitter(Emitter::point(lamp, two([5.0, 2.0])))
+            .build()
+            .unwrap();
+        let found = try_with(integrator, scene, &parameters, 32, &weights()).unwrap();
+        for c in 0..2 {
+            let (image, by) = (found[0].values[c], found[1].values[c]);
+            let what = format!("{} {image} {by}", integrator.name());
+            assert!(
+                image != 0.0 && close(colour[c] * by, image, image.abs()),
+                "{what}"
+            );
+        }
+    }
+}
+
 /// Of a base below a coat, with the mean reflectance r of the coat from below, ρ/(1 − ρr) comes back: ∂I/∂ρ = I/(ρ (1 − ρr)), path by path.
 #[test]
 fn a_base_below_a_coat_deepens_with_its_colour() {
