@@ -1000,7 +1000,7 @@ PLANTED = [
     (
         "mirrors on the way left out of derivatives",
         TRANSPORT + "derivative/tape.rs",
-        "Some(passage) => self.push(from, Factor::Passage(passage)),",
+        "Some(edge_event) => self.push(from, Factor::EdgeEvent(edge_event)),",
         "Some(_) => from,",
         ("morgana-transport", "transport", "derivatives::colours::light_that_met_a_colour_once_is_in_proportion_to_it"),
     ),

@@ -1,7 +1,7 @@
 //! Sums of derivatives, parameter by parameter.
 
 use super::Plan;
-use super::tape::{Factor, Passage, Place, Stretch, Tape};
+use super::tape::{EdgeEvent, Factor, Place, Stretch, Tape};
 use crate::Spectrum;
 use crate::bsdf::{BsdfEvent, Surface};
 use crate::emitter::{EmittedRay, Emitter};
@@ -95,7 +95,7 @@ impl<'a> Sums<'a> {
                 surface,
                 event,
             } => self.surface(*object, surface, event, worth),
-            Factor::Passage(passage) => self.passage(passage, worth),
+            Factor::EdgeEvent(edge_event) => self.edge_event(edge_event, worth),
             Factor::Connection { stretch, bounded } => {
                 self.attenuation(stretch, worth);
                 if self.plan.has_panes {
@@ -170,17 +170,17 @@ impl<'a> Sums<'a> {
     }
 
     /// The same on an edge, which goes on there.
-    fn passage(&mut self, passage: &Passage, worth: Spectrum) {
+    fn edge_event(&mut self, edge_event: &EdgeEvent, worth: Spectrum) {
         let (plan, scene): (&'a Plan, &'a Scene) = (self.plan, self.scene);
-        let object = passage.object;
+        let object = edge_event.object;
         if plan.objects[object].is_empty() {
             return;
         }
-        let hit = scene.hit(object, &passage.meeting);
-        let surface = surface_at(scene, object, &hit, passage.medium);
+        let hit = scene.hit(object, &edge_event.meeting);
+        let surface = surface_at(scene, object, &hit, edge_event.medium);
         let event = BsdfEvent {
-            toward: -passage.from,
-            direction: passage.to,
+            toward: -edge_event.from,
+            direction: edge_event.to,
             delta: true,
         };
         self.surface(object, &surface, &event, worth);
@@ -193,14 +193,14 @@ impl<'a> Sums<'a> {
         let within = self.scene.filters_along(arc, *theta);
         for (object, meeting) in within.into_iter().chain(boundary.flatten()) {
             let along = arc.velocity(meeting.theta).normalize();
-            let passage = Passage {
+            let edge_event = EdgeEvent {
                 object,
                 meeting,
                 medium: *medium,
                 from: along,
                 to: along,
             };
-            self.passage(&passage, worth);
+            self.edge_event(&edge_event, worth);
         }
     }
 

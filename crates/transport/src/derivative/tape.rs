@@ -36,7 +36,7 @@ pub(crate) enum Factor {
         event: BsdfEvent,
     },
     /// What a surface does to light that it passes on, or reflects, on an edge.
-    Passage(Passage),
+    EdgeEvent(EdgeEvent),
     /// An arc of a connection: attenuation, and what panes and filters do to light that passes them.
     Connection {
         stretch: Stretch,
@@ -57,7 +57,7 @@ pub(crate) struct Stretch {
 
 /// A surface that light passes on its way, or is reflected by, without a vertex.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Passage {
+pub(crate) struct EdgeEvent {
     pub object: usize,
     pub meeting: Meeting,
     /// Through which light arrives.
@@ -67,11 +67,11 @@ pub(crate) struct Passage {
     pub to: DVec3,
 }
 
-impl Passage {
+impl EdgeEvent {
     /// From one arc of an edge to the next, if they meet at a surface.
     fn between(span: &Span, next: &Span) -> Option<Self> {
         let (object, meeting) = span.surface?;
-        Some(Passage {
+        Some(EdgeEvent {
             object,
             meeting,
             medium: span.medium,
@@ -157,7 +157,7 @@ impl Tape {
 
     /// The path passes a surface between two arcs of an edge, or is reflected there.
     pub(crate) fn pass(&mut self, span: &Span, next: &Span) {
-        self.trunk = self.passage(self.trunk, span, next);
+        self.trunk = self.edge_event(self.trunk, span, next);
     }
 
     /// The path of light turns at a vertex, perhaps along a specular lobe.
@@ -199,9 +199,9 @@ impl Tape {
         self.push(from, Factor::Attenuation(Stretch { medium, arc, theta }))
     }
 
-    fn passage(&mut self, from: Place, span: &Span, next: &Span) -> Place {
-        match Passage::between(span, next) {
-            Some(passage) => self.push(from, Factor::Passage(passage)),
+    fn edge_event(&mut self, from: Place, span: &Span, next: &Span) -> Place {
+        match EdgeEvent::between(span, next) {
+            Some(edge_event) => self.push(from, Factor::EdgeEvent(edge_event)),
             None => from,
         }
     }
@@ -226,7 +226,7 @@ impl Tape {
         for (i, span) in spans.iter().enumerate() {
             place = self.stretch(place, span.medium, &span.arc, span.theta_end);
             if let Some(next) = spans.get(i + 1) {
-                place = self.passage(place, span, next);
+                place = self.edge_event(place, span, next);
             }
         }
         place
@@ -256,7 +256,7 @@ impl Tape {
         };
         let mut place = self.spans(from, &edge.spans[..last]);
         if let Some(before) = last.checked_sub(1) {
-            place = self.passage(place, &edge.spans[before], span);
+            place = self.edge_event(place, &edge.spans[before], span);
         }
         let theta = span.theta_at_length(length - span.length_before);
         self.stretch(place, span.medium, &span.arc, theta)
@@ -358,7 +358,7 @@ impl SubpathRecorder for Tape {
             place = self.edge(place, edge);
             // Along a specular lobe of the surface at its end.
             if let (Some(span), Some(next)) = (edge.spans.last(), next.spans.first()) {
-                place = self.passage(place, span, next);
+                place = self.edge_event(place, span, next);
             }
         }
         let place = self.up_to(place, last, length);

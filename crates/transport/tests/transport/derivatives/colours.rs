@@ -392,11 +392,11 @@ fn what_a_coat_shows_of_volumes_is_in_proportion_to_its_colour() {
     }
 }
 
-/// So is light of a lamp in a glass ball that a wall shows: connections pass its surface once, and longer paths are left out.
+/// So is light of an emitter in a glass ball that a wall shows: connections pass its surface once, and longer paths are left out.
 #[test]
 fn light_through_glass_is_in_proportion_to_its_colour() {
     let colour = [0.7, 0.3];
-    let lamp = DVec3::new(0.0, 0.1, -2.1);
+    let place = DVec3::new(0.0, 0.1, -2.1);
     let ball = Sphere::around(DVec3::NEG_Z * 2.0, 0.5).unwrap();
     let wall = DAffine3::from_translation(DVec3::Z * 2.0)
         * DAffine3::from_rotation_y(std::f64::consts::PI)
@@ -426,15 +426,15 @@ fn light_through_glass_is_in_proportion_to_its_colour() {
             .medium(Medium::transparent("glass", Constant::new(1.4)))
             .object(ball.bsdf(glass.clone()))
             .object(wall.bsdf(diffuse(Texture::from(0.8))))
-            .emitter(Emitter::point(lamp, two([5.0, 2.0])))
+            .emitter(Emitter::point(place, two([5.0, 2.0])))
             .build()
             .unwrap();
         let found = try_with(integrator, scene, &parameters, 32, &weights()).unwrap();
-        for c in 0..2 {
+        for (c, colour) in colour.into_iter().enumerate() {
             let (image, by) = (found[0].values[c], found[1].values[c]);
             let what = format!("{} {image} {by}", integrator.name());
             assert!(
-                image != 0.0 && close(colour[c] * by, image, image.abs()),
+                image != 0.0 && close(colour * by, image, image.abs()),
                 "{what}"
             );
         }
