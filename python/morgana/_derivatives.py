@@ -56,10 +56,11 @@ def derivatives(
     independent of those that ``render`` takes with the same seed, as losses that are not linear need it.
 
     Parameters are named after the things of the scene: ``MEDIUM.sigma_t`` (at the same albedo), ``MEDIUM.albedo``, ``MEDIUM.sigma_a`` (at the same
-    ``sigma_s``), ``MEDIUM.sigma_s`` (at the same ``sigma_a``), ``MEDIUM.g`` of the phase function ``hg``, ``OBJECT.reflectance`` of a
-    diffuse surface (one colour, every pixel of a ``bitmap``, every vertex or face of a mesh that is coloured, or the two colours of a ``checkerboard``), ``OBJECT.specular_reflectance`` of a ``roughconductor``, likewise,
+    ``sigma_s``), ``MEDIUM.sigma_s`` (at the same ``sigma_a``), ``MEDIUM.g`` of the phase function ``hg``, ``OBJECT.reflectance``,
+    ``.diffuse_reflectance``, ``.specular_reflectance``, ``.specular_transmittance`` and ``.transmittance``, the colours of its bsdf (one colour, every
+    pixel of a ``bitmap``, every vertex or face of a mesh that is coloured, or the two colours of a ``checkerboard``),
     ``EMITTER.emission``, a factor on all that the emitter emits, which is 1, ``EMITTER.radiance``, what its light is made up of (one radiance, intensity
-    or irradiance, or power of a beam; the pixels of an image; the voxels of a volume; of a medium that emits, its ``radiance``), and ``exposure``, a factor on all that is measured, which
+    or irradiance, or power of a beam; the pixels of an image, of that of a beam or fibre as irradiances; the voxels of a volume; of a medium that emits, its ``radiance``), and ``exposure``, a factor on all that is measured, which
     is 1. Coefficients are per unit length, the medium's ``scale`` included; so are the scales of images.
 
     ``MEDIUM.ior`` is the refractive index of a medium, which may scatter: every sample of n of a grid, or all parameters of another field in a row;

@@ -94,6 +94,11 @@ def shining(tmp_path):
     glow = rng.random((2, 1, 3), np.float32) + 0.2
     grid = {"type": "gridvolume", "data": glow, "to_world": cube}
     yield {**dark, "glow": {"type": "volumelight", "radiance": grid}}, "glow", glow
+    rows = rng.random((2, 3)).astype(np.float32) / 2 + 0.2
+    morgana.write(tmp_path / "rows.exr", rows)
+    image = {"type": "bitmap", "filename": str(tmp_path / "rows.exr"), "raw": True}
+    beam = {"type": "collimated", "profile": "rectangle", "width": 2, "height": 1, "texture": image, "irradiance": 3.0}
+    yield {**dark, "beam": {**beam, "to_world": [{"translate": [0, 0, -1.5]}]}}, "beam", 3 * rows
     board = {"type": "checkerboard", "color0": 0.5, "color1": 2.0}
     place = [{"rotate": {"axis": [1, 0, 0], "angle": 90}}, {"translate": [0, 1.6, 0]}]
     panel = {"type": "rectangle", "to_world": place, "light": {"type": "area", "id": "ceiling", "radiance": board}}
@@ -127,6 +132,23 @@ def test_colours_of_metals_have_derivatives_by_pixels(tmp_path):
         assert found["wall.specular_reflectance"].value.shape == shape
         sums.append(found["wall.specular_reflectance"].value.sum())
     assert sums[0] > 0 and sums[1] == pytest.approx(sums[0], rel=1e-6)
+
+
+@pytest.mark.parametrize("integrator", ["path", "bdpt"])
+def test_light_is_in_proportion_to_a_colour_that_it_met_once(integrator):
+    """Of a sky by way of a mirror or a pane, which a wall of it is: path by path."""
+    mirror = {"type": "conductor", "material": "Al", "specular_reflectance": 0.7}
+    pane = {"type": "thindielectric", "specular_reflectance": 0.4, "specular_transmittance": 0.9}
+    glass = {**pane, "type": "dielectric", "int_ior": 1.0, "ext_ior": 1.0}
+    for bsdf in (mirror, pane, glass):
+        scene = lit()
+        del scene["ball"], scene["light"]
+        scene["wall"].update(to_world=[{"scale": 20}, *scene["wall"]["to_world"][1:]], bsdf=bsdf)
+        tints = [name for name in ("specular_reflectance", "specular_transmittance") if name in bsdf]
+        names = [f"wall.{tint}" for tint in tints]
+        image, *each = morgana.derivatives(load(scene), ["exposure", *names], np.ones((4, 6, 1)), spp=8, integrator=integrator).values()
+        found = sum(bsdf[tint] * derivative.value[0] for tint, derivative in zip(tints, each))
+        assert image.value[0] > 0 and found == pytest.approx(image.value[0], rel=1e-9), bsdf
 
 
 def test_integrators_find_the_same_derivatives():
@@ -176,7 +198,11 @@ def test_what_has_no_derivative_is_refused():
     refused(["wall.reflectance"], "ask for wall.specular_reflectance", of=metal)
     refused(["wall.specular_reflectance"], "ask for wall.reflectance")
     plastic = load({**lit(), "wall": {**lit()["wall"], "bsdf": {"type": "plastic"}}})
-    refused(["wall.reflectance"], "only diffuse surfaces and rough metals", of=plastic)
+    refused(["wall.reflectance"], "ask for wall.diffuse_reflectance or wall.specular_reflectance", of=plastic)
+    principled = load({**lit(), "wall": {**lit()["wall"], "bsdf": {"type": "principled"}}})
+    refused(["wall.reflectance"], "its bsdf is null or principled", of=principled)
+    dark = load({**lit(), "wall": {**lit()["wall"], "bsdf": {"type": "conductor", "specular_reflectance": 0}}})
+    refused(["wall.specular_reflectance"], "specular_reflectance of 'wall' is zero somewhere.*start from a small value", of=dark)
     refused(["fog.sigma_t"] * 2, "listed twice")
     refused(["fog.sigma_t"], r"must have that of the picture, \(4, 6, 1\)", by=np.ones((4, 6)))
     refused(["fog.sigma_t"], "not all finite", by=np.full((4, 6, 1), np.inf))

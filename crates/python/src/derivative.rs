@@ -11,6 +11,7 @@ use numpy::{PyArrayDyn, PyReadonlyArray1};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError};
 use pyo3::prelude::*;
 use transport::Spectrum;
+use transport::bsdf::Tint;
 use transport::derivative::{DerivativeError, RadiometricParameter};
 use transport::emitter::Emitter;
 use transport::film::Decomposition;
@@ -257,7 +258,7 @@ fn changes_power(loaded: &Loaded, parameter: &RadiometricParameter) -> bool {
         | RadiometricParameter::Absorption(id) => emits(id),
         RadiometricParameter::Scattering(_)
         | RadiometricParameter::MeanCosine(_)
-        | RadiometricParameter::Reflectance(_)
+        | RadiometricParameter::Colour(..)
         | RadiometricParameter::Exposure => false,
     }
 }
@@ -312,17 +313,11 @@ fn parameter(loaded: &Loaded, name: &str) -> PyResult<RadiometricParameter> {
     if let Some((_, make)) = OF_MEDIA.iter().find(|(end, _)| *end == what) {
         return Ok(make(only(media(), of, "medium")?));
     }
+    if let Some(tint) = Tint::ALL.into_iter().find(|tint| tint.name() == what) {
+        let object = only(objects(), of, "object")?;
+        return Ok(RadiometricParameter::Colour(object, tint));
+    }
     match what {
-        "reflectance" | "specular_reflectance" => {
-            let object = only(objects(), of, "object")?;
-            let known = loaded.scene().objects()[object].bsdf.reflectance();
-            match known {
-                Some((known, _)) if known != what => Err(errors::render(format!(
-                    "the bsdf of '{of}' has no {what}: ask for {of}.{known}"
-                ))),
-                _ => Ok(RadiometricParameter::Reflectance(object)),
-            }
-        }
         "emission" => Ok(RadiometricParameter::Emission(only(
             emitters(),
             of,
@@ -335,8 +330,8 @@ fn parameter(loaded: &Loaded, name: &str) -> PyResult<RadiometricParameter> {
         )?)),
         "exposure" if of.is_empty() => Ok(RadiometricParameter::Exposure),
         _ => Err(errors::render(format!(
-            "no parameter '{name}': parameters are MEDIUM.sigma_t, .albedo, .sigma_a, .sigma_s, .g and .ior, OBJECT.reflectance and .specular_reflectance, \
-              EMITTER.emission and .radiance, and exposure"
+            "no parameter '{name}': parameters are MEDIUM.sigma_t, .albedo, .sigma_a, .sigma_s, .g and .ior, OBJECT.reflectance, .diffuse_reflectance, \
+              .specular_reflectance, .specular_transmittance and .transmittance, EMITTER.emission and .radiance, and exposure"
         ))),
     }
 }

@@ -1,6 +1,7 @@
 //! A mixture of two surfaces.
 
-use super::{Bsdf, BsdfError, BsdfSample, Surface, factor};
+use super::tint::{BsdfEvent, share};
+use super::{Bsdf, BsdfError, BsdfSample, Surface, Tint, factor};
 use crate::spectrum::Spectrum;
 use crate::texture::Texture;
 use glam::DVec3;
@@ -71,6 +72,21 @@ impl BlendBsdf {
             .shares(s)
             .map(|(bsdf, share)| bsdf.eval(s, toward, direction) * share);
         a + b
+    }
+
+    /// A mirror's direction belongs to the only one that is one.
+    pub(super) fn tint_derivative(&self, tint: Tint, s: &Surface, event: &BsdfEvent) -> Spectrum {
+        let [(first, left), (second, right)] = self.shares(s);
+        if event.delta {
+            let mirror = if first.is_mirror() { first } else { second };
+            return mirror.tint_derivative(tint, s, event);
+        }
+        let part = |bsdf: &Bsdf, share: f64| {
+            let value = bsdf.eval(s, event.toward, event.direction) * share;
+            value * bsdf.tint_derivative(tint, s, event)
+        };
+        let parts = part(first, left) + part(second, right);
+        share(parts, self.eval(s, event.toward, event.direction))
     }
 
     pub(super) fn pdf(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {

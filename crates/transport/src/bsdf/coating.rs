@@ -4,7 +4,8 @@ use super::coat::Coats;
 use super::error::unbounded;
 use super::microfacet::Roughness;
 use super::surface::{above, reflect, refract};
-use super::{Bsdf, BsdfError, BsdfSample, Surface, check_eta, factor, fresnel};
+use super::tint::{BsdfEvent, reciprocal, share};
+use super::{Bsdf, BsdfError, BsdfSample, Surface, Tint, check_eta, factor, fresnel};
 use crate::spectrum::Spectrum;
 use crate::texture::Texture;
 use glam::DVec3;
@@ -43,6 +44,15 @@ struct Inside {
     direction: DVec3,
     /// What of the light gets through.
     passes: f64,
+}
+
+/// Light that the surface below the layer scatters.
+struct Below {
+    /// Unit directions in the layer.
+    toward: DVec3,
+    direction: DVec3,
+    /// What comes out of the layer.
+    value: Spectrum,
 }
 
 impl Coating {
@@ -180,8 +190,14 @@ impl Coating {
     }
 
     pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
+        let (layer, below) = self.parts(s, toward, direction);
+        below.map_or(layer, |below| layer + below.value)
+    }
+
+    /// What the layer itself scatters, and what the surface below does.
+    fn parts(&self, s: &Surface, toward: DVec3, direction: DVec3) -> (Spectrum, Option<Below>) {
         let Some([o, i, h]) = above(s, toward, direction) else {
-            return Spectrum::ZERO;
+            return (Spectrum::ZERO, None);
         };
         let mut value = Spectrum::ZERO;
         if let Some((roughness, _)) = &self.facets {
@@ -191,13 +207,55 @@ impl Coating {
             value = self.specular_reflectance.at(&s.site) * lobe;
         }
         let Some([entered, left]) = self.both(s, o, i) else {
-            return value;
+            return (value, None);
         };
         let frame = s.frame();
-        let [below, out] = [&entered, &left].map(|d| frame.to_world(d.direction).normalize());
+        let [toward, direction] =
+            [&entered, &left].map(|d| frame.to_world(d.direction).normalize());
         let through = self.absorbed(s, entered.direction, left.direction)
             * (entered.passes * left.passes * self.compression(i, left.direction));
-        value + self.nested.eval(s, below, out) * through
+        let below = Below {
+            toward,
+            direction,
+            value: self.nested.eval(s, toward, direction) * through,
+        };
+        (value, Some(below))
+    }
+
+    /// The colour of that name: its own, or that of the surface below; none if both have one, or if both are mirrors, whose light has one
+    /// direction.
+    pub(super) fn tint(&self, tint: Tint) -> Option<Texture> {
+        let below = self.nested.tint(tint);
+        match tint {
+            _ if self.is_smooth() && self.nested.is_mirror() => None,
+            Tint::SpecularReflectance if below.is_some() => None,
+            Tint::SpecularReflectance => Some(self.specular_reflectance.clone()),
+            _ => below,
+        }
+    }
+
+    pub(super) fn tint_derivative(&self, tint: Tint, s: &Surface, event: &BsdfEvent) -> Spectrum {
+        let is_own = tint == Tint::SpecularReflectance;
+        if event.delta {
+            return match (self.is_smooth(), is_own) {
+                (true, true) => reciprocal(self.specular_reflectance.at(&s.site)),
+                (false, false) => self.nested.tint_derivative(tint, s, event),
+                _ => Spectrum::ZERO,
+            };
+        }
+        let (layer, below) = self.parts(s, event.toward, event.direction);
+        let whole = below.as_ref().map_or(layer, |below| layer + below.value);
+        if is_own {
+            return share(layer, whole * self.specular_reflectance.at(&s.site));
+        }
+        below.map_or(Spectrum::ZERO, |below| {
+            let event = BsdfEvent {
+                toward: below.toward,
+                direction: below.direction,
+                delta: false,
+            };
+            share(below.value, whole) * self.nested.tint_derivative(tint, s, &event)
+        })
     }
 
     fn both(&self, s: &Surface, o: DVec3, i: DVec3) -> Option<[Inside; 2]> {

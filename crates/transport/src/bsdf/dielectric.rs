@@ -1,7 +1,7 @@
 //! Smooth interface between two dielectrics, with the local indices of the two sides.
 
 use super::surface::{reflect, refract};
-use super::{BsdfError, BsdfSample, Surface, factor, fresnel};
+use super::{BsdfError, BsdfSample, Surface, Tint, factor, fresnel};
 use crate::spectrum::Spectrum;
 use glam::DVec3;
 
@@ -33,6 +33,15 @@ impl Dielectric {
             specular_reflectance,
             specular_transmittance,
         })
+    }
+
+    /// The colour of that name.
+    pub(super) fn tint(&self, tint: Tint) -> Option<Spectrum> {
+        match tint {
+            Tint::SpecularReflectance => Some(self.specular_reflectance),
+            Tint::SpecularTransmittance => Some(self.specular_transmittance),
+            _ => None,
+        }
     }
 
     /// Whether it leaves the power of light as it is.

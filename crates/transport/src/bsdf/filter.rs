@@ -63,6 +63,10 @@ impl PolarizingFilter {
         })
     }
 
+    pub(super) fn transmittance(&self) -> &Texture {
+        &self.transmittance
+    }
+
     /// Unpolarised light that passes at a site.
     pub(super) fn through(&self, site: &Site) -> PartialTransmission {
         let share = match self.element {

@@ -2,7 +2,8 @@
 
 use super::error::unbounded;
 use super::surface::{above, reflect};
-use super::{BsdfError, BsdfSample, Microfacets, Roughness, Surface, factor};
+use super::tint::{BsdfEvent, share};
+use super::{BsdfError, BsdfSample, Microfacets, Roughness, Surface, Tint, factor};
 use crate::sampling::Frame;
 use crate::sampling::sphere::{cosine_hemisphere_pdf, cosine_hemisphere_sample};
 use crate::spectrum::Spectrum;
@@ -106,11 +107,39 @@ impl GlossyDiffuse {
     }
 
     pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
+        let [diffuse, specular] = self.scattered(s, toward, direction);
+        diffuse + specular
+    }
+
+    /// What the two parts scatter.
+    fn scattered(&self, s: &Surface, toward: DVec3, direction: DVec3) -> [Spectrum; 2] {
         let Some([o, i, h]) = above(s, toward, direction) else {
-            return Spectrum::ZERO;
+            return [Spectrum::ZERO; 2];
         };
         let [diffuse, specular] = self.parts(s);
-        diffuse * cosine_hemisphere_pdf(i) + specular * (self.lobe(s).value(o, i, h) * i.z)
+        [
+            diffuse * cosine_hemisphere_pdf(i),
+            specular * (self.lobe(s).value(o, i, h) * i.z),
+        ]
+    }
+
+    /// The colour of that name; none if both colours depend on both because they have shrunk.
+    pub(super) fn tint(&self, tint: Tint) -> Option<&Texture> {
+        match tint {
+            _ if self.scale < 1.0 => None,
+            Tint::DiffuseReflectance => Some(&self.diffuse),
+            Tint::SpecularReflectance => Some(&self.specular),
+            _ => None,
+        }
+    }
+
+    pub(super) fn tint_derivative(&self, tint: Tint, s: &Surface, event: &BsdfEvent) -> Spectrum {
+        let [diffuse, specular] = self.scattered(s, event.toward, event.direction);
+        let (part, colour) = match tint {
+            Tint::SpecularReflectance => (specular, &self.specular),
+            _ => (diffuse, &self.diffuse),
+        };
+        share(part, (diffuse + specular) * colour.at(&s.site))
     }
 
     pub(super) fn pdf(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {

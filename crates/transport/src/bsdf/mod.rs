@@ -39,6 +39,7 @@ mod rough_plastic;
 mod shading;
 mod surface;
 mod thin_dielectric;
+mod tint;
 mod two_sided;
 
 pub use blend::BlendBsdf;
@@ -62,11 +63,12 @@ pub use rough_diffuse::RoughDiffuse;
 pub use rough_plastic::RoughPlastic;
 pub use surface::Surface;
 pub use thin_dielectric::ThinDielectric;
+pub(crate) use tint::BsdfEvent;
+pub use tint::Tint;
 pub use two_sided::TwoSided;
 
 use crate::shape::Site;
 use crate::spectrum::Spectrum;
-use crate::texture::Texture;
 use error::{check_eta, check_index, factor};
 use glam::DVec3;
 
@@ -260,27 +262,6 @@ impl Bsdf {
             Bsdf::NormalMap(b) => b.nested().is_partial(),
             _ => false,
         }
-    }
-
-    /// The colours by which all that it scatters is multiplied, and their name in scenes; `None` if there are no such colours, or if
-    /// they are not numbered. Smooth metals, at which rays are reflected on their way, have none.
-    pub fn reflectance(&self) -> Option<(&'static str, &Texture)> {
-        let found = match self {
-            Bsdf::Diffuse(b) => Some(("reflectance", b.reflectance())),
-            Bsdf::RoughConductor(b) => {
-                Some(("specular_reflectance", b.metal().specular_reflectance()))
-            }
-            Bsdf::Mask(b) => b.nested().reflectance(),
-            Bsdf::NormalMap(b) => b.nested().reflectance(),
-            Bsdf::TwoSided(b) => match b.sides().each_ref().map(Bsdf::reflectance) {
-                [Some(front), Some(back)] if front.0 == back.0 && front.1.is_same(back.1) => {
-                    Some(front)
-                }
-                _ => None,
-            },
-            _ => None,
-        };
-        found.filter(|(_, colours)| colours.shape().is_some())
     }
 
     /// Whether every event is a delta. Others may have some, too: a rough dielectric where its two indices

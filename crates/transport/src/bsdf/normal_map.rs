@@ -1,6 +1,7 @@
 //! A surface whose shading normals are turned, by a map of normals or of heights (docs/theory.md#bump-and-normal-maps).
 
-use super::{Bsdf, BsdfError, BsdfSample, Surface};
+use super::tint::BsdfEvent;
+use super::{Bsdf, BsdfError, BsdfSample, Surface, Tint};
 use crate::sampling::Frame;
 use crate::sampling::sphere::{cosine_hemisphere_pdf, cosine_hemisphere_sample};
 use crate::spectrum::Spectrum;
@@ -86,6 +87,14 @@ impl NormalMap {
     pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
         let turned = self.turned(s, toward);
         self.nested.eval(&turned.surface, toward, direction) * self.unshadowed(&turned, direction)
+    }
+
+    pub(super) fn tint_derivative(&self, tint: Tint, s: &Surface, event: &BsdfEvent) -> Spectrum {
+        if event.delta {
+            return self.nested.tint_derivative(tint, s, event);
+        }
+        let turned = self.turned(s, event.toward);
+        self.nested.tint_derivative(tint, &turned.surface, event)
     }
 
     pub(super) fn pdf(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {

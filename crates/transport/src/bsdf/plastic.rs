@@ -1,7 +1,8 @@
 //! A diffuse base under a smooth coat of a dielectric; reflects on the side of the normal only.
 
 use super::surface::reflect;
-use super::{BsdfError, BsdfSample, Surface, check_eta, factor, fresnel};
+use super::tint::{BsdfEvent, reciprocal};
+use super::{BsdfError, BsdfSample, Surface, Tint, check_eta, factor, fresnel};
 use crate::sampling::Frame;
 use crate::sampling::sphere::{cosine_hemisphere_pdf, cosine_hemisphere_sample};
 use crate::spectrum::Spectrum;
@@ -48,6 +49,16 @@ impl Base {
         let returned = |r: f64| if self.nonlinear { r * back } else { back };
         let reflectance = self.reflectance.at(&s.site);
         reflectance.map(|r| r * self.shrink / (1.0 - returned(r)))
+    }
+
+    /// The derivative of the logarithm of its value by the colour.
+    pub(super) fn derivative(&self, s: &Surface, back: f64) -> Spectrum {
+        let reflectance = self.reflectance.at(&s.site);
+        if self.nonlinear {
+            reciprocal(reflectance.map(|r| r * (1.0 - r * back)))
+        } else {
+            reciprocal(reflectance)
+        }
     }
 }
 
@@ -103,6 +114,23 @@ impl Plastic {
             delta: false,
             transmitted: false,
         })
+    }
+
+    /// The colour of that name.
+    pub(super) fn tint(&self, tint: Tint) -> Option<&Texture> {
+        match tint {
+            Tint::DiffuseReflectance => Some(&self.base.reflectance),
+            Tint::SpecularReflectance => Some(&self.specular_reflectance),
+            _ => None,
+        }
+    }
+
+    pub(super) fn tint_derivative(&self, tint: Tint, s: &Surface, event: &BsdfEvent) -> Spectrum {
+        match (tint, event.delta) {
+            (Tint::SpecularReflectance, true) => reciprocal(self.specular_reflectance.at(&s.site)),
+            (Tint::DiffuseReflectance, false) => self.base.derivative(s, self.from_below),
+            _ => Spectrum::ZERO,
+        }
     }
 
     pub(super) fn albedo(&self, s: &Surface) -> Spectrum {

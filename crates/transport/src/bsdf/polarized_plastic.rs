@@ -3,7 +3,8 @@
 
 use super::microfacet::Roughness;
 use super::surface::{above, reflect};
-use super::{BsdfError, BsdfSample, Surface, check_eta, factor, fresnel};
+use super::tint::{BsdfEvent, share};
+use super::{BsdfError, BsdfSample, Surface, Tint, check_eta, factor, fresnel};
 use crate::sampling::sphere::{cosine_hemisphere_pdf, cosine_hemisphere_sample};
 use crate::spectrum::Spectrum;
 use crate::texture::Texture;
@@ -34,6 +35,15 @@ impl PolarizedPlastic {
             diffuse_reflectance: factor("diffuse_reflectance", diffuse_reflectance)?,
             specular_reflectance: factor("specular_reflectance", specular_reflectance)?,
         })
+    }
+
+    /// The colour of that name.
+    pub(super) fn tint(&self, tint: Tint) -> Option<&Texture> {
+        match tint {
+            Tint::DiffuseReflectance => Some(&self.diffuse_reflectance),
+            Tint::SpecularReflectance => Some(&self.specular_reflectance),
+            _ => None,
+        }
     }
 
     pub(super) fn is_anisotropic(&self) -> bool {
@@ -74,14 +84,31 @@ impl PolarizedPlastic {
     }
 
     pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
+        let [specular, base] = self.parts(s, toward, direction);
+        specular + base
+    }
+
+    /// What the facets and the base scatter.
+    fn parts(&self, s: &Surface, toward: DVec3, direction: DVec3) -> [Spectrum; 2] {
         let Some([o, i, h]) = above(s, toward, direction) else {
-            return Spectrum::ZERO;
+            return [Spectrum::ZERO; 2];
         };
         let facets = self.roughness.at(s);
         let specular = self.reflectance(o.dot(h)) * facets.g1(i) * facets.pdf_reflected(o, h);
         let [enters, leaves] = [i.z, o.z].map(|cos| 1.0 - self.reflectance(cos));
-        self.specular_reflectance.at(&s.site) * specular
-            + self.diffuse_reflectance.at(&s.site) * (enters * leaves * cosine_hemisphere_pdf(i))
+        [
+            self.specular_reflectance.at(&s.site) * specular,
+            self.diffuse_reflectance.at(&s.site) * (enters * leaves * cosine_hemisphere_pdf(i)),
+        ]
+    }
+
+    pub(super) fn tint_derivative(&self, tint: Tint, s: &Surface, event: &BsdfEvent) -> Spectrum {
+        let [specular, base] = self.parts(s, event.toward, event.direction);
+        let (part, colour) = match tint {
+            Tint::SpecularReflectance => (specular, &self.specular_reflectance),
+            _ => (base, &self.diffuse_reflectance),
+        };
+        share(part, (specular + base) * colour.at(&s.site))
     }
 
     pub(super) fn pdf(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {

@@ -3,7 +3,7 @@
 
 use super::microfacet::{Microfacets, Roughness};
 use super::surface::{Facing, reflect, refract};
-use super::{BsdfError, BsdfSample, Surface, factor, fresnel};
+use super::{BsdfError, BsdfSample, Surface, Tint, factor, fresnel};
 use crate::spectrum::Spectrum;
 use crate::texture::Texture;
 use glam::DVec3;
@@ -48,6 +48,15 @@ impl RoughDielectric {
             specular_reflectance: factor("specular_reflectance", specular_reflectance)?,
             specular_transmittance: factor("specular_transmittance", specular_transmittance)?,
         })
+    }
+
+    /// The colour of that name.
+    pub(super) fn tint(&self, tint: Tint) -> Option<&Texture> {
+        match tint {
+            Tint::SpecularReflectance => Some(&self.specular_reflectance),
+            Tint::SpecularTransmittance => Some(&self.specular_transmittance),
+            _ => None,
+        }
     }
 
     pub(super) fn is_anisotropic(&self) -> bool {

@@ -3,6 +3,7 @@
 
 use super::error::unbounded;
 use super::surface::above;
+use super::tint::{BsdfEvent, reciprocal};
 use super::{BsdfError, BsdfSample, Surface, factor};
 use crate::sampling::Frame;
 use crate::sampling::sphere::{cosine_hemisphere_pdf, cosine_hemisphere_sample};
@@ -50,6 +51,10 @@ impl RoughDiffuse {
         BsdfSample::reflected(direction, pdf, value)
     }
 
+    pub(super) fn reflectance(&self) -> &Texture {
+        &self.reflectance
+    }
+
     pub(super) fn albedo(&self, s: &Surface) -> Spectrum {
         self.reflectance.at(&s.site)
     }
@@ -58,15 +63,29 @@ impl RoughDiffuse {
         let Some([o, i, _]) = above(s, toward, direction) else {
             return Spectrum::ZERO;
         };
-        let sigma2 = 0.5 * self.alpha.number_at(&s.site).powi(2);
-        let cavities = if self.fast {
-            Cavities::direct(sigma2, o, i)
-        } else {
-            Cavities::of(sigma2, o, i)
-        };
+        let cavities = self.cavities(s, o, i);
         let cosine = cosine_hemisphere_pdf(i);
         let value = |r: f64| r * (cavities.single + r * cavities.double) * cosine;
         self.reflectance.at(&s.site).map(value)
+    }
+
+    fn cavities(&self, s: &Surface, o: DVec3, i: DVec3) -> Cavities {
+        let sigma2 = 0.5 * self.alpha.number_at(&s.site).powi(2);
+        if self.fast {
+            Cavities::direct(sigma2, o, i)
+        } else {
+            Cavities::of(sigma2, o, i)
+        }
+    }
+
+    pub(super) fn tint_derivative(&self, s: &Surface, event: &BsdfEvent) -> Spectrum {
+        let Some([o, i, _]) = above(s, event.toward, event.direction) else {
+            return Spectrum::ZERO;
+        };
+        let Cavities { single, double } = self.cavities(s, o, i);
+        let colour = self.reflectance.at(&s.site);
+        let second = reciprocal(colour.map(|r| single + r * double)) * double;
+        reciprocal(colour) + second
     }
 
     pub(super) fn pdf(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {

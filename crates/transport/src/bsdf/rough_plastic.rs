@@ -4,7 +4,8 @@ use super::coat::Coats;
 use super::microfacet::Roughness;
 use super::plastic::Base;
 use super::surface::{above, reflect};
-use super::{BsdfError, BsdfSample, Surface, check_eta, factor, fresnel};
+use super::tint::{BsdfEvent, share};
+use super::{BsdfError, BsdfSample, Surface, Tint, check_eta, factor, fresnel};
 use crate::sampling::Frame;
 use crate::sampling::sphere::{cosine_hemisphere_pdf, cosine_hemisphere_sample};
 use crate::spectrum::Spectrum;
@@ -69,21 +70,52 @@ impl RoughPlastic {
         BsdfSample::reflected(direction, pdf, value)
     }
 
+    /// The colour of that name.
+    pub(super) fn tint(&self, tint: Tint) -> Option<&Texture> {
+        match tint {
+            Tint::DiffuseReflectance => Some(&self.base.reflectance),
+            Tint::SpecularReflectance => Some(&self.specular_reflectance),
+            _ => None,
+        }
+    }
+
     pub(super) fn albedo(&self, s: &Surface) -> Spectrum {
         self.base.reflectance.at(&s.site)
     }
 
     pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
+        let [specular, base] = self.parts(s, toward, direction);
+        specular + base
+    }
+
+    /// What the coat and the base scatter.
+    fn parts(&self, s: &Surface, toward: DVec3, direction: DVec3) -> [Spectrum; 2] {
         let Some([o, i, h]) = above(s, toward, direction) else {
-            return Spectrum::ZERO;
+            return [Spectrum::ZERO; 2];
         };
         let f = fresnel::dielectric(o.dot(h).clamp(0.0, 1.0), 1.0, self.eta).reflectance;
         let facets = self.roughness.at(s);
         let coat = self.coats.at(&facets);
         let specular = f * facets.g1(i) * facets.pdf_reflected(o, h);
         let base = coat.passes(o.z) * coat.passes(i.z) * cosine_hemisphere_pdf(i);
-        self.specular_reflectance.at(&s.site) * specular
-            + self.base.value(s, coat.returned()) * base
+        [
+            self.specular_reflectance.at(&s.site) * specular,
+            self.base.value(s, coat.returned()) * base,
+        ]
+    }
+
+    pub(super) fn tint_derivative(&self, tint: Tint, s: &Surface, event: &BsdfEvent) -> Spectrum {
+        let [specular, base] = self.parts(s, event.toward, event.direction);
+        match tint {
+            Tint::SpecularReflectance => share(
+                specular,
+                (specular + base) * self.specular_reflectance.at(&s.site),
+            ),
+            _ => {
+                let back = self.coats.at(&self.roughness.at(s)).returned();
+                share(base, specular + base) * self.base.derivative(s, back)
+            }
+        }
     }
 
     pub(super) fn pdf(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {

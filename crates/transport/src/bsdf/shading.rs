@@ -82,14 +82,14 @@ impl Bsdf {
     }
 
     /// Whether it scatters by the shading normal of the surface, and this is another one.
-    fn is_shaded(&self, s: &Surface) -> bool {
+    pub(super) fn is_shaded(&self, s: &Surface) -> bool {
         s.shading_normal != s.normal && !self.keeps_true_surface()
     }
 }
 
 impl Surface {
     /// The surface whose normal is that of shading.
-    fn shaded(&self) -> Self {
+    pub(super) fn shaded(&self) -> Self {
         Surface {
             normal: self.shading_normal,
             ..*self

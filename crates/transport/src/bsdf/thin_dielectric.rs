@@ -2,7 +2,9 @@
 //! forth inside.
 
 use super::surface::reflect;
-use super::{BsdfError, BsdfSample, PartialTransmission, Surface, check_eta, factor, fresnel};
+use super::{
+    BsdfError, BsdfSample, PartialTransmission, Surface, Tint, check_eta, factor, fresnel,
+};
 use crate::shape::Site;
 use crate::texture::Texture;
 use glam::DVec3;
@@ -36,6 +38,15 @@ impl ThinDielectric {
     /// The pane's index over that around it.
     pub(super) fn eta(&self) -> f64 {
         self.eta
+    }
+
+    /// The colour of that name.
+    pub(super) fn tint(&self, tint: Tint) -> Option<&Texture> {
+        match tint {
+            Tint::SpecularReflectance => Some(&self.specular_reflectance),
+            Tint::SpecularTransmittance => Some(&self.specular_transmittance),
+            _ => None,
+        }
     }
 
     /// One face reflects F. Summed over all reflections inside, the pane reflects

@@ -1,6 +1,7 @@
 //! A surface that reflects on both sides.
 
-use super::{Bsdf, BsdfError, BsdfSample, Surface};
+use super::tint::BsdfEvent;
+use super::{Bsdf, BsdfError, BsdfSample, Surface, Tint};
 use crate::spectrum::Spectrum;
 use glam::DVec3;
 use std::sync::Arc;
@@ -53,6 +54,11 @@ impl TwoSided {
     pub(super) fn sample(&self, s: &Surface, toward: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
         let (bsdf, s) = self.seen(s, toward);
         bsdf.sample(&s, toward, u)
+    }
+
+    pub(super) fn tint_derivative(&self, tint: Tint, s: &Surface, event: &BsdfEvent) -> Spectrum {
+        let (bsdf, s) = self.seen(s, event.toward);
+        bsdf.tint_derivative(tint, &s, event)
     }
 
     pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {

@@ -23,11 +23,29 @@ pub enum DerivativeError {
         "the phase function of '{0}' has no mean cosine g to differentiate by: only hg has, also of labels and of voxels"
     )]
     Phase(String),
-    /// A surface that does not scatter in proportion to one reflectance.
+    /// A surface without such a colour.
     #[error(
-        "'{0}' has no reflectance to differentiate by: only diffuse surfaces and rough metals have (reflectance, specular_reflectance), also twosided, masked or with a normal map, of one colour, a bitmap, a checkerboard of two colours or the colours of a mesh"
+        "'{name}' has no {what} to differentiate by: {}",
+        colours(name, others)
     )]
-    Reflectance(String),
+    Colour {
+        /// The colour.
+        what: &'static str,
+        /// Of which object.
+        name: String,
+        /// Colours by which its surface can be differentiated.
+        others: Vec<&'static str>,
+    },
+    /// Colours of a texture whose values are not numbered.
+    #[error(
+        "{what} of '{name}' is that of a volume, or of textures within a texture, whose values have no numbers: derivatives are by one colour, a bitmap, a checkerboard of two colours, or the colours of a mesh"
+    )]
+    Texture {
+        /// The colour.
+        what: &'static str,
+        /// Of which object.
+        name: String,
+    },
     /// An emitter that throws a texture whose values are not numbered.
     #[error(
         "what emitter number {0} throws is no image, but a volume's or that of textures within a texture: ask for its emission"
@@ -72,4 +90,15 @@ pub enum DerivativeError {
     /// Sums do not fit into memory.
     #[error("derivatives by {0} numbers do not fit into memory")]
     Memory(usize),
+}
+
+/// What can be asked for, or why nothing can.
+fn colours(name: &str, others: &[&str]) -> String {
+    if others.is_empty() {
+        return "its bsdf is null or principled, or made of several of which each has another colour of that name, or two are mirrors; \
+                or it is a phong or ward whose reflectances add up to more than 1"
+            .into();
+    }
+    let each = others.iter().map(|other| format!("{name}.{other}"));
+    format!("ask for {}", each.collect::<Vec<_>>().join(" or "))
 }

@@ -3,14 +3,15 @@
 use super::DerivativeError;
 use super::chart::{Chart, largest, least};
 use crate::Spectrum;
+use crate::bsdf::Tint;
 use crate::emitter::{Emitter, EmitterValues};
 use crate::medium::Medium;
-use crate::scene::{MediumId, Scene};
+use crate::scene::{MediumId, Object, Scene};
 use crate::texture::Texture;
 use std::ops::Range;
 
 /// What light is differentiated by. Coefficients are per unit length, the medium's `scale` included; they have one number where the
-/// extinction of the medium (for the albedo, the albedo) is the same everywhere, one for each label, or one for each voxel, [z, y, x]. Reflectances have
+/// extinction of the medium (for the albedo, the albedo) is the same everywhere, one for each label, or one for each voxel, [z, y, x]. Colours have
 /// one, or one for each pixel of an image, [y, x], each vertex or triangle of a mesh that is coloured, or each of the two colours of a checkerboard; so have
 /// emitters that throw a texture. All have a value for each channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,8 +26,8 @@ pub enum RadiometricParameter {
     Scattering(MediumId),
     /// Mean cosine g of a medium's Henyey–Greenstein phase function: one, one for each label, or one for each voxel.
     MeanCosine(MediumId),
-    /// [Reflectance](crate::bsdf::Bsdf::reflectance) of an object's surface, whose index is given: one colour, or those of a texture, of a diffuse surface or a rough metal.
-    Reflectance(usize),
+    /// A [colour](crate::bsdf::Bsdf::tint) of an object's surface, whose index is given: one, or those of a texture.
+    Colour(usize, Tint),
     /// A factor on all that an emitter emits, whose index is given; it is 1 in the scene.
     Emission(usize),
     /// What an emitter's light is made up of, given its index: its radiance, intensity or irradiance, or the power of a beam or fibre; the pixels of an image; the
@@ -46,9 +47,9 @@ impl RadiometricParameter {
                 Chart::of_extinction(scene.medium(id)).shape()
             }
             RadiometricParameter::Albedo(id) => Chart::of_albedo(scene.medium(id)).shape(),
-            RadiometricParameter::Reflectance(object) => {
-                let colours = reflectance(scene, object);
-                colours.and_then(Texture::shape).unwrap_or_default()
+            RadiometricParameter::Colour(object, tint) => {
+                let colours = scene.objects()[object].bsdf.tint(tint);
+                colours.and_then(|c| c.shape()).unwrap_or_default()
             }
             RadiometricParameter::Radiance(emitter) => {
                 let emitter = &scene.emitters()[emitter];
@@ -96,24 +97,36 @@ impl RadiometricParameter {
             RadiometricParameter::MeanCosine(id) => {
                 Err(DerivativeError::Phase(scene.medium(id).name.clone()))
             }
-            RadiometricParameter::Reflectance(object) => {
-                let of = &scene.objects()[object];
-                let colours = reflectance(scene, object);
-                let colours =
-                    colours.ok_or_else(|| DerivativeError::Reflectance(of.name.clone()))?;
-                let is_positive = |value: Spectrum| value.0[..channels].iter().all(|c| *c > 0.0);
-                if colours.values().all(is_positive) {
-                    return Ok(());
-                }
-                Err(DerivativeError::Zero {
-                    what: "the reflectance",
-                    name: of.name.clone(),
-                    instead: "",
-                })
+            RadiometricParameter::Colour(object, tint) => {
+                check_colour(&scene.objects()[object], tint, channels)
             }
             RadiometricParameter::Radiance(index) => check_radiance(scene, index, channels),
         }
     }
+}
+
+/// Finds out whether a surface has derivatives by a colour.
+fn check_colour(object: &Object, tint: Tint, channels: usize) -> Result<(), DerivativeError> {
+    let (name, bsdf) = (object.name.clone(), &object.bsdf);
+    let what = tint.name();
+    let Some(colours) = bsdf.tint(tint) else {
+        let others = Tint::ALL.into_iter().filter(|t| bsdf.tint(*t).is_some());
+        let others = others.map(Tint::name).collect();
+        return Err(DerivativeError::Colour { what, name, others });
+    };
+    if colours.shape().is_none() {
+        return Err(DerivativeError::Texture { what, name });
+    }
+    let is_positive = |value: Spectrum| value.0[..channels].iter().all(|c| *c > 0.0);
+    if colours.values().all(is_positive) {
+        return Ok(());
+    }
+    let instead = "";
+    Err(DerivativeError::Zero {
+        what,
+        name,
+        instead,
+    })
 }
 
 /// Finds out whether an emitter has derivatives by what it is made up of.
@@ -190,18 +203,14 @@ impl Quantity {
     }
 }
 
-/// The colours of an object by which all that it scatters is multiplied.
-fn reflectance(scene: &Scene, object: usize) -> Option<&Texture> {
-    let found = scene.objects()[object].bsdf.reflectance();
-    found.map(|(_, colours)| colours)
-}
-
 /// Where the sums of parameters lie, and what each factor of a path adds to.
 #[derive(Clone, Debug)]
 pub(crate) struct Plan {
     pub(super) media: Vec<MediumPlan>,
-    /// For each object, where the sums of its reflectance begin, and that.
-    pub(super) objects: Vec<Option<(usize, Texture)>>,
+    /// For each object, what its surface adds to.
+    pub(super) objects: Vec<Vec<ColourPlan>>,
+    /// Whether panes or filters that light passes on its way add to something.
+    pub(super) has_panes: bool,
     /// For each emitter, where its sums begin.
     pub(super) emitters: Vec<EmitterPlan>,
     /// Where the sums of the exposure begin.
@@ -214,6 +223,16 @@ pub(crate) struct Plan {
     shared: Vec<Option<usize>>,
     /// Number of all sums in a row, those that are shared included.
     stride: usize,
+}
+
+/// What factors of a surface add to, by one of its colours.
+#[derive(Clone, Debug)]
+pub(super) struct ColourPlan {
+    pub tint: Tint,
+    /// Its values.
+    pub colours: Texture,
+    /// Where sums begin.
+    pub start: usize,
 }
 
 /// What factors of a medium add to.
@@ -267,7 +286,8 @@ impl Plan {
         });
         let mut plan = Plan {
             media: media.collect(),
-            objects: vec![None; scene.objects().len()],
+            objects: vec![Vec::new(); scene.objects().len()],
+            has_panes: false,
             emitters: vec![EmitterPlan::default(); scene.emitters().len()],
             exposure: None,
             channels,
@@ -288,9 +308,14 @@ impl Plan {
                 RadiometricParameter::Absorption(id) => plan.media[id].absorption = start,
                 RadiometricParameter::Scattering(id) => plan.media[id].scattering = start,
                 RadiometricParameter::MeanCosine(id) => plan.media[id].mean_cosine = start,
-                RadiometricParameter::Reflectance(object) => {
-                    let colour = reflectance(scene, object);
-                    plan.objects[object] = colour.map(|colour| (next, colour.clone()));
+                RadiometricParameter::Colour(object, tint) => {
+                    let bsdf = &scene.objects()[object].bsdf;
+                    plan.has_panes |= bsdf.is_partial();
+                    plan.objects[object].extend(bsdf.tint(tint).map(|colours| ColourPlan {
+                        tint,
+                        colours,
+                        start: next,
+                    }));
                 }
                 RadiometricParameter::Emission(emitter) => plan.emitters[emitter].factor = start,
                 RadiometricParameter::Radiance(emitter) => plan.emitters[emitter].values = start,

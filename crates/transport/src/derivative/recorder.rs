@@ -19,8 +19,8 @@ pub(crate) trait FactorRecorder {
     /// The path follows an edge, and is scattered if it collides at its end.
     fn follow(&mut self, edge: &Edge);
 
-    /// The path turns at a vertex.
-    fn turn(&mut self, vertex: &Vertex, direction: DVec3);
+    /// The path turns at a vertex, perhaps along a specular lobe.
+    fn turn(&mut self, vertex: &Vertex, direction: DVec3, specular: bool);
 
     /// Puts aside the part of an edge up to an arc length, and a scattering there.
     fn aside_follow(&mut self, edge: &Edge, length: f64);
@@ -42,7 +42,7 @@ impl FactorRecorder for () {
 
     fn way(&self, _vertex: &Vertex, _arcs: ConnectionArcs) {}
     fn follow(&mut self, _edge: &Edge) {}
-    fn turn(&mut self, _vertex: &Vertex, _direction: DVec3) {}
+    fn turn(&mut self, _vertex: &Vertex, _direction: DVec3, _specular: bool) {}
     fn aside_follow(&mut self, _edge: &Edge, _length: f64) {}
     fn aside_connect(&mut self, _vertex: &Vertex, _direction: DVec3, _way: &()) {}
     fn aside_reach(&mut self, _edge: &Edge, _length: f64) {}

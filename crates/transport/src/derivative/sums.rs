@@ -1,11 +1,12 @@
 //! Sums of derivatives, parameter by parameter.
 
 use super::Plan;
-use super::tape::{Factor, Place, Stretch, Tape};
+use super::tape::{EdgeEvent, Factor, Place, Stretch, Tape};
 use crate::Spectrum;
+use crate::bsdf::{BsdfEvent, Surface};
 use crate::emitter::{EmittedRay, Emitter};
+use crate::path::surface_at;
 use crate::scene::{MediumId, Scene};
-use crate::shape::Site;
 use glam::DVec3;
 
 /// Sums of derivatives: rows of numbers, each [as long](Plan::stride) as the plan says, one for each of the functionals that are differentiated.
@@ -89,7 +90,18 @@ impl<'a> Sums<'a> {
             Factor::Attenuation(stretch) => self.attenuation(stretch, worth),
             Factor::Scattering { medium, x } => self.scattering(*medium, *x, worth),
             Factor::Phase { medium, x, cos } => self.phase(*medium, *x, *cos, worth),
-            Factor::Surface { object, site } => self.reflection(*object, site, worth),
+            Factor::Surface {
+                object,
+                surface,
+                event,
+            } => self.surface(*object, surface, event, worth),
+            Factor::EdgeEvent(edge_event) => self.edge_event(edge_event, worth),
+            Factor::Connection { stretch, bounded } => {
+                self.attenuation(stretch, worth);
+                if self.plan.has_panes {
+                    self.panes(stretch, *bounded, worth);
+                }
+            }
             Factor::Emission(ray) => self.emission(ray, worth),
         }
     }
@@ -145,14 +157,51 @@ impl<'a> Sums<'a> {
         }
     }
 
-    /// ∂ log ρ.
-    fn reflection(&mut self, object: usize, site: &Site, worth: Spectrum) {
-        let plan: &'a Plan = self.plan;
-        let Some((start, texture)) = &plan.objects[object] else {
+    /// ∂ log f of a surface, by its colours.
+    fn surface(&mut self, object: usize, surface: &Surface, event: &BsdfEvent, worth: Spectrum) {
+        let (plan, scene): (&'a Plan, &'a Scene) = (self.plan, self.scene);
+        for by in &plan.objects[object] {
+            let bsdf = &scene.objects()[object].bsdf;
+            let share = worth * bsdf.tint_derivative(by.tint, surface, event);
+            by.colours.weights(&surface.site, |i, weight| {
+                self.put(by.start, i, share * weight);
+            });
+        }
+    }
+
+    /// The same on an edge, which goes on there.
+    fn edge_event(&mut self, edge_event: &EdgeEvent, worth: Spectrum) {
+        let (plan, scene): (&'a Plan, &'a Scene) = (self.plan, self.scene);
+        let object = edge_event.object;
+        if plan.objects[object].is_empty() {
             return;
+        }
+        let hit = scene.hit(object, &edge_event.meeting);
+        let surface = surface_at(scene, object, &hit, edge_event.medium);
+        let event = BsdfEvent {
+            toward: -edge_event.from,
+            direction: edge_event.to,
+            delta: true,
         };
-        let share = over(worth, texture.at(site));
-        texture.weights(site, |i, weight| self.put(*start, i, share * weight));
+        self.surface(object, &surface, &event, worth);
+    }
+
+    /// The same of what an arc of a connection passes, and of the boundary at its end.
+    fn panes(&mut self, stretch: &Stretch, bounded: bool, worth: Spectrum) {
+        let Stretch { medium, arc, theta } = stretch;
+        let boundary = bounded.then(|| self.scene.first_boundary(arc, None));
+        let within = self.scene.filters_along(arc, *theta);
+        for (object, meeting) in within.into_iter().chain(boundary.flatten()) {
+            let along = arc.velocity(meeting.theta).normalize();
+            let edge_event = EdgeEvent {
+                object,
+                meeting,
+                medium: *medium,
+                from: along,
+                to: along,
+            };
+            self.edge_event(&edge_event, worth);
+        }
     }
 
     /// ∂ log of what leaves an emitter.

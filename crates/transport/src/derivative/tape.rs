@@ -3,19 +3,22 @@
 //! Theory: docs/theory.md#derivatives-of-light.
 
 use super::FactorRecorder;
+use crate::bsdf::{BsdfEvent, Surface};
 use crate::emitter::EmittedRay;
 use crate::path::{
-    ConnectionArcs, Edge, End, Joint, JointEnd, SubpathRecorder, TransportMode, Vertex,
+    ConnectionArcs, Edge, End, Joint, JointEnd, Span, SubpathRecorder, TransportMode, Vertex,
 };
 use crate::scene::MediumId;
-use crate::shape::Site;
+use crate::shape::Meeting;
+use eikonal::connect::Event;
+use eikonal::interface::Rule;
 use eikonal::ray::Arc;
 use glam::DVec3;
 use smallvec::SmallVec;
 
 /// A factor of what a path brings.
 #[derive(Clone, Debug)]
-pub(super) enum Factor {
+pub(crate) enum Factor {
     /// e^−∫σ_t ds along a part of a way.
     Attenuation(Stretch),
     /// σ_s at a collision.
@@ -26,8 +29,20 @@ pub(super) enum Factor {
         x: DVec3,
         cos: f64,
     },
-    /// The scattering of an object's surface.
-    Surface { object: usize, site: Site },
+    /// The scattering of an object's surface, at a vertex or where a connection is refracted or reflected.
+    Surface {
+        object: usize,
+        surface: Surface,
+        event: BsdfEvent,
+    },
+    /// What a surface does to light that it passes on, or reflects, on an edge.
+    EdgeEvent(EdgeEvent),
+    /// An arc of a connection: attenuation, and what panes and filters do to light that passes them.
+    Connection {
+        stretch: Stretch,
+        /// Whether it ends at a boundary between media.
+        bounded: bool,
+    },
     /// What leaves an emitter.
     Emission(EmittedRay),
 }
@@ -38,6 +53,32 @@ pub(crate) struct Stretch {
     pub medium: MediumId,
     pub arc: Arc,
     pub theta: f64,
+}
+
+/// A surface that light passes on its way, or is reflected by, without a vertex.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct EdgeEvent {
+    pub object: usize,
+    pub meeting: Meeting,
+    /// Through which light arrives.
+    pub medium: MediumId,
+    /// Unit directions before and after.
+    pub from: DVec3,
+    pub to: DVec3,
+}
+
+impl EdgeEvent {
+    /// From one arc of an edge to the next, if they meet at a surface.
+    fn between(span: &Span, next: &Span) -> Option<Self> {
+        let (object, meeting) = span.surface?;
+        Some(EdgeEvent {
+            object,
+            meeting,
+            medium: span.medium,
+            from: span.arc.velocity(span.theta_end).normalize(),
+            to: next.arc.velocity(0.0).normalize(),
+        })
+    }
 }
 
 /// A place on a tape: after one of its factors, or at its start.
@@ -114,6 +155,17 @@ impl Tape {
         self.aside = Some(self.stretch(from, medium, arc, theta));
     }
 
+    /// The path passes a surface between two arcs of an edge, or is reflected there.
+    pub(crate) fn pass(&mut self, span: &Span, next: &Span) {
+        self.trunk = self.edge_event(self.trunk, span, next);
+    }
+
+    /// The path of light turns at a vertex, perhaps along a specular lobe.
+    pub(crate) fn turn_light(&mut self, vertex: &Vertex, direction: DVec3, specular: bool) {
+        let factor = turned(TransportMode::Importance, vertex, direction, specular);
+        self.trunk = self.push(self.trunk, factor);
+    }
+
     /// The path is scattered at a place.
     pub(crate) fn collide(&mut self, medium: MediumId, x: DVec3) {
         self.trunk = self.push(self.trunk, Factor::Scattering { medium, x });
@@ -147,10 +199,17 @@ impl Tape {
         self.push(from, Factor::Attenuation(Stretch { medium, arc, theta }))
     }
 
-    fn stretches(&mut self, from: Place, way: &[Stretch]) -> Place {
-        way.iter().cloned().fold(from, |place, stretch| {
-            self.push(place, Factor::Attenuation(stretch))
-        })
+    fn edge_event(&mut self, from: Place, span: &Span, next: &Span) -> Place {
+        match EdgeEvent::between(span, next) {
+            Some(edge_event) => self.push(from, Factor::EdgeEvent(edge_event)),
+            None => from,
+        }
+    }
+
+    fn connected(&mut self, from: Place, way: &[Factor]) -> Place {
+        way.iter()
+            .cloned()
+            .fold(from, |place, factor| self.push(place, factor))
     }
 
     /// A whole edge, and a scattering if it ends at a collision.
@@ -158,9 +217,19 @@ impl Tape {
         if let End::Collision(point) = &edge.end {
             return self.scattered(from, edge, point.length);
         }
-        edge.spans.iter().fold(from, |place, span| {
-            self.stretch(place, span.medium, &span.arc, span.theta_end)
-        })
+        self.spans(from, &edge.spans)
+    }
+
+    /// Whole arcs, and what happens between them.
+    fn spans(&mut self, from: Place, spans: &[Span]) -> Place {
+        let mut place = from;
+        for (i, span) in spans.iter().enumerate() {
+            place = self.stretch(place, span.medium, &span.arc, span.theta_end);
+            if let Some(next) = spans.get(i + 1) {
+                place = self.edge_event(place, span, next);
+            }
+        }
+        place
     }
 
     /// The part of an edge up to an arc length, and a scattering there.
@@ -182,15 +251,15 @@ impl Tape {
     /// The part of an edge up to an arc length.
     fn up_to(&mut self, from: Place, edge: &Edge, length: f64) -> Place {
         let last = last_span(edge, length);
-        let spans = edge.spans.iter().enumerate().take(last + 1);
-        spans.fold(from, |place, (i, span)| {
-            let theta = if i == last {
-                span.theta_at_length(length - span.length_before)
-            } else {
-                span.theta_end
-            };
-            self.stretch(place, span.medium, &span.arc, theta)
-        })
+        let Some(span) = edge.spans.get(last) else {
+            return from;
+        };
+        let mut place = self.spans(from, &edge.spans[..last]);
+        if let Some(before) = last.checked_sub(1) {
+            place = self.edge_event(place, &edge.spans[before], span);
+        }
+        let theta = span.theta_at_length(length - span.length_before);
+        self.stretch(place, span.medium, &span.arc, theta)
     }
 
     /// A subpath up to where it is part of a path, and a turn there.
@@ -200,26 +269,27 @@ impl Tape {
         };
         let place = self.subpaths[side(mode)].vertices[before];
         match turn {
-            Some((vertex, direction)) => self.push(place, turned(vertex, direction)),
+            Some((vertex, direction)) => self.push(place, turned(mode, vertex, direction, false)),
             None => place,
         }
     }
 }
 
 impl FactorRecorder for Tape {
-    type Way = SmallVec<[Stretch; 1]>;
+    type Way = SmallVec<[Factor; 1]>;
     const RECORDS: bool = true;
 
     fn way(&self, _vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way {
-        stretches(arcs)
+        way(arcs)
     }
 
     fn follow(&mut self, edge: &Edge) {
         self.trunk = self.edge(self.trunk, edge);
     }
 
-    fn turn(&mut self, vertex: &Vertex, direction: DVec3) {
-        self.trunk = self.push(self.trunk, turned(vertex, direction));
+    fn turn(&mut self, vertex: &Vertex, direction: DVec3, specular: bool) {
+        let factor = turned(TransportMode::Radiance, vertex, direction, specular);
+        self.trunk = self.push(self.trunk, factor);
     }
 
     fn aside_follow(&mut self, edge: &Edge, length: f64) {
@@ -232,8 +302,9 @@ impl FactorRecorder for Tape {
 
     fn aside_connect(&mut self, vertex: &Vertex, direction: DVec3, way: &Self::Way) {
         let from = self.aside.unwrap_or(self.trunk);
-        let place = self.push(from, turned(vertex, direction));
-        self.aside = Some(self.stretches(place, way));
+        let factor = turned(TransportMode::Radiance, vertex, direction, false);
+        let place = self.push(from, factor);
+        self.aside = Some(self.connected(place, way));
     }
 
     fn contribute(&mut self, ray: &EmittedRay) {
@@ -244,7 +315,7 @@ impl FactorRecorder for Tape {
 }
 
 impl SubpathRecorder for Tape {
-    type Way = SmallVec<[Stretch; 1]>;
+    type Way = SmallVec<[Factor; 1]>;
     const RECORDS: bool = true;
 
     fn emit(&mut self, ray: &EmittedRay) {
@@ -259,19 +330,20 @@ impl SubpathRecorder for Tape {
         branch.vertices.push(end);
     }
 
-    fn leave(&mut self, mode: TransportMode, vertex: &Vertex, direction: DVec3) {
+    fn leave(&mut self, mode: TransportMode, vertex: &Vertex, direction: DVec3, specular: bool) {
         let end = self.subpaths[side(mode)].end;
-        self.subpaths[side(mode)].end = self.push(end, turned(vertex, direction));
+        let factor = turned(mode, vertex, direction, specular);
+        self.subpaths[side(mode)].end = self.push(end, factor);
     }
 
     fn arcs(&self, arcs: ConnectionArcs) -> <Self as SubpathRecorder>::Way {
-        stretches(arcs)
+        way(arcs)
     }
 
     fn join(&mut self, joint: &Joint<<Self as SubpathRecorder>::Way>) {
         let mut place = self.branch(TransportMode::Radiance, joint.sensor);
         if let Some(way) = joint.way {
-            place = self.stretches(place, way);
+            place = self.connected(place, way);
         }
         if let Some(ray) = joint.ray {
             place = self.push(place, Factor::Emission(ray));
@@ -281,24 +353,60 @@ impl SubpathRecorder for Tape {
     }
 
     fn see(&mut self, passed: &[Edge], last: &Edge, length: f64, ray: &EmittedRay) {
-        let start = Place::START;
-        let before = passed
-            .iter()
-            .fold(start, |place, edge| self.edge(place, edge));
-        let place = self.up_to(before, last, length);
+        let mut place = Place::START;
+        for (edge, next) in passed.iter().zip(passed.iter().skip(1).chain([last])) {
+            place = self.edge(place, edge);
+            // Along a specular lobe of the surface at its end.
+            if let (Some(span), Some(next)) = (edge.spans.last(), next.spans.first()) {
+                place = self.edge_event(place, span, next);
+            }
+        }
+        let place = self.up_to(place, last, length);
         let place = self.push(place, Factor::Emission(*ray));
         self.kept.push([place, Place::START]);
     }
 }
 
-/// The arcs of a connection.
-fn stretches(arcs: ConnectionArcs) -> SmallVec<[Stretch; 1]> {
-    let mut way = SmallVec::new();
-    arcs.each(|medium, arc, theta| {
-        let arc = *arc;
-        way.push(Stretch { medium, arc, theta });
-    });
-    way
+/// The factors of a connection.
+fn way(arcs: ConnectionArcs) -> SmallVec<[Factor; 1]> {
+    let arc_of = |medium, arc: &Arc, theta, bounded| Factor::Connection {
+        stretch: Stretch {
+            medium,
+            arc: *arc,
+            theta,
+        },
+        bounded,
+    };
+    match arcs {
+        ConnectionArcs::Line(parts) => {
+            let each = parts.iter().enumerate();
+            each.map(|(i, p)| arc_of(p.medium, &p.arc, p.theta_end, i + 1 < parts.len()))
+                .collect()
+        }
+        ConnectionArcs::Ray(pieces) => {
+            let mut way = SmallVec::new();
+            for piece in pieces {
+                let passes = |event: &Event| event.rule == Rule::Pass;
+                let bounded = piece.event.as_ref().is_some_and(passes);
+                way.push(arc_of(piece.region, &piece.arc, piece.theta_end, bounded));
+                way.extend(piece.event.as_ref().filter(|e| !passes(e)).map(interface));
+            }
+            way
+        }
+    }
+}
+
+/// The factor of a smooth interface at which a connection is refracted or reflected.
+fn interface(event: &Event) -> Factor {
+    Factor::Surface {
+        object: event.surface,
+        surface: Surface::plain(event.normal, 1.0, 1.0),
+        event: BsdfEvent {
+            toward: -event.before.normalize(),
+            direction: event.after.normalize(),
+            delta: true,
+        },
+    }
 }
 
 /// The number of the span of an edge that holds an arc length.
@@ -309,8 +417,8 @@ fn last_span(edge: &Edge, length: f64) -> usize {
     last.min(edge.spans.len().saturating_sub(1))
 }
 
-/// The factor of a vertex at which a path turns.
-fn turned(vertex: &Vertex, direction: DVec3) -> Factor {
+/// The factor of a vertex at which a subpath turns, perhaps along a specular lobe.
+fn turned(mode: TransportMode, vertex: &Vertex, direction: DVec3, specular: bool) -> Factor {
     match *vertex {
         Vertex::Volume {
             x,
@@ -322,10 +430,25 @@ fn turned(vertex: &Vertex, direction: DVec3) -> Factor {
             cos: arrival.dot(direction),
         },
         Vertex::Surface {
-            object, surface, ..
-        } => Factor::Surface {
+            direction: arrival,
             object,
-            site: surface.site,
-        },
+            surface,
+            ..
+        } => {
+            let (toward, direction) = match mode {
+                TransportMode::Radiance => (-arrival, direction),
+                TransportMode::Importance => (direction, -arrival),
+            };
+            let delta = specular;
+            Factor::Surface {
+                object,
+                surface,
+                event: BsdfEvent {
+                    toward,
+                    direction,
+                    delta,
+                },
+            }
+        }
     }
 }

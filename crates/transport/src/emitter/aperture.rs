@@ -185,6 +185,16 @@ impl Aperture {
         )
     }
 
+    /// The image, if there is one.
+    pub(super) fn slide(&self) -> Option<&Slide> {
+        self.picture.as_ref().map(|picture| picture.slide())
+    }
+
+    /// Image coordinates in [0, 1]² from the top left of a point of the plane.
+    pub(super) fn locate(&self, point: DVec3) -> [f64; 2] {
+        self.coordinates(self.to_local(point))
+    }
+
     /// Irradiance at a point of the plane over that of the profile on the axis, times the image.
     pub(super) fn relative(&self, point: DVec3) -> Spectrum {
         let p = self.to_local(point);

@@ -48,6 +48,11 @@ impl Collimated {
         self.aperture.direction()
     }
 
+    /// Irradiance on the axis; with an image, where that is one.
+    pub(super) fn peak(&self) -> Spectrum {
+        self.peak
+    }
+
     /// Total power.
     pub fn power(&self) -> Spectrum {
         self.peak * self.aperture.area()

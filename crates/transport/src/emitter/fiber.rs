@@ -112,6 +112,11 @@ impl Fiber {
         (spot / self.aperture.radius()).powi(2).min(1.0)
     }
 
+    /// Irradiance of the aperture on its axis; with an image, where that is one.
+    pub(super) fn peak(&self) -> Spectrum {
+        self.peak
+    }
+
     /// Total power.
     pub fn power(&self) -> Spectrum {
         self.peak * self.aperture.area()

@@ -46,6 +46,8 @@ pub(crate) enum EmitterValues<'a> {
     Map(&'a EnvironmentMap),
     /// Radiances of a projector's screen.
     Slide(&'a Slide),
+    /// Irradiances on the aperture of a beam or a fibre: an image, and where that is one.
+    Aperture(&'a Slide, Spectrum),
     /// Emission of a volume.
     Voxels(&'a VolumeLight),
 }
@@ -67,8 +69,14 @@ impl Emitter {
             Emitter::Environment(Environment::Constant(radiance)) => EmitterValues::One(*radiance),
             Emitter::Environment(Environment::Image(map)) => EmitterValues::Map(map),
             Emitter::Environment(Environment::Disc(disc)) => EmitterValues::One(disc.scale()),
-            Emitter::Collimated(beam) => EmitterValues::One(beam.power()),
-            Emitter::Fiber(fiber) => EmitterValues::One(fiber.power()),
+            Emitter::Collimated(beam) => match beam.aperture().slide() {
+                Some(slide) => EmitterValues::Aperture(slide, beam.peak()),
+                None => EmitterValues::One(beam.power()),
+            },
+            Emitter::Fiber(fiber) => match fiber.aperture().slide() {
+                Some(slide) => EmitterValues::Aperture(slide, fiber.peak()),
+                None => EmitterValues::One(fiber.power()),
+            },
             Emitter::Volume(volume) => EmitterValues::Voxels(volume),
         }
     }
@@ -82,7 +90,9 @@ impl EmitterValues<'_> {
             EmitterValues::One(_) => Some(Vec::new()),
             EmitterValues::Texture(texture) => texture.shape(),
             EmitterValues::Map(map) => Some(map.shape().to_vec()),
-            EmitterValues::Slide(slide) => Some(vec![slide.size[1], slide.size[0]]),
+            EmitterValues::Slide(slide) | EmitterValues::Aperture(slide, _) => {
+                Some(vec![slide.size[1], slide.size[0]])
+            }
             EmitterValues::Voxels(volume) => Some(volume.shape()),
         }
     }
@@ -95,6 +105,9 @@ impl EmitterValues<'_> {
             EmitterValues::Texture(texture) => texture.values().all(is_positive),
             EmitterValues::Map(map) => map.pixels().iter().copied().all(is_positive),
             EmitterValues::Slide(slide) => slide.pixels.iter().copied().all(is_positive),
+            EmitterValues::Aperture(slide, peak) => {
+                slide.pixels.iter().all(|pixel| is_positive(*pixel * *peak))
+            }
             EmitterValues::Voxels(volume) => volume.is_positive(channels),
         }
     }
@@ -145,6 +158,16 @@ impl EmitterValues<'_> {
                 },
                 _ => Spectrum::ZERO,
             },
+            EmitterValues::Aperture(slide, peak) => {
+                let aperture = match emitter {
+                    Emitter::Collimated(beam) => beam.aperture(),
+                    Emitter::Fiber(fiber) => fiber.aperture(),
+                    _ => return Spectrum::ZERO,
+                };
+                let uv = aperture.locate(ray.x);
+                slide.weights(uv, see);
+                slide.at(uv) * *peak
+            }
             EmitterValues::Voxels(volume) => {
                 volume.weights(ray.x, see);
                 volume.radiance(ray.x)

@@ -509,7 +509,8 @@ impl<R: FactorRecorder> Tracing<'_, R> {
         let Some(scattered) = scatter(self.scene, &vertex, self.sampler) else {
             return false;
         };
-        self.recorder.turn(&vertex, scattered.start.direction);
+        self.recorder
+            .turn(&vertex, scattered.start.direction, scattered.delta);
         next.start = scattered.start;
         next.throughput = throughput * scattered.weight;
         next.from = if scattered.delta {

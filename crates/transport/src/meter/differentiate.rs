@@ -8,7 +8,7 @@ use super::reading::{Quantity, ReadingAxis};
 use super::recorder::{Beyond, passing};
 use super::{Estimator, FluenceMeter, Meter, Setup};
 use crate::Spectrum;
-use crate::derivative::{FactorRecorder, Sums, Tape};
+use crate::derivative::{Sums, Tape};
 use crate::path::{End, Observer, WalkEvent, Workspace};
 use crate::sampling::Sampler;
 use crate::scene::MediumId;
@@ -110,9 +110,6 @@ impl Observer for TapeRecorder<'_> {
         if let Some(last) = self.fly_along(event) {
             self.end(event, &last);
         }
-        if let (Some(vertex), Some(ray)) = (event.vertex, event.onward) {
-            self.notes.tape.turn(vertex, ray.start.direction);
-        }
         ControlFlow::Continue(())
     }
 
@@ -132,7 +129,8 @@ impl TapeRecorder<'_> {
             let (arc, theta) = (&flight.span.arc, flight.theta_end);
             self.notes.tape.fly(flight.span.medium, arc, theta);
             if let Some(next) = event.edge.spans.get(i + 1) {
-                self.surface(&flight, Some(Beyond::along(&flight, next)));
+                let beyond = Some(Beyond::along(&flight, next));
+                self.surface(&flight, beyond, |tape| tape.pass(flight.span, next));
             }
             last = Some(flight);
         }
@@ -153,9 +151,13 @@ impl TapeRecorder<'_> {
                     recorder.collide(&collision, meter, first);
                 });
                 self.notes.tape.collide(point.medium, point.x);
+                turn(&mut self.notes.tape, event);
             }
-            End::Surface { .. } => self.surface(last, event.onward.map(Beyond::reflected)),
-            End::Dead if !event.edge.lost => self.surface(last, None),
+            End::Surface { .. } => {
+                let beyond = event.onward.map(Beyond::reflected);
+                self.surface(last, beyond, |tape| turn(tape, event));
+            }
+            End::Dead if !event.edge.lost => self.surface(last, None, |_| ()),
             End::Dead | End::Escaped { .. } => {}
         }
     }
@@ -241,10 +243,18 @@ impl TapeRecorder<'_> {
         self.notes.contribute(row, value);
     }
 
-    fn surface(&mut self, flight: &Flight, after: Option<Beyond>) {
-        if let Some(passing) = passing(flight, after) {
-            self.pass(&passing);
-        }
+    /// Takes note of what happens at the surface where a flight ends, if it ends at one. Light that arrives at an opaque one is measured before,
+    /// light that passes another one after that.
+    fn surface(&mut self, flight: &Flight, after: Option<Beyond>, note: impl FnOnce(&mut Tape)) {
+        let passing = passing(flight, after);
+        let is_opaque = |p: &Passing| p.scene.objects()[p.object].bsdf.is_opaque();
+        let (arriving, passed) = match passing {
+            Some(passing) if is_opaque(&passing) => (Some(passing), None),
+            passing => (None, passing),
+        };
+        arriving.inspect(|passing| self.pass(passing));
+        note(&mut self.notes.tape);
+        passed.inspect(|passing| self.pass(passing));
     }
 
     /// What light that passes a surface is worth.
@@ -261,6 +271,13 @@ impl TapeRecorder<'_> {
             }
             first += meter.cells();
         }
+    }
+}
+
+/// Takes note of a turn at the vertex where an edge ends, if the particle goes on from there.
+fn turn(tape: &mut Tape, event: &WalkEvent) {
+    if let (Some(vertex), Some(ray)) = (event.vertex, event.onward) {
+        tape.turn_light(vertex, ray.start.direction, ray.specular);
     }
 }
 

@@ -209,7 +209,7 @@ impl FactorRecorder for StokesRecorder<'_> {
         along(self.scene, edge, length, &mut self.trunk);
     }
 
-    fn turn(&mut self, vertex: &Vertex, direction: DVec3) {
+    fn turn(&mut self, vertex: &Vertex, direction: DVec3, _specular: bool) {
         at_vertex(self.scene, vertex, direction, &mut self.trunk);
     }
 

@@ -88,7 +88,7 @@ impl FactorRecorder for TaggedRecorder {
         self.trunk.extend(steps(&self.sound, flown));
     }
 
-    fn turn(&mut self, vertex: &Vertex, direction: DVec3) {
+    fn turn(&mut self, vertex: &Vertex, direction: DVec3, _specular: bool) {
         self.trunk.extend(at_vertex(&self.sound, vertex, direction));
     }
 

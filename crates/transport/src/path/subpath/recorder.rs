@@ -24,8 +24,8 @@ pub(crate) trait SubpathRecorder {
     /// A subpath follows an edge to its next vertex, and is scattered if it collides there.
     fn reach(&mut self, mode: TransportMode, edge: &Edge);
 
-    /// A subpath turns at its last vertex.
-    fn leave(&mut self, mode: TransportMode, vertex: &Vertex, direction: DVec3);
+    /// A subpath turns at its last vertex, perhaps along a specular lobe.
+    fn leave(&mut self, mode: TransportMode, vertex: &Vertex, direction: DVec3, specular: bool);
 
     /// Keeps the arcs of a connection, which may be in either order.
     fn arcs(&self, arcs: ConnectionArcs) -> Self::Way;
@@ -66,7 +66,14 @@ impl SubpathRecorder for () {
 
     fn emit(&mut self, _ray: &EmittedRay) {}
     fn reach(&mut self, _mode: TransportMode, _edge: &Edge) {}
-    fn leave(&mut self, _mode: TransportMode, _vertex: &Vertex, _direction: DVec3) {}
+    fn leave(
+        &mut self,
+        _mode: TransportMode,
+        _vertex: &Vertex,
+        _direction: DVec3,
+        _specular: bool,
+    ) {
+    }
     fn arcs(&self, _arcs: ConnectionArcs) {}
     fn join(&mut self, _joint: &Joint<()>) {}
     fn see(&mut self, _passed: &[Edge], _last: &Edge, _length: f64, _ray: &EmittedRay) {}
@@ -84,7 +91,9 @@ impl<R: SubpathRecorder> Observer for Recorded<'_, R> {
     fn arrive(&mut self, event: &WalkEvent, _ws: &mut Workspace) -> ControlFlow<()> {
         self.recorder.reach(self.mode, event.edge);
         if let (Some(vertex), Some(ray)) = (event.vertex, event.onward) {
-            self.recorder.leave(self.mode, vertex, ray.start.direction);
+            let direction = ray.start.direction;
+            self.recorder
+                .leave(self.mode, vertex, direction, ray.specular);
         }
         ControlFlow::Continue(())
     }

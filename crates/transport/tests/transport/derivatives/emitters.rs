@@ -69,6 +69,19 @@ fn downwards() -> Orientation {
 
 const ABOVE: DVec3 = DVec3::new(0.2, 2.5, -0.3);
 
+const PICTURE: [f64; 2] = [1.2, 0.8];
+
+/// An aperture with an image.
+fn picture(values: &[[f64; 2]], filter: BitmapFilter) -> Aperture {
+    let slide = Slide {
+        size: [3, 2],
+        pixels: values.iter().map(|v| two(*v)).collect(),
+        filter,
+        wrap: Wrap::Clamp,
+    };
+    Aperture::picture(ABOVE, downwards(), PICTURE, slide).unwrap()
+}
+
 fn cases() -> Vec<Case> {
     vec![
         case("point", &[], |v| {
@@ -110,6 +123,24 @@ fn cases() -> Vec<Case> {
             };
             let projector = Projector::new(ABOVE, downwards(), 0.8, slide).unwrap();
             Light::Emitter(Emitter::Projector(Arc::new(projector)))
+        }),
+        // With an irradiance where the image is one.
+        case("image of a beam", &[2, 3], |v| {
+            let half: Vec<[f64; 2]> = v.iter().map(|v| v.map(|v| 0.5 * v)).collect();
+            let beam = Collimated::with_irradiance(
+                picture(&half, BitmapFilter::Bilinear),
+                Spectrum::splat(2.0),
+            );
+            Light::Emitter(beam.into())
+        }),
+        // With a total power, which is the mean irradiance times the area.
+        case("image of a fibre", &[2, 3], |v| {
+            let mean = [0, 1].map(|c| v.iter().map(|v| v[c]).sum::<f64>() / v.len() as f64);
+            let power = two(mean.map(|mean| mean * PICTURE[0] * PICTURE[1]));
+            let profile = AngularProfile::Lambertian;
+            let aperture = picture(v, BitmapFilter::Nearest);
+            let fiber = Fiber::new(aperture, profile, Divergence::HalfAngle(0.5), power);
+            Light::Emitter(fiber.into())
         }),
         case("panel", &[2, 3], |v| {
             Light::Texture(bitmap(v, BitmapFilter::Bilinear))
@@ -314,7 +345,7 @@ fn values_of_emitters_add_up() {
 /// Media emit as they absorb.
 #[test]
 fn media_that_emit_change_with_their_absorption() {
-    let medium = &cases()[13];
+    let medium = &cases()[15];
     assert_eq!(medium.name, "medium");
     let (mut comparisons, values) = (Comparisons::default(), medium.values());
     let [t, a] = THIN;

@@ -35,7 +35,7 @@ const ALL: [RadiometricParameter; 9] = [
     RadiometricParameter::Absorption(HAZE),
     RadiometricParameter::Scattering(HAZE),
     RadiometricParameter::MeanCosine(HAZE),
-    RadiometricParameter::Reflectance(WALL),
+    RadiometricParameter::Colour(WALL, Tint::Reflectance),
     RadiometricParameter::Emission(LIGHT),
     RadiometricParameter::Radiance(1),
     RadiometricParameter::Exposure,

@@ -40,15 +40,20 @@ fn what_has_no_derivative_is_refused() {
     };
     let message = refused(
         &black,
-        RadiometricParameter::Reflectance(WALL),
+        RadiometricParameter::Colour(WALL, Tint::Reflectance),
         &weights(),
         4,
     );
     assert!(
-        message.contains("the reflectance of 'wall' is zero"),
+        message.contains("reflectance of 'wall' is zero"),
         "{message}"
     );
-    let message = refused(&setup, RadiometricParameter::Reflectance(0), &weights(), 4);
+    let message = refused(
+        &setup,
+        RadiometricParameter::Colour(0, Tint::Reflectance),
+        &weights(),
+        4,
+    );
     assert!(message.contains("'ball' has no reflectance"), "{message}");
     let mirror = Setup {
         finish: Finish::Mirror,
@@ -56,11 +61,15 @@ fn what_has_no_derivative_is_refused() {
     };
     let message = refused(
         &mirror,
-        RadiometricParameter::Reflectance(WALL),
+        RadiometricParameter::Colour(WALL, Tint::Reflectance),
         &weights(),
         4,
     );
-    assert!(message.contains("'wall' has no reflectance"), "{message}");
+    assert!(
+        message.contains("'wall' has no reflectance")
+            && message.contains("ask for wall.specular_reflectance"),
+        "{message}"
+    );
     let message = refused(&setup, RadiometricParameter::MeanCosine(0), &weights(), 4);
     assert!(message.contains("phase function of 'ambient'"), "{message}");
     let message = refused(

@@ -286,7 +286,7 @@ impl Setup {
             for (c, d) in d.iter().enumerate() {
                 let d = step * d;
                 let (t, a) = match parameter {
-                    RadiometricParameter::Reflectance(_) => {
+                    RadiometricParameter::Colour(..) => {
                         setup.reflectance[i][c] += d;
                         continue;
                     }

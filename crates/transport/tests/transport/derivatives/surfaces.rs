@@ -6,7 +6,8 @@ use crate::differences::BATCHES;
 use morgana_transport::integrator::{Bdpt, ParticleTracer};
 use morgana_transport::texture::BitmapFilter;
 
-const BY_COLOURS: [RadiometricParameter; 1] = [RadiometricParameter::Reflectance(WALL)];
+const BY_COLOURS: [RadiometricParameter; 1] =
+    [RadiometricParameter::Colour(WALL, Tint::Reflectance)];
 
 #[test]
 fn derivatives_by_colours_of_a_wall_are_differences() {
@@ -66,10 +67,15 @@ fn derivatives_by_colours_of_metals_masks_and_normal_maps_are_differences() {
         setup.paint(Painted::Pixels(BitmapFilter::Bilinear));
         setup.finish = finish;
         let direction = direction(4, 1.0);
-        let exact = difference(&setup, BY_COLOURS[0], &direction, 0.05);
+        let tint = match finish {
+            Finish::Metal(_) => Tint::SpecularReflectance,
+            _ => Tint::Reflectance,
+        };
+        let parameters = [RadiometricParameter::Colour(WALL, tint)];
+        let exact = difference(&setup, parameters[0], &direction, 0.05);
         for integrator in [PATH, Integrator::Particle(particle), Integrator::Bdpt(bdpt)] {
             let samples = 32 * if long() { BATCHES * 32 } else { BATCHES };
-            let found = try_with(integrator, setup.scene(), &BY_COLOURS, samples, &weights());
+            let found = try_with(integrator, setup.scene(), &parameters, samples, &weights());
             let found = along(&found.unwrap()[0], &direction);
             comparisons.see(&format!("{finish:?} {}", integrator.name()), found, exact);
         }

@@ -4,6 +4,7 @@
 //! that the meters state.
 
 mod closed_forms;
+mod colour_derivatives;
 mod conservation;
 mod cutting;
 mod derivatives;
