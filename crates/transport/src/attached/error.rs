@@ -19,16 +19,26 @@ pub enum IndexDerivativeError {
     /// The same medium twice.
     #[error("a parameter is listed twice")]
     Twice,
-    /// A medium whose extinction, albedo or phase function varies.
+    /// A medium whose phase function varies.
     #[error(
-        "derivatives by an index need media whose {what} is the same everywhere, which that of '{name}' is not"
+        "derivatives by an index need media whose phase function is the same everywhere, which that of '{0}' is not"
     )]
-    Varies {
+    Phase(String),
+    /// A medium whose extinction or albedo jumps between voxels.
+    #[error(
+        "the {what} of '{name}' jumps from voxel to voxel, where what is scattered would jump when rays move: give it a 'gridvolume' with filter_type 'trilinear'"
+    )]
+    Voxels {
         /// The quantity.
         what: &'static str,
         /// The medium.
         name: String,
     },
+    /// A medium whose extinction jumps to zero where its grid ends.
+    #[error(
+        "the grid of the extinction of '{0}' ends within its shapes, where the extinction would jump: let it cover them, or let its outermost samples be 0"
+    )]
+    Ends(String),
     /// The surroundings scatter or bend rays.
     #[error(
         "derivatives by an index need surroundings that are clear and of constant index: put what scatters or bends rays into a shape with a boundary"

@@ -22,6 +22,7 @@ use morgana_transport::scene::{FilmSpec, Object, Parts, Sides};
 use morgana_transport::sensor::{Perspective, Sensor};
 use morgana_transport::shape::{Rectangle, Shape, Sphere};
 use morgana_transport::texture::{Bitmap, BitmapFilter, Texture, Wrap};
+use morgana_transport::volume::{GridFilter, GridSamples, VolumeGrid, VolumeTexture};
 use morgana_transport::{Orientation, Scene, Spectrum};
 use std::sync::Arc;
 
@@ -29,6 +30,8 @@ const FOG: usize = 1;
 const SIZE: usize = 3;
 /// Samples of a grid along each axis.
 const GRID: usize = 6;
+/// Samples of the extinction along each axis.
+const VOXELS: usize = 5;
 const PATH: PathTracer = PathTracer {
     max_depth: Some(7),
     rr_depth: 5,
@@ -55,6 +58,8 @@ struct Setup {
     g: f64,
     light: Light,
     extinction: [f64; 2],
+    /// Whether extinction and albedo are those of voxels, of which some are empty.
+    graded: bool,
 }
 
 fn lens(x: DVec3) -> f64 {
@@ -120,6 +125,24 @@ fn panel() -> (Shape, Texture) {
     (Rectangle::new(place).unwrap().into(), texture)
 }
 
+/// Samples around the ball, a pattern from `low` to `high`, or from 0, in each channel.
+fn voxels(low: f64, high: f64) -> VolumeTexture {
+    let value = |i: usize| {
+        let share = (i * 53 % 31) as f64 / 30.0;
+        (low + (high - low) * share).max(0.0) as f32
+    };
+    let samples = GridSamples {
+        size: [VOXELS; 3],
+        channels: 2,
+        data: (0..2 * VOXELS.pow(3)).map(value).collect(),
+    };
+    let place =
+        DAffine3::from_scale(DVec3::splat(2.2)) * DAffine3::from_translation(DVec3::splat(-0.5));
+    let filter = GridFilter::Trilinear;
+    let grid = VolumeGrid::new(samples, place, Placement::Centers, filter, [0.0, 10.0]);
+    VolumeTexture::Grid(Arc::new(grid.unwrap()))
+}
+
 impl Setup {
     fn field(&self) -> Field {
         match self.index {
@@ -132,9 +155,15 @@ impl Setup {
     }
 
     fn parts(&self) -> Parts {
-        let fog = Medium {
-            scale: 1.0,
-            ..Medium::homogeneous("fog", self.field(), two(self.extinction), two([0.95, 0.8]))
+        let fog = Medium::homogeneous("fog", self.field(), two(self.extinction), two([0.95, 0.8]));
+        let fog = if self.graded {
+            Medium {
+                sigma_t: voxels(-1.0, 5.0),
+                albedo: voxels(0.6, 1.0),
+                ..fog
+            }
+        } else {
+            fog
         };
         let phase = Phase::henyey_greenstein(self.g).unwrap();
         let dielectric = Bsdf::Dielectric(Dielectric::default());
@@ -294,6 +323,7 @@ fn cases(index: Index, dielectric: bool) {
                 g,
                 light,
                 extinction,
+                graded: false,
             });
         }
     }
@@ -334,6 +364,25 @@ fn derivatives_in_fog_with_a_colour_are_differences() {
             g,
             light,
             extinction: [2.5, 0.6],
+            graded: false,
+        });
+    }
+}
+
+#[test]
+fn derivatives_in_voxels_of_smoke_are_differences() {
+    for (index, g, light) in [
+        (BUMP, 0.0, Light::Sky),
+        (BUMP, 0.85, Light::Panel),
+        (Index::Grid(0.0), 0.85, Light::Sky),
+    ] {
+        compare(Setup {
+            index,
+            dielectric: false,
+            g,
+            light,
+            extinction: [0.0; 2],
+            graded: true,
         });
     }
 }

@@ -5,7 +5,9 @@
 use super::batches::{BatchMoments, Part, Units, check_room};
 use super::{Derivative, SEED, without_splitting};
 use crate::Spectrum;
-use crate::attached::{self, AttachedPath, AttachedWalk, IndexDerivativeError, IndexPlan};
+use crate::attached::{
+    self, AttachedPath, AttachedWalk, IndexDerivativeError, IndexPlan, Majorants,
+};
 use crate::derivative::DerivativeError;
 use crate::film::PathFacts;
 use crate::integrator::{Integrator, PathTracer};
@@ -75,6 +77,7 @@ pub fn index_derivatives(
         let pass = Pass {
             source: &source,
             plan: &plan,
+            majorants: Majorants::new(scene, source.channels()),
             options,
             tolerance,
         };
@@ -155,6 +158,7 @@ fn enter(moments: &BatchMoments, into: &mut IndexDerivatives) {
 struct Pass<'a> {
     source: &'a Source<'a>,
     plan: &'a IndexPlan,
+    majorants: Majorants,
     options: &'a IndexDerivativeOptions<'a>,
     tolerance: Tolerance,
 }
@@ -199,6 +203,7 @@ impl Pass<'_> {
         let walk = AttachedWalk {
             scene: source.scene,
             plan: self.plan,
+            majorants: &self.majorants,
             tolerance: self.tolerance,
             channels: source.channels(),
             max_depth: limits.max_depth.unwrap_or(u32::MAX),
