@@ -1,7 +1,7 @@
 //! Which scenes have derivatives by the index: those in which nothing that paths bring jumps when their vertices move
 //! (docs/theory.md#derivatives-by-the-index-behind-scattering).
 
-use super::IndexDerivativeError;
+use super::{IndexDerivativeError, boundaries};
 use crate::Spectrum;
 use crate::bsdf::Bsdf;
 use crate::emitter::{Emitter, Environment};
@@ -15,8 +15,11 @@ use glam::DVec3;
 /// Places on each side of a panel at which it must be dark.
 const PLACES: usize = 1 << 14;
 
-/// Finds out whether a scene has derivatives by the index of its media.
-pub(crate) fn check(scene: &Scene) -> Result<(), IndexDerivativeError> {
+/// Finds out whether a scene has derivatives by the index of its media. `counted` says what of the image depends on how many events paths have.
+pub(crate) fn check(
+    scene: &Scene,
+    counted: Option<&'static str>,
+) -> Result<(), IndexDerivativeError> {
     if scene.instants() > 1 {
         return Err(IndexDerivativeError::Period);
     }
@@ -36,7 +39,7 @@ pub(crate) fn check(scene: &Scene) -> Result<(), IndexDerivativeError> {
     for (number, object) in scene.objects().iter().enumerate() {
         check_object(scene, number, object)?;
     }
-    Ok(())
+    boundaries::check(scene, counted)
 }
 
 fn check_medium(scene: &Scene, id: MediumId) -> Result<(), IndexDerivativeError> {

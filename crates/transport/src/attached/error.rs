@@ -60,6 +60,41 @@ pub enum IndexDerivativeError {
          which are the boundary of a medium, have none"
     )]
     Surface(String),
+    /// A boundary with an edge.
+    #[error(
+        "derivatives by an index need boundaries without edges, beyond which rays would miss them: '{0}' does not enclose a volume"
+    )]
+    Open(String),
+    /// A smooth dielectric that crosses another boundary.
+    #[error(
+        "derivatives by an index do not see the edge at which '{0}' and '{1}' cross, where refraction jumps: move them apart, or one into the other"
+    )]
+    Crossing(String, String),
+    /// A tinted dielectric with a silhouette.
+    #[error(
+        "the light of '{0}' jumps at its silhouette, which derivatives by an index do not see: leave its specular_reflectance and specular_transmittance at 1"
+    )]
+    Tinted(String),
+    /// Paths are told apart by how many events they have, which jumps at silhouettes.
+    #[error(
+        "rays that bend or are scattered meet '{name}' from outside, and where they graze it they have one event more, which derivatives by an index do not see: {what}"
+    )]
+    Counted {
+        /// The object.
+        name: String,
+        /// What depends on the number of events, and what may stand in its place.
+        what: &'static str,
+    },
+    /// Light is told apart by its optical length.
+    #[error(
+        "the time gate into which light falls jumps when its optical length changes, which derivatives by an index do not see: give weights of the whole picture, or load the scene with layers by bounces alone"
+    )]
+    Gates,
+    /// Light is told apart by something else.
+    #[error(
+        "derivatives by an index know layers by bounces, not by {0}: give weights of the whole picture"
+    )]
+    Layers(&'static str),
     /// A panel whose edge is seen.
     #[error("derivatives by an index do not see edges of light: the emitter '{name}' {why}")]
     Panel {

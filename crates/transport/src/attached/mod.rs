@@ -11,6 +11,7 @@
 
 mod arrival;
 mod back;
+mod boundaries;
 mod boundary;
 mod check;
 mod error;

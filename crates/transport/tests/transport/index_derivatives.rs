@@ -11,7 +11,7 @@ use eikonal::{Aabb, Field, Tolerance};
 use glam::{DAffine2, DAffine3, DVec3};
 use morgana_transport::bsdf::{Bsdf, Dielectric, Diffuse};
 use morgana_transport::emitter::{Emitter, Environment, TexturedArea};
-use morgana_transport::film::Filter;
+use morgana_transport::film::{Decomposition, Filter};
 use morgana_transport::integrator::PathTracer;
 use morgana_transport::medium::Medium;
 use morgana_transport::phase::Phase;
@@ -245,6 +245,7 @@ fn by(scene: Scene, samples: u64) -> IndexDerivatives {
         path: PATH,
         samples,
         seed: 1,
+        decomposition: Decomposition::default(),
         hide_emitters: false,
         media: &[FOG],
         weights: &weights(),
