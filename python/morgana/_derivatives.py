@@ -65,8 +65,9 @@ def derivatives(
 
     ``MEDIUM.ior`` is the refractive index of a medium, which may scatter: every sample of n of a grid, or all parameters of another field in a row;
     ``MEDIUM.ior.delta`` is one parameter of it, by the name that ``morgana.grad.parameters`` knows. Such derivatives follow paths of their own, whose
-    vertices move with the index, and which meet light by chance. They need a camera, media that are the same everywhere but for their index, and light without
-    edges: a ``constant`` or ``envmap``, or a ``rectangle`` with a ``bitmap`` that is dark at its edge. Other scenes are refused.
+    vertices move with the index, and which meet light by chance. They need a camera, extinctions and albedos that are even or trilinear grids, and light without
+    edges: a ``constant`` or ``envmap``, or a ``rectangle`` with a ``bitmap`` that is dark at its edge. Weights may be those of layers by bounces. Other scenes are refused;
+    paths that are lost are counted in a ``SceneWarning``.
 
     Parameters
     ----------

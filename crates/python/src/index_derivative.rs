@@ -13,7 +13,8 @@ use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError};
 use pyo3::prelude::*;
 use std::ops::Range;
 use transport::attached::IndexDerivativeError;
-use transport::film::Decomposition;
+use transport::derivative::DerivativeError;
+use transport::film::{Decomposition, LightParts};
 use transport::render::{IndexDerivativeOptions, check_indices, index_derivatives};
 
 /// What an index is differentiated by: a medium, and the name of a parameter of its field, if it is not all of them.
@@ -71,6 +72,9 @@ fn without_weights<'a>(
     media: &'a [usize],
     layered: bool,
 ) -> PyResult<IndexDerivativeOptions<'a>> {
+    if loaded.layering.decomposition.parts == Some(LightParts::Stokes) {
+        return Err(errors::render(DerivativeError::Polarized.to_string()));
+    }
     let decomposition = if layered {
         loaded.layering.decomposition
     } else {

@@ -201,8 +201,7 @@ impl<S: FnMut(MediumId, DVec3, IndexDerivative)> Sweep<'_, S> {
             // The frame turns with the direction by the shortest rotation, and the direction after the collision with it.
             Some(direction) => {
                 let n = vertex.v.length();
-                let by_direction = direction.cross(onward.way).cross(vertex.v / n);
-                by_direction / n
+                direction.cross(onward.way).cross(vertex.v / n) / n
             }
             None => onward.way,
         };

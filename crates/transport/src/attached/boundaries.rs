@@ -12,6 +12,7 @@ const PROBES: usize = 64;
 /// image depends on how many events paths have.
 pub(super) fn check(
     scene: &Scene,
+    channels: usize,
     counted: Option<&'static str>,
 ) -> Result<(), IndexDerivativeError> {
     let all: Vec<&Object> = scene.objects().iter().filter(|o| is_boundary(o)).collect();
@@ -29,7 +30,7 @@ pub(super) fn check(
     }
     // A single one is seen along rays through the surroundings, which are always the same, or from within.
     let seen = all.iter().filter(|o| is_dielectric(o) && all.len() > 1);
-    seen.clone().try_for_each(|o| check_tint(o))?;
+    seen.clone().try_for_each(|o| check_tint(o, channels))?;
     match (seen.clone().next(), counted) {
         (Some(object), Some(what)) => {
             let name = object.name.clone();
@@ -50,9 +51,9 @@ fn is_dielectric(object: &Object) -> bool {
 }
 
 /// Whether all is reflected at grazing incidence, as where rays pass.
-fn check_tint(object: &Object) -> Result<(), IndexDerivativeError> {
+fn check_tint(object: &Object, channels: usize) -> Result<(), IndexDerivativeError> {
     match &object.bsdf {
-        Bsdf::Dielectric(dielectric) if !dielectric.is_clear() => {
+        Bsdf::Dielectric(dielectric) if !dielectric.reflects_all(channels) => {
             Err(IndexDerivativeError::Tinted(object.name.clone()))
         }
         _ => Ok(()),

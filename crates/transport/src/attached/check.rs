@@ -15,9 +15,10 @@ use glam::DVec3;
 /// Places on each side of a panel at which it must be dark.
 const PLACES: usize = 1 << 14;
 
-/// Finds out whether a scene has derivatives by the index of its media. `counted` says what of the image depends on how many events paths have.
+/// Finds out whether a scene, whose samples have so many channels, has derivatives by the index of its media. `counted` says what of the image depends on how many events paths have.
 pub(crate) fn check(
     scene: &Scene,
+    channels: usize,
     counted: Option<&'static str>,
 ) -> Result<(), IndexDerivativeError> {
     if scene.instants() > 1 {
@@ -39,7 +40,7 @@ pub(crate) fn check(
     for (number, object) in scene.objects().iter().enumerate() {
         check_object(scene, number, object)?;
     }
-    boundaries::check(scene, counted)
+    boundaries::check(scene, channels, counted)
 }
 
 fn check_medium(scene: &Scene, id: MediumId) -> Result<(), IndexDerivativeError> {

@@ -72,7 +72,7 @@ pub enum IndexDerivativeError {
     Crossing(String, String),
     /// A tinted dielectric with a silhouette.
     #[error(
-        "the light of '{0}' jumps at its silhouette, which derivatives by an index do not see: leave its specular_reflectance and specular_transmittance at 1"
+        "the light of '{0}' jumps at its silhouette, which derivatives by an index do not see: leave its specular_reflectance at 1"
     )]
     Tinted(String),
     /// Paths are told apart by how many events they have, which jumps at silhouettes.

@@ -10,6 +10,9 @@ use glam::DVec3;
 /// vanishes, its derivative does not.
 const LEAST: f64 = 0.0625;
 
+/// Shares that differ from 1 by less are 1.
+const ROUNDING: f64 = 1e-12;
+
 /// For each medium of a scene, the extinction by which flights collide: its own, or the largest that it has anywhere, in any channel.
 #[derive(Clone, Debug)]
 pub(crate) struct Majorants(Vec<Spectrum>);
@@ -72,7 +75,7 @@ impl Chance<'_> {
 
 /// The probability with which a collision of this share is followed, held fixed when it changes.
 pub(super) fn probability(share: f64) -> f64 {
-    if share > 0.0 && share < 1.0 {
+    if share > 0.0 && share < 1.0 - ROUNDING {
         share.clamp(LEAST, 1.0 - LEAST)
     } else {
         share

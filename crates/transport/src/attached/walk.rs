@@ -240,6 +240,8 @@ impl Walking<'_, '_> {
         self.direction = onward;
         if is_real {
             self.roulette(unit)
+        } else if self.throughput.is_zero() {
+            ControlFlow::Break(())
         } else {
             ControlFlow::Continue(())
         }

@@ -1,9 +1,9 @@
 //! Derivatives of images by the index of media that scatter (docs/theory.md#derivatives-by-the-index-behind-scattering).
 //!
 //! [Against central differences](crate::differences) of ordinary renders by `path` with connections, which knows nothing of derivatives. The family of
-//! cases is fixed: fields × boundaries × phase functions × lights, and fog with a colour, 58 comparisons in all. If seeds changed, it would fail with a
-//! probability below 4e-3 although the code is right. Derivatives have errors of 3 to 10 % in fog, larger ones behind glass, where single paths are
-//! compared to 1e-7 in `attached::tests`.
+//! cases is fixed: fields × boundaries × phase functions × lights, fog with a colour, and voxels of smoke, 68 comparisons in all. If seeds changed, it
+//! would fail with a probability below 5e-3 although the code is right. Derivatives have errors of 3 to 10 % in fog, larger ones behind glass, where
+//! single paths are compared to 1e-7 in `attached::tests`, and trees of rays to a few per cent in [`crate::index_absorption`].
 
 use crate::differences::{self, Comparisons, Mean, long, moments};
 use eikonal::field::{Bspline, Gaussian, Placement};

@@ -178,7 +178,7 @@ fn paths(base: &Scene, plan: &IndexPlan, mut see: impl FnMut(SensorRay, &Attache
 }
 
 fn walk<'a>(scene: &'a Scene, plan: &'a IndexPlan, majorants: &'a Majorants) -> AttachedWalk<'a> {
-    check(scene, None).unwrap();
+    check(scene, 2, None).unwrap();
     AttachedWalk {
         scene,
         plan,

@@ -111,9 +111,9 @@ fn checked_plan(
 ) -> Result<IndexPlan, IndexDerivativeError> {
     check_layers(&options.decomposition)?;
     let counted = counted(options);
-    scenes
-        .iter()
-        .try_for_each(|scene| attached::check(scene, counted))?;
+    for (group, scene) in scenes.iter().enumerate() {
+        attached::check(scene, scene.film().channels_of(group), counted)?;
+    }
     IndexPlan::new(&scenes[0], options.media)
 }
 
