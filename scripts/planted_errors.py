@@ -944,8 +944,8 @@ PLANTED = [
     (
         "directions after collisions that do not turn with those before",
         TRANSPORT + "attached/back.rs",
-        "v: by_direction / n,",
-        "v: DVec3::ZERO * by_direction / n,",
+        "direction.cross(onward.way).cross(vertex.v / n) / n",
+        "direction.cross(onward.way).cross(vertex.v / n) * 0.0",
         ("morgana-transport", "lib", "derivatives_of_paths_are_differences_of_replayed_ones"),
     ),
     (
@@ -979,9 +979,44 @@ PLANTED = [
     (
         "channels whose weights do not change with how long a flight is",
         TRANSPORT + "attached/back.rs",
-        "let by_length = by_length + self.log_weight(medium, vertex.x);",
+        "let by_length = by_length + self.log_weight(medium);",
         "",
         ("morgana-transport", "lib", "derivatives_of_paths_are_differences_of_replayed_ones"),
+    ),
+    (
+        "extinction that does not change where a collision moves to",
+        TRANSPORT + "attached/back.rs",
+        "x: onward.x + self.log_chance(event, medium),",
+        "x: onward.x,",
+        ("morgana-transport", "transport", "index_absorption"),
+    ),
+    (
+        "collisions that did not happen, and do not change where they move to",
+        TRANSPORT + "attached/majorant.rs",
+        "over(worth, share.map(|share| 1.0 - share)) * -1.0",
+        "Spectrum::ZERO",
+        ("morgana-transport", "transport", "index_absorption"),
+    ),
+    (
+        "albedo that does not change where a collision moves to",
+        TRANSPORT + "attached/majorant.rs",
+        "VolumeTexture::Grid(grid) => grid.gradient(x, over(worth, grid.at(x))),",
+        "VolumeTexture::Grid(grid) => grid.gradient(x, over(worth, grid.at(x))) * 0.0,",
+        ("morgana-transport", "lib", "derivatives_of_paths_are_differences_of_replayed_ones"),
+    ),
+    (
+        "collisions that stay at their span where the arc length changes",
+        EIKONAL + "adjoint/flight_back.rs",
+        "adjoint.by.length -= by_length;",
+        "",
+        ("morgana-transport", "lib", "derivatives_of_paths_are_differences_of_replayed_ones"),
+    ),
+    (
+        "layers by bounces whose weights are those of the first",
+        TRANSPORT + "render/derivative/index.rs",
+        "let first = (layer * self.pixels() + pixel) * film.channels;",
+        "let first = (layer * 0 + pixel) * film.channels;",
+        ("morgana-transport", "transport", "index_absorption"),
     ),
     (
         "derivatives by colours of pixels that count twice with their weights",

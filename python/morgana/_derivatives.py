@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Callable, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _checks as checks
 from . import _morgana
-from ._errors import RenderError
+from ._errors import RenderError, SceneWarning
 from ._limits import By
 from ._morgana import Scene
 from ._numbers import numbers
@@ -65,8 +66,9 @@ def derivatives(
 
     ``MEDIUM.ior`` is the refractive index of a medium, which may scatter: every sample of n of a grid, or all parameters of another field in a row;
     ``MEDIUM.ior.delta`` is one parameter of it, by the name that ``morgana.grad.parameters`` knows. Such derivatives follow paths of their own, whose
-    vertices move with the index, and which meet light by chance. They need a camera, media that are the same everywhere but for their index, and light without
-    edges: a ``constant`` or ``envmap``, or a ``rectangle`` with a ``bitmap`` that is dark at its edge. Other scenes are refused.
+    vertices move with the index, and which meet light by chance. They need a camera, extinctions and albedos that are even or trilinear grids, and light without
+    edges: a ``constant`` or ``envmap``, or a ``rectangle`` with a ``bitmap`` that is dark at its edge. Weights may be those of layers by bounces. Other scenes are refused;
+    paths that are lost are counted in a ``SceneWarning``.
 
     Parameters
     ----------
@@ -120,7 +122,7 @@ def derivatives(
     others = [name for name in names if name not in indices]
     by: By = {"parameters": others, "integrator": integrator}
     if indices:
-        _morgana.check_index_derivatives(scene, indices)
+        _morgana.check_index_derivatives(scene, indices, isinstance(weights, Mapping))
     if others:
         _morgana.check_derivatives(scene, wanted, by)
     if callable(weights):
@@ -131,10 +133,11 @@ def derivatives(
     flat, layered = _of_readings(scene, weights) if scene.meters else _of_picture(scene, weights)
     found: Dict[str, Tuple[Doubles, Doubles]] = {}
     if indices:
-        if layered:
-            raise RenderError("layers of light have no derivatives by an index: give weights of the whole picture")
         with Bar(scene, wanted["samples"], None, progress) as tick:
-            found.update(zip(indices, _morgana.differentiate_index(scene, wanted, indices, flat[0], tick)))
+            by_indices, (paths, lost) = _morgana.differentiate_index(scene, wanted, indices, flat[0], layered, tick)
+        found.update(zip(indices, by_indices))
+        if lost:
+            warnings.warn(f"{lost} of {paths} paths were lost, and what they would bring is missing from derivatives by an index", SceneWarning, stacklevel=2)
     if others:
         with Bar(scene, wanted["samples"], None, progress) as tick:
             found.update(zip(others, _morgana.differentiate(scene, wanted, by, flat, layered, tick)))

@@ -237,14 +237,15 @@ def differentiate(
     layered: bool,
     tick: Optional[Callable[[int], None]],
 ) -> List[Tuple[NDArray[np.float64], NDArray[np.float64]]]: ...
-def check_index_derivatives(scene: Scene, names: List[str]) -> None: ...
+def check_index_derivatives(scene: Scene, names: List[str], layered: bool) -> None: ...
 def differentiate_index(
     scene: Scene,
     limits: Limits,
     names: List[str],
     weights: NDArray[np.float64],
+    layered: bool,
     tick: Optional[Callable[[int], None]],
-) -> List[Tuple[NDArray[np.float64], NDArray[np.float64]]]: ...
+) -> Tuple[List[Tuple[NDArray[np.float64], NDArray[np.float64]]], Tuple[int, int]]: ...
 def jacobian(
     scene: Scene,
     limits: Limits,

@@ -102,6 +102,80 @@ def test_fog_with_a_colour_is_grey_where_its_channels_are_alike():
     assert red + green + blue == pytest.approx(all_three, rel=1e-9)
 
 
+def smoke(size=2.2, **grid):
+    """The ball with voxels of extinction, of which some are empty, in a box of this size."""
+    pattern = 4 * np.modf(np.arange(5**3).reshape(5, 5, 5) * 0.377)[0] - 1
+    where = [{"translate": [-0.5, -0.5, -0.5]}, {"scale": size}]
+    volume = {"type": "gridvolume", "data": np.maximum(pattern, 0), "placement": "centers", "to_world": where, **grid}
+    scene = foggy()
+    scene["ball"]["interior"].update(type="heterogeneous", sigma_t=volume)
+    return scene
+
+
+def test_smoke_has_derivatives_unless_it_jumps():
+    scene = load(smoke())
+    found = morgana.derivatives(scene, ["fog.ior"], weights(), spp=16)["fog.ior"]
+    assert np.isfinite(found.value).all() and (found.value != 0).all()
+    for match, other in [("jumps from voxel to voxel", smoke(filter_type="nearest")), ("of 'fog' ends within its shapes", smoke(1.2))]:
+        with pytest.raises(morgana.RenderError, match=match):
+            morgana.derivatives(load(other), ["fog.ior"], weights(), spp=8)
+    # It may end where it is empty.
+    data = np.pad(np.ones((3, 3, 3)), 1)
+    assert np.isfinite(morgana.derivatives(load(smoke(1.2, data=data)), ["fog.ior"], weights(), spp=8)["fog.ior"].value).all()
+
+
+def test_derivatives_of_layers_by_bounces_add_up():
+    def layered(**film):
+        scene = foggy()
+        scene["sensor"]["film"].update(film)
+        return load(scene)
+
+    scene = layered(decomposition="bounce", max_bounces=1)
+    names = list(morgana.render(scene, spp=2).layers)
+    assert names == ["bounce.0", "bounce.1", "bounce.over"]
+    apart = [morgana.derivatives(scene, ["fog.ior"], {name: weights()}, spp=32)["fog.ior"].value for name in names]
+    whole = morgana.derivatives(scene, ["fog.ior"], weights(), spp=32)["fog.ior"].value
+    assert all(np.abs(value).max() > 0 for value in apart)
+    np.testing.assert_allclose(sum(apart), whole, rtol=1e-9, atol=1e-12)
+    gates = layered(decomposition="length", min_bound=0, max_bound=9, bin_width=3)
+    with pytest.raises(morgana.RenderError, match="jumps when its optical length changes.*give weights of the whole picture"):
+        morgana.derivatives(gates, ["fog.ior"], {"length.0": weights()}, spp=32)
+    np.testing.assert_array_equal(morgana.derivatives(gates, ["fog.ior"], weights(), spp=32)["fog.ior"].value, whole)
+
+
+def test_silhouettes_of_glass_that_rays_graze_are_refused():
+    glass = {"type": "dielectric"}
+    core = {"type": "sphere", "center": [0.1, 0.1, 0.2], "radius": 0.4, "bsdf": glass, "interior": {"type": "homogeneous", "sigma_t": 1, "ior": 1.6}, "exterior": {"type": "ref", "id": "fog"}}
+
+    def refused(match, depth=-1, core=core, **ball):
+        scene = {**foggy(), "integrator": {"type": "path", "max_depth": depth}, "core": core}
+        scene["ball"].update(ball)
+        with pytest.raises(morgana.RenderError, match=match):
+            morgana.derivatives(load(scene), ["fog.ior"], weights(), spp=8)
+
+    refused("meet 'core' from outside.*set it to -1", depth=9)
+    refused("of 'core' jumps at its silhouette", core={**core, "bsdf": {**glass, "specular_reflectance": 0.5}})
+    refused("edge at which 'core' and 'ball' cross", core={**core, "radius": 0.9, "center": [0.5, 0, 0]})
+    sheet = {"type": "rectangle", "to_world": [{"translate": [0, 0, 3]}], "bsdf": {"type": "null"}, "interior": {"type": "ref", "id": "fog"}}
+    refused("'core' does not enclose a volume", core=sheet)
+
+
+def test_polarised_light_is_refused():
+    """The picture of the integrator stokes is another one, also where it is not told apart."""
+    scene = load({**foggy(), "integrator": {"type": "stokes", "nested": {"type": "path"}}})
+    for name in ["fog.ior", "fog.sigma_a"]:
+        with pytest.raises(morgana.RenderError, match="leave the integrator stokes out"):
+            morgana.derivatives(scene, [name], weights(), spp=2)
+
+
+def test_lost_paths_are_counted(monkeypatch):
+    """That there are some takes long: between perfect mirrors."""
+    found = morgana.derivatives(load(foggy()), ["fog.ior"], weights(), spp=2)["fog.ior"]
+    monkeypatch.setattr(morgana._morgana, "differentiate_index", lambda *_: ([(found.value, found.error)], (48, 3)))
+    with pytest.warns(morgana.SceneWarning, match="3 of 48 paths were lost"):
+        assert morgana.derivatives(load(foggy()), ["fog.ior"], weights(), spp=2)["fog.ior"] == found
+
+
 def test_a_panel_must_be_dark_at_its_edge():
     def panel(pattern):
         scene = foggy()

@@ -14,7 +14,7 @@ use transport::Spectrum;
 use transport::bsdf::Tint;
 use transport::derivative::{DerivativeError, RadiometricParameter};
 use transport::emitter::Emitter;
-use transport::film::Decomposition;
+use transport::film::{Decomposition, LightParts};
 use transport::integrator::{Integrator, PathTracer};
 use transport::render::{
     DerivativeOptions, Derivatives, Handle, MeterDerivativeOptions, ReadingFunctional,
@@ -90,7 +90,12 @@ pub fn differentiate<'py>(
         Work::Picture(integrator) => {
             let mut decomposition = loaded.layering.decomposition;
             if !layered {
-                decomposition = Decomposition::default();
+                // The whole picture, which is another one where light is polarised.
+                let parts = decomposition.parts.filter(|p| *p == LightParts::Stokes);
+                decomposition = Decomposition {
+                    parts,
+                    ..Decomposition::default()
+                };
             }
             let options = DerivativeOptions {
                 integrator: *integrator,

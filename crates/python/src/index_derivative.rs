@@ -13,6 +13,8 @@ use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError};
 use pyo3::prelude::*;
 use std::ops::Range;
 use transport::attached::IndexDerivativeError;
+use transport::derivative::DerivativeError;
+use transport::film::{Decomposition, LightParts};
 use transport::render::{IndexDerivativeOptions, check_indices, index_derivatives};
 
 /// What an index is differentiated by: a medium, and the name of a parameter of its field, if it is not all of them.
@@ -21,8 +23,8 @@ struct Wanted<'n> {
     parameter: Option<&'n str>,
 }
 
-/// Derivatives of Σ weights × picture by indices: `MEDIUM.ior`, by the samples [z, y, x] of a grid or by all parameters of another field in a row, and
-/// `MEDIUM.ior.NAME`, by one parameter.
+/// Derivatives of Σ weights × picture, or, if they are `layered`, of all its layers, one after the other, by indices: `MEDIUM.ior`, by the samples [z, y, x] of a grid or by all parameters of another field in a row, and
+/// `MEDIUM.ior.NAME`, by one parameter. And the number of paths, and of those that were given up.
 #[pyfunction]
 pub fn differentiate_index<'py>(
     py: Python<'py>,
@@ -30,17 +32,16 @@ pub fn differentiate_index<'py>(
     limits: Limits,
     names: Vec<String>,
     weights: PyReadonlyArray1<'py, f64>,
+    layered: bool,
     tick: Option<Py<PyAny>>,
-) -> PyResult<Vec<Doubles<'py>>> {
+) -> PyResult<(Vec<Doubles<'py>>, [u64; 2])> {
     let loaded = &scene.get().loaded;
     let (wanted, media) = asked(loaded, &names)?;
     let options = IndexDerivativeOptions {
-        path: path(loaded)?,
         samples: limits.samples.unwrap_or(loaded.samples),
         seed: limits.seed,
-        hide_emitters: loaded.hide_emitters,
-        media: &media,
         weights: weights.as_slice()?,
+        ..without_weights(loaded, &media, layered)?
     };
     let pool = limits.pool()?;
     let (found, interrupted) = watched(py, tick.as_ref(), None, |shared| {
@@ -60,25 +61,56 @@ pub fn differentiate_index<'py>(
             array(py, by.errors[range].to_vec(), &shape)?,
         ))
     });
-    each.collect()
+    let each: PyResult<Vec<_>> = each.collect();
+    let lost = found.stats.lost + found.stats.not_finite;
+    Ok((each?, [found.stats.paths, lost]))
 }
 
-/// Finds out whether pictures have derivatives by indices, before anything is rendered.
+/// How derivatives are taken, but for samples and weights.
+fn without_weights<'a>(
+    loaded: &Loaded,
+    media: &'a [usize],
+    layered: bool,
+) -> PyResult<IndexDerivativeOptions<'a>> {
+    if loaded.layering.decomposition.parts == Some(LightParts::Stokes) {
+        return Err(errors::render(DerivativeError::Polarized.to_string()));
+    }
+    let decomposition = if layered {
+        loaded.layering.decomposition
+    } else {
+        Decomposition::default()
+    };
+    Ok(IndexDerivativeOptions {
+        path: path(loaded)?,
+        samples: 0,
+        seed: 0,
+        decomposition,
+        hide_emitters: loaded.hide_emitters,
+        media,
+        weights: &[],
+    })
+}
+
+/// Finds out whether pictures, or their layers, have derivatives by indices.
 #[pyfunction]
-pub fn check_index_derivatives(scene: Py<Scene>, names: Vec<String>) -> PyResult<()> {
+pub fn check_index_derivatives(
+    scene: Py<Scene>,
+    names: Vec<String>,
+    layered: bool,
+) -> PyResult<()> {
     let loaded = &scene.get().loaded;
     let (wanted, media) = asked(loaded, &names)?;
-    path(loaded)?;
+    let options = without_weights(loaded, &media, layered)?;
     for of in &wanted {
         part(&loaded.scene().medium(of.medium).index, of.parameter)?;
     }
-    check_indices(&loaded.groups, &media).map_err(|e| refused(&e))
+    check_indices(&loaded.groups, &options).map_err(|e| refused(&e))
 }
 
 /// What names stand for, and the media that they are about.
 fn asked<'n>(loaded: &Loaded, names: &'n [String]) -> PyResult<(Vec<Wanted<'n>>, Vec<usize>)> {
     if !loaded.instruments.is_empty() {
-        let message = "readings of meters have no derivatives by an index: give the scene a camera";
+        let message = "readings of meters have no derivatives by an index: paths jump from bin to bin and past edges of meters when they move; give the scene a camera";
         return Err(errors::render(message));
     }
     if loaded.is_dispersive() {

@@ -1,5 +1,6 @@
 //! The sweep back along a path (docs/theory.md#derivatives-by-the-index-behind-scattering).
 
+use super::majorant::log_albedo_gradient;
 use super::record::{AttachedPath, Crossed, Drawn, Found, LegEnd, Scattering};
 use super::{AttachedWalk, arrival::Arrival};
 use crate::Spectrum;
@@ -14,12 +15,13 @@ use glam::DVec3;
 struct Onward {
     /// By the position.
     x: DVec3,
-    /// By the direction after a collision, perpendicular to it; by the velocity behind a boundary.
+    /// By the direction after a collision, perpendicular to it; by the velocity behind a boundary, and where nothing was collided with.
     way: DVec3,
 }
 
 /// A path on its way back.
 struct Sweep<'p, S> {
+    walk: &'p AttachedWalk<'p>,
     scene: &'p Scene,
     /// Weight × what it brings, of each channel.
     worth: Spectrum,
@@ -43,6 +45,7 @@ impl AttachedWalk<'_> {
             return;
         };
         let mut sweep = Sweep {
+            walk: self,
             scene: self.scene,
             worth: found.value * weights,
             value: (found.value * weights).sum(),
@@ -93,14 +96,14 @@ impl AttachedWalk<'_> {
 
 impl<S: FnMut(MediumId, DVec3, IndexDerivative)> Sweep<'_, S> {
     /// Derivative of the logarithm of the probability to get through a medium by the length.
-    fn log_survival(&self, medium: MediumId, x: DVec3) -> f64 {
-        let own = self.scene.medium(medium).extinction(x)[self.drawn.channel];
-        self.log_weight(medium, x) - self.value * own
+    fn log_survival(&self, medium: MediumId) -> f64 {
+        let own = self.walk.majorants.of(medium)[self.drawn.channel];
+        self.log_weight(medium) - self.value * own
     }
 
     /// Derivative of the logarithm of the weights of channels by the length of the leg.
-    fn log_weight(&self, medium: MediumId, x: DVec3) -> f64 {
-        let extinctions = self.scene.medium(medium).extinction(x);
+    fn log_weight(&self, medium: MediumId) -> f64 {
+        let extinctions = self.walk.majorants.of(medium);
         let mean = (self.drawn.posterior * extinctions).sum();
         (self.worth * extinctions.map(|sigma| mean - sigma)).sum()
     }
@@ -116,7 +119,7 @@ impl<S: FnMut(MediumId, DVec3, IndexDerivative)> Sweep<'_, S> {
         let by = FlightDerivative {
             x: (by_x - grad * self.value) / n2,
             v: (by_direction - unit * unit.dot(by_direction)) / (n2 * end.v.length()),
-            length: self.log_survival(medium, end.x),
+            length: self.log_survival(medium),
         };
         (self.sink)(medium, end.x, value(-self.value / n2));
         match &found.arrival {
@@ -158,7 +161,7 @@ impl<S: FnMut(MediumId, DVec3, IndexDerivative)> Sweep<'_, S> {
         let by = FlightDerivative {
             x: by_x,
             v: by_v,
-            length: self.log_survival(medium, end.x),
+            length: self.log_survival(medium),
         };
         FlightAdjoint::on_surface(self.scene.field(medium), end, interface.normal, by)
     }
@@ -173,6 +176,16 @@ impl<S: FnMut(MediumId, DVec3, IndexDerivative)> Sweep<'_, S> {
         }
     }
 
+    /// Gradient of the logarithm of what a collision counts for where it is: its chance, and the albedo.
+    fn log_chance(&self, event: &Scattering, medium: MediumId) -> DVec3 {
+        let (x, is_real) = (event.vertex.x, event.onward.is_some());
+        let chance = self.walk.majorants.chance(self.scene, medium);
+        let by_chance = chance.map(|c| c.log_gradient(x, self.worth, is_real));
+        let by_albedo =
+            is_real.then(|| log_albedo_gradient(self.scene.medium(medium), x, self.worth));
+        by_chance.unwrap_or_default() + by_albedo.unwrap_or_default()
+    }
+
     /// A collision. The sweep has gone back to the start of the step on which it lies.
     fn scattered(
         &mut self,
@@ -184,17 +197,21 @@ impl<S: FnMut(MediumId, DVec3, IndexDerivative)> Sweep<'_, S> {
     ) -> FlightAdjoint {
         let field = self.scene.field(medium);
         let vertex = &event.vertex;
-        // The frame turns with the direction by the shortest rotation, and the direction after the collision with it.
-        let n = vertex.v.length();
-        let direction = vertex.v / n;
-        let by_direction = event.onward.cross(onward.way).cross(direction);
+        let by_v = match event.onward {
+            // The frame turns with the direction by the shortest rotation, and the direction after the collision with it.
+            Some(direction) => {
+                let n = vertex.v.length();
+                direction.cross(onward.way).cross(vertex.v / n) / n
+            }
+            None => onward.way,
+        };
         let by = FlightDerivative {
-            x: onward.x,
-            v: by_direction / n,
+            x: onward.x + self.log_chance(event, medium),
+            v: by_v,
             length: 0.0,
         };
         let (mut adjoint, by_length) = FlightAdjoint::at_length(field, vertex, by);
-        let by_length = by_length + self.log_weight(medium, vertex.x);
+        let by_length = by_length + self.log_weight(medium);
         let mut add = |x, by| (self.sink)(medium, x, by);
         adjoint.back(field, resolved, &[event.span], &mut add);
         if let Some(beyond) = &event.boundary {

@@ -1,30 +1,34 @@
 //! Which scenes have derivatives by the index: those in which nothing that paths bring jumps when their vertices move
 //! (docs/theory.md#derivatives-by-the-index-behind-scattering).
 
-use super::IndexDerivativeError;
+use super::{IndexDerivativeError, boundaries};
 use crate::Spectrum;
 use crate::bsdf::Bsdf;
 use crate::emitter::{Emitter, Environment};
-use crate::medium::Medium;
-use crate::scene::{AMBIENT, Object, Scene};
+use crate::scene::{AMBIENT, MediumId, Object, Scene};
 use crate::shape::Shape;
 use crate::texture::Texture;
+use crate::volume::{VolumeGrid, VolumeTexture};
 use eikonal::connect::World;
 use glam::DVec3;
 
 /// Places on each side of a panel at which it must be dark.
 const PLACES: usize = 1 << 14;
 
-/// Finds out whether a scene has derivatives by the index of its media.
-pub(crate) fn check(scene: &Scene) -> Result<(), IndexDerivativeError> {
+/// Finds out whether a scene, whose samples have so many channels, has derivatives by the index of its media. `counted` says what of the image depends on how many events paths have.
+pub(crate) fn check(
+    scene: &Scene,
+    channels: usize,
+    counted: Option<&'static str>,
+) -> Result<(), IndexDerivativeError> {
     if scene.instants() > 1 {
         return Err(IndexDerivativeError::Period);
     }
     if scene.is_divided() {
         return Err(IndexDerivativeError::Labels);
     }
-    for medium in scene.media() {
-        check_medium(medium)?;
+    for id in 0..scene.media().len() {
+        check_medium(scene, id)?;
     }
     let ambient = scene.medium(AMBIENT);
     if !ambient.is_transparent() || !scene.field(AMBIENT).is_constant() {
@@ -36,27 +40,45 @@ pub(crate) fn check(scene: &Scene) -> Result<(), IndexDerivativeError> {
     for (number, object) in scene.objects().iter().enumerate() {
         check_object(scene, number, object)?;
     }
-    Ok(())
+    boundaries::check(scene, channels, counted)
 }
 
-fn check_medium(medium: &Medium) -> Result<(), IndexDerivativeError> {
-    let varies = |what| IndexDerivativeError::Varies {
-        what,
-        name: medium.name.clone(),
-    };
+fn check_medium(scene: &Scene, id: MediumId) -> Result<(), IndexDerivativeError> {
+    let medium = scene.medium(id);
+    let name = || medium.name.clone();
     if medium.emission.is_some() {
         return Err(IndexDerivativeError::Volumes);
     }
-    if medium.uniform_extinction().is_none() {
-        return Err(varies("extinction"));
-    }
-    if medium.albedo.uniform().is_none() {
-        return Err(varies("albedo"));
-    }
     if !medium.phase.is_uniform() {
-        return Err(varies("phase function"));
+        return Err(IndexDerivativeError::Phase(name()));
     }
-    Ok(())
+    for (what, texture) in [("extinction", &medium.sigma_t), ("albedo", &medium.albedo)] {
+        if matches!(texture, VolumeTexture::Grid(grid) if !grid.is_continuous()) {
+            return Err(IndexDerivativeError::Voxels { what, name: name() });
+        }
+    }
+    match &medium.sigma_t {
+        VolumeTexture::Grid(grid) if !grid.is_dark_around() && !covers(grid, scene, id) => {
+            Err(IndexDerivativeError::Ends(name()))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Whether a grid covers all shapes of a medium.
+fn covers(grid: &VolumeGrid, scene: &Scene, medium: MediumId) -> bool {
+    let mut own = scene
+        .objects()
+        .iter()
+        .filter(|o| o.interior() == Some(medium));
+    let is_covered = |object: &Object| {
+        let corners = match &object.shape {
+            Shape::Cube(cube) => cube.corners(),
+            shape => shape.aabb().corners(),
+        };
+        corners.into_iter().all(|x| grid.contains(x))
+    };
+    own.all(is_covered)
 }
 
 fn check_emitter(emitter: &Emitter) -> Result<(), IndexDerivativeError> {

@@ -19,16 +19,26 @@ pub enum IndexDerivativeError {
     /// The same medium twice.
     #[error("a parameter is listed twice")]
     Twice,
-    /// A medium whose extinction, albedo or phase function varies.
+    /// A medium whose phase function varies.
     #[error(
-        "derivatives by an index need media whose {what} is the same everywhere, which that of '{name}' is not"
+        "derivatives by an index need media whose phase function is the same everywhere, which that of '{0}' is not"
     )]
-    Varies {
+    Phase(String),
+    /// A medium whose extinction or albedo jumps between voxels.
+    #[error(
+        "the {what} of '{name}' jumps from voxel to voxel, where what is scattered would jump when rays move: give it a 'gridvolume' with filter_type 'trilinear'"
+    )]
+    Voxels {
         /// The quantity.
         what: &'static str,
         /// The medium.
         name: String,
     },
+    /// A medium whose extinction jumps to zero where its grid ends.
+    #[error(
+        "the grid of the extinction of '{0}' ends within its shapes, where the extinction would jump: let it cover them, or let its outermost samples be 0"
+    )]
+    Ends(String),
     /// The surroundings scatter or bend rays.
     #[error(
         "derivatives by an index need surroundings that are clear and of constant index: put what scatters or bends rays into a shape with a boundary"
@@ -50,6 +60,41 @@ pub enum IndexDerivativeError {
          which are the boundary of a medium, have none"
     )]
     Surface(String),
+    /// A boundary with an edge.
+    #[error(
+        "derivatives by an index need boundaries without edges, beyond which rays would miss them: '{0}' does not enclose a volume"
+    )]
+    Open(String),
+    /// A smooth dielectric that crosses another boundary.
+    #[error(
+        "derivatives by an index do not see the edge at which '{0}' and '{1}' cross, where refraction jumps: move them apart, or one into the other"
+    )]
+    Crossing(String, String),
+    /// A tinted dielectric with a silhouette.
+    #[error(
+        "the light of '{0}' jumps at its silhouette, which derivatives by an index do not see: leave its specular_reflectance at 1"
+    )]
+    Tinted(String),
+    /// Paths are told apart by how many events they have, which jumps at silhouettes.
+    #[error(
+        "rays that bend or are scattered meet '{name}' from outside, and where they graze it they have one event more, which derivatives by an index do not see: {what}"
+    )]
+    Counted {
+        /// The object.
+        name: String,
+        /// What depends on the number of events, and what may stand in its place.
+        what: &'static str,
+    },
+    /// Light is told apart by its optical length.
+    #[error(
+        "the time gate into which light falls jumps when its optical length changes, which derivatives by an index do not see: give weights of the whole picture, or load the scene with layers by bounces alone"
+    )]
+    Gates,
+    /// Light is told apart by something else.
+    #[error(
+        "derivatives by an index know layers by bounces, not by {0}: give weights of the whole picture"
+    )]
+    Layers(&'static str),
     /// A panel whose edge is seen.
     #[error("derivatives by an index do not see edges of light: the emitter '{name}' {why}")]
     Panel {

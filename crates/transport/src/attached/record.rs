@@ -39,7 +39,7 @@ pub(super) struct Leg {
     pub medium: MediumId,
     /// Where its steps are.
     pub spans: Range<usize>,
-    /// The unit direction in which it starts at a point; `None` behind a boundary, where it starts with a velocity.
+    /// The unit direction in which it starts at a point; `None` behind a boundary, and where nothing was collided with: it starts with a velocity.
     pub direction: Option<DVec3>,
     pub drawn: Drawn,
     pub end: LegEnd,
@@ -64,7 +64,7 @@ impl Drawn {
 /// What ends a leg.
 #[derive(Clone, Debug)]
 pub(super) enum LegEnd {
-    /// A collision.
+    /// A collision, also with what is missing to the majorant of a medium.
     Scattered(Scattering),
     /// A boundary.
     Crossed(Box<Crossed>),
@@ -79,8 +79,8 @@ pub(super) struct Scattering {
     /// Number of the step of the leg on which it lies, and the span from its start.
     pub step: usize,
     pub span: f64,
-    /// Unit direction after it.
-    pub onward: DVec3,
+    /// Unit direction after it; `None` if nothing was there to collide with.
+    pub onward: Option<DVec3>,
     /// The boundary on which the leg would have ended; `None` if that is too far to matter.
     pub boundary: Option<Beyond>,
 }

@@ -1,6 +1,7 @@
 //! The walk from the sensor: flights, collisions and boundaries, recorded (docs/theory.md#derivatives-by-the-index-behind-scattering).
 
 use super::IndexPlan;
+use super::majorant::{Majorants, probability};
 use super::record::{AttachedPath, Beyond, Drawn, Leg, LegEnd, Scattering};
 use crate::Spectrum;
 use crate::budget::EDGES_PER_WALK;
@@ -28,6 +29,7 @@ const LONGEST_ROULETTE: f64 = 0.95;
 pub(crate) struct AttachedWalk<'a> {
     pub scene: &'a Scene,
     pub plan: &'a IndexPlan,
+    pub majorants: &'a Majorants,
     pub tolerance: Tolerance,
     /// Number of channels in use.
     pub channels: usize,
@@ -48,7 +50,7 @@ pub(super) struct Walking<'a, 'p> {
     pub stats: &'p mut Stats,
     pub x: DVec3,
     pub v: DVec3,
-    /// Of the start of the next leg, unless it is behind a boundary.
+    /// Of the start of the next leg, unless it goes on with the velocity.
     pub direction: Option<DVec3>,
     pub medium: MediumId,
     pub throughput: Spectrum,
@@ -103,7 +105,7 @@ impl Walking<'_, '_> {
     /// Follows a leg, and what happens at its end. `unit` is the throughput at the sensor.
     fn leg(&mut self, unit: f64) -> ControlFlow<()> {
         let scene = self.walk.scene;
-        let extinctions = scene.medium(self.medium).extinction(self.x);
+        let extinctions = self.walk.majorants.of(self.medium);
         self.drawn = self.draw(extinctions);
         let extinction = extinctions[self.drawn.channel];
         let rank = self.sampler.next_1d_for(Purpose::Distance);
@@ -128,7 +130,7 @@ impl Walking<'_, '_> {
                 });
                 let length = depth / extinction;
                 self.weigh(extinctions, length, true);
-                return self.scatter(length, beyond, unit);
+                return self.collide(length, beyond, unit);
             }
         }
         self.weigh(extinctions, end.length, false);
@@ -215,21 +217,17 @@ impl Walking<'_, '_> {
         });
     }
 
-    /// Collides after a length, and goes on in another direction.
-    fn scatter(&mut self, length: f64, boundary: Option<Beyond>, unit: f64) -> ControlFlow<()> {
-        let walk = self.walk;
-        let medium = walk.scene.medium(self.medium);
-        let resolved = walk.plan.has(self.medium);
-        let (vertex, step, span) = self.path.flight.at(&medium.index, resolved, length);
-        let arrival = vertex.v.normalize();
-        self.depth = self.depth.saturating_add(1);
-        if self.depth >= walk.max_depth {
-            return ControlFlow::Break(());
-        }
-        self.throughput *= medium.albedo.at(vertex.x);
-        self.sampler.next_edge();
-        let u = self.sampler.next_2d_for(Purpose::Direction);
-        let (onward, _) = medium.phase.sample(vertex.x, arrival, u);
+    /// Collides after a length, if something is there, and goes on: in another direction, or as before.
+    fn collide(&mut self, length: f64, boundary: Option<Beyond>, unit: f64) -> ControlFlow<()> {
+        let field = self.walk.scene.field(self.medium);
+        let resolved = self.walk.plan.has(self.medium);
+        let (vertex, step, span) = self.path.flight.at(field, resolved, length);
+        let is_real = self.is_real(vertex.x);
+        let onward = if is_real {
+            Some(self.scatter(&vertex)?)
+        } else {
+            None
+        };
         self.end(LegEnd::Scattered(Scattering {
             vertex,
             step,
@@ -238,10 +236,48 @@ impl Walking<'_, '_> {
             boundary,
         }));
         self.x = vertex.x;
-        self.v = onward * medium.index.n(vertex.x);
-        self.direction = Some(onward);
+        self.v = onward.map_or(vertex.v, |onward| onward * field.n(vertex.x));
+        self.direction = onward;
+        if is_real {
+            self.roulette(unit)
+        } else if self.throughput.is_zero() {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    }
+
+    /// Decides whether a collision by the majorant is one with the medium.
+    fn is_real(&mut self, x: DVec3) -> bool {
+        let walk = self.walk;
+        let Some(chance) = walk.majorants.chance(walk.scene, self.medium) else {
+            return true;
+        };
+        let share = chance.at(x);
+        let probability = probability((self.throughput * share).sum() / self.throughput.sum());
+        let is_real = self.sampler.next_1d() < probability;
+        self.throughput *= if is_real {
+            share / probability
+        } else {
+            share.map(|share| (1.0 - share) / (1.0 - probability))
+        };
+        is_real
+    }
+
+    /// The direction after a collision with the medium, unless the path ends there.
+    fn scatter(&mut self, vertex: &FlightPoint) -> ControlFlow<(), DVec3> {
+        let walk = self.walk;
+        let medium = walk.scene.medium(self.medium);
+        self.depth = self.depth.saturating_add(1);
+        if self.depth >= walk.max_depth {
+            return ControlFlow::Break(());
+        }
+        self.throughput *= medium.albedo.at(vertex.x);
+        self.sampler.next_edge();
         self.events = 0;
-        self.roulette(unit)
+        let u = self.sampler.next_2d_for(Purpose::Direction);
+        let (onward, _) = medium.phase.sample(vertex.x, vertex.v.normalize(), u);
+        ControlFlow::Continue(onward)
     }
 
     /// Ends paths by chance, without bias.

@@ -49,6 +49,13 @@ impl Dielectric {
         [self.specular_reflectance, self.specular_transmittance] == [Spectrum::ONE; 2]
     }
 
+    /// Whether nothing of what is reflected in the first channels is taken away.
+    pub(crate) fn reflects_all(&self, channels: usize) -> bool {
+        self.specular_reflectance.0[..channels]
+            .iter()
+            .all(|f| *f == 1.0)
+    }
+
     /// With equal indices nothing is reflected and `direction` is exactly −`toward`.
     pub(super) fn sample(&self, s: &Surface, toward: DVec3, u: f64) -> BsdfSample {
         let side = s.facing(toward);

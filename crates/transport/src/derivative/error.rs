@@ -59,8 +59,10 @@ pub enum DerivativeError {
     /// Light that an integrator blurs.
     #[error("light that the integrator {0} blurs has no derivatives: take path, particle or bdpt")]
     Blurred(&'static str),
-    /// Light told apart by its Stokes parameters.
-    #[error("Stokes parameters have no derivatives yet: leave the integrator stokes out")]
+    /// Polarised light, and its Stokes parameters.
+    #[error(
+        "polarised light, which Stokes parameters tell of, has no derivatives: leave the integrator stokes out"
+    )]
     Polarized,
     /// Light told apart by what sound does to its phase.
     #[error(

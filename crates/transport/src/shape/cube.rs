@@ -62,6 +62,11 @@ impl Cube {
         face.hit(&self.placement, at.theta, local, plain(local, face.axis))
     }
 
+    /// Its corners.
+    pub(crate) fn corners(&self) -> [DVec3; 8] {
+        LOCAL.corners().map(|p| self.placement.point(p))
+    }
+
     pub(super) fn aabb(&self) -> Aabb {
         self.placement.aabb(|d| d.abs().element_sum())
     }

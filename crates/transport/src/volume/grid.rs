@@ -39,7 +39,7 @@ pub struct VolumeGrid {
     channels: usize,
     values: Values,
     /// From world positions to the samples' indices.
-    to_samples: DAffine3,
+    pub(super) to_samples: DAffine3,
     /// From world positions to the unit cube.
     to_unit: DAffine3,
     voxel: f64,
@@ -301,7 +301,7 @@ impl VolumeGrid {
     }
 
     /// Whether a world position is in the cube.
-    fn contains(&self, x: DVec3) -> bool {
+    pub(crate) fn contains(&self, x: DVec3) -> bool {
         let place = self.to_unit.transform_point3(x);
         place.min_element() >= -EDGE && place.max_element() <= 1.0 + EDGE
     }

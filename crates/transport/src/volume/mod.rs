@@ -3,6 +3,7 @@
 mod blocks;
 mod cells;
 mod error;
+mod gradient;
 mod grid;
 mod labels;
 mod lattice;

@@ -24,6 +24,7 @@ mod ends;
 mod first_surface;
 mod first_vertex;
 mod furnace;
+mod index_absorption;
 mod index_derivatives;
 mod layers;
 mod lens;

@@ -4,7 +4,7 @@
 mod replay;
 
 use super::record::{AttachedPath, LegEnd};
-use super::{AttachedWalk, IndexPlan, check};
+use super::{AttachedWalk, IndexPlan, Majorants, check};
 use crate::Spectrum;
 use crate::bsdf::{Bsdf, Dielectric};
 use crate::emitter::{Emitter, Environment};
@@ -16,12 +16,14 @@ use crate::scene::{MediumId, Object, Scene};
 use crate::sensor::{Camera, SensorRay};
 use crate::shape::Sphere;
 use crate::stats::Stats;
+use crate::volume::{GridFilter, GridSamples, VolumeGrid, VolumeTexture};
 use eikonal::adjoint::{AdjointRay, EndDerivative, ParameterDerivative, RayStart, Receiver};
 use eikonal::connect::World;
 use eikonal::field::{Bspline, Gaussian, Placement, Sum};
 use eikonal::{Aabb, Field, Tolerance};
-use glam::{DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 use replay::Replay;
+use std::sync::Arc;
 
 const TOLERANCE: f64 = 1e-12;
 const FOG: MediumId = 1;
@@ -40,6 +42,8 @@ struct Setup {
     clear: bool,
     /// Whether channels differ in their extinction.
     coloured: bool,
+    /// Whether the fog's extinction and albedo are those of voxels.
+    graded: bool,
 }
 
 fn bump(change: f64) -> Field {
@@ -65,6 +69,28 @@ fn samples(change: f64) -> Field {
     let all: Vec<f64> = (0..GRID * GRID * GRID).map(sample).collect();
     let grid = Bspline::from_samples([GRID; 3], cube, Placement::Nodes, &all);
     grid.unwrap().into()
+}
+
+/// Samples around the ball, in two channels of a pattern of their own.
+fn voxels([low, high]: [f64; 2]) -> VolumeTexture {
+    const SIZE: usize = 4;
+    let value = |i: usize| (low + (high - low) * (i * 53 % 31) as f64 / 30.0) as f32;
+    let samples = GridSamples {
+        size: [SIZE; 3],
+        channels: 2,
+        data: (0..2 * SIZE * SIZE * SIZE).map(value).collect(),
+    };
+    let to_world =
+        DAffine3::from_scale(DVec3::splat(2.2)) * DAffine3::from_translation(DVec3::splat(-0.5));
+    let placement = Placement::Centers;
+    let grid = VolumeGrid::new(
+        samples,
+        to_world,
+        placement,
+        GridFilter::Trilinear,
+        [0.0, 10.0],
+    );
+    VolumeTexture::Grid(Arc::new(grid.unwrap()))
 }
 
 /// What the parameters change by when `change` does.
@@ -105,7 +131,11 @@ fn scene(setup: Setup, change: f64) -> Scene {
     let second = if setup.coloured { 2.0 } else { 1.0 };
     let extinction = |first: f64, second: f64| Spectrum([first, second, 0.0, 0.0]) * turbid;
     let fog = extinction(1.5, 1.5 * second);
-    let fog = Medium::homogeneous("fog", field, fog, albedo);
+    let mut fog = Medium::homogeneous("fog", field, fog, albedo);
+    if setup.graded {
+        fog.sigma_t = voxels([0.0, 3.0]);
+        fog.albedo = voxels([0.6, 1.0]);
+    }
     let core = extinction(0.8 * second, 0.8);
     let core = Medium::homogeneous("core", core_index, core, 0.95);
     let hg = |g| Phase::henyey_greenstein(g).unwrap();
@@ -134,7 +164,8 @@ fn scene(setup: Setup, change: f64) -> Scene {
 
 /// The paths that meet light, of many.
 fn paths(base: &Scene, plan: &IndexPlan, mut see: impl FnMut(SensorRay, &AttachedPath)) {
-    let walk = walk(base, plan);
+    let majorants = Majorants::new(base, 2);
+    let walk = walk(base, plan, &majorants);
     let mut path = AttachedPath::default();
     for number in 0..400 {
         let mut sampler = Sampler::new(5, 0, number);
@@ -146,11 +177,12 @@ fn paths(base: &Scene, plan: &IndexPlan, mut see: impl FnMut(SensorRay, &Attache
     }
 }
 
-fn walk<'a>(scene: &'a Scene, plan: &'a IndexPlan) -> AttachedWalk<'a> {
-    check(scene).unwrap();
+fn walk<'a>(scene: &'a Scene, plan: &'a IndexPlan, majorants: &'a Majorants) -> AttachedWalk<'a> {
+    check(scene, 2, None).unwrap();
     AttachedWalk {
         scene,
         plan,
+        majorants,
         tolerance: Tolerance::new(TOLERANCE),
         channels: 2,
         max_depth: 9,
@@ -161,7 +193,8 @@ fn walk<'a>(scene: &'a Scene, plan: &'a IndexPlan) -> AttachedWalk<'a> {
 /// The derivative of Σ weight × what a path brings by all parameters.
 fn derivative(scene: &Scene, plan: &IndexPlan, path: &AttachedPath, weights: Spectrum) -> Vec<f64> {
     let mut sums = vec![0.0; plan.len()];
-    walk(scene, plan).back(path, weights, |medium, x, by| {
+    let majorants = Majorants::new(scene, 2);
+    walk(scene, plan, &majorants).back(path, weights, |medium, x, by| {
         plan.add(scene, medium, x, by, &mut sums);
     });
     sums
@@ -214,6 +247,7 @@ fn without_scattering_derivatives_are_those_of_rays() {
         inside: false,
         clear: true,
         coloured: false,
+        graded: false,
     };
     let scene = scene(setup, 0.0);
     let plan = IndexPlan::new(&scene, &[FOG]).unwrap();
@@ -264,13 +298,14 @@ fn derivatives_of_paths_are_differences_of_replayed_ones() {
     for inside in [false, true] {
         for dielectric in [false, true] {
             for grid in [false, true] {
-                for coloured in [false, true] {
+                for (coloured, graded) in [(false, false), (true, false), (true, true)] {
                     compare(Setup {
                         grid,
                         dielectric,
                         inside,
                         clear: false,
                         coloured,
+                        graded,
                     });
                 }
             }

@@ -1,5 +1,6 @@
 //! Paths that are followed again through a changed scene, with the decisions and random numbers of before.
 
+use super::super::Majorants;
 use super::super::record::{AttachedPath, Crossed, Drawn, LegEnd, Scattering};
 use super::TOLERANCE;
 use crate::Spectrum;
@@ -56,8 +57,20 @@ impl Replay<'_> {
         Some(found.throughput * light * replay.ratio)
     }
 
+    /// The extinction by which flights collide.
     fn sigma(&self) -> Spectrum {
-        self.scene.medium(self.medium).extinction(self.x)
+        Majorants::new(self.scene, 2).of(self.medium)
+    }
+
+    /// What a collision at a place counts for, up to a factor: scattering, or what is missing to the majorant.
+    fn chance(&self, x: DVec3, is_real: bool) -> Spectrum {
+        let medium = self.scene.medium(self.medium);
+        let (sigma, most) = (medium.extinction(x), self.sigma()[0]);
+        if is_real {
+            sigma * medium.albedo.at(x)
+        } else {
+            sigma.map(|sigma| most - sigma)
+        }
     }
 
     /// A leg gets longer: what is left in each channel, over the density with which one or other of them draws that.
@@ -103,9 +116,17 @@ impl Replay<'_> {
         self.weigh(drawn, length - event.vertex.length);
         let field = self.scene.field(self.medium);
         let (vertex, ..) = self.flight.at(field, true, length);
+        let is_real = event.onward.is_some();
+        let [now, then] = [vertex.x, event.vertex.x].map(|x| self.chance(x, is_real));
+        self.ratio *= Spectrum(std::array::from_fn(|c| {
+            if then[c] > 0.0 { now[c] / then[c] } else { 0.0 }
+        }));
         let turn = DQuat::from_rotation_arc(event.vertex.v.normalize(), vertex.v.normalize());
         self.x = vertex.x;
-        self.v = turn * event.onward * field.n(vertex.x);
+        self.v = match event.onward {
+            Some(onward) => turn * onward * field.n(vertex.x),
+            None => vertex.v,
+        };
         Some(())
     }
 

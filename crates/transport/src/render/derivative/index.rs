@@ -5,9 +5,11 @@
 use super::batches::{BatchMoments, Part, Units, check_room};
 use super::{Derivative, SEED, without_splitting};
 use crate::Spectrum;
-use crate::attached::{self, AttachedPath, AttachedWalk, IndexDerivativeError, IndexPlan};
+use crate::attached::{
+    self, AttachedPath, AttachedWalk, IndexDerivativeError, IndexPlan, Majorants,
+};
 use crate::derivative::DerivativeError;
-use crate::film::PathFacts;
+use crate::film::{Decomposition, LightParts, PathFacts};
 use crate::integrator::{Integrator, PathTracer};
 use crate::render::source::{Source, finite};
 use crate::render::{Handle, RenderOptions, prepare};
@@ -26,11 +28,13 @@ pub struct IndexDerivativeOptions<'a> {
     pub samples: u64,
     /// See `samples`.
     pub seed: u64,
+    /// How light is told apart, if weights do: by bounces alone.
+    pub decomposition: Decomposition,
     /// Whether light that comes straight from an emitter is left out of the image.
     pub hide_emitters: bool,
     /// The media by whose index the image is differentiated.
     pub media: &'a [MediumId],
-    /// The derivative of the loss by each value of the image: row by row, channels interleaved.
+    /// The derivative of the loss by each value of the image: for each [layer](Decomposition::layers), row by row, channels interleaved.
     pub weights: &'a [f64],
 }
 
@@ -58,12 +62,15 @@ pub fn index_derivatives(
     handle: &Handle,
 ) -> Result<Option<IndexDerivatives>, IndexDerivativeError> {
     let film = scenes[0].film();
-    check_weights(options.weights, film.width * film.height * film.channels)?;
-    let plan = checked_plan(scenes, options.media)?;
+    let plan = checked_plan(scenes, options)?;
+    let layers = options.decomposition.layers();
+    let expected = layers * film.width * film.height * film.channels;
+    check_weights(options.weights, expected)?;
     check_room(plan.len()).map_err(|e| refused(&e))?;
     let renderer = Renderer::Light(Integrator::Path(options.path));
     let render = RenderOptions {
         hide_emitters: options.hide_emitters,
+        decomposition: options.decomposition,
         ..RenderOptions::new(renderer, options.samples, options.seed ^ SEED)
     };
     let prepared = prepare(scenes, &render, None, handle);
@@ -75,6 +82,7 @@ pub fn index_derivatives(
         let pass = Pass {
             source: &source,
             plan: &plan,
+            majorants: Majorants::new(scene, source.channels()),
             options,
             tolerance,
         };
@@ -86,17 +94,54 @@ pub fn index_derivatives(
     Ok(Some(found))
 }
 
-/// Finds out whether images have derivatives by the index of media.
+/// Finds out whether images have derivatives by the index of media; weights and samples do not matter yet.
 ///
 /// # Errors
-/// What [`index_derivatives`] refuses of scenes and media.
-pub fn check_indices(scenes: &[Scene], media: &[MediumId]) -> Result<(), IndexDerivativeError> {
-    checked_plan(scenes, media).map(|_| ())
+/// What [`index_derivatives`] refuses of scenes, media and layers.
+pub fn check_indices(
+    scenes: &[Scene],
+    options: &IndexDerivativeOptions,
+) -> Result<(), IndexDerivativeError> {
+    checked_plan(scenes, options).map(|_| ())
 }
 
-fn checked_plan(scenes: &[Scene], media: &[MediumId]) -> Result<IndexPlan, IndexDerivativeError> {
-    scenes.iter().try_for_each(attached::check)?;
-    IndexPlan::new(&scenes[0], media)
+fn checked_plan(
+    scenes: &[Scene],
+    options: &IndexDerivativeOptions,
+) -> Result<IndexPlan, IndexDerivativeError> {
+    check_layers(&options.decomposition)?;
+    let counted = counted(options);
+    for (group, scene) in scenes.iter().enumerate() {
+        attached::check(scene, scene.film().channels_of(group), counted)?;
+    }
+    IndexPlan::new(&scenes[0], options.media)
+}
+
+fn check_layers(decomposition: &Decomposition) -> Result<(), IndexDerivativeError> {
+    if decomposition.length.is_some() {
+        return Err(IndexDerivativeError::Gates);
+    }
+    if decomposition.emitters.is_some() {
+        return Err(IndexDerivativeError::Layers("emitters"));
+    }
+    match decomposition.parts {
+        Some(LightParts::Stokes) => Err(IndexDerivativeError::Layers("Stokes parameters")),
+        Some(LightParts::Sidebands(_)) => Err(IndexDerivativeError::Layers("sidebands")),
+        None => Ok(()),
+    }
+}
+
+/// What of the image depends on how many events paths have.
+fn counted(options: &IndexDerivativeOptions) -> Option<&'static str> {
+    if options.path.max_depth.is_some() {
+        Some("max_depth counts them, so set it to -1")
+    } else if options.decomposition.bounces.is_some() {
+        Some("layers by bounces count them, so give weights of the whole picture")
+    } else {
+        options
+            .hide_emitters
+            .then_some("hide_emitters counts them, so show emitters")
+    }
 }
 
 fn check_weights(weights: &[f64], expected: usize) -> Result<(), IndexDerivativeError> {
@@ -155,6 +200,7 @@ fn enter(moments: &BatchMoments, into: &mut IndexDerivatives) {
 struct Pass<'a> {
     source: &'a Source<'a>,
     plan: &'a IndexPlan,
+    majorants: Majorants,
     options: &'a IndexDerivativeOptions<'a>,
     tolerance: Tolerance,
 }
@@ -199,6 +245,7 @@ impl Pass<'_> {
         let walk = AttachedWalk {
             scene: source.scene,
             plan: self.plan,
+            majorants: &self.majorants,
             tolerance: self.tolerance,
             channels: source.channels(),
             max_depth: limits.max_depth.unwrap_or(u32::MAX),
@@ -223,7 +270,8 @@ impl Pass<'_> {
                 if !source.shows(&facts) {
                     continue;
                 }
-                let weights = self.weights(pixel) * sampled.weight;
+                let layer = self.options.decomposition.layer(&facts);
+                let weights = self.weights(pixel, layer) * sampled.weight;
                 sums[0] += (finite(value, &mut stats.not_finite) * weights).sum();
                 let (plan, scene) = (self.plan, source.scene);
                 walk.back(&path, weights, |medium, x, by| {
@@ -234,10 +282,11 @@ impl Pass<'_> {
         stats
     }
 
-    /// The weights of a pixel.
-    fn weights(&self, pixel: usize) -> Spectrum {
+    /// The weights of a pixel in a layer.
+    fn weights(&self, pixel: usize, layer: usize) -> Spectrum {
         let film = self.source.scene.film();
-        let first = pixel * film.channels + self.source.group * film.group_size;
+        let first = (layer * self.pixels() + pixel) * film.channels;
+        let first = first + self.source.group * film.group_size;
         let own = &self.options.weights[first..][..self.source.channels()];
         Spectrum(std::array::from_fn(|c| own.get(c).copied().unwrap_or(0.0)))
     }

@@ -1,0 +1,103 @@
+//! Collisions where the extinction varies (docs/theory.md#derivatives-by-the-index-behind-scattering).
+
+use crate::Spectrum;
+use crate::medium::Medium;
+use crate::scene::{MediumId, Scene};
+use crate::volume::{VolumeGrid, VolumeTexture};
+use glam::DVec3;
+
+/// Probability with which the rarer of collisions with a medium, and with what is missing to its majorant, is followed, at least: where either
+/// vanishes, its derivative does not.
+const LEAST: f64 = 0.0625;
+
+/// Shares that differ from 1 by less are 1.
+const ROUNDING: f64 = 1e-12;
+
+/// For each medium of a scene, the extinction by which flights collide: its own, or the largest that it has anywhere, in any channel.
+#[derive(Clone, Debug)]
+pub(crate) struct Majorants(Vec<Spectrum>);
+
+impl Majorants {
+    /// For scenes whose samples have so many channels.
+    pub(crate) fn new(scene: &Scene, channels: usize) -> Self {
+        let of = |medium: &Medium| match &medium.sigma_t {
+            VolumeTexture::Uniform(sigma) => *sigma * medium.scale,
+            VolumeTexture::Grid(grid) => {
+                let [_, most] = grid.extremes(channels);
+                Spectrum::splat(most * medium.scale)
+            }
+        };
+        Majorants(scene.media().iter().map(of).collect())
+    }
+
+    pub(super) fn of(&self, medium: MediumId) -> Spectrum {
+        self.0[medium]
+    }
+
+    /// The chance that a flight which has collided in a medium has collided with the medium; `None` if it surely has.
+    pub(super) fn chance<'a>(&self, scene: &'a Scene, medium: MediumId) -> Option<Chance<'a>> {
+        let (most, medium) = (self.0[medium][0], scene.medium(medium));
+        match &medium.sigma_t {
+            VolumeTexture::Uniform(_) => None,
+            VolumeTexture::Grid(grid) => Some(Chance {
+                grid,
+                unit: medium.scale / most,
+            }),
+        }
+    }
+}
+
+/// The share that a varying extinction has of its majorant.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Chance<'a> {
+    grid: &'a VolumeGrid,
+    /// What multiplies the grid.
+    unit: f64,
+}
+
+impl Chance<'_> {
+    /// The share of each channel at a place.
+    pub(super) fn at(&self, x: DVec3) -> Spectrum {
+        (self.grid.at(x) * self.unit).map(|share| share.min(1.0))
+    }
+
+    /// The gradient of Σ worth × log(share), or × log(1 − share), over the channels at a place.
+    pub(super) fn log_gradient(&self, x: DVec3, worth: Spectrum, is_real: bool) -> DVec3 {
+        let share = self.at(x);
+        let by = if is_real {
+            over(worth, share)
+        } else {
+            over(worth, share.map(|share| 1.0 - share)) * -1.0
+        };
+        self.grid.gradient(x, by * self.unit)
+    }
+}
+
+/// The probability with which a collision of this share is followed, held fixed when it changes.
+pub(super) fn probability(share: f64) -> f64 {
+    if share > 0.0 && share < 1.0 - ROUNDING {
+        share.clamp(LEAST, 1.0 - LEAST)
+    } else {
+        share
+    }
+}
+
+/// The gradient of Σ worth × log(albedo) over the channels at a place.
+pub(super) fn log_albedo_gradient(medium: &Medium, x: DVec3, worth: Spectrum) -> DVec3 {
+    match &medium.albedo {
+        VolumeTexture::Uniform(_) => DVec3::ZERO,
+        VolumeTexture::Grid(grid) => grid.gradient(x, over(worth, grid.at(x))),
+    }
+}
+
+/// A quotient, zero in channels without worth.
+fn over(worth: Spectrum, by: Spectrum) -> Spectrum {
+    let each = |c: usize| {
+        if worth[c] == 0.0 {
+            0.0
+        } else {
+            worth[c] / by[c]
+        }
+    };
+    Spectrum(std::array::from_fn(each))
+}
