@@ -1308,8 +1308,8 @@ PLANTED = [
     (
         "modulations along a panel without those before it",
         EIKONAL + "modulation/panel.rs",
-        "self.before + share * mean",
-        "share * mean",
+        "self.before + share * (even + share * odd)",
+        "share * (even + share * odd)",
         ("morgana-eikonal", "eikonal", "modulation::integrals_along_arcs_are_those_of_fine_sums"),
     ),
     (
