@@ -1245,7 +1245,7 @@ PLANTED = [
     (
         "phases of tagged paths from the sensor without those of connections",
         TRANSPORT + "tagging/recorder.rs",
-        "self.aside.extend(way.iter().copied().map(Step::Connect));",
+        "self.aside.extend(way.clone().map(Step::Connect));",
         "let _ = (way, Step::Connect);",
         ("morgana-transport", "transport", "meters::instants::light_that_is_scattered_back_once_has_the_phases_of_moved_scatterers"),
     ),

@@ -14,7 +14,7 @@ pub(crate) trait FactorRecorder {
     const RECORDS: bool;
 
     /// Keeps the arcs of a connection from a vertex, which may be in either order.
-    fn way(&self, vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way;
+    fn way(&mut self, vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way;
 
     /// The path follows an edge, and is scattered if it collides at its end.
     fn follow(&mut self, edge: &Edge);
@@ -40,7 +40,7 @@ impl FactorRecorder for () {
     type Way = ();
     const RECORDS: bool = false;
 
-    fn way(&self, _vertex: &Vertex, _arcs: ConnectionArcs) {}
+    fn way(&mut self, _vertex: &Vertex, _arcs: ConnectionArcs) {}
     fn follow(&mut self, _edge: &Edge) {}
     fn turn(&mut self, _vertex: &Vertex, _direction: DVec3, _specular: bool) {}
     fn aside_follow(&mut self, _edge: &Edge, _length: f64) {}

@@ -279,7 +279,7 @@ impl FactorRecorder for Tape {
     type Way = SmallVec<[Factor; 1]>;
     const RECORDS: bool = true;
 
-    fn way(&self, _vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way {
+    fn way(&mut self, _vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way {
         way(arcs)
     }
 

@@ -49,6 +49,7 @@ pub(super) struct Tagging {
     asked: Asked,
     /// How the current one has gone on since its modulation was last found.
     steps: Vec<Step>,
+    legs: Vec<Leg>,
     /// Whether the copy that was put aside last goes on from there.
     goes_on: bool,
     /// That before the last flight, and along it.
@@ -62,6 +63,7 @@ impl Tagging {
             sound,
             asked,
             steps: Vec::new(),
+            legs: Vec::new(),
             goes_on: false,
             waiting: Vec::new(),
             current: TaggedPath::default(),
@@ -81,7 +83,7 @@ impl Tagging {
     pub(super) fn resume(&mut self) {
         self.current = self.waiting.pop().unwrap_or_default();
         if !std::mem::take(&mut self.goes_on) {
-            self.steps.clear();
+            self.forget();
         }
     }
 
@@ -101,9 +103,14 @@ impl Tagging {
 
     /// The same where it has come to, whatever is asked for.
     pub(super) fn arrive(&mut self) -> PathModulation {
-        self.current.go(&self.sound, &self.steps);
-        self.steps.clear();
+        self.current.go(&self.sound, &self.legs, &self.steps);
+        self.forget();
         self.path()
+    }
+
+    fn forget(&mut self) {
+        self.steps.clear();
+        self.legs.clear();
     }
 
     /// That of its way up to a θ of its last flight.
@@ -125,11 +132,11 @@ impl Tagging {
     /// The particle flies along an arc up to θ.
     pub(super) fn follow(&mut self, medium: MediumId, arc: &Arc, theta: f64) {
         match self.asked {
-            Asked::OnArrival => self.step(Step::Fly(Leg {
-                medium,
-                arc: *arc,
-                theta,
-            })),
+            Asked::OnArrival => {
+                self.step(Step::Fly);
+                let arc = *arc;
+                self.legs.push(Leg { medium, arc, theta });
+            }
             Asked::AtEnds => self.current.fly(&self.sound, medium, arc, theta),
             Asked::Along => {
                 let (sound, path) = (&self.sound, &mut self.current);
@@ -142,15 +149,16 @@ impl Tagging {
     /// The particle is scattered at the end of its last flight, into a direction.
     pub(super) fn scatter(&mut self, direction: DVec3) {
         match self.asked {
-            Asked::OnArrival => self.step(Step::Scatter(direction)),
+            Asked::OnArrival => self.step(|_| Step::Scatter(direction)),
             Asked::AtEnds | Asked::Along => self.current.scatter(&self.sound, direction),
         }
     }
 
-    fn step(&mut self, step: Step) {
+    /// Takes note of a step, given the number of the next leg.
+    fn step(&mut self, step: impl FnOnce(usize) -> Step) {
         if self.steps.len() == MOST_STEPS {
             self.arrive();
         }
-        self.steps.push(step);
+        self.steps.push(step(self.legs.len()));
     }
 }

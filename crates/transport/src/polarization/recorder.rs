@@ -170,7 +170,7 @@ impl FactorRecorder for StokesRecorder<'_> {
     type Way = Option<StokesInFrame>;
     const RECORDS: bool = true;
 
-    fn way(&self, vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way {
+    fn way(&mut self, vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way {
         let parts = self.parts(arcs);
         // Lines are not turned.
         if parts.iter().all(|part| part.does_nothing()) {

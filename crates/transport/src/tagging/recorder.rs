@@ -5,15 +5,17 @@ use super::path::{SoundInMedia, TaggedPath};
 use super::steps::{Leg, Step};
 use crate::derivative::FactorRecorder;
 use crate::emitter::EmittedRay;
-use crate::path::{ConnectionArcs, Edge, End, Span, Vertex};
+use crate::path::{ConnectionArcs, Edge, End, Vertex};
 use crate::scene::Scene;
 use glam::{DVec2, DVec3};
-use smallvec::SmallVec;
+use std::ops::Range;
 
 /// The ways of the contributions of a path.
 #[derive(Debug)]
 pub(crate) struct TaggedRecorder {
     sound: SoundInMedia,
+    /// Of all steps.
+    legs: Vec<Leg>,
     /// From the sensor on.
     trunk: Vec<Step>,
     /// Of contributions alone, one after the other.
@@ -33,6 +35,7 @@ impl TaggedRecorder {
     pub(crate) fn new(scene: &Scene) -> Self {
         TaggedRecorder {
             sound: SoundInMedia::of(scene),
+            legs: Vec::new(),
             trunk: Vec::new(),
             aside: Vec::new(),
             ends: Vec::new(),
@@ -41,6 +44,7 @@ impl TaggedRecorder {
 
     /// Begins a path.
     pub(crate) fn begin(&mut self) {
+        self.legs.clear();
         self.trunk.clear();
         self.aside.clear();
         self.ends.clear();
@@ -54,38 +58,39 @@ impl TaggedRecorder {
         let (mut trunk, mut known) = (TaggedPath::default(), 0);
         contributions.map(move |i| {
             let end = self.ends[i];
-            trunk.go(&self.sound, &self.trunk[known..end.trunk]);
+            trunk.go(&self.sound, &self.legs, &self.trunk[known..end.trunk]);
             known = end.trunk;
             let before = i.checked_sub(1).map_or(0, |before| self.ends[before].aside);
             let mut way = trunk;
-            way.go(&self.sound, &self.aside[before..end.aside]);
+            way.go(&self.sound, &self.legs, &self.aside[before..end.aside]);
             way.modulation().total()
         })
     }
 }
 
 impl FactorRecorder for TaggedRecorder {
-    type Way = SmallVec<[Leg; 1]>;
+    /// Numbers of legs.
+    type Way = Range<usize>;
     const RECORDS: bool = true;
 
-    fn way(&self, _vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way {
-        let mut legs = SmallVec::new();
+    fn way(&mut self, _vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way {
+        let first = self.legs.len();
         arcs.each(|medium, arc, theta| {
             if self.sound.is_in(medium) {
                 let arc = *arc;
-                legs.push(Leg { medium, arc, theta });
+                self.legs.push(Leg { medium, arc, theta });
             }
         });
-        legs
+        first..self.legs.len()
     }
 
     fn follow(&mut self, edge: &Edge) {
-        let spans = edge.spans.iter().enumerate();
-        let flown = spans.map(|(i, span)| match &edge.end {
-            End::Collision(point) if i + 1 == edge.spans.len() => (span, point.theta),
-            _ => (span, span.theta_end),
-        });
-        self.trunk.extend(steps(&self.sound, flown));
+        let length = match &edge.end {
+            End::Collision(point) => point.length,
+            _ => f64::INFINITY,
+        };
+        self.trunk
+            .extend(along(&self.sound, edge, length, &mut self.legs));
     }
 
     fn turn(&mut self, vertex: &Vertex, direction: DVec3, _specular: bool) {
@@ -93,16 +98,13 @@ impl FactorRecorder for TaggedRecorder {
     }
 
     fn aside_follow(&mut self, edge: &Edge, length: f64) {
-        let spans = edge.spans.iter();
-        let flown = spans
-            .take_while(|span| span.length_before < length)
-            .map(|span| (span, span.theta_at_length(length - span.length_before)));
-        self.aside.extend(steps(&self.sound, flown));
+        self.aside
+            .extend(along(&self.sound, edge, length, &mut self.legs));
     }
 
     fn aside_connect(&mut self, vertex: &Vertex, direction: DVec3, way: &Self::Way) {
         self.aside.extend(at_vertex(&self.sound, vertex, direction));
-        self.aside.extend(way.iter().copied().map(Step::Connect));
+        self.aside.extend(way.clone().map(Step::Connect));
     }
 
     fn aside_reach(&mut self, edge: &Edge, length: f64) {
@@ -117,20 +119,29 @@ impl FactorRecorder for TaggedRecorder {
     }
 }
 
-/// On along spans up to a θ of each, where there is sound.
-fn steps<'e>(
+/// On along an edge as far as a length from its start, where there is sound.
+fn along(
     sound: &SoundInMedia,
-    flown: impl Iterator<Item = (&'e Span<'e>, f64)>,
+    edge: &Edge,
+    length: f64,
+    legs: &mut Vec<Leg>,
 ) -> impl Iterator<Item = Step> {
-    flown
-        .filter(|(span, _)| sound.is_in(span.medium))
-        .map(|(span, theta)| {
-            Step::Fly(Leg {
-                medium: span.medium,
-                arc: span.arc,
-                theta,
-            })
-        })
+    let first = legs.len();
+    let flown = edge
+        .spans
+        .iter()
+        .take_while(|span| span.length_before < length);
+    let audible = flown.filter(|span| sound.is_in(span.medium));
+    legs.extend(audible.map(|span| Leg {
+        medium: span.medium,
+        arc: span.arc,
+        theta: if span.length_after() < length {
+            span.theta_end
+        } else {
+            span.theta_at_length(length - span.length_before)
+        },
+    }));
+    (first..legs.len()).map(Step::Fly)
 }
 
 /// On from a vertex in a direction, if sound moves it: surfaces rest.

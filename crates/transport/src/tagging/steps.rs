@@ -13,25 +13,27 @@ pub(crate) struct Leg {
     pub theta: f64,
 }
 
-/// A step of a way.
+/// A step of a way. Its legs are kept apart: they are large.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Step {
-    /// Along an arc.
-    Fly(Leg),
+    /// Along the leg with this number.
+    Fly(usize),
     /// Scattering into this direction.
     Scatter(DVec3),
-    /// Along a connection, which may be followed from its other end.
-    Connect(Leg),
+    /// Along that of a connection, which may be followed from its other end.
+    Connect(usize),
 }
 
 impl TaggedPath {
-    /// On by steps.
-    pub(crate) fn go(&mut self, sound: &SoundInMedia, steps: &[Step]) {
+    /// On by steps along legs.
+    pub(crate) fn go(&mut self, sound: &SoundInMedia, legs: &[Leg], steps: &[Step]) {
         for step in steps {
-            match step {
-                Step::Fly(leg) => self.fly(sound, leg.medium, &leg.arc, leg.theta),
-                Step::Scatter(direction) => self.scatter(sound, *direction),
-                Step::Connect(leg) => self.connect(sound, leg.medium, &leg.arc, leg.theta),
+            match *step {
+                Step::Fly(i) => self.fly(sound, legs[i].medium, &legs[i].arc, legs[i].theta),
+                Step::Scatter(direction) => self.scatter(sound, direction),
+                Step::Connect(i) => {
+                    self.connect(sound, legs[i].medium, &legs[i].arc, legs[i].theta);
+                }
             }
         }
     }

@@ -184,7 +184,7 @@ impl<R: FactorRecorder> Tracing<'_, R> {
         // Sum over the branches: T f̃ e^{−τ} F̄ G × (what is emitted) × weight/(P_E p_a), times that of the resampling.
         let behind = lead_in(scene, index);
         let before = self.work();
-        let recorder = &*self.recorder;
+        let recorder = &mut *self.recorder;
         let light = Connection::each_with_arcs(
             scene,
             vertex,

@@ -53,7 +53,7 @@ impl Connection {
         target: &ConnectionTarget,
         sampler: &mut Sampler,
         ws: &mut Workspace,
-        evaluate: impl Fn(&Connection, ConnectionArcs) -> Option<T>,
+        mut evaluate: impl FnMut(&Connection, ConnectionArcs) -> Option<T>,
     ) -> Weighted<T> {
         // Where nothing bends rays there is one branch at most, in closed form.
         if scene.is_straight() {
@@ -67,7 +67,7 @@ impl Connection {
         // The branches from deterministic starts count with weight 1.
         let search = Search::new(scene, vertex, target);
         let mut values = SmallVec::new();
-        let mut known: Vec<Connection> = Vec::new();
+        let mut known: SmallVec<[Connection; 2]> = SmallVec::new();
         let _ = search.certain(&mut |candidate| {
             let Some(connection) = search.attempt(&candidate, ws) else {
                 return ControlFlow::Continue(());

@@ -65,7 +65,7 @@ impl Search<'_> {
         sampler: &mut Sampler,
         ws: &mut Workspace,
         other: impl Fn(&Connection) -> bool,
-        evaluate: impl Fn(&Connection, ConnectionArcs) -> Option<T>,
+        mut evaluate: impl FnMut(&Connection, ConnectionArcs) -> Option<T>,
     ) -> Option<(T, f64)> {
         ws.stats.connections.searches += 1;
         let connection = self.try_random(sampler, ws).filter(other)?;
