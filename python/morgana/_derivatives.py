@@ -58,7 +58,7 @@ def derivatives(
 
     Parameters are named after the things of the scene: ``MEDIUM.sigma_t`` (at the same albedo), ``MEDIUM.albedo``, ``MEDIUM.sigma_a`` (at the same
     ``sigma_s``), ``MEDIUM.sigma_s`` (at the same ``sigma_a``), ``MEDIUM.g`` of the phase function ``hg``, ``OBJECT.reflectance``,
-    ``.diffuse_reflectance``, ``.specular_reflectance``, ``.specular_transmittance`` and ``.transmittance``, the colours of its bsdf (one colour, every
+    ``.diffuse_reflectance``, ``.specular_reflectance``, ``.specular_transmittance``, ``.transmittance`` and ``.base_color``, the colours of its bsdf (one colour, every
     pixel of a ``bitmap``, every vertex or face of a mesh that is coloured, or the two colours of a ``checkerboard``),
     ``EMITTER.emission``, a factor on all that the emitter emits, which is 1, ``EMITTER.radiance``, what its light is made up of (one radiance, intensity
     or irradiance, or power of a beam; the pixels of an image, of that of a beam or fibre as irradiances; the voxels of a volume; of a medium that emits, its ``radiance``), and ``exposure``, a factor on all that is measured, which

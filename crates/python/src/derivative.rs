@@ -336,7 +336,7 @@ fn parameter(loaded: &Loaded, name: &str) -> PyResult<RadiometricParameter> {
         "exposure" if of.is_empty() => Ok(RadiometricParameter::Exposure),
         _ => Err(errors::render(format!(
             "no parameter '{name}': parameters are MEDIUM.sigma_t, .albedo, .sigma_a, .sigma_s, .g and .ior, OBJECT.reflectance, .diffuse_reflectance, \
-              .specular_reflectance, .specular_transmittance and .transmittance, EMITTER.emission and .radiance, and exposure"
+              .specular_reflectance, .specular_transmittance, .transmittance and .base_color, EMITTER.emission and .radiance, and exposure"
         ))),
     }
 }

@@ -20,6 +20,8 @@ pub enum Tint {
     SpecularTransmittance,
     /// Of what a filter lets pass.
     Transmittance,
+    /// Of a principled surface.
+    BaseColor,
 }
 
 /// How light is scattered at a point of a surface.
@@ -35,12 +37,13 @@ pub(crate) struct BsdfEvent {
 
 impl Tint {
     /// All of them.
-    pub const ALL: [Tint; 5] = [
+    pub const ALL: [Tint; 6] = [
         Tint::Reflectance,
         Tint::DiffuseReflectance,
         Tint::SpecularReflectance,
         Tint::SpecularTransmittance,
         Tint::Transmittance,
+        Tint::BaseColor,
     ];
 
     /// Its name in scenes.
@@ -51,6 +54,7 @@ impl Tint {
             Tint::SpecularReflectance => "specular_reflectance",
             Tint::SpecularTransmittance => "specular_transmittance",
             Tint::Transmittance => "transmittance",
+            Tint::BaseColor => "base_color",
         }
     }
 }
@@ -82,6 +86,8 @@ impl Bsdf {
             (Bsdf::PolarizedPlastic(b), _) => b.tint(tint).cloned(),
             (Bsdf::GlossyDiffuse(b), _) => b.tint(tint).cloned(),
             (Bsdf::Filter(b), Tint::Transmittance) => Some(b.transmittance().clone()),
+            (Bsdf::Principled(b), Tint::BaseColor) => b.tint().cloned(),
+            (Bsdf::PrincipledThin(b), Tint::BaseColor) => b.tint().cloned(),
             (Bsdf::Mask(b), _) => b.nested().tint(tint),
             (Bsdf::NormalMap(b), _) => b.nested().tint(tint),
             (Bsdf::Coating(b), _) => b.tint(tint),
@@ -140,7 +146,9 @@ impl Bsdf {
             Bsdf::Mask(_) if event.delta && event.crosses(s) => Spectrum::ZERO,
             Bsdf::Mask(b) => b.nested().tint_derivative(tint, s, event),
             Bsdf::NormalMap(b) => b.tint_derivative(tint, s, event),
-            Bsdf::Null | Bsdf::Principled(_) | Bsdf::PrincipledThin(_) => Spectrum::ZERO,
+            Bsdf::Principled(b) => b.tint_derivative(s, event),
+            Bsdf::PrincipledThin(b) => b.tint_derivative(s, event),
+            Bsdf::Null => Spectrum::ZERO,
         }
     }
 }
@@ -198,6 +206,37 @@ mod tests {
         Bsdf::Coating(Box::new(Coating::new(parameters, nested).unwrap()))
     }
 
+    fn principled(base_color: f64, spec_trans: f64) -> Principled {
+        Principled::new(PrincipledParameters {
+            base_color: base_color.into(),
+            roughness: 0.6.into(),
+            metallic: 0.3.into(),
+            spec_trans: spec_trans.into(),
+            sheen: 0.5.into(),
+            clearcoat: 0.7.into(),
+            ..PrincipledParameters::default()
+        })
+        .unwrap()
+    }
+
+    fn sheet(base_color: f64) -> PrincipledThin {
+        let zero = || Texture::from(0.0);
+        PrincipledThin::new(PrincipledThinParameters {
+            base_color: base_color.into(),
+            luminance: base_color.into(),
+            roughness: 0.6.into(),
+            anisotropic: zero(),
+            spec_trans: 0.4.into(),
+            diff_trans: 0.8.into(),
+            spec_tint: zero(),
+            sheen: 0.5.into(),
+            sheen_tint: zero(),
+            flatness: zero(),
+            eta: 1.5,
+        })
+        .unwrap()
+    }
+
     /// A surface whose two colours are given, and which colours these are.
     type Case = (fn([f64; 2]) -> Bsdf, [Tint; 2]);
 
@@ -223,6 +262,18 @@ mod tests {
             (
                 |[a, b]| Bsdf::Plastic(Plastic::new(1.7, a, b, false).unwrap()),
                 [Tint::DiffuseReflectance; 2],
+            ),
+            (
+                |[a, _]| Bsdf::Principled(Box::new(principled(a, 0.0))),
+                [Tint::BaseColor; 2],
+            ),
+            (
+                |[a, _]| Bsdf::Principled(Box::new(principled(a, 0.6))),
+                [Tint::BaseColor; 2],
+            ),
+            (
+                |[a, _]| Bsdf::PrincipledThin(Box::new(sheet(a))),
+                [Tint::BaseColor; 2],
             ),
             (|colours| rough_plastic(colours, true), BOTH),
             (|colours| rough_plastic(colours, false), BOTH),
@@ -354,5 +405,10 @@ mod tests {
         };
         assert!(phong(0.5, 0.5).tint(tint).is_some());
         assert!(phong(0.5, 0.6).tint(tint).is_none());
+        let tinted = Principled::new(PrincipledParameters {
+            spec_tint: 0.1.into(),
+            ..PrincipledParameters::default()
+        });
+        assert!(tinted.unwrap().tint().is_none());
     }
 }

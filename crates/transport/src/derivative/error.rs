@@ -97,7 +97,7 @@ pub enum DerivativeError {
 /// What can be asked for, or why nothing can.
 fn colours(name: &str, others: &[&str]) -> String {
     if others.is_empty() {
-        return "its bsdf is null or principled, or made of several of which each has another colour of that name, or two are mirrors; \
+        return "its bsdf is null, or principled with tints, or made of several of which each has another colour of that name, or two are mirrors; \
                 or it is a phong or ward whose reflectances add up to more than 1"
             .into();
     }

@@ -2,6 +2,7 @@
 
 use crate::bsdf::microfacet::{Distribution, Microfacets};
 use crate::spectrum::Spectrum;
+use crate::texture::Texture;
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_PI, PI};
 
@@ -51,6 +52,12 @@ pub(super) fn tint(base: Spectrum, luminance: f64) -> Spectrum {
     } else {
         Spectrum::ONE
     }
+}
+
+/// Whether nothing has a share of the base's [tint], given how much of it facets have, the sheen, and how much of it that has.
+pub(super) fn is_untinted([spec_tint, sheen, sheen_tint]: [&Texture; 3]) -> bool {
+    let is_zero = |texture: &Texture| texture.numbers().all(|v| v == 0.0);
+    is_zero(spec_tint) && (is_zero(sheen) || is_zero(sheen_tint))
 }
 
 /// The diffuse base at a point.

@@ -9,12 +9,13 @@ pub use thin::{PrincipledThin, PrincipledThinParameters};
 use super::microfacet::Microfacets;
 use super::rough_dielectric::{Event, density, event, matched};
 use super::surface::{Facing, above, reflect, refract};
+use super::tint::{BsdfEvent, reciprocal, share};
 use super::{BsdfError, BsdfSample, Surface, check_eta, factor, fresnel};
 use crate::sampling::sphere::{cosine_hemisphere_pdf, cosine_hemisphere_sample};
 use crate::spectrum::Spectrum;
 use crate::texture::Texture;
 use glam::DVec3;
-use lobes::{Base, ClearCoat, facets, schlick, schlick_weight, tint};
+use lobes::{Base, ClearCoat, facets, is_untinted, schlick, schlick_weight, tint};
 
 /// What of a clear coat there is at most.
 const COAT: f64 = 0.25;
@@ -210,6 +211,30 @@ impl Principled {
 
     pub(super) fn albedo(&self, s: &Surface) -> Spectrum {
         self.parameters.base_color.at(&s.site)
+    }
+
+    /// The colour of base and metal, unless others follow it by its luminance.
+    pub(super) fn tint(&self) -> Option<&Texture> {
+        let p = &self.parameters;
+        is_untinted([&p.spec_tint, &p.sheen, &p.sheen_tint]).then_some(&p.base_color)
+    }
+
+    /// The derivative of the logarithm by that colour: what is reflected is linear in it, and what passes in its root.
+    pub(super) fn tint_derivative(&self, s: &Surface, event: &BsdfEvent) -> Spectrum {
+        let BsdfEvent {
+            toward, direction, ..
+        } = *event;
+        let mut local = self.local(s);
+        let colour = local.base.colour;
+        if let Some(above) = above(s, toward, direction) {
+            let whole = local.reflected(&above);
+            local.base.colour = Spectrum::ZERO;
+            return share(whole - local.reflected(&above), whole * colour);
+        }
+        match self.through(s, toward, direction, &local) {
+            Some((_, e)) if e.i.z < 0.0 => reciprocal(colour) * 0.5,
+            _ => Spectrum::ZERO,
+        }
     }
 
     pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {

@@ -1,9 +1,9 @@
 //! A principled sheet without thickness: both sides alike, between equal indices.
 
-use super::lobes::{Base, facets, schlick, schlick_weight, tint};
+use super::lobes::{Base, facets, is_untinted, schlick, schlick_weight, tint};
 use super::{
-    BsdfError, BsdfSample, Microfacets, Surface, check_eta, cosine_hemisphere_pdf,
-    cosine_hemisphere_sample, factor, fresnel, reflect,
+    BsdfError, BsdfEvent, BsdfSample, Microfacets, Surface, check_eta, cosine_hemisphere_pdf,
+    cosine_hemisphere_sample, factor, fresnel, reflect, share,
 };
 use crate::spectrum::Spectrum;
 use crate::texture::Texture;
@@ -154,28 +154,25 @@ impl PrincipledThin {
         self.parameters.base_color.at(&s.site)
     }
 
-    pub(in crate::bsdf) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
-        let Some(event) = event(s, toward, direction) else {
+    /// The colour of the sheet, unless others follow it by its luminance.
+    pub(in crate::bsdf) fn tint(&self) -> Option<&Texture> {
+        let p = &self.parameters;
+        is_untinted([&p.spec_tint, &p.sheen, &p.sheen_tint]).then_some(&p.base_color)
+    }
+
+    /// The derivative of the logarithm by that colour, in which all is linear.
+    pub(in crate::bsdf) fn tint_derivative(&self, s: &Surface, by: &BsdfEvent) -> Spectrum {
+        let Some(event) = event(s, by.toward, by.direction) else {
             return Spectrum::ZERO;
         };
-        let local = self.local(s);
-        let ([o, i, h], diffuse) = (event.vectors, 1.0 - local.spec_trans);
-        let facets = &local.facets[usize::from(event.transmitted)];
-        let facets = local.spec_trans * facets.g1(i) * facets.pdf_reflected(o, h);
-        let cos = o.dot(h).clamp(0.0, 1.0);
-        let f = fresnel::dielectric(cos, 1.0, local.eta).reflectance;
-        if event.transmitted {
-            let diffuse = diffuse * local.diff_trans * cosine_hemisphere_pdf(i);
-            return local.base.colour * (facets * (1.0 - f) + diffuse);
-        }
-        let (weight, normal) = (
-            schlick_weight(cos, local.eta),
-            ((local.eta - 1.0) / (local.eta + 1.0)).powi(2),
-        );
-        let tinted = local.tint.map(|c| schlick(c * normal, weight));
-        let reflectance = Spectrum::splat(f * (1.0 - local.spec_tint)) + tinted * local.spec_tint;
-        let share = diffuse * (1.0 - local.diff_trans);
-        reflectance * facets + local.base.value(&event.vectors, share, share)
+        let mut local = self.local(s);
+        let (whole, colour) = (local.scattered(&event), local.base.colour);
+        local.base.colour = Spectrum::ZERO;
+        share(whole - local.scattered(&event), whole * colour)
+    }
+
+    pub(in crate::bsdf) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
+        event(s, toward, direction).map_or(Spectrum::ZERO, |event| self.local(s).scattered(&event))
     }
 
     pub(in crate::bsdf) fn pdf(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {
@@ -191,6 +188,29 @@ impl PrincipledThin {
         };
         0.5 * local.spec_trans * facets
             + (1.0 - local.spec_trans) * share * cosine_hemisphere_pdf(i)
+    }
+}
+
+impl Local {
+    /// f̃ cosθᵢ.
+    fn scattered(&self, event: &Event) -> Spectrum {
+        let ([o, i, h], diffuse) = (event.vectors, 1.0 - self.spec_trans);
+        let facets = &self.facets[usize::from(event.transmitted)];
+        let facets = self.spec_trans * facets.g1(i) * facets.pdf_reflected(o, h);
+        let cos = o.dot(h).clamp(0.0, 1.0);
+        let f = fresnel::dielectric(cos, 1.0, self.eta).reflectance;
+        if event.transmitted {
+            let diffuse = diffuse * self.diff_trans * cosine_hemisphere_pdf(i);
+            return self.base.colour * (facets * (1.0 - f) + diffuse);
+        }
+        let (weight, normal) = (
+            schlick_weight(cos, self.eta),
+            ((self.eta - 1.0) / (self.eta + 1.0)).powi(2),
+        );
+        let tinted = self.tint.map(|c| schlick(c * normal, weight));
+        let reflectance = Spectrum::splat(f * (1.0 - self.spec_tint)) + tinted * self.spec_tint;
+        let share = diffuse * (1.0 - self.diff_trans);
+        reflectance * facets + self.base.value(&event.vectors, share, share)
     }
 }
 
