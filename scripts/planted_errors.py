@@ -1306,6 +1306,20 @@ PLANTED = [
         ("morgana-transport", "lib", "sidebands::tests::shares_are_squares_of_bessel_functions"),
     ),
     (
+        "light that passes principled surfaces linear in their colour",
+        TRANSPORT + "bsdf/principled/mod.rs",
+        "reciprocal(colour) * 0.5",
+        "reciprocal(colour)",
+        ("morgana-transport", "lib", "bsdf::tint::tests::derivatives_are_those_of_what_is_scattered"),
+    ),
+    (
+        "panels of sound longer than their rules reach",
+        EIKONAL + "modulation/rule.rs",
+        "longest: 1.77,",
+        "longest: 2.3,",
+        ("morgana-eikonal", "lib", "modulation::rule::tests::plane_waves_are_integrated_to_a_ten_thousandth"),
+    ),
+    (
         "modulations along a panel without those before it",
         EIKONAL + "modulation/panel.rs",
         "self.before + share * (even + share * odd)",

@@ -1,6 +1,5 @@
-//! Quadratures along panels, from values and derivatives at both ends and inner values. Among all with their places they integrate plane waves with the
-//! least largest error, of any length from that of the sound on, as light meets them at any angle (docs/theory.md#tagged-light).
-//! `scripts/fit_quadratures.py` finds the numbers.
+//! Quadratures along panels, from values and derivatives at both ends and inner values. Their weights have the least largest error over plane waves that are
+//! no shorter along the panel than the wavelength of the sound (docs/theory.md#tagged-light). `scripts/fit_quadratures.py` finds the numbers.
 
 /// The most inner values.
 pub(super) const MOST_INNER: usize = 3;
