@@ -2,7 +2,7 @@
 """Plants known errors of physics one by one and checks that a test fails for each.
 
 Works on a copy of the tracked files, so the working tree is never touched. Each planted error is one
-replacement in one file (planted_errors.py); the test named with it must compile, run, and fail. With --check, only looks whether all places are there.
+replacement in one file (planted_errors.py); the test named with it must compile, run, and fail. With --check, only looks whether all places and tests are there.
 
 Usage: scripts/planted.py [--check | NAME ...]
 """
@@ -53,8 +53,25 @@ def stale() -> list[str]:
     ]
 
 
+def testless() -> list[str]:
+    """Entries whose test is not where its name says, so that nothing would run."""
+    messages = []
+    for name, *_, (package, target, test) in PLANTED:
+        tests = ROOT / "crates" / package.removeprefix("morgana-") / "tests" / target
+        if target == "lib" or not (tests / "main.rs").exists():
+            continue
+        *modules, function = test.split("::")
+        module = tests.joinpath(*modules)
+        files = [module.with_suffix(".rs"), module / "mod.rs"]
+        is_module = (module / function).with_suffix(".rs").exists()
+        is_there = any(f.exists() and f"fn {function}" in f.read_text() for f in files)
+        if not (is_module or is_there):
+            messages.append(f"{name}: there is no test {test} in {tests.relative_to(ROOT)}")
+    return messages
+
+
 def main() -> int:
-    if messages := stale():
+    if messages := stale() + testless():
         sys.exit("\n".join(messages))
     wanted = sys.argv[1:]
     if wanted == ["--check"]:
