@@ -3,8 +3,8 @@
 use crate::bounds::Aabb;
 use glam::DVec3;
 
-/// Closest approaches are known to this share of a piece: distances, whose slope is zero there, to rounding.
-const CLOSEST: f64 = 1e-9;
+/// A step of Newton's method that changes θ by less than this is the last one: the next would be about its square.
+const LAST_STEP: f64 = 1e-5;
 
 /// A piece of a ray over a span `h` of σ: x(θ), θ ∈ [0, 1], σ = σ₀ + hθ.
 ///
@@ -234,8 +234,7 @@ impl Arc {
             let excess = self.integrate(control, theta, f) - target;
             let change = excess / rate(theta);
             theta = (theta - change).clamp(0.0, 1.0);
-            // The next change would be its square.
-            if change.abs() < 1e-8 {
+            if change.abs() < LAST_STEP {
                 break;
             }
         }
@@ -252,33 +251,37 @@ impl Arc {
         };
         let differences = differences(control);
         let (mut low, mut high) = (0.0, 1.0);
-        let mut f_low = (control[0] - y).dot(differences[0]);
+        let f_low = (control[0] - y).dot(differences[0]);
         if f_low >= 0.0 {
             return low;
         }
-        let mut f_high = (control[5] - y).dot(differences[4]);
+        let f_high = (control[5] - y).dot(differences[4]);
         if f_high <= 0.0 {
             return high;
         }
-        let slope = |theta: f64| {
-            let position = combined(&quintic(theta), control);
-            (position - y).dot(combined(&quartic(theta), &differences))
-        };
-        // Bisection keeps the bracket; secant steps inside it converge quickly (Illinois).
-        let mut theta = low;
+        // Newton's method on the slope of half the square of the distance, by halves where it would leave the bracket.
+        let second: [DVec3; 4] = std::array::from_fn(|i| differences[i + 1] - differences[i]);
+        let mut theta = f_low / (f_low - f_high);
         for _ in 0..64 {
-            let last = theta;
-            theta = (low * f_high - high * f_low) / (f_high - f_low);
-            let f = slope(theta);
-            if f == 0.0 || (theta - last).abs() < CLOSEST {
-                break;
-            }
+            let away = combined(&quintic(theta), control) - y;
+            let velocity = combined(&quartic(theta), &differences) * 5.0;
+            let acceleration = combined(&cubic(theta), &second) * 20.0;
+            let f = away.dot(velocity);
+            let curvature = velocity.length_squared() + away.dot(acceleration);
             if f < 0.0 {
-                (low, f_low) = (theta, f);
-                f_high *= 0.5;
+                low = theta
             } else {
-                (high, f_high) = (theta, f);
-                f_low *= 0.5;
+                high = theta
+            }
+            let change = f / curvature;
+            let inside = low <= theta - change && theta - change <= high;
+            theta = if inside {
+                theta - change
+            } else {
+                0.5 * (low + high)
+            };
+            if inside && change.abs() < LAST_STEP {
+                break;
             }
         }
         theta

@@ -13,8 +13,8 @@ use crate::derivative::FactorRecorder;
 use crate::emitter::EmittedRay;
 use crate::film::PathFacts;
 use crate::path::{
-    Connection, ConnectionTarget, Edge, EmittedAlong, End, FoundBranch, NeeSlot, Resampling,
-    Sampling, Split, SplitSample, Start, TransportMode, Vertex, Weighted, Workspace,
+    Connection, ConnectionTarget, Edge, EmittedAlong, End, Equiangular, FoundBranch, NeeSlot,
+    Resampling, Sampling, Split, SplitSample, Start, TransportMode, Vertex, Weighted, Workspace,
     environment_end, gather_along, scatter, trace,
 };
 use crate::sampling::Sampler;
@@ -22,6 +22,7 @@ use crate::scene::Scene;
 use crate::sensor::SensorRay;
 use glam::DVec3;
 use smallvec::SmallVec;
+use std::cell::Cell;
 
 /// The path tracer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -119,6 +120,19 @@ struct SampledEdge<'p> {
     channel_pdf: Spectrum,
     /// How long the path is up to its end.
     length: PathLength,
+    /// Distances along it around the place that was last asked for.
+    around: Cell<Option<(DVec3, Option<Equiangular>)>>,
+}
+
+impl SampledEdge<'_> {
+    /// Distances along it around a place.
+    fn around(&self, scene: &Scene, place: DVec3) -> Option<Equiangular> {
+        let known = self.around.get().filter(|(at, _)| *at == place);
+        let (_, around) =
+            known.unwrap_or_else(|| (place, Equiangular::new(scene, self.edge, place)));
+        self.around.set(Some((place, around)));
+        around
+    }
 }
 
 /// An emitter that an edge has found by chance.
@@ -227,7 +241,8 @@ impl PathTracer {
             collides: true,
             spans: t.equiangular || forced || R::RECORDS,
             forced,
-            differentials: true,
+            // Chance competes with connections only where paths can meet emitters.
+            differentials: next.from.is_some() && t.scene.emitters_can_be_met(),
             splitting: first_vertex.splitting && next.length.edges == 0,
         };
         let edge = trace(t.scene, next.start, sampling, t.sampler, t.ws);
@@ -236,6 +251,7 @@ impl PathTracer {
             next,
             channel_pdf,
             length: next.length.and(edge.geometry.events, edge.optical_length),
+            around: Cell::new(None),
         };
         // Place a vertex on it by p_e of eq. (equiangular density), and connect that to a point emitter.
         if t.equiangular && budget > 0 {

@@ -78,12 +78,12 @@ impl<'a> Attenuation<'a> {
         }
     }
 
-    /// Optical depth from the start of the arc to θ.
+    /// Optical depth from the start of the arc to θ, given the arc length up to there.
     #[inline]
-    pub(crate) fn depth(&self, arc: &Arc, theta: f64) -> Spectrum {
+    pub(crate) fn depth(&self, theta: f64, arc_length: f64) -> Spectrum {
         match self {
             Attenuation::None => Spectrum::ZERO,
-            Attenuation::Uniform(sigma) => *sigma * arc.arc_length(theta),
+            Attenuation::Uniform(sigma) => *sigma * arc_length,
             Attenuation::Even(sigma, length) => *sigma * (length * theta),
             Attenuation::Label(label, length) => label.extinction * (length * theta),
             Attenuation::Sampled(section) => section.integral(theta),
@@ -105,13 +105,13 @@ impl<'a> Attenuation<'a> {
         }
     }
 
-    /// Where the depth of a channel reaches a target on the part θ ≤ `theta_end`, if it does, and the depth up to
-    /// there, or up to the end.
+    /// Where the depth of a channel reaches a target on the part up to `theta_end`, of a given arc length, if it does, and the depth
+    /// up to there, or up to the end.
     #[inline]
     pub(crate) fn reach(
         &self,
         arc: &Arc,
-        theta_end: f64,
+        (theta_end, arc_length): (f64, f64),
         channel: usize,
         target: f64,
     ) -> (Option<f64>, Spectrum) {
@@ -119,7 +119,9 @@ impl<'a> Attenuation<'a> {
             Attenuation::None => None,
             Attenuation::Uniform(sigma) => {
                 let length = target / sigma[channel];
-                (length < arc.arc_length(theta_end)).then(|| arc.theta_at_length(length))
+                let within = length < arc_length;
+                let theta = within.then(|| arc.theta_at_length(length));
+                return (theta, *sigma * if within { length } else { arc_length });
             }
             Attenuation::Even(sigma, length) => even(sigma[channel] * length, target, theta_end),
             Attenuation::Label(label, length) => {
@@ -135,7 +137,7 @@ impl<'a> Attenuation<'a> {
                 })
             }
         };
-        (theta, self.depth(arc, theta.unwrap_or(theta_end)))
+        (theta, self.depth(theta.unwrap_or(theta_end), arc_length))
     }
 }
 

@@ -139,7 +139,8 @@ impl Flight<'_> {
         if !self.power_varies() {
             return self.power * self.span.weight_before;
         }
-        let depth = self.span.depth_before + self.span.attenuation.depth(&self.span.arc, theta);
+        let within = (self.span.attenuation).depth(theta, self.span.length_at(theta));
+        let depth = self.span.depth_before + within;
         self.power * self.span.weight_before * share(self.channel_pdf, depth)
     }
 

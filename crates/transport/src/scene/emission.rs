@@ -23,6 +23,12 @@ impl Scene {
         self.lights.classes()
     }
 
+    /// Whether paths that are scattered at random can end at an emitter.
+    pub(crate) fn emitters_can_be_met(&self) -> bool {
+        self.classes()
+            .any(|class| matches!(class, Class::Area | Class::Sky))
+    }
+
     /// Whether some emitter of a class is an image.
     pub(crate) fn has_image(&self, class: Class) -> bool {
         self.lights.has_image(class)

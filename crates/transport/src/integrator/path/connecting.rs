@@ -74,7 +74,7 @@ impl<R: FactorRecorder> Tracing<'_, R> {
         let End::Collision(point) = &edge.end else {
             return 1.0;
         };
-        let Some(around) = self.around(edge, end.emitter, &end.sampled.end) else {
+        let Some(around) = self.around(sampled, end.emitter, &end.sampled.end) else {
             return 1.0;
         };
         let by_distance = self.scene.emitter_probability(end.emitter, &along(edge));
@@ -101,8 +101,8 @@ impl<R: FactorRecorder> Tracing<'_, R> {
         let many = scene.emitters()[index].has_many_points();
         let sampled_end = many.then(|| self.place(index));
         let around = match &sampled_end {
-            Some(sampled) => self.around(edge, index, &sampled.end),
-            None => self.around_singularity(edge, index),
+            Some(end) => self.around(sampled, index, &end.end),
+            None => self.around_singularity(sampled, index),
         };
         let Some(around) = around else {
             return;
@@ -133,7 +133,7 @@ impl<R: FactorRecorder> Tracing<'_, R> {
         };
         let light = self.connect(&vertex, throughput, &end, rate, budget);
         if !light.is_empty() {
-            let length = edge.optical_length_at(point.length);
+            let length = edge.optical_length_to(&point);
             let length = sampled.next.length.and(0, length);
             let on = Some((edge, point.length));
             self.connected(light, &vertex, on, length, index, 1.0);
@@ -148,20 +148,25 @@ impl<R: FactorRecorder> Tracing<'_, R> {
     }
 
     /// Distances around an end, if it is at a point-like emitter.
-    fn around(&self, edge: &Edge, emitter: usize, end: &ConnectionEnd) -> Option<Equiangular> {
+    fn around(
+        &self,
+        sampled: &SampledEdge,
+        emitter: usize,
+        end: &ConnectionEnd,
+    ) -> Option<Equiangular> {
         let point_like = self.scene.emitters()[emitter].singularity().is_some();
         match end {
             ConnectionEnd::Point { position, .. } if self.equiangular && point_like => {
-                Equiangular::new(self.scene, edge, *position)
+                sampled.around(self.scene, *position)
             }
             _ => None,
         }
     }
 
     /// Distances around a point-like emitter that has no other ends.
-    fn around_singularity(&self, edge: &Edge, emitter: usize) -> Option<Equiangular> {
+    fn around_singularity(&self, sampled: &SampledEdge, emitter: usize) -> Option<Equiangular> {
         let singularity = self.scene.emitters()[emitter].singularity()?;
-        self.around(edge, emitter, &ConnectionEnd::at(singularity))
+        self.around(sampled, emitter, &ConnectionEnd::at(singularity))
     }
 
     /// What a vertex scatters of the light of an emitter, weighted against finding it by chance, for a path of given

@@ -66,7 +66,8 @@ pub(super) fn connect(
     let mut connection = connection.unless_blocked(scene, vertex, target, parts, &mut ws.stats)?;
     for part in &ws.line {
         let attenuation = Attenuation::new(scene.medium(part.medium), &part.arc, part.theta_end);
-        connection.geometry.depth += attenuation.depth(&part.arc, part.theta_end);
+        connection.geometry.depth +=
+            attenuation.depth(part.theta_end, part.arc.arc_length(part.theta_end));
     }
     Some(connection)
 }

@@ -40,7 +40,8 @@ impl ConnectionThroughput {
         for piece in pieces {
             let medium = scene.medium(piece.region);
             let attenuation = Attenuation::new(medium, &piece.arc, piece.theta_end);
-            throughput.depth += attenuation.depth(&piece.arc, piece.theta_end);
+            let length = piece.arc.arc_length(piece.theta_end);
+            throughput.depth += attenuation.depth(piece.theta_end, length);
             if let Some(event) = &piece.event {
                 throughput.cross(scene, event, &piece.arc);
             }

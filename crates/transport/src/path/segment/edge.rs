@@ -105,13 +105,18 @@ pub struct Point<'a> {
 impl<'a> Span<'a> {
     /// The point at θ.
     pub fn at(&self, theta: f64) -> Point<'a> {
+        self.point(theta, self.length_at(theta))
+    }
+
+    /// The point at θ, given the arc length from the start of the span.
+    fn point(&self, theta: f64, arc_length: f64) -> Point<'a> {
         Point {
             theta,
             x: self.arc.position(theta),
             direction: self.arc.velocity(theta).normalize(),
             medium: self.medium,
-            length: self.length_before + self.length_at(theta),
-            depth: self.depth_before + self.attenuation.depth(&self.arc, theta),
+            length: self.length_before + arc_length,
+            depth: self.depth_before + self.attenuation.depth(theta, arc_length),
             rate: self.attenuation.rate(&self.arc, theta),
             label: self.attenuation.label(),
             weight: self.weight_before,
@@ -245,16 +250,15 @@ impl<'a> Edge<'a> {
     pub(in crate::path) fn collide_at(&mut self, channel: usize, target: f64) {
         let at = |span: &Span<'a>| {
             let left = target - span.depth_before[channel];
-            let (theta, _) = span
-                .attenuation
-                .reach(&span.arc, span.theta_end, channel, left);
+            let part = (span.theta_end, span.length);
+            let (theta, _) = span.attenuation.reach(&span.arc, part, channel, left);
             Some(span.at(theta?))
         };
         let Some(point) = self.spans.iter().find_map(at) else {
             return;
         };
         self.length = point.length;
-        self.optical_length = self.optical_length_at(point.length);
+        self.optical_length = self.optical_length_to(&point);
         self.geometry = EdgeGeometry {
             depth: point.depth,
             ..EdgeGeometry::new()
@@ -299,16 +303,16 @@ impl<'a> Edge<'a> {
         let lead = self.lead();
         let i = lead.partition_point(|span| span.length_after() < s);
         let span = lead.get(i).or(lead.last())?;
-        Some(span.at(span.theta_at_length(s - span.length_before)))
+        let s = (s - span.length_before).clamp(0.0, span.length);
+        Some(span.point(span.theta_at_length(s), s))
     }
 
-    /// Optical path length from the start to the point at an arc length, before the first specular event.
-    pub(crate) fn optical_length_at(&self, s: f64) -> f64 {
+    /// Optical path length from the start to a point of it before the first specular event.
+    pub(crate) fn optical_length_to(&self, point: &Point) -> f64 {
         let mut length = 0.0;
         for span in self.lead() {
-            if span.length_after() >= s {
-                let theta = span.theta_at_length(s - span.length_before);
-                return length + span.arc.optical_length(theta);
+            if span.length_after() >= point.length {
+                return length + span.arc.optical_length(point.theta);
             }
             length += span.arc.optical_length(span.theta_end);
         }

@@ -201,9 +201,10 @@ impl<'a> Follower<'a> {
 
     fn lengthen(&mut self, arc: &Arc, theta: f64, work: &mut Work) {
         let attenuation = Attenuation::new(self.scene.medium(self.medium), arc, theta);
-        self.ray.depth += attenuation.depth(arc, theta);
-        self.ray.length += arc.arc_length(theta);
-        self.ray.optical_length += arc.optical_length(theta);
+        let [arc_length, optical_length] = arc.lengths(theta);
+        self.ray.depth += attenuation.depth(theta, arc_length);
+        self.ray.length += arc_length;
+        self.ray.optical_length += optical_length;
         if let Some(difference) = &mut self.difference {
             difference.add(self.scene.field(self.medium), arc, [0.0, theta], work);
         }

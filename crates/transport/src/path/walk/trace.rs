@@ -271,7 +271,8 @@ impl<'a, 'b> Walk<'a, 'b> {
         let attenuation = self.along_line(&arc);
         // Where it collides first, nobody asks for the surface beyond.
         let end = if self.ends_at_collision() {
-            self.collision(&attenuation, &arc, 1.0).0.unwrap_or(1.0)
+            let whole = (1.0, arc.arc_length(1.0));
+            self.collision(&attenuation, &arc, whole).0.unwrap_or(1.0)
         } else {
             1.0
         };
@@ -311,16 +312,17 @@ impl<'a, 'b> Walk<'a, 'b> {
         self.sampling.collides && !self.sampling.extend
     }
 
-    /// Where on an arc the collision lies that was drawn, if it does before `theta_end`, and the depth up to there, or up to the end.
+    /// Where on a part of an arc the collision lies that was drawn, if it does, and the depth up to there, or up to the end of the
+    /// part, of which θ and the arc length are given.
     fn collision(
         &self,
         attenuation: &Attenuation,
         arc: &Arc,
-        theta_end: f64,
+        part: (f64, f64),
     ) -> (Option<f64>, Spectrum) {
         let DrawnCollision { channel, depth } = self.target;
         let left = depth - self.travelled.depth[channel];
-        attenuation.reach(arc, theta_end, channel, left)
+        attenuation.reach(arc, part, channel, left)
     }
 
     /// Adds one arc, and the collision if it happens there. `at` is the velocity and the differentials at θ.
@@ -334,22 +336,23 @@ impl<'a, 'b> Walk<'a, 'b> {
         let theta_end = met.map_or(1.0, |(_, meeting)| meeting.theta);
         // Add the arc: its length, and its depth up to the collision if that is on it.
         let (length_before, depth_before) = (self.travelled.length, self.travelled.depth);
-        let length = arc.arc_length(theta_end);
+        let [length, optical_length] = arc.lengths(theta_end);
         self.travelled.length += length;
         if !self.events.collided {
-            let (theta, depth) = self.collision(&attenuation, &arc, theta_end);
+            let (theta, depth) = self.collision(&attenuation, &arc, (theta_end, length));
             self.travelled.depth += depth;
             self.edge.geometry.depth = self.travelled.depth;
-            self.edge.length = self.travelled.length;
-            self.lengthen(arc.optical_length(theta.unwrap_or(theta_end)));
+            let [up_to, optical_up_to] =
+                theta.map_or([length, optical_length], |theta| arc.lengths(theta));
+            self.edge.length = length_before + up_to;
+            self.lengthen(optical_up_to);
             if let Some(theta) = theta {
-                self.edge.length = length_before + arc.arc_length(theta);
                 let (v, differentials) = at(theta);
                 self.collide(&arc, theta, v, differentials, &attenuation);
             }
         }
         if self.events.collided && self.sampling.extend {
-            self.travelled.depth = depth_before + attenuation.depth(&arc, theta_end);
+            self.travelled.depth = depth_before + attenuation.depth(theta_end, length);
         }
         self.travelled.spans += 1;
         if !self.sampling.spans {
