@@ -696,6 +696,13 @@ PLANTED = [
         ("morgana-transport", "transport", "connections::any_rate_is_unbiased"),
     ),
     (
+        "distances around one light taken for those around another",
+        TRANSPORT + "integrator/path.rs",
+        "let known = self.around.get().filter(|(at, _)| *at == place);",
+        "let known = self.around.get();",
+        ("morgana-transport", "transport", "connections::two_points_add_up_in_thick_fog"),
+    ),
+    (
         "weights that were asked for seldom not made up for",
         TRANSPORT + "integrator/path.rs",
         "1.0 - share / asked",

@@ -228,6 +228,30 @@ fn any_rate_of_strategies_is_unbiased() {
     }
 }
 
+/// Along straight edges, with one light at either end of the fog: distances around one say nothing of those around the other.
+#[test]
+fn two_points_add_up_in_thick_fog() {
+    let point = |side: f64| Emitter::Point {
+        position: DVec3::new(0.0, 0.3, 0.6 * side),
+        intensity: Spectrum::ONE,
+    };
+    let scene = |emitters| {
+        let objects = vec![container(ball(DVec3::ZERO, 1.0), Bsdf::Null)];
+        let media = vec![vacuum(), fog(Constant::new(1.0), 3.0, 0.8, 0.3)];
+        parts(
+            objects,
+            media,
+            emitters,
+            camera(DVec3::Z * 3.0, DVec3::ZERO),
+        )
+    };
+    let together = mean(&shoot(scene(vec![point(1.0), point(-1.0)]), 32768, 5));
+    let [a, b] = [1.0, -1.0].map(|side| mean(&shoot(scene(vec![point(side)]), 32768, 6)));
+    println!("{together:?} {a:?} {b:?}");
+    let error = (together.1.powi(2) + a.1.powi(2) + b.1.powi(2)).sqrt();
+    assert!((together.0 - a.0 - b.0).abs() < Z * error && error < 0.01 * together.0);
+}
+
 /// Points amid fog, of which each edge and each vertex chooses one, against all of them one by one.
 #[test]
 fn many_points_add_up() {
