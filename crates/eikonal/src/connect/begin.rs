@@ -19,10 +19,10 @@ const ENOUGH: f64 = 3.0;
 const MOST_PIECES: usize = 8;
 
 impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
-    /// The primary branch from a point or plane to `y`, given a start along the chord: by collocation
-    /// if nothing but one field lies between two points and bends the ray mildly. Otherwise that to which Newton's
-    /// method converges from the start, bent as the field bends rays: if one region on the chord does, and
-    /// interfaces on it are index-matched by declaration.
+    /// The primary branch to `y` from a point or plane in `region`, whose family's direction points along the chord: by
+    /// collocation if nothing but one field lies between two points and bends the ray mildly. Otherwise that to which
+    /// Newton's method converges from the chord, bent as the field bends rays: if one region on the chord does, and
+    /// interfaces on it are index-matched by declaration; refracted wherever that is possible.
     ///
     /// # Errors
     ///
@@ -30,13 +30,14 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     pub fn primary<W: World<Region = R>>(
         &mut self,
         world: &W,
-        start: &InitialGuess<R>,
+        family: RayFamily,
+        region: R,
         y: DVec3,
     ) -> Result<ConnectingRay, Failure> {
-        let (x, region) = (start.family.x(), start.region);
+        let x = family.x();
         // Collocation, if the whole chord lies in one field.
         let within = only_bending_region(world, x, region, y);
-        if let (Some((only, line)), RayFamily::Point { .. }) = (&within, start.family)
+        if let (Some((only, line)), RayFamily::Point { .. }) = (&within, family)
             && *only == region
             && line.part == [0.0, 1.0]
             && let Some(found) = self.collocated(world, x, region, y)
@@ -44,13 +45,19 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             return Ok(found);
         }
         // Else Newton's method from the bent chord …
-        let bent = self.bent(world, start, within.as_ref());
+        let straight = InitialGuess {
+            family,
+            region,
+            optical_length: x.distance(y) * world.field(region).n(x),
+            pattern: Pattern::REFRACT,
+        };
+        let bent = self.bent(world, &straight, within.as_ref());
         let found = self.solve(world, &bent, y);
         // … and, if that fails, from the shortest path.
         if let (Err(Failure::NotConverged), Some((region, line))) = (found, &within)
-            && let Some(guess) = shortest(world.field(*region), line, is_plane(start))
+            && let Some(guess) = shortest(world.field(*region), line, is_plane(&straight))
         {
-            let start = self.guessed(start, &guess);
+            let start = self.guessed(&straight, &guess);
             return self.solve(world, &start, y).or(found);
         }
         found
@@ -84,11 +91,13 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             theta_end: 1.0,
             event: None,
         }));
+        let indices = ray.v.map(DVec3::length);
         let [direction_out, direction_in] = ray.v.map(DVec3::normalize);
         Some(ConnectingRay {
             start: x,
             direction_out,
             direction_in,
+            indices,
             arc_length: ray.arc_length,
             optical_length: ray.optical_length,
             sigma: ray.sigma,

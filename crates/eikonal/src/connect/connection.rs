@@ -12,6 +12,8 @@ pub struct ConnectingRay {
     pub direction_out: DVec3,
     /// Unit direction in which it arrives at the target.
     pub direction_in: DVec3,
+    /// The index at the start and at the target, to the tolerance of the ray.
+    pub indices: [f64; 2],
     /// Geometric arc length.
     pub arc_length: f64,
     /// Optical path length ∫n ds.

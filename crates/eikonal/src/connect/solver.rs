@@ -33,6 +33,8 @@ const STUCK: f64 = 1e-3;
 /// The end of a shot.
 #[derive(Clone, Copy)]
 pub(super) struct Hit {
+    /// The index where the ray starts.
+    pub first_index: f64,
     pub end_state: EndState,
     pub travelled: Travelled,
     /// Reflections by choice.
@@ -94,15 +96,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         region: R,
         y: DVec3,
     ) -> Result<ConnectingRay, Failure> {
-        let chord = y - x;
-        let direction = chord.try_normalize().ok_or(Failure::Coincident)?;
-        let straight = InitialGuess {
-            family: RayFamily::Point { x, direction },
-            region,
-            optical_length: chord.length() * world.field(region).n(x),
-            pattern: Pattern::REFRACT,
-        };
-        self.primary(world, &straight, y)
+        let direction = (y - x).try_normalize().ok_or(Failure::Coincident)?;
+        self.primary(world, RayFamily::Point { x, direction }, region, y)
     }
 
     /// The [primary](Self::primary) branch from the plane through `x` perpendicular to `direction` to `y`, started at
@@ -124,13 +119,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         if depth.is_nan() || depth <= 0.0 {
             return Err(Failure::Coincident);
         }
-        let straight = InitialGuess {
-            family: RayFamily::Plane { x: foot, direction },
-            region,
-            optical_length: depth * world.field(region).n(foot),
-            pattern: Pattern::REFRACT,
-        };
-        self.primary(world, &straight, y)
+        let family = RayFamily::Plane { x: foot, direction };
+        self.primary(world, family, region, y)
     }
 
     /// The branch to which Newton's method converges from a start.
@@ -275,6 +265,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             self.pieces.push(piece);
         }
         Ok(Hit {
+            first_index: node.n2.sqrt(),
             end_state: *shot.end(),
             travelled: shot.travelled(),
             pattern: shot.pattern(),
@@ -320,6 +311,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             start: family.x(),
             direction_out: family.direction(),
             direction_in: (end_state.v + dv).normalize(),
+            indices: [hit.first_index, end_state.n2.sqrt()],
             arc_length: arc_length + along / n,
             optical_length: optical_length + along,
             sigma: sigma + along / (n * n),

@@ -71,7 +71,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
                 return Some(if guess.outward {
                     found
                 } else {
-                    self.turned_round(world, guess, &found)
+                    self.turned_round(guess, &found)
                 });
             }
             aim = inside.next(guess, world.field(inside.crossing.beyond).n(guess.outer))?;
@@ -148,6 +148,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         let leg = far_n2.sqrt() * sigma;
         let so_far = inside.travelled;
         let hit = Hit {
+            first_index: inside.first.length(),
             end_state,
             travelled: Travelled {
                 arc_length: so_far.arc_length + leg,
@@ -203,32 +204,26 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     }
 
     /// The same ray from the outer end to the inner one: J over n² at the start is the same either way (étendue is conserved).
-    fn turned_round<W: World<Region = R>>(
-        &mut self,
-        world: &W,
-        guess: &WallGuess<R>,
-        ray: &ConnectingRay,
-    ) -> ConnectingRay {
+    fn turned_round(&mut self, guess: &WallGuess<R>, ray: &ConnectingRay) -> ConnectingRay {
         let event = self.pieces.iter().find_map(|piece| piece.event);
         self.pieces.reverse();
         for piece in &mut self.pieces {
             piece.arc = piece.arc.reversed();
             piece.event = None;
         }
-        let far = self.pieces[0].region;
         self.pieces[0].event = event.map(|event| Event {
             far_n: event.before.length(),
             before: -event.after,
             after: -event.before,
             ..event
         });
-        let n2 = |region, x| world.field(region).n2(x);
-        let ratio = n2(far, guess.outer) / n2(guess.region, guess.inner);
+        let [inner, outer] = ray.indices;
         ConnectingRay {
             start: guess.outer,
             direction_out: -ray.direction_in,
             direction_in: -ray.direction_out,
-            jacobian: ray.jacobian * ratio,
+            indices: [outer, inner],
+            jacobian: ray.jacobian * (outer / inner).powi(2),
             ..*ray
         }
     }

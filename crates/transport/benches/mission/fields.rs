@@ -32,6 +32,7 @@ pub fn table() {
     let sound = Acoustic::new(1.33, DVec3::ZERO, DVec3::X, DVec3::Z, vec![mode]);
     let cases = [
         lens("lens, default tolerance", Tolerance::default()),
+        lens("lens, 1e-4", Tolerance::new(1e-4)),
         lens("lens, 1e-5", Tolerance::new(1e-5)),
         lens("lens, 1e-3", Tolerance::new(1e-3)),
         Case {
@@ -47,7 +48,7 @@ pub fn table() {
         "", "µs", "shots", "evals", "found"
     );
     let pairs = cases.each_ref().map(|case| pairs(case.radius));
-    let mut counts = [(); 4].map(|()| (Work::default(), 0));
+    let mut counts = [(); 5].map(|()| (Work::default(), 0));
     let mut tasks: Vec<_> = cases
         .iter()
         .zip(&pairs)

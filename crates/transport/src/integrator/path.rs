@@ -186,7 +186,7 @@ impl PathTracer {
         let start = Start::point(ray.origin, ray.direction, medium);
         let n = scene.n(start.medium, start.x);
         let white = |c| if c < channels { n * n } else { 0.0 };
-        let next = Next {
+        let mut next = Next {
             start,
             throughput: Spectrum(std::array::from_fn(white)),
             from: None,
@@ -203,8 +203,8 @@ impl PathTracer {
             recorder: finds.recorder,
         };
         // Follow the path to its end, and then the other branch if its first edge was split.
-        self.follow(&mut tracing, next);
-        if let Some((split, reflectance)) = tracing.split.take() {
+        self.follow(&mut tracing, &mut next);
+        if let Some((mut split, reflectance)) = tracing.split.take() {
             tracing.ws.split = Some(SplitSample {
                 before: tracing.out.len(),
                 reflectance,
@@ -212,13 +212,13 @@ impl PathTracer {
             });
             // Two paths of a sample are not to share the points of its set.
             tracing.sampler.leave_replicate();
-            self.follow(&mut tracing, split);
+            self.follow(&mut tracing, &mut split);
         }
     }
 
-    /// Follows a path to its end.
-    fn follow(&self, t: &mut Tracing<impl FactorRecorder>, mut next: Next) {
-        while self.edge(t, &mut next) {}
+    /// Follows a path to its end, from one edge to the next, in place.
+    fn follow(&self, t: &mut Tracing<impl FactorRecorder>, next: &mut Next) {
+        while self.edge(t, next) {}
         t.end();
     }
 

@@ -32,6 +32,8 @@ pub(crate) struct BendingBall {
     indices: [f64; 2],
     /// Every ray leaves that passes through a point where the index times the distance from the centre is no more.
     lets_out: f64,
+    /// Points so far from the centre, or less, are such points.
+    sure: f64,
 }
 
 impl BendingBall {
@@ -64,9 +66,11 @@ impl BendingBall {
 
     /// Whether it is known that no ray between two points, at one of which the index is `n`, is reflected totally, and no two rays
     /// within the ball join them.
-    pub(crate) fn is_unique(&self, [x, y]: [DVec3; 2], n: impl Fn(DVec3) -> f64) -> bool {
-        let lets_out = |p: DVec3| n(p) * p.distance(self.ball.center) <= self.lets_out;
-        self.ball.contains(x) && self.ball.contains(y) && (lets_out(x) || lets_out(y))
+    pub(crate) fn is_unique(&self, ends: [DVec3; 2], n: impl Fn(DVec3) -> f64) -> bool {
+        let off = ends.map(|p| p.distance(self.ball.center));
+        let lets_out = |i: usize| n(ends[i]) * off[i] <= self.lets_out;
+        let leaves = || off[0].min(off[1]) <= self.sure || lets_out(0) || lets_out(1);
+        ends.into_iter().all(|p| self.ball.contains(p)) && leaves()
     }
 }
 
@@ -134,6 +138,7 @@ fn matched_ball(parts: &Parts) -> Option<BendingBall> {
         matched: true,
         indices: [outside; 2],
         lets_out: f64::NEG_INFINITY,
+        sure: f64::NEG_INFINITY,
     })
 }
 
@@ -189,6 +194,7 @@ fn smooth_ball(
         matched: false,
         indices: [ball.ratio * outside, outside],
         lets_out,
+        sure: lets_out / field.bounds(&object.shape.aabb()).n_max(),
     })
 }
 

@@ -29,7 +29,7 @@ static MIDDLE: Level<6, 8, 3> = Level::new();
 static LONG: Level<8, 12, 4> = Level::new();
 
 /// Chords of up to so many length scales, at the tolerance 1e-4, for each level: beyond that a feature might be missed.
-const SPANNED: [f64; 3] = [2.5, 4.5, 7.0];
+const SPANNED: [f64; 3] = [3.5, 4.5, 7.0];
 
 /// A ray that was found.
 pub(super) struct CollocatedRay {

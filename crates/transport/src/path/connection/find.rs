@@ -76,13 +76,13 @@ impl Connection {
             if known.iter().any(|k| k.is_branch_of(tolerance, &connection)) {
                 return ControlFlow::Continue(());
             }
+            let place = known.len();
             known.push(connection);
+            let connection = &mut known[place];
             let pieces = ws.solver.pieces().iter().map(Piece::ends);
-            if let Some(connection) =
-                connection.unless_blocked(scene, vertex, target, pieces, &mut ws.stats)
-            {
+            if connection.passes(scene, vertex, target, pieces, &mut ws.stats) {
                 let arcs = ConnectionArcs::Ray(ws.solver.pieces());
-                values.extend(evaluate(&connection, arcs).map(|value| (value, 1.0)));
+                values.extend(evaluate(connection, arcs).map(|value| (value, 1.0)));
             }
             ControlFlow::Continue(())
         });

@@ -48,16 +48,16 @@ pub struct Connection {
 }
 
 impl Connection {
-    /// The connection less what surfaces on the way take of the light that passes them straight on; `None` if an
+    /// Takes off what surfaces on the way take of the light that passes them straight on. Whether any is left: an
     /// opaque or rough one blocks the ray, whose arcs are given with the θ where they end.
-    pub(super) fn unless_blocked<'a>(
-        mut self,
+    pub(super) fn passes<'a>(
+        &mut self,
         scene: &Scene,
         vertex: &Vertex,
         target: &ConnectionTarget,
         arcs: impl ExactSizeIterator<Item = (&'a Arc, f64)>,
         stats: &mut Stats,
-    ) -> Option<Connection> {
+    ) -> bool {
         let slack = SLACK_PER_MISS * self.miss + SLACK_PER_RAY_EPSILON * scene.ray_epsilon();
         let end = match target.end {
             ConnectionEnd::Point { surface, .. } => surface.map(|s| s.object),
@@ -72,11 +72,11 @@ impl Connection {
         let visible = visible.filter(|_| self.geometry.choice > 0.0);
         let Some(through) = visible else {
             stats.connections.occluded += 1;
-            return None;
+            return false;
         };
         self.factor *= through.factor * through.probability;
         self.geometry.choice *= through.probability;
-        Some(self)
+        true
     }
 
     /// Whether two connections of one vertex to one target are the same ray.

@@ -62,8 +62,10 @@ pub(super) fn connect(
         return None;
     }
     let parts = ws.line.iter().map(|part| (&part.arc, part.theta_end));
-    let connection = line.connection(target, &throughput);
-    let mut connection = connection.unless_blocked(scene, vertex, target, parts, &mut ws.stats)?;
+    let mut connection = line.connection(target, &throughput);
+    if !connection.passes(scene, vertex, target, parts, &mut ws.stats) {
+        return None;
+    }
     for part in &ws.line {
         let attenuation = Attenuation::new(scene.medium(part.medium), &part.arc, part.theta_end);
         connection.geometry.depth +=

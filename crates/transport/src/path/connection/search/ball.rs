@@ -177,19 +177,20 @@ impl Search<'_> {
                     optical_length: ray.optical_length + glass.outside(p, outer),
                     pattern: Pattern::REFRACT,
                 };
-                let known = match &glass.lens {
-                    Some(_) if !glass.matched => Known::Wall(WallGuess {
-                        inner: if inside { place.x } else { end_point },
-                        region: glass.interior,
-                        outer,
-                        crossing: p,
-                        outward: inside,
-                    }),
-                    _ => Known::Nothing,
+                let candidate = Candidate::new(start, place, end_point, facing);
+                if glass.lens.is_none() || glass.matched {
+                    return Some(candidate);
+                }
+                let wall = WallGuess {
+                    inner: if inside { place.x } else { end_point },
+                    region: glass.interior,
+                    outer,
+                    crossing: p,
+                    outward: inside,
                 };
                 Some(Candidate {
-                    known,
-                    ..Candidate::new(start, place, end_point, facing)
+                    known: Known::Wall(wall, start),
+                    ..candidate
                 })
             }
             ConnectionEnd::Plane {

@@ -1,6 +1,6 @@
 //! What the solver has found, as a connection.
 
-use super::{Candidate, Search};
+use super::Search;
 use crate::connection_end::ConnectionEnd;
 use crate::path::connection::ray::Connection;
 use crate::path::connection::throughput::ConnectionThroughput;
@@ -9,33 +9,25 @@ use crate::path::workspace::Workspace;
 use eikonal::connect::ConnectingRay;
 
 impl Search<'_> {
-    /// The connection that a candidate found, whose pieces the solver still holds.
-    pub(super) fn found(
-        &self,
-        candidate: &Candidate,
-        ray: &ConnectingRay,
-        ws: &Workspace,
-    ) -> Option<Connection> {
-        let (scene, target) = (self.scene, self.target);
-        let pieces = ws.solver.pieces();
-        let throughput = ConnectionThroughput::new(scene, pieces);
-        let last = pieces.last()?;
+    /// The connection of a ray that was found, whose pieces the solver still holds.
+    pub(super) fn found(&self, ray: &ConnectingRay, ws: &Workspace) -> Connection {
+        let target = self.target;
+        let throughput = ConnectionThroughput::new(self.scene, ws.solver.pieces());
         // The ray is followed from the vertex to a point, but from a plane to the vertex.
         let (near, far) = (ray.direction_out, -ray.direction_in);
         let from_vertex = matches!(target.end, ConnectionEnd::Point { .. });
-        let n_last = scene.n(last.region, candidate.end_point);
         let against_light = from_vertex == (target.mode == TransportMode::Radiance);
         let jump = if against_light {
             throughput.jump
         } else {
             1.0 / throughput.jump
         };
-        let n_first = scene.n(candidate.start.region, ray.start);
+        let [n_first, n_last] = ray.indices;
         let (direction, origin, emission, n_vertex, n_end) = match target.end {
             ConnectionEnd::Point { position, .. } => (near, position, far, n_first, n_last),
             ConnectionEnd::Plane { .. } => (far, ray.start, near, n_last, n_first),
         };
-        Some(Connection {
+        Connection {
             direction,
             origin,
             emission,
@@ -52,6 +44,6 @@ impl Search<'_> {
             optical_length: ray.optical_length,
             miss: ray.miss,
             discovery: 1.0,
-        })
+        }
     }
 }

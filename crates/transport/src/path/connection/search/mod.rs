@@ -17,7 +17,8 @@ use std::ops::ControlFlow;
 /// A start for the solver, and what the ray that it finds must comply with.
 #[derive(Clone, Debug)]
 pub(super) struct Candidate {
-    pub start: connect::InitialGuess<MediumId>,
+    /// Where the ray is started.
+    pub region: MediumId,
     /// The point to be met.
     pub end_point: DVec3,
     /// The vertex's end of the ray: the ray must leave on the side of its direction.
@@ -30,43 +31,40 @@ pub(super) struct Candidate {
 /// What is known about a start.
 #[derive(Clone, Debug)]
 enum Known {
-    /// It is straight, and the primary branch is meant.
-    Straight,
-    /// About where it crosses the wall of a lens.
-    Wall(connect::WallGuess<MediumId>),
+    /// It points along the chord, and the primary branch is meant.
+    Chord(RayFamily),
+    /// About where it crosses the wall of a lens; and the guess.
+    Wall(connect::WallGuess<MediumId>, Guess),
     /// Where its ray gets.
     Followed(Box<connect::Followed<MediumId>>),
-    /// Nothing.
-    Nothing,
+    /// The guess.
+    Guess(Guess),
 }
 
+type Guess = connect::InitialGuess<MediumId>;
+
 impl Candidate {
-    /// A candidate of whose start nothing is known; it is to meet `(end_point, facing)`.
-    fn new(
-        start: connect::InitialGuess<MediumId>,
-        place: Start,
-        end_point: DVec3,
-        facing: Option<DVec3>,
-    ) -> Self {
+    /// A candidate from a guess; it is to meet `(end_point, facing)`.
+    fn new(guess: Guess, place: Start, end_point: DVec3, facing: Option<DVec3>) -> Self {
         Candidate {
-            start,
+            region: guess.region,
             end_point,
             place,
             facing,
-            known: Known::Nothing,
+            known: Known::Guess(guess),
         }
     }
 
     fn connect(&self, scene: &Scene, ws: &mut Workspace) -> Result<ConnectingRay, Failure> {
         let solver = &mut ws.solver;
         match &self.known {
-            Known::Straight => solver.primary(scene, &self.start, self.end_point),
-            Known::Wall(guess) => match solver.through_wall(scene, guess) {
+            Known::Chord(family) => solver.primary(scene, *family, self.region, self.end_point),
+            Known::Wall(wall, guess) => match solver.through_wall(scene, wall) {
                 Some(found) => Ok(found),
-                None => solver.solve(scene, &self.start, self.end_point),
+                None => solver.solve(scene, guess, self.end_point),
             },
             Known::Followed(known) => solver.solve_on(scene, known, self.end_point),
-            Known::Nothing => solver.solve(scene, &self.start, self.end_point),
+            Known::Guess(guess) => solver.solve(scene, guess, self.end_point),
         }
     }
 }
@@ -125,17 +123,13 @@ impl<'a> Search<'a> {
 
     fn around_chord(&self, visit: &mut Visit) -> ControlFlow<()> {
         let Some(guide) = self.target.guide else {
-            let single = self.chord().map(|candidate| Candidate {
-                known: Known::Straight,
-                ..candidate
-            });
-            return single.into_iter().try_for_each(visit);
+            return self.chord().map_or(ControlFlow::Continue(()), visit);
         };
         let starts = guide.starts(self.scene, self.vertex.position());
         starts.into_iter().try_for_each(|known| {
             visit(Candidate {
                 known: Known::Followed(Box::new(known)),
-                ..self.straight(known.start)
+                ..self.arriving(known.start, known.start.family.direction())
             })
         })
     }
@@ -148,32 +142,30 @@ impl<'a> Search<'a> {
                 let direction = (position - x).try_normalize()?;
                 let place = self.vertex.start(self.scene, direction);
                 let (end_point, facing) = self.end_point(position, direction);
-                let family = RayFamily::Point {
-                    x: place.x,
-                    direction: (end_point - place.x).try_normalize()?,
-                };
-                let n = self.scene.n(place.medium, place.x);
-                let start = connect::InitialGuess {
-                    family,
+                Some(Candidate {
                     region: place.medium,
-                    optical_length: end_point.distance(place.x) * n,
-                    pattern: connect::Pattern::REFRACT,
-                };
-                Some(Candidate::new(start, place, end_point, facing))
+                    end_point,
+                    place,
+                    facing,
+                    known: Known::Chord(RayFamily::Point {
+                        x: place.x,
+                        direction: (end_point - place.x).try_normalize()?,
+                    }),
+                })
             }
             ConnectionEnd::Plane {
                 through, direction, ..
             } => {
                 let depth = (x - through).dot(direction);
                 let foot = x - direction * depth;
-                let region = self.scene.medium_at(foot);
-                let start = connect::InitialGuess {
-                    family: RayFamily::Plane { x: foot, direction },
-                    region,
-                    optical_length: depth * self.scene.n(region, foot),
-                    pattern: connect::Pattern::REFRACT,
-                };
-                (depth > 0.0).then(|| self.straight(start))
+                let place = self.vertex.start(self.scene, -direction);
+                (depth > 0.0).then(|| Candidate {
+                    region: self.scene.medium_at(foot),
+                    end_point: place.x,
+                    place,
+                    facing: None,
+                    known: Known::Chord(RayFamily::Plane { x: foot, direction }),
+                })
             }
         }
     }
@@ -190,15 +182,10 @@ impl<'a> Search<'a> {
         (leave(self.scene, position, facing, facing), Some(facing))
     }
 
-    /// A candidate from a plane that is taken to arrive as it left.
-    fn straight(&self, start: connect::InitialGuess<MediumId>) -> Candidate {
-        self.arriving(start, start.family.direction())
-    }
-
     /// A candidate from a plane that arrives at the vertex in a direction.
-    fn arriving(&self, start: connect::InitialGuess<MediumId>, direction: DVec3) -> Candidate {
+    fn arriving(&self, guess: Guess, direction: DVec3) -> Candidate {
         let place = self.vertex.start(self.scene, -direction);
-        Candidate::new(start, place, place.x, None)
+        Candidate::new(guess, place, place.x, None)
     }
 
     /// One attempt, counted.
@@ -229,7 +216,7 @@ impl<'a> Search<'a> {
         ray: &ConnectingRay,
         ws: &Workspace,
     ) -> Option<Connection> {
-        let connection = self.found(candidate, ray, ws)?;
+        let connection = self.found(ray, ws);
         let leaves = self
             .vertex
             .same_side(connection.direction, candidate.place.direction);
@@ -244,7 +231,7 @@ impl<'a> Search<'a> {
                 let last = ws.solver.pieces().last()?;
                 ray.optical_length > 0.0
                     && last.region == candidate.place.medium
-                    && self.scene.medium_at(ray.start) == candidate.start.region
+                    && self.scene.medium_at(ray.start) == candidate.region
             }
         };
         let within = self.within_reach(ray, ws.solver.pieces());

@@ -80,7 +80,10 @@ impl Search<'_> {
         ws.stats.connections.secondary += 1;
         let pieces = ws.solver.pieces().iter().map(Piece::ends);
         let (vertex, target) = (self.vertex, self.target);
-        let clear = connection.unless_blocked(self.scene, vertex, target, pieces, &mut ws.stats)?;
+        let mut clear = connection;
+        if !clear.passes(self.scene, vertex, target, pieces, &mut ws.stats) {
+            return None;
+        }
         let value = evaluate(&clear, ConnectionArcs::Ray(ws.solver.pieces()))?;
         let (before, mut trials) = (ws.solver.work.steps, 0);
         // Beyond the budget the weight is too small: that is counted.
