@@ -551,7 +551,7 @@ PLANTED = [
     (
         "beam followed through another medium than it starts in",
         TRANSPORT + "path/connection/search/mod.rs",
-        "                    && self.scene.medium_at(ray.start) == candidate.start.region\n",
+        "                    && self.scene.medium_at(ray.start) == candidate.region\n",
         "",
         ("morgana-transport", "transport", "beams::all_of_a_beam_goes_through_a_graded_tank"),
     ),
@@ -909,8 +909,8 @@ PLANTED = [
     (
         "rays through a lens turned round without their étendue",
         EIKONAL + "connect/wall.rs",
-        "jacobian: ray.jacobian * ratio,",
-        "jacobian: ray.jacobian / ratio,",
+        "jacobian: ray.jacobian * (outer / inner).powi(2),",
+        "jacobian: ray.jacobian * (inner / outer).powi(2),",
         ("morgana-transport", "transport", "lens::rays_are_those_of_the_dense_search"),
     ),
     (
@@ -937,8 +937,8 @@ PLANTED = [
     (
         "pairs inside a lens certified that total reflections join",
         TRANSPORT + "scene/bending_ball.rs",
-        "&& (lets_out(x) || lets_out(y))",
-        "&& (lets_out(x) || lets_out(y) || lets_out(x * 0.5))",
+        "off[0].min(off[1]) <= self.sure",
+        "off[0].min(off[1]) <= 2.0 * self.sure",
         ("morgana-transport", "transport", "lens::pairs_inside_that_are_certified_have_one_ray"),
     ),
     (
