@@ -449,8 +449,15 @@ PLANTED = [
     (
         "a ray without a shot after one round, whatever the Hessians",
         EIKONAL + "connect/collocate/level.rs",
-        "if self.settles(problem, &solution, &u) {",
-        "if self.settles(problem, &solution, &u) || true {",
+        "if tolerated2 < 1.0 {",
+        "if tolerated2 < 0.0 {",
+        ("morgana-eikonal", "eikonal", "collocation::rays_are_as_good_as_the_tolerance_says"),
+    ),
+    (
+        "Hessians that probes leave as they are",
+        EIKONAL + "connect/collocate/linear.rs",
+        "self.half_hess[i][c] += first[c] * p + second[c] * q;",
+        "let _ = (first[c] * p, second[c] * q);",
         ("morgana-eikonal", "eikonal", "collocation::rays_are_as_good_as_the_tolerance_says"),
     ),
     (

@@ -1,7 +1,7 @@
 //! From the forces at a few nodes to the ray, or to the forces at more nodes.
 
 use super::linear::{Solution, dot, point, vector};
-use super::rule::{QuadratureRule, Row, sum};
+use super::rule::{Probes, QuadratureRule, Row, sum};
 use super::{BoundaryProblem, COARSE, CollocatedRay, Collocation};
 use crate::ray::Arc;
 use fearless_simd::{Simd, f64x4};
@@ -21,6 +21,10 @@ const PER_SHIFT: f64 = 0.14;
 /// direction only. At most 0.4 was seen; this is so much more because it is for fields of which n² is quadratic, where nothing
 /// changes, and less would spare hardly a round elsewhere.
 const PER_CHANGE: f64 = 30.0;
+/// Of the Hessians' change, probes leave at most this share along chords for which so many nodes are enough: over the same fields the
+/// largest errors of the Jacobian stay as they are, and grow from 0.02 on. Along longer chords they would with a third.
+const LEFT: f64 = 0.05;
+const MOST_PROBED: usize = 6;
 
 /// A rule for the ray itself: of N nodes, cut into M arcs, after one of K nodes.
 pub(super) struct Level<const K: usize, const N: usize, const M: usize> {
@@ -31,6 +35,7 @@ pub(super) struct Level<const K: usize, const N: usize, const M: usize> {
     refine: [[f64; K]; N],
     /// Forces at the coarse nodes by those at the nodes.
     coarsen: [[f64; N]; 3],
+    probes: Probes<N>,
     /// Where the first arc begins, and where each ends.
     start: Row<N>,
     cuts: [Row<N>; M],
@@ -40,6 +45,7 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
     /// Computes the tables.
     pub(super) const fn new() -> Self {
         let (before, rule) = (QuadratureRule::<K>::new(), QuadratureRule::new());
+        let probes = Probes::new(&rule);
         let mut same = [[0.0; K]; N];
         let mut refine = same;
         let mut i = 0;
@@ -66,6 +72,7 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
             same,
             refine,
             coarsen,
+            probes,
             start,
             cuts,
         }
@@ -74,6 +81,11 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
     /// u″ at the nodes, given that at those before.
     pub(super) fn same(&self, forces: &[DVec3; K]) -> [DVec3; N] {
         self.same.map(|row| sum(&row, forces))
+    }
+
+    /// u″ at the coarse nodes, given that at the nodes.
+    pub(super) fn coarsened(&self, forces: &[DVec3; N]) -> [DVec3; 3] {
+        self.coarsen.map(|row| sum(&row, forces))
     }
 
     /// From u″ at the nodes before: the end, with the ray unless the field bends it too much, or u″ at the nodes if more of
@@ -87,37 +99,50 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
         here: bool,
         found: &mut Collocation,
     ) -> ControlFlow<Option<CollocatedRay>, [DVec3; N]> {
-        let forces = forces.map(|u| vector(simd, u));
-        let mut u = self.refine.map(|row| sum(&row, &forces));
+        let zero = vector(simd, DVec3::ZERO);
+        let (mut before, mut u) = ([zero; K], [zero; N]);
+        for i in 0..K {
+            before[i] = vector(simd, forces[i]);
+        }
+        for (u, row) in u.iter_mut().zip(&self.refine) {
+            *u = sum(row, &before);
+        }
         for _ in 0..MOST_ROUNDS {
             *found.evaluations += N as u64;
-            let Some(solution) = Solution::new(simd, &self.rule, problem, &u) else {
+            let Some(mut solution) = Solution::new(simd, &self.rule, problem, &u) else {
                 return ControlFlow::Break(None);
             };
             if !(here && self.resolves(problem, &solution)) {
                 return ControlFlow::Continue(solution.a.map(|a| point(a * solution.span2)));
             }
-            if self.settles(problem, &solution, &u) {
-                return ControlFlow::Break(self.ray(problem, &solution, found.arcs));
+            let tolerated2 = self.tolerated2(problem, &solution, &u);
+            if tolerated2 < 1.0 {
+                if N > MOST_PROBED || tolerated2 < LEFT * LEFT {
+                    u = solution.u;
+                    continue;
+                }
+                *found.evaluations += self.probes.nodes.len() as u64;
+                solution.probe(problem, &self.rule, &self.probes, &u);
             }
-            u = solution.u;
+            return ControlFlow::Break(self.ray(problem, &solution, &u, found.arcs));
         }
         ControlFlow::Break(None)
     }
 
-    /// Whether the Hessians, which were evaluated at the displacements `from`, do for those of the solution: by the field's length
-    /// scale, or by what the forces are on the chord, where the Hessians' changes have made them differ from linear ones by half
-    /// of that change times the displacement.
+    /// Square of the share that may be left of the Hessians' change between the displacements `from`, where they were evaluated, and those
+    /// of the solution: from 1 on they do as they are. By the field's length scale, or by what the forces are on the chord, where the
+    /// Hessians' changes have made them differ from linear ones by half of that change times the displacement.
     #[inline(always)]
-    fn settles<S: Simd>(
+    fn tolerated2<S: Simd>(
         &self,
         problem: &BoundaryProblem,
         solution: &Solution<S, N>,
         from: &[f64x4<S>; N],
-    ) -> bool {
+    ) -> f64 {
         let per = PER_SHIFT * problem.spanned * problem.spanned / problem.tolerance;
-        if per * per * solution.shift2 <= problem.d2 {
-            return true;
+        let by_scale2 = problem.d2 / (per * per * solution.shift2);
+        if by_scale2 >= 1.0 {
+            return by_scale2;
         }
         let linear = solution.on_chord(from);
         let mut most = 0.0;
@@ -125,20 +150,26 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
             let apart = point(sum(row, &linear)) - *exact;
             most = f64::max(most, apart.length_squared());
         }
-        let displaced2 = from.iter().map(|u| dot(*u, *u)).fold(0.0, f64::max);
+        let mut displaced2: f64 = 0.0;
+        for u in from {
+            displaced2 = displaced2.max(dot(*u, *u));
+        }
         let change2 = 4.0 * most / (displaced2 * displaced2);
         let per = PER_CHANGE * solution.span2 / problem.tolerance;
-        per * per * change2 * solution.shift2 <= 1.0
+        by_scale2.max(1.0 / (per * per * change2 * solution.shift2))
     }
 
     /// Whether the nodes are enough for the forces.
     #[inline(always)]
     fn resolves<S: Simd>(&self, problem: &BoundaryProblem, solution: &Solution<S, N>) -> bool {
-        let tail = self.rule.tail.map(|row| sum(&row, &solution.a));
+        let [first, second] = &self.rule.tail;
+        let tail = [sum(first, &solution.a), sum(second, &solution.a)];
         let tail2 = dot(tail[0], tail[0]).max(dot(tail[1], tail[1]));
-        let lengths = solution.a.map(|a| dot(a, a).sqrt());
-        let most = lengths.into_iter().fold(0.0, f64::max);
-        PER_TAIL * tail2 * solution.span2 <= problem.tolerance * most * problem.d2.sqrt()
+        let mut most2: f64 = 0.0;
+        for a in solution.a {
+            most2 = most2.max(dot(a, a));
+        }
+        PER_TAIL * tail2 * solution.span2 <= problem.tolerance * (most2 * problem.d2).sqrt()
     }
 
     /// The ray of a solution, and its arcs; `None` if it leaves the field, or its Jacobian is not to be had.
@@ -147,6 +178,7 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
         &self,
         problem: &BoundaryProblem,
         solution: &Solution<S, N>,
+        from: &[f64x4<S>; N],
         arcs: &mut Vec<Arc>,
     ) -> Option<CollocatedRay> {
         let (rule, span) = (&self.rule, solution.span2.sqrt());
@@ -161,12 +193,13 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
         let v = [first[1], last[1]];
         let tangents = solution.tangents(rule, v[0], problem.tolerance)?;
         let jacobian = tangents.cross_section(v[1]).abs();
-        let arc_length = sum(&rule.weights, &solution.n2.map(f64::sqrt)) * span;
+        let n2 = solution.n2(from);
+        let arc_length = sum(&rule.weights, &n2.map(f64::sqrt)) * span;
         let sound = jacobian.is_finite() && arc_length.is_finite();
         sound.then_some(CollocatedRay {
             v,
             arc_length,
-            optical_length: sum(&rule.weights, &solution.n2) * span,
+            optical_length: sum(&rule.weights, &n2) * span,
             sigma: span,
             jacobian,
             tangents,

@@ -4,11 +4,11 @@
 //! bits do not depend on the instructions that the processor has.
 
 use super::BoundaryProblem;
-use super::rule::{QuadratureRule, sum};
+use super::rule::{Probes, QuadratureRule, sum};
 use crate::field::Jet;
 use crate::ray::{Tangents, perpendicular_basis};
 use fearless_simd::{Simd, SimdFrom, f64x4};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 /// Sweeps of an iteration that is worth it.
 const MOST_SWEEPS: usize = 12;
@@ -46,39 +46,30 @@ impl<S: Simd, const N: usize> Solution<S, N> {
         problem: &BoundaryProblem,
         from: &[f64x4<S>; N],
     ) -> Option<Self> {
-        let (x, chord) = (problem.x, problem.chord);
-        let at: [Jet; N] = std::array::from_fn(|i| {
-            let place = x + chord * rule.nodes[i] + point(from[i]);
-            problem.field.jet(place)
-        });
-        let force: [_; N] = std::array::from_fn(|i| vector(simd, at[i].grad * 0.5));
+        let zero = vector(simd, DVec3::ZERO);
         let mut solution = Solution {
             simd,
             u: *from,
-            n2: at.map(|jet| jet.n2),
-            a: force,
-            force,
-
-            half_hess: at.map(|jet| {
-                let half = jet.hess * 0.5;
-                [half.x_axis, half.y_axis, half.z_axis].map(|column| vector(simd, column))
-            }),
+            n2: [0.0; N],
+            a: [zero; N],
+            force: [zero; N],
+            half_hess: [[zero; 3]; N],
             span2: 0.0,
             shift2: 0.0,
         };
+        for i in 0..N {
+            let jet = solution.jet(rule, problem, i);
+            solution.n2[i] = jet.n2;
+            solution.force[i] = vector(simd, jet.grad * 0.5);
+            solution.half_hess[i] = half(simd, jet.hess);
+        }
         let settled = (SETTLED * problem.tolerance).powi(2) * problem.d2;
-        let n2 = sum(&rule.weights, &solution.n2);
         let mut last = f64::INFINITY;
         for _ in 0..MOST_SWEEPS {
-            let before = solution.u;
-            let change = solution.sweep(rule, problem.d2, n2, from);
+            let change = solution.sweep(rule, problem.d2, from);
             // Sweeps converge geometrically: by so much the next one would change.
             let ratio = if last.is_finite() { change / last } else { 1.0 };
             if change * ratio <= settled {
-                for i in 0..N {
-                    let shift = before[i] - from[i];
-                    solution.n2[i] += total((solution.force[i] + solution.a[i]) * shift);
-                }
                 solution.shift2 = mean_square(rule, &solution.u, from);
                 return Some(solution);
             }
@@ -90,28 +81,100 @@ impl<S: Simd, const N: usize> Solution<S, N> {
         None
     }
 
-    /// Forces and span for the displacements, and displacements for these, given what is known at some; returns the mean square
-    /// of their change.
+    /// What the field is at a node.
     #[inline(always)]
-    fn sweep(&mut self, rule: &QuadratureRule<N>, d2: f64, n2: f64, from: &[f64x4<S>; N]) -> f64 {
-        let mut integrand = [vector(self.simd, DVec3::ZERO); N];
+    fn jet(&self, rule: &QuadratureRule<N>, problem: &BoundaryProblem, i: usize) -> Jet {
+        let place = problem.x + problem.chord * rule.nodes[i] + point(self.u[i]);
+        problem.field.jet(place)
+    }
+
+    /// Forces and span for the displacements, given where forces are exact, and displacements for these; returns the mean square of
+    /// their change.
+    #[inline(always)]
+    fn sweep(&mut self, rule: &QuadratureRule<N>, d2: f64, from: &[f64x4<S>; N]) -> f64 {
+        self.find_forces(from);
+        self.find_span(rule, d2, from);
+        let next = rule.displacements(&self.a);
+        let mut change = vector(self.simd, DVec3::ZERO);
+        for (i, next) in next.into_iter().enumerate() {
+            let u = next * self.span2;
+            let apart = u - self.u[i];
+            change += apart * apart * rule.weights[i];
+            self.u[i] = u;
+        }
+        total(change)
+    }
+
+    /// Forces for the displacements.
+    #[inline(always)]
+    fn find_forces(&mut self, from: &[f64x4<S>; N]) {
+        for (i, from) in from.iter().enumerate() {
+            self.a[i] = self.force[i] + turned(&self.half_hess[i], self.u[i] - *from);
+        }
+    }
+
+    /// The span for displacements and forces.
+    #[inline(always)]
+    fn find_span(&mut self, rule: &QuadratureRule<N>, d2: f64, from: &[f64x4<S>; N]) {
+        let mut integrand = self.u;
         for i in 0..N {
             let shift = self.u[i] - from[i];
-            let turn = turned(&self.half_hess[i], shift);
-            self.a[i] = self.force[i] + turn;
             integrand[i] = (self.force[i] + self.a[i]) * shift + self.a[i] * self.u[i];
         }
+        let n2 = sum(&rule.weights, &self.n2);
         self.span2 = d2 / (n2 + total(sum(&rule.weights, &integrand)));
-        let next = rule.displacements(&self.a).map(|u| u * self.span2);
-        let change = mean_square(rule, &next, &self.u);
-        self.u = next;
-        change
+    }
+
+    /// n² at the displacements.
+    #[inline(always)]
+    pub(super) fn n2(&self, from: &[f64x4<S>; N]) -> [f64; N] {
+        let mut n2 = self.n2;
+        for i in 0..N {
+            let shift = self.u[i] - from[i];
+            n2[i] += total((self.force[i] + self.a[i]) * shift);
+        }
+        n2
+    }
+
+    /// Corrects forces, Hessians and span by what the field is at two nodes of the solution, whose forces were exact at the displacements `from`.
+    #[inline(always)]
+    pub(super) fn probe(
+        &mut self,
+        problem: &BoundaryProblem,
+        rule: &QuadratureRule<N>,
+        probes: &Probes<N>,
+        from: &[f64x4<S>; N],
+    ) {
+        self.find_forces(from);
+        let mut forces = [self.a[0]; 2];
+        let mut changes = [self.half_hess[0]; 2];
+        for (k, i) in probes.nodes.into_iter().enumerate() {
+            let jet = self.jet(rule, problem, i);
+            forces[k] = vector(self.simd, jet.grad * 0.5) - self.a[i];
+            let now = half(self.simd, jet.hess);
+            for c in 0..3 {
+                changes[k][c] = now[c] - self.half_hess[i][c];
+            }
+        }
+        let [first, second] = changes;
+        for i in 0..N {
+            let [p, q] = probes.spread[i];
+            self.a[i] += forces[0] * p + forces[1] * q;
+            for c in 0..3 {
+                self.half_hess[i][c] += first[c] * p + second[c] * q;
+            }
+        }
+        self.find_span(rule, problem.d2, from);
     }
 
     /// What the forces would be on the chord if they were linear around the displacements `from`, where they are exact.
     #[inline(always)]
     pub(crate) fn on_chord(&self, from: &[f64x4<S>; N]) -> [f64x4<S>; N] {
-        std::array::from_fn(|i| self.force[i] - turned(&self.half_hess[i], from[i]))
+        let mut forces = self.force;
+        for i in 0..N {
+            forces[i] -= turned(&self.half_hess[i], from[i]);
+        }
+        forces
     }
 
     /// The tangents at the far end of a point's rays, given the first velocity, to a relative `tolerance`: δx″ = σ₁²·½Hess(n²)·δx,
@@ -126,7 +189,12 @@ impl<S: Simd, const N: usize> Solution<S, N> {
         let span = self.span2.sqrt();
         let sigma_n = span * v.length();
         let slopes = perpendicular_basis(v.normalize()).map(|e| vector(self.simd, e * sigma_n));
-        let mut dx = slopes.map(|slope| rule.nodes.map(|t| slope * t));
+        let mut dx = [[slopes[0]; N], [slopes[1]; N]];
+        for dx in &mut dx {
+            for (dx, t) in dx.iter_mut().zip(rule.nodes) {
+                *dx *= t;
+            }
+        }
         // The mean square of σ₁n t.
         let most = sigma_n * sigma_n / 3.0;
         let settled = tolerance * tolerance * most;
@@ -134,7 +202,11 @@ impl<S: Simd, const N: usize> Solution<S, N> {
         let mut last = most;
         for _ in 0..MOST_SWEEPS {
             // Both at once, for neither has to wait for the other.
-            let ends = [0, 1].map(|k| self.tangent(rule, slopes[k], &mut dx[k]));
+            let [first, second] = &mut dx;
+            let ends = [
+                self.tangent(rule, slopes[0], first),
+                self.tangent(rule, slopes[1], second),
+            ];
             let change = f64::max(ends[0].change, ends[1].change);
             if change * (change / last) <= settled {
                 return Some(Tangents {
@@ -155,17 +227,24 @@ impl<S: Simd, const N: usize> Solution<S, N> {
         slope: f64x4<S>,
         dx: &mut [f64x4<S>; N],
     ) -> FarEnd<S> {
-        let f: [_; N] = std::array::from_fn(|i| turned(&self.half_hess[i], dx[i]) * self.span2);
+        let mut f = *dx;
+        for i in 0..N {
+            f[i] = turned(&self.half_hess[i], dx[i]) * self.span2;
+        }
         // What is zero at both ends starts with another slope than δx.
         let far = slope - sum(&rule.at_start, &f);
-        let u = rule.displacements(&f);
-        let next = std::array::from_fn(|i| far * rule.nodes[i] + u[i]);
-        let change = mean_square(rule, &next, dx);
-        *dx = next;
+        let next = rule.displacements(&f);
+        let mut change = vector(self.simd, DVec3::ZERO);
+        for i in 0..N {
+            let new = far * rule.nodes[i] + next[i];
+            let apart = new - dx[i];
+            change += apart * apart * rule.weights[i];
+            dx[i] = new;
+        }
         FarEnd {
             dx: far,
             turn: sum(&rule.weights, &f),
-            change,
+            change: total(change),
         }
     }
 }
@@ -183,6 +262,17 @@ struct FarEnd<S: Simd> {
 #[inline(always)]
 pub(super) fn vector<S: Simd>(simd: S, v: DVec3) -> f64x4<S> {
     f64x4::simd_from(simd, [v.x, v.y, v.z, 0.0])
+}
+
+/// The columns of half a matrix.
+#[inline(always)]
+fn half<S: Simd>(simd: S, matrix: DMat3) -> [f64x4<S>; 3] {
+    let half = matrix * 0.5;
+    [
+        vector(simd, half.x_axis),
+        vector(simd, half.y_axis),
+        vector(simd, half.z_axis),
+    ]
 }
 
 /// The first three lanes.
@@ -215,9 +305,10 @@ fn mean_square<S: Simd, const N: usize>(
     a: &[f64x4<S>; N],
     b: &[f64x4<S>; N],
 ) -> f64 {
-    let squares = std::array::from_fn(|i| {
+    let mut squares = *a;
+    for i in 0..N {
         let apart = a[i] - b[i];
-        apart * apart
-    });
+        squares[i] = apart * apart;
+    }
     total(sum(&rule.weights, &squares))
 }

@@ -4,7 +4,7 @@
 //! |x′| = σ₁n everywhere and ∫|u′|² dt = −∫u·u″ dt, σ₁² = |y − x|²/∫(n² + a·u) dt. Forces at a few nodes on the chord give a
 //! first guess. There, at more nodes, the Hessians of n² give forces that are linear in the displacement, with which
 //! the equation is solved by iteration, without evaluations: Newton's method. The same Hessians move the tangents, of
-//! which only the end is needed.
+//! which only the end is needed; where the ray lies too far from the guess for that, two nodes of it say how they have changed.
 //!
 //! Theory: docs/theory.md#collocation.
 
@@ -24,12 +24,13 @@ use std::ops::ControlFlow;
 
 /// On the chord: no place is further from a node than a fifth of it.
 const COARSE: QuadratureRule<3> = QuadratureRule::new();
+static SHORTEST: Level<3, 4, 1> = Level::new();
 static SHORT: Level<3, 6, 2> = Level::new();
 static MIDDLE: Level<6, 8, 3> = Level::new();
 static LONG: Level<8, 12, 4> = Level::new();
 
 /// Chords of up to so many length scales, at the tolerance 1e-4, for each level: beyond that a feature might be missed.
-const SPANNED: [f64; 3] = [3.5, 4.5, 7.0];
+const SPANNED: [f64; 4] = [1.5, 3.5, 4.5, 7.0];
 
 /// A ray that was found.
 pub(super) struct CollocatedRay {
@@ -108,24 +109,34 @@ fn collocated_by(
     let gradients = at.map(|x| field.gradient(x));
     problem.on_chord = gradients.map(|(_, grad)| grad * 0.5);
     let coarse = problem.first_order(gradients.map(|(n2, _)| n2));
+    solved(lanes, &problem, first, coarse, found)
+        .break_value()
+        .flatten()
+}
+
+/// Breaks with the end of the search, level by level from the `first`, given u″ at the coarse nodes.
+fn solved(
+    lanes: Lanes,
+    problem: &BoundaryProblem,
+    first: usize,
+    mut coarse: [DVec3; 3],
+    found: &mut Collocation,
+) -> ControlFlow<Option<CollocatedRay>> {
+    if first == 0 {
+        let forces = dispatch!(lanes, simd => SHORTEST.solve(simd, problem, &coarse, true, found))?;
+        coarse = SHORTEST.coarsened(&forces);
+    }
     // One level only betters the first guess for the next, which saves that a second round.
-    let (forces, here) = if first < 2 {
-        let here = first == 0;
-        match dispatch!(lanes, simd => SHORT.solve(simd, &problem, &coarse, here, found)) {
-            ControlFlow::Continue(forces) => (forces, true),
-            ControlFlow::Break(ended) => return ended,
-        }
+    let (forces, here) = if first < 3 {
+        let here = first < 2;
+        let forces = dispatch!(lanes, simd => SHORT.solve(simd, problem, &coarse, here, found))?;
+        (forces, true)
     } else {
         (SHORT.same(&coarse), false)
     };
-    let forces = match dispatch!(lanes, simd => MIDDLE.solve(simd, &problem, &forces, here, found))
-    {
-        ControlFlow::Continue(forces) => forces,
-        ControlFlow::Break(ended) => return ended,
-    };
-    dispatch!(lanes, simd => LONG.solve(simd, &problem, &forces, true, found))
-        .break_value()
-        .flatten()
+    let forces = dispatch!(lanes, simd => MIDDLE.solve(simd, problem, &forces, here, found))?;
+    dispatch!(lanes, simd => LONG.solve(simd, problem, &forces, true, found))?;
+    ControlFlow::Break(None)
 }
 
 impl BoundaryProblem<'_> {
@@ -148,7 +159,7 @@ mod tests {
     use super::*;
     use crate::field::Gaussian;
 
-    /// What is known of rays over chords that take 6, 8 and 12 nodes.
+    /// What is known of rays over chords that take 4, 6, 8 and 12 nodes.
     fn bits(lanes: Lanes) -> Vec<u64> {
         let field = Field::from(Gaussian::new(1.33, 0.1, DVec3::ZERO, 0.4).unwrap());
         let ray = |length: f64| {
@@ -166,7 +177,7 @@ mod tests {
             let all = a.to_array().into_iter().chain(b.to_array());
             all.chain(lengths).chain(ends).map(f64::to_bits).collect()
         };
-        [0.3, 0.8, 1.4]
+        [0.1, 0.3, 0.8, 1.4]
             .into_iter()
             .flat_map::<Vec<u64>, _>(ray)
             .collect()

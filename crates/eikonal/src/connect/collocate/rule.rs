@@ -128,6 +128,40 @@ impl<const N: usize> QuadratureRule<N> {
     }
 }
 
+/// ½ − 1/√28, the first of two places by which ∫ (t(1 − t))²f dt over [0, 1] is exact for cubics f: J changes by about
+/// ∫ t(1 − t) of a change that is itself t(1 − t) times a smooth one.
+const PROBE: f64 = 0.311;
+
+/// Two nodes, evenly about the middle, that tell how the field has changed under a ray that moved, with its ends in place.
+pub(crate) struct Probes<const N: usize> {
+    pub nodes: [usize; 2],
+    /// What changes there say about each node: t(1 − t) times what is linear in t.
+    pub spread: [[f64; 2]; N],
+}
+
+impl<const N: usize> Probes<N> {
+    /// Computes the weights.
+    pub(crate) const fn new(rule: &QuadratureRule<N>) -> Self {
+        let mut node = 0;
+        while node + 1 < N / 2
+            && (rule.nodes[node + 1] - PROBE).abs() < (rule.nodes[node] - PROBE).abs()
+        {
+            node += 1;
+        }
+        let nodes = [node, N - 1 - node];
+        let [p, q] = [rule.nodes[nodes[0]], rule.nodes[nodes[1]]];
+        let mut spread = [[0.0; 2]; N];
+        let mut i = 0;
+        while i < N {
+            let t = rule.nodes[i];
+            let share = t * (1.0 - t) / (p * (1.0 - p) * (q - p));
+            spread[i] = [share * (q - t), share * (t - p)];
+            i += 1;
+        }
+        Probes { nodes, spread }
+    }
+}
+
 impl<const N: usize> Row<N> {
     const ZERO: Self = Row {
         value: [0.0; N],
@@ -233,6 +267,19 @@ mod tests {
         let u = rule.displacements(&f);
         for (row, u) in rule.rows.iter().zip(u) {
             assert!((sum(&row.displacement, &f) - u).abs() < 1e-13);
+        }
+    }
+
+    /// Of all nodes, two tell a change that grows from both ends, and changes linearly besides.
+    #[test]
+    fn probes_say_what_changes_in_proportion_to_displacements() {
+        let rule = QuadratureRule::<8>::new();
+        let probes = Probes::new(&rule);
+        assert_eq!(probes.nodes, [2, 5]);
+        let change = |t: f64| t * (1.0 - t) * (0.7 - 1.3 * t);
+        let known = probes.nodes.map(|i| change(rule.nodes[i]));
+        for (spread, t) in probes.spread.iter().zip(rule.nodes) {
+            assert!((sum(spread, &known) - change(t)).abs() < 1e-15);
         }
     }
 

@@ -142,8 +142,10 @@ impl Bspline {
             let stored = |i: usize| self.lattice.clamp(a, first[a] + i as isize);
             std::array::from_fn(|i| self.lattice.place(a, stored(i)))
         });
-        for (at, to) in to.iter_mut().enumerate() {
-            *to = self.coefficients[x[at % 4] + y[at / 4 % 4] + z[at / 16]];
+        for (plane, z) in to.as_chunks_mut::<16>().0.iter_mut().zip(z) {
+            for (row, y) in plane.as_chunks_mut::<4>().0.iter_mut().zip(y) {
+                *row = x.map(|x| self.coefficients[x + y + z]);
+            }
         }
     }
 }

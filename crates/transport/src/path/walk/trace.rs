@@ -70,6 +70,7 @@ impl DrawnCollision {
 }
 
 /// Samples an edge.
+#[inline]
 pub fn trace<'a>(
     scene: &'a Scene,
     start: Start,
@@ -81,7 +82,8 @@ pub fn trace<'a>(
     trace_to(scene, start, sampling, target, sampler, ws)
 }
 
-/// The same, given the collision.
+/// The same, given the collision. Inlined, so that edges, which are large, are made where they are kept.
+#[inline]
 pub(crate) fn trace_to<'a>(
     scene: &'a Scene,
     start: Start,
@@ -90,9 +92,22 @@ pub(crate) fn trace_to<'a>(
     sampler: &mut Sampler,
     ws: &mut Workspace,
 ) -> Edge<'a> {
-    ws.stats.edges += 1;
     let mut edge = Edge::new(start);
-    let mut walk = Walk::new(scene, &mut edge, sampling, target, sampler);
+    follow_edge(&mut edge, scene, sampling, target, sampler, ws);
+    edge
+}
+
+/// Follows an edge from its start to its end.
+fn follow_edge<'a>(
+    edge: &mut Edge<'a>,
+    scene: &'a Scene,
+    sampling: Sampling,
+    target: DrawnCollision,
+    sampler: &mut Sampler,
+    ws: &mut Workspace,
+) {
+    ws.stats.edges += 1;
+    let mut walk = Walk::new(scene, edge, sampling, target, sampler);
     while walk.region(ws).is_continue() {}
     if sampling.forced {
         walk.force();
@@ -103,7 +118,6 @@ pub(crate) fn trace_to<'a>(
     edge.connectable &= within.includes(length, reflections, edge.geometry.reflections)
         && edge.geometry.geometry_term > 0.0;
     ws.stats.lost += u64::from(edge.lost);
-    edge
 }
 
 /// An edge that is being sampled.
