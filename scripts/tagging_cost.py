@@ -49,7 +49,7 @@ def scene(what, sound, bending, tagged):
     ball = {"type": "sphere", "radius": RADIUS, "bsdf": {"type": "null"}, "interior": haze}
     sampler = {"type": "independent", "bending": bending}
     meter_tags = TAGGED if tagged and what == "fluence" else {}
-    lamp = {"type": "point", "position": [0, 0, 0], "intensity": 1.0}
+    light = {"type": "point", "position": [0, 0, 0], "intensity": 1.0}
     if what == "pictures":
         path = {"type": "path"}
         integrator = {"type": "tagged", "wavelength": 500e-6, "orders": 2, "integrator": path} if tagged else path
@@ -59,11 +59,11 @@ def scene(what, sound, bending, tagged):
         integrator = {"type": "particle"}
         meter = {"type": "irradiancemeter", "records": True, "max_records": 2_000_000, "sampler": sampler}
         ball["meter"] = meter | ({"tagged": True} if tagged else {})
-        others = {"lamp": lamp}
+        others = {"light": light}
     else:
         integrator = {"type": "particle"}
         cells = {"nx": 20, "ny": 20, "nz": 20, "to_world": [{"scale": 2 * RADIUS}, {"translate": 3 * [-RADIUS]}]}
-        others = {"lamp": lamp, "meter": {"type": "fluencemeter", "sampler": sampler} | cells | meter_tags}
+        others = {"light": light, "meter": {"type": "fluencemeter", "sampler": sampler} | cells | meter_tags}
     return morgana.load_dict({"type": "scene", "integrator": integrator, "ball": ball} | others)
 
 

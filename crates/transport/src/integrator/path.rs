@@ -204,14 +204,6 @@ impl PathTracer {
         };
         // Follow the path to its end, and then the other branch if its first edge was split.
         self.follow(&mut tracing, &mut next);
-        if tracing.split.is_some() {
-            self.follow_split(&mut tracing);
-        }
-    }
-
-    /// Follows the branch that was kept for later.
-    #[cold]
-    fn follow_split(&self, tracing: &mut Tracing<impl FactorRecorder>) {
         if let Some((mut split, reflectance)) = tracing.split.take() {
             tracing.ws.split = Some(SplitSample {
                 before: tracing.out.len(),
@@ -220,7 +212,7 @@ impl PathTracer {
             });
             // Two paths of a sample are not to share the points of its set.
             tracing.sampler.leave_replicate();
-            self.follow(tracing, &mut split);
+            self.follow(&mut tracing, &mut split);
         }
     }
 

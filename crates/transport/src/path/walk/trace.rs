@@ -70,7 +70,6 @@ impl DrawnCollision {
 }
 
 /// Samples an edge.
-#[inline]
 pub fn trace<'a>(
     scene: &'a Scene,
     start: Start,
@@ -82,8 +81,7 @@ pub fn trace<'a>(
     trace_to(scene, start, sampling, target, sampler, ws)
 }
 
-/// The same, given the collision. Inlined, so that edges, which are large, are made where they are kept.
-#[inline]
+/// The same, given the collision.
 pub(crate) fn trace_to<'a>(
     scene: &'a Scene,
     start: Start,
@@ -92,22 +90,9 @@ pub(crate) fn trace_to<'a>(
     sampler: &mut Sampler,
     ws: &mut Workspace,
 ) -> Edge<'a> {
-    let mut edge = Edge::new(start);
-    follow_edge(&mut edge, scene, sampling, target, sampler, ws);
-    edge
-}
-
-/// Follows an edge from its start to its end.
-fn follow_edge<'a>(
-    edge: &mut Edge<'a>,
-    scene: &'a Scene,
-    sampling: Sampling,
-    target: DrawnCollision,
-    sampler: &mut Sampler,
-    ws: &mut Workspace,
-) {
     ws.stats.edges += 1;
-    let mut walk = Walk::new(scene, edge, sampling, target, sampler);
+    let mut edge = Edge::new(start);
+    let mut walk = Walk::new(scene, &mut edge, sampling, target, sampler);
     while walk.region(ws).is_continue() {}
     if sampling.forced {
         walk.force();
@@ -118,6 +103,7 @@ fn follow_edge<'a>(
     edge.connectable &= within.includes(length, reflections, edge.geometry.reflections)
         && edge.geometry.geometry_term > 0.0;
     ws.stats.lost += u64::from(edge.lost);
+    edge
 }
 
 /// An edge that is being sampled.
