@@ -21,9 +21,10 @@ const PER_SHIFT: f64 = 0.14;
 /// direction only. At most 0.4 was seen; this is so much more because it is for fields of which n² is quadratic, where nothing
 /// changes, and less would spare hardly a round elsewhere.
 const PER_CHANGE: f64 = 30.0;
-/// Of the Hessians' change, probes leave at most this share along chords for which so many nodes are enough: over the same fields the
-/// largest errors of the Jacobian stay as they are, and grow from 0.02 on. Along longer chords they would with a third.
+/// Probes are taken to leave this share of the Hessians' change. With 0.02 in its place, the largest errors of the Jacobian begin to grow over
+/// the same fields.
 const LEFT: f64 = 0.05;
+/// Of longer chords, which take more nodes than these, probes leave more than a third.
 const MOST_PROBED: usize = 6;
 
 /// A rule for the ray itself: of N nodes, cut into M arcs, after one of K nodes.
@@ -193,7 +194,7 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
         let v = [first[1], last[1]];
         let tangents = solution.tangents(rule, v[0], problem.tolerance)?;
         let jacobian = tangents.cross_section(v[1]).abs();
-        let n2 = solution.n2(from);
+        let n2 = solution.displaced_n2(from);
         let arc_length = sum(&rule.weights, &n2.map(f64::sqrt)) * span;
         let sound = jacobian.is_finite() && arc_length.is_finite();
         sound.then_some(CollocatedRay {

@@ -22,15 +22,13 @@ pub(super) struct Solution<S: Simd, const N: usize> {
     simd: S,
     /// Displacements from the chord.
     pub u: [f64x4<S>; N],
-    /// n² there.
-    pub n2: [f64; N],
     /// Forces ½∇n² there.
     pub a: [f64x4<S>; N],
-    /// Those where they are exact.
+    /// n² and forces where they were evaluated,
+    n2: [f64; N],
     force: [f64x4<S>; N],
-    /// Columns of ½Hess(n²).
+    /// and columns of ½Hess(n²), or those that probes say.
     half_hess: [[f64x4<S>; 3]; N],
-
     /// σ₁².
     pub span2: f64,
     /// Mean square of the displacements from where the forces are exact.
@@ -70,6 +68,7 @@ impl<S: Simd, const N: usize> Solution<S, N> {
             // Sweeps converge geometrically: by so much the next one would change.
             let ratio = if last.is_finite() { change / last } else { 1.0 };
             if change * ratio <= settled {
+                solution.find_span(rule, problem.d2, from);
                 solution.shift2 = mean_square(rule, &solution.u, from);
                 return Some(solution);
             }
@@ -127,7 +126,7 @@ impl<S: Simd, const N: usize> Solution<S, N> {
 
     /// n² at the displacements.
     #[inline(always)]
-    pub(super) fn n2(&self, from: &[f64x4<S>; N]) -> [f64; N] {
+    pub(super) fn displaced_n2(&self, from: &[f64x4<S>; N]) -> [f64; N] {
         let mut n2 = self.n2;
         for i in 0..N {
             let shift = self.u[i] - from[i];
@@ -136,7 +135,7 @@ impl<S: Simd, const N: usize> Solution<S, N> {
         n2
     }
 
-    /// Corrects forces, Hessians and span by what the field is at two nodes of the solution, whose forces were exact at the displacements `from`.
+    /// Corrects forces, Hessians and span by what the field is at two nodes of the solution. Forces were exact at the displacements `from`.
     #[inline(always)]
     pub(super) fn probe(
         &mut self,

@@ -4,7 +4,8 @@
 //! |x′| = σ₁n everywhere and ∫|u′|² dt = −∫u·u″ dt, σ₁² = |y − x|²/∫(n² + a·u) dt. Forces at a few nodes on the chord give a
 //! first guess. There, at more nodes, the Hessians of n² give forces that are linear in the displacement, with which
 //! the equation is solved by iteration, without evaluations: Newton's method. The same Hessians move the tangents, of
-//! which only the end is needed; where the ray lies too far from the guess for that, two nodes of it say how they have changed.
+//! which only the end is needed. Where the ray lies too far from the guess for that, two of its nodes say how the Hessians have
+//! changed, or there is a second round.
 //!
 //! Theory: docs/theory.md#collocation.
 
