@@ -1,7 +1,8 @@
 //! A ray, and its neighbours, in forces that are linear in the displacement at each node.
 //!
 //! Vectors have the lanes of the processor's vectors, of which the fourth is zero; every operation is rounded on its own, so that
-//! bits do not depend on the instructions that the processor has.
+//! bits do not depend on the instructions that the processor has. Loops take the place of closures, which are not always compiled for
+//! these instructions.
 
 use super::BoundaryProblem;
 use super::rule::{Probes, QuadratureRule, sum};
@@ -310,4 +311,46 @@ fn mean_square<S: Simd, const N: usize>(
         squares[i] = apart * apart;
     }
     total(sum(&rule.weights, &squares))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::{Field, Gaussian};
+    use fearless_simd::{Level, dispatch};
+
+    #[inline(always)]
+    fn probes_are_exact_where_they_are<S: Simd>(simd: S) {
+        let field = Field::from(Gaussian::new(1.33, 0.1, DVec3::new(0.1, 0.2, 0.0), 0.4).unwrap());
+        let chord = DVec3::new(0.9, 0.05, -0.1);
+        let problem = BoundaryProblem {
+            field: &field,
+            x: DVec3::new(-0.4, 0.1, 0.2),
+            chord,
+            d2: chord.length_squared(),
+            tolerance: 1e-4,
+            spanned: 1.0,
+            on_chord: [DVec3::ZERO; 3],
+        };
+        let rule = QuadratureRule::<6>::new();
+        let probes = Probes::new(&rule);
+        let from = [vector(simd, DVec3::ZERO); 6];
+        let mut solution = Solution::new(simd, &rule, &problem, &from).unwrap();
+        solution.probe(&problem, &rule, &probes, &from);
+        for i in probes.nodes {
+            let jet = solution.jet(&rule, &problem, i);
+            assert!(point(solution.a[i]).distance(jet.grad * 0.5) < 1e-14);
+            let found = solution.half_hess[i].map(point);
+            let expected = jet.hess * 0.5;
+            let columns = [expected.x_axis, expected.y_axis, expected.z_axis];
+            for (found, expected) in found.into_iter().zip(columns) {
+                assert!(found.distance(expected) < 1e-14, "{i}: {found} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn probed_nodes_have_the_fields_forces_and_hessians() {
+        dispatch!(Level::baseline(), simd => probes_are_exact_where_they_are(simd));
+    }
 }
