@@ -12,8 +12,8 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub struct Modulation {
     terms: Vec<Term>,
-    /// Shortest wavelength.
-    pub(crate) wavelength: f64,
+    /// 1 over the shortest wavelength.
+    pub(crate) per_wavelength: f64,
     /// Largest |m| that there can be, or about so.
     pub(crate) largest: f64,
 }
@@ -44,7 +44,7 @@ impl Modulation {
         let [wavelength, _] = field.sound_wavelengths()?;
         Some(Modulation {
             largest: terms.iter().map(Term::largest).sum(),
-            wavelength,
+            per_wavelength: 1.0 / wavelength,
             terms,
         })
     }

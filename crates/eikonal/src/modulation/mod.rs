@@ -34,12 +34,17 @@ impl Purpose {
             Purpose::Total => (&RULES, |rule| rule.longest),
             Purpose::Within => (&RULES[..TABULATED], |rule| rule.longest_within),
         };
-        let most = longest(&rules[rules.len() - 1]);
-        let panels = (wavelengths / most).ceil().max(1.0);
-        let enough = rules
-            .iter()
-            .find(|rule| wavelengths <= panels * longest(rule));
-        (enough.unwrap_or(&rules[rules.len() - 1]), panels as u64)
+        let enough = |panels: f64| {
+            rules
+                .iter()
+                .find(|rule| wavelengths <= panels * longest(rule))
+        };
+        if let Some(rule) = enough(1.0) {
+            return (rule, 1);
+        }
+        let finest = &rules[rules.len() - 1];
+        let panels = (wavelengths / longest(finest)).ceil();
+        (enough(panels).unwrap_or(finest), panels as u64)
     }
 }
 
@@ -74,9 +79,7 @@ impl Modulation {
         purpose: Purpose,
         mut see: impl FnMut(DVec2, &Panel),
     ) -> DVec2 {
-        let speeds = [from, to].map(|theta| arc.velocity(theta).length());
-        let length = (to - from) * arc.h() * speeds[0].max(speeds[1]);
-        let wavelengths = length / self.wavelength;
+        let wavelengths = longest(arc, [from, to]) * self.per_wavelength;
         if !(0.0..LONGEST).contains(&wavelengths) {
             return DVec2::NAN;
         }
@@ -90,7 +93,7 @@ impl Modulation {
             };
             self.panel(arc, rule, [start, end], MOST_HALVINGS, &mut |panel| {
                 see(0.5 * arc.h() * sum, panel);
-                sum += panel.integral();
+                sum += panel.integral;
             });
             start = end;
         }
@@ -101,7 +104,8 @@ impl Modulation {
         Node::new(arc, theta, &self.at(arc.position(theta)))
     }
 
-    /// A panel by a rule, if m is as smooth along it as a wave of the sound's length is; else its halves.
+    /// A panel by a rule, if m is as smooth along it as a wave of the sound's length is; else finer ones.
+    #[inline]
     fn panel(
         &self,
         arc: &Arc,
@@ -116,15 +120,39 @@ impl Modulation {
             let theta = start.theta + share * (end.theta - start.theta);
             *value = self.value(arc.position(theta));
         }
-        let panel = Panel { ends, inner, rule };
+        let panel = Panel::new(ends, inner, rule);
         if halvings == 0 || panel.is_smooth(FAINT * self.largest) {
-            return see(&panel);
+            see(&panel);
+        } else {
+            self.finer(arc, rule, ends, halvings, see);
         }
+    }
+
+    /// The panel with an inner value, or its halves.
+    #[cold]
+    fn finer(
+        &self,
+        arc: &Arc,
+        rule: &'static Rule,
+        ends: [Node; 2],
+        halvings: u32,
+        see: &mut impl FnMut(&Panel),
+    ) {
         if rule.inner.is_empty() {
             return self.panel(arc, &RULES[1], ends, halvings, see);
         }
+        let [start, end] = ends;
         let middle = self.node(arc, 0.5 * (start.theta + end.theta));
         self.panel(arc, rule, [start, middle], halvings - 1, see);
         self.panel(arc, rule, [middle, end], halvings - 1, see);
     }
+}
+
+/// The length of a part of an arc, or an upper bound of it but for what its curvature adds.
+fn longest(arc: &Arc, [from, to]: [f64; 2]) -> f64 {
+    if arc.is_straight() {
+        return arc.arc_length(to) - arc.arc_length(from);
+    }
+    let [first, last] = [from, to].map(|theta| arc.derivative(theta).length_squared());
+    (to - from) * first.max(last).sqrt()
 }

@@ -24,6 +24,8 @@ pub(super) struct Panel {
     /// At inner places.
     pub inner: [DVec2; MOST_INNER],
     pub rule: &'static Rule,
+    /// ∫ m dθ.
+    pub integral: DVec2,
 }
 
 /// m and dm/dθ at a θ.
@@ -36,7 +38,7 @@ pub(super) struct Node {
 
 impl Node {
     pub(super) fn new(arc: &Arc, theta: f64, amplitude: &SoundAmplitude) -> Self {
-        let v = arc.velocity(theta) * arc.h();
+        let v = arc.derivative(theta);
         let [re, im] = amplitude.gradient;
         Node {
             theta,
@@ -47,24 +49,27 @@ impl Node {
 }
 
 impl Panel {
+    #[inline]
+    pub(super) fn new(ends: [Node; 2], inner: [DVec2; MOST_INNER], rule: &'static Rule) -> Self {
+        let [start, end] = &ends;
+        let width = end.theta - start.theta;
+        let slopes = (start.slope - end.slope) * (rule.slopes * width);
+        let of_ends = (start.value + end.value) * rule.ends;
+        let integral = (of_ends + slopes + weighted(&inner, &rule.weights)) * width;
+        Panel {
+            ends,
+            inner,
+            rule,
+            integral,
+        }
+    }
+
     fn width(&self) -> f64 {
         self.ends[1].theta - self.ends[0].theta
     }
 
-    fn of_inner(&self, weights: &[f64]) -> DVec2 {
-        let terms = self.inner.iter().zip(weights);
-        terms.map(|(value, weight)| *value * *weight).sum()
-    }
-
-    /// ∫ m dθ.
-    pub(super) fn integral(&self) -> DVec2 {
-        let [start, end] = &self.ends;
-        let slopes = (start.slope - end.slope) * (self.rule.slopes * self.width());
-        let ends = (start.value + end.value) * self.rule.ends;
-        (ends + slopes + self.of_inner(self.rule.weights)) * self.width()
-    }
-
     /// Whether m is as smooth as its rule takes for granted, of |m| or of the least that counts. What is not finite does not become so.
+    #[inline]
     pub(super) fn is_smooth(&self, least: f64) -> bool {
         let [start, end] = &self.ends;
         let inner = &self.inner[..self.rule.inner.len()];
@@ -73,8 +78,8 @@ impl Panel {
             .map(|m| m.length_squared())
             .fold(least * least, f64::max);
         let plain = (start.value + end.value) * self.rule.plain_ends
-            + self.of_inner(self.rule.plain_weights);
-        let off = self.integral() - plain * self.width();
+            + weighted(&self.inner, &self.rule.plain_weights);
+        let off = self.integral - plain * self.width();
         let rough = off.length_squared() > scale * (self.rule.allowed * self.width()).powi(2);
         !rough
     }
@@ -104,6 +109,12 @@ impl Panel {
             coefficients,
         }
     }
+}
+
+/// The sum of values times their weights.
+#[inline]
+fn weighted([a, b, c]: &[DVec2; MOST_INNER], weights: &[f64; MOST_INNER]) -> DVec2 {
+    *a * weights[0] + *b * weights[1] + *c * weights[2]
 }
 
 impl ModulationPanel {

@@ -14,13 +14,13 @@ pub(super) struct Rule {
     pub longest: f64,
     /// Inner places.
     pub inner: &'static [f64],
-    /// Their weights.
-    pub weights: &'static [f64],
+    /// Their weights, and zeros.
+    pub weights: [f64; MOST_INNER],
     /// Weight of both ends, and of the difference of the derivatives there.
     pub ends: f64,
     pub slopes: f64,
     /// The weights of the same places without derivatives.
-    pub plain_weights: &'static [f64],
+    pub plain_weights: [f64; MOST_INNER],
     pub plain_ends: f64,
     /// By how much, in units of m, the two differ at most if m is as smooth as a wave: half as much again as along the longest panel.
     pub allowed: f64,
@@ -38,10 +38,10 @@ pub(super) const RULES: [Rule; MOST_INNER + 1] = [
     Rule {
         longest: 0.12,
         inner: &[],
-        weights: &[],
+        weights: [0.0, 0.0, 0.0],
         ends: 0.499_971_71,
         slopes: 0.084_126_59,
-        plain_weights: &[],
+        plain_weights: [0.0, 0.0, 0.0],
         plain_ends: 0.512_100_94,
         allowed: 3.6e-2,
         longest_within: 0.12,
@@ -57,10 +57,10 @@ pub(super) const RULES: [Rule; MOST_INNER + 1] = [
     Rule {
         longest: 0.5,
         inner: &[0.5],
-        weights: &[0.524_223_92],
+        weights: [0.524_223_92, 0.0, 0.0],
         ends: 0.237_862_15,
         slopes: 0.017_896_6,
-        plain_weights: &[0.640_990_69],
+        plain_weights: [0.640_990_69, 0.0, 0.0],
         plain_ends: 0.181_690_11,
         allowed: 6.6e-3,
         longest_within: 0.5,
@@ -104,10 +104,10 @@ pub(super) const RULES: [Rule; MOST_INNER + 1] = [
     Rule {
         longest: 1.07,
         inner: &[0.317_9, 0.682_1],
-        weights: &[0.353_658_9, 0.353_658_9],
+        weights: [0.353_658_9, 0.353_658_9, 0.0],
         ends: 0.146_321_38,
         slopes: 0.006_677_35,
-        plain_weights: &[0.367_678_36, 0.367_678_36],
+        plain_weights: [0.367_678_36, 0.367_678_36, 0.0],
         plain_ends: 0.146_589_18,
         allowed: 4.3e-2,
         longest_within: 0.8,
@@ -165,10 +165,10 @@ pub(super) const RULES: [Rule; MOST_INNER + 1] = [
     Rule {
         longest: 1.77,
         inner: &[0.225_9, 0.5, 0.774_1],
-        weights: &[0.255_149_64, 0.283_285_19, 0.255_149_64],
+        weights: [0.255_149_64, 0.283_285_19, 0.255_149_64],
         ends: 0.103_180_91,
         slopes: 0.003_323_06,
-        plain_weights: &[0.275_881_34, 0.269_785_73, 0.275_881_34],
+        plain_weights: [0.275_881_34, 0.269_785_73, 0.275_881_34],
         plain_ends: 0.096_880_43,
         allowed: 2.3e-2,
         longest_within: 0.0,
@@ -219,14 +219,14 @@ mod tests {
     fn plane_waves_are_integrated_to_a_ten_thousandth() {
         for rule in &RULES {
             for wave in Wave::all(rule.longest) {
-                let inner = |weights: &[f64]| {
+                let inner = |weights: &[f64; MOST_INNER]| {
                     let terms = rule.inner.iter().zip(weights);
                     terms.map(|(x, w)| w * wave.at(*x)).sum::<f64>()
                 };
                 let ends = wave.at(0.0) + wave.at(1.0);
                 let slopes = rule.slopes * (wave.slope(0.0) - wave.slope(1.0));
-                let found = rule.ends * ends + slopes + inner(rule.weights);
-                let plain = rule.plain_ends * ends + inner(rule.plain_weights);
+                let found = rule.ends * ends + slopes + inner(&rule.weights);
+                let plain = rule.plain_ends * ends + inner(&rule.plain_weights);
                 assert!((found - wave.until(1.0)).abs() < 1e-4, "{}", wave.k);
                 assert!((found - plain).abs() < rule.allowed / 1.4, "{}", wave.k);
             }

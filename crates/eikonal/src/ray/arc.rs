@@ -132,6 +132,15 @@ impl Arc {
         }
     }
 
+    /// dx/dθ at θ.
+    #[inline]
+    pub fn derivative(&self, theta: f64) -> DVec3 {
+        match &self.curve {
+            Curve::Line(_, step, _) => *step,
+            Curve::Quintic(control) => combined(&quartic(theta), &differences(control)) * 5.0,
+        }
+    }
+
     /// Acceleration d²x/dσ² at θ.
     pub fn acceleration(&self, theta: f64) -> DVec3 {
         match &self.curve {

@@ -1,7 +1,7 @@
 //! What takes note of the factors of paths.
 
 use crate::emitter::EmittedRay;
-use crate::path::{ConnectionArcs, Edge, Vertex};
+use crate::path::{ConnectionArcs, Edge, RayPart, Vertex};
 use glam::DVec3;
 
 /// Takes note of the factors of which a path's contributions are products. Those of the path itself stay for all contributions to
@@ -10,14 +10,17 @@ pub(crate) trait FactorRecorder {
     /// The arcs of a connection, as they are kept.
     type Way;
 
-    /// Whether it takes notes, so that edges must keep their spans.
-    const RECORDS: bool;
+    /// Whether it looks at all spans of edges.
+    const NEEDS_SPANS: bool;
+
+    /// Whether it looks at the parts of edges up to their ends.
+    const NEEDS_PARTS: bool;
 
     /// Keeps the arcs of a connection from a vertex, which may be in either order.
     fn way(&mut self, vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way;
 
-    /// The path follows an edge, and is scattered if it collides at its end.
-    fn follow(&mut self, edge: &Edge);
+    /// The path follows an edge, of which these are the parts up to its end if it [needs](Self::NEEDS_PARTS) them, and is scattered if it collides there.
+    fn follow(&mut self, edge: &Edge, parts: &[RayPart]);
 
     /// The path turns at a vertex, perhaps along a specular lobe.
     fn turn(&mut self, vertex: &Vertex, direction: DVec3, specular: bool);
@@ -38,10 +41,11 @@ pub(crate) trait FactorRecorder {
 /// Takes no notes.
 impl FactorRecorder for () {
     type Way = ();
-    const RECORDS: bool = false;
+    const NEEDS_SPANS: bool = false;
+    const NEEDS_PARTS: bool = false;
 
     fn way(&mut self, _vertex: &Vertex, _arcs: ConnectionArcs) {}
-    fn follow(&mut self, _edge: &Edge) {}
+    fn follow(&mut self, _edge: &Edge, _parts: &[RayPart]) {}
     fn turn(&mut self, _vertex: &Vertex, _direction: DVec3, _specular: bool) {}
     fn aside_follow(&mut self, _edge: &Edge, _length: f64) {}
     fn aside_connect(&mut self, _vertex: &Vertex, _direction: DVec3, _way: &()) {}

@@ -6,7 +6,8 @@ use super::FactorRecorder;
 use crate::bsdf::{BsdfEvent, Surface};
 use crate::emitter::EmittedRay;
 use crate::path::{
-    ConnectionArcs, Edge, End, Joint, JointEnd, Span, SubpathRecorder, TransportMode, Vertex,
+    ConnectionArcs, Edge, End, Joint, JointEnd, RayPart, Span, SubpathRecorder, TransportMode,
+    Vertex,
 };
 use crate::scene::MediumId;
 use crate::shape::Meeting;
@@ -277,13 +278,14 @@ impl Tape {
 
 impl FactorRecorder for Tape {
     type Way = SmallVec<[Factor; 1]>;
-    const RECORDS: bool = true;
+    const NEEDS_SPANS: bool = true;
+    const NEEDS_PARTS: bool = false;
 
     fn way(&mut self, _vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way {
         way(arcs)
     }
 
-    fn follow(&mut self, edge: &Edge) {
+    fn follow(&mut self, edge: &Edge, _parts: &[RayPart]) {
         self.trunk = self.edge(self.trunk, edge);
     }
 

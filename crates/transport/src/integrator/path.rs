@@ -239,7 +239,8 @@ impl PathTracer {
             channel_pdf,
             extend: t.equiangular || forced,
             collides: true,
-            spans: t.equiangular || forced || R::RECORDS,
+            spans: t.equiangular || forced || R::NEEDS_SPANS,
+            parts: R::NEEDS_PARTS,
             forced,
             // Chance competes with connections only where paths can meet emitters.
             differentials: next.from.is_some() && t.scene.emitters_can_be_met(),
@@ -257,7 +258,7 @@ impl PathTracer {
         if t.equiangular && budget > 0 {
             t.around_emitter(&edge, budget);
         }
-        t.recorder.follow(edge.edge);
+        t.recorder.follow(edge.edge, &t.ws.edge);
         // Keep the other branch of a split edge for later.
         if let Some(split) = &edge.edge.split {
             t.split = next.split_off(split).map(|next| (next, split.probability));

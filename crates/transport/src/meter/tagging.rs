@@ -2,10 +2,9 @@
 
 use super::flight::Flight;
 use super::{Estimator, Meter};
-use crate::scene::MediumId;
-use crate::tagging::{Leg, PathModulation, SoundInMedia, Step, TaggedPath};
+use crate::path::RayPart;
+use crate::tagging::{PathModulation, SoundInMedia, Step, TaggedPath};
 use eikonal::ModulationPanel;
-use eikonal::ray::Arc;
 use glam::{DVec2, DVec3};
 
 /// Steps of a way of which note is taken at most, lest memory grow with it.
@@ -49,7 +48,7 @@ pub(super) struct Tagging {
     asked: Asked,
     /// How the current one has gone on since its modulation was last found.
     steps: Vec<Step>,
-    legs: Vec<Leg>,
+    parts: Vec<RayPart>,
     /// Whether the copy that was put aside last goes on from there.
     goes_on: bool,
     /// That before the last flight, and along it.
@@ -63,7 +62,7 @@ impl Tagging {
             sound,
             asked,
             steps: Vec::new(),
-            legs: Vec::new(),
+            parts: Vec::new(),
             goes_on: false,
             waiting: Vec::new(),
             current: TaggedPath::default(),
@@ -103,14 +102,14 @@ impl Tagging {
 
     /// The same where it has come to, whatever is asked for.
     pub(super) fn arrive(&mut self) -> PathModulation {
-        self.current.go(&self.sound, &self.legs, &self.steps);
+        self.current.go(&self.sound, &self.parts, &self.steps);
         self.forget();
         self.path()
     }
 
     fn forget(&mut self) {
         self.steps.clear();
-        self.legs.clear();
+        self.parts.clear();
     }
 
     /// That of its way up to a θ of its last flight.
@@ -126,22 +125,25 @@ impl Tagging {
 
     /// The particle flies.
     pub(super) fn fly(&mut self, flight: &Flight) {
-        self.follow(flight.span.medium, &flight.span.arc, flight.theta_end);
+        self.follow(RayPart {
+            arc: flight.span.arc,
+            theta_end: flight.theta_end,
+            medium: flight.span.medium,
+        });
     }
 
-    /// The particle flies along an arc up to θ.
-    pub(super) fn follow(&mut self, medium: MediumId, arc: &Arc, theta: f64) {
+    /// The particle flies along a part of a ray.
+    pub(super) fn follow(&mut self, part: RayPart) {
         match self.asked {
             Asked::OnArrival => {
                 self.step(Step::Fly);
-                let arc = *arc;
-                self.legs.push(Leg { medium, arc, theta });
+                self.parts.push(part);
             }
-            Asked::AtEnds => self.current.fly(&self.sound, medium, arc, theta),
+            Asked::AtEnds => self.current.fly(&self.sound, &part),
             Asked::Along => {
                 let (sound, path) = (&self.sound, &mut self.current);
                 self.before = path.modulation().total();
-                path.fly_tabulated(sound, medium, arc, theta, &mut self.panels);
+                path.fly_tabulated(sound, &part, &mut self.panels);
             }
         }
     }
@@ -154,11 +156,11 @@ impl Tagging {
         }
     }
 
-    /// Takes note of a step, given the number of the next leg.
+    /// Takes note of a step, given the number of the next part.
     fn step(&mut self, step: impl FnOnce(usize) -> Step) {
         if self.steps.len() == MOST_STEPS {
             self.arrive();
         }
-        self.steps.push(step(self.legs.len()));
+        self.steps.push(step(self.parts.len()));
     }
 }

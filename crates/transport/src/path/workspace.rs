@@ -20,10 +20,10 @@ const SEARCH: f64 = 0.25;
 const DISCOVERY: f64 = 0.05;
 const DISCOVERY_REFLECTED: f64 = 0.02;
 
-/// A part of a line within one medium.
+/// An arc of a ray within one medium.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct LinePart {
-    /// Of which only θ ≤ `theta_end` belongs to the line.
+pub(crate) struct RayPart {
+    /// Of which only θ ≤ `theta_end` belongs to the ray.
     pub arc: Arc,
     pub theta_end: f64,
     pub medium: MediumId,
@@ -60,7 +60,9 @@ pub struct Workspace {
     /// Whether all work is to be given up, so that nothing is found any more.
     pub stop: Stop,
     /// Parts of the straight connection last made.
-    pub(in crate::path) line: Vec<LinePart>,
+    pub(in crate::path) line: Vec<RayPart>,
+    /// Parts of the edge last sampled up to its end, if [they were to be kept](super::Sampling::parts).
+    pub(crate) edge: Vec<RayPart>,
 }
 
 /// What is done on the first edges of paths from the sensor to have less left to chance.
@@ -103,6 +105,7 @@ impl Workspace {
             adjoint_training: None,
             stop: Stop::default(),
             line: Vec::new(),
+            edge: Vec::new(),
         }
     }
 

@@ -8,7 +8,7 @@ use crate::Spectrum;
 use crate::bsdf::FilterMueller;
 use crate::derivative::FactorRecorder;
 use crate::emitter::EmittedRay;
-use crate::path::{ConnectionArcs, Edge, End, Span, Vertex, surface_at};
+use crate::path::{ConnectionArcs, Edge, End, RayPart, Span, Vertex, surface_at};
 use crate::scene::{MediumId, Scene};
 use crate::sensor::SensorRay;
 use crate::shape::Meeting;
@@ -168,7 +168,8 @@ fn filter(
 impl FactorRecorder for StokesRecorder<'_> {
     /// Light that arrives at the vertex; `None` if it is unpolarised.
     type Way = Option<StokesInFrame>;
-    const RECORDS: bool = true;
+    const NEEDS_SPANS: bool = true;
+    const NEEDS_PARTS: bool = false;
 
     fn way(&mut self, vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way {
         let parts = self.parts(arcs);
@@ -201,7 +202,7 @@ impl FactorRecorder for StokesRecorder<'_> {
         })
     }
 
-    fn follow(&mut self, edge: &Edge) {
+    fn follow(&mut self, edge: &Edge, _parts: &[RayPart]) {
         let length = match &edge.end {
             End::Collision(point) => point.length,
             _ => f64::INFINITY,

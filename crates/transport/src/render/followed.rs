@@ -30,14 +30,14 @@ enum Recorder<'a> {
     Tagged(Box<TaggedSamples>),
 }
 
-/// All parts but for the first of what a sample has found.
+/// All parts of what a sample has found.
 struct FoundParts {
     /// The first layer of each, which may come up several times.
     layers: Vec<usize>,
     /// Its parts, one after the other.
     values: Vec<Spectrum>,
     /// Number of them.
-    others: usize,
+    count: usize,
 }
 
 /// Tells apart the light of contributions by what sound does to its phase.
@@ -85,7 +85,7 @@ impl<'a> FollowedSamples<'a> {
             parts: FoundParts {
                 layers: Vec::new(),
                 values: Vec::new(),
-                others: parts.count() - 1,
+                count: parts.count(),
             },
         })
     }
@@ -132,10 +132,11 @@ impl<'a> FollowedSamples<'a> {
                 for (c, [first, others @ ..]) in out.iter_mut().zip(recorder.found()) {
                     let (unpolarized, weight) = (c.weighted(), shown(c));
                     parts.layers.push(self.decomposition.layer(&c.path));
-                    let others = others.map(|other| unpolarized * other * weight);
-                    parts.values.extend(others);
                     c.value *= *first;
                     c.value *= weight;
+                    parts.values.push(c.weighted());
+                    let others = others.map(|other| unpolarized * other * weight);
+                    parts.values.extend(others);
                 }
             }
             Recorder::Tagged(tagged) => {
@@ -149,14 +150,14 @@ impl<'a> FollowedSamples<'a> {
         }
     }
 
-    /// All parts but for the first of layers of the last sample, which may come up several times.
+    /// All parts of layers of the last sample, which may come up several times.
     pub(super) fn parts(&self) -> impl Iterator<Item = (usize, &[Spectrum])> {
         let FoundParts {
             layers,
             values,
-            others,
+            count,
         } = &self.parts;
-        layers.iter().copied().zip(values.chunks(*others))
+        layers.iter().copied().zip(values.chunks(*count))
     }
 }
 
@@ -183,22 +184,22 @@ impl TaggedSamples {
             let place = parts.layers.len();
             parts.layers.push(alike[0].0);
             let lights = alike.iter().map(|(_, light)| *light);
+            let sum = |sum, (_, light)| sum + light;
+            parts.values.push(lights.clone().fold(Spectrum::ZERO, sum));
+            let end = parts.layers.len() * parts.count;
+            parts.values.resize(end, Spectrum::ZERO);
             representatives(lights, channels, sampler.next_1d(), |representative| {
                 chosen.push((place, representative));
             });
         }
-        let others = parts.others;
-        parts
-            .values
-            .resize(parts.layers.len() * others, Spectrum::ZERO);
         chosen.sort_by_key(|(_, r)| r.contribution);
         let same = || chosen.chunk_by(|a, b| a.1.contribution == b.1.contribution);
         let wanted = same().map(|same| same[0].1.contribution);
         for (same, modulation) in same().zip(self.recorder.modulations(wanted)) {
             let shares = self.sidebands.shares(modulation);
             for (place, r) in same {
-                let values = &mut parts.values[place * others..][..others];
-                for (value, share) in values.iter_mut().zip(&shares) {
+                let values = &mut parts.values[place * parts.count..][..parts.count];
+                for (value, share) in values[1..].iter_mut().zip(&shares) {
                     value[r.channel] += r.light * share;
                 }
             }

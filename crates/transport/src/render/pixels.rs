@@ -102,14 +102,16 @@ fn run(
                 let value = finite(value, &mut ws.stats.not_finite);
                 mean += value * share;
                 if layers > 0 && !value.is_zero() {
-                    for c in &found {
-                        pending.add(decomposition.layer(&c.path), c.weighted() * share);
-                    }
-                    for (layer, parts) in followed.iter().flat_map(|f| f.parts()) {
-                        for (k, value) in parts.iter().enumerate() {
-                            let value = finite(*value, &mut ws.stats.not_finite);
-                            pending.add(layer + 1 + k, value * share);
-                        }
+                    match &followed {
+                        None => found.iter().for_each(|c| {
+                            pending.add(decomposition.layer(&c.path), c.weighted() * share);
+                        }),
+                        Some(followed) => followed.parts().for_each(|(layer, parts)| {
+                            for (k, value) in parts.iter().enumerate() {
+                                let value = finite(*value, &mut ws.stats.not_finite);
+                                pending.add(layer + k, value * share);
+                            }
+                        }),
                     }
                 }
                 if let Some(levels) = &mut task.levels {

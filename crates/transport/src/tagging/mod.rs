@@ -12,4 +12,4 @@ pub use check::{prepare, problems};
 pub(crate) use path::{PathModulation, SoundInMedia, TaggedPath};
 pub(crate) use recorder::TaggedRecorder;
 pub(crate) use representatives::{Representative, representatives};
-pub(crate) use steps::{Leg, Step};
+pub(crate) use steps::Step;

@@ -1,10 +1,10 @@
 //! What sound does to the optical length of a way, to first order: it changes the index along it, and moves what scatters light
 //! (docs/theory.md#tagged-light).
 
+use crate::path::RayPart;
 use crate::scene::{MediumId, Scene};
 use eikonal::ModulationPanel;
 use eikonal::field::{Modulation, SoundAmplitude};
-use eikonal::ray::Arc;
 use glam::{DVec2, DVec3};
 
 /// The amplitudes of the optical length of a way, as complex numbers: it changes by the real part of amplitude times e^{iωt}.
@@ -62,10 +62,10 @@ impl TaggedPath {
         self.modulation
     }
 
-    /// On along an arc up to θ.
-    pub(crate) fn fly(&mut self, sound: &SoundInMedia, medium: MediumId, arc: &Arc, theta: f64) {
-        self.advance(sound, medium, arc, theta, |sound, ends| {
-            sound.along(arc, [0.0, theta], ends)
+    /// On along a part of a ray.
+    pub(crate) fn fly(&mut self, sound: &SoundInMedia, part: &RayPart) {
+        self.advance(sound, part, |sound, range, ends| {
+            sound.along(&part.arc, range, ends)
         });
     }
 
@@ -73,26 +73,23 @@ impl TaggedPath {
     pub(crate) fn fly_tabulated(
         &mut self,
         sound: &SoundInMedia,
-        medium: MediumId,
-        arc: &Arc,
-        theta: f64,
+        part: &RayPart,
         panels: &mut Vec<ModulationPanel>,
     ) {
         panels.clear();
-        self.advance(sound, medium, arc, theta, |sound, ends| {
-            sound.tabulate(arc, [0.0, theta], ends, |panel| panels.push(panel))
+        self.advance(sound, part, |sound, range, ends| {
+            sound.tabulate(&part.arc, range, ends, |panel| panels.push(panel))
         });
     }
 
-    /// On along an arc up to θ, whose modulation is found given the amplitudes at its ends.
+    /// On along a part of a ray, whose modulation is found given the amplitudes at its ends.
     fn advance(
         &mut self,
         sound: &SoundInMedia,
-        medium: MediumId,
-        arc: &Arc,
-        theta: f64,
-        along: impl FnOnce(&Modulation, &[SoundAmplitude; 2]) -> DVec2,
+        part: &RayPart,
+        along: impl FnOnce(&Modulation, [f64; 2], &[SoundAmplitude; 2]) -> DVec2,
     ) {
+        let (medium, arc, theta) = (part.medium, &part.arc, part.theta_end);
         let Some(sound) = &sound.0[medium] else {
             self.last = None;
             return;
@@ -100,7 +97,7 @@ impl TaggedPath {
         let start = self.amplitude_at(sound, medium, arc.start());
         let x = arc.position(theta);
         let amplitude = sound.at(x);
-        self.modulation.index += along(sound, &[start, amplitude]);
+        self.modulation.index += along(sound, [0.0, theta], &[start, amplitude]);
         self.last = Some(Last {
             medium,
             x,
@@ -128,14 +125,9 @@ impl TaggedPath {
         }
     }
 
-    /// Adds what the index does along an arc of a connection, which begins or ends where the way has come to, or goes on from there.
-    pub(crate) fn connect(
-        &mut self,
-        sound: &SoundInMedia,
-        medium: MediumId,
-        arc: &Arc,
-        theta: f64,
-    ) {
+    /// Adds what the index does along a part of a connection, which begins or ends where the way has come to, or goes on from there.
+    pub(crate) fn connect(&mut self, sound: &SoundInMedia, part: &RayPart) {
+        let (medium, arc, theta) = (part.medium, &part.arc, part.theta_end);
         if let Some(sound) = &sound.0[medium] {
             let ends = [arc.start(), arc.position(theta)];
             let ends = ends.map(|x| self.amplitude_at(sound, medium, x));

@@ -2,10 +2,10 @@
 //! (docs/theory.md#tagged-light).
 
 use super::path::{SoundInMedia, TaggedPath};
-use super::steps::{Leg, Step};
+use super::steps::Step;
 use crate::derivative::FactorRecorder;
 use crate::emitter::EmittedRay;
-use crate::path::{ConnectionArcs, Edge, End, Vertex};
+use crate::path::{ConnectionArcs, Edge, RayPart, Vertex};
 use crate::scene::Scene;
 use glam::{DVec2, DVec3};
 use std::ops::Range;
@@ -14,8 +14,8 @@ use std::ops::Range;
 #[derive(Debug)]
 pub(crate) struct TaggedRecorder {
     sound: SoundInMedia,
-    /// Of all steps.
-    legs: Vec<Leg>,
+    /// Along which the steps go.
+    parts: Vec<RayPart>,
     /// From the sensor on.
     trunk: Vec<Step>,
     /// Of contributions alone, one after the other.
@@ -35,7 +35,7 @@ impl TaggedRecorder {
     pub(crate) fn new(scene: &Scene) -> Self {
         TaggedRecorder {
             sound: SoundInMedia::of(scene),
-            legs: Vec::new(),
+            parts: Vec::new(),
             trunk: Vec::new(),
             aside: Vec::new(),
             ends: Vec::new(),
@@ -44,7 +44,7 @@ impl TaggedRecorder {
 
     /// Begins a path.
     pub(crate) fn begin(&mut self) {
-        self.legs.clear();
+        self.parts.clear();
         self.trunk.clear();
         self.aside.clear();
         self.ends.clear();
@@ -58,39 +58,43 @@ impl TaggedRecorder {
         let (mut trunk, mut known) = (TaggedPath::default(), 0);
         contributions.map(move |i| {
             let end = self.ends[i];
-            trunk.go(&self.sound, &self.legs, &self.trunk[known..end.trunk]);
+            trunk.go(&self.sound, &self.parts, &self.trunk[known..end.trunk]);
             known = end.trunk;
             let before = i.checked_sub(1).map_or(0, |before| self.ends[before].aside);
             let mut way = trunk;
-            way.go(&self.sound, &self.legs, &self.aside[before..end.aside]);
+            way.go(&self.sound, &self.parts, &self.aside[before..end.aside]);
             way.modulation().total()
         })
     }
 }
 
 impl FactorRecorder for TaggedRecorder {
-    /// Numbers of legs.
+    /// Numbers of parts.
     type Way = Range<usize>;
-    const RECORDS: bool = true;
+    // Those that are put aside lie on edges that are extended, and keep their spans.
+    const NEEDS_SPANS: bool = false;
+    const NEEDS_PARTS: bool = true;
 
     fn way(&mut self, _vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way {
-        let first = self.legs.len();
-        arcs.each(|medium, arc, theta| {
+        let first = self.parts.len();
+        arcs.each(|medium, arc, theta_end| {
             if self.sound.is_in(medium) {
                 let arc = *arc;
-                self.legs.push(Leg { medium, arc, theta });
+                self.parts.push(RayPart {
+                    arc,
+                    theta_end,
+                    medium,
+                });
             }
         });
-        first..self.legs.len()
+        first..self.parts.len()
     }
 
-    fn follow(&mut self, edge: &Edge) {
-        let length = match &edge.end {
-            End::Collision(point) => point.length,
-            _ => f64::INFINITY,
-        };
-        self.trunk
-            .extend(along(&self.sound, edge, length, &mut self.legs));
+    fn follow(&mut self, _edge: &Edge, parts: &[RayPart]) {
+        let first = self.parts.len();
+        let audible = parts.iter().filter(|part| self.sound.is_in(part.medium));
+        self.parts.extend(audible);
+        self.trunk.extend((first..self.parts.len()).map(Step::Fly));
     }
 
     fn turn(&mut self, vertex: &Vertex, direction: DVec3, _specular: bool) {
@@ -99,7 +103,7 @@ impl FactorRecorder for TaggedRecorder {
 
     fn aside_follow(&mut self, edge: &Edge, length: f64) {
         self.aside
-            .extend(along(&self.sound, edge, length, &mut self.legs));
+            .extend(along(&self.sound, edge, length, &mut self.parts));
     }
 
     fn aside_connect(&mut self, vertex: &Vertex, direction: DVec3, way: &Self::Way) {
@@ -124,24 +128,24 @@ fn along(
     sound: &SoundInMedia,
     edge: &Edge,
     length: f64,
-    legs: &mut Vec<Leg>,
+    parts: &mut Vec<RayPart>,
 ) -> impl Iterator<Item = Step> {
-    let first = legs.len();
+    let first = parts.len();
     let flown = edge
         .spans
         .iter()
         .take_while(|span| span.length_before < length);
     let audible = flown.filter(|span| sound.is_in(span.medium));
-    legs.extend(audible.map(|span| Leg {
+    parts.extend(audible.map(|span| RayPart {
         medium: span.medium,
         arc: span.arc,
-        theta: if span.length_after() < length {
+        theta_end: if span.length_after() < length {
             span.theta_end
         } else {
             span.theta_at_length(length - span.length_before)
         },
     }));
-    (first..legs.len()).map(Step::Fly)
+    (first..parts.len()).map(Step::Fly)
 }
 
 /// On from a vertex in a direction, if sound moves it: surfaces rest.

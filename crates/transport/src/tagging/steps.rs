@@ -1,22 +1,13 @@
 //! Ways of which note is taken, to be followed later.
 
 use super::path::{SoundInMedia, TaggedPath};
-use crate::scene::MediumId;
-use eikonal::ray::Arc;
+use crate::path::RayPart;
 use glam::DVec3;
 
-/// A part of an arc up to θ.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Leg {
-    pub medium: MediumId,
-    pub arc: Arc,
-    pub theta: f64,
-}
-
-/// A step of a way. Its legs are kept apart: they are large.
+/// A step of a way. The parts along which it goes are kept apart: they are large.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Step {
-    /// Along the leg with this number.
+    /// Along the part with this number.
     Fly(usize),
     /// Scattering into this direction.
     Scatter(DVec3),
@@ -25,15 +16,13 @@ pub(crate) enum Step {
 }
 
 impl TaggedPath {
-    /// On by steps along legs.
-    pub(crate) fn go(&mut self, sound: &SoundInMedia, legs: &[Leg], steps: &[Step]) {
+    /// On by steps along parts of rays.
+    pub(crate) fn go(&mut self, sound: &SoundInMedia, parts: &[RayPart], steps: &[Step]) {
         for step in steps {
             match *step {
-                Step::Fly(i) => self.fly(sound, legs[i].medium, &legs[i].arc, legs[i].theta),
+                Step::Fly(i) => self.fly(sound, &parts[i]),
                 Step::Scatter(direction) => self.scatter(sound, direction),
-                Step::Connect(i) => {
-                    self.connect(sound, legs[i].medium, &legs[i].arc, legs[i].theta);
-                }
+                Step::Connect(i) => self.connect(sound, &parts[i]),
             }
         }
     }

@@ -31,6 +31,7 @@ const SAMPLING: Sampling = Sampling {
     extend: false,
     collides: true,
     spans: true,
+    parts: false,
     forced: false,
     differentials: true,
     splitting: false,

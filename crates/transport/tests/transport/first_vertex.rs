@@ -260,6 +260,7 @@ fn forced_edge(scene: &Scene, direction: DVec3, seed: u64) -> Edge<'_> {
         extend: true,
         collides: true,
         spans: true,
+        parts: false,
         forced: true,
         differentials: true,
         splitting: false,

@@ -107,6 +107,7 @@ impl Gathering<'_> {
                 extend: false,
                 collides: self.mapping.query == PhotonQuery::Point,
                 spans: self.mapping.query == PhotonQuery::Beam,
+                parts: false,
                 forced: false,
                 differentials: false,
                 splitting: false,

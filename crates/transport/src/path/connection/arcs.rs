@@ -1,6 +1,6 @@
 //! The way of a connection, arc by arc.
 
-use crate::path::workspace::LinePart;
+use crate::path::workspace::RayPart;
 use crate::scene::MediumId;
 use eikonal::connect::Piece;
 use eikonal::ray::Arc;
@@ -9,7 +9,7 @@ use eikonal::ray::Arc;
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum ConnectionArcs<'a> {
     /// Along a straight line.
-    Line(&'a [LinePart]),
+    Line(&'a [RayPart]),
     /// Along a ray that the solver has found.
     Ray(&'a [Piece<MediumId>]),
 }

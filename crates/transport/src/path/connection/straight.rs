@@ -6,7 +6,7 @@ use crate::bsdf::PartialTransmission;
 use crate::connection_end::ConnectionEnd;
 use crate::medium::Attenuation;
 use crate::path::segment::{EdgeGeometry, TransportMode, Vertex, leave};
-use crate::path::workspace::{LinePart, Workspace};
+use crate::path::workspace::{RayPart, Workspace};
 use crate::scene::{MediumId, Scene};
 use eikonal::Failure;
 use eikonal::connect::World;
@@ -125,7 +125,7 @@ impl Line {
     ///
     /// # Errors
     /// [`Failure::OverBudget`] if there are too many.
-    fn cut(&self, scene: &Scene, parts: &mut Vec<LinePart>) -> Result<StraightThroughput, Failure> {
+    fn cut(&self, scene: &Scene, parts: &mut Vec<RayPart>) -> Result<StraightThroughput, Failure> {
         parts.clear();
         let (mut x, mut medium, mut left) = (self.from, self.medium, self.left);
         let mut n = scene.n(medium, x);
@@ -143,7 +143,7 @@ impl Line {
             let theta_end = boundary.map_or(1.0, |(_, meeting)| meeting.theta);
             throughput.optical_length += rest * theta_end * n;
             throughput.n[1] = n;
-            parts.push(LinePart {
+            parts.push(RayPart {
                 arc,
                 theta_end,
                 medium,
@@ -207,7 +207,7 @@ impl Line {
     }
 
     /// Whether it leaves and arrives as it should, and such branches are looked for: see [`crate::path`].
-    fn complies(&self, scene: &Scene, target: &ConnectionTarget, parts: &[LinePart]) -> bool {
+    fn complies(&self, scene: &Scene, target: &ConnectionTarget, parts: &[RayPart]) -> bool {
         let parallel = matches!(target.end, ConnectionEnd::Plane { .. });
         // How far away a plane is does not count.
         let counted = &parts[usize::from(parallel)..];

@@ -266,6 +266,7 @@ impl<'a> RandomWalk<'a> {
             extend: false,
             collides: true,
             spans: O::KEEPS_SPANS || self.mode == TransportMode::Importance,
+            parts: false,
             forced: false,
             differentials: O::ASKS_FOR_GEOMETRY,
             splitting: false,

@@ -246,17 +246,15 @@ impl<'a> Edge<'a> {
     }
 
     /// Has the edge, which met nothing, end at a collision where the depth of a channel reaches a target: a point to scatter at,
-    /// whose geometry term nobody asks for.
-    pub(in crate::path) fn collide_at(&mut self, channel: usize, target: f64) {
-        let at = |span: &Span<'a>| {
+    /// whose geometry term nobody asks for. Returns the number of its span, if there is one.
+    pub(in crate::path) fn collide_at(&mut self, channel: usize, target: f64) -> Option<usize> {
+        let at = |(i, span): (usize, &Span<'a>)| {
             let left = target - span.depth_before[channel];
             let part = (span.theta_end, span.length);
             let (theta, _) = span.attenuation.reach(&span.arc, part, channel, left);
-            Some(span.at(theta?))
+            Some((i, span.at(theta?)))
         };
-        let Some(point) = self.spans.iter().find_map(at) else {
-            return;
-        };
+        let (span, point) = self.spans.iter().enumerate().find_map(at)?;
         self.length = point.length;
         self.optical_length = self.optical_length_to(&point);
         self.geometry = EdgeGeometry {
@@ -264,6 +262,7 @@ impl<'a> Edge<'a> {
             ..EdgeGeometry::new()
         };
         self.end = End::Collision(point);
+        Some(span)
     }
 
     /// Prepares the spans for many questions about their points.

@@ -44,6 +44,7 @@ pub(crate) fn gather_along<'a>(
         extend: false,
         collides: true,
         spans: true,
+        parts: false,
         forced: false,
         differentials: false,
         splitting: false,

@@ -8,7 +8,7 @@ use crate::medium::Attenuation;
 use crate::path::segment::{
     Edge, End, Front, Point, RayDifferentials, Span, Start, TransportMode, to_entrance,
 };
-use crate::path::workspace::Workspace;
+use crate::path::workspace::{RayPart, Workspace};
 use crate::sampling::{Purpose, Sampler};
 use crate::scene::{MediumId, Scene};
 use crate::shape::Meeting;
@@ -33,6 +33,8 @@ pub struct Sampling {
     pub collides: bool,
     /// Whether its spans are kept: see [`Edge::spans`].
     pub spans: bool,
+    /// Whether its arcs up to its end are kept in the workspace, until the next edge is sampled.
+    pub parts: bool,
     /// Whether it collides for certain where it would leave the scene, if there is anything to collide with: see
     /// [`Edge::forcing`]. Only if it is extended.
     pub forced: bool,
@@ -91,11 +93,12 @@ pub(crate) fn trace_to<'a>(
     ws: &mut Workspace,
 ) -> Edge<'a> {
     ws.stats.edges += 1;
+    ws.edge.clear();
     let mut edge = Edge::new(start);
     let mut walk = Walk::new(scene, &mut edge, sampling, target, sampler);
     while walk.region(ws).is_continue() {}
     if sampling.forced {
-        walk.force();
+        walk.force(ws);
     }
     let (length, reflections) = (walk.travelled.reach, walk.travelled.reflections);
     ws.stats.over_budget.rays += u64::from(walk.events.over_budget);
@@ -233,10 +236,11 @@ impl<'a, 'b> Walk<'a, 'b> {
             let theta_end = met.map_or(1.0, |(_, meeting)| meeting.theta);
             let attenuation =
                 Attenuation::new(self.scene.medium(self.ray.medium), &step.arc, theta_end);
-            self.record(step.arc, attenuation, met, |theta| {
+            let at = |theta| {
                 let (_, v, variation) = step.at(theta);
                 (v, variation.into())
-            });
+            };
+            self.record(step.arc, attenuation, met, at, ws);
             if self.events.collided && !self.sampling.extend {
                 return ControlFlow::Break(());
             }
@@ -286,7 +290,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         } else {
             self.scene.first_before(&arc, end, self.ray.left)
         };
-        self.record(arc, attenuation, met, at);
+        self.record(arc, attenuation, met, at, ws);
         if self.events.collided && !self.sampling.extend {
             return ControlFlow::Break(());
         }
@@ -332,6 +336,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         attenuation: Attenuation<'a>,
         met: Option<(usize, Meeting)>,
         at: impl Fn(f64) -> (DVec3, RayDifferentials),
+        ws: &mut Workspace,
     ) {
         let theta_end = met.map_or(1.0, |(_, meeting)| meeting.theta);
         // Add the arc: its length, and its depth up to the collision if that is on it.
@@ -346,6 +351,13 @@ impl<'a, 'b> Walk<'a, 'b> {
                 theta.map_or([length, optical_length], |theta| arc.lengths(theta));
             self.edge.length = length_before + up_to;
             self.lengthen(optical_up_to);
+            if self.sampling.parts {
+                ws.edge.push(RayPart {
+                    arc,
+                    theta_end: theta.unwrap_or(theta_end),
+                    medium: self.ray.medium,
+                });
+            }
             if let Some(theta) = theta {
                 let (v, differentials) = at(theta);
                 self.collide(&arc, theta, v, differentials, &attenuation);
@@ -430,7 +442,7 @@ impl<'a, 'b> Walk<'a, 'b> {
     /// Has an edge that left the scene collide. What is left of the depth X that was drawn beyond the depth D of the whole way
     /// is an exponential deviate, too: its rank 1 − e^(D − X) among deviates is given to one below D. Collisions of
     /// each channel become 1/(1 − e⁻ᴰ) times as dense; even numbers stay even (docs/theory.md#first-vertex-techniques).
-    fn force(&mut self) {
+    fn force(&mut self, ws: &mut Workspace) {
         let (events, is_specular) = (&self.events, self.edge.geometry.events > 0);
         if !events.escaped || events.is_long || is_specular || events.passed_by_chance {
             return;
@@ -448,7 +460,13 @@ impl<'a, 'b> Walk<'a, 'b> {
             // Depths are added up in another order: the difference may be positive by rounding.
             let rank = -(whole[channel] - depth).min(0.0).exp_m1();
             let target = -(-rank / self.edge.forcing[channel]).ln_1p();
-            self.edge.collide_at(channel, target);
+            let span = self.edge.collide_at(channel, target);
+            if let (Some(span), End::Collision(point), true) =
+                (span, &self.edge.end, self.sampling.parts)
+            {
+                ws.edge.truncate(span + 1);
+                ws.edge[span].theta_end = point.theta;
+            }
         }
     }
 
