@@ -21,6 +21,6 @@ pub use certificate::Uniqueness;
 pub use connect::{ConnectingRay, Failure, Solver, World};
 pub use difference::{PathDifference, Reference};
 pub use field::{Field, Jet};
-pub use modulation::ModulationPanel;
+pub use modulation::{ModulationPanel, ModulationQuadrature};
 pub use ray::{Tolerance, Work};
 pub use shown::Shown;

@@ -91,13 +91,16 @@ impl Sidebands {
     /// The shares of all parts in light whose optical length has an amplitude; NaN if it is not known.
     pub(crate) fn shares(&self, modulation: DVec2) -> SmallVec<[f64; 8]> {
         let square = self.wave_number * self.wave_number * modulation.length_squared();
-        let of_slow = (square <= SLOW).then(|| slow_squares(square));
-        if let (Some(of_slow), 1, 0) = (of_slow, self.orders, self.delays) {
-            return SmallVec::from_slice(&of_slow);
+        let (of_slow, orders) = (
+            (square <= SLOW).then(|| slow_squares(square)),
+            self.orders as usize,
+        );
+        if let (Some(of_slow), 0..ORDERS, 0) = (of_slow, orders, self.delays) {
+            return SmallVec::from_slice(&of_slow[..=orders]);
         }
         let phase = square.sqrt();
-        let of_order = |order: u32| match (order, of_slow) {
-            (0 | 1, Some(squares)) => squares[order as usize],
+        let of_order = |order: usize| match (order, of_slow) {
+            (0..ORDERS, Some(squares)) => squares[order],
             (0, None) => libm::j0(phase).powi(2),
             (1, None) => libm::j1(phase).powi(2),
             _ => libm::jn(order as i32, phase).powi(2),
@@ -106,42 +109,55 @@ impl Sidebands {
             let half_turn = 0.5 * PI * f64::from(i) / f64::from(self.delays);
             libm::j0(2.0 * phase * half_turn.sin())
         };
-        let orders = (0..=self.orders).map(of_order);
+        let orders = (0..=orders).map(of_order);
         orders.chain((1..=self.delays).map(at_delay)).collect()
     }
 }
 
-/// Up to this square of x, J₀ and J₁ are sums of so many terms.
+/// Up to this square of x, J_m of so many orders are sums of so many terms.
 const SLOW: f64 = 4.0;
+const ORDERS: usize = 4;
 const TERMS: usize = 12;
 
-/// (−1)^k/(k! (k + m)!) for the orders m = 0 and 1.
-const SERIES: [[f64; 2]; TERMS] = {
-    let mut series = [[1.0; 2]; TERMS];
+/// (−1)^k/(k! (k + m)!) for the orders m.
+const SERIES: [[f64; ORDERS]; TERMS] = {
+    let mut series = [[1.0; ORDERS]; TERMS];
+    let mut m = 1;
+    while m < ORDERS {
+        series[0][m] = series[0][m - 1] / m as f64;
+        m += 1;
+    }
     let mut k = 1;
     while k < TERMS {
-        let [zeroth, first] = series[k - 1];
-        let power = k as f64;
-        series[k] = [-zeroth / (power * power), -first / (power * (power + 1.0))];
+        let mut m = 0;
+        while m < ORDERS {
+            series[k][m] = -series[k - 1][m] / (k * (k + m)) as f64;
+            m += 1;
+        }
         k += 1;
     }
     series
 };
 
-/// J₀(x)² and J₁(x)² from x² up to [`SLOW`], to rounding, without roots and divisions.
-fn slow_squares(square: f64) -> [f64; 2] {
+/// J_m(x)² of the first orders from x² up to [`SLOW`], to rounding, without roots and divisions.
+fn slow_squares(square: f64) -> [f64; ORDERS] {
     let z = 0.25 * square;
     let z2 = z * z;
     // Even and odd powers have sums of their own, which do not wait for each other.
-    let (mut even, mut odd) = ([0.0; 2], [0.0; 2]);
+    let (mut even, mut odd) = ([0.0; ORDERS], [0.0; ORDERS]);
     for [of_even, of_odd] in SERIES.as_chunks().0.iter().rev() {
-        for m in 0..2 {
+        for m in 0..ORDERS {
             even[m] = even[m] * z2 + of_even[m];
             odd[m] = odd[m] * z2 + of_odd[m];
         }
     }
-    let [zeroth, first] = [0, 1].map(|m| even[m] + z * odd[m]);
-    [zeroth * zeroth, z * first * first]
+    let mut power = 1.0;
+    std::array::from_fn(|m| {
+        let sum = even[m] + z * odd[m];
+        let of_order = power * (sum * sum);
+        power *= z;
+        of_order
+    })
 }
 
 #[cfg(test)]
@@ -171,10 +187,10 @@ mod tests {
         assert!(unknown.iter().all(|share| share.is_nan()));
     }
 
-    /// Up to where the sums end and beyond, of one sideband and of several.
+    /// Up to where the sums end and beyond, of few sidebands and of several.
     #[test]
     fn shares_are_squares_of_bessel_functions() {
-        let [few, many] = [[1, 0], [3, 2]].map(|[orders, delays]| {
+        let [few, many] = [[2, 0], [5, 2]].map(|[orders, delays]| {
             let sidebands = Sidebands::new(1e-3, orders, delays);
             sidebands.unwrap()
         });
@@ -182,8 +198,8 @@ mod tests {
             let phase = 0.01 * f64::from(step);
             let modulation = DVec2::from_angle(0.4) * (phase / few.wave_number);
             let [shares, more] = [few.shares(modulation), many.shares(modulation)];
-            assert_eq!(shares[..], more[..2]);
-            for order in 0..=3 {
+            assert_eq!(shares[..], more[..3]);
+            for order in 0..=5 {
                 let expected = libm::jn(order, phase).powi(2);
                 assert!((more[order as usize] - expected).abs() < 1e-15, "{phase}");
             }

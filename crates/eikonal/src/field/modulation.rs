@@ -60,9 +60,9 @@ impl Modulation {
         }
     }
 
-    /// m alone.
+    /// m alone, of [`Modulation::at`].
     #[inline]
-    pub(crate) fn value(&self, x: DVec3) -> DVec2 {
+    pub fn value(&self, x: DVec3) -> DVec2 {
         self.terms.iter().map(|term| term.value(x)).sum()
     }
 

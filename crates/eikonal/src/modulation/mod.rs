@@ -7,9 +7,9 @@ pub use panel::ModulationPanel;
 
 use crate::field::{Modulation, SoundAmplitude};
 use crate::ray::Arc;
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use panel::{Node, Panel};
-use rule::{RULES, Rule, TABULATED};
+use rule::{MOST_INNER, RULES, Rule, TABULATED};
 
 /// Where there is less than this share of the largest modulation, accuracy is relative to that.
 const FAINT: f64 = 1e-3;
@@ -28,23 +28,51 @@ enum Purpose {
 }
 
 impl Purpose {
-    /// The rule with the fewest nodes, and the fewest panels, for an arc of a length in wavelengths of the sound.
-    fn rule(self, wavelengths: f64) -> (&'static Rule, u64) {
-        let (rules, longest): (&'static [Rule], fn(&Rule) -> f64) = match self {
+    /// The rules, with how long their panels may be.
+    #[inline]
+    fn rules(self) -> (&'static [Rule], fn(&Rule) -> f64) {
+        match self {
             Purpose::Total => (&RULES, |rule| rule.longest),
             Purpose::Within => (&RULES[..TABULATED], |rule| rule.longest_within),
-        };
-        let enough = |panels: f64| {
-            rules
-                .iter()
-                .find(|rule| wavelengths <= panels * longest(rule))
-        };
-        if let Some(rule) = enough(1.0) {
+        }
+    }
+
+    /// The rule with the fewest nodes for one panel of a length in wavelengths of the sound; `None` if that is too long.
+    #[inline]
+    fn rule(self, wavelengths: f64) -> Option<&'static Rule> {
+        let (rules, longest) = self.rules();
+        // Lengths are random: branches would be mispredicted.
+        let suffices = |rule| usize::from(wavelengths <= longest(rule));
+        let few = rules.len() - rules.iter().map(suffices).sum::<usize>();
+        rules.get(few)
+    }
+
+    /// The fewest panels for an arc of a length in wavelengths of the sound, with the rule that has the fewest nodes.
+    fn panels(self, wavelengths: f64) -> (&'static Rule, u64) {
+        if let Some(rule) = self.rule(wavelengths) {
             return (rule, 1);
         }
+        let (rules, longest) = self.rules();
         let finest = &rules[rules.len() - 1];
         let panels = (wavelengths / longest(finest)).ceil();
-        (enough(panels).unwrap_or(finest), panels as u64)
+        let rule = self.rule(wavelengths / panels).unwrap_or(finest);
+        (rule, panels as u64)
+    }
+}
+
+/// A quadrature for a part of an arc.
+#[derive(Clone, Copy, Debug)]
+pub struct ModulationQuadrature(&'static Rule);
+
+impl ModulationQuadrature {
+    /// The most places between the ends of a part.
+    pub const MOST_PLACES: usize = MOST_INNER;
+
+    /// Places between the ends of the part where it takes values of the sound, and how many of them count.
+    #[inline]
+    pub fn places(self, arc: &Arc, [from, to]: [f64; 2]) -> ([DVec3; MOST_INNER], usize) {
+        let place = |share| arc.position(from + share * (to - from));
+        (self.0.inner.map(place), self.0.inner_count)
     }
 }
 
@@ -56,7 +84,34 @@ impl Modulation {
         self.panels(arc, range, ends, Purpose::Total, |_, _| ())
     }
 
-    /// The same, and the panels in turn, by which it is known up to every place between: within a panel to 1e-3 of the largest |m| there times its
+    /// How [`Modulation::along`] would find the modulation of a part of an arc from values of the sound, so that those of many parts can be found
+    /// at once; `None` if the part is long, and must be divided.
+    #[inline]
+    pub fn quadrature(&self, arc: &Arc, range: [f64; 2]) -> Option<ModulationQuadrature> {
+        let wavelengths = longest(arc, range) * self.per_wavelength;
+        Purpose::Total.rule(wavelengths).map(ModulationQuadrature)
+    }
+
+    /// [`Modulation::along`] by a quadrature for this part of the arc and the [values](Modulation::value) at its [places](ModulationQuadrature::places),
+    /// zero at those that do not count.
+    #[inline]
+    pub fn along_by(
+        &self,
+        quadrature: ModulationQuadrature,
+        arc: &Arc,
+        [from, to]: [f64; 2],
+        ends: [&SoundAmplitude; 2],
+        values: &[DVec2; MOST_INNER],
+    ) -> DVec2 {
+        let ends = [Node::new(arc, from, ends[0]), Node::new(arc, to, ends[1])];
+        let panel = Panel::new(ends, *values, quadrature.0);
+        let mut sum = DVec2::ZERO;
+        let mut add = |panel: &Panel| sum += panel.integral;
+        self.accept(arc, panel, MOST_HALVINGS, &mut add);
+        0.5 * arc.h() * sum
+    }
+
+    /// As [`Modulation::along`], and the panels in turn, by which it is known up to every place between: within a panel to 1e-3 of the largest |m| there times its
     /// length.
     pub fn tabulate(
         &self,
@@ -83,7 +138,7 @@ impl Modulation {
         if !(0.0..LONGEST).contains(&wavelengths) {
             return DVec2::NAN;
         }
-        let (rule, panels) = purpose.rule(wavelengths);
+        let (rule, panels) = purpose.panels(wavelengths);
         let (mut sum, mut start) = (DVec2::ZERO, Node::new(arc, from, &ends[0]));
         for i in 1..=panels {
             let end = if i == panels {
@@ -115,16 +170,22 @@ impl Modulation {
         see: &mut impl FnMut(&Panel),
     ) {
         let [start, end] = ends;
-        let mut inner = [DVec2::ZERO; rule::MOST_INNER];
-        for (value, share) in inner.iter_mut().zip(rule.inner) {
+        let mut inner = [DVec2::ZERO; MOST_INNER];
+        let shares = &rule.inner[..rule.inner_count];
+        for (value, share) in inner.iter_mut().zip(shares) {
             let theta = start.theta + share * (end.theta - start.theta);
             *value = self.value(arc.position(theta));
         }
-        let panel = Panel::new(ends, inner, rule);
+        self.accept(arc, Panel::new(ends, inner, rule), halvings, see);
+    }
+
+    /// Takes a panel if it is smooth, else finer ones.
+    #[inline]
+    fn accept(&self, arc: &Arc, panel: Panel, halvings: u32, see: &mut impl FnMut(&Panel)) {
         if halvings == 0 || panel.is_smooth(FAINT * self.largest) {
             see(&panel);
         } else {
-            self.finer(arc, rule, ends, halvings, see);
+            self.finer(arc, panel.rule, panel.ends, halvings, see);
         }
     }
 
@@ -138,7 +199,7 @@ impl Modulation {
         halvings: u32,
         see: &mut impl FnMut(&Panel),
     ) {
-        if rule.inner.is_empty() {
+        if rule.inner_count == 0 {
             return self.panel(arc, &RULES[1], ends, halvings, see);
         }
         let [start, end] = ends;

@@ -21,7 +21,7 @@ pub struct ModulationPanel {
 /// m at the places of a quadrature on a part of an arc.
 pub(super) struct Panel {
     pub ends: [Node; 2],
-    /// At inner places.
+    /// At inner places, and zeros.
     pub inner: [DVec2; MOST_INNER],
     pub rule: &'static Rule,
     /// ∫ m dθ.
@@ -72,8 +72,7 @@ impl Panel {
     #[inline]
     pub(super) fn is_smooth(&self, least: f64) -> bool {
         let [start, end] = &self.ends;
-        let inner = &self.inner[..self.rule.inner.len()];
-        let met = inner.iter().chain([&start.value, &end.value]);
+        let met = self.inner.iter().chain([&start.value, &end.value]);
         let scale = met
             .map(|m| m.length_squared())
             .fold(least * least, f64::max);
@@ -93,7 +92,7 @@ impl Panel {
             end.value,
             end.slope * width,
         ];
-        let inner = &self.inner[..self.rule.inner.len()];
+        let inner = &self.inner[..self.rule.inner_count];
         // ∫ n̂ ds = ½ ∫ m dσ.
         let scale = 0.5 * arc.h() * width;
         let mut coefficients = [DVec2::ZERO; COEFFICIENTS];

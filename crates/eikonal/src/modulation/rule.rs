@@ -9,11 +9,14 @@ pub(super) const TABULATED: usize = 3;
 pub(super) const COEFFICIENTS: usize = TABULATED + 3;
 
 /// A quadrature on [0, 1].
+#[derive(Debug)]
 pub(super) struct Rule {
     /// The longest panel, in wavelengths: a plane wave is integrated along it to 1e-4.
     pub longest: f64,
-    /// Inner places.
-    pub inner: &'static [f64],
+    /// Inner places, and zeros.
+    pub inner: [f64; MOST_INNER],
+    /// The number of inner places.
+    pub inner_count: usize,
     /// Their weights, and zeros.
     pub weights: [f64; MOST_INNER],
     /// Weight of both ends, and of the difference of the derivatives there.
@@ -37,7 +40,8 @@ type Polynomials = [[f64; COEFFICIENTS]; COEFFICIENTS];
 pub(super) const RULES: [Rule; MOST_INNER + 1] = [
     Rule {
         longest: 0.12,
-        inner: &[],
+        inner: [0.0, 0.0, 0.0],
+        inner_count: 0,
         weights: [0.0, 0.0, 0.0],
         ends: 0.499_971_71,
         slopes: 0.084_126_59,
@@ -56,7 +60,8 @@ pub(super) const RULES: [Rule; MOST_INNER + 1] = [
     },
     Rule {
         longest: 0.5,
-        inner: &[0.5],
+        inner: [0.5, 0.0, 0.0],
+        inner_count: 1,
         weights: [0.524_223_92, 0.0, 0.0],
         ends: 0.237_862_15,
         slopes: 0.017_896_6,
@@ -103,7 +108,8 @@ pub(super) const RULES: [Rule; MOST_INNER + 1] = [
     },
     Rule {
         longest: 1.07,
-        inner: &[0.317_9, 0.682_1],
+        inner: [0.317_9, 0.682_1, 0.0],
+        inner_count: 2,
         weights: [0.353_658_9, 0.353_658_9, 0.0],
         ends: 0.146_321_38,
         slopes: 0.006_677_35,
@@ -164,7 +170,8 @@ pub(super) const RULES: [Rule; MOST_INNER + 1] = [
     },
     Rule {
         longest: 1.77,
-        inner: &[0.225_9, 0.5, 0.774_1],
+        inner: [0.225_9, 0.5, 0.774_1],
+        inner_count: 3,
         weights: [0.255_149_64, 0.283_285_19, 0.255_149_64],
         ends: 0.103_180_91,
         slopes: 0.003_323_06,

@@ -258,7 +258,7 @@ impl PathTracer {
         if t.equiangular && budget > 0 {
             t.around_emitter(&edge, budget);
         }
-        t.recorder.follow(edge.edge, &t.ws.edge);
+        t.recorder.follow(edge.edge, &t.ws.edge_parts);
         // Keep the other branch of a split edge for later.
         if let Some(split) = &edge.edge.split {
             t.split = next.split_off(split).map(|next| (next, split.probability));

@@ -3,7 +3,7 @@
 use super::flight::Flight;
 use super::{Estimator, Meter};
 use crate::path::RayPart;
-use crate::tagging::{PathModulation, SoundInMedia, Step, TaggedPath};
+use crate::tagging::{PathModulation, SoundAlong, SoundInMedia, Step, TaggedPath};
 use eikonal::ModulationPanel;
 use glam::{DVec2, DVec3};
 
@@ -49,6 +49,7 @@ pub(super) struct Tagging {
     /// How the current one has gone on since its modulation was last found.
     steps: Vec<Step>,
     parts: Vec<RayPart>,
+    along: SoundAlong,
     /// Whether the copy that was put aside last goes on from there.
     goes_on: bool,
     /// That before the last flight, and along it.
@@ -63,6 +64,7 @@ impl Tagging {
             asked,
             steps: Vec::new(),
             parts: Vec::new(),
+            along: SoundAlong::default(),
             goes_on: false,
             waiting: Vec::new(),
             current: TaggedPath::default(),
@@ -102,7 +104,8 @@ impl Tagging {
 
     /// The same where it has come to, whatever is asked for.
     pub(super) fn arrive(&mut self) -> PathModulation {
-        self.current.go(&self.sound, &self.parts, &self.steps);
+        let (steps, along) = (&self.steps, &mut self.along);
+        self.current.go(&self.sound, &self.parts, steps, along);
         self.forget();
         self.path()
     }

@@ -46,5 +46,4 @@ pub(crate) use walk::{
     EmittedAlong, Ending, FollowedRay, SeenSurface, follow, gather_along, gather_in_view, see,
 };
 pub use walk::{FreeFlight, Sampling, trace};
-pub(crate) use workspace::RayPart;
-pub use workspace::{FirstVertexTechniques, SplitSample, Workspace};
+pub use workspace::{FirstVertexTechniques, RayPart, SplitSample, Workspace};

@@ -22,10 +22,12 @@ const DISCOVERY_REFLECTED: f64 = 0.02;
 
 /// An arc of a ray within one medium.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct RayPart {
-    /// Of which only θ ≤ `theta_end` belongs to the ray.
+pub struct RayPart {
+    /// The curve, of which only θ ≤ `theta_end` belongs to the ray.
     pub arc: Arc,
+    /// See `arc`.
     pub theta_end: f64,
+    /// The medium.
     pub medium: MediumId,
 }
 
@@ -62,7 +64,7 @@ pub struct Workspace {
     /// Parts of the straight connection last made.
     pub(in crate::path) line: Vec<RayPart>,
     /// Parts of the edge last sampled up to its end, if [they were to be kept](super::Sampling::parts).
-    pub(crate) edge: Vec<RayPart>,
+    pub edge_parts: Vec<RayPart>,
 }
 
 /// What is done on the first edges of paths from the sensor to have less left to chance.
@@ -105,7 +107,7 @@ impl Workspace {
             adjoint_training: None,
             stop: Stop::default(),
             line: Vec::new(),
-            edge: Vec::new(),
+            edge_parts: Vec::new(),
         }
     }
 

@@ -33,6 +33,11 @@ impl SoundInMedia {
         SoundInMedia(media.map(|medium| Modulation::of(&medium.index)).collect())
     }
 
+    /// That in a medium.
+    pub(super) fn within(&self, medium: MediumId) -> Option<&Modulation> {
+        self.0[medium].as_ref()
+    }
+
     /// Whether there is any in a medium.
     pub(crate) fn is_in(&self, medium: MediumId) -> bool {
         self.0[medium].is_some()
@@ -42,18 +47,18 @@ impl SoundInMedia {
 /// A way as it is followed, from either end.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct TaggedPath {
-    modulation: PathModulation,
-    last: Option<Last>,
+    pub(super) modulation: PathModulation,
+    /// Where it has come to in a medium with sound.
+    pub(super) last: Option<(MediumId, Last)>,
 }
 
-/// Where a way has come to in a medium with sound.
+/// Where a way has come to.
 #[derive(Clone, Copy, Debug)]
-struct Last {
-    medium: MediumId,
-    x: DVec3,
+pub(super) struct Last {
+    pub x: DVec3,
     /// Index times the unit direction.
-    velocity: DVec3,
-    amplitude: SoundAmplitude,
+    pub velocity: DVec3,
+    pub amplitude: SoundAmplitude,
 }
 
 impl TaggedPath {
@@ -94,44 +99,35 @@ impl TaggedPath {
             self.last = None;
             return;
         };
-        let start = self.amplitude_at(sound, medium, arc.start());
+        let known = self.last_in(medium);
+        let known = known.filter(|last| last.x == arc.start());
+        let start = known.map_or_else(|| sound.at(arc.start()), |last| last.amplitude);
         let x = arc.position(theta);
         let amplitude = sound.at(x);
         self.modulation.index += along(sound, [0.0, theta], &[start, amplitude]);
-        self.last = Some(Last {
-            medium,
+        let velocity = arc.velocity(theta);
+        let last = Last {
             x,
-            velocity: arc.velocity(theta),
+            velocity,
             amplitude,
-        });
+        };
+        self.last = Some((medium, last));
     }
 
-    /// The amplitude at a place, which is known where the way has come to.
-    fn amplitude_at(&self, sound: &Modulation, medium: MediumId, x: DVec3) -> SoundAmplitude {
-        let known = self
-            .last
-            .filter(|last| last.medium == medium && last.x == x);
-        known.map_or_else(|| sound.at(x), |last| last.amplitude)
+    /// Where it has come to, if that is in this medium.
+    pub(super) fn last_in(&self, medium: MediumId) -> Option<Last> {
+        let within = self.last.filter(|(of, _)| *of == medium);
+        within.map(|(_, last)| last)
     }
 
     /// Light is scattered where the way has come to, and goes on in a direction.
     pub(crate) fn scatter(&mut self, sound: &SoundInMedia, direction: DVec3) {
-        if let Some(last) = &self.last
-            && let Some(sound) = &sound.0[last.medium]
+        if let Some((medium, last)) = &self.last
+            && let Some(sound) = &sound.0[*medium]
         {
             let turn = last.velocity - last.velocity.length() * direction;
             let [re, im] = sound.displacement(last.x, &last.amplitude);
             self.modulation.displacement += DVec2::new(turn.dot(re), turn.dot(im));
-        }
-    }
-
-    /// Adds what the index does along a part of a connection, which begins or ends where the way has come to, or goes on from there.
-    pub(crate) fn connect(&mut self, sound: &SoundInMedia, part: &RayPart) {
-        let (medium, arc, theta) = (part.medium, &part.arc, part.theta_end);
-        if let Some(sound) = &sound.0[medium] {
-            let ends = [arc.start(), arc.position(theta)];
-            let ends = ends.map(|x| self.amplitude_at(sound, medium, x));
-            self.modulation.index += sound.along(arc, [0.0, theta], &ends);
         }
     }
 }

@@ -2,6 +2,7 @@
 //! (docs/theory.md#tagged-light).
 
 use super::path::{SoundInMedia, TaggedPath};
+use super::sound_along::SoundAlong;
 use super::steps::Step;
 use crate::derivative::FactorRecorder;
 use crate::emitter::EmittedRay;
@@ -22,6 +23,7 @@ pub(crate) struct TaggedRecorder {
     aside: Vec<Step>,
     /// Where the ways of contributions end, in order.
     ends: Vec<WayEnds>,
+    along: SoundAlong,
 }
 
 /// The steps of the trunk and aside that a contribution's way is made of: those aside follow those of the contribution before.
@@ -39,6 +41,7 @@ impl TaggedRecorder {
             trunk: Vec::new(),
             aside: Vec::new(),
             ends: Vec::new(),
+            along: SoundAlong::default(),
         }
     }
 
@@ -52,17 +55,18 @@ impl TaggedRecorder {
 
     /// The amplitudes of the optical lengths of contributions, which are given in the order in which they were made.
     pub(crate) fn modulations(
-        &self,
+        &mut self,
         contributions: impl Iterator<Item = usize>,
     ) -> impl Iterator<Item = DVec2> {
         let (mut trunk, mut known) = (TaggedPath::default(), 0);
         contributions.map(move |i| {
             let end = self.ends[i];
-            trunk.go(&self.sound, &self.parts, &self.trunk[known..end.trunk]);
+            let (sound, parts, along) = (&self.sound, &self.parts, &mut self.along);
+            trunk.go(sound, parts, &self.trunk[known..end.trunk], along);
             known = end.trunk;
             let before = i.checked_sub(1).map_or(0, |before| self.ends[before].aside);
             let mut way = trunk;
-            way.go(&self.sound, &self.parts, &self.aside[before..end.aside]);
+            way.go(sound, parts, &self.aside[before..end.aside], along);
             way.modulation().total()
         })
     }

@@ -1,6 +1,7 @@
 //! Ways of which note is taken, to be followed later.
 
 use super::path::{SoundInMedia, TaggedPath};
+use super::sound_along::SoundAlong;
 use crate::path::RayPart;
 use glam::DVec3;
 
@@ -15,15 +16,49 @@ pub(crate) enum Step {
     Connect(usize),
 }
 
+impl Step {
+    /// The number of its part, if it goes along one.
+    fn part(&self) -> Option<usize> {
+        match self {
+            Step::Fly(i) | Step::Connect(i) => Some(*i),
+            Step::Scatter(_) => None,
+        }
+    }
+}
+
 impl TaggedPath {
-    /// On by steps along parts of rays.
-    pub(crate) fn go(&mut self, sound: &SoundInMedia, parts: &[RayPart], steps: &[Step]) {
-        for step in steps {
-            match *step {
-                Step::Fly(i) => self.fly(sound, &parts[i]),
-                Step::Scatter(direction) => self.scatter(sound, direction),
-                Step::Connect(i) => self.connect(sound, &parts[i]),
+    /// On by steps along parts of rays. All that is asked of the sound within a medium is found at once.
+    pub(crate) fn go(
+        &mut self,
+        sound: &SoundInMedia,
+        parts: &[RayPart],
+        steps: &[Step],
+        along: &mut SoundAlong,
+    ) {
+        let mut rest = steps;
+        while let [first, next @ ..] = rest {
+            let medium = match first {
+                Step::Fly(i) | Step::Connect(i) => parts[*i].medium,
+                Step::Scatter(direction) => {
+                    self.scatter(sound, *direction);
+                    rest = next;
+                    continue;
+                }
+            };
+            let is_beyond = |step: &Step| step.part().is_some_and(|i| parts[i].medium != medium);
+            let count = rest.iter().position(is_beyond).unwrap_or(rest.len());
+            let (within, beyond) = rest.split_at(count);
+            match sound.within(medium) {
+                Some(sound) => {
+                    let start = self.last_in(medium);
+                    let (found, last) = along.follow(sound, start, parts, within);
+                    self.modulation.index += found.index;
+                    self.modulation.displacement += found.displacement;
+                    self.last = last.map(|last| (medium, last));
+                }
+                None => self.last = None,
             }
+            rest = beyond;
         }
     }
 }

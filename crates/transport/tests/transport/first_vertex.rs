@@ -11,7 +11,7 @@ use morgana_transport::emitter::Emitter;
 use morgana_transport::integrator::{Contribution, Integrator, ParticleTracer, PathTracer};
 use morgana_transport::medium::Medium;
 use morgana_transport::path::{
-    Edge, End, FirstVertexTechniques, Sampling, Start, TransportMode, Workspace, trace,
+    Edge, End, FirstVertexTechniques, RayPart, Sampling, Start, TransportMode, Workspace, trace,
 };
 use morgana_transport::render::{RenderOptions, render};
 use morgana_transport::sampling::{Replicates, Sampler};
@@ -254,26 +254,61 @@ fn tracer() -> PathTracer {
 }
 
 fn forced_edge(scene: &Scene, direction: DVec3, seed: u64) -> Edge<'_> {
+    forced_edge_and_parts(scene, direction, seed).0
+}
+
+fn forced_edge_and_parts(scene: &Scene, direction: DVec3, seed: u64) -> (Edge<'_>, Vec<RayPart>) {
     let sampling = Sampling {
         mode: TransportMode::Radiance,
         channel_pdf: Spectrum([0.5, 0.5, 0.0, 0.0]),
         extend: true,
         collides: true,
         spans: true,
-        parts: false,
+        parts: true,
         forced: true,
         differentials: true,
         splitting: false,
     };
     let mut ws = Workspace::new(scene.tolerance());
     let start = Start::point(DVec3::new(0.1, 0.2, 3.0), direction, 0);
-    trace(
-        scene,
-        start,
-        sampling,
-        &mut Sampler::new(seed, 0, 0),
-        &mut ws,
-    )
+    let mut sampler = Sampler::new(seed, 0, 0);
+    let edge = trace(scene, start, sampling, &mut sampler, &mut ws);
+    (edge, ws.edge_parts)
+}
+
+/// The parts of an edge end where it does, whether its collision is forced, natural, or it leaves the scene.
+#[test]
+fn parts_are_those_up_to_the_end() {
+    let scenes = [nested(), bending()];
+    let [mut collided, mut left] = [0; 2];
+    for (scene, seed) in scenes
+        .iter()
+        .flat_map(|s| (0..100).map(move |seed| (s, seed)))
+    {
+        let across = if seed % 10 == 0 { 1.0 } else { 0.2 };
+        let direction = DVec3::new(across, 0.1, -1.0).normalize();
+        let (edge, parts) = forced_edge_and_parts(scene, direction, seed);
+        let length: f64 = parts.iter().map(|p| p.arc.arc_length(p.theta_end)).sum();
+        let same = parts.iter().zip(&edge.spans);
+        assert!(
+            same.clone()
+                .all(|(p, s)| p.medium == s.medium && p.arc == s.arc)
+        );
+        assert!(same.rev().skip(1).all(|(p, s)| p.theta_end == s.theta_end));
+        let last = parts.last().unwrap();
+        match &edge.end {
+            End::Collision(point) => {
+                let x = last.arc.position(last.theta_end);
+                assert!((x - point.x).length() < 1e-8 && (length - point.length).abs() < 1e-8);
+                collided += 1;
+            }
+            _ => {
+                assert_eq!(parts.len(), edge.spans.len());
+                left += 1;
+            }
+        }
+    }
+    assert!(collided > 0 && left > 0);
 }
 
 /// Depths at collisions are distributed as their densities say: (1 − e⁻ᵈ)/(1 − e⁻ᴰ) for each channel. The places belong to

@@ -33,7 +33,7 @@ pub struct Sampling {
     pub collides: bool,
     /// Whether its spans are kept: see [`Edge::spans`].
     pub spans: bool,
-    /// Whether its arcs up to its end are kept in the workspace, until the next edge is sampled.
+    /// Whether its arcs up to its end are kept in [the workspace](Workspace::edge_parts), until the next edge is sampled.
     pub parts: bool,
     /// Whether it collides for certain where it would leave the scene, if there is anything to collide with: see
     /// [`Edge::forcing`]. Only if it is extended.
@@ -93,7 +93,7 @@ pub(crate) fn trace_to<'a>(
     ws: &mut Workspace,
 ) -> Edge<'a> {
     ws.stats.edges += 1;
-    ws.edge.clear();
+    ws.edge_parts.clear();
     let mut edge = Edge::new(start);
     let mut walk = Walk::new(scene, &mut edge, sampling, target, sampler);
     while walk.region(ws).is_continue() {}
@@ -352,7 +352,7 @@ impl<'a, 'b> Walk<'a, 'b> {
             self.edge.length = length_before + up_to;
             self.lengthen(optical_up_to);
             if self.sampling.parts {
-                ws.edge.push(RayPart {
+                ws.edge_parts.push(RayPart {
                     arc,
                     theta_end: theta.unwrap_or(theta_end),
                     medium: self.ray.medium,
@@ -464,8 +464,8 @@ impl<'a, 'b> Walk<'a, 'b> {
             if let (Some(span), End::Collision(point), true) =
                 (span, &self.edge.end, self.sampling.parts)
             {
-                ws.edge.truncate(span + 1);
-                ws.edge[span].theta_end = point.theta;
+                ws.edge_parts.truncate(span + 1);
+                ws.edge_parts[span].theta_end = point.theta;
             }
         }
     }
