@@ -91,13 +91,17 @@ impl Sidebands {
     /// The shares of all parts in light whose optical length has an amplitude; NaN if it is not known.
     pub(crate) fn shares(&self, modulation: DVec2) -> SmallVec<[f64; 8]> {
         let square = self.wave_number * self.wave_number * modulation.length_squared();
-        let (of_slow, orders) = (
-            (square <= SLOW).then(|| slow_squares(square)),
-            self.orders as usize,
-        );
-        if let (Some(of_slow), 0..ORDERS, 0) = (of_slow, orders, self.delays) {
-            return SmallVec::from_slice(&of_slow[..=orders]);
+        let orders = self.orders as usize;
+        match (orders, self.delays) {
+            (1, 0) if square <= SLOW => {
+                return SmallVec::from_slice(&slow_squares::<2>(square));
+            }
+            (0..ORDERS, 0) if square <= SLOW => {
+                return SmallVec::from_slice(&slow_squares::<ORDERS>(square)[..=orders]);
+            }
+            _ => {}
         }
+        let of_slow = (square <= SLOW).then(|| slow_squares::<ORDERS>(square));
         let phase = square.sqrt();
         let of_order = |order: usize| match (order, of_slow) {
             (0..ORDERS, Some(squares)) => squares[order],
@@ -140,13 +144,13 @@ const SERIES: [[f64; ORDERS]; TERMS] = {
 };
 
 /// J_m(x)² of the first orders from x² up to [`SLOW`], to rounding, without roots and divisions.
-fn slow_squares(square: f64) -> [f64; ORDERS] {
+fn slow_squares<const N: usize>(square: f64) -> [f64; N] {
     let z = 0.25 * square;
     let z2 = z * z;
     // Even and odd powers have sums of their own, which do not wait for each other.
-    let (mut even, mut odd) = ([0.0; ORDERS], [0.0; ORDERS]);
+    let (mut even, mut odd) = ([0.0; N], [0.0; N]);
     for [of_even, of_odd] in SERIES.as_chunks().0.iter().rev() {
-        for m in 0..ORDERS {
+        for m in 0..N {
             even[m] = even[m] * z2 + of_even[m];
             odd[m] = odd[m] * z2 + of_odd[m];
         }

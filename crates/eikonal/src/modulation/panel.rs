@@ -86,19 +86,22 @@ impl Panel {
     /// By the polynomials of its rule.
     pub(super) fn tabulated(&self, before: DVec2, arc: &Arc) -> ModulationPanel {
         let ([start, end], width) = (&self.ends, self.width());
+        let [first, second, _] = self.inner;
         let known = [
             start.value,
             start.slope * width,
             end.value,
             end.slope * width,
+            first,
+            second,
         ];
-        let inner = &self.inner[..self.rule.inner_count];
         // ∫ n̂ ds = ½ ∫ m dσ.
         let scale = 0.5 * arc.h() * width;
         let mut coefficients = [DVec2::ZERO; COEFFICIENTS];
-        for (value, powers) in known.iter().chain(inner).zip(&self.rule.within) {
+        for (value, powers) in known.iter().zip(&self.rule.within) {
+            let value = *value * scale;
             for (coefficient, power) in coefficients.iter_mut().zip(powers) {
-                *coefficient += *value * (*power * scale);
+                *coefficient += value * *power;
             }
         }
         ModulationPanel {

@@ -10,7 +10,7 @@ use super::voxel_scores::{VoxelScore, voxels_suffice};
 use super::{FluenceMeter, Meter};
 use crate::Spectrum;
 use crate::path::{
-    End, FreeFlightEvent, Observer, RayPart, Span, VoxelFlight, WalkEvent, WalkRay, Workspace,
+    End, FreeFlightEvent, Observer, Span, VoxelFlight, WalkEvent, WalkRay, Workspace,
 };
 use crate::sampling::Sampler;
 use crate::scene::{MediumId, VoxelVolume};
@@ -62,11 +62,7 @@ impl Observer for Recorder<'_, '_> {
         }
         for leg in free_legs(event) {
             if let Some(tagging) = &mut self.tagging {
-                tagging.follow(RayPart {
-                    arc: leg.arc(),
-                    theta_end: 1.0,
-                    medium: event.ray.start.medium,
-                });
+                tagging.follow(event.ray.start.medium, &leg.arc(), 1.0);
             }
             self.each_fluence(|meter, scoring| meter.fly_freely(&leg, scoring));
         }

@@ -3,8 +3,10 @@
 use super::flight::Flight;
 use super::{Estimator, Meter};
 use crate::path::RayPart;
+use crate::scene::MediumId;
 use crate::tagging::{PathModulation, SoundAlong, SoundInMedia, Step, TaggedPath};
 use eikonal::ModulationPanel;
+use eikonal::ray::Arc;
 use glam::{DVec2, DVec3};
 
 /// Steps of a way of which note is taken at most, lest memory grow with it.
@@ -128,25 +130,25 @@ impl Tagging {
 
     /// The particle flies.
     pub(super) fn fly(&mut self, flight: &Flight) {
-        self.follow(RayPart {
-            arc: flight.span.arc,
-            theta_end: flight.theta_end,
-            medium: flight.span.medium,
-        });
+        self.follow(flight.span.medium, &flight.span.arc, flight.theta_end);
     }
 
-    /// The particle flies along a part of a ray.
-    pub(super) fn follow(&mut self, part: RayPart) {
+    /// The particle flies along an arc up to θ.
+    pub(super) fn follow(&mut self, medium: MediumId, arc: &Arc, theta_end: f64) {
         match self.asked {
             Asked::OnArrival => {
                 self.step(Step::Fly);
-                self.parts.push(part);
+                self.parts.push(RayPart {
+                    arc: *arc,
+                    theta_end,
+                    medium,
+                });
             }
-            Asked::AtEnds => self.current.fly(&self.sound, &part),
+            Asked::AtEnds => self.current.fly(&self.sound, medium, arc, theta_end),
             Asked::Along => {
                 let (sound, path) = (&self.sound, &mut self.current);
                 self.before = path.modulation().total();
-                path.fly_tabulated(sound, &part, &mut self.panels);
+                path.fly_tabulated(sound, medium, arc, theta_end, &mut self.panels);
             }
         }
     }

@@ -1,10 +1,10 @@
 //! What sound does to the optical length of a way, to first order: it changes the index along it, and moves what scatters light
 //! (docs/theory.md#tagged-light).
 
-use crate::path::RayPart;
 use crate::scene::{MediumId, Scene};
 use eikonal::ModulationPanel;
 use eikonal::field::{Modulation, SoundAmplitude};
+use eikonal::ray::Arc;
 use glam::{DVec2, DVec3};
 
 /// The amplitudes of the optical length of a way, as complex numbers: it changes by the real part of amplitude times e^{iωt}.
@@ -67,10 +67,10 @@ impl TaggedPath {
         self.modulation
     }
 
-    /// On along a part of a ray.
-    pub(crate) fn fly(&mut self, sound: &SoundInMedia, part: &RayPart) {
-        self.advance(sound, part, |sound, range, ends| {
-            sound.along(&part.arc, range, ends)
+    /// On along an arc up to θ.
+    pub(crate) fn fly(&mut self, sound: &SoundInMedia, medium: MediumId, arc: &Arc, theta: f64) {
+        self.advance(sound, medium, arc, theta, |sound, ends| {
+            sound.along(arc, [0.0, theta], ends)
         });
     }
 
@@ -78,23 +78,26 @@ impl TaggedPath {
     pub(crate) fn fly_tabulated(
         &mut self,
         sound: &SoundInMedia,
-        part: &RayPart,
+        medium: MediumId,
+        arc: &Arc,
+        theta: f64,
         panels: &mut Vec<ModulationPanel>,
     ) {
         panels.clear();
-        self.advance(sound, part, |sound, range, ends| {
-            sound.tabulate(&part.arc, range, ends, |panel| panels.push(panel))
+        self.advance(sound, medium, arc, theta, |sound, ends| {
+            sound.tabulate(arc, [0.0, theta], ends, |panel| panels.push(panel))
         });
     }
 
-    /// On along a part of a ray, whose modulation is found given the amplitudes at its ends.
+    /// On along an arc up to θ, whose modulation is found given the amplitudes at its ends.
     fn advance(
         &mut self,
         sound: &SoundInMedia,
-        part: &RayPart,
-        along: impl FnOnce(&Modulation, [f64; 2], &[SoundAmplitude; 2]) -> DVec2,
+        medium: MediumId,
+        arc: &Arc,
+        theta: f64,
+        along: impl FnOnce(&Modulation, &[SoundAmplitude; 2]) -> DVec2,
     ) {
-        let (medium, arc, theta) = (part.medium, &part.arc, part.theta_end);
         let Some(sound) = &sound.0[medium] else {
             self.last = None;
             return;
@@ -104,7 +107,7 @@ impl TaggedPath {
         let start = known.map_or_else(|| sound.at(arc.start()), |last| last.amplitude);
         let x = arc.position(theta);
         let amplitude = sound.at(x);
-        self.modulation.index += along(sound, [0.0, theta], &[start, amplitude]);
+        self.modulation.index += along(sound, &[start, amplitude]);
         let velocity = arc.velocity(theta);
         let last = Last {
             x,
