@@ -5,7 +5,27 @@ use std::ops::Range;
 
 /// Numbers of samples: ranges that neither overlap nor touch, in ascending order.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<Range<u64>>")]
 pub struct Ranges(Vec<Range<u64>>);
+
+/// Why ranges of a file are none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("ranges of samples are empty, overlap, or are not in order")]
+pub struct UnsoundRanges;
+
+impl TryFrom<Vec<Range<u64>>> for Ranges {
+    type Error = UnsoundRanges;
+
+    fn try_from(ranges: Vec<Range<u64>>) -> Result<Self, UnsoundRanges> {
+        let filled = ranges.iter().all(|r| r.start < r.end);
+        let apart = ranges.windows(2).all(|pair| pair[0].end < pair[1].start);
+        if filled && apart {
+            Ok(Ranges(ranges))
+        } else {
+            Err(UnsoundRanges)
+        }
+    }
+}
 
 impl Ranges {
     /// How many numbers there are.
@@ -54,12 +74,6 @@ impl Ranges {
         gaps.retain(|gap| !gap.is_empty());
         gaps
     }
-
-    /// Whether ranges are in order, as they are unless they come from a file that lies.
-    pub(super) fn are_sound(&self) -> bool {
-        let filled = self.0.iter().all(|r| r.start < r.end);
-        filled && self.0.windows(2).all(|pair| pair[0].end < pair[1].start)
-    }
 }
 
 #[cfg(test)]
@@ -84,7 +98,7 @@ mod tests {
                         .iter()
                         .any(|&(a, b)| (a..b).contains(&i))
                 };
-                assert!(ranges.are_sound(), "{ranges:?}");
+                assert_eq!(Ranges::try_from(ranges.0.clone()), Ok(ranges.clone()));
                 let listed: Vec<u64> = ranges.iter().flatten().collect();
                 assert_eq!(listed, (0..10).filter(|i| has(*i)).collect::<Vec<_>>());
                 assert_eq!(ranges.count(), listed.len() as u64);
@@ -92,6 +106,21 @@ mod tests {
                 assert_eq!(gaps, (2..8).filter(|i| !has(*i)).collect::<Vec<_>>());
             }
         }
+    }
+
+    /// A file that lies has none of these.
+    #[test]
+    fn ranges_are_in_order() {
+        for text in [
+            r#"[{"start": 2, "end": 1}]"#,
+            r#"[{"start": 2, "end": 2}]"#,
+            r#"[{"start": 2, "end": 4}, {"start": 4, "end": 6}]"#,
+            r#"[{"start": 5, "end": 6}, {"start": 0, "end": 1}]"#,
+        ] {
+            assert!(serde_json::from_str::<Ranges>(text).is_err(), "{text}");
+        }
+        let text = serde_json::to_string(&of(&[(0, 4), (8, 12)])).unwrap();
+        assert_eq!(serde_json::from_str::<Ranges>(&text).unwrap().count(), 8);
     }
 
     #[test]

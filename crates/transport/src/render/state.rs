@@ -117,11 +117,10 @@ impl State {
             0 => [0, scenes.len()].contains(&self.prepared.len()),
             _ => self.prepared.len() == scenes.len(),
         };
-        let sound = self.done.are_sound() && prepared;
         let watched = self.watch.as_ref().map(Watch::target) == options.target;
         let pixels = self.film.width() * self.film.height();
         let allotted = self.allocation.fits(&blank.allocation, pixels);
-        sound && watched && allotted && self.is_like(&blank)
+        prepared && watched && allotted && self.is_like(&blank)
     }
 
     fn is_like(&self, other: &State) -> bool {

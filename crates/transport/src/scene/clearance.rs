@@ -72,14 +72,25 @@ impl Clearance {
     }
 }
 
+/// The side of cells of which a box of an extent holds about [`CELLS`], if that is a number. Along axes where it is thinner than a cell it has one.
+fn side(extent: DVec3) -> Option<f64> {
+    let mut axes = extent.to_array();
+    axes.sort_unstable_by(|a, b| b.total_cmp(a));
+    let of_axes = |count: usize| {
+        let product: f64 = axes[..count].iter().product();
+        (product / CELLS).powf(1.0 / count as f64)
+    };
+    let thick = [3, 2]
+        .into_iter()
+        .find(|count| of_axes(*count) <= axes[count - 1]);
+    Some(of_axes(thick.unwrap_or(1))).filter(|side| side.is_normal())
+}
+
 impl ClearLayers {
     /// Over a box; `None` if it is empty or infinite.
     fn of(objects: &[&Object], within: &Aabb) -> Option<Self> {
         let extent = within.max - within.min;
-        let side = (extent.element_product() / CELLS).cbrt();
-        if !(side.is_finite() && extent.min_element() > 0.0) {
-            return None;
-        }
+        let side = side(extent).filter(|_| extent.min_element() > 0.0)?;
         let size = (extent / side)
             .to_array()
             .map(|n| n.ceil().max(1.0) as usize);
@@ -180,6 +191,35 @@ mod tests {
             emitter: None,
         };
         vec![object(mesh.into()), object(sphere.into())]
+    }
+
+    /// Thin boxes have about as many cells as others; those that are flat, or without end, have none.
+    #[test]
+    fn cells_are_as_many_in_every_box() {
+        let objects = objects();
+        let objects: Vec<&Object> = objects.iter().collect();
+        let layers = |extent: DVec3| ClearLayers::of(&objects, &Aabb::new(DVec3::ZERO, extent));
+        for extent in [
+            DVec3::new(3.0, 4.0, 5.0),
+            DVec3::new(1e3, 1e3, 1e-9),
+            DVec3::new(1e-12, 7.0, 1e-9),
+            DVec3::new(1e-3, 1e8, 2.0),
+            DVec3::new(1e60, 1e90, 1e80),
+        ] {
+            let cells = layers(extent).unwrap().layers.len() as f64;
+            assert!(
+                (0.9 * CELLS..8.0 * CELLS).contains(&cells),
+                "{extent}: {cells}"
+            );
+        }
+        for extent in [
+            DVec3::new(1.0, 1.0, 0.0),
+            DVec3::new(1.0, 1.0, f64::INFINITY),
+            DVec3::splat(1e-200),
+            DVec3::NAN,
+        ] {
+            assert!(layers(extent).is_none(), "{extent}");
+        }
     }
 
     #[test]
