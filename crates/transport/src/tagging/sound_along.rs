@@ -50,14 +50,14 @@ struct Here {
 }
 
 impl SoundAlong {
-    /// What the sound does along steps, given where the way has come to in its medium if it has been there, and where it comes to.
+    /// Finds the sound along steps, given where the way has come to in its medium if it has been there. Returns where it comes to.
     pub(super) fn follow(
         &mut self,
         sound: &Modulation,
         start: Option<Last>,
         parts: &[RayPart],
         steps: &[Step],
-    ) -> (PathModulation, Option<Last>) {
+    ) -> Option<Last> {
         let here = self.ask(sound, start, parts, steps);
         let unknown = &self.places[self.amplitudes.len()..];
         self.amplitudes.extend(unknown.iter().map(|x| sound.at(*x)));
@@ -66,12 +66,11 @@ impl SoundAlong {
         for (number, x) in &self.inner {
             values[*number] = sound.value(*x);
         }
-        let last = here.map(|here| Last {
+        here.map(|here| Last {
             x: self.places[here.place],
             velocity: here.velocity,
             amplitude: self.amplitudes[here.place],
-        });
-        (self.sum(sound, parts), last)
+        })
     }
 
     /// Takes note of where the sound is wanted along steps. Returns where they lead.
@@ -155,13 +154,18 @@ impl SoundAlong {
         }
     }
 
-    fn sum(&self, sound: &Modulation, parts: &[RayPart]) -> PathModulation {
-        let mut found = PathModulation::default();
+    /// Adds what the sound does along the steps that were followed last, one by one: the sum has the same bits however many are followed at once.
+    pub(super) fn add_to(
+        &self,
+        modulation: &mut PathModulation,
+        sound: &Modulation,
+        parts: &[RayPart],
+    ) {
         for (asked, values) in self.parts.iter().zip(&self.values) {
             let part = &parts[asked.part];
             let (arc, range) = (&part.arc, [0.0, part.theta_end]);
             let ends = asked.ends.map(|place| &self.amplitudes[place]);
-            found.index += match asked.quadrature {
+            modulation.index += match asked.quadrature {
                 Some(by) => sound.along_by(by, arc, range, ends, values),
                 None => sound.along(arc, range, &ends.map(|end| *end)),
             };
@@ -169,8 +173,7 @@ impl SoundAlong {
         for turn in &self.turns {
             let amplitude = &self.amplitudes[turn.place];
             let [re, im] = sound.displacement(self.places[turn.place], amplitude);
-            found.displacement += DVec2::new(turn.change.dot(re), turn.change.dot(im));
+            modulation.displacement += DVec2::new(turn.change.dot(re), turn.change.dot(im));
         }
-        found
     }
 }

@@ -51,9 +51,8 @@ impl TaggedPath {
             match sound.within(medium) {
                 Some(sound) => {
                     let start = self.last_in(medium);
-                    let (found, last) = along.follow(sound, start, parts, within);
-                    self.modulation.index += found.index;
-                    self.modulation.displacement += found.displacement;
+                    let last = along.follow(sound, start, parts, within);
+                    along.add_to(&mut self.modulation, sound, parts);
                     self.last = last.map(|last| (medium, last));
                 }
                 None => self.last = None,
