@@ -1244,9 +1244,9 @@ PLANTED = [
     ),
     (
         "scatterers moved against the light's direction",
-        TRANSPORT + "tagging/path.rs",
-        "let turn = last.velocity - last.velocity.length() * direction;",
-        "let turn = last.velocity + last.velocity.length() * direction;",
+        TRANSPORT + "tagging/sound_along.rs",
+        "change: here.velocity - here.velocity.length() * direction,",
+        "change: here.velocity + here.velocity.length() * direction,",
         ("morgana-transport", "transport", "meters::tagged::modulations_are_those_of_optical_lengths_at_instants"),
     ),
     (
@@ -1258,10 +1258,24 @@ PLANTED = [
     ),
     (
         "displacement of scatterers without the index",
-        TRANSPORT + "tagging/path.rs",
-        "velocity: arc.velocity(theta),",
-        "velocity: arc.velocity(theta).normalize(),",
+        TRANSPORT + "tagging/sound_along.rs",
+        "let velocity = parts[part].arc.velocity(parts[part].theta_end);",
+        "let velocity = parts[part].arc.velocity(parts[part].theta_end).normalize();",
         ("morgana-transport", "transport", "meters::tagged::correlations_are_those_of_frozen_instants"),
+    ),
+    (
+        "values of the sound along the last part of a way alone",
+        TRANSPORT + "tagging/sound_along.rs",
+        "MOST_PLACES * self.parts.len());",
+        "0 * self.parts.len());",
+        ("morgana-transport", "transport", "meters::sidebands::records_do_not_depend_on_what_else_is_asked"),
+    ),
+    (
+        "parts of edges beyond collisions that are forced",
+        TRANSPORT + "path/walk/trace.rs",
+        "ws.edge_parts.truncate(span + 1);",
+        "",
+        ("morgana-transport", "transport", "first_vertex::parts_are_those_up_to_the_end"),
     ),
     (
         "phases of tagged paths from the sensor without those of connections",
@@ -1322,8 +1336,8 @@ PLANTED = [
     (
         "sidebands as amplitudes, not powers",
         TRANSPORT + "sidebands.rs",
-        "[zeroth * zeroth, z * first * first]",
-        "[zeroth.abs(), z.sqrt() * first.abs()]",
+        "let of_order = power * (sum * sum);",
+        "let of_order = power.sqrt() * sum.abs();",
         ("morgana-transport", "lib", "sidebands::tests::shares_are_squares_of_bessel_functions"),
     ),
     (

@@ -3,6 +3,7 @@
 //! Theory: docs/theory.md#tagged-light.
 
 mod check;
+mod follow;
 mod path;
 mod recorder;
 mod representatives;
