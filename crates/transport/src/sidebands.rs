@@ -89,17 +89,21 @@ impl Sidebands {
     }
 
     /// The shares of all parts in light whose optical length has an amplitude; NaN if it is not known.
+    #[inline]
     pub(crate) fn shares(&self, modulation: DVec2) -> SmallVec<[f64; 8]> {
         let square = self.wave_number * self.wave_number * modulation.length_squared();
+        if (self.orders, self.delays) == (1, 0) && square <= SLOW {
+            SmallVec::from_slice(&slow_squares::<2>(square))
+        } else {
+            self.all_shares(square)
+        }
+    }
+
+    /// The same for any orders and delays, given the square of the phase.
+    fn all_shares(&self, square: f64) -> SmallVec<[f64; 8]> {
         let orders = self.orders as usize;
-        match (orders, self.delays) {
-            (1, 0) if square <= SLOW => {
-                return SmallVec::from_slice(&slow_squares::<2>(square));
-            }
-            (0..ORDERS, 0) if square <= SLOW => {
-                return SmallVec::from_slice(&slow_squares::<ORDERS>(square)[..=orders]);
-            }
-            _ => {}
+        if orders < ORDERS && self.delays == 0 && square <= SLOW {
+            return SmallVec::from_slice(&slow_squares::<ORDERS>(square)[..=orders]);
         }
         let of_slow = (square <= SLOW).then(|| slow_squares::<ORDERS>(square));
         let phase = square.sqrt();
@@ -144,6 +148,7 @@ const SERIES: [[f64; ORDERS]; TERMS] = {
 };
 
 /// J_m(x)² of the first orders from x² up to [`SLOW`], to rounding, without roots and divisions.
+#[inline]
 fn slow_squares<const N: usize>(square: f64) -> [f64; N] {
     let z = 0.25 * square;
     let z2 = z * z;

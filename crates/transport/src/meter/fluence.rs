@@ -189,8 +189,7 @@ impl FluenceMeter {
             let fluence = free.power * piece.length();
             self.score(cell, [fluence, fluence * matter.absorption], slots);
             if let Some(tagging) = tagged {
-                let [from, to] = piece.theta;
-                let theta = from + (to - from) * sampler.next_1d();
+                let theta = piece.place_on_line(sampler);
                 self.score_parts(cell, fluence, tagging.until(theta), slots);
             }
         };
@@ -361,8 +360,17 @@ impl Piece {
 
     /// The θ of a place drawn at random, evenly in arc length.
     fn place(&self, arc: &Arc, sampler: &mut Sampler) -> f64 {
+        if arc.is_straight() {
+            return self.place_on_line(sampler);
+        }
         let s = self.lengths[0] + self.length() * sampler.next_1d();
         arc.theta_between(self.theta, self.lengths, s)
+    }
+
+    /// The same on a straight line.
+    fn place_on_line(&self, sampler: &mut Sampler) -> f64 {
+        let [from, to] = self.theta;
+        from + (to - from) * sampler.next_1d()
     }
 
     /// Such a place on a flight, and an unbiased estimate of ∫ power ds along the piece that is made there.
