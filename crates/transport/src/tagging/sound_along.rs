@@ -1,5 +1,7 @@
 //! The sound along steps of a way within one medium. First all places are found where it is wanted, then all amplitudes, then the sums:
 //! the processor works on several places at a time.
+//!
+//! Theory: docs/theory.md#tagged-light.
 
 use super::path::{Last, PathModulation};
 use super::steps::Step;
