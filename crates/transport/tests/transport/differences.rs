@@ -4,10 +4,14 @@
 //! It is judged by the z of a normal distribution that is as rare: at |z| < 4 a comparison fails with a probability of 6.3e-5 although the
 //! code is right.
 
+use eikonal::field::Placement;
+use glam::{DAffine3, DVec3};
 use morgana_transport::Scene;
 use morgana_transport::render::{Handle, RenderOptions, State};
 use morgana_transport::renderer::Renderer;
+use morgana_transport::volume::{GridFilter, GridSamples, VolumeGrid, VolumeTexture};
 use std::ops::ControlFlow;
+use std::sync::Arc;
 use testkit::batches::{self, welch_z};
 
 /// As many as derivatives are made of.
@@ -86,4 +90,19 @@ impl Comparisons {
     pub fn check(self) {
         assert!(self.wrong.is_empty(), "{:#?}", self.wrong);
     }
+}
+
+/// Voxels of two channels around a ball of radius 1, with a value for each number in the order of memory.
+pub fn voxels(value: impl Fn(usize) -> f32) -> VolumeTexture {
+    const SIZE: usize = 5;
+    let samples = GridSamples {
+        size: [SIZE; 3],
+        channels: 2,
+        data: (0..2 * SIZE.pow(3)).map(value).collect(),
+    };
+    let place =
+        DAffine3::from_scale(DVec3::splat(2.2)) * DAffine3::from_translation(DVec3::splat(-0.5));
+    let filter = GridFilter::Trilinear;
+    let grid = VolumeGrid::new(samples, place, Placement::Centers, filter, [0.0, 10.0]);
+    VolumeTexture::Grid(Arc::new(grid.unwrap()))
 }

@@ -5,10 +5,10 @@
 //! light itself; and in two layers by bounces: 40 comparisons. If seeds changed, it would fail with a probability below 2.6e-3 although the
 //! code is right. Derivatives are found to a few per cent of their largest.
 
-use crate::differences::Comparisons;
+use crate::differences::{self, Comparisons};
 use eikonal::Field;
-use eikonal::field::{Gaussian, Placement};
-use glam::{DAffine3, DMat3, DVec3};
+use eikonal::field::Gaussian;
+use glam::{DMat3, DVec3};
 use morgana_transport::bsdf::{Bsdf, Dielectric, fresnel};
 use morgana_transport::emitter::{Emitter, Environment};
 use morgana_transport::film::Decomposition;
@@ -18,9 +18,8 @@ use morgana_transport::render::{Handle, IndexDerivativeOptions, index_derivative
 use morgana_transport::scene::Object;
 use morgana_transport::sensor::Camera;
 use morgana_transport::shape::Sphere;
-use morgana_transport::volume::{GridFilter, GridSamples, VolumeGrid, VolumeTexture};
+use morgana_transport::volume::VolumeTexture;
 use morgana_transport::{Orientation, Scene, Spectrum};
-use std::sync::Arc;
 
 const SAMPLES: u64 = 1 << 15;
 const WEIGHTS: [f64; 2] = [1.0, -0.4];
@@ -30,7 +29,6 @@ const CENTER: DVec3 = DVec3::new(0.15, -0.1, 0.05);
 /// Light of no, one and two bounces, and that of more.
 const LAYERS: usize = 4;
 /// Samples of the extinction along each axis.
-const VOXELS: usize = 5;
 /// Span of σ of a step of the tree.
 const STEP: f64 = 1e-3;
 /// Rays of the tree that bring less are left out.
@@ -49,17 +47,7 @@ struct Setup {
 
 /// Samples around the ball, of which about a quarter are empty.
 fn voxels() -> VolumeTexture {
-    let value = |i: usize| (3.0 * (i * 53 % 31) as f64 / 30.0 - 0.8).max(0.0) as f32;
-    let samples = GridSamples {
-        size: [VOXELS; 3],
-        channels: 2,
-        data: (0..2 * VOXELS.pow(3)).map(value).collect(),
-    };
-    let place =
-        DAffine3::from_scale(DVec3::splat(2.2)) * DAffine3::from_translation(DVec3::splat(-0.5));
-    let filter = GridFilter::Trilinear;
-    let grid = VolumeGrid::new(samples, place, Placement::Centers, filter, [0.0, 10.0]);
-    VolumeTexture::Grid(Arc::new(grid.unwrap()))
+    differences::voxels(|i| (3.0 * (i * 53 % 31) as f64 / 30.0 - 0.8).max(0.0) as f32)
 }
 
 fn sky() -> Environment {
