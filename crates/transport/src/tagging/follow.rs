@@ -40,3 +40,120 @@ impl TaggedPath {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::MediumId;
+    use eikonal::Field;
+    use eikonal::field::{Acoustic, AcousticMode, Constant, Modulation};
+    use eikonal::ray::Arc;
+    use glam::{DVec2, DVec3};
+    use testkit::Rng;
+
+    /// Sound of two wavelengths, and a medium without any.
+    fn sounds() -> SoundInMedia {
+        let field = |wave_number| {
+            let mode = AcousticMode::new(1e-5, 1, wave_number, 0.3).unwrap();
+            let field = Acoustic::new(1.33, DVec3::ZERO, DVec3::X, DVec3::Z, vec![mode]);
+            Field::from(field.unwrap().with_elasto_optic(0.32).unwrap())
+        };
+        let fields = [field(9.0), Constant::new(1.2).into(), field(4.0)];
+        SoundInMedia(fields.iter().map(Modulation::of).collect())
+    }
+
+    /// From a place on, straight or curved, within a medium: short and long.
+    fn part(rng: &mut Rng, start: DVec3, medium: MediumId) -> RayPart {
+        let v = 1.3 * DVec3::from_array(rng.direction());
+        let h = 1.5 * rng.next_1d().powi(2);
+        let arc = if rng.next_1d() < 0.5 {
+            Arc::line(start, v, h)
+        } else {
+            let bend = 0.2 * DVec3::from_array(rng.direction());
+            let end = start + v * h + bend * (0.5 * h * h);
+            Arc::hermite([start, v, bend], [end, v + bend * h, bend], h)
+        };
+        RayPart {
+            arc,
+            theta_end: 0.2 + 0.8 * rng.next_1d(),
+            medium,
+        }
+    }
+
+    /// Through several media, with scattering here and there, and a connection of two parts in the end, of which the first is followed backwards.
+    fn way(rng: &mut Rng) -> (Vec<RayPart>, Vec<Step>) {
+        let (mut x, mut medium) = (DVec3::ZERO, 0);
+        let (mut parts, mut steps) = (Vec::new(), Vec::new());
+        for _ in 0..12 {
+            if rng.next_1d() < 0.3 {
+                medium = (3.0 * rng.next_1d()) as usize;
+            }
+            let flown = part(rng, x, medium);
+            x = flown.arc.position(flown.theta_end);
+            steps.push(Step::Fly(parts.len()));
+            parts.push(flown);
+            if rng.next_1d() < 0.7 {
+                steps.push(Step::Scatter(DVec3::from_array(rng.direction())));
+            }
+        }
+        let first = part(rng, x, medium);
+        let beyond = part(rng, first.arc.end(), (medium + 2) % 3);
+        let back = RayPart {
+            arc: first.arc.reversed(),
+            theta_end: 1.0,
+            medium,
+        };
+        steps.extend([parts.len(), parts.len() + 1].map(Step::Connect));
+        parts.extend([back, beyond]);
+        (parts, steps)
+    }
+
+    /// One by one.
+    fn expected(sounds: &SoundInMedia, parts: &[RayPart], steps: &[Step]) -> TaggedPath {
+        let mut path = TaggedPath::default();
+        for step in steps {
+            match *step {
+                Step::Fly(i) => {
+                    let RayPart {
+                        arc,
+                        theta_end,
+                        medium,
+                    } = &parts[i];
+                    path.fly(sounds, *medium, arc, *theta_end);
+                }
+                Step::Scatter(direction) => path.scatter(sounds, direction),
+                Step::Connect(i) => {
+                    let RayPart {
+                        arc,
+                        theta_end,
+                        medium,
+                    } = &parts[i];
+                    let Some(sound) = sounds.within(*medium) else {
+                        continue;
+                    };
+                    let ends = [0.0, *theta_end].map(|theta| sound.at(arc.position(theta)));
+                    path.modulation.index += sound.along(arc, [0.0, *theta_end], &ends);
+                }
+            }
+        }
+        path
+    }
+
+    /// Ways have the same bits however many of their steps are followed at once.
+    #[test]
+    fn steps_add_up_however_many_are_followed_at_once() {
+        let (sounds, mut rng) = (sounds(), Rng::new(5));
+        let mut along = SoundAlong::default();
+        for _ in 0..200 {
+            let (parts, steps) = way(&mut rng);
+            let expected = expected(&sounds, &parts, &steps).modulation();
+            assert!(expected.index != DVec2::ZERO && expected.displacement.is_finite());
+            let cut = (steps.len() as f64 * rng.next_1d()) as usize;
+            let mut path = TaggedPath::default();
+            for steps in [&steps[..cut], &steps[cut..]] {
+                path.go(&sounds, &parts, steps, &mut along);
+            }
+            assert_eq!(path.modulation(), expected);
+        }
+    }
+}

@@ -25,7 +25,7 @@ impl PathModulation {
 
 /// The sound in the media of a scene.
 #[derive(Clone, Debug)]
-pub(crate) struct SoundInMedia(std::sync::Arc<[Option<Modulation>]>);
+pub(crate) struct SoundInMedia(pub(super) std::sync::Arc<[Option<Modulation>]>);
 
 impl SoundInMedia {
     pub(crate) fn of(scene: &Scene) -> Self {
