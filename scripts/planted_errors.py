@@ -1244,9 +1244,9 @@ PLANTED = [
     ),
     (
         "scatterers moved against the light's direction",
-        TRANSPORT + "tagging/sound_along.rs",
-        "change: here.velocity - here.velocity.length() * direction,",
-        "change: here.velocity + here.velocity.length() * direction,",
+        TRANSPORT + "tagging/path.rs",
+        "velocity - velocity.length() * direction",
+        "velocity + velocity.length() * direction",
         ("morgana-transport", "transport", "meters::tagged::modulations_are_those_of_optical_lengths_at_instants"),
     ),
     (
@@ -1264,11 +1264,18 @@ PLANTED = [
         ("morgana-transport", "transport", "meters::tagged::correlations_are_those_of_frozen_instants"),
     ),
     (
-        "values of the sound along the last part of a way alone",
+        "values of the sound along all parts of a way given to the first",
         TRANSPORT + "tagging/sound_along.rs",
         "MOST_PLACES * self.parts.len());",
         "0 * self.parts.len());",
         ("morgana-transport", "transport", "meters::sidebands::records_do_not_depend_on_what_else_is_asked"),
+    ),
+    (
+        "the sound of one medium in all that have any",
+        TRANSPORT + "tagging/follow.rs",
+        "parts[i].medium != medium);",
+        "sound.is_in(parts[i].medium) != sound.is_in(medium));",
+        ("morgana-transport", "lib", "tagging::follow::tests::steps_add_up_however_many_are_followed_at_once"),
     ),
     (
         "parts of edges beyond collisions that are forced",

@@ -78,8 +78,8 @@ impl ModulationQuadrature {
 
 impl Modulation {
     /// The amplitude of the optical length of the part of an arc between two θ: ∫ n̂ ds = ½ ∫ m dσ along it, where `ends` are the amplitudes
-    /// at its ends. The error is below 1e-4 of the largest |m| on a panel, of at most two wavelengths, times its length; NaN if the sound is too
-    /// fine for the length of the arc.
+    /// at its ends. The error is below 1e-4 of the largest |m| on a panel, of at most two wavelengths, times its length; of noise that is finer than
+    /// sound, it is of the order of that noise. NaN if the sound is too fine for the length of the arc.
     pub fn along(&self, arc: &Arc, range: [f64; 2], ends: &[SoundAmplitude; 2]) -> DVec2 {
         self.panels(arc, range, ends, Purpose::Total, |_, _| ())
     }
@@ -88,7 +88,7 @@ impl Modulation {
     /// at once; `None` if the part is long, and must be divided.
     #[inline]
     pub fn quadrature(&self, arc: &Arc, range: [f64; 2]) -> Option<ModulationQuadrature> {
-        let wavelengths = longest(arc, range) * self.per_wavelength;
+        let wavelengths = length_estimate(arc, range) * self.per_wavelength;
         Purpose::Total.rule(wavelengths).map(ModulationQuadrature)
     }
 
@@ -111,8 +111,8 @@ impl Modulation {
         0.5 * arc.h() * sum
     }
 
-    /// As [`Modulation::along`], and the panels in turn, by which it is known up to every place between: within a panel to 1e-3 of the largest |m| there times its
-    /// length.
+    /// As [`Modulation::along`], and the panels in turn, by which it is known up to every place between: within a panel to 1e-3 of the largest
+    /// |m| there times its length.
     pub fn tabulate(
         &self,
         arc: &Arc,
@@ -134,8 +134,9 @@ impl Modulation {
         purpose: Purpose,
         mut see: impl FnMut(DVec2, &Panel),
     ) -> DVec2 {
-        let wavelengths = longest(arc, [from, to]) * self.per_wavelength;
-        if !(0.0..LONGEST).contains(&wavelengths) {
+        let wavelengths = length_estimate(arc, [from, to]) * self.per_wavelength;
+        // It may be negative by rounding.
+        if !(-LONGEST..LONGEST).contains(&wavelengths) {
             return DVec2::NAN;
         }
         let (rule, panels) = purpose.panels(wavelengths);
@@ -209,8 +210,8 @@ impl Modulation {
     }
 }
 
-/// The length of a part of an arc, or an upper bound of it but for what its curvature adds.
-fn longest(arc: &Arc, [from, to]: [f64; 2]) -> f64 {
+/// About the length of a part of an arc, exactly if it is straight: by the larger of the speeds at its ends.
+fn length_estimate(arc: &Arc, [from, to]: [f64; 2]) -> f64 {
     if arc.is_straight() {
         return arc.arc_length(to) - arc.arc_length(from);
     }

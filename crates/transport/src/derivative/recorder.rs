@@ -10,16 +10,17 @@ pub(crate) trait FactorRecorder {
     /// The arcs of a connection, as they are kept.
     type Way;
 
-    /// Whether it looks at all spans of edges.
+    /// Whether [`follow`](Self::follow) looks at the spans of its edge. Edges of which parts are put aside always keep them.
     const NEEDS_SPANS: bool;
 
-    /// Whether it looks at the parts of edges up to their ends.
+    /// Whether `follow` looks at the parts of its edge up to its end.
     const NEEDS_PARTS: bool;
 
     /// Keeps the arcs of a connection from a vertex, which may be in either order.
     fn way(&mut self, vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way;
 
-    /// The path follows an edge, of which these are the parts up to its end if it [needs](Self::NEEDS_PARTS) them, and is scattered if it collides there.
+    /// The path follows an edge, and is scattered if it collides at its end. `parts` are its arcs up to there, none unless they are
+    /// [needed](Self::NEEDS_PARTS).
     fn follow(&mut self, edge: &Edge, parts: &[RayPart]);
 
     /// The path turns at a vertex, perhaps along a specular lobe.

@@ -36,7 +36,7 @@ struct FoundParts {
     layers: Vec<usize>,
     /// Its parts, one after the other.
     values: Vec<Spectrum>,
-    /// Number of them.
+    /// Number of parts of a layer.
     count: usize,
 }
 

@@ -8,7 +8,7 @@ use std::ops::Range;
 #[serde(try_from = "Vec<Range<u64>>")]
 pub struct Ranges(Vec<Range<u64>>);
 
-/// Why ranges of a file are none.
+/// Why a list of ranges is not valid [`Ranges`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("ranges of samples are empty, overlap, or are not in order")]
 pub struct UnsoundRanges;

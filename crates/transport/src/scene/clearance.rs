@@ -76,14 +76,15 @@ impl Clearance {
 fn side(extent: DVec3) -> Option<f64> {
     let mut axes = extent.to_array();
     axes.sort_unstable_by(|a, b| b.total_cmp(a));
+    // Roots first: products of extents may be too large or too small for a number.
     let of_axes = |count: usize| {
-        let product: f64 = axes[..count].iter().product();
-        (product / CELLS).powf(1.0 / count as f64)
+        let root = |x: f64| x.powf(1.0 / count as f64);
+        axes[..count].iter().copied().map(root).product::<f64>() / root(CELLS)
     };
     let thick = [3, 2]
         .into_iter()
         .find(|count| of_axes(*count) <= axes[count - 1]);
-    Some(of_axes(thick.unwrap_or(1))).filter(|side| side.is_normal())
+    Some(of_axes(thick.unwrap_or(1))).filter(|side| side.is_normal() && extent.is_finite())
 }
 
 impl ClearLayers {
@@ -205,6 +206,8 @@ mod tests {
             DVec3::new(1e-12, 7.0, 1e-9),
             DVec3::new(1e-3, 1e8, 2.0),
             DVec3::new(1e60, 1e90, 1e80),
+            DVec3::splat(1e160),
+            DVec3::splat(1e-200),
         ] {
             let cells = layers(extent).unwrap().layers.len() as f64;
             assert!(
@@ -215,7 +218,8 @@ mod tests {
         for extent in [
             DVec3::new(1.0, 1.0, 0.0),
             DVec3::new(1.0, 1.0, f64::INFINITY),
-            DVec3::splat(1e-200),
+            DVec3::splat(1e-306),
+            DVec3::new(1.0, 1.0, -f64::NAN),
             DVec3::NAN,
         ] {
             assert!(layers(extent).is_none(), "{extent}");

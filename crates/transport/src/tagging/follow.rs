@@ -1,4 +1,6 @@
 //! Following ways of which note was taken.
+//!
+//! Theory: docs/theory.md#tagged-light.
 
 use super::path::{SoundInMedia, TaggedPath};
 use super::sound_along::SoundAlong;

@@ -128,9 +128,24 @@ impl TaggedPath {
         if let Some((medium, last)) = &self.last
             && let Some(sound) = &sound.0[*medium]
         {
-            let turn = last.velocity - last.velocity.length() * direction;
-            let [re, im] = sound.displacement(last.x, &last.amplitude);
-            self.modulation.displacement += DVec2::new(turn.dot(re), turn.dot(im));
+            let turn = turn(last.velocity, direction);
+            self.modulation.displacement += displacement(sound, last.x, &last.amplitude, turn);
         }
     }
+}
+
+/// n (ω − ω′) of scattering from index times direction into a direction.
+pub(super) fn turn(velocity: DVec3, direction: DVec3) -> DVec3 {
+    velocity - velocity.length() * direction
+}
+
+/// What the displacement of what scatters at a place adds, given the amplitude there.
+pub(super) fn displacement(
+    sound: &Modulation,
+    x: DVec3,
+    amplitude: &SoundAmplitude,
+    turn: DVec3,
+) -> DVec2 {
+    let [re, im] = sound.displacement(x, amplitude);
+    DVec2::new(turn.dot(re), turn.dot(im))
 }

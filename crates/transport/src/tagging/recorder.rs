@@ -75,7 +75,6 @@ impl TaggedRecorder {
 impl FactorRecorder for TaggedRecorder {
     /// Numbers of parts.
     type Way = Range<usize>;
-    // Those that are put aside lie on edges that are extended, and keep their spans.
     const NEEDS_SPANS: bool = false;
     const NEEDS_PARTS: bool = true;
 

@@ -3,7 +3,7 @@
 //!
 //! Theory: docs/theory.md#tagged-light.
 
-use super::path::{Last, PathModulation};
+use super::path::{Last, PathModulation, displacement, turn};
 use super::steps::Step;
 use crate::path::RayPart;
 use eikonal::ModulationQuadrature;
@@ -22,13 +22,13 @@ pub(crate) struct SoundAlong {
     inner: Vec<(usize, DVec3)>,
     /// Those of each part: zero where there are fewer.
     values: Vec<[DVec2; MOST_PLACES]>,
-    parts: Vec<PartOfWay>,
+    parts: Vec<AskedPart>,
     turns: Vec<Turn>,
 }
 
 /// How the modulation along a part is found.
 #[derive(Clone, Debug)]
-struct PartOfWay {
+struct AskedPart {
     /// Number of the part.
     part: usize,
     /// Numbers of the places where it starts and ends.
@@ -37,16 +37,17 @@ struct PartOfWay {
     quadrature: Option<ModulationQuadrature>,
 }
 
-/// Scattering at a place: the change of n ω, from after to before.
+/// Scattering at a place.
 #[derive(Clone, Copy, Debug)]
 struct Turn {
     place: usize,
-    change: DVec3,
+    /// See [`turn`].
+    turn: DVec3,
 }
 
 /// Where a way has come to: the number of the place, and index times the unit direction.
 #[derive(Clone, Copy)]
-struct Here {
+struct PathEnd {
     place: usize,
     velocity: DVec3,
 }
@@ -82,28 +83,28 @@ impl SoundAlong {
         start: Option<Last>,
         parts: &[RayPart],
         steps: &[Step],
-    ) -> Option<Here> {
+    ) -> Option<PathEnd> {
         self.clear();
         let mut here = None;
         if let Some(last) = start {
             self.places.push(last.x);
             self.amplitudes.push(last.amplitude);
             let velocity = last.velocity;
-            here = Some(Here { place: 0, velocity });
+            here = Some(PathEnd { place: 0, velocity });
         }
         for step in steps {
             match *step {
                 Step::Fly(part) => {
                     let place = self.ask_along(sound, parts, part, here);
                     let velocity = parts[part].arc.velocity(parts[part].theta_end);
-                    here = Some(Here { place, velocity });
+                    here = Some(PathEnd { place, velocity });
                 }
                 Step::Connect(part) => {
                     self.ask_along(sound, parts, part, here);
                 }
                 Step::Scatter(direction) => self.turns.extend(here.map(|here| Turn {
                     place: here.place,
-                    change: here.velocity - here.velocity.length() * direction,
+                    turn: turn(here.velocity, direction),
                 })),
             }
         }
@@ -125,7 +126,7 @@ impl SoundAlong {
         sound: &Modulation,
         parts: &[RayPart],
         part: usize,
-        here: Option<Here>,
+        here: Option<PathEnd>,
     ) -> usize {
         let (arc, range) = (&parts[part].arc, [0.0, parts[part].theta_end]);
         let ends = [arc.start(), arc.position(range[1])].map(|x| self.place(x, here));
@@ -137,7 +138,7 @@ impl SoundAlong {
             self.inner.extend((first..).zip(places));
             self.inner.truncate(known + count);
         }
-        self.parts.push(PartOfWay {
+        self.parts.push(AskedPart {
             part,
             ends,
             quadrature,
@@ -145,15 +146,15 @@ impl SoundAlong {
         ends[1]
     }
 
-    /// The number of a place, which is known where the way has come to.
-    fn place(&mut self, x: DVec3, here: Option<Here>) -> usize {
-        match here {
-            Some(here) if self.places[here.place] == x => here.place,
-            _ => {
-                self.places.push(x);
-                self.places.len() - 1
-            }
-        }
+    /// The number of a place, which may be where the way has come to, or the last one.
+    fn place(&mut self, x: DVec3, here: Option<PathEnd>) -> usize {
+        let last = self.places.len().checked_sub(1);
+        let known = here.map(|here| here.place).into_iter().chain(last);
+        let known = known.into_iter().find(|place| self.places[*place] == x);
+        known.unwrap_or_else(|| {
+            self.places.push(x);
+            self.places.len() - 1
+        })
     }
 
     /// Adds what the sound does along the steps that were followed last, one by one: the sum has the same bits however many are followed at once.
@@ -173,9 +174,8 @@ impl SoundAlong {
             };
         }
         for turn in &self.turns {
-            let amplitude = &self.amplitudes[turn.place];
-            let [re, im] = sound.displacement(self.places[turn.place], amplitude);
-            modulation.displacement += DVec2::new(turn.change.dot(re), turn.change.dot(im));
+            let (x, amplitude) = (self.places[turn.place], &self.amplitudes[turn.place]);
+            modulation.displacement += displacement(sound, x, amplitude, turn.turn);
         }
     }
 }

@@ -254,18 +254,24 @@ fn tracer() -> PathTracer {
 }
 
 fn forced_edge(scene: &Scene, direction: DVec3, seed: u64) -> Edge<'_> {
-    forced_edge_and_parts(scene, direction, seed).0
+    edge_and_parts(scene, direction, seed, true).0
 }
 
-fn forced_edge_and_parts(scene: &Scene, direction: DVec3, seed: u64) -> (Edge<'_>, Vec<RayPart>) {
+/// An edge with its parts; only if it is forced it is extended and has spans, too.
+fn edge_and_parts(
+    scene: &Scene,
+    direction: DVec3,
+    seed: u64,
+    forced: bool,
+) -> (Edge<'_>, Vec<RayPart>) {
     let sampling = Sampling {
         mode: TransportMode::Radiance,
         channel_pdf: Spectrum([0.5, 0.5, 0.0, 0.0]),
-        extend: true,
+        extend: forced,
         collides: true,
-        spans: true,
+        spans: forced,
         parts: true,
-        forced: true,
+        forced,
         differentials: true,
         splitting: false,
     };
@@ -276,39 +282,39 @@ fn forced_edge_and_parts(scene: &Scene, direction: DVec3, seed: u64) -> (Edge<'_
     (edge, ws.edge_parts)
 }
 
-/// The parts of an edge end where it does, whether its collision is forced, natural, or it leaves the scene.
+/// The parts of an edge end where it does: at a collision, forced or natural, behind a surface that refracts or before it, or where it leaves the scene.
 #[test]
 fn parts_are_those_up_to_the_end() {
-    let scenes = [nested(), bending()];
+    let glassy = ball(glass(), fog(Constant::new(1.5), 1.0, 0.8, 0.0), vec![sun()]);
+    let scenes = [nested(), bending(), glassy];
     let [mut collided, mut left] = [0; 2];
-    for (scene, seed) in scenes
-        .iter()
-        .flat_map(|s| (0..100).map(move |seed| (s, seed)))
-    {
+    let edges = scenes.iter().flat_map(|s| (0..100).map(move |i| (s, i)));
+    for (scene, seed) in edges {
         let across = if seed % 10 == 0 { 1.0 } else { 0.2 };
         let direction = DVec3::new(across, 0.1, -1.0).normalize();
-        let (edge, parts) = forced_edge_and_parts(scene, direction, seed);
-        let length: f64 = parts.iter().map(|p| p.arc.arc_length(p.theta_end)).sum();
-        let same = parts.iter().zip(&edge.spans);
-        assert!(
-            same.clone()
-                .all(|(p, s)| p.medium == s.medium && p.arc == s.arc)
-        );
-        assert!(same.rev().skip(1).all(|(p, s)| p.theta_end == s.theta_end));
-        let last = parts.last().unwrap();
-        match &edge.end {
-            End::Collision(point) => {
-                let x = last.arc.position(last.theta_end);
-                assert!((x - point.x).length() < 1e-8 && (length - point.length).abs() < 1e-8);
-                collided += 1;
-            }
-            _ => {
-                assert_eq!(parts.len(), edge.spans.len());
-                left += 1;
+        for forced in [false, true] {
+            let (edge, parts) = edge_and_parts(scene, direction, seed, forced);
+            let length: f64 = parts.iter().map(|p| p.arc.arc_length(p.theta_end)).sum();
+            assert!((length - edge.length).abs() < 1e-8);
+            let same = parts.iter().zip(&edge.spans);
+            let same = same.map(|(p, s)| p.medium == s.medium && p.arc == s.arc);
+            assert!(same.fold(true, |all, same| all && same));
+            match &edge.end {
+                End::Collision(point) => {
+                    let last = parts.last().unwrap();
+                    let x = last.arc.position(last.theta_end);
+                    assert!((x - point.x).length() < 1e-8 && last.medium == point.medium);
+                    collided += 1;
+                }
+                _ => {
+                    assert!(!forced || parts.len() == edge.spans.len());
+                    left += 1;
+                }
             }
         }
     }
-    assert!(collided > 0 && left > 0);
+    println!("{collided} collided, {left} left");
+    assert!(collided > 300 && left > 100);
 }
 
 /// Depths at collisions are distributed as their densities say: (1 − e⁻ᵈ)/(1 − e⁻ᴰ) for each channel. The places belong to

@@ -28,7 +28,6 @@ const BUMP: [f64; 3] = [1.3, 0.25, 0.45];
 const CENTER: DVec3 = DVec3::new(0.15, -0.1, 0.05);
 /// Light of no, one and two bounces, and that of more.
 const LAYERS: usize = 4;
-/// Samples of the extinction along each axis.
 /// Span of σ of a step of the tree.
 const STEP: f64 = 1e-3;
 /// Rays of the tree that bring less are left out.

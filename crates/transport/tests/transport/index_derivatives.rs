@@ -30,7 +30,6 @@ const FOG: usize = 1;
 const SIZE: usize = 3;
 /// Samples of a grid along each axis.
 const GRID: usize = 6;
-/// Samples of the extinction along each axis.
 const PATH: PathTracer = PathTracer {
     max_depth: Some(7),
     rr_depth: 5,

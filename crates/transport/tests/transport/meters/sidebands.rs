@@ -178,6 +178,38 @@ fn orders_are_all_light() {
     }
 }
 
+/// Likewise of each layer by bounces, which has the light that it has without them.
+#[test]
+fn orders_are_all_light_of_layers() {
+    let layered = |parts: Parts, sidebands: Option<Sidebands>| {
+        let scene = Scene::new(parts).unwrap();
+        scene.render(&RenderOptions {
+            decomposition: Decomposition {
+                bounces: Some(2),
+                parts: sidebands.map(LightParts::Sidebands),
+                ..Decomposition::default()
+            },
+            ..RenderOptions::new(PathTracer::default(), 64, 4)
+        })
+    };
+    let count = LightParts::Sidebands(many()).count();
+    for (name, parts) in cases() {
+        let parts = seen(at_rest(parts), rays()[0]);
+        let [tagged, plain] = [Some(many()), None].map(|s| layered(parts.clone(), s));
+        let mut lit = 0;
+        for bounces in 0..4 {
+            let [total, _] = layer(&tagged, bounces * count);
+            assert_eq!(total, layer(&plain, bounces)[0]);
+            let part = |part: usize| layer(&tagged, bounces * count + 1 + part)[0];
+            if total > 0.0 {
+                add_up(total, part, 1e-5);
+                lit += 1;
+            }
+        }
+        assert!(lit > 1, "{name}: {lit}");
+    }
+}
+
 /// Likewise of voxels, to what sums keep of their terms, 2⁻³³ of the largest for each.
 #[test]
 fn orders_are_all_fluence() {
