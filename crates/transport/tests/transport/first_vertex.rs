@@ -296,9 +296,8 @@ fn parts_are_those_up_to_the_end() {
             let (edge, parts) = edge_and_parts(scene, direction, seed, forced);
             let length: f64 = parts.iter().map(|p| p.arc.arc_length(p.theta_end)).sum();
             assert!((length - edge.length).abs() < 1e-8);
-            let same = parts.iter().zip(&edge.spans);
-            let same = same.map(|(p, s)| p.medium == s.medium && p.arc == s.arc);
-            assert!(same.fold(true, |all, same| all && same));
+            let mut pairs = parts.iter().zip(&edge.spans);
+            assert!(pairs.all(|(p, s)| p.medium == s.medium && p.arc == s.arc));
             match &edge.end {
                 End::Collision(point) => {
                     let last = parts.last().unwrap();
