@@ -1344,7 +1344,7 @@ PLANTED = [
         "sidebands as amplitudes, not powers",
         TRANSPORT + "sidebands.rs",
         "let of_order = power * (sum * sum);",
-        "let of_order = power.sqrt() * sum.abs();",
+        "let of_order = f64::sqrt(power) * sum.abs();",
         ("morgana-transport", "lib", "sidebands::tests::shares_are_squares_of_bessel_functions"),
     ),
     (
