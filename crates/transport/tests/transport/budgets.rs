@@ -78,7 +78,7 @@ fn searches_among_too_many_photons_are_given_up_and_counted() {
             ..PhotonMapping::default()
         })
     };
-    let stats = taken(ripples(2e3), photons(1e9, 20_000), 2).stats;
+    let stats = taken(ripples(4e3), photons(1e9, 32_000), 2).stats;
     assert!(stats.over_budget.gathers > 0, "{stats:?}");
     let stats = taken(ripples(2e3), photons(1e-2, 1_000), 2).stats;
     assert_eq!(stats.over_budget.gathers, 0, "{stats:?}");
