@@ -107,7 +107,7 @@ impl Modulation {
         let panel = Panel::new(ends, *values, quadrature.0);
         let mut sum = DVec2::ZERO;
         let mut add = |panel: &Panel| sum += panel.integral;
-        self.accept(arc, panel, MOST_HALVINGS, &mut add);
+        self.accept(arc, &panel, MOST_HALVINGS, &mut add);
         0.5 * arc.h() * sum
     }
 
@@ -177,14 +177,14 @@ impl Modulation {
             let theta = start.theta + share * (end.theta - start.theta);
             *value = self.value(arc.position(theta));
         }
-        self.accept(arc, Panel::new(ends, inner, rule), halvings, see);
+        self.accept(arc, &Panel::new(ends, inner, rule), halvings, see);
     }
 
     /// Takes a panel if it is smooth, else finer ones.
     #[inline]
-    fn accept(&self, arc: &Arc, panel: Panel, halvings: u32, see: &mut impl FnMut(&Panel)) {
+    fn accept(&self, arc: &Arc, panel: &Panel, halvings: u32, see: &mut impl FnMut(&Panel)) {
         if halvings == 0 || panel.is_smooth(FAINT * self.largest) {
-            see(&panel);
+            see(panel);
         } else {
             self.finer(arc, panel.rule, panel.ends, halvings, see);
         }

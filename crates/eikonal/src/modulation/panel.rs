@@ -84,6 +84,7 @@ impl Panel {
     }
 
     /// By the polynomials of its rule.
+    #[inline]
     pub(super) fn tabulated(&self, before: DVec2, arc: &Arc) -> ModulationPanel {
         let ([start, end], width) = (&self.ends, self.width());
         let [first, second, _] = self.inner;
