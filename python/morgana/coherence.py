@@ -3,7 +3,8 @@
 Light of a broad spectrum interferes with its reference only where both have travelled equally far. :func:`a_scan` finds the power of a
 meter's light (:class:`morgana.Records`), or of every pixel of a film that separates light by its length, that a reference of each length lets
 through; :func:`interferogram` the fringes of light whose ways are known one by one, such as those of :func:`morgana.trace`. Lengths are
-optical, ∫n ds, in scene units.
+optical, ∫n ds, in scene units. Light of a broad spectrum travels by the group index n_g = n − λ dn/dλ: where media disperse, add
+n_g − n times the length in each medium (``Records.path_length``) to optical lengths, or give media the group index.
 
 Theory: docs/theory.md#low-coherence-gating.
 
