@@ -44,8 +44,8 @@ struct FoundParts {
 struct TaggedSamples {
     recorder: TaggedRecorder,
     sidebands: Sidebands,
-    /// Contributions with their layers, and those that stand for others, with the places of their layers.
-    layered: Vec<(usize, (usize, Spectrum))>,
+    /// Layers of contributions, and those that stand for others, with the places of their layers.
+    layers: Vec<usize>,
     chosen: Vec<(usize, Representative)>,
 }
 
@@ -73,7 +73,7 @@ impl<'a> FollowedSamples<'a> {
             LightParts::Sidebands(sidebands) => Recorder::Tagged(Box::new(TaggedSamples {
                 recorder: TaggedRecorder::new(scene),
                 sidebands,
-                layered: Vec::new(),
+                layers: Vec::new(),
                 chosen: Vec::new(),
             })),
         };
@@ -171,19 +171,18 @@ impl TaggedSamples {
         sampler: &mut Sampler,
         parts: &mut FoundParts,
     ) {
-        let (layered, chosen) = (&mut self.layered, &mut self.chosen);
-        layered.clear();
+        let (layers, chosen) = (&mut self.layers, &mut self.chosen);
+        layers.clear();
         chosen.clear();
-        let with_layer = |(i, c): (usize, &Contribution)| {
-            let layer = decomposition.layer(&c.path);
-            (layer, (i, c.weighted()))
-        };
-        layered.extend(contributions.iter().enumerate().map(with_layer));
-        layered.sort_by_key(|(layer, _)| *layer);
-        for alike in layered.chunk_by(|a, b| a.0 == b.0) {
+        layers.extend(contributions.iter().map(|c| decomposition.layer(&c.path)));
+        let mut next = layers.iter().min();
+        while let Some(layer) = next {
+            next = layers.iter().filter(|other| *other > layer).min();
             let place = parts.layers.len();
-            parts.layers.push(alike[0].0);
-            let lights = alike.iter().map(|(_, light)| *light);
+            parts.layers.push(*layer);
+            let light = |(i, c): (usize, &Contribution)| (i, c.weighted());
+            let all = contributions.iter().enumerate();
+            let lights = all.filter(|(i, _)| layers[*i] == *layer).map(light);
             let sum = |sum, (_, light)| sum + light;
             parts.values.push(lights.clone().fold(Spectrum::ZERO, sum));
             let end = parts.layers.len() * parts.count;

@@ -23,6 +23,8 @@ pub(crate) struct TaggedRecorder {
     aside: Vec<Step>,
     /// Where the ways of contributions end, in order.
     ends: Vec<WayEnds>,
+    /// Of a way, one after the other.
+    way: Vec<Step>,
     along: SoundAlong,
 }
 
@@ -41,6 +43,7 @@ impl TaggedRecorder {
             trunk: Vec::new(),
             aside: Vec::new(),
             ends: Vec::new(),
+            way: Vec::new(),
             along: SoundAlong::default(),
         }
     }
@@ -59,15 +62,26 @@ impl TaggedRecorder {
         contributions: impl Iterator<Item = usize>,
     ) -> impl Iterator<Item = DVec2> {
         let (mut trunk, mut known) = (TaggedPath::default(), 0);
-        contributions.map(move |i| {
+        let mut contributions = contributions.peekable();
+        std::iter::from_fn(move || {
+            let i = contributions.next()?;
             let end = self.ends[i];
             let (sound, parts, along) = (&self.sound, &self.parts, &mut self.along);
-            trunk.go(sound, parts, &self.trunk[known..end.trunk], along);
-            known = end.trunk;
+            let on = &self.trunk[known..end.trunk];
             let before = i.checked_sub(1).map_or(0, |before| self.ends[before].aside);
+            let aside = &self.aside[before..end.aside];
+            known = end.trunk;
+            if contributions.peek().is_none() {
+                // Nothing leaves the trunk beyond: the rest is followed at once.
+                self.way.clear();
+                self.way.extend(on.iter().chain(aside));
+                trunk.go(sound, parts, &self.way, along);
+                return Some(trunk.modulation().total());
+            }
+            trunk.go(sound, parts, on, along);
             let mut way = trunk;
-            way.go(sound, parts, &self.aside[before..end.aside], along);
-            way.modulation().total()
+            way.go(sound, parts, aside, along);
+            Some(way.modulation().total())
         })
     }
 }
