@@ -216,13 +216,13 @@ pub(super) fn build(
         parts,
         name,
     } = additions;
-    let kind = match wanted.or(written).unwrap_or(Kind::Auto) {
-        Kind::Auto if parts.is_some() => Kind::Path,
-        kind => kind,
-    };
-    if let (Some(parts), Some(object)) = (parts, object) {
-        refuse_without_parts(kind, parts, object, context);
-    }
+    let kind = of_parts(wanted.or(written).unwrap_or(Kind::Auto), parts);
+    let kind = kind.unwrap_or_else(|message| {
+        if let Some(object) = object {
+            context.error_at(&object.location, message);
+        }
+        Kind::Path
+    });
     let is_aov = kind == Kind::Aov;
     let mut parameters = Parameters::default();
     if let (Some(object), Some(written)) = (object, written) {
@@ -261,23 +261,26 @@ pub(super) fn build(
     }
 }
 
-/// Reports an integrator that does not follow what the one around it shows.
-fn refuse_without_parts(
-    kind: Kind,
-    parts: LightParts,
-    object: &ObjectDescription,
-    context: &mut Context,
-) {
+/// The estimator that is meant where parts of light are wanted: of those that follow them a pilot has no choice.
+///
+/// # Errors
+/// What to say of one that does not follow them.
+pub(super) fn of_parts(kind: Kind, parts: Option<LightParts>) -> Result<Kind, String> {
     let (holder, what) = match parts {
-        LightParts::Stokes => ("stokes", "polarisation"),
-        LightParts::Sidebands(_) => ("tagged", "phases"),
+        None => return Ok(kind),
+        Some(LightParts::Stokes) => ("stokes", "polarisation"),
+        Some(LightParts::Sidebands(_)) => ("tagged", "phases"),
     };
-    if !matches!(kind, Kind::Path | Kind::Direct) {
-        let known = KNOWN.iter().find(|(_, known)| *known == kind);
-        let name = known.map_or("this integrator", |(name, _)| name);
-        let message =
-            format!("'{holder}' cannot hold '{name}': only 'path' and 'direct' follow {what}");
-        context.error_at(&object.location, message);
+    match kind {
+        Kind::Auto => Ok(Kind::Path),
+        Kind::Path | Kind::Direct => Ok(kind),
+        _ => {
+            let known = KNOWN.iter().find(|(_, known)| *known == kind);
+            let name = known.map_or("this integrator", |(name, _)| name);
+            Err(format!(
+                "'{holder}' cannot hold '{name}': only 'path' and 'direct' follow {what}"
+            ))
+        }
     }
 }
 

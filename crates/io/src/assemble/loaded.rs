@@ -137,11 +137,16 @@ impl Loaded {
     /// choose it.
     ///
     /// # Errors
-    /// An unknown name, and one that needs the scene to be assembled anew: `aov` in place of light, or light in
-    /// place of `aov`.
+    /// An unknown name; one that does not follow the parts of light that the scene asks for; and one that needs the scene to be assembled
+    /// anew: `aov` in place of light, or light in place of `aov`.
     pub fn renderer_named(&self, name: &str) -> Result<NamedRenderer, Diagnostics> {
         let mut diagnostics = Diagnostics::new();
         let kind = integrator::named(name, &mut diagnostics);
+        let kind = integrator::of_parts(kind, self.layering.decomposition.parts);
+        let kind = kind.unwrap_or_else(|message| {
+            diagnostics.push(Diagnostic::error(message));
+            Kind::Path
+        });
         let mut renderer = self.estimators.renderer(kind);
         if renderer.is_light() != self.renderer.is_light() {
             let message = format!(

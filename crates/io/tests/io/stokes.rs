@@ -94,5 +94,13 @@ fn what_polarised_light_is_not_followed_through_is_an_error() {
     ] {
         let error = load(integrator, bsdf, "").map(|_| ()).unwrap_err();
         assert!(error.contains(expected), "{integrator}, {bsdf}: {error}");
+        let error = load("path", bsdf, "").unwrap().renderer_named(integrator);
+        let error = error.map(|_| ()).unwrap_err().to_string();
+        assert!(error.contains(expected), "{integrator} by name: {error}");
     }
+    // A pilot has no choice.
+    let named = load("path", "conductor", "").unwrap().renderer_named("auto");
+    let named = named.unwrap();
+    assert!(named.candidates.is_empty());
+    assert_eq!(named.renderer.name(), "path");
 }
