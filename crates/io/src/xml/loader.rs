@@ -116,7 +116,7 @@ impl Loader<'_> {
         let mut numbers = version.value.split('.');
         match (numbers.next(), numbers.next()) {
             (Some("2" | "3"), _) => self.dialect.old = false,
-            (Some("0"), Some("5" | "6")) => {
+            (Some("0"), Some("4" | "5" | "6")) => {
                 self.dialect.enter(&version.location);
             }
             _ => {
@@ -250,6 +250,17 @@ impl Loader<'_> {
             |child: &DraftChild| self.drafts.kind(&child.target) == Some(PluginKind::Integrator);
         if let Some(nested) = self.dialect.nested(&mut draft, is_integrator) {
             return self.add_child(element, nested.target, parent);
+        }
+        let kind = |child: &DraftChild| self.drafts.kind(&child.target);
+        if let Some(null) = self.dialect.boundary(&draft, kind) {
+            let location = null.location.clone();
+            let target = Target::Draft(self.drafts.add(null, None, self.diagnostics));
+            let name = None;
+            draft.children.push(DraftChild {
+                name,
+                target,
+                location,
+            });
         }
         let id = element
             .get("id")

@@ -40,6 +40,34 @@ fn errors(contents: &str) -> Vec<String> {
     errors.map(|d| d.message.clone()).collect()
 }
 
+/// Shapes around media are not there to light unless they have a bsdf.
+#[test]
+fn boundaries_of_media_without_a_bsdf_are_null() {
+    let medium = "<medium type='homogeneous' id='smoke'/>";
+    let shape = |bsdf: &str| {
+        format!("{medium}<shape type='sphere'><ref name='interior' id='smoke'/>{bsdf}</shape>")
+    };
+    let null = "<bsdf type='null'/>";
+    let said = "read: boundaries of media without a bsdf as 'null'";
+    assert_eq!(becomes(&shape(""), &shape(null)), said);
+    for bsdf in [null, "<bsdf type='diffuse'/>", "<emitter type='area'/>"] {
+        assert_eq!(becomes(&shape(bsdf), &shape(bsdf)), "", "{bsdf}");
+    }
+    let plain = "<shape type='sphere'/>";
+    assert_eq!(becomes(plain, plain), "");
+}
+
+#[test]
+fn how_media_are_marched_through_is_ignored() {
+    let medium = |more: &str| format!("<medium type='heterogeneous'>{more}</medium>");
+    let steps = "<float name='stepSize' value='0.1'/><string name='method' value='simpson'/>";
+    let note = becomes(&medium(steps), &medium(""));
+    assert_eq!(
+        note,
+        "ignored: 'method' of 'heterogeneous', 'step_size' of 'heterogeneous'"
+    );
+}
+
 #[test]
 fn names_of_parameters_and_roles() {
     let note = becomes(

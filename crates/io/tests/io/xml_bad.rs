@@ -78,8 +78,8 @@ fn the_root_must_be_a_scene_of_a_known_version() {
         ["1:2 <scene> needs the attribute 'version' | "]
     );
     let help = "write version=\"3.0.0\" and use the parameter names of Mitsuba 3";
-    let expected = format!("1:17 scenes of version '0.4.0' are not supported | {help}");
-    assert_eq!(whole("<scene version='0.4.0'/>"), [expected]);
+    let expected = format!("1:17 scenes of version '0.3.0' are not supported | {help}");
+    assert_eq!(whole("<scene version='0.3.0'/>"), [expected]);
 }
 
 #[test]

@@ -145,6 +145,35 @@ impl Dialect {
         Some(draft.children.swap_remove(inner))
     }
 
+    /// The bsdf of a shape that has a medium and no bsdf: none that light notices, where it is diffuse in Mitsuba 3.
+    pub(super) fn boundary(
+        &mut self,
+        draft: &Draft,
+        kind: impl Fn(&DraftChild) -> Option<PluginKind>,
+    ) -> Option<Draft> {
+        let kinds: Vec<_> = draft.children.iter().map(kind).collect();
+        let has = |kind| kinds.contains(&Some(kind));
+        // What is not known yet may be a bsdf; area emitters must not be null.
+        let is_open = has(PluginKind::Medium)
+            && !has(PluginKind::Bsdf)
+            && !has(PluginKind::Emitter)
+            && !kinds.contains(&None);
+        if !(self.old && draft.kind == PluginKind::Shape && is_open) {
+            return None;
+        }
+        add(
+            &mut self.read,
+            "boundaries of media without a bsdf as 'null'".to_owned(),
+        );
+        let place = draft.plugin_location.clone();
+        Some(Draft::new(
+            PluginKind::Bsdf,
+            "null".to_owned(),
+            place.clone(),
+            place,
+        ))
+    }
+
     fn ignore(&mut self, draft: &Draft, what: &str) {
         add(&mut self.ignored, format!("'{what}' of '{}'", draft.plugin));
         let place = &draft.plugin_location;

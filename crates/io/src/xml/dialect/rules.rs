@@ -206,7 +206,7 @@ pub(super) const RULES: &[PluginTranslation] = &[
     PluginTranslation {
         old: true,
         renamed: &[("density", "sigma_t")],
-        dropped: &["method"],
+        dropped: &["method", "step_size"],
         ..same(Medium, "heterogeneous", "heterogeneous")
     },
     PluginTranslation {
