@@ -142,6 +142,23 @@ fn cameras_of_a_batch_share_the_film() {
     }
 }
 
+/// Surfaces that face inwards are rooms and domes.
+#[test]
+fn sensors_are_inside_surfaces_that_face_inwards() {
+    let room = |shape: &str, more: &str| {
+        let large = "<transform name='to_world'><scale value='20'/></transform>";
+        let shape = format!("<shape type='{shape}'>{large}{more}</shape>");
+        scene(&format!("{}{shape}", camera(1.0, &film(4)))).err()
+    };
+    let turned = "<boolean name='flip_normals' value='true'/>";
+    for shape in ["sphere", "cube"] {
+        let message = room(shape, "").unwrap();
+        assert!(message.contains("the sensor is inside"), "{message}");
+        assert!(message.contains("flip_normals"), "{message}");
+        assert_eq!(room(shape, turned), None);
+    }
+}
+
 #[test]
 fn of_several_cameras_the_first_is_rendered() {
     let loaded = scene(&format!(

@@ -201,7 +201,7 @@ fn smallest_square(scene: &Scene, id: usize, aabb: &Aabb) -> Option<(DVec3, f64)
 }
 
 fn check_sensor_outside(scene: &Scene, object: &Object) -> Option<SceneProblem> {
-    let lined = matches!(object.bsdf, Bsdf::TwoSided(_));
+    let lined = matches!(object.bsdf, Bsdf::TwoSided(_)) || object.shape.has_flipped_normals();
     let inside = !matches!(scene.sensor(), Sensor::Absent(_))
         && object.bsdf.is_opaque()
         && !lined
@@ -211,7 +211,7 @@ fn check_sensor_outside(scene: &Scene, object: &Object) -> Option<SceneProblem> 
         error(
             Subject::Sensor,
             format!("the sensor is inside '{}', which is opaque", object.name),
-            "move the sensor, or give the shape a bsdf that lets light through",
+            "move the sensor; for a room or a dome give the shape flip_normals, or a bsdf twosided; or a bsdf that lets light through",
         )
     })
 }
