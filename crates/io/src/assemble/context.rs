@@ -35,6 +35,8 @@ pub(super) struct Context<'a> {
     pub media: Vec<Medium>,
     /// Media whose index is not settled: the dielectrics around them may say.
     pub index_open: Vec<bool>,
+    /// What has settled the index of a medium that has none of its own.
+    pub index_from: HashMap<MediumId, IndexSource>,
     pub objects: Vec<Object>,
     pub emitters: Vec<Emitter>,
     /// Ids of the emitters, or of the shapes that they cover.
@@ -63,6 +65,12 @@ pub(super) struct Context<'a> {
     /// Groups of shapes with something wrong in them.
     pub refused_groups: HashSet<ObjectId>,
     medium_ids: HashMap<ObjectId, MediumId>,
+}
+
+/// What says the index of a medium.
+pub(super) struct IndexSource {
+    pub name: &'static str,
+    pub location: Location,
 }
 
 /// A meter that measures at surfaces.
@@ -111,6 +119,7 @@ impl<'a> Context<'a> {
             files,
             media: vec![ambient],
             index_open: vec![true],
+            index_from: HashMap::new(),
             objects: Vec::new(),
             emitters: Vec::new(),
             emitter_ids: Vec::new(),

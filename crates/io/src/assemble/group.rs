@@ -27,6 +27,9 @@ use transport::scene::{Parts, ProblemSeverity, Scene, SceneProblem, Subject};
 use transport::sensor::Sensor;
 use transport::sidebands::Sidebands;
 
+/// So many objects of a list are named.
+const MOST_NAMED: usize = 5;
+
 /// What the description makes for one channel group.
 pub(super) struct Group {
     pub scene: Scene,
@@ -173,7 +176,7 @@ impl<'a> Children<'a> {
             shapes,
             emitters,
         };
-        for kind in [
+        let kinds = [
             PluginKind::Medium,
             PluginKind::Bsdf,
             PluginKind::Phase,
@@ -182,11 +185,49 @@ impl<'a> Children<'a> {
             PluginKind::Sampler,
             PluginKind::Film,
             PluginKind::Rfilter,
-        ] {
-            of(kind);
-        }
+        ];
+        let definitions: Vec<_> = kinds.into_iter().flat_map(of).collect();
         query.finish(&[]);
+        if context.group == 0 {
+            let note = children.not_read(definitions);
+            note.into_iter()
+                .for_each(|note| context.diagnostics.push(note));
+        }
         children
+    }
+
+    /// Says which definitions nothing that is rendered refers to: nobody looks into them.
+    fn not_read(&self, definitions: Vec<&ObjectDescription>) -> Option<Diagnostic> {
+        let uses = [
+            &self.integrators,
+            &self.cameras,
+            &self.meters,
+            &self.shapes,
+            &self.emitters,
+        ];
+        let used = descendants(uses.into_iter().flatten().copied());
+        let used: HashSet<_> = used.map(|o| o.number).collect();
+        let mut rest = definitions
+            .into_iter()
+            .filter(|o| !used.contains(&o.number));
+        let first = rest.next()?;
+        let name = |o: &ObjectDescription| match &o.id {
+            Some(id) => format!("{} '{id}'", o.kind),
+            None => format!("{} of type '{}'", o.kind, o.plugin),
+        };
+        let rest: Vec<_> = rest.collect();
+        let mut names: Vec<_> = std::iter::once(first)
+            .chain(rest.iter().copied().take(MOST_NAMED - 1))
+            .map(name)
+            .collect();
+        if rest.len() >= MOST_NAMED {
+            names.push(format!("{} more", rest.len() + 1 - MOST_NAMED));
+        }
+        let message = format!(
+            "nothing refers to these, which are not read and may have errors: {}",
+            names.join(", ")
+        );
+        Some(Diagnostic::note(message).at(&first.location))
     }
 
     /// How the scene is to be rendered.

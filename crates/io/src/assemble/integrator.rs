@@ -365,7 +365,8 @@ fn plugin(object: &ObjectDescription, context: &mut Context) -> Option<Kind> {
         return None;
     }
     if known.is_none() {
-        unknown_plugin(object, &KNOWN.map(|(name, _)| name), context.diagnostics);
+        let known: Vec<&str> = KNOWN.iter().map(|(name, _)| *name).chain(HOLDERS).collect();
+        unknown_plugin(object, &known, context.diagnostics);
     }
     known
 }

@@ -4,10 +4,10 @@
 //! medium does; where both speak, they must not contradict each other. A side that is not described
 //! is the medium that surrounds the shape.
 
-use super::context::Context;
+use super::context::{Context, IndexSource};
 use super::wish::Wish;
-use crate::diagnostic::Location;
 use crate::diagnostic::difference;
+use crate::diagnostic::{Diagnostic, Location};
 use eikonal::field::Constant;
 use eikonal::{Aabb, Shown};
 use glam::DVec3;
@@ -18,6 +18,8 @@ use transport::scene::{AMBIENT, Containment, MediumId, Partition, Sides};
 
 /// Index inside a dielectric that says nothing: Mitsuba's default, BK7 glass.
 const DEFAULT_INNER: f64 = 1.5046;
+/// Indices that differ by less are taken as one: those of air and of a vacuum.
+const ALIKE: f64 = 3e-4;
 
 /// Settles the sides of all objects.
 pub(super) fn settle(context: &mut Context) {
@@ -173,21 +175,45 @@ fn apply_indices(wish: &Wish, sides: Sides, context: &mut Context) {
 }
 
 /// Gives a medium an index, or reports that it has another one.
-fn set_index(id: MediumId, n: f64, name: &str, location: &Location, context: &mut Context) {
+fn set_index(id: MediumId, n: f64, name: &'static str, location: &Location, context: &mut Context) {
     let medium = &mut context.media[id];
     if context.index_open[id] {
         medium.index = Constant::new(n).into();
         context.index_open[id] = false;
+        let location = location.clone();
+        context
+            .index_from
+            .insert(id, IndexSource { name, location });
         return;
     }
-    let same = medium.index.is_constant() && (medium.index.n(DVec3::ZERO) - n).abs() < 1e-12;
-    if !same {
-        let message = format!(
-            "{name} is {}, but medium '{}' on that side has an index of its own; leave {name} out, \
-             or make them agree",
-            Shown(n),
-            medium.name
-        );
-        context.error_at(location, message);
+    let own = medium
+        .index
+        .is_constant()
+        .then(|| medium.index.n(DVec3::ZERO));
+    let off = own.map_or(f64::INFINITY, |own| (own - n).abs());
+    if off < 1e-12 {
+        return;
     }
+    let said = Shown(n);
+    let diagnostic = match (own, context.index_from.get(&id)) {
+        (Some(own), Some(source)) => {
+            let own = format!("{}, by {} at {}", Shown(own), source.name, source.location);
+            if off < ALIKE {
+                Diagnostic::warning(format!("{name} {said} is taken as {own}"))
+            } else {
+                Diagnostic::error(format!(
+                    "{name} is {said}, but the index on that side is {own}"
+                ))
+                .help(String::from("leave one of them out, or make them agree"))
+            }
+        }
+        _ => {
+            let message = format!(
+                "{name} is {said}, but medium '{}' on that side has an index of its own",
+                medium.name
+            );
+            Diagnostic::error(message).help(format!("leave {name} out, or make them agree"))
+        }
+    };
+    context.diagnostics.push(diagnostic.at(location));
 }

@@ -197,3 +197,42 @@ fn grids_that_end_inside_of_their_shapes() {
     );
     assert!(!extinction(1.0).contains("ends inside"));
 }
+
+#[test]
+fn what_nothing_refers_to_is_not_read() {
+    let ball = r#""ball": {"type": "sphere", "bsdf": {"type": "ref", "id": "used"}}"#;
+    let used = r#""used": {"type": "diffuse"}"#;
+    let text = warnings(&format!("{SKY}, {used}, {ball}"));
+    assert!(!text.contains("nothing refers"), "{text}");
+    let wrong = (0..6).map(|i| format!(r#""m{i}": {{"type": "homogeneous", "sigma_t": -3}}"#));
+    let wrong: Vec<_> = wrong.collect();
+    let text = warnings(&format!("{SKY}, {used}, {ball}, {}", wrong.join(", ")));
+    let expected = "nothing refers to these, which are not read and may have errors: medium 'm0', medium 'm1', medium 'm2', \
+                    medium 'm3', medium 'm4', 1 more";
+    assert!(text.contains(expected), "{text}");
+}
+
+/// Air and a vacuum around two pieces of glass are one medium; water is not.
+#[test]
+fn indices_around_dielectrics_agree_to_that_of_air() {
+    let glass = |x: f64, outside: &str| {
+        format!(
+            r#""{outside}": {{"type": "sphere", "center": [{x}, 0, 5], "bsdf": {{"type": "dielectric", "ext_ior": {outside}}}}}"#
+        )
+    };
+    let pair = |other: &str| {
+        warnings(&format!(
+            "{SKY}, {}, {}",
+            glass(-2.0, "1.0"),
+            glass(2.0, other)
+        ))
+    };
+    let text = pair("1.000277");
+    assert!(
+        text.contains("ext_ior 1.000277 is taken as 1, by ext_ior at scene.json:1:"),
+        "{text}"
+    );
+    let text = pair("1.33");
+    let expected = "ext_ior is 1.33, but the index on that side is 1, by ext_ior at scene.json:1:";
+    assert!(text.contains(expected), "{text}");
+}

@@ -99,7 +99,9 @@ fn what_polarised_light_is_not_followed_through_is_an_error() {
         assert!(error.contains(expected), "{integrator} by name: {error}");
     }
     // A pilot has no choice.
-    let named = load("path", "conductor", "").unwrap().renderer_named("auto");
+    let named = load("path", "conductor", "")
+        .unwrap()
+        .renderer_named("auto");
     let named = named.unwrap();
     assert!(named.candidates.is_empty());
     assert_eq!(named.renderer.name(), "path");
