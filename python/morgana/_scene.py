@@ -10,7 +10,7 @@ import numpy as np
 
 from . import _checks as checks
 from . import _morgana
-from ._errors import RenderError, SceneWarning
+from ._errors import Diagnostic, RenderError, SceneWarning
 from ._limits import Instead
 from ._morgana import Field, Scene
 
@@ -206,7 +206,9 @@ def load_field(volume: Mapping[str, Any]) -> Field:
     >>> morgana.load_field({"type": "bspline", "data": 1 + 0.01 * np.random.rand(8, 8, 8), "placement": "nodes"})
     <morgana.Field, varying>
     """
-    return _morgana.load_field(checks.mapping(volume, "a volume"))
+    field = _morgana.load_field(checks.mapping(volume, "a volume"))
+    _warn(field._warnings)
+    return field
 
 
 def remake(recipe: Tuple[str, Any, List[Tuple[str, str]], Instead], expected: str) -> Scene:
@@ -226,7 +228,7 @@ def remake(recipe: Tuple[str, Any, List[Tuple[str, str]], Instead], expected: st
 
 def remake_field(volume: Dict[str, Any], expected: str) -> Field:
     """Make a field again that was pickled. It raises what :func:`remake` does."""
-    field = load_field(volume)
+    field = _morgana.load_field(volume)
     return _unchanged(field, field._hash, expected)
 
 
@@ -266,6 +268,10 @@ def _text(name: str, value: Define) -> str:
 
 
 def _warned(scene: Scene) -> Scene:
-    for doubt in scene.warnings:
-        warnings.warn(str(doubt), SceneWarning, stacklevel=3)
+    _warn(scene.warnings, deeper=1)
     return scene
+
+
+def _warn(doubts: List[Diagnostic], deeper: int = 0) -> None:
+    for doubt in doubts:
+        warnings.warn(str(doubt), SceneWarning, stacklevel=3 + deeper)

@@ -38,7 +38,9 @@ pub mod volume;
 mod write;
 pub mod xml;
 
-pub use assemble::{Difference, LoadOptions, Loaded, assemble, assemble_field, load_scene};
+pub use assemble::{
+    Difference, LoadOptions, Loaded, LoadedField, assemble, assemble_field, load_scene,
+};
 pub use diagnostic::{Diagnostic, Diagnostics, Location, Severity};
 pub use error::{FileError, Problem};
 pub use input::Limits;

@@ -18,6 +18,6 @@ pub use transport::{sensor, shape, texture, trace};
 /// Files: scenes, volumes, meshes and images.
 pub mod files {
     pub use io::{FileError, Limits, Problem};
+    pub use io::{LoadedField, assemble_field, json, schema, xml};
     pub use io::{arrays, image, mesh, volume};
-    pub use io::{assemble_field, json, schema, xml};
 }

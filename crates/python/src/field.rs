@@ -25,6 +25,8 @@ pub struct Field {
     /// Name of the medium, a str; empty for a field on its own.
     #[pyo3(get)]
     name: String,
+    /// What is doubtful about a field on its own: scenes have warnings of theirs.
+    warnings: Diagnostics,
 }
 
 #[derive(Debug)]
@@ -49,10 +51,11 @@ pub fn load_field(py: Python<'_>, volume: &Bound<'_, PyDict>) -> PyResult<Field>
             None => Err(diagnostics),
         }
     });
-    let (index, hash) = index.map_err(|d| errors::scene(&d))?;
+    let made = index.map_err(|d| errors::scene(&d))?;
     Ok(Field {
-        source: Source::Own(Box::new(index), recipe, hash),
+        source: Source::Own(Box::new(made.field), recipe, made.hash),
         name: String::new(),
+        warnings: made.warnings,
     })
 }
 
@@ -60,7 +63,11 @@ impl Field {
     /// That of a medium of a scene, by number.
     pub fn of_medium(scene: Py<Scene>, medium: usize, name: String) -> Self {
         let source = Source::Medium(scene, medium);
-        Field { source, name }
+        Field {
+            source,
+            name,
+            warnings: Diagnostics::new(),
+        }
     }
 
     /// The field itself.
@@ -89,6 +96,12 @@ impl Field {
 
 #[pymethods]
 impl Field {
+    /// What is doubtful about a field on its own.
+    #[getter]
+    fn _warnings<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        errors::diagnostics(py, &self.warnings)
+    }
+
     /// Evaluate the refractive index n.
     ///
     /// Parameters

@@ -174,15 +174,26 @@ pub fn assemble(
     })
 }
 
+/// A refractive index on its own.
+#[derive(Debug)]
+pub struct LoadedField {
+    /// The index.
+    pub field: eikonal::Field,
+    /// Hash of the description and of all files that it refers to.
+    pub hash: SceneHash,
+    /// What is doubtful about it.
+    pub warnings: Diagnostics,
+}
+
 /// Assembles the refractive index that the only volume of a description describes, at the first wavelength if there are
-/// several, with the hash of the description and of all files; `diagnostics` holds what reading it has reported.
+/// several; `diagnostics` holds what reading it has reported.
 ///
 /// # Errors
 /// Everything that is wrong with it.
 pub fn assemble_field(
     description: &SceneDescription,
     mut diagnostics: Diagnostics,
-) -> Result<(eikonal::Field, SceneHash), Diagnostics> {
+) -> Result<LoadedField, Diagnostics> {
     let root = &description.root;
     let channels = Channels::of(root, &mut diagnostics);
     let mut query = Query::new(root, &mut diagnostics);
@@ -192,7 +203,11 @@ pub fn assemble_field(
     let mut context = Context::new(&channels, 0, &mut diagnostics, &mut files);
     let field = volume.and_then(|volume| field::build(volume, &mut context));
     match (field, fingerprint(description, &files, &mut diagnostics)) {
-        (Some(field), Some(hash)) if !diagnostics.has_errors() => Ok((field, hash)),
+        (Some(field), Some(hash)) if !diagnostics.has_errors() => Ok(LoadedField {
+            field,
+            hash,
+            warnings: diagnostics,
+        }),
         _ => Err(diagnostics),
     }
 }

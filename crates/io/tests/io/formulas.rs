@@ -15,7 +15,7 @@ fn field(volume: &str, overrides: &[(&str, &str)]) -> Result<eikonal::Field, Str
     let scene = xml::parse(&text, "scene.xml", &overrides, &mut diagnostics);
     let scene = scene.ok_or_else(|| diagnostics.to_string())?;
     let made = assemble_field(&scene, diagnostics);
-    made.map(|(field, _)| field).map_err(|d| d.to_string())
+    made.map(|made| made.field).map_err(|d| d.to_string())
 }
 
 /// The same, in JSON.
@@ -25,7 +25,7 @@ fn of_json(volume: &serde_json::Value) -> Result<eikonal::Field, String> {
     let scene = json::parse(&text, "scene.json", &[], &mut diagnostics);
     let scene = scene.ok_or_else(|| diagnostics.to_string())?;
     let made = assemble_field(&scene, diagnostics);
-    made.map(|(field, _)| field).map_err(|d| d.to_string())
+    made.map(|made| made.field).map_err(|d| d.to_string())
 }
 
 const X: DVec3 = DVec3::new(0.3, -0.2, 0.5);

@@ -275,3 +275,32 @@ fn mistakes_are_named() {
     let loud = |a: f64| json!([1e7 * a, 0.0]);
     refused(json!({"data": array(loud)}), "least index in sound");
 }
+
+/// A wave along z through the unit cube, whose length is twice what it should be, or too coarse.
+#[test]
+fn samples_are_of_waves_as_long_as_frequency_and_speed_say() {
+    let wave = |per_wavelength: f64, wavelength: f64| {
+        let count = (4.0 * per_wavelength) as usize;
+        let at = |z: usize| {
+            let phase = TAU * z as f64 / per_wavelength;
+            [[[phase.cos(), phase.sin()]; 2]; 2]
+        };
+        let data: Vec<_> = (0..count).map(at).collect();
+        let volume = json!({"data": data, "placement": "centers", "frequency": 1e6, "sound_speed": 1e6 * wavelength});
+        load(volume, STEPS).unwrap().warnings.to_string()
+    };
+    for per_wavelength in [3.0, 4.0, 12.0] {
+        let text = wave(per_wavelength, 0.25);
+        assert!(text.is_empty(), "{per_wavelength}: {text}");
+    }
+    let text = wave(12.0, 0.5);
+    assert!(text.contains("of waves of a length of 2.53e-1"), "{text}");
+    assert!(
+        text.contains("has a wavelength of 5.00e-1 (scene units)"),
+        "{text}"
+    );
+    assert!(text.contains("check the units of both"), "{text}");
+    let text = wave(2.0, 0.25);
+    assert!(text.contains("3 samples or more to a wavelength"), "{text}");
+    assert!(text.contains("there are 2.00"), "{text}");
+}

@@ -31,7 +31,7 @@ fn made(volume: &Value) -> Result<Field, String> {
     let text = json!({"type": "scene", "index": volume}).to_string();
     let scene = json::parse(&text, "scene.json", &[], &mut diagnostics);
     let made = assemble_field(&scene.unwrap(), diagnostics);
-    made.map(|(field, _)| field).map_err(|d| d.to_string())
+    made.map(|made| made.field).map_err(|d| d.to_string())
 }
 
 /// Places in the box, 5 % from its faces.

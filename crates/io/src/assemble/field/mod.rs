@@ -10,6 +10,7 @@ mod grid;
 mod oscillating;
 mod profile;
 mod rounding;
+mod sampled_waves;
 mod transducer;
 mod wave;
 mod wave_fit;

@@ -3,7 +3,7 @@
 use super::super::context::Context;
 use super::super::sound_record::SoundRecord;
 use super::super::{reach, units};
-use super::placed;
+use super::{placed, sampled_waves};
 use crate::diagnostic::Diagnostic;
 use crate::scene::ObjectDescription;
 use eikonal::field::{Placement, SampledSound, SoundSamples};
@@ -34,6 +34,11 @@ pub(super) fn oscillating(
     object: &ObjectDescription,
     context: &mut Context,
 ) -> Option<Field> {
+    let doubt = sampled_waves::doubt(&samples.pressure, &samples.record, samples.wavelength);
+    let doubt = doubt.map(|doubt| doubt.at(&object.location));
+    doubt
+        .into_iter()
+        .for_each(|doubt| context.diagnostics.push(doubt));
     let in_index = |[re, im]: &[f64; 2]| [re, im].map(|v| (samples.slope * v) as f32);
     let amplitude: Vec<[f32; 2]> = samples.pressure.iter().map(in_index).collect();
     drop(samples.pressure);

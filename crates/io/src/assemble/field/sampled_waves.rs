@@ -1,0 +1,127 @@
+//! Whether samples of sound are of waves as long as its frequency and speed say, and close enough to tell.
+
+use super::super::sound_record::SoundRecord;
+use crate::diagnostic::Diagnostic;
+use glam::DVec3;
+use std::f64::consts::TAU;
+
+/// Squared wave numbers that differ by more than this factor are a mistake: units, a coarse grid, or noise.
+const ALIKE: f64 = 1.6;
+/// So many samples are looked at, or a few more.
+const LOOKED_AT: usize = 1_000_000;
+/// Fewer samples to a wavelength do not tell how pressure changes between them.
+const FEWEST: f64 = 3.0;
+
+/// Fewer samples with neighbours on all sides tell nothing.
+const LEAST_LOOKED_AT: usize = 8;
+
+/// What is doubtful about the complex amplitudes of sound of a wavelength, x fastest.
+pub(super) fn doubt(
+    pressure: &[[f64; 2]],
+    record: &SoundRecord,
+    wavelength: f64,
+) -> Option<Diagnostic> {
+    let axes = Axis::of(record.size, record.spacing());
+    let found = squared_wave_number(pressure, &axes)?;
+    let expected = (TAU / wavelength).powi(2);
+    if (1.0 / ALIKE..ALIKE).contains(&(found / expected)) {
+        return None;
+    }
+    let found = match TAU / found.sqrt() {
+        length if length.is_finite() => format!("of a length of {length:.2e}"),
+        _ => "of no length".to_owned(),
+    };
+    let message = format!(
+        "the samples are of waves {found}, but by 'frequency' and 'sound_speed' the sound has a wavelength of {wavelength:.2e} (scene units)"
+    );
+    let coarsest = axes.iter().map(|axis| axis.spacing).fold(0.0, f64::max);
+    let help = if coarsest * FEWEST > wavelength {
+        format!(
+            "phases of light need {FEWEST} samples or more to a wavelength where pressure varies: there are {:.2}",
+            wavelength / coarsest
+        )
+    } else {
+        "check the units of both, and 'to_world': the displacement of what scatters light depends on them".to_owned()
+    };
+    Some(Diagnostic::warning(message).help(help))
+}
+
+/// An axis of a grid along which samples have two neighbours.
+struct Axis {
+    count: usize,
+    /// From the number of a sample to that of the next.
+    step: usize,
+    spacing: f64,
+}
+
+impl Axis {
+    fn of(size: [usize; 3], spacing: DVec3) -> Vec<Self> {
+        let steps = [1, size[0], size[0] * size[1]];
+        let axes = (0..3).filter(|axis| size[*axis] > 2).map(|axis| Axis {
+            count: size[axis],
+            step: steps[axis],
+            spacing: spacing[axis],
+        });
+        axes.collect()
+    }
+
+    /// Whether a sample has two neighbours along it.
+    fn is_inner(&self, sample: usize) -> bool {
+        (1..self.count - 1).contains(&(sample / self.step % self.count))
+    }
+}
+
+/// k² of waves P, by Helmholtz's equation: −Re Σ P* ∇²P over Σ |P|², with second differences. `None` where too few samples with pressure have
+/// neighbours.
+fn squared_wave_number(pressure: &[[f64; 2]], axes: &[Axis]) -> Option<f64> {
+    // Odd, so that it visits all columns of even grids.
+    let stride = (pressure.len() / LOOKED_AT) | 1;
+    let inner = |i: &usize| !axes.is_empty() && axes.iter().all(|axis| axis.is_inner(*i));
+    let (mut bending, mut power, mut count) = (0.0, 0.0, 0);
+    for i in (0..pressure.len()).step_by(stride).filter(inner) {
+        count += 1;
+        power += pressure[i].iter().map(|part| part * part).sum::<f64>();
+        for axis in axes {
+            for (part, own) in pressure[i].iter().enumerate() {
+                let others = pressure[i - axis.step][part] + pressure[i + axis.step][part];
+                bending += own * (2.0 * own - others) / axis.spacing.powi(2);
+            }
+        }
+    }
+    let is_known = count >= LEAST_LOOKED_AT && power > 0.0 && bending.is_finite();
+    is_known.then(|| bending / power)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Waves along and across a grid, travelling and standing, and within a small part of a wavelength.
+    #[test]
+    fn waves_have_their_wave_number() {
+        let size = [12, 9, 10];
+        let spacing = DVec3::new(0.1, 0.08, 0.12);
+        for k in [
+            DVec3::new(5.0, 0.0, 0.0),
+            DVec3::new(1.0, -3.0, 2.0),
+            0.1 * DVec3::ONE,
+        ] {
+            for standing in [false, true] {
+                let at = |i: usize| {
+                    let place = [i % size[0], i / size[0] % size[1], i / (size[0] * size[1])];
+                    let phase = k.dot(spacing * DVec3::from_array(place.map(|n| n as f64)));
+                    [phase.cos(), if standing { 0.0 } else { phase.sin() }]
+                };
+                let pressure: Vec<_> = (0..size.iter().product()).map(at).collect();
+                let found = squared_wave_number(&pressure, &Axis::of(size, spacing)).unwrap();
+                let expected = k.length_squared();
+                assert!((found / expected - 1.0).abs() < 0.03, "{k}: {found}");
+            }
+        }
+        for (pressure, side) in [(1.0, 2), (1.0, 3), (0.0, 4)] {
+            let axes = Axis::of([side; 3], spacing);
+            let pressure = vec![[pressure, 0.0]; side.pow(3)];
+            assert_eq!(squared_wave_number(&pressure, &axes), None, "{side}");
+        }
+    }
+}
