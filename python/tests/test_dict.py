@@ -184,6 +184,19 @@ def test_hidden_elements_of_arrays_are_refused(use):
         use(hidden)
 
 
+@pytest.mark.parametrize(
+    "scene",
+    [
+        graded(data=INDEX + 0j),
+        graded(data=INDEX[0, 0] + 1j),
+        graded(type="pressure", n0=1.3, dn_dp=1e-10, data=INDEX[0] + 1j),
+        solid(type="mesh", vertex_positions=CORNERS + 0j, faces=FACES),
+    ],
+)
+def test_complex_numbers_are_those_of_sound(scene):
+    assert "only sound of a 'frequency'" in refused(scene).message
+
+
 def test_masks_that_hide_nothing_do_not_matter():
     nothing = np.ma.masked_array(INDEX, mask=False)
     np.testing.assert_array_equal(picture(graded(data=nothing)), picture(graded(data=INDEX)))

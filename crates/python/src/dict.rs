@@ -128,7 +128,7 @@ fn array(object: &Bound<'_, PyAny>, place: &str) -> PyResult<Item> {
     refuse_masked(&source, place)?;
     let numpy = py.import("numpy")?;
     let array = numpy.call_method1("asarray", (source,))?;
-    let array = real_and_imaginary(&numpy, array)?;
+    let (array, is_complex) = real_and_imaginary(&numpy, array)?;
     let array = array.cast_into::<PyUntypedArray>()?;
     let kind: char = array.dtype().getattr("kind")?.extract()?;
     if !"buif".contains(kind) {
@@ -152,19 +152,23 @@ fn array(object: &Bound<'_, PyAny>, place: &str) -> PyResult<Item> {
         }
     };
     let tensor = Tensor::new(shape, numbers).map_err(|e| PyTypeError::new_err(e.to_string()))?;
-    Ok(Item::Tensor(Arc::new(tensor)))
+    Ok(Item::Tensor(Arc::new(if is_complex {
+        tensor.of_complex_numbers()
+    } else {
+        tensor
+    })))
 }
 
-/// Arrays of complex numbers as two along a last axis; others as they are.
+/// Arrays of complex numbers as two along a last axis, others as they are, and which of both.
 fn real_and_imaginary<'py>(
     numpy: &Bound<'py, PyModule>,
     array: Bound<'py, PyAny>,
-) -> PyResult<Bound<'py, PyAny>> {
+) -> PyResult<(Bound<'py, PyAny>, bool)> {
     let kind: char = array.getattr("dtype")?.getattr("kind")?.extract()?;
     let axes: usize = array.getattr("ndim")?.extract()?;
     if kind != 'c' || axes == 0 {
-        return Ok(array);
+        return Ok((array, false));
     }
     let parts = (array.getattr("real")?, array.getattr("imag")?);
-    numpy.call_method1("stack", (parts, -1))
+    Ok((numpy.call_method1("stack", (parts, -1))?, true))
 }

@@ -74,7 +74,7 @@ pub(super) fn read_series(
     let (sums, source) = read_by(object, context, |query, files| {
         let series = if query.has("data") {
             let axes = axes_of_data(query);
-            let series = Series::of_tensor(&*query.tensor("data")?, axes, plan);
+            let series = Series::of_tensor(&*query.complex_tensor("data")?, axes, plan);
             series
                 .map_err(|e| query.error("data", e.to_string()))
                 .ok()?

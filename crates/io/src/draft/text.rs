@@ -16,12 +16,10 @@ pub(crate) fn read(path: &Path) -> Result<Arc<SourceFile>, Diagnostic> {
 }
 
 fn not_utf8(path: &Path, error: &std::string::FromUtf8Error) -> Diagnostic {
-    let start = error.utf8_error().valid_up_to();
-    let message = format!(
-        "{}: not UTF-8 text: invalid byte at offset {start}",
-        shown(path)
-    );
-    Diagnostic::error(message)
+    let before = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+    let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
+    let message = format!("{}:{line}: not UTF-8 text", shown(path));
+    Diagnostic::error(message).help("save the file as UTF-8".to_owned())
 }
 
 /// The beginning of a text, for messages.

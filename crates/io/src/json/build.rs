@@ -91,7 +91,7 @@ impl<I: Iterator<Item = (usize, usize)>> Builder<'_, '_, I> {
                     .map(|(key, item)| self.entry(key, item))
                     .collect(),
             ),
-            Item::Tensor(tensor) if tensor.len() <= SMALL => {
+            Item::Tensor(tensor) if tensor.len() <= SMALL && !tensor.is_complex() => {
                 let mut numbers = tensor.iter();
                 return self.nested(tensor.shape(), &mut numbers, &location);
             }

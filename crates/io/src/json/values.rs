@@ -40,7 +40,7 @@ pub(super) fn value(
         Json::Tensor(tensor) if known == Some(Type::Tensor) => Some(Value::Tensor(tensor.clone())),
         Json::Tensor(tensor) => {
             let message = format!(
-                "an array of shape {:?} does not belong here",
+                "an array of shape {:?} does not belong here: textures and volumes take theirs as 'data'",
                 tensor.shape()
             );
             report(node, message, diagnostics);

@@ -70,8 +70,20 @@ impl Query<'_, '_> {
         )
     }
 
-    /// An array of numbers, if there is one.
+    /// An array of real numbers, if there is one.
     pub fn tensor(&mut self, name: &str) -> Option<Arc<Tensor>> {
+        let tensor = self.complex_tensor(name)?;
+        if tensor.is_complex() {
+            let message =
+                "the array has complex numbers, which only sound of a 'frequency' may have";
+            self.error(name, message);
+            return None;
+        }
+        Some(tensor)
+    }
+
+    /// An array of numbers, which may be complex, if there is one.
+    pub(crate) fn complex_tensor(&mut self, name: &str) -> Option<Arc<Tensor>> {
         let lookup = self.convert(name, "array", |value| match value {
             Value::Tensor(v) => Some(v.clone()),
             _ => None,

@@ -7,6 +7,7 @@ use crate::error::Problem;
 pub struct Tensor {
     shape: Vec<usize>,
     numbers: Numbers,
+    is_complex: bool,
 }
 
 /// The numbers of a [`Tensor`].
@@ -30,13 +31,31 @@ impl Tensor {
         };
         let expected = shape.iter().try_fold(1usize, |n, m| n.checked_mul(*m));
         if expected == Some(found) {
-            Ok(Tensor { shape, numbers })
+            Ok(Tensor {
+                shape,
+                numbers,
+                is_complex: false,
+            })
         } else {
             Err(Problem::Mismatch {
                 expected: format!("an array of shape {shape:?}"),
                 found: format!("{found} numbers"),
             })
         }
+    }
+
+    /// The array, whose last axis has the real and the imaginary part of complex numbers.
+    #[must_use]
+    pub fn of_complex_numbers(self) -> Self {
+        Tensor {
+            is_complex: true,
+            ..self
+        }
+    }
+
+    /// Whether its last axis has the real and the imaginary part of complex numbers.
+    pub fn is_complex(&self) -> bool {
+        self.is_complex
     }
 
     /// Number of elements along each axis.

@@ -42,14 +42,18 @@ fn describe(source: &Arc<SourceFile>, error: &Error) -> Diagnostic {
         }
         other => {
             let pos = other.pos();
-            let text = other.to_string();
-            let message = text
-                .rsplit_once(" at ")
-                .map_or(text.as_str(), |(message, _)| message);
-            (
-                message.to_owned(),
-                source.offset(pos.row as usize, pos.col as usize),
-            )
+            let start = source.offset(pos.row as usize, pos.col as usize);
+            let said = other.to_string();
+            let said = said.rsplit_once(" at ").map_or(&*said, |(said, _)| said);
+            let is_element = text.get(start..).is_some_and(|rest| rest.starts_with('<'));
+            let message = match other {
+                Error::InvalidComment(_) => "'--' must not stand within a comment",
+                Error::UnknownToken(_) if is_element => {
+                    "nothing may follow the end of the root element"
+                }
+                _ => said,
+            };
+            (message.to_owned(), start)
         }
     };
     Diagnostic::error(format!("invalid XML: {message}")).at(&Location::new(source, start, 1))

@@ -297,7 +297,7 @@ fn a_byte_order_mark_is_passed_over() {
     assert!(
         diagnostics
             .to_string()
-            .contains("not UTF-8 text: invalid byte at offset 10")
+            .contains("scene.json:1: not UTF-8 text")
     );
 }
 

@@ -57,6 +57,12 @@ fn syntax() {
         "{:?}",
         whole(twice)
     );
+    let comment = "<scene version='3.0.0'>\n<!-- old -- new --></scene>";
+    let expected = "2:1 invalid XML: '--' must not stand within a comment | ";
+    assert_eq!(whole(comment), [expected]);
+    let second = "<scene version='3.0.0'/>\n<shape type='cube'/>";
+    let expected = "2:1 invalid XML: nothing may follow the end of the root element | ";
+    assert_eq!(whole(second), [expected]);
 }
 
 #[test]
@@ -394,11 +400,9 @@ mod files {
 
     #[test]
     fn text_that_is_not_utf8() {
-        let found = load(&[("main.xml", b"<scene \xff")]);
-        assert_eq!(
-            found,
-            [":main.xml: not UTF-8 text: invalid byte at offset 7 | "]
-        );
+        let found = load(&[("main.xml", b"<scene\n \xff")]);
+        let expected = ":main.xml:2: not UTF-8 text | save the file as UTF-8";
+        assert_eq!(found, [expected]);
     }
 
     #[test]
