@@ -197,6 +197,12 @@ def test_complex_numbers_are_those_of_sound(scene):
     assert "only sound of a 'frequency'" in refused(scene).message
 
 
+def test_complex_amplitudes_have_three_axes():
+    wave = {"type": "pressure", "n0": 1.3, "dn_dp": 1e-10, "frequency": 1e6, "sound_speed": 1e6}
+    found = refused(graded(**wave, data=INDEX[0] + 1j))
+    assert "complex amplitudes have three axes, this array has 2" in found.message
+
+
 def test_masks_that_hide_nothing_do_not_matter():
     nothing = np.ma.masked_array(INDEX, mask=False)
     np.testing.assert_array_equal(picture(graded(data=nothing)), picture(graded(data=INDEX)))

@@ -78,7 +78,7 @@ impl Field {
         }
     }
 
-    /// `N` numbers for each point, computed on all processors.
+    /// `N` numbers for each point, computed on all processors; NaN for points that are not finite.
     fn map<'py, const N: usize>(
         &self,
         py: Python<'py>,
@@ -87,8 +87,14 @@ impl Field {
         shape: &[usize],
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let field = self.index();
-        let values: Vec<[f64; N]> =
-            py.detach(|| points.rows.par_iter().map(|x| of(field, *x)).collect());
+        let at = |x: &DVec3| {
+            if x.is_finite() {
+                of(field, *x)
+            } else {
+                [f64::NAN; N]
+            }
+        };
+        let values: Vec<[f64; N]> = py.detach(|| points.rows.par_iter().map(at).collect());
         let shape: Vec<usize> = points.outer.iter().chain(shape).copied().collect();
         array(py, values.into_flattened(), &shape)
     }
@@ -112,7 +118,7 @@ impl Field {
     /// Returns
     /// -------
     /// ndarray, (...)
-    ///     n. NaN where a formula has no real index. Beyond its samples, a sampled field bends to a constant
+    ///     n. NaN where a formula has no real index, and where points are not finite. Beyond its samples, a sampled field bends to a constant
     ///     (docs/scene-format.md#volume-files).
     ///
     /// Raises

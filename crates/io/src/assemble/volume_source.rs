@@ -74,7 +74,15 @@ pub(super) fn read_series(
     let (sums, source) = read_by(object, context, |query, files| {
         let series = if query.has("data") {
             let axes = axes_of_data(query);
-            let series = Series::of_tensor(&*query.complex_tensor("data")?, axes, plan);
+            let tensor = query.complex_tensor("data")?;
+            let axes_found = tensor.shape().len();
+            if tensor.is_complex() && axes_found != 4 {
+                let found = axes_found - 1;
+                let message = format!("complex amplitudes have three axes, this array has {found}");
+                query.error("data", message);
+                return None;
+            }
+            let series = Series::of_tensor(&tensor, axes, plan);
             series
                 .map_err(|e| query.error("data", e.to_string()))
                 .ok()?
