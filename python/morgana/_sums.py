@@ -16,10 +16,18 @@ Doubles = NDArray[np.float64]
 def by_particle(records: Records, factors: NDArray[Any]) -> NDArray[Any]:
     """Sums of weights times factors, (records, n), over the records of each particle that has some: (particles, n, channels)."""
     _, rows = np.unique(records.particle, return_inverse=True)
-    shape = (int(rows.max(initial=-1)) + 1, factors.shape[1], records.weight.shape[1])
+    shape = (factors.shape[1], records.weight.shape[1], int(rows.max(initial=-1)) + 1)
     sums = np.zeros(shape, factors.dtype)
-    np.add.at(sums, rows, factors[:, :, None] * records.weight[:, None, :])
-    return sums
+    for i, column in enumerate(factors.T):
+        for channel, weight in enumerate(records.weight.T):
+            sums[i, channel] = _counted(rows, column * weight, shape[2])
+    return np.moveaxis(sums, 2, 0)
+
+
+def _counted(rows: NDArray[np.intp], values: NDArray[Any], count: int) -> NDArray[Any]:
+    """Sums of values, real or complex, by their rows."""
+    real = np.bincount(rows, values.real, count)
+    return real + 1j * np.bincount(rows, values.imag, count) if np.iscomplexobj(values) else real
 
 
 def aligned(sums: NDArray[Any]) -> Doubles:

@@ -17,13 +17,14 @@ Theory: docs/theory.md#diffuse-correlation, docs/theory.md#flow, docs/theory.md#
 
 from __future__ import annotations
 
-from typing import Callable, Mapping, NamedTuple, Optional, Union
+from typing import Callable, Iterator, List, Mapping, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _checks as checks
 from ._correlation import Correlation
+from ._exposure import NODES, OCTAVES, panels
 from ._records import Records
 from ._sums import aligned, by_particle, error_of, positive, recorded, seconds
 from ._tagging import ModulationDepth, Sidebands, correlate_tagged, modulation_depth, tagged
@@ -46,8 +47,8 @@ __all__ = [
 
 Doubles = NDArray[np.float64]
 Motion = Callable[[Doubles], Doubles]
-NODES = 48
-"""Nodes of Gauss's quadrature over an exposure: g₁² is smooth in the root of the delay."""
+WORK = 1 << 24
+"""Values of records by delay that are computed for an exposure, about, where phases turn faster than can be resolved."""
 
 
 @comparable
@@ -214,7 +215,7 @@ def correlate(
     """
     recorded(records)
     times = seconds(delays, "delays", "finite numbers of seconds, not negative,")
-    decay = _decay(records, times, motions, _Light(wavelength, index, flow))
+    decay = _Delayed.of(records, motions, _Light(wavelength, index, flow)).at(times)
     power = by_particle(records, np.ones((len(records.particle), 1)))[:, 0]
     total = power.sum(axis=0)
     mean, error = np.zeros((2, len(times), records.weight.shape[1]))
@@ -274,23 +275,28 @@ def speckle_contrast(
     times = seconds(exposures, "exposures", "finite, positive numbers of seconds", least=np.nextafter(0, 1))
     if not 0 < beta <= 1:
         raise ValueError(f"beta must be above 0 and at most 1, not {beta}")
-    nodes, weights = np.polynomial.legendre.leggauss(NODES)
-    # τ = T u²: g₁ of diffusing scatterers is smooth in the root of τ.
-    roots = (nodes + 1) / 2
-    weights = weights / 2 * 2 * roots * (1 - roots**2)
-    mean, error = np.zeros((2, len(times), records.weight.shape[1]))
+    delayed = _Delayed.of(records, motions, _Light(wavelength, index, flow))
     power = by_particle(records, np.ones((len(records.particle), 1)))[:, 0]
-    total = power.sum(axis=0)
+    mean, error = np.zeros((2, len(times), records.weight.shape[1]))
     for i, time in enumerate(times):
-        decay = _decay(records, time * roots**2, motions, _Light(wavelength, index, flow))
-        sums = aligned(by_particle(records, decay.T))
-        ratio = sums.sum(axis=0) / total
-        square = 2 * beta * weights @ ratio**2
-        # To first order, g₁² moves by 2 g₁ δg₁.
-        moved = np.einsum("t,tc,ptc->pc", weights, ratio, sums - ratio * power[:, None, :])
-        mean[i] = np.sqrt(square)
-        error[i] = error_of(4 * beta * moved / total, records.particles) / (2 * mean[i])
+        mean[i], error[i] = _blurred(records, time, delayed, power, beta)
     return Contrast(times, mean, error)
+
+
+def _blurred(records: Records, exposure: float, delayed: _Delayed, power: Doubles, beta: float) -> Tuple[Doubles, Doubles]:
+    """Contrast of an exposure and its error, by channel, of particles of the given powers."""
+    total = np.where(power.sum(axis=0) > 0, power.sum(axis=0), np.nan)
+    square, moved = np.zeros_like(total), np.zeros_like(power)
+    most = max(4, WORK // (NODES * OCTAVES * max(len(records.particle), 1)))
+    for delays, weights in panels(exposure, delayed.fastest, delayed.spread, most):
+        weights = 2 * beta / exposure * weights * (1 - delays / exposure)
+        sums = by_particle(records, delayed.at(delays).T)
+        ratio = sums.sum(axis=0) / total
+        square += weights @ np.abs(ratio) ** 2
+        # To first order, |g₁|² moves by 2 Re g₁* δg₁.
+        moved += np.einsum("t,tc,ptc->pc", weights, 2 * np.conj(ratio), sums - ratio * power[:, None, :]).real / total
+    mean = np.sqrt(square)
+    return mean, error_of(moved, records.particles) / (2 * mean)
 
 
 class _Light(NamedTuple):
@@ -301,29 +307,69 @@ class _Light(NamedTuple):
     flow: float
 
 
-def _decay(records: Records, delays: Doubles, motions: Mapping[str, Motion], light: _Light) -> Union[Doubles, NDArray[np.complex128]]:
-    """What is left of each record after each delay, (delays, records): complex if something flows."""
-    index = light.indices
-    k0 = 2 * np.pi / positive(light.wavelength, "wavelength", least=np.nextafter(0, 1))
-    rate = _rate(records, light.flow)
-    exponent = np.zeros((len(delays), len(records.particle)))
-    for name, motion in checks.mapping(motions, "motions by region").items():
-        if name not in records.regions:
-            raise ValueError(f"no region is named {name!r}; there are {', '.join(map(repr, records.regions))}")
-        if isinstance(index, Mapping) and name not in index:
-            raise ValueError(f"the region {name!r} moves, but has no index")
-        n = positive(index[name] if isinstance(index, Mapping) else index, "index", least=np.nextafter(0, 1))
-        if not callable(motion):
-            raise ValueError(
-                f"the motion of {name!r} must be a function of delays, such as brownian() or shear() gives; for a field of velocities, give the "
-                "medium a 'velocity' in the scene"
-            )
-        square = np.asarray(motion(delays), float)
-        if square.shape != delays.shape or not np.all(np.isfinite(square) & (square >= 0)):
-            raise ValueError(f"the motion of {name!r} must give one mean square displacement for each delay, not negative")
-        transfer = records.momentum_transfer[:, records.regions.index(name)]
-        exponent += np.outer((n * k0) ** 2 / 3 * square, transfer)
-    return np.exp(-exponent) if rate is None else np.exp(1j * k0 * np.outer(delays, rate) - exponent)
+class _Delayed(NamedTuple):
+    """What is left of each record after a delay."""
+
+    records: int
+    """Number of records."""
+    names: List[str]
+    """Of the regions that move."""
+    motions: List[Motion]
+    """Their mean square displacements by delay."""
+    transfers: List[Doubles]
+    """⅓ (n k₀)² Y in each of them, (records,)."""
+    turn: Optional[Doubles]
+    """How fast phases turn, (records,); none if nothing flows."""
+
+    @classmethod
+    def of(cls, records: Records, motions: Mapping[str, Motion], light: _Light) -> _Delayed:
+        index = light.indices
+        k0 = 2 * np.pi / positive(light.wavelength, "wavelength", least=np.nextafter(0, 1))
+        rate = _rate(records, light.flow)
+        moving = checks.mapping(motions, "motions by region")
+        transfers = []
+        for name, motion in moving.items():
+            if name not in records.regions:
+                raise ValueError(f"no region is named {name!r}; there are {', '.join(map(repr, records.regions))}")
+            if isinstance(index, Mapping) and name not in index:
+                raise ValueError(f"the region {name!r} moves, but has no index")
+            n = positive(index[name] if isinstance(index, Mapping) else index, "index", least=np.nextafter(0, 1))
+            if not callable(motion):
+                raise ValueError(
+                    f"the motion of {name!r} must be a function of delays, such as brownian() or shear() gives; for a field of velocities, give the "
+                    "medium a 'velocity' in the scene"
+                )
+            transfers.append((n * k0) ** 2 / 3 * records.momentum_transfer[:, records.regions.index(name)])
+        return cls(len(records.particle), list(moving), list(moving.values()), transfers, None if rate is None else k0 * rate)
+
+    @property
+    def spread(self) -> float:
+        """How fast phases turn apart, at most, per second."""
+        return 0.0 if self.turn is None or not len(self.turn) else float(np.ptp(self.turn))
+
+    def at(self, delays: Doubles) -> Union[Doubles, NDArray[np.complex128]]:
+        """Of each record after each delay, (delays, records): complex if something flows."""
+        exponent = np.zeros((len(delays), self.records))
+        for square, transfer in zip(self._squares(delays), self.transfers):
+            exponent += np.outer(square, transfer)
+        if self.turn is None:
+            return np.asarray(np.exp(-exponent))
+        return np.asarray(np.exp(1j * np.outer(delays, self.turn) - exponent))
+
+    def fastest(self, delays: Doubles) -> Doubles:
+        """An upper bound of how much a record has decayed and turned against others, after each delay."""
+        changes = delays * self.spread
+        for square, transfer in zip(self._squares(delays), self.transfers):
+            changes = changes + square * transfer.max(initial=0.0)
+        return changes
+
+    def _squares(self, delays: Doubles) -> Iterator[Doubles]:
+        """Mean square displacements of regions."""
+        for name, motion in zip(self.names, self.motions):
+            square = np.asarray(motion(delays), float)
+            if square.shape != delays.shape or not np.all(np.isfinite(square) & (square >= 0)):
+                raise ValueError(f"the motion of {name!r} must give one mean square displacement for each delay, not negative")
+            yield square
 
 
 def _rate(records: Records, flow: float) -> Optional[Doubles]:

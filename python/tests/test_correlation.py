@@ -130,6 +130,32 @@ def test_contrast_of_one_decay_has_a_closed_form():
     np.testing.assert_allclose(found.mean[0, 0] ** 2, 0.5, rtol=1e-3)
 
 
+def exponential(x):
+    """K² of g₁ = exp(−τ/τ_c) by x = T/τ_c (Bandyopadhyay, Gittings, Suh, Dixon and Durian 2005)."""
+    return np.where(x < 1e-4, 1 - 2 * x / 3, (np.expm1(-2 * x) + 2 * x) / (2 * x**2))
+
+
+def bell(x):
+    """The same of g₁ = exp(−(τ/τ_c)²)."""
+    a = math.sqrt(2) * x
+    return math.sqrt(math.pi) * np.array([math.erf(value) for value in a]) / a + np.expm1(-(a**2)) / a**2
+
+
+@pytest.mark.parametrize("kind", ["brownian", "ballistic"])
+def test_contrast_of_short_and_long_exposures(kind):
+    """From a ten-thousandth of the correlation time to a million of it, of light with one momentum transfer."""
+    k = 2 * math.pi * INDEX / WAVELENGTH
+    motion, time, expected = {
+        "brownian": (correlation.brownian(1e-7), 1 / (2 * k**2 * 1e-7), exponential),
+        "ballistic": (correlation.ballistic(5.0), math.sqrt(3) / (k * 5.0), bell),
+    }[kind]
+    x = 10.0 ** np.arange(-4, 6.5, 0.5)
+    found = correlation.speckle_contrast(records([1.0, 1.0], [1.0, 1.0]), x * time, {"tissue": motion}, wavelength=WAVELENGTH, index=INDEX)
+    np.testing.assert_allclose(found.mean[:, 0], np.sqrt(expected(x)), rtol=1e-6)
+    # K √T tends to a constant.
+    np.testing.assert_allclose(found.mean[-1] / found.mean[-5], 0.1, rtol=1e-3)
+
+
 def layered(particles, size=40.0):
     """Light that two layers reflect."""
     thickness = np.array([layer[0] for layer in LAYERS])
