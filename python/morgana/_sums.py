@@ -30,18 +30,22 @@ def _counted(rows: NDArray[np.intp], values: NDArray[Any], count: int) -> NDArra
     return real + 1j * np.bincount(rows, values.imag, count) if np.iscomplexobj(values) else real
 
 
-def aligned(sums: NDArray[Any]) -> Doubles:
-    """The parts of sums over particles, the first axis, in phase with their total: they add up to its absolute value, and their errors are its."""
-    total = sums.sum(axis=0)
+def aligned(sums: NDArray[Any], total: NDArray[Any]) -> Doubles:
+    """The parts of sums over particles, the first axis, in phase with a total: its absolute value changes as they do."""
     turn = np.where(total == 0, 1, np.conj(total) / np.where(total == 0, 1, np.abs(total)))
     return np.asarray((sums * turn).real, float)
 
 
 def error_of(sums: Doubles, particles: int) -> Doubles:
     """Standard error of a sum over particles of which the given ones are not zero."""
-    mean = sums.sum(axis=0)
-    spread = np.maximum((sums**2).sum(axis=0) - mean**2 / particles, 0.0)
-    return np.asarray(np.sqrt(spread * particles / max(particles - 1, 1)))
+    return np.asarray(np.sqrt(variance_of(sums, particles)))
+
+
+def variance_of(sums: NDArray[Any], particles: int) -> Doubles:
+    """Its variance, real or complex: what noise adds to the squared absolute value of the sum."""
+    squares = (np.abs(sums) ** 2).sum(axis=0)
+    spread = np.maximum(squares - np.abs(sums.sum(axis=0)) ** 2 / particles, 0.0)
+    return np.asarray(spread * particles / max(particles - 1, 1))
 
 
 def positive(value: Any, name: str, least: float = 0.0) -> float:

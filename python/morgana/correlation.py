@@ -17,7 +17,7 @@ Theory: docs/theory.md#diffuse-correlation, docs/theory.md#flow, docs/theory.md#
 
 from __future__ import annotations
 
-from typing import Callable, Iterator, List, Mapping, NamedTuple, Optional, Tuple, Union
+from typing import Any, Callable, Iterator, List, Mapping, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,7 +26,7 @@ from . import _checks as checks
 from ._correlation import Correlation
 from ._exposure import NODES, OCTAVES, panels
 from ._records import Records
-from ._sums import aligned, by_particle, error_of, positive, recorded, seconds
+from ._sums import aligned, by_particle, error_of, positive, recorded, seconds, variance_of
 from ._tagging import ModulationDepth, Sidebands, correlate_tagged, modulation_depth, tagged
 from ._values import comparable
 
@@ -180,7 +180,8 @@ def correlate(
     for light of one polarisation whose paths have independent phases, and for scatterers whose displacements are Gaussian and independent.
 
     Where media have a ``velocity``, scatterers flow besides: a record's phase turns by k₀τ times its ``optical_length_rate``, and G₁(τ) is the
-    absolute value of the sum. Velocities do not change while light is correlated.
+    absolute value of the sum. Noise makes the square of such a value larger by its variance, which is taken off; where less than nothing is
+    left, g₁ is below its error, and 0 is given. Velocities do not change while light is correlated.
 
     Parameters
     ----------
@@ -217,14 +218,13 @@ def correlate(
     times = seconds(delays, "delays", "finite numbers of seconds, not negative,")
     decay = _Delayed.of(records, motions, _Light(wavelength, index, flow)).at(times)
     power = by_particle(records, np.ones((len(records.particle), 1)))[:, 0]
-    total = power.sum(axis=0)
-    mean, error = np.zeros((2, len(times), records.weight.shape[1]))
-    ratio, ratio_error = np.zeros_like(mean), np.zeros_like(mean)
+    whole = power.sum(axis=0)
+    mean, error, ratio, ratio_error = np.zeros((4, len(times), records.weight.shape[1]))
     for i, row in enumerate(decay):
-        sums = aligned(by_particle(records, row[:, None])[:, 0])
-        mean[i], error[i] = sums.sum(axis=0), error_of(sums, records.particles)
-        ratio[i] = np.divide(mean[i], total, out=np.full_like(total, np.nan), where=total > 0)
-        ratio_error[i] = error_of(sums - ratio[i] * power, records.particles) / np.where(total > 0, total, np.nan)
+        sums = by_particle(records, row[:, None])[:, 0]
+        ratio[i], ratio_error[i] = _ratio(sums, power, records.particles)
+        mean[i] = np.where(whole > 0, ratio[i] * whole, 0.0)
+        error[i] = error_of(aligned(sums, sums.sum(axis=0)), records.particles)
     return Correlation(times, mean, error, ratio, ratio_error)
 
 
@@ -239,6 +239,9 @@ def speckle_contrast(
     beta: float = 1.0,
 ) -> Contrast:
     """Speckle contrast K(T) of recorded light: K² = (2β/T) ∫₀ᵀ (1 − τ/T) g₁(τ)² dτ.
+
+    What noise adds to g₁² is taken off. Where less than nothing is left of K², K is 0, and its error the root of that of K². The error is up to
+    twice too large where noise hides most of g₁: in exposures of as many correlation times as there are particles.
 
     Parameters
     ----------
@@ -283,20 +286,40 @@ def speckle_contrast(
     return Contrast(times, mean, error)
 
 
+def _total(power: Doubles) -> Tuple[Doubles, Doubles]:
+    """The power of all particles by channel, 1 where there is none, and by what to multiply ratios to it: 1, but NaN where there is none."""
+    total = power.sum(axis=0)
+    return np.where(total > 0, total, 1.0), np.where(total > 0, 1.0, np.nan)
+
+
+def _ratio(sums: NDArray[Any], power: Doubles, particles: int) -> Tuple[Doubles, Doubles]:
+    """|Σ sums|/Σ power over particles, and its error."""
+    total, lit = _total(power)
+    ratio = sums.sum(axis=0) / total
+    moved = sums - ratio * power
+    if not np.iscomplexobj(sums):
+        return ratio * lit, error_of(moved, particles) / total * lit
+    # Of random phases, noise makes the square larger by its variance.
+    square = np.abs(ratio) ** 2 - variance_of(moved, particles) / total**2
+    return np.sqrt(np.maximum(square, 0.0)) * lit, error_of(aligned(moved, ratio), particles) / total * lit
+
+
 def _blurred(records: Records, exposure: float, delayed: _Delayed, power: Doubles, beta: float) -> Tuple[Doubles, Doubles]:
     """Contrast of an exposure and its error, by channel, of particles of the given powers."""
-    total = np.where(power.sum(axis=0) > 0, power.sum(axis=0), np.nan)
+    total, lit = _total(power)
     square, moved = np.zeros_like(total), np.zeros_like(power)
     most = max(4, WORK // (NODES * OCTAVES * max(len(records.particle), 1)))
     for delays, weights in panels(exposure, delayed.fastest, delayed.spread, most):
         weights = 2 * beta / exposure * weights * (1 - delays / exposure)
         sums = by_particle(records, delayed.at(delays).T)
         ratio = sums.sum(axis=0) / total
-        square += weights @ np.abs(ratio) ** 2
-        # To first order, |g₁|² moves by 2 Re g₁* δg₁.
-        moved += np.einsum("t,tc,ptc->pc", weights, 2 * np.conj(ratio), sums - ratio * power[:, None, :]).real / total
-    mean = np.sqrt(square)
-    return mean, error_of(moved, records.particles) / (2 * mean)
+        residual = (sums - ratio * power[:, None, :]) / total
+        square += weights @ (np.abs(ratio) ** 2 - variance_of(residual, records.particles))
+        # To first order |g₁|² moves by 2 Re g₁* δg₁, where a particle's own part of g₁ is what has been taken off.
+        moved += np.einsum("t,ptc->pc", weights, 2 * (np.conj(ratio) * residual).real - 2 * np.abs(residual) ** 2)
+    mean, error = np.sqrt(np.maximum(square, 0.0)), error_of(moved, records.particles)
+    by_root = np.divide(error, 2 * mean, out=np.full_like(mean, np.inf), where=mean > 0)
+    return mean * lit, np.minimum(by_root, np.sqrt(error)) * lit
 
 
 class _Light(NamedTuple):
