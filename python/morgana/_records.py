@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._errors import FileError
+from ._numbers import chosen
 from ._pulse import Pulse
 from ._values import comparable
 
@@ -24,11 +25,11 @@ class Power(NamedTuple):
     mean: Doubles
     """Power, (channels,) or (gates, channels), in the unit of the weights."""
     error: Doubles
-    """Standard error, of the same shape. All records of a particle are one sample."""
+    """Standard error, of the same shape. All records of a particle are one sample; infinite with fewer than two particles."""
     effective: Doubles
     """Effective number of particles: how many equal ones would give a power that is known as well."""
     few: NDArray[np.bool_]
-    """Where the error cannot be trusted: the largest particle makes more than a tenth of the power."""
+    """Where the error cannot be trusted: the largest particle makes more than a tenth of the power, or there are fewer than two."""
 
 
 @comparable
@@ -188,16 +189,16 @@ class Records(NamedTuple):
         Raises
         ------
         ValueError
-            An unknown region, or a coefficient that is not positive.
+            An unknown region, a coefficient that is not positive, or ``where`` that is no row of truths for each record.
 
         Examples
         --------
         >>> late = records.jacobian({"tissue": 10.0}, where=records.optical_length > 300)
         >>> late.mu_a, late.mu_s
         """
-        chosen = slice(None) if where is None else np.asarray(where, bool)
-        particle, weight = self.particle[chosen], self.weight[chosen][:, None, :]
-        length, scatterings = (of[chosen][:, :, None] for of in (self.path_length, self.scatterings))
+        which = chosen(where, len(self.particle))
+        particle, weight = self.particle[which], self.weight[which][:, None, :]
+        length, scatterings = (of[which][:, :, None] for of in (self.path_length, self.scatterings))
         known = np.full(self.mu_a.shape, np.nan)
         for name, value in (mu_s or {}).items():
             row = self._region(name)
@@ -227,13 +228,18 @@ class Records(NamedTuple):
         Power
             Mean and standard error by channel.
 
+        Raises
+        ------
+        ValueError
+            ``where`` that is no row of truths for each record.
+
         Examples
         --------
         >>> early = records.power(records.optical_length < 300)
         >>> print(early.mean, early.error)
         """
-        chosen = slice(None) if where is None else np.asarray(where, bool)
-        return self._power(self.particle[chosen], self.weight[chosen])
+        which = chosen(where, len(self.particle))
+        return self._power(self.particle[which], self.weight[which])
 
     def gated(self, edges: ArrayLike, pulse: Optional[Pulse] = None) -> Power:
         """The energy in time gates, of light that starts at once or in a pulse.
@@ -275,8 +281,10 @@ class Records(NamedTuple):
         totals = np.zeros((int(rows.max(initial=-1)) + 1, *weight.shape[1:]))
         np.add.at(totals, rows, weight)
         mean, squares, largest = totals.sum(axis=0), (totals**2).sum(axis=0), totals.max(axis=0, initial=0.0)
-        variance = np.maximum(squares - mean**2 / self.particles, 0.0) * self.particles / max(self.particles - 1, 1)
         effective = np.divide(mean**2, squares, out=np.zeros_like(mean), where=squares > 0)
+        if self.particles < 2:
+            return Power(mean, np.full_like(mean, np.inf), effective, np.ones(mean.shape, bool))
+        variance = np.maximum(squares - mean**2 / self.particles, 0.0) * self.particles / (self.particles - 1)
         return Power(mean, np.sqrt(variance), effective, largest > 0.1 * mean)
 
     def __repr__(self) -> str:

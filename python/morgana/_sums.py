@@ -37,14 +37,14 @@ def aligned(sums: NDArray[Any], total: NDArray[Any]) -> Doubles:
 
 
 def error_of(sums: Doubles, particles: int) -> Doubles:
-    """Standard error of a sum over particles of which the given ones are not zero."""
-    return np.asarray(np.sqrt(variance_of(sums, particles)))
+    """Standard error of a sum over particles of which the given ones are not zero; infinite with fewer than two particles."""
+    return np.asarray(np.sqrt(variance_of(sums, particles))) if particles > 1 else np.full(sums.shape[1:], np.inf)
 
 
 def variance_of(sums: NDArray[Any], particles: int) -> Doubles:
     """Its variance, real or complex: what noise adds to the squared absolute value of the sum."""
     squares = (np.abs(sums) ** 2).sum(axis=0)
-    spread = np.maximum(squares - np.abs(sums.sum(axis=0)) ** 2 / particles, 0.0)
+    spread = np.maximum(squares - np.abs(sums.sum(axis=0)) ** 2 / max(particles, 1), 0.0)
     return np.asarray(spread * particles / max(particles - 1, 1))
 
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _checks as checks
 from ._correlation import Correlation
-from ._numbers import numbers
+from ._numbers import chosen, numbers
 from ._records import Records
 from ._result import Reading
 from ._sums import by_particle, error_of, positive, recorded, seconds
@@ -129,7 +129,7 @@ def tagged(records: Records, *, wavelength: ArrayLike, orders: int = 1, where: O
     Raises
     ------
     ValueError
-        Records without modulations, a number out of range, or modulations that are not known.
+        Records without modulations, a number out of range, modulations that are not known, or ``where`` that is no row of truths for each record.
 
     Examples
     --------
@@ -138,8 +138,7 @@ def tagged(records: Records, *, wavelength: ArrayLike, orders: int = 1, where: O
     """
     recorded(records)
     orders = checks.whole(orders, "orders", 1, 100)
-    if where is not None:
-        records = _chosen(records, np.asarray(where, bool))
+    records = _chosen(records, where)
     phase = np.abs(_phasors(records, wavelength))
     weight, particles = records.weight, records.particles
     square = np.stack([_bessel(m, phase) ** 2 for m in range(orders + 1)])
@@ -212,13 +211,12 @@ def _phasors(records: Records, wavelength: ArrayLike) -> NDArray[np.complex128]:
     return modulation[:, None] * (2 * np.pi / np.broadcast_to(length, channels))
 
 
-def _chosen(records: Records, where: NDArray[np.bool_]) -> Records:
+def _chosen(records: Records, where: Optional[ArrayLike]) -> Records:
     """The records that count."""
-    if where.shape != records.particle.shape:
-        raise ValueError(f"'where' must say of each of {len(records.particle)} records whether it counts")
+    which = chosen(where, len(records.particle))
     columns = ["particle", "weight", "index_modulation", "displacement_modulation"]
     found = {name: getattr(records, name) for name in columns}
-    return records._replace(**{name: of[where] for name, of in found.items() if of is not None})
+    return records._replace(**{name: of[which] for name, of in found.items() if of is not None})
 
 
 def _sums(records: Records, weight: Doubles) -> Doubles:

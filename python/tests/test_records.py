@@ -3,6 +3,7 @@
 import morgana
 import numpy as np
 import pytest
+from morgana import correlation
 
 PARTICLES = 4000
 
@@ -52,6 +53,30 @@ def test_other_absorption(measured):
         records.rescaled({"label 3": 0})
     with pytest.raises(ValueError, match="must be finite and not negative"):
         records.rescaled({"tissue: label 1": -1})
+
+
+def test_where_is_a_mask(measured):
+    records = measured.records["skin"]
+    some = records.optical_length > 5
+    assert records.power(some.tolist()) == records.power(some)
+    for call in (records.power, lambda where: records.jacobian(where=where)):
+        with pytest.raises(ValueError, match="'where' must be an array of True and False, one for each record, not of type int64"):
+            call(np.argsort(records.optical_length))
+        with pytest.raises(ValueError, match=r"of each of \d+ records whether it counts, but has the shape \(3,\)"):
+            call([True, False, True])
+
+
+@pytest.mark.parametrize("particles", [0, 1])
+def test_too_few_particles_have_no_error(measured, particles):
+    kept = measured.records["skin"]
+    columns = {name: getattr(kept, name)[:particles] for name in kept._fields if isinstance(getattr(kept, name), np.ndarray) and name != "mu_a"}
+    records = kept._replace(**columns, particles=particles)
+    for power in (records.power(), records.gated([0, 10, 1000])):
+        assert np.all(np.isinf(power.error)) and np.all(power.few)
+        np.testing.assert_allclose(power.mean.sum(axis=0), records.weight.sum())
+    assert np.isinf(records.jacobian().mu_a_error).all()
+    found = correlation.correlate(records, [0.0], {}, wavelength=785e-6, index=1.4)
+    assert np.isinf(found.error).all() and found.mean[0, 0] == records.weight.sum()
 
 
 def test_files_keep_records(measured, tmp_path):
