@@ -91,7 +91,7 @@ def brownian(diffusion: float, moving: float = 1.0) -> Motion:
     >>> correlation.brownian(6e-7)(1e-3)
     3.6e-09
     """
-    rate = 6 * _moving(moving) * positive(diffusion, "diffusion")
+    rate = _moving(moving) * _finite(6 * positive(diffusion, "diffusion"), f"diffusion is {diffusion}")
     return lambda delays: rate * np.asarray(delays, float)
 
 
@@ -120,7 +120,8 @@ def ballistic(speed: float, moving: float = 1.0) -> Motion:
     >>> correlation.ballistic(2.0)(1e-3)
     4e-06
     """
-    square = _moving(moving) * positive(speed, "speed") ** 2
+    velocity = positive(speed, "speed")
+    square = _moving(moving) * _finite(velocity * velocity, f"speed is {speed}")
     return lambda delays: square * np.asarray(delays, float) ** 2
 
 
@@ -161,7 +162,8 @@ def shear(rate: float, transport_length: float, g: float = 0.0) -> Motion:
     if not -1 < g < 1:
         raise ValueError(f"g must be between -1 and 1, not {g}")
     length = positive(transport_length, "transport_length", least=np.nextafter(0, 1))
-    square = (positive(rate, "rate") * length) ** 2 / (5 * (1 + g))
+    speed = positive(rate, "rate") * length
+    square = _finite(speed * speed, f"rate times transport_length is {speed}") / (5 * (1 + g))
     return lambda delays: square * np.asarray(delays, float) ** 2
 
 
@@ -403,6 +405,13 @@ def _rate(records: Records, flow: float) -> Optional[Doubles]:
             raise ValueError("nothing flows: give a medium a 'velocity' in the scene whose light is recorded")
         return None
     return flow * records.optical_length_rate if flow else None
+
+
+def _finite(square: float, what: str) -> float:
+    """A mean square displacement by the unit of time, if it is a number that there is."""
+    if not np.isfinite(square):
+        raise ValueError(f"{what}, but mean square displacements must be finite: give it in scene units and seconds")
+    return square
 
 
 def _moving(share: float) -> float:

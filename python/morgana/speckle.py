@@ -11,12 +11,14 @@ Theory: docs/theory.md#speckle-patterns.
 
 from __future__ import annotations
 
-from typing import NamedTuple, Tuple
+import operator
+from typing import Any, NamedTuple, Tuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._records import Records
+from ._sums import recorded
 from ._values import comparable
 
 __all__ = ["Pattern", "pattern"]
@@ -25,6 +27,8 @@ Doubles = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 AT_ONCE = 4096
 """Records whose waves are summed in one product of matrices."""
+FOCUS = 0.05
+"""Heights above the plane, by λ/NA², that turn phases of marginal rays by less than a sixth of a radian: they are in focus."""
 
 
 @comparable
@@ -101,14 +105,15 @@ def pattern(
     Raises
     ------
     ValueError
-        A number out of range, axes that are not at right angles, no light that the lens accepts.
+        A number out of range, axes that are not at right angles, no light that the lens accepts, or light that does not pass in the plane through
+        ``center``.
 
     Examples
     --------
     >>> speckle.pattern(records, (64, 64), 1e-3, wavelength=633e-6, numerical_aperture=0.1).contrast
     """
-    if min(shape) < 1:
-        raise ValueError(f"shape must have one row and column at least, not {shape}")
+    recorded(records)
+    shape = _shape(shape)
     if not 0 < numerical_aperture <= index < np.inf:
         raise ValueError(f"the numerical aperture must be positive and at most the index, {index}, not {numerical_aperture}")
     if not 0 < wavelength < np.inf:
@@ -118,18 +123,41 @@ def pattern(
     if not 0 <= channel < records.weight.shape[1]:
         raise ValueError(f"there are {records.weight.shape[1]} channels, and none has the number {channel}")
     axes = _axes(right, up)
-    x, y, _ = ((records.position - np.asarray(center, float)) @ axes.T).T
+    x, y, off_plane = ((records.position - np.asarray(center, float)) @ axes.T).T
     toward = records.direction @ axes[2]
     height, width = pixel * shape[0], pixel * shape[1]
     accepted = (toward > 0) & (index**2 * (1 - toward**2) <= numerical_aperture**2) & (np.abs(x) <= width / 2) & (np.abs(y) <= height / 2)
     weight = records.weight[accepted, channel]
     if not weight.sum() > 0:
         raise ValueError(f"none of {len(records.particle)} records passes within the pattern, in a direction that the lens accepts")
+    _check_plane(off_plane[accepted][weight > 0], FOCUS * wavelength / numerical_aperture**2)
     amplitude = np.sqrt(weight) * np.exp(2j * np.pi / wavelength * records.optical_length[accepted])
     field = _imaged(amplitude, x[accepted], y[accepted], shape, pixel, numerical_aperture / wavelength)
     coherent = wavelength**2 / (np.pi * numerical_aperture**2)
     effective = weight.sum() ** 2 / (weight**2).sum()
     return Pattern(np.abs(field) ** 2, _centers(shape[1], pixel), _centers(shape[0], pixel), float(weight.sum()), float(effective * coherent / (width * height)))
+
+
+def _shape(shape: Any) -> Tuple[int, int]:
+    """Rows and columns."""
+    try:
+        rows, columns = (operator.index(count) for count in shape)
+    except (TypeError, ValueError):
+        raise ValueError(f"shape must be two whole numbers, rows and columns, not {shape!r}") from None
+    if min(rows, columns) < 1:
+        raise ValueError(f"shape must have one row and column at least, not {shape}")
+    return rows, columns
+
+
+def _check_plane(height: Doubles, most: float) -> None:
+    """Refuses light that passes beside the plane of the pattern."""
+    if np.ptp(height) > 2 * most:
+        raise ValueError(
+            f"records must be of light through a plane, but those within the pattern pass at heights from {height.min():.6g} to {height.max():.6g} "
+            "above the center, along right × up: take a flat meter, or choose its records"
+        )
+    if np.abs(height).max() > most:
+        raise ValueError(f"center must be in the plane of the records, but is {abs(height[0]):.6g} away from it, along right × up")
 
 
 def _axes(right: ArrayLike, up: ArrayLike) -> Doubles:

@@ -105,6 +105,10 @@ def test_the_lens_accepts_its_cone_on_its_side():
         ({"wavelength": -1.0}, "wavelength"),
         ({"up": (1, 1, 0)}, "right angles"),
         ({"shape": (0, 4)}, "one row"),
+        ({"shape": 8}, "shape must be two whole numbers, rows and columns, not 8"),
+        ({"shape": (8.5, 8)}, "two whole numbers"),
+        ({"shape": (8, 8, 8)}, "two whole numbers"),
+        ({"center": (0, 0, -3)}, "center must be in the plane of the records, but is 3 away"),
         ({"channel": 1}, "1 channels"),
     ],
 )
@@ -112,3 +116,17 @@ def test_bad_input_is_refused(wrong, says):
     given = {"shape": SHAPE, "pixel": PIXEL, **LENS, **wrong}
     with pytest.raises(ValueError, match=says):
         speckle.pattern(records([(0, 0)], [0.0]), given.pop("shape"), given.pop("pixel"), **given)
+
+
+def test_light_passes_in_a_plane():
+    flat = records([(0, 0), (PIXEL, 0), (0, 900)], [0.0, 0.0, 0.0])
+    seen = speckle.pattern(flat, SHAPE, PIXEL, **LENS)
+    # What passes beside the pattern, or has no weight, may be anywhere; rounding does not matter.
+    position = flat.position + [[0, 0, 1e-9], [0, 0, 0], [0, 0, 5]]
+    np.testing.assert_allclose(speckle.pattern(flat._replace(position=position), SHAPE, PIXEL, **LENS).intensity, seen.intensity)
+    steep = flat._replace(position=flat.position + [[0, 0, 0], [0, 0, 2.0], [0, 0, 0]])
+    with pytest.raises(ValueError, match="light through a plane, but those within the pattern pass at heights from 0 to 2"):
+        speckle.pattern(steep, SHAPE, PIXEL, **LENS)
+    speckle.pattern(steep._replace(weight=np.array([[1.0], [0.0], [1.0]])), SHAPE, PIXEL, **LENS)
+    with pytest.raises(TypeError, match="expected Records, found list"):
+        speckle.pattern([], SHAPE, PIXEL, **LENS)
