@@ -19,8 +19,16 @@ if TYPE_CHECKING:
     from ._result import Layer
 
 Doubles = NDArray[np.float64]
-CHUNK = 1 << 14
+CHUNK = 1 << 12
 """Records whose Bessel functions are computed at once."""
+MOST_ORDERS = 100
+"""The last sideband that may be asked for."""
+SMALL = 40.0
+"""Phases up to which Bessel functions are integrals; beyond, with those by which orders are more, their recurrence is stable."""
+TERMS = 12
+"""Terms of Hankel's expansion: the next is below 1e-15 there."""
+LARGEST = 1e12
+"""Phase in radians that numbers in double precision know to 1e-4."""
 
 
 @comparable
@@ -129,7 +137,8 @@ def tagged(records: Records, *, wavelength: ArrayLike, orders: int = 1, where: O
     Raises
     ------
     ValueError
-        Records without modulations, a number out of range, modulations that are not known, or ``where`` that is no row of truths for each record.
+        Records without modulations, a number out of range, modulations that are not known, phases of more than 1e12 radians,
+        or ``where`` that is no row of truths for each record.
 
     Examples
     --------
@@ -137,12 +146,11 @@ def tagged(records: Records, *, wavelength: ArrayLike, orders: int = 1, where: O
     >>> found.mean[1], found.depth
     """
     recorded(records)
-    orders = checks.whole(orders, "orders", 1, 100)
+    orders = checks.whole(orders, "orders", 1, MOST_ORDERS)
     records = _chosen(records, where)
-    phase = np.abs(_phasors(records, wavelength))
+    phase = _phases(records, wavelength)
     weight, particles = records.weight, records.particles
-    square = np.stack([_bessel(m, phase) ** 2 for m in range(orders + 1)])
-    sums = np.stack([_sums(records, weight * of_order) for of_order in square])
+    sums = np.stack([_sums(records, weight * of_order**2) for of_order in _bessel(orders, phase)])
     power = _sums(records, weight)
     mean = sums.sum(axis=1)
     error = np.stack([error_of(of_order, particles) for of_order in sums])
@@ -183,21 +191,21 @@ def correlate_tagged(records: Records, delays: ArrayLike, *, wavelength: ArrayLi
     recorded(records)
     times = seconds(delays, "delays", "finite numbers of seconds, not negative,")
     turn = 2 * np.pi * positive(frequency, "frequency", least=np.nextafter(0, 1)) * times
-    phase = np.abs(_phasors(records, wavelength))
+    phase = _phases(records, wavelength)
     power = _sums(records, records.weight)
     total = power.sum(axis=0)
     shape = (len(times), records.weight.shape[1])
     mean, error, ratio, ratio_error = (np.zeros(shape) for _ in range(4))
     for i, angle in enumerate(turn):
-        sums = _sums(records, records.weight * _bessel(0, 2 * phase * abs(np.sin(angle / 2))))
+        sums = _sums(records, records.weight * _bessel(0, 2 * phase * abs(np.sin(angle / 2)))[0])
         mean[i], error[i] = sums.sum(axis=0), error_of(sums, records.particles)
         ratio[i] = np.divide(mean[i], total, out=np.full_like(total, np.nan), where=total > 0)
         ratio_error[i] = error_of(sums - ratio[i] * power, records.particles) / np.where(total > 0, total, np.nan)
     return Correlation(times, mean, error, ratio, ratio_error)
 
 
-def _phasors(records: Records, wavelength: ArrayLike) -> NDArray[np.complex128]:
-    """Φ by record and channel."""
+def _phases(records: Records, wavelength: ArrayLike) -> Doubles:
+    """|Φ| by record and channel."""
     if records.index_modulation is None or records.displacement_modulation is None:
         raise ValueError("the records do not say what sound does: set 'tagged' of their meter")
     length = numbers(wavelength, "wavelength")
@@ -208,7 +216,11 @@ def _phasors(records: Records, wavelength: ArrayLike) -> NDArray[np.complex128]:
     if not np.all(np.isfinite(modulation)):
         unknown = int(np.count_nonzero(~np.isfinite(modulation)))
         raise ValueError(f"the modulation of {unknown} records is not known: choose others by 'where', or a coarser sound")
-    return modulation[:, None] * (2 * np.pi / np.broadcast_to(length, channels))
+    with np.errstate(over="ignore", invalid="ignore"):
+        phase = np.abs(modulation)[:, None] * (2 * np.pi / np.broadcast_to(length, channels))
+    if not np.all(phase <= LARGEST):
+        raise ValueError(f"the sound turns phases by up to {phase.max():.3g} radians, of which no number knows the angle: give the wavelength in scene units")
+    return phase
 
 
 def _chosen(records: Records, where: Optional[ArrayLike]) -> Records:
@@ -224,19 +236,38 @@ def _sums(records: Records, weight: Doubles) -> Doubles:
     return by_particle(records._replace(weight=weight), np.ones((len(records.particle), 1)))[:, 0]
 
 
-def _bessel(order: int, z: Doubles) -> Doubles:
-    """J_m by the trapezoidal rule over a period of its integral, which is exact to rounding once there are more nodes than z + m + 40."""
+def _bessel(orders: int, z: Doubles) -> Doubles:
+    """J_m(z) of the orders 0 to ``orders``, the first axis, for z ≥ 0; the work does not grow with z."""
     flat = np.ravel(z)
-    found = np.empty_like(flat)
-    # Alike ones together, lest one large phase make all of them dear.
-    order_of_size = np.argsort(flat)
+    found = np.empty((orders + 1, len(flat)))
     for first in range(0, len(flat), CHUNK):
-        rows = order_of_size[first : first + CHUNK]
-        values = flat[rows]
-        nodes = int(values.max()) + order + 40
-        sum_ = np.zeros_like(values)
-        for node in range(nodes):
-            angle = 2 * np.pi * (node + 0.5) / nodes
-            sum_ += np.cos(order * angle - values * np.sin(angle))
-        found[rows] = sum_ / nodes
-    return found.reshape(z.shape)
+        part = slice(first, first + CHUNK)
+        small = flat[part] <= SMALL + 1.25 * orders
+        found[:, part][:, small] = _by_integral(orders, flat[part][small])
+        found[:, part][:, ~small] = _by_recurrence(orders, flat[part][~small])
+    return found.reshape(orders + 1, *z.shape)
+
+
+def _by_integral(orders: int, z: Doubles) -> Doubles:
+    """The trapezoidal rule of Bessel's integral, which is exact to rounding once a period, of which one half is like the other, has more nodes
+    than z + m + 80."""
+    nodes = (int(z.max(initial=0.0)) + orders + 82) // 2
+    angle = np.pi * (np.arange(nodes) + 0.5) / nodes
+    turned = np.outer(np.arange(orders + 1), angle)
+    phase = np.outer(np.sin(angle), z)
+    return np.asarray((np.cos(turned) @ np.cos(phase) + np.sin(turned) @ np.sin(phase)) / nodes)
+
+
+def _by_recurrence(orders: int, z: Doubles) -> Doubles:
+    """Hankel's expansion of J₀ and J₁ for large z, then J_{m+1} = 2m/z J_m − J_{m−1}, which is stable up to m = z."""
+    found = np.empty((max(orders, 1) + 1, len(z)))
+    cosine, sine = (np.cos(z) + np.sin(z)) / np.sqrt(2), (np.sin(z) - np.cos(z)) / np.sqrt(2)
+    for order, (c, s) in enumerate([(cosine, sine), (sine, -cosine)]):
+        term, parts = np.ones_like(z), [np.zeros_like(z), np.zeros_like(z)]
+        for k in range(TERMS):
+            parts[k % 2] += term * (-1) ** (k // 2)
+            term = term * (4 * order**2 - (2 * k + 1) ** 2) / (8 * (k + 1) * z)
+        found[order] = np.sqrt(2 / (np.pi * z)) * (parts[0] * c - parts[1] * s)
+    for order in range(1, orders):
+        found[order + 1] = 2 * order / z * found[order] - found[order - 1]
+    return found[: orders + 1]

@@ -50,7 +50,25 @@ def measure(**changes):
 def test_bessel_functions():
     known = {(0, 1): 0.7651976865579666, (1, 1): 0.4400505857449335, (2, 3): 0.4860912605858911, (0, 10): -0.2459357644513483}
     for (order, z), value in {**known, (1, 50): -0.09751182812517514, (3, 0): 0.0}.items():
-        assert _bessel(order, np.array([[float(z)]]))[0, 0] == pytest.approx(value, abs=1e-13)
+        assert _bessel(order, np.array([[float(z)]]))[order, 0, 0] == pytest.approx(value, abs=1e-13)
+    special = pytest.importorskip("scipy.special")
+    z = np.concatenate([np.linspace(0, 300, 2001), 10.0 ** np.linspace(2, 7, 200)])
+    for orders in (0, 1, 100):
+        np.testing.assert_allclose(_bessel(orders, z), special.jv(np.arange(orders + 1)[:, None], z), atol=2e-13)
+    assert _bessel(3, np.zeros(0)).shape == (4, 0)
+
+
+def test_large_phases_take_no_longer():
+    rng = np.random.default_rng(5)
+    light = records(rng.random(2000), 1e9 * rng.random(2000))
+    found = correlation.tagged(light, wavelength=WAVELENGTH, orders=2)
+    # J_m² of large z is 1/(πz) in the mean.
+    assert np.all(found.mean < 1e-6 * found.total)
+    delayed = correlation.correlate_tagged(light, [0.0, 5e-7], wavelength=WAVELENGTH, frequency=1e6)
+    assert delayed.normalized[0, 0] == pytest.approx(1) and abs(delayed.normalized[1, 0]) < 1e-3
+    for wavelength in (1e-30, 5e-324):
+        with pytest.raises(ValueError, match="phases by up to .* radians, of which no number knows the angle: give the wavelength in scene units"):
+            correlation.tagged(light, wavelength=wavelength)
 
 
 def test_sidebands_are_the_spectrum_of_phases_in_time():
