@@ -14,7 +14,7 @@ from ._checks import mapping
 from ._errors import RenderError
 from ._morgana import Scene
 from ._render import render
-from ._result import Result
+from ._result import Layer, Result
 from ._scene import Define, load_dict, load_file
 from ._values import comparable
 
@@ -29,7 +29,8 @@ class Sweep(NamedTuple):
     parameters: Dict[str, NDArray[Any]]
     """The values of each parameter that was varied."""
     mean: Dict[str, Doubles]
-    """Means by the names of quantities: ``image`` of a picture, those of ``Result.meters`` if the scene has meters."""
+    """Means by the names of quantities: ``image`` of a picture and the names of its ``Result.layers``, or those of ``Result.meters`` if the scene
+    has meters."""
     error: Dict[str, Doubles]
     """Standard errors of the means, of the same shapes."""
     few: Dict[str, NDArray[np.bool_]]
@@ -81,9 +82,14 @@ class _Point(NamedTuple):
     @classmethod
     def of(cls, result: Result) -> "_Point":
         if not result.scene.meters:
-            axes: Dict[str, Optional[Doubles]] = {"row": None, "column": None, "channel": None}
-            mean, error = result.image.astype(float), result.error.astype(float)
-            return cls({"image": mean}, {"image": error}, {"image": result.few}, {"image": axes}, result.stats)
+            layers = {"image": Layer(result.image, result.variance, result.few, result.channels), **result.layers}
+            return cls(
+                {name: layer.mean.astype(float) for name, layer in layers.items()},
+                {name: layer.error.astype(float) for name, layer in layers.items()},
+                {name: layer.few for name, layer in layers.items()},
+                {name: _axes(name, layer, result.channels) for name, layer in layers.items()},
+                result.stats,
+            )
         readings = result.meters.items()
         return cls(
             {name: reading.mean for name, reading in readings},
@@ -92,6 +98,11 @@ class _Point(NamedTuple):
             {name: reading.axes for name, reading in readings},
             result.stats,
         )
+
+
+def _axes(name: str, layer: Layer, channels: List[str]) -> Dict[str, Optional[Doubles]]:
+    """Axes of a layer, whose channels are those of the picture or its own."""
+    return {"row": None, "column": None, "channel" if layer.channels == channels else f"{name}.channel": None}
 
 
 def sweep(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Mapping, NamedTuple, Optional, Union
+from typing import TYPE_CHECKING, Any, Mapping, NamedTuple, Optional, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from ._result import Layer
 
 Doubles = NDArray[np.float64]
+Floats = NDArray[np.float32]
 CHUNK = 1 << 12
 """Records whose Bessel functions are computed at once."""
 MOST_ORDERS = 100
@@ -66,13 +67,13 @@ class ModulationDepth(NamedTuple):
         return f"<morgana.correlation.ModulationDepth of {shape} values>"
 
 
-def modulation_depth(light: Union[Mapping[str, Layer], Reading], prefix: str = "") -> ModulationDepth:
+def modulation_depth(light: Union[Mapping[str, Layer], Mapping[str, Floats], Reading], prefix: str = "") -> ModulationDepth:
     """The modulation depth of a picture by the integrator ``tagged``, or of what a meter tells apart.
 
     Parameters
     ----------
-    light : mapping of Layer, or Reading
-        ``layers`` of a picture; or a reading with an axis ``order``, such as ``meters["fluence_sidebands"]``.
+    light : mapping of Layer or of array, or Reading
+        ``layers`` of a picture, also of an EXR file that :func:`morgana.read` has read; or a reading with an axis ``order``, such as ``meters["fluence_sidebands"]``.
     prefix : str
         For a picture with a decomposition, what comes before ``carrier`` in names of layers, such as ``"length.0012."``.
 
@@ -98,18 +99,28 @@ def modulation_depth(light: Union[Mapping[str, Layer], Reading], prefix: str = "
     return ModulationDepth(ratio, error)
 
 
-def _first_orders(light: Union[Mapping[str, Layer], Reading], prefix: str) -> list[tuple[Doubles, Doubles]]:
+def _first_orders(light: Union[Mapping[str, Layer], Mapping[str, Floats], Reading], prefix: str) -> list[tuple[Doubles, Doubles]]:
     """Means and errors of the carrier and of the first sideband."""
     if isinstance(light, Mapping):
         names = [prefix + name for name in ("carrier", "sideband.1")]
         if not all(name in light for name in names):
             raise ValueError(f"there are no layers {' and '.join(names)}: render by the integrator 'tagged', with 'orders' ≥ 1")
-        return [(np.asarray(light[name].mean, float), np.asarray(light[name].error, float)) for name in names]
+        return [_layer(light, name) for name in names]
     if not isinstance(light, Reading):
-        raise TypeError(f"expected layers or a reading, found {type(light).__name__}: give result.layers, or one of result.meters")
+        raise TypeError(f"expected layers or a reading, found {type(light).__name__}: give its layers, or one of result.meters")
     if "order" not in light.axes or light.mean.shape[0] < 2:
         raise ValueError("the reading is not told apart by sidebands up to the first: take fluence_sidebands or power_sidebands of a tagged meter")
     return [(light.mean[order], light.error[order]) for order in (0, 1)]
+
+
+def _layer(layers: Mapping[str, Any], name: str) -> tuple[Doubles, Doubles]:
+    """Mean and error of a layer: of a result, or of a file, which has its variance beside it."""
+    layer = layers[name]
+    if not isinstance(layer, np.ndarray):
+        return np.asarray(layer.mean, float), np.asarray(layer.error, float)
+    if f"variance.{name}" not in layers:
+        raise ValueError(f"the layer {name} has no variance: give all layers of an EXR file that morgana has written")
+    return np.asarray(layer, float), np.sqrt(np.asarray(layers[f"variance.{name}"], float))
 
 
 def tagged(records: Records, *, wavelength: ArrayLike, orders: int = 1, where: Optional[ArrayLike] = None) -> Sidebands:

@@ -69,6 +69,21 @@ def test_pictures_as_xarray():
     assert table["image"].dims == ("slope", "row", "column", "channel")
 
 
+def test_pictures_have_their_layers():
+    pytest.importorskip("xarray")
+    described = scene()
+    described["sensor"]["film"].update(decomposition="bounce", max_bounces=1)
+    described["integrator"] = {"type": "aov", "aovs": "valid:valid,bend:deflection", "light": {"type": "path"}}
+    found = morgana.sweep(described, {"density": [0.25, 0.5]}, spp=2, seed=3)
+    one = morgana.render(morgana.load_dict(described, density=0.5), spp=2, seed=3)
+    assert found.mean.keys() == found.error.keys() == found.few.keys() == found.axes.keys() == {"image", *one.layers} and len(one.layers) > 3
+    for name, layer in one.layers.items():
+        assert np.array_equal(found.mean[name][1], layer.mean) and np.array_equal(found.error[name][1], layer.error)
+    table = found.to_xarray()
+    assert table["bend"].dims == ("density", "row", "column", "bend.channel")
+    assert table["image"].dims[-1] == "channel"
+
+
 def test_what_makes_no_sense_is_refused():
     for wanted in ({}, {"density": []}):
         with pytest.raises(morgana.RenderError, match="at least one value"):

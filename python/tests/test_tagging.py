@@ -175,7 +175,7 @@ def test_readings_have_sidebands():
         correlation.modulation_depth(fluence)
 
 
-def test_pictures_have_sidebands():
+def test_pictures_have_sidebands(tmp_path):
     pictured = scene()
     del pictured["ball"]["meter"]
     pictured["integrator"] = {"type": "tagged", "wavelength": WAVELENGTH, "orders": 30, "path": {"type": "path"}}
@@ -190,6 +190,11 @@ def test_pictures_have_sidebands():
     depth = correlation.modulation_depth(layers)
     lit = layers["total"].mean > 0
     assert lit.any() and np.all(depth.mean[lit] > 0)
+    result.write(tmp_path / "tagged.exr")
+    kept = morgana.read(tmp_path / "tagged.exr").layers
+    np.testing.assert_allclose(correlation.modulation_depth(kept), depth, rtol=1e-6)
+    with pytest.raises(ValueError, match="the layer carrier has no variance"):
+        correlation.modulation_depth({name: kept[name] for name in ("carrier", "sideband.1")})
     with pytest.raises(ValueError, match="no layers length.0001.carrier"):
         correlation.modulation_depth(layers, prefix="length.0001.")
 
