@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any, Dict, Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ._checks import mapping
+from ._errors import SceneWarning
 from ._morgana import Scene
+from ._numbers import numbers
 from ._scene import load_dict
 
 SOURCE = {
@@ -15,6 +20,15 @@ SOURCE = {
 """Keys of a configuration, and of ``Optode.Source`` of an input file."""
 
 FORWARD = {"tstart": "T0", "tend": "T1", "tstep": "Dt"}
+
+OUTPUT = {
+    "flux": "the fluence rate is 'fluence' over the width of a time gate in seconds",
+    "fluence": "",
+    "energy": "the energy density is 'absorbed'",
+}
+"""Values of ``outputtype``, and how they follow from what is measured."""
+
+ARRAYS = {"detpos", "prop", "srcdir", "srcparam1", "srcparam2", "srcpattern", "srcpos", "vol"}
 
 IGNORED = {"autopilot", "detphotons", "gpuid", "issaveexit", "issavedet", "nblocksize", "nthread", "savedetflag", "seed"}
 """What does not change the result, or is given to :func:`morgana.render`."""
@@ -35,7 +49,7 @@ def load_mcx(cfg: Mapping[str, Any], /) -> Scene:
         ``issrcfrom0`` (0, as in MCX: the first voxel begins at 1, 1, 1).
         Several sources are rows of ``srcpos``, whose fourth number is their weight, ``srcdir`` and parameters.
         Detectors ``detpos`` (rows of x, y, z, radius) are meters that keep at most ``maxdetphoton`` records each:
-        ``Result.records["detector1"]``.
+        ``Result.records["detector1"]``. ``outputtype`` changes nothing: a warning says where the values of ``flux`` and ``energy`` are.
 
     Returns
     -------
@@ -47,7 +61,9 @@ def load_mcx(cfg: Mapping[str, Any], /) -> Scene:
     SceneError
         Something is missing, or not read.
     ValueError
-        A key that is not known.
+        A key or an ``outputtype`` that is not known, ``vol`` that does not have three axes, or rows of ``detpos`` that do not have four numbers.
+    TypeError
+        No dictionary, or an array that is not of real numbers.
 
     Examples
     --------
@@ -59,26 +75,58 @@ def load_mcx(cfg: Mapping[str, Any], /) -> Scene:
     >>> measured.meters["fluence"].mean.shape
     (60, 60, 60)
     """
-    if cfg.get("isnormalized", 1) != 1:
+    left = {key: value for key, value in mapping(cfg, "a configuration").items() if key not in IGNORED}
+    if left.pop("isnormalized", 1) != 1:
         raise ValueError("isnormalized is 1: values are fluence per joule")
-    left: Dict[str, Any] = {key: value for key, value in cfg.items() if key not in IGNORED | {"isnormalized"}}
+    _check_output(left.pop("outputtype", "fluence"))
+    for key in ARRAYS & left.keys():
+        if getattr(getattr(left[key], "dtype", None), "kind", "") == "c":
+            raise TypeError(f"cfg[{key!r}] has complex numbers but must be an array of real ones")
     source = _taken(left, SOURCE)
     if "srcpattern" in left:
-        source["Pattern"] = np.ascontiguousarray(left.pop("srcpattern"), float)
+        source["Pattern"] = np.ascontiguousarray(numbers(left.pop("srcpattern"), "cfg['srcpattern']"))
     forward = _taken(left, FORWARD)
     if "tend" in cfg and "tstep" not in cfg:
         forward["Dt"] = forward["T1"] - forward.get("T0", 0.0)
     domain = {"OriginType": left.pop("issrcfrom0", 0), **_taken(left, {"unitinmm": "LengthUnit"})}
-    for key, name in [("vol", "Volume"), ("prop", "Media")]:
-        if key in left:
-            domain[name] = np.asarray(left.pop(key))
+    if "vol" in left:
+        domain["Volume"] = _labels(left.pop("vol"))
+    if "prop" in left:
+        domain["Media"] = np.asarray(left.pop("prop"))
     session = _taken(left, {"nphoton": "Photons", "isreflect": "DoMismatch", "maxdetphoton": "MaxDetPhoton"})
     optode: Dict[str, Any] = {"Source": source}
     if "detpos" in left:
-        optode["Detector"] = np.asarray(left.pop("detpos"), float).reshape(-1, 4)
+        optode["Detector"] = _detectors(left.pop("detpos"))
     if left:
         raise ValueError(f"keys of the configuration that are not read: {', '.join(sorted(left))}")
     return load_dict({"Session": session, "Forward": forward, "Optode": optode, "Domain": domain})
+
+
+def _check_output(kind: Any) -> None:
+    """Says where values are that MCX would put in place of the fluence."""
+    if kind not in OUTPUT:
+        raise ValueError(f"outputtype is {kind!r} but must be one of {', '.join(OUTPUT)}: morgana returns the fluence per joule, and records of detectors")
+    if OUTPUT[kind]:
+        warnings.warn(f"outputtype {kind!r} changes nothing: morgana returns the fluence per joule; {OUTPUT[kind]}", SceneWarning, stacklevel=3)
+
+
+def _labels(vol: Any) -> NDArray[Any]:
+    """Labels of voxels."""
+    labels = np.asarray(vol)
+    if labels.ndim != 3:
+        raise ValueError(f"cfg['vol'] has the shape {labels.shape} but must be labels [x, y, z]: volumes of coefficients are not read")
+    return labels
+
+
+def _detectors(detpos: Any) -> NDArray[np.float64]:
+    """Rows of x, y, z, radius."""
+    rows = numbers(detpos, "cfg['detpos']")
+    if rows.size == 0:
+        return rows.reshape(0, 4)
+    rows = np.atleast_2d(rows)
+    if rows.ndim != 2 or rows.shape[1] != 4:
+        raise ValueError(f"cfg['detpos'] has the shape {rows.shape} but must be rows of four numbers: x, y, z, radius")
+    return rows
 
 
 def _taken(left: Dict[str, Any], keys: Mapping[str, str]) -> Dict[str, Any]:

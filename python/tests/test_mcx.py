@@ -41,6 +41,37 @@ def test_mistakes_are_named():
         morgana.load_mcx({key: value for key, value in configuration().items() if key != "vol"})
 
 
+def test_arrays_have_their_shapes():
+    detectors = morgana.load_mcx(configuration(detpos=[3, 4, 10, 1])), morgana.load_mcx(configuration(detpos=np.array([[3, 4, 10, 1.0], [3, 2, 10, 1]])))
+    assert [len(scene.meters) for scene in detectors] == [2, 3]
+    assert len(morgana.load_mcx(configuration(detpos=[])).meters) == 1
+    for wrong, said in [
+        ({"detpos": np.ones((4, 3))}, r"cfg\['detpos'\] has the shape \(4, 3\) but must be rows of four numbers"),
+        ({"detpos": np.ones((1, 1, 4))}, r"cfg\['detpos'\] has the shape"),
+        ({"vol": VOL[None]}, r"cfg\['vol'\] has the shape \(1, 6, 8, 10\) but must be labels"),
+    ]:
+        with pytest.raises(ValueError, match=said):
+            morgana.load_mcx(configuration(**wrong))
+    pattern = {"srctype": "pattern", "srcpos": [0, 0, -1], "srcparam1": [6, 0, 0, 3], "srcparam2": [0, 8, 0, 2]}
+    for wrong in [{"vol": VOL + 0j}, {"prop": np.array(PROP) + 0j}, {"srcpos": np.array([3, 4, 0j])}, {**pattern, "srcpattern": np.ones((3, 2)) + 1j}]:
+        with pytest.raises(TypeError, match=r"cfg\['.*'\] has complex numbers but must be an array of real ones"):
+            morgana.load_mcx(configuration(**wrong))
+    with pytest.raises(TypeError, match="real numbers"):
+        morgana.load_mcx(configuration(**pattern, srcpattern=[[1j, 2], [3, 4], [5, 6]]))
+    with pytest.raises(TypeError, match="expected a configuration as a dictionary, found list"):
+        morgana.load_mcx([1])
+
+
+def test_output_is_the_fluence():
+    assert morgana.load_mcx(configuration(outputtype="fluence")) == morgana.load_mcx(configuration())
+    with pytest.warns(morgana.SceneWarning, match="outputtype 'energy' changes nothing: morgana returns the fluence per joule; .* 'absorbed'"):
+        morgana.load_mcx(configuration(outputtype="energy"))
+    with pytest.warns(morgana.SceneWarning, match="over the width of a time gate"):
+        morgana.load_mcx(configuration(outputtype="flux"))
+    with pytest.raises(ValueError, match="outputtype is 'jacobian' but must be one of flux, fluence, energy: morgana returns the fluence per joule"):
+        morgana.load_mcx(configuration(outputtype="jacobian"))
+
+
 def test_patterns_are_columns_and_rows(tmp_path):
     pattern = np.array([[1, 0.5], [0, 0.25], [2, 0.125]])                    # three columns of two rows
     source = {"srctype": "pattern", "srcpos": [0, 0, -1], "srcparam1": [6, 0, 0, 3], "srcparam2": [0, 8, 0, 2]}
