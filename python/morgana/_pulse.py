@@ -8,6 +8,7 @@ from typing import NamedTuple, Tuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._numbers import numbers
 from ._values import comparable
 
 Doubles = NDArray[np.float64]
@@ -118,7 +119,7 @@ class Pulse(NamedTuple):
         --------
         >>> pulse = morgana.Pulse.table([0, 10, 40], [0, 1, 0])
         """
-        t, v = np.asarray(times, float), np.asarray(values, float)
+        t, v = numbers(times, "times"), numbers(values, "values")
         if t.ndim != 1 or t.shape != v.shape or len(t) < 2 or not np.all(np.isfinite(t)) or not np.all(np.diff(t) > 0):
             raise ValueError("a pulse is a table of at least two ascending times, and as many values")
         if not (np.all(np.isfinite(v)) and np.all(v >= 0) and v.any()):
@@ -170,14 +171,14 @@ class Pulse(NamedTuple):
         --------
         >>> later = pulse.kernel(edges) @ energies
         """
-        e = np.asarray(edges, float)
+        e = numbers(edges, "edges")
         between = self._integral(e[:, None] - e[None, :])
         passed = (between[:, :-1] - between[:, 1:]) / np.diff(e)
         return np.asarray(np.diff(passed, axis=0))
 
     def _place(self, times: ArrayLike) -> Tuple[NDArray[np.intp], Doubles]:
         """The piece of each instant, and how far in it."""
-        t = np.clip(np.asarray(times, float), *self.range)
+        t = np.clip(numbers(times, "times"), *self.range)
         piece = np.clip(np.searchsorted(self.times, t, side="right") - 1, 0, len(self.times) - 2)
         return piece, t - self.times[piece]
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._errors import FileError
-from ._numbers import chosen
+from ._numbers import chosen, numbers
 from ._pulse import Pulse
 from ._values import comparable
 
@@ -159,7 +159,7 @@ class Records(NamedTuple):
         new = self.mu_a.copy()
         for name, value in mu_a.items():
             row = self._region(name)
-            new[row] = value
+            new[row] = numbers(value, f"the absorption of {name!r}")
             if not np.all(np.isfinite(new[row]) & (new[row] >= 0)):
                 raise ValueError(f"the absorption of {name!r} must be finite and not negative")
             if np.isnan(self.mu_a[row]).any():
@@ -202,7 +202,7 @@ class Records(NamedTuple):
         known = np.full(self.mu_a.shape, np.nan)
         for name, value in (mu_s or {}).items():
             row = self._region(name)
-            known[row] = value
+            known[row] = numbers(value, f"the scattering of {name!r}")
             if not np.all(np.isfinite(known[row]) & (known[row] > 0)):
                 raise ValueError(f"the scattering of {name!r} must be finite and positive")
         by_mu_a = self._power(particle, -length * weight)
@@ -268,7 +268,7 @@ class Records(NamedTuple):
         >>> gates = records.gated(np.linspace(0, 300, 31), morgana.Pulse.gaussian(fwhm=30))
         >>> print(gates.mean[:, 0], gates.error[:, 0])
         """
-        limits = np.asarray(edges, float)
+        limits = numbers(edges, "edges")
         if limits.ndim != 1 or len(limits) < 2 or not np.all(np.diff(limits) > 0):
             raise ValueError("edges of gates are at least two ascending numbers")
         since = limits - self.optical_length[:, None]

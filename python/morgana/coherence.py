@@ -63,7 +63,7 @@ class Source(NamedTuple):
         array
             γ(Δ), of the same shape.
         """
-        delta = np.asarray(difference, float)
+        delta = numbers(difference, "difference")
         k, density = self.wave_numbers, self.density
         bell = np.exp(-((self.spread * delta) ** 2) / (16 * np.log(2)))
         if len(k) == 1:
@@ -152,7 +152,7 @@ def tabulated(wavelengths: ArrayLike, power: ArrayLike) -> Source:
     >>> coherence.tabulated([0.8, 0.85, 0.9], [0, 1, 0])
     <morgana.coherence.Source, coherence length 6.375>
     """
-    nm, values = np.asarray(wavelengths, float), np.asarray(power, float)
+    nm, values = numbers(wavelengths, "wavelengths"), numbers(power, "power")
     if nm.ndim != 1 or nm.shape != values.shape or len(nm) < 2 or not np.all(np.isfinite(nm)) or nm[0] <= 0 or np.any(np.diff(nm) <= 0):
         raise ValueError("wavelengths and power are two rows of at least two numbers, wavelengths positive and ascending")
     # Per wave number k = 2π/λ, ascending: |dλ/dk| ∝ λ².

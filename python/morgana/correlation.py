@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _checks as checks
 from ._correlation import Correlation
 from ._exposure import NODES, OCTAVES, panels
+from ._numbers import numbers
 from ._records import Records
 from ._sums import aligned, by_particle, error_of, positive, recorded, seconds, variance_of
 from ._tagging import ModulationDepth, Sidebands, correlate_tagged, modulation_depth, tagged
@@ -391,7 +392,7 @@ class _Delayed(NamedTuple):
     def _squares(self, delays: Doubles) -> Iterator[Doubles]:
         """Mean square displacements of regions."""
         for name, motion in zip(self.names, self.motions):
-            square = np.asarray(motion(delays), float)
+            square = numbers(motion(delays), f"mean square displacements of {name!r}")
             if square.shape != delays.shape or not np.all(np.isfinite(square) & (square >= 0)):
                 raise ValueError(f"the motion of {name!r} must give one mean square displacement for each delay, not negative")
             yield square

@@ -28,6 +28,7 @@ from ._errors import Error, FileError
 from ._flow_files import WRITERS
 from ._flow_frame import FlowError, Frame, frame_of
 from ._morgana import load_field
+from ._numbers import numbers
 from ._values import comparable
 
 __all__ = ["FlowError", "ResamplingError", "Sampled", "density", "main", "read", "sample"]
@@ -316,7 +317,7 @@ def density(pressure: ArrayLike, temperature: ArrayLike, molar_mass: float = DRY
     --------
     >>> mesh["rho"] = morgana.flow.density(mesh["p"], mesh["T"])
     """
-    temperature, pressure = np.asarray(temperature, float), np.asarray(pressure, float)
+    temperature, pressure = numbers(temperature, "temperature"), numbers(pressure, "pressure")
     if not np.all(temperature > 0):
         raise ValueError("temperatures must be positive: they are in kelvins")
     if not np.all(pressure > 0):

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from ._checks import mapping, whole
 from ._errors import Error, RenderError
 from ._images import exposure, write
+from ._numbers import numbers
 from ._render import render
 from ._result import Bools, Doubles, Floats, Result
 from ._scene import Define, load_dict, load_file
@@ -246,7 +247,7 @@ def phase(series: ArrayLike) -> Doubles:
     --------
     >>> wrapped = morgana.schlieren.phase(series)
     """
-    images = np.asarray(series, float)
+    images = numbers(series, "series")
     if images.ndim != 3 or len(images) < 3:
         raise RenderError("a phase needs a series of at least three images, (steps, height, width)")
     shift = (2 * np.pi * np.arange(len(images)) / len(images))[:, None, None]
@@ -264,7 +265,7 @@ def _waves(waves: Union[Result, ArrayLike]) -> NDArray[np.float64]:
         if "waves" not in waves.layers:
             raise RenderError("the render has no 'waves': use the integrator aov with a wavelength")
         waves = waves.layers["waves"].mean[..., 0]
-    found = np.asarray(waves, float)
+    found: NDArray[np.float64] = numbers(waves, "optical path differences")
     if found.ndim != 2:
         raise RenderError(f"optical path differences have the shape (height, width), not {found.shape}")
     return found

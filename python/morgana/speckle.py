@@ -17,6 +17,7 @@ from typing import Any, NamedTuple, Tuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._numbers import vectors
 from ._records import Records
 from ._sums import recorded
 from ._values import comparable
@@ -123,7 +124,10 @@ def pattern(
     if not 0 <= channel < records.weight.shape[1]:
         raise ValueError(f"there are {records.weight.shape[1]} channels, and none has the number {channel}")
     axes = _axes(right, up)
-    x, y, off_plane = ((records.position - np.asarray(center, float)) @ axes.T).T
+    origin = vectors(center, "center")
+    if origin.shape != (3,) or not np.all(np.isfinite(origin)):
+        raise ValueError(f"center must be a place of three finite numbers, not {center!r}")
+    x, y, off_plane = ((records.position - origin) @ axes.T).T
     toward = records.direction @ axes[2]
     height, width = pixel * shape[0], pixel * shape[1]
     accepted = (toward > 0) & (index**2 * (1 - toward**2) <= numerical_aperture**2) & (np.abs(x) <= width / 2) & (np.abs(y) <= height / 2)
@@ -162,7 +166,7 @@ def _check_plane(height: Doubles, most: float) -> None:
 
 def _axes(right: ArrayLike, up: ArrayLike) -> Doubles:
     """Unit vectors along rows and columns, and towards the lens."""
-    a, b = np.asarray(right, float), np.asarray(up, float)
+    a, b = vectors(right, "right"), vectors(up, "up")
     if a.shape != (3,) or b.shape != (3,) or not (np.linalg.norm(a) > 0 and np.linalg.norm(b) > 0):
         raise ValueError("right and up must be vectors of three numbers, not zero")
     a, b = a / np.linalg.norm(a), b / np.linalg.norm(b)

@@ -3,7 +3,12 @@
 import concurrent.futures
 
 import morgana
+import morgana.coherence
+import morgana.correlation
 import morgana.distributed
+import morgana.flow
+import morgana.schlieren
+import morgana.speckle
 import numpy as np
 import pytest
 from conftest import SCENES, load, meters, small
@@ -23,6 +28,39 @@ def made():
 
 def here():
     return concurrent.futures.ThreadPoolExecutor(1)
+
+
+IMAGINARY = np.ones(3) + 1j
+"""Numbers of which only the real part would be read."""
+
+REAL = [
+    lambda: morgana.Pulse.table([0, 1, 2], IMAGINARY),
+    lambda: morgana.Pulse.rectangle(1.0).emitted(IMAGINARY),
+    lambda: morgana.Pulse.rectangle(1.0).kernel(IMAGINARY),
+    lambda: morgana.coherence.tabulated([1, 2, 3], IMAGINARY),
+    lambda: morgana.coherence.gaussian(1.0, 0.1).degree(IMAGINARY),
+    lambda: morgana.coherence.a_scan(LIGHT, IMAGINARY, morgana.coherence.gaussian(1.0, 0.1)),
+    lambda: morgana.correlation.correlate(LIGHT, [0.0], {"haze": lambda delays: delays * 1j}, wavelength=1, index=1),
+    lambda: morgana.flow.density(IMAGINARY, 300.0),
+    lambda: morgana.schlieren.phase(np.ones((3, 2, 2)) * 1j),
+    lambda: morgana.speckle.pattern(LIGHT, (2, 2), 0.1, wavelength=1.0, numerical_aperture=0.5, center=IMAGINARY),
+    lambda: morgana.speckle.pattern(LIGHT, (2, 2), 0.1, wavelength=1.0, numerical_aperture=0.5, up=IMAGINARY),
+    lambda: LIGHT.gated(IMAGINARY),
+    lambda: LIGHT.rescaled({"haze": np.array([1j])}),
+    lambda: LIGHT.jacobian({"haze": np.array([1j])}),
+]
+"""What takes real numbers."""
+
+LIGHT = morgana.Records(
+    np.zeros(1, int), np.ones((1, 1)), np.zeros((1, 3)), np.array([[0, 0, 1.0]]), np.ones(1), np.zeros(1, int), np.ones((1, 1)),
+    np.ones((1, 1), int), np.ones((1, 1)), ["haze"], np.zeros((1, 1)), 1, "W",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("call", REAL)
+def test_complex_numbers_are_no_real_ones(call):
+    with pytest.raises(TypeError, match="must be an array of real numbers: elements of type complex128"):
+        call()
 
 
 CASES = [
