@@ -1292,6 +1292,13 @@ PLANTED = [
         ("morgana-transport", "transport", "meters::instants::light_that_is_scattered_back_once_has_the_phases_of_moved_scatterers"),
     ),
     (
+        "phases of tagged paths from the sensor without the trunk of the last contribution",
+        TRANSPORT + "tagging/recorder.rs",
+        "self.way.extend(on.iter().chain(aside));",
+        "self.way.extend(aside); let _ = on;",
+        ("morgana-transport", "transport", "meters::instants::light_that_is_scattered_back_once_has_the_phases_of_moved_scatterers"),
+    ),
+    (
         "scatterers that rest where tagged paths from the sensor are connected",
         TRANSPORT + "tagging/recorder.rs",
         "self.aside.extend(at_vertex(&self.sound, vertex, direction));",

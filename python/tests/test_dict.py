@@ -197,6 +197,14 @@ def test_complex_numbers_are_those_of_sound(scene):
     assert "only sound of a 'frequency'" in refused(scene).message
 
 
+def test_fields_on_their_own_warn_as_scenes_do():
+    wave = np.exp(0.5j * np.pi * np.arange(16)) * np.ones((4, 4, 16))
+    volume = {"type": "pressure", "n0": 1.3, "dn_dp": 1e-10, "data": wave, "placement": "centers", "frequency": 1e6}
+    morgana.load_field({**volume, "sound_speed": 0.25e6})
+    with pytest.warns(morgana.SceneWarning, match="the samples are of waves of a length of"):
+        morgana.load_field({**volume, "sound_speed": 0.5e6})
+
+
 def test_complex_amplitudes_have_three_axes():
     wave = {"type": "pressure", "n0": 1.3, "dn_dp": 1e-10, "frequency": 1e6, "sound_speed": 1e6}
     found = refused(graded(**wave, data=INDEX[0] + 1j))

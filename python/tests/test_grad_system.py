@@ -168,6 +168,7 @@ FIELDS = [
 ]
 
 
+@pytest.mark.filterwarnings("ignore:.*samples are of waves:morgana.SceneWarning")
 @pytest.mark.parametrize(("volume", "names"), FIELDS, ids=lambda value: value["type"] if isinstance(value, dict) else "")
 def test_every_type_of_field(volume, names):
     """Names, values and transposes here; tests of the compiled part compare every number with differences."""

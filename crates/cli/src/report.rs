@@ -129,6 +129,10 @@ impl Report<'_> {
     /// What to think of the error of the mean, if it is not to be trusted.
     fn doubt(&self) -> Option<String> {
         let film = &self.rendering.film;
+        if self.run.renderer.is_light() && self.rendering.samples > 0 && film.summary().0 == 0.0 {
+            let advice = "does light get to the sensor? morgana check says what may be in the way";
+            return Some(format!("no sample found any light: {advice}"));
+        }
         // An error that is not known is said to be so.
         let is_known = film.summary().1.is_finite();
         (self.run.renderer.is_light() && is_known && film.few_in_all(None)).then(|| {

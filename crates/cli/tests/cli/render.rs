@@ -327,3 +327,19 @@ fn errors_that_cannot_be_trusted_are_told() {
     assert!(!told.contains("trusted"), "{told}");
     assert_eq!(folder.json("a.json")["trust"]["few"], false);
 }
+
+/// A sensor in a closed box with a lamp outside.
+#[test]
+fn black_images_are_told() {
+    let folder = Folder::with_file(
+        r#"<scene version="3.0.0"><integrator type="path"/>
+        <sensor type="perspective"><film type="hdrfilm"><integer name="width" value="4"/><integer name="height" value="4"/></film></sensor>
+        <shape type="cube"><transform name="to_world"><scale value="2"/></transform><bsdf type="twosided"><bsdf type="diffuse"/></bsdf></shape>
+        <emitter type="point"><point name="position" x="5" y="0" z="0"/></emitter></scene>"#,
+    );
+    let told = folder.succeed("render scene.xml --spp 4");
+    assert!(
+        told.contains("no sample found any light: does light get to the sensor?"),
+        "{told}"
+    );
+}
