@@ -29,8 +29,10 @@ pub struct MeshData {
     pub positions: Vec<DVec3>,
     /// Three vertices for each triangle, counter-clockwise when seen from its front.
     pub triangles: Vec<[u32; 3]>,
-    /// Texture coordinates of the vertices.
+    /// Texture coordinates of the vertices; zero where there are none.
     pub uvs: Option<Vec<[f64; 2]>>,
+    /// The vertices that have none, where others have some.
+    pub without_uvs: Vec<u32>,
     /// Normals of the vertices, of any length; zero where there is none.
     pub normals: Option<Vec<DVec3>>,
     /// Linear colours of the vertices.

@@ -172,10 +172,14 @@ impl Reader {
     fn finish(self) -> Result<MeshData, Problem> {
         let position = |c: &Corner| self.positions[c.position as usize];
         let positions = self.vertices.iter().map(position).collect();
-        // Texture coordinates that are given only here and there are of no use.
-        let uv = |c: &Corner| c.uv.map(|uv| self.uvs[uv as usize]);
-        let uvs = self.vertices.iter().map(uv).collect();
-        // Normals are, where there are some.
+        let uv = |c: &Corner| c.uv.map_or([0.0; 2], |uv| self.uvs[uv as usize]);
+        let without_uvs = (0..).zip(&self.vertices).filter(|(_, c)| c.uv.is_none());
+        let mut without_uvs: Vec<u32> = without_uvs.map(|(vertex, _)| vertex).collect();
+        let has_uvs = without_uvs.len() < self.vertices.len();
+        let uvs = has_uvs.then(|| self.vertices.iter().map(uv).collect());
+        if !has_uvs {
+            without_uvs.clear();
+        }
         let normal = |c: &Corner| {
             c.normal
                 .map_or(DVec3::ZERO, |normal| self.normals[normal as usize])
@@ -188,10 +192,10 @@ impl Reader {
             positions,
             triangles: self.triangles,
             uvs,
+            without_uvs,
             normals,
             colours,
-            face_colours: None,
-            attributes: Vec::new(),
+            ..MeshData::default()
         })
     }
 }

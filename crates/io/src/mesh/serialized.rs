@@ -142,8 +142,7 @@ impl Reader<'_> {
             colours: colours
                 .transpose()?
                 .map(|values| values.into_iter().map(single).collect()),
-            face_colours: None,
-            attributes: Vec::new(),
+            ..MeshData::default()
         })
     }
 

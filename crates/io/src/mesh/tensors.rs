@@ -60,8 +60,7 @@ impl MeshData {
             normals: normals.map(vectors),
             uvs: uvs.transpose().map_err(|p| ("vertex_texcoords", p))?,
             colours: colours.map(|rows| rows.iter().map(|row| row.map(|v| v as f32)).collect()),
-            face_colours: None,
-            attributes: Vec::new(),
+            ..MeshData::default()
         };
         check_mesh(mesh).map_err(|p| ("faces", p))
     }

@@ -70,6 +70,41 @@ fn text_is_the_same_with_buffers_in_a_file_or_embedded() {
     assert_eq!(found.unwrap(), binary);
 }
 
+/// Three triangles, of which only the middle one has texture coordinates and a normal.
+fn three_parts() -> (String, Vec<u8>) {
+    let corners = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    let normals = [0.0, 0.0, 1.0].repeat(3);
+    let uvs = [0.5, 0.25, 1.0, 0.0, 0.0, 1.0];
+    let numbers = [&corners[..], &normals, &uvs].concat();
+    let bytes = numbers.iter().flat_map(|v: &f32| v.to_le_bytes()).collect();
+    let bare = r#"{ "attributes": { "POSITION": 0 } }"#;
+    let text = format!(
+        r#"{{ "asset": {{ "version": "2.0" }}, "scenes": [{{ "nodes": [0] }}], "nodes": [{{ "mesh": 0 }}],
+            "meshes": [{{ "primitives": [{bare},
+                {{ "attributes": {{ "POSITION": 0, "NORMAL": 1, "TEXCOORD_0": 2 }} }}, {bare}] }}],
+            "accessors": [{{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3" }},
+                {{ "bufferView": 0, "byteOffset": 36, "componentType": 5126, "count": 3, "type": "VEC3" }},
+                {{ "bufferView": 0, "byteOffset": 72, "componentType": 5126, "count": 3, "type": "VEC2" }}],
+            "bufferViews": [{{ "buffer": 0, "byteLength": 96 }}],
+            "buffers": [{{ "uri": "parts.bin", "byteLength": 96 }}] }}"#
+    );
+    (text, bytes)
+}
+
+#[test]
+fn parts_without_texture_coordinates_and_normals_leave_those_of_others() {
+    let (text, bytes) = three_parts();
+    let mesh = gltf::parse(text.as_bytes(), |_| Ok(bytes.clone()), Limits::default()).unwrap();
+    let given = [[0.5, 0.25], [1.0, 0.0], [0.0, 1.0]];
+    let uvs = [[[0.0; 2]; 3], given, [[0.0; 2]; 3]].concat();
+    assert_eq!(mesh.uvs, Some(uvs));
+    let normals = [[DVec3::ZERO; 3], [DVec3::Z; 3], [DVec3::ZERO; 3]].concat();
+    assert_eq!(mesh.normals, Some(normals));
+    let bare = text.replace(r#""NORMAL": 1, "TEXCOORD_0": 2"#, r#""extras": 0"#);
+    let mesh = gltf::parse(bare.as_bytes(), |_| Ok(bytes.clone()), Limits::default()).unwrap();
+    assert_eq!((mesh.uvs, mesh.normals), (None, None));
+}
+
 #[test]
 fn files_that_are_refused() {
     let refused = |text: String, expected: &str| {

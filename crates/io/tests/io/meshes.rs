@@ -42,6 +42,17 @@ fn an_obj_file_without_texture_coordinates() {
 }
 
 #[test]
+fn faces_of_an_obj_file_without_texture_coordinates_leave_those_of_others() {
+    let text =
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0.5 0.25\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\nf 2 4 3\n";
+    let mesh = obj::parse(text.as_bytes(), Limits::default()).unwrap();
+    assert_eq!(mesh.triangles, [[0, 1, 2], [3, 4, 5]]);
+    let given = [[0.5, 0.25], [1.0, 0.0], [0.0, 1.0]];
+    assert_eq!(mesh.uvs, Some([given, [[0.0; 2]; 3]].concat()));
+    assert_eq!(mesh.without_uvs, [3, 4, 5]);
+}
+
+#[test]
 fn obj_files_that_are_refused() {
     let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     let face = |face: &str| format!("{vertices}{face}");

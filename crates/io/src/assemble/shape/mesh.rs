@@ -28,11 +28,7 @@ pub(super) fn mesh(
 ) -> Option<Result<(Shape, Attributes), ShapeError>> {
     let source = Source::of(object, q, files);
     let normals = Normals::of(object, q);
-    // Most programs that write .obj files have v grow upwards, whereas images begin at the top.
-    let flip = match object.plugin.as_str() {
-        "mesh" | "serialized" | "gltf" | "sdfgrid" => false,
-        kind => q.boolean_or("flip_tex_coords", kind == "obj"),
-    };
+    let flip = Flip::of(object, q);
     let (mesh, attributes) = match originals.meshes.get(&object.number) {
         Some(known) => known.clone(),
         None => match original(source?.read(q, files.limits())?, flip, normals) {
@@ -55,6 +51,42 @@ pub(super) fn mesh(
         mesh.transformed(frame)
             .map(|mesh| (Shape::from(mesh), attributes)),
     )
+}
+
+/// Whether v becomes 1 − v.
+#[derive(Clone, Copy)]
+enum Flip {
+    No,
+    Yes,
+}
+
+impl Flip {
+    /// Most programs that write .obj files have v grow upwards, whereas images begin at the top.
+    fn of(object: &ObjectDescription, q: &mut Query) -> Self {
+        let kind = object.plugin.as_str();
+        if !["obj", "ply"].contains(&kind) {
+            return Flip::No;
+        }
+        if q.boolean_or("flip_tex_coords", kind == "obj") {
+            Flip::Yes
+        } else {
+            Flip::No
+        }
+    }
+
+    fn apply(self, data: &mut MeshData) {
+        let flips = match self {
+            Flip::No => false,
+            Flip::Yes => true,
+        };
+        let Some(uvs) = data.uvs.as_mut().filter(|_| flips) else {
+            return;
+        };
+        uvs.iter_mut().for_each(|uv| uv[1] = 1.0 - uv[1]);
+        for vertex in &data.without_uvs {
+            uvs[*vertex as usize] = [0.0; 2];
+        }
+    }
 }
 
 /// By which normals a mesh is shaded.
@@ -184,13 +216,10 @@ impl Grid {
 
 fn original(
     mut data: MeshData,
-    flip: bool,
+    flip: Flip,
     normals: Normals,
 ) -> Result<(Arc<Mesh>, Attributes), ShapeError> {
-    if flip {
-        let uvs = data.uvs.iter_mut().flatten();
-        uvs.for_each(|uv| uv[1] = 1.0 - uv[1]);
-    }
+    flip.apply(&mut data);
     let colours = [
         ("vertex_color", data.colours.take()),
         ("face_color", data.face_colours.take()),

@@ -55,8 +55,6 @@ pub fn parse(
         document: &document,
         limits,
         mesh: MeshData {
-            uvs: Some(Vec::new()),
-            normals: Some(Vec::new()),
             colours: Some(Vec::new()),
             ..MeshData::default()
         },
@@ -82,7 +80,7 @@ pub fn parse(
         open.extend(children.map(|child| (child, frame)));
     }
     if open.is_empty() {
-        check_mesh(builder.mesh)
+        check_mesh(builder.finish())
     } else {
         Err(wrong("a node is its own descendant, or has two parents"))
     }
@@ -175,8 +173,8 @@ impl Builder<'_> {
         self.limits.permit(needed, 1, self.document.size)
     }
 
-    /// Normals, texture coordinates and colours, if all parts have them. The latter two are as in images: v grows downwards, and
-    /// colours are linear.
+    /// Normals and texture coordinates, which are zero where a part has none, and colours, if all parts have them. The latter two
+    /// are as in images: v grows downwards, and colours are linear.
     fn attributes(
         &mut self,
         attributes: &Value,
@@ -190,22 +188,18 @@ impl Builder<'_> {
                 Err(wrong(format!("{n} attributes of {count} vertices")))
             }
         };
-        match (index(attributes, "TEXCOORD_0"), &mut self.mesh.uvs) {
-            (Some(accessor), Some(all)) => {
-                let uvs = self.document.vectors::<2>(accessor)?;
-                fits(uvs.len())?;
-                all.extend(uvs);
-            }
-            _ => self.mesh.uvs = None,
+        let first = self.mesh.positions.len() - count;
+        if let Some(accessor) = index(attributes, "TEXCOORD_0") {
+            let uvs = self.document.vectors::<2>(accessor)?;
+            fits(uvs.len())?;
+            filled(&mut self.mesh.uvs, first).extend(uvs);
         }
-        match (index(attributes, "NORMAL"), &mut self.mesh.normals) {
-            (Some(accessor), Some(all)) => {
-                let normals = self.document.vectors::<3>(accessor)?;
-                fits(normals.len())?;
-                let to_scene = frame.matrix3.inverse().transpose();
-                all.extend(normals.into_iter().map(|n| to_scene * DVec3::from_array(n)));
-            }
-            _ => self.mesh.normals = None,
+        if let Some(accessor) = index(attributes, "NORMAL") {
+            let normals = self.document.vectors::<3>(accessor)?;
+            fits(normals.len())?;
+            let to_scene = frame.matrix3.inverse().transpose();
+            let normals = normals.into_iter().map(DVec3::from_array);
+            filled(&mut self.mesh.normals, first).extend(normals.map(|n| to_scene * n));
         }
         match (index(attributes, "COLOR_0"), &mut self.mesh.colours) {
             (Some(accessor), Some(all)) => {
@@ -217,6 +211,24 @@ impl Builder<'_> {
         }
         Ok(())
     }
+
+    fn finish(mut self) -> MeshData {
+        let count = self.mesh.positions.len();
+        if self.mesh.uvs.is_some() {
+            filled(&mut self.mesh.uvs, count);
+        }
+        if self.mesh.normals.is_some() {
+            filled(&mut self.mesh.normals, count);
+        }
+        self.mesh
+    }
+}
+
+/// What is known of the first `count` vertices; zero where a part does not say.
+fn filled<T: Clone + Default>(known: &mut Option<Vec<T>>, count: usize) -> &mut Vec<T> {
+    let known = known.get_or_insert_default();
+    known.resize(count, T::default());
+    known
 }
 
 /// The corners of triangles that are given one by one, in a strip or as a fan.

@@ -333,3 +333,15 @@ fn formats_of_bitmaps_are_accepted() {
         assert_eq!(loaded.scene().objects().len(), 1);
     }
 }
+
+#[test]
+fn faces_without_coordinates_beside_others_see_one_corner_of_an_image() {
+    let directory = tempfile::tempdir().unwrap();
+    let mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 0 0\nv 6 0 0\nv 5 1 0\nvt 0 0.25\nvt 1 0.25\nf 1/1 2/2 3/1\nf 4 5 6\n";
+    fs::write(directory.path().join("t.obj"), mesh).unwrap();
+    let body = r#"<shape type="obj"><string name="filename" value="t.obj"/></shape>"#;
+    let loaded = load_from(directory.path(), "", body).unwrap();
+    let shape = &loaded.scene().objects()[0].shape;
+    let [first, second] = [0.25, 0.75].map(|u| shape.sample_area([u, 0.5]).uv.get());
+    assert_eq!((first[1], second), (0.75, [0.0, 0.0]));
+}
