@@ -11,6 +11,7 @@ pub mod obj;
 pub mod ply;
 pub mod serialized;
 mod tensors;
+mod wedges;
 
 use std::path::Path;
 
@@ -35,6 +36,8 @@ pub struct MeshData {
     pub without_uvs: Vec<u32>,
     /// Normals of the vertices, of any length; zero where there is none.
     pub normals: Option<Vec<DVec3>>,
+    /// Of which vertex each is a copy, or itself: seams of texture coordinates have split those that a file has as one.
+    pub originals: Option<Vec<u32>>,
     /// Linear colours of the vertices.
     pub colours: Option<Vec<[f32; 3]>>,
     /// Linear colours of the triangles.

@@ -10,13 +10,15 @@ use ply_rs_bw::ply::{ElementDef, Header, Property, PropertyAccess, PropertyAcces
 use super::MeshData;
 use super::attributes::{Channels, MeshAttribute, grouped};
 use super::build::{check_mesh, check_position, fan};
+use super::wedges::{self, Wedges};
 use crate::error::{FileError, Problem};
 use crate::input::{self, Limits};
 use crate::scene::linear_from_srgb;
 
 /// Reads a mesh: the positions `x y z`, normals `nx ny nz`,
 /// texture coordinates `u v` or `s t` and colours `r g b`,
-/// `red green blue` or `color_0 color_1 color_2` if there are any, and the faces with colours by the same names. Other
+/// `red green blue` or `color_0 color_1 color_2` if there are any, and the faces with colours by the same names and texture
+/// coordinates of their corners, the list `texcoord`. Other
 /// properties such as `weight_0` or `velocity_x velocity_y velocity_z`, of one channel or three, are attributes.
 ///
 /// # Errors
@@ -69,15 +71,32 @@ fn read_from(reader: impl BufRead + Seek, size: u64, limits: Limits) -> Result<M
             _ => drop(elements::<Other>(&mut reader, element, &header)?),
         }
     }
-    let corners = polygons.iter().flat_map(|face| &face.polygon).map(Vec::len);
-    limits
-        .check(corners.sum::<usize>() as u64, CORNER, size)
+    check_corners(&mesh, face, &polygons, limits, size)
         .and_then(|()| match face {
-            Some(element) => add_faces(&mut mesh, element, &polygons),
+            Some(element) => add_faces(&mut mesh, element, &mut polygons),
             None => Ok(()),
         })
         .and_then(|()| check_mesh(mesh))
         .map_err(|p| (p, None))
+}
+
+/// Refuses corners of faces that take too much memory.
+fn check_corners(
+    mesh: &MeshData,
+    element: Option<&ElementDef>,
+    faces: &[Face],
+    limits: Limits,
+    size: u64,
+) -> Result<(), Problem> {
+    let corners = faces.iter().flat_map(|face| &face.polygon).map(Vec::len);
+    let corners = corners.sum::<usize>() as u64;
+    let vertices = mesh.positions.len() as u64;
+    let needed = if element.is_some_and(has_wedges) {
+        corners * (CORNER + wedges::CORNER) + vertices * wedges::VERTEX
+    } else {
+        corners * CORNER
+    };
+    limits.check(needed, 1, size)
 }
 
 fn elements<E: PropertyAccess>(
@@ -190,7 +209,8 @@ fn others(element: &ElementDef) -> Vec<&str> {
 fn is_known(name: &str) -> bool {
     const KNOWN: [&str; 6] = ["x", "y", "z", "nx", "ny", "nz"];
     let is_uv = UV_NAMES.as_flattened().contains(&name);
-    KNOWN.contains(&name) || is_uv || FACE_LISTS.contains(&name) || channel(name).is_some()
+    let is_list = FACE_LISTS.contains(&name) || name == WEDGES;
+    KNOWN.contains(&name) || is_uv || is_list || channel(name).is_some()
 }
 
 /// An attribute from the other properties of each element, and how many values it stands for.
@@ -218,7 +238,13 @@ fn is_coloured(element: &ElementDef) -> bool {
     COLOURS.iter().any(|names| names.iter().all(has))
 }
 
-fn add_faces(mesh: &mut MeshData, element: &ElementDef, faces: &[Face]) -> Result<(), Problem> {
+/// Whether faces have texture coordinates of their corners.
+fn has_wedges(element: &ElementDef) -> bool {
+    element.properties.contains_key(WEDGES)
+}
+
+fn add_faces(mesh: &mut MeshData, element: &ElementDef, faces: &mut [Face]) -> Result<(), Problem> {
+    let mut wedges = has_wedges(element).then(|| Wedges::new(mesh.positions.len()));
     let coloured = is_coloured(element);
     let mut colours = Vec::new();
     let count = mesh.positions.len();
@@ -228,9 +254,9 @@ fn add_faces(mesh: &mut MeshData, element: &ElementDef, faces: &[Face]) -> Resul
     };
     mesh.triangles
         .reserve_exact(faces.iter().map(triangles).sum());
-    for (i, face) in faces.iter().enumerate() {
+    for (i, face) in faces.iter_mut().enumerate() {
         let malformed = |message| Err(Problem::Malformed(format!("face {i} {message}")));
-        let Some(polygon) = &face.polygon else {
+        let Some(polygon) = &mut face.polygon else {
             return malformed("has an index that is not a whole number or negative".to_owned());
         };
         if polygon.len() < 3 {
@@ -238,6 +264,18 @@ fn add_faces(mesh: &mut MeshData, element: &ElementDef, faces: &[Face]) -> Resul
         }
         if let Some(vertex) = polygon.iter().find(|v| **v as usize >= count) {
             return malformed(format!("has the vertex {vertex} (there are {count})"));
+        }
+        let uvs = face.wedges.as_chunks::<2>().0;
+        if !face.wedges.is_empty() && face.wedges.len() != 2 * polygon.len() {
+            let (found, count) = (face.wedges.len(), polygon.len());
+            return malformed(format!(
+                "has {found} numbers '{WEDGES}', not two for each of its {count} vertices"
+            ));
+        }
+        if let Some(wedges) = &mut wedges {
+            for (k, vertex) in polygon.iter_mut().enumerate() {
+                *vertex = wedges.vertex(*vertex, uvs.get(k).copied());
+            }
         }
         fan(&mut mesh.triangles, polygon);
         if coloured {
@@ -248,6 +286,9 @@ fn add_faces(mesh: &mut MeshData, element: &ElementDef, faces: &[Face]) -> Resul
     for channels in grouped("face", &others(element)) {
         let rows = faces.iter().map(|face| (&face.others[..], triangles(face)));
         mesh.attributes.push(attribute(channels, rows));
+    }
+    if let Some(wedges) = wedges {
+        wedges.finish(mesh);
     }
     Ok(())
 }
@@ -260,6 +301,9 @@ const CORNER: u64 = 32;
 
 /// The names that the list of a face's vertices goes by.
 const FACE_LISTS: [&str; 2] = ["vertex_indices", "vertex_index"];
+
+/// The list of texture coordinates of a face's corners, u and v of each.
+const WEDGES: &str = "texcoord";
 
 /// The names that the channels of a colour go by.
 const COLOURS: [[&str; 3]; 3] = [
@@ -325,6 +369,7 @@ impl PropertyAccess for Vertex {
             "nz" => &mut self.normal[2],
             "u" | "s" | "texture_u" => &mut self.uv[0],
             "v" | "t" | "texture_v" => &mut self.uv[1],
+            _ if is_known(name) => return PropertyAccessResult::Ignored,
             _ => return keep(&mut self.others, &property),
         };
         match scalar(&property) {
@@ -342,6 +387,8 @@ struct Face {
     /// `None` if an index cannot be one.
     polygon: Option<Vec<u32>>,
     colour: [f32; 3],
+    /// Texture coordinates of its corners; empty if it has none.
+    wedges: Vec<f64>,
     /// Other properties, in their order.
     others: Vec<f32>,
 }
@@ -351,6 +398,7 @@ impl PropertyAccess for Face {
         Face {
             polygon: Some(Vec::new()),
             colour: [0.0; 3],
+            wedges: Vec::new(),
             others: Vec::new(),
         }
     }
@@ -359,14 +407,18 @@ impl PropertyAccess for Face {
         if let Some(channel) = channel(name) {
             return set_channel(&mut self.colour[channel], &property);
         }
-        if is_known(name) && !FACE_LISTS.contains(&name) {
+        if name == WEDGES {
+            self.wedges = numbers(&property);
+            return PropertyAccessResult::Set;
+        }
+        if FACE_LISTS.contains(&name) {
+            self.polygon = property.to_u32_list();
+            return PropertyAccessResult::Set;
+        }
+        if is_known(name) {
             return PropertyAccessResult::Ignored;
         }
-        if !is_known(name) {
-            return keep(&mut self.others, &property);
-        }
-        self.polygon = property.to_u32_list();
-        PropertyAccessResult::Set
+        keep(&mut self.others, &property)
     }
 }
 
@@ -395,6 +447,15 @@ fn scalar(property: &Property) -> Option<f64> {
         Property::Float(v) => Some(v.into()),
         Property::Double(v) => Some(v),
         _ => None,
+    }
+}
+
+/// The numbers of a list of floating-point numbers; none of other properties.
+fn numbers(property: &Property) -> Vec<f64> {
+    match property {
+        Property::ListFloat(values) => values.iter().copied().map(f64::from).collect(),
+        Property::ListDouble(values) => values.clone(),
+        _ => Vec::new(),
     }
 }
 

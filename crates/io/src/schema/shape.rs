@@ -71,7 +71,7 @@ const ARRAYS: &[Parameter] = &[
 
 const FLIP: Parameter = boolean(
     "flip_tex_coords",
-    "(true for obj, false for ply)",
+    "(true for obj and for corners in ply, else false)",
     "whether v becomes 1 − v",
 );
 

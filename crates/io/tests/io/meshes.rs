@@ -186,6 +186,58 @@ fn attributes_of_ply_files_follow_texture_coordinates_of_any_name() {
     }
 }
 
+/// Two triangles that share a side, along which the second has other texture coordinates.
+const WEDGES: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+    property float weight_0\nproperty float r\nproperty float g\nproperty float b\n\
+    element face 2\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\nproperty float id_0\n\
+    end_header\n0 0 0 0.25 1 0 0\n1 0 0 0.5 0 1 0\n0 1 0 0.75 0 0 1\n1 1 0 1 1 1 1\n\
+    3 0 1 2 6 0 0 0.5 0 0 0.5 7\n3 1 3 2 6 0.5 0 1 1 0 1 8\n";
+
+#[test]
+fn corners_of_ply_files_have_texture_coordinates() {
+    let mesh = ply::parse(WEDGES.as_bytes(), Limits::default()).unwrap();
+    // Vertex 1 has the same ones in both faces, vertex 2 is split.
+    assert_eq!(mesh.triangles, [[0, 1, 2], [1, 3, 4]]);
+    assert_eq!(mesh.originals, Some(vec![0, 1, 2, 3, 2]));
+    assert_eq!(mesh.positions[4], mesh.positions[2]);
+    assert_eq!(mesh.positions.len(), 5);
+    let uvs = [[0.0, 0.0], [0.5, 0.0], [0.0, 0.5], [1.0, 1.0], [0.0, 1.0]];
+    assert_eq!(mesh.uvs, Some(uvs.to_vec()));
+    assert_eq!(mesh.colours.unwrap()[4], [0.0, 0.0, 1.0]);
+    let values = |name: &str| {
+        let attribute = mesh.attributes.iter().find(|a| a.name == name).unwrap();
+        let values = attribute.values.iter().map(|v| v[0]);
+        values.collect::<Vec<f32>>()
+    };
+    assert_eq!(values("vertex_weight"), [0.25, 0.5, 0.75, 1.0, 0.75]);
+    assert_eq!(values("face_id"), [7.0, 8.0]);
+}
+
+#[test]
+fn faces_of_ply_files_may_lack_texture_coordinates() {
+    let text = WEDGES.replace("3 0 1 2 6 0 0 0.5 0 0 0.5 7", "3 0 1 2 0 7");
+    let mesh = ply::parse(text.as_bytes(), Limits::default()).unwrap();
+    assert_eq!(mesh.triangles, [[0, 1, 2], [4, 3, 5]]);
+    assert_eq!(mesh.uvs.unwrap()[..3], [[0.0; 2]; 3]);
+    assert_eq!(mesh.without_uvs, [0, 1, 2]);
+    let text = WEDGES.replace("6 0 0 0.5 0 0 0.5 7", "6 1e99 0 1e99 1 1e99 2 7");
+    assert_eq!(
+        ply::parse(text.as_bytes(), Limits::default())
+            .unwrap()
+            .without_uvs,
+        [0, 1, 2]
+    );
+    let text = text.replace("6 0.5 0 1 1 0 1 8", "0 8");
+    assert_eq!(
+        ply::parse(text.as_bytes(), Limits::default()).unwrap().uvs,
+        None
+    );
+    let text = WEDGES.replace("6 0 0 0.5 0 0 0.5 7", "4 0 0 0.5 0 7");
+    let (problem, _) = ply::parse(text.as_bytes(), Limits::default()).unwrap_err();
+    let expected = "face 0 has 4 numbers 'texcoord', not two for each of its 3 vertices";
+    assert_eq!(problem.to_string(), expected);
+}
+
 #[track_caller]
 fn ply_error(from: &str, to: &str, expected: &str) {
     assert!(ASCII.contains(from));

@@ -65,6 +65,14 @@ pub enum ShapeError {
         /// Number of normals given.
         got: usize,
     },
+    /// Originals of copied vertices are given, but not one per vertex, or one that does not exist.
+    #[error(
+        "expected the number of one of {expected} vertices for each of them: that of which it is a copy"
+    )]
+    Originals {
+        /// Number of vertices.
+        expected: usize,
+    },
     /// More triangles than a 32-bit index can name.
     #[error("a mesh can have at most {max} triangles, got {got}", max = u32::MAX / 2)]
     TooManyTriangles {

@@ -58,19 +58,23 @@ pub(super) fn mesh(
 enum Flip {
     No,
     Yes,
+    /// Only that of corners of faces in a .ply file.
+    OfCorners,
 }
 
 impl Flip {
-    /// Most programs that write .obj files have v grow upwards, whereas images begin at the top.
+    /// Most programs that write .obj files, and .ply files with texture coordinates of corners, have v grow upwards, whereas images
+    /// begin at the top.
     fn of(object: &ObjectDescription, q: &mut Query) -> Self {
         let kind = object.plugin.as_str();
         if !["obj", "ply"].contains(&kind) {
             return Flip::No;
         }
-        if q.boolean_or("flip_tex_coords", kind == "obj") {
-            Flip::Yes
-        } else {
-            Flip::No
+        let is_given = q.has("flip_tex_coords");
+        match (q.boolean_or("flip_tex_coords", kind == "obj"), is_given) {
+            (true, _) => Flip::Yes,
+            (false, true) => Flip::No,
+            (false, false) => Flip::OfCorners,
         }
     }
 
@@ -78,6 +82,7 @@ impl Flip {
         let flips = match self {
             Flip::No => false,
             Flip::Yes => true,
+            Flip::OfCorners => data.originals.is_some(),
         };
         let Some(uvs) = data.uvs.as_mut().filter(|_| flips) else {
             return;
@@ -240,7 +245,10 @@ pub(super) fn built(data: MeshData, smooth: bool) -> Result<Mesh, ShapeError> {
     let mesh = Mesh::new(data.positions, data.triangles, data.uvs)?;
     match data.normals {
         Some(normals) => mesh.with_normals(normals),
-        None if smooth => Ok(mesh.with_smooth_normals()),
+        None if smooth => match data.originals {
+            Some(originals) => mesh.with_smooth_normals_across(&originals),
+            None => Ok(mesh.with_smooth_normals()),
+        },
         None => Ok(mesh),
     }
 }

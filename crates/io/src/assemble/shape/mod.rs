@@ -7,11 +7,13 @@ mod mesh;
 
 use super::context::{Context, MeterPlace};
 use super::originals::{Attributes, Originals};
+use super::surface_texture::Vertices;
 use super::transforms::affine;
 use super::wish::Wish;
 use super::{bsdf, emitter, medium};
+use crate::diagnostic::Diagnostic;
 use crate::query::{POSITIVE, Query, unknown_plugin};
-use crate::scene::{FileRegistry, ObjectDescription, PluginKind};
+use crate::scene::{FileRegistry, ObjectDescription, PluginKind, descendants};
 use glam::{DAffine3, DVec3};
 pub(super) use instance::fit;
 use mesh::mesh;
@@ -95,7 +97,10 @@ fn add_at(object: &ObjectDescription, place: Option<DAffine3>, context: &mut Con
         _ => None,
     };
     let surface = match &bsdf {
-        Some(object) => bsdf::build(object, &vertices, context),
+        Some(bsdf) => {
+            warn_without_uvs(object, bsdf, &vertices, context);
+            bsdf::build(bsdf, &vertices, context)
+        }
         None => bsdf::Surface {
             bsdf: bsdf::default(light.is_some()),
             indices: None,
@@ -129,6 +134,34 @@ fn add_at(object: &ObjectDescription, place: Option<DAffine3>, context: &mut Con
     let emitter =
         light.and_then(|l| emitter::add_area(&l, object, index, &shape, &vertices, context));
     push(object, shape, surface.bsdf, emitter, wish, context);
+}
+
+/// Warns of an image or a checkerboard on a mesh without texture coordinates.
+fn warn_without_uvs(
+    object: &ObjectDescription,
+    bsdf: &ObjectDescription,
+    vertices: &Vertices,
+    context: &mut Context,
+) {
+    if vertices.as_ref().is_none_or(|(mesh, _)| mesh.has_uvs()) {
+        return;
+    }
+    let is_over_uvs = |o: &&ObjectDescription| {
+        o.kind == PluginKind::Texture && ["bitmap", "checkerboard"].contains(&o.plugin.as_str())
+    };
+    let Some(texture) = descendants([bsdf]).find(is_over_uvs) else {
+        return;
+    };
+    let name = object.id.as_ref().unwrap_or(&object.plugin);
+    let message = format!(
+        "the mesh of '{name}' has no texture coordinates: {} repeats on each of its triangles",
+        texture.label()
+    );
+    let help =
+        "give the mesh texture coordinates, or use a 'mesh_attribute' of its vertices".to_owned();
+    context
+        .diagnostics
+        .push(Diagnostic::warning(message).help(help).at(&object.location));
 }
 
 fn unknown(object: &ObjectDescription, context: &mut Context) {

@@ -335,6 +335,58 @@ fn formats_of_bitmaps_are_accepted() {
 }
 
 #[test]
+fn images_on_meshes_without_texture_coordinates_are_doubtful() {
+    let directory = tempfile::tempdir().unwrap();
+    let mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    fs::write(
+        directory.path().join("bare.obj"),
+        format!("{mesh}f 1 2 3\n"),
+    )
+    .unwrap();
+    let covered = format!("{mesh}vt 0 0\nf 1/1 2/1 3/1\n");
+    fs::write(directory.path().join("covered.obj"), covered).unwrap();
+    let warnings = |file: &str, texture: &str| {
+        let body = format!(
+            r#"<shape type="obj" id="leaf"><string name="filename" value="{file}"/>
+<bsdf type="twosided"><bsdf type="diffuse">{texture}</bsdf></bsdf></shape>"#
+        );
+        let loaded = load_from(directory.path(), "", &body).unwrap();
+        loaded.warnings.to_string()
+    };
+    let board = r#"<texture name="reflectance" type="checkerboard"/>"#;
+    let text = warnings("bare.obj", board);
+    let expected =
+        "the mesh of 'leaf' has no texture coordinates: <texture type=\"checkerboard\"> repeats";
+    assert!(text.contains(expected), "{text}");
+    let plain = r#"<rgb name="reflectance" value="0.1, 0.2, 0.3"/>"#;
+    for (file, texture) in [("covered.obj", board), ("bare.obj", plain)] {
+        let text = warnings(file, texture);
+        assert!(!text.contains("texture coordinates"), "{text}");
+    }
+}
+
+#[test]
+fn coordinates_of_corners_in_ply_files_are_turned_unless_told_otherwise() {
+    let directory = tempfile::tempdir().unwrap();
+    let mesh = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+        element face 1\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\nend_header\n\
+        0 0 0\n1 0 0\n0 1 0\n3 0 1 2 6 0 0.25 1 0.25 0 0.25\n";
+    fs::write(directory.path().join("t.ply"), mesh).unwrap();
+    let v = |flip: &str| {
+        let body =
+            format!(r#"<shape type="ply"><string name="filename" value="t.ply"/>{flip}</shape>"#);
+        let loaded = load_from(directory.path(), "", &body).unwrap();
+        let sample = loaded.scene().objects()[0].shape.sample_area([0.5, 0.5]);
+        sample.uv.get()[1]
+    };
+    assert_eq!(v(""), 0.75);
+    assert_eq!(
+        v(r#"<boolean name="flip_tex_coords" value="false"/>"#),
+        0.25
+    );
+}
+
+#[test]
 fn faces_without_coordinates_beside_others_see_one_corner_of_an_image() {
     let directory = tempfile::tempdir().unwrap();
     let mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 0 0\nv 6 0 0\nv 5 1 0\nvt 0 0.25\nvt 1 0.25\nf 1/1 2/2 3/1\nf 4 5 6\n";

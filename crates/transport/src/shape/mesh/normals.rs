@@ -28,17 +28,32 @@ impl Mesh {
     /// The mesh with the mean normal of the triangles around each vertex, weighted by their angles there (G. Thürmer and
     /// C. Wüthrich, "Computing vertex normals from polygonal facets", 1998). Triangles that share a vertex by its place alone are
     /// not averaged.
-    pub fn with_smooth_normals(mut self) -> Self {
+    pub fn with_smooth_normals(self) -> Self {
+        self.with_normals_around(|vertex| vertex)
+    }
+
+    /// The same where vertices that seams of texture coordinates have split count as one: `originals` says for each vertex of which it
+    /// is a copy, which may be itself.
+    pub fn with_smooth_normals_across(self, originals: &[u32]) -> Result<Self, ShapeError> {
+        let (expected, got) = (self.positions.len(), originals.len());
+        if expected != got || originals.iter().any(|v| *v as usize >= expected) {
+            return Err(ShapeError::Originals { expected });
+        }
+        Ok(self.with_normals_around(|vertex| originals[vertex] as usize))
+    }
+
+    fn with_normals_around(mut self, original: impl Fn(usize) -> usize) -> Self {
         let mut normals = vec![DVec3::ZERO; self.positions.len()];
         for (i, corners) in self.triangles.iter().enumerate() {
             let t = self.triangle(i);
             let normal = cross(t).normalize_or_zero();
             for k in 0..3 {
                 let [a, b] = [1, 2].map(|j| t[(k + j) % 3] - t[k]);
-                normals[corners[k] as usize] += normal * a.angle_between(b);
+                normals[original(corners[k] as usize)] += normal * a.angle_between(b);
             }
         }
-        self.normals = Some(normals.iter().map(|n| n.normalize_or_zero()).collect());
+        let unit = |vertex| normals[original(vertex)].normalize_or_zero();
+        self.normals = Some((0..normals.len()).map(unit).collect());
         self
     }
 

@@ -241,3 +241,36 @@ fn broken_meshes_are_refused_or_repaired() {
     let vertex = refuse(undefined, vec![[0, 1, 2]], None);
     assert_eq!(vertex, ShapeError::NonFiniteVertex { vertex: 4 });
 }
+
+#[test]
+fn vertices_that_seams_have_split_are_shaded_as_one() {
+    let roof = [
+        (0.0, 0.0, 0.0),
+        (1.0, 0.0, 1.0),
+        (1.0, 1.0, 1.0),
+        (2.0, 0.5, 0.0),
+    ];
+    let roof = roof.map(|(x, y, z)| DVec3::new(x, y, z)).to_vec();
+    let split = [&roof[..], &roof[1..3]].concat();
+    let joined = mesh((roof, vec![[0, 1, 2], [1, 3, 2]]));
+    let split = mesh((split, vec![[0, 1, 2], [4, 3, 5]]));
+    let normals = |mesh: Mesh| {
+        let shape = Shape::from(mesh);
+        let points = (0..20).map(|i| [f64::from(i) / 20.0, 0.3]);
+        let normal = |u| {
+            let sample = shape.sample_area(u);
+            shape.shading_normal(&shape.site_of(&sample), sample.normal)
+        };
+        points.map(normal).collect::<Vec<DVec3>>()
+    };
+    let across = split
+        .clone()
+        .with_smooth_normals_across(&[0, 1, 2, 3, 1, 2]);
+    let expected = normals(joined.with_smooth_normals());
+    assert_eq!(normals(across.unwrap()), expected);
+    assert_ne!(normals(split.clone().with_smooth_normals()), expected);
+    for wrong in [&[0, 1, 2, 3, 1][..], &[0, 1, 2, 3, 1, 6]] {
+        let error = split.clone().with_smooth_normals_across(wrong);
+        assert_eq!(error.unwrap_err(), ShapeError::Originals { expected: 6 });
+    }
+}
