@@ -142,7 +142,7 @@ impl Channels {
     /// What becomes of a spectrum in a role before it is divided among channels.
     pub(super) fn seen(&self, value: &SpectrumValue, role: Role) -> Result<Seen, String> {
         match (self, value) {
-            (Channels::Wavelengths { .. }, SpectrumValue::Rgb(_)) if role == Role::Number => {
+            (Channels::Wavelengths { .. }, SpectrumValue::Rgb(_)) if role.is_number() => {
                 colour::seen(value, role)
             }
             (Channels::Wavelengths { .. }, value) => Ok(Seen {

@@ -48,7 +48,7 @@ pub(super) fn seen(value: &SpectrumValue, role: Role) -> Result<Seen, String> {
     };
     let most = match role {
         Role::Emission | Role::Coefficient | Role::Vector => f64::INFINITY,
-        Role::Reflectance | Role::Number => 1.0,
+        Role::Reflectance | Role::Number | Role::Height => 1.0,
     };
     let within = rgb.map(|v| v.clamp(0.0, most));
     Ok(Seen {
@@ -62,14 +62,14 @@ pub(super) fn clipping(rgb: [f64; 3], role: Role) -> String {
     let [r, g, b] = rgb.map(Shown::rounded);
     let limits = match role {
         Role::Emission | Role::Coefficient | Role::Vector => "at least 0",
-        Role::Reflectance | Role::Number => "0 to 1",
+        Role::Reflectance | Role::Number | Role::Height => "0 to 1",
     };
     format!("red, green and blue of the spectrum are {r}, {g}, {b}: clipped to {limits}")
 }
 
 fn in_role(rgb: [f64; 3], role: Role) -> SpectrumValue {
     match role {
-        Role::Number => SpectrumValue::Uniform(luminance(rgb)),
+        Role::Number | Role::Height => SpectrumValue::Uniform(luminance(rgb)),
         _ => SpectrumValue::Rgb(rgb),
     }
 }

@@ -2,7 +2,8 @@
 
 use super::CondensedGrid;
 use super::channels::Channels;
-use super::colour::clipping;
+use super::clipping;
+use super::colour;
 use super::originals::Originals;
 use super::reach;
 use super::sound_record::SoundRecord;
@@ -170,14 +171,21 @@ impl<'a> Context<'a> {
         let value = self.loaded(value, location);
         let seen = self.channels.seen(&value, role);
         if let Ok(Some(rgb)) = seen.as_ref().map(|seen| seen.clipped) {
-            let warning = Diagnostic::warning(clipping(rgb, role));
+            let warning = Diagnostic::warning(colour::clipping(rgb, role));
             self.diagnostics.push(warning.at(location));
         }
-        seen.and_then(|seen| self.channels.spectrum(&seen.value, self.group))
+        let mut spectrum = seen
+            .and_then(|seen| self.channels.spectrum(&seen.value, self.group))
             .unwrap_or_else(|message| {
                 self.error_at(location, message);
                 Spectrum::ZERO
-            })
+            });
+        if role == Role::Reflectance
+            && let Some(note) = clipping::reflectance(&mut spectrum)
+        {
+            self.diagnostics.push(note.at(location));
+        }
+        spectrum
     }
 
     /// A spectrum with the pairs of the file that it names, if it names one.

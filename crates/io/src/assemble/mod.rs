@@ -5,6 +5,7 @@
 mod brightness;
 mod bsdf;
 mod channels;
+mod clipping;
 mod colour;
 mod condensed_grid;
 mod context;

@@ -1,9 +1,10 @@
 //! Textures of surfaces: images, checkerboards, values of vertices, volumes, and multiples of these.
 
+use super::clipping::{Pixels, without_rounding};
 use super::context::Context;
 use super::originals::Attributes;
-pub(super) use super::texture_role::Role;
-use crate::diagnostic::suggest;
+pub(super) use super::texture_role::{Asked, Role};
+use crate::diagnostic::{Location, shown, suggest};
 use crate::image::RgbImage;
 use crate::mesh::MeshAttribute;
 use crate::query::{Input, Query, unknown_plugin};
@@ -54,6 +55,18 @@ pub(super) fn texture(
     vertices: &Vertices,
     context: &mut Context,
 ) -> Texture {
+    texture_for(Asked::plainly(role), input, parent, name, vertices, context)
+}
+
+fn texture_for(
+    asked: Asked,
+    input: Input,
+    parent: &ObjectDescription,
+    name: &str,
+    vertices: &Vertices,
+    context: &mut Context,
+) -> Texture {
+    let role = asked.role;
     match input {
         Input::Spectrum(SpectrumValue::Rgb([x, y, z])) if role == Role::Vector => {
             Texture::Uniform(Spectrum([x, y, z, 0.0]))
@@ -64,31 +77,32 @@ pub(super) fn texture(
             Texture::Uniform(context.spectrum(&value, role, location))
         }
         Input::Object(object) => {
-            nested(object, role, vertices, context).unwrap_or(Texture::Uniform(Spectrum::ZERO))
+            nested(asked, object, vertices, context).unwrap_or(Texture::Uniform(Spectrum::ZERO))
         }
     }
 }
 
 /// A texture plugin. Those that depend on no mesh are made once, however many surfaces they cover.
 fn nested(
+    asked: Asked,
     object: &ObjectDescription,
-    role: Role,
     vertices: &Vertices,
     context: &mut Context,
 ) -> Option<Texture> {
+    let role = asked.role;
     let key = (object.number, role);
     if let Some(known) = context.textures.get(&key) {
         return Some(known.clone());
     }
     match object.plugin.as_str() {
         "bitmap" => {
-            let texture = Texture::Bitmap(Arc::new(bitmap(object, role, context)?));
+            let texture = Texture::Bitmap(Arc::new(bitmap(asked, object, context)?));
             context.textures.insert(key, texture.clone());
             Some(texture)
         }
-        "checkerboard" => Some(checkerboard(object, role, vertices, context)),
+        "checkerboard" => Some(checkerboard(asked, object, vertices, context)),
         "mesh_attribute" => attribute(object, role, vertices, context),
-        "scale" => Some(scaled(object, role, vertices, context)),
+        "scale" => Some(scaled(asked, object, vertices, context)),
         "volume" => volume(object, role, context),
         _ => {
             unknown(object, context);
@@ -107,8 +121,8 @@ fn unknown(object: &ObjectDescription, context: &mut Context) {
 
 /// A nested texture, or a spectrum, times a factor.
 fn scaled(
+    asked: Asked,
     object: &ObjectDescription,
-    role: Role,
     vertices: &Vertices,
     context: &mut Context,
 ) -> Texture {
@@ -119,15 +133,25 @@ fn scaled(
         None => Input::Spectrum(q.spectrum("value")),
     };
     q.finish(&[]);
-    let nested = texture(input, role, object, "value", vertices, context);
+    let role = asked.role;
+    let least = match &factor {
+        SpectrumValue::Uniform(v) | SpectrumValue::EqualEnergy(v) => *v,
+        SpectrumValue::Rgb(rgb) => rgb.iter().copied().fold(f64::INFINITY, f64::min),
+        _ => 0.0,
+    };
+    let asked = Asked {
+        factor: asked.factor * least,
+        ..asked
+    };
+    let nested = texture_for(asked, input, object, "value", vertices, context);
     let is_colour = matches!(factor, SpectrumValue::Rgb([r, g, b]) if r != g || g != b);
-    if is_colour && (role == Role::Number || context.channels.count() == 1) {
+    if is_colour && (role.is_number() || context.channels.count() == 1) {
         let message = "a colour cannot scale what becomes one number: make 'scale' a number";
         context.error_at(&object.location, message);
     }
     let factor = match (role, factor) {
         // It may exceed what a share or a number may be: their product counts.
-        (Role::Number | Role::Vector, factor) => in_role(&factor, Role::Number),
+        (Role::Number | Role::Height | Role::Vector, factor) => in_role(&factor, Role::Number),
         (_, factor) => factor,
     };
     let factor = context.spectrum(&factor, Role::Coefficient, &object.location);
@@ -145,7 +169,7 @@ fn volume(object: &ObjectDescription, role: Role, context: &mut Context) -> Opti
     }
     let allowed = match role {
         Role::Reflectance => [0.0, 1.0],
-        Role::Coefficient | Role::Number => [0.0, f64::MAX],
+        Role::Coefficient | Role::Number | Role::Height => [0.0, f64::MAX],
         Role::Emission | Role::Vector => {
             let message = "light and normals of a surface cannot be a volume: use a 'bitmap'";
             context.error_at(&object.location, message);
@@ -154,7 +178,8 @@ fn volume(object: &ObjectDescription, role: Role, context: &mut Context) -> Opti
     };
     let quantity =
         super::texture::texture(Input::Object(nested), object, "volume", allowed, context);
-    if let (Role::Number, VolumeTexture::Grid(grid)) = (role, &quantity)
+    if let VolumeTexture::Grid(grid) = &quantity
+        && role.is_number()
         && grid.channels() > 1
     {
         let message = "a number, not a colour, is asked for here: the grid must have one channel";
@@ -180,8 +205,8 @@ fn constant(object: &ObjectDescription, role: Role, context: &mut Context) -> Te
 }
 
 fn checkerboard(
+    asked: Asked,
     object: &ObjectDescription,
-    role: Role,
     vertices: &Vertices,
     context: &mut Context,
 ) -> Texture {
@@ -191,7 +216,7 @@ fn checkerboard(
     let to_uv = to_uv(&mut q);
     q.finish(&[]);
     let colours =
-        colours.map(|(name, input)| texture(input, role, object, name, vertices, context));
+        colours.map(|(name, input)| texture_for(asked, input, object, name, vertices, context));
     Texture::Checkerboard(Arc::new(Checkerboard::new(colours, to_uv)))
 }
 
@@ -265,16 +290,24 @@ fn no_attribute(name: &str, attributes: &[MeshAttribute]) -> String {
     }
 }
 
-fn bitmap(object: &ObjectDescription, role: Role, context: &mut Context) -> Option<Bitmap> {
+fn bitmap(asked: Asked, object: &ObjectDescription, context: &mut Context) -> Option<Bitmap> {
     let mut q = Query::new(object, context.diagnostics);
     let source = picture(&mut q, context.files);
     let (filter, wrap) = (filter(&mut q), wrap(&mut q));
     let to_uv = to_uv(&mut q);
     q.finish(&[]);
-    let (image, encode) = source?;
-    let pixels = pixels(&image, encode, role, context);
-    let (channels, data) = context.accept(&object.location, pixels)?;
-    let size = [image.width, image.height];
+    let picture = source?;
+    let pixels = pixels(&picture, asked.role, context);
+    let (channels, mut data) = context.accept(&object.location, pixels)?;
+    clip(
+        &mut data,
+        channels,
+        &picture.name,
+        asked,
+        &object.location,
+        context,
+    )?;
+    let size = [picture.image.width, picture.image.height];
     let bitmap = Bitmap::new(size, channels, data, filter, wrap, to_uv);
     context.accept(&object.location, bitmap)
 }
@@ -285,9 +318,18 @@ pub(super) fn screen(object: &ObjectDescription, context: &mut Context) -> Optio
     let source = picture(&mut q, context.files);
     let (filter, wrap) = (filter(&mut q), wrap(&mut q));
     q.finish(&[]);
-    let (image, encode) = source?;
-    let pixels = pixels(&image, encode, Role::Emission, context);
-    let (channels, data) = context.accept(&object.location, pixels)?;
+    let picture = source?;
+    let asked = Asked::plainly(Role::Emission);
+    let pixels = pixels(&picture, asked.role, context);
+    let (channels, mut data) = context.accept(&object.location, pixels)?;
+    clip(
+        &mut data,
+        channels,
+        &picture.name,
+        asked,
+        &object.location,
+        context,
+    )?;
     let used = context.channels.channels_of(context.group);
     let spectrum = |values: &[f32]| {
         let channel = |c: usize| f64::from(values[c.min(channels - 1)]);
@@ -297,15 +339,61 @@ pub(super) fn screen(object: &ObjectDescription, context: &mut Context) -> Optio
     };
     let pixels = data.chunks_exact(channels).map(spectrum).collect();
     Some(Slide {
-        size: [image.width, image.height],
+        size: [picture.image.width, picture.image.height],
         pixels,
         filter,
         wrap,
     })
 }
 
-/// The image of a bitmap, which a file or the scene itself holds, and whether its decoding is to be undone.
-fn picture(q: &mut Query, files: &mut FileRegistry) -> Option<(RgbImage, bool)> {
+/// Clips the values of an image that are outside of what they may be; `None` if they are refused. Either is reported.
+fn clip(
+    data: &mut [f32],
+    channels: usize,
+    name: &str,
+    asked: Asked,
+    location: &Location,
+    context: &mut Context,
+) -> Option<()> {
+    let mut seen = Pixels::new();
+    for pixel in data.chunks_exact(channels) {
+        seen.see(pixel.iter().copied().map(f64::from), 1.0);
+    }
+    if accepted(&seen, name, asked, location, context)? {
+        for v in data {
+            *v = without_rounding(f64::from(*v), asked.role) as f32;
+        }
+    }
+    Some(())
+}
+
+/// Whether values are to be clipped; `None` if they are refused. Either is reported.
+pub(super) fn accepted(
+    seen: &Pixels,
+    name: &str,
+    asked: Asked,
+    location: &Location,
+    context: &mut Context,
+) -> Option<bool> {
+    let (message, accepted) = match seen.verdict(name, asked) {
+        Ok(None) => return Some(false),
+        Ok(Some(remark)) => (remark, Some(true)),
+        Err(error) => (error, None),
+    };
+    context.diagnostics.push(message.at(location));
+    accepted
+}
+
+/// The image of a bitmap, which a file or the scene itself holds.
+struct Picture {
+    image: RgbImage,
+    /// How messages call it.
+    name: String,
+    /// Whether its decoding is to be undone.
+    encode: bool,
+}
+
+fn picture(q: &mut Query, files: &mut FileRegistry) -> Option<Picture> {
     let raw = q.boolean_or("raw", false);
     if q.has("data") {
         if q.has("filename") {
@@ -313,12 +401,20 @@ fn picture(q: &mut Query, files: &mut FileRegistry) -> Option<(RgbImage, bool)> 
         }
         let image = RgbImage::of_tensor(&*q.tensor("data")?);
         let image = image.map_err(|e| q.error("data", e.to_string())).ok()?;
-        return Some((image, false));
+        return Some(Picture {
+            image,
+            name: "'data'".to_owned(),
+            encode: false,
+        });
     }
     let path = q.path("filename", files);
     let image = RgbImage::read_within(&path, files.limits());
     let image = image.map_err(|e| q.file_error("filename", &e)).ok()?;
-    Some((image, raw && RgbImage::is_encoded(&path)))
+    Some(Picture {
+        image,
+        name: shown(&path).to_string(),
+        encode: raw && RgbImage::is_encoded(&path),
+    })
 }
 
 /// How Mitsuba holds images, which rounds their numbers at most.
@@ -335,15 +431,11 @@ fn wrap(q: &mut Query) -> Wrap {
     [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp][wrap]
 }
 
-/// Channels and values of an image; `encode` undoes the decoding.
-fn pixels(
-    image: &RgbImage,
-    encode: bool,
-    role: Role,
-    context: &Context,
-) -> Result<(usize, Vec<f32>), String> {
+/// Channels and values of an image.
+fn pixels(picture: &Picture, role: Role, context: &Context) -> Result<(usize, Vec<f32>), String> {
+    let image = &picture.image;
     let as_stored = |v: f32| {
-        if encode {
+        if picture.encode {
             srgb_from_linear(f64::from(v))
         } else {
             f64::from(v)
@@ -355,7 +447,7 @@ fn pixels(
     }
     // A grey image is the same at all wavelengths.
     let grey = image.pixels.iter().all(|[r, g, b]| r == g && g == b);
-    let channels = if grey || role == Role::Number {
+    let channels = if grey || role.is_number() {
         1
     } else {
         context.channels.channels_of(context.group)
@@ -378,8 +470,8 @@ fn pixels(
 
 /// A value, or its luminance if a number is asked for.
 fn in_role(value: &SpectrumValue, role: Role) -> SpectrumValue {
-    match (role, value) {
-        (Role::Number, SpectrumValue::Rgb(rgb)) => {
+    match value {
+        SpectrumValue::Rgb(rgb) if role.is_number() => {
             SpectrumValue::Uniform(super::colour::luminance(*rgb))
         }
         _ => value.clone(),

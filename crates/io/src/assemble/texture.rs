@@ -1,7 +1,9 @@
 //! Quantities that may vary in space: constants and grids.
 
+use super::clipping;
 use super::context::Context;
 use super::reach;
+use super::sound_record::file_of;
 use super::texture_role::Role;
 use super::transforms::affine;
 use super::volume_source::{SOURCE, Source, read};
@@ -92,7 +94,13 @@ fn uniform(
     context: &mut Context,
 ) -> VolumeTexture {
     let value = context.loaded(value, location);
-    let outside = |v: &f64| !(*v >= allowed[0] && *v <= allowed[1]);
+    // Those of shares are clipped with a note.
+    let rounding = if allowed[1] == 1.0 {
+        clipping::ROUNDING
+    } else {
+        0.0
+    };
+    let outside = |v: &f64| !(*v >= allowed[0] - rounding && *v <= allowed[1] + rounding);
     if let Some(bad) = value.values().into_iter().find(outside) {
         let allowed = match allowed {
             [low, f64::MAX] => format!("be at least {low}"),
@@ -168,7 +176,16 @@ fn grid(
         context.error_at(&object.location, message);
         return None;
     }
-    let samples = of_group(volume, context);
+    let mut samples = of_group(volume, context);
+    let file = file_of(object).unwrap_or_else(|| "'data'".to_owned());
+    match clipping::samples(&mut samples, &file, allowed) {
+        Ok(None) => {}
+        Ok(Some(note)) => context.diagnostics.push(note.at(&object.location)),
+        Err(error) => {
+            context.diagnostics.push(error.at(&object.location));
+            return None;
+        }
+    }
     if name == "sigma_t" {
         let quantity = reach::Quantity::Extinction;
         context.grids.push(reach::Placed::new(

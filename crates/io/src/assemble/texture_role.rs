@@ -11,6 +11,30 @@ pub(super) enum Role {
     Coefficient,
     /// One number: the luminance of a colour.
     Number,
+    /// A height, which is a number without limits.
+    Height,
     /// Three numbers that are no colour.
     Vector,
+}
+
+/// What the values of a texture are asked for.
+#[derive(Clone, Copy)]
+pub(super) struct Asked {
+    pub role: Role,
+    /// What they are multiplied by before they count, at least.
+    pub factor: f64,
+}
+
+impl Asked {
+    /// As they are.
+    pub(super) fn plainly(role: Role) -> Self {
+        Asked { role, factor: 1.0 }
+    }
+}
+
+impl Role {
+    /// Whether it is one number.
+    pub(super) fn is_number(self) -> bool {
+        matches!(self, Role::Number | Role::Height)
+    }
 }

@@ -230,7 +230,12 @@ impl RgbImage {
         let Some(index) = self.pixels.iter().position(bad) else {
             return Ok(());
         };
-        let place = format!("pixel ({}, {})", index % self.width, index / self.width);
+        let count = self.pixels.iter().filter(|p| bad(p)).count();
+        let (x, y) = (index % self.width, index / self.width);
+        let place = match count {
+            1 => format!("pixel ({x}, {y})"),
+            _ => format!("pixel ({x}, {y}), the first of {count},"),
+        };
         let value = self.pixels[index].into_iter().find(|v| !v.is_finite());
         Err(Problem::NotFinite {
             place,

@@ -298,7 +298,8 @@ fn element_of(tensor: &Tensor) -> Element {
     }
 }
 
-fn place([nx, ny, _]: [usize; 3], channels: usize, index: usize) -> String {
+/// How messages call a sample.
+pub(crate) fn place([nx, ny, _]: [usize; 3], channels: usize, index: usize) -> String {
     let voxel = index / channels;
     let (x, y, z) = (voxel % nx, voxel / nx % ny, voxel / nx / ny);
     match channels {

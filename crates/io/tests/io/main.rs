@@ -8,6 +8,7 @@ mod arbitrary_images;
 mod assemble;
 mod atomic;
 mod cameras;
+mod clipped;
 mod common;
 mod compare;
 mod condensed;

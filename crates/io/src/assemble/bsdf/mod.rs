@@ -144,7 +144,7 @@ fn mapped(
     q.finish(&[]);
     let surface = build(nested.first()?, vertices, context);
     let source = if is_bump {
-        let heights = texture(input, Role::Number, object, "", vertices, context);
+        let heights = texture(input, Role::Height, object, "", vertices, context);
         NormalSource::Heights(heights, scale)
     } else {
         let normals = texture(input, Role::Vector, object, "normalmap", vertices, context);

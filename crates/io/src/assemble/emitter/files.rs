@@ -1,15 +1,19 @@
 //! Emitters that shine as a file says.
 
+use super::super::clipping::{Pixels, without_rounding};
 use super::super::context::Context;
 use super::super::sensor::fov;
-use super::super::surface_texture::{Role, screen};
+use super::super::surface_texture::{Asked, Role, accepted, screen};
 use super::super::transforms::pose;
 use super::light;
+use crate::diagnostic::shown;
 use crate::ies;
 use crate::image::RgbImage;
 use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, SpectrumValue};
+use std::f64::consts::PI;
 use std::sync::Arc;
+use transport::Spectrum;
 use transport::emitter::{Emitter, Environment, Luminaire, Projector, Slide};
 use transport::texture::{BitmapFilter, Wrap};
 
@@ -28,8 +32,34 @@ pub(super) fn envmap(object: &ObjectDescription, context: &mut Context) -> Optio
         let rgb = rgb.map(|v| f64::from(v) * scale);
         context.spectrum(&SpectrumValue::Rgb(rgb), Role::Emission, &object.location)
     };
-    let pixels = image.pixels.iter().map(&mut radiance).collect();
+    let mut pixels: Vec<Spectrum> = image.pixels.iter().map(&mut radiance).collect();
     let (_, orientation) = pose?;
+    let (mut seen, name) = (Pixels::new(), shown(&path).to_string());
+    for (i, pixel) in pixels.iter().enumerate() {
+        let row = (i / image.width) as f64 + 0.5;
+        let weight = (PI * row / image.height as f64).sin();
+        seen.see(pixel.0.into_iter(), weight);
+    }
+    if accepted(
+        &seen,
+        &name,
+        Asked::plainly(Role::Emission),
+        &object.location,
+        context,
+    )? {
+        for pixel in &mut pixels {
+            pixel.0 = pixel.0.map(|v| without_rounding(v, Role::Emission));
+        }
+    }
+    if seen.are_black() {
+        let message = if scale == 0.0 {
+            "the environment is black: its 'scale' is 0".to_owned()
+        } else {
+            format!("{name}: the image is black, and so is the environment: leave it out")
+        };
+        context.error_at(&object.location, message);
+        return None;
+    }
     let environment = Environment::image(image.width, image.height, pixels, orientation);
     context
         .accept(&object.location, environment)
