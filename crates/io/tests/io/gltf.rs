@@ -125,6 +125,23 @@ fn files_that_are_refused() {
         "the file is of version '1.0'",
     );
     refused(
+        TEXT.replacen("\"version\": \"2.0\"", "\"extras\": 0", 1),
+        "it does not state its version (asset.version)",
+    );
+    refused(
+        TEXT.replacen(
+            '{',
+            "{ \"extensionsRequired\": [\"KHR_draco_mesh_compression\"],",
+            1,
+        ),
+        "not supported: the glTF extension 'KHR_draco_mesh_compression'",
+    );
+    let elsewhere = TEXT.replace("\"bufferView\"", "\"extras\"");
+    refused(
+        elsewhere.replacen('{', "{ \"extensionsUsed\": [\"A_b\"],", 1),
+        "in no buffer; those of extensions are not read (A_b)",
+    );
+    refused(
         TEXT.replace("\"count\": 36", "\"count\": 3600"),
         "beyond the end of their buffer",
     );
@@ -146,6 +163,12 @@ fn files_that_are_refused() {
     refused(cycle, "a node is its own descendant");
     let short = gltf::parse(TEXT.as_bytes(), |_| Ok(vec![0; 10]), Limits::default()).unwrap_err();
     assert!(short.to_string().contains("272"), "{short}");
+    let folder = tempfile::tempdir().unwrap();
+    let alone = folder.path().join("alone.gltf");
+    std::fs::write(&alone, TEXT).unwrap();
+    let missing: FileError = gltf::read(&alone, Limits::default()).unwrap_err();
+    let expected = "alone.gltf: its buffer 'two_boxes.bin': cannot read: No such file";
+    assert!(missing.to_string().contains(expected), "{missing}");
     let missing: FileError = gltf::read(&path("nowhere.gltf"), Limits::default()).unwrap_err();
     assert!(missing.to_string().contains("nowhere.gltf"), "{missing}");
 }

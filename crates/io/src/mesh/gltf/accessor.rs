@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::document::{Document, index};
+use super::document::{Document, index, list};
 use super::wrong;
 use crate::element::Element;
 use crate::error::Problem;
@@ -33,6 +33,18 @@ impl Document<'_> {
             .collect())
     }
 
+    /// What to say of numbers that are in no buffer.
+    fn no_data(&self) -> Problem {
+        let used = list(&self.json, "extensionsUsed").iter();
+        let used: Vec<&str> = used.filter_map(Value::as_str).collect();
+        let extensions = if used.is_empty() {
+            String::new()
+        } else {
+            format!("; those of extensions are not read ({})", used.join(", "))
+        };
+        wrong(format!("some of its numbers are in no buffer{extensions}"))
+    }
+
     /// How many elements an accessor says that it has.
     pub(super) fn count(&self, accessor: usize) -> Result<u64, Problem> {
         let count = index(self.item("accessors", accessor)?, "count").unwrap_or(0);
@@ -58,11 +70,11 @@ impl Document<'_> {
         accessor: &Value,
         size: usize,
     ) -> Result<impl Iterator<Item = &[u8]>, Problem> {
-        let view = index(accessor, "bufferView").filter(|_| accessor["sparse"].is_null());
-        let view = self.item(
-            "bufferViews",
-            view.ok_or_else(|| wrong("sparse data are not read"))?,
-        )?;
+        if !accessor["sparse"].is_null() {
+            return Err(wrong("sparse data are not read"));
+        }
+        let view = index(accessor, "bufferView").ok_or_else(|| self.no_data())?;
+        let view = self.item("bufferViews", view)?;
         let buffer = self
             .buffers
             .get(index(view, "buffer").unwrap_or(usize::MAX))

@@ -34,12 +34,12 @@ impl<'a> Document<'a> {
         let (text, binary) = parts(bytes)?;
         limits.check(values(text), VALUE, bytes.len() as u64)?;
         let json: Value = serde_json::from_slice(text).map_err(|e| wrong(e.to_string()))?;
-        let version = json["asset"]["version"]
-            .as_str()
-            .unwrap_or("without a version");
+        let no_version = || wrong("it does not state its version (asset.version)");
+        let version = json["asset"]["version"].as_str().ok_or_else(no_version)?;
         if !version.starts_with("2.") {
             return Err(wrong(format!("the file is of version '{version}'")));
         }
+        check_extensions(&json)?;
         let mut known: HashMap<Option<&str>, usize> = HashMap::new();
         let (mut data, mut buffers) = (Vec::new(), Vec::new());
         let mut size = bytes.len() as u64;
@@ -91,9 +91,34 @@ fn contents<'a>(
     };
     let bytes = match uri.strip_prefix("data:") {
         Some(data) => embedded(data)?,
-        None => load(&name(uri).ok_or_else(|| wrong("a file name is not UTF-8"))?)?,
+        None => {
+            let name = name(uri).ok_or_else(|| wrong("a file name is not UTF-8"))?;
+            let in_buffer = |e| Problem::Malformed(format!("its buffer '{name}': {e}"));
+            load(&name).map_err(in_buffer)?
+        }
     };
     Ok(bytes.into())
+}
+
+/// Extensions that change the geometry, and are not read.
+const NOT_READ: [&str; 4] = [
+    "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
+    "KHR_draco_mesh_compression",
+    "KHR_meshopt_compression",
+];
+
+/// Refuses a file that cannot be understood without an extension that is not read.
+fn check_extensions(json: &Value) -> Result<(), Problem> {
+    let mut required = list(json, "extensionsRequired")
+        .iter()
+        .filter_map(Value::as_str);
+    match required.find(|name| NOT_READ.contains(name)) {
+        Some(name) => Err(Problem::Unsupported(format!(
+            "the glTF extension '{name}': write the file without it"
+        ))),
+        None => Ok(()),
+    }
 }
 
 /// At most so many values does a text in JSON have: each but the first follows a comma or begins a list or an object.
