@@ -54,6 +54,12 @@ impl Layer {
             .find(|(n, _)| n == name)
             .map(|(_, values)| values.as_slice())
     }
+
+    /// The channels R, G and B, if it has all of them.
+    fn colours(&self) -> Option<[&[f32]; 3]> {
+        let [red, green, blue] = ["R", "G", "B"].map(|name| self.channel(name));
+        Some([red?, green?, blue?])
+    }
 }
 
 impl ImageLayers {
@@ -73,22 +79,45 @@ impl ImageLayers {
     /// The main layer in colour: its R, G and B, or its Y in all three.
     pub fn rgb(&self) -> Option<RgbImage> {
         let main = self.layer("")?;
-        let channels = match main.channel("R") {
-            Some(red) => [red, main.channel("G")?, main.channel("B")?],
-            None => [main.channel("Y")?; 3],
-        };
-        let [red, green, blue] = channels;
+        let grey = || Some([main.channel("Y")?; 3]);
+        Some(self.of_channels(main.colours().or_else(grey)?))
+    }
+
+    /// The main layer in colour, or the only layer that has R, G and B.
+    fn colours(&self) -> Result<RgbImage, Problem> {
+        if let Some(main) = self.rgb() {
+            return Ok(main);
+        }
+        let mut layers = self.layers.iter().filter_map(Layer::colours);
+        if let (Some(only), None) = (layers.next(), layers.next()) {
+            return Ok(self.of_channels(only));
+        }
+        const SHOWN: usize = 20;
+        let names = self.layers.iter().flat_map(|layer| {
+            let names = layer.channels.iter().map(|(name, _)| name);
+            names.map(|name| exr::channel_name(&layer.name, name))
+        });
+        let names: Vec<String> = names.collect();
+        let more = if names.len() > SHOWN { ", …" } else { "" };
+        let shown = names[..names.len().min(SHOWN)].join(", ");
+        Err(Problem::Mismatch {
+            expected: "the channels R, G, B or Y, or R, G, B in one layer".to_owned(),
+            found: format!("{shown}{more}"),
+        })
+    }
+
+    fn of_channels(&self, [red, green, blue]: [&[f32]; 3]) -> RgbImage {
         let pixels = red
             .iter()
             .zip(green)
             .zip(blue)
             .map(|((r, g), b)| [*r, *g, *b])
             .collect();
-        Some(RgbImage {
+        RgbImage {
             width: self.width,
             height: self.height,
             pixels,
-        })
+        }
     }
 
     /// Refuses an image without pixels and channels that do not fit its size.
@@ -125,7 +154,8 @@ pub struct RgbImage {
 
 impl RgbImage {
     /// Reads a colour image, such as an environment map, from an `.exr`, `.hdr` (`.rgbe`), `.pfm`, `.png`,
-    /// `.jpg`, `.bmp` or `.tga` file, by its extension. Values of the latter four are taken as sRGB and made linear.
+    /// `.jpg`, `.bmp` or `.tga` file, by its extension. Values of the latter four are taken as sRGB and made linear. Of an `.exr`
+    /// file without main layer, the only layer that has R, G and B is read.
     ///
     /// # Errors
     ///
@@ -145,14 +175,10 @@ impl RgbImage {
             .and_then(|e| e.to_str())
             .map(str::to_ascii_lowercase);
         let image = match extension.as_deref() {
-            Some("exr") => exr::read_within(path, limits)?.rgb().ok_or_else(|| {
-                let expected = "the channels R, G, B or Y".to_owned();
-                Problem::Mismatch {
-                    expected,
-                    found: "others".to_owned(),
-                }
-                .at(path)
-            })?,
+            Some("exr") => {
+                let image = exr::read_within(path, limits)?.colours();
+                image.map_err(|problem| problem.at(path))?
+            }
             Some("png") => png::read_within(path, limits)?,
             Some("jpg" | "jpeg") => encoded::read(path, (ImageFormat::Jpeg, "JPEG"), limits)?,
             Some("hdr" | "rgbe") => hdr::read(path, limits)?,

@@ -223,3 +223,29 @@ fn grids_are_clipped_at_their_limits() {
         ],
     );
 }
+
+#[test]
+fn the_only_layer_in_colour_is_the_image() {
+    let folder = tempfile::tempdir().unwrap();
+    image(folder.path(), "beauty", &[0.5, 0.25]);
+    let read = || morgana_io::image::RgbImage::read(&folder.path().join("image.exr"));
+    assert_eq!(read().unwrap().pixels, [[0.5; 3], [0.25; 3]]);
+    let layer = |name: &str| {
+        let channels = ["R", "G", "B"].map(|channel| (channel.to_owned(), vec![1.0]));
+        Layer {
+            name: name.to_owned(),
+            channels: channels.to_vec(),
+        }
+    };
+    let image = ImageLayers {
+        width: 1,
+        height: 1,
+        layers: vec![layer("left"), layer("right")],
+        attributes: Vec::new(),
+    };
+    exr::write(&folder.path().join("image.exr"), &image).unwrap();
+    let error = read().unwrap_err().to_string();
+    let expected = "expected the channels R, G, B or Y, or R, G, B in one layer, \
+                    found left.B, left.G, left.R, right.B, right.G, right.R";
+    assert!(error.ends_with(expected), "{error}");
+}

@@ -293,7 +293,7 @@ fn environment_maps_are_colours_or_grey_and_finite() {
     write(&depth);
     let error = RgbImage::read(&path).unwrap_err().to_string();
     assert!(
-        error.ends_with("expected the channels R, G, B or Y, found others"),
+        error.ends_with("expected the channels R, G, B or Y, or R, G, B in one layer, found Z"),
         "{error}"
     );
     let mut bad = grey;
