@@ -7,6 +7,7 @@ use crate::query::Query;
 use crate::scene::{FileRegistry, ObjectDescription};
 use crate::volume::series::{Plan, Series};
 use crate::volume::{AxisOrder, Format, Options, Sample, Volume, nrrd};
+use eikonal::Shown;
 use glam::DAffine3;
 use std::path::PathBuf;
 
@@ -190,6 +191,15 @@ fn own_box<T: Sample>(volume: &Volume<T>, query: &mut Query) -> DAffine3 {
         query.error("use_grid_bbox", message);
         return DAffine3::IDENTITY;
     };
+    if !(min.is_finite() && max.is_finite()) {
+        let message = format!(
+            "the bounding box in the file is not finite: {} to {}; place the volume by 'to_world'",
+            Shown(min),
+            Shown(max)
+        );
+        query.error("use_grid_bbox", message);
+        return DAffine3::IDENTITY;
+    }
     let size = max - min;
     if size.min_element() <= 0.0 {
         let message = format!("the file's bounding box is empty: {min} to {max}");

@@ -38,6 +38,8 @@ pub struct MeshData {
     pub normals: Option<Vec<DVec3>>,
     /// Of which vertex each is a copy, or itself: seams of texture coordinates have split those that a file has as one.
     pub originals: Option<Vec<u32>>,
+    /// How many faces were left out because they have fewer than three corners.
+    pub skipped_faces: usize,
     /// Linear colours of the vertices.
     pub colours: Option<Vec<[f32; 3]>>,
     /// Linear colours of the triangles.

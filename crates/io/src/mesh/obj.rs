@@ -25,7 +25,7 @@ const TRIANGLE: u64 = 24;
 /// # Errors
 ///
 /// A file that cannot be read or has no faces, and, with their line, numbers that are none,
-/// positions that are not finite, and faces with too few vertices or with indices out of range.
+/// positions that are not finite, and faces with indices out of range. Faces of fewer than three corners are left out.
 pub fn read(path: &Path, limits: Limits) -> Result<MeshData, FileError> {
     let bytes = input::read(path)?;
     parse(&bytes, limits).map_err(|(problem, line)| FileError {
@@ -85,6 +85,7 @@ struct Reader {
     vertices: Vec<Corner>,
     numbers: HashMap<Corner, u32>,
     triangles: Vec<[u32; 3]>,
+    skipped_faces: usize,
 }
 
 impl Reader {
@@ -117,13 +118,15 @@ impl Reader {
     }
 
     fn face<'w>(&mut self, words: impl Iterator<Item = &'w str>) -> Result<(), Problem> {
+        let words: Vec<&str> = words.collect();
+        if words.len() < 3 {
+            self.skipped_faces += 1;
+            return Ok(());
+        }
         let polygon = words
+            .into_iter()
             .map(|word| self.vertex(word))
             .collect::<Result<Vec<_>, _>>()?;
-        if polygon.len() < 3 {
-            let message = format!("a face of {} vertices", polygon.len());
-            return Err(Problem::Malformed(message));
-        }
         self.check(polygon.len())?;
         fan(&mut self.triangles, &polygon);
         Ok(())
@@ -195,6 +198,7 @@ impl Reader {
             without_uvs,
             normals,
             colours,
+            skipped_faces: self.skipped_faces,
             ..MeshData::default()
         })
     }

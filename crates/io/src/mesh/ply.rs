@@ -160,7 +160,11 @@ fn describe(error: ParseError) -> Located {
         Some(line) => first.trim_start_matches(&format!("Line {line}: ")),
         None => first,
     };
-    let message = message.chars().take(200).collect();
+    let message: String = message.chars().take(200).collect();
+    if let Some(place) = message.strip_prefix("Unexpected end of file while reading ") {
+        let message = format!("the file ends early, within {place}");
+        return (Problem::Malformed(message), error.line());
+    }
     (
         Problem::WrongFormat {
             format: "PLY",

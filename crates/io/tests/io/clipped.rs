@@ -225,6 +225,15 @@ fn grids_are_clipped_at_their_limits() {
 }
 
 #[test]
+fn boxes_of_grids_are_finite() {
+    let folder = tempfile::tempdir().unwrap();
+    refused(
+        grid(&folder, [0.5, 0.5], DVec3::new(1.0, f64::NAN, 1.0)),
+        &["the bounding box in the file is not finite: [0, 0, 0] to [1, NaN, 1]"],
+    );
+}
+
+#[test]
 fn the_only_layer_in_colour_is_the_image() {
     let folder = tempfile::tempdir().unwrap();
     image(folder.path(), "beauty", &[0.5, 0.25]);

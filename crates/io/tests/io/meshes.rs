@@ -53,6 +53,13 @@ fn faces_of_an_obj_file_without_texture_coordinates_leave_those_of_others() {
 }
 
 #[test]
+fn faces_of_an_obj_file_with_two_corners_are_left_out() {
+    let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2\nf 3\nf\n";
+    let mesh = obj::parse(text.as_bytes(), Limits::default()).unwrap();
+    assert_eq!((mesh.triangles.len(), mesh.skipped_faces), (1, 3));
+}
+
+#[test]
 fn obj_files_that_are_refused() {
     let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     let face = |face: &str| format!("{vertices}{face}");
@@ -65,7 +72,7 @@ fn obj_files_that_are_refused() {
         Some(2),
         "value NaN at vertex 2 is not finite",
     );
-    obj_error(&face("f 1 2"), Some(4), "a face of 2 vertices");
+    obj_error(&face("f 1 2"), None, "empty: the mesh has no faces");
     obj_error(&face("f 1 2 a"), Some(4), "'a' is not an index");
     obj_error(
         &face("f 1 2 4"),
@@ -299,7 +306,7 @@ fn ply_files_that_are_refused() {
     );
     let cut = &binary(false)[..binary(false).len() - 30];
     let (problem, _) = ply::parse(cut, Limits::default()).unwrap_err();
-    let expected = "not a PLY file: Unexpected end of file while reading binary element 'face'";
+    let expected = "the file ends early, within binary element 'face' (expected 2, got 0)";
     assert!(problem.to_string().starts_with(expected), "{problem}");
 }
 

@@ -182,7 +182,17 @@ impl Source {
                 .map_err(|(name, problem)| (name, problem.to_string()))
             }
         };
-        mesh.map_err(|(name, message)| q.error(name, message)).ok()
+        let mesh = mesh
+            .map_err(|(name, message)| q.error(name, message))
+            .ok()?;
+        if mesh.skipped_faces > 0 {
+            let message = format!(
+                "faces of fewer than three corners are left out: there are {}",
+                mesh.skipped_faces
+            );
+            q.warning("filename", message);
+        }
+        Some(mesh)
     }
 }
 
