@@ -328,7 +328,7 @@ fn errors_that_cannot_be_trusted_are_told() {
     assert_eq!(folder.json("a.json")["trust"]["few"], false);
 }
 
-/// A sensor in a closed box with a lamp outside.
+/// A sensor in a closed box, the light outside.
 #[test]
 fn black_images_are_told() {
     let folder = Folder::with_file(
