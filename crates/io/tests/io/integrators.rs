@@ -314,6 +314,14 @@ fn mistakes_have_places_and_help() {
         Some("bdtp"),
         &["unknown integrator 'bdtp'", "did you mean 'bdpt'?"],
     );
+    // All that there are, each once.
+    refused(
+        &integrator("metropolis", ""),
+        None,
+        &[
+            "known types: auto, path, volpath, volpathmis, direct, particle, ptracer, bdpt, vcm, aov, photon, sppm, moment, stokes, tagged\n",
+        ],
+    );
     refused(
         SKY,
         Some("metropolis"),
