@@ -34,7 +34,7 @@ MODULES = [
 ]
 
 ARRAY = {"type": "transducer", "aperture": "linear_array", "elements": 2, "pitch": 1.0, "height": 2.0, "frequency": 1.0, "sound_speed": 1.5}
-ARRAY.update({"pressure": 2e5, "n0": 1.333, "dn_dp": 1.4e-10, "min": [-1, -1, 6], "max": [1, 1, 7], "spacing": 1.0})
+ARRAY.update({"pressure": 2e5, "n0": 1.333, "dn_dp": 1.4e-10, "min": [-1, -1, 6], "max": [1, 1, 7], "spacing": 0.7})
 
 
 def public():

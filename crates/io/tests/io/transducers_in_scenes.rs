@@ -222,6 +222,10 @@ fn mistakes_are_named() {
         ),
         (volume(json!({"spacing": 1e-3})), "it takes"),
         (volume(json!({"spacing": 0})), "'spacing'"),
+        (
+            volume(json!({"spacing": 0.51 * WAVELENGTH})),
+            "cannot tell waves of",
+        ),
         (volume(json!({"frequency": 1e8})), "it takes"),
         (
             volume(json!({"direction": [0, 0, 0]})),

@@ -110,6 +110,12 @@ impl Description {
             q.error("max", message);
         }
         let spacing = q.float_in("spacing", POSITIVE, wavelength / SAMPLES);
+        if spacing > 0.5 * wavelength {
+            let message = format!(
+                "samples {spacing:.3e} apart cannot tell waves of {wavelength:.3e}: leave 'spacing' out, or make it at most half of that"
+            );
+            q.error("spacing", message);
+        }
         let n0 = q.float_in("n0", INDEX, None);
         let dn_dp = grid::dn_dp(q);
         let time_phase = q.float_or("time_phase", 0.0);
