@@ -297,16 +297,7 @@ fn bitmap(asked: Asked, object: &ObjectDescription, context: &mut Context) -> Op
     let to_uv = to_uv(&mut q);
     q.finish(&[]);
     let picture = source?;
-    let pixels = pixels(&picture, asked.role, context);
-    let (channels, mut data) = context.accept(&object.location, pixels)?;
-    clip(
-        &mut data,
-        channels,
-        &picture.name,
-        asked,
-        &object.location,
-        context,
-    )?;
+    let (channels, data) = clipped(&picture, asked, &object.location, context)?;
     let size = [picture.image.width, picture.image.height];
     let bitmap = Bitmap::new(size, channels, data, filter, wrap, to_uv);
     context.accept(&object.location, bitmap)
@@ -320,16 +311,7 @@ pub(super) fn screen(object: &ObjectDescription, context: &mut Context) -> Optio
     q.finish(&[]);
     let picture = source?;
     let asked = Asked::plainly(Role::Emission);
-    let pixels = pixels(&picture, asked.role, context);
-    let (channels, mut data) = context.accept(&object.location, pixels)?;
-    clip(
-        &mut data,
-        channels,
-        &picture.name,
-        asked,
-        &object.location,
-        context,
-    )?;
+    let (channels, data) = clipped(&picture, asked, &object.location, context)?;
     let used = context.channels.channels_of(context.group);
     let spectrum = |values: &[f32]| {
         let channel = |c: usize| f64::from(values[c.min(channels - 1)]);
@@ -346,25 +328,25 @@ pub(super) fn screen(object: &ObjectDescription, context: &mut Context) -> Optio
     })
 }
 
-/// Clips the values of an image that are outside of what they may be; `None` if they are refused. Either is reported.
-fn clip(
-    data: &mut [f32],
-    channels: usize,
-    name: &str,
+/// Channels and values of an image, of which those outside of what they may be are clipped; `None` if they are refused. Either is reported.
+fn clipped(
+    picture: &Picture,
     asked: Asked,
     location: &Location,
     context: &mut Context,
-) -> Option<()> {
+) -> Option<(usize, Vec<f32>)> {
+    let pixels = pixels(picture, asked.role, context);
+    let (channels, mut data) = context.accept(location, pixels)?;
     let mut seen = Pixels::new();
     for pixel in data.chunks_exact(channels) {
         seen.see(pixel.iter().copied().map(f64::from), 1.0);
     }
-    if accepted(&seen, name, asked, location, context)? {
-        for v in data {
+    if accepted(&seen, &picture.name, asked, location, context)? {
+        for v in &mut data {
             *v = without_rounding(f64::from(*v), asked.role) as f32;
         }
     }
-    Some(())
+    Some((channels, data))
 }
 
 /// Whether values are to be clipped; `None` if they are refused. Either is reported.
