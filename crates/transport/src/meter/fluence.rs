@@ -9,6 +9,7 @@
 use super::flight::{Collision, Flight, FreeLeg};
 use super::grid::MeterGrid;
 use super::reading::{Quantity, ReadingAxis};
+use super::stay::Stay;
 use super::tagging::Tagging;
 use super::tally::Scores;
 use crate::path::FreeFlightEvent;
@@ -98,15 +99,42 @@ impl FluenceMeter {
         scores.add_both([cell, self.cells() + cell], [fluence, absorbed]);
     }
 
-    /// Adds the parts of fluence with a modulation.
-    fn score_parts(&self, cell: usize, fluence: Spectrum, modulation: DVec2, scores: &mut Slots) {
+    /// Adds the parts of the fluence in a cell, whose modulation is found with a number in [0, 1).
+    #[inline]
+    fn score_parts(
+        &self,
+        cell: usize,
+        fluence: Spectrum,
+        u: f64,
+        modulation: impl FnOnce(f64) -> DVec2,
+        (stay, slots): (&mut Option<Stay>, &mut Slots),
+    ) {
+        match stay {
+            Some(stay) if stay.goes_on(cell, slots.channels) => stay.add(fluence, u, modulation),
+            _ => {
+                let next = Stay::new(cell, fluence, modulation(u));
+                if let Some(last) = stay.replace(next) {
+                    self.score_stay(&last, slots);
+                }
+            }
+        }
+    }
+
+    /// Adds the parts of what a particle has left in the last cell.
+    pub(super) fn end_stay(&self, scoring: &mut Scoring) {
+        if let Some(last) = scoring.stay.take() {
+            self.score_stay(&last, &mut scoring.slots);
+        }
+    }
+
+    fn score_stay(&self, stay: &Stay, slots: &mut Slots) {
         if let Some(sidebands) = &self.sidebands {
             let cells = self.cells();
             let parts = PartSlots {
-                first: 2 * cells + cell,
+                first: 2 * cells + stay.cell,
                 stride: cells,
             };
-            scores.add_parts(parts, fluence, &sidebands.shares(modulation));
+            slots.add_parts(parts, stay.fluence, &sidebands.shares(stay.modulation));
         }
     }
 
@@ -125,6 +153,7 @@ impl FluenceMeter {
             slots,
             cuts,
             sampler,
+            stay,
             ..
         } = scoring;
         // Score w ∫ ds of each piece, eq. (track lengths and collisions).
@@ -133,8 +162,7 @@ impl FluenceMeter {
             let (theta, values) = match uniform {
                 Some([power, absorption]) => {
                     let fluence = power * piece.length();
-                    let theta = tagged.map(|_| piece.place(&flight.span.arc, sampler));
-                    (theta, [fluence, fluence * absorption])
+                    (None, [fluence, fluence * absorption])
                 }
                 None => {
                     let (theta, fluence) = piece.power(flight, sampler);
@@ -143,8 +171,11 @@ impl FluenceMeter {
                 }
             };
             self.score(cell, values, slots);
-            if let (Some(tagging), Some(theta)) = (tagged, theta) {
-                self.score_parts(cell, values[0], tagging.until(theta), slots);
+            if let Some(tagging) = tagged {
+                let place = |u| theta.unwrap_or_else(|| piece.place(&flight.span.arc, u));
+                let modulation = |u| tagging.until(place(u));
+                let u = sampler.next_1d();
+                self.score_parts(cell, values[0], u, modulation, (stay, slots));
             }
         });
     }
@@ -175,6 +206,7 @@ impl FluenceMeter {
             slots,
             cuts,
             sampler,
+            stay,
             ..
         } = scoring;
         let (length, matter) = (free.leg.length, free.leg.matter);
@@ -189,8 +221,9 @@ impl FluenceMeter {
             let fluence = free.power * piece.length();
             self.score(cell, [fluence, fluence * matter.absorption], slots);
             if let Some(tagging) = tagged {
-                let theta = piece.place_on_line(sampler);
-                self.score_parts(cell, fluence, tagging.until(theta), slots);
+                let modulation = |u| tagging.until(piece.place_on_line(u));
+                let u = sampler.next_1d();
+                self.score_parts(cell, fluence, u, modulation, (stay, slots));
             }
         };
         if self.pieces_of_line(&line, &mut see).is_none() {
@@ -312,8 +345,15 @@ impl FluenceMeter {
     fn score_collision(&self, cell: usize, values: [Spectrum; 2], scoring: &mut Scoring) {
         self.score(cell, values, &mut scoring.slots);
         if let Some(tagging) = self.tagged(scoring.tagging) {
-            let modulation = tagging.path().total();
-            self.score_parts(cell, values[0], modulation, &mut scoring.slots);
+            let Scoring {
+                slots,
+                sampler,
+                stay,
+                ..
+            } = scoring;
+            let modulation = |_| tagging.path().total();
+            let u = sampler.next_1d();
+            self.score_parts(cell, values[0], u, modulation, (stay, slots));
         }
     }
 
@@ -358,24 +398,24 @@ impl Piece {
         to - from
     }
 
-    /// The θ of a place drawn at random, evenly in arc length.
-    fn place(&self, arc: &Arc, sampler: &mut Sampler) -> f64 {
+    /// The θ of a place that a number in [0, 1) draws, evenly in arc length.
+    fn place(&self, arc: &Arc, u: f64) -> f64 {
         if arc.is_straight() {
-            return self.place_on_line(sampler);
+            return self.place_on_line(u);
         }
-        let s = self.lengths[0] + self.length() * sampler.next_1d();
+        let s = self.lengths[0] + self.length() * u;
         arc.theta_between(self.theta, self.lengths, s)
     }
 
     /// The same on a straight line.
-    fn place_on_line(&self, sampler: &mut Sampler) -> f64 {
+    fn place_on_line(&self, u: f64) -> f64 {
         let [from, to] = self.theta;
-        from + (to - from) * sampler.next_1d()
+        from + (to - from) * u
     }
 
-    /// Such a place on a flight, and an unbiased estimate of ∫ power ds along the piece that is made there.
+    /// Such a place on a flight, drawn at random, and an unbiased estimate of ∫ power ds along the piece that is made there.
     pub(super) fn power(&self, flight: &Flight, sampler: &mut Sampler) -> (f64, Spectrum) {
-        let theta = self.place(&flight.span.arc, sampler);
+        let theta = self.place(&flight.span.arc, sampler.next_1d());
         (theta, flight.power_at(theta) * self.length())
     }
 }
@@ -387,6 +427,8 @@ pub(super) struct Scoring<'a> {
     pub sampler: &'a mut Sampler,
     /// What sound has done to the particle, if anybody asks.
     pub tagging: Option<&'a Tagging>,
+    /// The tagged fluence in the last cell.
+    pub stay: &'a mut Option<Stay>,
 }
 
 /// Cells of the parts of what is in one cell.

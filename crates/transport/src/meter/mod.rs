@@ -19,6 +19,7 @@ mod positions;
 mod reading;
 mod recorder;
 mod records;
+mod stay;
 mod tagging;
 mod tally;
 mod voxel_scores;
@@ -238,6 +239,7 @@ impl<'a> Setup<'a> {
         let (mut scores, mut cuts) = (Scores::default(), Cuts::new());
         let mut balance = BalanceSums::default();
         let mut in_voxels = VoxelScore::of(self.meters);
+        let mut stays = vec![None; self.meters.len()];
         let mut histories = self.regions.clone().map(Histories::new);
         let asked = Asked::by(self.meters);
         let tagging = self.sound.clone();
@@ -258,6 +260,7 @@ impl<'a> Setup<'a> {
                 scores: &mut scores,
                 cuts: &mut cuts,
                 in_voxels: &mut in_voxels,
+                stays: &mut stays,
                 sampler: Sampler::new(seed, 1, number),
                 particle: number,
                 histories: histories.as_mut(),
@@ -265,7 +268,7 @@ impl<'a> Setup<'a> {
                 records: &mut records,
             };
             let particle = self.follow(number, &mut recorder, &mut sampler, ws);
-            recorder.end_in_voxels();
+            recorder.end_particle();
             balance.add(&particle, &mut ws.stats.not_finite);
             scores.end_particle();
         }

@@ -4,6 +4,7 @@ use super::flight::{Collision, Flight, Passing, flights, free_legs};
 use super::fluence::{Cuts, Scoring, Slots};
 use super::history::Histories;
 use super::records::{Detected, RecordRows};
+use super::stay::Stay;
 use super::tagging::Tagging;
 use super::tally::Scores;
 use super::voxel_scores::{VoxelScore, voxels_suffice};
@@ -25,6 +26,8 @@ pub(super) struct Recorder<'r, 'm> {
     pub cuts: &'r mut Cuts,
     /// For each meter of fluence what has been left in the last voxel of a walk through voxels.
     pub in_voxels: &'r mut [VoxelScore<'m>],
+    /// For each meter, the tagged fluence in the last cell.
+    pub stays: &'r mut [Option<Stay>],
     pub sampler: Sampler,
     /// Number of the particle.
     pub particle: u64,
@@ -142,31 +145,35 @@ impl Recorder<'_, '_> {
         }
     }
 
-    /// Ends what the particle has left in the last voxel.
-    pub(super) fn end_in_voxels(&mut self) {
+    /// Scores what the particle has left in the last voxel, and in the last cells.
+    pub(super) fn end_particle(&mut self) {
         for score in &mut *self.in_voxels {
             score.end(self.scores);
         }
+        self.each_fluence(|meter, scoring| meter.end_stay(scoring));
     }
 
     /// Each meter of fluence, with where it scores.
     #[inline]
     fn each_fluence(&mut self, mut see: impl FnMut(&FluenceMeter, &mut Scoring)) {
-        let mut scoring = Scoring {
-            slots: Slots {
-                scores: self.scores,
-                first: 0,
-                channels: self.channels,
-            },
-            cuts: self.cuts,
-            sampler: &mut self.sampler,
-            tagging: self.tagging.as_deref(),
-        };
-        for meter in self.meters {
+        let mut first = 0;
+        for (meter, stay) in self.meters.iter().zip(&mut *self.stays) {
             if let Meter::Fluence(meter) = meter {
+                let slots = Slots {
+                    scores: self.scores,
+                    first,
+                    channels: self.channels,
+                };
+                let mut scoring = Scoring {
+                    slots,
+                    cuts: self.cuts,
+                    sampler: &mut self.sampler,
+                    tagging: self.tagging.as_deref(),
+                    stay,
+                };
                 see(meter, &mut scoring);
             }
-            scoring.slots.first += meter.cells() * self.channels;
+            first += meter.cells() * self.channels;
         }
     }
 
