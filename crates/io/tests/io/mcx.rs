@@ -125,6 +125,26 @@ fn settings() {
     near(gates.edges[5], 1498.96229);
 }
 
+/// Values are the fluence per joule, whatever a file asks for.
+#[test]
+fn other_outputs_are_told() {
+    for (kind, told) in [
+        ("F", None),
+        (
+            "X",
+            Some("the fluence rate is that over the width of a time gate"),
+        ),
+        ("energy", Some("the energy density is 'absorbed'")),
+        ("J", Some("nothing else is measured")),
+    ] {
+        let mut other = input();
+        other["Session"]["OutputType"] = json!(kind);
+        let warnings = load(&other).unwrap().warnings.to_string();
+        let expected = told.map_or(warnings.is_empty(), |told| warnings.contains(told));
+        assert!(expected, "{kind}: {warnings}");
+    }
+}
+
 /// Each shape gives its label to the voxels whose centres it holds.
 #[test]
 fn shapes_are_drawn_one_over_the_other() {

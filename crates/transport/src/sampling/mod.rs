@@ -60,7 +60,7 @@ pub enum DistributionError {
         index: usize,
     },
     /// All values are zero, or their sum overflows.
-    #[error("expected a total in (0, ∞), got {}", Shown(*total))]
+    #[error("{}", if *total > 0.0 { "the sum of all values is too large for a number" } else { "all values are 0, but one at least must be positive" })]
     Total {
         /// Sum (or integral) of the values.
         total: f64,

@@ -37,7 +37,7 @@ const DOMAIN: [&str; 9] = [
 ];
 
 /// What a session may say that changes files, devices or messages.
-const SESSION: [&str; 21] = [
+const SESSION: [&str; 20] = [
     "BlockSize",
     "DebugFlag",
     "DoAutoThread",
@@ -52,7 +52,6 @@ const SESSION: [&str; 21] = [
     "MaxJumpDebug",
     "MinEnergy",
     "OutputFormat",
-    "OutputType",
     "RNGSeed",
     "RootPath",
     "SaveDataMask",

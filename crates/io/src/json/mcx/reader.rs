@@ -154,8 +154,10 @@ impl Reader<'_> {
             "DoPartialPath",
             "MaxDetPhoton",
             "MaxDetPhotons",
+            "OutputType",
         ];
         self.known(session, &read, &SESSION);
+        self.output(session);
         self.known(forward, &["T0", "T1", "Dt"], &[]);
         if self.number_or(session, "DoNormalize", 1.0) != 1.0 {
             self.error(session, "DoNormalize is 1: values are fluence per joule");
@@ -180,6 +182,29 @@ impl Reader<'_> {
                 most: self.number_or(session, "MaxDetPhoton", most).max(1.0) as i64,
             },
         }
+    }
+}
+
+impl Reader<'_> {
+    /// Says where values are that MCX would put in place of the fluence.
+    fn output(&mut self, session: &Node) {
+        let Some(node) = field(session, "OutputType") else {
+            return;
+        };
+        let kind = match &node.json {
+            Json::String(kind) => kind.to_lowercase(),
+            _ => return self.error(node, "OutputType is a text"),
+        };
+        let instead = match kind.as_str() {
+            "f" | "fluence" => return,
+            "x" | "flux" => "the fluence rate is that over the width of a time gate in seconds",
+            "e" | "energy" => "the energy density is 'absorbed'",
+            _ => "nothing else is measured",
+        };
+        let message =
+            format!("OutputType changes nothing: values are the fluence per joule; {instead}");
+        self.diagnostics
+            .push(Diagnostic::warning(message).at(&node.location));
     }
 }
 
