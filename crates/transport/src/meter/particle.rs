@@ -62,6 +62,7 @@ impl Setup<'_> {
             scene: self.scene.at(number),
             mode: TransportMode::Importance,
             channel_pdf: self.channel_pdf,
+            follows_throughput: true,
             max_depth: self.max_depth,
         };
         let mut survival = WindowedSurvival {

@@ -64,6 +64,7 @@ fn walk(scene: &Scene, observer: &mut impl Observer, copies: usize, (depth, seed
         scene,
         mode: TransportMode::Importance,
         channel_pdf: one,
+        follows_throughput: false,
         max_depth: depth,
     };
     let ray = WalkRay {

@@ -33,8 +33,11 @@ pub struct RandomWalk<'a> {
     pub scene: &'a Scene,
     /// What they carry.
     pub mode: TransportMode,
-    /// Channel probabilities.
+    /// Channel probabilities, of the first edge at least.
     pub channel_pdf: Spectrum,
+    /// Whether those of later edges are in proportion to the throughput. So it stays bounded where media attenuate channels differently, but the density
+    /// of an edge depends on all before it.
+    pub follows_throughput: bool,
     /// Most edges and specular events.
     pub max_depth: u32,
 }
@@ -57,6 +60,17 @@ pub struct WalkRay {
 }
 
 impl<'a> RandomWalk<'a> {
+    /// Channel probabilities of the next edge.
+    fn channel_pdf(&self, ray: &WalkRay) -> Spectrum {
+        if self.follows_throughput && self.channel_pdf.is_several() {
+            let total = ray.throughput.sum();
+            if total > 0.0 && total.is_finite() {
+                return ray.throughput / total;
+            }
+        }
+        self.channel_pdf
+    }
+
     /// Follows a ray, and all that it is divided into, to the end.
     pub fn run<O: Observer>(
         &self,
@@ -143,7 +157,7 @@ impl<'a> RandomWalk<'a> {
         ws: &mut Workspace,
     ) -> ControlFlow<()> {
         // Sample the next edge by p(s) of eq. (distance density).
-        let sampling = self.sampling::<O>();
+        let sampling = self.sampling::<O>(self.channel_pdf(ray));
         let target = DrawnCollision::draw(self.scene, &sampling, sampler);
         if freely
             && ray.depth < self.max_depth
@@ -153,7 +167,7 @@ impl<'a> RandomWalk<'a> {
             self.fly_freely(ray, &flight, observer, sampler, ws);
             return ControlFlow::Continue(());
         }
-        match self.follow(ray, target, observer, sampler, ws) {
+        match self.follow(ray, sampling, target, observer, sampler, ws) {
             Some(onward) => {
                 *ray = onward;
                 ControlFlow::Continue(())
@@ -166,20 +180,21 @@ impl<'a> RandomWalk<'a> {
     fn follow<O: Observer>(
         &self,
         ray: &WalkRay,
+        sampling: Sampling,
         target: DrawnCollision,
         observer: &mut O,
         sampler: &mut Sampler,
         ws: &mut Workspace,
     ) -> Option<WalkRay> {
-        let sampling = self.sampling::<O>();
+        let channel_pdf = sampling.channel_pdf;
         let mut edge = trace_to(self.scene, ray.start, sampling, target, sampler, ws);
         edge.connectable &= !ray.specular;
-        if O::ALONG_SPANS && self.channel_pdf.is_several() {
+        if O::ALONG_SPANS && channel_pdf.is_several() {
             edge.tabulate();
         }
         let event = WalkEvent {
             scene: self.scene,
-            channel_pdf: self.channel_pdf,
+            channel_pdf,
             ray,
             edge: &edge,
             spans: edge.spans.len(),
@@ -198,7 +213,7 @@ impl<'a> RandomWalk<'a> {
             return None;
         }
         // Find the vertex at its end, unless it left the scene, and the throughput T up to it.
-        let throughput = ray.throughput * edge.throughput(self.scene, self.channel_pdf);
+        let throughput = ray.throughput * edge.throughput(self.scene, channel_pdf);
         let vertex = Vertex::of(self.scene, &edge);
         // Draw a direction there.
         let scatter = vertex.as_ref().and_then(|vertex| {
@@ -259,10 +274,10 @@ impl<'a> RandomWalk<'a> {
     }
 
     /// How edges are sampled.
-    fn sampling<O: Observer>(&self) -> Sampling {
+    fn sampling<O: Observer>(&self, channel_pdf: Spectrum) -> Sampling {
         Sampling {
             mode: self.mode,
-            channel_pdf: self.channel_pdf,
+            channel_pdf,
             extend: false,
             collides: true,
             spans: O::KEEPS_SPANS || self.mode == TransportMode::Importance,

@@ -64,6 +64,8 @@ impl Bounds {
             scene,
             mode,
             channel_pdf: self.channel_pdf,
+            // Other strategies must know the density of each edge.
+            follows_throughput: false,
             max_depth: self.max_depth,
         };
         let mut roulette = Roulette {

@@ -6,6 +6,7 @@ use glam::DVec3;
 use morgana_transport::Bins;
 use morgana_transport::Spectrum;
 use morgana_transport::bsdf::Bsdf;
+use morgana_transport::emitter::Emitter;
 use morgana_transport::meter::{Coordinates, Estimator, Meter};
 use morgana_transport::scene::Parts;
 use morgana_transport::shape::{Cube, Sphere};
@@ -140,6 +141,56 @@ fn fluence_in_a_furnace_is_that_of_the_index_squared() {
                 &options(particles(40_000), seed),
             );
             all.extend(zs(reading(&found, 0, "fluence"), &exact));
+        }
+    }
+    max_abs_z(&all, FAMILY).unwrap();
+}
+
+/// A ball of tissue around a point light, with these scattering and absorption coefficients of each channel.
+fn tissue(coefficients: &[[f64; 2]]) -> Parts {
+    let of = |value: fn(&[f64; 2]) -> f64| {
+        let channel = |c: usize| coefficients.get(c).map_or(0.0, value);
+        VolumeTexture::Uniform(Spectrum(std::array::from_fn(channel)))
+    };
+    let mut medium = fog(Constant::new(1.0), 1.0, 0.5, 0.9);
+    medium.sigma_t = of(|[scattering, absorption]| scattering + absorption);
+    medium.albedo = of(|[scattering, absorption]| scattering / (scattering + absorption));
+    let ball = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), Bsdf::Null);
+    let light = Emitter::Point {
+        position: DVec3::ZERO,
+        intensity: Spectrum::ONE,
+    };
+    let mut parts = parts(vec![ball], vec![vacuum(), medium], vec![light], nobody());
+    parts.film.channels = coefficients.len();
+    parts
+}
+
+/// Particles are scattered hundreds of times, and channels by different media: each is known as well as alone, but for a factor.
+#[test]
+fn channels_stay_together_over_many_collisions() {
+    let coefficients = [[60.0, 0.2], [30.0, 0.1], [50.0, 1.0]];
+    let measured = |coefficients: &[[f64; 2]], seed| {
+        let found = run(
+            tissue(coefficients),
+            &[Meter::Fluence(shells(4))],
+            &options(4_000, seed),
+        );
+        let fluence = reading(&found, 0, "fluence");
+        (fluence.mean.clone(), fluence.error.clone())
+    };
+    let (means, errors) = measured(&coefficients, 1);
+    let mut all = Vec::new();
+    for (channel, coefficients) in coefficients.iter().enumerate() {
+        let (alone, error) = measured(&[*coefficients], 2);
+        for shell in 0..4 {
+            let i = 3 * shell + channel;
+            println!(
+                "{} ± {}, alone {} ± {}",
+                means[i], errors[i], alone[shell], error[shell]
+            );
+            all.push((means[i] - alone[shell]) / errors[i].hypot(error[shell]));
+            // Three channels share the collisions.
+            assert!(errors[i] < 4.0 * error[shell], "{channel}, {shell}");
         }
     }
     max_abs_z(&all, FAMILY).unwrap();

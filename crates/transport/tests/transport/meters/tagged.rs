@@ -129,6 +129,7 @@ pub fn path(scene: &Scene, seed: u64, number: u64) -> Path {
             scene,
             mode: TransportMode::Importance,
             channel_pdf: white,
+            follows_throughput: true,
             max_depth: u32::MAX,
         };
         walk.run(ray, &mut path, &mut Always, &mut sampler, &mut ws);
