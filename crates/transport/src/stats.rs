@@ -107,7 +107,9 @@ impl Stats {
             Err(Failure::NotConverged) => connections.not_converged += 1,
             Err(Failure::RayLost) => connections.ray_lost += 1,
             Err(Failure::OverBudget) => self.over_budget.connections += 1,
-            Err(Failure::Caustic | Failure::Coincident) => connections.degenerate += 1,
+            Err(Failure::Caustic | Failure::Coincident | Failure::TooFar) => {
+                connections.degenerate += 1
+            }
         }
     }
 }

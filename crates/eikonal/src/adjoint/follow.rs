@@ -20,7 +20,7 @@ const CORRECTIONS: usize = 3;
 pub struct RayStart<R> {
     /// Position.
     pub x: DVec3,
-    /// Unit direction.
+    /// Direction, of any length but zero. Derivatives are by its unit vector.
     pub direction: DVec3,
     /// The region in which it starts.
     pub region: R,
@@ -127,9 +127,10 @@ impl<'w, W: World> AdjointRay<'w, W> {
     pub fn follow(&mut self, start: RayStart<W::Region>) -> Result<RayEnd, RayFailure> {
         self.spans.clear();
         self.legs.clear();
-        (self.start, self.end) = (Some(start), None);
+        let direction = start.direction.normalize();
+        (self.start, self.end) = (Some(RayStart { direction, ..start }), None);
         let field = self.world.field(start.region);
-        let mut node = Node::start(field, start.x, start.direction, Action::default());
+        let mut node = Node::start(field, start.x, direction, Action::default());
         let mut leg = Leg {
             region: start.region,
             first: 0,

@@ -50,6 +50,9 @@ pub enum Failure {
     /// The two points coincide.
     #[error("the two points coincide")]
     Coincident,
+    /// The square of the distance of the two points is too large for a number, or not a number.
+    #[error("the two points are too far apart")]
+    TooFar,
     /// Newton's method did not converge within its budget of shots.
     #[error("the iteration did not converge")]
     NotConverged,

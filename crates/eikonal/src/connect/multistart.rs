@@ -4,7 +4,7 @@ use super::closest::{Nearest, minima};
 use super::connection::{ConnectingRay, Failure};
 use super::family::RayFamily;
 use super::pattern::Pattern;
-use super::solver::Solver;
+use super::solver::{Solver, chord};
 use super::start::{InitialGuess, Reach};
 use super::world::World;
 use crate::ray::{Tolerance, perpendicular_basis};
@@ -55,12 +55,16 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         y: DVec3,
         reach: &Reach,
     ) -> All<R> {
-        let Some(chord) = (y - x).try_normalize() else {
-            return All {
-                branches: Vec::new(),
-                lost: Some(Failure::Coincident),
-            };
+        let chord = match chord(x, y) {
+            Ok(chord) => chord,
+            Err(failure) => {
+                return All {
+                    branches: Vec::new(),
+                    lost: Some(failure),
+                };
+            }
         };
+        let reach = &reach.within(x.distance(y));
         let mut search = Solver::new(Tolerance::new(self.tolerance().get().max(SEARCH)));
         let mut rough = Vec::new();
         if let Ok(primary) = search.connect(world, x, region, y) {

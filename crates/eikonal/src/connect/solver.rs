@@ -96,7 +96,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         region: R,
         y: DVec3,
     ) -> Result<ConnectingRay, Failure> {
-        let direction = (y - x).try_normalize().ok_or(Failure::Coincident)?;
+        let direction = chord(x, y)?;
         self.primary(world, RayFamily::Point { x, direction }, region, y)
     }
 
@@ -116,7 +116,10 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     ) -> Result<ConnectingRay, Failure> {
         let depth = (y - x).dot(direction);
         let foot = y - direction * depth;
-        if depth.is_nan() || depth <= 0.0 {
+        if !depth.is_finite() {
+            return Err(Failure::TooFar);
+        }
+        if depth <= 0.0 {
             return Err(Failure::Coincident);
         }
         let family = RayFamily::Plane { x: foot, direction };
@@ -332,4 +335,14 @@ fn shortened(radius: DVec2, tried: DVec2) -> Option<DVec2> {
         (true, false) => Some(DVec2::new(radius.x, tried.y)),
         (true, true) => None,
     }
+}
+
+/// The unit direction from one point to another.
+pub(super) fn chord(x: DVec3, y: DVec3) -> Result<DVec3, Failure> {
+    let failure = if x == y {
+        Failure::Coincident
+    } else {
+        Failure::TooFar
+    };
+    (y - x).try_normalize().ok_or(failure)
 }

@@ -31,7 +31,7 @@ pub struct Followed<R> {
 /// How far, and through how many reflections, branches are looked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reach {
-    /// Longest optical path length ∫n ds.
+    /// Longest optical path length ∫n ds; no more than a million times the distance of the points counts.
     pub optical_length: f64,
     /// Most reflections at places where refraction is possible; at most [`Pattern::ENCOUNTERS`]
     /// matter.
@@ -40,7 +40,19 @@ pub struct Reach {
     pub bounces: u32,
 }
 
+/// How many times the distance of the points branches are looked for at most.
+const FARTHEST: f64 = 1e6;
+
 impl Reach {
+    /// As much of it as counts for points at a distance: rays are not followed without end.
+    pub(super) fn within(self, distance: f64) -> Self {
+        let optical_length = self.optical_length.min(FARTHEST * distance);
+        Reach {
+            optical_length,
+            ..self
+        }
+    }
+
     /// Whether a branch is looked for that has this optical path length, takes `reflections` by choice
     /// and `bounces` in all.
     pub fn includes(&self, optical_length: f64, reflections: u32, bounces: u32) -> bool {

@@ -10,8 +10,11 @@ use std::ops::AddAssign;
 pub struct Tolerance(f64);
 
 impl Tolerance {
-    /// Clamps to the range in which the error control works, [1e-12, 1e-2].
+    /// Clamps to the range in which the error control works, [1e-12, 1e-2]; what is not a number becomes the default.
     pub fn new(tolerance: f64) -> Self {
+        if tolerance.is_nan() {
+            return Tolerance::default();
+        }
         Tolerance(tolerance.clamp(1e-12, 1e-2))
     }
 

@@ -42,8 +42,13 @@ pub struct March {
     pub stopped: bool,
 }
 
-/// Follows a ray from `x` in the unit `direction` until `stop` happens or `limit` of arc length is
-/// reached. `visit` sees every step and the θ up to which it counts.
+/// No ray is followed farther: polynomials of longer arcs would overflow.
+const FARTHEST: f64 = 1e100;
+/// Steps of a ray at most: more than these have rays that circle for ever.
+const MOST_STEPS: usize = 1_000_000;
+
+/// Follows a ray from `x` in a `direction` of any length but zero until `stop` happens, or `limit` of arc length or a million steps are reached. `visit`
+/// sees every step and the θ up to which it counts. With a limit of zero or less, or none that is a number, the ray ends where it starts.
 pub fn march(
     field: &Field,
     x: DVec3,
@@ -54,30 +59,40 @@ pub fn march(
     mut visit: impl FnMut(&Step<()>, f64),
 ) -> March {
     let mut work = Work::default();
-    let mut flow = Flow::new(field, Node::start(field, x, direction, ()), tolerance);
+    let start = Node::start(field, x, direction.normalize(), ());
+    let mut ray = March {
+        x,
+        v: start.v,
+        arc_length: 0.0,
+        optical_length: 0.0,
+        stopped: false,
+    };
+    let goes = limit > 0.0 && start.v.is_finite();
+    let limit = limit.min(FARTHEST);
+    let mut flow = Flow::new(field, start, tolerance);
     let mut stop = Progress { stop, done: 0.0 };
-    let (mut length, mut optical) = (0.0, 0.0);
-    loop {
-        let remaining = limit - length;
+    let most_steps = if goes { MOST_STEPS } else { 0 };
+    for _ in 0..most_steps {
+        let remaining = limit - ray.arc_length;
         let step = flow.advance(remaining / flow.node().v.length(), &mut work);
         let end = step.arc.theta_at_length(remaining);
         let event = stop.on(&step.arc).filter(|&theta| theta <= end);
         let theta = event.unwrap_or(end);
         visit(&step, theta);
-        length += step.arc.arc_length(theta);
-        optical += step.arc.optical_length(theta);
-        let spent = limit - length <= 1e-13 * limit;
-        if event.is_some() || spent || !length.is_finite() {
-            let (x, v, ()) = step.at(theta);
-            return March {
-                x,
-                v,
-                arc_length: length,
-                optical_length: optical,
-                stopped: event.is_some(),
-            };
+        let (x, v, ()) = step.at(theta);
+        ray = March {
+            x,
+            v,
+            arc_length: ray.arc_length + step.arc.arc_length(theta),
+            optical_length: ray.optical_length + step.arc.optical_length(theta),
+            stopped: event.is_some(),
+        };
+        let spent = limit - ray.arc_length <= 1e-13 * limit;
+        if ray.stopped || spent || !ray.arc_length.is_finite() {
+            break;
         }
     }
+    ray
 }
 
 /// A stop and how much of it has been used up.

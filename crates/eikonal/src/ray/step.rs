@@ -101,6 +101,9 @@ impl<V: Variation> Node<V> {
     }
 }
 
+/// The length of a very short arc, relative to the distance from the origin.
+const SHORT: f64 = 1e-6;
+
 /// One step of a ray: its two ends and the curve between them.
 #[derive(Clone, Copy, Debug)]
 pub struct Step<V: Variation> {
@@ -174,10 +177,18 @@ impl<V: Variation> Step<V> {
             self.arc.h(),
             theta,
         );
-        (
-            self.arc.position(theta),
-            self.arc.velocity(theta),
-            variation,
-        )
+        (self.arc.position(theta), self.velocity(theta), variation)
+    }
+
+    /// Velocity at θ on the arc. That of a very short one would be lost in the round-off of its positions: there it is interpolated.
+    pub fn velocity(&self, theta: f64) -> DVec3 {
+        let (start, end, h) = (&self.start, &self.end, self.arc.h());
+        if h * start.v.length() > SHORT * start.x.length() {
+            return self.arc.velocity(theta);
+        }
+        let t = theta;
+        let change = (end.v - start.v) * (t * t * (3.0 - 2.0 * t));
+        let bends = start.a * (t * (1.0 - t).powi(2)) + end.a * (t * t * (t - 1.0));
+        start.v + change + bends * h
     }
 }

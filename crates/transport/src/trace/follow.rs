@@ -90,8 +90,9 @@ impl<'a> Tracer<'a> {
         Tracer { reference, ..self }
     }
 
-    /// Follows the ray from `x` in a unit direction.
+    /// Follows the ray from `x` in a direction of any length but zero.
     pub fn follow(&self, x: DVec3, direction: DVec3) -> Path {
+        let direction = direction.normalize();
         let ball = Ball::around(self.bounds.include(x));
         // A start on a boundary belongs to the medium into which the ray goes.
         let medium = self.scene.medium_at(x + direction * (AHEAD * ball.radius));
@@ -146,7 +147,8 @@ impl Ball {
         if c > 0.0 {
             return 0.0;
         }
-        ((b * b - c).sqrt() - b) * (1.0 + 1e-9)
+        let round_off = 8.0 * f64::EPSILON * (x.length() + self.radius);
+        ((b * b - c).sqrt() - b) * (1.0 + 1e-9) + round_off
     }
 }
 
@@ -193,14 +195,13 @@ impl TracedRay<'_> {
             let theta = hit.as_ref().map_or(1.0, |(_, hit)| hit.theta);
             // A step of the remaining length of σ may be longer than that where the index grows.
             let end = step.arc.theta_at_length(left);
-            self.line
-                .advance(field, &step.arc, theta.min(end), self.medium);
+            self.line.advance(field, &step, theta.min(end), self.medium);
             self.steps += 1;
             if end < theta || self.max_length - self.line.length <= 1e-12 * self.line.length {
                 return Some(TraceEnding::Length);
             }
             if let Some((object, hit)) = hit {
-                return self.surface(object, &hit, step.arc.velocity(theta));
+                return self.surface(object, &hit, step.at(theta).1);
             }
             if self.steps > MOST_STEPS {
                 return Some(TraceEnding::Lost);

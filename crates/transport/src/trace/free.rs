@@ -9,9 +9,12 @@ use eikonal::ray::{Flow, Node, Work};
 use eikonal::{Reference, Tolerance};
 use glam::DVec3;
 
-/// Follows a ray of the given length from `x` in a unit direction through a field without any surfaces. Its medium has
-/// the number 0. It is lost where the field has no real index. Without a `reference` optical path differences are those
-/// against the index at the start.
+/// No ray is followed farther: polynomials of longer arcs would overflow.
+const FARTHEST: f64 = 1e100;
+
+/// Follows a ray of the given length from `x` in a direction of any length but zero through a field without any surfaces. Its medium has
+/// the number 0. It is lost where the field has no real index, or takes it more than 100 000 steps, and ends where it starts with a length of zero or less. Without a
+/// `reference` optical path differences are those against the index at the start.
 pub fn follow_field(
     field: &Field,
     tolerance: Tolerance,
@@ -22,12 +25,17 @@ pub fn follow_field(
 ) -> Path {
     let medium: MediumId = 0;
     let n = field.n(x);
+    let direction = direction.normalize();
     let v = direction * n;
     let mut line = Line::new(reference.unwrap_or(Reference::Index(n)), direction);
     line.record(x, v, medium);
     if !v.is_finite() {
         return line.end(TraceEnding::Lost);
     }
+    if length.is_nan() || length <= 0.0 {
+        return line.end(TraceEnding::Length);
+    }
+    let length = length.min(FARTHEST);
     let mut flow = Flow::new(field, Node::new(field, x, v, ()), tolerance);
     for _ in 0..MOST_STEPS {
         let left = length - line.length;
@@ -38,7 +46,7 @@ pub fn follow_field(
         }
         // A step of the remaining length of σ may be longer than that where the index grows.
         let end = step.arc.theta_at_length(left);
-        line.advance(field, &step.arc, end.min(1.0), medium);
+        line.advance(field, &step, end.min(1.0), medium);
         if end < 1.0 || length - line.length <= 1e-12 * length {
             return line.end(TraceEnding::Length);
         }

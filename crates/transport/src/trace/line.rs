@@ -3,7 +3,7 @@
 use super::{Path, TraceEnding, TracePoint};
 use crate::scene::MediumId;
 use eikonal::field::Field;
-use eikonal::ray::{Arc, Work};
+use eikonal::ray::{Step, Work};
 use eikonal::{PathDifference, Reference};
 use glam::DVec3;
 
@@ -30,9 +30,10 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// Records the points of an arc in a field up to θ.
-    pub(super) fn advance(&mut self, field: &Field, arc: &Arc, theta: f64, medium: MediumId) {
-        let turn = arc.velocity(0.0).angle_between(arc.velocity(theta));
+    /// Records the points of a step in a field up to θ.
+    pub(super) fn advance(&mut self, field: &Field, step: &Step<()>, theta: f64, medium: MediumId) {
+        let arc = &step.arc;
+        let turn = step.start.v.angle_between(step.at(theta).1);
         let pieces = if arc.is_straight() {
             1.0
         } else {
@@ -46,7 +47,8 @@ impl<'a> Line<'a> {
             self.optical = optical + arc.optical_length(t);
             let mut work = Work::default();
             self.difference.add(field, arc, [before, t], &mut work);
-            self.record(arc.position(t), arc.velocity(t), medium);
+            let (x, v, ()) = step.at(t);
+            self.record(x, v, medium);
             before = t;
         }
     }
