@@ -49,6 +49,9 @@ use matter::Matters;
 use std::sync::OnceLock;
 use voxels::VoxelVolumes;
 
+/// How far off surfaces rays start, relative to the extent of the scene: thousands of times the round-off of positions.
+const RAY_EPSILON: f64 = 1e-12;
+
 /// A scene that can be rendered.
 #[derive(Debug)]
 pub struct Scene {
@@ -125,7 +128,7 @@ impl Scene {
             },
             bending: Bending::of(&parts),
             sensor_medium,
-            ray_epsilon: 1e-10 * (around.radius + around.center.length()),
+            ray_epsilon: RAY_EPSILON * (around.radius + around.center.length()),
             clear: parts.media.iter().all(Medium::is_transparent),
             clearance: OnceLock::new(),
             matters: OnceLock::new(),
