@@ -9,6 +9,7 @@ use super::integrator::{self, Method};
 use super::options::LoadOptions;
 use super::sensor::{self, SensorParts};
 use super::sound_record::SoundRecord;
+use super::undisturbed;
 use super::{
     costly, coverage, emitter, entry, meter, non_terminating, reach, sampler, shape, sides, tagging,
 };
@@ -84,7 +85,7 @@ impl Group {
         if context.diagnostics.has_errors() {
             return None;
         }
-        children.finish(method, view, context)
+        children.finish(method, view, options.undisturbed, context)
     }
 
     /// The number of samples: the same at each instant of a period of sound, in whole replicates.
@@ -288,7 +289,13 @@ impl<'a> Children<'a> {
     }
 
     /// Builds the scene of all that was gathered, and says what is doubtful about it.
-    fn finish(&self, mut method: Method, view: View, context: Context) -> Option<Group> {
+    fn finish(
+        &self,
+        mut method: Method,
+        view: View,
+        undisturbed: bool,
+        context: Context,
+    ) -> Option<Group> {
         let View {
             sensor,
             instruments,
@@ -327,6 +334,9 @@ impl<'a> Children<'a> {
             for medium in &mut parts.media {
                 medium.index = medium.index.at_rest();
             }
+        }
+        if undisturbed {
+            undisturbed::calm(&mut parts);
         }
         let scene = Scene::over_period(parts, sensor.samples.instants);
         let scene = scene.map_err(|problems| report.all(&problems)).ok()?;

@@ -11,6 +11,7 @@ use crate::diagnostic::Difference;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::scene::SceneHash;
 use eikonal::Reference;
+use std::path::PathBuf;
 use transport::aov::AovTracer;
 use transport::integrator::Integrator;
 use transport::renderer::Renderer;
@@ -54,6 +55,8 @@ pub struct Loaded {
     pub warnings: Diagnostics,
     /// Where Mitsuba would render it otherwise.
     pub differences: Vec<Difference>,
+    /// The data files that it refers to.
+    pub files: Vec<PathBuf>,
     /// Hash of the description and of all files it refers to.
     pub hash: SceneHash,
     /// Names of the channels: `R`, `G`, `B`, or `Y`, or wavelengths, or quantities.

@@ -118,6 +118,11 @@ pub fn assemble(
     let Some(hash) = fingerprint(description, &files, &mut diagnostics) else {
         return Err(diagnostics);
     };
+    let hash = if options.undisturbed {
+        hash.undisturbed()
+    } else {
+        hash
+    };
     let Some(first) = groups.first_mut() else {
         return Err(diagnostics);
     };
@@ -160,6 +165,7 @@ pub fn assemble(
         has_open_sampler,
         warnings: diagnostics,
         differences,
+        files: files.paths().map(Path::to_owned).collect(),
         hash,
         channel_names,
         quantities,

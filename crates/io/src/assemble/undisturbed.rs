@@ -4,10 +4,18 @@
 use crate::scene::{
     Child, ObjectDescription, ObjectId, PluginKind, Property, SceneDescription, Value,
 };
+use eikonal::field::Constant;
 use std::collections::HashMap;
 use std::sync::Arc;
+use transport::bsdf::Bsdf;
+use transport::scene::{MediumId, Object, Parts};
 
-/// The same scene without what varies in indices: a medium has the index against which the field is told, or else that of what is around.
+/// Places on each surface of a medium, by which its index there is known.
+const PLACES: u32 = 256;
+/// Steps of a lattice in the unit square: of the plastic number.
+const LATTICE: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053_3];
+
+/// The same scene without what varies in indices, as far as these say against which index they are told.
 pub(super) fn undisturbed(scene: &SceneDescription) -> SceneDescription {
     let mut known = HashMap::new();
     SceneDescription {
@@ -26,10 +34,17 @@ fn object(
     }
     let mut made = ObjectDescription::clone(described);
     if made.kind == PluginKind::Medium
-        && let Some(place) = made.children.iter().position(varies)
+        && let Some(place) = made.children.iter().position(is_index)
     {
-        let field = made.children.remove(place);
-        made.properties.extend(reference(&field));
+        match dispersed(&made.children[place]) {
+            Some(still) => made.children[place].object = Arc::new(still),
+            None => {
+                if let Some(index) = reference(&made.children[place], "ior") {
+                    made.children.remove(place);
+                    made.properties.push(index);
+                }
+            }
+        }
     }
     for child in &mut made.children {
         child.object = object(&child.object, known);
@@ -39,14 +54,32 @@ fn object(
     made
 }
 
-/// Whether a child of a medium is an index that varies in space.
-fn varies(child: &Child) -> bool {
-    let is_index = child.name.as_deref() == Some("ior") && child.object.kind == PluginKind::Volume;
-    is_index && !["constant", "cauchy", "sellmeier"].contains(&child.object.plugin.as_str())
+/// Whether a child of a medium is an index.
+fn is_index(child: &Child) -> bool {
+    child.name.as_deref() == Some("ior") && child.object.kind == PluginKind::Volume
 }
 
-/// The index against which a field is told, as the `ior` of its medium.
-fn reference(field: &Child) -> Option<Property> {
+/// A law of dispersion around a field, with the index against which that is told in its place.
+fn dispersed(law: &Child) -> Option<ObjectDescription> {
+    let mut made = ObjectDescription::clone(&law.object);
+    let volumes = made.children.iter_mut();
+    let nested = volumes.filter(|child| child.object.kind == PluginKind::Volume);
+    let [nested] = &mut nested.collect::<Vec<_>>()[..] else {
+        return None;
+    };
+    if !["cauchy", "sellmeier"].contains(&made.plugin.as_str()) {
+        return None;
+    }
+    let mut constant = ObjectDescription::clone(&nested.object);
+    constant.properties = vec![reference(nested, "value")?];
+    constant.plugin = "constant".to_owned();
+    constant.children.clear();
+    nested.object = Arc::new(constant);
+    Some(made)
+}
+
+/// The index against which a field is told, as a property of this name.
+fn reference(field: &Child, property: &str) -> Option<Property> {
     let (name, default) = match field.object.plugin.as_str() {
         "gladstone_dale" => ("n0", Some(1.0)),
         "pressure" | "transducer" | "acoustic" | "gaussian" => ("n0", None),
@@ -59,9 +92,43 @@ fn reference(field: &Child) -> Option<Property> {
         .map(|property| property.value.clone())
         .or(default.map(Value::Float))?;
     Some(Property {
-        name: "ior".to_owned(),
+        name: property.to_owned(),
         value,
         name_location: field.location.clone(),
         location: field.location.clone(),
     })
+}
+
+/// Gives media whose index still varies that of what is around, if their surfaces do not refract, or else its mean over their surfaces.
+pub(super) fn calm(parts: &mut Parts) {
+    let still: Vec<_> = (0..parts.media.len())
+        .filter(|id| !parts.media[*id].index.is_constant())
+        .map(|id| (id, around(parts, id)))
+        .collect();
+    for (id, n) in still {
+        parts.media[id].index = Constant::new(n).into();
+    }
+}
+
+/// The mean index at the surfaces of a medium; 1 if it has none.
+fn around(parts: &Parts, id: MediumId) -> f64 {
+    let inside = |object: &&Object| object.interior() == Some(id);
+    let (mut sum, mut count) = (0.0, 0);
+    for object in parts.objects.iter().filter(inside) {
+        let exterior = object.sides.map(|sides| sides.exterior);
+        let exterior = exterior.filter(|_| matches!(object.bsdf, Bsdf::Null));
+        let index = &parts.media[exterior.unwrap_or(id)].index;
+        for i in 0..PLACES {
+            let u = LATTICE.map(|step| (f64::from(i) * step).fract());
+            let n = index.n(object.shape.sample_area(u).position);
+            if n.is_finite() {
+                (sum, count) = (sum + n, count + 1);
+            }
+        }
+    }
+    if count > 0 {
+        sum / f64::from(count)
+    } else {
+        1.0
+    }
 }

@@ -26,6 +26,13 @@ impl fmt::Display for SceneHash {
     }
 }
 
+impl SceneHash {
+    /// Of the same scene without its flow.
+    pub(crate) fn undisturbed(self) -> Self {
+        SceneHash(*blake3::keyed_hash(&self.0, b"undisturbed").as_bytes())
+    }
+}
+
 impl SceneDescription {
     /// Fingerprint of the resolved description and of the contents of `files`.
     ///

@@ -68,6 +68,7 @@ mod tissues;
 mod transducers;
 mod transducers_in_scenes;
 mod transforms;
+mod undisturbed;
 mod volumes;
 mod volumes_in_scenes;
 mod volumes_nifti;
