@@ -192,8 +192,9 @@ fn pictures_are_exposed_unless_told_otherwise() {
     assert_eq!(folder.read("a.png"), folder.read("c.png"));
     assert_eq!(
         folder.succeed("tonemap a.png -o d.png"),
-        "d.png: exposure 0 stops\n"
+        "d.png: exposure +0.5 stops\n"
     );
+    assert_eq!(folder.read("a.png"), folder.read("d.png"));
     folder.refuse("render scene.xml --exposure bright");
 }
 

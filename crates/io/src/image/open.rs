@@ -14,7 +14,7 @@ use crate::npy::{self, NpyArray, NpyData};
 
 impl ImageLayers {
     /// Reads an `.exr`, `.png` or `.npy` file, by its extension. Values of PNG files are taken as sRGB and made
-    /// linear, in the channels R, G and B. An array is `[row, column, channel]` or `[row, column]`: three channels
+    /// linear, in the channels R, G and B, and the exposure and tone map of which their texts tell are undone. An array is `[row, column, channel]` or `[row, column]`: three channels
     /// are R, G and B, a single one is Y, and others have numbers from 0.
     ///
     /// # Errors
@@ -34,7 +34,7 @@ impl ImageLayers {
         match extension.map(str::to_ascii_lowercase).as_deref() {
             Some("exr") => exr::read_within(path, limits),
             Some("png") => {
-                let image = png::read_within(path, limits)?;
+                let image = png::read_untoned(path, limits)?;
                 let plane = |c: usize| image.pixels.iter().map(|p| p[c]).collect();
                 let planes = (0..3).map(plane).collect();
                 Ok(planar(image.width, image.height, planes))

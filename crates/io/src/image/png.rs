@@ -1,15 +1,16 @@
 //! PNG files in sRGB.
 
+use std::io::Cursor;
 use std::path::Path;
 
 use image::ImageFormat;
-use png::{BitDepth, ColorType, Encoder};
+use png::{BitDepth, ColorType, Decoder, Encoder};
 
 use super::RgbImage;
 use super::tone::{Curve, Tone};
 use crate::atomic;
 use crate::error::{FileError, Problem};
-use crate::input::Limits;
+use crate::input::{self, Limits};
 
 /// Bits per channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -150,6 +151,43 @@ pub fn read(path: &Path) -> Result<RgbImage, FileError> {
 /// As for [`read`].
 pub fn read_within(path: &Path, limits: Limits) -> Result<RgbImage, FileError> {
     super::encoded::read(path, (ImageFormat::Png, "PNG"), limits)
+}
+
+/// As [`read_within`], with the values that the image had before the tone of which its texts tell; those that it cut off stay so.
+///
+/// # Errors
+///
+/// As for [`read`].
+pub(super) fn read_untoned(path: &Path, limits: Limits) -> Result<RgbImage, FileError> {
+    let bytes = input::read(path)?;
+    let mut image = decode_within(&bytes, limits).map_err(|problem| problem.at(path))?;
+    let tone = tone(&bytes);
+    for pixel in &mut image.pixels {
+        *pixel = pixel.map(|value| tone.undo(value));
+    }
+    Ok(image)
+}
+
+/// What was done to the values of a file, as its [texts] say.
+fn tone(bytes: &[u8]) -> Tone {
+    let Ok(reader) = Decoder::new(Cursor::new(bytes)).read_info() else {
+        return Tone::default();
+    };
+    let of_name = |name: &str| {
+        let texts = reader.info().utf8_text.iter();
+        let mut texts = texts.filter(|text| text.keyword == name);
+        texts.next().and_then(|text| text.get_text().ok())
+    };
+    let exposure = of_name("exposure").and_then(|text| text.parse().ok());
+    let curve = of_name("tone_map");
+    let curves = Curve::NAMES.iter();
+    let curve = curve.and_then(|name| curves.clone().find(|(known, _)| *known == name));
+    Tone {
+        exposure: exposure
+            .filter(|stops: &f64| stops.is_finite())
+            .unwrap_or(0.0),
+        curve: curve.map_or(Curve::default(), |(_, curve)| *curve),
+    }
 }
 
 /// Reads an image from the bytes of a file.

@@ -52,6 +52,18 @@ impl Tone {
     }
 }
 
+impl Tone {
+    /// The linear value of which an encoded one was made, given that made linear.
+    pub(super) fn undo(self, shown: f32) -> f32 {
+        let shown = f64::from(shown);
+        let value = match self.curve {
+            Curve::Srgb => shown,
+            Curve::Filmic => unfilmed(shown),
+        };
+        (value * (-self.exposure).exp2()) as f32
+    }
+}
+
 /// Linear value that becomes white, and the gain that goes with the curve, as its author gives them.
 const WHITE: f64 = 11.2;
 const GAIN: f64 = 2.0;
@@ -65,6 +77,18 @@ fn filmic(value: f64) -> f64 {
 /// Shoulder strength 0.15, linear strength 0.5, linear angle 0.1, toe strength 0.2, toe 0.02/0.3.
 fn hable(x: f64) -> f64 {
     (x * (0.15 * x + 0.1 * 0.5) + 0.2 * 0.02) / (x * (0.15 * x + 0.5) + 0.2 * 0.3) - 0.02 / 0.3
+}
+
+/// The inverse of [`filmic`], in [0, 1]: a root of a quadratic equation.
+fn unfilmed(shown: f64) -> f64 {
+    let y = shown * hable(WHITE) + 0.02 / 0.3;
+    let (a, b, c) = (
+        0.15 * (1.0 - y),
+        0.1 * 0.5 - 0.5 * y,
+        0.2 * 0.02 - 0.2 * 0.3 * y,
+    );
+    let root = (b * b - 4.0 * a * c).max(0.0).sqrt();
+    ((root - b) / (2.0 * a)).max(0.0) / GAIN
 }
 
 impl ImageLayers {
@@ -115,6 +139,23 @@ mod tests {
             assert!((tone.encode(f32::INFINITY) - 1.0).abs() < 1e-12);
             assert!(tone.encode(0.1) < tone.encode(0.2));
         }
+    }
+
+    #[test]
+    fn tones_are_undone() {
+        for curve in Curve::NAMES.map(|(_, curve)| curve) {
+            let exposure = 0.75;
+            let tone = Tone { exposure, curve };
+            for value in [0.0, 1e-3, 0.02, 0.3, 0.55] {
+                let shown = crate::scene::linear_from_srgb(tone.encode(value));
+                let found = tone.undo(shown as f32);
+                assert!(
+                    (found - value).abs() < 1e-5 * (0.01 + value),
+                    "{value}: {found}"
+                );
+            }
+        }
+        assert!((unfilmed(1.0) - 5.6).abs() < 1e-9);
     }
 
     #[test]

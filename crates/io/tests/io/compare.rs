@@ -1,6 +1,8 @@
 //! Comparisons of images: closed forms, and ꟻLIP as its authors' own program computes it.
 
 use morgana_io::compare::{compare, flip::flip};
+use morgana_io::image::exposure::Exposure;
+use morgana_io::image::tone::Curve;
 use morgana_io::image::{ImageLayers, Layer, RgbImage, exr, npy};
 
 fn layer(name: &str, channels: &[(&str, &[f32])]) -> Layer {
@@ -214,6 +216,36 @@ fn images_of_all_formats_are_read() {
     std::fs::write(path("a.tif"), "").unwrap();
     let message = ImageLayers::read(&path("a.tif")).unwrap_err().to_string();
     assert!(message.contains(".exr, .png and .npy"), "{message}");
+}
+
+/// Files of one picture that are shown differently bright, or by another curve, hold the same values to the depth of a PNG file.
+#[test]
+fn exposures_of_png_files_are_undone() {
+    let folder = tempfile::tempdir().unwrap();
+    let values: Vec<f32> = (0..64).map(|i| 0.004 * i as f32).collect();
+    let channels = ["R", "G", "B"].map(|name| (name.to_owned(), values.clone()));
+    let picture = ImageLayers {
+        width: 8,
+        height: 8,
+        layers: vec![Layer {
+            name: String::new(),
+            channels: channels.to_vec(),
+        }],
+        attributes: Vec::new(),
+    };
+    for (exposure, curve) in [
+        (1.5, Curve::Srgb),
+        (-0.5, Curve::Srgb),
+        (1.0, Curve::Filmic),
+    ] {
+        let path = folder.path().join("a.png");
+        picture
+            .write_png(&path, Exposure::Stops(exposure), curve)
+            .unwrap();
+        let read = ImageLayers::read(&path).unwrap();
+        let rmse = compare(&read, &picture, 1).unwrap().rmse;
+        assert!(rmse < 1e-3, "{exposure}: {rmse}");
+    }
 }
 
 #[test]
