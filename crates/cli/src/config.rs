@@ -145,23 +145,10 @@ pub fn map(path: Option<&Path>) -> Result<Option<MapFormat>, CommandError> {
     .transpose()
 }
 
-/// The files for a denoised image, which may not take the place of the image itself.
-pub fn denoised(
-    outputs: &[PathBuf],
-    image: &Path,
-) -> Result<Vec<(PathBuf, ImageFormat)>, CommandError> {
-    let same = |path: &Path| match (path.canonicalize(), image.canonicalize()) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => false,
-    };
+/// The files for a denoised image.
+pub fn denoised(outputs: &[PathBuf]) -> Result<Vec<(PathBuf, ImageFormat)>, CommandError> {
     let format = |path: &PathBuf| {
         let format = by_extension(path, &IMAGE_FORMATS[..2])?;
-        if same(path) {
-            return Err(CommandError::Usage(format!(
-                "'{}' is the image itself: a denoised image does not replace the estimate",
-                shown(path)
-            )));
-        }
         check_writable(path)?;
         Ok((path.clone(), format))
     };

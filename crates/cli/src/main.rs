@@ -18,6 +18,7 @@ mod measured;
 mod numbers;
 mod oidn;
 mod output;
+mod overwrites;
 mod plot;
 mod preview;
 mod progress;
@@ -29,14 +30,19 @@ mod trace;
 mod watched;
 
 use args::{Args, Command};
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches};
 use command_error::CommandError;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let args = Args::parse();
+    let program = Args::command();
+    let matches = program.clone().get_matches();
+    let args = Args::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     command_error::hide_panics();
     if let Err(failure) = interrupt::survive_size_limits() {
+        return failure.report();
+    }
+    if let Err(failure) = overwrites::check(&program, &matches) {
         return failure.report();
     }
     match std::panic::catch_unwind(|| run(&args.command)) {

@@ -13,7 +13,7 @@ use std::process::ExitCode;
 
 /// Writes what a denoiser makes of an image, and how far it moved it.
 pub fn denoise(args: &DenoiseArgs) -> Result<ExitCode, CommandError> {
-    let files = config::denoised(&args.output, &args.image)?;
+    let files = config::denoised(&args.output)?;
     let image = ImageLayers::read_within(&args.image, args.memory.limits())?;
     let usage = |problem: io::Problem| CommandError::Usage(problem.at(&args.image).to_string());
     refuse(&image, args)?;

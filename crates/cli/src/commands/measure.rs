@@ -9,12 +9,13 @@ use crate::job::Job;
 use crate::measured::Measured;
 use crate::output::say;
 use crate::progress::ProgressGoal;
-use crate::{config, load, results};
+use crate::{config, load, overwrites, results};
 use io::clock::Stopped;
 use io::image::exposure::Exposure;
 use io::part::{Body, BodyRef};
 use io::{Loaded, Refusal, Run};
 use rayon::ThreadPool;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 use transport::render::MeasureState;
@@ -32,6 +33,8 @@ pub fn measure(
         None => config::readings(&args.outputs, &args.scene.path, loaded.instruments.len())?,
         Some(_) => Vec::new(),
     };
+    let written: Vec<PathBuf> = files.iter().map(|(path, _)| path.clone()).collect();
+    overwrites::check_read(&written, &loaded.files)?;
     if !args.outputs.quiet {
         load::warn(loaded);
     }

@@ -14,7 +14,7 @@ use crate::progress::ProgressGoal;
 use crate::report::Report;
 use crate::shard::Shard;
 use crate::watched::Watched;
-use crate::{config, load, results};
+use crate::{config, load, overwrites, results};
 use io::clock::Stopped;
 use io::part::{Body, BodyRef, Header};
 use io::{Loaded, Run};
@@ -41,6 +41,8 @@ pub fn picture(args: &RenderArgs, chosen: &mut Option<Header>) -> Result<ExitCod
         return Err(CommandError::Usage(message.into()));
     }
     let images = images(args, &loaded, shard)?;
+    let written: Vec<PathBuf> = images.iter().map(|(path, _)| path.clone()).collect();
+    overwrites::check_read(&written, &loaded.files)?;
     if !args.outputs.quiet {
         load::warn(&loaded);
     }

@@ -1,6 +1,7 @@
 //! Files and the file system: names, limits, locks, what is left behind, and memory.
 
 use crate::support::{Folder, Outcome, program};
+use io::image::RgbImage;
 use io::part::Part;
 use std::ffi::OsStr;
 use std::process::{Child, Command, Stdio};
@@ -32,6 +33,70 @@ fn the_longest_names_are_written_and_longer_ones_are_refused_before_the_render()
         assert!(error.contains("File name too long"), "{error}");
     }
     assert_eq!(folder.files().len(), 3);
+}
+
+/// What a command reads stays as it is, and so does what it has written already.
+#[test]
+fn nothing_is_overwritten_that_is_read_or_written_by_the_same_command() {
+    let folder = Folder::with_scene(
+        r#"<shape type="sphere"><bsdf type="diffuse">
+             <texture name="reflectance" type="bitmap"><string name="filename" value="spots.png"/></texture>
+           </bsdf></shape>"#,
+    );
+    let spots = RgbImage {
+        width: 2,
+        height: 2,
+        pixels: vec![[0.2; 3]; 4],
+    };
+    let depth = io::image::png::Depth::Eight;
+    io::image::png::write(&folder.path("spots.png"), &spots, depth, Default::default()).unwrap();
+    folder.succeed("render scene.xml --spp 1 -o a.exr -q");
+    std::fs::write(folder.path("v.npy"), [0]).unwrap();
+    std::fs::create_dir(folder.path("inner")).unwrap();
+    let files: Vec<_> = folder.files();
+    let before: Vec<_> = ["scene.xml", "a.exr", "spots.png", "v.npy"]
+        .map(|name| folder.read(name))
+        .into();
+    for (arguments, told) in [
+        (
+            "render scene.xml --stats scene.xml",
+            "scene.xml is read here",
+        ),
+        (
+            "render scene.xml -o inner/../b.exr --stats b.exr",
+            "b.exr would be written twice",
+        ),
+        (
+            "render scene.xml --shard 0/1 -o b.part --stats b.part",
+            "b.part would be written twice",
+        ),
+        (
+            "render scene.xml --checkpoint b.exr -o b.exr",
+            "b.exr would be written twice",
+        ),
+        (
+            "render scene.xml --integrator bdpt --strategies b.exr -o b.exr",
+            "b.exr would be written twice",
+        ),
+        (
+            "render scene.xml -o spots.png",
+            "spots.png is read here: write to another file",
+        ),
+        ("compare a.exr a.exr --image a.exr", "a.exr is read here"),
+        ("tonemap a.exr -o a.exr", "a.exr is read here"),
+        ("export scene.xml -o scene.xml", "scene.xml is read here"),
+        ("convert v.npy v.npy", "v.npy is read here"),
+    ] {
+        let error = folder.refuse(arguments);
+        assert!(error.contains(told), "{arguments}: {error}");
+    }
+    assert_eq!(folder.files(), files);
+    for (name, bytes) in ["scene.xml", "a.exr", "spots.png", "v.npy"]
+        .into_iter()
+        .zip(before)
+    {
+        assert!(folder.read(name) == bytes, "{name}");
+    }
 }
 
 /// Names that would clear the screen, begin a line of their own, or turn the direction of writing.

@@ -1,0 +1,85 @@
+//! Files that a command would write over what it reads, or over what it has just written.
+
+use crate::command_error::CommandError;
+use clap::{Arg, ArgMatches, Command};
+use std::path::{Path, PathBuf};
+
+/// Options that name files to write.
+const WRITTEN: [&str; 6] = ["output", "stats", "strategies", "checkpoint", "map", "zmap"];
+/// Options that name files to read.
+const READ: [&str; 2] = ["overlay", "scene"];
+
+/// Refuses a command line that names the same file twice where it is written. Parts may be merged into one of them.
+pub fn check(program: &Command, matches: &ArgMatches) -> Result<(), CommandError> {
+    let (mut command, mut matches) = (program, matches);
+    while let Some((name, inner)) = matches.subcommand() {
+        command = command.find_subcommand(name).unwrap_or(command);
+        matches = inner;
+    }
+    let (mut written, mut read) = (Vec::new(), Vec::new());
+    for arg in command.get_arguments() {
+        let files = || paths(arg, matches);
+        match arg.get_id().as_str() {
+            "output" => written.extend(files()),
+            id if !arg.is_positional() && WRITTEN.contains(&id) => written.extend(files()),
+            id if READ.contains(&id) => read.extend(files()),
+            _ if arg.is_positional() && command.get_name() != "merge" => read.extend(files()),
+            _ => {}
+        }
+    }
+    for (i, file) in written.iter().enumerate() {
+        if written[..i].iter().any(|other| is_same(file, other)) {
+            let message = format!(
+                "{} would be written twice: give each output a file of its own",
+                file.display()
+            );
+            return Err(CommandError::Usage(message));
+        }
+    }
+    check_read(&written, &read)
+}
+
+/// Refuses to write over files that are read.
+pub fn check_read(written: &[PathBuf], read: &[PathBuf]) -> Result<(), CommandError> {
+    let is_read = |file: &&PathBuf| read.iter().any(|other| is_same(file, other));
+    match written.iter().find(is_read) {
+        Some(file) => {
+            let message = format!("{} is read here: write to another file", file.display());
+            Err(CommandError::Usage(message))
+        }
+        None => Ok(()),
+    }
+}
+
+/// The paths that are given to an argument.
+fn paths(arg: &Arg, matches: &ArgMatches) -> Vec<PathBuf> {
+    let given = matches.try_get_many::<PathBuf>(arg.get_id().as_str());
+    given
+        .ok()
+        .flatten()
+        .into_iter()
+        .flatten()
+        .cloned()
+        .collect()
+}
+
+/// Whether two paths lead to the same file, which need not exist. Devices may be written to as often as one likes.
+fn is_same(a: &Path, b: &Path) -> bool {
+    let is_device = a.exists() && !a.is_file();
+    !is_device && resolved(a) == resolved(b)
+}
+
+/// The path without links and detours, as far as it exists.
+fn resolved(path: &Path) -> PathBuf {
+    if let Ok(path) = path.canonicalize() {
+        return path;
+    }
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    match (folder.canonicalize(), path.file_name()) {
+        (Ok(folder), Some(name)) => folder.join(name),
+        _ => path.to_owned(),
+    }
+}
