@@ -1,8 +1,8 @@
 #![doc = include_str!("../README.md")]
 #![warn(unreachable_pub)]
 
-pub use eikonal::{ConnectingRay, Field, Solver, Tolerance};
-pub use eikonal::{connect, field, ray};
+pub use eikonal::{Aabb, ConnectingRay, Failure, Field, Reference, Solver, Tolerance, Uniqueness};
+pub use eikonal::{adjoint, certificate, connect, difference, field, interface, ray};
 pub use glam;
 pub use io::rendered::Picture;
 pub use io::{Diagnostics, LoadOptions, Loaded, Run, load_scene};
@@ -11,9 +11,12 @@ pub use transport::medium::Medium;
 pub use transport::render::{MeasureOptions, Measurement, RenderOptions, Rendering};
 pub use transport::scene::{BuildError, Object, SceneBuilder};
 pub use transport::sensor::Camera;
-pub use transport::{Film, Scene, Spectrum};
-pub use transport::{aov, bsdf, emitter, film, integrator, medium, meter, phase, render, scene};
-pub use transport::{sensor, shape, texture, trace};
+pub use transport::{Bins, Film, Orientation, Scene, Spectrum, Stats, Stop};
+pub use transport::{aov, attached, bsdf, derivative, emitter, film, integrator, medium, meter};
+pub use transport::{
+    moments, phase, polarization, render, renderer, sampling, scene, sensor, shape,
+};
+pub use transport::{sidebands, stats, texture, trace, volume};
 
 /// Files: scenes, volumes, meshes and images.
 pub mod files {

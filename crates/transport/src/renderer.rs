@@ -20,12 +20,18 @@ impl From<Integrator> for Renderer {
     }
 }
 
-/// Each estimator as a renderer.
+/// Each estimator as an integrator and as a renderer.
 macro_rules! light_by {
     ($($estimator:ident => $variant:ident),*) => {
-        $(impl From<$estimator> for Renderer {
+        $(impl From<$estimator> for Integrator {
             fn from(estimator: $estimator) -> Self {
-                Renderer::Light(Integrator::$variant(estimator))
+                Integrator::$variant(estimator)
+            }
+        }
+
+        impl From<$estimator> for Renderer {
+            fn from(estimator: $estimator) -> Self {
+                Renderer::Light(estimator.into())
             }
         })*
     };

@@ -21,14 +21,14 @@ pub(super) fn mie(object: &ObjectDescription, context: &mut Context) -> Phase {
     let channel = context.channels.wavelength(context.group);
     let mut q = Query::new(object, context.diagnostics);
     let wavelength = match (q.has("wavelength"), channel) {
-        (false, Some(nm)) => nm,
+        (false, Some(nm)) => Some(nm),
         (false, None) => {
             let message = "scattering by spheres depends on the wavelength, but the film has none: give it the \
                            pixel_format \"spectral\" and wavelengths such as \"450, 550, 650\" (nm), or give a 'wavelength' here";
             q.error("wavelength", message);
-            1.0
+            None
         }
-        (true, _) => q.float_in("wavelength", POSITIVE, None),
+        (true, _) => Some(q.float_in("wavelength", POSITIVE, None)),
     };
     let radius = q.float_in("radius", POSITIVE, None);
     let deviations = 1.0..=Spheres::MOST_DEVIATION;
@@ -37,6 +37,9 @@ pub(super) fn mie(object: &ObjectDescription, context: &mut Context) -> Phase {
     let k = q.spectrum_or("k", SpectrumValue::Uniform(0.0));
     let exterior = q.spectrum("ext_eta");
     q.finish(&[]);
+    let Some(wavelength) = wavelength else {
+        return Phase::isotropic();
+    };
     let mut at = |value: &SpectrumValue| at_wavelength(value, wavelength, object, context);
     let (Some(n), Some(k), Some(exterior)) = (at(&eta), at(&k), at(&exterior)) else {
         return Phase::isotropic();

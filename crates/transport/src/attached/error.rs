@@ -3,6 +3,9 @@
 /// Why derivatives by the refractive index of a medium are not taken.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum IndexDerivativeError {
+    /// A medium that the scene does not have.
+    #[error("the scene has no medium number {0}")]
+    Medium(usize),
     /// A field without parameters.
     #[error("the index of '{0}' has no parameters to differentiate by")]
     Parameters(String),

@@ -26,7 +26,8 @@ impl IndexPlan {
         };
         let mut next = 0;
         for &id in media {
-            let medium = scene.medium(id);
+            let medium = scene.media().get(id);
+            let medium = medium.ok_or(IndexDerivativeError::Medium(id))?;
             check_field(&medium.name, &medium.index)?;
             if plan.of_medium[id].replace(next).is_some() {
                 return Err(IndexDerivativeError::Twice);

@@ -15,6 +15,14 @@ pub enum DerivativeError {
         /// What else may be asked for.
         instead: &'static str,
     },
+    /// A medium, object or emitter that the scene does not have.
+    #[error("the scene has no {what} number {number}")]
+    Missing {
+        /// What.
+        what: &'static str,
+        /// Its number.
+        number: usize,
+    },
     /// A parameter that is listed twice.
     #[error("a parameter is listed twice")]
     Twice,

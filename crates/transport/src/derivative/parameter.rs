@@ -38,8 +38,11 @@ pub enum RadiometricParameter {
 }
 
 impl RadiometricParameter {
-    /// Length along each axis, that of channels left out.
+    /// Length along each axis, that of channels left out; none of what the scene does not have.
     pub fn shape(&self, scene: &Scene) -> Vec<usize> {
+        if self.exists(scene).is_err() {
+            return Vec::new();
+        }
         match *self {
             RadiometricParameter::Extinction(id)
             | RadiometricParameter::Absorption(id)
@@ -63,8 +66,30 @@ impl RadiometricParameter {
         }
     }
 
+    /// Finds out whether a scene has the medium, object or emitter.
+    fn exists(&self, scene: &Scene) -> Result<(), DerivativeError> {
+        let (what, number, count) = match *self {
+            RadiometricParameter::Extinction(id)
+            | RadiometricParameter::Albedo(id)
+            | RadiometricParameter::Absorption(id)
+            | RadiometricParameter::Scattering(id)
+            | RadiometricParameter::MeanCosine(id) => ("medium", id, scene.media().len()),
+            RadiometricParameter::Colour(object, _) => ("object", object, scene.objects().len()),
+            RadiometricParameter::Emission(emitter) | RadiometricParameter::Radiance(emitter) => {
+                ("emitter", emitter, scene.emitters().len())
+            }
+            RadiometricParameter::Exposure => return Ok(()),
+        };
+        if number < count {
+            Ok(())
+        } else {
+            Err(DerivativeError::Missing { what, number })
+        }
+    }
+
     /// Finds out whether a scene of so many channels has the derivative.
     fn check(&self, scene: &Scene, channels: usize) -> Result<(), DerivativeError> {
+        self.exists(scene)?;
         let has = |id: MediumId, quantities: &[Quantity]| {
             let lacking = |q: &&Quantity| !q.is_positive(scene.medium(id), channels);
             match quantities.iter().find(lacking) {

@@ -117,8 +117,8 @@ impl SceneBuilder {
         self
     }
 
-    /// What the image shows. A scene without camera or [`sensor`](SceneBuilder::sensor) can only be measured
-    /// ([`measure`](crate::render::measure)).
+    /// What the image shows. A scene without camera or [`sensor`](SceneBuilder::sensor) is to be measured
+    /// ([`measure`](crate::render::measure)): its images mean nothing, for all pixels see the same from the origin.
     pub fn camera(mut self, camera: Camera) -> Self {
         self.view = Some(View::Camera(camera));
         self
