@@ -193,6 +193,7 @@ def fringes(
     ----------
     waves : Result or array_like
         Optical path differences in wavelengths, (height, width): a render by the integrator ``aov`` with a ``wavelength``, or an array.
+        Of a render, rays that are lost do not count.
     carrier : two floats
         Fringes that a tilt of the reference adds across the width and down the height of the image; none for infinite-fringe interferograms.
     steps : int
@@ -203,7 +204,7 @@ def fringes(
     Returns
     -------
     numpy.ndarray
-        Intensities from 0 to 1, (steps, height, width).
+        Intensities from 0 to 1, (steps, height, width); NaN where all rays of a pixel are lost.
 
     Raises
     ------
@@ -264,7 +265,9 @@ def _waves(waves: Union[Result, ArrayLike]) -> NDArray[np.float64]:
     if isinstance(waves, Result):
         if "waves" not in waves.layers:
             raise RenderError("the render has no 'waves': use the integrator aov with a wavelength")
-        waves = waves.layers["waves"].mean[..., 0]
+        path, valid = (waves.layers[name].mean[..., 0].astype(float) for name in ("waves", "valid"))
+        # Rays that are lost count as zero in means.
+        return np.asarray(np.divide(path, valid, out=np.full(path.shape, np.nan), where=valid > 0))
     found: NDArray[np.float64] = numbers(waves, "optical path differences")
     if found.ndim != 2:
         raise RenderError(f"optical path differences have the shape (height, width), not {found.shape}")

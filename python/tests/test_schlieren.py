@@ -165,3 +165,34 @@ def test_fringes_keep_the_phase():
         schlieren.phase(series[:2])
     with pytest.raises(morgana.RenderError, match=r"have the shape \(height, width\)"):
         schlieren.fringes(waves[0])
+
+
+def beside_a_reference():
+    """A bump of the index against a Luneburg lens, of whose rays few join the ends of those through the bump: all others are lost."""
+    return {
+        "type": "scene",
+        "integrator": {"type": "aov", "wavelength": 0.05, "reference_index": {"type": "luneburg", "radius": 2.3, "n_exterior": 1.0}},
+        "sensor": {
+            "type": "orthographic", "to_world": [{"scale": [1.6, 1.6, 1]}, {"translate": [0, 0, -3]}],
+            "film": {"type": "hdrfilm", "width": 16, "height": 8, "rfilter": {"type": "box"}},
+        },
+        "sky": {"type": "constant"},
+        "box": {
+            "type": "cube", "to_world": [{"scale": [2, 2, 1]}], "bsdf": {"type": "null"},
+            "interior": {"type": "transparent", "ior": {"type": "gaussian", "n0": 1, "delta": 0.01, "width": 0.5}},
+        },
+        "screen": {
+            "type": "rectangle", "to_world": [{"scale": [20, 20, 1]}, {"translate": [0, 0, 3]}], "bsdf": {"type": "diffuse"},
+        },
+    }  # fmt: skip
+
+
+@pytest.mark.filterwarnings("ignore::morgana.SceneWarning")
+def test_fringes_do_not_count_lost_rays():
+    result = morgana.render(morgana.load_dict(beside_a_reference()), spp=64)
+    valid, waves = (result.layers[name].mean[..., 0].astype(float) for name in ("valid", "waves"))
+    lost, partly = valid == 0, (valid > 0) & (valid < 1)
+    assert lost.any() and partly.any()
+    found = schlieren.fringes(result)[0]
+    np.testing.assert_array_equal(np.isnan(found), lost)
+    np.testing.assert_allclose(found[~lost], 0.5 + 0.5 * np.cos(2 * np.pi * (waves / np.where(lost, 1, valid)))[~lost], atol=1e-9)
