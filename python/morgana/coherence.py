@@ -300,9 +300,17 @@ def interferogram(lengths: ArrayLike, ways: ArrayLike, power: ArrayLike, source:
     if not (np.all(np.isfinite(p) & (p >= 0)) and np.isfinite(reference) and reference >= 0):
         raise ValueError("powers must be finite and not negative")
     amplitude = np.sqrt(p)
-    among = amplitude @ source.degree(ell[:, None] - ell).real @ amplitude
-    crossed = source.degree(arm[:, None] - ell).real @ amplitude
-    return np.asarray(reference + among + 2 * np.sqrt(reference) * crossed)
+    among = amplitude @ _fields(ell, ell, amplitude, source)
+    return np.asarray(reference + among + 2 * np.sqrt(reference) * _fields(arm, ell, amplitude, source))
+
+
+def _fields(lengths: Doubles, ways: Doubles, amplitude: Doubles, source: Source) -> Doubles:
+    """Σⱼ aⱼ Re γ(L − ℓⱼ) for each length L, for a block of lengths at a time."""
+    found, step = np.zeros(len(lengths)), max(1, BLOCK // max(len(ways), 1))
+    for start in range(0, len(lengths), step):
+        part = slice(start, start + step)
+        found[part] = source.degree(lengths[part, None] - ways).real @ amplitude
+    return found
 
 
 def _bessel(x: Doubles) -> Doubles:

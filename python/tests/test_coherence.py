@@ -4,6 +4,7 @@ False alarms: 1e-3 for the powers that a pane and a mirror reflect, and for the 
 """
 
 import math
+import tracemalloc
 
 import morgana
 import numpy as np
@@ -217,6 +218,25 @@ def test_fringes_are_as_far_apart_as_waves():
     np.testing.assert_allclose(found, [1.2**2, 1.04, 1.04 - 0.4 * half, 1.04], atol=1e-9)
     # Ways that are equally long add up as fields, others as powers.
     assert coherence.interferogram([0.0], [5.0, 5.0, 9.0], 1.0, source)[0] == pytest.approx(1 + 4 + 1)
+
+
+def test_fringes_of_many_ways_need_little_memory(monkeypatch):
+    rng, count = np.random.default_rng(4), 2000
+    lengths, ways, power = rng.uniform(5, 5 + 40 * WAVELENGTH, 600), rng.uniform(5, 5 + 40 * WAVELENGTH, count), rng.uniform(0, 1, count)
+    source = coherence.gaussian(WAVELENGTH, WIDTH)
+    amplitude = np.sqrt(power)
+    among = amplitude @ source.degree(ways[:, None] - ways).real @ amplitude
+    expected = 0.5 + among + 2 * np.sqrt(0.5) * source.degree(lengths[:, None] - ways).real @ amplitude
+    monkeypatch.setattr(coherence, "BLOCK", 1 << 15)
+    tracemalloc.start()
+    found = coherence.interferogram(lengths, ways, power, source, reference=0.5)
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    # Twenty arrays of a block, where all differences of ways are 32 MB each.
+    assert most < 20 * 8 * (1 << 15)
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
+    assert coherence.interferogram([], ways, power, source).shape == (0,)
+    np.testing.assert_array_equal(coherence.interferogram(lengths, [], [], source), 1)
 
 
 def test_what_is_wrong_is_said():
