@@ -20,6 +20,8 @@ GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
 """Multiples of it spread evenly over a turn."""
 WIDEST = math.radians(10)
 """Half the angle of the widest wedge about an axis."""
+INSIDE = 1e-6
+"""Share of a wedge's angle by which places in its face are moved inside."""
 
 
 class FlowError(Error):
@@ -59,10 +61,15 @@ class Slab(Frame):
 
 
 class Revolved(Frame):
-    """A half-plane from an axis on, or a wedge about it, which is turned about the axis."""
+    """A half-plane from an axis on, or a wedge about it, which is turned about the axis.
 
-    def __init__(self, mesh: Any, axis: str) -> None:
+    Radii are those of the places to which values belong. Cells of a wedge are flat across it: between two points at a radius r, the middle
+    is at r cos α. The radii of points are found in the wedge's face, those of the centres of cells in its middle.
+    """
+
+    def __init__(self, mesh: Any, axis: str, of_cells: bool) -> None:
         super().__init__(mesh)
+        self.of_cells = of_cells
         if axis not in ("x", "y", "z"):
             raise FlowError(f"revolve is {axis!r} but must be 'x', 'y' or 'z'")
         self.axis = "xyz".index(axis)
@@ -74,7 +81,7 @@ class Revolved(Frame):
         self.low[self.others], self.high[self.others] = -self.most, self.most
 
     def _half_plane(self, mesh: Any, points: Doubles) -> Tuple[Doubles, Doubles]:
-        """Where the plane crosses the axis's normal plane, and the unit direction away from the axis."""
+        """Where the plane in which values are found crosses the axis's normal plane, and its unit direction away from the axis."""
         offset, extent = np.zeros(3), self.high - self.low
         flat = _flat_axis(mesh)
         if flat == self.axis:
@@ -93,13 +100,21 @@ class Revolved(Frame):
         beside = np.linalg.norm(across - along[:, None] * direction, axis=1)
         if np.any(beside > math.tan(WIDEST) * along + 1e-6 * extent.max()):
             raise FlowError("what is revolved is planar, or a wedge of at most 20° about the axis: take a slice of the mesh")
-        return offset, direction
+        normal = np.cross(np.eye(3)[self.axis], direction)
+        # Those far out tell the angles well.
+        angles = np.arctan2(across @ normal, along)[along > 0.5 * along.max()]
+        low, high = angles.min(), angles.max()
+        angle = 0.5 * (low + high) if self.of_cells else high - INSIDE * (high - low)
+        return offset, np.asarray(math.cos(angle) * direction + math.sin(angle) * normal)
 
     def _radii(self, points: Doubles) -> Doubles:
-        return np.asarray((points - self.offset) @ self.radial)
+        across = points - self.offset
+        if self.of_cells:
+            return np.asarray(across @ self.radial)
+        return np.asarray(np.linalg.norm(across[:, self.others], axis=1))
 
     def of(self, places: Doubles) -> Doubles:
-        """Where places are when they are turned into the half-plane; those on the axis and on the rim a little further in."""
+        """Where places are when they are turned into the plane; those on the axis and on the rim a little further in."""
         radii = np.linalg.norm(places[:, self.others], axis=1)
         hair = 1e-7 * (self.most - self.least)
         radii = np.where(np.abs(radii - self.least) < hair, self.least + hair, radii)
@@ -118,12 +133,12 @@ class Revolved(Frame):
         return found
 
 
-def frame_of(mesh: Any, revolve: Optional[str], thickness: Optional[float]) -> Frame:
-    """The frame of a mesh."""
+def frame_of(mesh: Any, revolve: Optional[str], thickness: Optional[float], of_cells: bool) -> Frame:
+    """The frame of a mesh, whose values are those of points or of cells."""
     if revolve is not None:
         if thickness is not None:
             raise FlowError("give revolve or thickness, not both")
-        return Revolved(mesh, revolve)
+        return Revolved(mesh, revolve, of_cells)
     flat = _flat_axis(mesh)
     if flat is not None:
         return Slab(mesh, flat, thickness)

@@ -252,7 +252,8 @@ def sample(
         The value outside of the mesh; that of the nearest point of the mesh if it is not given.
     revolve : str, optional
         ``"x"``, ``"y"`` or ``"z"``: the mesh is one half of an axisymmetric flow, and is revolved about this axis. It is planar, and its other
-        extent is the radius, or it is a wedge of at most 20°.
+        extent is the radius, or it is a wedge of at most 20°. Values belong to the distances of their points, or of the centres of their
+        cells, from the axis.
     thickness : float, optional
         The mesh is planar, and its field goes on across it, half of this to each side.
 
@@ -274,7 +275,7 @@ def sample(
     if outside is not None and not np.isfinite(outside):
         raise FlowError(f"outside is {outside} but must be finite")
     name, mesh, known = _with_points(mesh, array)
-    frame = frame_of(mesh, revolve, thickness)
+    frame = frame_of(mesh, revolve, thickness, known.of_cells)
     low, high = _bounds(bounds, frame)
     counts = _counts(spacing, shape, mesh, high - low)
     steps = (high - low) / (counts - 1)
@@ -288,7 +289,7 @@ def sample(
         values[~inside] = outside if outside is not None else _nearest(mesh, name, places[~inside])
     values = values.reshape(counts[::-1])
     sampled = Sampled(values, _three(steps), _three(low), name, ResamplingError(0, 0, 0, 0), float(1 - inside.mean()))
-    return sampled._replace(error=_error(sampled, frame.points(known[0]), known[1]))
+    return sampled._replace(error=_error(sampled, frame.points(known.places), known.values))
 
 
 def density(pressure: ArrayLike, temperature: ArrayLike, molar_mass: float = DRY_AIR) -> Doubles:
@@ -388,8 +389,17 @@ def _leaves(source: Any) -> Iterator[Any]:
         each.GoToNextItem()
 
 
-def _with_points(mesh: Any, array: str) -> Tuple[str, Any, Tuple[Doubles, Doubles]]:
-    """The name of the array, the mesh with it at its points and nothing else; where the values were known before, and these."""
+class _MeshValues(NamedTuple):
+    """Values of an array as the mesh has them."""
+
+    places: Doubles
+    """The points, or the centres of cells."""
+    values: Doubles
+    of_cells: bool
+
+
+def _with_points(mesh: Any, array: str) -> Tuple[str, Any, _MeshValues]:
+    """The name of the array, the mesh with it at its points and nothing else, and the values as they were."""
     name = _known(mesh, array)
     of_points = name in mesh.point_data.keys()
     # A plain copy: arrays of special roles, such as numbers of nodes, would not be interpolated.
@@ -405,9 +415,9 @@ def _with_points(mesh: Any, array: str) -> Tuple[str, Any, Tuple[Doubles, Double
     mesh.clear_data()
     if of_points:
         mesh.point_data[name] = values
-        return name, mesh, (np.asarray(mesh.points, float), values)
+        return name, mesh, _MeshValues(np.asarray(mesh.points, float), values, False)
     mesh.cell_data[name] = values
-    return name, mesh.cell_data_to_point_data(), (np.asarray(mesh.cell_centers().points, float), values)
+    return name, mesh.cell_data_to_point_data(), _MeshValues(np.asarray(mesh.cell_centers().points, float), values, True)
 
 
 def _arrays(mesh: Any) -> List[str]:
