@@ -15,11 +15,12 @@ import sys
 from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ._checks import mapping, whole
-from ._errors import Error, RenderError
-from ._images import exposure, write
+from ._errors import Error, FileError, RenderError, SceneError
+from ._images import Image, exposure, write
+from ._morgana import Scene
 from ._numbers import numbers
 from ._render import render
 from ._result import Bools, Doubles, Floats, Result
@@ -132,11 +133,15 @@ def bos(
         A scene that cannot be read, or without these parameters.
     RenderError
         Too few rays, or a mapping that names no parameter.
+    TypeError
+        A :class:`Scene`, whose parameters cannot change.
 
     Examples
     --------
     >>> pair = morgana.schlieren.bos("scenes/bos_jet.xml", spp=64)
     """
+    if isinstance(scene, Scene):
+        raise TypeError("a Scene has its parameters already: bos takes a file or a dictionary")
     whole(rays, "rays", 2)
     if still is not None and not mapping(still, "still"):
         raise RenderError("still names no parameter of the scene that takes the flow away")
@@ -185,15 +190,15 @@ class _Moved(NamedTuple):
 
 
 def fringes(
-    waves: Union[Result, ArrayLike], *, carrier: Tuple[float, float] = (0.0, 0.0), steps: int = 1, visibility: float = 1.0
+    waves: Union[Result, Image, ArrayLike], *, carrier: Tuple[float, float] = (0.0, 0.0), steps: int = 1, visibility: float = 1.0
 ) -> Doubles:
     """Fringes of two-beam interference from optical path differences: ½ + ½ V cos 2π(w + c·x + k/N).
 
     Parameters
     ----------
-    waves : Result or array_like
-        Optical path differences in wavelengths, (height, width): a render by the integrator ``aov`` with a ``wavelength``, or an array.
-        Of a render, rays that are lost do not count.
+    waves : Result, Image or array_like
+        Optical path differences in wavelengths, (height, width): a render by the integrator ``aov`` with a ``wavelength``, its ``.exr`` file
+        as :func:`morgana.read` gives it, or an array. Of renders, rays that are lost do not count.
     carrier : two floats
         Fringes that a tilt of the reference adds across the width and down the height of the image; none for infinite-fringe interferograms.
     steps : int
@@ -261,17 +266,27 @@ def _load(scene: Source, parameters: Mapping[str, Define], **instead: Any) -> An
     return load_dict(scene, **everything) if isinstance(scene, Mapping) else load_file(scene, **everything)
 
 
-def _waves(waves: Union[Result, ArrayLike]) -> NDArray[np.float64]:
-    if isinstance(waves, Result):
-        if "waves" not in waves.layers:
-            raise RenderError("the render has no 'waves': use the integrator aov with a wavelength")
-        path, valid = (waves.layers[name].mean[..., 0].astype(float) for name in ("waves", "valid"))
+def _waves(waves: Union[Result, Image, ArrayLike]) -> Doubles:
+    if isinstance(waves, (Result, Image)):
+        path, valid = _quantity(waves, "waves"), _quantity(waves, "valid")
         # Rays that are lost count as zero in means.
         return np.asarray(np.divide(path, valid, out=np.full(path.shape, np.nan), where=valid > 0))
-    found: NDArray[np.float64] = numbers(waves, "optical path differences")
+    found: Doubles = numbers(waves, "optical path differences")
     if found.ndim != 2:
         raise RenderError(f"optical path differences have the shape (height, width), not {found.shape}")
     return found
+
+
+def _quantity(render: Union[Result, Image], name: str) -> Doubles:
+    """A quantity of one channel, (height, width)."""
+    if isinstance(render, Result) and name in render.layers:
+        return np.asarray(render.layers[name].mean[..., 0], float)
+    if isinstance(render, Image):
+        # Without an image of light, the file has it as a channel of the main layer.
+        for layer, channel in [(name, "V"), ("", name)]:
+            if channel in render.channels.get(layer, []):
+                return np.asarray(render.layers[layer][..., render.channels[layer].index(channel)], float)
+    raise RenderError(f"the render has no {name!r}: use the integrator aov with a wavelength, and files .exr")
 
 
 def _defined(text: str) -> Tuple[str, str]:
@@ -279,6 +294,15 @@ def _defined(text: str) -> Tuple[str, str]:
     if not (name and equals):
         raise argparse.ArgumentTypeError(f"'{text}' is not NAME=VALUE")
     return name, value
+
+
+def _check_folder(prefix: str) -> None:
+    """Refuses a prefix of files in a folder that is not there, before anything is rendered."""
+    folder = os.path.dirname(prefix) or os.curdir
+    if not os.path.isdir(folder):
+        raise FileError(f"cannot write '{prefix}_flow.png': there is no folder '{folder}'")
+    if not os.access(folder, os.W_OK):
+        raise FileError(f"cannot write '{prefix}_flow.png': the folder '{folder}' is not writable")
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
@@ -307,10 +331,12 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     given = parser.parse_args(arguments)
     defines: Dict[str, Define] = dict(given.defines)
     try:
+        _check_folder(given.output)
         pair = bos(given.scene, still=dict(given.still) if given.still else None, spp=given.spp, rays=given.rays, seed=given.seed, parameters=defines)
         files = pair.write(given.output)
     except Error as error:
-        print(f"error: {error}", file=sys.stderr)
+        # What is wrong with scenes has several lines, which begin with what they are.
+        print(error if isinstance(error, SceneError) else f"error: {error}", file=sys.stderr)
         return 1
     moved = np.linalg.norm(pair.displacement[pair.valid], axis=-1)
     print(f"displacement: at most {moved.max(initial=0):.3g} pixels, standard error at most {pair.error.max():.2g}")

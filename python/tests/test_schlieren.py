@@ -139,10 +139,23 @@ def test_mistakes_of_a_pair_are_named(tmp_path):
         schlieren.bos(slab(), still={"strength": 0})
     with pytest.raises(morgana.RenderError, match="rays is 1 but must be at least 2"):
         schlieren.bos(slab(), still={"slope": 0}, rays=1)
-    command = [sys.executable, "-m", "morgana.schlieren", str(tmp_path / "missing.xml"), "--still", "a=0", "-o", str(tmp_path / "x")]
+    with pytest.raises(TypeError, match="a Scene has its parameters already: bos takes a file or a dictionary"):
+        schlieren.bos(morgana.load_dict(slab()))
+
+
+def test_mistakes_of_the_command_are_named(tmp_path, monkeypatch, capsys):
+    missing = str(tmp_path / "missing.xml")
+    command = [sys.executable, "-m", "morgana.schlieren", missing, "--still", "a=0", "-o", str(tmp_path / "x")]
     failed = subprocess.run(command, capture_output=True, text=True, check=False)
     assert failed.returncode == 1
-    assert failed.stderr.startswith("error: ")
+    assert failed.stderr.startswith("error: ") and failed.stderr.count("error: ") == 1
+    assert schlieren.main([missing, "--rays", "1", "-o", str(tmp_path / "x")]) == 1
+    assert capsys.readouterr().err == "error: rays is 1 but must be at least 2\n"
+    # A folder that is not there is told before anything is rendered.
+    monkeypatch.setattr(schlieren, "bos", None)
+    assert schlieren.main([missing, "-o", str(tmp_path / "none" / "x")]) == 1
+    told = capsys.readouterr().err
+    assert told.startswith("error: cannot write '") and f"there is no folder '{tmp_path / 'none'}'" in told
 
 
 def test_fringes_keep_the_phase():
@@ -196,3 +209,18 @@ def test_fringes_do_not_count_lost_rays():
     found = schlieren.fringes(result)[0]
     np.testing.assert_array_equal(np.isnan(found), lost)
     np.testing.assert_allclose(found[~lost], 0.5 + 0.5 * np.cos(2 * np.pi * (waves / np.where(lost, 1, valid)))[~lost], atol=1e-9)
+
+
+@pytest.mark.filterwarnings("ignore::morgana.SceneWarning")
+@pytest.mark.parametrize("integrator", [{}, {"aovs": "waves"}, {"light": {"type": "path", "max_depth": 1}}])
+def test_fringes_of_files_are_those_of_renders(integrator, tmp_path):
+    scene = beside_a_reference()
+    scene["integrator"].update(integrator)
+    result = morgana.render(morgana.load_dict(scene), spp=4)
+    for extension in ("exr", "npy"):
+        morgana.write(tmp_path / f"waves.{extension}", result)
+    read = morgana.read(tmp_path / "waves.exr")
+    np.testing.assert_array_equal(schlieren.fringes(read, carrier=(3, 0)), schlieren.fringes(result, carrier=(3, 0)))
+    # Arrays of NumPy have no names of channels.
+    with pytest.raises(morgana.RenderError, match="the render has no 'waves': use the integrator aov with a wavelength, and files .exr"):
+        schlieren.fringes(morgana.read(tmp_path / "waves.npy"))
