@@ -52,6 +52,8 @@ CONTRAST = 1e-4
 """Of the index as which samples are interpolated to find their error."""
 DRY_AIR = 28.9647e-3
 """Molar mass of dry air, kg/mol."""
+MOST_MOLAR_MASS = 1.0
+"""Gases have less than this in kg/mol, and more in g/mol."""
 
 
 @comparable
@@ -292,7 +294,7 @@ def sample(
     return sampled._replace(error=_error(sampled, frame.points(known.places), known.values))
 
 
-def density(pressure: ArrayLike, temperature: ArrayLike, molar_mass: float = DRY_AIR) -> Doubles:
+def density(pressure: ArrayLike, temperature: ArrayLike, molar_mass: ArrayLike = DRY_AIR) -> Doubles:
     """Density of an ideal gas, p M/(R T).
 
     Parameters
@@ -301,8 +303,8 @@ def density(pressure: ArrayLike, temperature: ArrayLike, molar_mass: float = DRY
         Absolute pressure, Pa, > 0.
     temperature : array_like
         Temperature, K, > 0.
-    molar_mass : float
-        kg/mol; that of dry air if it is not given.
+    molar_mass : array_like
+        Molar mass, kg/mol, > 0 and < 1: a number, or one for each place of a mixture; that of dry air if it is not given.
 
     Returns
     -------
@@ -312,18 +314,23 @@ def density(pressure: ArrayLike, temperature: ArrayLike, molar_mass: float = DRY
     Raises
     ------
     ValueError
-        A temperature or a pressure that is not positive.
+        A temperature, a pressure or a molar mass that is not positive, or a molar mass in g/mol.
 
     Examples
     --------
     >>> mesh["rho"] = morgana.flow.density(mesh["p"], mesh["T"])
     """
     temperature, pressure = numbers(temperature, "temperature"), numbers(pressure, "pressure")
+    mass = numbers(molar_mass, "molar_mass")
     if not np.all(temperature > 0):
         raise ValueError("temperatures must be positive: they are in kelvins")
     if not np.all(pressure > 0):
         raise ValueError("pressures must be positive: they are absolute, in pascals, neither against a reference nor over the density")
-    return np.asarray(pressure * molar_mass / (GAS_CONSTANT * temperature))
+    if not np.all((mass > 0) & np.isfinite(mass)):
+        raise ValueError("molar masses must be positive and finite")
+    if np.any(mass >= MOST_MOLAR_MASS):
+        raise ValueError(f"a molar mass is {mass.max():g} kg/mol, which no gas has: divide g/mol by 1000")
+    return np.asarray(pressure * mass / (GAS_CONSTANT * temperature))
 
 
 def _pyvista() -> Any:

@@ -292,6 +292,16 @@ def test_densities_of_gases():
         flow.density(101325, [300, -3])
     with pytest.raises(ValueError, match="absolute"):
         flow.density([0, 101325], 300)
+    # A mixture with helium.
+    np.testing.assert_allclose(flow.density(1e5, 300, [28.9647e-3, 4.0026e-3]), [1.1612, 0.16047], rtol=1e-4)
+    for mass in (0, -0.029, float("nan"), float("inf"), [0.029, 0.0]):
+        with pytest.raises(ValueError, match="molar masses must be positive and finite"):
+            flow.density(101325, 300, mass)
+    for mass in (28.97, [0.029, 1.008]):
+        with pytest.raises(ValueError, match="kg/mol, which no gas has: divide g/mol by 1000"):
+            flow.density(101325, 300, mass)
+    with pytest.raises(TypeError, match="molar_mass must be an array of real numbers"):
+        flow.density(101325, 300, "air")
 
 
 def test_mistakes_are_named(box, tmp_path):
