@@ -102,9 +102,9 @@ def bos(
 ) -> Bos:
     """Render a background with and without a flow before it, and what moved by how much.
 
-    Both pictures are made of the same rays, so that they differ by the flow alone. The displacement is that of rays, without noise but for
-    where a pixel's rays go (docs/theory.md#displacement). Windows and water before the background bend rays in both pictures, and do not count; the displacement
-    is then of first order, of a background without steps in depth, and errors and spreads are upper bounds.
+    Both pictures are made of the same rays, so that they differ by the flow alone. The displacement is that of rays, to their tolerance, without
+    noise but for where a pixel's rays go (docs/theory.md#displacement). Windows and water before the background bend rays in both pictures, and do
+    not count; the displacement is then of first order, of a background without steps in depth, and errors and spreads are upper bounds.
 
     Parameters
     ----------
