@@ -1,13 +1,20 @@
 """The documents: their Python code and scenes, as they stand there, and their links."""
 
+import os
 import re
+import subprocess
 
 import morgana
 import pytest
-from conftest import ROOT
+from conftest import PROGRAM, ROOT
 
 PAGES = sorted(path.relative_to(ROOT).as_posix() for folder in ["start", "guides"] for path in (ROOT / "docs" / folder).glob("*.md"))
 """Pages of the tutorial and of the guides."""
+LINKED = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md"]
+LINKED += sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "docs").rglob("*.md"))
+"""Pages whose links are followed."""
+MADE = ("plugins/", "command-line.md")
+"""Pages of docs/reference that the site alone has."""
 
 
 def blocks(name, language):
@@ -41,23 +48,63 @@ def test_scenes_load(name, tmp_path):
             morgana.load_file(path)
 
 
+def commands(name):
+    """The commands of a page, each with what it prints."""
+    return [tuple(part.split("\n", 1)) for block in blocks(name, "console") for part in re.split(r"^\$ ", block, flags=re.MULTILINE)[1:]]
+
+
+@pytest.mark.parametrize(
+    "command, printed", [each for name in PAGES for each in commands(name) if each[0].startswith("morgana info scenes/")]
+)
+def test_info_is_as_pages_show_it(command, printed, tmp_path):
+    (tmp_path / "scenes").symlink_to(ROOT / "scenes")
+    path = {**os.environ, "PATH": f"{PROGRAM.parent}{os.pathsep}{os.environ['PATH']}"}
+    done = subprocess.run(command, shell=True, cwd=tmp_path, env=path, capture_output=True, text=True, check=True)
+    # Pages leave notes about Mitsuba out.
+    assert done.stdout.split("\n\nnote: ")[0].rstrip() == printed.rstrip()
+
+
+def prose(path):
+    """A document without its code."""
+    return re.sub(r"^```.*?^```", "", path.read_text(), flags=re.DOTALL | re.MULTILINE)
+
+
 def anchors(path):
     """The anchors that GitHub gives the headings of a document."""
-    text = re.sub(r"^```.*?^```", "", path.read_text(), flags=re.DOTALL | re.MULTILINE)
-    headings = re.findall(r"^#+ (.*)", text, re.MULTILINE)
+    headings = re.findall(r"^#+ (.*)", prose(path), re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
-@pytest.mark.parametrize("name", ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md"])
+@pytest.mark.parametrize("name", LINKED)
 def test_links_lead_somewhere(name):
-    targets = re.findall(r"\]\((?!https?:)([^)]*)\)", (ROOT / name).read_text())
+    page = ROOT / name
+    targets = re.findall(r"\]\((?!https?:)([^)]*)\)", prose(page))
     broken = []
     for target in targets:
         file, _, anchor = target.partition("#")
-        path = ROOT / (file or name)
+        path = page.parent / file if file else page
+        if name.startswith("docs/reference/") and file.startswith(MADE):
+            continue
         if not path.exists() or (anchor and anchor not in anchors(path)):
             broken.append(target)
     assert broken == []
+
+
+def test_crates_are_called_as_the_reference_says():
+    page = (ROOT / "docs/reference/rust.md").read_text()
+    listed = dict(re.findall(r"^\| `(morgana-\w+)` \|(?: `(\w+)`)? \|", page, re.MULTILINE))
+    named = dict(re.findall(r'^(morgana-\w+) = \{ path = "../morgana/([^"]+)" \}', "".join(blocks("docs/reference/rust.md", "toml")), re.MULTILINE))
+    assert named and named.keys() <= listed.keys()
+    found = {}
+    for folder in sorted((ROOT / "crates").iterdir()):
+        manifest = (folder / "Cargo.toml").read_text()
+        package = re.search(r'^name = "(.*)"', manifest, re.MULTILINE)[1]
+        library = re.search(r'^\[lib\]\nname = "(.*)"', manifest, re.MULTILINE)
+        has_library = (folder / "src/lib.rs").exists()
+        if "publish = false" not in manifest:
+            found[package] = library[1] if library else package.replace("-", "_") if has_library else ""
+        assert package not in named or ROOT / named[package] == folder
+    assert listed == found
 
 
 def test_sources_cite_documents_that_exist():
