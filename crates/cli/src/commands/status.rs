@@ -5,20 +5,48 @@ use crate::command_error::{CommandError, warn};
 use crate::numbers;
 use crate::output::say;
 use io::diagnostic::shown;
-use io::part::{Header, Part};
+use io::part::{Body, Header, Part};
 use serde_json::{Value, json};
 use std::io::Write;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
-use transport::render::Ranges;
+use transport::render::{MeasureOptions, Ranges};
 
 /// A part that was found.
 struct PartFile {
     path: PathBuf,
     header: Header,
     done: Ranges,
+    /// Samples are taken so many at a time.
+    unit: u64,
+}
+
+impl PartFile {
+    fn new(path: PathBuf, Part { header, body }: Part) -> Self {
+        PartFile {
+            path,
+            header,
+            done: body.done().clone(),
+            unit: match body {
+                Body::Image(_) => 1,
+                Body::Meters(_) => MeasureOptions::UNIT,
+            },
+        }
+    }
+
+    /// The samples that a shard has when it is complete; those of this part without one.
+    fn range(&self, shard: Option<[u64; 2]>) -> Range<u64> {
+        let shard = shard.or(self.header.shard);
+        let header = Header {
+            shard,
+            ..self.header.clone()
+        };
+        let Range { start, end } = header.range();
+        let whole = |n: u64| n.checked_next_multiple_of(self.unit).unwrap_or(n);
+        whole(start)..whole(end)
+    }
 }
 
 /// Says what is there and what is missing; 1 if something is.
@@ -26,11 +54,7 @@ pub fn status(args: &StatusArgs) -> Result<ExitCode, CommandError> {
     let (mut found, mut unreadable) = (Vec::<PartFile>::new(), Vec::new());
     for path in &args.parts {
         match Part::read(path) {
-            Ok(Part { header, body }) => found.push(PartFile {
-                path: path.clone(),
-                header,
-                done: body.done().clone(),
-            }),
+            Ok(part) => found.push(PartFile::new(path.clone(), part)),
             Err(error) => unreadable.push(error.to_string()),
         }
     }
@@ -104,13 +128,7 @@ impl Overview {
             .iter()
             .find_map(|p| p.header.shard)
             .map_or(0, |[_, n]| n);
-        let is_missing = |index: &u64| {
-            let shard = Header {
-                shard: Some([*index, count]),
-                ..header.clone()
-            };
-            !missing(shard.range()).is_empty()
-        };
+        let is_missing = |index: &u64| !missing(found[0].range(Some([*index, count]))).is_empty();
         Overview {
             done: all.count(),
             twice,
@@ -192,7 +210,7 @@ fn part_end(done: &Ranges) -> u64 {
 /// Whether a part has all that it is to have; none if it has no limit.
 fn complete(part: &PartFile) -> Option<bool> {
     let limited = part.header.total.is_some();
-    limited.then(|| part.done.gaps(part.header.range()).is_empty())
+    limited.then(|| part.done.gaps(part.range(None)).is_empty())
 }
 
 fn line(part: &PartFile) -> String {

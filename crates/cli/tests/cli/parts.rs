@@ -96,6 +96,22 @@ fn shards_of_measurements_are_the_whole() {
             "render scene.xml --particles 10000 --shard {i}/3 -o {i}.part"
         ));
     }
+    // Particles are followed in groups of 64, which none of the shards divides.
+    let text = folder.succeed("status 0.part 1.part 2.part");
+    assert!(text.matches(", complete").count() == 3, "{text}");
+    assert!(!text.contains("incomplete"), "{text}");
+    for (parts, missing) in [
+        ("0.part 1.part", "2"),
+        ("0.part 2.part", "1"),
+        ("1.part 2.part", "0"),
+    ] {
+        assert_eq!(
+            folder
+                .output(1, &format!("status --missing {parts}"))
+                .trim(),
+            missing
+        );
+    }
     let status = folder.succeed("status 0.part 1.part 2.part");
     assert!(status.contains("10048 of 10048 samples"), "{status}");
     folder.succeed("merge 0.part 1.part 2.part -o all.npz -o all.h5");

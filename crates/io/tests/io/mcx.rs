@@ -187,12 +187,53 @@ fn shapes_are_drawn_one_over_the_other() {
     ] {
         let mut file = input();
         file["Shapes"] = json!([{"Grid": {"Tag": 1, "Size": [10, 8, 12]}}, shape]);
-        let loaded = load(&file).unwrap_or_else(|e| panic!("{shape}: {e}"));
-        let found = [inside, outside].map(|voxel| absorption(&loaded, voxel));
+        // Where positions count from 1, those of boxes, subgrids and cylinders do, too, as MCX-CL draws them.
+        let counts = ["Box", "Subgrid", "Cylinder"]
+            .iter()
+            .any(|kind| shape.get(kind).is_some());
+        for origin in [1, 0] {
+            file["Domain"]["OriginType"] = json!(origin);
+            let loaded = load(&file).unwrap_or_else(|e| panic!("{shape}: {e}"));
+            let shift = if counts && origin == 0 { 1.0 } else { 0.0 };
+            let found =
+                [inside, outside].map(|voxel| absorption(&loaded, voxel.map(|i| i - shift)));
+            assert!(
+                (found[0] - 0.5).abs() < 1e-9 && (found[1] - 0.01).abs() < 1e-9,
+                "{shape}: {found:?}"
+            );
+        }
+    }
+}
+
+/// Photons start in the voxel that holds the source, also from its corner, and from the side of the volume along it.
+#[test]
+fn pencils_on_edges_of_voxels_stay_in_one() {
+    for (position, direction, column) in [
+        ([5, 4, 0], [0, 0, 1], [5, 4, 0]),
+        ([0, 4, 3], [1, 0, 0], [0, 4, 3]),
+    ] {
+        let mut file = input();
+        file["Shapes"] = json!([{"Grid": {"Tag": 1, "Size": [10, 8, 12]}}]);
+        file["Domain"]["Media"][1] = json!({"mua": 0.1, "mus": 0, "g": 1, "n": 1.37});
+        file["Session"]["DoMismatch"] = json!(0);
+        file["Optode"]["Source"]["Pos"] = json!(position);
+        file["Optode"]["Source"]["Dir"] = json!(direction);
+        let loaded = load(&file).unwrap();
+        let run = Run {
+            total: Some(2000),
+            ..Run::new(&loaded)
+        };
+        let readings = run.measure().unwrap().readings;
+        // Cells are [z, y, x]; what is left of 1 J passes the voxels of one column, of half a millimetre.
+        let fluence = &readings[0][0].mean;
+        let of = |[x, y, z]: [usize; 3]| fluence[(z * 8 + y) * 10 + x] * 0.125;
+        let expected = (1.0 - (-0.05_f64).exp()) / 0.1;
         assert!(
-            (found[0] - 0.5).abs() < 1e-9 && (found[1] - 0.01).abs() < 1e-9,
-            "{shape}: {found:?}"
+            (of(column) - expected).abs() < 1e-3 * expected,
+            "{position:?}"
         );
+        let beside = fluence.iter().filter(|v| **v > 0.0).count();
+        assert_eq!(beside, if position[2] == 0 { 12 } else { 10 });
     }
 }
 

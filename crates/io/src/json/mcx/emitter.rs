@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// A beam without width, and a slit without height, in voxels.
-const THIN: f64 = 1e-4;
+const THIN: f64 = 1e-6;
 /// How far the plane of a source may lean, as a sine.
 const LEAN: f64 = 1e-6;
 /// What is read of a source.

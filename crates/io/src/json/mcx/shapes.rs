@@ -6,8 +6,13 @@ use super::labels::Labels;
 use super::{Reader, field, numbers};
 use glam::DVec3;
 
-/// Draws shapes into a volume, which a `Grid` makes anew; `None` after an error.
-pub(super) fn draw(shapes: &Node, start: Option<Labels>, reader: &mut Reader) -> Option<Labels> {
+/// Draws shapes into a volume, which a `Grid` makes anew; `None` after an error. The first voxel is at `origin`.
+pub(super) fn draw(
+    shapes: &Node,
+    start: Option<Labels>,
+    origin: DVec3,
+    reader: &mut Reader,
+) -> Option<Labels> {
     let errors = reader.diagnostics.error_count();
     let Json::Array(items) = &shapes.json else {
         reader.error(shapes, "Shapes is a list of shapes, or an array of JData");
@@ -15,7 +20,7 @@ pub(super) fn draw(shapes: &Node, start: Option<Labels>, reader: &mut Reader) ->
     };
     let mut canvas = Canvas {
         labels: start,
-        origin: DVec3::ZERO,
+        origin,
     };
     for item in items {
         let Json::Object(entries) = &item.json else {

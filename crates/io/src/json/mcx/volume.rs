@@ -8,17 +8,21 @@ use crate::element::Element;
 use crate::input;
 use crate::scene::Tensor;
 use crate::volume::{AxisOrder, Format, Options, Volume};
+use glam::DVec3;
 use std::path::Path;
 
 /// The labels that a file describes; `None` after an error.
 pub(super) fn labels(root: &Node, domain: &Node, reader: &mut Reader) -> Option<Labels> {
     let size = field(domain, "Dim").and_then(numbers).and_then(sizes);
+    // As in MCX, the first voxel of shapes is at 1 unless positions count from 0.
+    let from_zero = reader.number_or(domain, "OriginType", 0.0) != 0.0;
+    let origin = if from_zero { DVec3::ZERO } else { DVec3::ONE };
     let mut labels = match field(domain, "VolumeFile") {
         Some(Node {
             json: Json::String(name),
             ..
         }) if name.is_empty() => None,
-        Some(file) => Some(from_file(file, size, reader)?),
+        Some(file) => Some(from_file(file, size, origin, reader)?),
         None => None,
     };
     if let Some(held) = field(domain, "Volume") {
@@ -28,7 +32,7 @@ pub(super) fn labels(root: &Node, domain: &Node, reader: &mut Reader) -> Option<
         labels = size.and_then(|size| Labels::filled(size, 0.0));
     }
     if let Some(shapes) = field(root, "Shapes") {
-        labels = drawn(shapes, labels, reader);
+        labels = drawn(shapes, labels, origin, reader);
     }
     if labels.is_none() {
         reader.error(
@@ -40,11 +44,16 @@ pub(super) fn labels(root: &Node, domain: &Node, reader: &mut Reader) -> Option<
 }
 
 /// Shapes over labels, or an array in their place.
-fn drawn(shapes: &Node, start: Option<Labels>, reader: &mut Reader) -> Option<Labels> {
+fn drawn(
+    shapes: &Node,
+    start: Option<Labels>,
+    origin: DVec3,
+    reader: &mut Reader,
+) -> Option<Labels> {
     if jdata::is_one(shapes) {
         annotated(shapes, reader)
     } else {
-        shapes::draw(shapes, start, reader)
+        shapes::draw(shapes, start, origin, reader)
     }
 }
 
@@ -91,7 +100,12 @@ fn sizes(numbers: Vec<f64>) -> Option<[usize; 3]> {
 }
 
 /// The labels of a file of shapes, of raw bytes, or of another known format.
-fn from_file(file: &Node, size: Option<[usize; 3]>, reader: &mut Reader) -> Option<Labels> {
+fn from_file(
+    file: &Node,
+    size: Option<[usize; 3]>,
+    origin: DVec3,
+    reader: &mut Reader,
+) -> Option<Labels> {
     let Json::String(name) = &file.json else {
         reader.error(file, "VolumeFile is the name of a file");
         return None;
@@ -99,7 +113,7 @@ fn from_file(file: &Node, size: Option<[usize; 3]>, reader: &mut Reader) -> Opti
     let path = file.location.source().directory().join(name);
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
     let read = match extension.to_ascii_lowercase().as_str() {
-        "json" => return from_shapes(&path, file, size, reader),
+        "json" => return from_shapes(&path, (file, size), origin, reader),
         "bin" => raw(&path, size),
         _ if Format::of(&path).is_some() => known(&path),
         _ => Err(format!(
@@ -112,8 +126,8 @@ fn from_file(file: &Node, size: Option<[usize; 3]>, reader: &mut Reader) -> Opti
 
 fn from_shapes(
     path: &Path,
-    file: &Node,
-    size: Option<[usize; 3]>,
+    (file, size): (&Node, Option<[usize; 3]>),
+    origin: DVec3,
     reader: &mut Reader,
 ) -> Option<Labels> {
     let errors = reader.diagnostics.error_count();
@@ -129,7 +143,7 @@ fn from_shapes(
         return None;
     };
     let start = size.and_then(|size| Labels::filled(size, 0.0));
-    drawn(shapes, start, reader)
+    drawn(shapes, start, origin, reader)
 }
 
 /// A byte for each voxel, x fastest.
