@@ -134,10 +134,13 @@ def derivatives(
     found: Dict[str, Tuple[Doubles, Doubles]] = {}
     if indices:
         with Bar(scene, wanted["samples"], None, progress) as tick:
-            by_indices, (paths, lost) = _morgana.differentiate_index(scene, wanted, indices, flat[0], layered, tick)
+            by_indices, (paths, lost), dominated = _morgana.differentiate_index(scene, wanted, indices, flat[0], layered, tick)
         found.update(zip(indices, by_indices))
         if lost:
             warnings.warn(f"{lost} of {paths} paths were lost, and what they would bring is missing from derivatives by an index", SceneWarning, stacklevel=2)
+        if dominated:
+            message = "single batches of samples make nearly all of the scatter of derivatives by an index, whose values and errors are not to be trusted"
+            warnings.warn(f"{message}: rays that total reflection catches bring more the longer they go, so give paths a max_depth", SceneWarning, stacklevel=2)
     if others:
         with Bar(scene, wanted["samples"], None, progress) as tick:
             found.update(zip(others, _morgana.differentiate(scene, wanted, by, flat, layered, tick)))

@@ -247,7 +247,7 @@ def differentiate_index(
     weights: NDArray[np.float64],
     layered: bool,
     tick: Optional[Callable[[int], None]],
-) -> Tuple[List[Tuple[NDArray[np.float64], NDArray[np.float64]]], Tuple[int, int]]: ...
+) -> Tuple[List[Tuple[NDArray[np.float64], NDArray[np.float64]]], Tuple[int, int], bool]: ...
 def jacobian(
     scene: Scene,
     limits: Limits,

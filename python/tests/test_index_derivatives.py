@@ -171,7 +171,7 @@ def test_polarised_light_is_refused():
 def test_lost_paths_are_counted(monkeypatch):
     """That there are some takes long: between perfect mirrors."""
     found = morgana.derivatives(load(foggy()), ["fog.ior"], weights(), spp=2)["fog.ior"]
-    monkeypatch.setattr(morgana._morgana, "differentiate_index", lambda *_: ([(found.value, found.error)], (48, 3)))
+    monkeypatch.setattr(morgana._morgana, "differentiate_index", lambda *_: ([(found.value, found.error)], (48, 3), False))
     with pytest.warns(morgana.SceneWarning, match="3 of 48 paths were lost"):
         assert morgana.derivatives(load(foggy()), ["fog.ior"], weights(), spp=2)["fog.ior"] == found
 
@@ -195,3 +195,19 @@ def test_a_panel_must_be_dark_at_its_edge():
     assert np.isfinite(found.value).all() and np.abs(found.value).max() > 0
     with pytest.raises(morgana.RenderError, match="'panel' must be dark at its edge"):
         morgana.derivatives(panel(window + 0.1), ["fog.ior"], weights(), spp=16)
+
+
+def test_derivatives_that_single_paths_make_up_are_told():
+    """From within a steep ball of thin fog, rays that total reflection catches bring more the longer they go; short paths are fine."""
+    steep = {"type": "linear_square", "n0": 5.5**0.5, "slope": [4.0, 0, 0]}
+    scene = foggy(steep)
+    scene["ball"]["bsdf"] = {"type": "dielectric"}
+    scene["ball"]["interior"].update(sigma_t=0.02)
+    inside = {"origin": [-0.5, 0, 0], "target": [-1, 0.6, 0], "up": [0, 0, 1]}
+    scene["sensor"].update(fov=100, to_world=[{"lookat": inside}])
+    scene["integrator"] = {"type": "path", "max_depth": 2}
+    short = morgana.derivatives(load(scene), ["fog.ior.n0"], weights(), spp=128)["fog.ior.n0"]
+    assert abs(short.value) < 100
+    scene["integrator"] = {"type": "path", "max_depth": -1}
+    with pytest.warns(morgana.SceneWarning, match="single batches of samples make nearly all of the scatter"):
+        morgana.derivatives(load(scene), ["fog.ior.n0"], weights(), spp=128)

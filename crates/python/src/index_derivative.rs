@@ -24,7 +24,8 @@ struct Wanted<'n> {
 }
 
 /// Derivatives of Σ weights × picture, or, if they are `layered`, of all its layers, one after the other, by indices: `MEDIUM.ior`, by the samples [z, y, x] of a grid or by all parameters of another field in a row, and
-/// `MEDIUM.ior.NAME`, by one parameter. And the number of paths, and of those that were given up.
+/// `MEDIUM.ior.NAME`, by one parameter. And the number of paths, and of those that were given up; and
+/// whether single batches of samples make nearly all of the scatter.
 #[pyfunction]
 pub fn differentiate_index<'py>(
     py: Python<'py>,
@@ -34,7 +35,7 @@ pub fn differentiate_index<'py>(
     weights: PyReadonlyArray1<'py, f64>,
     layered: bool,
     tick: Option<Py<PyAny>>,
-) -> PyResult<(Vec<Doubles<'py>>, [u64; 2])> {
+) -> PyResult<(Vec<Doubles<'py>>, [u64; 2], bool)> {
     let loaded = &scene.get().loaded;
     let (wanted, media) = asked(loaded, &names)?;
     let options = IndexDerivativeOptions {
@@ -63,7 +64,7 @@ pub fn differentiate_index<'py>(
     });
     let each: PyResult<Vec<_>> = each.collect();
     let lost = found.stats.lost + found.stats.not_finite;
-    Ok((each?, [found.stats.paths, lost]))
+    Ok((each?, [found.stats.paths, lost], found.dominated))
 }
 
 /// How derivatives are taken, but for samples and weights.

@@ -160,7 +160,14 @@ pub(super) struct BatchMoments {
     sums: Vec<f64>,
     /// Of squares of the sums of batches, over their numbers of replicates.
     squares: Vec<f64>,
+    /// The largest of these.
+    largest: Vec<f64>,
 }
+
+/// A batch with a larger share of the scatter outweighs all others,
+const MOST_SHARE: f64 = 0.9;
+/// if there are at least so many.
+const LEAST_BATCHES: f64 = 16.0;
 
 impl BatchMoments {
     fn new(count: usize) -> Self {
@@ -169,6 +176,7 @@ impl BatchMoments {
             batches: 0.0,
             sums: vec![0.0; count],
             squares: vec![0.0; count],
+            largest: vec![0.0; count],
         }
     }
 
@@ -178,10 +186,12 @@ impl BatchMoments {
         self.batches += 1.0;
         let (per_sample, per_replicate) = (1.0 / size, 1.0 / replicates);
         let moments = self.sums.iter_mut().zip(&mut self.squares);
-        for ((sum, square), value) in moments.zip(batch) {
+        for (((sum, square), largest), value) in moments.zip(&mut self.largest).zip(batch) {
             let value = value * per_sample;
+            let of_batch = value * value * per_replicate;
             *sum += value;
-            *square += value * value * per_replicate;
+            *square += of_batch;
+            *largest = largest.max(of_batch);
         }
     }
 
@@ -201,11 +211,40 @@ impl BatchMoments {
         }
     }
 
+    /// Whether single batches, of many, make nearly all of the scatter of sums: of those of most of it, for a few that hardly any path adds to do not matter.
+    pub(super) fn is_dominated(&self, slots: Range<usize>) -> bool {
+        let outweighs = |slot: &usize| self.largest[*slot] > MOST_SHARE * self.squares[*slot];
+        let scatter = |slots: &mut dyn Iterator<Item = usize>| -> f64 {
+            slots.map(|slot| self.squares[slot]).sum()
+        };
+        let all = scatter(&mut slots.clone());
+        self.batches >= LEAST_BATCHES && scatter(&mut slots.filter(outweighs)) > 0.5 * all
+    }
+
     /// The mean of a sum, and its standard error.
     pub(super) fn mean(&self, slot: usize) -> (f64, f64) {
         let mean = self.sums[slot] / self.replicates;
         let spread = self.squares[slot] - self.sums[slot] * mean;
         let variance = spread.max(0.0) / (self.batches - 1.0) / self.replicates;
         (mean, variance.sqrt())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_batch_that_outweighs_the_others_is_noticed() {
+        let mut moments = BatchMoments::new(4);
+        for i in 0..32 {
+            let (spread, rare) = (f64::from(i % 5) - 2.0, if i == 8 { 40.0 } else { 1.0 });
+            let large = 100.0 * spread;
+            moments.add(&[spread, spread * rare, 1.0 + rare, large], 2.0, 8.0);
+        }
+        let found = [0..1, 1..2, 2..3, 0..3].map(|slots| moments.is_dominated(slots));
+        assert_eq!(found, [false, true, true, true]);
+        // Beside a sum with much more scatter, that of all batches, they do not count.
+        assert!(!moments.is_dominated(0..4));
     }
 }

@@ -45,6 +45,9 @@ pub struct IndexDerivatives {
     pub by: Vec<Derivative>,
     /// Σ weight × image of the same paths, and its standard error: what they say of the loss itself.
     pub value: (f64, f64),
+    /// Whether the scatter of derivatives by a medium comes nearly all from single ones of many batches of samples, so that neither means nor errors are
+    /// to be trusted: what rays that are caught bring has no finite variance (docs/theory.md#derivatives-by-the-index-behind-scattering).
+    pub dominated: bool,
     /// What happened.
     pub stats: Stats,
 }
@@ -177,6 +180,7 @@ fn blank(scene: &Scene, plan: &IndexPlan) -> IndexDerivatives {
     IndexDerivatives {
         by: plan.counts(scene).into_iter().map(of).collect(),
         value: (0.0, 0.0),
+        dominated: false,
         stats: Stats::default(),
     }
 }
@@ -188,7 +192,18 @@ fn enter(moments: &BatchMoments, into: &mut IndexDerivatives) {
         *value += mean;
         *error = error.hypot(own);
     };
-    let IndexDerivatives { by, value, .. } = into;
+    let IndexDerivatives {
+        by,
+        value,
+        dominated,
+        ..
+    } = into;
+    let mut first = 1;
+    for derivative in by.iter() {
+        let slots = first..first + derivative.values.len();
+        first = slots.end;
+        *dominated |= moments.is_dominated(slots);
+    }
     add((&mut value.0, &mut value.1), 0);
     let each = by
         .iter_mut()
