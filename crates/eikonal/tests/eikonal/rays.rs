@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use morgana_eikonal::field::{
-    Acoustic, AcousticMode, Fisheye, Gaussian, LinearSquare, Luneburg, Selfoc,
+    Acoustic, AcousticMode, Constant, Fisheye, Gaussian, LinearSquare, Luneburg, Selfoc,
 };
 use morgana_eikonal::ray::{Flow, Node, Step, StopCondition, Tangents, march, perpendicular_basis};
 use morgana_eikonal::{Field, Tolerance, Work};
@@ -359,4 +359,42 @@ fn marches_stop_where_they_should() {
         |_, _| {},
     );
     assert!(!limited.stopped && (limited.arc_length - 2.0).abs() < 1e-12);
+}
+
+/// Limits that are none, directions of any length, and events that never happen.
+#[test]
+fn marches_end() {
+    let tolerance = Tolerance::default();
+    let x = DVec3::new(-1.0, 0.05, 0.0);
+    for field in [gaussian(), Constant::new(1.2).into()] {
+        let go = |limit: f64, direction: DVec3| {
+            let stop = StopCondition::ArcLength(2.0);
+            march(&field, x, direction, &stop, limit, tolerance, |_, _| {})
+        };
+        for limit in [0.0, -1.0, f64::NAN] {
+            let found = go(limit, DVec3::X);
+            assert_eq!((found.x, found.arc_length, found.stopped), (x, 0.0, false));
+        }
+        let expected = go(10.0, DVec3::X);
+        assert!(expected.stopped);
+        for (limit, direction) in [(f64::INFINITY, 1.0), (1e300, 1.0), (10.0, 7.0)] {
+            let found = go(limit, DVec3::X * direction);
+            assert!(found.stopped && (found.x - expected.x).length() < 1e-6);
+            assert!((found.optical_length - expected.optical_length).abs() < 1e-6);
+        }
+        assert!(!go(10.0, DVec3::ZERO).stopped);
+    }
+    // A ray that circles in a fisheye never gets to a surface.
+    let fisheye = Fisheye::new(1.5, DVec3::ZERO, 1.0).unwrap().into();
+    let never = StopCondition::Surface(&|_| None);
+    let found = march(
+        &fisheye,
+        DVec3::X,
+        DVec3::Y,
+        &never,
+        f64::INFINITY,
+        tolerance,
+        |_, _| {},
+    );
+    assert!(!found.stopped && found.x.is_finite());
 }

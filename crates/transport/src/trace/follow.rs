@@ -197,7 +197,7 @@ impl TracedRay<'_> {
             let end = step.arc.theta_at_length(left);
             self.line.advance(field, &step, theta.min(end), self.medium);
             self.steps += 1;
-            if end < theta || self.max_length - self.line.length <= 1e-12 * self.line.length {
+            if end < theta || self.line.reaches(self.max_length) {
                 return Some(TraceEnding::Length);
             }
             if let Some((object, hit)) = hit {

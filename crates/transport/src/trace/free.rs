@@ -47,7 +47,7 @@ pub fn follow_field(
         // A step of the remaining length of σ may be longer than that where the index grows.
         let end = step.arc.theta_at_length(left);
         line.advance(field, &step, end.min(1.0), medium);
-        if end < 1.0 || length - line.length <= 1e-12 * length {
+        if end < 1.0 || line.reaches(length) {
             return line.end(TraceEnding::Length);
         }
     }

@@ -53,6 +53,12 @@ impl<'a> Line<'a> {
         }
     }
 
+    /// Whether it is as long as that, but for what rounding, of lengths and of positions, leaves.
+    pub(super) fn reaches(&self, length: f64) -> bool {
+        let place = self.points.last().map_or(0.0, |point| point.x.length());
+        length - self.length <= 1e-12 * length + 4.0 * f64::EPSILON * place
+    }
+
     /// The ray is reflected into the unit direction `toward`.
     pub(super) fn reflect(&mut self, toward: DVec3) {
         self.difference.reflect(toward, &mut Work::default());

@@ -1,12 +1,14 @@
 //! Single rays through scenes.
 
-use crate::common::{camera, container, fog, parts, sky, vacuum};
-use eikonal::field::LinearIndex;
-use glam::DVec3;
+use crate::common::{camera, container, fog, glass, parts, sky, vacuum};
+use eikonal::Tolerance;
+use eikonal::field::{Constant, LinearIndex, LinearSquare};
+use glam::{DVec2, DVec3};
 use morgana_transport::Scene;
 use morgana_transport::bsdf::Bsdf;
 use morgana_transport::shape::Sphere;
-use morgana_transport::trace::{TraceEnding, Tracer};
+use morgana_transport::trace::{TraceEnding, Tracer, follow_field};
+use testkit::Rng;
 
 /// A ball of radius 1 whose index grows along y.
 fn graded_ball() -> Scene {
@@ -53,5 +55,74 @@ fn rays_from_afar() {
             let crosses = path.points.iter().any(|p| p.medium == 1);
             assert_eq!(crosses, ending == TraceEnding::Left, "{distance}");
         }
+    }
+}
+
+/// Where n² grows evenly along z, v_x and v_y are conserved, whatever the length at which a ray is cut.
+#[test]
+fn rays_that_end_at_a_length_have_the_direction_of_their_field() {
+    let field = LinearSquare::new(1.5, DVec3::Z * 0.2, DVec3::ZERO).unwrap();
+    let cube = container(Sphere::around(DVec3::ZERO, 4.0).unwrap(), Bsdf::Null);
+    let media = vec![vacuum(), fog(field.clone(), 0.1, 0.9, 0.0)];
+    let sensor = camera(DVec3::NEG_Z * 9.0, DVec3::ZERO);
+    let scene = Scene::new(parts(vec![cube], media, vec![sky()], sensor)).unwrap();
+    let (field, mut rng) = (field.into(), Rng::new(2));
+    for length in [1e-5, 1e-3, 0.1, 1.0, 3.0] {
+        let tracer = Tracer::new(&scene, Some(length));
+        for _ in 0..300 {
+            let x = 0.5 * DVec3::from_array(rng.direction());
+            let direction = DVec3::from_array(rng.direction());
+            // The length of a direction does not matter.
+            let alone = follow_field(&field, scene.tolerance(), x, 3.0 * direction, length, None);
+            for path in [alone, tracer.follow(x, 0.5 * direction)] {
+                assert_eq!(path.ending, TraceEnding::Length);
+                let (start, end) = (path.points[0], path.points.last().unwrap());
+                assert!((end.arc_length - length).abs() < 1e-6 * length);
+                let n = |x: DVec3| (2.25 + 0.2 * x.z).sqrt();
+                let conserved = DVec2::new(direction.x, direction.y) * n(start.x) / n(end.x);
+                let off = (DVec2::new(end.direction.x, end.direction.y) - conserved).length();
+                assert!(
+                    off < 2e-6 && (end.index / n(end.x) - 1.0).abs() < 2e-6,
+                    "{length}: {off}"
+                );
+            }
+        }
+    }
+}
+
+/// A ray of no length ends where it starts; one without end goes on as far as it may.
+#[test]
+fn lengths_that_are_no_lengths() {
+    let tolerance = Tolerance::default();
+    let follow = |length: f64| {
+        let field = Constant::new(1.5).into();
+        follow_field(&field, tolerance, DVec3::ZERO, DVec3::X, length, None)
+    };
+    for length in [0.0, -1.0, f64::NAN] {
+        let path = follow(length);
+        assert_eq!((path.points.len(), path.ending), (1, TraceEnding::Length));
+    }
+    let path = follow(f64::INFINITY);
+    assert!(path.points.iter().all(|p| p.x.is_finite()));
+}
+
+/// What is far away does not change how a ball refracts: rays start close enough to its surface.
+#[test]
+fn refraction_does_not_depend_on_the_extent_of_the_scene() {
+    let end = |far: f64| {
+        let ball = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), glass());
+        let mark = container(Sphere::around(DVec3::Y * far, 1.0).unwrap(), Bsdf::Null);
+        let media = vec![vacuum(), fog(Constant::new(1.5), 0.0, 0.0, 0.0)];
+        let sensor = camera(DVec3::NEG_Z * 4.0, DVec3::ZERO);
+        let scene = Scene::new(parts(vec![ball, mark], media, vec![sky()], sensor)).unwrap();
+        let path = Tracer::new(&scene, None).follow(DVec3::new(0.6, 0.0, -3.0), DVec3::Z);
+        path.points.last().unwrap().direction
+    };
+    // Twice refracted by asin(0.6) − asin(0.4).
+    let angle = 2.0 * (0.6_f64.asin() - 0.4_f64.asin());
+    let exact = DVec3::new(-angle.sin(), 0.0, angle.cos());
+    for (far, bound) in [(3.0, 1e-11), (1e3, 1e-8), (1e5, 1e-6)] {
+        let off = (end(far) - exact).length();
+        assert!(off < bound, "{far}: {off}");
     }
 }

@@ -3,7 +3,7 @@
 use crate::branches::world::Glass;
 use glam::DVec3;
 use morgana_eikonal::connect::{InitialGuess, Pattern, RayFamily, Reach, Unbounded};
-use morgana_eikonal::field::{Constant, Fisheye, Luneburg};
+use morgana_eikonal::field::{Constant, Fisheye, Gaussian, Luneburg};
 use morgana_eikonal::{ConnectingRay, Failure, Field, Solver, Tolerance, World};
 
 const REACH: Reach = Reach {
@@ -107,6 +107,30 @@ fn what_is_not_finite_is_refused() {
         let start = solver.approach(&world, start.family, (), DVec3::Z, &reach, &mut || 0.0);
         assert_eq!(start, None);
         assert!(solver.all(&world, x, (), DVec3::Z, &reach).branches.len() <= 1);
+    }
+}
+
+/// Branches are found within any reach that is long enough, and however far apart the points are, the answer is a failure at worst.
+#[test]
+fn reach_and_distance_may_have_any_size() {
+    let field: Field = Gaussian::new(1.0, 0.8, DVec3::ZERO, 0.5).unwrap().into();
+    let world = Unbounded(&field);
+    let (x, y) = (DVec3::new(0.02, 0.0, -3.0), DVec3::new(0.1, 0.0, 3.0));
+    let mut solver = Solver::new(Tolerance::default());
+    let mut count = |optical_length: f64| {
+        let reach = Reach {
+            optical_length,
+            ..REACH
+        };
+        solver.all(&world, x, (), y, &reach).branches.len()
+    };
+    let expected = count(20.0);
+    assert!(expected >= 3, "{expected}");
+    assert_eq!(count(1e300), expected);
+    assert_eq!(count(f64::INFINITY), expected);
+    for far in [DVec3::X * 1e300, DVec3::Z * f64::INFINITY, DVec3::NAN] {
+        let mut solver = Solver::new(Tolerance::default());
+        assert_eq!(solver.connect(&world, x, (), far), Err(Failure::TooFar));
     }
 }
 
