@@ -46,7 +46,7 @@ def load_file(
         Whether noisy pixels get more of the samples, even if the scene's sampler does not ask for it.
     undisturbed : bool, optional
         Whether media whose index varies get a constant one: that against which the volume tells it (``n0``, ``reference``), or else that of
-        what is around. The scene without its flow.
+        what is around where the boundary does not refract, or else the mean of the index over the boundary. The scene without its flow.
     memory : int, optional
         Bytes that each data file may take once it is read, however small it is. By default 2 GiB, or ten times the file and
         64 MiB if that is more (docs/security.md).

@@ -63,7 +63,7 @@ fn rays_from_afar() {
 fn rays_that_end_at_a_length_have_the_direction_of_their_field() {
     let field = LinearSquare::new(1.5, DVec3::Z * 0.2, DVec3::ZERO).unwrap();
     let cube = container(Sphere::around(DVec3::ZERO, 4.0).unwrap(), Bsdf::Null);
-    let media = vec![vacuum(), fog(field.clone(), 0.1, 0.9, 0.0)];
+    let media = vec![vacuum(), fog(field, 0.1, 0.9, 0.0)];
     let sensor = camera(DVec3::NEG_Z * 9.0, DVec3::ZERO);
     let scene = Scene::new(parts(vec![cube], media, vec![sky()], sensor)).unwrap();
     let (field, mut rng) = (field.into(), Rng::new(2));
