@@ -213,7 +213,8 @@ fn own_box<T: Sample>(volume: &Volume<T>, query: &mut Query) -> DAffine3 {
 fn axes(format: Option<Format>, query: &mut Query) -> Option<AxisOrder> {
     let named = query.has("axis_order");
     match format {
-        Some(format) if format.needs_axis_order() && !named => {
+        // Output files of k-Wave tell what others do not.
+        Some(format) if format.needs_axis_order() && format != Format::Hdf5 && !named => {
             let message = "the format does not say which axis is which: give 'axis_order', \"zyx\" \
                            if the last index runs along x, \"xyz\" if the first does";
             query.error("filename", message);

@@ -135,7 +135,10 @@ fn mistakes_are_named() {
         &without(1),
         "(--dataset, or 'dataset' in a scene); those of '/': Nt, hole, p_final, p_max",
     );
-    refused(&without(2), "which axis is which: give 'axis_order'");
+    refused(
+        &without(2),
+        "which axis is which: give the order of its axes",
+    );
     refused(&without(3), "needs 'placement'");
     let hole = [KWAVE[0], ("string", "dataset", "hole"), KWAVE[2], KWAVE[3]];
     refused(

@@ -172,13 +172,21 @@ fn the_amplitude_of_a_series() {
     let loaded = load(of_scene, STEPS).unwrap();
     check(&loaded, 0.0);
     assert!(loaded.warnings.is_empty(), "{}", loaded.warnings);
-    for (dataset, order) in [("p", "zyx"), ("cuboid", "czyx")] {
+    // Records at a sensor's points say which axis is which, whether a scene does or not.
+    for (dataset, order) in [
+        ("p", json!("zyx")),
+        ("p", json!(null)),
+        ("cuboid", json!("czyx")),
+    ] {
         let of_file =
             json!({"filename": file("sound.h5"), "dataset": dataset, "axis_order": order});
         let loaded = load(of_file, STEPS).unwrap();
         check(&loaded, 0.0);
         assert!(loaded.warnings.is_empty(), "{}", loaded.warnings);
     }
+    let wrong = json!({"filename": file("sound.h5"), "dataset": "p", "axis_order": "xyz"});
+    let error = load(wrong, STEPS).err().unwrap();
+    assert!(error.contains("the order of their axes is czyx"), "{error}");
     let other = json!({
         "filename": file("sound.h5"), "dataset": "p", "axis_order": "zyx", "time_step": 1.3e-7, "periods": 1
     });

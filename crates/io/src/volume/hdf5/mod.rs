@@ -13,7 +13,7 @@ use hdf5_reader::{Dataset, Hdf5File, OpenOptions};
 
 use super::layout::Layout;
 use super::series::{Adder, Plan, Series, SeriesShape};
-use super::{INFLATION, Options, Sample, Volume};
+use super::{AxisOrder, INFLATION, Options, Sample, Volume};
 use crate::element::Encoding;
 use crate::error::{FileError, Problem};
 use crate::input;
@@ -117,7 +117,16 @@ impl Stored {
         shape.extend(complex.then_some(2));
         let recorded = kwave::recorded(file, name, &shape)?;
         let layout = match &recorded {
-            Some(recorded) => recorded.layout,
+            Some(recorded) => {
+                let own = [AxisOrder::ZYX, AxisOrder::CZYX];
+                if options.axes.is_some_and(|axes| !own.contains(&axes)) {
+                    let message =
+                        "records of k-Wave say that the order of their axes is czyx: leave it out"
+                            .into();
+                    return Err(Problem::Unsupported(message));
+                }
+                recorded.layout
+            }
             None => Layout::new(&shape, false, options.axes()?)?,
         };
         let first = recorded.map_or(DVec3::ZERO, |recorded| recorded.first());

@@ -103,7 +103,7 @@ fn every_plugin_with_a_transform_is_here() {
 fn rounded_transforms_show_what_exact_ones_do() {
     let folder = folder();
     // Bins of the adjoint estimate that a pilot learns are edges, too: with this seed no path passes one.
-    let by = ("path", 3);
+    let by = ("path", 5);
     for case in cases::all().iter().chain(&cases::shining()) {
         for (name, map) in maps() {
             let (exact, _) = mean(case, &map, folder.path(), by);
