@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
-from typing import TYPE_CHECKING, Any, List, Optional, Sequence, Tuple, Type, Union
+from typing import TYPE_CHECKING, Any, Iterator, List, Optional, Sequence, Tuple, Type, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,14 +24,17 @@ class Checkpoint:
 
     def __init__(self, path: Union[str, "os.PathLike[str]"], problem: "_Problem", error: Type[Exception]) -> None:
         self.path, self.key, self.error = os.fspath(path), _key(problem), error
+        self.beside = f"{self.path}.part"
         self.saved: Optional[Saved] = self._read() if os.path.exists(self.path) else None
 
     def _read(self) -> Saved:
         try:
-            with np.load(self.path, allow_pickle=False) as file:
+            # Of a file that it has opened itself, NumPy leaves damaged ones open.
+            with open(self.path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
                 key, samples, stopped = str(file["key"]), file["samples"], str(file["stopped"])
                 history = [((int(z), int(y), int(x)), int(number), float(value), int(rays)) for z, y, x, number, value, rays in file["history"]]
-        except (OSError, KeyError, ValueError, EOFError) as problem:
+        except Exception as problem:
+            # Damaged archives raise almost anything: BadZipFile, zlib.error, NotImplementedError, RuntimeError, MemoryError.
             raise self.error(f"{self.path} is no checkpoint of a reconstruction: {problem}") from None
         if key != self.key:
             raise self.error(f"{self.path} is of other rays, data or options: delete it, or name another checkpoint")
@@ -39,10 +43,23 @@ class Checkpoint:
     def save(self, samples: Doubles, history: Sequence[Told], stopped: str) -> None:
         """Replaces the file as a whole: whatever interrupts, it holds one iteration or the next."""
         rows = np.array([(*shape, number, value, rays) for shape, number, value, rays in history], float).reshape(-1, 6)
-        beside = f"{self.path}.part"
-        with open(beside, "wb") as file:
-            np.savez(file, key=self.key, samples=samples, history=rows, stopped=stopped)
-        os.replace(beside, self.path)
+        with self._writing():
+            with open(self.beside, "wb") as file:
+                np.savez(file, key=self.key, samples=samples, history=rows, stopped=stopped)
+            os.replace(self.beside, self.path)
+
+    def refuse_unwritable(self) -> None:
+        """Refuses a file that could not be written, before iterations that take long."""
+        with self._writing():
+            open(self.beside, "wb").close()
+            os.remove(self.beside)
+
+    @contextlib.contextmanager
+    def _writing(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as problem:
+            raise self.error(f"the checkpoint {self.path} cannot be written: {problem.strerror or problem}") from None
 
 
 def _key(problem: "_Problem") -> str:

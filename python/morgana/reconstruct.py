@@ -229,6 +229,8 @@ class _Problem(NamedTuple):
             made = sum(one.shape == stage.grid for one in history)
             if made >= self.iterations:
                 continue
+            if checkpoint is not None:
+                checkpoint.refuse_unwritable()
             level = _Level(self.misfit, stage, self.limits, _resampled(index, stage.grid, _centers(self.misfit.rays)), stage == last)
             index = level.start
             for number, (index, chi_square) in enumerate(level, made + 1):
@@ -331,7 +333,7 @@ def fit(
     Raises
     ------
     ReconstructionError
-        No data, data without noise, shapes that do not fit, a checkpoint of other data, or SciPy is missing.
+        No data, data without noise, shapes that do not fit, a checkpoint of other data, that is damaged, or that cannot be written, or SciPy is missing.
 
     Examples
     --------

@@ -180,6 +180,53 @@ def test_an_interrupted_search_continues(tmp_path):
         reconstruct.fit(rays, true.shape, **data)
 
 
+def small_search(checkpoint, **options):
+    """Two iterations on 4³ samples."""
+    rays = views(2, 4)
+    measured = {"directions": rays.forward(bump(4)).directions, "direction_noise": 1e-5}
+    return reconstruct.fit(rays, (4, 4, 4), **measured, iterations=2, checkpoint=checkpoint, **options)
+
+
+def test_damaged_checkpoints_are_told(tmp_path):
+    file = tmp_path / "jet.npz"
+    found = small_search(file)
+    whole = file.read_bytes()
+    told = 0
+    for place in range(0, len(whole), 29):
+        file.write_bytes(whole[:place] + bytes([whole[place] ^ 0xFF]) + whole[place + 1 :])
+        try:
+            # Some bytes, such as the time of writing, do not matter.
+            assert small_search(file) == found
+        except reconstruct.ReconstructionError as error:
+            assert "jet.npz is no checkpoint of a reconstruction: " in str(error)
+            told += 1
+    assert told > 50
+    for damaged in (b"", whole[: len(whole) // 2], whole[:-1]):
+        file.write_bytes(damaged)
+        with pytest.raises(reconstruct.ReconstructionError, match="jet.npz is no checkpoint of a reconstruction"):
+            small_search(file)
+    np.save(tmp_path / "samples.npy", np.zeros(3))
+    with pytest.raises(reconstruct.ReconstructionError, match="samples.npy is no checkpoint of a reconstruction"):
+        small_search(tmp_path / "samples.npy")
+
+
+def test_checkpoints_that_cannot_be_written_are_refused_at_once(tmp_path):
+    told = []
+    with pytest.raises(reconstruct.ReconstructionError, match="the checkpoint .*jet.npz cannot be written: No such file or directory"):
+        small_search(tmp_path / "results" / "jet.npz", progress=told.append)
+    # For the superuser all folders can be written: here the name of the file that takes its place is taken.
+    (tmp_path / "jet.npz.part").mkdir()
+    with pytest.raises(reconstruct.ReconstructionError, match="the checkpoint .*jet.npz cannot be written"):
+        small_search(tmp_path / "jet.npz", progress=told.append)
+    assert not told
+    (tmp_path / "jet.npz.part").rmdir()
+    found = small_search(tmp_path / "jet.npz")
+    assert [file.name for file in tmp_path.iterdir()] == ["jet.npz"]
+    # A search that has ended needs only to be read.
+    (tmp_path / "jet.npz.part").mkdir()
+    assert small_search(tmp_path / "jet.npz") == found
+
+
 def test_deviations_are_those_of_repeated_measurements():
     # More data than samples. The variance over 10 measurements with noise of their own against that of 10 replicates, both averaged over
     # 3³ free samples: F with at least 9 and 9 degrees of freedom for one sample, and more for their mean. Beyond 5.35 by a chance of 1 in 100
