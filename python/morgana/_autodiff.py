@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._morgana import Field
-from ._system import GradError, Layout, System
+from ._system import GradError, Layout, System, check_samples, check_starts
 
 if TYPE_CHECKING:
     from .grad import Rays
@@ -92,7 +92,7 @@ def torch_function(rays: "Rays", build: Optional[Build]) -> Callable[..., Any]:
     def ends(index: Any, origins: Any = None, directions: Any = None) -> Any:
         names, values = _flat(index, build)
         starts = [torch.tensor(own).to(values[0]) if given is None else given for own, given in zip(rays.starts, (origins, directions))]
-        return Follow.apply(Model(rays, build, names), *values, *starts)
+        return Follow.apply(Model(rays, build, names), *values, *_checked(rays, build, values, starts, torch.broadcast_to))
 
     return ends
 
@@ -110,6 +110,9 @@ def jax_function(rays: "Rays", build: Optional[Build]) -> Callable[..., Any]:
             found = function(*(np.asarray(array, dtype=float) for array in given))
             return tuple(np.asarray(value, shape.dtype) for value, shape in zip(found, shapes))
 
+        if not any(isinstance(array, jax.core.Tracer) for array in arrays):
+            # A callback would wrap errors.
+            return tuple(map(numpy.asarray, on_host(*arrays)))
         return jax.pure_callback(on_host, shapes, *arrays, vmap_method="sequential")
 
     @functools.lru_cache(maxsize=None)
@@ -131,12 +134,27 @@ def jax_function(rays: "Rays", build: Optional[Build]) -> Callable[..., Any]:
         ends.defvjp(forward, backward)
         return ends  # type: ignore[no-any-return, unused-ignore]
 
+    def real(given: Any) -> Any:
+        """An array of real numbers, also of whole ones: ends have the type of their starts."""
+        array = numpy.asarray(given)
+        return array.astype(numpy.result_type(array, float))
+
     def with_starts(index: Any, origins: Any = None, directions: Any = None) -> Any:
-        names, values = _flat(index, build)
-        starts = [own if given is None else given for own, given in zip(rays.starts, (origins, directions))]
-        return differentiable(names)(*map(numpy.asarray, (*values, *starts)))
+        names, given = _flat(index, build)
+        values = list(map(real, given))
+        starts = [real(own if start is None else start) for own, start in zip(rays.starts, (origins, directions))]
+        return differentiable(names)(*values, *_checked(rays, build, values, starts, numpy.broadcast_to))
 
     return with_starts
+
+
+def _checked(rays: "Rays", build: Optional[Build], values: Sequence[Any], starts: Sequence[Any], broadcast_to: Callable[..., Any]) -> Tuple[Any, Any]:
+    """Origins, and a direction for each. Refuses shapes that do not fit."""
+    origins, directions = starts
+    check_starts(tuple(origins.shape), tuple(directions.shape))
+    if build is None:
+        check_samples(tuple(values[0].shape), "the index", rays._box is not None)
+    return origins, broadcast_to(directions, tuple(origins.shape))
 
 
 def _flat(index: Any, build: Optional[Build]) -> Tuple[Tuple[str, ...], Tuple[Any, ...]]:

@@ -222,6 +222,20 @@ def finite(vector: ArrayLike, what: str) -> Doubles:
     return given
 
 
+def check_starts(origins: Tuple[int, ...], directions: Tuple[int, ...]) -> None:
+    """Refuses origins and directions of rays by their shapes."""
+    if len(origins) != 2 or origins[1] != 3 or directions not in (origins, (3,)):
+        raise GradError(f"origins have the shape {origins} and directions {directions}: give (rays, 3) of both, or one direction of shape (3,)")
+
+
+def check_samples(shape: Tuple[int, ...], what: str, has_box: bool) -> None:
+    """Refuses samples of an index by their shape."""
+    if len(shape) != 3:
+        raise GradError(f"{what} must be a Field or an array [z, y, x] of samples, but has the shape {shape}")
+    if not has_box:
+        raise GradError("samples need the box that they fill: give Rays a box")
+
+
 def triple(vector: Doubles) -> Vector:
     """The same for the compiled part."""
     x, y, z = (float(v) for v in vector)
@@ -236,10 +250,7 @@ def _medium(medium: Any, what: str, has_box: bool) -> Union[float, Field, Double
     if what != "the index" and np.ndim(medium) == 0:
         return checks.positive(medium, what)
     samples = np.ascontiguousarray(numbers(medium, what))
-    if samples.ndim != 3:
-        raise GradError(f"{what} must be a Field or an array [z, y, x] of samples, but has the shape {samples.shape}")
-    if not has_box:
-        raise GradError("samples need the box that they fill: give Rays a box")
+    check_samples(samples.shape, what, has_box)
     bad = ~(np.isfinite(samples) & (samples > 0))
     if bad.any():
         first = tuple(int(i) for i in np.argwhere(bad)[0])

@@ -22,7 +22,7 @@ from ._element_array import ElementArray
 from ._limits import RayOptions
 from ._morgana import Field
 from ._numbers import numbers, vectors
-from ._system import Aperture, Conic, Cylinder, GradError, Layout, Plane, Sphere, System, finite, triple, unit
+from ._system import Aperture, Conic, Cylinder, GradError, Layout, Plane, Sphere, System, check_starts, finite, triple, unit
 from ._values import alike, comparable
 
 __all__ = [
@@ -310,13 +310,13 @@ class Rays:
         -------
         callable
             ``ends(index, origins=None, directions=None)`` of tensors on the processor: samples [z, y, x] of n, or with ``build`` a dictionary of
-            parameters, of which those that it leaves out have no derivatives; and, for a sensor or a source that moves, starts (rays, 3) in
-            place of those of the rays. It gives three tensors, as :class:`Ends`. Rays without an end are NaN, and have no derivatives.
+            parameters, of which those that it leaves out have no derivatives; and, for a sensor or a source that moves, starts (rays, 3), or one
+            direction (3,), in place of those of the rays. It gives three tensors, as :class:`Ends`. Rays without an end are NaN, and have no derivatives.
 
         Raises
         ------
         GradError
-            PyTorch is missing. The function raises it where ``build`` makes something that does not have the parameters as they are given.
+            PyTorch is missing. The function raises it where shapes do not fit, where samples are no index, and where ``build`` makes something that does not have the parameters as they are given.
 
         Examples
         --------
@@ -348,7 +348,9 @@ class Rays:
         Raises
         ------
         GradError
-            JAX is missing. The function raises it where ``build`` makes something that does not have the parameters as they are given.
+            JAX is missing. The function raises it where shapes do not fit, where samples are no index, and where ``build`` makes something that does
+            not have the parameters as they are given. Under ``jax.jit`` and ``jax.vmap`` only shapes are known beforehand: JAX wraps the other
+            errors in its own, ``jax.errors.JaxRuntimeError``, whose text ends with theirs.
 
         Examples
         --------
@@ -629,8 +631,7 @@ def parameters(index: Union[Field, System]) -> Dict[str, Doubles]:
 
 def _starts(origins: ArrayLike, directions: ArrayLike) -> Tuple[Doubles, Doubles]:
     x, d = vectors(origins, "origins"), vectors(directions, "directions")
-    if x.ndim != 2 or d.shape not in (x.shape, (3,)):
-        raise GradError(f"origins have the shape {x.shape} and directions {d.shape}: give (rays, 3) of both, or one direction of shape (3,)")
+    check_starts(x.shape, d.shape)
     d = np.broadcast_to(d, x.shape)
     for name, array in (("origins", x), ("directions", d)):
         bad = ~np.isfinite(array).all(axis=1)

@@ -63,6 +63,22 @@ def test_jax_leaves_rays_without_an_end_out(jax):
     np.testing.assert_allclose(found, rays(origins).vjp(INDEX, optical_lengths=by).field, rtol=1e-12)
 
 
+def test_jax_takes_one_direction_and_whole_numbers(jax):
+    numpy = jax.numpy
+    ends = rays().jax()
+    loss = lambda *given: sum(numpy.sum(w * end) for w, end in zip(WEIGHTS, ends(*given)))  # noqa: E731
+    along = np.array([0.05, -0.02, 1.0])
+    exact = rays().with_starts(ORIGINS, along).vjp(INDEX, positions=WEIGHTS[0], directions=WEIGHTS[1], optical_lengths=WEIGHTS[2])
+    gradient = jax.grad(loss, argnums=(1, 2))
+    for found in (gradient(INDEX, ORIGINS, along), jax.jit(gradient)(INDEX, ORIGINS, along)):
+        np.testing.assert_allclose(found[0], exact.origins, rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(found[1], exact.directions.sum(0), rtol=1e-12, atol=1e-12)
+    # Ends would be rounded to whole numbers if they had the type of their starts.
+    straight = rays().with_starts(np.array([[0.0, 0.0, -2.0]]), [0, 0, 1]).forward(INDEX)
+    for end, expected in zip(ends(INDEX, numpy.array([[0, 0, -2]]), numpy.array([0, 0, 1])), straight):
+        np.testing.assert_allclose(end, expected, rtol=1e-12, atol=1e-12)
+
+
 def test_torch():
     torch = pytest.importorskip("torch")
     given = [torch.tensor(value, dtype=torch.float64, requires_grad=True) for value in (INDEX, ORIGINS, DIRECTIONS)]
@@ -72,6 +88,10 @@ def test_torch():
         np.testing.assert_allclose(tensor.grad.numpy(), exact, rtol=1e-12, atol=1e-12)
     only = torch.tensor(INDEX, dtype=torch.float64, requires_grad=True)
     rays().torch()(only)[2].sum().backward()
+    along = torch.tensor([0.05, -0.02, 1.0], dtype=torch.float64, requires_grad=True)
+    rays().torch()(torch.tensor(INDEX), torch.tensor(ORIGINS), along)[2].sum().backward()
+    turned = rays().with_starts(ORIGINS, along.detach().numpy()).vjp(INDEX, optical_lengths=np.ones(30)).directions
+    np.testing.assert_allclose(along.grad.numpy(), turned.sum(0), rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(only.grad.numpy(), rays().vjp(INDEX, optical_lengths=np.ones(30)).field, rtol=1e-12)
 
 
@@ -134,8 +154,35 @@ def test_torch_by_parameters_of_lenses():
     ],
 )
 def test_mistakes_about_what_is_built_are_told(jax, build, index, message):
-    with pytest.raises(Exception, match=message):
-        jax.block_until_ready(rays().jax(build)(index))
+    with pytest.raises(grad.GradError, match=message):
+        rays().jax(build)(index)
+    with pytest.raises(grad.GradError, match=message):
+        jax.grad(lambda shift: rays().jax(build)(index, ORIGINS + shift)[2].sum())(0.1)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ((INDEX[0], ORIGINS, DIRECTIONS), r"must be a Field or an array \[z, y, x\] of samples, but has the shape \(7, 8\)"),
+        ((INDEX, ORIGINS[:3], DIRECTIONS), r"origins have the shape \(3, 3\) and directions \(30, 3\): give \(rays, 3\) of both, or one direction"),
+        ((INDEX, ORIGINS[0], DIRECTIONS[0]), r"origins have the shape \(3,\)"),
+        ((INDEX, ORIGINS, DIRECTIONS[0, :2]), r"directions \(2,\)"),
+    ],
+)
+def test_shapes_that_do_not_fit_are_told(jax, given, message):
+    for ends in (rays().jax(), jax.jit(rays().jax())):
+        with pytest.raises(grad.GradError, match=message):
+            ends(*given)
+    unbounded = grad.Rays(ORIGINS, DIRECTIONS, exit=grad.Plane((0, 0, 3), (0, 0, 1)))
+    with pytest.raises(grad.GradError, match="give Rays a box"):
+        jax.jit(unbounded.jax())(INDEX)
+
+
+def test_other_mistakes_are_told_through_jax_where_it_compiles(jax):
+    with pytest.raises(grad.GradError, match="no refractive index > 0"):
+        rays().jax()(-INDEX)
+    with pytest.raises(jax.errors.JaxRuntimeError, match="GradError: .*no refractive index > 0"):
+        jax.block_until_ready(jax.jit(rays().jax())(-INDEX))
 
 
 def test_scipy_minimises_least_squares():
