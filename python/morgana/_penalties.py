@@ -1,56 +1,132 @@
-"""What is added to a sum of squares where data leave an index open."""
+"""What is added to a sum of squares where data leave an index open: integrals over the box, by differences of neighbouring samples.
+
+Differences stand for the part of the box that is next to them. On faces of the box that samples lie on, that is half of what it is elsewhere
+(trapezoidal rule); where the outermost samples lie within, slopes continue to the faces. So integrals are exact for a linear index.
+"""
 
 from __future__ import annotations
 
-from typing import List, Sequence, Tuple
+import itertools
+from typing import TYPE_CHECKING, Iterator, List, Literal, NamedTuple, Sequence, Tuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["largest_slope", "rough_noise", "roughness", "total_variation"]
+if TYPE_CHECKING:
+    from .grad import Rays
+
+__all__ = ["Lattice", "lattice_of", "largest_slope", "rough_noise", "roughness", "total_variation"]
 
 Doubles = NDArray[np.float64]
+Place = Tuple[slice, ...]
+
+AXES = (2, 1, 0)
+"""Of samples, for x, y and z."""
 
 
-def roughness(index: Doubles, spacing: Doubles) -> Tuple[float, Doubles]:
-    """½∫|∇n|² dV by differences of neighbours, and its derivative (Tikhonov)."""
-    slopes, cell = _slopes(index, spacing), float(np.prod(spacing))
-    return 0.5 * cell * sum(float(np.sum(slope**2)) for slope in slopes), cell * _transposed(slopes, spacing)
+class Lattice(NamedTuple):
+    """Where samples lie in their box."""
+
+    spacing: Doubles
+    """Along x, y and z, (3,)."""
+    centers: bool
+    """Whether the outermost samples lie half a spacing within the faces, not on them."""
+
+    def ends_inside(self, count: int) -> bool:
+        """Whether so many samples along an axis are within the faces: a single one stands for all of the box."""
+        return self.centers or count == 1
+
+    def volumes(self, shape: Sequence[int]) -> List[Doubles]:
+        """The part of the box that each difference stands for, of those along x, y and z."""
+        along, across = [], []
+        for count in shape:
+            lengths, widths = np.ones(count - 1), np.ones(count)
+            if not self.ends_inside(count):
+                widths[[0, -1]] = 0.5
+            elif count > 1:
+                lengths[0] += 0.5
+                lengths[-1] += 0.5
+            along.append(lengths)
+            across.append(widths)
+        parts = [[along[a] if a == axis else across[a] for a in range(3)] for axis in AXES]
+        return [float(np.prod(self.spacing)) * np.einsum("i,j,k->ijk", *lengths) for lengths in parts]
 
 
-def rough_noise(shape: Sequence[int], spacing: Doubles, rng: np.random.Generator) -> Doubles:
+def lattice_of(rays: "Rays", shape: Tuple[int, ...]) -> Lattice:
+    """That of samples in the box of rays."""
+    return Lattice(rays.spacing(shape), rays.placement == "centers")
+
+
+def roughness(index: Doubles, lattice: Lattice) -> Tuple[float, Doubles]:
+    """½∫|∇n|² dV, and its derivative (Tikhonov)."""
+    slopes = _slopes(index, lattice)
+    by = [volume * slope for volume, slope in zip(lattice.volumes(index.shape), slopes)]
+    return 0.5 * sum(float(np.vdot(*pair)) for pair in zip(by, slopes)), _transposed(by, lattice)
+
+
+def rough_noise(shape: Sequence[int], lattice: Lattice, rng: np.random.Generator) -> Doubles:
     """Noise of which the covariance is the matrix of second derivatives of :func:`roughness`."""
-    slopes = [rng.normal(size=tuple(shape)) for _ in range(3)]
-    return float(np.sqrt(np.prod(spacing))) * _transposed(slopes, spacing)
+    return _transposed([np.sqrt(volume) * rng.normal(size=volume.shape) for volume in lattice.volumes(shape)], lattice)
 
 
-def total_variation(index: Doubles, spacing: Doubles, flat: float) -> Tuple[float, Doubles]:
+def total_variation(index: Doubles, lattice: Lattice, flat: float) -> Tuple[float, Doubles]:
     """∫(√(|∇n|² + f²) − f) dV, and its derivative: |∇n| where it is above ``flat``, f > 0, and smooth below."""
-    slopes, cell = _slopes(index, spacing), float(np.prod(spacing))
-    size = np.sqrt(sum(slope**2 for slope in slopes) + flat**2)
-    return cell * float(np.sum(size - flat)), cell * _transposed([slope / size for slope in slopes], spacing)
+    slopes = _continued(index, lattice)
+    value, by = 0.0, [np.zeros_like(slope) for slope in slopes]
+    for volume, places in _octants(index.shape, lattice):
+        here = [slope[place] for slope, place in zip(slopes, places)]
+        size = np.sqrt(sum(slope**2 for slope in here) + flat**2)
+        value += float(np.sum(volume * (size - flat)))
+        for total, place, slope in zip(by, places, here):
+            total[place] += volume * slope / size
+    return value, _transposed([_folded(total, axis, lattice) for axis, total in zip(AXES, by)], lattice)
 
 
-def largest_slope(index: Doubles, spacing: Doubles) -> float:
+def largest_slope(index: Doubles, lattice: Lattice) -> float:
     """The largest |∇n|."""
-    return float(np.sqrt(np.max(sum(slope**2 for slope in _slopes(index, spacing)))))
+    slopes = _continued(index, lattice)
+    squares = (sum(slope[place] ** 2 for slope, place in zip(slopes, places)) for _, places in _octants(index.shape, lattice))
+    return float(np.sqrt(max(np.max(square) for square in squares)))
 
 
-def _slopes(index: Doubles, spacing: Doubles) -> List[Doubles]:
-    """Differences to the next sample along x, y and z over the spacing; zero for the last."""
-    found = []
-    for axis, step in zip((2, 1, 0), spacing):
-        last = np.take(index, [-1], axis=axis)
-        found.append(np.diff(index, axis=axis, append=last) / step)
-    return found
+def _octants(shape: Sequence[int], lattice: Lattice) -> Iterator[Tuple[Doubles, List[Place]]]:
+    """Each sample has eight parts of the box around it, in which slopes are those to the neighbours on their sides. For each of the eight: their volumes,
+    and which of the continued slopes along x, y and z are in them."""
+    for is_upper in itertools.product((False, True), repeat=3):
+        widths = [np.full(count, 0.5) for count in shape]
+        for width, upper in zip(widths, is_upper):
+            if not lattice.ends_inside(len(width)):
+                width[-1 if upper else 0] = 0.0
+        sides = [slice(1, None) if upper else slice(-1) for upper in is_upper]
+        places = [tuple(sides[a] if a == axis else slice(None) for a in range(3)) for axis in AXES]
+        yield float(np.prod(lattice.spacing)) * np.einsum("i,j,k->ijk", *widths), places
 
 
-def _transposed(by: List[Doubles], spacing: Doubles) -> Doubles:
+def _slopes(index: Doubles, lattice: Lattice) -> List[Doubles]:
+    """Differences of neighbours along x, y and z over the spacing."""
+    return [np.diff(index, axis=axis) / step for axis, step in zip(AXES, lattice.spacing)]
+
+
+def _transposed(by: List[Doubles], lattice: Lattice) -> Doubles:
     """Derivatives by the samples from those by the slopes."""
-    total = np.zeros_like(by[0])
-    for axis, step, values in zip((2, 1, 0), spacing, by):
-        # The last slope is zero whatever the samples.
-        inner = np.delete(values, -1, axis=axis) / step
-        nothing = np.zeros_like(np.take(values, [0], axis=axis))
-        total += np.concatenate([nothing, inner], axis=axis) - np.concatenate([inner, nothing], axis=axis)
-    return total
+    parts = [-np.diff(_padded(values, axis, "constant"), axis=axis) / step for axis, step, values in zip(AXES, lattice.spacing, by)]
+    return np.asarray(parts[0] + parts[1] + parts[2])
+
+
+def _continued(index: Doubles, lattice: Lattice) -> List[Doubles]:
+    """Slopes along x, y and z with one more at either end: that beside it within the box, zero beyond."""
+    return [_padded(slope, axis, "edge" if lattice.centers and slope.size else "constant") for axis, slope in zip(AXES, _slopes(index, lattice))]
+
+
+def _folded(by: Doubles, axis: int, lattice: Lattice) -> Doubles:
+    """Derivatives by the slopes from those by continued ones."""
+    first, inner, last = np.split(by, [1, -1], axis=axis)
+    if lattice.centers and inner.size:
+        ends = np.moveaxis(inner, axis, 0)
+        ends[0] += np.take(first, 0, axis=axis)
+        ends[-1] += np.take(last, 0, axis=axis)
+    return inner
+
+
+def _padded(values: Doubles, axis: int, mode: Literal["edge", "constant"]) -> Doubles:
+    return np.pad(values, [(int(a == axis), int(a == axis)) for a in range(3)], mode=mode)

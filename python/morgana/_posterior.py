@@ -57,7 +57,8 @@ class Posterior:
             values = getattr(ends, name)
             by[name] = np.where(known.reshape(-1, *[1] * (values.ndim - 1)), values, 0.0) / noise**2
         found = self._rays.vjp(self._index, **by).field
-        found = found + self._smoothness * penalties.roughness(change, self._rays.spacing(change.shape))[1] + self._per_variance * change
+        roughness = penalties.roughness(change, penalties.lattice_of(self._rays, change.shape))[1]
+        found = found + self._smoothness * roughness + self._per_variance * change
         return np.where(self._free, found, 0.0)
 
     def covariance(self, vector: ArrayLike) -> Doubles:
@@ -115,7 +116,7 @@ class Posterior:
             by[name] = np.where(known.reshape(-1, *[1] * (len(shape) - 1)), rng.normal(size=shape), 0.0) / noise
         shape = self._index.shape
         pushed = self._rays.vjp(self._index, **by).field
-        pushed = pushed + np.sqrt(self._smoothness) * penalties.rough_noise(shape, self._rays.spacing(shape), rng)
+        pushed = pushed + np.sqrt(self._smoothness) * penalties.rough_noise(shape, penalties.lattice_of(self._rays, shape), rng)
         return self.covariance(pushed + np.sqrt(self._per_variance) * rng.normal(size=shape))
 
     def deviation(self, draws: int = 32, seed: int = 0) -> Doubles:

@@ -144,12 +144,12 @@ class _Misfit:
         """Both, given ½χ²."""
         value, gradient = of_data
         smoothness, total_variation = self.weights
-        spacing = self.rays.spacing(index.shape)
+        lattice = penalties.lattice_of(self.rays, index.shape)
         if smoothness > 0:
-            penalty, slope = penalties.roughness(index, spacing)
+            penalty, slope = penalties.roughness(index, lattice)
             value, gradient = (value + smoothness * penalty, gradient + smoothness * slope)
         if total_variation > 0:
-            penalty, slope = penalties.total_variation(index, spacing, self.flat)
+            penalty, slope = penalties.total_variation(index, lattice, self.flat)
             value, gradient = (value + total_variation * penalty, gradient + total_variation * slope)
         return value, gradient
 
@@ -479,7 +479,7 @@ class _Level:
         scale, first = descent.first_scale(misfit.of_data, index, gradient, self.precondition)
         if misfit.weights.total_variation == 0:
             return scale, 1.0
-        return scale, max(FLAT * penalties.largest_slope(index + first, misfit.rays.spacing(index.shape)), 1e-300)
+        return scale, max(FLAT * penalties.largest_slope(index + first, penalties.lattice_of(misfit.rays, index.shape)), 1e-300)
 
     def _turn(self, misfit: _Misfit, steps: Iterator[Tuple[Doubles, float]]) -> Iterator[Tuple[Doubles, float]]:
         """The steps with one part of the rays; with all of them until the search has ended."""

@@ -103,24 +103,66 @@ def test_optical_lengths_and_missing_data():
     assert error(found.samples, true) < 0.2
 
 
-def test_penalties_are_those_of_a_slope():
-    # n = 1 + x/10 over the box: ½∫|∇n|² dV is ½·0.01·V, and ∫|∇n| dV is 0.1·V, with as many cells as slopes.
-    z, y, x = np.meshgrid(*(np.linspace(-1, 1, n) for n in (5, 6, 7)), indexing="ij")
-    spacing = np.array([2 / 6, 2 / 5, 2 / 4])
-    volume = np.prod(spacing) * 6 * 6 * 5
-    assert _penalties.roughness(1 + x / 10, spacing)[0] == pytest.approx(0.5 * 0.01 * volume)
-    assert _penalties.total_variation(1 + x / 10, spacing, 1e-9)[0] == pytest.approx(0.1 * volume)
-    assert _penalties.largest_slope(1 + x / 10, spacing) == pytest.approx(0.1)
+LATTICES = [_penalties.Lattice(np.array([0.3, 0.4, 0.5]), centers) for centers in (False, True)]
 
 
-@pytest.mark.parametrize("penalty", [_penalties.roughness, lambda n, h: _penalties.total_variation(n, h, 0.5)])
-@pytest.mark.parametrize("shape", [(5, 6, 7), (1, 4, 1)])
-def test_slopes_of_penalties_are_those_of_differences(penalty, shape):
+@pytest.mark.parametrize("shape", [(5, 6, 7), (2, 2, 3), (1, 4, 1)])
+@pytest.mark.parametrize("placement", ["nodes", "centers"])
+def test_penalties_are_integrals_for_a_linear_index(placement, shape):
+    # ½∫|∇n|² dV is ½|g|²V, and ∫|∇n| dV is |g|V. Along an axis with one sample n is constant.
+    rays = grad.Rays([[0, 0, -2]], [0, 0, 1], box=((-1, -2, -3), (2, 2, 3)), placement=placement)
+    lattice, volume = _penalties.lattice_of(rays, shape), 3.0 * 4 * 6
+    slope = np.where(np.array(shape[::-1]) > 1, [0.1, -0.2, 0.15], 0.0)
+    places = np.meshgrid(*map(np.arange, shape), indexing="ij")[::-1]
+    index = 1 + sum(g * step * place for g, step, place in zip(slope, lattice.spacing, places))
+    size = np.linalg.norm(slope)
+    assert _penalties.roughness(index, lattice)[0] == pytest.approx(0.5 * size**2 * volume)
+    assert _penalties.total_variation(index, lattice, 1e-12)[0] == pytest.approx(size * volume)
+    assert _penalties.largest_slope(index, lattice) == pytest.approx(size)
+
+
+def test_penalties_of_waves_converge_in_second_order():
+    # n = cos(πx/2)cos(πy/3) for x from 0 to 2, y from 0 to 3 and z from 0 to 1: ½∫|∇n|² dV is ½(π²/4 + π²/9)V/4.
+    exact = 0.5 * (np.pi**2 / 4 + np.pi**2 / 9) * 6 / 4
+    for placement in ("nodes", "centers"):
+        rays = grad.Rays([[0, 0, -2]], [0, 0, 1], box=((0, 0, 0), (2, 3, 1)), placement=placement)
+        errors = []
+        for count in (16, 32):
+            places = (np.linspace(0, 1, count) if placement == "nodes" else (np.arange(count) + 0.5) / count) * np.pi
+            index = np.broadcast_to(np.cos(places)[:, None] * np.cos(places), (2, count, count))
+            errors.append(abs(_penalties.roughness(index, _penalties.lattice_of(rays, index.shape))[0] / exact - 1))
+        assert errors[1] < errors[0] / 3 and errors[1] < 2e-2, errors
+
+
+@pytest.mark.parametrize("lattice", LATTICES)
+@pytest.mark.parametrize("penalty", [_penalties.roughness, lambda n, lattice: _penalties.total_variation(n, lattice, 0.5)])
+@pytest.mark.parametrize("shape", [(5, 6, 7), (2, 3, 2), (1, 4, 1)])
+def test_slopes_of_penalties_are_those_of_differences(penalty, shape, lattice):
     index, change = np.random.default_rng(2).normal(size=(2, *shape))
-    spacing = np.array([0.3, 0.4, 0.5])
-    at = lambda h: penalty(index + h * change, spacing)[0]  # noqa: E731
+    at = lambda h: penalty(index + h * change, lattice)[0]  # noqa: E731
     difference = (at(1e-4) - at(-1e-4)) / 2e-4
-    assert np.sum(penalty(index, spacing)[1] * change) == pytest.approx(difference, rel=1e-7)
+    assert np.sum(penalty(index, lattice)[1] * change) == pytest.approx(difference, rel=1e-7)
+
+
+@pytest.mark.parametrize("lattice", LATTICES)
+def test_total_variation_below_the_flat_slope_is_roughness(lattice):
+    index = np.random.default_rng(3).normal(size=(4, 2, 5))
+    value, slopes = _penalties.total_variation(index, lattice, 1e5)
+    expected, expected_slopes = _penalties.roughness(index, lattice)
+    # Slopes are below 20: their squares over that of the flat one, 4e-8, are what is left out.
+    assert 1e5 * value == pytest.approx(expected, rel=1e-6)
+    np.testing.assert_allclose(1e5 * slopes, expected_slopes, rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize("lattice", LATTICES)
+def test_rough_noise_has_the_covariance_of_roughness(lattice):
+    # Of 2000 draws: variances of 12 samples within 5 standard errors, √(2/2000), of which one fails by a chance of 1e-5; and covariances, whose
+    # standard error is at most that of their variances.
+    shape, rng = (2, 2, 3), np.random.default_rng(5)
+    exact = np.array([_penalties.roughness(one.reshape(shape), lattice)[1].ravel() for one in np.eye(12)])
+    draws = np.array([_penalties.rough_noise(shape, lattice, rng).ravel() for _ in range(2000)])
+    scale = np.sqrt(np.outer(np.diag(exact), np.diag(exact)))
+    assert np.abs((draws.T @ draws / 2000 - exact) / scale).max() < 5 * np.sqrt(2 / 2000)
 
 
 def test_descent_finds_the_minimum_within_limits():
@@ -287,7 +329,7 @@ def test_the_posterior_is_that_of_matrices():
         names = [name for name in data if name in scale]
         change = lambda one, name: getattr(rays.forward(true + 1e-3 * one), name) - getattr(rays.forward(true - 1e-3 * one), name)  # noqa: E731
         jacobian = np.array([np.concatenate([(change(one, name) / (2e-3 * scale[name])).ravel() for name in names]) for one in unit])
-        slopes = np.array([_penalties.roughness(one, rays.spacing(true.shape))[1].ravel()[rows] for one in unit])
+        slopes = np.array([_penalties.roughness(one, _penalties.lattice_of(rays, true.shape))[1].ravel()[rows] for one in unit])
         expected = jacobian @ jacobian.T + 1e4 * slopes + np.eye(len(rows)) / 0.01**2
         np.testing.assert_allclose(precision, expected, atol=1e-3 * np.abs(expected).max())
         covariance = np.linalg.inv(precision)
@@ -310,7 +352,8 @@ def test_the_posterior_foretells_replicates():
     spread = reconstruct.posterior(rays, found.samples, **data)
     rows = np.flatnonzero(free)
     covariance = np.array([spread.covariance(np.eye(true.size)[row].reshape(true.shape)).ravel()[rows] for row in rows])
-    slopes = np.array([_penalties.roughness(np.eye(true.size)[row].reshape(true.shape), rays.spacing(true.shape))[1].ravel()[rows] for row in rows])
+    lattice = _penalties.lattice_of(rays, true.shape)
+    slopes = np.array([_penalties.roughness(np.eye(true.size)[row].reshape(true.shape), lattice)[1].ravel()[rows] for row in rows])
     of_noise = covariance @ (np.linalg.inv(covariance) - 3e4 * slopes) @ covariance
     ratio = np.mean(found.deviation[free] ** 2) / np.mean(np.diag(of_noise))
     assert 1 / 4 < ratio < 4, ratio
