@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 import operator
+import reprlib
 from typing import Any, Dict, Mapping, Optional
+
+import numpy as np
 
 from ._errors import RenderError
 from ._morgana import Scene
@@ -23,12 +26,17 @@ def scene(value: object) -> None:
         raise TypeError(f"expected a Scene, found {type(value).__name__}: make one by morgana.{made}")
 
 
+def shown(value: Any) -> str:
+    """A value in a message: of arrays their shapes, of what is long its ends."""
+    return f"an array of shape {value.shape}" if isinstance(value, np.ndarray) and value.ndim > 0 else reprlib.repr(value)
+
+
 def whole(value: Any, name: str, least: int, most: int = MOST) -> int:
     """A whole number in a range."""
     try:
         number = operator.index(value)
     except TypeError:
-        raise TypeError(f"{name} is {value!r} but must be a whole number") from None
+        raise TypeError(f"{name} is {shown(value)} but must be a whole number") from None
     if number < least:
         raise RenderError(f"{name} is {number} but must be at least {least}")
     if number > most:
@@ -41,17 +49,22 @@ def optional_whole(value: Any, name: str, least: int, most: int = MOST) -> Optio
     return None if value is None else whole(value, name, least, most)
 
 
+def real(value: Any, name: str, must: str) -> float:
+    """A number; ``must`` says of which kind it must be."""
+    try:
+        if isinstance(value, (str, bytes)) or np.ndim(value) > 0:
+            raise TypeError
+        return float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} is {shown(value)} but must be {must}") from None
+
+
 def positive(value: Any, name: str) -> float:
     """A positive, finite number."""
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise TypeError(f"{name} is {value!r} but must be a positive number") from None
-    if isinstance(value, str):
-        raise TypeError(f"{name} is {value!r} but must be a positive number")
-    if not (number > 0 and math.isfinite(number)):
+    found = real(value, name, "a positive number")
+    if not (found > 0 and math.isfinite(found)):
         raise RenderError(f"{name} is {value} but must be a positive number")
-    return number
+    return found
 
 
 def optional_positive(value: Any, name: str) -> Optional[float]:
@@ -63,13 +76,10 @@ def optional_finite(value: Any, name: str) -> Optional[float]:
     """A finite number, or none."""
     if value is None:
         return None
-    try:
-        number = math.nan if isinstance(value, str) else float(value)
-    except (TypeError, ValueError):
-        number = math.nan
-    if not math.isfinite(number):
+    found = real(value, name, "a finite number")
+    if not math.isfinite(found):
         raise TypeError(f"{name} is {value!r} but must be a finite number")
-    return number
+    return found
 
 
 def text(value: Any, name: str) -> Optional[str]:

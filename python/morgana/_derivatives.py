@@ -40,7 +40,7 @@ class Derivative(NamedTuple):
 
 def derivatives(
     scene: Scene,
-    parameters: Sequence[str],
+    parameters: Iterable[str],
     weights: Union[Weights, Callable[[Result], Weights]],
     *,
     spp: Optional[int] = None,
@@ -74,7 +74,7 @@ def derivatives(
     ----------
     scene : Scene
         A scene with a camera, or with meters.
-    parameters : sequence of str
+    parameters : iterable of str
         What to differentiate by, such as ``["smoke.sigma_t", "wall.reflectance"]``.
     weights : array_like, mapping or callable
         Derivatives of the loss by the picture, (height, width, channels). Of a film with layers, also a mapping from names of layers to
@@ -88,7 +88,8 @@ def derivatives(
     seed : int, optional
         Seed of the random numbers, 0 to 2⁶⁴ − 1. The same seed gives the same numbers, bit for bit, for any number of threads.
     integrator : {"path", "particle", "bdpt"}, optional
-        Integrator instead of the scene's, for pictures.
+        Integrator instead of the scene's, for pictures. It finds the picture that weights are made of, and derivatives by all but an index, whose
+        paths are their own.
     threads : int, optional
         Number of threads, ≥ 1; by default as many as there are processors.
     progress : bool or callable, optional
@@ -123,7 +124,8 @@ def derivatives(
     by: By = {"parameters": others, "integrator": integrator}
     if indices:
         _morgana.check_index_derivatives(scene, indices, isinstance(weights, Mapping))
-    if others:
+    if others or integrator is not None:
+        # What an integrator does not find has no derivatives by an index either.
         _morgana.check_derivatives(scene, wanted, by)
     if callable(weights):
         rendered = render(scene, spp=spp, particles=particles, seed=seed, integrator=integrator, threads=threads)
@@ -149,7 +151,7 @@ def derivatives(
 
 def jacobian(
     scene: Scene,
-    parameters: Sequence[str],
+    parameters: Iterable[str],
     reading: str,
     *,
     particles: Optional[int] = None,
@@ -166,7 +168,7 @@ def jacobian(
     ----------
     scene : Scene
         A scene with meters.
-    parameters : sequence of str
+    parameters : iterable of str
         What to differentiate by, such as ``["tissue.sigma_a", "tissue.sigma_s"]``.
     reading : str
         The reading, by its name in ``Result.meters``.
@@ -211,12 +213,13 @@ def jacobian(
     return {name: Derivative(value, error) for name, (value, error) in zip(names, found)}
 
 
-def _names(parameters: Sequence[str]) -> List[str]:
-    if isinstance(parameters, str) or not all(isinstance(name, str) for name in parameters):
-        raise TypeError(f"parameters are {parameters!r} but must be a list of names")
-    if not parameters:
+def _names(parameters: Iterable[str]) -> List[str]:
+    names = list(parameters) if isinstance(parameters, Iterable) and not isinstance(parameters, str) else None
+    if names is None or not all(isinstance(name, str) for name in names):
+        raise TypeError(f"parameters are {checks.shown(parameters if names is None else names)} but must be a list of names")
+    if not names:
         raise RenderError("parameters are empty: name at least one, such as 'smoke.sigma_t'")
-    return list(parameters)
+    return names
 
 
 def _checked(values: ArrayLike, what: str, shape: Tuple[int, ...], of: str) -> Doubles:

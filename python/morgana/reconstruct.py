@@ -549,9 +549,10 @@ def _unit(vectors: Doubles) -> Doubles:
 
 
 def _weight(value: float, name: str) -> float:
-    if not (value >= 0 and np.isfinite(value)):
+    weight = checks.real(value, name, "a number of at least 0")
+    if not (weight >= 0 and np.isfinite(weight)):
         raise ReconstructionError(f"{name} is {value} but must be at least 0")
-    return float(value)
+    return weight
 
 
 def _limits(lower: Optional[float], upper: Optional[float], known: Optional[ArrayLike], goal: Shape) -> _Limits:
@@ -573,10 +574,11 @@ def _centers(rays: Rays) -> bool:
 
 
 def _shape(shape: Sequence[int]) -> Shape:
-    if len(shape) != 3:
-        raise ReconstructionError(f"the shape of a grid is (nz, ny, nx), not {tuple(shape)}")
-    nz, ny, nx = (checks.whole(n, "a number of samples", 1) for n in shape)
-    return nz, ny, nx
+    try:
+        nz, ny, nx = shape
+    except (TypeError, ValueError):
+        raise ReconstructionError(f"the shape of a grid is {checks.shown(shape)} but must be (nz, ny, nx)") from None
+    return checks.whole(nz, "nz", 1), checks.whole(ny, "ny", 1), checks.whole(nx, "nx", 1)
 
 
 def _grids(goal: Shape) -> List[Shape]:

@@ -233,6 +233,27 @@ def test_what_has_no_derivative_is_refused():
     assert morgana.derivatives(clear, ["fog.sigma_a"], weights, spp=2)["fog.sigma_a"].value[0] < 0
 
 
+def test_names_may_come_one_by_one():
+    scene, weights = load(lit()), np.ones((4, 6, 1))
+    names = ["fog.sigma_t", "exposure"]
+    found = morgana.derivatives(scene, names, weights, spp=2)
+    assert morgana.derivatives(scene, (name for name in names), weights, spp=2) == found
+    assert morgana.derivatives(scene, dict.fromkeys(names), weights, spp=2) == found
+    for wrong, said in [(iter([]), "name at least one"), (iter([1]), r"parameters are \[1\] but must be a list"), (7, "parameters are 7 but must be a list")]:
+        with pytest.raises((TypeError, morgana.RenderError), match=said):
+            morgana.derivatives(scene, wrong, weights)
+
+
+def test_media_of_labels_are_named_after_them():
+    labels = np.repeat([1, 2, 3], 2).reshape(6, 1, 1).astype(np.uint8)
+    scene = meters()
+    del scene["ball"]
+    scene["head"] = {"type": "labels", "data": labels, "properties": [[0, 0, 1, 1], [0.1, 1, 0, 1], [0.2, 1, 0, 1], [0.1, 1, 0, 1.3]]}
+    weights = {"fluence": np.ones((2, 3, 4))}
+    found = morgana.derivatives(load(scene), ["head: labels 1, 2.sigma_a", "head: label 3.sigma_a"], weights, particles=100)
+    assert [one.value.shape for one in found.values()] == [(2, 1), (1,)]
+
+
 def test_ctrl_c_in_the_render_of_weights_ends_all(monkeypatch):
     monkeypatch.setattr("morgana._derivatives.render", lambda *args, **options: SimpleNamespace(stopped="interrupted"))
     with pytest.raises(KeyboardInterrupt):

@@ -410,6 +410,24 @@ def test_mistakes_are_told(options, message):
         reconstruct.fit(views(), (8, 8, 8), **options)
 
 
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"shape": 8}, r"the shape of a grid is 8 but must be \(nz, ny, nx\)"),
+        ({"shape": (8, 8)}, r"the shape of a grid is \(8, 8\) but must be"),
+        ({"shape": (8, 8.5, 8)}, "ny is 8.5 but must be a whole number"),
+        ({"smoothness": "a"}, "smoothness is 'a' but must be a number of at least 0"),
+        ({"total_variation": None}, "total_variation is None but must be a number of at least 0"),
+        ({"optical_length_noise": np.full(3200, 0.1)}, r"optical_length_noise is an array of shape \(3200,\) but must be a positive number"),
+        ({"optical_length_noise": [0.1] * 3200}, "optical_length_noise is .{,50} but must be a positive number"),
+        ({"lower": np.array([1.0])}, r"lower is an array of shape \(1,\) but must be a positive number"),
+    ],
+)
+def test_arguments_of_other_types_are_told(options, message):
+    with pytest.raises((TypeError, reconstruct.ReconstructionError), match=f"^{message}"):
+        reconstruct.fit(views(), **{"shape": (8, 8, 8), **LENGTHS, **options})
+
+
 def focused(views, pixels, half):
     """Parallel rays onto a Luneburg lens of radius 1 from several sides, and where they leave a box around it: each meets all of its view in the point
     of the lens that lies behind, at equal optical lengths, in the direction by which it hits the lens off its axis."""
