@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import warnings
 from typing import Any, Dict, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._checks import mapping
+from ._checks import mapping, real, shown
 from ._errors import SceneWarning
 from ._morgana import Scene
 from ._numbers import numbers
@@ -30,8 +31,12 @@ OUTPUT = {
 
 ARRAYS = {"detpos", "prop", "srcdir", "srcparam1", "srcparam2", "srcpattern", "srcpos", "vol"}
 
-IGNORED = {"autopilot", "detphotons", "gpuid", "issaveexit", "issavedet", "nblocksize", "nthread", "savedetflag", "seed"}
-"""What does not change the result, or is given to :func:`morgana.render`."""
+IGNORED = {
+    "autopilot", "detphotons", "faststep", "flog", "gpuid", "isgpuinfo", "ismomentum", "issave2pt", "issavedet", "issaveexit", "issaveref", "issaveseed",
+    "lang", "maxjumpdebug", "minenergy", "nblocksize", "nthread", "outputformat", "printgpu", "rootpath", "savedetflag", "session", "workload",
+}
+"""What is about devices, files, messages and further results, or does not change means: below ``minenergy`` photons play Russian roulette, and
+``faststep`` has become obsolete."""
 
 
 def load_mcx(cfg: Mapping[str, Any], /) -> Scene:
@@ -46,10 +51,11 @@ def load_mcx(cfg: Mapping[str, Any], /) -> Scene:
     cfg : mapping
         ``vol`` (labels ``[x, y, z]``), ``prop`` (rows of mua, mus, g, n), ``srcpos``, ``srcdir``, and if they are given ``srctype``,
         ``srcparam1``, ``srcparam2``, ``srcpattern`` (``[column, row]``), ``srcid``, ``nphoton``, ``tstart``, ``tend``, ``tstep``, ``unitinmm``, ``isreflect``,
-        ``issrcfrom0`` (0, as in MCX: the first voxel begins at 1, 1, 1).
+        ``issrcfrom0`` (0, as in MCX: the first voxel begins at 1, 1, 1). ``shapes`` (a text in JSON, or what it stands for) are drawn into ``vol``.
         Several sources are rows of ``srcpos``, whose fourth number is their weight, ``srcdir`` and parameters.
         Detectors ``detpos`` (rows of x, y, z, radius) are meters that keep at most ``maxdetphoton`` records each:
-        ``Result.records["detector1"]``. ``outputtype`` changes nothing: a warning says where the values of ``flux`` and ``energy`` are.
+        ``Result.records["detector1"]``. ``outputtype`` changes nothing: a warning says where the values of ``flux`` and ``energy`` are. Nor does
+        what is about devices, files and messages, and ``seed``, which is an argument of :func:`render`.
 
     Returns
     -------
@@ -61,7 +67,8 @@ def load_mcx(cfg: Mapping[str, Any], /) -> Scene:
     SceneError
         Something is missing, or not read.
     ValueError
-        A key or an ``outputtype`` that is not known, ``vol`` that does not have three axes, or rows of ``detpos`` that do not have four numbers.
+        A key or an ``outputtype`` that is not known, values that ask for another result than the fluence of ``nphoton`` photons, ``vol`` that does
+        not have three axes, or rows of ``detpos`` that do not have four numbers.
     TypeError
         No dictionary, or an array that is not of real numbers.
 
@@ -79,6 +86,8 @@ def load_mcx(cfg: Mapping[str, Any], /) -> Scene:
     if left.pop("isnormalized", 1) != 1:
         raise ValueError("isnormalized is 1: values are fluence per joule")
     _check_output(left.pop("outputtype", "fluence"))
+    _check_photons(left)
+    _check_entry(left)
     for key in ARRAYS & left.keys():
         if getattr(getattr(left[key], "dtype", None), "kind", "") == "c":
             raise TypeError(f"cfg[{key!r}] has complex numbers but must be an array of real ones")
@@ -88,6 +97,7 @@ def load_mcx(cfg: Mapping[str, Any], /) -> Scene:
     forward = _taken(left, FORWARD)
     if "tend" in cfg and "tstep" not in cfg:
         forward["Dt"] = forward["T1"] - forward.get("T0", 0.0)
+    _check_gates(left.pop("maxgate", 0), forward)
     domain = {"OriginType": left.pop("issrcfrom0", 0), **_taken(left, {"unitinmm": "LengthUnit"})}
     if "vol" in left:
         domain["Volume"] = _labels(left.pop("vol"))
@@ -97,9 +107,10 @@ def load_mcx(cfg: Mapping[str, Any], /) -> Scene:
     optode: Dict[str, Any] = {"Source": source}
     if "detpos" in left:
         optode["Detector"] = _detectors(left.pop("detpos"))
+    shapes = {"Shapes": _shapes(left.pop("shapes"))} if "shapes" in left else {}
     if left:
         raise ValueError(f"keys of the configuration that are not read: {', '.join(sorted(left))}")
-    return load_dict({"Session": session, "Forward": forward, "Optode": optode, "Domain": domain})
+    return load_dict({"Session": session, "Forward": forward, "Optode": optode, "Domain": domain, **shapes})
 
 
 def _check_output(kind: Any) -> None:
@@ -108,6 +119,53 @@ def _check_output(kind: Any) -> None:
         raise ValueError(f"outputtype is {kind!r} but must be one of {', '.join(OUTPUT)}: morgana returns the fluence per joule, and records of detectors")
     if OUTPUT[kind]:
         warnings.warn(f"outputtype {kind!r} changes nothing: morgana returns the fluence per joule; {OUTPUT[kind]}", SceneWarning, stacklevel=3)
+
+
+def _check_photons(left: Dict[str, Any]) -> None:
+    """Sees that all photons are counted, and that each is a new one whose light is measured."""
+    if "nphoton" in left:
+        photons = real(left["nphoton"], "nphoton", "a whole number")
+        if not photons.is_integer():
+            raise ValueError(f"nphoton is {photons:g} but must be a whole number")
+        left["nphoton"] = int(photons)
+    repeats = left.pop("respin", 1)
+    if repeats != 1:
+        raise ValueError(f"respin is {shown(repeats)} but must be 1: give the number of all photons as nphoton")
+    if np.ndim(left.pop("seed", 0)) > 0:
+        raise ValueError("seed is an array, but photons are not replayed: leave it out, and give render a number")
+    if "R" in str(left.pop("debuglevel", "")).upper():
+        raise ValueError("debuglevel R asks for random numbers in place of the fluence: leave it out")
+
+
+def _check_entry(left: Dict[str, Any]) -> None:
+    """What becomes of light that enters from outside follows from ``isreflect`` alone."""
+    is_given, is_specular, is_reflected = "isspecular" in left, bool(left.pop("isspecular", False)), bool(left.get("isreflect", True))
+    if is_specular and not is_reflected:
+        raise ValueError("isspecular 1 reflects light that enters, which isreflect 0 lets pass straight on: give isreflect 1 or isspecular 0")
+    if is_given and is_reflected and not is_specular:
+        message = "isspecular 0 changes nothing: light that enters from outside is reflected in part, and refracted, where the index jumps"
+        warnings.warn(f"{message}, unless isreflect is 0; start it in the medium to avoid that", SceneWarning, stacklevel=3)
+
+
+def _check_gates(at_once: Any, forward: Mapping[str, Any]) -> None:
+    """Refuses a number of time gates, 0 for all, that MCX measures one after the other, not normalised."""
+    first, last = forward.get("T0", 0.0), forward.get("T1", 5e-9)
+    width = forward.get("Dt", last - first)
+    if 0 < at_once and (at_once + 0.5) * width < last - first:
+        raise ValueError(f"maxgate is {at_once}, less than there are time gates: leave it out, all of them are measured")
+
+
+def _shapes(given: Any) -> Any:
+    """The list of shapes, or an array of JData, of a text or of what it stands for."""
+    if isinstance(given, str):
+        try:
+            given = json.loads(given)
+        except json.JSONDecodeError as error:
+            raise ValueError(f"cfg['shapes'] is not JSON: {error}") from None
+    shapes = given.get("Shapes", given) if isinstance(given, Mapping) else given
+    if isinstance(shapes, Mapping) and "_ArrayType_" not in shapes:
+        return [shapes]
+    return shapes
 
 
 def _labels(vol: Any) -> NDArray[Any]:

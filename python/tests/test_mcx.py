@@ -95,3 +95,65 @@ def test_several_sources_are_rows():
     scene = morgana.load_mcx(configuration(srcpos=np.array([[1.5, 4, -1, 1], [4.5, 4, -1, 3.0]]), srcdir=np.array([[0, 0, 1.0]] * 2)))
     fluence = morgana.render(scene, seed=1).meters["fluence"].mean[0]
     assert 2 < fluence[3:5, 4].sum() / fluence[3:5, 1].sum() < 4
+
+
+def test_devices_files_and_messages_change_nothing():
+    everything = {
+        "session": "cube60", "debuglevel": "P", "flog": "log.txt", "issaveseed": 1, "issaveref": 1, "isgpuinfo": 1, "printgpu": False, "minenergy": 1e-5,
+        "isspecular": 1, "ismomentum": 1, "maxgate": 10, "faststep": 0, "workload": [50, 50], "respin": 1, "seed": 1648335518, "issave2pt": True,
+        "gpuid": "11", "autopilot": 1, "issavedet": 1, "issaveexit": 1, "savedetflag": "dspmxvw",
+    }
+    gates = {"tstart": 0, "tend": 5e-9, "tstep": 5e-10}
+    assert morgana.load_mcx(configuration(**gates, **everything)) == morgana.load_mcx(configuration(**gates))
+    assert morgana.load_mcx(configuration(nphoton=np.float64(1e3))) == morgana.load_mcx(configuration(nphoton=1000))
+    with pytest.warns(morgana.SceneWarning, match="isspecular 0 changes nothing: light that enters from outside is reflected in part"):
+        morgana.load_mcx(configuration(isspecular=0))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"nphoton": 1000.5}, "nphoton is 1000.5 but must be a whole number"),
+        ({"nphoton": float("nan")}, "nphoton is nan but must be a whole number"),
+        ({"respin": 10}, "respin is 10 but must be 1: give the number of all photons as nphoton"),
+        ({"seed": np.zeros((16, 5), "uint8")}, "photons are not replayed"),
+        ({"debuglevel": "PR"}, "random numbers in place of the fluence"),
+        ({"maxgate": 3, "tend": 5e-9, "tstep": 1e-9}, "maxgate is 3, less than there are time gates: leave it out"),
+        ({"isspecular": 1, "isreflect": 0}, "give isreflect 1 or isspecular 0"),
+        ({"shapes": "{"}, r"cfg\['shapes'\] is not JSON"),
+        ({"shapes": '{"Shapes": [{"Tetrahedron": {"Tag": 2}}]}'}, "'tetrahedron' is not among the shapes"),
+        ({"shapes": 3}, "Shapes is a list of shapes"),
+    ],
+)
+def test_what_would_change_the_result_is_refused(wrong, said):
+    with pytest.raises(ValueError, match=said):
+        morgana.load_mcx(configuration(**wrong))
+    with pytest.raises(TypeError, match="nphoton is '1e3' but must be a whole number"):
+        morgana.load_mcx(configuration(nphoton="1e3"))
+
+
+def test_shapes_are_drawn_into_the_volume(tmp_path):
+    ball = {"Sphere": {"Tag": 2, "O": [3, 4, 3], "R": 2}}
+    layers = {"ZLayers": [[1, 2, 1], [7, 10, 2]]}
+    vol = np.ones((6, 8, 10), np.uint8)
+    drawn = vol.copy()
+    drawn[:, :, 6:] = 2
+    x, y, z = np.meshgrid(*(np.arange(n) + 0.5 for n in vol.shape), indexing="ij")
+    drawn[(x - 3) ** 2 + (y - 4) ** 2 + (z - 3) ** 2 <= 4] = 2
+    expected = morgana.load_mcx(configuration(vol=drawn))
+    as_list = [layers, ball]
+    for shapes in (as_list, {"Shapes": as_list}, json.dumps({"Shapes": as_list}), json.dumps(as_list)):
+        assert morgana.load_mcx(configuration(vol=vol, shapes=shapes)) == expected
+    # A grid takes the place of the volume, and one shape needs no list.
+    grid = {"Grid": {"Tag": 1, "Size": [6, 8, 10]}}
+    without = {key: value for key, value in configuration(shapes=json.dumps({"Shapes": [grid, layers, ball]})).items() if key != "vol"}
+    assert morgana.load_mcx(without) == expected
+    assert morgana.load_mcx(configuration(vol=drawn, shapes={"Shapes": ball})) == expected
+    (tmp_path / "input.json").write_text(json.dumps({
+        "Session": {"Photons": 500},
+        "Optode": {"Source": {"Type": "pencil", "Pos": [3.2, 4.1, 0], "Dir": [0, 0, 1]}},
+        "Domain": {"OriginType": 1, "Dim": vol.shape, "Media": PROP},
+        "Shapes": [grid, layers, ball],
+    }))
+    results = [morgana.render(scene, seed=1).meters["fluence"].mean for scene in (expected, morgana.load_file(tmp_path / "input.json"))]
+    np.testing.assert_array_equal(results[0], results[1])
