@@ -91,7 +91,8 @@ def read(path: Path, *, memory: Optional[int] = None) -> Image:
     Parameters
     ----------
     path : path_like
-        An ``.exr``, ``.npy`` or ``.png`` file. Values of ``.png`` become linear.
+        An ``.exr``, ``.npy`` or ``.png`` file. Values of ``.png`` become linear, as they were before the exposure and tone map of which
+        its texts tell.
     memory : int, optional
         Bytes that the image may take, as for :func:`load_file`.
 
