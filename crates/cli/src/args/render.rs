@@ -1,6 +1,6 @@
 //! `morgana render`.
 
-use super::values::{duration, measure, particles, positive, samples, threads};
+use super::values::{duration, measure, particles, positive, samples, seed, threads};
 use super::{Frames, KeepArgs, SceneArgs, ToneArgs};
 use clap::Args as ClapArgs;
 use std::path::PathBuf;
@@ -52,7 +52,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", value_parser = particles, conflicts_with = "spp")]
     pub particles: Option<u64>,
     /// Seed of the random numbers.
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
     /// Number of threads; all processors by default.
     #[arg(long, value_name = "N", value_parser = threads)]

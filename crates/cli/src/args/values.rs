@@ -57,6 +57,11 @@ pub fn exposure(text: &str) -> Result<Exposure, String> {
     }
 }
 
+pub fn seed(text: &str) -> Result<u64, String> {
+    text.parse()
+        .map_err(|_| "expected a whole number from 0 to 2⁶⁴ − 1".to_owned())
+}
+
 pub fn samples(text: &str) -> Result<u64, String> {
     whole(text, ReproducibleSum::MOST).ok_or_else(|| {
         format!(

@@ -173,3 +173,15 @@ fn help_shows_an_example_of_each_command() {
         );
     }
 }
+
+#[test]
+fn seeds_are_whole_numbers() {
+    let folder = Folder::with_fog();
+    for seed in ["-1", "1.5", "18446744073709551616"] {
+        let error = folder.refuse(&format!("render scene.xml --seed {seed}"));
+        assert!(
+            error.contains("expected a whole number from 0 to 2⁶⁴ − 1"),
+            "{error}"
+        );
+    }
+}

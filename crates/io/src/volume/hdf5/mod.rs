@@ -232,8 +232,14 @@ fn missing(file: &Hdf5File, dataset: &str, error: hdf5_reader::error::Error) -> 
 }
 
 fn describe(error: hdf5_reader::error::Error) -> Problem {
-    Problem::WrongFormat {
-        format: "HDF5",
-        reason: error.to_string(),
+    use hdf5_reader::error::Error::UnsupportedFilter;
+    match error {
+        UnsupportedFilter(filter) => Problem::Unsupported(format!(
+            "the dataset is compressed by a filter that is not read ({filter}): store it with gzip, or without compression"
+        )),
+        error => Problem::WrongFormat {
+            format: "HDF5",
+            reason: error.to_string(),
+        },
     }
 }
