@@ -232,8 +232,9 @@ fn missing(file: &Hdf5File, dataset: &str, error: hdf5_reader::error::Error) -> 
 }
 
 fn describe(error: hdf5_reader::error::Error) -> Problem {
-    use hdf5_reader::error::Error::UnsupportedFilter;
+    use hdf5_reader::error::Error::{Context, UnsupportedFilter};
     match error {
+        Context { source, .. } if matches!(*source, UnsupportedFilter(_)) => describe(*source),
         UnsupportedFilter(filter) => Problem::Unsupported(format!(
             "the dataset is compressed by a filter that is not read ({filter}): store it with gzip, or without compression"
         )),
