@@ -2,6 +2,7 @@
 
 use crate::command_error::CommandError;
 use clap::{Arg, ArgMatches, Command};
+use io::diagnostic::shown;
 use std::path::{Path, PathBuf};
 
 /// Options that name files to write.
@@ -30,8 +31,8 @@ pub fn check(program: &Command, matches: &ArgMatches) -> Result<(), CommandError
     for (i, file) in written.iter().enumerate() {
         if written[..i].iter().any(|other| is_same(file, other)) {
             let message = format!(
-                "{} would be written twice: give each output a file of its own",
-                file.display()
+                "'{}' would be written twice: give each output a file of its own",
+                shown(file)
             );
             return Err(CommandError::Usage(message));
         }
@@ -44,7 +45,7 @@ pub fn check_read(written: &[PathBuf], read: &[PathBuf]) -> Result<(), CommandEr
     let is_read = |file: &&PathBuf| read.iter().any(|other| is_same(file, other));
     match written.iter().find(is_read) {
         Some(file) => {
-            let message = format!("{} is read here: write to another file", file.display());
+            let message = format!("'{}' is read here: write to another file", shown(file));
             Err(CommandError::Usage(message))
         }
         None => Ok(()),

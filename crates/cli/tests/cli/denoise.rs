@@ -127,7 +127,7 @@ fn a_denoised_image_is_not_taken_for_an_estimate() {
     let message = folder.refuse(&format!("denoise b.exr {oidn} -o c.exr"));
     assert!(message.contains("'b.exr' is denoised already"), "{message}");
     let message = folder.refuse(&format!("denoise a.exr {oidn} -o a.exr"));
-    assert!(message.contains("a.exr is read here"), "{message}");
+    assert!(message.contains("'a.exr' is read here"), "{message}");
     let message = folder.refuse("compare b.exr a.exr");
     assert!(
         message.contains("no main layer; choose one of its layers: denoised"),

@@ -60,32 +60,32 @@ fn nothing_is_overwritten_that_is_read_or_written_by_the_same_command() {
     for (arguments, told) in [
         (
             "render scene.xml --stats scene.xml",
-            "scene.xml is read here",
+            "scene.xml' is read here",
         ),
         (
             "render scene.xml -o inner/../b.exr --stats b.exr",
-            "b.exr would be written twice",
+            "b.exr' would be written twice",
         ),
         (
             "render scene.xml --shard 0/1 -o b.part --stats b.part",
-            "b.part would be written twice",
+            "b.part' would be written twice",
         ),
         (
             "render scene.xml --checkpoint b.exr -o b.exr",
-            "b.exr would be written twice",
+            "b.exr' would be written twice",
         ),
         (
             "render scene.xml --integrator bdpt --strategies b.exr -o b.exr",
-            "b.exr would be written twice",
+            "b.exr' would be written twice",
         ),
         (
             "render scene.xml -o spots.png",
-            "spots.png is read here: write to another file",
+            "spots.png' is read here: write to another file",
         ),
-        ("compare a.exr a.exr --image a.exr", "a.exr is read here"),
-        ("tonemap a.exr -o a.exr", "a.exr is read here"),
-        ("export scene.xml -o scene.xml", "scene.xml is read here"),
-        ("convert v.npy v.npy", "v.npy is read here"),
+        ("compare a.exr a.exr --image a.exr", "a.exr' is read here"),
+        ("tonemap a.exr -o a.exr", "a.exr' is read here"),
+        ("export scene.xml -o scene.xml", "scene.xml' is read here"),
+        ("convert v.npy v.npy", "v.npy' is read here"),
     ] {
         let error = folder.refuse(arguments);
         assert!(error.contains(told), "{arguments}: {error}");

@@ -339,7 +339,7 @@ fn shortened(radius: DVec2, tried: DVec2) -> Option<DVec2> {
 
 /// The unit direction from one point to another.
 pub(super) fn chord(x: DVec3, y: DVec3) -> Result<DVec3, Failure> {
-    let failure = if x == y {
+    let failure = if (y - x).length().is_finite() {
         Failure::Coincident
     } else {
         Failure::TooFar

@@ -116,7 +116,8 @@ fn around(parts: &Parts, id: MediumId) -> f64 {
     let (mut sum, mut count) = (0.0, 0);
     for object in parts.objects.iter().filter(inside) {
         let exterior = object.sides.map(|sides| sides.exterior);
-        let exterior = exterior.filter(|_| matches!(object.bsdf, Bsdf::Null));
+        let is_matched = matches!(object.bsdf, Bsdf::Null) || object.bsdf.is_partial();
+        let exterior = exterior.filter(|_| is_matched);
         let index = &parts.media[exterior.unwrap_or(id)].index;
         for i in 0..PLACES {
             let u = LATTICE.map(|step| (f64::from(i) * step).fract());

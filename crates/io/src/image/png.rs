@@ -168,6 +168,9 @@ pub(super) fn read_untoned(path: &Path, limits: Limits) -> Result<RgbImage, File
     Ok(image)
 }
 
+/// No picture is shown with more: its values would not fit into single precision.
+const MOST_STOPS: f64 = 100.0;
+
 /// What was done to the values of a file, as its [texts] say.
 fn tone(bytes: &[u8]) -> Tone {
     let Ok(reader) = Decoder::new(Cursor::new(bytes)).read_info() else {
@@ -184,7 +187,7 @@ fn tone(bytes: &[u8]) -> Tone {
     let curve = curve.and_then(|name| curves.clone().find(|(known, _)| *known == name));
     Tone {
         exposure: exposure
-            .filter(|stops: &f64| stops.is_finite())
+            .filter(|stops: &f64| stops.abs() <= MOST_STOPS)
             .unwrap_or(0.0),
         curve: curve.map_or(Curve::default(), |(_, curve)| *curve),
     }

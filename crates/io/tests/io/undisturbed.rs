@@ -61,12 +61,14 @@ fn tanks_keep_the_index_at_their_walls() {
 /// Where the surface does not refract, it is the index around.
 #[test]
 fn flows_keep_the_index_around() {
-    let flow = tank("null", &PLUME.replace("1.33", "1.331"));
-    let water = format!(
-        r#"{flow}, "water": {{"type": "sphere", "radius": 4, "bsdf": {{"type": "dielectric"}},
+    for bsdf in ["null", "thindielectric"] {
+        let flow = tank(bsdf, &PLUME.replace("1.33", "1.331"));
+        let water = format!(
+            r#"{flow}, "water": {{"type": "sphere", "radius": 4, "bsdf": {{"type": "dielectric"}},
             "interior": {{"type": "transparent", "id": "outer", "ior": 1.33}}}}"#
-    );
-    still(&water, [1.33; 2], 1e-12);
+        );
+        still(&water, [1.33; 2], 1e-12);
+    }
     still(
         &tank("null", &PLUME.replace("1.33", "1.0")),
         [1.0; 2],

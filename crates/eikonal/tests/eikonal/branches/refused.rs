@@ -128,6 +128,10 @@ fn reach_and_distance_may_have_any_size() {
     assert!(expected >= 3, "{expected}");
     assert_eq!(count(1e300), expected);
     assert_eq!(count(f64::INFINITY), expected);
+    // Points that no number tells apart are at the same place.
+    let mut solver = Solver::new(Tolerance::default());
+    let found = solver.connect(&world, DVec3::ZERO, (), DVec3::X * 1e-200);
+    assert_eq!(found, Err(Failure::Coincident));
     for far in [DVec3::X * 1e300, DVec3::Z * f64::INFINITY, DVec3::NAN] {
         let mut solver = Solver::new(Tolerance::default());
         assert_eq!(solver.connect(&world, x, (), far), Err(Failure::TooFar));
