@@ -456,7 +456,7 @@ PLANTED = [
     (
         "Hessians that probes leave as they are",
         EIKONAL + "connect/collocate/linear.rs",
-        "self.half_hess[i][c] += first[c] * p + second[c] * q;",
+        "self.half_hess[i][c] = self.half_hess[i][c].plus(p, first[c]).plus(q, second[c]);",
         "let _ = (first[c] * p, second[c] * q);",
         ("morgana-eikonal", "eikonal", "collocation::rays_are_as_good_as_the_tolerance_says"),
     ),

@@ -1,6 +1,11 @@
-//! Which vector instructions are used.
+//! Which vector instructions are used, and sums by them.
+//!
+//! Products in sums are not rounded on their own by processors that fuse them with additions: those of x86-64 since 2013, if a
+//! virtual machine does not hide it, and ARM's. All of these give the same bits, whatever other instructions they have.
 
-use fearless_simd::{Level, Simd};
+use fearless_simd::{Level, Simd, SimdFloat, f32x4, f32x8, f64x4};
+use glam::DVec3;
+use std::ops::{Add, Mul, Sub};
 
 /// The vector instructions to use: the widest that this processor has, up to four lanes. With eight the
 /// additions take less time and the moves between lanes more.
@@ -11,19 +16,62 @@ pub(crate) fn level() -> Level {
     widest
 }
 
-/// All that this processor has.
-#[cfg(test)]
-pub(crate) fn all() -> Vec<Level> {
-    let widest = Level::new();
-    let mut all = vec![Level::baseline(), widest];
-    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-    {
-        let narrower = [
-            widest.as_sse2().map(|l| l.level()),
-            widest.as_sse4_2().map(|l| l.level()),
-            widest.as_avx2().map(|l| l.level()),
-        ];
-        all.extend(narrower.into_iter().flatten());
+/// What sums with weights of type `W` are taken of.
+pub(crate) trait Summand<W = f64>:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<W, Output = Self>
+{
+    /// `self` + `weight`·`of`.
+    #[inline(always)]
+    fn plus(self, weight: W, of: Self) -> Self {
+        self + of * weight
     }
-    all
+}
+
+/// Vectors outside of the functions that are compiled for given instructions: the product is rounded.
+impl Summand for DVec3 {}
+impl Summand for f64 {}
+
+impl<S: Simd> Summand for f64x4<S> {
+    #[inline(always)]
+    fn plus(self, weight: f64, of: Self) -> Self {
+        of.mul_add(weight, self)
+    }
+}
+
+impl<S: Simd> Summand<f32> for f32x4<S> {
+    #[inline(always)]
+    fn plus(self, weight: f32, of: Self) -> Self {
+        of.mul_add(weight, self)
+    }
+}
+
+impl<S: Simd> Summand<f32> for f32x8<S> {
+    #[inline(always)]
+    fn plus(self, weight: f32, of: Self) -> Self {
+        of.mul_add(weight, self)
+    }
+}
+
+/// Asserts that all vector instructions of this processor give the same values: the same bits if they fuse products and sums, the
+/// same within `rounding` if they do not.
+#[cfg(all(test, any(target_arch = "x86", target_arch = "x86_64")))]
+pub(crate) fn assert_agree(rounding: f64, values: impl Fn(Level) -> Vec<f64>) {
+    let widest = Level::new();
+    let fused = widest.as_avx2().map(|avx2| avx2.level());
+    let others = [
+        Some(Level::baseline()),
+        widest.as_sse2().map(|sse2| sse2.level()),
+        widest.as_sse4_2().map(|sse4_2| sse4_2.level()),
+    ];
+    let expected = values(widest);
+    let bits = |values: Vec<f64>| values.into_iter().map(f64::to_bits).collect::<Vec<_>>();
+    if let Some(level) = fused {
+        assert!(bits(values(level)) == bits(values(widest)), "{level:?}");
+    }
+    for level in others.into_iter().flatten() {
+        for (found, expected) in values(level).into_iter().zip(&expected) {
+            let apart = (found - expected).abs();
+            assert!(apart <= rounding, "{level:?}: {found} {expected}");
+        }
+    }
 }

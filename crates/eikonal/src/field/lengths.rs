@@ -1,5 +1,6 @@
 //! Length scales at nodes of a grid, interpolated linearly between them.
 
+use super::cells;
 use glam::DVec3;
 
 /// Lengths at nodes, whose slopes are limited so that the interpolant is 1-Lipschitz.
@@ -7,6 +8,8 @@ use glam::DVec3;
 pub(super) struct Lengths {
     /// At least two along each axis.
     nodes: [usize; 3],
+    /// The last place, in units of the spacing from node 0, just within the last cell.
+    last: DVec3,
     /// x fastest.
     lengths: Vec<f64>,
 }
@@ -14,7 +17,12 @@ pub(super) struct Lengths {
 impl Lengths {
     /// Lengths at nodes this far apart along each axis; those that neighbours do not allow are shortened.
     pub(super) fn new(nodes: [usize; 3], spacing: DVec3, lengths: Vec<f64>) -> Self {
-        let mut lengths = Lengths { nodes, lengths };
+        let last = DVec3::from_array(nodes.map(|n| (n - 1) as f64));
+        let mut lengths = Lengths {
+            nodes,
+            last: last * (1.0 - f64::EPSILON),
+            lengths,
+        };
         for axis in 0..3 {
             lengths.limit(axis, spacing[axis]);
         }
@@ -43,12 +51,9 @@ impl Lengths {
     /// At a position in units of the spacing from node 0; beyond the nodes that of the nearest place among them.
     #[inline(always)]
     pub(super) fn at(&self, t: DVec3) -> f64 {
-        let [x, y, z] = self.nodes;
-        let last = DVec3::new((x - 1) as f64, (y - 1) as f64, (z - 1) as f64);
-        let t = t.max(DVec3::ZERO).min(last);
-        let (i, u) = between(t.x, x);
-        let (j, v) = between(t.y, y);
-        let (k, w) = between(t.z, z);
+        let [x, y, _] = self.nodes;
+        let (cell, DVec3 { x: u, y: v, z: w }) = cells::located(t.max(DVec3::ZERO).min(self.last));
+        let [i, j, k] = cell.map(|i| i as usize);
         let row = |j: usize, k: usize| {
             let at = (k * y + j) * x + i;
             let pair = &self.lengths[at..at + 2];
@@ -66,12 +71,4 @@ impl Lengths {
     pub(super) fn memory(&self) -> usize {
         self.lengths.len() * size_of::<f64>()
     }
-}
-
-/// Along an axis with so many nodes: the one before a coordinate between the first and the last, and the fraction of the way to
-/// the next.
-#[inline(always)]
-fn between(t: f64, nodes: usize) -> (usize, f64) {
-    let before = (t as usize).min(nodes - 2);
-    (before, t - before as f64)
 }

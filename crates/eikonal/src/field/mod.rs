@@ -8,6 +8,7 @@ mod axis;
 mod bessel;
 mod bessel_table;
 mod bspline;
+mod cells;
 mod constant;
 mod error;
 mod expression;

@@ -10,7 +10,7 @@ use glam::DVec3;
 use std::hint::black_box;
 use testkit::Rng;
 
-const ROUNDS: usize = 11;
+const ROUNDS: usize = 101;
 const PAIRS: usize = 4000;
 
 /// A field, the radius of the ball in which it is used, and the tolerance of rays.
@@ -22,9 +22,10 @@ struct Case {
 }
 
 pub fn table() {
+    let grid = lens::field();
     let lens = |name, tolerance| Case {
         name,
-        field: lens::field(),
+        field: grid.clone(),
         radius: lens::RADIUS,
         tolerance,
     };

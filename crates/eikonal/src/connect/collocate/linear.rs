@@ -1,14 +1,15 @@
 //! A ray, and its neighbours, in forces that are linear in the displacement at each node.
 //!
-//! Vectors have the lanes of the processor's vectors, of which the fourth is zero; every operation is rounded on its own, so that
-//! bits do not depend on the instructions that the processor has. Loops take the place of closures, which are not always compiled for
+//! Vectors have the lanes of the processor's vectors, of which the fourth is zero; bits do not depend on the instructions that the
+//! processor has, if it fuses products and sums. Loops take the place of closures, which are not always compiled for
 //! these instructions.
 
 use super::BoundaryProblem;
 use super::rule::{Probes, QuadratureRule, sum};
 use crate::field::Jet;
+use crate::lanes::Summand;
 use crate::ray::{Tangents, perpendicular_basis};
-use fearless_simd::{Simd, SimdFrom, f64x4};
+use fearless_simd::{Simd, SimdFloat, SimdFrom, f64x4};
 use glam::{DMat3, DVec3};
 
 /// Sweeps of an iteration that is worth it.
@@ -56,8 +57,12 @@ impl<S: Simd, const N: usize> Solution<S, N> {
             span2: 0.0,
             shift2: 0.0,
         };
-        for i in 0..N {
-            let jet = solution.jet(rule, problem, i);
+        // All are written before any is read: what has just been written in other pieces is read late.
+        let mut jets = [Jet::constant(0.0); N];
+        for (i, jet) in jets.iter_mut().enumerate() {
+            *jet = solution.jet(rule, problem, i);
+        }
+        for (i, jet) in jets.iter().enumerate() {
             solution.n2[i] = jet.n2;
             solution.force[i] = vector(simd, jet.grad * 0.5);
             solution.half_hess[i] = half(simd, jet.hess);
@@ -99,7 +104,7 @@ impl<S: Simd, const N: usize> Solution<S, N> {
         for (i, next) in next.into_iter().enumerate() {
             let u = next * self.span2;
             let apart = u - self.u[i];
-            change += apart * apart * rule.weights[i];
+            change = change.plus(rule.weights[i], apart * apart);
             self.u[i] = u;
         }
         total(change)
@@ -109,7 +114,12 @@ impl<S: Simd, const N: usize> Solution<S, N> {
     #[inline(always)]
     fn find_forces(&mut self, from: &[f64x4<S>; N]) {
         for (i, from) in from.iter().enumerate() {
-            self.a[i] = self.force[i] + turned(&self.half_hess[i], self.u[i] - *from);
+            let shift = self.u[i] - *from;
+            let [x, y, z] = self.half_hess[i];
+            self.a[i] = self.force[i]
+                .plus(shift[0], x)
+                .plus(shift[1], y)
+                .plus(shift[2], z);
         }
     }
 
@@ -119,7 +129,8 @@ impl<S: Simd, const N: usize> Solution<S, N> {
         let mut integrand = self.u;
         for i in 0..N {
             let shift = self.u[i] - from[i];
-            integrand[i] = (self.force[i] + self.a[i]) * shift + self.a[i] * self.u[i];
+            let along = self.a[i] * self.u[i];
+            integrand[i] = shift.mul_add(self.force[i] + self.a[i], along);
         }
         let n2 = sum(&rule.weights, &self.n2);
         self.span2 = d2 / (n2 + total(sum(&rule.weights, &integrand)));
@@ -159,9 +170,9 @@ impl<S: Simd, const N: usize> Solution<S, N> {
         let [first, second] = changes;
         for i in 0..N {
             let [p, q] = probes.spread[i];
-            self.a[i] += forces[0] * p + forces[1] * q;
+            self.a[i] = self.a[i].plus(p, forces[0]).plus(q, forces[1]);
             for c in 0..3 {
-                self.half_hess[i][c] += first[c] * p + second[c] * q;
+                self.half_hess[i][c] = self.half_hess[i][c].plus(p, first[c]).plus(q, second[c]);
             }
         }
         self.find_span(rule, problem.d2, from);
@@ -236,9 +247,9 @@ impl<S: Simd, const N: usize> Solution<S, N> {
         let next = rule.displacements(&f);
         let mut change = vector(self.simd, DVec3::ZERO);
         for i in 0..N {
-            let new = far * rule.nodes[i] + next[i];
+            let new = next[i].plus(rule.nodes[i], far);
             let apart = new - dx[i];
-            change += apart * apart * rule.weights[i];
+            change = change.plus(rule.weights[i], apart * apart);
             dx[i] = new;
         }
         FarEnd {
@@ -295,7 +306,9 @@ fn total<S: Simd>(v: f64x4<S>) -> f64 {
 /// A matrix, of given columns, times a vector.
 #[inline(always)]
 fn turned<S: Simd>(columns: &[f64x4<S>; 3], v: f64x4<S>) -> f64x4<S> {
-    columns[0] * v[0] + columns[1] * v[1] + columns[2] * v[2]
+    (columns[0] * v[0])
+        .plus(v[1], columns[1])
+        .plus(v[2], columns[2])
 }
 
 /// Mean along the ray of the squared distance between points of the same number.

@@ -4,7 +4,7 @@
 //! The polynomial is Σₖ cₖPₖ(2t − 1) with cₖ = (2k + 1) Σᵢ wᵢ Pₖ(2tᵢ − 1) fᵢ, for the quadrature is exact for products of
 //! such polynomials; Legendre's polynomials are integrated by (2k + 1)Pₖ = (Pₖ₊₁ − Pₖ₋₁)′.
 
-use std::ops::{Add, AddAssign, Mul, Sub};
+use crate::lanes::Summand;
 
 /// More than any rule's degree and two.
 const DEGREES: usize = 16;
@@ -80,10 +80,7 @@ impl<const N: usize> QuadratureRule<N> {
     /// u at the nodes, for an even number of them: nodes lie evenly about the middle, so that what is even and what is odd about it do
     /// not know of one another, which halves the work.
     #[inline(always)]
-    pub(crate) fn displacements<T>(&self, f: &[T; N]) -> [T; N]
-    where
-        T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f64, Output = T> + AddAssign,
-    {
+    pub(crate) fn displacements<T: Summand>(&self, f: &[T; N]) -> [T; N] {
         const { assert!(N.is_multiple_of(2)) };
         let (mut even, mut odd) = (*f, *f);
         for j in 0..N / 2 {
@@ -97,8 +94,8 @@ impl<const N: usize> QuadratureRule<N> {
                 odd[0] * self.halves[1][i][0],
             ];
             for j in 1..N / 2 {
-                parts[0] += even[j] * self.halves[0][i][j];
-                parts[1] += odd[j] * self.halves[1][i][j];
+                parts[0] = parts[0].plus(self.halves[0][i][j], even[j]);
+                parts[1] = parts[1].plus(self.halves[1][i][j], odd[j]);
             }
             u[i] = parts[0] + parts[1];
             u[N - 1 - i] = parts[0] - parts[1];
@@ -218,13 +215,10 @@ const fn roots<const N: usize>() -> [f64; N] {
 
 /// Σ wᵢfᵢ.
 #[inline(always)]
-pub(crate) fn sum<const N: usize, T>(w: &[f64; N], of: &[T; N]) -> T
-where
-    T: Copy + Mul<f64, Output = T> + AddAssign,
-{
+pub(crate) fn sum<const N: usize, T: Summand>(w: &[f64; N], of: &[T; N]) -> T {
     let mut sum = of[0] * w[0];
     for i in 1..N {
-        sum += of[i] * w[i];
+        sum = sum.plus(w[i], of[i]);
     }
     sum
 }

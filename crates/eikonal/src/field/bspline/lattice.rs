@@ -1,6 +1,7 @@
 //! Where the samples of a grid lie in space and where their coefficients lie in memory.
 
 use crate::bounds::Aabb;
+use crate::field::cells;
 use crate::field::error::FieldError;
 use glam::DVec3;
 
@@ -10,14 +11,6 @@ pub(super) const PAD: usize = 2;
 
 /// Spacings beyond the outermost samples from which on the field no longer changes.
 const BEYOND: f64 = PAD as f64 + 2.0;
-
-/// What a coordinate of zero becomes in `LAST_BIT`: coordinates are at least −`BEYOND`, and their halves
-/// rounded down must be positive.
-const ORIGIN: isize = 8;
-/// A number whose last bit is worth 1, so far from powers of two that sums with coordinates are, too.
-const LAST_BIT: f64 = 6_755_399_441_055_744.0 + ORIGIN as f64;
-/// The bits of such a sum that count from 1.5·2⁵².
-const INTEGER: u64 = (1 << 51) - 1;
 
 /// Where samples lie in the box of a grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -219,18 +212,21 @@ impl Lattice {
     }
 
     /// The first of the four coefficients that act at a position along each axis, counted from the first
-    /// stored one, and the fraction of the cell there, in [0, 1].
-    ///
-    /// Rounding down is done by additions: added to `LAST_BIT`, a number is rounded to an integer, which
-    /// the last bits of the sum hold. This takes a tenth of the instructions of conversions that
-    /// saturate. On a knot the cell before or the one after it is taken; their values are the same.
+    /// stored one, and the fraction of the cell there, in [0, 1]. On a knot the cell before or the one after it is taken;
+    /// their values are the same.
     #[inline(always)]
     pub(super) fn locate(&self, x: DVec3) -> ([isize; 3], DVec3) {
-        let t = self.coordinates(x);
-        let sum = (t - 0.5) + LAST_BIT;
-        let fraction = t - (sum - LAST_BIT);
-        let first = sum.to_array().map(|s| first_coefficient(integer(s)));
-        (first, fraction)
+        let (cell, fraction) = cells::located(self.coordinates(x));
+        (cell.map(first_coefficient), fraction)
+    }
+
+    /// Whether the four coefficients from each of `first` on are stored.
+    #[inline(always)]
+    pub(super) fn inside(&self, first: [isize; 3]) -> bool {
+        let [x, y, z] = self.dims.map(|n| n + 2 * PAD - 4);
+        // What is negative is more than that.
+        let [i, j, k] = first.map(|i| i as usize);
+        (i <= x) & (j <= y) & (k <= z)
     }
 
     /// Index along `axis` of the stored coefficient that stands for index `i`, which is counted
@@ -238,12 +234,6 @@ impl Lattice {
     pub(super) fn clamp(&self, axis: usize, i: isize) -> usize {
         i.clamp(0, (self.dims[axis] + 2 * PAD - 1) as isize) as usize
     }
-}
-
-/// The number that was rounded to an integer by adding it to [`LAST_BIT`], given the sum.
-#[inline(always)]
-fn integer(sum: f64) -> isize {
-    (sum.to_bits() & INTEGER) as isize - ORIGIN
 }
 
 /// The coordinate `t` rounded down.

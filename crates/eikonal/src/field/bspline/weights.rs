@@ -1,5 +1,6 @@
 //! The basis functions of a cubic spline.
 
+use crate::lanes::Summand;
 use fearless_simd::{Simd, SimdBase, f64x4};
 
 /// 1, t, t², t³ in the four basis functions that act in a cell.
@@ -34,9 +35,9 @@ impl<S: Simd> Weights<S> {
         let [f0, f1, f2] = &FIRST;
         let [s0, s1] = &SECOND;
         Weights {
-            value: ((c(v3) * t + c(v2)) * t + c(v1)) * t + c(v0),
-            first: (c(f2) * t + c(f1)) * t + c(f0),
-            second: c(s1) * t + c(s0),
+            value: c(v0).plus(t, c(v1).plus(t, c(v2).plus(t, c(v3)))),
+            first: c(f0).plus(t, c(f1).plus(t, c(f2))),
+            second: c(s0).plus(t, c(s1)),
         }
     }
 }
