@@ -181,13 +181,15 @@ def export(
     return _morgana.export_file(os.fspath(scene), defines, output)
 
 
-def load_field(volume: Mapping[str, Any]) -> Field:
+def load_field(volume: Mapping[str, Any], *, wavelength: Optional[float] = None) -> Field:
     """Make a refractive-index field from a dictionary that describes a volume.
 
     Parameters
     ----------
     volume : mapping
         A volume as an ``ior`` of a scene takes it (docs/scene-format.md#refractive-index-ior).
+    wavelength : float, optional
+        The wavelength in nm, of an index that depends on it, such as ``cauchy``, ``sellmeier``, or that of air.
 
     Returns
     -------
@@ -197,16 +199,22 @@ def load_field(volume: Mapping[str, Any]) -> Field:
     Raises
     ------
     SceneError
-        A volume that is no refractive index.
+        A volume that is no refractive index, or that depends on the wavelength, where none is given.
+    ValueError
+        A wavelength that is not positive.
 
     Examples
     --------
     >>> morgana.load_field({"type": "luneburg", "radius": 2}).n([0, 0, 0])
     array(1.41421356)
+    >>> morgana.load_field({"type": "cauchy", "a": 1.5, "b": 0.004}, wavelength=500).n([0, 0, 0])
+    array(1.516)
     >>> morgana.load_field({"type": "bspline", "data": 1 + 0.01 * np.random.rand(8, 8, 8), "placement": "nodes"})
     <morgana.Field, varying>
     """
-    field = _morgana.load_field(checks.mapping(volume, "a volume"))
+    if wavelength is not None and not 0 < wavelength < float("inf"):
+        raise ValueError(f"a wavelength is positive, in nm, not {wavelength}")
+    field = _morgana.load_field(checks.mapping(volume, "a volume"), wavelength)
     _warn(field._warnings)
     return field
 
@@ -226,9 +234,9 @@ def remake(recipe: Tuple[str, Any, List[Tuple[str, str]], Instead], expected: st
     return _unchanged(scene, scene.hash, expected)
 
 
-def remake_field(volume: Dict[str, Any], expected: str) -> Field:
+def remake_field(volume: Dict[str, Any], expected: str, wavelength: Optional[float] = None) -> Field:
     """Make a field again that was pickled. It raises what :func:`remake` does."""
-    field = _morgana.load_field(volume)
+    field = _morgana.load_field(volume, wavelength)
     return _unchanged(field, field._hash, expected)
 
 

@@ -233,6 +233,22 @@ def test_dictionaries_that_hold_one_another_twice_have_an_end():
         morgana.load_field(index)
 
 
+def test_fields_at_a_wavelength():
+    # N-BK7 at the lines F' and C, by SCHOTT's data sheet.
+    glass = {"type": "sellmeier", "b1": 1.03961212, "c1": 0.00600069867, "b2": 0.231792344, "c2": 0.0200179144, "b3": 1.01046945, "c3": 103.560653}
+    for wavelength, expected in ((479.9914, 1.52283), (656.2725, 1.51432)):
+        assert morgana.load_field(glass, wavelength=wavelength).n([0, 0, 0]) == pytest.approx(expected, abs=1e-5)
+    # A gradient-index glass that is measured at one wavelength.
+    rod = {**glass, "nested": {"type": "selfoc", "n0": 1.6, "alpha": 0.3}, "reference_wavelength": 589.3}
+    ratio = morgana.load_field(rod, wavelength=450).n([0.5, 0, 0]) / morgana.load_field(rod, wavelength=589.3).n([0.5, 0, 0])
+    assert ratio == pytest.approx(1.52532 / 1.51673, abs=2e-5)
+    with pytest.raises(morgana.SceneError, match="load_field takes a 'wavelength'"):
+        morgana.load_field(glass)
+    for wavelength in (0, -500, float("nan"), float("inf")):
+        with pytest.raises(ValueError, match="a wavelength is positive"):
+            morgana.load_field(glass, wavelength=wavelength)
+
+
 def test_what_many_shapes_share_is_no_repetition():
     surface = {"type": "twosided", "nested": {"type": "diffuse"}}
     balls = {f"ball_{i}": {"type": "sphere", "bsdf": surface} for i in range(300)}

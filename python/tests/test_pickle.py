@@ -75,6 +75,8 @@ def test_fields():
     points = np.random.default_rng(2).random((10, 3))
     assert np.array_equal(copy.n(points), own.n(points))
     assert own != morgana.load_field({"type": "bspline", "data": data + 0.1, "placement": "nodes"}) and own != field
+    glass = [morgana.load_field({"type": "cauchy", "a": 1.5, "b": 0.004}, wavelength=nm) for nm in (500, 600)]
+    assert [again(colour) for colour in glass] == glass and glass[0] != glass[1]
 
 
 def test_arrays_that_have_changed_are_refused():

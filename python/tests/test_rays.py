@@ -88,6 +88,17 @@ def test_starts_that_are_none_are_refused():
         morgana.trace(scene, [[np.nan, 0, 0]], [[1, 0, 0]])
 
 
+def test_lengths_of_directions_do_not_matter():
+    scene = load(small())
+    direction = np.array([0.6, 0.0, 0.8])
+    (expected,) = morgana.trace(scene, np.zeros((1, 3)), [direction])
+    for length in (5e-324, 1e-200, 1e-160, 1e160, 1e200, 1e308):
+        (ray,) = morgana.trace(scene, np.zeros((1, 3)), [direction * length])
+        tolerance = 1e-14 if length > 1e-300 else 0.5
+        np.testing.assert_allclose(ray.tangents[0], expected.tangents[0], atol=tolerance)
+        np.testing.assert_allclose(np.linalg.norm(ray.tangents[0]), 1, rtol=1e-14)
+
+
 def test_connections_are_those_of_the_program(program):
     path = SCENES / "luneburg_fog.xml"
     a, b = [-0.5, 0.2, 0], [0.7, 0, 0.1]

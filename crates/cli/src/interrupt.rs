@@ -1,7 +1,7 @@
-//! Ctrl-C, and the signal by which batch systems ask processes to end.
+//! Ctrl-C, and the signals by which batch systems ask processes to end, and terminals that are closed.
 
 use crate::command_error::CommandError;
-use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::flag;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -39,7 +39,8 @@ impl Interrupt {
             flag::register_usize(signal, number, signal as usize)?;
             flag::register(signal, asked)
         };
-        for signal in [SIGINT, SIGTERM] {
+        let hangup = (!is_ignored(SIGHUP)).then_some(SIGHUP);
+        for signal in [SIGINT, SIGTERM].into_iter().chain(hangup) {
             let failed = |e| CommandError::Runtime(format!("cannot listen for Ctrl-C: {e}"));
             listen(signal).map_err(failed)?;
         }
@@ -68,4 +69,13 @@ impl Interrupt {
             signal => ExitCode::from(STATUS + u8::try_from(signal).unwrap_or(SIGINT as u8)),
         }
     }
+}
+
+/// Whether the process has been started so that it does not hear a signal, as `nohup` does; as far as the system tells, which
+/// Linux does. Elsewhere it ends programs without their doing, or does not, as it did before they listened.
+fn is_ignored(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_none_or(|mask| mask & (1 << (signal - 1)) != 0)
 }

@@ -9,7 +9,8 @@ use crate::temporary::Temporary;
 
 /// Writes a file: `write` fills a temporary file in the same folder, which takes the place of
 /// `path` only once everything is on disk. After a failure the temporary is removed and whatever
-/// was at `path` is still there; what a killed process leaves is removed later. A symbolic link is followed.
+/// was at `path` is still there; what a killed process leaves is removed later. A symbolic link is followed. The
+/// permissions are those of the file that is replaced.
 ///
 /// ```no_run
 /// use std::io::Write;
@@ -28,6 +29,10 @@ pub fn write(
     let target = target(path)?;
     let fail = |error| Problem::Write(error).at(path);
     let (temporary, file) = Temporary::create(&target).map_err(fail)?;
+    if let Ok(replaced) = fs::metadata(&target) {
+        // Before anything is in it that others may not read. Some file systems have no permissions.
+        let _ = file.set_permissions(replaced.permissions());
+    }
     let mut writer = BufWriter::new(file);
     write(&mut writer).map_err(fail)?;
     let file = writer.into_inner().map_err(|e| fail(e.into_error()))?;

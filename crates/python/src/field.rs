@@ -33,17 +33,21 @@ pub struct Field {
 enum Source {
     /// That of a medium of a scene, by number.
     Medium(Py<Scene>, usize),
-    /// Made of a dictionary, and the hash of that and of all data.
-    Own(Box<Index>, Py<PyDict>, SceneHash),
+    /// Made of a dictionary and perhaps for a wavelength in nm, with the hash of these and of all data.
+    Own(Box<Index>, (Py<PyDict>, Option<f64>), SceneHash),
 }
 
-/// Makes a field of a dictionary that describes a volume.
+/// Makes a field of a dictionary that describes a volume, for a wavelength in nm if that matters.
 #[pyfunction]
-pub fn load_field(py: Python<'_>, volume: &Bound<'_, PyDict>) -> PyResult<Field> {
-    let recipe = volume.clone().unbind();
+#[pyo3(signature = (volume, wavelength=None))]
+pub fn load_field(
+    py: Python<'_>,
+    volume: &Bound<'_, PyDict>,
+    wavelength: Option<f64>,
+) -> PyResult<Field> {
+    let recipe = (volume.clone().unbind(), wavelength);
     let volume = dict::item(volume, "scene[\"volume\"]")?;
-    let texts = [("type", Item::String("scene".into())), ("volume", volume)];
-    let scene = Item::Object(texts.map(|(key, item)| (key.to_owned(), item)).into());
+    let scene = object("scene", [Some(("volume", volume)), wavelength.map(sensor)]);
     let index = py.detach(|| {
         let mut diagnostics = Diagnostics::new();
         match json::build(scene, &[], &mut diagnostics) {
@@ -57,6 +61,26 @@ pub fn load_field(py: Python<'_>, volume: &Bound<'_, PyDict>) -> PyResult<Field>
         name: String::new(),
         warnings: made.warnings,
     })
+}
+
+/// An object of a description.
+fn object<const N: usize>(kind: &str, items: [Option<(&str, Item)>; N]) -> Item {
+    let kind = ("type", Item::String(kind.to_owned()));
+    let all = [kind].into_iter().chain(items.into_iter().flatten());
+    Item::Object(all.map(|(key, item)| (key.to_owned(), item)).collect())
+}
+
+/// The sensor of a scene that is seen at a wavelength in nm.
+fn sensor(wavelength: f64) -> (&'static str, Item) {
+    let text = |name, text: String| Some((name, Item::String(text)));
+    let film = object(
+        "hdrfilm",
+        [
+            text("pixel_format", "spectral".to_owned()),
+            text("wavelengths", wavelength.to_string()),
+        ],
+    );
+    ("sensor", object("perspective", [Some(("film", film))]))
 }
 
 impl Field {
@@ -253,8 +277,8 @@ impl Field {
                 let arguments = (scene.clone_ref(py), self.name.clone());
                 (module.getattr("field_of")?, arguments.into_py_any(py)?)
             }
-            Source::Own(_, recipe, hash) => {
-                let arguments = (recipe.clone_ref(py), hash.to_string());
+            Source::Own(_, (volume, wavelength), hash) => {
+                let arguments = (volume.clone_ref(py), hash.to_string(), *wavelength);
                 (module.getattr("remake_field")?, arguments.into_py_any(py)?)
             }
         })

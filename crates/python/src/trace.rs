@@ -86,7 +86,7 @@ impl Starts<'_> {
         let row = |of: &ArrayView2<f64>| DVec3::new(of[[i, 0]], of[[i, 1]], of[[i, 2]]);
         Start {
             x: row(&self.origins),
-            direction: row(&self.directions).normalize(),
+            direction: unit(row(&self.directions)),
         }
     }
 
@@ -107,12 +107,19 @@ impl Starts<'_> {
                     ));
                 }
             }
-            if DVec3::new(d[0], d[1], d[2]).try_normalize().is_none() {
+            if !unit(DVec3::new(d[0], d[1], d[2])).is_finite() {
                 return refused(format!("direction {i} is {d}, which has no length"));
             }
         }
         Ok(())
     }
+}
+
+/// The direction of a vector whose square may be more or less than numbers can say; NaN of zero.
+fn unit(d: DVec3) -> DVec3 {
+    let size = d.abs().max_element();
+    let squares = (1e-100..1e100).contains(&size);
+    (if squares { d } else { d / size }).normalize()
 }
 
 /// The points of rays that were followed, ray after ray.

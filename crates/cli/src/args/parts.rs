@@ -10,8 +10,8 @@ use std::time::Duration;
 /// How a render is kept in files, and divided among processes.
 #[derive(Clone, Debug, ClapArgs)]
 pub struct KeepArgs {
-    /// Keep what was gathered in this file: from time to time, when the render is interrupted (Ctrl-C or SIGTERM), and at
-    /// its end.
+    /// Keep what was gathered in this file: from time to time, when the render is interrupted (Ctrl-C, SIGTERM, or a
+    /// terminal that is closed), and at its end.
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
     /// Time between writing the checkpoint, or the part of a shard.

@@ -260,6 +260,9 @@ fn bad_grids_are_refused() {
         of([usize::MAX, 2, 2], cube(1.0), &samples),
         FieldError::GridTooLarge { .. }
     ));
+    // As many bytes as no machine has, but numbers can count.
+    let huge = Bspline::from_fn([1 << 19; 3], cube(1.0), nodes, |_| 1.3);
+    assert!(matches!(huge, Err(FieldError::GridTooLarge { .. })));
     for bounds in [cube(0.0), cube(f64::INFINITY), cube(f64::NAN), Aabb::EMPTY] {
         assert!(matches!(
             of(dims, bounds, &samples),

@@ -1,17 +1,19 @@
-//! Grids that end before the shape does whose medium they describe.
+//! Grids and tables that end before the shape does whose medium they describe.
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 use eikonal::Aabb;
 use glam::{DAffine3, DVec3};
 use transport::scene::{MediumId, Object};
 
-/// By what share of the larger side a shape may reach beyond a grid without a word: roundings of files.
+/// By what share of the largest side a shape may reach beyond a grid without a word: roundings of files.
 const BEYOND: f64 = 1e-3;
 
 /// What a grid says.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Quantity {
     Index,
+    /// The index, by one coordinate.
+    Table,
     Extinction,
 }
 
@@ -53,7 +55,9 @@ pub(super) fn warnings(grids: &[Placed], objects: &[Object], diagnostics: &mut D
 fn is_beyond(shape: &Aabb, to_world: &DAffine3) -> bool {
     let cube = Aabb::new(DVec3::ZERO, DVec3::ONE).corners();
     let grid = Aabb::around(cube.map(|p| to_world.transform_point3(p)));
-    let slack = BEYOND * (grid.max - grid.min).max_element();
+    let side = |of: &Aabb| (of.max - of.min).max_element();
+    // Tables are endless across their coordinate.
+    let slack = BEYOND * side(&grid).min(side(shape));
     let low = (grid.min - shape.min).max_element();
     let high = (shape.max - grid.max).max_element();
     low.max(high) > slack
@@ -73,6 +77,12 @@ fn warning(grid: &Placed, shape: &str) -> Diagnostic {
                  beyond"
             ),
             "make the shape no larger than the grid: what is beyond is no measurement",
+        ),
+        Quantity::Table => (
+            format!(
+                "the table of the index ends inside of '{shape}': it is continued as a parabola there"
+            ),
+            "let the table reach as far as the shape: what is beyond is no measurement",
         ),
     };
     let warning = Diagnostic::warning(message).help(String::from(help));

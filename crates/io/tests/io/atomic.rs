@@ -178,3 +178,18 @@ fn what_killed_processes_have_left_is_removed() {
     kept.sort();
     assert_eq!(found, kept);
 }
+
+#[cfg(unix)]
+#[test]
+fn what_takes_the_place_of_a_file_has_its_permissions() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("secret");
+    let mode = || std::fs::metadata(&path).unwrap().permissions().mode() & 0o777;
+    atomic::write_bytes(&path, b"one").unwrap();
+    for permitted in [0o600, 0o640, 0o444] {
+        std::fs::set_permissions(&path, PermissionsExt::from_mode(permitted)).unwrap();
+        atomic::write_bytes(&path, b"two").unwrap();
+        assert_eq!(mode(), permitted);
+    }
+}

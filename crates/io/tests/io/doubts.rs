@@ -172,6 +172,37 @@ fn densities_and_pressures_of_other_units() {
 }
 
 #[test]
+fn tables_that_end_inside_of_their_shapes() {
+    let table = |coordinate: &str, table: &str, more: &str| {
+        let index = format!(
+            r#"{{"type": "profile", "coordinate": "{coordinate}", "table": "{table}"{more}}}"#
+        );
+        let medium = format!(r#"{{"type": "transparent", "ior": {index}}}"#);
+        warnings(&format!(
+            r#"{SKY}, "ball": {{"type": "sphere", "bsdf": {{"type": "null"}}, "interior": {medium}}}"#
+        ))
+    };
+    let ends = |text: String| {
+        text.contains("the table of the index ends inside of 'ball': it is continued as a parabola")
+    };
+    for whole in ["r", "rho"] {
+        assert!(!ends(table(whole, "0, 1.5, 1, 1.4", "")));
+        assert!(ends(table(whole, "0, 1.5, 0.9, 1.4", "")));
+        // Of a scaled table.
+        let scaled =
+            r#", "to_world": [{"scale": 1.2}, {"rotate": {"axis": [1, 0, 0], "angle": 90}}]"#;
+        assert!(!ends(table(whole, "0, 1.5, 0.9, 1.4", scaled)));
+    }
+    for along in ["x", "y", "z"] {
+        assert!(!ends(table(along, "-1, 1.5, 1, 1.4", "")));
+        assert!(ends(table(along, "-1, 1.5, 0.9, 1.4", "")));
+        assert!(ends(table(along, "-0.9, 1.5, 1, 1.4", "")));
+        assert!(!ends(table(along, "0, 1.5, 2, 1.4", r#", "shift": -1"#)));
+        assert!(ends(table(along, "0, 1.5, 2, 1.4", "")));
+    }
+}
+
+#[test]
 fn grids_that_end_inside_of_their_shapes() {
     let index = |half: f64| graded("bspline", &samples(1.0, 1.01), "", half);
     let text = index(0.8);

@@ -145,6 +145,38 @@ fn other_outputs_are_told() {
     }
 }
 
+/// Whether light that enters is reflected follows from `DoMismatch` alone.
+#[test]
+fn light_that_enters_is_reflected_as_all_other_light() {
+    let with = |mismatch: i32, specular: Value| {
+        let mut other = input();
+        other["Session"]["DoMismatch"] = json!(mismatch);
+        other["Session"]["DoSpecular"] = specular;
+        load(&other).map(|loaded| loaded.warnings.to_string())
+    };
+    for (mismatch, specular) in [(1, json!(1)), (1, json!(true)), (0, json!(0))] {
+        let told = with(mismatch, specular).unwrap();
+        assert!(!told.contains("DoSpecular"), "{told}");
+    }
+    let told = with(1, json!(0)).unwrap();
+    assert!(told.contains("DoSpecular 0 changes nothing"), "{told}");
+    let refused = with(0, json!(1)).unwrap_err();
+    assert!(
+        refused.contains("give DoMismatch 1 or DoSpecular 0"),
+        "{refused}"
+    );
+}
+
+#[test]
+fn photons_are_counted_in_whole_numbers() {
+    let mut half = input();
+    half["Session"]["Photons"] = json!(1000.5);
+    let refused = load(&half).map(|_| ()).unwrap_err();
+    assert!(refused.contains("Photons is a whole number"), "{refused}");
+    half["Session"]["Photons"] = json!(1e3);
+    assert!(load(&half).is_ok());
+}
+
 /// Each shape gives its label to the voxels whose centres it holds.
 #[test]
 fn shapes_are_drawn_one_over_the_other() {

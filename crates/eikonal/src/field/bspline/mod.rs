@@ -176,7 +176,10 @@ impl Bspline {
         let mut n2_at = |sample| square(sample, index(sample));
         // The corners of a grid often hold an outside medium of no interest: the middle does not.
         let n2_ref = n2_at(dims.map(|n| n / 2))?;
-        let mut data = vec![0.0_f32; lattice.stored()];
+        let mut data: Vec<f32> = Vec::new();
+        let room = data.try_reserve_exact(lattice.stored());
+        room.map_err(|_| FieldError::GridTooLarge { dims })?;
+        data.resize(lattice.stored(), 0.0);
         let mut plane = vec![0.0; lattice.strides()[2]];
         let by_planes = sampling.double && sampling.noise == 0.0;
         let mut constant = true;

@@ -71,7 +71,8 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     let Some(nm) = nm else {
         let message = format!(
             "an index of type '{}' depends on the wavelength, but the film has none: give it the \
-             pixel_format \"spectral\" and wavelengths such as \"450, 550, 650\" (nm), or use an index of type 'constant'",
+             pixel_format \"spectral\" and wavelengths such as \"450, 550, 650\" (nm), or use an index of type 'constant'; \
+             morgana.load_field takes a 'wavelength'",
             object.plugin
         );
         q.error("type", message);

@@ -17,6 +17,7 @@ mod wave_fit;
 
 use super::context::Context;
 use super::described::DISPERSION_LAWS;
+use super::reach::{Placed, Quantity};
 use super::transforms::affine;
 use crate::query::{INDEX, POSITIVE, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind};
@@ -81,10 +82,14 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     let files = &mut *context.files;
     let nm = context.channels.wavelength(context.group);
     let mut query = Query::new(object, context.diagnostics);
+    let mut table = None;
     // `None` where what is wrong has been reported.
     let field = match object.plugin.as_str() {
         "expression" => expression::build(&mut query).map(Ok),
-        "profile" => profile::build(&mut query, files),
+        "profile" => profile::build(&mut query, files).map(|(field, extent)| {
+            table = Some(extent);
+            field
+        }),
         "standard_atmosphere" => atmosphere::build(&mut query, nm),
         _ => match analytic(object, &mut query) {
             Some(field) => Some(field),
@@ -98,6 +103,8 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     let matrix = query.transform("to_world");
     let map = affine(matrix, "to_world", &mut query);
     query.finish(&[]);
+    let grids = table.map(|extent| Placed::new(Quantity::Table, map * extent, &object.location));
+    context.grids.extend(grids);
     let field = context.accept(&object.location, field?)?;
     placed(field, has_transform.then_some(map), object, context)
 }

@@ -5,16 +5,41 @@ use crate::scene::FileRegistry;
 use crate::table;
 use eikonal::Field;
 use eikonal::field::{Coordinate, FieldError, IndexProfile};
+use glam::{DAffine3, DVec3};
 
 /// Names of coordinates, in the order of the schema.
 const NAMES: [&str; 5] = ["r", "rho", "x", "y", "z"];
 
-/// The field of a volume of type `profile`; `None` after an error.
-pub(super) fn build(q: &mut Query, files: &mut FileRegistry) -> Option<Result<Field, FieldError>> {
+/// As far as a box reaches along axes along which an index does not vary.
+const FAR: f64 = 1e100;
+
+/// The field of a volume of type `profile`, and the map of the unit cube to the box that the samples reach over; `None` after an
+/// error.
+pub(super) fn build(
+    q: &mut Query,
+    files: &mut FileRegistry,
+) -> Option<(Result<Field, FieldError>, DAffine3)> {
     let coordinate = coordinate(q);
     let shift = q.float_or("shift", 0.0);
     let samples = samples(q, files)?;
-    Some(IndexProfile::table(coordinate?, shift, &samples).map(Field::from))
+    let coordinate = coordinate?;
+    let ends = [samples.first(), samples.last()].map(|end| end.map_or(0.0, |[u, _]| u + shift));
+    let field = IndexProfile::table(coordinate, shift, &samples).map(Field::from);
+    Some((field, extent(coordinate, ends)))
+}
+
+/// From the unit cube to the box over which a coordinate varies from the first of the `ends` to the last, or is a distance up to
+/// that.
+fn extent(coordinate: Coordinate, [first, last]: [f64; 2]) -> DAffine3 {
+    let (low, high) = (DVec3::splat(-FAR), DVec3::splat(FAR));
+    let (min, max) = match coordinate {
+        Coordinate::R => (DVec3::splat(-last), DVec3::splat(last)),
+        Coordinate::Rho => (DVec3::new(-last, -last, -FAR), DVec3::new(last, last, FAR)),
+        Coordinate::X => (low.with_x(first), high.with_x(last)),
+        Coordinate::Y => (low.with_y(first), high.with_y(last)),
+        Coordinate::Z => (low.with_z(first), high.with_z(last)),
+    };
+    DAffine3::from_translation(min) * DAffine3::from_scale(max - min)
 }
 
 fn coordinate(q: &mut Query) -> Option<Coordinate> {

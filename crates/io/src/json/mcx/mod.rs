@@ -37,7 +37,7 @@ const DOMAIN: [&str; 9] = [
 ];
 
 /// What a session may say that changes files, devices or messages.
-const SESSION: [&str; 20] = [
+const SESSION: [&str; 19] = [
     "BlockSize",
     "DebugFlag",
     "DoAutoThread",
@@ -45,7 +45,6 @@ const SESSION: [&str; 20] = [
     "DoSaveRef",
     "DoSaveSeed",
     "DoSaveVolume",
-    "DoSpecular",
     "DoDCS",
     "GPUID",
     "ID",

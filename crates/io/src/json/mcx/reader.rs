@@ -152,6 +152,7 @@ impl Reader<'_> {
             "DoMismatch",
             "DoNormalize",
             "DoPartialPath",
+            "DoSpecular",
             "MaxDetPhoton",
             "MaxDetPhotons",
             "OutputType",
@@ -163,6 +164,11 @@ impl Reader<'_> {
             self.error(session, "DoNormalize is 1: values are fluence per joule");
         }
         let photons = self.number_or(session, "Photons", 1e6);
+        if photons.fract() != 0.0 {
+            self.error(session, "Photons is a whole number");
+        }
+        let refraction = self.number_or(session, "DoMismatch", 1.0) != 0.0;
+        self.specular(session, refraction);
         let most = self.number_or(session, "MaxDetPhotons", 1e6);
         let t0 = self.number_or(forward, "T0", 0.0);
         let t1 = self.number_or(forward, "T1", 5e-9);
@@ -174,8 +180,8 @@ impl Reader<'_> {
             );
         }
         Settings {
-            photons: photons.round() as i64,
-            refraction: self.number_or(session, "DoMismatch", 1.0) != 0.0,
+            photons: photons as i64,
+            refraction,
             gates: [t0, t1, dt.min(t1 - t0)],
             recording: Recording {
                 wanted: self.number_or(session, "DoPartialPath", 1.0) != 0.0,
@@ -186,6 +192,27 @@ impl Reader<'_> {
 }
 
 impl Reader<'_> {
+    /// Light that enters from outside is reflected as all other light is.
+    fn specular(&mut self, session: &Node, refraction: bool) {
+        let Some(node) = field(session, "DoSpecular") else {
+            return;
+        };
+        match (self.number_or(session, "DoSpecular", 0.0) != 0.0, refraction) {
+            (true, false) => self.error(
+                node,
+                "DoSpecular 1 reflects light that enters, which DoMismatch 0 lets pass straight on: give DoMismatch 1 or \
+                 DoSpecular 0",
+            ),
+            (false, true) => {
+                let message = "DoSpecular 0 changes nothing: light that enters from outside is reflected in part, and \
+                               refracted, where the index jumps";
+                self.diagnostics
+                    .push(Diagnostic::warning(message.to_owned()).at(&node.location));
+            }
+            _ => {}
+        }
+    }
+
     /// Says where values are that MCX would put in place of the fluence.
     fn output(&mut self, session: &Node) {
         let Some(node) = field(session, "OutputType") else {
