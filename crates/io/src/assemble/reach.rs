@@ -56,7 +56,7 @@ fn is_beyond(shape: &Aabb, to_world: &DAffine3) -> bool {
     let cube = Aabb::new(DVec3::ZERO, DVec3::ONE).corners();
     let grid = Aabb::around(cube.map(|p| to_world.transform_point3(p)));
     let side = |of: &Aabb| (of.max - of.min).max_element();
-    // Tables are endless across their coordinate.
+    // Tables have no end across their coordinate.
     let slack = BEYOND * side(&grid).min(side(shape));
     let low = (grid.min - shape.min).max_element();
     let high = (shape.max - grid.max).max_element();
