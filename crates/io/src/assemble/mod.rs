@@ -192,8 +192,8 @@ pub struct LoadedField {
     pub warnings: Diagnostics,
 }
 
-/// Assembles the refractive index that the only volume of a description describes, at the first wavelength if there are
-/// several; `diagnostics` holds what reading it has reported.
+/// Assembles the refractive index that the only volume of a description describes, at the first wavelength of the film if the
+/// description has a sensor with one; `diagnostics` holds what reading it has reported.
 ///
 /// # Errors
 /// Everything that is wrong with it.
@@ -205,6 +205,8 @@ pub fn assemble_field(
     let channels = Channels::of(root, &mut diagnostics);
     let mut query = Query::new(root, &mut diagnostics);
     let volume = query.required_child(PluginKind::Volume);
+    // Of a sensor only the film matters, which has been looked at.
+    query.children(PluginKind::Sensor);
     query.finish(&[]);
     let mut files = FileRegistry::new().searching(description.folders.clone());
     let mut context = Context::new(&channels, 0, &mut diagnostics, &mut files);

@@ -269,3 +269,21 @@ fn indices_need_make_sense_only_where_light_is() {
     let refused = load("").unwrap_err();
     assert!(refused.contains("must be positive and finite"), "{refused}");
 }
+
+#[test]
+fn fields_have_the_first_wavelength_of_a_film() {
+    let with = |wavelengths: &str| {
+        let film = serde_json::json!({"type": "hdrfilm", "pixel_format": "spectral", "wavelengths": wavelengths});
+        let text = serde_json::json!({
+            "type": "scene",
+            "sensor": {"type": "perspective", "film": film},
+            "ior": {"type": "cauchy", "a": 1.5, "b": 0.004},
+        });
+        let mut diagnostics = Diagnostics::new();
+        let scene = json::parse(&text.to_string(), "scene.json", &[], &mut diagnostics);
+        let made = assemble_field(&scene.unwrap(), diagnostics).unwrap();
+        made.field.n(X)
+    };
+    assert!((with("500, 700") - 1.516).abs() < 1e-14);
+    assert!((with("400") - 1.525).abs() < 1e-14);
+}
