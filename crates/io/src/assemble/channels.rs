@@ -86,6 +86,14 @@ impl Channels {
         }
     }
 
+    /// Each wavelength on its own.
+    pub(super) fn apart(self) -> Self {
+        match self {
+            Channels::Wavelengths { nm, .. } => Channels::Wavelengths { nm, apart: true },
+            others => others,
+        }
+    }
+
     /// Number of channels.
     pub(super) fn count(&self) -> usize {
         match self {

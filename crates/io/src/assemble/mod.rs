@@ -202,7 +202,7 @@ pub fn assemble_field(
     mut diagnostics: Diagnostics,
 ) -> Result<LoadedField, Diagnostics> {
     let root = &description.root;
-    let channels = Channels::of(root, &mut diagnostics);
+    let channels = Channels::of(root, &mut diagnostics).apart();
     let mut query = Query::new(root, &mut diagnostics);
     let volume = query.required_child(PluginKind::Volume);
     // Of a sensor only the film matters, which has been looked at.
