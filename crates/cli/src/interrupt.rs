@@ -71,8 +71,8 @@ impl Interrupt {
     }
 }
 
-/// Whether the process has been started so that it does not hear a signal, as `nohup` does; as far as the system tells, which
-/// Linux does. Elsewhere it ends programs without their doing, or does not, as it did before they listened.
+/// Whether the process was started with a signal ignored, as by `nohup`. Only Linux tells; elsewhere the answer is yes, so that nobody
+/// listens to the signal, and the system does with it what it does by default.
 fn is_ignored(signal: i32) -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));

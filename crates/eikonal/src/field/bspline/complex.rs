@@ -305,7 +305,14 @@ mod tests {
     fn neither_instructions_nor_the_order_in_memory_make_a_difference() {
         let spline = complex(Layout::Rows);
         assert_eq!(values(&complex(Layout::Columns)), values(&spline));
-        crate::lanes::assert_agree(1e-5, |level| {
+        // Both may be off, derivatives twice as much as values, per spacing.
+        let largest = spline
+            .coefficients
+            .iter()
+            .fold(0.0, |a, c| f32::max(a, c.abs()));
+        let per_spacing = spline.lattice.per_spacing().max_element();
+        let rounding = 2.0 * 2.0 * ROUNDING * f64::from(largest) * per_spacing;
+        crate::lanes::assert_agree(rounding, |level| {
             let mut spline = spline.clone();
             spline.level = level;
             values(&spline)

@@ -206,8 +206,9 @@ impl Reader<'_> {
             (false, true) => {
                 let message = "DoSpecular 0 changes nothing: light that enters from outside is reflected in part, and \
                                refracted, where the index jumps";
-                self.diagnostics
-                    .push(Diagnostic::warning(message.to_owned()).at(&node.location));
+                let help = "start it in the medium to avoid that, or say DoMismatch 0";
+                let warning = Diagnostic::warning(message).help(help.to_owned());
+                self.diagnostics.push(warning.at(&node.location));
             }
             _ => {}
         }
