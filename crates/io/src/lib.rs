@@ -20,6 +20,7 @@ pub mod json;
 pub mod lock;
 pub mod mesh;
 pub mod npy;
+mod npz;
 pub mod packed;
 pub mod part;
 pub mod query;

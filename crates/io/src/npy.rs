@@ -8,16 +8,10 @@ mod header;
 use std::io::{self, BufReader, Read, Write};
 use std::path::Path;
 
-use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, DateTime};
-
 use crate::element::{Element, Encoding};
 use crate::error::{FileError, Problem};
 use crate::{atomic, binary, input};
 pub(crate) use header::Header;
-
-/// Members of archives beyond this need the 64 bit extension, which must be announced.
-const LARGE: usize = 1 << 30;
 
 /// An array as stored.
 #[derive(Clone, Debug, PartialEq)]
@@ -146,15 +140,6 @@ pub(crate) fn write_text(file: &mut impl Write, text: &str) -> io::Result<()> {
     file.write_all(&header::bytes(&format!("<U{letters}"), &[]))?;
     let mut letters = text.chars();
     letters.try_for_each(|c| file.write_all(&u32::from(c).to_le_bytes()))
-}
-
-/// How a member of so many bytes is stored in an archive, NPZ: not compressed. The time is that of the beginning:
-/// equal arrays give equal files.
-pub(crate) fn stored(bytes: usize) -> SimpleFileOptions {
-    SimpleFileOptions::default()
-        .compression_method(CompressionMethod::Stored)
-        .last_modified_time(DateTime::default())
-        .large_file(bytes >= LARGE)
 }
 
 /// Reads what [`write_text`] has written.

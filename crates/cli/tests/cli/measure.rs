@@ -1,6 +1,8 @@
 //! `morgana render` for scenes with meters in place of a camera.
 
-use crate::support::Folder;
+use crate::support::{Folder, program};
+#[cfg(unix)]
+use std::process::Command;
 
 /// A ball of haze in a beam, with a meter inside and one far away.
 fn folder(meters: &str) -> Folder {
@@ -26,6 +28,33 @@ fn folder(meters: &str) -> Folder {
 const TANK: &str = r#"<sensor type="fluencemeter" id="tank">
     <string name="coordinates" value="spherical"/><integer name="nr" value="4"/>
   </sensor>"#;
+
+/// Of a disk that is full, the error and nothing else is printed, whether the directory of the archive or an array does not fit.
+#[cfg(unix)]
+#[test]
+fn a_limit_on_the_size_of_files_is_one_error() {
+    let folder = folder(TANK);
+    folder.succeed("render scene.xml --particles 64");
+    let blocks = folder.read("scene.npz").len() / 1024;
+    for limit in [0, blocks] {
+        let script = format!(
+            "ulimit -f {limit}; exec \"$MORGANA\" render scene.xml --particles 64 -o a.npz -q"
+        );
+        let output = Command::new("bash")
+            .args(["-c", &script])
+            .env("MORGANA", program())
+            .current_dir(folder.path("."))
+            .output()
+            .unwrap();
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{text}");
+        assert!(
+            text.starts_with("error: a.npz: cannot write: File too large"),
+            "{text}"
+        );
+        assert_eq!(text.trim().lines().count(), 1, "{text}");
+    }
+}
 
 #[test]
 fn writes_readings_and_the_energy_balance() {

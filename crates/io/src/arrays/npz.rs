@@ -1,43 +1,31 @@
-//! NPZ: a ZIP archive of NPY files, written without compression. <https://numpy.org/doc/stable/reference/generated/numpy.savez.html>
+//! Arrays in NPZ archives.
 
 use super::{Array, Arrays, Read, npy_file};
 use crate::error::{FileError, Problem};
 use crate::input::{Budget, Limits};
 use crate::volume::INFLATION;
-use crate::{atomic, input, npy};
+use crate::{input, npy, npz};
 use serde_json::{Map, Value, json};
 use std::io::{self, Read as _, Seek};
 use std::path::Path;
-use zip::{ZipArchive, ZipWriter};
+use zip::ZipArchive;
 
 /// Bytes of metadata that are read, at most.
 const METADATA: u64 = 64 << 20;
 
 /// Writes all arrays and a text `metadata`.
 pub(super) fn write(path: &Path, arrays: &Arrays) -> Result<(), FileError> {
-    atomic::write(path, |file| {
-        let mut archive = ZipWriter::new(file);
+    npz::write(path, |archive| {
         for array in &arrays.list {
-            start(
-                &mut archive,
-                &array.name,
-                array.data.len() * size_of::<f64>(),
+            let bytes = array.data.len() * size_of::<f64>();
+            npy::write_f64(
+                archive.member(&array.name, bytes)?,
+                &array.shape,
+                &array.data,
             )?;
-            npy::write_f64(&mut archive, &array.shape, &array.data)?;
         }
-        start(&mut archive, "metadata", 0)?;
-        npy::write_text(&mut archive, &metadata(arrays))?;
-        archive.finish()?;
-        Ok(())
+        npy::write_text(archive.member("metadata", 0)?, &metadata(arrays))
     })
-}
-
-fn start<W: io::Write + io::Seek>(
-    archive: &mut ZipWriter<W>,
-    name: &str,
-    size: usize,
-) -> io::Result<()> {
-    Ok(archive.start_file(format!("{name}.npy"), npy::stored(size))?)
 }
 
 /// Attributes, and units and axes of all arrays, as JSON.

@@ -4,13 +4,13 @@
 use std::io::{Cursor, Read, Seek};
 use std::path::Path;
 
+use zip::ZipArchive;
 use zip::read::ZipFile;
-use zip::{ZipArchive, ZipWriter};
 
 use super::series::{Plan, Series};
 use super::{INFLATION, Options, Sample, Volume, choose, npy};
 use crate::error::{FileError, Problem};
-use crate::{atomic, input};
+use crate::{input, npz};
 
 /// Reads a volume from the array of the given name, stored or compressed; from the only one if none is given.
 ///
@@ -91,16 +91,11 @@ fn with_array<T, R: Read + Seek>(
 ///
 /// # Errors
 ///
-/// Everything that [`atomic::write()`] reports.
+/// Everything that [`atomic::write()`](crate::atomic::write()) reports.
 pub fn write<T: Sample>(path: &Path, volume: &Volume<T>, name: &str) -> Result<(), FileError> {
     let bytes = volume.data().len() * volume.element().size();
-    let options = crate::npy::stored(bytes);
-    atomic::write(path, |file| {
-        let mut archive = ZipWriter::new(file);
-        archive.start_file(format!("{name}.npy"), options)?;
-        npy::write_to(&mut archive, volume)?;
-        archive.finish()?;
-        Ok(())
+    npz::write(path, |archive| {
+        npy::write_to(archive.member(name, bytes)?, volume)
     })
 }
 
