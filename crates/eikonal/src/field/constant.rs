@@ -13,9 +13,9 @@ pub struct Constant {
 }
 
 impl Constant {
-    /// The field n(x) = `n`.
+    /// The field n(x) = `n`, positive and finite. The square of a negative one is negative: scenes refuse it, and no ray finds a way.
     pub fn new(n: f64) -> Self {
-        let n2 = n * n;
+        let n2 = n * n.abs();
         Constant { n2, n: n2.sqrt() }
     }
 

@@ -291,6 +291,29 @@ fn a_constant_field_costs_one_straight_step() {
     assert!((step.end.x.x - 13.3).abs() < 1e-12);
 }
 
+/// A march that no scene has checked the index of has not stopped where it should.
+#[test]
+fn there_are_no_rays_where_the_index_is_none() {
+    let stop = StopCondition::ArcLength(1.0);
+    for n in [-1.5, 0.0, f64::NAN, f64::INFINITY] {
+        let field: Field = Constant::new(n).into();
+        let tolerance = Tolerance::default();
+        let end = march(
+            &field,
+            DVec3::ZERO,
+            DVec3::X,
+            &stop,
+            50.0,
+            tolerance,
+            |_, _| {},
+        );
+        assert!(
+            !end.stopped && !end.v.is_finite() || !end.x.is_finite(),
+            "{n}: {end:?}"
+        );
+    }
+}
+
 #[test]
 fn marches_stop_where_they_should() {
     let field = gaussian();

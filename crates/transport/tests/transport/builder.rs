@@ -108,13 +108,14 @@ object \"bulb\": emission: must be finite and not negative, but it is NaN";
 
 #[test]
 fn checks_of_the_whole_scene_name_its_parts() {
-    let none = hazy()
-        .medium(Medium::transparent("none", Constant::new(0.0)))
-        .object(Object::builder("hole", ball()).interior("none"));
-    assert!(
-        wrong(none)
-            .starts_with("medium \"none\": the squared refractive index of medium 'none' is 0")
-    );
+    for (n, squared) in [(0.0, "0"), (-1.5, "-2.25"), (f64::NAN, "NaN")] {
+        let none = hazy()
+            .medium(Medium::transparent("none", Constant::new(n)))
+            .object(Object::builder("hole", ball()).interior("none"));
+        let expected =
+            format!("medium \"none\": the squared refractive index of medium 'none' is {squared}");
+        assert!(wrong(none).starts_with(&expected), "{expected}");
+    }
     let opaque = hazy().object(Object::builder(
         "wall",
         Sphere::around(DVec3::new(0.0, 0.0, -4.0), 9.0).unwrap(),
