@@ -296,14 +296,14 @@ impl<'a> Setup<'a> {
         self.meters.iter().map(records).collect()
     }
 
-    /// The records of each meter that keeps any, with the numbers of all particles that were followed.
-    pub(crate) fn record_tables(
+    /// The table of a meter's records of a share of particles, with the numbers of all that were followed.
+    pub(crate) fn record_table(
         &self,
-        records: &[Option<Records>],
-        followed: impl Iterator<Item = u64> + Clone,
-    ) -> Vec<Option<RecordTable>> {
-        let table = |records: &Records| records.table(self.scene, followed.clone());
-        records.iter().map(|r| r.as_ref().map(table)).collect()
+        records: &Records,
+        share: u32,
+        followed: impl Iterator<Item = u64>,
+    ) -> RecordTable {
+        records.table(self.scene, share, followed)
     }
 
     /// What each meter has measured.

@@ -204,9 +204,37 @@ impl Records {
         self.rows.retain(width, |number| is_among(number, halvings));
     }
 
-    /// The table of records, with the numbers of all particles that were `followed` in a scene. Weights add up to the power that the meter has
-    /// accepted of those whose records are kept.
-    pub(crate) fn table(&self, scene: &Scene, followed: impl Iterator<Item = u64>) -> RecordTable {
+    /// The least share 2^−`halvings` of particles of which all groups of channels have the records, and of which there are not too many in all.
+    pub(crate) fn common_share(groups: &[&Records]) -> u32 {
+        let most = groups.iter().map(|group| group.most).min().unwrap_or(0);
+        let mut halvings = groups.iter().map(|group| group.halvings).max().unwrap_or(0);
+        while groups
+            .iter()
+            .map(|group| group.count(halvings))
+            .sum::<usize>()
+            > most
+        {
+            halvings += 1;
+        }
+        halvings
+    }
+
+    /// Number of records of a share of particles.
+    fn count(&self, halvings: u32) -> usize {
+        let particles = self.rows.particles.iter();
+        particles
+            .filter(|number| is_among(**number, halvings))
+            .count()
+    }
+
+    /// The table of records of a share 2^−`halvings` of particles, with the numbers of all particles that were `followed` in a scene. Weights
+    /// add up to the power that the meter has accepted of those whose records are kept.
+    pub(crate) fn table(
+        &self,
+        scene: &Scene,
+        halvings: u32,
+        followed: impl Iterator<Item = u64>,
+    ) -> RecordTable {
         let RecordLayout {
             channels,
             regions,
@@ -214,9 +242,10 @@ impl Records {
             flows,
         } = self.layout;
         let rows = &self.rows;
-        let kept = followed.filter(|number| is_among(*number, self.halvings));
-        let particles = kept.count() as u64;
+        let is_kept = |number: u64| is_among(number, halvings);
+        let particles = followed.filter(|number| is_kept(*number)).count() as u64;
         let mut order: Vec<usize> = (0..rows.particles.len()).collect();
+        order.retain(|row| is_kept(rows.particles[*row]));
         order.sort_by_key(|row| rows.particles[*row]);
         let width = self.layout.width();
         let columns = |first: usize, count: usize| -> Vec<f64> {
@@ -301,8 +330,8 @@ pub struct RecordTable {
 }
 
 impl RecordTable {
-    /// Puts the records of several groups of channels, with so many channels each, one after the other. They have no power in each
-    /// other's channels.
+    /// Puts the records of several groups of channels, with so many channels each, together. They are of the same share of particles, and
+    /// have no power in each other's channels.
     pub(crate) fn joined(groups: Vec<(RecordTable, usize)>) -> Option<RecordTable> {
         let all: usize = groups.iter().map(|(_, channels)| channels).sum();
         let mut first = 0;
@@ -315,7 +344,38 @@ impl RecordTable {
                 Some(whole) => whole.append(table),
             }
         }
-        whole
+        whole.map(RecordTable::in_order)
+    }
+
+    /// In the order of particles.
+    fn in_order(mut self) -> RecordTable {
+        if self.particle.is_sorted() {
+            return self;
+        }
+        let mut order: Vec<usize> = (0..self.particle.len()).collect();
+        order.sort_by_key(|row| self.particle[*row]);
+        self.particle = order.iter().map(|row| self.particle[*row]).collect();
+        let columns = [
+            &mut self.weight,
+            &mut self.position,
+            &mut self.direction,
+            &mut self.optical_length,
+            &mut self.side,
+            &mut self.path_length,
+            &mut self.scatterings,
+            &mut self.momentum_transfer,
+            &mut self.index_modulation,
+            &mut self.displacement_modulation,
+            &mut self.optical_length_rate,
+        ];
+        for column in columns {
+            let width = column.len() / order.len();
+            let rows = order
+                .iter()
+                .flat_map(|row| &column[row * width..(row + 1) * width]);
+            *column = rows.copied().collect();
+        }
+        self
     }
 
     fn append(&mut self, other: RecordTable) {
@@ -323,7 +383,6 @@ impl RecordTable {
             let both = region.absorption.take().zip(more.absorption);
             region.absorption = both.map(|(a, b)| [a, b].concat());
         }
-        self.particles = self.particles.min(other.particles);
         self.particle.extend(other.particle);
         self.weight.extend(other.weight);
         self.position.extend(other.position);

@@ -275,14 +275,8 @@ impl MeasureState {
         let groups = groups(scenes, meters, u32::MAX, 0)?;
         let readings = groups.iter().zip(&self.tallies);
         let readings = readings.map(|(g, tally)| (g.setup.readings(tally), g.channels));
-        let tables = groups.iter().zip(&self.records);
-        let tables = tables.map(|(g, r)| {
-            (
-                g.setup.record_tables(r, self.done.iter().flatten()),
-                g.channels,
-            )
-        });
-        let records = join_records(tables.collect());
+        let records = (0..meters.len()).map(|meter| self.records_of(&groups, meter));
+        let records = records.collect();
         let mut balance = EnergyBalance::default();
         for (group, balances) in groups.iter().zip(&self.balances) {
             balance += balances.balance(group.setup.emitted().sum());
@@ -295,6 +289,22 @@ impl MeasureState {
             stats: self.stats,
             particles: self.done.count(),
         })
+    }
+
+    /// The records of a meter by all groups of channels, of particles of which all groups have kept them.
+    fn records_of(&self, groups: &[Group], meter: usize) -> Option<RecordTable> {
+        let by_group: Option<Vec<&Records>> =
+            self.records.iter().map(|r| r[meter].as_ref()).collect();
+        let by_group = by_group?;
+        let share = Records::common_share(&by_group);
+        let table = |(group, records): (&Group, &Records)| {
+            let followed = self.done.iter().flatten();
+            (
+                group.setup.record_table(records, share, followed),
+                group.channels,
+            )
+        };
+        RecordTable::joined(groups.iter().zip(by_group).map(table).collect())
     }
 }
 
@@ -380,18 +390,6 @@ fn same_records(records: &[Vec<Option<Records>>], others: &[Vec<Option<Records>>
         && groups
             .into_iter()
             .all(|(a, b)| a.len() == b.len() && a.iter().zip(b).all(alike))
-}
-
-/// Puts the records of all groups of channels together, meter by meter.
-fn join_records(groups: Vec<(Vec<Option<RecordTable>>, usize)>) -> Vec<Option<RecordTable>> {
-    let meters = groups.first().map_or(0, |(tables, _)| tables.len());
-    let mut by_meter: Vec<Vec<(RecordTable, usize)>> = vec![Vec::new(); meters];
-    for (tables, channels) in groups {
-        for (meter, table) in by_meter.iter_mut().zip(tables) {
-            meter.extend(table.map(|table| (table, channels)));
-        }
-    }
-    by_meter.into_iter().map(RecordTable::joined).collect()
 }
 
 /// Puts the channels of all groups side by side.

@@ -342,3 +342,38 @@ fn what_is_kept_does_not_depend_on_parts() {
         power.mean[0]
     );
 }
+
+/// Groups of channels have particles of their own, and another number of records of each: those of the same particles are kept.
+/// False alarms 10 · 2 · 6e-5.
+#[test]
+fn groups_of_channels_keep_records_of_the_same_particles() {
+    const MOST: usize = 500;
+    let scene = |albedo| {
+        let mut parts = ball(albedo, 0.6);
+        parts.film.channels = 5;
+        Scene::new(parts).unwrap()
+    };
+    let scenes = [scene(0.95), scene(0.3)];
+    let meters = [around(&ball(0.95, 0.6), MOST)];
+    for seed in 0..10 {
+        let mut state = MeasureState::new(&scenes, &meters).unwrap();
+        let go_on = |_: &MeasureState| ControlFlow::Continue(());
+        let options = options(3_200, seed);
+        state
+            .advance(&scenes, &meters, &options, &Handle::default(), go_on)
+            .unwrap();
+        let measured = state.into_measurement(&scenes, &meters).unwrap();
+        let (table, power) = (table(&measured), reading(&measured, 0, "power"));
+        let records = table.particle.len();
+        assert!((MOST / 4..=MOST).contains(&records), "{records}");
+        assert!(table.particle.is_sorted() && table.weight.len() == 5 * records);
+        let by_particle = table.particle.chunk_by(|a, b| a == b).count() as u64;
+        assert!(by_particle <= table.particles);
+        for channel in [0, 4] {
+            let value = |row: usize| table.weight[5 * row + channel] * (1.0 - table.side[row]);
+            let [mean, error] = sum(table, value);
+            let z = (mean - power.mean[channel]) / error;
+            assert!(z.abs() < 4.0, "{seed}, {channel}: {mean} ± {error}, {z}");
+        }
+    }
+}
