@@ -1,7 +1,7 @@
 //! `morgana plot`.
 
 use super::MemoryArgs;
-use super::values::{finite, pixel};
+use super::values::{bin, finite, pixel};
 use clap::{Args as ClapArgs, Subcommand};
 use std::path::PathBuf;
 
@@ -111,6 +111,10 @@ pub enum FigureArgs {
         /// Array, for example absorbed; the fluence by default.
         #[arg(long, value_name = "NAME")]
         array: Option<String>,
+        /// Bin of another axis, numbered from 0, such as order=1, delay=3, opl=0 or channel=2. Without it, gates are added up and
+        /// channels averaged; sidebands and correlations need it.
+        #[arg(long = "bin", value_name = "AXIS=N", value_parser = bin)]
+        bins: Vec<(String, usize)>,
         /// Colours go by the logarithm.
         #[arg(long)]
         log: bool,

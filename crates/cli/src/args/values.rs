@@ -18,6 +18,14 @@ pub fn define(text: &str) -> Result<(String, String), String> {
     }
 }
 
+/// A bin of an axis.
+pub fn bin(text: &str) -> Result<(String, usize), String> {
+    let (axis, number) = text.split_once('=').unwrap_or_default();
+    let number = number.parse().ok().filter(|_| !axis.is_empty());
+    let number = number.ok_or("expected AXIS=N, such as order=1")?;
+    Ok((axis.to_owned(), number))
+}
+
 /// A scene file to write.
 pub fn scene_file(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);

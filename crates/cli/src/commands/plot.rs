@@ -3,7 +3,7 @@
 use crate::args::{FigureArgs, PlotArgs};
 use crate::command_error::CommandError;
 use crate::plot::{
-    Figure, Format, ProfileLine, convergence, histogram, picture, profile, slice, write,
+    Figure, Format, ProfileLine, Section, convergence, histogram, picture, profile, slice, write,
 };
 use io::diagnostic::shown;
 use std::path::Path;
@@ -54,11 +54,18 @@ pub fn plot(args: &PlotArgs) -> Result<ExitCode, CommandError> {
             axis,
             at,
             array,
+            bins,
             log,
             output,
         } => {
-            let map = slice(readings, array.as_deref(), axis, *at, *log)?;
-            (Figure::Map(map), output)
+            let section = Section {
+                array: array.as_deref(),
+                axis,
+                at: *at,
+                bins,
+                logarithmic: *log,
+            };
+            (Figure::Map(slice(readings, section)?), output)
         }
         FigureArgs::Convergence { stats, output } => (Figure::Curves(convergence(stats)?), output),
     };

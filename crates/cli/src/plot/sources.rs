@@ -3,7 +3,6 @@
 use super::{Curves, Map, Series};
 use crate::command_error::CommandError;
 use io::Limits;
-use io::arrays::{Array, Arrays};
 use io::diagnostic::shown;
 use io::image::{ImageLayers, Layer, exr};
 use serde_json::Value;
@@ -18,7 +17,7 @@ pub enum ProfileLine {
     Column(usize),
 }
 
-fn wrong(path: &Path, message: impl std::fmt::Display) -> CommandError {
+pub(super) fn wrong(path: &Path, message: impl std::fmt::Display) -> CommandError {
     CommandError::Usage(format!("{}: {message}", shown(path)))
 }
 
@@ -200,10 +199,8 @@ pub fn histogram(
         };
         let mut points = Vec::new();
         for bin in 0..axis.count {
-            let prefix = format!("{}.{bin:04}", axis.name);
-            let of_bin = |l: &&Layer| l.name == prefix || l.name.starts_with(&format!("{prefix}."));
             let mut sum = 0.0;
-            for layer in image.layers.iter().filter(of_bin) {
+            for layer in image.layers.iter().filter(|layer| axis.is_of(bin, layer)) {
                 let values = values(layer, channel).map_err(|e| wrong(path, e))?;
                 sum += match index {
                     Some(i) => values[i],
@@ -240,127 +237,35 @@ struct BinAxis {
     min: f64,
     width: f64,
     count: usize,
+    /// The part of the layers' names that means all of the light where other layers are what it is made of: `total` or `S0`.
+    whole: Option<&'static str>,
+}
+
+impl BinAxis {
+    /// Whether a layer is part of the light of a bin.
+    fn is_of(&self, bin: usize, layer: &Layer) -> bool {
+        let of_bin = layer.name.strip_prefix(&format!("{}.{bin:04}", self.name));
+        let parts = of_bin.filter(|rest| rest.is_empty() || rest.starts_with('.'));
+        parts.is_some_and(|parts| {
+            let is_whole = |whole| parts.split('.').any(|part| part == whole);
+            self.whole.is_none_or(is_whole)
+        })
+    }
 }
 
 /// The bins that an image's attributes speak of.
 fn bins(image: &ImageLayers) -> Option<BinAxis> {
     let axes: Value = serde_json::from_str(image.attribute("decomposition")?).ok()?;
-    let axis = axes.as_array()?.iter().find(|a| a["bins"].is_u64())?;
+    let axes = axes.as_array()?;
+    let axis = axes.iter().find(|a| a["bins"].is_u64())?;
+    let wholes = [("tagged", "total"), ("stokes", "S0")];
+    let whole = (wholes.iter()).find(|(name, _)| axes.iter().any(|a| a["name"] == *name));
     Some(BinAxis {
         name: axis["name"].as_str()?.to_owned(),
         min: axis["min"].as_f64()?,
         width: axis["width"].as_f64()?,
         count: usize::try_from(axis["bins"].as_u64()?).ok()?,
-    })
-}
-
-/// A section through an array of a meter, across one of its axes.
-pub fn slice(
-    path: &Path,
-    array: Option<&str>,
-    axis: &str,
-    at: f64,
-    logarithmic: bool,
-) -> Result<Map, CommandError> {
-    let arrays = Arrays::read(path, Limits::default())?;
-    let space = |a: &&Array| {
-        a.axes.len() >= 3
-            && ["x", "y", "z"]
-                .iter()
-                .all(|k| a.axes.iter().any(|x| x == k))
-    };
-    let list = || {
-        let names: Vec<&str> = arrays
-            .list
-            .iter()
-            .filter(space)
-            .map(|a| a.name.as_str())
-            .collect();
-        names.join(", ")
-    };
-    let found = match array {
-        Some(name) => arrays.list.iter().find(|a| a.name == name),
-        None => {
-            let fluence = |a: &&Array| space(a) && a.name.ends_with("fluence");
-            let first = arrays.list.iter().find(fluence);
-            first.or_else(|| arrays.list.iter().find(space))
-        }
-    };
-    let found = found.filter(space).ok_or_else(|| {
-        wrong(
-            path,
-            format!("no such array over x, y, z; there are: {}", list()),
-        )
-    })?;
-    let edges = |name: &str| {
-        let prefix = found
-            .name
-            .rsplit_once('.')
-            .map_or(String::new(), |(p, _)| format!("{p}."));
-        let key = format!("{prefix}{name}_edges");
-        let edges = arrays
-            .list
-            .iter()
-            .find(|a| a.name == key)
-            .map(|a| a.data.clone());
-        let cells = found.axes.iter().zip(&found.shape);
-        let cells = cells.filter(|(a, _)| *a == name).map(|(_, n)| n + 1);
-        let fits = |edges: &Vec<f64>| cells.clone().all(|n| n == edges.len());
-        let edges = edges.filter(fits);
-        edges.ok_or_else(|| {
-            wrong(
-                path,
-                format!("array '{key}' is missing or has another size"),
-            )
-        })
-    };
-    let across = edges(axis)?;
-    let cell = across
-        .windows(2)
-        .position(|e| (e[0]..=e[1]).contains(&at))
-        .ok_or_else(|| {
-            let [a, b] = [across.first(), across.last()].map(|e| e.copied().unwrap_or_default());
-            let where_it_is = format!("the grid reaches from {axis} = {a} to {b}");
-            wrong(path, format!("{axis} = {at} is outside: {where_it_is}"))
-        })?;
-    let [right, up] = match axis {
-        "x" => ["y", "z"],
-        "y" => ["x", "z"],
-        _ => ["x", "y"],
-    };
-    let (x, y) = (edges(right)?, edges(up)?);
-    let (columns, rows) = (x.len() - 1, y.len() - 1);
-    // Sums over what is not a direction in space; a mean over channels.
-    let mut values = vec![0.0; columns * rows];
-    let channels = found.axes.iter().zip(&found.shape);
-    let channels = channels
-        .filter(|(a, _)| *a == "channel")
-        .map(|(_, n)| *n)
-        .next()
-        .unwrap_or(1);
-    for (i, value) in found.data.iter().enumerate() {
-        let (mut rest, mut place) = (i, [0, 0, 0]);
-        for (name, n) in found.axes.iter().zip(&found.shape).rev() {
-            let k = rest % n;
-            rest /= n;
-            match name.as_str() {
-                s if s == axis => place[0] = k,
-                s if s == right => place[1] = k,
-                s if s == up => place[2] = k,
-                _ => {}
-            }
-        }
-        if place[0] == cell {
-            values[place[2] * columns + place[1]] += value / channels as f64;
-        }
-    }
-    Ok(Map {
-        title: format!("{} at {axis} = {at}", found.name),
-        x: (right.into(), x),
-        y: (up.into(), y),
-        values,
-        quantity: found.unit.clone(),
-        logarithmic,
+        whole: whole.map(|(_, whole)| *whole),
     })
 }
 

@@ -81,6 +81,90 @@ fn figures_are_drawn() {
     }
 }
 
+const TAGGED: &str = r#"<scene version="3.0.0">
+  <shape type="sphere"><bsdf type="null"/>
+    <medium type="homogeneous" name="interior">
+      <float name="sigma_t" value="0.5"/><float name="albedo" value="0.9"/>
+      <volume type="acoustic" name="ior"><float name="n0" value="1.33"/><float name="amplitude" value="1e-3"/>
+        <float name="wave_number" value="3"/><float name="elasto_optic" value="0.3"/></volume>
+    </medium>
+  </shape>
+  <emitter type="point"><point name="position" value="0, 0, 0"/>
+    <float name="intensity" value="1e6"/></emitter>
+  PARTS
+</scene>"#;
+const TAGGED_FILM: &str = r#"<integrator type="tagged"><float name="wavelength" value="1e-2"/>
+    <integrator type="path"/></integrator>
+  <sensor type="perspective"><float name="fov" value="40"/>
+    <transform name="to_world"><lookat origin="0, 0, -4" target="0, 0, 0" up="0, 1, 0"/></transform>
+    <film type="hdrfilm"><integer name="width" value="4"/><integer name="height" value="4"/>
+      <string name="decomposition" value="length"/>
+      <float name="min_bound" value="0"/><float name="max_bound" value="90"/>
+      <float name="bin_width" value="90"/>
+    </film>
+  </sensor>"#;
+const TAGGED_METER: &str = r#"<sensor type="fluencemeter" id="cells">
+    <float name="wavelength" value="1e-2"/><boolean name="tagged" value="true"/>
+    <transform name="to_world"><translate value="-0.5"/><scale value="2"/></transform>
+    <integer name="nx" value="2"/><integer name="ny" value="2"/><integer name="nz" value="2"/>
+  </sensor>"#;
+
+/// The largest number beside an axis or a colour bar.
+fn largest(svg: &str) -> f64 {
+    let document = roxmltree::Document::parse(svg).unwrap();
+    let numbers = document
+        .descendants()
+        .filter_map(|n| n.text()?.trim().parse::<f64>().ok());
+    numbers.fold(0.0, f64::max)
+}
+
+/// Sidebands are parts of the light: they are neither added to it, nor to each other.
+#[test]
+fn sidebands_are_not_added_to_the_light() {
+    let folder = Folder::with_scene("");
+    for (name, parts) in [("film.xml", TAGGED_FILM), ("meter.xml", TAGGED_METER)] {
+        std::fs::write(folder.path(name), TAGGED.replace("PARTS", parts)).unwrap();
+    }
+    folder.succeed("render film.xml --spp 64 -o film.exr");
+    folder.succeed("render meter.xml --particles 2000 -o meter.npz");
+    let [mean, all] = [false, true].map(|all| {
+        let image = io::image::exr::read(&folder.path("film.exr")).unwrap();
+        let of_bin = image
+            .layers
+            .iter()
+            .filter(|l| l.name.starts_with("length.0000"));
+        let of_bin = of_bin.filter(|l| all || l.name.ends_with(".total"));
+        let channel = |l: &io::image::Layer| {
+            l.channels[0].1.iter().map(|v| f64::from(*v)).sum::<f64>() / 16.0
+        };
+        of_bin.map(channel).sum::<f64>() / 90.0
+    });
+    assert!(all > 1.5 * mean);
+    // Larger than any length along the axis.
+    let shown = largest(&svg(&folder, "histogram film.exr"));
+    assert!(shown < 1.2 * mean && shown > 0.5 * mean, "{shown}: {mean}");
+    let outcome = folder.run("plot slice meter.npz --at 0.5 --array fluence_sidebands -o f.svg");
+    let expected =
+        "has values for each order, which do not add up: say which with --bin order=N, N from 0 to";
+    assert!(outcome.stderr.contains(expected), "{}", outcome.stderr);
+    let [carrier, sideband] = [0, 1].map(|m| {
+        let command = format!("slice meter.npz --at 0.5 --array fluence_sidebands --bin order={m}");
+        let slice = svg(&folder, &command);
+        assert!(slice.contains(&format!("fluence_sidebands at z = 0.5, order {m}")));
+        largest(&slice)
+    });
+    assert!(carrier != sideband);
+    for (bin, expected) in [
+        ("order=9", "axis 'order' has bins 0 to"),
+        ("gate=0", "has no axis 'gate' of bins; it has: order"),
+    ] {
+        let outcome = folder.run(&format!(
+            "plot slice meter.npz --at 0.5 --array fluence_sidebands --bin {bin} -o f.svg"
+        ));
+        assert!(outcome.stderr.contains(expected), "{}", outcome.stderr);
+    }
+}
+
 #[test]
 fn mistakes_are_named() {
     let folder = folder();
