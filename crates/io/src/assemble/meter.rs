@@ -48,8 +48,11 @@ pub(super) fn build(
              and tolerance only",
             object.plugin
         );
-        let help = "take the integrator 'particle'".to_owned();
-        let warning = Diagnostic::warning(message).help(help);
+        let help = match object.plugin.as_str() {
+            "tagged" => "take the integrator 'particle', and set 'tagged' of the meters",
+            _ => "take the integrator 'particle'",
+        };
+        let warning = Diagnostic::warning(message).help(help.to_owned());
         context
             .diagnostics
             .push(warning.at(&object.plugin_location));

@@ -43,7 +43,13 @@ impl<'a> Query<'a, '_> {
     pub fn required_child(&mut self, kind: PluginKind) -> Option<&'a Arc<ObjectDescription>> {
         let child = self.child(kind);
         if child.is_none() {
-            let message = format!("{} needs a {}", self.object.label(), self.element(kind));
+            let element = self.element(kind);
+            let article = if element.trim_start_matches('<').starts_with(['a', 'e', 'i', 'o', 'u']) {
+                "an"
+            } else {
+                "a"
+            };
+            let message = format!("{} needs {article} {element}", self.object.label());
             self.diagnostics
                 .push(Diagnostic::error(message).at(&self.object.location));
         }

@@ -50,6 +50,14 @@ impl Query<'_, '_> {
             let message = format!("'{name}' has no effect in this {label}");
             return Diagnostic::warning(message).at(&property.name_location);
         }
+        let plugin = schema::find(self.object.kind, &self.object.plugin);
+        if let Some(known) = plugin.and_then(|p| p.parameters().find(|p| p.name == name)) {
+            // Other parameters, or their absence, rule it out.
+            let message = format!("{label} does not use '{name}' here");
+            return Diagnostic::error(message)
+                .help(format!("{name}: {}", known.help))
+                .at(&property.name_location);
+        }
         let help = suggest(name, self.names(also_known)).or_else(|| {
             let known: BTreeSet<_> = self.names(also_known).collect();
             (!known.is_empty()).then(|| format!("it has: {}", Vec::from_iter(known).join(", ")))

@@ -21,7 +21,9 @@ const PLUGINS: &[(PluginKind, &[&str])] = &[
     ),
     (
         PluginKind::Integrator,
-        &["auto", "bdpt", "particle", "photon", "sppm", "vcm"],
+        &[
+            "auto", "bdpt", "particle", "photon", "sppm", "tagged", "vcm",
+        ],
     ),
     (PluginKind::Medium, &["transparent"]),
     (PluginKind::Phase, &["mie", "mixturephase", "vmf"]),
@@ -73,7 +75,7 @@ const PARAMETERS: &[(PluginKind, &[&str])] = &[
     ),
     (
         PluginKind::Integrator,
-        &["reference_index", "reflections", "tolerance", "wavelength"],
+        &["reference_index", "reflections", "tolerance"],
     ),
     (
         PluginKind::Medium,
@@ -82,10 +84,13 @@ const PARAMETERS: &[(PluginKind, &[&str])] = &[
             "emission",
             "ior",
             "material",
+            "number_density",
             "saturation",
             "sigma_a",
             "sigma_s",
             "tissue",
+            "velocity",
+            "volume_fraction",
             "water",
         ],
     ),
@@ -97,15 +102,27 @@ const PARAMETERS: &[(PluginKind, &[&str])] = &[
         PluginKind::Sensor,
         &[
             "bin_width",
+            "center",
             "cosine_axis",
             "cosine_bins",
+            "delays",
+            "diffraction",
             "focus_point",
             "max_bound",
+            "max_records",
+            "metres_per_unit",
             "min_bound",
             "normalization",
             "nu",
+            "numerical_aperture",
             "nv",
+            "obscuration",
+            "orders",
             "parts",
+            "radius",
+            "records",
+            "tagged",
+            "wavelength",
         ],
     ),
     (PluginKind::Shape, &["capped"]),
@@ -117,6 +134,7 @@ const PARAMETERS: &[(PluginKind, &[&str])] = &[
 
 /// Parameters that Mitsuba has for other plugins of a kind, but not for these.
 const OF_OTHERS: &[(PluginKind, &str, &[&str])] = &[
+    (PluginKind::Emitter, "projector", &["fov_axis"]),
     (PluginKind::Integrator, "aov", &["max_depth", "rr_depth"]),
     (PluginKind::Integrator, "direct", &["rr_depth"]),
     (PluginKind::Integrator, "ptracer", &["block_size"]),
@@ -140,4 +158,26 @@ pub(crate) fn has_parameter(kind: PluginKind, plugin: &str, name: &str) -> bool 
 fn lists(table: &[(PluginKind, &[&str])], kind: PluginKind, name: &str) -> bool {
     let mut rows = table.iter().filter(|(of, _)| *of == kind);
     rows.any(|(_, names)| names.contains(&name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::schema::plugins;
+
+    /// A parameter that is new belongs into the tables, unless Mitsuba has it, too: then only this number changes.
+    #[test]
+    fn parameters_that_mitsuba_has_are_counted() {
+        let kinds = PluginKind::ALL.into_iter();
+        let kinds = kinds.filter(|kind| *kind != PluginKind::Scene);
+        let all = kinds.flat_map(|kind| plugins(kind).iter().map(move |plugin| (kind, plugin)));
+        let shared = all.filter(|(kind, plugin)| has_plugin(*kind, plugin.name));
+        let count = |(kind, plugin): (PluginKind, &crate::schema::Plugin)| {
+            let names = plugin.parameters().map(|parameter| parameter.name);
+            names
+                .filter(|name| has_parameter(kind, plugin.name, name))
+                .count()
+        };
+        assert_eq!(shared.map(count).sum::<usize>(), 339);
+    }
 }

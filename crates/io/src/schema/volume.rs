@@ -92,7 +92,7 @@ const DN_DP: Parameter = float(
 const ELASTO_OPTIC: &[Parameter] = &[float(
     "elasto_optic",
     "",
-    "ρc² ∂n/∂p of the medium, > 0; needed for tagged light",
+    "ρc² ∂n/∂p of the medium, > 0; needed for tagged light. Samples are those of sound where a frequency is given",
 )];
 
 const MODE: &[Parameter] = &[

@@ -191,6 +191,20 @@ fn features_tell_what_mitsuba_lacks() {
             "volume 'luneburg'"
         ]
     );
+    let tagged = parsed(
+        r#"<scene version="3.0.0"><integrator type="tagged"><float name="wavelength" value="1e-3"/></integrator>
+<shape type="sphere"><sensor type="irradiancemeter"><boolean name="tagged" value="true"/><integer name="max_records" value="9"/></sensor></shape>
+<sensor type="thinlens"><boolean name="diffraction" value="true"/></sensor></scene>"#,
+    );
+    assert_eq!(
+        Features::of(&tagged).own,
+        [
+            "'diffraction' of sensor 'thinlens'",
+            "'max_records' of sensor 'irradiancemeter'",
+            "'tagged' of sensor 'irradiancemeter'",
+            "integrator 'tagged'"
+        ]
+    );
 }
 
 #[test]

@@ -206,7 +206,7 @@ fn mistakes_are_named() {
         ),
         (
             volume(json!({"aperture": "piston"})),
-            "no parameter 'radius'",
+            "does not use 'radius'",
         ),
         (
             volume(json!({"diameter": 61})),
