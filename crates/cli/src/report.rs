@@ -137,8 +137,11 @@ impl Report<'_> {
         let is_known = film.summary().1.is_finite();
         (self.run.renderer.is_light() && is_known && film.few_in_all(None)).then(|| {
             let advice = match self.run.renderer {
-                // A pilot has tried the others.
-                Renderer::Light(Integrator::Path(_)) if self.run.reason.is_none() => {
+                // A pilot has tried the others, or none carries what the light is told apart by.
+                Renderer::Light(Integrator::Path(_))
+                    if self.run.reason.is_none()
+                        && self.run.loaded.layering.decomposition.parts.is_none() =>
+                {
                     "take more samples, or try the integrator bdpt"
                 }
                 _ => "take more samples",

@@ -58,12 +58,19 @@ pub(super) fn build(
             .push(warning.at(&object.plugin_location));
     }
     let (mut instruments, mut particles) = (Vec::new(), Samples::default());
-    let mut add =
-        |object: &ObjectDescription, place: Option<&MeterPlace>, context: &mut Context| {
-            let (instrument, samples) = instrument(object, place, context);
-            particles.raise(samples);
-            instruments.extend(instrument);
-        };
+    let mut said = None;
+    let mut add = |object: &ObjectDescription,
+                   place: Option<&MeterPlace>,
+                   context: &mut Context| {
+        let (instrument, samples) = instrument(object, place, context);
+        let sound = (samples.bending, samples.instants);
+        if instrument.is_some() && !samples.is_open && *said.get_or_insert(sound) != sound {
+            let message = "meters follow the same particles: their samplers must agree on 'bending' and 'phases'";
+            context.error_at(&object.location, message);
+        }
+        particles.raise(samples);
+        instruments.extend(instrument);
+    };
     for object in meters {
         add(object, None, context);
     }

@@ -44,7 +44,10 @@ impl<'a> Query<'a, '_> {
         let child = self.child(kind);
         if child.is_none() {
             let element = self.element(kind);
-            let article = if element.trim_start_matches('<').starts_with(['a', 'e', 'i', 'o', 'u']) {
+            let article = if element
+                .trim_start_matches('<')
+                .starts_with(['a', 'e', 'i', 'o', 'u'])
+            {
                 "an"
             } else {
                 "a"

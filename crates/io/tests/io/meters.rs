@@ -169,6 +169,25 @@ fn mistakes_are_named() {
     refused("", &(with("") + camera), "not both");
 }
 
+/// One says nothing of the sound and takes what the others say.
+#[test]
+fn samplers_of_meters_agree_on_the_sound() {
+    let sampler = |sound: &str| format!("<sampler type='independent'>{sound}</sampler>");
+    let straight = sampler("<boolean name='bending' value='false'/>");
+    let pair = |a: &str, b: &str| [fluence(a), fluence(b).replace("tank", "vat")].concat();
+    let disagrees = "their samplers must agree on 'bending' and 'phases'";
+    refused("", &pair(&straight, &sampler("")), disagrees);
+    let phases = |n| sampler(&format!("<integer name='phases' value='{n}'/>"));
+    refused("", &pair(&phases(4), &phases(2)), disagrees);
+    for (a, b) in [
+        (&straight, &straight),
+        (&straight, &String::new()),
+        (&phases(1), &sampler("")),
+    ] {
+        load(&scene("", &pair(a, b))).unwrap();
+    }
+}
+
 #[test]
 fn doubts_are_told() {
     let far = fluence("").replace("-0.5", "30");

@@ -155,9 +155,7 @@ fn nested_integrators_render() {
 fn an_integrator_that_holds_none_is_an_error() {
     let error = try_load(&format!("<integrator type='moment'/>{CAMERA}{LIGHT}")).unwrap_err();
     let error = error.to_string();
-    assert!(
-        error.contains("needs an <integrator>"), "{error}"
-    );
+    assert!(error.contains("needs an <integrator>"), "{error}");
     let misspelt = "<integrator type='moment'><float name='x' value='1'/><integrator type='path'/></integrator>";
     let error = try_load(&format!("{misspelt}{CAMERA}{LIGHT}")).unwrap_err();
     assert!(
