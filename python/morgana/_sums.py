@@ -62,6 +62,14 @@ def positive(value: Any, name: str, least: float = 0.0) -> float:
     return number
 
 
+def by_channel(values: ArrayLike, name: str, channels: int) -> Doubles:
+    """A positive number for all channels, of no axis, or one for each, (channels,)."""
+    found = numbers(values, name)
+    if found.shape not in [(), (channels,)] or not np.all(np.isfinite(found) & (found > 0)):
+        raise ValueError(f"{name} must be finite and positive: one number, or one for each of {channels} channels")
+    return found
+
+
 def seconds(values: ArrayLike, name: str, which: str, least: float = 0.0) -> Doubles:
     """Times in one row, at least ``least``: those ``which`` are right."""
     times = np.atleast_1d(numbers(values, name))

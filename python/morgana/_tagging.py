@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _checks as checks
 from ._correlation import Correlation
-from ._numbers import chosen, numbers
+from ._numbers import chosen
 from ._records import Records
 from ._result import Reading
-from ._sums import by_particle, error_of, positive, recorded, seconds
+from ._sums import by_channel, by_particle, error_of, positive, recorded, seconds
 from ._values import comparable
 
 if TYPE_CHECKING:
@@ -219,10 +219,8 @@ def _phases(records: Records, wavelength: ArrayLike) -> Doubles:
     """|Φ| by record and channel."""
     if records.index_modulation is None or records.displacement_modulation is None:
         raise ValueError("the records do not say what sound does: set 'tagged' of their meter")
-    length = numbers(wavelength, "wavelength")
     channels = records.weight.shape[1]
-    if length.shape not in [(), (channels,)] or not np.all(np.isfinite(length) & (length > 0)):
-        raise ValueError(f"wavelength must be positive: one number, or one for each of {channels} channels")
+    length = by_channel(wavelength, "wavelength", channels)
     modulation = records.index_modulation + records.displacement_modulation
     if not np.all(np.isfinite(modulation)):
         unknown = int(np.count_nonzero(~np.isfinite(modulation)))

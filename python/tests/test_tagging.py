@@ -212,7 +212,7 @@ def test_tagged_meters_need_sound_and_records():
 
 def test_mistakes_are_named():
     light = records([1.0], [0.3])
-    with pytest.raises(ValueError, match="wavelength must be positive"):
+    with pytest.raises(ValueError, match="wavelength must be finite and positive"):
         correlation.tagged(light, wavelength=-1.0)
     with pytest.raises(ValueError, match="orders"):
         correlation.tagged(light, wavelength=WAVELENGTH, orders=0)
