@@ -73,7 +73,8 @@ def modulation_depth(light: Union[Mapping[str, Layer], Mapping[str, Floats], Rea
     Parameters
     ----------
     light : mapping of Layer or of array, or Reading
-        ``layers`` of a picture, also of an EXR file that :func:`morgana.read` has read; or a reading with an axis ``order``, such as ``meters["fluence_sidebands"]``.
+        ``layers`` of a picture, also of an EXR file that :func:`morgana.read` has read; or a reading with an axis ``order``, such as
+        ``meters["fluence_sidebands"]``, also of an NPZ file by :meth:`morgana.Reading.load`.
     prefix : str
         For a picture with a decomposition, what comes before ``carrier`` in names of layers, such as ``"length.0012."``.
 
@@ -104,7 +105,9 @@ def _first_orders(light: Union[Mapping[str, Layer], Mapping[str, Floats], Readin
     if isinstance(light, Mapping):
         names = [prefix + name for name in ("carrier", "sideband.1")]
         if not all(name in light for name in names):
-            raise ValueError(f"there are no layers {' and '.join(names)}: render by the integrator 'tagged', with 'orders' ≥ 1")
+            raise ValueError(
+                f"there are no layers {' and '.join(names)}: render by the integrator 'tagged', with 'orders' ≥ 1; of files of meters give a morgana.Reading.load"
+            )
         return [_layer(light, name) for name in names]
     if not isinstance(light, Reading):
         raise TypeError(f"expected layers or a reading, found {type(light).__name__}: give its layers, or one of result.meters")

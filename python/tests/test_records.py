@@ -89,6 +89,36 @@ def test_files_keep_records(measured, tmp_path):
         morgana.Records.load(tmp_path / "text.npz")
 
 
+def test_files_keep_readings(measured, tmp_path):
+    measured.write(tmp_path / "skin.npz")
+    for name, reading in measured.meters.items():
+        assert morgana.Reading.load(tmp_path / "skin.npz", name) == reading
+    with pytest.raises(morgana.FileError, match="skin.npz: readings are irradiance, optical_moment, power, not 'fluence'"):
+        morgana.Reading.load(tmp_path / "skin.npz", "fluence")
+    two = scene(min_bound=0, max_bound=40, bin_width=10), scene(records=False)
+    measured = [morgana.render(of, particles=64, seed=4) for of in two]
+    measured[0].write(tmp_path / "gates.npz")
+    assert morgana.Reading.load(tmp_path / "gates.npz", "binned_power") == measured[0].meters["binned_power"]
+    measured[1].write(tmp_path / "none.npz")
+    with pytest.raises(morgana.FileError, match="no meter has kept records: set 'records' of an irradiancemeter"):
+        morgana.Records.load(tmp_path / "none.npz")
+
+
+def test_other_files_say_what_to_do(measured, tmp_path):
+    measured.write(tmp_path / "skin.h5")
+    np.save(tmp_path / "array.npy", np.zeros(3))
+    np.savez(tmp_path / "other.npz", a=1)
+    np.savez(tmp_path / "metadata.npz", metadata="[]")
+    whole = (tmp_path / "other.npz").read_bytes()
+    (tmp_path / "half.npz").write_bytes(whole[: len(whole) // 2])
+    for load in (morgana.Records.load, lambda path: morgana.Reading.load(path, "power")):
+        with pytest.raises(morgana.FileError, match=r"skin.h5: HDF5 is not read here: write an NPZ file \('-o skin.npz'.*h5py"):
+            load(tmp_path / "skin.h5")
+        for name in ("array.npy", "other.npz", "metadata.npz", "half.npz", "missing.npz"):
+            with pytest.raises(morgana.FileError, match=f"{name}: not a file of readings"):
+                load(tmp_path / name)
+
+
 def test_no_more_than_asked_for():
     measured = morgana.render(scene(max_records=500), particles=PARTICLES, seed=4)
     records = measured.records["skin"]

@@ -159,7 +159,7 @@ def tagged_cells(**changes):
     return {**found, "cells": {**cells, "to_world": [{"scale": 0.8}, {"translate": [-0.4, -0.4, -0.4]}]}}
 
 
-def test_readings_have_sidebands():
+def test_readings_have_sidebands(tmp_path):
     measured = morgana.render(load(tagged_cells()), particles=1280, seed=3)
     sidebands, fluence = measured.meters["fluence_sidebands"], measured.meters["fluence"]
     assert list(sidebands.axes) == ["order", "z", "y", "x"]
@@ -173,6 +173,10 @@ def test_readings_have_sidebands():
     assert np.all(depth.error >= sidebands.error[1] / sidebands.mean[0])
     with pytest.raises(ValueError, match="not told apart by sidebands"):
         correlation.modulation_depth(fluence)
+    measured.write(tmp_path / "cells.npz")
+    np.testing.assert_array_equal(correlation.modulation_depth(morgana.Reading.load(tmp_path / "cells.npz", "fluence_sidebands")), depth)
+    with pytest.raises(ValueError, match="of files of meters give a morgana.Reading.load"):
+        correlation.modulation_depth(dict(np.load(tmp_path / "cells.npz")))
 
 
 def test_pictures_have_sidebands(tmp_path):
