@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import Any, Dict, List, NamedTuple, Optional, Union
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,3 +44,13 @@ def bins_of(picture: Union[Result, Image]) -> Optional[Bins]:
             layers[int(parts[1])].append(name)
     edges = axis["min"] + axis["width"] * np.arange(axis["bins"] + 1)
     return Bins(axis["name"], edges, axis["speed_of_light"] or 1.0, layers)
+
+
+def mean_and_variance(layers: Mapping[str, Any], name: str) -> Tuple[Doubles, Doubles]:
+    """Those of a layer: of a result, or of a file, which has the variance beside it."""
+    layer = layers[name]
+    if not isinstance(layer, np.ndarray):
+        return np.asarray(layer.mean, float), np.asarray(layer.variance, float)
+    if f"variance.{name}" not in layers:
+        raise ValueError(f"the layer {name} has no variance: give all layers of an EXR file that morgana has written")
+    return np.asarray(layer, float), np.asarray(layers[f"variance.{name}"], float)

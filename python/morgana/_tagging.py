@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Mapping, NamedTuple, Optional, Union
+from typing import TYPE_CHECKING, Mapping, NamedTuple, Optional, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _checks as checks
+from ._bins import mean_and_variance
 from ._correlation import Correlation
 from ._numbers import chosen
 from ._records import Records
@@ -108,22 +109,12 @@ def _first_orders(light: Union[Mapping[str, Layer], Mapping[str, Floats], Readin
             raise ValueError(
                 f"there are no layers {' and '.join(names)}: render by the integrator 'tagged', with 'orders' ≥ 1; of files of meters give a morgana.Reading.load"
             )
-        return [_layer(light, name) for name in names]
+        return [(mean, np.sqrt(variance)) for mean, variance in (mean_and_variance(light, name) for name in names)]
     if not isinstance(light, Reading):
         raise TypeError(f"expected layers or a reading, found {type(light).__name__}: give its layers, or one of result.meters")
     if "order" not in light.axes or light.mean.shape[0] < 2:
         raise ValueError("the reading is not told apart by sidebands up to the first: take fluence_sidebands or power_sidebands of a tagged meter")
     return [(light.mean[order], light.error[order]) for order in (0, 1)]
-
-
-def _layer(layers: Mapping[str, Any], name: str) -> tuple[Doubles, Doubles]:
-    """Mean and error of a layer: of a result, or of a file, which has its variance beside it."""
-    layer = layers[name]
-    if not isinstance(layer, np.ndarray):
-        return np.asarray(layer.mean, float), np.asarray(layer.error, float)
-    if f"variance.{name}" not in layers:
-        raise ValueError(f"the layer {name} has no variance: give all layers of an EXR file that morgana has written")
-    return np.asarray(layer, float), np.sqrt(np.asarray(layers[f"variance.{name}"], float))
 
 
 def tagged(records: Records, *, wavelength: ArrayLike, orders: int = 1, where: Optional[ArrayLike] = None) -> Sidebands:

@@ -129,13 +129,17 @@ def test_a_luneburg_lens_is_as_long_for_every_ray():
 SLAB = {"sigma_t": 2.0, "albedo": 0.8}
 
 
-def slab(decomposition, **film):
-    """A slab from z = 0 to 1 that scatters once, seen from z = −1 along the beam that lights it."""
-    return morgana.load_dict({
+def slab(decomposition, polarised=False, **film):
+    """A slab from z = 0 to 1 that scatters once, seen from z = −1 along the beam that lights it; if polarised, from z = −3 through a
+    polariser in front of the sensor."""
+    path = {"type": "path", "max_depth": 2}
+    filters = {"filter": {"type": "rectangle", "to_world": [{"translate": [0, 0, -2]}], "bsdf": {"type": "polarizer"}}}
+    return load({
         "type": "scene",
-        "integrator": {"type": "path", "max_depth": 2},
+        "integrator": {"type": "stokes", "light": path} if polarised else path,
+        **(filters if polarised else {}),
         "sensor": {
-            "type": "orthographic", "to_world": [{"scale": [0.1, 0.1, 1]}, {"translate": [0, 0, -1]}],
+            "type": "orthographic", "to_world": [{"scale": [0.1, 0.1, 1]}, {"translate": [0, 0, -3 if polarised else -1]}],
             "film": {"type": "hdrfilm", "width": 2, "height": 1, "pixel_format": "luminance", "rfilter": {"type": "box"},
                      "decomposition": decomposition, **film},
         },
@@ -172,6 +176,33 @@ def test_films_give_scans_of_their_pixels():
     times = {"min_bound": 0.5, "max_bound": 2.5, "bin_width": 0.02, "speed_of_light": speed, "max_bounces": 3}
     other = coherence.a_scan(morgana.render(slab("time,bounce", **times), spp=40_000, seed=3), lengths, source)
     np.testing.assert_allclose(other.mean, scan.mean, rtol=1e-5, atol=1e-9)
+
+
+def test_files_and_stokes_parameters_are_scanned_as_pictures(tmp_path):
+    """Half of the slab's light passes a polariser in front of the sensor, with an S1 of its own."""
+    source = coherence.gaussian(0.1, 0.05)
+    for polarised in (False, True):
+        lengths = np.array([2.0, 2.5]) + 2 * polarised
+        bins = {"min_bound": lengths[0] - 1, "max_bound": lengths[0] + 3, "bin_width": 0.04, "speed_of_light": 1.0}
+        result = morgana.render(slab("time,bounce", max_bounces=3, polarised=polarised, **bins), spp=2000, seed=3)
+        scan = coherence.a_scan(result, lengths, source)
+        result.write(tmp_path / "slab.exr")
+        file = morgana.read(tmp_path / "slab.exr")
+        kept = coherence.a_scan(file, lengths, source)
+        np.testing.assert_allclose(kept.mean, scan.mean, rtol=1e-5)
+        np.testing.assert_allclose(kept.error, scan.error, rtol=1e-5)
+        expected = single_scattering(lengths - 2 * polarised, source) * (0.5 if polarised else 1)
+        # Eight comparisons: 4 standard errors are exceeded in 5e-4.
+        assert np.all(np.abs(scan.mean[:, 0, :, 0] - expected[:, None]) <= 4 * scan.error[:, 0, :, 0] + 1e-3 * expected.max())
+        assert np.all(scan.error[:, 0, :, 0] < 0.2 * expected[:, None])
+        assert coherence.a_scan(file, [], source).mean.shape == (0, 1, 2, 1)
+    assert "S3" in {name.rpartition(".")[2] for name in result.layers}
+    without = file._replace(layers={name: values for name, values in file.layers.items() if not name.startswith("variance")})
+    with pytest.raises(ValueError, match="has no variance: give all layers of an EXR file"):
+        coherence.a_scan(without, lengths, source)
+    for bare in (file._replace(layers={"": file.image}), file._replace(attributes={})):
+        with pytest.raises(ValueError, match="layers .*length.* EXR file"):
+            coherence.a_scan(bare, lengths, source)
 
 
 def test_films_of_tagged_light_are_scanned_as_a_whole():
@@ -261,7 +292,7 @@ def test_what_is_wrong_is_said():
         with pytest.raises(ValueError, match=said):
             call()
     for call, said in [
-        (lambda: coherence.a_scan([1.0], [1.0], source), "expected Records, found list"),
+        (lambda: coherence.a_scan([1.0], [1.0], source), "expected Records, a Result or an Image, found list: take"),
         (lambda: coherence.a_scan(light, ["far"], source), "lengths must be an array of real numbers"),
         (lambda: coherence.gaussian("red", 1), "wavelength must be a number"),
         (lambda: coherence.a_scan(light, [1.0], 1.3), "source must be a Source, found float: make one by coherence.gaussian"),
