@@ -136,7 +136,7 @@ class Reading(NamedTuple):
             return np.moveaxis(np.tensordot(kernel, values, (1, axis)), 0, axis)
 
         mean = along(self.mean)
-        few = None if self.few is None else along(self.mean * self.few) > 0.1 * mean
+        few = None if self.few is None else along(np.abs(self.mean) * self.few) > 0.1 * np.abs(mean)
         return self._replace(mean=mean, error=along(self.error), effective=None, few=few)
 
     def __repr__(self) -> str:
