@@ -289,7 +289,8 @@ class Result:
 
         By the integrator ``stokes``, Stokes parameters of light: ``S0`` to ``S3``.
 
-        By the integrator ``tagged``, ``total``, ``carrier``, ``sideband.1``, … and ``delay.1``, … of light that sound modulates.
+        By the integrator ``tagged``, ``total``, ``carrier``, ``sideband.1``, … and ``delay.1``, … of light that sound modulates. Delays have
+        the ``few`` of ``total``, of whose samples they are made.
 
         By the integrator ``moment``, second moments, by names such as ``m2_image``; their variances are not known (infinite).
         """
@@ -310,7 +311,8 @@ class Result:
         if isinstance(self._run, _morgana.Measured):
             return {}, []
         layers, axes = self._run.layers()
-        named = {name: Layer(mean, variance, few, self.channels) for name, mean, variance, few in layers}
+        flags = {name: few for name, _, _, few in layers}
+        named = {name: Layer(mean, variance, flags[undelayed(name)], self.channels) for name, mean, variance, _ in layers}
         return named, json.loads(axes)
 
     def _quantities(self) -> Dict[str, Layer]:
@@ -402,6 +404,12 @@ class Result:
         if isinstance(self._run, _morgana.Measured):
             return f"<p>{text}</p>"
         return f"{thumbnail(self.image, self.channels)}<p>{text}</p>"
+
+
+def undelayed(layer: str) -> str:
+    """The layer of which one of tagged light is at a delay; other layers themselves."""
+    *before, word, number = ["", *layer.split(".")]
+    return ".".join([*before[1:], "total"]) if word == "delay" and number.isdigit() else layer
 
 
 def readings_in(arrays: Mapping[str, Array]) -> Dict[str, Reading]:

@@ -203,6 +203,26 @@ def test_pictures_have_sidebands(tmp_path):
         correlation.modulation_depth(layers, prefix="length.0001.")
 
 
+def test_delays_are_trusted_as_the_light_of_which_they_are(tmp_path):
+    pictured = scene()
+    del pictured["ball"]["meter"]
+    pictured["integrator"] = {"type": "tagged", "wavelength": WAVELENGTH, "delays": 2, "path": {"type": "path"}}
+    film = {"type": "hdrfilm", "width": 8, "height": 6, "pixel_format": "luminance", "decomposition": "bounce", "max_bounces": 2}
+    to_world = [{"lookat": {"origin": [0, 4, -1], "target": [0, 0, 0], "up": [0, 0, 1]}}]
+    pictured["camera"] = {"type": "perspective", "fov": 20, "to_world": to_world, "film": film}
+    result = morgana.render(load(pictured), spp=8, seed=2)
+    flags = {name: layer.few for name, layer in result.layers.items()}
+    assert flags["bounce.over.total"].any()
+    for name in flags:
+        if ".delay." in name:
+            np.testing.assert_array_equal(flags[name], flags[name.rpartition(".delay")[0] + ".total"])
+    plot = pytest.importorskip("morgana.plot")
+    result.write(tmp_path / "tagged.exr")
+    for picture in (result, morgana.read(tmp_path / "tagged.exr")):
+        shown = plot.image(picture, layer="bounce.over.delay.2", show="few").get_array()
+        np.testing.assert_array_equal(shown, flags["bounce.over.total"][:, :, 0])
+
+
 def test_tagged_meters_need_sound_and_records():
     silent = scene()
     silent["fog"]["ior"] = 1.33

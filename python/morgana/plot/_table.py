@@ -12,7 +12,7 @@ from .._bins import bins_of
 from .._errors import Error
 from .._images import Image, _names
 from .._numbers import numbers
-from .._result import Layer, Reading, Result
+from .._result import Layer, Reading, Result, undelayed
 
 Doubles = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -146,7 +146,8 @@ def _layer(picture: Any, layer: str) -> Tuple[Doubles, Optional[Doubles], Option
     if isinstance(picture, Image):
         if layer not in picture.layers:
             raise _unknown(layer, picture.layers)
-        squares, flags = (picture.layers.get(f"{name}.{layer}" if layer else name) for name in ("variance", "few"))
+        beside = {"variance": layer, "few": undelayed(layer)}
+        squares, flags = (picture.layers.get(f"{name}.{of}" if of else name) for name, of in beside.items())
         known = None if squares is None else squares.astype(float)
         return picture.layers[layer].astype(float), known, None if flags is None else flags != 0, picture.channels[layer]
     values = numbers(picture, "the picture")
