@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Optional
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._numbers import numbers
+from ._numbers import chosen, numbers
 from ._records import Records
 
 Doubles = NDArray[np.float64]
+WHOLE = ("regions", "mu_a", "particles", "unit")
+"""What records have together."""
 
 
 def by_particle(records: Records, factors: NDArray[Any]) -> NDArray[Any]:
@@ -83,3 +85,12 @@ def recorded(records: Any) -> None:
     if not isinstance(records, Records):
         found = type(records).__name__
         raise TypeError(f"expected Records, found {found}: take one from the records of a result, or morgana.Records.load")
+
+
+def taken(records: Any, where: Optional[ArrayLike]) -> Records:
+    """The records that count, all if nobody chooses; refuses what are no records."""
+    recorded(records)
+    which = chosen(where, len(records.particle))
+    columns = {name: of[which] for name, of in records._asdict().items() if name not in WHOLE and of is not None}
+    some: Records = records._replace(**columns)
+    return some

@@ -10,10 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 from . import _checks as checks
 from ._bins import mean_and_variance
 from ._correlation import Correlation
-from ._numbers import chosen
 from ._records import Records
 from ._result import Reading
-from ._sums import by_channel, by_particle, error_of, positive, recorded, seconds
+from ._sums import by_channel, by_particle, error_of, positive, seconds, taken
 from ._values import comparable
 
 if TYPE_CHECKING:
@@ -132,7 +131,7 @@ def tagged(records: Records, *, wavelength: ArrayLike, orders: int = 1, where: O
     orders : int
         The last order m that is wanted, 1 to 100.
     where : array_like of bool, optional
-        Which records count, (n,): such as those of a time gate.
+        Which records count, (n,): such as those of a time gate, or of light that leaves, ``records.side == 0``.
 
     Returns
     -------
@@ -150,9 +149,8 @@ def tagged(records: Records, *, wavelength: ArrayLike, orders: int = 1, where: O
     >>> found = correlation.tagged(records, wavelength=532e-6, orders=2)
     >>> found.mean[1], found.depth
     """
-    recorded(records)
+    records = taken(records, where)
     orders = checks.whole(orders, "orders", 1, MOST_ORDERS)
-    records = _chosen(records, where)
     phase = _phases(records, wavelength)
     weight, particles = records.weight, records.particles
     sums = np.stack([_sums(records, weight * of_order**2) for of_order in _bessel(orders, phase)])
@@ -164,7 +162,9 @@ def tagged(records: Records, *, wavelength: ArrayLike, orders: int = 1, where: O
     return Sidebands(mean, error, power.sum(axis=0), error_of(power, particles), depth, depth_error)
 
 
-def correlate_tagged(records: Records, delays: ArrayLike, *, wavelength: ArrayLike, frequency: float) -> Correlation:
+def correlate_tagged(
+    records: Records, delays: ArrayLike, *, wavelength: ArrayLike, frequency: float, where: Optional[ArrayLike] = None
+) -> Correlation:
     """The field autocorrelation of recorded light in sound: G₁(τ) = E[w J₀(2|Φ| sin(ωτ/2))].
 
     Parameters
@@ -177,6 +177,8 @@ def correlate_tagged(records: Records, delays: ArrayLike, *, wavelength: ArrayLi
         As in :func:`tagged`.
     frequency : float
         That of the sound in Hz, > 0.
+    where : array_like of bool, optional
+        As in :func:`tagged`.
 
     Returns
     -------
@@ -193,7 +195,7 @@ def correlate_tagged(records: Records, delays: ArrayLike, *, wavelength: ArrayLi
     >>> found = correlation.correlate_tagged(records, np.linspace(0, 1e-6, 50), wavelength=532e-6, frequency=1e6)
     >>> plt.plot(found.delays, found.normalized[:, 0])
     """
-    recorded(records)
+    records = taken(records, where)
     times = seconds(delays, "delays", "finite numbers of seconds, not negative,")
     turn = 2 * np.pi * positive(frequency, "frequency", least=np.nextafter(0, 1)) * times
     phase = _phases(records, wavelength)
@@ -224,14 +226,6 @@ def _phases(records: Records, wavelength: ArrayLike) -> Doubles:
     if not np.all(phase <= LARGEST):
         raise ValueError(f"the sound turns phases by up to {phase.max():.3g} radians, of which no number knows the angle: give the wavelength in scene units")
     return phase
-
-
-def _chosen(records: Records, where: Optional[ArrayLike]) -> Records:
-    """The records that count."""
-    which = chosen(where, len(records.particle))
-    columns = ["particle", "weight", "index_modulation", "displacement_modulation"]
-    found = {name: getattr(records, name) for name in columns}
-    return records._replace(**{name: of[which] for name, of in found.items() if of is not None})
 
 
 def _sums(records: Records, weight: Doubles) -> Doubles:

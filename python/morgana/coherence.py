@@ -15,7 +15,7 @@ Theory: docs/theory.md#low-coherence-gating.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Tuple, Union
+from typing import Any, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,7 +25,7 @@ from ._images import Image
 from ._numbers import numbers
 from ._records import Records
 from ._result import Result
-from ._sums import error_of, positive
+from ._sums import error_of, positive, taken
 from ._values import comparable
 
 __all__ = ["AScan", "Source", "a_scan", "gaussian", "interferogram", "tabulated"]
@@ -165,7 +165,7 @@ def tabulated(wavelengths: ArrayLike, power: ArrayLike) -> Source:
     return source._replace(coherence_length=_half(source, 2 * np.pi / (k[-1] - k[0])))
 
 
-def a_scan(light: Union[Records, Result, Image], lengths: ArrayLike, source: Source) -> AScan:
+def a_scan(light: Union[Records, Result, Image], lengths: ArrayLike, source: Source, *, where: Optional[ArrayLike] = None) -> AScan:
     """The light that interferes with references of these lengths: an A-scan of each meter or pixel; a row of pixels makes a B-scan.
 
     It is Σ w |γ(L − ℓ)|² over light of weight w and optical length ℓ: the mean, over speckle, of the squared envelope of the fringes,
@@ -185,6 +185,8 @@ def a_scan(light: Union[Records, Result, Image], lengths: ArrayLike, source: Sou
         Optical lengths L of the reference, (n,): from the emitter to the meter or sensor, as those of the light.
     source : Source
         The light.
+    where : array_like of bool, optional
+        Which records count, (n,): such as those of light that leaves, ``records.side == 0``.
 
     Returns
     -------
@@ -195,7 +197,8 @@ def a_scan(light: Union[Records, Result, Image], lengths: ArrayLike, source: Sou
     ------
     ValueError
         Lengths that are not finite numbers in a row, or beyond the bins of the film; a picture without bins of length, or with bins wider
-        than half of the coherence length, which hide what the gate resolves.
+        than half of the coherence length, which hide what the gate resolves; ``where`` that is no row of truths for each record, or of a
+        picture.
 
     Examples
     --------
@@ -205,9 +208,12 @@ def a_scan(light: Union[Records, Result, Image], lengths: ArrayLike, source: Sou
     reference = _row(lengths)
     _check(source)
     if isinstance(light, (Result, Image)):
+        if where is not None:
+            raise ValueError("'where' chooses among records, of which a picture has none: choose pixels of the scan")
         return _film_scan(light, reference, source)
     if not isinstance(light, Records):
         raise TypeError(f"expected Records, a Result or an Image, found {type(light).__name__}: take result.records, or the EXR file that morgana.read has read")
+    light = taken(light, where)
     _, rows = np.unique(light.particle, return_inverse=True)
     particles, channels = int(rows.max(initial=-1)) + 1, light.weight.shape[1]
     mean, error = np.zeros((2, len(reference), channels))

@@ -27,7 +27,7 @@ from ._correlation import Correlation
 from ._exposure import NODES, OCTAVES, panels
 from ._numbers import numbers
 from ._records import Records
-from ._sums import aligned, by_channel, by_particle, error_of, positive, recorded, seconds, variance_of
+from ._sums import aligned, by_channel, by_particle, error_of, positive, seconds, taken, variance_of
 from ._tagging import ModulationDepth, Sidebands, correlate_tagged, modulation_depth, tagged
 from ._values import comparable
 
@@ -176,6 +176,7 @@ def correlate(
     wavelength: ArrayLike,
     index: Union[ArrayLike, Mapping[str, ArrayLike]],
     flow: float = 1.0,
+    where: Optional[ArrayLike] = None,
 ) -> Correlation:
     """The field autocorrelation G₁(τ) of recorded light.
 
@@ -201,6 +202,8 @@ def correlate(
         Refractive index, of all regions or by the names of those that move: one number, or one for each channel.
     flow : float
         By what velocities of media are multiplied: 0 for a flow at rest.
+    where : array_like of bool, optional
+        Which records count, (n,): such as those of a detector or a time gate, or of light that leaves, ``records.side == 0``.
 
     Returns
     -------
@@ -210,14 +213,15 @@ def correlate(
     Raises
     ------
     ValueError
-        An unknown region, one without an index, a flow of media without velocities, or a number out of range.
+        An unknown region, one without an index, a flow of media without velocities, a number out of range, or ``where`` that is no row of
+        truths for each record.
 
     Examples
     --------
     >>> found = correlation.correlate(records, [0, 1e-5, 1e-4], {"brain": correlation.brownian(6e-7)}, wavelength=785e-6, index=1.4)
     >>> found.normalized[:, 0], found.normalized_error[:, 0]
     """
-    recorded(records)
+    records = taken(records, where)
     times = seconds(delays, "delays", "finite numbers of seconds, not negative,")
     parts = _alike(records, wavelength, index, flow)
     found = np.concatenate([_decayed(part, _Delayed.of(part, motions, light).at(times)) for part, light in parts], axis=2)
@@ -233,6 +237,7 @@ def speckle_contrast(
     index: Union[ArrayLike, Mapping[str, ArrayLike]],
     flow: float = 1.0,
     beta: float = 1.0,
+    where: Optional[ArrayLike] = None,
 ) -> Contrast:
     """Speckle contrast K(T) of recorded light: K² = (2β/T) ∫₀ᵀ (1 − τ/T) g₁(τ)² dτ.
 
@@ -255,6 +260,8 @@ def speckle_contrast(
         As in :func:`correlate`.
     beta : float
         Contrast squared of light that does not fluctuate, in (0, 1]: ½ for unpolarised light, less where speckles are not resolved.
+    where : array_like of bool, optional
+        As in :func:`correlate`.
 
     Returns
     -------
@@ -270,7 +277,7 @@ def speckle_contrast(
     --------
     >>> correlation.speckle_contrast(records, [1e-3, 5e-3], motion, wavelength=785e-6, index=1.4, beta=0.5).mean
     """
-    recorded(records)
+    records = taken(records, where)
     times = seconds(exposures, "exposures", "finite, positive numbers of seconds", least=np.nextafter(0, 1))
     if not 0 < beta <= 1:
         raise ValueError(f"beta must be above 0 and at most 1, not {beta}")

@@ -3,7 +3,7 @@
 import morgana
 import numpy as np
 import pytest
-from morgana import correlation
+from morgana import coherence, correlation
 
 PARTICLES = 4000
 
@@ -64,6 +64,31 @@ def test_where_is_a_mask(measured):
             call(np.argsort(records.optical_length))
         with pytest.raises(ValueError, match=r"of each of \d+ records whether it counts, but has the shape \(3,\)"):
             call([True, False, True])
+
+
+def test_all_that_is_made_of_records_takes_a_mask(measured):
+    records = measured.records["skin"]
+    leaving = records.side == 0
+    n = len(leaving)
+    tagged = records._replace(index_modulation=np.linspace(0, 1e-4, n) + 0j, displacement_modulation=np.zeros(n, complex))
+    light = {"wavelength": 785e-6, "index": 1.4}
+    motion = {"tissue: label 2": correlation.brownian(1e-7)}
+    for call in (
+        lambda of, **some: correlation.correlate(of, [1e-5], motion, **light, **some),
+        lambda of, **some: correlation.speckle_contrast(of, [1e-3], motion, **light, **some),
+        lambda of, **some: correlation.tagged(of, wavelength=785e-6, **some),
+        lambda of, **some: correlation.correlate_tagged(of, [1e-7], wavelength=785e-6, frequency=1e6, **some),
+        lambda of, **some: coherence.a_scan(of, [6.0, 8.0], coherence.gaussian(0.5, 0.1), **some),
+    ):
+        found, zeroed = call(tagged, where=leaving), call(tagged._replace(weight=records.weight * leaving[:, None]))
+        assert found != call(tagged)
+        for ours, theirs in zip(found, zeroed):
+            np.testing.assert_allclose(ours, theirs, rtol=1e-9)
+        with pytest.raises(ValueError, match=r"of each of \d+ records whether it counts"):
+            call(tagged, where=leaving[1:])
+    film = morgana.Image({"": np.ones((1, 1, 1), np.float32)}, {"": ["Y"]}, {})
+    with pytest.raises(ValueError, match="'where' chooses among records"):
+        coherence.a_scan(film, [6.0], coherence.gaussian(0.5, 0.1), where=leaving)
 
 
 @pytest.mark.parametrize("particles", [0, 1])
