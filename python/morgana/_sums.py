@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any, Optional
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._errors import SceneWarning
 from ._numbers import chosen, numbers
 from ._records import Records
 
@@ -70,6 +72,21 @@ def by_channel(values: ArrayLike, name: str, channels: int) -> Doubles:
     if found.shape not in [(), (channels,)] or not np.all(np.isfinite(found) & (found > 0)):
         raise ValueError(f"{name} must be finite and positive: one number, or one for each of {channels} channels")
     return found
+
+
+def doubt(wavelength: ArrayLike, records: Records) -> None:
+    """Warns of wavelengths that are longer than the mean optical length between scatterings: where light is so dense in scatterers, waves do not
+    meet them one by one, and far more often the unit is another."""
+    flights = int(records.scatterings.sum()) + len(records.particle)
+    mean = float(records.optical_length.sum()) / max(flights, 1)
+    longest = float(np.max(wavelength))
+    if 0 < mean < longest:
+        warnings.warn(
+            f"the wavelength of {longest:.4g} is longer than light goes between scatterings, {mean:.3g} on average: is it in scene units? "
+            "532 nm are 532e-6 where these are millimetres",
+            SceneWarning,
+            stacklevel=3,
+        )
 
 
 def seconds(values: ArrayLike, name: str, which: str, least: float = 0.0) -> Doubles:

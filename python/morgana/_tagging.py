@@ -12,7 +12,7 @@ from ._bins import mean_and_variance
 from ._correlation import Correlation
 from ._records import Records
 from ._result import Reading
-from ._sums import by_channel, by_particle, error_of, positive, seconds, taken
+from ._sums import by_channel, by_particle, doubt, error_of, positive, seconds, taken
 from ._values import comparable
 
 if TYPE_CHECKING:
@@ -127,7 +127,9 @@ def tagged(records: Records, *, wavelength: ArrayLike, orders: int = 1, where: O
     records : Records
         Records of a meter that is ``tagged``.
     wavelength : array_like
-        Wavelength in vacuum, > 0, in scene units: one number, or one for each channel.
+        Wavelength in vacuum, > 0, in scene units: one number, or one for each channel. A :class:`morgana.SceneWarning`
+        tells where it is longer than the mean optical length between scatterings, as it is in a wrong unit: 532 nm are 532e-6 in a scene of
+        millimetres.
     orders : int
         The last order m that is wanted, 1 to 100.
     where : array_like of bool, optional
@@ -159,6 +161,7 @@ def tagged(records: Records, *, wavelength: ArrayLike, orders: int = 1, where: O
     error = np.stack([error_of(of_order, particles) for of_order in sums])
     depth = np.divide(mean[1], mean[0], out=np.full_like(mean[0], np.nan), where=mean[0] > 0)
     depth_error = error_of(sums[1] - depth * sums[0], particles) / np.where(mean[0] > 0, mean[0], np.nan)
+    doubt(wavelength, records)
     return Sidebands(mean, error, power.sum(axis=0), error_of(power, particles), depth, depth_error)
 
 
@@ -208,6 +211,7 @@ def correlate_tagged(
         mean[i], error[i] = sums.sum(axis=0), error_of(sums, records.particles)
         ratio[i] = np.divide(mean[i], total, out=np.full_like(total, np.nan), where=total > 0)
         ratio_error[i] = error_of(sums - ratio[i] * power, records.particles) / np.where(total > 0, total, np.nan)
+    doubt(wavelength, records)
     return Correlation(times, mean, error, ratio, ratio_error)
 
 

@@ -27,7 +27,7 @@ from ._correlation import Correlation
 from ._exposure import NODES, OCTAVES, panels
 from ._numbers import numbers
 from ._records import Records
-from ._sums import aligned, by_channel, by_particle, error_of, positive, seconds, taken, variance_of
+from ._sums import aligned, by_channel, by_particle, doubt, error_of, positive, seconds, taken, variance_of
 from ._tagging import ModulationDepth, Sidebands, correlate_tagged, modulation_depth, tagged
 from ._values import comparable
 
@@ -197,7 +197,9 @@ def correlate(
         For regions by name, a function from delays to mean square displacements in squared scene units, such as :func:`brownian` gives.
         Scatterers of other regions rest.
     wavelength : array_like
-        Wavelength in vacuum, > 0, in scene units: one number, or one for each channel.
+        Wavelength in vacuum, > 0, in scene units: one number, or one for each channel. A :class:`morgana.SceneWarning`
+        tells where it is longer than the mean optical length between scatterings, as it is in a wrong unit: 532 nm are 532e-6 in a scene of
+        millimetres.
     index : array_like or mapping
         Refractive index, of all regions or by the names of those that move: one number, or one for each channel.
     flow : float
@@ -225,6 +227,7 @@ def correlate(
     times = seconds(delays, "delays", "finite numbers of seconds, not negative,")
     parts = _alike(records, wavelength, index, flow)
     found = np.concatenate([_decayed(part, _Delayed.of(part, motions, light).at(times)) for part, light in parts], axis=2)
+    doubt(wavelength, records)
     return Correlation(times, *found)
 
 
@@ -289,6 +292,7 @@ def speckle_contrast(
             values[:, i] = _blurred(part, time, delayed, power, beta)
         found.append(values)
     mean, error = np.concatenate(found, axis=2)
+    doubt(wavelength, records)
     return Contrast(times, mean, error)
 
 

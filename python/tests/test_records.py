@@ -91,6 +91,26 @@ def test_all_that_is_made_of_records_takes_a_mask(measured):
         coherence.a_scan(film, [6.0], coherence.gaussian(0.5, 0.1), where=leaving)
 
 
+def test_wavelengths_of_other_units_are_doubted(measured):
+    """Light goes some half of a millimetre between scatterings."""
+    records = measured.records["skin"]
+    n = len(records.particle)
+    tagged = records._replace(index_modulation=np.linspace(0, 1e-4, n) + 0j, displacement_modulation=np.zeros(n, complex))
+    motion = {"tissue: label 2": correlation.brownian(1e-7)}
+    for call in (
+        lambda wavelength: correlation.correlate(tagged, [1e-5], motion, wavelength=wavelength, index=1.4),
+        lambda wavelength: correlation.speckle_contrast(tagged, [1e-3], motion, wavelength=wavelength, index=1.4),
+        lambda wavelength: correlation.tagged(tagged, wavelength=wavelength),
+        lambda wavelength: correlation.correlate_tagged(tagged, [1e-7], wavelength=wavelength, frequency=1e6),
+    ):
+        for wavelength in (785e-6, [785e-6], 0.1):
+            call(wavelength)
+        for wavelength in (785.0, [785.0]):
+            with pytest.warns(morgana.SceneWarning, match="wavelength of 785 is longer than light goes between scatterings.* in scene units") as caught:
+                call(wavelength)
+            assert caught[0].filename == __file__
+
+
 @pytest.mark.parametrize("particles", [0, 1])
 def test_too_few_particles_have_no_error(measured, particles):
     kept = measured.records["skin"]
