@@ -107,7 +107,7 @@ def gaussian(wavelength: float, width: float) -> Source:
     wavelength : float
         Centre λ in vacuum, > 0, in scene units.
     width : float
-        Full width Δλ at half maximum, > 0, in scene units: 2π Δλ/λ² in wave numbers.
+        Full width Δλ at half maximum, > 0 and at most λ, in scene units: 2π Δλ/λ² in wave numbers.
 
     Returns
     -------
@@ -117,15 +117,17 @@ def gaussian(wavelength: float, width: float) -> Source:
     Raises
     ------
     ValueError
-        A number that is not positive and finite.
+        A number that is not positive and finite, or a width beyond the wavelength.
 
     Examples
     --------
     >>> coherence.gaussian(1.3e-3, 0.1e-3).coherence_length
     0.007457...
     """
-    center = 2 * np.pi / positive(wavelength, "wavelength", least=LEAST)
-    spread = 2 * np.pi * positive(width, "width", least=LEAST) / wavelength**2
+    middle, full = positive(wavelength, "wavelength", least=LEAST), positive(width, "width", least=LEAST)
+    if full > middle:
+        raise ValueError(f"the spectrum is {width} wide, more than its wavelength of {wavelength}: take a narrower one, or coherence.tabulated")
+    center, spread = 2 * np.pi / middle, 2 * np.pi * full / middle**2
     return Source(np.array([center]), np.ones(1), spread, float(4 * np.log(2) / spread))
 
 
@@ -301,11 +303,12 @@ def interferogram(lengths: ArrayLike, ways: ArrayLike, power: ArrayLike, source:
     if p.shape not in [(), ell.shape]:
         raise ValueError(f"power must be one number, or one for each of {len(ell)} ways")
     p = np.broadcast_to(p, ell.shape)
-    if not (np.all(np.isfinite(p) & (p >= 0)) and np.isfinite(reference) and reference >= 0):
+    arm_power = positive(reference, "reference")
+    if not np.all(np.isfinite(p) & (p >= 0)):
         raise ValueError("powers must be finite and not negative")
     amplitude = np.sqrt(p)
     among = amplitude @ _fields(ell, ell, amplitude, source)
-    return np.asarray(reference + among + 2 * np.sqrt(reference) * _fields(arm, ell, amplitude, source))
+    return np.asarray(arm_power + among + 2 * np.sqrt(arm_power) * _fields(arm, ell, amplitude, source))
 
 
 def _fields(lengths: Doubles, ways: Doubles, amplitude: Doubles, source: Source) -> Doubles:

@@ -223,7 +223,7 @@ def test_films_of_tagged_light_are_scanned_as_a_whole():
             "light": {"type": "point", "position": [0, 2, -1], "intensity": 1.0},
         }
         picture = morgana.render(load(scene), spp=16, seed=3)
-        scans.append(coherence.a_scan(picture, [4.0, 5.0], coherence.gaussian(2.0, 4.0)))
+        scans.append(coherence.a_scan(picture, [4.0, 5.0], coherence.gaussian(0.4, 0.16)))
     plain, tagged = scans
     assert plain.mean.max() > 0
     np.testing.assert_allclose(tagged.mean, plain.mean, rtol=1e-5)
@@ -280,6 +280,8 @@ def test_what_is_wrong_is_said():
     for call, said in [
         (lambda: coherence.gaussian(0, 1), "wavelength must be finite and positive, not 0"),
         (lambda: coherence.gaussian(1, math.nan), "width must be finite and positive"),
+        (lambda: coherence.gaussian(1, 3), "the spectrum is 3 wide, more than its wavelength of 1"),
+        (lambda: coherence.interferogram([1.0], [1.0], 1.0, source, reference=-1), "reference must be finite and not negative"),
         (lambda: coherence.tabulated([2, 1], [1, 1]), "positive and ascending"),
         (lambda: coherence.tabulated([1, 2], [1, -1]), "power is finite, not negative"),
         (lambda: coherence.a_scan(light, [[1.0]], source), "lengths are finite numbers in one row"),
@@ -294,6 +296,7 @@ def test_what_is_wrong_is_said():
     for call, said in [
         (lambda: coherence.a_scan([1.0], [1.0], source), "expected Records, a Result or an Image, found list: take"),
         (lambda: coherence.a_scan(light, ["far"], source), "lengths must be an array of real numbers"),
+        (lambda: coherence.interferogram([1.0], [1.0], 1.0, source, reference="a"), "reference must be a number, finite and not negative, not 'a'"),
         (lambda: coherence.gaussian("red", 1), "wavelength must be a number"),
         (lambda: coherence.a_scan(light, [1.0], 1.3), "source must be a Source, found float: make one by coherence.gaussian"),
         (lambda: coherence.interferogram([1.0], [1.0], 1.0, None), "source must be a Source, found NoneType"),
