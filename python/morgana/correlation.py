@@ -70,6 +70,9 @@ class Contrast(NamedTuple):
 def brownian(diffusion: float, moving: float = 1.0) -> Motion:
     """Scatterers that diffuse: a mean square displacement of 6 D τ.
 
+    This holds for delays that are long beside the time in which a scatterer forgets its velocity, 0.06 µs for a bead of 1 µm in water. Scatterers
+    diffuse freely at all delays: nothing holds them back, not even a wall of their region.
+
     Parameters
     ----------
     diffusion : float
@@ -98,6 +101,8 @@ def brownian(diffusion: float, moving: float = 1.0) -> Motion:
 
 def ballistic(speed: float, moving: float = 1.0) -> Motion:
     """Scatterers that fly apart in random directions: a mean square displacement of ⟨v²⟩ τ².
+
+    Each keeps its velocity over all delays: take delays in which it goes less far, ``speed`` τ, than the length over which it would turn.
 
     Parameters
     ----------
@@ -133,7 +138,8 @@ def shear(rate: float, transport_length: float, g: float = 0.0) -> Motion:
     scattered many times are random, and forget one another: of the second order, which counts here, by g² at each scattering of Henyey and
     Greenstein's law. With the mean ``g`` = 0 this is the law of Wu, Pine, Chaikin, Huang and Weitz (1990) for a path of length s,
     exp(−(n k₀ Γ l* τ)² s/(15 l*)). It does not hold for light that is scattered a few times, nor where Γ changes over l*. A uniform
-    flow on top changes nothing.
+    flow on top changes nothing. Each scatterer keeps its velocity: take delays in which it goes less far than the length over which the flow
+    changes.
 
     Parameters
     ----------
@@ -185,7 +191,8 @@ def correlate(
 
     Where media have a ``velocity``, scatterers flow besides: a record's phase turns by k₀τ times its ``optical_length_rate``, and G₁(τ) is the
     absolute value of the sum. Noise makes the square of such a value larger by its variance, which is taken off; where less than nothing is
-    left, g₁ is below its error, and 0 is given. Velocities do not change while light is correlated.
+    left, g₁ is below its error, and 0 is given. Each scatterer keeps the velocity of the place where it scatters the light: take delays in which
+    it goes less far than the length over which the velocity changes. Nothing checks that.
 
     Parameters
     ----------
@@ -244,8 +251,9 @@ def speckle_contrast(
 ) -> Contrast:
     """Speckle contrast K(T) of recorded light: K² = (2β/T) ∫₀ᵀ (1 − τ/T) g₁(τ)² dτ.
 
-    What noise adds to g₁² is taken off. Where less than nothing is left of K², K is 0, and its error the root of that of K². The error is up to
-    twice too large where noise hides most of g₁: in exposures of as many correlation times as there are particles.
+    Delays up to the exposure count, with what :func:`correlate` assumes of them. What noise adds to g₁² is taken off. Where less than nothing is
+    left of K², K is 0, and its error the root of that of K². The error is up to twice too large where noise hides most of g₁: in exposures of as
+    many correlation times as there are particles.
 
     Parameters
     ----------
