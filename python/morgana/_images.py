@@ -92,7 +92,7 @@ def read(path: Path, *, memory: Optional[int] = None) -> Image:
     ----------
     path : path_like
         An ``.exr``, ``.npy`` or ``.png`` file. Values of ``.png`` become linear, as they were before the exposure and tone map of which
-        its texts tell.
+        its texts tell. Files of meters are for :meth:`Reading.load` and :meth:`Records.load`.
     memory : int, optional
         Bytes that the image may take, as for :func:`load_file`.
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import os
 from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._archives import Array, opened
 from ._errors import FileError
 from ._numbers import chosen, numbers
 from ._pulse import Pulse
@@ -111,22 +111,17 @@ class Records(NamedTuple):
         Raises
         ------
         FileError
-            A file without records of this meter.
+            A file without records of this meter, or of another format: HDF5 is not read.
 
         Examples
         --------
         >>> records = morgana.Records.load("tissue.npz")
         """
-        try:
-            with np.load(path) as file:
-                arrays = {name: file[name] for name in file.files if name != "metadata"}
-                attributes = json.loads(str(file["metadata"]))
-        except (OSError, ValueError, KeyError) as error:
-            raise FileError(f"{os.fspath(path)}: not a file of readings: {error}") from None
-        units = {name: about["unit"] for name, about in attributes["arrays"].items()}
-        found = found_in(arrays, units, attributes)
+        found = found_in(*opened(path))
         if meter is None and len(found) == 1:
             return next(iter(found.values()))
+        if not found:
+            raise FileError(f"{os.fspath(path)}: no meter has kept records: set 'records' of an irradiancemeter")
         if meter not in found:
             raise FileError(f"{os.fspath(path)}: records are those of {sorted(found)}, not of {meter!r}")
         return found[meter]
@@ -291,26 +286,19 @@ class Records(NamedTuple):
         return f"<morgana.Records of {len(self.particle)} passages of {self.particles} particles, in {len(self.regions)} regions>"
 
 
-def found_in(
-    arrays: Mapping[str, NDArray[Any]], units: Mapping[str, str], attributes: Mapping[str, Any]
-) -> Dict[str, Records]:
+def found_in(arrays: Mapping[str, Array], attributes: Mapping[str, Any]) -> Dict[str, Records]:
     """The records among the arrays of a measurement, by the names of meters."""
     tables = {}
     for name in arrays:
         prefix, found, _ = name.rpartition("record_weight")
         if found:
-            tables[attributes[f"{prefix}meter"]] = _table(prefix, arrays, units, attributes)
+            tables[attributes[f"{prefix}meter"]] = _table(prefix, arrays, attributes)
     return tables
 
 
-def _table(
-    prefix: str,
-    arrays: Mapping[str, NDArray[Any]],
-    units: Mapping[str, str],
-    attributes: Mapping[str, Any],
-) -> Records:
+def _table(prefix: str, arrays: Mapping[str, Array], attributes: Mapping[str, Any]) -> Records:
     def column(name: str) -> Doubles:
-        return np.asarray(arrays[f"{prefix}record_{name}"], float)
+        return np.asarray(arrays[f"{prefix}record_{name}"].values, float)
 
     def phasors(name: str) -> Optional[Phasors]:
         if f"{prefix}record_{name}" not in arrays:
@@ -329,9 +317,9 @@ def _table(
         scatterings=column("scatterings").astype(np.int64),
         momentum_transfer=column("momentum_transfer"),
         regions=list(attributes[f"{prefix}regions"]),
-        mu_a=_matrix(np.asarray(arrays[f"{prefix}region_mu_a"], float)),
+        mu_a=_matrix(np.asarray(arrays[f"{prefix}region_mu_a"].values, float)),
         particles=int(attributes[f"{prefix}record_particles"]),
-        unit=units[f"{prefix}record_weight"],
+        unit=arrays[f"{prefix}record_weight"].unit,
         index_modulation=phasors("index_modulation"),
         displacement_modulation=phasors("displacement_modulation"),
         optical_length_rate=column("optical_length_rate") if f"{prefix}record_optical_length_rate" in arrays else None,

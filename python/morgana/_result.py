@@ -7,14 +7,15 @@ import functools
 import html
 import json
 import os
-from typing import Any, Dict, List, NamedTuple, Optional, Tuple, Union
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _morgana
+from ._archives import Array, opened
 from ._checks import optional_finite
-from ._errors import RenderError
+from ._errors import FileError, RenderError
 from ._morgana import Scene
 from ._pulse import Pulse
 from ._records import Records, found_in
@@ -71,6 +72,36 @@ class Reading(NamedTuple):
     """Where the errors cannot be trusted, because they come from fewer than ten effective particles or mostly from a single
     one (docs/meters.md)."""
 
+    @classmethod
+    def load(cls, path: Union[str, "os.PathLike[str]"], name: str) -> "Reading":
+        """Read what a meter has measured from an NPZ file that ``morgana render`` or :meth:`Result.write` has written.
+
+        Parameters
+        ----------
+        path : path_like
+            The file.
+        name : str
+            The quantity, as in ``Result.meters``: ``"fluence"``, or ``"tank.fluence"`` if the file is of several meters.
+
+        Returns
+        -------
+        Reading
+            The reading, as the result had it.
+
+        Raises
+        ------
+        FileError
+            A file without this reading, or of another format: HDF5 is not read.
+
+        Examples
+        --------
+        >>> depth = correlation.modulation_depth(morgana.Reading.load("tissue.npz", "fluence_sidebands"))
+        """
+        found = readings_in(opened(path).arrays)
+        if name not in found:
+            raise FileError(f"{os.fspath(path)}: readings are {', '.join(found) or 'none'}, not {name!r}")
+        return found[name]
+
     def convolved(self, pulse: Pulse) -> "Reading":
         """The answer to a pulse of light, of an answer to light that starts at once, in bins of the optical path length.
 
@@ -105,7 +136,7 @@ class Reading(NamedTuple):
             return np.moveaxis(np.tensordot(kernel, values, (1, axis)), 0, axis)
 
         mean = along(self.mean)
-        few = None if self.few is None else along(self.mean * self.few) > 0.1 * mean
+        few = None if self.few is None else along(np.abs(self.mean) * self.few) > 0.1 * np.abs(mean)
         return self._replace(mean=mean, error=along(self.error), effective=None, few=few)
 
     def __repr__(self) -> str:
@@ -140,7 +171,7 @@ class Result:
 
     def _numbers(self) -> Dict[str, Any]:
         if isinstance(self._run, _morgana.Measured):
-            return {name: data for name, (_, _, data) in self._arrays.items()}
+            return {name: array.values for name, array in self._arrays.items()}
         return {"image": self.image, "variance": self.variance, "samples": self.samples, **self.layers}
 
     @functools.cached_property
@@ -258,7 +289,8 @@ class Result:
 
         By the integrator ``stokes``, Stokes parameters of light: ``S0`` to ``S3``.
 
-        By the integrator ``tagged``, ``total``, ``carrier``, ``sideband.1``, … and ``delay.1``, … of light that sound modulates.
+        By the integrator ``tagged``, ``total``, ``carrier``, ``sideband.1``, … and ``delay.1``, … of light that sound modulates. Delays have
+        the ``few`` of ``total``, of whose samples they are made.
 
         By the integrator ``moment``, second moments, by names such as ``m2_image``; their variances are not known (infinite).
         """
@@ -279,7 +311,8 @@ class Result:
         if isinstance(self._run, _morgana.Measured):
             return {}, []
         layers, axes = self._run.layers()
-        named = {name: Layer(mean, variance, few, self.channels) for name, mean, variance, few in layers}
+        flags = {name: few for name, _, _, few in layers}
+        named = {name: Layer(mean, variance, flags[undelayed(name)], self.channels) for name, mean, variance, _ in layers}
         return named, json.loads(axes)
 
     def _quantities(self) -> Dict[str, Layer]:
@@ -293,10 +326,10 @@ class Result:
         return layers
 
     @functools.cached_property
-    def _arrays(self) -> Dict[str, Tuple[str, List[str], Doubles]]:
+    def _arrays(self) -> Dict[str, Array]:
         if isinstance(self._run, _morgana.Rendered):
             return {}
-        return {name: (unit, axes, data) for name, unit, axes, data in self._run.arrays()}
+        return {name: Array(unit, axes, values) for name, unit, axes, values in self._run.arrays()}
 
     @functools.cached_property
     def meters(self) -> Dict[str, Reading]:
@@ -305,31 +338,19 @@ class Result:
         ``fluence``, ``absorbed``, ``power``, ``irradiance`` and others (docs/meters.md), with the meter's name and a dot in
         front if there are several meters.
         """
-        arrays = self._arrays
-        readings = {}
-        for name, (unit, axes, mean) in arrays.items():
-            if f"{name}_error" not in arrays:
-                continue
-            prefix = name.rpartition(".")[0]
-            dot = "." if prefix else ""
-            edges = {a: arrays.get(f"{prefix}{dot}{a}_edges", (None, None, None))[2] for a in axes}
-            error, effective, few = (arrays[f"{name}_{what}"][2] for what in ("error", "effective", "few"))
-            readings[name] = Reading(mean, error, edges, unit, effective, few != 0)
-        return readings
+        return readings_in(self._arrays)
 
     @functools.cached_property
     def records(self) -> Dict[str, Records]:
         """Records of detected light by the names of the meters that keep them; empty if none does (docs/meters.md#records)."""
         if isinstance(self._run, _morgana.Rendered):
             return {}
-        arrays = {name: data for name, (_, _, data) in self._arrays.items()}
-        units = {name: unit for name, (unit, _, _) in self._arrays.items()}
-        return found_in(arrays, units, json.loads(self._run.attributes))
+        return found_in(self._arrays, json.loads(self._run.attributes))
 
     @property
     def emitted(self) -> Optional[Doubles]:
         """Power of all emitters, (channels,), in W; ``None`` for a picture."""
-        return self._arrays["emitted"][2] if self._arrays else None
+        return self._arrays["emitted"].values if self._arrays else None
 
     def write(self, path: Union[str, "os.PathLike[str]"], *, exposure: Optional[float] = None) -> None:
         """Write the picture or the readings to a file, completely or not at all.
@@ -383,6 +404,26 @@ class Result:
         if isinstance(self._run, _morgana.Measured):
             return f"<p>{text}</p>"
         return f"{thumbnail(self.image, self.channels)}<p>{text}</p>"
+
+
+def undelayed(layer: str) -> str:
+    """The layer of which one of tagged light is at a delay; other layers themselves."""
+    *before, word, number = ["", *layer.split(".")]
+    return ".".join([*before[1:], "total"]) if word == "delay" and number.isdigit() else layer
+
+
+def readings_in(arrays: Mapping[str, Array]) -> Dict[str, Reading]:
+    """The readings among the arrays of a measurement, by the names of quantities."""
+    readings = {}
+    for name, array in arrays.items():
+        if f"{name}_error" not in arrays:
+            continue
+        prefix, dot, _ = name.rpartition(".")
+        edges = {axis: arrays.get(f"{prefix}{dot}{axis}_edges") for axis in array.axes}
+        axes = {axis: None if of is None else of.values for axis, of in edges.items()}
+        error, effective, few = (arrays[f"{name}_{what}"].values for what in ("error", "effective", "few"))
+        readings[name] = Reading(array.values, error, axes, array.unit, effective, few != 0)
+    return readings
 
 
 def thumbnail(image: Floats, channels: List[str]) -> str:

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+import warnings
+from typing import Any, Optional
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._numbers import numbers
+from ._errors import SceneWarning
+from ._numbers import chosen, numbers
 from ._records import Records
 
 Doubles = NDArray[np.float64]
+WHOLE = ("regions", "mu_a", "particles", "unit")
+"""What records have together."""
 
 
 def by_particle(records: Records, factors: NDArray[Any]) -> NDArray[Any]:
@@ -62,6 +66,29 @@ def positive(value: Any, name: str, least: float = 0.0) -> float:
     return number
 
 
+def by_channel(values: ArrayLike, name: str, channels: int) -> Doubles:
+    """A positive number for all channels, of no axis, or one for each, (channels,)."""
+    found = numbers(values, name)
+    if found.shape not in [(), (channels,)] or not np.all(np.isfinite(found) & (found > 0)):
+        raise ValueError(f"{name} must be finite and positive: one number, or one for each of {channels} channels")
+    return found
+
+
+def doubt(wavelength: ArrayLike, records: Records) -> None:
+    """Warns of wavelengths that are longer than the mean optical length between scatterings: where light is so dense in scatterers, waves do not
+    meet them one by one, and far more often the unit is another."""
+    flights = int(records.scatterings.sum()) + len(records.particle)
+    mean = float(records.optical_length.sum()) / max(flights, 1)
+    longest = float(np.max(wavelength))
+    if 0 < mean < longest:
+        warnings.warn(
+            f"the wavelength of {longest:.4g} is longer than light goes between scatterings, {mean:.3g} on average: is it in scene units? "
+            "532 nm are 532e-6 where these are millimetres",
+            SceneWarning,
+            stacklevel=3,
+        )
+
+
 def seconds(values: ArrayLike, name: str, which: str, least: float = 0.0) -> Doubles:
     """Times in one row, at least ``least``: those ``which`` are right."""
     times = np.atleast_1d(numbers(values, name))
@@ -75,3 +102,12 @@ def recorded(records: Any) -> None:
     if not isinstance(records, Records):
         found = type(records).__name__
         raise TypeError(f"expected Records, found {found}: take one from the records of a result, or morgana.Records.load")
+
+
+def taken(records: Any, where: Optional[ArrayLike]) -> Records:
+    """The records that count, all if nobody chooses; refuses what are no records."""
+    recorded(records)
+    which = chosen(where, len(records.particle))
+    columns = {name: of[which] for name, of in records._asdict().items() if name not in WHOLE and of is not None}
+    some: Records = records._replace(**columns)
+    return some

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import os
-from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from ._morgana import Scene
 from ._render import render
 from ._result import Layer, Result
 from ._scene import Define, load_dict, load_file
-from ._values import comparable
+from ._values import alike, comparable
 
 Doubles = NDArray[np.float64]
 Source = Union[str, Dict[str, Any]]
@@ -36,9 +36,13 @@ class Sweep(NamedTuple):
     few: Dict[str, NDArray[np.bool_]]
     """Where the errors cannot be trusted, of the same shapes: see ``Result.few``."""
     axes: Dict[str, Dict[str, Optional[Doubles]]]
-    """For each quantity the axes after those of the parameters, with the edges of their bins if they have such."""
+    """For each quantity the axes after those of the parameters, with the edges of their bins if they have such, and the same in all runs."""
     stats: NDArray[np.object_]
     """What happened in each run: see ``Result.stats``."""
+    units: Dict[str, str]
+    """For each reading of a meter its unit, as ``Reading.unit``; empty for pictures."""
+    channels: Dict[str, List[str]]
+    """For each quantity the names of its channels, as ``Result.channels`` and ``Layer.channels``; empty if runs differ in them."""
 
     def __repr__(self) -> str:
         varied = ", ".join(f"{len(values)} values of {name}" for name, values in self.parameters.items())
@@ -50,8 +54,10 @@ class Sweep(NamedTuple):
         Returns
         -------
         xarray.Dataset
-            A variable for each quantity, and one with ``_error`` after its name. The coordinates are the parameters and the
-            middles of bins.
+            A variable for each quantity, and one with ``_error`` after its name; ``attrs["units"]`` is the unit of a reading. The
+            coordinates are the parameters, the middles of bins and the names of channels. An axis whose bins or channels differ between
+            quantities, or that has the name of a parameter, has the name of the meter or quantity in front: ``near.z``. A parameter that has
+            the name of a quantity is ``parameters.NAME``.
 
         Raises
         ------
@@ -60,14 +66,59 @@ class Sweep(NamedTuple):
         """
         import xarray
 
-        variables, coordinates = {}, dict(self.parameters)
+        quantities = {*self.mean, *(f"{name}_error" for name in self.mean)}
+        parameters = {f"parameters.{name}" if name in quantities else name: values for name, values in self.parameters.items()}
+        dimensions, coordinates = self._dimensions({*quantities, *parameters})
+        variables = {}
+        for name in self.mean:
+            of = [*parameters, *dimensions[name]]
+            attributes = {"units": self.units[name]} if name in self.units else {}
+            variables[name] = (of, self.mean[name], attributes)
+            variables[f"{name}_error"] = (of, self.error[name], attributes)
+        return xarray.Dataset(variables, {**parameters, **coordinates})
+
+    def _dimensions(self, taken: Set[str]) -> Tuple[Dict[str, List[str]], Dict[str, Sequence[Any]]]:
+        """For each quantity the names of its dimensions after those of the parameters, none of them ``taken``; and their coordinates."""
+        kinds: Dict[str, Dict[_Bins, List[str]]] = {}
         for name, axes in self.axes.items():
-            dimensions = [*self.parameters, *axes]
-            variables[name] = (dimensions, self.mean[name])
-            variables[f"{name}_error"] = (dimensions, self.error[name])
-            edges = {axis: values for axis, values in axes.items() if values is not None}
-            coordinates.update({axis: 0.5 * (values[1:] + values[:-1]) for axis, values in edges.items()})
-        return xarray.Dataset(variables, coordinates)
+            for axis in axes:
+                kinds.setdefault(axis, {}).setdefault(self._bins(name, axis), []).append(name)
+        found: Dict[Tuple[str, str], str] = {}
+        coordinates: Dict[str, Sequence[Any]] = {}
+        for axis, by_bins in kinds.items():
+            alone = len(by_bins) == 1 and axis not in taken
+            for bins, names in by_bins.items():
+                dimension = axis if alone else _own(axis, names[0], taken)
+                taken = {*taken, dimension}
+                found.update({(name, axis): dimension for name in names})
+                if bins.coordinate:
+                    coordinates[dimension] = list(bins.coordinate)
+        return {name: [found[name, axis] for axis in axes] for name, axes in self.axes.items()}, coordinates
+
+    def _bins(self, name: str, axis: str) -> _Bins:
+        """Those of an axis of a quantity."""
+        size = self.mean[name].shape[len(self.parameters) + list(self.axes[name]).index(axis)]
+        edges = self.axes[name][axis]
+        if edges is not None:
+            return _Bins(size, tuple(0.5 * (edges[1:] + edges[:-1])), tuple(edges))
+        is_channel = axis.rpartition(".")[2] == "channel"
+        return _Bins(size, tuple(self.channels[name]) if is_channel else ())
+
+
+class _Bins(NamedTuple):
+    """What an axis tells apart: two axes with the same are one dimension."""
+
+    size: int
+    coordinate: Tuple[Any, ...] = ()
+    """Middles of bins, or names of channels."""
+    edges: Tuple[float, ...] = ()
+
+
+def _own(axis: str, quantity: str, taken: Set[str]) -> str:
+    """A name for the axis of a quantity, with that of its meter in front if this is free."""
+    meter = quantity.rpartition(".")[0]
+    name = f"{meter}.{axis}"
+    return name if meter and name not in taken else f"{quantity}.{axis}"
 
 
 class _Point(NamedTuple):
@@ -78,6 +129,8 @@ class _Point(NamedTuple):
     few: Dict[str, NDArray[np.bool_]]
     axes: Dict[str, Dict[str, Optional[Doubles]]]
     stats: Dict[str, Any]
+    units: Dict[str, str]
+    channels: Dict[str, List[str]]
 
     @classmethod
     def of(cls, result: Result) -> "_Point":
@@ -89,6 +142,8 @@ class _Point(NamedTuple):
                 {name: layer.few for name, layer in layers.items()},
                 {name: _axes(name, layer, result.channels) for name, layer in layers.items()},
                 result.stats,
+                {},
+                {name: layer.channels for name, layer in layers.items()},
             )
         readings = result.meters.items()
         return cls(
@@ -97,6 +152,8 @@ class _Point(NamedTuple):
             {name: reading.few for name, reading in readings if reading.few is not None},
             {name: reading.axes for name, reading in readings},
             result.stats,
+            {name: reading.unit for name, reading in readings},
+            {name: result.channels for name, _ in readings},
         )
 
 
@@ -208,8 +265,13 @@ def _joined(points: List[_Point], shape: Tuple[int, ...], parameters: Dict[str, 
             raise RenderError(f"'{name}' has another shape in some of the runs: vary only what leaves it as it is")
         return np.stack(arrays).reshape(shape + arrays[0].shape)
 
-    if any(point.mean.keys() != points[0].mean.keys() for point in points):
+    first = points[0]
+    if any(point.mean.keys() != first.mean.keys() or point.units != first.units for point in points):
         raise RenderError("the runs do not measure the same quantities")
-    return Sweep(
-        parameters, stacked("mean"), stacked("error"), stacked("few"), points[0].axes, stats.reshape(shape)
-    )
+    means, errors, flags = (stacked(field) for field in ("mean", "error", "few"))
+    axes = {
+        name: {axis: edges if all(alike(point.axes[name][axis], edges) for point in points) else None for axis, edges in of.items()}
+        for name, of in first.axes.items()
+    }
+    channels = {name: of if all(point.channels[name] == of for point in points) else [] for name, of in first.channels.items()}
+    return Sweep(parameters, means, errors, flags, axes, stats.reshape(shape), first.units, channels)

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Mapping, NamedTuple, Optional, Union
+from typing import TYPE_CHECKING, Mapping, NamedTuple, Optional, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _checks as checks
+from ._bins import mean_and_variance
 from ._correlation import Correlation
-from ._numbers import chosen, numbers
 from ._records import Records
 from ._result import Reading
-from ._sums import by_particle, error_of, positive, recorded, seconds
+from ._sums import by_channel, by_particle, doubt, error_of, positive, seconds, taken
 from ._values import comparable
 
 if TYPE_CHECKING:
@@ -73,7 +73,8 @@ def modulation_depth(light: Union[Mapping[str, Layer], Mapping[str, Floats], Rea
     Parameters
     ----------
     light : mapping of Layer or of array, or Reading
-        ``layers`` of a picture, also of an EXR file that :func:`morgana.read` has read; or a reading with an axis ``order``, such as ``meters["fluence_sidebands"]``.
+        ``layers`` of a picture, also of an EXR file that :func:`morgana.read` has read; or a reading with an axis ``order``, such as
+        ``meters["fluence_sidebands"]``, also of an NPZ file by :meth:`morgana.Reading.load`.
     prefix : str
         For a picture with a decomposition, what comes before ``carrier`` in names of layers, such as ``"length.0012."``.
 
@@ -104,23 +105,15 @@ def _first_orders(light: Union[Mapping[str, Layer], Mapping[str, Floats], Readin
     if isinstance(light, Mapping):
         names = [prefix + name for name in ("carrier", "sideband.1")]
         if not all(name in light for name in names):
-            raise ValueError(f"there are no layers {' and '.join(names)}: render by the integrator 'tagged', with 'orders' ≥ 1")
-        return [_layer(light, name) for name in names]
+            raise ValueError(
+                f"there are no layers {' and '.join(names)}: render by the integrator 'tagged', with 'orders' ≥ 1; of files of meters give a morgana.Reading.load"
+            )
+        return [(mean, np.sqrt(variance)) for mean, variance in (mean_and_variance(light, name) for name in names)]
     if not isinstance(light, Reading):
         raise TypeError(f"expected layers or a reading, found {type(light).__name__}: give its layers, or one of result.meters")
     if "order" not in light.axes or light.mean.shape[0] < 2:
         raise ValueError("the reading is not told apart by sidebands up to the first: take fluence_sidebands or power_sidebands of a tagged meter")
     return [(light.mean[order], light.error[order]) for order in (0, 1)]
-
-
-def _layer(layers: Mapping[str, Any], name: str) -> tuple[Doubles, Doubles]:
-    """Mean and error of a layer: of a result, or of a file, which has its variance beside it."""
-    layer = layers[name]
-    if not isinstance(layer, np.ndarray):
-        return np.asarray(layer.mean, float), np.asarray(layer.error, float)
-    if f"variance.{name}" not in layers:
-        raise ValueError(f"the layer {name} has no variance: give all layers of an EXR file that morgana has written")
-    return np.asarray(layer, float), np.sqrt(np.asarray(layers[f"variance.{name}"], float))
 
 
 def tagged(records: Records, *, wavelength: ArrayLike, orders: int = 1, where: Optional[ArrayLike] = None) -> Sidebands:
@@ -134,11 +127,13 @@ def tagged(records: Records, *, wavelength: ArrayLike, orders: int = 1, where: O
     records : Records
         Records of a meter that is ``tagged``.
     wavelength : array_like
-        Wavelength in vacuum, > 0, in scene units: one number, or one for each channel.
+        Wavelength in vacuum, > 0, in scene units: one number, or one for each channel. A :class:`morgana.SceneWarning`
+        tells where it is longer than the mean optical length between scatterings, as it is in a wrong unit: 532 nm are 532e-6 in a scene of
+        millimetres.
     orders : int
         The last order m that is wanted, 1 to 100.
     where : array_like of bool, optional
-        Which records count, (n,): such as those of a time gate.
+        Which records count, (n,): such as those of a time gate, or of light that leaves, ``records.side == 0``.
 
     Returns
     -------
@@ -156,9 +151,8 @@ def tagged(records: Records, *, wavelength: ArrayLike, orders: int = 1, where: O
     >>> found = correlation.tagged(records, wavelength=532e-6, orders=2)
     >>> found.mean[1], found.depth
     """
-    recorded(records)
+    records = taken(records, where)
     orders = checks.whole(orders, "orders", 1, MOST_ORDERS)
-    records = _chosen(records, where)
     phase = _phases(records, wavelength)
     weight, particles = records.weight, records.particles
     sums = np.stack([_sums(records, weight * of_order**2) for of_order in _bessel(orders, phase)])
@@ -167,10 +161,13 @@ def tagged(records: Records, *, wavelength: ArrayLike, orders: int = 1, where: O
     error = np.stack([error_of(of_order, particles) for of_order in sums])
     depth = np.divide(mean[1], mean[0], out=np.full_like(mean[0], np.nan), where=mean[0] > 0)
     depth_error = error_of(sums[1] - depth * sums[0], particles) / np.where(mean[0] > 0, mean[0], np.nan)
+    doubt(wavelength, records)
     return Sidebands(mean, error, power.sum(axis=0), error_of(power, particles), depth, depth_error)
 
 
-def correlate_tagged(records: Records, delays: ArrayLike, *, wavelength: ArrayLike, frequency: float) -> Correlation:
+def correlate_tagged(
+    records: Records, delays: ArrayLike, *, wavelength: ArrayLike, frequency: float, where: Optional[ArrayLike] = None
+) -> Correlation:
     """The field autocorrelation of recorded light in sound: G₁(τ) = E[w J₀(2|Φ| sin(ωτ/2))].
 
     Parameters
@@ -183,6 +180,8 @@ def correlate_tagged(records: Records, delays: ArrayLike, *, wavelength: ArrayLi
         As in :func:`tagged`.
     frequency : float
         That of the sound in Hz, > 0.
+    where : array_like of bool, optional
+        As in :func:`tagged`.
 
     Returns
     -------
@@ -199,7 +198,7 @@ def correlate_tagged(records: Records, delays: ArrayLike, *, wavelength: ArrayLi
     >>> found = correlation.correlate_tagged(records, np.linspace(0, 1e-6, 50), wavelength=532e-6, frequency=1e6)
     >>> plt.plot(found.delays, found.normalized[:, 0])
     """
-    recorded(records)
+    records = taken(records, where)
     times = seconds(delays, "delays", "finite numbers of seconds, not negative,")
     turn = 2 * np.pi * positive(frequency, "frequency", least=np.nextafter(0, 1)) * times
     phase = _phases(records, wavelength)
@@ -212,6 +211,7 @@ def correlate_tagged(records: Records, delays: ArrayLike, *, wavelength: ArrayLi
         mean[i], error[i] = sums.sum(axis=0), error_of(sums, records.particles)
         ratio[i] = np.divide(mean[i], total, out=np.full_like(total, np.nan), where=total > 0)
         ratio_error[i] = error_of(sums - ratio[i] * power, records.particles) / np.where(total > 0, total, np.nan)
+    doubt(wavelength, records)
     return Correlation(times, mean, error, ratio, ratio_error)
 
 
@@ -219,10 +219,8 @@ def _phases(records: Records, wavelength: ArrayLike) -> Doubles:
     """|Φ| by record and channel."""
     if records.index_modulation is None or records.displacement_modulation is None:
         raise ValueError("the records do not say what sound does: set 'tagged' of their meter")
-    length = numbers(wavelength, "wavelength")
     channels = records.weight.shape[1]
-    if length.shape not in [(), (channels,)] or not np.all(np.isfinite(length) & (length > 0)):
-        raise ValueError(f"wavelength must be positive: one number, or one for each of {channels} channels")
+    length = by_channel(wavelength, "wavelength", channels)
     modulation = records.index_modulation + records.displacement_modulation
     if not np.all(np.isfinite(modulation)):
         unknown = int(np.count_nonzero(~np.isfinite(modulation)))
@@ -232,14 +230,6 @@ def _phases(records: Records, wavelength: ArrayLike) -> Doubles:
     if not np.all(phase <= LARGEST):
         raise ValueError(f"the sound turns phases by up to {phase.max():.3g} radians, of which no number knows the angle: give the wavelength in scene units")
     return phase
-
-
-def _chosen(records: Records, where: Optional[ArrayLike]) -> Records:
-    """The records that count."""
-    which = chosen(where, len(records.particle))
-    columns = ["particle", "weight", "index_modulation", "displacement_modulation"]
-    found = {name: getattr(records, name) for name in columns}
-    return records._replace(**{name: of[which] for name, of in found.items() if of is not None})
 
 
 def _sums(records: Records, weight: Doubles) -> Doubles:

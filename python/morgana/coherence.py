@@ -15,15 +15,17 @@ Theory: docs/theory.md#low-coherence-gating.
 
 from __future__ import annotations
 
-from typing import Any, Dict, NamedTuple, Tuple, Union
+from typing import Any, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._bins import Bins, bins_of, mean_and_variance
+from ._images import Image
 from ._numbers import numbers
 from ._records import Records
 from ._result import Result
-from ._sums import error_of, positive, recorded
+from ._sums import error_of, positive, taken
 from ._values import comparable
 
 __all__ = ["AScan", "Source", "a_scan", "gaussian", "interferogram", "tabulated"]
@@ -105,7 +107,7 @@ def gaussian(wavelength: float, width: float) -> Source:
     wavelength : float
         Centre λ in vacuum, > 0, in scene units.
     width : float
-        Full width Δλ at half maximum, > 0, in scene units: 2π Δλ/λ² in wave numbers.
+        Full width Δλ at half maximum, > 0 and at most λ, in scene units: 2π Δλ/λ² in wave numbers.
 
     Returns
     -------
@@ -115,15 +117,17 @@ def gaussian(wavelength: float, width: float) -> Source:
     Raises
     ------
     ValueError
-        A number that is not positive and finite.
+        A number that is not positive and finite, or a width beyond the wavelength.
 
     Examples
     --------
     >>> coherence.gaussian(1.3e-3, 0.1e-3).coherence_length
     0.007457...
     """
-    center = 2 * np.pi / positive(wavelength, "wavelength", least=LEAST)
-    spread = 2 * np.pi * positive(width, "width", least=LEAST) / wavelength**2
+    middle, full = positive(wavelength, "wavelength", least=LEAST), positive(width, "width", least=LEAST)
+    if full > middle:
+        raise ValueError(f"the spectrum is {width} wide, more than its wavelength of {wavelength}: take a narrower one, or coherence.tabulated")
+    center, spread = 2 * np.pi / middle, 2 * np.pi * full / middle**2
     return Source(np.array([center]), np.ones(1), spread, float(4 * np.log(2) / spread))
 
 
@@ -163,24 +167,28 @@ def tabulated(wavelengths: ArrayLike, power: ArrayLike) -> Source:
     return source._replace(coherence_length=_half(source, 2 * np.pi / (k[-1] - k[0])))
 
 
-def a_scan(light: Union[Records, Result], lengths: ArrayLike, source: Source) -> AScan:
+def a_scan(light: Union[Records, Result, Image], lengths: ArrayLike, source: Source, *, where: Optional[ArrayLike] = None) -> AScan:
     """The light that interferes with references of these lengths: an A-scan of each meter or pixel; a row of pixels makes a B-scan.
 
     It is Σ w |γ(L − ℓ)|² over light of weight w and optical length ℓ: the mean, over speckle, of the squared envelope of the fringes,
-    without the power of the reference, of light whose paths have independent phases, in one polarisation and one mode of the detector. Fringes of a mirror, whose light all has one phase, have the
-    same squared envelope. The index does not depend on the wavelength within the spectrum.
+    without the power of the reference, of light whose paths have independent phases, in one polarisation and one mode of the detector.
+    Fringes of a mirror, whose light all has one phase, have the same squared envelope. The index does not depend on the wavelength within the spectrum.
 
-    Light of a film is taken as spread evenly within each bin of length, and light outside the bins as absent. Of tagged light all sidebands count. Errors of its bins are taken as
-    independent: where one path brings light to several bins within a gate, they are a little too small.
+    Light of a film is taken as spread evenly within each bin of length, and light outside the bins as absent. Of tagged light all sidebands count,
+    of Stokes parameters S0. Errors of its bins are taken as independent: where one path brings light to several bins within a gate, they are a
+    little too small.
 
     Parameters
     ----------
-    light : Records or Result
-        Records of the light, or a picture whose film has a ``decomposition`` by ``length`` or ``time``.
+    light : Records, Result or Image
+        Records of the light; or a picture whose film has a ``decomposition`` by ``length`` or ``time``, as it was rendered, or of an EXR file
+        that :func:`morgana.read` has read, whose channels are in the order of the file.
     lengths : array_like
         Optical lengths L of the reference, (n,): from the emitter to the meter or sensor, as those of the light.
     source : Source
         The light.
+    where : array_like of bool, optional
+        Which records count, (n,): such as those of light that leaves, ``records.side == 0``.
 
     Returns
     -------
@@ -190,8 +198,9 @@ def a_scan(light: Union[Records, Result], lengths: ArrayLike, source: Source) ->
     Raises
     ------
     ValueError
-        Lengths that are not finite numbers in a row, or beyond the bins of the film; a picture without bins of length, with Stokes parameters, or with bins wider than half
-        of the coherence length, which hide what the gate resolves.
+        Lengths that are not finite numbers in a row, or beyond the bins of the film; a picture without bins of length, or with bins wider
+        than half of the coherence length, which hide what the gate resolves; ``where`` that is no row of truths for each record, or of a
+        picture.
 
     Examples
     --------
@@ -200,9 +209,13 @@ def a_scan(light: Union[Records, Result], lengths: ArrayLike, source: Source) ->
     """
     reference = _row(lengths)
     _check(source)
-    if isinstance(light, Result):
+    if isinstance(light, (Result, Image)):
+        if where is not None:
+            raise ValueError("'where' chooses among records, of which a picture has none: choose pixels of the scan")
         return _film_scan(light, reference, source)
-    recorded(light)
+    if not isinstance(light, Records):
+        raise TypeError(f"expected Records, a Result or an Image, found {type(light).__name__}: take result.records, or the EXR file that morgana.read has read")
+    light = taken(light, where)
     _, rows = np.unique(light.particle, return_inverse=True)
     particles, channels = int(rows.max(initial=-1)) + 1, light.weight.shape[1]
     mean, error = np.zeros((2, len(reference), channels))
@@ -218,45 +231,38 @@ def a_scan(light: Union[Records, Result], lengths: ArrayLike, source: Source) ->
     return AScan(reference, mean, error)
 
 
-def _film_scan(film: Result, reference: Doubles, source: Source) -> AScan:
+def _film_scan(film: Union[Result, Image], reference: Doubles, source: Source) -> AScan:
     """The scan of each pixel."""
-    axis, mean, variance = _by_length(film)
-    speed = axis["speed_of_light"] or 1.0
-    width = axis["width"] * speed
+    bins = bins_of(film)
+    if bins is None:
+        raise ValueError(
+            "there are no layers of light by length: give its film the decomposition 'length' or 'time', and take the result or its EXR file; "
+            "of meters take one of result.records"
+        )
+    if not all(bins.layers):
+        raise ValueError("the picture has no layers for some of its bins of length: take the EXR file that morgana has written")
+    edges = bins.edges * bins.speed_of_light
+    width = (edges[-1] - edges[0]) / len(bins.layers)
     if width > source.coherence_length / 2:
         raise ValueError(
             f"the film's bins are {width:.4g} long, more than half of the coherence length, {source.coherence_length:.4g}: take a smaller bin_width"
         )
-    edges = axis["min"] * speed + width * axis["bins"] * np.array([0, 1])
-    if np.any((reference < edges[0]) | (reference > edges[1])):
-        raise ValueError(f"the film has light of the lengths {edges[0]:.4g} to {edges[1]:.4g} only: take lengths within them, or other bounds of the film")
+    if np.any((reference < edges[0]) | (reference > edges[-1])):
+        raise ValueError(f"the film has light of the lengths {edges[0]:.4g} to {edges[-1]:.4g} only: take lengths within them, or other bounds of the film")
     # Three of Gauss's nodes in each bin.
     nodes, weights = np.polynomial.legendre.leggauss(3)
-    middle = axis["min"] * speed + width * (np.arange(axis["bins"]) + 0.5)
-    places = middle[:, None] + width / 2 * nodes
-    gate = np.stack([np.abs(source.degree(length - places)) ** 2 @ weights / 2 for length in reference])
+    places = (edges[1:] + edges[:-1])[:, None] / 2 + width / 2 * nodes
+    gate = np.reshape([np.abs(source.degree(length - places)) ** 2 @ weights / 2 for length in reference], (len(reference), len(places)))
+    mean, variance = _by_length(film, bins)
     error = np.sqrt(np.tensordot(gate**2, np.nan_to_num(variance, posinf=0.0), 1))
     error[:, ~np.isfinite(variance).all(axis=0)] = np.inf
     return AScan(reference, np.tensordot(gate, mean, 1), error)
 
 
-def _by_length(film: Result) -> Tuple[Dict[str, Any], Doubles, Doubles]:
-    """The axis of lengths; means and their variances by bin and pixel, (bins, height, width, channels)."""
-    axes = {axis["name"]: axis for axis in film.axes}
-    axis = axes.get("length") or axes.get("time")
-    if axis is None:
-        raise ValueError("the picture's light is not separated by length: give its film the decomposition 'length' or 'time'")
-    if "stokes" in axes:
-        raise ValueError("the picture has Stokes parameters: render it without the integrator 'stokes'")
-    mean, variance = np.zeros((2, axis["bins"], *film.image.shape))
-    # Sidebands and correlations are parts of what is there already.
-    whole = [name for name in film.layers if "tagged" not in axes or name.endswith(".total")]
-    for name, layer in ((name, film.layers[name]) for name in whole):
-        place = name.split(".")[1] if name.startswith(f"{axis['name']}.") else ""
-        if place.isdigit():
-            mean[int(place)] += layer.mean
-            variance[int(place)] += layer.variance
-    return axis, mean, variance
+def _by_length(film: Union[Result, Image], bins: Bins) -> Tuple[Doubles, Doubles]:
+    """Means and their variances by bin and pixel, (bins, height, width, channels)."""
+    mean, variance = np.stack([np.sum([mean_and_variance(film.layers, name) for name in names], axis=0) for names in bins.layers], axis=1)
+    return mean, variance
 
 
 def interferogram(lengths: ArrayLike, ways: ArrayLike, power: ArrayLike, source: Source, *, reference: float = 1.0) -> Doubles:
@@ -297,11 +303,12 @@ def interferogram(lengths: ArrayLike, ways: ArrayLike, power: ArrayLike, source:
     if p.shape not in [(), ell.shape]:
         raise ValueError(f"power must be one number, or one for each of {len(ell)} ways")
     p = np.broadcast_to(p, ell.shape)
-    if not (np.all(np.isfinite(p) & (p >= 0)) and np.isfinite(reference) and reference >= 0):
+    arm_power = positive(reference, "reference")
+    if not np.all(np.isfinite(p) & (p >= 0)):
         raise ValueError("powers must be finite and not negative")
     amplitude = np.sqrt(p)
     among = amplitude @ _fields(ell, ell, amplitude, source)
-    return np.asarray(reference + among + 2 * np.sqrt(reference) * _fields(arm, ell, amplitude, source))
+    return np.asarray(arm_power + among + 2 * np.sqrt(arm_power) * _fields(arm, ell, amplitude, source))
 
 
 def _fields(lengths: Doubles, ways: Doubles, amplitude: Doubles, source: Source) -> Doubles:

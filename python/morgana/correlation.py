@@ -17,7 +17,7 @@ Theory: docs/theory.md#diffuse-correlation, docs/theory.md#flow, docs/theory.md#
 
 from __future__ import annotations
 
-from typing import Any, Callable, Iterator, List, Mapping, NamedTuple, Optional, Tuple, Union
+from typing import Any, Callable, Dict, Iterator, List, Mapping, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,7 +27,7 @@ from ._correlation import Correlation
 from ._exposure import NODES, OCTAVES, panels
 from ._numbers import numbers
 from ._records import Records
-from ._sums import aligned, by_particle, error_of, positive, recorded, seconds, variance_of
+from ._sums import aligned, by_channel, by_particle, doubt, error_of, positive, seconds, taken, variance_of
 from ._tagging import ModulationDepth, Sidebands, correlate_tagged, modulation_depth, tagged
 from ._values import comparable
 
@@ -70,6 +70,9 @@ class Contrast(NamedTuple):
 def brownian(diffusion: float, moving: float = 1.0) -> Motion:
     """Scatterers that diffuse: a mean square displacement of 6 D τ.
 
+    This holds for delays that are long beside the time in which a scatterer forgets its velocity, 0.06 µs for a bead of 1 µm in water. Scatterers
+    diffuse freely at all delays: nothing holds them back, not even a wall of their region.
+
     Parameters
     ----------
     diffusion : float
@@ -98,6 +101,8 @@ def brownian(diffusion: float, moving: float = 1.0) -> Motion:
 
 def ballistic(speed: float, moving: float = 1.0) -> Motion:
     """Scatterers that fly apart in random directions: a mean square displacement of ⟨v²⟩ τ².
+
+    Each keeps its velocity over all delays: take delays in which it goes less far, ``speed`` τ, than the length over which it would turn.
 
     Parameters
     ----------
@@ -133,7 +138,8 @@ def shear(rate: float, transport_length: float, g: float = 0.0) -> Motion:
     scattered many times are random, and forget one another: of the second order, which counts here, by g² at each scattering of Henyey and
     Greenstein's law. With the mean ``g`` = 0 this is the law of Wu, Pine, Chaikin, Huang and Weitz (1990) for a path of length s,
     exp(−(n k₀ Γ l* τ)² s/(15 l*)). It does not hold for light that is scattered a few times, nor where Γ changes over l*. A uniform
-    flow on top changes nothing.
+    flow on top changes nothing. Each scatterer keeps its velocity: take delays in which it goes less far than the length over which the flow
+    changes.
 
     Parameters
     ----------
@@ -173,9 +179,10 @@ def correlate(
     delays: ArrayLike,
     motions: Mapping[str, Motion],
     *,
-    wavelength: float,
-    index: Union[float, Mapping[str, float]],
+    wavelength: ArrayLike,
+    index: Union[ArrayLike, Mapping[str, ArrayLike]],
     flow: float = 1.0,
+    where: Optional[ArrayLike] = None,
 ) -> Correlation:
     """The field autocorrelation G₁(τ) of recorded light.
 
@@ -184,7 +191,8 @@ def correlate(
 
     Where media have a ``velocity``, scatterers flow besides: a record's phase turns by k₀τ times its ``optical_length_rate``, and G₁(τ) is the
     absolute value of the sum. Noise makes the square of such a value larger by its variance, which is taken off; where less than nothing is
-    left, g₁ is below its error, and 0 is given. Velocities do not change while light is correlated.
+    left, g₁ is below its error, and 0 is given. Each scatterer keeps the velocity of the place where it scatters the light: take delays in which
+    it goes less far than the length over which the velocity changes. Nothing checks that.
 
     Parameters
     ----------
@@ -195,12 +203,16 @@ def correlate(
     motions : mapping
         For regions by name, a function from delays to mean square displacements in squared scene units, such as :func:`brownian` gives.
         Scatterers of other regions rest.
-    wavelength : float
-        Wavelength in vacuum, > 0, in scene units.
-    index : float or mapping
-        Refractive index, of all regions or by the names of those that move.
+    wavelength : array_like
+        Wavelength in vacuum, > 0, in scene units: one number, or one for each channel. A :class:`morgana.SceneWarning`
+        tells where it is longer than the mean optical length between scatterings, as it is in a wrong unit: 532 nm are 532e-6 in a scene of
+        millimetres.
+    index : array_like or mapping
+        Refractive index, of all regions or by the names of those that move: one number, or one for each channel.
     flow : float
         By what velocities of media are multiplied: 0 for a flow at rest.
+    where : array_like of bool, optional
+        Which records count, (n,): such as those of a detector or a time gate, or of light that leaves, ``records.side == 0``.
 
     Returns
     -------
@@ -210,25 +222,20 @@ def correlate(
     Raises
     ------
     ValueError
-        An unknown region, one without an index, a flow of media without velocities, or a number out of range.
+        An unknown region, one without an index, a flow of media without velocities, a number out of range, or ``where`` that is no row of
+        truths for each record.
 
     Examples
     --------
     >>> found = correlation.correlate(records, [0, 1e-5, 1e-4], {"brain": correlation.brownian(6e-7)}, wavelength=785e-6, index=1.4)
     >>> found.normalized[:, 0], found.normalized_error[:, 0]
     """
-    recorded(records)
+    records = taken(records, where)
     times = seconds(delays, "delays", "finite numbers of seconds, not negative,")
-    decay = _Delayed.of(records, motions, _Light(wavelength, index, flow)).at(times)
-    power = by_particle(records, np.ones((len(records.particle), 1)))[:, 0]
-    whole = power.sum(axis=0)
-    mean, error, ratio, ratio_error = np.zeros((4, len(times), records.weight.shape[1]))
-    for i, row in enumerate(decay):
-        sums = by_particle(records, row[:, None])[:, 0]
-        ratio[i], ratio_error[i] = _ratio(sums, power, records.particles)
-        mean[i] = np.where(whole > 0, ratio[i] * whole, 0.0)
-        error[i] = error_of(aligned(sums, sums.sum(axis=0)), records.particles)
-    return Correlation(times, mean, error, ratio, ratio_error)
+    parts = _alike(records, wavelength, index, flow)
+    found = np.concatenate([_decayed(part, _Delayed.of(part, motions, light).at(times)) for part, light in parts], axis=2)
+    doubt(wavelength, records)
+    return Correlation(times, *found)
 
 
 def speckle_contrast(
@@ -236,15 +243,17 @@ def speckle_contrast(
     exposures: ArrayLike,
     motions: Mapping[str, Motion],
     *,
-    wavelength: float,
-    index: Union[float, Mapping[str, float]],
+    wavelength: ArrayLike,
+    index: Union[ArrayLike, Mapping[str, ArrayLike]],
     flow: float = 1.0,
     beta: float = 1.0,
+    where: Optional[ArrayLike] = None,
 ) -> Contrast:
     """Speckle contrast K(T) of recorded light: K² = (2β/T) ∫₀ᵀ (1 − τ/T) g₁(τ)² dτ.
 
-    What noise adds to g₁² is taken off. Where less than nothing is left of K², K is 0, and its error the root of that of K². The error is up to
-    twice too large where noise hides most of g₁: in exposures of as many correlation times as there are particles.
+    Delays up to the exposure count, with what :func:`correlate` assumes of them. What noise adds to g₁² is taken off. Where less than nothing is
+    left of K², K is 0, and its error the root of that of K². The error is up to twice too large where noise hides most of g₁: in exposures of as
+    many correlation times as there are particles.
 
     Parameters
     ----------
@@ -254,14 +263,16 @@ def speckle_contrast(
         Exposures T in seconds, (n,), > 0.
     motions : mapping
         As in :func:`correlate`.
-    wavelength : float
-        Wavelength in vacuum, > 0, in scene units.
-    index : float or mapping
+    wavelength : array_like
+        As in :func:`correlate`.
+    index : array_like or mapping
         As in :func:`correlate`.
     flow : float
         As in :func:`correlate`.
     beta : float
         Contrast squared of light that does not fluctuate, in (0, 1]: ½ for unpolarised light, less where speckles are not resolved.
+    where : array_like of bool, optional
+        As in :func:`correlate`.
 
     Returns
     -------
@@ -277,16 +288,38 @@ def speckle_contrast(
     --------
     >>> correlation.speckle_contrast(records, [1e-3, 5e-3], motion, wavelength=785e-6, index=1.4, beta=0.5).mean
     """
-    recorded(records)
+    records = taken(records, where)
     times = seconds(exposures, "exposures", "finite, positive numbers of seconds", least=np.nextafter(0, 1))
     if not 0 < beta <= 1:
         raise ValueError(f"beta must be above 0 and at most 1, not {beta}")
-    delayed = _Delayed.of(records, motions, _Light(wavelength, index, flow))
-    power = by_particle(records, np.ones((len(records.particle), 1)))[:, 0]
-    mean, error = np.zeros((2, len(times), records.weight.shape[1]))
-    for i, time in enumerate(times):
-        mean[i], error[i] = _blurred(records, time, delayed, power, beta)
+    found = []
+    for part, light in _alike(records, wavelength, index, flow):
+        delayed, power = _Delayed.of(part, motions, light), _power(part)
+        values = np.zeros((2, len(times), power.shape[1]))
+        for i, time in enumerate(times):
+            values[:, i] = _blurred(part, time, delayed, power, beta)
+        found.append(values)
+    mean, error = np.concatenate(found, axis=2)
+    doubt(wavelength, records)
     return Contrast(times, mean, error)
+
+
+def _power(records: Records) -> Doubles:
+    """That of each particle, (particles, channels)."""
+    return np.asarray(by_particle(records, np.ones((len(records.particle), 1)))[:, 0])
+
+
+def _decayed(records: Records, decay: NDArray[Any]) -> Doubles:
+    """G₁, g₁ and their errors as in `Correlation`, (4, delays, channels), of what is left of each record, (delays, records)."""
+    power = _power(records)
+    whole = power.sum(axis=0)
+    mean, error, ratio, ratio_error = found = np.zeros((4, len(decay), len(whole)))
+    for i, row in enumerate(decay):
+        sums = by_particle(records, row[:, None])[:, 0]
+        ratio[i], ratio_error[i] = _ratio(sums, power, records.particles)
+        mean[i] = np.where(whole > 0, ratio[i] * whole, 0.0)
+        error[i] = error_of(aligned(sums, sums.sum(axis=0)), records.particles)
+    return found
 
 
 def _total(power: Doubles) -> Tuple[Doubles, Doubles]:
@@ -329,8 +362,26 @@ class _Light(NamedTuple):
     """What turns motions into phases."""
 
     wavelength: float
-    indices: Union[float, Mapping[str, float]]
+    indices: Dict[str, float]
+    """Of regions by name."""
     flow: float
+
+
+def _alike(records: Records, wavelength: ArrayLike, index: Union[ArrayLike, Mapping[str, ArrayLike]], flow: float) -> List[Tuple[Records, _Light]]:
+    """Records by channels whose light is the same: all of them, or each by itself."""
+    channels = records.weight.shape[1]
+    length = by_channel(wavelength, "wavelength", channels)
+    named = index if isinstance(index, Mapping) else dict.fromkeys(records.regions, index)
+    what = "the index of {!r}" if isinstance(index, Mapping) else "index"
+    indices = {name: by_channel(value, what.format(name), channels) for name, value in named.items()}
+
+    def light(channel: int) -> _Light:
+        here = {name: float(np.broadcast_to(value, channels)[channel]) for name, value in indices.items()}
+        return _Light(float(np.broadcast_to(length, channels)[channel]), here, flow)
+
+    if length.ndim == 0 and all(value.ndim == 0 for value in indices.values()):
+        return [(records, light(0))]
+    return [(records._replace(weight=records.weight[:, [channel]]), light(channel)) for channel in range(channels)]
 
 
 class _Delayed(NamedTuple):
@@ -349,23 +400,21 @@ class _Delayed(NamedTuple):
 
     @classmethod
     def of(cls, records: Records, motions: Mapping[str, Motion], light: _Light) -> _Delayed:
-        index = light.indices
-        k0 = 2 * np.pi / positive(light.wavelength, "wavelength", least=np.nextafter(0, 1))
+        k0 = 2 * np.pi / light.wavelength
         rate = _rate(records, light.flow)
         moving = checks.mapping(motions, "motions by region")
         transfers = []
         for name, motion in moving.items():
             if name not in records.regions:
                 raise ValueError(f"no region is named {name!r}; there are {', '.join(map(repr, records.regions))}")
-            if isinstance(index, Mapping) and name not in index:
+            if name not in light.indices:
                 raise ValueError(f"the region {name!r} moves, but has no index")
-            n = positive(index[name] if isinstance(index, Mapping) else index, "index", least=np.nextafter(0, 1))
             if not callable(motion):
                 raise ValueError(
                     f"the motion of {name!r} must be a function of delays, such as brownian() or shear() gives; for a field of velocities, give the "
                     "medium a 'velocity' in the scene"
                 )
-            transfers.append((n * k0) ** 2 / 3 * records.momentum_transfer[:, records.regions.index(name)])
+            transfers.append((light.indices[name] * k0) ** 2 / 3 * records.momentum_transfer[:, records.regions.index(name)])
         return cls(len(records.particle), list(moving), list(moving.values()), transfers, None if rate is None else k0 * rate)
 
     @property

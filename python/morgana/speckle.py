@@ -17,9 +17,10 @@ from typing import Any, NamedTuple, Tuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from . import _checks as checks
 from ._numbers import vectors
 from ._records import Records
-from ._sums import recorded
+from ._sums import positive, recorded
 from ._values import comparable
 
 __all__ = ["Pattern", "pattern"]
@@ -115,13 +116,14 @@ def pattern(
     """
     recorded(records)
     shape = _shape(shape)
-    if not 0 < numerical_aperture <= index < np.inf:
-        raise ValueError(f"the numerical aperture must be positive and at most the index, {index}, not {numerical_aperture}")
-    if not 0 < wavelength < np.inf:
-        raise ValueError(f"wavelength must be finite and positive, not {wavelength}")
-    if not 0 < pixel <= wavelength / (4 * numerical_aperture):
-        raise ValueError(f"pixel must be positive and at most λ/(4 NA), which is {wavelength / (4 * numerical_aperture):.6g}, not {pixel}")
-    if not 0 <= channel < records.weight.shape[1]:
+    numbers = {"numerical_aperture": numerical_aperture, "wavelength": wavelength, "pixel": pixel, "index": index}
+    for name, value in numbers.items():
+        positive(value, name, least=np.nextafter(0, 1))
+    if numerical_aperture > index:
+        raise ValueError(f"the numerical aperture must be at most the index, {index}, not {numerical_aperture}")
+    if pixel > wavelength / (4 * numerical_aperture):
+        raise ValueError(f"pixel must be at most λ/(4 NA), which is {wavelength / (4 * numerical_aperture):.6g}, not {pixel}")
+    if checks.whole(channel, "channel", 0) >= records.weight.shape[1]:
         raise ValueError(f"there are {records.weight.shape[1]} channels, and none has the number {channel}")
     axes = _axes(right, up)
     origin = vectors(center, "center")

@@ -129,13 +129,17 @@ def test_a_luneburg_lens_is_as_long_for_every_ray():
 SLAB = {"sigma_t": 2.0, "albedo": 0.8}
 
 
-def slab(decomposition, **film):
-    """A slab from z = 0 to 1 that scatters once, seen from z = −1 along the beam that lights it."""
-    return morgana.load_dict({
+def slab(decomposition, polarised=False, **film):
+    """A slab from z = 0 to 1 that scatters once, seen from z = −1 along the beam that lights it; if polarised, from z = −3 through a
+    polariser in front of the sensor."""
+    path = {"type": "path", "max_depth": 2}
+    filters = {"filter": {"type": "rectangle", "to_world": [{"translate": [0, 0, -2]}], "bsdf": {"type": "polarizer"}}}
+    return load({
         "type": "scene",
-        "integrator": {"type": "path", "max_depth": 2},
+        "integrator": {"type": "stokes", "light": path} if polarised else path,
+        **(filters if polarised else {}),
         "sensor": {
-            "type": "orthographic", "to_world": [{"scale": [0.1, 0.1, 1]}, {"translate": [0, 0, -1]}],
+            "type": "orthographic", "to_world": [{"scale": [0.1, 0.1, 1]}, {"translate": [0, 0, -3 if polarised else -1]}],
             "film": {"type": "hdrfilm", "width": 2, "height": 1, "pixel_format": "luminance", "rfilter": {"type": "box"},
                      "decomposition": decomposition, **film},
         },
@@ -174,6 +178,33 @@ def test_films_give_scans_of_their_pixels():
     np.testing.assert_allclose(other.mean, scan.mean, rtol=1e-5, atol=1e-9)
 
 
+def test_files_and_stokes_parameters_are_scanned_as_pictures(tmp_path):
+    """Half of the slab's light passes a polariser in front of the sensor, with an S1 of its own."""
+    source = coherence.gaussian(0.1, 0.05)
+    for polarised in (False, True):
+        lengths = np.array([2.0, 2.5]) + 2 * polarised
+        bins = {"min_bound": lengths[0] - 1, "max_bound": lengths[0] + 3, "bin_width": 0.04, "speed_of_light": 1.0}
+        result = morgana.render(slab("time,bounce", max_bounces=3, polarised=polarised, **bins), spp=2000, seed=3)
+        scan = coherence.a_scan(result, lengths, source)
+        result.write(tmp_path / "slab.exr")
+        file = morgana.read(tmp_path / "slab.exr")
+        kept = coherence.a_scan(file, lengths, source)
+        np.testing.assert_allclose(kept.mean, scan.mean, rtol=1e-5)
+        np.testing.assert_allclose(kept.error, scan.error, rtol=1e-5)
+        expected = single_scattering(lengths - 2 * polarised, source) * (0.5 if polarised else 1)
+        # Eight comparisons: 4 standard errors are exceeded in 5e-4.
+        assert np.all(np.abs(scan.mean[:, 0, :, 0] - expected[:, None]) <= 4 * scan.error[:, 0, :, 0] + 1e-3 * expected.max())
+        assert np.all(scan.error[:, 0, :, 0] < 0.2 * expected[:, None])
+        assert coherence.a_scan(file, [], source).mean.shape == (0, 1, 2, 1)
+    assert "S3" in {name.rpartition(".")[2] for name in result.layers}
+    without = file._replace(layers={name: values for name, values in file.layers.items() if not name.startswith("variance")})
+    with pytest.raises(ValueError, match="has no variance: give all layers of an EXR file"):
+        coherence.a_scan(without, lengths, source)
+    for bare in (file._replace(layers={"": file.image}), file._replace(attributes={})):
+        with pytest.raises(ValueError, match="layers .*length.* EXR file"):
+            coherence.a_scan(bare, lengths, source)
+
+
 def test_films_of_tagged_light_are_scanned_as_a_whole():
     sound = {"type": "acoustic", "n0": 1.0, "amplitude": 1e-4, "wave_number": 9.0, "elasto_optic": 0.32}
     bins = {"decomposition": "length", "min_bound": 2.0, "max_bound": 6.0, "bin_width": 0.1}
@@ -192,7 +223,7 @@ def test_films_of_tagged_light_are_scanned_as_a_whole():
             "light": {"type": "point", "position": [0, 2, -1], "intensity": 1.0},
         }
         picture = morgana.render(load(scene), spp=16, seed=3)
-        scans.append(coherence.a_scan(picture, [4.0, 5.0], coherence.gaussian(2.0, 4.0)))
+        scans.append(coherence.a_scan(picture, [4.0, 5.0], coherence.gaussian(0.4, 0.16)))
     plain, tagged = scans
     assert plain.mean.max() > 0
     np.testing.assert_allclose(tagged.mean, plain.mean, rtol=1e-5)
@@ -249,6 +280,8 @@ def test_what_is_wrong_is_said():
     for call, said in [
         (lambda: coherence.gaussian(0, 1), "wavelength must be finite and positive, not 0"),
         (lambda: coherence.gaussian(1, math.nan), "width must be finite and positive"),
+        (lambda: coherence.gaussian(1, 3), "the spectrum is 3 wide, more than its wavelength of 1"),
+        (lambda: coherence.interferogram([1.0], [1.0], 1.0, source, reference=-1), "reference must be finite and not negative"),
         (lambda: coherence.tabulated([2, 1], [1, 1]), "positive and ascending"),
         (lambda: coherence.tabulated([1, 2], [1, -1]), "power is finite, not negative"),
         (lambda: coherence.a_scan(light, [[1.0]], source), "lengths are finite numbers in one row"),
@@ -261,8 +294,9 @@ def test_what_is_wrong_is_said():
         with pytest.raises(ValueError, match=said):
             call()
     for call, said in [
-        (lambda: coherence.a_scan([1.0], [1.0], source), "expected Records, found list"),
+        (lambda: coherence.a_scan([1.0], [1.0], source), "expected Records, a Result or an Image, found list: take"),
         (lambda: coherence.a_scan(light, ["far"], source), "lengths must be an array of real numbers"),
+        (lambda: coherence.interferogram([1.0], [1.0], 1.0, source, reference="a"), "reference must be a number, finite and not negative, not 'a'"),
         (lambda: coherence.gaussian("red", 1), "wavelength must be a number"),
         (lambda: coherence.a_scan(light, [1.0], 1.3), "source must be a Source, found float: make one by coherence.gaussian"),
         (lambda: coherence.interferogram([1.0], [1.0], 1.0, None), "source must be a Source, found NoneType"),

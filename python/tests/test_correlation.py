@@ -53,6 +53,33 @@ def test_each_record_decays_by_its_momentum_transfer():
     np.testing.assert_allclose(flying.mean[:, 0], np.exp(-(k**2) / 3 * (2e-3 * DELAYS) ** 2))
 
 
+def test_channels_have_wavelengths_and_indices_of_their_own():
+    rng = np.random.default_rng(2)
+    light = records(np.ones(50), rng.exponential(2.0, 50))
+    both = light._replace(weight=rng.random((50, 2)))
+    move, times = {"tissue": correlation.brownian(1e-7)}, [1e-5, 1e-3]
+    waves, indices = [WAVELENGTH, 2 * WAVELENGTH], [1.3, 1.4]
+    for index in (indices, {"tissue": indices}):
+        found = correlation.correlate(both, DELAYS, move, wavelength=waves, index=index)
+        blurred = correlation.speckle_contrast(both, times, move, wavelength=waves, index=index)
+        for c in (0, 1):
+            alone = both._replace(weight=both.weight[:, [c]])
+            given = {"wavelength": waves[c], "index": indices[c]}
+            one, contrast = correlation.correlate(alone, DELAYS, move, **given), correlation.speckle_contrast(alone, times, move, **given)
+            for name in ("mean", "error", "normalized", "normalized_error"):
+                np.testing.assert_array_equal(getattr(found, name)[:, c], getattr(one, name)[:, 0])
+            np.testing.assert_array_equal(blurred.mean[:, c], contrast.mean[:, 0])
+            np.testing.assert_array_equal(blurred.error[:, c], contrast.error[:, 0])
+    # A phase turns with the index over the wavelength.
+    same = correlation.correlate(both, DELAYS, move, wavelength=waves, index=[1.0, 2.0])
+    np.testing.assert_allclose(same.mean, correlate(both).mean)
+    with pytest.raises(ValueError, match="wavelength must be finite and positive: one number, or one for each of 2 channels"):
+        correlation.correlate(both, DELAYS, move, wavelength=[1.0, 1.0, 1.0], index=1)
+    with pytest.raises(ValueError, match="the index of 'tissue' must be finite and positive"):
+        correlation.speckle_contrast(both, times, move, wavelength=1, index={"tissue": [1.0, -1.0]})
+    assert correlation.speckle_contrast(both, [], move, wavelength=waves, index=1).mean.shape == (0, 2)
+
+
 def test_errors_are_those_among_particles():
     rng = np.random.default_rng(1)
     n, seeds = 400, 300

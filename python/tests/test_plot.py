@@ -116,6 +116,41 @@ def test_a_histogram_of_all_pixels_adds_up_to_the_image(picture, ax):
     assert not ax.containers and ax.get_ylabel() == "radiance per mm"
 
 
+def polarised():
+    """A wall of light behind a polariser, 5 to 10 away."""
+    film = {"type": "hdrfilm", "width": 2, "height": 2, "decomposition": "length", "min_bound": 0, "max_bound": 10, "bin_width": 5}
+    wall = [{"scale": 2}, {"rotate": {"axis": [0, 1, 0], "angle": 180}}, {"translate": [0, 0, 6]}]
+    return {
+        "type": "scene",
+        "integrator": {"type": "stokes", "light": {"type": "path"}},
+        "sensor": {"type": "orthographic", "film": film},
+        "filter": {"type": "rectangle", "to_world": [{"scale": 2}, {"translate": [0, 0, 3]}], "bsdf": {"type": "polarizer"}},
+        "wall": {"type": "rectangle", "to_world": wall, "emitter": {"type": "area", "radiance": 1}},
+    }
+
+
+def tagged():
+    """A ball of fog in sound, by length and bounces."""
+    scene = small("tagged")
+    scene["integrator"].update(wavelength=5e-4, delays=2, light={"type": "path"})
+    scene["ball"]["interior"]["ior"] = {"type": "acoustic", "n0": 1.3, "amplitude": 1e-4, "wave_number": 9.0, "elasto_optic": 0.32}
+    bins = {"min_bound": 0, "max_bound": 100, "bin_width": 25}
+    scene["sensor"]["film"].update(decomposition="length, bounce", max_bounces=1, **bins)
+    return scene
+
+
+@pytest.mark.parametrize("scene", [polarised, tagged])
+def test_parts_of_light_do_not_count_twice(scene, tmp_path, ax):
+    """Stokes parameters, sidebands and delays beside the light."""
+    result = morgana.render(load(scene()), spp=16)
+    result.write(tmp_path / "a.exr")
+    for picture in (result, morgana.read(tmp_path / "a.exr")):
+        values, edges, _ = plot.histogram(picture, ax=ax).get_data()
+        assert (values * np.diff(edges)).sum() == pytest.approx(result.image.mean(dtype=float), rel=1e-5)
+    if scene is polarised:
+        np.testing.assert_allclose(values * np.diff(edges), [0, 0.5], atol=1e-6)
+
+
 def test_a_histogram_of_a_meter_has_its_errors(ax):
     mean, error = np.array([[1.0, 2.0], [3.0, 5.0]]), np.array([[0.1, 0.2], [0.3, 0.4]])
     reading = morgana.Reading(mean, error, {"side": None, "opl": np.array([0.0, 0.5, 2.5])}, "W")

@@ -94,6 +94,19 @@ def test_bins_with_a_pulse_agree_with_records(measured):
     assert np.all(later.error.take(0, axis) >= 0.99 * exact.error[:, 0] - 1e-9)
 
 
+def test_bins_with_a_pulse_are_trusted_as_what_they_are_made_of():
+    """Of either sign, such as an autocorrelation."""
+    edges, few = np.arange(21.0), np.zeros(20, bool)
+    few[3] = True
+    mean = np.where(np.arange(20) < 10, 1.0, -1.0)
+    pulse = morgana.Pulse.rectangle(2.0, center=1.0)
+    for sign in (1, -1):
+        found = morgana.Reading(sign * mean, np.ones(20), {"opl": edges}, "W", few=few).convolved(pulse)
+        assert found.mean[8] * sign > 0.9 and found.mean[15] * sign < -0.9
+        # The pulse is two bins long: light of a bin is in three.
+        np.testing.assert_array_equal(np.flatnonzero(found.few), [3, 4, 5])
+
+
 def test_light_across_empty_space():
     """Light that goes straight on for 9 units arrives with the pulse, later by 9."""
     disk = {"type": "disk", "to_world": [{"scale": 3}], "bsdf": {"type": "null"}, "end": {"type": "irradiancemeter", "id": "end", "records": True}}

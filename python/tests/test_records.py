@@ -3,7 +3,7 @@
 import morgana
 import numpy as np
 import pytest
-from morgana import correlation
+from morgana import coherence, correlation
 
 PARTICLES = 4000
 
@@ -66,6 +66,51 @@ def test_where_is_a_mask(measured):
             call([True, False, True])
 
 
+def test_all_that_is_made_of_records_takes_a_mask(measured):
+    records = measured.records["skin"]
+    leaving = records.side == 0
+    n = len(leaving)
+    tagged = records._replace(index_modulation=np.linspace(0, 1e-4, n) + 0j, displacement_modulation=np.zeros(n, complex))
+    light = {"wavelength": 785e-6, "index": 1.4}
+    motion = {"tissue: label 2": correlation.brownian(1e-7)}
+    for call in (
+        lambda of, **some: correlation.correlate(of, [1e-5], motion, **light, **some),
+        lambda of, **some: correlation.speckle_contrast(of, [1e-3], motion, **light, **some),
+        lambda of, **some: correlation.tagged(of, wavelength=785e-6, **some),
+        lambda of, **some: correlation.correlate_tagged(of, [1e-7], wavelength=785e-6, frequency=1e6, **some),
+        lambda of, **some: coherence.a_scan(of, [6.0, 8.0], coherence.gaussian(0.5, 0.1), **some),
+    ):
+        found, zeroed = call(tagged, where=leaving), call(tagged._replace(weight=records.weight * leaving[:, None]))
+        assert found != call(tagged)
+        for ours, theirs in zip(found, zeroed):
+            np.testing.assert_allclose(ours, theirs, rtol=1e-9)
+        with pytest.raises(ValueError, match=r"of each of \d+ records whether it counts"):
+            call(tagged, where=leaving[1:])
+    film = morgana.Image({"": np.ones((1, 1, 1), np.float32)}, {"": ["Y"]}, {})
+    with pytest.raises(ValueError, match="'where' chooses among records"):
+        coherence.a_scan(film, [6.0], coherence.gaussian(0.5, 0.1), where=leaving)
+
+
+def test_wavelengths_of_other_units_are_doubted(measured):
+    """Light goes some half of a millimetre between scatterings."""
+    records = measured.records["skin"]
+    n = len(records.particle)
+    tagged = records._replace(index_modulation=np.linspace(0, 1e-4, n) + 0j, displacement_modulation=np.zeros(n, complex))
+    motion = {"tissue: label 2": correlation.brownian(1e-7)}
+    for call in (
+        lambda wavelength: correlation.correlate(tagged, [1e-5], motion, wavelength=wavelength, index=1.4),
+        lambda wavelength: correlation.speckle_contrast(tagged, [1e-3], motion, wavelength=wavelength, index=1.4),
+        lambda wavelength: correlation.tagged(tagged, wavelength=wavelength),
+        lambda wavelength: correlation.correlate_tagged(tagged, [1e-7], wavelength=wavelength, frequency=1e6),
+    ):
+        for wavelength in (785e-6, [785e-6], 0.1):
+            call(wavelength)
+        for wavelength in (785.0, [785.0]):
+            with pytest.warns(morgana.SceneWarning, match="wavelength of 785 is longer than light goes between scatterings.* in scene units") as caught:
+                call(wavelength)
+            assert caught[0].filename == __file__
+
+
 @pytest.mark.parametrize("particles", [0, 1])
 def test_too_few_particles_have_no_error(measured, particles):
     kept = measured.records["skin"]
@@ -87,6 +132,36 @@ def test_files_keep_records(measured, tmp_path):
     (tmp_path / "text.npz").write_text("no archive")
     with pytest.raises(morgana.FileError, match="not a file of readings"):
         morgana.Records.load(tmp_path / "text.npz")
+
+
+def test_files_keep_readings(measured, tmp_path):
+    measured.write(tmp_path / "skin.npz")
+    for name, reading in measured.meters.items():
+        assert morgana.Reading.load(tmp_path / "skin.npz", name) == reading
+    with pytest.raises(morgana.FileError, match="skin.npz: readings are irradiance, optical_moment, power, not 'fluence'"):
+        morgana.Reading.load(tmp_path / "skin.npz", "fluence")
+    two = scene(min_bound=0, max_bound=40, bin_width=10), scene(records=False)
+    measured = [morgana.render(of, particles=64, seed=4) for of in two]
+    measured[0].write(tmp_path / "gates.npz")
+    assert morgana.Reading.load(tmp_path / "gates.npz", "binned_power") == measured[0].meters["binned_power"]
+    measured[1].write(tmp_path / "none.npz")
+    with pytest.raises(morgana.FileError, match="no meter has kept records: set 'records' of an irradiancemeter"):
+        morgana.Records.load(tmp_path / "none.npz")
+
+
+def test_other_files_say_what_to_do(measured, tmp_path):
+    measured.write(tmp_path / "skin.h5")
+    np.save(tmp_path / "array.npy", np.zeros(3))
+    np.savez(tmp_path / "other.npz", a=1)
+    np.savez(tmp_path / "metadata.npz", metadata="[]")
+    whole = (tmp_path / "other.npz").read_bytes()
+    (tmp_path / "half.npz").write_bytes(whole[: len(whole) // 2])
+    for load in (morgana.Records.load, lambda path: morgana.Reading.load(path, "power")):
+        with pytest.raises(morgana.FileError, match=r"skin.h5: HDF5 is not read here: write an NPZ file \('-o skin.npz'.*h5py"):
+            load(tmp_path / "skin.h5")
+        for name in ("array.npy", "other.npz", "metadata.npz", "half.npz", "missing.npz"):
+            with pytest.raises(morgana.FileError, match=f"{name}: not a file of readings"):
+                load(tmp_path / name)
 
 
 def test_no_more_than_asked_for():

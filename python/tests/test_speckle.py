@@ -118,6 +118,13 @@ def test_bad_input_is_refused(wrong, says):
         speckle.pattern(records([(0, 0)], [0.0]), given.pop("shape"), given.pop("pixel"), **given)
 
 
+@pytest.mark.parametrize("name", ["wavelength", "numerical_aperture", "pixel", "index", "channel"])
+def test_what_is_no_number_is_named(name):
+    given = {"shape": SHAPE, "pixel": PIXEL, **LENS, name: "a"}
+    with pytest.raises(TypeError, match=rf"{name} (must be a number, finite and positive, not|is) 'a'"):
+        speckle.pattern(records([(0, 0)], [0.0]), given.pop("shape"), given.pop("pixel"), **given)
+
+
 def test_light_passes_in_a_plane():
     flat = records([(0, 0), (PIXEL, 0), (0, 900)], [0.0, 0.0, 0.0])
     seen = speckle.pattern(flat, SHAPE, PIXEL, **LENS)

@@ -54,6 +54,87 @@ def test_meters_and_xarray():
     assert table["fluence_error"].shape == table["fluence"].shape
 
 
+def two_meters(deep=2, gate=40.0, **film):
+    """Two meters of one beam, whose cells and gates are in other places."""
+
+    def cells(count, depth, last):
+        where = [{"scale": [1, 1, 2]}, {"translate": [0, 0, depth]}]
+        gates = {"min_bound": 0, "max_bound": last, "bin_width": last / 2}
+        return {"type": "fluencemeter", "nx": 1, "ny": 1, "nz": count, "to_world": where, **gates}
+
+    return {
+        "type": "scene",
+        "parameters": {"mua": 0.1, "z": 1.0, "shift": 0.0, "power": 1.0},
+        "integrator": {"type": "particle"},
+        "beam": {"type": "collimated", "radius": 0.5, "power": "$power", "to_world": [{"translate": [0, 0, -1]}]},
+        "tissue": {
+            "type": "cube", "to_world": [{"scale": 5}, {"translate": ["$shift", 0, 5]}], "bsdf": {"type": "null"},
+            "interior": {"type": "homogeneous", "sigma_s": "$z", "sigma_a": "$mua", "ior": 1.0},
+            "faces": {"type": "irradiancemeter", "id": "faces"},
+        },
+        "near": {**cells(2, 0, 20.0), **({"film": {"type": "hdrfilm", **film}} if film else {})},
+        "deep": cells(deep, 6, gate),
+    }  # fmt: skip
+
+
+def test_each_meter_has_its_own_coordinates():
+    pytest.importorskip("xarray")
+    table = morgana.sweep(two_meters(deep=3), {"mua": [0.1, 0.2]}, particles=64).to_xarray()
+    assert table["near.fluence"].dims == ("mua", "near.opl", "near.z", "y", "x")
+    assert table["deep.fluence_error"].dims == ("mua", "deep.opl", "deep.z", "y", "x")
+    assert table["faces.power"].dims == ("mua", "side")
+    np.testing.assert_allclose(table["near.fluence"].coords["near.z"], [0.5, 1.5])
+    np.testing.assert_allclose(table["deep.fluence"].coords["deep.z"], [6 + 1 / 3, 7, 7 + 2 / 3])
+    np.testing.assert_allclose(table["near.absorbed"].coords["near.opl"], [5, 15])
+    np.testing.assert_allclose(table["deep.absorbed"].coords["deep.opl"], [10, 30])
+    assert table["near.fluence"].attrs == {"units": "J/unit^2"} == table["near.fluence_error"].attrs
+    # Bins of other edges are others, though they have the same middles.
+    edges = {"q": {"z": np.array([0.0, 2.0])}, "r": {"z": np.array([0.5, 1.5])}}
+    values = {name: np.zeros((1, 1)) for name in edges}
+    apart = morgana.Sweep({"a": np.zeros(1)}, values, values, {}, edges, np.empty(1, object), {}, {"q": [], "r": []}).to_xarray()
+    assert apart["q"].dims == ("a", "q.z") and apart["r"].dims == ("a", "r.z")
+
+
+def test_parameters_may_have_the_names_of_axes_and_quantities():
+    pytest.importorskip("xarray")
+    table = morgana.sweep(two_meters(), {"z": [1.0, 2.0, 3.0]}, particles=64).to_xarray()
+    assert table["near.fluence"].dims == ("z", "near.opl", "near.z", "y", "x")
+    np.testing.assert_array_equal(table["z"], [1, 2, 3])
+    alone = two_meters()
+    del alone["deep"], alone["tissue"]["faces"]
+    table = morgana.sweep(alone, {"z": [1.0, 2.0, 3.0]}, particles=64).to_xarray()
+    assert table["fluence"].dims == ("z", "opl", "fluence.z", "y", "x") == table["absorbed"].dims
+    np.testing.assert_allclose(table["fluence.z"], [0.5, 1.5])
+    only = two_meters()
+    del only["near"], only["deep"]
+    table = morgana.sweep(only, {"power": [1.0, 2.0]}, particles=64).to_xarray()
+    assert table["power"].dims == ("parameters.power", "side")
+    np.testing.assert_array_equal(table["parameters.power"], [1, 2])
+
+
+def test_channels_have_names_where_runs_agree():
+    pytest.importorskip("xarray")
+    described = two_meters(pixel_format="spectral", wavelengths="500, 600")
+    table = morgana.sweep(described, {"mua": [0.1, 0.2]}, particles=64).to_xarray()
+    assert list(table["near.fluence"].coords["channel"].values) == ["500nm", "600nm"]
+    picture = morgana.sweep(scene(), {"slope": [0.0, 0.1]}, spp=1).to_xarray()
+    assert list(picture["channel"].values) == ["R", "G", "B"] and picture["image"].attrs == {}
+    described["parameters"]["bands"] = "500, 600"
+    described["near"]["film"]["wavelengths"] = "$bands"
+    found = morgana.sweep(described, {"bands": ["500, 600", "500, 700"]}, particles=64)
+    assert found.channels["near.fluence"] == [] and "channel" not in found.to_xarray().coords
+
+
+def test_bins_that_move_between_runs_have_no_edges():
+    pytest.importorskip("xarray")
+    described = two_meters()
+    described["deep"]["to_world"][1]["translate"] = ["$shift", 0, 6]
+    found = morgana.sweep(described, {"shift": [0.0, 0.5]}, particles=64)
+    assert found.axes["deep.fluence"]["x"] is None and found.axes["near.fluence"]["x"] is not None
+    table = found.to_xarray()
+    assert "deep.x" not in table.coords and "near.x" in table.coords
+
+
 def test_an_interrupt_ends_all(monkeypatch):
     class Interrupted:
         stopped = "interrupted"

@@ -159,7 +159,7 @@ def tagged_cells(**changes):
     return {**found, "cells": {**cells, "to_world": [{"scale": 0.8}, {"translate": [-0.4, -0.4, -0.4]}]}}
 
 
-def test_readings_have_sidebands():
+def test_readings_have_sidebands(tmp_path):
     measured = morgana.render(load(tagged_cells()), particles=1280, seed=3)
     sidebands, fluence = measured.meters["fluence_sidebands"], measured.meters["fluence"]
     assert list(sidebands.axes) == ["order", "z", "y", "x"]
@@ -173,6 +173,10 @@ def test_readings_have_sidebands():
     assert np.all(depth.error >= sidebands.error[1] / sidebands.mean[0])
     with pytest.raises(ValueError, match="not told apart by sidebands"):
         correlation.modulation_depth(fluence)
+    measured.write(tmp_path / "cells.npz")
+    np.testing.assert_array_equal(correlation.modulation_depth(morgana.Reading.load(tmp_path / "cells.npz", "fluence_sidebands")), depth)
+    with pytest.raises(ValueError, match="of files of meters give a morgana.Reading.load"):
+        correlation.modulation_depth(dict(np.load(tmp_path / "cells.npz")))
 
 
 def test_pictures_have_sidebands(tmp_path):
@@ -199,6 +203,26 @@ def test_pictures_have_sidebands(tmp_path):
         correlation.modulation_depth(layers, prefix="length.0001.")
 
 
+def test_delays_are_trusted_as_the_light_of_which_they_are(tmp_path):
+    pictured = scene()
+    del pictured["ball"]["meter"]
+    pictured["integrator"] = {"type": "tagged", "wavelength": WAVELENGTH, "delays": 2, "path": {"type": "path"}}
+    film = {"type": "hdrfilm", "width": 8, "height": 6, "pixel_format": "luminance", "decomposition": "bounce", "max_bounces": 2}
+    to_world = [{"lookat": {"origin": [0, 4, -1], "target": [0, 0, 0], "up": [0, 0, 1]}}]
+    pictured["camera"] = {"type": "perspective", "fov": 20, "to_world": to_world, "film": film}
+    result = morgana.render(load(pictured), spp=8, seed=2)
+    flags = {name: layer.few for name, layer in result.layers.items()}
+    assert flags["bounce.over.total"].any()
+    for name in flags:
+        if ".delay." in name:
+            np.testing.assert_array_equal(flags[name], flags[name.rpartition(".delay")[0] + ".total"])
+    plot = pytest.importorskip("morgana.plot")
+    result.write(tmp_path / "tagged.exr")
+    for picture in (result, morgana.read(tmp_path / "tagged.exr")):
+        shown = plot.image(picture, layer="bounce.over.delay.2", show="few").get_array()
+        np.testing.assert_array_equal(shown, flags["bounce.over.total"][:, :, 0])
+
+
 def test_tagged_meters_need_sound_and_records():
     silent = scene()
     silent["fog"]["ior"] = 1.33
@@ -212,7 +236,7 @@ def test_tagged_meters_need_sound_and_records():
 
 def test_mistakes_are_named():
     light = records([1.0], [0.3])
-    with pytest.raises(ValueError, match="wavelength must be positive"):
+    with pytest.raises(ValueError, match="wavelength must be finite and positive"):
         correlation.tagged(light, wavelength=-1.0)
     with pytest.raises(ValueError, match="orders"):
         correlation.tagged(light, wavelength=WAVELENGTH, orders=0)

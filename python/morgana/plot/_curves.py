@@ -90,7 +90,8 @@ def histogram(
 ) -> StepPatch:
     """Draw light over bins of optical length, time or another axis, per unit of this axis, with bars of one standard error.
 
-    The area under the steps is the light in all bins. Circles mark bins whose errors cannot be trusted (``few``).
+    The area under the steps is the light in all bins. Of tagged light it is ``total``, of Stokes parameters S0. Circles mark bins whose
+    errors cannot be trusted (``few``).
 
     Parameters
     ----------

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import json
 import os
 from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._bins import bins_of
 from .._errors import Error
 from .._images import Image, _names
 from .._numbers import numbers
-from .._result import Layer, Reading, Result
+from .._result import Layer, Reading, Result, undelayed
 
 Doubles = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -111,27 +111,23 @@ def table(source: Source, layer: str = "", channel: Channel = None) -> Table:
 
 def binned(picture: Union[Result, Image], channel: Channel) -> Table:
     """The light of a picture over optical length or time, row and column."""
-    ways = picture.axes if isinstance(picture, Result) else json.loads(picture.attributes.get("decomposition", "[]"))
-    found = [way for way in ways if "bins" in way]
-    if not found:
+    bins = bins_of(picture)
+    if bins is None:
         raise PlotError("the picture has no bins of length or time: give its film a 'decomposition'")
-    way = found[0]
-    tables = [_sum(picture, f"{way['name']}.{i:04}", channel) for i in range(way["bins"])]
-    edges = way["min"] + way["width"] * np.arange(way["bins"] + 1)
+    tables = [_sum(picture, names, channel) for names in bins.layers]
     errors = [t.error for t in tables if t.error is not None]
     error = np.stack(errors) if len(errors) == len(tables) else None
-    axes = {way["name"]: edges, **tables[0].axes}
+    axes = {bins.axis: bins.edges, **tables[0].axes}
     flags = [t.few for t in tables if t.few is not None]
     few = np.stack(flags) if len(flags) == len(tables) else None
     return Table(np.stack([t.mean for t in tables]), error, axes, "radiance", "", few)
 
 
-def _sum(picture: Union[Result, Image], prefix: str, channel: Channel) -> Table:
-    """All layers that begin so. They share paths: the sum of their errors is an upper bound."""
-    names = [name for name in picture.layers if name == prefix or name.startswith(f"{prefix}.")]
+def _sum(picture: Union[Result, Image], names: List[str], channel: Channel) -> Table:
+    """Some layers together. They share paths: the sum of their errors is an upper bound."""
+    if not names:
+        raise PlotError("the picture has no layers for some of its bins of length or time")
     tables = [table(picture, name, channel) for name in names]
-    if not tables:
-        raise PlotError(f"the picture has no layer {prefix!r}")
     mean = np.sum([t.mean for t in tables], axis=0)
     errors = [t.error for t in tables if t.error is not None]
     error = np.sum(errors, axis=0) if len(errors) == len(tables) else None
@@ -150,7 +146,8 @@ def _layer(picture: Any, layer: str) -> Tuple[Doubles, Optional[Doubles], Option
     if isinstance(picture, Image):
         if layer not in picture.layers:
             raise _unknown(layer, picture.layers)
-        squares, flags = (picture.layers.get(f"{name}.{layer}" if layer else name) for name in ("variance", "few"))
+        beside = {"variance": layer, "few": undelayed(layer)}
+        squares, flags = (picture.layers.get(f"{name}.{of}" if of else name) for name, of in beside.items())
         known = None if squares is None else squares.astype(float)
         return picture.layers[layer].astype(float), known, None if flags is None else flags != 0, picture.channels[layer]
     values = numbers(picture, "the picture")
