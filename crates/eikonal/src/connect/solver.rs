@@ -16,6 +16,13 @@ use glam::{DVec2, DVec3};
 /// by no more than that many tolerances. Where steps are rejected, rays jump by a tolerance or so, and no
 /// shot would do better.
 const LAST_CORRECTION: f64 = 10.0;
+/// The ray is shot once more if the last correction may change the Jacobian by more tolerances than this, as where the field varies within a
+/// small part of the ray's length.
+const STEADY: f64 = 10.0;
+/// Misses of less than this many tolerances of the ray's length are corrected without asking how fine the field is.
+const NEAR: f64 = 0.1;
+/// Of the third derivatives that length scales allow everywhere, rays meet such a share.
+const MET: f64 = 2e-3;
 /// Share of the longest step that the last correction may make.
 const SMALL: f64 = 0.1;
 /// A tube is too narrow if straight rays would diverge to its width over this many tolerances: rays may meet in half the
@@ -180,6 +187,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         let longest = start.family.longest_step(distance);
         let (mut radius, mut tried) = (DVec2::ONE, DVec2::ZERO);
         let mut best: Option<(Iterate, EndState, f64)> = None;
+        let mut is_last = false;
         if let Some(end_state) = known {
             best = Some((trial, *end_state, end_state.x.distance(y)));
             (trial, tried) = trial.stepped(end_state, y, radius, longest)?;
@@ -200,7 +208,13 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             let arrived = |hit: &Hit| miss <= self.allowed_miss(&trial.family, hit, floor);
             if let Some(hit) = shot.ok().filter(arrived) {
                 match self.finish(&trial, &hit, y, shots) {
-                    Ok(found) => return Ok(found),
+                    Ok(found) => {
+                        let before = best.as_ref().map(|(iterate, end, _)| (iterate, end));
+                        if is_last || self.is_steady(world, before, &trial, &found) {
+                            return Ok(found);
+                        }
+                        is_last = true;
+                    }
                     Err(caustic) => failure = caustic,
                 }
             }
@@ -250,6 +264,37 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             correctable * self.tolerance.get() * hit.travelled.leg,
             floor,
         )
+    }
+
+    /// Whether the last correction hardly changes the Jacobian: judged by how it has changed since the iterate before, or else by
+    /// how fine the field is.
+    fn is_steady<W: World<Region = R>>(
+        &self,
+        world: &W,
+        before: Option<(&Iterate, &EndState)>,
+        last: &Iterate,
+        found: &ConnectingRay,
+    ) -> bool {
+        let length = found.arc_length;
+        let allowed = STEADY * self.tolerance.get();
+        let Some((before, end_state)) = before else {
+            if found.miss <= NEAR * self.tolerance.get() * length {
+                return true;
+            }
+            let scale =
+                |piece: &Piece<R>| world.field(piece.region).length_scale(piece.arc.start());
+            let finest = self.pieces.iter().map(scale).fold(f64::INFINITY, f64::min);
+            return MET * (length / finest).powi(2) * (found.miss / finest) <= allowed;
+        };
+        let then = end_state.variation.cross_section(end_state.v).abs();
+        let straight = before.family.spread(length).powi(2);
+        let change = (found.jacobian - then).abs() / found.jacobian.max(straight);
+        let moved = |[x, direction]: [DVec3; 2]| {
+            x.distance(last.family.x()) + direction.distance(last.family.direction())
+        };
+        let step = moved([before.family.x(), before.family.direction()]);
+        let correction = moved([found.start, found.direction_out]);
+        change * correction <= allowed * step
     }
 
     /// Shoots the ray of an iterate with tangents; keeps its pieces.

@@ -1,8 +1,10 @@
 //! Primary branches against tables that were computed independently.
 
 use crate::common::tables::tables;
+use glam::DVec3;
 use morgana_eikonal::connect::Unbounded;
-use morgana_eikonal::{Failure, Solver, Tolerance};
+use morgana_eikonal::field::{Formula, Quantity};
+use morgana_eikonal::{Failure, Field, Solver, Tolerance};
 
 #[test]
 fn primary_branches_match_the_reference_tables() {
@@ -44,4 +46,37 @@ fn primary_branches_match_the_reference_tables() {
     assert_eq!(failures, stuck);
     assert_eq!(outside, ["F3-p-11"]);
     assert_eq!(listed, pairs - stuck.len() - outside.len());
+}
+
+/// Air over a hot road, 0.1 m high where rays are hundreds of metres long: the Jacobian, too, is that of the ray to the target, not of one
+/// that passes it by what the length allows.
+#[test]
+fn jacobians_are_good_where_the_field_is_much_finer_than_rays_are_long() {
+    let quantity = Quantity::Index;
+    let air = Formula::new("1 + 2.7e-4 - 2e-5 * exp(-z / 0.1)", quantity, &[]);
+    let field = Field::from(air.unwrap());
+    let pairs = [
+        (1.0, 400.0, 0.3),
+        (0.5, 300.0, 0.5),
+        (0.3, 100.0, 0.3),
+        (1.5, 600.0, 0.5),
+    ];
+    for (height, distance, target) in pairs {
+        let [x, y] = [DVec3::Z * height, DVec3::new(distance, 0.0, target)];
+        let jacobian = |tolerance: f64| {
+            let mut solver = Solver::new(Tolerance::new(tolerance));
+            solver
+                .connect(&Unbounded(&field), x, (), y)
+                .unwrap()
+                .jacobian
+        };
+        let exact = jacobian(1e-10);
+        for tolerance in [1e-4, 1e-5, 1e-6, 1e-7] {
+            let error = (jacobian(tolerance) - exact).abs() / exact.max(distance * distance);
+            assert!(
+                error < 20.0 * tolerance,
+                "{height}, {distance}, {tolerance:.0e}: {error:.1e}"
+            );
+        }
+    }
 }
