@@ -17,6 +17,7 @@ use crate::diagnostic::Difference;
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 use crate::query::Query;
 use crate::scene::{ObjectDescription, PluginKind, SceneDescription, descendants};
+use eikonal::Aabb;
 use std::collections::{BTreeSet, HashSet};
 use transport::film::LightParts;
 use transport::integrator::Integrator;
@@ -303,6 +304,7 @@ impl<'a> Children<'a> {
         if !instruments.is_empty() {
             method.leave_pictures();
         }
+        let grids = instruments.iter().map(|i| i.meter.aabb());
         let mut parts = Parts {
             partitions: context.partitions,
             objects: context.objects,
@@ -312,6 +314,7 @@ impl<'a> Children<'a> {
             film: sensor.film.spec,
             tolerance: method.parameters.tolerance.unwrap_or_default(),
             reflections: method.parameters.reflections,
+            measured: grids.fold(Aabb::EMPTY, Aabb::union),
         }
         .with_emissive_media();
         let mut layering = sensor.film.layering;

@@ -203,6 +203,25 @@ fn doubts_are_told() {
     assert!(fine.warnings.is_empty(), "{}", fine.warnings);
 }
 
+/// Grids of meters are part of what the sky lights.
+#[test]
+fn the_sky_fills_grids_beyond_the_scene() {
+    let speck = "<transform name='to_world'><scale value='0.01'/></transform><bsdf type='null'/>";
+    let text = format!(
+        r#"<scene version="3.0.0"><shape type="sphere">{speck}</shape><emitter type="constant"/>{}</scene>"#,
+        fluence("")
+    );
+    let loaded = load(&text).unwrap();
+    let arrays = readings(&loaded, &run(&loaded, 20_000));
+    let [mean, error] = ["fluence", "fluence_error"].map(|name| array(&arrays, name));
+    for (mean, error) in mean.data.iter().zip(&error.data) {
+        assert!(
+            (mean - 4.0 * std::f64::consts::PI).abs() < 4.5 * error,
+            "{mean} ± {error}"
+        );
+    }
+}
+
 #[test]
 fn readings_have_units_axes_and_normalizations() {
     let more = r#"<float name="gruneisen" value="0.25"/><float name="pulse_energy" value="0.5"/>

@@ -303,6 +303,11 @@ impl Emitter {
         }
     }
 
+    /// Whether its light comes from infinity, parallel or from all sides.
+    pub(crate) fn is_at_infinity(&self) -> bool {
+        matches!(self, Emitter::Directional { .. } | Emitter::Environment(_))
+    }
+
     /// Whether no vertex of a path can lie on it by chance.
     pub(crate) fn is_delta(&self) -> bool {
         matches!(self.class(), Class::Delta | Class::Volume)

@@ -39,13 +39,16 @@ pub(crate) use tally::TaskSums;
 pub use window::Window;
 
 use crate::Spectrum;
+use crate::emitter::{Emitter, Surroundings};
 use crate::path::{BalanceSums, Workspace};
 use crate::sampling::{Discrete, Sampler};
 use crate::scene::Scene;
 use crate::sidebands::Sidebands;
 use crate::stop::Stop;
 use crate::tagging::SoundInMedia;
+use eikonal::Aabb;
 use fluence::Cuts;
+use glam::DVec3;
 use history::{Histories, HistoryRegions};
 use reading::Quantity;
 use recorder::Recorder;
@@ -70,6 +73,25 @@ impl Meter {
             Meter::Fluence(meter) => meter.slots(),
             Meter::Irradiance(meter) => meter.slots(),
         }
+    }
+
+    /// A box around the places where it measures in space; empty if it is on surfaces.
+    pub fn aabb(&self) -> Aabb {
+        match self {
+            Meter::Fluence(meter) => *meter.grid.aabb(),
+            Meter::Irradiance(_) => Aabb::EMPTY,
+        }
+    }
+
+    /// Whether light from infinity, if there is any, fills all places where it measures.
+    pub(crate) fn is_lit(&self, scene: &Scene) -> bool {
+        let Surroundings { center, radius } = *scene.around();
+        let mut emitters = scene.emitters().iter();
+        let fills = |x: DVec3| x.distance(center) <= radius;
+        let region = self.aabb();
+        region.is_empty()
+            || region.corners().into_iter().all(fills)
+            || !emitters.any(Emitter::is_at_infinity)
     }
 
     fn quantities(&self) -> Vec<Quantity> {

@@ -71,6 +71,11 @@ pub enum MeasureError {
     /// No emitter has any power.
     #[error("the scene emits no light: there is nothing to measure")]
     Dark,
+    /// Light from infinity fills the ball around the scene, beyond which it would be missing.
+    #[error(
+        "meter {0} has cells beyond what light from infinity fills: give the scene its box as `measured`"
+    )]
+    Unlit(usize),
     /// There is no room for the sums.
     #[error("the meters need {0} bytes of memory, or more than {max} bins", max = Tally::MOST_SLOTS)]
     Memory(usize),
@@ -84,7 +89,7 @@ pub enum MeasureError {
 /// stops with what it has.
 ///
 /// # Errors
-/// If no light is emitted, or there is not enough memory.
+/// If no light is emitted, a grid lies where light from infinity does not get to, or there is not enough memory.
 pub fn measure(
     scenes: &[Scene],
     meters: &[Meter],
@@ -118,7 +123,7 @@ impl MeasureState {
     /// Nothing yet.
     ///
     /// # Errors
-    /// If no light is emitted, or there is not enough memory.
+    /// If no light is emitted, a grid lies where light from infinity does not get to, or there is not enough memory.
     pub fn new(scenes: &[Scene], meters: &[Meter]) -> Result<Self, MeasureError> {
         let tally = |group: Group| {
             let slots = group.setup.slots();
@@ -192,7 +197,7 @@ impl MeasureState {
     /// [`measure()`]. The state must [fit](MeasureState::fits).
     ///
     /// # Errors
-    /// If no light is emitted.
+    /// If no light is emitted, or a grid lies where light from infinity does not get to.
     pub fn advance(
         &mut self,
         scenes: &[Scene],
@@ -266,7 +271,7 @@ impl MeasureState {
     /// The result; `scenes` and `meters` are those with which it was measured.
     ///
     /// # Errors
-    /// If no light is emitted.
+    /// If no light is emitted, or a grid lies where light from infinity does not get to.
     pub fn into_measurement(
         self,
         scenes: &[Scene],
@@ -330,6 +335,9 @@ fn groups<'a>(
     rr_depth: u32,
 ) -> Result<Vec<Group<'a>>, MeasureError> {
     let group = |(index, scene): (usize, &'a Scene)| {
+        if let Some(meter) = meters.iter().position(|meter| !meter.is_lit(scene)) {
+            return Err(MeasureError::Unlit(meter));
+        }
         let channels = scene.film().channels_of(index);
         let setup =
             Setup::new(scene, meters, channels, max_depth, rr_depth).ok_or(MeasureError::Dark)?;

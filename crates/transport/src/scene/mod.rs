@@ -284,7 +284,7 @@ fn surroundings(parts: &Parts) -> Surroundings {
         Emitter::Volume(volume) => Some(volume.aabb()),
         _ => None,
     });
-    let all = volumes.fold(all, Aabb::union);
+    let all = volumes.fold(all, Aabb::union).union(parts.measured);
     Surroundings {
         center: all.center(),
         radius: f64::max(

@@ -7,7 +7,7 @@ use crate::medium::Medium;
 use crate::sensor::Sensor;
 use crate::shape::Shape;
 use crate::volume::VoxelMedia;
-use eikonal::Tolerance;
+use eikonal::{Aabb, Tolerance};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -157,4 +157,6 @@ pub struct Parts {
     /// Connections are looked for through at most this many reflections at smooth dielectrics where
     /// refraction is possible; total reflections are not counted.
     pub reflections: u32,
+    /// A box around the grids of meters, which light from infinity fills as it does all else; empty if there are none.
+    pub measured: Aabb,
 }

@@ -205,6 +205,7 @@ impl Setup {
             },
             tolerance: Tolerance::default(),
             reflections: 1,
+            measured: eikonal::Aabb::EMPTY,
         }
     }
 

@@ -16,8 +16,8 @@ use crate::film::Filter;
 use crate::medium::Medium;
 use crate::sensor::{Camera, Sensor};
 use checks::Problems;
-use eikonal::Tolerance;
 use eikonal::field::Constant;
+use eikonal::{Aabb, Tolerance};
 use glam::DAffine3;
 
 /// Reflectance of surfaces of which nothing is said.
@@ -33,6 +33,7 @@ pub struct SceneBuilder {
     film: FilmSpec,
     tolerance: Tolerance,
     reflections: u32,
+    measured: Aabb,
 }
 
 /// What looks at the scene.
@@ -88,6 +89,7 @@ impl Scene {
             },
             tolerance: Tolerance::default(),
             reflections: 0,
+            measured: Aabb::EMPTY,
         }
     }
 }
@@ -114,6 +116,13 @@ impl SceneBuilder {
     /// Adds a light that covers no object; for one that does see [`ObjectBuilder::emission`].
     pub fn emitter(mut self, emitter: impl Into<Emitter>) -> Self {
         self.emitters.push(emitter.into());
+        self
+    }
+
+    /// A box to be measured in, such as that of a [`MeterGrid`](crate::meter::MeterGrid), beside all that is in the scene: directional and
+    /// environment light fills it, too.
+    pub fn measured(mut self, region: Aabb) -> Self {
+        self.measured = self.measured.union(region);
         self
     }
 
@@ -182,6 +191,7 @@ impl SceneBuilder {
             film: self.film,
             tolerance: self.tolerance,
             reflections: self.reflections,
+            measured: self.measured,
         };
         let names = Names::of(&parts);
         Scene::new(parts).map_err(|problems| BuildError {

@@ -116,6 +116,7 @@ impl Case {
             },
             tolerance: Tolerance::new(1e-6),
             // What is reflected more often at a wall of index 1.3 is below a thousandth.
+            measured: eikonal::Aabb::EMPTY,
             reflections: match self.wall {
                 Wall::Matched => 0,
                 Wall::Glass => 2,

@@ -106,6 +106,7 @@ pub fn parts(
         },
         tolerance: Tolerance::default(),
         reflections: 0,
+        measured: eikonal::Aabb::EMPTY,
     }
 }
 

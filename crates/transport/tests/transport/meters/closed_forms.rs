@@ -4,13 +4,14 @@ use crate::meters::support::*;
 use eikonal::field::{Constant, Luneburg};
 use glam::DVec3;
 use morgana_transport::Bins;
-use morgana_transport::Spectrum;
 use morgana_transport::bsdf::Bsdf;
 use morgana_transport::emitter::Emitter;
 use morgana_transport::meter::{Coordinates, Estimator, Meter};
+use morgana_transport::render::{MeasureError, MeasureState};
 use morgana_transport::scene::Parts;
 use morgana_transport::shape::{Cube, Sphere};
 use morgana_transport::volume::VolumeTexture;
+use morgana_transport::{Scene, Spectrum};
 use std::f64::consts::PI;
 use testkit::z_test::max_abs_z;
 
@@ -194,4 +195,34 @@ fn channels_stay_together_over_many_collisions() {
         }
     }
     max_abs_z(&all, FAMILY).unwrap();
+}
+
+/// Under a sky of radiance 1 the fluence is 4π everywhere, however small what is in the scene; and under the sun its irradiance. False alarms
+/// 2 · 4 · 6e-5.
+#[test]
+fn light_from_infinity_fills_grids_beyond_the_scene() {
+    let cells = fluence(
+        Coordinates::Cartesian,
+        [2, 2, 1],
+        scaled(DVec3::splat(4.0), DVec3::splat(-2.0)),
+    );
+    let meters = [Meter::Fluence(cells)];
+    let sun = Emitter::Directional {
+        direction: DVec3::new(0.6, 0.0, 0.8),
+        irradiance: Spectrum::ONE,
+    };
+    for (light, expected) in [(Emitter::constant(1.0), 4.0 * PI), (sun, 1.0)] {
+        let ball = container(Sphere::around(DVec3::ZERO, 0.1).unwrap(), Bsdf::Null);
+        let mut parts = parts(vec![ball], vec![vacuum(), vacuum()], vec![light], nobody());
+        let dim = Scene::new(parts.clone()).unwrap();
+        let refused = MeasureState::new(&[dim], &meters).err();
+        assert_eq!(refused, Some(MeasureError::Unlit(0)));
+        parts.measured = meters[0].aabb();
+        let measured = run(parts, &meters, &options(20_000, 3));
+        let found = reading(&measured, 0, "fluence");
+        for (mean, error) in found.mean.iter().zip(&found.error) {
+            assert!(*error < 0.02 * expected, "no power to tell: {error}");
+            assert!((mean - expected).abs() < 4.0 * error, "{mean} ± {error}");
+        }
+    }
 }
