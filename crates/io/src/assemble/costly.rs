@@ -1,22 +1,27 @@
 //! Media through which rays take very many steps, and indices that no medium has: known before the render.
 
 use crate::query::INDEX;
-use eikonal::Field;
 use eikonal::budget::STEPS_PER_RAY;
 use eikonal::ray::steps_between;
+use eikonal::{Aabb, Field};
 use glam::DVec3;
 use transport::scene::{ProblemSeverity, Scene, SceneProblem, Subject};
 
 /// Steps across a medium from which on a render is likely to be a mistake: lenses take some ten.
 const MANY: f64 = 2000.0;
+/// The estimate is good to such a factor.
+const WITHIN: f64 = 2.0;
+/// Bisections for the place where a line is cut.
+const BISECTIONS: usize = 30;
 /// Places on each line through a medium at which its index is looked at.
 const PLACES: usize = 64;
 
-/// About how many steps a ray takes across a medium: the most along the three axes of its box.
+/// About how many steps a ray takes across a medium: the most along the three axes of its box, and along lines that pass by what is
+/// opaque there.
 pub fn steps_across(scene: &Scene, medium: usize) -> f64 {
     let field = &scene.medium(medium).index;
-    let steps = lines_across(scene, medium).map(|line| {
-        let parts = parts_within(scene, medium, line);
+    let steps = lines_within(scene, medium).map(|line| {
+        let parts = parts_within(scene, medium, line).into_iter();
         let steps = parts.map(|part| steps_between(field, part, scene.tolerance()));
         steps.sum::<f64>()
     });
@@ -29,29 +34,72 @@ fn places([from, to]: [DVec3; 2]) -> impl Iterator<Item = DVec3> + Clone {
 }
 
 /// A line without what is inside of opaque things: whole, where there are none.
-fn parts_within(
-    scene: &Scene,
-    medium: usize,
-    line: [DVec3; 2],
-) -> impl Iterator<Item = [DVec3; 2]> {
-    let mut places = places(line).peekable();
-    std::iter::from_fn(move || {
-        let is_there = |x: &DVec3| !scene.is_displaced(medium, *x);
-        let first = places.find(is_there)?;
-        let mut last = first;
-        while let Some(next) = places.next_if(is_there) {
-            last = next;
+fn parts_within(scene: &Scene, medium: usize, line: [DVec3; 2]) -> Vec<[DVec3; 2]> {
+    let is_there = |x: DVec3| !scene.is_displaced(medium, x);
+    let places: Vec<(DVec3, bool)> = places(line).map(|x| (x, is_there(x))).collect();
+    let runs = places.chunk_by(|(_, a), (_, b)| a == b);
+    let mut absent = None;
+    let mut parts: Vec<[DVec3; 2]> = Vec::new();
+    for run in runs {
+        let [(first, there), (last, _)] = [run[0], run[run.len() - 1]];
+        if there {
+            let begin = absent.map_or(first, |absent| edge(first, absent, is_there));
+            parts.push([begin, last]);
+        } else {
+            if let Some(part) = parts.last_mut() {
+                part[1] = edge(part[1], first, is_there);
+            }
+            absent = Some(last);
         }
-        Some([first, last])
-    })
+    }
+    parts
+}
+
+/// The last place on the way from a place that is there to one that is not.
+fn edge(mut there: DVec3, mut absent: DVec3, is_there: impl Fn(DVec3) -> bool) -> DVec3 {
+    for _ in 0..BISECTIONS {
+        let middle = there.midpoint(absent);
+        match is_there(middle) {
+            true => there = middle,
+            false => absent = middle,
+        }
+    }
+    there
 }
 
 /// The straight lines through the middle of a medium along the axes.
 fn lines_across(scene: &Scene, medium: usize) -> impl Iterator<Item = [DVec3; 2]> {
     let bounds = scene.regions()[medium].aabb;
-    let (center, half) = (bounds.center(), 0.5 * (bounds.max - bounds.min));
     let axes = DVec3::AXES.into_iter().filter(move |_| !bounds.is_empty());
-    axes.map(move |axis| [center - half * axis, center + half * axis])
+    axes.map(move |axis| through(&bounds, bounds.center(), axis))
+}
+
+/// The line through a place along an axis, across a box.
+fn through(bounds: &Aabb, x: DVec3, axis: DVec3) -> [DVec3; 2] {
+    let across = DVec3::ONE - axis;
+    [bounds.min, bounds.max].map(|end| x * across + end * axis)
+}
+
+/// Those, and where they are cut, lines along the other axes through the middle of what is left: such as along an atmosphere.
+fn lines_within(scene: &Scene, medium: usize) -> impl Iterator<Item = [DVec3; 2]> {
+    let bounds = scene.regions()[medium].aabb;
+    let beside = move |line: [DVec3; 2]| {
+        let parts = parts_within(scene, medium, line);
+        let is_cut = parts != [line];
+        let middles = parts.into_iter().map(|[a, b]| a.midpoint(b));
+        let middles: Vec<DVec3> = middles.filter(|_| is_cut).collect();
+        let along = (line[1] - line[0]).normalize_or_zero();
+        let others = DVec3::AXES
+            .into_iter()
+            .filter(move |axis| axis.dot(along) == 0.0);
+        others.flat_map(move |axis| {
+            middles
+                .clone()
+                .into_iter()
+                .map(move |x| through(&bounds, x, axis))
+        })
+    };
+    lines_across(scene, medium).chain(lines_across(scene, medium).flat_map(beside))
 }
 
 /// A warning for each medium that takes very many steps, an error for each whose index is out of any physical range.
@@ -67,7 +115,7 @@ fn costly(scene: &Scene, medium: usize) -> Option<SceneProblem> {
     let steps = steps_across(scene, medium);
     let name = &scene.medium(medium).name;
     let what = parameter(&scene.medium(medium).index);
-    let fate = if steps > STEPS_PER_RAY as f64 {
+    let fate = if WITHIN * steps > STEPS_PER_RAY as f64 {
         format!("rays are given up after {STEPS_PER_RAY}, and their light is missing")
     } else {
         "the render takes very long".into()

@@ -4,6 +4,7 @@
 use eikonal::ray::{Flow, Node};
 use eikonal::{Aabb, Field, Tolerance, Work};
 use glam::DVec3;
+use morgana_io::assemble::steps_across;
 use morgana_io::{LoadOptions, Loaded};
 use serde_json::{Value, json};
 use std::fs;
@@ -215,4 +216,47 @@ fn mistakes() {
             "expected {expected:?} in:\n{message}"
         );
     }
+}
+
+/// Lines through the middle of the planet see but a little of its air; those that pass it by take as many steps as rays do.
+#[test]
+fn steps_are_those_of_rays_that_pass_the_planet_by() {
+    let with = |tolerance: f64| {
+        let ball = |radius: f64| json!({"type": "sphere", "radius": radius});
+        let (mut earth, mut top) = (ball(RADIUS), ball(RADIUS + STANDARD));
+        earth["bsdf"] = json!({"type": "diffuse"});
+        top["bsdf"] = json!({"type": "null"});
+        let air = json!({"type": "standard_atmosphere", "radius": RADIUS, "wavelength": 550});
+        top["interior"] = json!({"type": "transparent", "ior": air});
+        let text = json!({
+            "type": "scene", "earth": earth, "top": top, "sky": {"type": "constant"},
+            "integrator": {"type": "path", "tolerance": tolerance},
+            "sensor": {"type": "perspective", "to_world": [{"translate": [0, 0, 7e6]}]},
+        });
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.json");
+        fs::write(&path, text.to_string()).unwrap();
+        morgana_io::load_scene(&path, &LoadOptions::default()).unwrap()
+    };
+    let loaded = with(1e-6);
+    let estimate = steps_across(loaded.scene(), 1);
+    // Twenty kilometres up, from end to end.
+    let field = &loaded.scene().medium(1).index;
+    let x = DVec3::new(-1e6, 0.0, RADIUS + 20e3);
+    let mut flow = Flow::new(
+        field,
+        Node::start(field, x, DVec3::X, ()),
+        Tolerance::new(1e-6),
+    );
+    let mut work = Work::default();
+    while flow.node().x.x < 1e6 {
+        flow.advance(1e6, &mut work);
+    }
+    let steps = work.steps as f64;
+    assert!(
+        (0.5 * steps..4.0 * steps).contains(&estimate),
+        "{estimate}: {steps}"
+    );
+    let warned = with(1e-12).warnings.to_string();
+    assert!(warned.contains("given up after 20000"), "{warned}");
 }
