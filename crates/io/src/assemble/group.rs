@@ -355,6 +355,10 @@ impl<'a> Children<'a> {
             if !problems.is_empty() {
                 return None;
             }
+            if let Some(doubt) = tagging::doubt(&scene, &tagged) {
+                let doubt = Diagnostic::warning(doubt).at(&self.root.location);
+                report.diagnostics.push(doubt);
+            }
             if let Some(note) = tagging::note(&scene) {
                 let note = Diagnostic::note(note).at(&self.root.location);
                 report.diagnostics.push(note);

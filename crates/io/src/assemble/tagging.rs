@@ -7,6 +7,9 @@ use transport::Scene;
 use transport::scene::{ProblemSeverity, SceneProblem, Subject};
 use transport::sidebands::Sidebands;
 
+/// Ultrasound is some thousand times as long as light; low tones in air less than so many times.
+const SHORT: f64 = 3e6;
+
 /// Wavelengths and frequencies that differ by less, relatively, are the same.
 const SAME: f64 = 1e-9;
 
@@ -33,7 +36,7 @@ pub(super) fn problems(scene: &Scene, tagged: &[&Sidebands]) -> Vec<SceneProblem
         return vec![error(
             Subject::Sensor,
             "tagged light is asked for, but no medium has sound in it".into(),
-            "leave 'tagged' out, or give a medium an index with sound in it",
+            "leave 'tagged' out, or give a medium an index with sound in it: a pressure is sound where it has a 'frequency'",
         )];
     }
     let mut found: Vec<SceneProblem> = Vec::new();
@@ -101,6 +104,21 @@ pub(super) fn note(scene: &Scene) -> Option<String> {
         one.wavelength,
         other.wavelength
     ))
+}
+
+/// A doubt that the wavelengths of tagged light are in scene units: they are far shorter than any sound's.
+pub(super) fn doubt(scene: &Scene, tagged: &[&Sidebands]) -> Option<String> {
+    let light = tagged.iter().map(|sidebands| sidebands.wavelength());
+    let light = light.fold(f64::INFINITY, f64::min);
+    let sound = sounds(scene).into_iter().map(|(_, sound)| sound.wavelength);
+    let sound = sound.fold(f64::INFINITY, f64::min);
+    (sound > SHORT * light).then(|| {
+        format!(
+            "tagged light of the wavelength {light} is {:.0e} times shorter than the sound: the 'wavelength' is in scene units, \
+             532e-6 for green light where these are mm",
+            sound / light
+        )
+    })
 }
 
 /// The sounds in all media.

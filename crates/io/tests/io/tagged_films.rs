@@ -61,6 +61,20 @@ fn films_have_a_layer_for_each_order_and_delay() {
     assert_eq!(naming.names().count(), 3);
 }
 
+/// Light of 532 nm in metres, where the scene is in millimetres.
+#[test]
+fn wavelengths_in_other_units_are_doubted() {
+    let warned = |wavelength: &str| {
+        let wavelength = format!(r#"<float name="wavelength" value="{wavelength}"/>"#);
+        let loaded = pictured("path", &wavelength).unwrap();
+        loaded
+            .warnings
+            .to_string()
+            .contains("times shorter than the sound")
+    };
+    assert!(warned("532e-10") && !warned("532e-6"));
+}
+
 #[test]
 fn what_films_cannot_tag_is_an_error() {
     let errors = [
