@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._morgana import Field
+from ._numbers import numbers
 from ._system import GradError, Layout, System, check_samples, check_starts
 
 if TYPE_CHECKING:
@@ -72,12 +73,13 @@ def torch_function(rays: "Rays", build: Optional[Build]) -> Callable[..., Any]:
     torch = _library("torch")
 
     def host(tensor: Any) -> Doubles:
-        return np.asarray(tensor.detach().cpu().numpy(), dtype=float)
+        # NumPy has no bfloat16.
+        return np.asarray(tensor.detach().cpu().double().numpy(), dtype=float)
 
     class Follow(torch.autograd.Function):  # type: ignore[misc, name-defined]
         @staticmethod
-        def forward(ctx: Any, model: Model, *given: Any) -> Any:
-            ends = tuple(torch.from_numpy(end).to(given[0]) for end in model.follow(*map(host, given)))
+        def forward(ctx: Any, model: Model, dtype: Any, *given: Any) -> Any:
+            ends = tuple(torch.from_numpy(end).to(given[0].device, dtype) for end in model.follow(*map(host, given)))
             ctx.model = model
             ctx.save_for_backward(*given, ends[0])
             return ends
@@ -87,12 +89,24 @@ def torch_function(rays: "Rays", build: Optional[Build]) -> Callable[..., Any]:
         def backward(ctx: Any, *by: Any) -> Any:
             *given, positions = ctx.saved_tensors
             found = ctx.model.pull_back(*map(host, (*given, positions, *by)))
-            return (None, *(torch.from_numpy(np.asarray(value)).to(tensor) for value, tensor in zip(found, given)))
+            return (None, None, *(torch.from_numpy(np.asarray(value)).to(tensor) for value, tensor in zip(found, given)))
+
+    def tensor(given: Any, what: str) -> Any:
+        """In double precision, if it is none yet: the type of ends is that of the tensors."""
+        if not isinstance(given, torch.Tensor):
+            return torch.tensor(numbers(given, what))
+        if given.is_complex():
+            raise TypeError(f"{what} must be an array of real numbers: elements of type {given.dtype}")
+        return given
 
     def ends(index: Any, origins: Any = None, directions: Any = None) -> Any:
         names, values = _flat(index, build)
-        starts = [torch.tensor(own).to(values[0]) if given is None else given for own, given in zip(rays.starts, (origins, directions))]
-        return Follow.apply(Model(rays, build, names), *values, *_checked(rays, build, values, starts, torch.broadcast_to))
+        floating = [value.dtype for value in (*values, origins, directions) if isinstance(value, torch.Tensor) and value.is_floating_point()]
+        dtype = functools.reduce(torch.promote_types, floating) if floating else torch.get_default_dtype()
+        tensors = list(map(tensor, values, names or ("the index",)))
+        own = zip(rays.starts, (origins, directions), ("origins", "directions"))
+        starts = [tensor(kept if given is None else given, what) for kept, given, what in own]
+        return Follow.apply(Model(rays, build, names), dtype, *tensors, *_checked(rays, build, tensors, starts, torch.broadcast_to))
 
     return ends
 

@@ -312,6 +312,8 @@ class Rays:
             ``ends(index, origins=None, directions=None)`` of tensors on the processor: samples [z, y, x] of n, or with ``build`` a dictionary of
             parameters, of which those that it leaves out have no derivatives; and, for a sensor or a source that moves, starts (rays, 3), or one
             direction (3,), in place of those of the rays. It gives three tensors, as :class:`Ends`. Rays without an end are NaN, and have no derivatives.
+            Numbers and NumPy arrays may take the place of tensors. Rays are followed in double precision; their ends have the widest floating type of
+            the tensors, or PyTorch's default where none has one.
 
         Raises
         ------
@@ -342,8 +344,8 @@ class Rays:
         Returns
         -------
         callable
-            ``ends(index, origins=None, directions=None)`` of arrays: as for :meth:`torch`. Reverse mode only. Single precision, unless
-            ``jax_enable_x64`` is set.
+            ``ends(index, origins=None, directions=None)`` of arrays: as for :meth:`torch`, but ends have the type of their starts: single
+            precision, unless ``jax_enable_x64`` is set. Reverse mode only.
 
         Raises
         ------
