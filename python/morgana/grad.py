@@ -313,7 +313,8 @@ class Rays:
             parameters, of which those that it leaves out have no derivatives; and, for a sensor or a source that moves, starts (rays, 3), or one
             direction (3,), in place of those of the rays. It gives three tensors, as :class:`Ends`. Rays without an end are NaN, and have no derivatives.
             Numbers and NumPy arrays may take the place of tensors. Rays are followed in double precision; their ends have the widest floating type of
-            the tensors, or PyTorch's default where none has one.
+            the tensors, or PyTorch's default where none has one. Reverse mode, also by ``torch.func`` and in batches of ``torch.vmap``, which are
+            followed one by one; first derivatives only.
 
         Raises
         ------

@@ -110,6 +110,43 @@ def test_torch_gives_ends_of_the_widest_type_of_its_tensors(dtype):
         np.testing.assert_allclose(end, exact, rtol=1e-14, atol=1e-14)
 
 
+def test_torch_composes_functions():
+    torch = pytest.importorskip("torch")
+    few = rays().with_starts(ORIGINS[:4], DIRECTIONS[:4])
+    ends, index = few.torch(), torch.tensor(INDEX)
+    by_index = few.vjp(INDEX, optical_lengths=np.ones(4)).field
+    np.testing.assert_allclose(torch.func.grad(lambda n: ends(n)[2].sum())(index), by_index, rtol=1e-12)
+    value, back = torch.func.vjp(lambda n: ends(n)[2], index)
+    np.testing.assert_allclose(back(torch.ones_like(value))[0], by_index, rtol=1e-12)
+    rows = torch.func.jacrev(lambda n: ends(n)[2])(index)
+    for ray, row in enumerate(rows):
+        np.testing.assert_allclose(row, few.vjp(INDEX, optical_lengths=np.eye(4)[ray]).field, rtol=1e-12, atol=1e-14)
+    # A batch of sensors, along an axis that is not the first, through one index; and derivatives of each.
+    moved = torch.stack([torch.tensor(ORIGINS[:4] + [0, 0, shift]) for shift in (0.0, 0.2)], dim=1)
+    lengths, slopes = torch.vmap(lambda origins: (ends(index, origins)[2], torch.func.grad(lambda o: ends(index, o)[2].sum())(origins)), in_dims=1)(moved)
+    for i in range(2):
+        there = few.with_starts(moved[:, i].numpy(), DIRECTIONS[:4])
+        np.testing.assert_allclose(lengths[i], there.forward(INDEX).optical_lengths, rtol=1e-14)
+        np.testing.assert_allclose(slopes[i], there.vjp(INDEX, optical_lengths=np.ones(4)).origins, rtol=1e-12, atol=1e-14)
+
+
+def test_torch_differentiates_a_batch_of_lenses():
+    torch = pytest.importorskip("torch")
+    height = lambda c: rays().torch(lens)({"surfaces[0].curvature": c, "media[0]": 1.2})[0][:, 0].sum()  # noqa: E731
+    curvatures = torch.tensor([0.25, 0.3], dtype=torch.float64)
+    by = np.tile([1.0, 0, 0], (30, 1))
+    exact = [rays().vjp(lens({"surfaces[0].curvature": c}), positions=by).parameters["surfaces[0].curvature"] for c in (0.25, 0.3)]
+    np.testing.assert_allclose(torch.vmap(torch.func.grad(height))(curvatures), exact, rtol=1e-12)
+
+
+def test_torch_refuses_second_derivatives():
+    torch = pytest.importorskip("torch")
+    index = torch.tensor(INDEX, requires_grad=True)
+    (once,) = torch.autograd.grad((rays().torch()(index)[1] ** 2).sum(), index, create_graph=True)
+    with pytest.raises(grad.GradError, match="first derivatives only"):
+        once.sum().backward()
+
+
 LENS = {"surfaces[0].curvature": 0.3, "surfaces[0].vertex": [0.05, 0.0, 0.0], "media[0]": 1.2, "media[1].alpha": 0.2}
 
 
