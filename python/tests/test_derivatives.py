@@ -339,3 +339,24 @@ def test_jacobians_of_absorbed_power_are_per_watt_if_the_meter_is():
         morgana.jacobian(load(scene), ["ink.sigma_a"], "power")
     with pytest.raises(morgana.RenderError, match="the scene has no meters"):
         morgana.jacobian(load(lit()), ["fog.sigma_a"], "power")
+
+
+@pytest.mark.parametrize("normalization", ["absolute", "per_watt"])
+@pytest.mark.parametrize("several", [False, True])
+def test_messages_say_of_what_initial_pressure_has_derivatives(normalization, several):
+    scene = meters()
+    gauge = {"gruneisen": 0.2, "pulse_energy": 3.0, "metres_per_unit": 0.01}
+    scene["sensor"] = {**scene["sensor"], "normalization": normalization, "id": "tank", **gauge}
+    if several:
+        scene["other"] = {key: value for key, value in scene["sensor"].items() if key not in gauge} | {"id": "other"}
+    meter = "tank." if several else ""
+    loaded = load(scene)
+    measured = morgana.render(loaded, particles=500)
+    factor = 0.2 * 3.0 / 0.01**3 / (1.0 if normalization == "per_watt" else measured.emitted)
+    np.testing.assert_allclose(measured.meters[f"{meter}p0"].mean, factor * measured.meters[f"{meter}absorbed"].mean, rtol=1e-12)
+    for take in (
+        lambda: morgana.jacobian(loaded, ["homogeneous.sigma_a"], f"{meter}p0"),
+        lambda: morgana.derivatives(loaded, ["homogeneous.sigma_a"], {f"{meter}p0": measured.meters[f"{meter}p0"].mean}),
+    ):
+        with pytest.raises(morgana.RenderError, match=f"^'{meter}p0' has no derivatives of its own: take those of '{meter}absorbed', times gruneisen · pulse"):
+            take()
