@@ -615,7 +615,8 @@ def parameters(index: Union[Field, System]) -> Dict[str, Doubles]:
     dict
         Values by names, in the order of :attr:`Gradient.field`. Those of fields are named as in scenes: numbers and vectors of built-in fields, numbers
         that formulas use by names, samples of n of grids and tables, complex amplitudes (z, y, x, 2) of sampled sound, ``to_world`` (3, 4). Directions
-        of axes are unit vectors.
+        of axes are unit vectors. Gases, pressures and the ``standard_atmosphere`` have samples of n alone, laws of dispersion the ``value`` of n, or the
+        ``factor`` on the field that they surround.
 
     Raises
     ------
