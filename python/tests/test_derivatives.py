@@ -134,6 +134,25 @@ def test_colours_of_metals_have_derivatives_by_pixels(tmp_path):
     assert sums[0] > 0 and sums[1] == pytest.approx(sums[0], rel=1e-6)
 
 
+def test_colours_of_mixtures_have_derivatives():
+    """As those of the same two parts blended: the same paths."""
+    matt, metal = {"type": "diffuse", "reflectance": 0.6}, {"type": "roughconductor", "alpha": 0.4}
+    found = []
+    for bsdf in ({"type": "blendbsdf", "weight": 0.75}, {"type": "mixturebsdf", "weights": "0.25, 0.75"}, {"type": "mixturebsdf", "weights": "0.25, 0.5"}):
+        scene = lit()
+        scene["wall"]["bsdf"] = {**bsdf, "a": matt, "b": metal}
+        found.append(load(scene))
+    names = ["wall.reflectance", "wall.specular_reflectance"]
+    blend, mixture = (morgana.derivatives(scene, names, np.ones((4, 6, 1)), spp=16) for scene in found[:2])
+    for name in names:
+        assert blend[name].value[0] > 0
+        np.testing.assert_allclose(mixture[name].value, blend[name].value, rtol=1e-6)
+    # The black part has another reflectance, but none of metals.
+    assert morgana.derivatives(found[2], names[1:], np.ones((4, 6, 1)), spp=16)[names[1]].value[0] > 0
+    with pytest.raises(morgana.RenderError, match="'wall' has no reflectance to differentiate by"):
+        morgana.derivatives(found[2], names[:1], np.ones((4, 6, 1)), spp=16)
+
+
 @pytest.mark.parametrize("integrator", ["path", "bdpt"])
 def test_light_is_in_proportion_to_a_colour_that_it_met_once(integrator):
     """Of a sky by way of a mirror or a pane, which a wall of it is: path by path."""
