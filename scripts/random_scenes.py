@@ -64,7 +64,8 @@ class Technique:
             cells = zip(reading.mean.ravel(), np.where(reading.few, math.inf, reading.error).ravel())
             return {f"absorbed {i}": pair for i, pair in enumerate(cells)}
         result = morgana.render(self.scene, spp=ESTIMATORS[self.name] * effort, seed=level)
-        found = {"image": (result.mean, known(result.mean_error, result.mean_few))}
+        # mean_few also doubts pictures without light: here an estimator that finds none must not pass.
+        found = {"image": (result.mean, known(result.mean_error, result.stats["trust"]["few"]))}
         layers = (result.stats["decomposition"] or {}).get("layers", [])
         return found | {one["name"]: (one["mean"], known(one["standard_error"] or math.inf, one["few"])) for one in layers}
 

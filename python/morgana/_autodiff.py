@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._morgana import Field
+from ._numbers import numbers
 from ._system import GradError, Layout, System, check_samples, check_starts
 
 if TYPE_CHECKING:
@@ -70,31 +71,77 @@ class Model(NamedTuple):
 def torch_function(rays: "Rays", build: Optional[Build]) -> Callable[..., Any]:
     """Of tensors on the processor; see :meth:`morgana.grad.Rays.torch`."""
     torch = _library("torch")
+    follow = _torch_rays(torch)
 
-    def host(tensor: Any) -> Doubles:
-        return np.asarray(tensor.detach().cpu().numpy(), dtype=float)
-
-    class Follow(torch.autograd.Function):  # type: ignore[misc, name-defined]
-        @staticmethod
-        def forward(ctx: Any, model: Model, *given: Any) -> Any:
-            ends = tuple(torch.from_numpy(end).to(given[0]) for end in model.follow(*map(host, given)))
-            ctx.model = model
-            ctx.save_for_backward(*given, ends[0])
-            return ends
-
-        @staticmethod
-        @torch.autograd.function.once_differentiable  # type: ignore[untyped-decorator, unused-ignore]
-        def backward(ctx: Any, *by: Any) -> Any:
-            *given, positions = ctx.saved_tensors
-            found = ctx.model.pull_back(*map(host, (*given, positions, *by)))
-            return (None, *(torch.from_numpy(np.asarray(value)).to(tensor) for value, tensor in zip(found, given)))
+    def tensor(given: Any, what: str) -> Any:
+        """In double precision, if it is none yet: the type of ends is that of the tensors."""
+        if not isinstance(given, torch.Tensor):
+            return torch.tensor(numbers(given, what))
+        if given.is_complex():
+            raise TypeError(f"{what} must be an array of real numbers: elements of type {given.dtype}")
+        return given
 
     def ends(index: Any, origins: Any = None, directions: Any = None) -> Any:
         names, values = _flat(index, build)
-        starts = [torch.tensor(own).to(values[0]) if given is None else given for own, given in zip(rays.starts, (origins, directions))]
-        return Follow.apply(Model(rays, build, names), *values, *_checked(rays, build, values, starts, torch.broadcast_to))
+        floating = [value.dtype for value in (*values, origins, directions) if isinstance(value, torch.Tensor) and value.is_floating_point()]
+        dtype = functools.reduce(torch.promote_types, floating) if floating else torch.get_default_dtype()
+        tensors = list(map(tensor, values, names or ("the index",)))
+        own = zip(rays.starts, (origins, directions), ("origins", "directions"))
+        starts = [tensor(kept if given is None else given, what) for kept, given, what in own]
+        return follow(Model(rays, build, names), dtype, *tensors, *_checked(rays, build, tensors, starts, torch.broadcast_to))
 
     return ends
+
+
+def _torch_rays(torch: Any) -> Callable[..., Any]:
+    """Follows rays for PyTorch, given a model, the type of ends, and tensors."""
+
+    def host(tensor: Any) -> Doubles:
+        # NumPy has no bfloat16.
+        return np.asarray(tensor.detach().cpu().double().numpy(), dtype=float)
+
+    def one_by_one(function: Any, batch: int, axes: Sequence[Optional[int]], given: Sequence[Any]) -> Any:
+        """What a function gives for each of a batch of tensors, for ``torch.vmap``, and its axes."""
+        parts = [function(*(value if axis is None else value.select(axis, i) for value, axis in zip(given, axes))) for i in range(batch)]
+        found = tuple(map(torch.stack, zip(*parts)))
+        return found, (0,) * len(found)
+
+    class Follow(torch.autograd.Function):  # type: ignore[misc, unused-ignore]
+        @staticmethod
+        def forward(model: Model, dtype: Any, *given: Any) -> Any:
+            return tuple(torch.from_numpy(end).to(given[0].device, dtype) for end in model.follow(*map(host, given)))
+
+        @staticmethod
+        def setup_context(ctx: Any, inputs: Any, output: Any) -> None:
+            ctx.model, _, *given = inputs
+            ctx.save_for_backward(*given, output[0])
+
+        @staticmethod
+        def backward(ctx: Any, *by: Any) -> Any:
+            return (None, None, *PullBack.apply(ctx.model, *ctx.saved_tensors, *by))
+
+        @staticmethod
+        def vmap(info: Any, axes: Any, model: Model, dtype: Any, *given: Any) -> Any:
+            return one_by_one(functools.partial(Follow.apply, model, dtype), info.batch_size, axes[2:], given)
+
+    class PullBack(torch.autograd.Function):  # type: ignore[misc, unused-ignore]
+        @staticmethod
+        def forward(model: Model, *kept: Any) -> Any:
+            return tuple(torch.from_numpy(np.asarray(value)).to(tensor) for value, tensor in zip(model.pull_back(*map(host, kept)), kept))
+
+        @staticmethod
+        def setup_context(ctx: Any, inputs: Any, output: Any) -> None:
+            """Keeps nothing: no derivatives follow."""
+
+        @staticmethod
+        def backward(ctx: Any, *by: Any) -> Any:
+            raise GradError("rays have first derivatives only: these cannot be differentiated again")
+
+        @staticmethod
+        def vmap(info: Any, axes: Any, model: Model, *kept: Any) -> Any:
+            return one_by_one(functools.partial(PullBack.apply, model), info.batch_size, axes[1:], kept)
+
+    return Follow.apply  # type: ignore[no-any-return, unused-ignore]
 
 
 def jax_function(rays: "Rays", build: Optional[Build]) -> Callable[..., Any]:

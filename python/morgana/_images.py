@@ -12,12 +12,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _morgana
 from ._checks import mapping, optional_finite, optional_whole, whole
-from ._errors import RenderError
+from ._errors import FileError, RenderError
 from ._numbers import numbers
 from ._result import Floats, Result, thumbnail
 from ._values import comparable
 
 Path = Union[str, "os.PathLike[str]"]
+
+OF_METERS = (".npz", ".h5", ".hdf5", ".nrrd")
+"""Ends of names of files that hold readings of meters, and no images."""
 
 
 @comparable
@@ -111,7 +114,13 @@ def read(path: Path, *, memory: Optional[int] = None) -> Image:
     >>> image = morgana.read("fog.exr")
     >>> image.layers["variance"].shape, image.attributes["seed"]
     """
-    layers, attributes = _morgana.read_image(os.fspath(path), optional_whole(memory, "memory", 1))
+    name, limit = os.fspath(path), optional_whole(memory, "memory", 1)
+    try:
+        layers, attributes = _morgana.read_image(name, limit)
+    except FileError as error:
+        if not name.lower().endswith(OF_METERS):
+            raise
+        raise FileError(f"{error}; what meters have measured is for morgana.Reading.load and morgana.Records.load, which read .npz files") from None
     values = {name: array for name, _, array in layers}
     return Image(values, {name: channels for name, channels, _ in layers}, dict(attributes))
 

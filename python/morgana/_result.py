@@ -246,11 +246,17 @@ class Result:
 
     @property
     def mean_few(self) -> bool:
-        """Whether ``mean_error`` cannot be trusted, because it comes mostly from a few bright samples.
+        """Whether ``mean_error`` cannot be trusted, because it comes mostly from a few bright samples, or because no sample found any light.
 
-        Take more samples; if the integrator is ``path``, try ``bdpt``.
+        Take more samples; if the integrator is ``path``, try ``bdpt``. If all is black, ask what keeps light from the sensor:
+        ``morgana check`` says what may be in the way.
         """
-        return self._rendered.mean_few()
+        return self._rendered.mean_few() or self._is_black
+
+    @property
+    def _is_black(self) -> bool:
+        """Whether a picture of light shows none, although it has samples."""
+        return self._rendered.is_light() and self.mean == 0.0 and bool(self.samples.any())
 
     @functools.cached_property
     def effective(self) -> Floats:
@@ -395,7 +401,9 @@ class Result:
             names = ", ".join(name for name, *_ in self._rendered.quantities())
             return f"{self.scene.name}: {width} × {height}, {self.stats['spp']} spp, {names}{stopped}"
         mean = f"mean {self.mean:.5g} ± {self.mean_error:.2g}"
-        if self.mean_few:
+        if self._is_black:
+            mean = "no sample found any light: does light get to the sensor? morgana check says what may be in the way"
+        elif self.mean_few:
             mean += " (error not to be trusted)"
         return f"{self.scene.name}: {width} × {height} × {channels}, {self.stats['spp']} spp, {mean}{stopped}"
 

@@ -312,6 +312,9 @@ class Rays:
             ``ends(index, origins=None, directions=None)`` of tensors on the processor: samples [z, y, x] of n, or with ``build`` a dictionary of
             parameters, of which those that it leaves out have no derivatives; and, for a sensor or a source that moves, starts (rays, 3), or one
             direction (3,), in place of those of the rays. It gives three tensors, as :class:`Ends`. Rays without an end are NaN, and have no derivatives.
+            Numbers and NumPy arrays may take the place of tensors. Rays are followed in double precision; their ends have the widest floating type of
+            the tensors, or PyTorch's default where none has one. Reverse mode, also by ``torch.func`` and in batches of ``torch.vmap``, which are
+            followed one by one; first derivatives only.
 
         Raises
         ------
@@ -342,8 +345,8 @@ class Rays:
         Returns
         -------
         callable
-            ``ends(index, origins=None, directions=None)`` of arrays: as for :meth:`torch`. Reverse mode only. Single precision, unless
-            ``jax_enable_x64`` is set.
+            ``ends(index, origins=None, directions=None)`` of arrays: as for :meth:`torch`, but ends have the type of their starts: single
+            precision, unless ``jax_enable_x64`` is set. Reverse mode only.
 
         Raises
         ------
@@ -612,7 +615,8 @@ def parameters(index: Union[Field, System]) -> Dict[str, Doubles]:
     dict
         Values by names, in the order of :attr:`Gradient.field`. Those of fields are named as in scenes: numbers and vectors of built-in fields, numbers
         that formulas use by names, samples of n of grids and tables, complex amplitudes (z, y, x, 2) of sampled sound, ``to_world`` (3, 4). Directions
-        of axes are unit vectors.
+        of axes are unit vectors. Gases, pressures and the ``standard_atmosphere`` have samples of n alone, laws of dispersion the ``value`` of n, or the
+        ``factor`` on the field that they surround.
 
     Raises
     ------

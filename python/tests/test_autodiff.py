@@ -95,6 +95,58 @@ def test_torch():
     np.testing.assert_allclose(only.grad.numpy(), rays().vjp(INDEX, optical_lengths=np.ones(30)).field, rtol=1e-12)
 
 
+@pytest.mark.parametrize("dtype", ["float64", "float32", "bfloat16", "int64"])
+def test_torch_gives_ends_of_the_widest_type_of_its_tensors(dtype):
+    torch = pytest.importorskip("torch")
+    index = torch.full((3, 3, 3), 2, dtype=getattr(torch, dtype))
+    expected = rays().forward(np.full((3, 3, 3), 2.0))
+    widest = torch.get_default_dtype() if dtype == "int64" else index.dtype
+    for end, exact in zip(rays().torch()(index), expected):
+        assert end.dtype == widest
+        np.testing.assert_allclose(end.double(), exact, rtol=2 * torch.finfo(widest).eps, atol=torch.finfo(widest).eps)
+    # Starts of the rays themselves are not rounded to the type of the index, nor are others to that of an index that has fewer digits.
+    for end, exact in zip(rays().torch()(index, torch.tensor(ORIGINS), torch.tensor(DIRECTIONS)), expected):
+        assert end.dtype == torch.float64
+        np.testing.assert_allclose(end, exact, rtol=1e-14, atol=1e-14)
+
+
+def test_torch_composes_functions():
+    torch = pytest.importorskip("torch")
+    few = rays().with_starts(ORIGINS[:4], DIRECTIONS[:4])
+    ends, index = few.torch(), torch.tensor(INDEX)
+    by_index = few.vjp(INDEX, optical_lengths=np.ones(4)).field
+    np.testing.assert_allclose(torch.func.grad(lambda n: ends(n)[2].sum())(index), by_index, rtol=1e-12)
+    value, back = torch.func.vjp(lambda n: ends(n)[2], index)
+    np.testing.assert_allclose(back(torch.ones_like(value))[0], by_index, rtol=1e-12)
+    rows = torch.func.jacrev(lambda n: ends(n)[2])(index)
+    for ray, row in enumerate(rows):
+        np.testing.assert_allclose(row, few.vjp(INDEX, optical_lengths=np.eye(4)[ray]).field, rtol=1e-12, atol=1e-14)
+    # A batch of sensors, along an axis that is not the first, through one index; and derivatives of each.
+    moved = torch.stack([torch.tensor(ORIGINS[:4] + [0, 0, shift]) for shift in (0.0, 0.2)], dim=1)
+    lengths, slopes = torch.vmap(lambda origins: (ends(index, origins)[2], torch.func.grad(lambda o: ends(index, o)[2].sum())(origins)), in_dims=1)(moved)
+    for i in range(2):
+        there = few.with_starts(moved[:, i].numpy(), DIRECTIONS[:4])
+        np.testing.assert_allclose(lengths[i], there.forward(INDEX).optical_lengths, rtol=1e-14)
+        np.testing.assert_allclose(slopes[i], there.vjp(INDEX, optical_lengths=np.ones(4)).origins, rtol=1e-12, atol=1e-14)
+
+
+def test_torch_differentiates_a_batch_of_lenses():
+    torch = pytest.importorskip("torch")
+    height = lambda c: rays().torch(lens)({"surfaces[0].curvature": c, "media[0]": 1.2})[0][:, 0].sum()  # noqa: E731
+    curvatures = torch.tensor([0.25, 0.3], dtype=torch.float64)
+    by = np.tile([1.0, 0, 0], (30, 1))
+    exact = [rays().vjp(lens({"surfaces[0].curvature": c}), positions=by).parameters["surfaces[0].curvature"] for c in (0.25, 0.3)]
+    np.testing.assert_allclose(torch.vmap(torch.func.grad(height))(curvatures), exact, rtol=1e-12)
+
+
+def test_torch_refuses_second_derivatives():
+    torch = pytest.importorskip("torch")
+    index = torch.tensor(INDEX, requires_grad=True)
+    (once,) = torch.autograd.grad((rays().torch()(index)[1] ** 2).sum(), index, create_graph=True)
+    with pytest.raises(grad.GradError, match="first derivatives only"):
+        once.sum().backward()
+
+
 LENS = {"surfaces[0].curvature": 0.3, "surfaces[0].vertex": [0.05, 0.0, 0.0], "media[0]": 1.2, "media[1].alpha": 0.2}
 
 
@@ -139,6 +191,30 @@ def test_torch_by_parameters_of_lenses():
     exact = rays().vjp(lens({}), positions=WEIGHTS[0], directions=WEIGHTS[1], optical_lengths=WEIGHTS[2])
     for name, tensor in values.items():
         np.testing.assert_allclose(tensor.grad.numpy(), exact.parameters[name], rtol=1e-12, atol=1e-12)
+
+
+def test_torch_takes_numbers_and_arrays_beside_tensors():
+    torch = pytest.importorskip("torch")
+    curvature = torch.tensor(0.3, dtype=torch.float64, requires_grad=True)
+    for vertex in ([0.05, 0.0, 0.0], np.array([0.05, 0.0, 0.0]), torch.tensor([0.05, 0.0, 0.0], dtype=torch.float64)):
+        curvature.grad = None
+        for values in ({"surfaces[0].curvature": curvature, "surfaces[0].vertex": vertex}, {"media[1].alpha": 0.2, "surfaces[0].curvature": curvature}):
+            lengths = rays().torch(lens)(values)[2]
+            np.testing.assert_allclose(lengths.detach(), rays().forward(lens({})).optical_lengths, rtol=1e-14)
+            lengths.sum().backward()
+        exact = rays().vjp(lens({}), optical_lengths=np.ones(30)).parameters["surfaces[0].curvature"]
+        assert float(curvature.grad) == pytest.approx(2 * float(exact), rel=1e-12)
+    # The rays are those of double precision; only what comes back is rounded.
+    for end, exact in zip(rays().torch()(INDEX, ORIGINS, DIRECTIONS[0].tolist()), rays().with_starts(ORIGINS, DIRECTIONS[0]).forward(INDEX)):
+        np.testing.assert_array_equal(end, exact.astype(np.float32))
+
+
+@pytest.mark.parametrize("kind", ["none", "text", "complex"])
+def test_torch_names_parameters_that_are_no_numbers(kind):
+    torch = pytest.importorskip("torch")
+    wrong = {"none": None, "text": "1.2", "complex": torch.tensor(1.2 + 0j)}[kind]
+    with pytest.raises(TypeError, match=r"media\[0\] (is None but )?must be an array of real numbers"):
+        rays().torch(lens)({"surfaces[0].curvature": torch.tensor(0.3), "media[0]": wrong})
 
 
 @pytest.mark.parametrize(

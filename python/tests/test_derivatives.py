@@ -134,6 +134,25 @@ def test_colours_of_metals_have_derivatives_by_pixels(tmp_path):
     assert sums[0] > 0 and sums[1] == pytest.approx(sums[0], rel=1e-6)
 
 
+def test_colours_of_mixtures_have_derivatives():
+    """As those of the same two parts blended: the same paths."""
+    matt, metal = {"type": "diffuse", "reflectance": 0.6}, {"type": "roughconductor", "alpha": 0.4}
+    found = []
+    for bsdf in ({"type": "blendbsdf", "weight": 0.75}, {"type": "mixturebsdf", "weights": "0.25, 0.75"}, {"type": "mixturebsdf", "weights": "0.25, 0.5"}):
+        scene = lit()
+        scene["wall"]["bsdf"] = {**bsdf, "a": matt, "b": metal}
+        found.append(load(scene))
+    names = ["wall.reflectance", "wall.specular_reflectance"]
+    blend, mixture = (morgana.derivatives(scene, names, np.ones((4, 6, 1)), spp=16) for scene in found[:2])
+    for name in names:
+        assert blend[name].value[0] > 0
+        np.testing.assert_allclose(mixture[name].value, blend[name].value, rtol=1e-6)
+    # The black part has another reflectance, but none of metals.
+    assert morgana.derivatives(found[2], names[1:], np.ones((4, 6, 1)), spp=16)[names[1]].value[0] > 0
+    with pytest.raises(morgana.RenderError, match="'wall' has no reflectance to differentiate by"):
+        morgana.derivatives(found[2], names[:1], np.ones((4, 6, 1)), spp=16)
+
+
 @pytest.mark.parametrize("integrator", ["path", "bdpt"])
 def test_light_is_in_proportion_to_a_colour_that_it_met_once(integrator):
     """Of a sky by way of a mirror or a pane, which a wall of it is: path by path."""
@@ -339,3 +358,24 @@ def test_jacobians_of_absorbed_power_are_per_watt_if_the_meter_is():
         morgana.jacobian(load(scene), ["ink.sigma_a"], "power")
     with pytest.raises(morgana.RenderError, match="the scene has no meters"):
         morgana.jacobian(load(lit()), ["fog.sigma_a"], "power")
+
+
+@pytest.mark.parametrize("normalization", ["absolute", "per_watt"])
+@pytest.mark.parametrize("several", [False, True])
+def test_messages_say_of_what_initial_pressure_has_derivatives(normalization, several):
+    scene = meters()
+    gauge = {"gruneisen": 0.2, "pulse_energy": 3.0, "metres_per_unit": 0.01}
+    scene["sensor"] = {**scene["sensor"], "normalization": normalization, "id": "tank", **gauge}
+    if several:
+        scene["other"] = {key: value for key, value in scene["sensor"].items() if key not in gauge} | {"id": "other"}
+    meter = "tank." if several else ""
+    loaded = load(scene)
+    measured = morgana.render(loaded, particles=500)
+    factor = 0.2 * 3.0 / 0.01**3 / (1.0 if normalization == "per_watt" else measured.emitted)
+    np.testing.assert_allclose(measured.meters[f"{meter}p0"].mean, factor * measured.meters[f"{meter}absorbed"].mean, rtol=1e-12)
+    for take in (
+        lambda: morgana.jacobian(loaded, ["homogeneous.sigma_a"], f"{meter}p0"),
+        lambda: morgana.derivatives(loaded, ["homogeneous.sigma_a"], {f"{meter}p0": measured.meters[f"{meter}p0"].mean}),
+    ):
+        with pytest.raises(morgana.RenderError, match=f"^'{meter}p0' has no derivatives of its own: take those of '{meter}absorbed', times gruneisen · pulse"):
+            take()

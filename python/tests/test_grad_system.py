@@ -185,6 +185,22 @@ def test_every_type_of_field(volume, names):
     assert abs(sum(forward) - terms.sum()) < 1e-12 * (np.abs(forward).sum() + np.abs(terms).sum())
 
 
+@pytest.mark.parametrize(
+    ("volume", "names"),
+    [
+        ({"type": "gladstone_dale", "data": samples(), "placement": "nodes", "constant": 2.3e-4}, "samples"),
+        ({"type": "standard_atmosphere", "constant": 2.3e-4, "radius": 6.371e6}, "samples"),
+        ({"type": "cauchy", "a": 1.5, "b": 0.004}, "value"),
+        ({"type": "cauchy", "a": 1.5, "b": 0.004, "reference_wavelength": 589, "ior": BUMP}, "n0 delta center width factor"),
+    ],
+    ids=["gas", "atmosphere", "glass", "graded glass"],
+)
+def test_fields_that_are_made_into_others_have_the_parameters_of_these(volume, names):
+    """As the table of docs/guides/inverse-problems.md#parameters-of-fields says."""
+    wavelength = 550.0 if volume["type"] == "cauchy" else None
+    assert list(grad.parameters(morgana.load_field(volume, wavelength=wavelength))) == names.split()
+
+
 def test_an_ellipsoid_has_no_spherical_aberration():
     """From air into glass of index n, a surface of conic −1/n² has one focus for all rays parallel to its axis, at a distance nR/(n − 1)."""
     optimize = pytest.importorskip("scipy.optimize")

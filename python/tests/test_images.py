@@ -61,6 +61,13 @@ def test_files_of_readings_are_those_of_the_program(program, tmp_path):
         morgana.write(tmp_path / "readings.txt", result)
 
 
+@pytest.mark.parametrize("end", ["npz", "H5", "nrrd", "txt"])
+def test_messages_say_what_reads_files_of_meters(tmp_path, end):
+    with pytest.raises(morgana.FileError, match="images are read from .exr, .png and .npy") as caught:
+        morgana.read(tmp_path / f"readings.{end}")
+    assert ("is for morgana.Reading.load and morgana.Records.load, which read .npz files" in str(caught.value)) == (end != "txt")
+
+
 @pytest.mark.parametrize("shape", [(5, 7), (5, 7, 3), (5, 7, 2)])
 def test_arrays_are_images(tmp_path, shape):
     values = RNG.random(shape)

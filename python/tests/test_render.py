@@ -56,6 +56,16 @@ def test_errors_that_cannot_be_trusted_are_flagged():
     assert morgana.render(load(small()), spp=4).few.all()
 
 
+def test_pictures_without_light_are_told():
+    scene = small()
+    scene["sky"] = {"type": "point", "position": [0, 0, 9], "intensity": 1.0}
+    scene["wall"] = {"type": "rectangle", "to_world": [{"scale": 100}, {"translate": [0, 0, 8]}]}
+    dark = morgana.render(load(scene), spp=4)
+    assert dark.mean == 0.0 and dark.mean_few
+    for text in (repr(dark), dark._repr_html_()):
+        assert "no sample found any light: does light get to the sensor? morgana check says" in text and "±" not in text
+
+
 def test_meters_are_those_of_the_program(program, tmp_path):
     (tmp_path / "scene.json").write_text(json.dumps(meters()))
     program("render", "scene.json", "--particles", 2000, "--seed", 5, "-o", "out.npz")
