@@ -2,6 +2,7 @@
 
 use crate::sampling::Frame;
 use crate::sampling::disc::{uniform_disc_pdf, uniform_disc_sample};
+use eikonal::Aabb;
 use glam::{DVec2, DVec3};
 
 /// What an emitter must know of the scene around it.
@@ -14,6 +15,12 @@ pub struct Surroundings {
 }
 
 impl Surroundings {
+    /// Whether a box, which may be empty, lies within the ball.
+    pub fn contains(&self, region: &Aabb) -> bool {
+        let is_within = |x: DVec3| x.distance(self.center) <= self.radius;
+        region.is_empty() || region.corners().into_iter().all(is_within)
+    }
+
     /// A point outside the ball, from where light that travels in the unit `direction` enters it.
     pub fn before(&self, direction: DVec3) -> DVec3 {
         self.center - direction * (2.0 * self.radius)

@@ -39,7 +39,7 @@ pub(crate) use tally::TaskSums;
 pub use window::Window;
 
 use crate::Spectrum;
-use crate::emitter::{Emitter, Surroundings};
+use crate::emitter::Emitter;
 use crate::path::{BalanceSums, Workspace};
 use crate::sampling::{Discrete, Sampler};
 use crate::scene::Scene;
@@ -48,7 +48,6 @@ use crate::stop::Stop;
 use crate::tagging::SoundInMedia;
 use eikonal::Aabb;
 use fluence::Cuts;
-use glam::DVec3;
 use history::{Histories, HistoryRegions};
 use reading::Quantity;
 use recorder::Recorder;
@@ -85,13 +84,8 @@ impl Meter {
 
     /// Whether light from infinity, if there is any, fills all places where it measures.
     pub(crate) fn is_lit(&self, scene: &Scene) -> bool {
-        let Surroundings { center, radius } = *scene.around();
-        let mut emitters = scene.emitters().iter();
-        let fills = |x: DVec3| x.distance(center) <= radius;
-        let region = self.aabb();
-        region.is_empty()
-            || region.corners().into_iter().all(fills)
-            || !emitters.any(Emitter::is_at_infinity)
+        scene.around().contains(&self.aabb())
+            || !scene.emitters().iter().any(Emitter::is_at_infinity)
     }
 
     fn quantities(&self) -> Vec<Quantity> {
