@@ -107,12 +107,12 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         self.primary(world, RayFamily::Point { x, direction }, region, y)
     }
 
-    /// The [primary](Self::primary) branch from the plane through `x` perpendicular to `direction` to `y`, started at
+    /// The [primary](Self::primary) branch from the plane through `x` perpendicular to `direction`, of any length, to `y`, started at
     /// the foot of `y` on the plane; refracted wherever that is possible.
     ///
     /// # Errors
     ///
-    /// [`Failure::Coincident`] if `y` is not in front of the plane; see [`Failure`].
+    /// [`Failure::Coincident`] if `y` is not in front of the plane, or the direction is zero; see [`Failure`].
     pub fn connect_plane<W: World<Region = R>>(
         &mut self,
         world: &W,
@@ -121,6 +121,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         region: R,
         y: DVec3,
     ) -> Result<ConnectingRay, Failure> {
+        let direction = direction.try_normalize().ok_or(Failure::Coincident)?;
         let depth = (y - x).dot(direction);
         let foot = y - direction * depth;
         if !depth.is_finite() {

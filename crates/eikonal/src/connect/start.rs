@@ -46,7 +46,8 @@ const FARTHEST: f64 = 1e6;
 impl Reach {
     /// As much of it as counts for points at a distance: rays are not followed without end.
     pub(super) fn within(self, distance: f64) -> Self {
-        let optical_length = self.optical_length.min(FARTHEST * distance);
+        // Not a number is no length.
+        let optical_length = self.optical_length.max(0.0).min(FARTHEST * distance);
         Reach {
             optical_length,
             ..self

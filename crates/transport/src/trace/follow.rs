@@ -72,7 +72,8 @@ pub struct Tracer<'a> {
 }
 
 impl<'a> Tracer<'a> {
-    /// A tracer for rays that end after `max_length`, or where they leave a ball around all objects and their start.
+    /// A tracer for rays that end after `max_length`, or where they leave a ball around all objects and their start. Without a length, or with
+    /// an infinite one, that is twenty radii of the ball; not above zero, or not a number, where they start.
     pub fn new(scene: &'a Scene, max_length: Option<f64>) -> Self {
         let objects = scene.objects().iter().map(|o| o.shape.aabb());
         Tracer {
@@ -101,7 +102,10 @@ impl<'a> Tracer<'a> {
         let reference = self.reference.unwrap_or_else(surroundings);
         let mut ray = TracedRay {
             scene: self.scene,
-            max_length: self.max_length.unwrap_or(20.0 * ball.radius),
+            max_length: self
+                .max_length
+                .filter(|length| *length != f64::INFINITY)
+                .map_or(20.0 * ball.radius, |length| length.max(0.0)),
             ball,
             x,
             v: direction * index,
@@ -110,6 +114,9 @@ impl<'a> Tracer<'a> {
             steps: 0,
         };
         ray.line.record(x, ray.v, medium);
+        if ray.max_length == 0.0 {
+            return ray.line.end(TraceEnding::Length);
+        }
         let ending = loop {
             if let Some(ending) = ray.region() {
                 break ending;

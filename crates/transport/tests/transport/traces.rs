@@ -93,6 +93,22 @@ fn rays_that_end_at_a_length_have_the_direction_of_their_field() {
 /// A ray of no length ends where it starts; one without end goes on as far as it may.
 #[test]
 fn lengths_that_are_no_lengths() {
+    let ball = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), Bsdf::Null);
+    let media = vec![vacuum(), fog(Constant::new(1.0), 0.0, 0.0, 0.0)];
+    let sensor = camera(DVec3::NEG_Z * 9.0, DVec3::ZERO);
+    let scene = Scene::new(parts(vec![ball], media, vec![sky()], sensor)).unwrap();
+    let trace = |length| Tracer::new(&scene, length).follow(DVec3::NEG_Z * 3.0, DVec3::Z);
+    for length in [0.0, -1.0, f64::NAN] {
+        let path = trace(Some(length));
+        assert_eq!(
+            (path.points.len(), path.ending),
+            (1, TraceEnding::Length),
+            "{length}"
+        );
+    }
+    let [whole, unlimited] = [Some(f64::INFINITY), None].map(trace);
+    assert_eq!(whole.ending, TraceEnding::Left);
+    assert_eq!(whole.points, unlimited.points);
     let tolerance = Tolerance::default();
     let follow = |length: f64| {
         let field = Constant::new(1.5).into();

@@ -224,3 +224,25 @@ fn foci_are_answered_soundly() {
     }
     ask(&world, -pole, (), pole);
 }
+
+/// Directions of planes have any length but zero, and a reach that is not a number is none.
+#[test]
+fn directions_of_any_length_and_reaches_that_are_no_lengths() {
+    let field: Field = Constant::new(1.5).into();
+    let (x, y) = (DVec3::NEG_Z * 3.0, DVec3::new(0.2, 0.1, 2.0));
+    let mut solver = Solver::new(Tolerance::new(1e-6));
+    let mut plane = |direction| solver.connect_plane(&Unbounded(&field), x, direction, (), y);
+    let expected = plane(DVec3::Z);
+    for length in [2.0, 0.5, 1e-100] {
+        assert_eq!(plane(DVec3::Z * length), expected, "{length}");
+    }
+    assert_eq!(plane(DVec3::ZERO), Err(Failure::Coincident));
+    for optical_length in [f64::NAN, -1.0, 0.0] {
+        let reach = Reach {
+            optical_length,
+            ..REACH
+        };
+        let found = solver.all(&Unbounded(&field), x, (), y, &reach);
+        assert!(found.branches.is_empty(), "{optical_length}");
+    }
+}
