@@ -39,16 +39,18 @@ pub use derivative::{
 pub use handle::Handle;
 pub use measure::{MeasureError, MeasureOptions, MeasureState, Measurement, measure};
 pub use memory::memory;
-pub use ranges::Ranges;
+pub use ranges::{Ranges, UnsoundRanges};
 pub use results::RESULTS;
 pub use state::{MergeError, State};
 pub use strategies::StrategyImage;
 pub use target::{Measure, Target};
 
+pub use crate::path::{EnergyBalance, FirstVertexTechniques, Share};
+
 use crate::aov::AovTracer;
 use crate::film::{Decomposition, Film};
 use crate::integrator::Integrator;
-use crate::path::{AdjointEstimate, EnergyBalance, FirstVertexTechniques, NeeRates, StrategyRates};
+use crate::path::{AdjointEstimate, NeeRates, StrategyRates};
 use crate::renderer::Renderer;
 use crate::sampling::Replicates;
 use crate::scene::Scene;

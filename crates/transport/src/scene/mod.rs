@@ -245,7 +245,7 @@ impl Scene {
     }
 
     /// Whether paths that leave the scene find no light, and may be scattered before: see
-    /// [`FirstVertexTechniques`](crate::path::FirstVertexTechniques).
+    /// [`FirstVertexTechniques`](crate::render::FirstVertexTechniques).
     pub fn is_dark(&self) -> bool {
         self.environments().next().is_none() && self.media().iter().any(Medium::scatters)
     }
