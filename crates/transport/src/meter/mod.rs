@@ -6,6 +6,7 @@
 //! (docs/theory.md#meters): power is conserved along rays, whatever the index does to radiance.
 
 mod acceptance;
+mod check;
 mod differentiate;
 mod flight;
 mod fluence;
@@ -26,6 +27,7 @@ mod voxel_scores;
 mod window;
 
 pub use acceptance::{Acceptance, Patch};
+pub use check::MeterProblem;
 pub use fluence::{Estimator, FluenceMeter};
 pub(crate) use functionals::Functionals;
 pub use grid::{Coordinates, MeterGrid};

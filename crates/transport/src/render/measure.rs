@@ -3,9 +3,11 @@
 use super::passes::Passes;
 use super::state::MergeError;
 use super::{Handle, Ranges, seed_of_group};
-use crate::meter::{Meter, Reading, RecordTable, Records, Setup, Tally, TaskResult, Window};
+use crate::meter::{
+    Meter, MeterProblem, Reading, RecordTable, Records, Setup, Tally, TaskResult, Window,
+};
 use crate::path::{BalanceTotals, EnergyBalance, Workspace};
-use crate::scene::Scene;
+use crate::scene::{NO_SCENE, Scene};
 use crate::stats::Stats;
 use crate::sum::ReproducibleSum;
 use rayon::prelude::*;
@@ -66,8 +68,16 @@ pub struct Measurement {
 }
 
 /// Why nothing can be measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MeasureError {
+    /// A meter cannot measure in the scene.
+    #[error("meter {number}: {problem}")]
+    Meter {
+        /// Number of the meter, counted from 0.
+        number: usize,
+        /// What is wrong with it.
+        problem: MeterProblem,
+    },
     /// No emitter has any power.
     #[error("the scene emits no light: there is nothing to measure")]
     Dark,
@@ -84,7 +94,10 @@ pub enum MeasureError {
 /// stops with what it has.
 ///
 /// # Errors
-/// If no light is emitted, or there is not enough memory.
+/// If a meter does not fit the scene, no light is emitted, or there is not enough memory.
+///
+/// # Panics
+/// Without scenes.
 pub fn measure(
     scenes: &[Scene],
     meters: &[Meter],
@@ -118,8 +131,16 @@ impl MeasureState {
     /// Nothing yet.
     ///
     /// # Errors
-    /// If no light is emitted, or there is not enough memory.
+    /// If a meter does not fit the scene, no light is emitted, or there is not enough memory.
+    ///
+    /// # Panics
+    /// Without scenes.
     pub fn new(scenes: &[Scene], meters: &[Meter]) -> Result<Self, MeasureError> {
+        let objects = scenes.first().expect(NO_SCENE).objects().len();
+        for (number, meter) in meters.iter().enumerate() {
+            let checked = meter.check(objects);
+            checked.map_err(|problem| MeasureError::Meter { number, problem })?;
+        }
         let tally = |group: Group| {
             let slots = group.setup.slots();
             let tally = Some(slots).filter(|n| *n <= Tally::MOST_SLOTS);
@@ -189,10 +210,13 @@ impl MeasureState {
     }
 
     /// Follows the particles of the options' range that are missing, on the current thread pool; see
-    /// [`measure()`]. The state must [fit](MeasureState::fits).
+    /// [`measure()`].
     ///
     /// # Errors
     /// If no light is emitted.
+    ///
+    /// # Panics
+    /// If the state does not [fit](MeasureState::fits).
     pub fn advance(
         &mut self,
         scenes: &[Scene],
@@ -203,6 +227,10 @@ impl MeasureState {
     ) -> Result<(), MeasureError> {
         let max_depth = options.max_depth.unwrap_or(u32::MAX);
         let groups = groups(scenes, meters, max_depth, options.rr_depth)?;
+        assert!(
+            self.fits(scenes, meters),
+            "the state is not one of a measurement of these scenes with these meters"
+        );
         if self.windows.is_empty() {
             // Whatever the options: states of other ranges and depths have the same.
             let whole = self::groups(scenes, meters, u32::MAX, 0)?;

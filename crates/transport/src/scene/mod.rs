@@ -52,6 +52,9 @@ use voxels::VoxelVolumes;
 /// How far off surfaces rays start, relative to the extent of the scene: thousands of times the round-off of positions.
 const RAY_EPSILON: f64 = 1e-12;
 
+/// What a panic says where scenes are asked for and there is none.
+pub(crate) const NO_SCENE: &str = "there must be a scene for each group of channels, at least one";
+
 /// A scene that can be rendered.
 #[derive(Debug)]
 pub struct Scene {
