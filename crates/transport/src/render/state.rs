@@ -20,7 +20,7 @@ use crate::film::Film;
 use crate::integrator::Integrator;
 use crate::path::{BalanceTotals, EnergyBalance, FirstVertexTechniques};
 use crate::renderer::Renderer;
-use crate::scene::Scene;
+use crate::scene::{NO_SCENE, Scene};
 use crate::stats::Stats;
 use crate::stop::Stop;
 use serde::{Deserialize, Serialize};
@@ -76,8 +76,14 @@ pub enum MergeError {
 
 impl State {
     /// Nothing yet.
+    ///
+    /// # Panics
+    /// Without scenes, or if [`RenderOptions::decomposition`] has bins that are not [valid](crate::Bins::is_valid), more than
+    /// [`MOST_BOUNCES`](crate::film::Decomposition::MOST_BOUNCES) bounces, or another number of emitters than the scenes.
     pub fn new(scenes: &[Scene], options: &RenderOptions) -> Self {
-        let spec = scenes[0].film();
+        let first = scenes.first().expect(NO_SCENE);
+        options.decomposition.assert_fits(first.emitters().len());
+        let spec = first.film();
         let channels = options.renderer.channels(spec.channels);
         let group_size = options.renderer.group_size(spec.group_size);
         let film = Film::in_groups(spec.width, spec.height, channels, group_size);
@@ -96,7 +102,7 @@ impl State {
             watch: options.target.map(Watch::new),
             balances: vec![BalanceTotals::default(); scenes.len()],
             prepared: Vec::new(),
-            allocation: Allocation::new(&scenes[0], options),
+            allocation: Allocation::new(first, options),
         }
     }
 
@@ -111,6 +117,9 @@ impl State {
     }
 
     /// Whether this is a state of a render of these scenes with these options, whichever samples it has.
+    ///
+    /// # Panics
+    /// As [`State::new`].
     pub fn fits(&self, scenes: &[Scene], options: &RenderOptions) -> bool {
         let blank = State::new(scenes, options);
         let prepared = match self.done.count() {

@@ -1,0 +1,102 @@
+//! What is asked for that cannot be panics at once, and the message says why.
+
+use eikonal::field::Constant;
+use glam::DVec3;
+use morgana_transport::emitter::Emitter;
+use morgana_transport::film::Decomposition;
+use morgana_transport::integrator::PathTracer;
+use morgana_transport::medium::Medium;
+use morgana_transport::render::{RenderOptions, render};
+use morgana_transport::scene::{Object, SceneBuilder};
+use morgana_transport::sensor::Camera;
+use morgana_transport::shape::Sphere;
+use morgana_transport::{Bins, Scene};
+use std::ops::ControlFlow;
+
+/// A ball of haze between two lights.
+fn haze() -> SceneBuilder {
+    let ball = Sphere::around(DVec3::ZERO, 1.0).unwrap();
+    Scene::builder()
+        .film(4, 4)
+        .channels(1)
+        .camera(Camera::perspective([0.0, 0.0, -4.0], [0.0; 3], 40.0))
+        .medium(Medium::homogeneous("haze", Constant::new(1.0), 1.0, 0.9))
+        .object(Object::builder("ball", ball).interior("haze"))
+        .emitter(Emitter::point([0.0, 3.0, 0.0], 10.0))
+        .emitter(Emitter::point([0.0, -3.0, 0.0], 10.0))
+}
+
+fn options() -> RenderOptions {
+    RenderOptions::new(PathTracer::default(), 2, 0)
+}
+
+fn told_apart(decomposition: Decomposition) {
+    let options = RenderOptions {
+        decomposition,
+        ..options()
+    };
+    haze().build().unwrap().render(&options);
+}
+
+fn by_emitters(emitters: usize) {
+    told_apart(Decomposition {
+        emitters: Some(emitters),
+        ..Decomposition::default()
+    });
+}
+
+fn by_bounces(bounces: u32) {
+    told_apart(Decomposition {
+        bounces: Some(bounces),
+        ..Decomposition::default()
+    });
+}
+
+fn by_length(min: f64, max: f64, count: usize) {
+    told_apart(Decomposition {
+        length: Some(Bins { min, max, count }),
+        ..Decomposition::default()
+    });
+}
+
+#[test]
+fn all_emitters_and_many_bounces_are_told_apart() {
+    by_emitters(2);
+    by_bounces(Decomposition::MOST_BOUNCES);
+}
+
+#[test]
+#[should_panic(expected = "the film tells 1 emitters apart, but the scene has 2")]
+fn fewer_emitters_than_there_are() {
+    by_emitters(1);
+}
+
+#[test]
+#[should_panic(expected = "the film tells 0 emitters apart, but the scene has 2")]
+fn no_emitters() {
+    by_emitters(0);
+}
+
+#[test]
+#[should_panic(expected = "a film tells at most 1000 bounces apart, not 4294967295")]
+fn too_many_bounces() {
+    by_bounces(u32::MAX);
+}
+
+#[test]
+#[should_panic(expected = "bins of length need finite ends")]
+fn no_bins() {
+    by_length(0.0, 1.0, 0);
+}
+
+#[test]
+#[should_panic(expected = "bins of length need finite ends")]
+fn bins_without_an_end() {
+    by_length(0.0, f64::NAN, 4);
+}
+
+#[test]
+#[should_panic(expected = "there must be a scene for each group of channels")]
+fn renders_without_scenes() {
+    render(&[], &options(), |_| ControlFlow::Continue(()));
+}
