@@ -11,7 +11,7 @@ use super::ranges::Ranges;
 use super::source::{LightSamples, Source};
 use super::splats::SplatFilms;
 use super::strategies::Strategies;
-use super::target::Watch;
+use super::target::{Target, Watch};
 use super::{
     Debiased, Handle, Prepared, Progress, Quantities, RayAccuracy, RenderOptions, Rendering, aov,
     photons, pixels, prepare, splats,
@@ -126,7 +126,10 @@ impl State {
             0 => [0, scenes.len()].contains(&self.prepared.len()),
             _ => self.prepared.len() == scenes.len(),
         };
-        let watched = self.watch.as_ref().map(Watch::target) == options.target;
+        // An error that is no number is the same, too.
+        let bits = |target: Target| (target.error.to_bits(), target.measure);
+        let watched = self.watch.as_ref().map(Watch::target).map(bits);
+        let watched = watched == options.target.map(bits);
         let pixels = self.film.width() * self.film.height();
         let allotted = self.allocation.fits(&blank.allocation, pixels);
         prepared && watched && allotted && self.is_like(&blank)
@@ -191,7 +194,10 @@ impl State {
 
     /// Takes the samples of the options' range that are missing, on the current thread pool; before the first, it finds out
     /// what the estimator has to know. See [`render`](super::render()) for `scenes` and `on_pass`,
-    /// [`render_watched`](super::render_watched) for `handle`. The state must [fit](State::fits).
+    /// [`render_watched`](super::render_watched) for `handle`.
+    ///
+    /// # Panics
+    /// If the state does not [fit](State::fits).
     pub fn advance(
         &mut self,
         scenes: &[Scene],
@@ -199,6 +205,10 @@ impl State {
         handle: &Handle,
         mut on_pass: impl FnMut(&Progress) -> ControlFlow<()>,
     ) {
+        assert!(
+            self.fits(scenes, options),
+            "the state is not one of a render of these scenes with these options"
+        );
         if self.prepared.is_empty() {
             let prepared = prepare(scenes, options, None, handle);
             if handle.stop().is_raised() {
@@ -339,7 +349,7 @@ impl State {
             effect: a.effect.max(b.effect),
         };
         let all = self.prepared.iter().map(|p| p.accuracy);
-        all.fold(RayAccuracy::of(&scenes[0]), least)
+        all.fold(RayAccuracy::of(scenes.first().expect(NO_SCENE)), least)
     }
 
     /// How paths begin in any of the groups.
@@ -352,6 +362,9 @@ impl State {
     }
 
     /// The result; `scenes` are those that were rendered.
+    ///
+    /// # Panics
+    /// Without scenes.
     pub fn into_rendering(self, scenes: &[Scene]) -> Rendering {
         let samples = self.done.count();
         let largest = |f: fn(&Prepared) -> f64| self.prepared.iter().map(f).fold(0.0, f64::max);

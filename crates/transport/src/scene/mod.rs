@@ -127,7 +127,7 @@ impl Scene {
             reach: Reach {
                 optical_length: REACH * around.radius,
                 reflections: parts.reflections,
-                bounces: parts.reflections + TOTAL_REFLECTIONS,
+                bounces: parts.reflections.saturating_add(TOTAL_REFLECTIONS),
             },
             bending: Bending::of(&parts),
             sensor_medium,

@@ -1,17 +1,21 @@
-//! What is asked for that cannot be panics at once, and the message says why.
+//! What is asked for that cannot be panics at once, and the message says why; what is merely large does not.
 
 use eikonal::field::Constant;
 use glam::DVec3;
 use morgana_transport::emitter::Emitter;
 use morgana_transport::film::Decomposition;
-use morgana_transport::integrator::PathTracer;
+use morgana_transport::integrator::{Bdpt, PathTracer};
 use morgana_transport::medium::Medium;
-use morgana_transport::render::{RenderOptions, render};
+use morgana_transport::render::{
+    Extent, Handle, Measure, RenderOptions, State, Target, choose, render,
+};
 use morgana_transport::scene::{Object, SceneBuilder};
 use morgana_transport::sensor::Camera;
 use morgana_transport::shape::Sphere;
+use morgana_transport::trace::branches;
 use morgana_transport::{Bins, Scene};
 use std::ops::ControlFlow;
+use std::slice::from_ref;
 
 /// A ball of haze between two lights.
 fn haze() -> SceneBuilder {
@@ -59,6 +63,13 @@ fn by_length(min: f64, max: f64, count: usize) {
     });
 }
 
+fn chosen(scenes: &[Scene], several: bool) {
+    let candidates = [PathTracer::default().into(), Bdpt::default().into()];
+    let candidates = if several { &candidates[..] } else { &[] };
+    let (extent, handle) = (Extent::default(), Handle::default());
+    choose(scenes, candidates, &options(), extent, &handle);
+}
+
 #[test]
 fn all_emitters_and_many_bounces_are_told_apart() {
     by_emitters(2);
@@ -99,4 +110,53 @@ fn bins_without_an_end() {
 #[should_panic(expected = "there must be a scene for each group of channels")]
 fn renders_without_scenes() {
     render(&[], &options(), |_| ControlFlow::Continue(()));
+}
+
+#[test]
+#[should_panic(expected = "there must be a scene for each group of channels")]
+fn choices_without_scenes() {
+    chosen(&[], true);
+}
+
+#[test]
+#[should_panic(expected = "there is no estimator to choose")]
+fn choices_without_candidates() {
+    chosen(&[haze().build().unwrap()], false);
+}
+
+#[test]
+#[should_panic(expected = "there must be a scene for each group of channels")]
+fn branches_without_scenes() {
+    branches(&[], DVec3::ZERO, DVec3::ONE, None);
+}
+
+#[test]
+#[should_panic(expected = "the state is not one of a render of these scenes")]
+fn states_of_other_films() {
+    let [scene, other] = [haze(), haze().film(8, 8)].map(|b| b.build().unwrap());
+    let mut state = State::new(from_ref(&scene), &options());
+    let (others, handle) = (from_ref(&other), Handle::default());
+    state.advance(others, &options(), &handle, |_| ControlFlow::Continue(()));
+}
+
+#[test]
+fn errors_that_are_no_numbers_are_never_reached() {
+    let options = RenderOptions {
+        target: Some(Target {
+            error: f64::NAN,
+            measure: Measure::Image,
+        }),
+        ..options()
+    };
+    let rendering = haze().build().unwrap().render(&options);
+    assert_eq!((rendering.samples, rendering.reached), (2, false));
+}
+
+#[test]
+fn any_number_of_reflections_may_be_followed() {
+    let scene = haze().reflections(u32::MAX).build().unwrap();
+    assert_eq!(scene.branch_reach().bounces, u32::MAX);
+    let [from, to] = [DVec3::NEG_Z * 2.0, DVec3::Z * 2.0];
+    let all = branches(from_ref(&haze().build().unwrap()), from, to, Some(u32::MAX));
+    assert_eq!(all.list.len(), 1);
 }
