@@ -1,7 +1,7 @@
 //! Where the light went, as text.
 
 use crate::numbers;
-use transport::path::{EnergyBalance, Share};
+use transport::render::{EnergyBalance, Share};
 
 /// Emitted = absorbed + escaped + ..., with what is left over. What is zero for certain is left out.
 pub fn text(b: &EnergyBalance) -> String {

@@ -1,5 +1,5 @@
 #![doc = include_str!("../README.md")]
-#![warn(unreachable_pub)]
+#![warn(unreachable_pub, missing_debug_implementations)]
 //!
 //! The mathematics: docs/theory.md#rays.
 

@@ -4,8 +4,7 @@ use crate::Loaded;
 use crate::rendered::Naming;
 use serde_json::{Value, json};
 use transport::meter::RecordTable;
-use transport::path::{EnergyBalance, Share};
-use transport::render::Rendering;
+use transport::render::{EnergyBalance, Rendering, Share};
 use transport::stats::{ConnectionCounts, Stats};
 use transport::{Film, Scene};
 

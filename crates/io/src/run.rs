@@ -1,10 +1,10 @@
 //! One run: what is computed of a scene, and whether it can be.
 
 use crate::assemble::unless_named_by_guess;
+use crate::clock::Clock;
 use crate::part::{Header, INTEGRATOR, REASON};
 use crate::rendered::Naming;
 use crate::{Limits, Loaded};
-use std::ops::ControlFlow;
 use std::time::Duration;
 use transport::integrator::Integrator;
 use transport::meter::Meter;
@@ -32,9 +32,9 @@ pub struct Run<'a> {
     pub seed: u64,
     /// Samples per pixel, or particles, of the whole; `None` if something else ends the run.
     pub total: Option<u64>,
-    /// Which of how many parts of the whole this is, counted from 0.
+    /// Which of how many parts of the whole this is, counted from 0: an index below the number.
     pub shard: Option<[u64; 2]>,
-    /// Time after which it ends, too.
+    /// Time after which it ends, too: between passes of about half a second.
     pub time: Option<Duration>,
     /// Error at which a picture is done.
     pub target: Option<Target>,
@@ -55,8 +55,16 @@ pub enum Refusal {
     #[error("images of strategies (--strategies) need the integrator bdpt or particle, not {0}")]
     OneStrategy(&'static str),
     /// Nothing ends it.
-    #[error("nothing ends the run: give it a number of samples, or of particles")]
+    #[error("nothing ends the run: give it a number of samples, or of particles, or a time")]
     NoEnd,
+    /// It is a part that the whole does not have.
+    #[error("there is no part {index} of {count}: parts are counted from 0")]
+    Shard {
+        /// Number of the part.
+        index: u64,
+        /// How many parts there are.
+        count: u64,
+    },
     /// Its film does not fit into memory, which would end the program without a word.
     #[error("{0}")]
     Film(String),
@@ -208,30 +216,29 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Renders its picture on the current thread pool, all samples of it.
+    /// Renders its picture on the current thread pool: all samples of it, or those that it has after its [time](Run::time).
     ///
     /// # Errors
-    /// If it cannot be begun: see [`Refusal`]. Also without a total, when nothing would end it.
+    /// If it cannot be begun: see [`Refusal`]. Also without a total or a time, when nothing would end it.
     pub fn render(&self) -> Result<Rendering, Refusal> {
-        self.check(Limits::default())?;
-        self.total.ok_or(Refusal::NoEnd)?;
+        let mut clock = self.begin()?;
         let mut run = self.clone();
         run.choose(&Handle::default());
-        Ok(render(&run.loaded.groups, &run.options(), |_| {
-            ControlFlow::Continue(())
+        Ok(render(&run.loaded.groups, &run.options(), |progress| {
+            clock.look(progress.done == progress.total)
         }))
     }
 
-    /// Reads its meters on the current thread pool, with all particles.
+    /// Reads its meters on the current thread pool, with all particles, or those that it has after its [time](Run::time).
     ///
     /// # Errors
     /// As [`Run::render`].
     pub fn measure(&self) -> Result<Measurement, Refusal> {
-        self.check(Limits::default())?;
-        self.total.ok_or(Refusal::NoEnd)?;
+        let mut clock = self.begin()?;
         let (meters, handle) = (self.loaded.meters(), Handle::default());
-        let on_pass = |_| ControlFlow::Continue(());
         let options = self.measure_options();
+        let range = options.range();
+        let on_pass = |done| clock.look(done == range.end - range.start);
         Ok(measure(
             &self.loaded.groups,
             &meters,
@@ -241,11 +248,23 @@ impl<'a> Run<'a> {
         )?)
     }
 
+    /// Starts the clock, if something ends the run.
+    fn begin(&self) -> Result<Clock<'static>, Refusal> {
+        self.check(Limits::default())?;
+        if self.total.is_none() && self.time.is_none() {
+            return Err(Refusal::NoEnd);
+        }
+        Ok(Clock::start(self.time, &|| false))
+    }
+
     /// Finds out whether it can be begun.
     ///
     /// # Errors
     /// Why not: see [`Refusal`].
     pub fn check(&self, limits: Limits) -> Result<(), Refusal> {
+        if let Some([index, count]) = self.shard.filter(|[index, count]| index >= count) {
+            return Err(Refusal::Shard { index, count });
+        }
         if !self.loaded.instruments.is_empty() {
             let meters = self.loaded.meters();
             MeasureState::new(&self.loaded.groups, &meters)?;

@@ -1,17 +1,23 @@
 //! Equal bins of a quantity.
 
-/// Equal bins from `min` to `max`.
+/// Equal bins from `min` to `max`. Whatever sorts by them asks for [valid](Bins::is_valid) ones.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Bins {
-    /// Lower end of the first.
+    /// Lower end of the first; finite.
     pub min: f64,
-    /// Upper end of the last; above `min`.
+    /// Upper end of the last; finite, and above `min`.
     pub max: f64,
     /// Their number, at least one.
     pub count: usize,
 }
 
 impl Bins {
+    /// Whether the range from `min` to `max` is positive and finite, and there is at least one bin.
+    pub fn is_valid(&self) -> bool {
+        let width = self.max - self.min;
+        width > 0.0 && width.is_finite() && self.count > 0
+    }
+
     /// The bin of a value. The last bin holds its upper end.
     pub fn index(&self, value: f64) -> Option<usize> {
         if !(self.min..=self.max).contains(&value) {
@@ -46,6 +52,24 @@ impl Bins {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn bins_are_valid_if_values_fall_into_them() {
+        let valid = |min, max, count| Bins { min, max, count }.is_valid();
+        assert!(valid(-1.0, 1.0, 1));
+        for (min, max) in [
+            (1.0, 1.0),
+            (1.0, -1.0),
+            (f64::NAN, 1.0),
+            (0.0, f64::NAN),
+            (f64::NEG_INFINITY, 1.0),
+            (0.0, f64::INFINITY),
+            (-f64::MAX, f64::MAX),
+        ] {
+            assert!(!valid(min, max, 2), "{min} {max}");
+        }
+        assert!(!valid(-1.0, 1.0, 0));
+    }
 
     #[test]
     fn every_value_has_its_bin() {

@@ -6,6 +6,7 @@ use super::flow::{Flow, Tolerance, Work};
 use super::step::{Node, Step};
 use crate::field::Field;
 use glam::DVec3;
+use std::fmt;
 
 /// What ends a march.
 pub enum StopCondition<'a> {
@@ -25,6 +26,23 @@ pub enum StopCondition<'a> {
     Surface(&'a dyn Fn(&Arc) -> Option<f64>),
     /// The first local minimum of the distance to a point.
     ClosestApproach(DVec3),
+}
+
+impl fmt::Debug for StopCondition<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            StopCondition::ArcLength(length) => f.debug_tuple("ArcLength").field(length).finish(),
+            StopCondition::OpticalDepth { depth, spacing, .. } => f
+                .debug_struct("OpticalDepth")
+                .field("depth", depth)
+                .field("spacing", spacing)
+                .finish_non_exhaustive(),
+            StopCondition::Surface(_) => f.debug_tuple("Surface").finish_non_exhaustive(),
+            StopCondition::ClosestApproach(point) => {
+                f.debug_tuple("ClosestApproach").field(point).finish()
+            }
+        }
+    }
 }
 
 /// The end of a march.

@@ -18,8 +18,6 @@ const MOST_BINS: f64 = 65536.0;
 const SHARES: RangeInclusive<f64> = -4.0..=4.0;
 /// At most so many lobes of Lanczos' filter.
 const MOST_LOBES: i64 = 16;
-/// At most so many numbers of bounces.
-const MOST_BOUNCES: i64 = 1000;
 /// How closely the width must divide the range of bins, relative to a bin: a user's ten digits.
 const DIVISION: f64 = 1e-6;
 
@@ -200,7 +198,11 @@ fn layering(q: &mut Query) -> Layering {
         layering.decomposition.length = bins(q, layering.speed_of_light.unwrap_or(1.0));
     }
     if has("bounce") {
-        let most = q.integer_in("max_bounces", 0..=MOST_BOUNCES, None);
+        let most = q.integer_in(
+            "max_bounces",
+            0..=i64::from(Decomposition::MOST_BOUNCES),
+            None,
+        );
         layering.decomposition.bounces = Some(most as u32);
     }
     if has("light") {

@@ -319,9 +319,9 @@ impl<'a> Children<'a> {
         .with_emissive_media();
         let mut layering = sensor.film.layering;
         layering.decomposition.parts = method.parts;
-        if let Some(emitters) = &mut layering.decomposition.emitters {
-            *emitters = parts.emitters.len();
-        }
+        // A scene without emitters has none to tell apart.
+        let emitters = Some(parts.emitters.len()).filter(|number| *number > 0);
+        layering.decomposition.emitters = layering.decomposition.emitters.and(emitters);
         let emitter_names = emitter::names(&context.emitter_ids, &parts);
         let mut report = Report {
             root: &self.root.location,

@@ -82,7 +82,8 @@ pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Loaded, Diagnost
     }
 }
 
-/// Assembles and checks a scene description; `diagnostics` holds what reading it has reported.
+/// Assembles and checks a scene description; `diagnostics` holds what reading it has reported. [`LoadOptions::defines`] change nothing: they
+/// were the `overrides` of [`read_scene`].
 ///
 /// # Errors
 /// Everything that is wrong with it, warnings included.

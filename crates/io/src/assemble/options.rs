@@ -5,7 +5,8 @@ use crate::input::Limits;
 /// What a caller may change about a scene file.
 #[derive(Clone, Debug, Default)]
 pub struct LoadOptions {
-    /// Parameters that replace those of `<default>`, by name.
+    /// Parameters that replace those of `<default>`, by name. [`load_scene`](crate::load_scene) takes them; a scene description has its
+    /// parameters already.
     pub defines: Vec<(String, String)>,
     /// Estimator to use instead of the scene's.
     pub integrator: Option<String>,

@@ -1,6 +1,6 @@
 //! Films of scene files that tell light apart: what is read, and what is refused.
 
-use morgana_io::{LoadOptions, Loaded};
+use morgana_io::{LoadOptions, Loaded, Run};
 use std::fs;
 use transport::Bins;
 use transport::film::Decomposition;
@@ -74,6 +74,22 @@ fn films_tell_light_apart() {
     };
     assert_eq!(all.length, Some(bins));
     assert_eq!((all.bounces, all.emitters), (Some(3), Some(6)));
+}
+
+#[test]
+fn a_film_without_lights_has_none_to_tell_apart() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("scene.xml");
+    let film = by("light");
+    let text = format!(
+        r#"<scene version="3.0.0"><sensor type="perspective"><film type="hdrfilm">
+{film}<integer name="width" value="2"/><integer name="height" value="2"/></film>
+<sampler type="independent"><integer name="sample_count" value="1"/></sampler></sensor></scene>"#
+    );
+    fs::write(&path, text).unwrap();
+    let loaded = morgana_io::load_scene(&path, &LoadOptions::default()).unwrap();
+    assert_eq!(loaded.layering.decomposition, Decomposition::default());
+    assert_eq!(Run::new(&loaded).render().unwrap().film.summary().0, 0.0);
 }
 
 /// A tenth does not have a finite binary expansion; thirty of them fill 3 all the same.

@@ -1,6 +1,7 @@
 //! What is computed of a scene, and what is refused.
 
 use morgana_io::{Limits, LoadOptions, Loaded, Refusal, Run};
+use std::time::Duration;
 use transport::render::{Measure, Target};
 
 fn load(integrator: &str) -> Loaded {
@@ -39,7 +40,7 @@ fn what_cannot_be_done_is_refused() {
         Err(Refusal::Unreachable)
     ));
     let timed = Run {
-        time: Some(std::time::Duration::from_secs(1)),
+        time: Some(Duration::from_secs(1)),
         ..unlimited(&photon)
     };
     assert!(check(&timed).is_ok());
@@ -58,6 +59,56 @@ fn what_cannot_be_done_is_refused() {
     let expected = ["8 × 6 pixels", "images of strategies", "1.0 kB (--memory)"];
     for part in expected {
         assert!(message.contains(part), "{message}");
+    }
+}
+
+/// A meter in the light of a point.
+fn load_meter() -> Loaded {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.xml");
+    let text = r#"<scene version="3.0.0">
+  <sensor type="fluencemeter"><integer name="nx" value="1"/><integer name="ny" value="1"/><integer name="nz" value="1"/></sensor>
+  <emitter type="point"/></scene>"#;
+    std::fs::write(&path, text).unwrap();
+    morgana_io::load_scene(&path, &LoadOptions::default()).unwrap()
+}
+
+#[test]
+fn time_ends_a_run_after_a_pass() {
+    let (path, meter) = (load("path"), load_meter());
+    let timed = |loaded, time, total| Run {
+        time: Some(time),
+        total,
+        ..Run::new(loaded)
+    };
+    for total in [None, Some(1 << 40)] {
+        let rendering = timed(&path, Duration::ZERO, total).render().unwrap();
+        assert!((1..1 << 20).contains(&rendering.samples));
+        let measured = timed(&meter, Duration::ZERO, total).measure().unwrap();
+        assert!((1..1 << 20).contains(&measured.particles));
+    }
+    let long = Duration::from_secs(1000);
+    assert_eq!(timed(&path, long, Some(10)).render().unwrap().samples, 10);
+    let open = Run {
+        total: None,
+        ..Run::new(&path)
+    };
+    assert!(matches!(open.render(), Err(Refusal::NoEnd)));
+}
+
+#[test]
+fn parts_that_the_whole_does_not_have_are_refused() {
+    let (path, meter) = (load("path"), load_meter());
+    for shard in [[3, 3], [0, 0], [u64::MAX, 1]] {
+        let part = |loaded| Run {
+            shard: Some(shard),
+            ..Run::new(loaded)
+        };
+        let message = part(&path).render().unwrap_err().to_string();
+        let [index, count] = shard;
+        let expected = format!("there is no part {index} of {count}: parts are counted from 0");
+        assert_eq!(message, expected);
+        assert_eq!(part(&meter).measure().unwrap_err().to_string(), expected);
     }
 }
 

@@ -155,6 +155,11 @@ impl Aperture {
         self.frame.n
     }
 
+    /// How the irradiance varies across it, but for the image.
+    pub(crate) fn profile(&self) -> BeamProfile {
+        self.profile
+    }
+
     /// Radius that contains most of the light.
     pub fn radius(&self) -> f64 {
         self.profile.radius()

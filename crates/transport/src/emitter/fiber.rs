@@ -94,6 +94,11 @@ impl Fiber {
         self.divergence
     }
 
+    /// Distance of the focus, if there is one.
+    pub(crate) fn focus(&self) -> Option<f64> {
+        self.focus
+    }
+
     /// Centre of the aperture.
     pub fn origin(&self) -> DVec3 {
         self.aperture.origin()

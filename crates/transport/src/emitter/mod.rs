@@ -30,6 +30,7 @@ pub use collimated::Collimated;
 pub use distant_disc::{DiscError, DistantDisc};
 pub use emission::Emission;
 pub use environment::{Environment, ImageError};
+pub use environment_map::EnvironmentMap;
 pub use fiber::{AngularProfile, Divergence, Fiber};
 pub use luminaire::{Luminaire, LuminaireError};
 pub use projector::Projector;

@@ -134,6 +134,21 @@ impl Spot {
         self.position
     }
 
+    /// Unit direction of the cone.
+    pub(crate) fn axis(&self) -> DVec3 {
+        self.axis
+    }
+
+    /// Half angle of the cone in radians.
+    pub(crate) fn cutoff(&self) -> f64 {
+        self.cutoff
+    }
+
+    /// Half angle of full intensity in radians.
+    pub(crate) fn beam_width(&self) -> f64 {
+        self.beam_width
+    }
+
     /// Radiant intensity in a unit direction.
     pub fn intensity(&self, direction: DVec3) -> Spectrum {
         let falloff = self.falloff(self.angle(direction));

@@ -30,11 +30,11 @@ fn slot(bins: &Bins, value: f64) -> usize {
 /// keeps it together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Decomposition {
-    /// Bins of optical length.
+    /// Bins of optical length, [valid](Bins::is_valid) ones.
     pub length: Option<Bins>,
-    /// Each number of bounces up to this one.
+    /// Each number of bounces up to this one, which is at most [`MOST_BOUNCES`](Decomposition::MOST_BOUNCES).
     pub bounces: Option<u32>,
-    /// Each of so many emitters.
+    /// Each of so many emitters: all of the scene, at least one.
     pub emitters: Option<usize>,
     /// Parts of each layer of light.
     #[serde(default)]
@@ -88,6 +88,9 @@ impl LayerAxis {
 }
 
 impl Decomposition {
+    /// The most bounces that a film tells apart.
+    pub const MOST_BOUNCES: u32 = 1000;
+
     /// Whether light is told apart at all.
     pub fn is_some(&self) -> bool {
         *self != Decomposition::default()
@@ -132,6 +135,29 @@ impl Decomposition {
             rest % emitters,
             part,
         ]
+    }
+
+    /// Panics unless it can tell apart the light of a scene with so many emitters.
+    pub(crate) fn assert_fits(&self, emitters: usize) {
+        if let Some(bins) = &self.length {
+            assert!(
+                bins.is_valid(),
+                "bins of length need finite ends, min below max, and a count of at least 1, but they are {bins:?}"
+            );
+        }
+        if let Some(bounces) = self.bounces {
+            let most = Self::MOST_BOUNCES;
+            assert!(
+                bounces <= most,
+                "a film tells at most {most} bounces apart, not {bounces}"
+            );
+        }
+        if let Some(told) = self.emitters {
+            assert!(
+                told > 0 && told == emitters,
+                "the film tells {told} emitters apart, but the scene has {emitters}"
+            );
+        }
     }
 
     /// Whether a layer is one of regular slots only.

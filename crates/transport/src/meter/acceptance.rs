@@ -9,7 +9,7 @@ use glam::DVec3;
 pub struct Acceptance {
     /// Light within a distance of a point.
     pub patch: Option<Patch>,
-    /// Light with n sin θ up to this, where θ is its angle with the surface's normal and n the index, both where it goes.
+    /// Light with n sin θ up to this, positive, where θ is its angle with the surface's normal and n the index, both where it goes.
     pub numerical_aperture: Option<f64>,
 }
 

@@ -13,7 +13,7 @@ use glam::{DVec2, DVec3};
 /// Directions told apart by their cosine with an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cosines {
-    /// Number of equal bins.
+    /// Number of equal bins, at least one.
     pub count: usize,
     /// Unit axis; `None` for the normal of the surface, on the side to which the light goes.
     pub axis: Option<DVec3>,
@@ -24,7 +24,7 @@ pub struct Cosines {
 /// the opposite.
 #[derive(Clone, Debug)]
 pub struct IrradianceMeter {
-    /// The surfaces that it measures at.
+    /// The surfaces that it measures at: of different objects, one at least.
     pub surfaces: Vec<MeterSurface>,
     /// What it accepts.
     pub acceptance: Acceptance,
@@ -45,7 +45,7 @@ pub struct IrradianceMeter {
 /// A surface that a meter measures at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MeterSurface {
-    /// The object.
+    /// Number of the object in the scene.
     pub object: usize,
     /// Whether side 0 is that to which the object's normals do not point.
     pub inverted: bool,

@@ -6,6 +6,7 @@
 //! (docs/theory.md#meters): power is conserved along rays, whatever the index does to radiance.
 
 mod acceptance;
+mod check;
 mod differentiate;
 mod flight;
 mod fluence;
@@ -26,6 +27,7 @@ mod voxel_scores;
 mod window;
 
 pub use acceptance::{Acceptance, Patch};
+pub use check::MeterProblem;
 pub use fluence::{Estimator, FluenceMeter};
 pub(crate) use functionals::Functionals;
 pub use grid::{Coordinates, MeterGrid};
@@ -39,7 +41,6 @@ pub(crate) use tally::TaskSums;
 pub use window::Window;
 
 use crate::Spectrum;
-use crate::emitter::Emitter;
 use crate::path::{BalanceSums, Workspace};
 use crate::sampling::{Discrete, Sampler};
 use crate::scene::Scene;
@@ -80,12 +81,6 @@ impl Meter {
             Meter::Fluence(meter) => *meter.grid.aabb(),
             Meter::Irradiance(_) => Aabb::EMPTY,
         }
-    }
-
-    /// Whether light from infinity, if there is any, fills all places where it measures.
-    pub(crate) fn is_lit(&self, scene: &Scene) -> bool {
-        scene.around().contains(&self.aabb())
-            || !scene.emitters().iter().any(Emitter::is_at_infinity)
     }
 
     fn quantities(&self) -> Vec<Quantity> {

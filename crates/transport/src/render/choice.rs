@@ -12,7 +12,7 @@ use super::source::{LightSamples, Source};
 use super::{Handle, RenderOptions, prepare};
 use crate::integrator::Integrator;
 use crate::renderer::Renderer;
-use crate::scene::{FilmSpec, Scene};
+use crate::scene::{FilmSpec, NO_SCENE, Scene};
 
 /// Work of all candidates together at most, some two seconds of one processor, in the unit of [`Stats::cost`](crate::stats::Stats::cost).
 const MOST_WORK: f64 = 3e7;
@@ -113,8 +113,11 @@ impl Choice {
     }
 }
 
-/// Chooses one of the `candidates`, of which there is at least one, for a render of `scenes` with `options` (but for their renderer). The
+/// Chooses one of the `candidates` for a render of `scenes` with `options` (but for their renderer). The
 /// first is chosen if the render is too short for a pilot, or the handle ends it.
+///
+/// # Panics
+/// Without scenes or candidates.
 pub fn choose(
     scenes: &[Scene],
     candidates: &[Integrator],
@@ -122,6 +125,8 @@ pub fn choose(
     extent: Extent,
     handle: &Handle,
 ) -> Choice {
+    assert!(!scenes.is_empty(), "{NO_SCENE}");
+    assert!(!candidates.is_empty(), "there is no estimator to choose");
     let first = |basis| Choice {
         integrator: candidates[0],
         basis,

@@ -3,9 +3,11 @@
 use super::passes::Passes;
 use super::state::MergeError;
 use super::{Handle, Ranges, seed_of_group};
-use crate::meter::{Meter, Reading, RecordTable, Records, Setup, Tally, TaskResult, Window};
+use crate::meter::{
+    Meter, MeterProblem, Reading, RecordTable, Records, Setup, Tally, TaskResult, Window,
+};
 use crate::path::{BalanceTotals, EnergyBalance, Workspace};
-use crate::scene::Scene;
+use crate::scene::{NO_SCENE, Scene};
 use crate::stats::Stats;
 use crate::sum::ReproducibleSum;
 use rayon::prelude::*;
@@ -66,16 +68,19 @@ pub struct Measurement {
 }
 
 /// Why nothing can be measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MeasureError {
+    /// A meter cannot measure in the scene.
+    #[error("meter {number}: {problem}")]
+    Meter {
+        /// Number of the meter, counted from 0.
+        number: usize,
+        /// What is wrong with it.
+        problem: MeterProblem,
+    },
     /// No emitter has any power.
     #[error("the scene emits no light: there is nothing to measure")]
     Dark,
-    /// Light from infinity fills the ball around the scene, beyond which it would be missing.
-    #[error(
-        "meter {0} has cells beyond what light from infinity fills: give the scene its box as `measured`"
-    )]
-    Unlit(usize),
     /// There is no room for the sums.
     #[error("the meters need {0} bytes of memory, or more than {max} bins", max = Tally::MOST_SLOTS)]
     Memory(usize),
@@ -89,7 +94,10 @@ pub enum MeasureError {
 /// stops with what it has.
 ///
 /// # Errors
-/// If no light is emitted, a grid lies where light from infinity does not get to, or there is not enough memory.
+/// If a meter does not fit the scene, no light is emitted, or there is not enough memory.
+///
+/// # Panics
+/// Without scenes.
 pub fn measure(
     scenes: &[Scene],
     meters: &[Meter],
@@ -123,8 +131,16 @@ impl MeasureState {
     /// Nothing yet.
     ///
     /// # Errors
-    /// If no light is emitted, a grid lies where light from infinity does not get to, or there is not enough memory.
+    /// If a meter does not fit the scene, no light is emitted, or there is not enough memory.
+    ///
+    /// # Panics
+    /// Without scenes.
     pub fn new(scenes: &[Scene], meters: &[Meter]) -> Result<Self, MeasureError> {
+        let scene = scenes.first().expect(NO_SCENE);
+        for (number, meter) in meters.iter().enumerate() {
+            let checked = meter.check(scene);
+            checked.map_err(|problem| MeasureError::Meter { number, problem })?;
+        }
         let tally = |group: Group| {
             let slots = group.setup.slots();
             let tally = Some(slots).filter(|n| *n <= Tally::MOST_SLOTS);
@@ -194,10 +210,13 @@ impl MeasureState {
     }
 
     /// Follows the particles of the options' range that are missing, on the current thread pool; see
-    /// [`measure()`]. The state must [fit](MeasureState::fits).
+    /// [`measure()`].
     ///
     /// # Errors
-    /// If no light is emitted, or a grid lies where light from infinity does not get to.
+    /// If no light is emitted.
+    ///
+    /// # Panics
+    /// If the state does not [fit](MeasureState::fits).
     pub fn advance(
         &mut self,
         scenes: &[Scene],
@@ -208,6 +227,10 @@ impl MeasureState {
     ) -> Result<(), MeasureError> {
         let max_depth = options.max_depth.unwrap_or(u32::MAX);
         let groups = groups(scenes, meters, max_depth, options.rr_depth)?;
+        assert!(
+            self.fits(scenes, meters),
+            "the state is not one of a measurement of these scenes with these meters"
+        );
         if self.windows.is_empty() {
             // Whatever the options: states of other ranges and depths have the same.
             let whole = self::groups(scenes, meters, u32::MAX, 0)?;
@@ -271,7 +294,7 @@ impl MeasureState {
     /// The result; `scenes` and `meters` are those with which it was measured.
     ///
     /// # Errors
-    /// If no light is emitted, or a grid lies where light from infinity does not get to.
+    /// If no light is emitted.
     pub fn into_measurement(
         self,
         scenes: &[Scene],
@@ -335,9 +358,6 @@ fn groups<'a>(
     rr_depth: u32,
 ) -> Result<Vec<Group<'a>>, MeasureError> {
     let group = |(index, scene): (usize, &'a Scene)| {
-        if let Some(meter) = meters.iter().position(|meter| !meter.is_lit(scene)) {
-            return Err(MeasureError::Unlit(meter));
-        }
         let channels = scene.film().channels_of(index);
         let setup =
             Setup::new(scene, meters, channels, max_depth, rr_depth).ok_or(MeasureError::Dark)?;

@@ -39,16 +39,18 @@ pub use derivative::{
 pub use handle::Handle;
 pub use measure::{MeasureError, MeasureOptions, MeasureState, Measurement, measure};
 pub use memory::memory;
-pub use ranges::Ranges;
+pub use ranges::{Ranges, UnsoundRanges};
 pub use results::RESULTS;
 pub use state::{MergeError, State};
 pub use strategies::StrategyImage;
 pub use target::{Measure, Target};
 
+pub use crate::path::{EnergyBalance, FirstVertexTechniques, Share};
+
 use crate::aov::AovTracer;
 use crate::film::{Decomposition, Film};
 use crate::integrator::Integrator;
-use crate::path::{AdjointEstimate, EnergyBalance, FirstVertexTechniques, NeeRates, StrategyRates};
+use crate::path::{AdjointEstimate, NeeRates, StrategyRates};
 use crate::renderer::Renderer;
 use crate::sampling::Replicates;
 use crate::scene::Scene;
@@ -82,7 +84,7 @@ pub struct RenderOptions {
     /// half as many to eight times as many as on average, by what a pilot of four samples per pixel finds.
     /// Images with [sorted](RenderOptions::reweight) samples nevertheless have equally many in each pixel.
     pub adaptive: bool,
-    /// How light is told apart on the film.
+    /// How light is told apart on the film; it must fit the scene.
     pub decomposition: Decomposition,
     /// Whether samples are sorted by brightness, so that [`Film::reweighted`] is known.
     pub reweight: bool,
@@ -202,6 +204,9 @@ impl Rendering {
 ///
 /// `on_pass` is called between passes; when it breaks, the render stops with what it has: the same values as a render of
 /// just that many samples.
+///
+/// # Panics
+/// As [`State::new`].
 pub fn render(
     scenes: &[Scene],
     options: &RenderOptions,
@@ -213,6 +218,9 @@ pub fn render(
 impl Scene {
     /// Renders all samples on the current thread pool. [`render`] and [`render_watched`] report progress, can be stopped, and take
     /// films of more than [`Spectrum::CHANNELS`](crate::Spectrum::CHANNELS) channels.
+    ///
+    /// # Panics
+    /// If the decomposition does not fit: see [`State::new`].
     pub fn render(&self, options: &RenderOptions) -> Rendering {
         render(std::slice::from_ref(self), options, |_| {
             ControlFlow::Continue(())
@@ -222,6 +230,9 @@ impl Scene {
 
 /// As [`render`]. Other threads see by the `handle` how many samples have been taken, and can end the render within a pass,
 /// the pilot included.
+///
+/// # Panics
+/// As [`State::new`].
 pub fn render_watched(
     scenes: &[Scene],
     options: &RenderOptions,

@@ -246,7 +246,7 @@ mod tests {
             },
             tolerance: Default::default(),
             reflections: 0,
-            measured: Aabb::EMPTY,
+            measured: eikonal::Aabb::EMPTY,
         })
         .unwrap()
     }

@@ -11,7 +11,7 @@ use super::ranges::Ranges;
 use super::source::{LightSamples, Source};
 use super::splats::SplatFilms;
 use super::strategies::Strategies;
-use super::target::Watch;
+use super::target::{Target, Watch};
 use super::{
     Debiased, Handle, Prepared, Progress, Quantities, RayAccuracy, RenderOptions, Rendering, aov,
     photons, pixels, prepare, splats,
@@ -20,7 +20,7 @@ use crate::film::Film;
 use crate::integrator::Integrator;
 use crate::path::{BalanceTotals, EnergyBalance, FirstVertexTechniques};
 use crate::renderer::Renderer;
-use crate::scene::Scene;
+use crate::scene::{NO_SCENE, Scene};
 use crate::stats::Stats;
 use crate::stop::Stop;
 use serde::{Deserialize, Serialize};
@@ -76,8 +76,14 @@ pub enum MergeError {
 
 impl State {
     /// Nothing yet.
+    ///
+    /// # Panics
+    /// Without scenes, or if [`RenderOptions::decomposition`] has bins that are not [valid](crate::Bins::is_valid), more than
+    /// [`MOST_BOUNCES`](crate::film::Decomposition::MOST_BOUNCES) bounces, or another number of emitters than the scenes.
     pub fn new(scenes: &[Scene], options: &RenderOptions) -> Self {
-        let spec = scenes[0].film();
+        let first = scenes.first().expect(NO_SCENE);
+        options.decomposition.assert_fits(first.emitters().len());
+        let spec = first.film();
         let channels = options.renderer.channels(spec.channels);
         let group_size = options.renderer.group_size(spec.group_size);
         let film = Film::in_groups(spec.width, spec.height, channels, group_size);
@@ -96,7 +102,7 @@ impl State {
             watch: options.target.map(Watch::new),
             balances: vec![BalanceTotals::default(); scenes.len()],
             prepared: Vec::new(),
-            allocation: Allocation::new(&scenes[0], options),
+            allocation: Allocation::new(first, options),
         }
     }
 
@@ -111,13 +117,19 @@ impl State {
     }
 
     /// Whether this is a state of a render of these scenes with these options, whichever samples it has.
+    ///
+    /// # Panics
+    /// As [`State::new`].
     pub fn fits(&self, scenes: &[Scene], options: &RenderOptions) -> bool {
         let blank = State::new(scenes, options);
         let prepared = match self.done.count() {
             0 => [0, scenes.len()].contains(&self.prepared.len()),
             _ => self.prepared.len() == scenes.len(),
         };
-        let watched = self.watch.as_ref().map(Watch::target) == options.target;
+        // An error that is no number is the same, too.
+        let bits = |target: Target| (target.error.to_bits(), target.measure);
+        let watched = self.watch.as_ref().map(Watch::target).map(bits);
+        let watched = watched == options.target.map(bits);
         let pixels = self.film.width() * self.film.height();
         let allotted = self.allocation.fits(&blank.allocation, pixels);
         prepared && watched && allotted && self.is_like(&blank)
@@ -182,7 +194,10 @@ impl State {
 
     /// Takes the samples of the options' range that are missing, on the current thread pool; before the first, it finds out
     /// what the estimator has to know. See [`render`](super::render()) for `scenes` and `on_pass`,
-    /// [`render_watched`](super::render_watched) for `handle`. The state must [fit](State::fits).
+    /// [`render_watched`](super::render_watched) for `handle`.
+    ///
+    /// # Panics
+    /// If the state does not [fit](State::fits).
     pub fn advance(
         &mut self,
         scenes: &[Scene],
@@ -190,6 +205,10 @@ impl State {
         handle: &Handle,
         mut on_pass: impl FnMut(&Progress) -> ControlFlow<()>,
     ) {
+        assert!(
+            self.fits(scenes, options),
+            "the state is not one of a render of these scenes with these options"
+        );
         if self.prepared.is_empty() {
             let prepared = prepare(scenes, options, None, handle);
             if handle.stop().is_raised() {
@@ -330,7 +349,7 @@ impl State {
             effect: a.effect.max(b.effect),
         };
         let all = self.prepared.iter().map(|p| p.accuracy);
-        all.fold(RayAccuracy::of(&scenes[0]), least)
+        all.fold(RayAccuracy::of(scenes.first().expect(NO_SCENE)), least)
     }
 
     /// How paths begin in any of the groups.
@@ -343,6 +362,9 @@ impl State {
     }
 
     /// The result; `scenes` are those that were rendered.
+    ///
+    /// # Panics
+    /// Without scenes.
     pub fn into_rendering(self, scenes: &[Scene]) -> Rendering {
         let samples = self.done.count();
         let largest = |f: fn(&Prepared) -> f64| self.prepared.iter().map(f).fold(0.0, f64::max);

@@ -62,7 +62,7 @@ impl Scene {
 }
 
 /// Where which medium is: closed objects, and partitions, whose surfaces do not count as objects.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Containment<'a> {
     /// All objects.
     pub objects: &'a [Object],

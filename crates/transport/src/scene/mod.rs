@@ -52,6 +52,9 @@ use voxels::VoxelVolumes;
 /// How far off surfaces rays start, relative to the extent of the scene: thousands of times the round-off of positions.
 const RAY_EPSILON: f64 = 1e-12;
 
+/// What a panic says where scenes are asked for and there is none.
+pub(crate) const NO_SCENE: &str = "there must be a scene for each group of channels, at least one";
+
 /// A scene that can be rendered.
 #[derive(Debug)]
 pub struct Scene {
@@ -124,7 +127,7 @@ impl Scene {
             reach: Reach {
                 optical_length: REACH * around.radius,
                 reflections: parts.reflections,
-                bounces: parts.reflections + TOTAL_REFLECTIONS,
+                bounces: parts.reflections.saturating_add(TOTAL_REFLECTIONS),
             },
             bending: Bending::of(&parts),
             sensor_medium,
@@ -245,7 +248,7 @@ impl Scene {
     }
 
     /// Whether paths that leave the scene find no light, and may be scattered before: see
-    /// [`FirstVertexTechniques`](crate::path::FirstVertexTechniques).
+    /// [`FirstVertexTechniques`](crate::render::FirstVertexTechniques).
     pub fn is_dark(&self) -> bool {
         self.environments().next().is_none() && self.media().iter().any(Medium::scatters)
     }

@@ -23,7 +23,7 @@ impl Batch {
         self.sensors[column].ray([across - column as f64, t], lens)
     }
 
-    pub(super) fn sensors(&self) -> &[Sensor] {
+    pub(crate) fn sensors(&self) -> &[Sensor] {
         &self.sensors
     }
 

@@ -24,6 +24,10 @@ impl Orthographic {
         }
     }
 
+    pub(crate) fn aspect(&self) -> f64 {
+        self.aspect
+    }
+
     pub(super) fn to_world(&self) -> &DAffine3 {
         &self.to_world
     }

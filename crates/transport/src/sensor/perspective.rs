@@ -33,7 +33,7 @@ impl Perspective {
     }
 
     /// Half extents of the image at unit distance.
-    pub(super) fn half(&self) -> [f64; 2] {
+    pub(crate) fn half(&self) -> [f64; 2] {
         self.half
     }
 

@@ -56,6 +56,18 @@ impl Telecentric {
         })
     }
 
+    pub(crate) fn aspect(&self) -> f64 {
+        self.aspect
+    }
+
+    pub(crate) fn focus_distance(&self) -> f64 {
+        self.focus_distance
+    }
+
+    pub(crate) fn stop_radius(&self) -> f64 {
+        self.stop.radius
+    }
+
     pub(super) fn point_spread(&self) -> Option<&PointSpread> {
         self.point_spread.as_ref()
     }

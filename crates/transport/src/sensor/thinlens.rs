@@ -18,7 +18,7 @@ pub struct ThinLens {
 }
 
 impl ThinLens {
-    /// Lengths are in the units of the camera's local coordinates.
+    /// Lengths are in the units of the camera's local coordinates, > 0.
     pub fn new(pinhole: Perspective, aperture_radius: f64, focus_distance: f64) -> Self {
         ThinLens {
             pinhole,
@@ -54,6 +54,22 @@ impl ThinLens {
             point_spread: Some(PointSpread::new(self.obscuration, scale)),
             ..self
         }
+    }
+
+    pub(crate) fn pinhole(&self) -> &Perspective {
+        &self.pinhole
+    }
+
+    pub(crate) fn aperture_radius(&self) -> f64 {
+        self.aperture_radius
+    }
+
+    pub(crate) fn focus_distance(&self) -> f64 {
+        self.focus_distance
+    }
+
+    pub(crate) fn obscuration(&self) -> f64 {
+        self.obscuration
     }
 
     pub(super) fn point_spread(&self) -> Option<&PointSpread> {

@@ -1,7 +1,7 @@
 //! The rays between two points, as connections of a render find them.
 
 use crate::path::transmittance;
-use crate::scene::{MediumId, Scene};
+use crate::scene::{MediumId, NO_SCENE, Scene};
 use eikonal::Solver;
 use eikonal::connect::{ConnectingRay, Failure, Piece, Reach};
 use glam::DVec3;
@@ -39,8 +39,11 @@ pub struct Branch {
 
 /// Finds the ray between two points, or all of them: those with up to `all` reflections where refraction is possible.
 /// Rays are those of the first scene; the others are alike but for their spectra.
+///
+/// # Panics
+/// Without scenes.
 pub fn branches(scenes: &[Scene], from: DVec3, to: DVec3, all: Option<u32>) -> Branches {
-    let scene = &scenes[0];
+    let scene = scenes.first().expect(NO_SCENE);
     let mut solver = Solver::new(scene.tolerance());
     let medium = scene.medium_at(from);
     let primary = solver.connect(scene, from, medium, to);
@@ -85,7 +88,7 @@ fn reach(scene: &Scene, reflections: u32, primary: Option<&ConnectingRay>) -> Re
     Reach {
         optical_length: render.optical_length.max(2.0 * primary),
         reflections,
-        bounces: reflections + (render.bounces - render.reflections),
+        bounces: reflections.saturating_add(render.bounces - render.reflections),
     }
 }
 

@@ -2,17 +2,23 @@
 
 use crate::common::{self, camera, container, fog, mean, parts, shoot, sky};
 use eikonal::field::{Constant, Luneburg};
-use glam::DVec3;
-use morgana_transport::Scene;
+use glam::{DAffine3, DVec3};
 use morgana_transport::bsdf::Bsdf;
-use morgana_transport::emitter::Emitter;
+use morgana_transport::emitter::{
+    AngularProfile, Aperture, BeamProfile, Collimated, Divergence, Emitter, Fiber, Spot,
+};
+use morgana_transport::film::Filter;
 use morgana_transport::integrator::PathTracer;
 use morgana_transport::medium::Medium;
 use morgana_transport::phase::Phase;
 use morgana_transport::render::RenderOptions;
 use morgana_transport::scene::{Object, SceneBuilder};
-use morgana_transport::sensor::{Camera, Sensor};
+use morgana_transport::sensor::{
+    Batch, Camera, Orthographic, Perspective, Sensor, ThinLens, look_at,
+};
 use morgana_transport::shape::{Rectangle, Sphere};
+use morgana_transport::{Scene, Spectrum};
+use std::f64::consts::PI;
 
 fn ball() -> Sphere {
     Sphere::around(DVec3::ZERO, 1.0).unwrap()
@@ -104,6 +110,145 @@ object \"bulb\": emission: must be finite and not negative, but it is NaN";
         width,
         "camera: the width of the image must be positive and finite, but it is 0"
     );
+}
+
+fn wrong_light(emitter: impl Into<Emitter>) -> String {
+    wrong(hazy().emitter(emitter))
+}
+
+/// Values that no size has, as messages show them.
+const NO_SIZES: [(f64, &str); 4] = [
+    (-1.0, "-1"),
+    (f64::NAN, "NaN"),
+    (f64::INFINITY, "inf"),
+    (1e300, "1e300"),
+];
+
+#[test]
+fn spots_have_an_axis_and_a_cone() {
+    let spot = |axis, cutoff, width| {
+        wrong_light(Spot::new(
+            DVec3::Y * 3.0,
+            axis,
+            Spectrum::ONE,
+            cutoff,
+            width,
+        ))
+    };
+    for axis in [DVec3::ZERO, DVec3::NAN] {
+        let expected = "\
+emitter 1: positions and directions must be finite, and directions not zero";
+        assert_eq!(spot(axis, 0.4, 0.1), expected);
+    }
+    for (cutoff, shown) in [(0.0, "0"), (PI + 0.1, "185."), (f64::NAN, "NaN")] {
+        let found = spot(DVec3::NEG_Y, cutoff, 0.0);
+        let expected = format!(
+            "emitter 1: cutoff: must be above 0 and at most 180 degrees, but it is {shown}"
+        );
+        assert!(found.starts_with(&expected), "{found}");
+        assert!(!found.contains("power"), "{found}");
+    }
+    for (width, shown) in [(-0.1, "-0.1"), (0.5, "0.5"), (f64::NAN, "NaN")] {
+        let expected =
+            format!("emitter 1: beam_width: must be 0 to the cutoff, 0.4, but it is {shown}");
+        assert_eq!(spot(DVec3::NEG_Y, 0.4, width), expected);
+    }
+}
+
+#[test]
+fn beams_and_fibers_have_sizes() {
+    let aperture = |profile| Aperture::new(DVec3::Y * 3.0, DVec3::NEG_Y, profile);
+    let fiber = |divergence| {
+        let aperture = aperture(BeamProfile::Disc { radius: 0.1 });
+        Fiber::new(aperture, AngularProfile::Uniform, divergence, Spectrum::ONE)
+    };
+    for (size, shown) in NO_SIZES {
+        let expected =
+            |name| format!("emitter 1: {name}: must be 1e-100 to 1e100, but it is {shown}");
+        for (name, profile) in [
+            ("radius", BeamProfile::Disc { radius: size }),
+            ("waist", BeamProfile::Gaussian { waist: size }),
+            (
+                "width",
+                BeamProfile::Rectangle {
+                    width: size,
+                    height: 1.0,
+                },
+            ),
+        ] {
+            let beam = Collimated::through(aperture(profile), Spectrum::ONE);
+            assert_eq!(wrong_light(beam), expected(name));
+        }
+        let numerical = fiber(Divergence::NumericalAperture(size));
+        assert_eq!(wrong_light(numerical), expected("numerical_aperture"));
+        let half_angle = wrong_light(fiber(Divergence::HalfAngle(size)));
+        let expected = "emitter 1: half_angle: must be above 0 and at most 90 degrees";
+        assert!(half_angle.starts_with(expected), "{half_angle}");
+    }
+    let focus = fiber(Divergence::HalfAngle(0.1)).with_focus(0.0);
+    assert!(wrong_light(focus).starts_with("emitter 1: focus: must be"));
+}
+
+#[test]
+fn lights_media_and_filters_are_of_finite_numbers() {
+    assert_eq!(
+        wrong_light(Emitter::point([0.0, 1e300, 0.0], 1.0)),
+        "emitter 1: coordinates must be at most 1e100, but it is at [0, 1e300, 0]"
+    );
+    let cold = Medium::homogeneous("cold", Constant::new(1.0), 1.0, 0.5).with_emission(-1.0);
+    assert_eq!(
+        wrong(hazy().medium(cold)),
+        "medium \"cold\": emission: must be finite and not negative, but it is -1"
+    );
+    for (size, shown) in NO_SIZES {
+        let expected = |name| {
+            format!("filter: {name}: must be positive and at most 65536 pixels, but it is {shown}")
+        };
+        let tent = hazy().filter(Filter::Tent { radius: size });
+        assert_eq!(wrong(tent), expected("radius"));
+        let gaussian = hazy().filter(Filter::Gaussian { stddev: size });
+        assert_eq!(wrong(gaussian), expected("stddev"));
+    }
+}
+
+#[test]
+fn sensors_have_finite_numbers_and_the_shape_of_the_film() {
+    let view = || look_at(DVec3::NEG_Z * 5.0, DVec3::ZERO, DVec3::Y).unwrap();
+    let pinhole = |fov, aspect| Perspective::new(view(), fov, aspect);
+    let seen = |sensor| wrong(hazy().sensor(sensor));
+    for (fov, shown) in [(-0.5, "-28.6479"), (0.0, "0"), (f64::NAN, "NaN")] {
+        assert_eq!(
+            seen(Sensor::Perspective(pinhole(fov, 1.0))),
+            format!("sensor: fov_x: must be above 0 and below 180 degrees, but it is {shown}")
+        );
+    }
+    for (aspect, shown) in [(2.0, "2"), (-1.0, "-1"), (f64::NAN, "NaN")] {
+        let expected = format!("sensor: aspect: must be that of the film, 1, but it is {shown}");
+        assert_eq!(seen(Sensor::Perspective(pinhole(0.5, aspect))), expected);
+        let parallel = Orthographic::new(view(), aspect);
+        assert_eq!(seen(Sensor::Orthographic(parallel)), expected);
+    }
+    for (size, shown) in NO_SIZES {
+        let lens = |radius, focus| {
+            let lens = ThinLens::new(pinhole(0.5, 1.0), radius, focus);
+            seen(Sensor::ThinLens(lens))
+        };
+        let expected = |name| format!("sensor: {name}: must be 1e-100 to 1e100, but it is {shown}");
+        assert_eq!(lens(size, 5.0), expected("aperture_radius"));
+        assert_eq!(lens(0.1, size), expected("focus_distance"));
+    }
+    for map in [DAffine3::ZERO, DAffine3::from_scale(DVec3::NAN)] {
+        let parallel = Sensor::Orthographic(Orthographic::new(map, 1.0));
+        assert_eq!(
+            seen(parallel),
+            "sensor: to_world: must be finite and invertible"
+        );
+    }
+    for aspect in [0.5, 1.0] {
+        let halves = [0, 1].map(|_| Sensor::Perspective(pinhole(0.5, aspect)));
+        let batch = Sensor::Batch(Batch::new(halves.into()).unwrap().into());
+        assert_eq!(hazy().sensor(batch).build().is_ok(), aspect == 0.5);
+    }
 }
 
 #[test]

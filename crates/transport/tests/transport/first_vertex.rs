@@ -11,9 +11,9 @@ use morgana_transport::emitter::Emitter;
 use morgana_transport::integrator::{Contribution, Integrator, ParticleTracer, PathTracer};
 use morgana_transport::medium::Medium;
 use morgana_transport::path::{
-    Edge, End, FirstVertexTechniques, RayPart, Sampling, Start, TransportMode, Workspace, trace,
+    Edge, End, RayPart, Sampling, Start, TransportMode, Workspace, trace,
 };
-use morgana_transport::render::{RenderOptions, render};
+use morgana_transport::render::{FirstVertexTechniques, RenderOptions, render};
 use morgana_transport::sampling::{Replicates, Sampler};
 use morgana_transport::scene::{Object, Parts, Sides};
 use morgana_transport::sensor::SensorRay;

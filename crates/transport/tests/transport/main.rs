@@ -32,6 +32,7 @@ mod limits;
 mod meters;
 mod orientation;
 mod panel;
+mod panics;
 mod period;
 mod phase;
 mod photons;

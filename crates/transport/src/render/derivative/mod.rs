@@ -18,7 +18,7 @@ use crate::derivative::{DerivativeError, Plan, RadiometricParameter, Sums, Tape}
 use crate::film::{Decomposition, LightParts};
 use crate::integrator::{Contribution, Integrator, PathFinds};
 use crate::renderer::Renderer;
-use crate::scene::Scene;
+use crate::scene::{NO_SCENE, Scene};
 use crate::stats::Stats;
 use batches::{BatchMoments, Part, Units, check_room, derivatives_of};
 
@@ -72,6 +72,9 @@ pub struct DerivativeOptions<'a> {
 /// # Errors
 /// Parameters that a scene does not have derivatives by, Stokes parameters, integrators that blur, weights that do not fit or are not finite, fewer than
 /// two samples.
+///
+/// # Panics
+/// As [`State::new`](super::State::new).
 pub fn derivatives(
     scenes: &[Scene],
     options: &DerivativeOptions,
@@ -86,7 +89,9 @@ pub fn derivatives(
     if options.integrator.blurs() {
         return Err(DerivativeError::Blurred(options.integrator.name()));
     }
-    let film = scenes[0].film();
+    let first = scenes.first().expect(NO_SCENE);
+    options.decomposition.assert_fits(first.emitters().len());
+    let film = first.film();
     let pixels = film.width * film.height;
     let expected = options.decomposition.layers() * pixels * film.channels;
     check_weights(options.weights, expected)?;

@@ -2,11 +2,11 @@
 
 use super::error::{BuildError, BuildProblem};
 use crate::Spectrum;
-use crate::emitter::{Emitter, Surroundings};
+use crate::film::Filter;
 use crate::medium::Medium;
 use crate::scene::FilmSpec;
 use crate::volume::VolumeTexture;
-use glam::DVec3;
+use eikonal::Shown;
 
 /// Most pixels along a side of a film.
 const LARGEST_FILM: usize = 1 << 16;
@@ -30,6 +30,11 @@ impl Problems {
         });
     }
 
+    /// How many there are.
+    pub(super) fn count(&self) -> usize {
+        self.0.len()
+    }
+
     /// The value, unless there are problems.
     pub(super) fn checked<T>(self, value: T) -> Result<T, BuildError> {
         if self.0.is_empty() {
@@ -51,6 +56,21 @@ impl Problems {
             let message = format!("must be 1 to {most}, but it is {channels}");
             self.add("film".into(), Some("channels"), message);
         }
+        match film.filter {
+            Filter::Tent { radius } => self.filter("radius", radius),
+            Filter::Gaussian { stddev } => self.filter("stddev", stddev),
+            Filter::Box | Filter::Signed(_) => {}
+        }
+    }
+
+    fn filter(&mut self, parameter: &'static str, width: f64) {
+        if !(width > 0.0 && width <= LARGEST_FILM as f64) {
+            let message = format!(
+                "must be positive and at most {LARGEST_FILM} pixels, but it is {}",
+                Shown(width)
+            );
+            self.add("filter".into(), Some(parameter), message);
+        }
     }
 
     pub(super) fn media(&mut self, media: &[Medium]) {
@@ -69,6 +89,9 @@ impl Problems {
             }
             self.uniform(subject(), "sigma_t", &medium.sigma_t, f64::MAX);
             self.uniform(subject(), "albedo", &medium.albedo, 1.0);
+            if let Some(emission) = &medium.emission {
+                self.uniform(subject(), "emission", emission, f64::MAX);
+            }
         }
     }
 
@@ -95,32 +118,11 @@ impl Problems {
         }
     }
 
-    pub(super) fn emitters(&mut self, emitters: &[Emitter]) {
-        for (i, emitter) in emitters.iter().enumerate() {
-            let subject = format!("emitter {i}");
-            if matches!(emitter, Emitter::Area { .. } | Emitter::Textured(_)) {
-                let message = "it covers an object: use ObjectBuilder::emission";
-                self.add(subject, None, message.into());
-                continue;
-            }
-            if !geometry(emitter).into_iter().all(DVec3::is_finite) {
-                let message = "positions and directions must be finite, and directions not zero";
-                self.add(subject.clone(), None, message.into());
-            }
-            let around = Surroundings {
-                center: DVec3::ZERO,
-                radius: 1.0,
-            };
-            let no_shape = |_| unreachable!("emitters on objects were refused");
-            self.light(subject, "power", emitter.power(&around, no_shape));
-        }
-    }
-
     pub(super) fn emission(&mut self, object: &str, radiance: Spectrum) {
         self.light(format!("object {object:?}"), "emission", radiance);
     }
 
-    fn light(&mut self, subject: String, parameter: &'static str, value: Spectrum) {
+    pub(super) fn light(&mut self, subject: String, parameter: &'static str, value: Spectrum) {
         let wrong = value.0.into_iter().find(|v| !(v.is_finite() && *v >= 0.0));
         if let Some(wrong) = wrong {
             let message = format!("must be finite and not negative, but it is {wrong}");
@@ -141,17 +143,5 @@ impl Problems {
             known.join(", ")
         );
         self.add(format!("object {object:?}"), Some(parameter), message);
-    }
-}
-
-/// Where an emitter is, and in which direction it radiates.
-fn geometry(emitter: &Emitter) -> [DVec3; 2] {
-    match emitter {
-        Emitter::Point { position, .. } => [*position, DVec3::ZERO],
-        Emitter::Spot(spot) => [spot.position(), DVec3::ZERO],
-        Emitter::Collimated(beam) => [beam.origin(), beam.direction()],
-        Emitter::Fiber(fiber) => [fiber.origin(), fiber.aperture().direction()],
-        Emitter::Directional { direction, .. } => [*direction, DVec3::ZERO],
-        _ => [DVec3::ZERO; 2],
     }
 }

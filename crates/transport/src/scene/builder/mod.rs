@@ -1,8 +1,10 @@
 //! Scenes built from their parts, by name and with defaults. Scene files go another way: crate `morgana-io` makes [`Parts`] of them.
 
 mod checks;
+mod emitter_checks;
 mod error;
 mod object;
+mod sensor_checks;
 
 pub use error::{BuildError, BuildProblem};
 pub use object::ObjectBuilder;
@@ -206,7 +208,10 @@ impl SceneBuilder {
         let aspect = self.film.width as f64 / self.film.height as f64;
         match &self.view {
             None => Sensor::Absent(DAffine3::IDENTITY),
-            Some(View::Sensor(sensor)) => sensor.clone(),
+            Some(View::Sensor(sensor)) => {
+                problems.sensor(sensor, aspect);
+                sensor.clone()
+            }
             Some(View::Camera(camera)) => camera.sensor(aspect).unwrap_or_else(|e| {
                 problems.add("camera".into(), None, e.to_string());
                 Sensor::Absent(DAffine3::IDENTITY)

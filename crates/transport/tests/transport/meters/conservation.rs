@@ -7,7 +7,7 @@ use morgana_transport::Spectrum;
 use morgana_transport::bsdf::{Bsdf, Conductor, Diffuse};
 use morgana_transport::emitter::Emitter;
 use morgana_transport::meter::{Coordinates, Estimator, Meter};
-use morgana_transport::path::EnergyBalance;
+use morgana_transport::render::EnergyBalance;
 use morgana_transport::scene::{Object, Parts};
 use morgana_transport::shape::{Cube, Rectangle, Sphere};
 use morgana_transport::volume::VolumeTexture;

@@ -3,6 +3,7 @@
 //! Statistical tests compare at a family-wise false-alarm rate of 1e-3 each, by z with the standard errors
 //! that the meters state.
 
+mod checks;
 mod closed_forms;
 mod colour_derivatives;
 mod conservation;

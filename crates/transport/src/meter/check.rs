@@ -1,0 +1,135 @@
+//! What fields of meters must not be.
+
+use super::{Acceptance, Cosines, FluenceMeter, IrradianceMeter, Meter, MeterSurface};
+use crate::Bins;
+use crate::emitter::Emitter;
+use crate::scene::Scene;
+use eikonal::Shown;
+
+/// How far the length of a unit vector may be off.
+const ROUNDING: f64 = 1e-12;
+
+/// A field of a meter with a value that it cannot have.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{field}: {message}")]
+pub struct MeterProblem {
+    /// The field.
+    pub field: &'static str,
+    /// What it must be, and what it is.
+    pub message: String,
+}
+
+/// An error if a field is not as it must be.
+fn demand(
+    is_so: bool,
+    field: &'static str,
+    message: impl FnOnce() -> String,
+) -> Result<(), MeterProblem> {
+    if is_so {
+        return Ok(());
+    }
+    let message = message();
+    Err(MeterProblem { field, message })
+}
+
+impl Meter {
+    /// Finds out whether it can measure in a scene.
+    ///
+    /// # Errors
+    /// The first field that has no value for that.
+    pub(crate) fn check(&self, scene: &Scene) -> Result<(), MeterProblem> {
+        match self {
+            Meter::Fluence(meter) => meter.check(scene),
+            Meter::Irradiance(meter) => meter.check(scene.objects().len()),
+        }
+    }
+}
+
+impl FluenceMeter {
+    fn check(&self, scene: &Scene) -> Result<(), MeterProblem> {
+        let is_lit = scene.around().contains(self.grid.aabb());
+        let distant = || scene.emitters().iter().any(Emitter::is_at_infinity);
+        demand(is_lit || !distant(), "grid", || {
+            "must lie in the ball that light from infinity fills, but it reaches beyond: give the scene its box as `measured`".into()
+        })?;
+        check_lengths(self.optical_length)
+    }
+}
+
+impl IrradianceMeter {
+    fn check(&self, objects: usize) -> Result<(), MeterProblem> {
+        check_surfaces(&self.surfaces, objects)?;
+        self.acceptance.check()?;
+        demand(self.positions.bins() > 0, "positions", || {
+            "must have a bin at least, but there is none".into()
+        })?;
+        self.cosines.map_or(Ok(()), |cosines| cosines.check())?;
+        check_lengths(self.optical_length)
+    }
+}
+
+fn check_surfaces(surfaces: &[MeterSurface], objects: usize) -> Result<(), MeterProblem> {
+    let field = "surfaces";
+    demand(!surfaces.is_empty(), field, || {
+        "must not be empty: light is measured at a surface".into()
+    })?;
+    for (i, &MeterSurface { object, .. }) in surfaces.iter().enumerate() {
+        demand(object < objects, field, || {
+            format!(
+                "must be of objects of the scene, which has {objects}, but one is of object {object}"
+            )
+        })?;
+        let twice = surfaces[..i].iter().any(|other| other.object == object);
+        demand(!twice, field, || {
+            format!("must be of different objects, but two are of object {object}")
+        })?;
+    }
+    Ok(())
+}
+
+fn check_lengths(bins: Option<Bins>) -> Result<(), MeterProblem> {
+    bins.map_or(Ok(()), |bins| {
+        demand(bins.is_valid(), "optical_length", || {
+            format!(
+                "must have finite ends, min below max, and a bin at least, but there are {} from {} to {}",
+                bins.count,
+                Shown(bins.min),
+                Shown(bins.max)
+            )
+        })
+    })
+}
+
+impl Acceptance {
+    fn check(&self) -> Result<(), MeterProblem> {
+        if let Some(patch) = &self.patch {
+            demand(patch.center.is_finite(), "acceptance.patch.center", || {
+                format!("must be finite, but it is {}", Shown(patch.center))
+            })?;
+            check_positive(patch.radius, "acceptance.patch.radius")?;
+        }
+        self.numerical_aperture.map_or(Ok(()), |aperture| {
+            check_positive(aperture, "acceptance.numerical_aperture")
+        })
+    }
+}
+
+impl Cosines {
+    fn check(&self) -> Result<(), MeterProblem> {
+        demand(self.count > 0, "cosines.count", || {
+            "must be at least 1, but it is 0".into()
+        })?;
+        self.axis.map_or(Ok(()), |axis| {
+            let is_unit = (axis.length() - 1.0).abs() <= ROUNDING;
+            demand(is_unit, "cosines.axis", || {
+                format!("must be a unit vector, but it is {}", Shown(axis))
+            })
+        })
+    }
+}
+
+fn check_positive(value: f64, field: &'static str) -> Result<(), MeterProblem> {
+    demand(value > 0.0 && value.is_finite(), field, || {
+        format!("must be positive and finite, but it is {}", Shown(value))
+    })
+}
