@@ -59,9 +59,10 @@ fn parts_within(scene: &Scene, medium: usize, line: [DVec3; 2]) -> Vec<[DVec3; 2
 fn edge(mut there: DVec3, mut absent: DVec3, is_there: impl Fn(DVec3) -> bool) -> DVec3 {
     for _ in 0..BISECTIONS {
         let middle = there.midpoint(absent);
-        match is_there(middle) {
-            true => there = middle,
-            false => absent = middle,
+        if is_there(middle) {
+            there = middle;
+        } else {
+            absent = middle;
         }
     }
     there
