@@ -268,7 +268,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     }
 
     /// Whether the last correction hardly changes the Jacobian: judged by how it has changed since the iterate before, or else by
-    /// how fine the field is.
+    /// how fine the field is (docs/theory.md#second-shots).
     fn is_steady<W: World<Region = R>>(
         &self,
         world: &W,

@@ -49,7 +49,7 @@ fn primary_branches_match_the_reference_tables() {
 }
 
 /// Air over a hot road, 0.1 m high where rays are hundreds of metres long: the Jacobian, too, is that of the ray to the target, not of one
-/// that passes it by what the length allows.
+/// that passes it by what the length allows. Ten tolerances are left to the last correction, and as many to the ray itself.
 #[test]
 fn jacobians_are_good_where_the_field_is_much_finer_than_rays_are_long() {
     let quantity = Quantity::Index;

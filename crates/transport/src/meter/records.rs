@@ -204,7 +204,7 @@ impl Records {
         self.rows.retain(width, |number| is_among(number, halvings));
     }
 
-    /// The least share 2^−`halvings` of particles of which all groups of channels have the records, and of which there are not too many in all.
+    /// The largest share 2^−`halvings` of particles of which all groups of channels have the records, and of which there are not too many in all.
     pub(crate) fn common_share(groups: &[&Records]) -> u32 {
         let most = groups.iter().map(|group| group.most).min().unwrap_or(0);
         let mut halvings = groups.iter().map(|group| group.halvings).max().unwrap_or(0);
