@@ -20,6 +20,34 @@ fn describes_what_is_in_a_scene() {
     }
 }
 
+/// Half of the light of a round aperture is within 0.267 λ/(a/f) (Rayleigh): 0.0064 and 0.0096 of this image.
+#[test]
+fn says_how_far_an_aperture_diffracts() {
+    let scene = |diffraction: bool| {
+        let film = json!({"type": "hdrfilm", "width": 100, "height": 50, "pixel_format": "spectral", "wavelengths": "600, 900"});
+        let mut sensor =
+            json!({"type": "thinlens", "fov": 1.432_394_5, "aperture_radius": 1, "film": film});
+        if diffraction {
+            sensor["diffraction"] = true.into();
+            sensor["metres_per_unit"] = 1e-3.into();
+        }
+        json!({"type": "scene", "sensor": sensor, "sky": {"type": "constant"}}).to_string()
+    };
+    let folder = Folder::with_fog();
+    std::fs::write(folder.path("scene.json"), scene(true)).unwrap();
+    let text = folder.succeed("info scene.json");
+    assert!(
+        text.contains("half of the light within 0.64 to 0.96 pixels"),
+        "{text}"
+    );
+    let told: serde_json::Value =
+        serde_json::from_str(&folder.succeed("info scene.json --json")).unwrap();
+    assert_eq!(told["sensor"]["diffraction"].as_array().unwrap().len(), 2);
+    std::fs::write(folder.path("scene.json"), scene(false)).unwrap();
+    let text = folder.succeed("info scene.json");
+    assert!(!text.contains("diffraction"), "{text}");
+}
+
 #[test]
 fn shows_warnings_with_their_place() {
     let folder = Folder::with_scene(

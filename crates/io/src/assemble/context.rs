@@ -1,6 +1,7 @@
 //! What is gathered while a scene is assembled.
 
 use super::CondensedGrid;
+use super::aperture::Apertures;
 use super::channels::Channels;
 use super::clipping;
 use super::colour;
@@ -33,6 +34,7 @@ pub(super) struct Context<'a> {
     pub group: usize,
     pub diagnostics: &'a mut Diagnostics,
     pub files: &'a mut FileRegistry,
+    pub apertures: &'a mut Apertures,
     pub media: Vec<Medium>,
     /// Media whose index is not settled: the dielectrics around them may say.
     pub index_open: Vec<bool>,
@@ -111,6 +113,7 @@ impl<'a> Context<'a> {
         group: usize,
         diagnostics: &'a mut Diagnostics,
         files: &'a mut FileRegistry,
+        apertures: &'a mut Apertures,
     ) -> Self {
         let ambient = Medium::transparent("ambient", Constant::new(1.0));
         Context {
@@ -118,6 +121,7 @@ impl<'a> Context<'a> {
             group,
             diagnostics,
             files,
+            apertures,
             media: vec![ambient],
             index_open: vec![true],
             index_from: HashMap::new(),

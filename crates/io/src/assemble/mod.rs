@@ -2,6 +2,7 @@
 //!
 //! Everything that is wrong is reported, with its place, before giving up.
 
+mod aperture;
 mod brightness;
 mod bsdf;
 mod channels;
@@ -64,6 +65,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::query::Query;
 use crate::read_scene;
 use crate::scene::{FileRegistry, PluginKind, SceneDescription, SceneHash};
+use aperture::Apertures;
 use channels::Channels;
 use context::Context;
 use group::Group;
@@ -98,6 +100,7 @@ pub fn assemble(
     let description = without.as_ref().unwrap_or(description);
     let mut files = FileRegistry::within(options.limits).searching(description.folders.clone());
     let channels = integrator::channels(&description.root, options, &mut diagnostics);
+    let mut apertures = Apertures::new();
     let mut groups = Vec::new();
     for group in 0..channels.groups() {
         // What is doubtful is the same in every group: it is reported for the first only.
@@ -107,7 +110,7 @@ pub fn assemble(
         } else {
             &mut later
         };
-        let context = Context::new(&channels, group, log, &mut files);
+        let context = Context::new(&channels, group, log, &mut files, &mut apertures);
         groups.extend(Group::new(description, options, context));
         if later.has_errors() {
             return Err(later);
@@ -210,7 +213,8 @@ pub fn assemble_field(
     query.children(PluginKind::Sensor);
     query.finish(&[]);
     let mut files = FileRegistry::new().searching(description.folders.clone());
-    let mut context = Context::new(&channels, 0, &mut diagnostics, &mut files);
+    let mut apertures = Apertures::new();
+    let mut context = Context::new(&channels, 0, &mut diagnostics, &mut files, &mut apertures);
     let field = volume.and_then(|volume| field::build(volume, &mut context));
     match (field, fingerprint(description, &files, &mut diagnostics)) {
         (Some(field), Some(hash)) if !diagnostics.has_errors() => Ok(LoadedField {

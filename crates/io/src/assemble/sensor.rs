@@ -1,5 +1,6 @@
 //! Sensors.
 
+use super::aperture::{Opening, SHAPES};
 use super::context::Context;
 use super::described::{diffracts, is_meter};
 use super::film::{self, FilmParts};
@@ -103,7 +104,8 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
         }
         film.spec.window = Some(window);
     }
-    let mut sensors: Vec<Sensor> = views.iter().map(|view| view.sensor(aspect)).collect();
+    let sensors = views.iter().map(|view| view.sensor(aspect, context));
+    let mut sensors: Vec<Sensor> = sensors.collect::<Option<_>>()?;
     let sensor = if object.plugin == "batch" {
         Sensor::Batch(Arc::new(Batch::new(sensors)?))
     } else {
@@ -282,18 +284,14 @@ pub(super) fn absent(context: &mut Context) -> SensorParts {
         all.center().with_z(all.min.z - distance)
     };
     let film = film::build(None, context);
-    let view = View {
-        optics: Optics::Pinhole(Fov {
-            angle: DEFAULT_FOV.to_radians(),
-            axis: 0,
-        }),
-        frame: DAffine3::from_translation(eye),
-        shift: [0.0; 2],
-        wavelength: None,
+    let fov = Fov {
+        angle: DEFAULT_FOV.to_radians(),
+        axis: 0,
     };
     let aspect = film.spec.width as f64 / film.spec.height as f64;
+    let pinhole = fov.pinhole(DAffine3::from_translation(eye), aspect);
     SensorParts {
-        sensor: view.sensor(aspect),
+        sensor: Sensor::Perspective(pinhole),
         medium: None,
         film,
         samples: sampler::build(None, SAMPLES, context),
@@ -304,14 +302,20 @@ enum Optics {
     Pinhole(Fov),
     ThinLens(Lens),
     Orthographic,
-    Telecentric(f64, ApertureStop),
+    Telecentric(f64, Stop),
+}
+
+/// The stop of a telecentric sensor, in units of slope.
+enum Stop {
+    Open { radius: f64, opening: Opening },
+    Knife(ApertureStop),
 }
 
 /// A thin lens, in local units.
 struct Lens {
     fov: Fov,
     radius: f64,
-    obscuration: f64,
+    opening: Opening,
     focus_distance: f64,
 }
 
@@ -340,7 +344,7 @@ fn optics(object: &ObjectDescription, frame: &DAffine3, q: &mut Query) -> Option
             Optics::ThinLens(Lens {
                 fov,
                 radius,
-                obscuration: obscuration(q),
+                opening: Opening::read(object, q),
                 focus_distance: focus(frame, POSITIVE, far, q),
             })
         }
@@ -351,18 +355,10 @@ fn optics(object: &ObjectDescription, frame: &DAffine3, q: &mut Query) -> Option
         }),
         "telecentric" => {
             let all = (Bound::Included(0.0), Bound::Unbounded);
-            Optics::Telecentric(focus(frame, all, 0.0, q), stop(q))
+            Optics::Telecentric(focus(frame, all, 0.0, q), stop(object, q))
         }
         _ => return None,
     })
-}
-
-/// Largest obscuration: less of an aperture than its rim lets hardly any light pass.
-const MOST_OBSCURED: f64 = 0.95;
-
-/// The share of an aperture's radius that is covered in its middle.
-fn obscuration(q: &mut Query) -> f64 {
-    q.float_in("obscuration", 0.0..=MOST_OBSCURED, 0.0)
 }
 
 /// Where the plane of focus is along the axis, in local units: by its distance, or by a point of it in the world.
@@ -384,14 +380,14 @@ fn focus(frame: &DAffine3, range: (Bound<f64>, Bound<f64>), default: f64, q: &mu
 }
 
 /// The stop of a telecentric sensor, and the knife edge in it.
-fn stop(q: &mut Query) -> ApertureStop {
+fn stop(object: &ObjectDescription, q: &mut Query) -> Stop {
     let angle = q.float_in(
         "acceptance_angle",
         (Bound::Excluded(0.0), Bound::Included(WIDEST_STOP)),
         None,
     );
     let radius = angle.to_radians().tan();
-    let obscuration = obscuration(q);
+    let opening = Opening::read(object, q);
     if !q.has("knife_edge") {
         if q.has("knife_angle") {
             q.error(
@@ -399,9 +395,9 @@ fn stop(q: &mut Query) -> ApertureStop {
                 "a knife needs a vector 'knife_edge', its direction",
             );
         }
-        return ApertureStop::ring(radius, obscuration);
+        return Stop::Open { radius, opening };
     }
-    for name in ["obscuration", "diffraction"] {
+    for name in SHAPES.into_iter().chain(["diffraction"]) {
         if q.has(name) {
             let message = format!(
                 "the stop has a knife edge or '{name}', not both: the image behind a knife edge depends on the coherence of the light"
@@ -414,11 +410,11 @@ fn stop(q: &mut Query) -> ApertureStop {
         let message =
             "'knife_edge' points to the covered side, across the axis: (x, y, 0), not zero";
         q.error("knife_edge", message);
-        return ApertureStop::disc(radius);
+        return Stop::Open { radius, opening };
     }
     let open = (Bound::Excluded(-angle), Bound::Included(angle));
     let cut = q.float_in("knife_angle", open, 0.0).to_radians().tan();
-    ApertureStop::with_knife(radius, edge.truncate(), cut)
+    Stop::Knife(ApertureStop::with_knife(radius, edge.truncate(), cut))
 }
 
 /// By an angle, or by the focal length of a lens for 35 mm film, which is an angle along the diagonal.
@@ -452,6 +448,10 @@ pub(super) fn fov(q: &mut Query) -> Fov {
 }
 
 impl Fov {
+    fn pinhole(&self, frame: DAffine3, aspect: f64) -> Perspective {
+        Perspective::new(frame, self.horizontal(aspect), aspect)
+    }
+
     /// The horizontal angle for an aspect ratio, width over height.
     pub(super) fn horizontal(&self, aspect: f64) -> f64 {
         if AXES[self.axis] == "diagonal" {
@@ -473,14 +473,15 @@ impl Fov {
 }
 
 impl View {
-    fn sensor(&self, aspect: f64) -> Sensor {
+    /// The sensor; `None` after an error.
+    fn sensor(&self, aspect: f64, context: &mut Context) -> Option<Sensor> {
         let frame = self.frame;
-        let pinhole = |fov: &Fov| Perspective::new(frame, fov.horizontal(aspect), aspect);
-        match &self.optics {
-            Optics::Pinhole(fov) => Sensor::Perspective(pinhole(fov)),
+        Some(match &self.optics {
+            Optics::Pinhole(fov) => Sensor::Perspective(fov.pinhole(frame, aspect)),
             Optics::ThinLens(lens) => {
-                let sensor = ThinLens::new(pinhole(&lens.fov), lens.radius, lens.focus_distance)
-                    .with_obscuration(lens.obscuration);
+                let pinhole = lens.fov.pinhole(frame, aspect);
+                let sensor = ThinLens::new(pinhole, lens.radius, lens.focus_distance)
+                    .with_aperture(lens.opening.aperture(context)?);
                 Sensor::ThinLens(match self.wavelength {
                     Some(wavelength) => sensor.with_diffraction(wavelength),
                     None => sensor,
@@ -488,10 +489,16 @@ impl View {
             }
             Optics::Orthographic => Sensor::Orthographic(Orthographic::new(frame, aspect)),
             Optics::Telecentric(distance, stop) => {
-                let sensor = Telecentric::new(frame, aspect, *distance, *stop);
+                let stop = match stop {
+                    Stop::Open { radius, opening } => {
+                        ApertureStop::new(*radius, opening.aperture(context)?)
+                    }
+                    Stop::Knife(stop) => stop.clone(),
+                };
+                let sensor = Telecentric::new(frame, aspect, *distance, stop);
                 let diffracted = self.wavelength.and_then(|w| sensor.with_diffraction(w));
                 Sensor::Telecentric(diffracted.unwrap_or(sensor))
             }
-        }
+        })
     }
 }

@@ -328,6 +328,21 @@ pub(super) fn screen(object: &ObjectDescription, context: &mut Context) -> Optio
     })
 }
 
+/// Width, height and the shares of light that the pixels of a bitmap let pass, whatever the channels; `None` after an error.
+pub(super) fn transmittances(
+    object: &ObjectDescription,
+    context: &mut Context,
+) -> Option<([usize; 2], Vec<f64>)> {
+    let mut q = Query::new(object, context.diagnostics);
+    let source = picture(&mut q, context.files);
+    q.finish(&[]);
+    let picture = source?;
+    let asked = Asked::plainly(Role::Number);
+    let (_, data) = clipped(&picture, asked, &object.location, context)?;
+    let size = [picture.image.width, picture.image.height];
+    Some((size, data.into_iter().map(f64::from).collect()))
+}
+
 /// Channels and values of an image, of which those outside of what they may be are clipped; `None` if they are refused. Either is reported.
 fn clipped(
     picture: &Picture,

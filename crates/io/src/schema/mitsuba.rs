@@ -101,7 +101,10 @@ const PARAMETERS: &[(PluginKind, &[&str])] = &[
     (
         PluginKind::Sensor,
         &[
+            "aperture",
             "bin_width",
+            "blade_angle",
+            "blades",
             "center",
             "cosine_axis",
             "cosine_bins",
@@ -122,6 +125,9 @@ const PARAMETERS: &[(PluginKind, &[&str])] = &[
             "radius",
             "records",
             "tagged",
+            "vane_angle",
+            "vane_width",
+            "vanes",
             "wavelength",
         ],
     ),

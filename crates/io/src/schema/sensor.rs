@@ -2,11 +2,11 @@
 
 use super::integrator::TAGGED;
 use super::row::{
-    TO_WORLD, boolean, choice, float, integer, many, one, plugin, point, spectrum, text, vector,
-    word,
+    TO_WORLD, boolean, choice, float, integer, many, one, plugin, point, role, spectrum, text,
+    vector, word,
 };
 use super::{Parameter, Plugin, Slot};
-use crate::scene::PluginKind::{Film, Medium, Rfilter, Sampler, Sensor};
+use crate::scene::PluginKind::{Film, Medium, Rfilter, Sampler, Sensor, Texture};
 
 const CAMERA: &[Parameter] = &[
     TO_WORLD,
@@ -64,10 +64,35 @@ const FOCUS_POINT: Parameter = point(
 );
 
 const APERTURE: &[Parameter] = &[
+    integer(
+        "blades",
+        "",
+        "of an iris that is a regular polygon with corners on the rim, 3 to 100; else a disc",
+    ),
+    float(
+        "blade_angle",
+        "0",
+        "of one corner, from local x towards y, degrees",
+    ),
     float(
         "obscuration",
         "0",
         "share of the aperture's radius that is covered in its middle, 0 to 0.95",
+    ),
+    integer(
+        "vanes",
+        "",
+        "straight bars from the middle to the rim that cover the aperture, 1 to 100",
+    ),
+    float(
+        "vane_width",
+        "required with vanes",
+        "as a share of the aperture's radius, > 0 and at most 1",
+    ),
+    float(
+        "vane_angle",
+        "0",
+        "of one vane, from local x towards y, degrees",
     ),
     boolean(
         "diffraction",
@@ -212,6 +237,18 @@ const PICTURE: &[Slot] = &[
     one(Medium, "The medium that the sensor is in."),
 ];
 
+const LENS_PICTURE: &[Slot] = &[
+    role(
+        Texture,
+        "aperture",
+        "A square bitmap of the share of light that each part of the aperture lets pass.",
+    ),
+    one(Film, "The image."),
+    one(Rfilter, "Ignored: filters belong into the film."),
+    one(Sampler, "The number of samples."),
+    one(Medium, "The medium that the sensor is in."),
+];
+
 const METER: &[Slot] = &[
     one(Film, "The channels."),
     one(Sampler, "The number of particles."),
@@ -228,7 +265,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "thinlens",
         "An ideal lens.",
         &[VIEW, LENS, APERTURE, CAMERA],
-        PICTURE,
+        LENS_PICTURE,
     ),
     plugin(
         "orthographic",
@@ -240,7 +277,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "telecentric",
         "The same narrow cone of directions at every point, with a knife edge if wanted.",
         &[TELECENTRIC, APERTURE, CAMERA],
-        PICTURE,
+        LENS_PICTURE,
     ),
     plugin(
         "batch",

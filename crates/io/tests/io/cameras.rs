@@ -314,7 +314,7 @@ const DIFFRACTION: &str =
 fn each_wavelength_is_diffracted_as_far() {
     let offset = |loaded: &Loaded, group: usize| {
         let sensor = loaded.groups[group].sensor();
-        sensor.point_spread().unwrap().offset(1.0, [0.5, 0.0])[0]
+        sensor.point_spread().unwrap().offset(1.0, || [0.5, 0.0])[0]
     };
     // Half of the light is within v = 1.680225 (Rayleigh).
     let v = 1.680_225;
@@ -383,6 +383,30 @@ fn diffraction_says_what_it_needs() {
             LINES,
             "a knife edge or 'obscuration', not both",
         ),
+        (
+            "telecentric",
+            format!("{stop}{knife}<integer name='blades' value='5'/>"),
+            LINES,
+            "a knife edge or 'blades', not both",
+        ),
+        (
+            "thinlens",
+            format!("{lens}<integer name='blades' value='2'/>"),
+            LINES,
+            "blades",
+        ),
+        (
+            "thinlens",
+            format!("{lens}<integer name='vanes' value='3'/>"),
+            LINES,
+            "vane_width",
+        ),
+        (
+            "thinlens",
+            format!("{lens}<float name='vane_width' value='0.1'/>"),
+            LINES,
+            "'vane_width' needs 'vanes'",
+        ),
         ("perspective", DIFFRACTION.to_owned(), LINES, "diffraction"),
         (
             "batch",
@@ -392,6 +416,81 @@ fn diffraction_says_what_it_needs() {
         ),
     ] {
         let refused = load_diffracting(kind, &parameters, film).expect_err(expected);
+        assert!(refused.contains(expected), "{expected}: {refused}");
+    }
+}
+
+/// What opens of an aperture: shares of its square, by where rays start on the lens.
+fn open_share(loaded: &Loaded, of: impl Fn([f64; 2]) -> bool) -> f64 {
+    let starts = (0..10_000).map(|i| {
+        let lens = [i % 100, i / 100].map(|k| (f64::from(k) + 0.5) / 100.0);
+        let start = loaded.scene().sensor().ray([0.5; 2], lens).origin;
+        [start.x / 0.5, start.y / 0.5]
+    });
+    starts.filter(|p| of(*p)).count() as f64 / 1e4
+}
+
+/// A triangle with a corner on the left, which is +x, and a bar upwards; all wavelengths share it.
+#[test]
+fn blades_and_vanes_cover_a_lens() {
+    let lens = format!(
+        "<float name='aperture_radius' value='0.5'/>{DIFFRACTION}
+         <integer name='blades' value='3'/><integer name='vanes' value='1'/>
+         <float name='vane_width' value='0.2'/><float name='vane_angle' value='90'/>"
+    );
+    let loaded = load_diffracting("thinlens", &lens, LINES).unwrap();
+    assert!(open_share(&loaded, |[x, _]| x < -0.51) < 1e-3);
+    assert!(open_share(&loaded, |[x, _]| x > 0.9) > 0.0);
+    let in_bar = |[x, y]: [f64; 2]| x.abs() < 0.09 && y > 0.0;
+    assert_eq!(open_share(&loaded, in_bar), 0.0);
+    assert!(open_share(&loaded, |[x, y]| in_bar([x, -y])) > 0.03);
+    // The same offsets, in proportion to the wavelength.
+    let offset = |group: usize| {
+        let spread = loaded.groups[group].sensor().point_spread().unwrap();
+        spread.offset(1.0, || [0.3, 0.6])
+    };
+    let (blue, red) = (offset(0), offset(2));
+    for axis in 0..2 {
+        assert!(
+            (red[axis] / blue[axis] - 2.0).abs() < 1e-9,
+            "{blue:?} {red:?}"
+        );
+    }
+}
+
+/// Half of a picture of an aperture, from the left, lets a third as much pass as the other.
+#[test]
+fn a_picture_says_what_of_a_lens_is_open() {
+    let scene = |data: &str, more: &str| {
+        let text = format!(
+            r#"{{"type": "scene", "e": {{"type": "constant"}}, "s": {{"type": "thinlens", "aperture_radius": 0.5{more},
+                "aperture": {{"type": "bitmap", "data": {data}}}}}}}"#
+        );
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.json");
+        std::fs::write(&path, text).unwrap();
+        morgana_io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
+    };
+    let loaded = scene("[[[0.3], [0.9]], [[0.3], [0.9]]]", "").unwrap();
+    let left = open_share(&loaded, |[x, _]| x > 0.0);
+    assert!((left - 0.25).abs() < 0.01, "{left}");
+    let corner = open_share(&loaded, |[x, y]| x < -0.8 && y < -0.8);
+    assert!(corner > 0.0, "the corners of the square are open, too");
+    for (data, more, expected) in [
+        (
+            "[[[1], [1]]]",
+            "",
+            "must be as wide as high, but it has 2 x 1 pixels",
+        ),
+        ("[[[1.5]]]", "", "[0, 1]"),
+        ("[[[0]]]", "", "nothing of it is open"),
+        (
+            "[[[1]]]",
+            r#", "blades": 6"#,
+            "a picture of the aperture, or 'blades', not both",
+        ),
+    ] {
+        let refused = scene(data, more).expect_err(expected);
         assert!(refused.contains(expected), "{expected}: {refused}");
     }
 }

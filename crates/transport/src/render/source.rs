@@ -111,7 +111,7 @@ impl<'a> Source<'a> {
         let [across, down] = [u, v].map(|u| spec.filter.sample(u));
         let [s, t] = spec.image([column as f64 + 0.5 + across, row as f64 + 0.5 + down]);
         let spread = self.scene.sensor().point_spread();
-        let offset = spread.map(|spread| spread.offset(self.sensor_index, sampler.next_2d()));
+        let offset = spread.map(|spread| spread.offset(self.sensor_index, || sampler.next_2d()));
         let offset = offset.unwrap_or_default();
         SampledRay {
             ray: self

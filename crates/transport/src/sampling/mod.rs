@@ -22,6 +22,7 @@ pub use bilinear::BilinearCell;
 pub use discrete::Discrete;
 pub use frame::Frame;
 pub use grid2::Grid2;
+pub(crate) use grid2::PickedCell;
 pub use piecewise_constant::PiecewiseConstant;
 pub use piecewise_linear::PiecewiseLinear;
 pub use points::{Purpose, Replicates};

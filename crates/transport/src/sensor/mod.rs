@@ -10,7 +10,7 @@
 //! [`Filter::pdf`](crate::film::Filter::pdf), each times the number of pixels along its side, since
 //! u is in units of the image.
 //!
-//! * A sensor subpath draws u from h_j and a point of the lens uniformly ([`Sensor::ray`]), so it
+//! * A sensor subpath draws u from h_j and a point of the lens, uniform by the power that passes there ([`Sensor::ray`]), so it
 //!   starts with weight n² (docs/theory.md#radiance) and nothing else.
 //! * A light subpath that is connected to the sensor aims at a point of it ([`Sensor::sample_end`]). Changing
 //!   variables from u to the rays of that point (steradians), or to the parallel rays (area across
@@ -20,20 +20,19 @@
 //! * Where the aperture diffracts ([`Sensor::point_spread`]), both are displaced on the image by an offset that is drawn
 //!   from the point spread function: the sensor subpath starts at u less the offset, and the light subpath arrives at u plus it.
 
+mod aperture;
 mod batch;
 mod camera;
-mod encircled_energy;
 mod orthographic;
 mod perspective;
-mod point_spread;
 mod telecentric;
 mod thinlens;
 
+pub use aperture::{ApertureError, ApertureShape, Iris, PointSpread};
 pub use batch::Batch;
 pub use camera::{Camera, CameraError, Projection, look_at};
 pub use orthographic::Orthographic;
 pub use perspective::Perspective;
-pub use point_spread::PointSpread;
 pub use telecentric::{ApertureStop, Telecentric};
 pub use thinlens::ThinLens;
 

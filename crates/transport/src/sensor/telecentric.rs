@@ -1,8 +1,7 @@
 //! Telecentric camera: a stop in the focal plane of a lens, and a knife edge in the stop.
 
-use super::{PointSpread, Sensed, SensorRay};
+use super::{ApertureShape, PointSpread, Sensed, SensorRay};
 use crate::connection_end::{ConnectionEnd, EndSample};
-use crate::sampling::disc::disc_to_ring;
 use glam::{DAffine3, DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 
@@ -42,7 +41,7 @@ impl Telecentric {
     ///
     /// The reduced radius is 2π r sin α/λ at the distance r from a point of the plane of focus, for the acceptance angle α.
     pub fn with_diffraction(&self, wavelength: f64) -> Option<Self> {
-        let StopShape::Ring { obscuration } = self.stop.shape else {
+        let StopShape::Open(aperture) = &self.stop.shape else {
             return None;
         };
         let m = self.to_world.matrix3;
@@ -51,7 +50,7 @@ impl Telecentric {
         let (width, height) = (2.0 * m.x_axis.length(), 2.0 * m.y_axis.length());
         let scale = [spread / width, spread * self.aspect / height];
         Some(Telecentric {
-            point_spread: Some(PointSpread::new(obscuration, scale)),
+            point_spread: Some(PointSpread::new(aperture, scale)),
             ..self.clone()
         })
     }
@@ -127,18 +126,18 @@ impl Telecentric {
     }
 }
 
-/// The open part of a stop in units of slope: a disc, a ring, or what a straight edge leaves of a disc.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The open part of a stop in units of slope: an aperture of any shape, or what a straight edge leaves of a disc.
+#[derive(Clone, Debug)]
 pub struct ApertureStop {
     radius: f64,
     shape: StopShape,
 }
 
 /// What is covered of a stop.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 enum StopShape {
-    /// The middle, up to a share of the radius in [0, 1).
-    Ring { obscuration: f64 },
+    /// What is not of the aperture's shape.
+    Open(ApertureShape),
     /// One side of an edge.
     Knife {
         /// Unit vector towards the covered side.
@@ -151,14 +150,14 @@ enum StopShape {
 impl ApertureStop {
     /// A disc of the given radius > 0.
     pub fn disc(radius: f64) -> Self {
-        ApertureStop::ring(radius, 0.0)
+        ApertureStop::new(radius, ApertureShape::default())
     }
 
-    /// A disc of the given radius > 0 with its middle covered, up to a share `obscuration` of the radius, in [0, 1).
-    pub fn ring(radius: f64, obscuration: f64) -> Self {
+    /// An aperture that is that many times as large, > 0.
+    pub fn new(radius: f64, aperture: ApertureShape) -> Self {
         ApertureStop {
             radius,
-            shape: StopShape::Ring { obscuration },
+            shape: StopShape::Open(aperture),
         }
     }
 
@@ -180,21 +179,19 @@ impl ApertureStop {
     }
 
     fn area(&self) -> f64 {
-        let share = match self.shape {
-            StopShape::Ring { obscuration } => PI * (1.0 - obscuration * obscuration),
-            StopShape::Knife { cut, .. } => ApertureStop::segment(cut),
+        let share = match &self.shape {
+            StopShape::Open(aperture) => aperture.area(),
+            StopShape::Knife { cut, .. } => ApertureStop::segment(*cut),
         };
         self.radius * self.radius * share
     }
 
-    /// A point of the open part, uniform by area.
+    /// A point of the open part, uniform by the power that passes.
     fn sample(&self, u: [f64; 2]) -> DVec2 {
         self.radius
-            * match self.shape {
-                StopShape::Ring { obscuration } => {
-                    disc_to_ring(obscuration, beside_knife(DVec2::X, 1.0, u))
-                }
-                StopShape::Knife { edge, cut } => beside_knife(edge, cut, u),
+            * match &self.shape {
+                StopShape::Open(aperture) => aperture.sample(u),
+                StopShape::Knife { edge, cut } => beside_knife(*edge, *cut, u),
             }
     }
 }

@@ -1,46 +1,46 @@
 //! Thin-lens camera.
 
-use super::{Perspective, PointSpread, Sensed, SensorRay, to_world};
+use super::{ApertureShape, Perspective, PointSpread, Sensed, SensorRay, to_world};
 use crate::connection_end::{ConnectionEnd, EndSample};
-use crate::sampling::disc::{disc_to_ring, uniform_disc_sample};
 use glam::{DAffine3, DVec3};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
-/// A camera whose aperture is a disc or a ring, sharp at one distance. The lens is ideal and the distance is
+/// A camera with an aperture, sharp at one distance. The lens is ideal and the distance is
 /// measured along straight lines.
 #[derive(Clone, Debug)]
 pub struct ThinLens {
     pinhole: Perspective,
     aperture_radius: f64,
     focus_distance: f64,
-    obscuration: f64,
+    aperture: ApertureShape,
     point_spread: Option<PointSpread>,
 }
 
 impl ThinLens {
-    /// Lengths are in the units of the camera's local coordinates, > 0.
+    /// With a round aperture. Lengths are in the units of the camera's local coordinates, > 0.
     pub fn new(pinhole: Perspective, aperture_radius: f64, focus_distance: f64) -> Self {
         ThinLens {
             pinhole,
             aperture_radius,
             focus_distance,
-            obscuration: 0.0,
+            aperture: ApertureShape::default(),
             point_spread: None,
         }
     }
 
-    /// The lens with its middle covered, up to a share `obscuration` of its radius, in [0, 1).
-    pub fn with_obscuration(self, obscuration: f64) -> Self {
+    /// The lens with an aperture of that shape in place of the disc, in units of its radius. Diffraction is to be set afterwards.
+    pub fn with_aperture(self, aperture: ApertureShape) -> Self {
         ThinLens {
-            obscuration,
+            aperture,
+            point_spread: None,
             ..self
         }
     }
 
-    /// The lens with diffraction at its aperture, obscuration included, of light of a `wavelength` > 0 in vacuum, in scene units.
+    /// The lens with diffraction at its aperture, of light of a `wavelength` > 0 in vacuum, in scene units.
     /// The transform must not shear.
     ///
-    /// The reduced radius is 2π a tan θ/λ along each axis of the aperture, an ellipse where the axes of the transform differ in length.
+    /// The reduced radius is 2π a tan θ/λ along each axis of the aperture, which is stretched where the axes of the transform differ in length.
     pub fn with_diffraction(self, wavelength: f64) -> Self {
         let m = self.to_world().matrix3;
         let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::length);
@@ -51,7 +51,7 @@ impl ThinLens {
             spread / axis / (2.0 * half)
         });
         ThinLens {
-            point_spread: Some(PointSpread::new(self.obscuration, scale)),
+            point_spread: Some(PointSpread::new(&self.aperture, scale)),
             ..self
         }
     }
@@ -68,10 +68,6 @@ impl ThinLens {
         self.focus_distance
     }
 
-    pub(crate) fn obscuration(&self) -> f64 {
-        self.obscuration
-    }
-
     pub(super) fn point_spread(&self) -> Option<&PointSpread> {
         self.point_spread.as_ref()
     }
@@ -82,15 +78,13 @@ impl ThinLens {
 
     /// A point of the lens in local coordinates.
     fn on_lens(&self, u: [f64; 2]) -> DVec3 {
-        let open = disc_to_ring(self.obscuration, uniform_disc_sample(u));
-        open.extend(0.0) * self.aperture_radius
+        self.aperture.sample(u).extend(0.0) * self.aperture_radius
     }
 
-    /// Area of the lens in scene units.
+    /// Open area of the lens in scene units.
     fn area(&self) -> f64 {
         let m = self.to_world().matrix3;
-        let open = 1.0 - self.obscuration.powi(2);
-        PI * self.aperture_radius.powi(2) * open * m.x_axis.cross(m.y_axis).length()
+        self.aperture_radius.powi(2) * self.aperture.area() * m.x_axis.cross(m.y_axis).length()
     }
 
     pub(super) fn ray(&self, image: [f64; 2], lens: [f64; 2]) -> SensorRay {

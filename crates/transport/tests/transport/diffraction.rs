@@ -10,7 +10,9 @@ use morgana_transport::emitter::{BeamProfile, Collimated, Emitter};
 use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer};
 use morgana_transport::medium::Medium;
 use morgana_transport::scene::{FilmWindow, Object, Parts};
-use morgana_transport::sensor::{ApertureStop, Perspective, Sensor, Telecentric, ThinLens};
+use morgana_transport::sensor::{
+    ApertureShape, ApertureStop, Iris, Perspective, Sensor, Telecentric, ThinLens,
+};
 use morgana_transport::shape::Rectangle;
 use std::f64::consts::PI;
 use testkit::quadrature::{Effort, integrate_cell};
@@ -47,32 +49,50 @@ fn scene(sensor: Sensor, place: DVec2) -> Parts {
     parts
 }
 
-/// A thin lens with the first dark ring at a radius `ring` in the plane of focus.
-fn lens(ring: f64, obscuration: f64) -> ThinLens {
+fn covered(obscuration: f64) -> ApertureShape {
+    let iris = Iris {
+        obscuration,
+        ..Iris::default()
+    };
+    ApertureShape::new(iris).unwrap()
+}
+
+/// A thin lens whose first dark ring were at a radius `ring` in the plane of focus if it were a disc.
+fn lens(ring: f64, aperture: ApertureShape) -> ThinLens {
     let radius = 0.05;
     let pinhole = Perspective::new(DAffine3::IDENTITY, 2.0 * (HALF / FOCUS).atan(), 1.0);
     // r = 3.8317 λ f/(2π a) without an obscuration.
     let wavelength = 2.0 * PI * radius * ring / (3.831_706 * FOCUS);
     ThinLens::new(pinhole, radius, FOCUS)
-        .with_obscuration(obscuration)
+        .with_aperture(aperture)
         .with_diffraction(wavelength)
 }
 
-/// The image of the spot: what each pixel reads, with a first dark ring of radius `ring` without an obscuration.
-fn expected(ring: f64, obscuration: f64, place: DVec2) -> Vec<f64> {
-    let per_length = 3.831_706 / ring;
+/// The pattern of a ring by reduced radii.
+fn ring_pattern(obscuration: f64) -> impl Fn(DVec2) -> f64 {
     let amplitude = |v: f64| 2.0 * libm::j1(v) / v;
-    let normal = per_length * per_length / (4.0 * PI * (1.0 - obscuration * obscuration));
-    // Power per area of the plane, for a power of one.
-    let point = |from: DVec2| {
-        let v = per_length * from.length().max(1e-9);
+    move |v| {
+        let v = v.length().max(1e-9);
         let covered = if obscuration > 0.0 {
             obscuration.powi(2) * amplitude(obscuration * v)
         } else {
             0.0
         };
-        normal * (amplitude(v) - covered).powi(2)
-    };
+        (amplitude(v) - covered).powi(2) / (4.0 * PI * (1.0 - obscuration * obscuration))
+    }
+}
+
+/// The pattern of a slit that is open from −`half` to `half`.
+fn slit_pattern(half: f64, v: f64) -> f64 {
+    let v = half * v.abs().max(1e-9);
+    half * (v.sin() / v).powi(2) / PI
+}
+
+/// The image of the spot: what each pixel reads, with a first dark ring of radius `ring` if the aperture were a disc.
+fn expected(ring: f64, pattern: impl Fn(DVec2) -> f64, place: DVec2) -> Vec<f64> {
+    let per_length = 3.831_706 / ring;
+    // Power per area of the plane, for a power of one.
+    let point = |from: DVec2| per_length * per_length * pattern(per_length * from);
     // The mean over the spot, right to the fifth order: its middle and six points of a ring.
     let ring = |i: usize| DVec2::from_angle(PI / 3.0 * i as f64) * SPOT * (2.0_f64 / 3.0).sqrt();
     let spread = |[x, y]: [f64; 2]| {
@@ -126,24 +146,31 @@ fn particle() -> Integrator {
 #[test]
 fn a_point_becomes_the_pattern_of_the_aperture() {
     let place = DVec2::new(0.2, -0.1);
-    let telecentric = |obscuration: f64| {
+    let telecentric = |aperture: ApertureShape| {
         let map = DAffine3::from_scale(DVec3::new(HALF, HALF, 1.0));
         let angle = 5e-3_f64;
-        let stop = ApertureStop::ring(angle.tan(), obscuration);
+        let stop = ApertureStop::new(angle.tan(), aperture);
         let wavelength = 2.0 * PI * 0.4 * angle.sin() / 3.831_706;
         let sensor = Telecentric::new(map, 1.0, FOCUS, stop).with_diffraction(wavelength);
         Sensor::Telecentric(sensor.unwrap())
     };
     let bdpt = Integrator::Bdpt(Bdpt::default());
     let mut zs = Vec::new();
-    for obscuration in [0.0, 0.5] {
-        let wanted = expected(0.4, obscuration, place);
-        let lens = || Sensor::ThinLens(lens(0.4, obscuration));
+    // A window of half the width, upright.
+    let window = ApertureShape::picture(4, &[0.0, 1.0, 1.0, 0.0].repeat(4)).unwrap();
+    let window_pattern = |v: DVec2| slit_pattern(0.5, v.x) * slit_pattern(1.0, v.y);
+    for (aperture, wanted) in [
+        (covered(0.0), expected(0.4, ring_pattern(0.0), place)),
+        (covered(0.5), expected(0.4, ring_pattern(0.5), place)),
+        (window, expected(0.4, window_pattern, place)),
+    ] {
+        let lens = || Sensor::ThinLens(lens(0.4, aperture.clone()));
+        let telecentric = || telecentric(aperture.clone());
         for (by, sensor, samples) in [
             (path_tracer(), lens(), 40_000),
             (particle(), lens(), 2_000),
-            (particle(), telecentric(obscuration), 2_000),
-            (bdpt, telecentric(obscuration), 2_000),
+            (particle(), telecentric(), 2_000),
+            (bdpt, telecentric(), 2_000),
         ] {
             zs.extend(deviations(by, scene(sensor, place), samples, &wanted));
         }
@@ -156,8 +183,8 @@ fn a_point_becomes_the_pattern_of_the_aperture() {
 fn the_pattern_shrinks_in_a_medium_and_stays_in_place_in_a_crop() {
     let place = DVec2::new(-0.3, 0.4);
     let n = 1.5;
-    let wanted = expected(0.6 / n, 0.0, place);
-    let mut parts = scene(Sensor::ThinLens(lens(0.6, 0.0)), place);
+    let wanted = expected(0.6 / n, ring_pattern(0.0), place);
+    let mut parts = scene(Sensor::ThinLens(lens(0.6, ApertureShape::default())), place);
     parts.media = vec![Medium::transparent("water", Constant::new(n))];
     let cropped = {
         let mut crop = scene(parts.sensor.clone(), place);
@@ -187,7 +214,7 @@ fn offsets_follow_the_axes_of_the_aperture() {
         let point_spread = sensor.point_spread().unwrap().clone();
         let aim = |u: [f64; 2]| {
             // The middle of the lens: a pinhole, whose ray's slope is that of the world.
-            let [s, t] = point_spread.offset(1.0, u);
+            let [s, t] = point_spread.offset(1.0, || u);
             let d = sensor.ray([0.5 - s, 0.5 - t], [0.5; 2]).direction;
             [d.x / d.z, d.y / d.z]
         };

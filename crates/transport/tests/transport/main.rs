@@ -5,6 +5,7 @@
 mod adaptive;
 mod agreement;
 mod aov;
+mod apertures;
 mod ball;
 mod beams;
 mod branches;

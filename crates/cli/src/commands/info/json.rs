@@ -1,8 +1,8 @@
 //! A scene as JSON.
 
 use super::{
-    constant_index, emission, extinction_and_albedo, film_memory, found, mean_cosine, meters,
-    sensor_kind,
+    constant_index, diffraction, emission, extinction_and_albedo, film_memory, found, mean_cosine,
+    meters, sensor_kind,
 };
 use crate::load::file_name;
 use io::Loaded;
@@ -63,6 +63,7 @@ fn sensor(loaded: &Loaded) -> Value {
         "position": position.to_array(),
         "medium": scene.medium(medium).name,
         "index": scene.n(medium, position),
+        "diffraction": diffraction(loaded),
     })
 }
 

@@ -51,6 +51,18 @@ fn sensor_kind(scene: &Scene) -> &'static str {
     }
 }
 
+/// The median distance in pixels by which the sensor's aperture diffracts light, for each group of channels, if it does.
+fn diffraction(loaded: &Loaded) -> Vec<f64> {
+    let median = |scene: &Scene| {
+        let film = scene.film();
+        let size = film.window.map_or([film.width, film.height], |w| w.image);
+        let index = scene.n(scene.sensor_medium(), scene.sensor().position());
+        let spread = scene.sensor().point_spread()?;
+        Some(spread.median(index, size.map(|pixels| pixels as f64)))
+    };
+    loaded.groups.iter().filter_map(median).collect()
+}
+
 /// Bytes that all films take while they are rendered, and those that they take with images of strategies,
 /// where there are any.
 fn film_memory(loaded: &Loaded) -> (usize, Option<usize>) {

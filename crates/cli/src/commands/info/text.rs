@@ -1,7 +1,8 @@
 //! A scene in words.
 
 use super::{
-    constant_index, emission, extinction_and_albedo, film_memory, found, mean_cosine, sensor_kind,
+    constant_index, diffraction, emission, extinction_and_albedo, film_memory, found, mean_cosine,
+    sensor_kind,
 };
 use crate::load::file_name;
 use crate::numbers::{bytes, count, percent, plain};
@@ -44,6 +45,12 @@ pub fn describe(path: &Path, loaded: &Loaded) -> Result<String, std::fmt::Error>
             writeln!(out, "  branches     through up to {}", reach(scene))?;
         }
         writeln!(out, "  sensor       {}", sensor(scene))?;
+        if let Some(pixels) = diffracted(loaded) {
+            writeln!(
+                out,
+                "  diffraction  half of the light within {pixels} pixels of its place"
+            )?;
+        }
     }
     writeln!(out, "  objects      {}", scene.objects().len())?;
     writeln!(out, "\nemitters     {}", scene.emitters().len())?;
@@ -337,6 +344,19 @@ fn sensor(scene: &Scene) -> String {
     let n = scene.n(medium, scene.sensor().position());
     let kind = sensor_kind(scene);
     format!("{kind} at {place}, in '{name}' (n = {})", plain(n))
+}
+
+/// How far the aperture spreads light in pixels, of all wavelengths.
+fn diffracted(loaded: &Loaded) -> Option<String> {
+    let medians = diffraction(loaded);
+    let least = medians.iter().copied().reduce(f64::min)?;
+    let most = medians.into_iter().reduce(f64::max)?;
+    let (least, most) = (format!("{least:.2}"), format!("{most:.2}"));
+    Some(if least == most {
+        most
+    } else {
+        format!("{least} to {most}")
+    })
 }
 
 fn point(x: DVec3) -> String {

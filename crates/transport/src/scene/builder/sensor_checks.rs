@@ -54,7 +54,6 @@ impl Problems {
         self.pinhole(lens.pinhole(), aspect);
         self.length("sensor", "aperture_radius", lens.aperture_radius());
         self.length("sensor", "focus_distance", lens.focus_distance());
-        self.obscuration(lens.obscuration());
     }
 
     fn parallel(&mut self, parallel: &Orthographic, aspect: f64) {
@@ -68,13 +67,6 @@ impl Problems {
         if !distance.is_finite() {
             let message = format!("must be finite, but it is {distance}");
             self.add("sensor".into(), Some("focus_distance"), message);
-        }
-    }
-
-    fn obscuration(&mut self, share: f64) {
-        if !(0.0..1.0).contains(&share) {
-            let message = format!("must be in [0, 1), but it is {}", Shown(share));
-            self.add("sensor".into(), Some("obscuration"), message);
         }
     }
 

@@ -5,7 +5,8 @@ use glam::{DAffine3, DVec2, DVec3};
 use morgana_transport::connection_end::ConnectionEnd;
 use morgana_transport::sampling::Frame;
 use morgana_transport::sensor::{
-    ApertureStop, Orthographic, Perspective, Sensor, SensorRay, Telecentric, ThinLens,
+    ApertureShape, ApertureStop, Iris, Orthographic, Perspective, Sensor, SensorRay, Telecentric,
+    ThinLens,
 };
 use std::f64::consts::PI;
 use testkit::quadrature::Effort;
@@ -216,11 +217,20 @@ fn ends_are_uniform_over_the_lens() {
     }
 }
 
+/// A disc with its middle covered.
+fn covered(obscuration: f64) -> ApertureShape {
+    let iris = Iris {
+        obscuration,
+        ..Iris::default()
+    };
+    ApertureShape::new(iris).unwrap()
+}
+
 /// Ends on an obscured lens are uniform over a ring.
 #[test]
 fn an_obscured_lens_is_a_ring() {
     let pinhole = Perspective::new(DAffine3::from_scale(DVec3::splat(2.0)), 1.0, 1.0);
-    let lens = Sensor::ThinLens(ThinLens::new(pinhole, 0.3, 1.7).with_obscuration(0.5));
+    let lens = Sensor::ThinLens(ThinLens::new(pinhole, 0.3, 1.7).with_aperture(covered(0.5)));
     let pdf = lens.sample_end([0.2, 0.9]).pdf;
     assert!((pdf * PI * 0.36 * 0.75 - 1.0).abs() < 1e-12, "{pdf}");
     let mut mean_square = 0.0;
@@ -286,7 +296,7 @@ fn slopes_fill_the_open_part_of_the_stop() {
     near(whole, [0.0, quarter, 0.0, quarter]);
     assert!((pdf * PI * R * R - 1.0).abs() < 1e-12);
     // A ring: ∫t² dA = πR⁴(1 − ε⁴)/4 over an area of πR²(1 − ε²).
-    let (ring, pdf) = moments(ApertureStop::ring(R, 0.6));
+    let (ring, pdf) = moments(ApertureStop::new(R, covered(0.6)));
     let open = quarter * (1.0 + 0.6 * 0.6);
     near(ring, [0.0, open, 0.0, open]);
     assert!((pdf * PI * R * R * (1.0 - 0.6 * 0.6) - 1.0).abs() < 1e-12);

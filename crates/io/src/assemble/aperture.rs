@@ -1,0 +1,126 @@
+//! Which part of a sensor's aperture is open.
+
+use super::context::Context;
+use super::surface_texture::transmittances;
+use crate::diagnostic::Location;
+use crate::query::{Query, unknown_plugin};
+use crate::scene::{ObjectDescription, ObjectId, PluginKind};
+use std::collections::HashMap;
+use std::ops::Bound;
+use std::sync::Arc;
+use transport::sensor::{ApertureShape, Iris};
+
+/// The apertures of sensors that were made: all wavelengths share them, and their patterns.
+pub(super) type Apertures = HashMap<ObjectId, ApertureShape>;
+
+/// Largest obscuration: less of an aperture than its rim lets hardly any light pass.
+const MOST_OBSCURED: f64 = 0.95;
+/// The nested bitmap.
+const PICTURE: &str = "aperture";
+/// What says of an aperture that it is not a disc.
+pub(super) const SHAPES: [&str; 7] = [
+    "blades",
+    "blade_angle",
+    "obscuration",
+    "vanes",
+    "vane_width",
+    "vane_angle",
+    PICTURE,
+];
+
+/// What a sensor says of its aperture.
+pub(super) struct Opening {
+    shape: Shape,
+    /// The sensor, and where it was written.
+    sensor: ObjectId,
+    location: Location,
+}
+
+enum Shape {
+    Iris(Iris),
+    Picture(Arc<ObjectDescription>),
+}
+
+impl Opening {
+    pub(super) fn read(sensor: &ObjectDescription, q: &mut Query) -> Self {
+        let picture = q.role(PluginKind::Texture, PICTURE).cloned();
+        let iris = iris(q);
+        let shape = match picture {
+            Some(picture) => {
+                for name in SHAPES.into_iter().filter(|name| *name != PICTURE) {
+                    if q.has(name) {
+                        let message =
+                            format!("give a picture of the aperture, or '{name}', not both");
+                        q.error(name, message);
+                    }
+                }
+                Shape::Picture(picture)
+            }
+            None => Shape::Iris(iris),
+        };
+        Opening {
+            shape,
+            sensor: sensor.number,
+            location: sensor.location.clone(),
+        }
+    }
+
+    /// The aperture; `None` after an error.
+    pub(super) fn aperture(&self, context: &mut Context) -> Option<ApertureShape> {
+        if let Some(made) = context.apertures.get(&self.sensor) {
+            return Some(made.clone());
+        }
+        let aperture = match &self.shape {
+            Shape::Iris(iris) => context.accept(&self.location, ApertureShape::new(*iris)),
+            Shape::Picture(bitmap) => picture(bitmap, context),
+        }?;
+        context.apertures.insert(self.sensor, aperture.clone());
+        Some(aperture)
+    }
+}
+
+fn iris(q: &mut Query) -> Iris {
+    let open = Iris::default();
+    let mut iris = Iris {
+        obscuration: q.float_in("obscuration", 0.0..=MOST_OBSCURED, 0.0),
+        ..open
+    };
+    if part(q, "blades", &["blade_angle"]) {
+        iris.blades = q.integer_in("blades", 3..=100, None) as u32;
+        iris.blade_angle = q.float_or("blade_angle", 0.0).to_radians();
+    }
+    if part(q, "vanes", &["vane_width", "vane_angle"]) {
+        iris.vanes = q.integer_in("vanes", 1..=100, None) as u32;
+        let width = (Bound::Excluded(0.0), Bound::Included(1.0));
+        iris.vane_width = q.float_in("vane_width", width, None);
+        iris.vane_angle = q.float_or("vane_angle", 0.0).to_radians();
+    }
+    iris
+}
+
+/// Whether an iris has a part, without which some parameters mean nothing.
+fn part(q: &mut Query, name: &str, details: &[&str]) -> bool {
+    let is_there = q.has(name);
+    for detail in details {
+        if !is_there && q.has(detail) {
+            q.error(detail, format!("'{detail}' needs '{name}', their number"));
+        }
+    }
+    is_there
+}
+
+fn picture(bitmap: &ObjectDescription, context: &mut Context) -> Option<ApertureShape> {
+    if bitmap.plugin != "bitmap" {
+        unknown_plugin(bitmap, &["bitmap"], context.diagnostics);
+        return None;
+    }
+    let ([width, height], shares) = transmittances(bitmap, context)?;
+    if width != height {
+        let message = format!(
+            "a picture of an aperture covers the square around it: it must be as wide as high, but it has {width} x {height} pixels"
+        );
+        context.error_at(&bitmap.location, message);
+        return None;
+    }
+    context.accept(&bitmap.location, ApertureShape::picture(width, &shares))
+}

@@ -1,0 +1,156 @@
+//! The opening of an iris with straight blades, behind obstructions.
+
+use super::sharpen::sharpened;
+use super::{ApertureError, MOST_EDGES};
+use glam::DVec2;
+use std::f64::consts::{PI, TAU};
+
+/// Cells along a side of the mask of an iris.
+pub(super) const CELLS: usize = 256;
+/// Width of a cell, in units of the radius.
+const CELL: f64 = 2.0 / CELLS as f64;
+
+/// An iris, what covers its middle, and what holds that. Lengths are shares of the radius, angles are in radians from the local x axis
+/// towards y. The default is open.
+///
+/// ```
+/// use morgana_transport::sensor::{ApertureShape, Iris};
+/// let telescope = Iris { obscuration: 0.3, vanes: 4, vane_width: 0.02, ..Iris::default() };
+/// assert!(ApertureShape::new(telescope).is_ok());
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Iris {
+    /// Number of straight blades, 3 to 100, which leave a regular polygon with its corners on the rim; 0 for a disc.
+    pub blades: u32,
+    /// Where one corner of the polygon is.
+    pub blade_angle: f64,
+    /// Radius of the disc that covers the middle, in [0, 1).
+    pub obscuration: f64,
+    /// Number of straight vanes from the middle, where their ends are round, to the rim, at equal angles, up to 100.
+    pub vanes: u32,
+    /// Width of each, in (0, 1].
+    pub vane_width: f64,
+    /// Where one of them is.
+    pub vane_angle: f64,
+}
+
+impl Iris {
+    pub(super) fn check(&self) -> Result<(), ApertureError> {
+        if !(0.0..1.0).contains(&self.obscuration) {
+            return Err(ApertureError::Obscuration(self.obscuration));
+        }
+        if self.blades != 0 && !(3..=MOST_EDGES).contains(&self.blades) {
+            return Err(ApertureError::Blades(self.blades));
+        }
+        if self.vanes > MOST_EDGES {
+            return Err(ApertureError::Vanes(self.vanes));
+        }
+        if self.vanes > 0 && !(self.vane_width > 0.0 && self.vane_width <= 1.0) {
+            return Err(ApertureError::VaneWidth(self.vane_width));
+        }
+        match [self.blade_angle, self.vane_angle]
+            .into_iter()
+            .find(|a| !a.is_finite())
+        {
+            Some(angle) => Err(ApertureError::Angle(angle)),
+            None => Ok(()),
+        }
+    }
+
+    pub(super) fn is_ring(&self) -> bool {
+        self.blades == 0 && self.vanes == 0
+    }
+
+    /// The open share of each cell, row by row from the top left as seen from behind: +x is to the left, +y upwards.
+    pub(super) fn open_shares(&self) -> Vec<f64> {
+        let middle = |i: usize| 1.0 - (i as f64 + 0.5) * CELL;
+        let edges = Edges::new(self);
+        (0..CELLS * CELLS)
+            .map(|i| edges.open(DVec2::new(middle(i % CELLS), middle(i / CELLS))))
+            .collect()
+    }
+}
+
+/// The amplitudes of cells with these open shares. The share is the mean over a cell, and the field from it uniform over the cell: two
+/// boxes, which blur as linear interpolation does.
+pub(super) fn amplitudes(open: &[f64]) -> Vec<f64> {
+    let rows: Vec<f64> = open.chunks_exact(CELLS).flat_map(sharpened).collect();
+    transposed(
+        &transposed(&rows)
+            .chunks_exact(CELLS)
+            .flat_map(sharpened)
+            .collect::<Vec<_>>(),
+    )
+}
+
+fn transposed(cells: &[f64]) -> Vec<f64> {
+    let at = |i: usize| cells[i % CELLS * CELLS + i / CELLS];
+    (0..CELLS * CELLS).map(at).collect()
+}
+
+/// Directions of an iris.
+struct Edges<'a> {
+    iris: &'a Iris,
+    /// Towards the middles of the blades' edges.
+    blades: Vec<DVec2>,
+    /// Along the vanes, outwards.
+    vanes: Vec<DVec2>,
+}
+
+impl<'a> Edges<'a> {
+    fn new(iris: &'a Iris) -> Self {
+        let around = |count: u32, from: f64| {
+            (0..count)
+                .map(move |i| DVec2::from_angle(from + TAU * f64::from(i) / f64::from(count)))
+                .collect()
+        };
+        let half = PI / f64::from(iris.blades.max(1));
+        Edges {
+            iris,
+            blades: around(iris.blades, iris.blade_angle + half),
+            vanes: around(iris.vanes, iris.vane_angle),
+        }
+    }
+
+    /// The open share of the cell around a point: the product of what each edge leaves of it.
+    fn open(&self, p: DVec2) -> f64 {
+        let apothem = (PI / f64::from(self.blades.len().max(1) as u32)).cos();
+        let polygon = |towards: &DVec2| share(apothem - p.dot(*towards), *towards);
+        let iris: f64 = self.blades.iter().map(polygon).product();
+        let radius = p.length();
+        let outwards = p.normalize_or(DVec2::X);
+        let rim = if self.blades.is_empty() {
+            share(1.0 - radius, outwards)
+        } else {
+            1.0
+        };
+        let middle = if self.iris.obscuration > 0.0 {
+            share(radius - self.iris.obscuration, outwards)
+        } else {
+            1.0
+        };
+        let vanes: f64 = self
+            .vanes
+            .iter()
+            .map(|v| 1.0 - self.covered(p, *v))
+            .product();
+        iris * rim * middle * vanes
+    }
+
+    /// The share of the cell around a point that a vane covers, which has a round end in the middle.
+    fn covered(&self, p: DVec2, along: DVec2) -> f64 {
+        let half = 0.5 * self.iris.vane_width;
+        if p.dot(along) < 0.0 {
+            return share(half - p.length(), p.normalize());
+        }
+        let across = along.perp();
+        let off = p.dot(across);
+        share(half - off, across) - share(-half - off, across)
+    }
+}
+
+/// The share of a cell on the inner side of a straight edge at the signed `distance` from its middle: exact for edges along a side.
+fn share(distance: f64, normal: DVec2) -> f64 {
+    let width = CELL * (normal.x.abs() + normal.y.abs());
+    (0.5 + distance / width).clamp(0.0, 1.0)
+}

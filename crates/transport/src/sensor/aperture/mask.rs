@@ -1,0 +1,56 @@
+//! Apertures of square cells.
+
+use super::ApertureError;
+use super::mask_pattern::MaskPattern;
+use crate::sampling::Grid2;
+use glam::DVec2;
+use std::sync::{Arc, OnceLock};
+
+/// Cells across the square around the disc of radius one, row by row from the top left as seen from behind.
+#[derive(Debug)]
+pub(super) struct Mask {
+    /// Cells along each side.
+    side: usize,
+    /// Of the field in each.
+    amplitudes: Vec<f64>,
+    /// In proportion to the power that each lets pass.
+    power: Grid2,
+    pattern: OnceLock<Arc<MaskPattern>>,
+}
+
+impl Mask {
+    /// The powers are in [0, 1]. The squares of the amplitudes are less in all: what is lacking comes from cells that are open in part.
+    pub(super) fn new(
+        side: usize,
+        amplitudes: Vec<f64>,
+        powers: &[f64],
+    ) -> Result<Self, ApertureError> {
+        Ok(Mask {
+            side,
+            power: Grid2::new(side, side, powers)?,
+            amplitudes,
+            pattern: OnceLock::new(),
+        })
+    }
+
+    /// A point, uniform by power; +x is to the left and +y upwards.
+    pub(super) fn sample(&self, u: [f64; 2]) -> DVec2 {
+        let ([x, y], _) = self.power.sample(u);
+        DVec2::new(1.0 - 2.0 * x, 1.0 - 2.0 * y)
+    }
+
+    /// The integral of the power that passes.
+    pub(super) fn area(&self) -> f64 {
+        4.0 * self.power.integral()
+    }
+
+    /// How it diffracts, which is computed once.
+    pub(super) fn pattern(&self) -> Arc<MaskPattern> {
+        let cells = (self.side * self.side) as f64;
+        let compute = || {
+            let power = cells * self.power.integral();
+            Arc::new(MaskPattern::new(self.side, &self.amplitudes, power))
+        };
+        self.pattern.get_or_init(compute).clone()
+    }
+}

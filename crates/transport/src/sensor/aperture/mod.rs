@@ -1,0 +1,144 @@
+//! Apertures: which part of a lens or stop is open, and how it diffracts.
+
+mod encircled_energy;
+mod iris;
+mod mask;
+mod mask_pattern;
+mod point_spread;
+mod sharpen;
+
+pub use iris::Iris;
+pub use point_spread::PointSpread;
+
+use crate::sampling::DistributionError;
+use crate::sampling::disc::{disc_to_ring, uniform_disc_sample};
+use glam::DVec2;
+use mask::Mask;
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+/// The shape of an aperture of radius one, in the local axes of its sensor: a ring, or cells that light passes in part.
+///
+/// Copies are cheap and share the pattern of diffraction, which takes a fraction of a second to compute for what is not a ring.
+#[derive(Clone, Debug)]
+pub struct ApertureShape(Shape);
+
+#[derive(Clone, Debug)]
+enum Shape {
+    /// A disc whose middle is covered up to a share of its radius in [0, 1).
+    Ring(f64),
+    Mask(Arc<Mask>),
+}
+
+/// Why an aperture cannot be used.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum ApertureError {
+    /// The covered share of the radius.
+    #[error("the obscuration must be in [0, 1), but it is {0}")]
+    Obscuration(f64),
+    /// The number of blades of an iris.
+    #[error("an iris has 3 to {MOST_EDGES} blades, or 0 where it is round, not {0}")]
+    Blades(u32),
+    /// The number of vanes.
+    #[error("there may be up to {MOST_EDGES} vanes, not {0}")]
+    Vanes(u32),
+    /// The width of vanes.
+    #[error(
+        "the width of the vanes must be above 0 and at most 1, as a share of the radius, but it is {0}"
+    )]
+    VaneWidth(f64),
+    /// An angle.
+    #[error("angles must be finite, but one is {0}")]
+    Angle(f64),
+    /// The number of cells along a side of a mask.
+    #[error("a mask has 1 to {MOST_CELLS} cells along each side, not {0}")]
+    Cells(usize),
+    /// The number of a mask's values.
+    #[error("a mask of {expected} cells has {found} values")]
+    Length {
+        /// What the square of the side is.
+        expected: usize,
+        /// How many there are.
+        found: usize,
+    },
+    /// What a cell lets pass.
+    #[error("transmittances must be in [0, 1], but one is {0}")]
+    Transmittance(f64),
+    /// Nothing is open.
+    #[error("the aperture is closed: nothing of it is open")]
+    Closed,
+}
+
+/// The most blades, and the most vanes.
+const MOST_EDGES: u32 = 100;
+/// The most cells along a side of a mask.
+const MOST_CELLS: usize = 512;
+
+impl From<DistributionError> for ApertureError {
+    /// Values are checked before: what is left is a sum of zero.
+    fn from(_: DistributionError) -> Self {
+        ApertureError::Closed
+    }
+}
+
+impl Default for ApertureShape {
+    /// A disc.
+    fn default() -> Self {
+        ApertureShape(Shape::Ring(0.0))
+    }
+}
+
+impl ApertureShape {
+    /// The opening of an iris. Without blades and vanes it is exact; else it has 256 × 256 cells, which let pass as much as is open of them.
+    ///
+    /// # Errors
+    /// If a number is out of range, or nothing is open: see [`ApertureError`].
+    pub fn new(iris: Iris) -> Result<Self, ApertureError> {
+        iris.check()?;
+        if iris.is_ring() {
+            return Ok(ApertureShape(Shape::Ring(iris.obscuration)));
+        }
+        let open = iris.open_shares();
+        ApertureShape::mask(Mask::new(iris::CELLS, iris::amplitudes(&open), &open))
+    }
+
+    /// A picture of `side` × `side` cells, 1 to 512, across the square around the disc: which share in [0, 1] of the power each cell
+    /// lets pass, row by row from the top left, as seen from behind the sensor. The phase is the same in all of them.
+    ///
+    /// # Errors
+    /// If there are other numbers of cells, values out of range, or nothing is open: see [`ApertureError`].
+    pub fn picture(side: usize, transmittances: &[f64]) -> Result<Self, ApertureError> {
+        if !(1..=MOST_CELLS).contains(&side) {
+            return Err(ApertureError::Cells(side));
+        }
+        let (expected, found) = (side * side, transmittances.len());
+        if expected != found {
+            return Err(ApertureError::Length { expected, found });
+        }
+        if let Some(t) = transmittances.iter().find(|t| !(0.0..=1.0).contains(*t)) {
+            return Err(ApertureError::Transmittance(*t));
+        }
+        let amplitudes = transmittances.iter().map(|t| t.sqrt()).collect();
+        ApertureShape::mask(Mask::new(side, amplitudes, transmittances))
+    }
+
+    fn mask(mask: Result<Mask, ApertureError>) -> Result<Self, ApertureError> {
+        mask.map(|mask| ApertureShape(Shape::Mask(Arc::new(mask))))
+    }
+
+    /// A point of the aperture, uniform by the power that passes.
+    pub(super) fn sample(&self, u: [f64; 2]) -> DVec2 {
+        match &self.0 {
+            Shape::Ring(obscuration) => disc_to_ring(*obscuration, uniform_disc_sample(u)),
+            Shape::Mask(mask) => mask.sample(u),
+        }
+    }
+
+    /// The open area: the integral of the share of the power that passes.
+    pub(super) fn area(&self) -> f64 {
+        match &self.0 {
+            Shape::Ring(obscuration) => PI * (1.0 - obscuration * obscuration),
+            Shape::Mask(mask) => mask.area(),
+        }
+    }
+}

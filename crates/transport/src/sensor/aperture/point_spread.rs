@@ -1,0 +1,64 @@
+//! Diffraction at the aperture (docs/theory.md#diffraction-at-the-aperture).
+
+use super::encircled_energy::EncircledEnergy;
+use super::mask_pattern::MaskPattern;
+use super::{ApertureShape, Shape};
+use crate::sampling::Sampler;
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+/// Samples of which a median is taken.
+const SAMPLES: u64 = 200_000;
+
+/// The diffraction image of a point in incoherent light of one wavelength: by how much the aperture of a sensor spreads light about
+/// where rays say that it belongs. The image is that of rays, convolved with this.
+#[derive(Clone, Debug)]
+pub struct PointSpread {
+    pattern: Pattern,
+    /// Across and along the image, in its units, for a reduced radius of 1 in vacuum.
+    scale: [f64; 2],
+}
+
+#[derive(Clone, Debug)]
+enum Pattern {
+    /// Of a ring, which is round.
+    Ring(Arc<EncircledEnergy>),
+    Mask(Arc<MaskPattern>),
+}
+
+impl PointSpread {
+    /// Of an aperture, where the `scale` is that of a reduced radius of 1.
+    pub(in crate::sensor) fn new(aperture: &ApertureShape, scale: [f64; 2]) -> Self {
+        let pattern = match &aperture.0 {
+            Shape::Ring(obscuration) => Pattern::Ring(Arc::new(EncircledEnergy::new(*obscuration))),
+            Shape::Mask(mask) => Pattern::Mask(mask.pattern()),
+        };
+        PointSpread { pattern, scale }
+    }
+
+    /// How far from its geometric place light arrives, in units of the image, with a density that is the point spread function:
+    /// for pairs of numbers uniform in [0, 1), of which one or two are drawn, and a sensor in a medium of the given index.
+    pub fn offset(&self, index: f64, mut draw: impl FnMut() -> [f64; 2]) -> [f64; 2] {
+        let [x, y] = match &self.pattern {
+            Pattern::Ring(energy) => {
+                let [u, turn] = draw();
+                let (sin, cos) = (TAU * turn).sin_cos();
+                [cos, sin].map(|along| energy.radius(u) * along)
+            }
+            Pattern::Mask(pattern) => pattern.sample(draw(), draw()),
+        };
+        [x / index * self.scale[0], y / index * self.scale[1]]
+    }
+
+    /// The median distance of light from its geometric place on an image that is so many units wide and high, such as pixels: right to 0.5 %.
+    pub fn median(&self, index: f64, size: [f64; 2]) -> f64 {
+        let distance = |sample: u64| {
+            let mut sampler = Sampler::new(0, 0, sample);
+            let [x, y] = self.offset(index, || sampler.next_2d());
+            (x * size[0]).hypot(y * size[1])
+        };
+        let mut distances: Vec<f64> = (0..SAMPLES).map(distance).collect();
+        let (_, median, _) = distances.select_nth_unstable_by(SAMPLES as usize / 2, f64::total_cmp);
+        *median
+    }
+}
