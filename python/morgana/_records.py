@@ -91,6 +91,9 @@ class Records(NamedTuple):
     optical_length_rate: Optional[Doubles] = None
     """How fast the flow of what scatters the light changes the optical length of the way, (n,), in scene units per second, if a medium has a
     ``velocity``."""
+    velocity_change: Optional[Doubles] = None
+    """How fast what flows in each region changes its velocity on its way, |(v·∇)v|/|v|, at most, per second, (regions,), if a medium has a
+    ``velocity``: none does where the flow is straight."""
 
     @classmethod
     def load(cls, path: Union[str, "os.PathLike[str]"], meter: Optional[str] = None) -> "Records":
@@ -306,6 +309,7 @@ def _table(prefix: str, arrays: Mapping[str, Array], attributes: Mapping[str, An
         parts = column(name)
         return np.asarray(parts[:, 0] + 1j * parts[:, 1])
 
+    change = f"{prefix}region_velocity_change"
     return Records(
         particle=column("particle").astype(np.int64),
         weight=_matrix(column("weight")),
@@ -323,6 +327,7 @@ def _table(prefix: str, arrays: Mapping[str, Array], attributes: Mapping[str, An
         index_modulation=phasors("index_modulation"),
         displacement_modulation=phasors("displacement_modulation"),
         optical_length_rate=column("optical_length_rate") if f"{prefix}record_optical_length_rate" in arrays else None,
+        velocity_change=np.asarray(arrays[change].values, float) if change in arrays else None,
     )
 
 

@@ -17,6 +17,7 @@ Theory: docs/theory.md#diffuse-correlation, docs/theory.md#flow, docs/theory.md#
 
 from __future__ import annotations
 
+import warnings
 from typing import Any, Callable, Dict, Iterator, List, Mapping, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
@@ -24,6 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _checks as checks
 from ._correlation import Correlation
+from ._errors import SceneWarning
 from ._exposure import NODES, OCTAVES, panels
 from ._numbers import numbers
 from ._records import Records
@@ -191,8 +193,8 @@ def correlate(
 
     Where media have a ``velocity``, scatterers flow besides: a record's phase turns by k₀τ times its ``optical_length_rate``, and G₁(τ) is the
     absolute value of the sum. Noise makes the square of such a value larger by its variance, which is taken off; where less than nothing is
-    left, g₁ is below its error, and 0 is given. Each scatterer keeps the velocity of the place where it scatters the light: take delays in which
-    it goes less far than the length over which the velocity changes. Nothing checks that.
+    left, g₁ is below its error, and 0 is given. Each scatterer keeps the velocity of the place where it scatters the light. A
+    :class:`morgana.SceneWarning` tells where some change it by more than a tenth over a delay at which light is still correlated.
 
     Parameters
     ----------
@@ -235,6 +237,7 @@ def correlate(
     parts = _alike(records, wavelength, index, flow)
     found = np.concatenate([_decayed(part, _Delayed.of(part, motions, light).at(times)) for part, light in parts], axis=2)
     doubt(wavelength, records)
+    _doubt_flow(records, flow, times, found)
     return Correlation(times, *found)
 
 
@@ -301,7 +304,36 @@ def speckle_contrast(
         found.append(values)
     mean, error = np.concatenate(found, axis=2)
     doubt(wavelength, records)
+    if _changing(records, flow):
+        delays = np.geomspace(1e-6, 1, 21) * times.max(initial=0.0)
+        decayed = [_decayed(part, _Delayed.of(part, motions, light).at(delays)) for part, light in _alike(records, wavelength, index, flow)]
+        _doubt_flow(records, flow, delays, np.concatenate(decayed, axis=2))
     return Contrast(times, mean, error)
+
+
+STEADY = 0.1
+"""By how much of it what flows may change its velocity over a delay."""
+
+
+def _changing(records: Records, flow: float) -> float:
+    """How fast what flows changes its velocity, at most, per second."""
+    if records.velocity_change is None:
+        return 0.0
+    crossed = records.momentum_transfer.any(axis=0)
+    return abs(flow) * float(np.max(records.velocity_change[crossed], initial=0.0))
+
+
+def _doubt_flow(records: Records, flow: float, delays: Doubles, found: Doubles) -> None:
+    """Warns of flows that change over delays at which light is correlated; ``found`` is as that of `_decayed`."""
+    change = _changing(records, flow)
+    longest = np.max(delays[np.any(found[2] > 3 * found[3], axis=1)], initial=0.0)
+    if change * longest > STEADY:
+        warnings.warn(
+            f"what flows changes its velocity by up to {change * longest:.0%} within {longest:.3g} s, a delay at which light is still correlated, but is "
+            f"taken to keep it: delays up to {STEADY / change:.2g} s are safe",
+            SceneWarning,
+            stacklevel=3,
+        )
 
 
 def _power(records: Records) -> Doubles:

@@ -96,6 +96,33 @@ def test_linear_flow_is_shear():
     assert weight @ shifts > 1.5 * per_length
 
 
+def vortex(rate, size=4.0, nodes=33):
+    """Samples of a flow around the z axis, whose direction turns at the given rate."""
+    at = np.linspace(-size / 2, size / 2, nodes)
+    z, y, x = np.meshgrid([-size / 2, size / 2], at, at, indexing="ij")
+    flow = grid(lambda x, y, z: (x, y, z), size)
+    flow["data"] = np.stack([-rate * y, rate * x, 0 * z], axis=-1).astype(np.float32)
+    return flow
+
+
+def test_flows_that_change_are_told_of():
+    """By what way they change, and over which delays light is still correlated."""
+    straight = measured(velocity=grid(lambda x, y, z: (3 * z, 0 * y, 0 * z)))
+    assert not straight.velocity_change.any()
+    records = measured(velocity=vortex(50.0))
+    assert records.velocity_change[-1] == pytest.approx(50, rel=0.02) and not records.velocity_change[:-1].any()
+    light = {"wavelength": 785e-6, "index": INDEX}
+    # At 1e-5 s it is correlated, and has changed little; at 1 s it has changed, but nothing is left of the correlation.
+    correlation.correlate(records, [1e-7, 1e-5, 1.0], {}, **light)
+    # A flow that is slower by 1e-6 is correlated for longer than it keeps its velocity.
+    slow = records._replace(optical_length_rate=1e-6 * records.optical_length_rate)
+    with pytest.warns(morgana.SceneWarning, match=r"changes its velocity by up to 5\d% within 0.01 s, .* delays up to 0.002 s are safe"):
+        correlation.correlate(slow, [1e-3, 1e-2], {}, **light)
+    with pytest.warns(morgana.SceneWarning, match="changes its velocity"):
+        correlation.speckle_contrast(slow, [1e-2], {}, **light)
+    correlation.correlate(slow, [1e-2], {}, flow=0.01, **light)
+
+
 def flowing(rate, weight=None, particles=None):
     """Records of light whose phases turn by the given rates, at the wavelength 2π; each of a particle of its own."""
     n = len(rate)

@@ -84,6 +84,14 @@ impl Layout<'_> {
         if table.optical_length_rate.len() == table.particle.len() {
             let rate = table.optical_length_rate.clone();
             all.push(column("record_optical_length_rate", None, "unit/s", rate));
+            let changes = table.regions.iter().map(|region| region.velocity_change);
+            all.push(self.array(
+                "region_velocity_change",
+                ("region", regions),
+                None,
+                "1/s",
+                changes.collect(),
+            ));
         }
         all
     }

@@ -34,6 +34,28 @@ impl Velocity {
         DVec3::new(x, y, z)
     }
 
+    /// The largest |(v·∇)v|/|v|, per second: how fast what flows changes its velocity on its way, by differences of a voxel along the flow at
+    /// each sample. Straight flows have none.
+    ///
+    /// ```
+    /// use glam::DVec3;
+    /// use morgana_transport::medium::Velocity;
+    ///
+    /// assert_eq!(Velocity::uniform(DVec3::X).change(), 0.0);
+    /// ```
+    pub fn change(&self) -> f64 {
+        let VolumeTexture::Grid(grid) = &self.0 else {
+            return 0.0;
+        };
+        let step = grid.voxel();
+        let at = |x: DVec3| {
+            let here = self.at(x);
+            let on = here.try_normalize().map(|way| x + step * way);
+            on.map_or(0.0, |on| (self.at(on) - here).length() / step)
+        };
+        grid.sample_positions().map(at).fold(0.0, f64::max)
+    }
+
     /// Bytes held by samples.
     pub(super) fn memory(&self) -> usize {
         self.0.memory()

@@ -7,6 +7,7 @@
 use super::flight::Passing;
 use super::history::RegionHistory;
 use crate::Spectrum;
+use crate::medium::Velocity;
 use crate::sampling::is_among;
 use crate::scene::Scene;
 use crate::tagging::PathModulation;
@@ -19,22 +20,29 @@ pub struct RecordRegion {
     pub name: String,
     /// Its absorption coefficient μ_a, by channel, if it is the same everywhere.
     pub absorption: Option<Vec<f64>>,
+    /// How fast what flows there changes its velocity on its way, at most, per second ([`Velocity::change`]).
+    pub velocity_change: f64,
 }
 
 impl RecordRegion {
     /// Those of a scene, with so many channels.
     pub(crate) fn of(scene: &Scene, channels: usize) -> Vec<Self> {
-        let region = |name: &str, absorption: Option<Spectrum>| RecordRegion {
-            name: name.to_owned(),
-            absorption: absorption.map(|a| a.0[..channels].to_vec()),
-        };
+        let region =
+            |name: &str, absorption: Option<Spectrum>, flow: &Option<Velocity>| RecordRegion {
+                name: name.to_owned(),
+                absorption: absorption.map(|a| a.0[..channels].to_vec()),
+                velocity_change: flow.as_ref().map_or(0.0, Velocity::change),
+            };
         let mut all = Vec::new();
         for medium in scene.media() {
             match &medium.labels {
-                None => all.push(region(&medium.name, medium.uniform_absorption())),
+                None => {
+                    let absorption = medium.uniform_absorption();
+                    all.push(region(&medium.name, absorption, &medium.velocity));
+                }
                 Some(labels) => {
                     let each = labels.list().iter();
-                    all.extend(each.map(|l| region(&l.name, Some(l.absorption))));
+                    all.extend(each.map(|l| region(&l.name, Some(l.absorption), &l.velocity)));
                 }
             }
         }

@@ -219,6 +219,20 @@ impl VolumeGrid {
         self.placement
     }
 
+    /// Where samples are, in the world.
+    pub(crate) fn sample_positions(&self) -> impl Iterator<Item = DVec3> {
+        let to_world = self.to_samples.inverse();
+        let [across, along, up] = self.size;
+        (0..across * along * up).map(move |voxel| {
+            let place = [
+                voxel % across,
+                voxel / across % along,
+                voxel / (across * along),
+            ];
+            to_world.transform_point3(DVec3::from_array(place.map(|i| i as f64)))
+        })
+    }
+
     /// The value of the sample at a place along each axis; one channel serves all spectral channels.
     pub(crate) fn sample_at(&self, [i, j, k]: [usize; 3]) -> Spectrum {
         let voxel = i + self.size[0] * (j + self.size[1] * k);
