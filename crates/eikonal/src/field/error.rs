@@ -1,6 +1,7 @@
 //! What can be wrong with the parameters of a field.
 
 use crate::Shown;
+use crate::direction::unit;
 use glam::DVec3;
 use thiserror::Error;
 
@@ -146,7 +147,5 @@ pub(super) fn finite_vector(what: &'static str, value: DVec3) -> Result<DVec3, F
 
 /// The unit vector along `value`.
 pub(super) fn direction(what: &'static str, value: DVec3) -> Result<DVec3, FieldError> {
-    finite_vector(what, value)?
-        .try_normalize()
-        .ok_or(FieldError::ZeroVector { what, value })
+    unit(finite_vector(what, value)?).ok_or(FieldError::ZeroVector { what, value })
 }
