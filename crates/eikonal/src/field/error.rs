@@ -24,6 +24,14 @@ pub enum FieldError {
         /// Its value.
         value: f64,
     },
+    /// A number that may be zero is negative.
+    #[error("{what} must be 0 or more and finite, but is {}", Shown(*value))]
+    Negative {
+        /// Name of the parameter.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
     /// A vector has a component that is NaN or infinite.
     #[error("{what} must have finite components, but is {}", Shown(*value))]
     VectorNotFinite {
@@ -133,6 +141,15 @@ pub(super) fn positive(what: &'static str, value: f64) -> Result<f64, FieldError
         Ok(value)
     } else {
         Err(FieldError::NotPositive { what, value })
+    }
+}
+
+/// `value`, if it is zero or positive, and finite.
+pub(super) fn not_negative(what: &'static str, value: f64) -> Result<f64, FieldError> {
+    if value.is_finite() && value >= 0.0 {
+        Ok(value)
+    } else {
+        Err(FieldError::Negative { what, value })
     }
 }
 

@@ -19,7 +19,7 @@ pub(super) use complex::ComplexBspline;
 pub use lattice::Placement;
 pub use noise::NoiseShares;
 
-use super::error::FieldError;
+use super::error::{FieldError, not_negative};
 use crate::bounds::Aabb;
 use blocks::Blocks;
 use fearless_simd::Level;
@@ -97,7 +97,7 @@ impl Bspline {
         let lattice = Lattice::new(dims, bounds, placement)?;
         check_count(dims, samples.len())?;
         let sampling = Sampling {
-            noise,
+            noise: not_negative(NOISE, noise)?,
             double: size_of::<T>() > size_of::<f32>(),
         };
         Self::build(lattice, sampling, |[i, j, k]| {
@@ -142,6 +142,7 @@ impl Bspline {
     ) -> Result<Self, FieldError> {
         let lattice = Lattice::new(dims, bounds, placement)?;
         check_count(dims, samples.len())?;
+        let noise = not_negative(NOISE, noise)?;
         let [x, y, z] = dims;
         let n2 = |sample: [usize; 3], v: f32| square(sample, index(f64::from(v)));
         let middle = dims.map(|n| n / 2);
@@ -286,6 +287,8 @@ struct Sampling {
 /// Rounding of coefficients of samples in double precision, in halves of the last bit: once before the filter along z, which makes
 /// it up to three times as large, and once after it.
 const ROUNDINGS: f64 = 4.0;
+/// Name of a parameter.
+const NOISE: &str = "noise of samples";
 
 fn check_count(dims: [usize; 3], actual: usize) -> Result<(), FieldError> {
     let expected = dims.iter().product();
