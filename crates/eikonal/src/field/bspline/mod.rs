@@ -77,6 +77,11 @@ impl Bspline {
     ///
     /// With f32 samples of n the rounding of n, 6e-8, is amplified by 1/spacing² in the Hessian
     /// ([`Bspline::noise_shares`]); give small contrasts as f64, or smooth them.
+    ///
+    /// # Errors
+    ///
+    /// A grid without samples, or too large for memory; a box that is not finite or has no volume; samples that are not as many as the grid has, or
+    /// not positive and finite.
     pub fn from_samples<T: Copy + Into<f64>>(
         dims: [usize; 3],
         bounds: Aabb,
@@ -87,6 +92,10 @@ impl Bspline {
     }
 
     /// As [`Bspline::from_samples`], past samples with noise of the standard deviation `noise`: see [`Bspline::from_vec`].
+    ///
+    /// # Errors
+    ///
+    /// As [`Bspline::from_samples`]; a noise that is negative or not finite.
     pub fn smoothed<T: Copy + Into<f64>>(
         dims: [usize; 3],
         bounds: Aabb,
@@ -106,6 +115,10 @@ impl Bspline {
     }
 
     /// As [`Bspline::from_samples`], with samples n = `index(x)` taken where the grid has them.
+    ///
+    /// # Errors
+    ///
+    /// As [`Bspline::from_samples`].
     pub fn from_fn(
         dims: [usize; 3],
         bounds: Aabb,
@@ -132,6 +145,10 @@ impl Bspline {
 
     /// As [`Bspline::from_samples`], in the memory of the samples, of which n = `index`(sample). With `noise` > 0, the standard
     /// deviation of noise in n, the spline passes the samples by so much (`smooth.rs`) instead of through them.
+    ///
+    /// # Errors
+    ///
+    /// As [`Bspline::smoothed`].
     pub fn from_vec(
         dims: [usize; 3],
         bounds: Aabb,
