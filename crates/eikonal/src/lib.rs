@@ -9,6 +9,7 @@ pub mod budget;
 pub mod certificate;
 pub mod connect;
 pub mod difference;
+mod direction;
 pub mod field;
 pub mod interface;
 mod lanes;

@@ -110,6 +110,9 @@ impl Table {
 
     /// Draws `samples` with `sample` (`None`: absorbed, or a delta event) and compares the counts
     /// per bin with the integral of `pdf`, which is per unit of the table's area.
+    ///
+    /// # Errors
+    /// See [`ChiSquareFailure`].
     pub fn test(
         &self,
         seed: u64,

@@ -62,6 +62,9 @@ impl DirectionTable {
     }
 
     /// Compares unit vectors drawn by `sample` with `pdf` (per steradian); see [`Table::test`].
+    ///
+    /// # Errors
+    /// See [`ChiSquareFailure`].
     pub fn test(
         &self,
         seed: u64,

@@ -47,7 +47,10 @@ impl Family {
         self.members.is_empty()
     }
 
-    /// Fails if any member lies below the Šidák level, or is not a number; names those members.
+    /// Compares all members with the Šidák level.
+    ///
+    /// # Errors
+    /// No members, or some that lie below the level or are not numbers, by name.
     pub fn check(&self) -> Result<(), String> {
         if self.members.is_empty() {
             return Err("an empty family tests nothing".into());

@@ -35,7 +35,10 @@ pub fn threshold(family_rate: f64, n: usize) -> f64 {
     SQRT_2 * erfc_inv(sidak(family_rate, n))
 }
 
-/// Fails if the largest |z| exceeds [`threshold`]: false-alarm rate at most `family_rate`.
+/// Compares the largest |z| with [`threshold`]: false-alarm rate at most `family_rate`.
+///
+/// # Errors
+/// A |z| that exceeds it or is not a number.
 pub fn max_abs_z(zs: &[f64], family_rate: f64) -> Result<(), String> {
     let limit = threshold(family_rate, zs.len());
     // NaN compares false with everything: test for "within", not for "beyond".

@@ -104,8 +104,11 @@ struct Turn {
 
 impl RadialBall {
     /// The ball of the mean of a field over spheres, in surroundings of the index `outside`. `None` if n·r does not
-    /// grow with r everywhere.
+    /// grow with r everywhere, or the radius or an index is not positive and finite.
     pub fn new(field: &Field, center: DVec3, radius: f64, outside: f64) -> Option<Self> {
+        if ![radius, outside].iter().all(|v| *v > 0.0 && v.is_finite()) {
+            return None;
+        }
         let step = radius * radius / TABLE as f64;
         let (mut n2, mut deviation) = (Vec::with_capacity(TABLE + 1), 0.0);
         for i in 0..=TABLE {
@@ -623,6 +626,21 @@ mod tests {
             let y = DVec3::new(1.0001, 0.0, -0.9 + 0.09 * f64::from(i));
             let found = ball.passing(Outside::Direction(DVec3::NEG_Z), y);
             assert!(found.is_empty(), "{y} {found:?}");
+        }
+    }
+
+    #[test]
+    fn radii_and_indices_of_balls_are_positive() {
+        let ball = |radius, outside| {
+            RadialBall::new(&Constant::new(1.5).into(), DVec3::ZERO, radius, outside)
+        };
+        assert!(ball(1.0, 1.0).is_some());
+        for wrong in [-1.0, 0.0, f64::NAN, f64::INFINITY] {
+            assert_eq!(
+                [ball(wrong, 1.0), ball(1.0, wrong)],
+                [None, None],
+                "{wrong}"
+            );
         }
     }
 

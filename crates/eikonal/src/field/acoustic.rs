@@ -30,6 +30,11 @@ pub struct Acoustic {
 impl Acoustic {
     /// Mean index `n0` > 0 around an axis through `origin` along `direction`; `reference` is not
     /// parallel to it. The sum of the peaks of the modes, at whatever instant, stays below `n0`.
+    ///
+    /// # Errors
+    ///
+    /// A mean index that is not positive and finite, or not above the sum of the peaks; an origin or direction that is not finite, a direction of
+    /// zero, or a reference along the axis.
     pub fn new(
         n0: f64,
         origin: DVec3,

@@ -29,6 +29,10 @@ pub struct AcousticMode {
 impl AcousticMode {
     /// A mode of `amplitude` Δn (any sign), azimuthal `order` m, `wave_number` k > 0 in radians
     /// per scene unit and azimuthal `phase` φ₀ in radians, at t = 0 and with τ = 0.
+    ///
+    /// # Errors
+    ///
+    /// An amplitude or phase that is not finite; a wave number that is not positive and finite.
     pub fn new(
         amplitude: f64,
         order: u16,
@@ -50,6 +54,10 @@ impl AcousticMode {
 
     /// As [`AcousticMode::new`] with k = 2πf/c from `frequency` f > 0 in Hz and `sound_speed`
     /// c > 0 in scene units per second.
+    ///
+    /// # Errors
+    ///
+    /// As [`AcousticMode::new`]; a frequency or speed that is not positive and finite.
     pub fn from_frequency(
         amplitude: f64,
         order: u16,
@@ -68,6 +76,10 @@ impl AcousticMode {
 
     /// The mode with the phase in time τ = `time_phase`, in radians, at t = 0. Two modes with τ = 0 and −π/2 and
     /// φ₀ = 0 and −π/2 are one that turns, cos(mφ − ωt).
+    ///
+    /// # Errors
+    ///
+    /// A phase that is not finite.
     pub fn with_time_phase(self, time_phase: f64) -> Result<Self, FieldError> {
         let time_phase = finite("phase in time of an acoustic mode", time_phase)?;
         let mode = AcousticMode { time_phase, ..self };

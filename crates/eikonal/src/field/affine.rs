@@ -1,6 +1,6 @@
 //! A field moved, rotated, scaled or sheared.
 
-use super::error::FieldError;
+use super::error::{FieldError, finite_vector};
 use super::{Field, IndexDerivative, Jet};
 use crate::bounds::{Aabb, FieldBounds, symmetric_eigenvalues};
 use glam::{DAffine3, DMat3, DVec3};
@@ -20,17 +20,23 @@ impl Affine {
         self.field.memory()
     }
 
-    /// `field` moved by `to_world`, which must be invertible.
+    /// `field` moved by `to_world`.
+    ///
+    /// # Errors
+    ///
+    /// A transform that is not finite, or that cannot be inverted: one that stretches 1e14 times as much along one direction as along another.
     pub fn new(field: Field, to_world: DAffine3) -> Result<Self, FieldError> {
+        finite_vector("translation of the transform", to_world.translation)?;
         let largest = largest_singular_value(to_world.matrix3);
         let to_local = to_world.inverse();
         let smallest = 1.0 / largest_singular_value(to_local.matrix3);
         // A worse condition than this leaves no correct digit in the inverse.
-        let invertible = to_local.is_finite() && smallest > 1e-14 * largest;
+        let invertible = to_local.matrix3.is_finite() && smallest > 1e-14 * largest;
         if !invertible {
             let smallest = if smallest.is_nan() { 0.0 } else { smallest };
             return Err(FieldError::SingularTransform { smallest, largest });
         }
+        finite_vector("translation of the inverse transform", to_local.translation)?;
         Ok(Affine {
             field: Box::new(field),
             to_local,

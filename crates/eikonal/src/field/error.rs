@@ -1,6 +1,7 @@
 //! What can be wrong with the parameters of a field.
 
 use crate::Shown;
+use crate::direction::unit;
 use glam::DVec3;
 use thiserror::Error;
 
@@ -18,6 +19,14 @@ pub enum FieldError {
     /// A number that must be positive is not.
     #[error("{what} must be positive and finite, but is {}", Shown(*value))]
     NotPositive {
+        /// Name of the parameter.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A number that may be zero is negative.
+    #[error("{what} must be 0 or more and finite, but is {}", Shown(*value))]
+    Negative {
         /// Name of the parameter.
         what: &'static str,
         /// Its value.
@@ -135,6 +144,15 @@ pub(super) fn positive(what: &'static str, value: f64) -> Result<f64, FieldError
     }
 }
 
+/// `value`, if it is zero or positive, and finite.
+pub(super) fn not_negative(what: &'static str, value: f64) -> Result<f64, FieldError> {
+    if value.is_finite() && value >= 0.0 {
+        Ok(value)
+    } else {
+        Err(FieldError::Negative { what, value })
+    }
+}
+
 /// `value`, if all its components are finite.
 pub(super) fn finite_vector(what: &'static str, value: DVec3) -> Result<DVec3, FieldError> {
     if value.is_finite() {
@@ -146,7 +164,5 @@ pub(super) fn finite_vector(what: &'static str, value: DVec3) -> Result<DVec3, F
 
 /// The unit vector along `value`.
 pub(super) fn direction(what: &'static str, value: DVec3) -> Result<DVec3, FieldError> {
-    finite_vector(what, value)?
-        .try_normalize()
-        .ok_or(FieldError::ZeroVector { what, value })
+    unit(finite_vector(what, value)?).ok_or(FieldError::ZeroVector { what, value })
 }

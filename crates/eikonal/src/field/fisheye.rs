@@ -18,6 +18,10 @@ pub struct Fisheye {
 
 impl Fisheye {
     /// Index `n0` > 0 at the centre, half of it at distance `radius` > 0.
+    ///
+    /// # Errors
+    ///
+    /// An index or radius that is not positive and finite; a center that is not finite.
     pub fn new(n0: f64, center: DVec3, radius: f64) -> Result<Self, FieldError> {
         let n0 = positive("refractive index at the center", n0)?;
         Ok(Fisheye {

@@ -19,6 +19,10 @@ pub struct Gaussian {
 impl Gaussian {
     /// Index `n0` > 0 far away and `n0 + delta` > 0 at `center`; `width` w > 0 is the standard
     /// deviation in scene units.
+    ///
+    /// # Errors
+    ///
+    /// An index, far away or at the center, or a width that is not positive and finite; a center that is not finite.
     pub fn new(n0: f64, delta: f64, center: DVec3, width: f64) -> Result<Self, FieldError> {
         finite("change of the index at the center", delta)?;
         positive("refractive index at the center", n0 + delta)?;

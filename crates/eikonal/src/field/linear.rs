@@ -20,6 +20,10 @@ pub struct LinearIndex {
 
 impl LinearIndex {
     /// Index `n0` > 0 at `origin`, with gradient `slope` = ∇n in inverse scene units.
+    ///
+    /// # Errors
+    ///
+    /// An index that is not positive and finite; a gradient or origin that is not finite.
     pub fn new(n0: f64, slope: DVec3, origin: DVec3) -> Result<Self, FieldError> {
         Ok(LinearIndex {
             n0: positive("refractive index", n0)?,
@@ -87,6 +91,10 @@ pub struct LinearSquare {
 
 impl LinearSquare {
     /// Index `n0` > 0 at `origin`, with gradient `slope` = ∇n² in inverse scene units.
+    ///
+    /// # Errors
+    ///
+    /// An index that is not positive and finite; a gradient or origin that is not finite.
     pub fn new(n0: f64, slope: DVec3, origin: DVec3) -> Result<Self, FieldError> {
         let n0 = positive("refractive index", n0)?;
         Ok(LinearSquare {

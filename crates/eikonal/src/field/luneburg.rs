@@ -22,6 +22,10 @@ pub struct Luneburg {
 
 impl Luneburg {
     /// A lens of `radius` > 0 for an outside of index `n_ext` > 0.
+    ///
+    /// # Errors
+    ///
+    /// An index or radius that is not positive and finite; a center that is not finite.
     pub fn new(n_ext: f64, center: DVec3, radius: f64) -> Result<Self, FieldError> {
         let n_ext = positive("refractive index outside", n_ext)?;
         Ok(Luneburg {

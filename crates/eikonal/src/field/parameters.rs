@@ -231,7 +231,11 @@ impl Field {
         }
     }
 
-    /// Adds the derivatives of a loss to the sums, given that by n² and ∇n² at `x`.
+    /// Adds the derivatives of a loss to [`Field::sum_count`] sums, given that by n² and ∇n² at `x`.
+    ///
+    /// # Panics
+    ///
+    /// May panic if there are fewer sums.
     pub fn add_parameter_derivative(&self, x: DVec3, by: IndexDerivative, into: &mut [f64]) {
         match self {
             Field::Constant(f) => into[0] += by.n2 * 2.0 * f.n(),
@@ -266,7 +270,11 @@ impl Field {
         }
     }
 
-    /// Derivatives by the parameters, in their order, from the sums.
+    /// Derivatives by the parameters, in their order, from the [`Field::sum_count`] sums.
+    ///
+    /// # Panics
+    ///
+    /// May panic if there are fewer sums.
     pub fn parameter_derivative(&self, sums: Vec<f64>) -> Vec<f64> {
         match self {
             Field::Bspline(f) => by_samples(f, sums),
@@ -287,7 +295,11 @@ impl Field {
         }
     }
 
-    /// The transpose of [`Field::parameter_derivative`]: a change of what sums are by, for one of the parameters.
+    /// The transpose of [`Field::parameter_derivative`]: a change of what sums are by, for one of the [`Field::parameter_count`] numbers.
+    ///
+    /// # Panics
+    ///
+    /// May panic if there are fewer numbers.
     pub fn parameter_change(&self, change: &[f64]) -> Vec<f64> {
         match self {
             Field::Bspline(f) => of_samples(f, change),
@@ -310,6 +322,10 @@ impl Field {
 
     /// The change of n² and ∇n² at `x` for a change as [`Field::parameter_change`] gives it: the transpose of
     /// [`Field::add_parameter_derivative`].
+    ///
+    /// # Panics
+    ///
+    /// May panic if the change has fewer numbers than [`Field::sum_count`].
     pub fn index_change(&self, x: DVec3, change: &[f64]) -> IndexChange {
         match self {
             Field::Bspline(f) => f.coefficient_change(x, change),

@@ -18,6 +18,10 @@ pub struct Scaled {
 
 impl Scaled {
     /// The index of `field` times `factor` > 0.
+    ///
+    /// # Errors
+    ///
+    /// A factor that is not positive and finite.
     pub fn new(field: Field, factor: f64) -> Result<Self, FieldError> {
         let factor = positive("factor of a refractive index", factor)?;
         Ok(Scaled {

@@ -23,6 +23,10 @@ pub struct Selfoc {
 impl Selfoc {
     /// Index `n0` > 0 on the axis through `origin` along `direction` (of any length); `alpha` > 0
     /// in inverse scene units.
+    ///
+    /// # Errors
+    ///
+    /// An index or `alpha` that is not positive and finite; an origin or direction that is not finite, or a direction of zero.
     pub fn new(n0: f64, alpha: f64, origin: DVec3, direction: DVec3) -> Result<Self, FieldError> {
         let n0 = positive("refractive index on the axis", n0)?;
         Ok(Selfoc {

@@ -20,6 +20,10 @@ impl Sum {
     }
 
     /// The superposition of `terms`, each a perturbation of the index `n_ref` > 0.
+    ///
+    /// # Errors
+    ///
+    /// An index of reference that is not positive and finite.
     pub fn new(n_ref: f64, terms: Vec<Field>) -> Result<Self, FieldError> {
         let n_ref = positive("refractive index of reference", n_ref)?;
         Ok(Sum {

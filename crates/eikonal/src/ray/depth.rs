@@ -81,9 +81,10 @@ impl<const N: usize> Profile<N> {
         })
     }
 
-    /// θ at which the depth of channel `c` reaches `target`, if it does within the profile.
+    /// θ at which the depth of channel `c` reaches `target`, if it does within the profile and before an extinction that is NaN.
     pub fn invert(&self, c: usize, target: f64) -> Option<f64> {
-        let i = self.depths[1..].partition_point(|d| d[c] < target);
+        let below = |depth: &[f64; N]| depth[c] < target || depth[c].is_nan();
+        let i = self.depths[1..].partition_point(below);
         if i + 1 >= self.depths.len() {
             return None;
         }

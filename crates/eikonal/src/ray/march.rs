@@ -4,6 +4,7 @@ use super::arc::Arc;
 use super::depth::Profile;
 use super::flow::{Flow, Tolerance, Work};
 use super::step::{Node, Step};
+use crate::direction::unit;
 use crate::field::Field;
 use glam::DVec3;
 use std::fmt;
@@ -17,14 +18,14 @@ pub enum StopCondition<'a> {
     OpticalDepth {
         /// ∫σ_t ds at which to stop.
         depth: f64,
-        /// Extinction σ_t(x).
+        /// Extinction σ_t(x). From where it is NaN on, no depth is reached.
         extinction: &'a dyn Fn(DVec3) -> f64,
-        /// Longest piece of the quadrature.
+        /// Longest piece of Simpson's rule, in units of arc length, positive; a step of a ray has a million pieces at most.
         spacing: f64,
     },
     /// The first crossing of a surface; the function returns the first θ on an arc.
     Surface(&'a dyn Fn(&Arc) -> Option<f64>),
-    /// The first local minimum of the distance to a point.
+    /// The first local minimum of the distance to a point after the start.
     ClosestApproach(DVec3),
 }
 
@@ -65,8 +66,8 @@ const FARTHEST: f64 = 1e100;
 /// Steps of a ray at most: more than these have rays that circle for ever.
 const MOST_STEPS: usize = 1_000_000;
 
-/// Follows a ray from `x` in a `direction` of any length but zero until `stop` happens, or `limit` of arc length or a million steps are reached. `visit`
-/// sees every step and the θ up to which it counts. With a limit of zero or less, or none that is a number, the ray ends where it starts.
+/// Follows a ray from `x` in a `direction` of any finite length but zero until `stop` happens, or `limit` of arc length or a million
+/// steps are reached. `visit` sees every step and the θ up to which it counts. With a limit of zero or less, or none that is a number, the ray ends where it starts.
 pub fn march(
     field: &Field,
     x: DVec3,
@@ -77,7 +78,8 @@ pub fn march(
     mut visit: impl FnMut(&Step<()>, f64),
 ) -> March {
     let mut work = Work::default();
-    let start = Node::start(field, x, direction.normalize(), ());
+    let direction = unit(direction).unwrap_or(DVec3::NAN);
+    let start = Node::start(field, x, direction, ());
     let mut ray = March {
         x,
         v: start.v,
@@ -88,7 +90,11 @@ pub fn march(
     let goes = limit > 0.0 && start.v.is_finite();
     let limit = limit.min(FARTHEST);
     let mut flow = Flow::new(field, start, tolerance);
-    let mut stop = Progress { stop, done: 0.0 };
+    let mut stop = Progress {
+        stop,
+        done: 0.0,
+        nearing: false,
+    };
     let most_steps = if goes { MOST_STEPS } else { 0 };
     for _ in 0..most_steps {
         let remaining = limit - ray.arc_length;
@@ -117,6 +123,8 @@ pub fn march(
 struct Progress<'a> {
     stop: &'a StopCondition<'a>,
     done: f64,
+    /// Whether the last arc ended by coming nearer to the point.
+    nearing: bool,
 }
 
 impl Progress<'_> {
@@ -141,7 +149,11 @@ impl Progress<'_> {
             StopCondition::Surface(first) => first(arc),
             StopCondition::ClosestApproach(y) => {
                 let theta = arc.closest_approach(y);
-                (theta < 1.0).then_some(theta)
+                // Where an arc begins by leaving the point, its start is a minimum only if the arc before came nearer.
+                let stops = theta < 1.0 && (theta > 0.0 || self.nearing);
+                let slope = (arc.position(1.0) - y).dot(arc.velocity(1.0));
+                self.nearing = theta == 1.0 || slope < 0.0;
+                stops.then_some(theta)
             }
         }
     }

@@ -64,6 +64,7 @@ fn grids_as_fine_as_their_field_stay() {
     assert!(spike.condensed(1e-4).is_none());
     // Small grids lie in the cache as they are.
     assert!(grid([64; 3], Placement::Nodes).condensed(1e-2).is_none());
+    assert!(noise.condensed(f64::INFINITY).is_none());
 }
 
 /// Along the axis of layers all samples may count, along the others few.

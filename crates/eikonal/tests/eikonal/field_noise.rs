@@ -145,4 +145,14 @@ fn samples_in_place_are_the_same_samples() {
     assert!(wrong.unwrap_err().to_string().contains("8 samples"));
     let negative = Bspline::from_vec([2; 3], cube, Placement::Nodes, vec![-1.0; 8], |n| n, 0.0);
     assert!(negative.is_err());
+    for noise in [-1.0, f64::NAN, f64::INFINITY] {
+        let samples = vec![1.3f32; 8];
+        let elsewhere = Bspline::smoothed([2; 3], cube, Placement::Nodes, &samples, noise);
+        let inside = Bspline::from_vec([2; 3], cube, Placement::Nodes, samples, |n| n, noise);
+        for refused in [elsewhere, inside] {
+            let message = refused.unwrap_err().to_string();
+            let expected = format!("noise of samples must be 0 or more and finite, but is {noise}");
+            assert_eq!(message, expected);
+        }
+    }
 }

@@ -152,6 +152,12 @@ fn sampled_sound_is_the_wave_of_which_it_has_samples() {
         frequency: 0.0,
         ..samples.clone()
     }));
+    for noise in [-1.0, f64::NAN] {
+        assert!(silent(SoundSamples {
+            noise,
+            ..samples.clone()
+        }));
+    }
     assert!(silent(SoundSamples {
         size: [40, 41, 41],
         ..samples

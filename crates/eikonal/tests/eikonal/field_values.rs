@@ -220,6 +220,27 @@ fn bad_parameters_are_refused() {
             Err(FieldError::SingularTransform { .. })
         ));
     }
-    let lost = DAffine3::from_translation(bad);
-    assert!(Affine::new(Constant::new(1.0).into(), lost).is_err());
+    let moved = |linear, by| {
+        let transform = DAffine3::from_mat3_translation(linear, by);
+        Affine::new(Constant::new(1.0).into(), transform)
+            .map_err(message)
+            .unwrap_err()
+    };
+    let expected = "translation of the transform must have finite components, but is [0, NaN, 0]";
+    assert_eq!(moved(DMat3::IDENTITY, bad), expected);
+    let tiny = moved(
+        DMat3::from_diagonal(DVec3::splat(1e-10)),
+        DVec3::splat(1e300),
+    );
+    assert!(tiny.starts_with("translation of the inverse transform must have finite"));
+}
+
+#[test]
+fn directions_may_have_any_length() {
+    for length in [1e-200, 1e200] {
+        let rod = Selfoc::new(1.5, 0.1, DVec3::ZERO, DVec3::Z * length).unwrap();
+        let expected = Selfoc::new(1.5, 0.1, DVec3::ZERO, DVec3::Z).unwrap();
+        let x = DVec3::new(0.3, 0.2, 0.7);
+        assert_eq!(Field::from(rod).n2(x), Field::from(expected).n2(x));
+    }
 }

@@ -357,6 +357,11 @@ fn what_is_no_formula_is_refused_where_it_is_wrong() {
     };
     assert!(new(&[("sin", 1.0)]).contains("it has a meaning in formulas"));
     assert!(new(&[("2b", 1.0)]).contains("names are made of letters"));
+    let twice = new(&[("a", 1.0), ("b", 2.0), ("a", 3.0)]);
+    assert_eq!(
+        twice,
+        "'a' cannot be the name of a parameter: another parameter has it"
+    );
     assert!(new(&[("b", f64::NAN)]).contains("must be a finite number"));
 }
 

@@ -384,6 +384,68 @@ fn marches_stop_where_they_should() {
     assert!(!limited.stopped && (limited.arc_length - 2.0).abs() < 1e-12);
 }
 
+/// Rays that begin by leaving a point come back to it through a fisheye, and never where the index is constant.
+#[test]
+fn closest_approaches_are_not_the_start() {
+    let tolerance = Tolerance::new(1e-9);
+    let nearest = |field: &Field, y: DVec3, direction: DVec3| {
+        let stop = StopCondition::ClosestApproach(y);
+        march(
+            field,
+            DVec3::X,
+            direction,
+            &stop,
+            20.0,
+            tolerance,
+            |_, _| {},
+        )
+    };
+    let air = Constant::new(1.0).into();
+    for y in [DVec3::ZERO, DVec3::X] {
+        let end = nearest(&air, y, DVec3::X);
+        assert!(!end.stopped && (end.arc_length - 20.0).abs() < 1e-12, "{y}");
+    }
+    assert!(nearest(&air, DVec3::X * 3.0, DVec3::X).stopped);
+    // A circle of radius 1, on which the ray is nearest to the point when it is back, or has all but come round.
+    let fisheye = Fisheye::new(1.5, DVec3::ZERO, 1.0).unwrap().into();
+    for turned in [1.9 * PI, 2.0 * PI] {
+        let y = DVec3::new(turned.cos(), turned.sin(), 0.0);
+        let end = nearest(&fisheye, y, DVec3::Y);
+        assert!(
+            end.stopped && (end.arc_length - turned).abs() < 1e-6,
+            "{end:?}"
+        );
+    }
+}
+
+/// An extinction that is not a number is no depth at which rays stop.
+#[test]
+fn depths_that_are_not_a_number_stop_no_ray() {
+    for depth in [0.5, f64::NAN] {
+        let extinction = |x: DVec3| if x.x < 1.0 { 0.1 } else { f64::NAN };
+        let stop = StopCondition::OpticalDepth {
+            depth,
+            extinction: &extinction,
+            spacing: 0.01,
+        };
+        let field = Constant::new(1.0).into();
+        let tolerance = Tolerance::default();
+        let end = march(
+            &field,
+            DVec3::ZERO,
+            DVec3::X,
+            &stop,
+            5.0,
+            tolerance,
+            |_, _| {},
+        );
+        assert!(
+            !end.stopped && (end.arc_length - 5.0).abs() < 1e-12,
+            "{end:?}"
+        );
+    }
+}
+
 /// Limits that are none, directions of any length, and events that never happen.
 #[test]
 fn marches_end() {
@@ -400,7 +462,14 @@ fn marches_end() {
         }
         let expected = go(10.0, DVec3::X);
         assert!(expected.stopped);
-        for (limit, direction) in [(f64::INFINITY, 1.0), (1e300, 1.0), (10.0, 7.0)] {
+        let cases = [
+            (f64::INFINITY, 1.0),
+            (1e300, 1.0),
+            (10.0, 7.0),
+            (10.0, 1e200),
+            (10.0, 1e-200),
+        ];
+        for (limit, direction) in cases {
             let found = go(limit, DVec3::X * direction);
             assert!(found.stopped && (found.x - expected.x).length() < 1e-6);
             assert!((found.optical_length - expected.optical_length).abs() < 1e-6);

@@ -16,6 +16,9 @@ pub struct BlendBsdf {
 
 impl BlendBsdf {
     /// `weight`, a number in [0, 1], is the share of `second`. Both must be opaque.
+    ///
+    /// # Errors
+    /// A weight outside [0, 1]; a surface that lets light through.
     pub fn new(weight: impl Into<Texture>, first: Bsdf, second: Bsdf) -> Result<Self, BsdfError> {
         let pair = [first.opaque("blendbsdf")?, second.opaque("blendbsdf")?];
         Ok(BlendBsdf {

@@ -57,6 +57,10 @@ struct Below {
 
 impl Coating {
     /// `nested` must be opaque.
+    ///
+    /// # Errors
+    /// An index that is not positive and finite; an absorption or thickness that is negative or not finite; a reflectance outside [0, 1]; facets that
+    /// are rougher in one direction; a nested surface that lets light through.
     pub fn new(parameters: CoatingParameters, nested: Bsdf) -> Result<Self, BsdfError> {
         let CoatingParameters {
             eta,

@@ -58,6 +58,9 @@ impl Metal {
 impl Conductor {
     /// `eta` + i`k` is the metal's index against vacuum, both parts ≥ 0; `specular_reflectance` in
     /// [0, 1] tints it, physically 1.
+    ///
+    /// # Errors
+    /// A part of the index that is negative or not finite; a reflectance outside [0, 1].
     pub fn new(
         eta: Spectrum,
         k: Spectrum,

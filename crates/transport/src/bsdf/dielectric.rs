@@ -23,6 +23,9 @@ impl Default for Dielectric {
 
 impl Dielectric {
     /// Tints the two parts by factors in [0, 1]; physically both are 1 ([`Dielectric::default`]).
+    ///
+    /// # Errors
+    /// A factor outside [0, 1].
     pub fn new(
         specular_reflectance: Spectrum,
         specular_transmittance: Spectrum,

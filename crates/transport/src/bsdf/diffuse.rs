@@ -15,6 +15,9 @@ pub struct Diffuse {
 
 impl Diffuse {
     /// `reflectance` in [0, 1] per channel.
+    ///
+    /// # Errors
+    /// A reflectance outside [0, 1].
     pub fn new(reflectance: impl Into<Texture>) -> Result<Self, BsdfError> {
         let reflectance = factor("reflectance", reflectance)?;
         Ok(Diffuse { reflectance })

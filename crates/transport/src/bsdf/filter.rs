@@ -53,6 +53,9 @@ pub(crate) struct FilterMueller {
 
 impl PolarizingFilter {
     /// `transmittance`, in [0, 1], multiplies what the ideal filter lets pass.
+    ///
+    /// # Errors
+    /// A transmittance outside [0, 1].
     pub fn new(
         element: FilterElement,
         transmittance: impl Into<Texture>,

@@ -38,6 +38,9 @@ enum Lobe {
 
 impl GlossyDiffuse {
     /// Reflectances in [0, 1]; if their largest values add up to more than 1, both shrink, as in Mitsuba 0.6.
+    ///
+    /// # Errors
+    /// A reflectance outside [0, 1]; an exponent of Phong that is negative or not finite.
     pub fn new(
         lobe: GlossyLobe,
         diffuse_reflectance: impl Into<Texture>,

@@ -18,6 +18,9 @@ pub struct Mask {
 
 impl Mask {
     /// `opacity`, a number in [0, 1], is the share that the opaque surface `nested` covers.
+    ///
+    /// # Errors
+    /// An opacity outside [0, 1]; a nested surface that lets light through.
     pub fn new(opacity: impl Into<Texture>, nested: Bsdf) -> Result<Self, BsdfError> {
         Ok(Mask {
             opacity: factor("opacity", opacity)?,

@@ -37,6 +37,9 @@ impl NormalMap {
     /// turned by half a turn about the true one if `flips` is set; light from low directions is dimmed as bumps would dim it if
     /// `shadows` is set. Both are for views, and light that goes the other way need not find the same: mirrors, of which one
     /// direction decides the other, are neither flipped nor dimmed.
+    ///
+    /// # Errors
+    /// A nested surface that keeps its true normal.
     pub fn new(
         source: NormalSource,
         flips: bool,

@@ -65,6 +65,9 @@ impl Base {
 impl Plastic {
     /// `eta` > 0 is the coat's index over that outside; reflectances are in [0, 1]. With `nonlinear`, colours
     /// deepen with each reflection below the coat.
+    ///
+    /// # Errors
+    /// An index that is not positive and finite; a reflectance outside [0, 1].
     pub fn new(
         eta: f64,
         diffuse_reflectance: impl Into<Texture>,

@@ -22,6 +22,9 @@ pub struct PolarizedPlastic {
 
 impl PolarizedPlastic {
     /// `eta` is the index inside over that outside; the reflectances lie in [0, 1].
+    ///
+    /// # Errors
+    /// An index that is not positive and finite; a reflectance outside [0, 1].
     pub fn new(
         roughness: Roughness,
         eta: f64,

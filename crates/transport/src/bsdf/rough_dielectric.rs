@@ -38,6 +38,9 @@ pub(super) struct Event {
 
 impl RoughDielectric {
     /// The factors in [0, 1] tint the two parts, physically both are 1.
+    ///
+    /// # Errors
+    /// A factor outside [0, 1].
     pub fn new(
         roughness: Roughness,
         specular_reflectance: impl Into<Texture>,

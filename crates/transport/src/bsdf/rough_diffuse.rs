@@ -29,6 +29,9 @@ struct Cavities {
 impl RoughDiffuse {
     /// `reflectance` in [0, 1]; `alpha` ≥ 0, Beckmann's roughness: √2 times the standard deviation of the slopes, in Mitsuba's way of
     /// counting. `fast` leaves out light between walls, as the short form of the model does.
+    ///
+    /// # Errors
+    /// A reflectance outside [0, 1]; a roughness that is negative or not finite.
     pub fn new(
         reflectance: impl Into<Texture>,
         alpha: impl Into<Texture>,

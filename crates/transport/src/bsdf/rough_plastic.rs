@@ -27,6 +27,9 @@ pub struct RoughPlastic {
 
 impl RoughPlastic {
     /// `roughness` is the same in all directions; `lossless` is about the coat; the rest as for [`super::Plastic::new`].
+    ///
+    /// # Errors
+    /// As [`super::Plastic::new`]; facets that are rougher in one direction.
     pub fn new(
         roughness: Roughness,
         lossless: bool,

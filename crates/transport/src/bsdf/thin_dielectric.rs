@@ -22,6 +22,9 @@ pub struct ThinDielectric {
 impl ThinDielectric {
     /// `eta` > 0 is the pane's index over that around it; factors in [0, 1] tint what is reflected and what
     /// passes, physically both are 1.
+    ///
+    /// # Errors
+    /// An index that is not positive and finite; a factor outside [0, 1].
     pub fn new(
         eta: f64,
         specular_reflectance: impl Into<Texture>,

@@ -15,6 +15,9 @@ pub struct TwoSided {
 
 impl TwoSided {
     /// `front` is on the side of the normal. Both must be opaque.
+    ///
+    /// # Errors
+    /// A surface that lets light through.
     pub fn new(front: Bsdf, back: Bsdf) -> Result<Self, BsdfError> {
         let sides = [front.opaque("twosided")?, back.opaque("twosided")?];
         Ok(TwoSided {

@@ -1,5 +1,7 @@
 //! Why derivatives are not taken.
 
+use crate::meter::MeterProblem;
+
 /// Why derivatives are not taken.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DerivativeError {
@@ -88,6 +90,14 @@ pub enum DerivativeError {
     /// A weight that is not finite.
     #[error("weight {0} is not finite: the loss must have a derivative by every value")]
     NotFinite(usize),
+    /// A meter that cannot measure in the scene.
+    #[error("meter {number}: {problem}")]
+    Meter {
+        /// Number of the meter, counted from 0.
+        number: usize,
+        /// What is wrong with it.
+        problem: MeterProblem,
+    },
     /// A reading that meters do not have.
     #[error("the meters have no such reading")]
     Reading,

@@ -28,6 +28,9 @@ pub enum DiscError {
 
 impl DistantDisc {
     /// A disc around the direction `center`, as seen from the scene, of `half_angle` in radians, in (0, π], and `radiance` ≥ 0.
+    ///
+    /// # Errors
+    /// A direction that is zero or not finite, or a half angle out of range.
     pub fn new(
         center: DVec3,
         half_angle: f64,

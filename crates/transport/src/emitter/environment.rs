@@ -52,6 +52,9 @@ impl Environment {
     /// direction +x. Radiance is bilinear in longitude and colatitude between the pixels' centres; those of the first
     /// row lie at the upper pole, those of the last row at the lower pole. Images of fewer than three rows repeat the
     /// last one.
+    ///
+    /// # Errors
+    /// No pixels, or another number of them; pixels that are negative or not finite, or all black.
     pub fn image(
         width: usize,
         height: usize,

@@ -47,6 +47,9 @@ impl Luminaire {
     /// A luminaire at `position` with a table of intensities in units of `scale`: for each azimuth those at the polar
     /// angles, both in degrees. Polar angles are those to local +z, and azimuths turn
     /// from local +x to +y; azimuths go from 0 to 360, or there is just one.
+    ///
+    /// # Errors
+    /// Angles out of range or out of order; intensities that are not as many as pairs of angles, negative, not finite, or all zero.
     pub fn new(
         position: DVec3,
         orientation: Orientation,

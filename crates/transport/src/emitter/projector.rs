@@ -20,6 +20,9 @@ pub struct Projector {
 
 impl Projector {
     /// An image that is `fov_x` wide, in radians in (0, π).
+    ///
+    /// # Errors
+    /// An image without pixels or light, or whose values are negative or not finite.
     pub fn new(
         position: DVec3,
         orientation: Orientation,
@@ -38,6 +41,11 @@ impl Projector {
     /// Where the light is.
     pub fn position(&self) -> DVec3 {
         self.position
+    }
+
+    /// Half extents of the image at unit distance.
+    pub(crate) fn half(&self) -> [f64; 2] {
+        self.half
     }
 
     /// The image.

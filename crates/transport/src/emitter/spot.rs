@@ -78,6 +78,9 @@ impl Spot {
     /// The spot, turned to shine along local +z, with a factor of its intensity: the texture at the coordinates
     /// ½ + ½ (x, y)/(z tan `cutoff`) of the local direction (x, y, z). The texture must be one of coordinates;
     /// the cutoff must be less than π/2.
+    ///
+    /// # Errors
+    /// A cutoff of π/2 or more; values of the texture that are negative or not finite, or zero all over the spot.
     pub fn with_texture(
         self,
         orientation: Orientation,

@@ -55,6 +55,10 @@ pub struct TexturedArea {
 
 impl TexturedArea {
     /// The light of object `object`, which has this shape.
+    ///
+    /// # Errors
+    /// Radiances that are negative or not finite, or zero all over the shape; a mesh without the texture coordinates that are asked for; a shape whose
+    /// power is not known exactly, or on which the texture is too fine.
     pub fn new(object: usize, shape: &Shape, radiance: Texture) -> Result<Self, TexturedError> {
         let bad = |v: &f64| !(v.is_finite() && *v >= 0.0);
         if let Some(value) = radiance.numbers().find(bad) {

@@ -37,7 +37,7 @@ const MOST_ROOTS: usize = 10;
 
 impl MeterGrid {
     /// Cells of the given number along each coordinate: x, y, z; r, 1, z; or r, 1, 1. `None` if one of
-    /// them is 0, one that must be 1 is not, or the map is not finite or cannot be inverted.
+    /// them is 0, one that must be 1 is not, or the map or its inverse is not finite.
     pub fn new(coordinates: Coordinates, size: [usize; 3], to_world: DAffine3) -> Option<Self> {
         let fits = match coordinates {
             Coordinates::Cartesian => true,
@@ -45,7 +45,9 @@ impl MeterGrid {
             Coordinates::Spherical => size[1] == 1 && size[2] == 1,
         };
         let det = to_world.matrix3.determinant();
-        if !fits || size.contains(&0) || !to_world.is_finite() || !det.is_finite() || det == 0.0 {
+        let to_local = to_world.inverse();
+        let invertible = det.is_finite() && det != 0.0 && to_local.is_finite();
+        if !fits || size.contains(&0) || !to_world.is_finite() || !invertible {
             return None;
         }
         let (low, high) = match coordinates {
@@ -60,7 +62,7 @@ impl MeterGrid {
             top: size.map(|n| n as f64).into(),
             cells: size.iter().fold(1, |n, &k| n.saturating_mul(k)),
             to_world,
-            to_local: to_world.inverse(),
+            to_local,
             aabb: Aabb::around(corners.map(|p| to_world.transform_point3(p))),
         })
     }

@@ -15,6 +15,9 @@ pub struct BlendPhase {
 
 impl BlendPhase {
     /// `weight` is that of the second: its first channel, in [0, 1].
+    ///
+    /// # Errors
+    /// A weight outside [0, 1].
     pub fn new(phases: [Phase; 2], weight: VolumeTexture) -> Result<Self, PhaseError> {
         let (low, high) = weight.range();
         match [low, high].into_iter().find(|w| !(0.0..=1.0).contains(w)) {

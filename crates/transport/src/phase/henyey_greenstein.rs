@@ -17,6 +17,9 @@ impl HenyeyGreenstein {
     pub(super) const ISOTROPIC: Self = HenyeyGreenstein { g: 0.0 };
 
     /// `g` in (−1, 1).
+    ///
+    /// # Errors
+    /// A mean cosine outside (−1, 1).
     pub fn new(g: f64) -> Result<Self, PhaseError> {
         if g.abs() < 1.0 {
             Ok(HenyeyGreenstein { g })

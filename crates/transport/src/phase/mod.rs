@@ -121,11 +121,17 @@ impl Phase {
     }
 
     /// Henyey–Greenstein with mean cosine `g` in (−1, 1).
+    ///
+    /// # Errors
+    /// A mean cosine outside (−1, 1).
     pub fn henyey_greenstein(g: f64) -> Result<Self, PhaseError> {
         HenyeyGreenstein::new(g).map(Phase::HenyeyGreenstein)
     }
 
     /// Henyey–Greenstein whose mean cosine is the first channel of a grid, in (−1, 1) everywhere.
+    ///
+    /// # Errors
+    /// A mean cosine outside (−1, 1).
     pub fn henyey_greenstein_grid(g: Arc<VolumeGrid>) -> Result<Self, PhaseError> {
         let (low, high) = g.range();
         HenyeyGreenstein::new(low)?;
@@ -134,6 +140,9 @@ impl Phase {
     }
 
     /// Von Mises–Fisher with concentration `kappa` ≥ 0.
+    ///
+    /// # Errors
+    /// A concentration that is negative or not finite.
     pub fn von_mises_fisher(kappa: f64) -> Result<Self, PhaseError> {
         VonMisesFisher::new(kappa).map(Phase::VonMisesFisher)
     }
@@ -144,21 +153,33 @@ impl Phase {
     }
 
     /// Spheres of any size, by their [cross-sections and matrix](Mie).
+    ///
+    /// # Errors
+    /// As [`Mie::new`].
     pub fn mie(spheres: &Spheres) -> Result<Self, PhaseError> {
         Mie::new(spheres).map(|mie| Phase::Mie(Arc::new(mie)))
     }
 
     /// (1 − `weight`) of the first phase function plus `weight`, in [0, 1], of the second.
+    ///
+    /// # Errors
+    /// A weight outside [0, 1].
     pub fn blend(phases: [Phase; 2], weight: f64) -> Result<Self, PhaseError> {
         Phase::blend_by(phases, VolumeTexture::Uniform(Spectrum::splat(weight)))
     }
 
     /// The same with a weight that varies in space: the first channel of `weight`.
+    ///
+    /// # Errors
+    /// A weight outside [0, 1].
     pub fn blend_by(phases: [Phase; 2], weight: VolumeTexture) -> Result<Self, PhaseError> {
         BlendPhase::new(phases, weight).map(|blend| Phase::Blend(Box::new(blend)))
     }
 
     /// Linear interpolation of `values` at increasing `cosines` from −1 to 1, normalised here.
+    ///
+    /// # Errors
+    /// As [`Tabulated::new`].
     pub fn tabulated(cosines: Vec<f64>, values: &[f64]) -> Result<Self, PhaseError> {
         Tabulated::new(cosines, values).map(Phase::Tabulated)
     }

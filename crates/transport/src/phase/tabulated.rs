@@ -12,6 +12,9 @@ pub struct Tabulated(PiecewiseLinear);
 impl Tabulated {
     /// `cosines` strictly increasing from −1 to 1, any spacing; `values` ≥ 0, as many, not all zero;
     /// their scale does not matter.
+    ///
+    /// # Errors
+    /// Cosines that do not increase from −1 to 1; values that are not as many, negative, not finite, or all zero.
     pub fn new(cosines: Vec<f64>, values: &[f64]) -> Result<Self, PhaseError> {
         let (first, last) = match (cosines.first(), cosines.last()) {
             (Some(&first), Some(&last)) => (first, last),

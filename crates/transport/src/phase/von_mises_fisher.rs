@@ -18,6 +18,9 @@ pub struct VonMisesFisher {
 
 impl VonMisesFisher {
     /// `kappa` finite and ≥ 0; 0 is isotropic.
+    ///
+    /// # Errors
+    /// A concentration that is negative or not finite.
     pub fn new(kappa: f64) -> Result<Self, PhaseError> {
         if !(kappa.is_finite() && kappa >= 0.0) {
             return Err(PhaseError::Concentration(kappa));

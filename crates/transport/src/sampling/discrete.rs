@@ -20,6 +20,9 @@ pub struct Pick {
 
 impl Discrete {
     /// From weights that are finite, ≥ 0 and not all zero.
+    ///
+    /// # Errors
+    /// No weights; weights that are negative or not finite, all zero, or too large to be added.
     pub fn new(weights: &[f64]) -> Result<Self, DistributionError> {
         check_values(weights)?;
         Cdf::new(weights.iter().copied()).map(Discrete)

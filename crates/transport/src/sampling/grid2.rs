@@ -15,6 +15,9 @@ pub struct Grid2 {
 
 impl Grid2 {
     /// `values` holds `height` rows of `width` cells, finite, ≥ 0 and not all zero.
+    ///
+    /// # Errors
+    /// No cells; values that are not as many, negative, not finite, all zero, or too large to be added.
     pub fn new(width: usize, height: usize, values: &[f64]) -> Result<Self, DistributionError> {
         if width == 0 || height == 0 {
             return Err(DistributionError::Empty);

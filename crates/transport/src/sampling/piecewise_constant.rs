@@ -13,6 +13,9 @@ pub struct PiecewiseConstant {
 impl PiecewiseConstant {
     /// `edges` are finite and strictly increasing, one more than `values`, which are finite, ≥ 0 and
     /// not all zero.
+    ///
+    /// # Errors
+    /// Edges that are fewer than two, not finite, or do not increase; values that are not as many as bins, negative, not finite, all zero, or too large to be added.
     pub fn new(edges: Vec<f64>, values: &[f64]) -> Result<Self, DistributionError> {
         check_positions(&edges)?;
         if values.len() + 1 != edges.len() {

@@ -15,6 +15,9 @@ pub struct PiecewiseLinear {
 impl PiecewiseLinear {
     /// `nodes` are finite and strictly increasing (two or more), `values` as many, finite, ≥ 0 and not
     /// all zero.
+    ///
+    /// # Errors
+    /// Nodes that are fewer than two, not finite, or do not increase; values that are not as many, negative, not finite, all zero, or too large to be added.
     pub fn new(nodes: Vec<f64>, values: &[f64]) -> Result<Self, DistributionError> {
         check_positions(&nodes)?;
         if values.len() != nodes.len() {

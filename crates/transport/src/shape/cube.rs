@@ -26,6 +26,9 @@ const WITHIN: f64 = 1.0 - 1e-6;
 
 impl Cube {
     /// The image of the cube.
+    ///
+    /// # Errors
+    /// A map that is not finite or cannot be inverted.
     pub fn new(to_world: DAffine3) -> Result<Self, ShapeError> {
         let placement = Placement::new(to_world, &LOCAL)?;
         Ok(Cube { placement })

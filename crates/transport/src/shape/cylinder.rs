@@ -50,6 +50,9 @@ impl Cylinder {
     }
 
     /// The image of the cylinder.
+    ///
+    /// # Errors
+    /// A map that is not finite or cannot be inverted.
     pub fn new(to_world: DAffine3, capped: bool) -> Result<Self, ShapeError> {
         let placement = Placement::new(to_world, &LOCAL)?;
         Ok(Cylinder {
@@ -60,11 +63,17 @@ impl Cylinder {
     }
 
     /// The circular cylinder around the segment from `p0` to `p1`.
+    ///
+    /// # Errors
+    /// As [`Cylinder::frame`]; a cylinder so thin or so far away that its map cannot be inverted.
     pub fn between(p0: DVec3, p1: DVec3, radius: f64, capped: bool) -> Result<Self, ShapeError> {
         Cylinder::new(Cylinder::frame(p0, p1, radius)?, capped)
     }
 
     /// The map that takes the canonical cylinder to the one around the segment from `p0` to `p1`.
+    ///
+    /// # Errors
+    /// A radius that is not positive and finite; ends that coincide or are not finite.
     pub fn frame(p0: DVec3, p1: DVec3, radius: f64) -> Result<DAffine3, ShapeError> {
         if !(radius > 0.0 && radius.is_finite()) {
             return Err(ShapeError::Radius { radius });

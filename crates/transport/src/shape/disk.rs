@@ -30,6 +30,9 @@ pub struct Disk {
 
 impl Disk {
     /// The image of the unit disk.
+    ///
+    /// # Errors
+    /// A map that is not finite or cannot be inverted.
     pub fn new(to_world: DAffine3) -> Result<Self, ShapeError> {
         let placement = Placement::new(to_world, &LOCAL)?;
         Ok(Disk { placement })

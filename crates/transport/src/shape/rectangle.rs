@@ -29,6 +29,9 @@ pub struct Rectangle {
 
 impl Rectangle {
     /// The image of the square.
+    ///
+    /// # Errors
+    /// A map that is not finite or cannot be inverted.
     pub fn new(to_world: DAffine3) -> Result<Self, ShapeError> {
         let placement = Placement::new(to_world, &LOCAL)?;
         Ok(Rectangle { placement })

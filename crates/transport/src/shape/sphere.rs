@@ -41,6 +41,9 @@ impl Sphere {
     }
 
     /// The image of the unit sphere.
+    ///
+    /// # Errors
+    /// A map that is not finite or cannot be inverted.
     pub fn new(to_world: DAffine3) -> Result<Self, ShapeError> {
         let placement = Placement::new(to_world, &LOCAL)?;
         let unit = Sphere {
@@ -56,11 +59,17 @@ impl Sphere {
     }
 
     /// The sphere around `center`.
+    ///
+    /// # Errors
+    /// As [`Sphere::frame`]; a center that is not finite; a sphere so small or so far away that its map cannot be inverted.
     pub fn around(center: DVec3, radius: f64) -> Result<Self, ShapeError> {
         Sphere::new(Sphere::frame(center, radius)?)
     }
 
     /// The map that takes the unit sphere to the one around `center`.
+    ///
+    /// # Errors
+    /// A radius that is not positive and finite.
     pub fn frame(center: DVec3, radius: f64) -> Result<DAffine3, ShapeError> {
         if !(radius > 0.0 && radius.is_finite()) {
             return Err(ShapeError::Radius { radius });

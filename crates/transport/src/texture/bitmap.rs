@@ -59,6 +59,9 @@ pub struct Bitmap {
 impl Bitmap {
     /// An image of `size` (width, height), pixels row by row, each of `channels` channels; one channel stands
     /// for all. `to_uv` is applied to texture coordinates before the image is looked up.
+    ///
+    /// # Errors
+    /// No pixels, or no channels or too many; values that are not as many as the pixels have, or not finite.
     pub fn new(
         size: [usize; 2],
         channels: usize,

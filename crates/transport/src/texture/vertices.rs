@@ -16,6 +16,9 @@ pub struct VertexColours {
 
 impl VertexColours {
     /// One value for each vertex of `mesh`, which must be the shape that is coloured.
+    ///
+    /// # Errors
+    /// Values that are not as many as vertices, or not finite.
     pub fn new(mesh: Arc<Mesh>, colours: Vec<Spectrum>) -> Result<Self, TextureError> {
         let expected = mesh.positions().len();
         VertexColours {
@@ -27,6 +30,9 @@ impl VertexColours {
     }
 
     /// One value for each triangle of `mesh`, which must be the shape that is coloured.
+    ///
+    /// # Errors
+    /// Values that are not as many as triangles, or not finite.
     pub fn of_triangles(mesh: Arc<Mesh>, colours: Vec<Spectrum>) -> Result<Self, TextureError> {
         let expected = mesh.triangles().len();
         VertexColours {

@@ -87,6 +87,10 @@ pub struct GridSamples {
 impl VolumeGrid {
     /// A grid from samples; `to_world` maps the unit cube to its place. Samples at centres repeat the edge in the outer
     /// half voxels, as in Mitsuba 3. They must lie between the two `allowed` values.
+    ///
+    /// # Errors
+    /// No samples, no channels or too many; values that are not as many as the samples have, or not between the allowed ones; a map that cannot be
+    /// inverted.
     pub fn new(
         samples: GridSamples,
         to_world: DAffine3,

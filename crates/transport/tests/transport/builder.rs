@@ -5,7 +5,8 @@ use eikonal::field::{Constant, Luneburg};
 use glam::{DAffine3, DVec3};
 use morgana_transport::bsdf::Bsdf;
 use morgana_transport::emitter::{
-    AngularProfile, Aperture, BeamProfile, Collimated, Divergence, Emitter, Fiber, Spot,
+    AngularProfile, Aperture, BeamProfile, Collimated, Divergence, Emitter, Fiber, Projector,
+    Slide, Spot,
 };
 use morgana_transport::film::Filter;
 use morgana_transport::integrator::PathTracer;
@@ -17,8 +18,10 @@ use morgana_transport::sensor::{
     Batch, Camera, Orthographic, Perspective, Sensor, ThinLens, look_at,
 };
 use morgana_transport::shape::{Rectangle, Sphere};
-use morgana_transport::{Scene, Spectrum};
+use morgana_transport::texture::{BitmapFilter, Wrap};
+use morgana_transport::{Orientation, Scene, Spectrum};
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 fn ball() -> Sphere {
     Sphere::around(DVec3::ZERO, 1.0).unwrap()
@@ -187,6 +190,28 @@ fn beams_and_fibers_have_sizes() {
     }
     let focus = fiber(Divergence::HalfAngle(0.1)).with_focus(0.0);
     assert!(wrong_light(focus).starts_with("emitter 1: focus: must be"));
+}
+
+#[test]
+fn projectors_have_a_field_of_view() {
+    let projector = |position, fov| {
+        let slide = Slide {
+            size: [1, 1],
+            pixels: vec![Spectrum::ONE],
+            filter: BitmapFilter::Nearest,
+            wrap: Wrap::Clamp,
+        };
+        let projector = Projector::new(position, Orientation::IDENTITY, fov, slide).unwrap();
+        Emitter::Projector(Arc::new(projector))
+    };
+    for (fov, shown) in [(-0.5, "-28.6479"), (0.0, "0"), (f64::NAN, "NaN")] {
+        assert_eq!(
+            wrong_light(projector(DVec3::Y, fov)),
+            format!("emitter 1: fov_x: must be above 0 and below 180 degrees, but it is {shown}")
+        );
+    }
+    let lost = wrong_light(projector(DVec3::NAN, 0.5));
+    assert!(lost.starts_with("emitter 1: positions and directions must be finite"));
 }
 
 #[test]

@@ -42,11 +42,11 @@ fn errors(count: usize, lines: &[Vec<f64>]) -> [f64; FACTORS.len()] {
 
 impl Bspline {
     /// The field from fewer samples, if that changes n² at no sample by more than `tolerance`: with as few as an eighth of them along each axis that allows it.
-    /// `None` for grids that are small, or as fine as they have to be.
+    /// `None` for grids that are small, or as fine as they have to be, and for a tolerance that is not finite.
     ///
     /// Where the samples do not change, rays are still straight lines.
     pub fn condensed(&self, tolerance: f64) -> Option<Bspline> {
-        if self.is_constant() || self.coefficients.len() < FEW {
+        if self.is_constant() || self.coefficients.len() < FEW || !tolerance.is_finite() {
             return None;
         }
         let lines = [0, 1, 2].map(|axis| self.lines(axis));

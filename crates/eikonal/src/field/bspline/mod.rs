@@ -19,7 +19,7 @@ pub(super) use complex::ComplexBspline;
 pub use lattice::Placement;
 pub use noise::NoiseShares;
 
-use super::error::FieldError;
+use super::error::{FieldError, not_negative};
 use crate::bounds::Aabb;
 use blocks::Blocks;
 use fearless_simd::Level;
@@ -77,6 +77,11 @@ impl Bspline {
     ///
     /// With f32 samples of n the rounding of n, 6e-8, is amplified by 1/spacing² in the Hessian
     /// ([`Bspline::noise_shares`]); give small contrasts as f64, or smooth them.
+    ///
+    /// # Errors
+    ///
+    /// A grid without samples, or too large for memory; a box that is not finite or has no volume; samples that are not as many as the grid has, or
+    /// not positive and finite.
     pub fn from_samples<T: Copy + Into<f64>>(
         dims: [usize; 3],
         bounds: Aabb,
@@ -87,6 +92,10 @@ impl Bspline {
     }
 
     /// As [`Bspline::from_samples`], past samples with noise of the standard deviation `noise`: see [`Bspline::from_vec`].
+    ///
+    /// # Errors
+    ///
+    /// As [`Bspline::from_samples`]; a noise that is negative or not finite.
     pub fn smoothed<T: Copy + Into<f64>>(
         dims: [usize; 3],
         bounds: Aabb,
@@ -97,7 +106,7 @@ impl Bspline {
         let lattice = Lattice::new(dims, bounds, placement)?;
         check_count(dims, samples.len())?;
         let sampling = Sampling {
-            noise,
+            noise: not_negative(NOISE, noise)?,
             double: size_of::<T>() > size_of::<f32>(),
         };
         Self::build(lattice, sampling, |[i, j, k]| {
@@ -106,6 +115,10 @@ impl Bspline {
     }
 
     /// As [`Bspline::from_samples`], with samples n = `index(x)` taken where the grid has them.
+    ///
+    /// # Errors
+    ///
+    /// As [`Bspline::from_samples`].
     pub fn from_fn(
         dims: [usize; 3],
         bounds: Aabb,
@@ -132,6 +145,10 @@ impl Bspline {
 
     /// As [`Bspline::from_samples`], in the memory of the samples, of which n = `index`(sample). With `noise` > 0, the standard
     /// deviation of noise in n, the spline passes the samples by so much (`smooth.rs`) instead of through them.
+    ///
+    /// # Errors
+    ///
+    /// As [`Bspline::smoothed`].
     pub fn from_vec(
         dims: [usize; 3],
         bounds: Aabb,
@@ -142,6 +159,7 @@ impl Bspline {
     ) -> Result<Self, FieldError> {
         let lattice = Lattice::new(dims, bounds, placement)?;
         check_count(dims, samples.len())?;
+        let noise = not_negative(NOISE, noise)?;
         let [x, y, z] = dims;
         let n2 = |sample: [usize; 3], v: f32| square(sample, index(f64::from(v)));
         let middle = dims.map(|n| n / 2);
@@ -286,6 +304,8 @@ struct Sampling {
 /// Rounding of coefficients of samples in double precision, in halves of the last bit: once before the filter along z, which makes
 /// it up to three times as large, and once after it.
 const ROUNDINGS: f64 = 4.0;
+/// Name of a parameter.
+const NOISE: &str = "noise of samples";
 
 fn check_count(dims: [usize; 3], actual: usize) -> Result<(), FieldError> {
     let expected = dims.iter().product();

@@ -110,13 +110,16 @@ fn free(tree: &Expr, quantity: Quantity, fixed: &Compiler, parameters: &[&str]) 
 }
 
 fn check(parameters: &[(&str, f64)]) -> Result<(), Kind> {
-    for (name, value) in parameters {
+    for (i, (name, value)) in parameters.iter().enumerate() {
         let wrong = |why| Kind::ParameterName((*name).to_owned(), why);
         if !is_name(name) {
             return Err(wrong("names are made of letters, digits and underscores"));
         }
         if names().any(|taken| taken == *name) {
             return Err(wrong("it has a meaning in formulas"));
+        }
+        if parameters[..i].iter().any(|(taken, _)| taken == name) {
+            return Err(wrong("another parameter has it"));
         }
         if !value.is_finite() {
             return Err(Kind::ParameterValue((*name).to_owned()));

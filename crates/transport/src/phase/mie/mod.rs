@@ -110,6 +110,9 @@ pub struct Mie {
 
 impl Mie {
     /// Sums Mie's series. Fails where a value is out of range or spheres are too large.
+    ///
+    /// # Errors
+    /// A radius, wavelength, index or deviation that is out of range; spheres of the index around them, or too large to be computed.
     pub fn new(spheres: &Spheres) -> Result<Self, PhaseError> {
         spheres.check()?;
         let sizes = sizes::sizes(spheres)?;

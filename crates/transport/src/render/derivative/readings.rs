@@ -6,7 +6,7 @@ use crate::derivative::{DerivativeError, Plan, RadiometricParameter, Sums};
 use crate::meter::{Functionals, Meter, Setup};
 use crate::path::Workspace;
 use crate::render::{Handle, seed_of_group};
-use crate::scene::Scene;
+use crate::scene::{NO_SCENE, Scene};
 use crate::stats::Stats;
 
 /// What of the readings of meters is differentiated.
@@ -47,7 +47,10 @@ pub struct MeterDerivativeOptions<'a> {
 /// of threads.
 ///
 /// # Errors
-/// As [`derivatives`](super::derivatives); a reading that there is not.
+/// As [`derivatives`](super::derivatives); a meter that does not fit the scene; a reading that there is not.
+///
+/// # Panics
+/// Without scenes.
 pub fn meter_derivatives(
     scenes: &[Scene],
     meters: &[Meter],
@@ -57,7 +60,9 @@ pub fn meter_derivatives(
     if meters.iter().any(|meter| meter.sidebands().is_some()) {
         return Err(DerivativeError::Tagged);
     }
-    let film = scenes[0].film();
+    let scene = scenes.first().expect(NO_SCENE);
+    check_meters(meters, scene)?;
+    let film = scene.film();
     let rows = rows(meters, options.of, film.channels)?;
     let mut found = Derivatives {
         by: blank(scenes, options.parameters, &rows)?,
@@ -127,6 +132,14 @@ impl Pass<'_> {
         setup.differentiate(self.seed, particles, wanted, &mut sums, &mut ws);
         ws.stats()
     }
+}
+
+fn check_meters(meters: &[Meter], scene: &Scene) -> Result<(), DerivativeError> {
+    let mut each = meters.iter().enumerate();
+    each.try_for_each(|(number, meter)| {
+        let checked = meter.check(scene);
+        checked.map_err(|problem| DerivativeError::Meter { number, problem })
+    })
 }
 
 /// Checks what is differentiated. Lengths along the axes by which it is told apart.

@@ -56,6 +56,7 @@ impl Problems {
             Emitter::Spot(spot) => self.spot(subject, spot),
             Emitter::Collimated(beam) => self.profile(subject, beam.aperture().profile()),
             Emitter::Fiber(fiber) => self.fiber(subject, fiber),
+            Emitter::Projector(projector) => self.field_of_view(subject, projector.half()[0]),
             _ => {}
         }
     }
@@ -126,6 +127,6 @@ fn geometry(emitter: &Emitter) -> [DVec3; 2] {
         Emitter::Collimated(beam) => [beam.origin(), beam.direction()],
         Emitter::Fiber(fiber) => [fiber.origin(), fiber.aperture().direction()],
         Emitter::Directional { direction, .. } => [*direction, DVec3::ZERO],
-        _ => [DVec3::ZERO; 2],
+        _ => [emitter.position().unwrap_or_default(), DVec3::ZERO],
     }
 }

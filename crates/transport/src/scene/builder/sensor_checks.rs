@@ -41,12 +41,19 @@ impl Problems {
 
     fn pinhole(&mut self, pinhole: &Perspective, aspect: f64) {
         let [half_x, half_y] = pinhole.half();
-        if half_x > 0.0 && half_x.is_finite() {
+        let before = self.count();
+        self.field_of_view("sensor", half_x);
+        if self.count() == before {
             self.aspect(half_x / half_y, aspect);
-        } else {
+        }
+    }
+
+    /// A field of view, by half the width of the image at unit distance.
+    pub(super) fn field_of_view(&mut self, subject: &str, half_x: f64) {
+        if !(half_x > 0.0 && half_x.is_finite()) {
             let degrees = Shown::rounded((2.0 * half_x.atan()).to_degrees());
             let message = format!("must be above 0 and below 180 degrees, but it is {degrees}");
-            self.add("sensor".into(), Some("fov_x"), message);
+            self.add(subject.into(), Some("fov_x"), message);
         }
     }
 

@@ -39,6 +39,10 @@ pub struct Mesh {
 impl Mesh {
     /// A mesh of triangles over `positions`, with texture coordinates per vertex if given.
     /// Triangles without area are dropped; see [`Mesh::dropped`].
+    ///
+    /// # Errors
+    /// Too many triangles, or none with an area; vertices that are not finite; texture coordinates that are not as many as vertices; a triangle of a vertex
+    /// that there is not.
     pub fn new(
         positions: Vec<DVec3>,
         triangles: Vec<[u32; 3]>,
@@ -86,6 +90,9 @@ impl Mesh {
 
     /// The image under an affine map; under a mirror map the winding is reversed, so that normals
     /// stay on the same side of the material.
+    ///
+    /// # Errors
+    /// A map that is not finite or cannot be inverted, or that makes the mesh one that [`Mesh::new`] refuses.
     pub fn transformed(&self, map: DAffine3) -> Result<Self, ShapeError> {
         if !map.is_finite() {
             return Err(ShapeError::NonFiniteTransform);

@@ -7,6 +7,9 @@ use glam::DVec3;
 impl Mesh {
     /// The mesh with a normal for each vertex, of any length; where the normals of a triangle add up to nothing, or are not
     /// finite, its own stands. Triangles of an open mesh that face away from their normals are turned.
+    ///
+    /// # Errors
+    /// Normals that are not as many as vertices.
     pub fn with_normals(mut self, normals: Vec<DVec3>) -> Result<Self, ShapeError> {
         let (expected, got) = (self.positions.len(), normals.len());
         if expected != got {
@@ -34,6 +37,9 @@ impl Mesh {
 
     /// The same where vertices that seams of texture coordinates have split count as one: `originals` says for each vertex of which it
     /// is a copy, which may be itself.
+    ///
+    /// # Errors
+    /// Originals that are not as many as vertices, or one that there is not.
     pub fn with_smooth_normals_across(self, originals: &[u32]) -> Result<Self, ShapeError> {
         let (expected, got) = (self.positions.len(), originals.len());
         if expected != got || originals.iter().any(|v| *v as usize >= expected) {

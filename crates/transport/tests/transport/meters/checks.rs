@@ -7,7 +7,9 @@ use morgana_transport::meter::{
     Acceptance, Coordinates, Cosines, FluenceMeter, IrradianceMeter, Meter, MeterGrid,
     MeterSurface, Patch, Positions,
 };
-use morgana_transport::render::{Handle, MeasureState};
+use morgana_transport::render::{
+    Handle, MeasureState, MeterDerivativeOptions, ReadingFunctional, meter_derivatives,
+};
 use morgana_transport::shape::{Shape, Sphere};
 use morgana_transport::{Bins, Scene};
 use std::ops::ControlFlow;
@@ -141,6 +143,34 @@ fn bins_hold_values() {
     }
     let nowhere = DAffine3::from_translation(DVec3::NAN);
     assert!(MeterGrid::new(Coordinates::Cartesian, [2; 3], nowhere).is_none());
+    // Its inverse moves by 1e310.
+    let mut far = DAffine3::from_scale(DVec3::splat(1e-10));
+    far.translation = DVec3::splat(1e300);
+    assert!(MeterGrid::new(Coordinates::Cartesian, [2; 3], far).is_none());
+}
+
+/// Derivatives are refused of what is not measured.
+#[test]
+fn derivatives_are_of_meters_that_can_measure() {
+    let meter = Meter::Irradiance(IrradianceMeter {
+        surfaces: Vec::new(),
+        ..plain()
+    });
+    let options = MeterDerivativeOptions {
+        particles: 100,
+        seed: 1,
+        max_depth: None,
+        rr_depth: 5,
+        parameters: &[],
+        of: ReadingFunctional::Each {
+            meter: 0,
+            reading: 0,
+        },
+    };
+    let (scene, meters) = (scene(), [meter]);
+    let refused = meter_derivatives(from_ref(&scene), &meters, &options, &Handle::default());
+    let expected = "meter 0: surfaces: must not be empty: light is measured at a surface";
+    assert_eq!(refused.unwrap_err().to_string(), expected);
 }
 
 #[test]
