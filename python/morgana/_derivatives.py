@@ -22,6 +22,8 @@ from ._values import comparable
 Doubles = NDArray[np.float64]
 Weights = Union[ArrayLike, Mapping[str, ArrayLike]]
 
+NO_READING = "the meters have no reading"
+
 
 @comparable
 class Derivative(NamedTuple):
@@ -79,8 +81,7 @@ def derivatives(
     weights : array_like, mapping or callable
         Derivatives of the loss by the picture, (height, width, channels). Of a film with layers, also a mapping from names of layers to
         such arrays; layers that are left out do not count. Of meters, a mapping from names of readings, as ``Result.meters`` has them, to arrays
-        of their shapes; the pressure ``p0``, which is in proportion to ``absorbed``, has weights there. Or a function that makes any of these from a ``Result``: it is called with a render of as many samples or
-        particles.
+        of their shapes. Or a function that makes any of these from a ``Result``: it is called with a render of as many samples or particles.
     spp : int, optional
         Samples per pixel, ≥ 2, instead of the scene's number.
     particles : int, optional
@@ -171,7 +172,7 @@ def jacobian(
     parameters : iterable of str
         What to differentiate by, such as ``["tissue.sigma_a", "tissue.sigma_s"]``.
     reading : str
-        The reading, by its name in ``Result.meters``; ``absorbed`` for the pressure ``p0``, which is in proportion to it.
+        The reading, by its name in ``Result.meters``.
     particles : int, optional
         Particles to follow, ≥ 2, instead of the scene's number.
     seed : int, optional
@@ -206,7 +207,7 @@ def jacobian(
     names = _names(parameters)
     wanted = limits(scene, None, particles, seed, None, threads)
     readings = [name for name, _ in scene._readings]
-    _known_readings([reading], readings, "the scene has no meters")
+    _known([reading], readings, NO_READING, "the scene has no meters")
     by: By = {"parameters": names, "integrator": None}
     with Bar(scene, wanted["samples"], None, progress) as tick:
         found = _morgana.jacobian(scene, wanted, by, readings.index(reading), tick)
@@ -239,16 +240,6 @@ def _known(names: Iterable[str], known: Sequence[str], what: str, none: str) -> 
         raise RenderError(f"{what} {unknown[0]!r}: {there_are}")
 
 
-def _known_readings(names: Iterable[str], known: Sequence[str], none: str) -> None:
-    for name in names:
-        *meter, quantity = name.rpartition(".") if isinstance(name, str) else [name]
-        absorbed = "".join([*meter, "absorbed"])
-        if quantity == "p0" and absorbed in known:
-            factor = "gruneisen · pulse_energy / metres_per_unit³, over the emitted power if the meter is not per_watt"
-            raise RenderError(f"{name!r} has no derivatives of its own: take those of {absorbed!r}, times {factor}")
-    _known(names, known, "the meters have no reading", none)
-
-
 def _of_picture(scene: Scene, weights: Weights) -> Tuple[List[Doubles], bool]:
     """The weights in a row, and whether they are those of all layers."""
     width, height = scene.size
@@ -268,7 +259,7 @@ def _of_readings(scene: Scene, weights: Weights) -> Tuple[List[Doubles], bool]:
     readings = scene._readings
     if not isinstance(weights, Mapping):
         raise TypeError(f"weights of readings must be a dictionary by names of readings: {', '.join(name for name, _ in readings)}")
-    _known_readings(weights, [name for name, _ in readings], "there is none")
+    _known(weights, [name for name, _ in readings], NO_READING, "there is none")
 
     def of(name: str, shape: List[int]) -> Doubles:
         if name not in weights:

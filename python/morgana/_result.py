@@ -251,7 +251,7 @@ class Result:
         Take more samples; if the integrator is ``path``, try ``bdpt``. If all is black, ask what keeps light from the sensor:
         ``morgana check`` says what may be in the way.
         """
-        return self._rendered.mean_few() or self._is_black
+        return self._rendered.mean_few()
 
     @property
     def _is_black(self) -> bool:

@@ -61,7 +61,7 @@ def test_pictures_without_light_are_told():
     scene["sky"] = {"type": "point", "position": [0, 0, 9], "intensity": 1.0}
     scene["wall"] = {"type": "rectangle", "to_world": [{"scale": 100}, {"translate": [0, 0, 8]}]}
     dark = morgana.render(load(scene), spp=4)
-    assert dark.mean == 0.0 and dark.mean_few
+    assert dark.mean == 0.0 and dark.mean_few and dark.stats["trust"]["few"]
     for text in (repr(dark), dark._repr_html_()):
         assert "no sample found any light: does light get to the sensor? morgana check says" in text and "±" not in text
 

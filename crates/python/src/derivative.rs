@@ -130,12 +130,12 @@ pub fn jacobian<'py>(
     let loaded = &scene.get().loaded;
     let parameters = by.parameters(loaded)?;
     let meters = loaded.instruments.iter().enumerate();
-    let all = meters.flat_map(|(i, of)| (0..of.meter.readings().len()).map(move |j| (i, j)));
-    let (meter, reading) = all
-        .clone()
+    let mut all = meters.flat_map(|(i, of)| Given::all(of).map(move |given| (i, given)));
+    let (meter, given) = all
         .nth(reading)
         .ok_or_else(|| errors::render(DerivativeError::Reading.to_string()))?;
-    let scale = per_emitted(loaded, &loaded.instruments[meter], &parameters)?;
+    let scale = given.scale(loaded, &parameters)?;
+    let reading = given.reading;
     let of = ReadingFunctional::Each { meter, reading };
     let mut found = watched_derivatives(py, (loaded, &limits), tick.as_ref(), |handle| {
         of_readings(loaded, &limits, &parameters, of, handle)
@@ -215,39 +215,74 @@ fn of_meters(
 ) -> PyResult<Vec<Vec<Vec<f64>>>> {
     let mut all = weights.into_iter();
     let meters = loaded.instruments.iter().map(|instrument| {
-        let scale = per_emitted(loaded, instrument, parameters)?;
-        let readings = instrument.meter.readings().len();
-        let of_meter = all.by_ref().take(readings).map(|mut weights: Vec<f64>| {
-            let each = weights.iter_mut().enumerate();
-            each.for_each(|(i, weight)| *weight *= scale[i % scale.len()]);
-            weights
-        });
-        Ok(of_meter.collect())
+        let mut of_meter = vec![Vec::new(); instrument.meter.readings().len()];
+        for (given, weights) in Given::all(instrument).zip(all.by_ref()) {
+            if weights.is_empty() {
+                continue;
+            }
+            let scale = given.scale(loaded, parameters)?;
+            let absolute: &mut Vec<f64> = &mut of_meter[given.reading];
+            absolute.resize(weights.len(), 0.0);
+            let each = absolute.iter_mut().zip(weights).enumerate();
+            each.for_each(|(i, (sum, weight))| *sum += weight * scale[i % scale.len()]);
+        }
+        Ok(of_meter)
     });
     meters.collect()
 }
 
-/// What absolute readings are multiplied by in each channel.
-fn per_emitted(
-    loaded: &Loaded,
-    instrument: &Instrument,
-    parameters: &[RadiometricParameter],
-) -> PyResult<Vec<f64>> {
-    if instrument.normalization == Normalization::Absolute {
-        return Ok(vec![1.0; loaded.scene().film().channels]);
+/// A reading as a scene gives it: an absolute one of its meter, times a factor.
+struct Given {
+    /// Number of the absolute reading.
+    reading: usize,
+    factor: f64,
+    /// What has no derivatives by what changes the power of emitters, for it is given per emitted watt.
+    per_emitted: Option<&'static str>,
+}
+
+impl Given {
+    /// Those of a meter, in the order of `Scene::_readings`.
+    fn all(instrument: &Instrument) -> impl Iterator<Item = Given> {
+        let per_watt = instrument.normalization == Normalization::PerWatt;
+        let per_emitted = per_watt.then_some("readings per watt have");
+        let measured = (0..instrument.meter.readings().len()).map(move |reading| Given {
+            reading,
+            factor: 1.0,
+            per_emitted,
+        });
+        let pressure = instrument.gruneisen.map(|gruneisen| Given {
+            reading: Instrument::ABSORBED,
+            factor: gruneisen.factor(),
+            per_emitted: Some("the pressure p0, that of a pulse of a given energy, has"),
+        });
+        measured.chain(pressure)
     }
-    if parameters.iter().any(|p| changes_power(loaded, p)) {
-        let message = "readings per watt have no derivatives by emission, or by the absorption of media that emit: give the meter \
-             normalization=\"absolute\"";
-        return Err(errors::render(message));
+
+    /// What the absolute reading is multiplied by in each channel.
+    fn scale(&self, loaded: &Loaded, parameters: &[RadiometricParameter]) -> PyResult<Vec<f64>> {
+        let Some(what) = self.per_emitted else {
+            return Ok(vec![self.factor; loaded.scene().film().channels]);
+        };
+        if parameters.iter().any(|p| changes_power(loaded, p)) {
+            return Err(errors::render(format!(
+                "{what} no derivatives by emission, or by the absorption of media that emit: take a reading of a meter with \
+                 normalization=\"absolute\""
+            )));
+        }
+        Ok(reciprocals_of_power(loaded)
+            .map(|per| self.factor * per)
+            .collect())
     }
+}
+
+/// 1/emitted power, in each channel; 0 without any.
+fn reciprocals_of_power(loaded: &Loaded) -> impl Iterator<Item = f64> {
     let emitted = loaded.groups.iter().enumerate().flat_map(|(group, scene)| {
         let used = scene.film().channels_of(group);
         let total = scene.powers(used).fold(Spectrum::ZERO, |sum, p| sum + p);
         total.0.into_iter().take(used)
     });
-    let per = |power: f64| if power > 0.0 { 1.0 / power } else { 0.0 };
-    Ok(emitted.map(per).collect())
+    emitted.map(|power| if power > 0.0 { 1.0 / power } else { 0.0 })
 }
 
 /// Whether the power that is emitted depends on a parameter.

@@ -216,7 +216,12 @@ impl Scene {
                 shape.extend((channels > 1).then_some(channels));
                 (format!("{prefix}{name}"), shape)
             };
-            instrument.meter.readings().into_iter().map(named)
+            let mut readings = instrument.meter.readings();
+            let absorbed = instrument
+                .gruneisen
+                .map(|_| readings[Instrument::ABSORBED].1.clone());
+            readings.extend(absorbed.map(|shape| ("p0", shape)));
+            readings.into_iter().map(named)
         };
         instruments.iter().flat_map(of).collect()
     }

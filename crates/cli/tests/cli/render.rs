@@ -338,7 +338,8 @@ fn black_images_are_told() {
         <shape type="cube"><transform name="to_world"><scale value="2"/></transform><bsdf type="twosided"><bsdf type="diffuse"/></bsdf></shape>
         <emitter type="point"><point name="position" x="5" y="0" z="0"/></emitter></scene>"#,
     );
-    let told = folder.succeed("render scene.xml --spp 4");
+    let told = folder.succeed("render scene.xml --spp 4 --stats a.json");
+    assert_eq!(folder.json("a.json")["trust"]["few"], true);
     assert!(
         told.contains("no sample found any light: does light get to the sensor?"),
         "{told}"

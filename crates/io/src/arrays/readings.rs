@@ -52,7 +52,7 @@ pub fn arrays(context: &Context, mut attributes: Vec<(String, Value)>) -> Arrays
             list.extend(scribe.reading(reading));
         }
         if let Some(gruneisen) = &instrument.gruneisen {
-            list.extend(scribe.pressure(&readings[1], gruneisen));
+            list.extend(scribe.pressure(&readings[Instrument::ABSORBED], gruneisen));
         }
         list.extend(scribe.axes(readings));
         if let Some(table) = records {
@@ -161,8 +161,7 @@ impl Scribe<'_> {
     /// Initial pressure p₀ = Γ μ_a Φ, with the fluence Φ of a short pulse, and what goes with it.
     fn pressure(&self, absorbed: &Reading, gruneisen: &Gruneisen) -> [Array; ARRAYS] {
         let emitted = &self.context.measurement.emitted;
-        let volume = gruneisen.metres_per_unit.powi(3);
-        let factor = gruneisen.parameter * gruneisen.pulse_energy / volume;
+        let factor = gruneisen.factor();
         self.all(absorbed, "p0", "Pa", |c| factor * reciprocal(emitted[c]))
     }
 

@@ -44,6 +44,12 @@ impl Channels {
             };
         };
         let apart = descendants(seen(root)).any(disperses) || first.is_some_and(|s| diffracts(s));
+        let channels = Channels::of_film(&film, diagnostics);
+        if apart { channels.apart() } else { channels }
+    }
+
+    /// As a film says. After an error it has some wavelength, lest whatever depends on one complain, too.
+    pub(super) fn of_film(film: &ObjectDescription, diagnostics: &mut Diagnostics) -> Self {
         let text = |name: &str| {
             let property = film.properties.iter().find(|p| p.name == name)?;
             match &property.value {
@@ -52,34 +58,37 @@ impl Channels {
             }
         };
         match text("pixel_format").map(|(format, _)| format) {
-            Some("luminance") => Channels::Luminance,
-            Some("spectral") => match text("wavelengths") {
-                Some((list, location)) => wavelengths(list, apart).unwrap_or_else(|| {
-                    let message = "'wavelengths': expected positive numbers in nanometres";
-                    diagnostics.push(Diagnostic::error(message).at(location));
-                    Channels::Luminance
-                }),
-                None => {
-                    let message = "a spectral film needs 'wavelengths'";
-                    let help = "for example \"450, 550, 650\", in nanometres".to_owned();
-                    diagnostics.push(Diagnostic::error(message).help(help).at(&film.location));
-                    Channels::Luminance
-                }
-            },
-            _ => Channels::Rgb,
+            Some("luminance") => return Channels::Luminance,
+            Some("spectral") => {}
+            _ => return Channels::Rgb,
         }
+        let nm = match text("wavelengths") {
+            Some((list, location)) => wavelengths(list).unwrap_or_else(|| {
+                let message = "'wavelengths': expected positive numbers in nanometres";
+                diagnostics.push(Diagnostic::error(message).at(location));
+                vec![GREEN]
+            }),
+            None => {
+                let message = "a spectral film needs 'wavelengths'";
+                let help = "for example \"450, 550, 650\", in nanometres".to_owned();
+                diagnostics.push(Diagnostic::error(message).help(help).at(&film.location));
+                vec![GREEN]
+            }
+        };
+        Channels::Wavelengths { nm, apart: false }
     }
 
     /// The one channel in which quantities other than light are shown: luminance, or the only
     /// wavelength.
     pub(super) fn single(self, diagnostics: &mut Diagnostics) -> Self {
         match self {
-            Channels::Wavelengths { nm, .. } if nm.len() > 1 => {
+            Channels::Wavelengths { mut nm, apart } if nm.len() > 1 => {
                 let message =
                     "the integrator 'aov' follows rays of one wavelength, the film has several";
                 let help = "list one in the film's 'wavelengths'".to_owned();
                 diagnostics.push(Diagnostic::error(message).help(help));
-                Channels::Luminance
+                nm.truncate(1);
+                Channels::Wavelengths { nm, apart }
             }
             Channels::Wavelengths { .. } => self,
             Channels::Luminance | Channels::Rgb => Channels::Luminance,
@@ -211,13 +220,15 @@ fn seen(root: &ObjectDescription) -> impl Iterator<Item = &ObjectDescription> {
     children.filter(move |o| kinds.contains(&o.kind))
 }
 
+/// In nm: stands for wavelengths that are missing.
+const GREEN: f64 = 550.0;
 /// At most so many wavelengths: more is a mistake.
 const MOST_WAVELENGTHS: usize = 4096;
 
-fn wavelengths(list: &str, apart: bool) -> Option<Channels> {
+fn wavelengths(list: &str) -> Option<Vec<f64>> {
     let numbers = list.split([',', ' ']).filter(|word| !word.is_empty());
     let numbers: Option<Vec<f64>> = numbers.map(|word| word.parse().ok()).collect();
     let numbers = numbers.filter(|n| !n.is_empty() && n.len() <= MOST_WAVELENGTHS)?;
     let valid = numbers.iter().all(|nm| nm.is_finite() && *nm > 0.0);
-    valid.then_some(Channels::Wavelengths { nm: numbers, apart })
+    valid.then_some(numbers)
 }

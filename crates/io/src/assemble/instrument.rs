@@ -27,6 +27,13 @@ pub struct Gruneisen {
     pub metres_per_unit: f64,
 }
 
+impl Gruneisen {
+    /// What absorbed power is multiplied by, over the power of all emitters, for the pressure in Pa.
+    pub fn factor(&self) -> f64 {
+        self.parameter * self.pulse_energy / self.metres_per_unit.powi(3)
+    }
+}
+
 /// A meter, and what becomes of its readings.
 #[derive(Clone, Debug)]
 pub struct Instrument {
@@ -41,6 +48,9 @@ pub struct Instrument {
 }
 
 impl Instrument {
+    /// The number of the meter's reading that initial pressures are in proportion to: absorbed power.
+    pub const ABSORBED: usize = 1;
+
     /// What is doubtful about it in a scene: cells where it can find nothing.
     pub(super) fn doubt(&self, scene: &Scene) -> Option<SceneProblem> {
         let Meter::Fluence(meter) = &self.meter else {

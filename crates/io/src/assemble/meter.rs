@@ -197,6 +197,17 @@ fn film(object: &ObjectDescription, on_surface: bool, context: &mut Context) {
         unknown_plugin(object, &["hdrfilm"], context.diagnostics);
         return;
     }
+    let shared = context.channels.names();
+    if Channels::of_film(object, context.diagnostics).names() != shared {
+        let message = format!(
+            "meters share the channels of the first one, {}: this film is ignored",
+            shared.join(", ")
+        );
+        let help =
+            "give the first meter a film with the channels that you want, and the others none";
+        let warning = Diagnostic::warning(message).help(help.to_owned());
+        context.diagnostics.push(warning.at(&object.location));
+    }
     let mut q = Query::new(object, context.diagnostics);
     q.one_of("pixel_format", &["rgb", "luminance", "spectral"]);
     q.has("wavelengths");

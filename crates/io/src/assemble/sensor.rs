@@ -9,7 +9,7 @@ use super::sampler::{self, Samples};
 use super::transforms::affine;
 use crate::diagnostic::Diagnostic;
 use crate::query::{POSITIVE, Query, unknown_plugin};
-use crate::scene::{ObjectDescription, PluginKind};
+use crate::scene::{ObjectDescription, PluginKind, Property};
 use eikonal::Aabb;
 use glam::{DAffine3, DMat3, DVec3};
 use std::ops::{Bound, RangeBounds, RangeInclusive};
@@ -216,7 +216,8 @@ const SHEAR: f64 = 1e-6;
 /// The wavelength of light that the aperture diffracts, in scene units, if it does: `wavelength` is that of the channel in nm.
 fn diffraction(wavelength: Option<f64>, frame: &DAffine3, q: &mut Query) -> Option<f64> {
     if !q.boolean_or("diffraction", false) {
-        if q.has("metres_per_unit") {
+        let is_boolean = |p: &Property| p.name != "diffraction" || p.value.type_name() == "boolean";
+        if q.has("metres_per_unit") && q.object().properties.iter().all(is_boolean) {
             let message = "the length of a scene unit matters to 'diffraction' only: set that, or leave this out";
             q.error("metres_per_unit", message);
         }

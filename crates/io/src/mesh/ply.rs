@@ -24,7 +24,7 @@ use crate::scene::linear_from_srgb;
 /// # Errors
 ///
 /// A file that cannot be read, is no valid PLY file, has no faces, counts that it cannot hold,
-/// positions that are not finite, and faces with too few vertices or with indices out of range.
+/// positions that are not finite, and faces with indices out of range. Faces of fewer than three corners are left out.
 pub fn read(path: &Path, limits: Limits) -> Result<MeshData, FileError> {
     let (reader, size) = input::open(path)?;
     read_from(reader, size, limits).map_err(|(problem, line)| FileError {
@@ -264,7 +264,8 @@ fn add_faces(mesh: &mut MeshData, element: &ElementDef, faces: &mut [Face]) -> R
             return malformed("has an index that is not a whole number or negative".to_owned());
         };
         if polygon.len() < 3 {
-            return malformed(format!("has {} vertices", polygon.len()));
+            mesh.skipped_faces += 1;
+            continue;
         }
         if let Some(vertex) = polygon.iter().find(|v| **v as usize >= count) {
             return malformed(format!("has the vertex {vertex} (there are {count})"));

@@ -494,3 +494,35 @@ fn a_picture_says_what_of_a_lens_is_open() {
         assert!(refused.contains(expected), "{expected}: {refused}");
     }
 }
+
+/// What depends on something that is wrong does not complain, too.
+#[test]
+fn one_mistake_is_one_error() {
+    let number = DIFFRACTION.replace(
+        "boolean name='diffraction' value='true'",
+        "integer name='diffraction' value='1'",
+    );
+    let lines = |list: &str| LINES.replace("450, 550, 900", list);
+    for (diffraction, film, expected) in [
+        (
+            &*number,
+            LINES,
+            "'diffraction': expected <boolean>, found <integer>",
+        ),
+        (
+            DIFFRACTION,
+            &*lines("red"),
+            "expected positive numbers in nanometres",
+        ),
+        (
+            DIFFRACTION,
+            "<string name='pixel_format' value='spectral'/>",
+            "a spectral film needs 'wavelengths'",
+        ),
+    ] {
+        let parameters = format!("<float name='aperture_radius' value='0.5'/>{diffraction}");
+        let refused = load_diffracting("thinlens", &parameters, film).expect_err(expected);
+        assert!(refused.contains(expected), "{expected}: {refused}");
+        assert_eq!(refused.matches("error").count(), 1, "{refused}");
+    }
+}

@@ -265,6 +265,36 @@ fn readings_have_units_axes_and_normalizations() {
 }
 
 #[test]
+fn films_of_further_meters_are_ignored_with_a_warning() {
+    let film = |format: &str| {
+        let format = format!("<string name=\"pixel_format\" value=\"{format}\"/>");
+        format!("<film type=\"hdrfilm\">{format}</film>")
+    };
+    let two = |first: &str, second: &str| {
+        let second = fluence(second).replace("tank", "other");
+        scene("", &(fluence(first) + &second))
+    };
+    let at_wall = format!("<sensor type=\"irradiancemeter\">{}</sensor>", film("rgb"));
+    for (text, shared) in [
+        (two("", &film("rgb")), "Y"),
+        (two(&film("rgb"), &film("luminance")), "R, G, B"),
+        (scene(&at_wall, &fluence("")), "Y"),
+    ] {
+        let expected =
+            format!("share the channels of the first one, {shared}: this film is ignored");
+        warned(&text, &expected);
+    }
+    for text in [
+        two(&film("rgb"), &film("rgb")),
+        two(&film("rgb"), ""),
+        scene(&at_wall, ""),
+    ] {
+        let warnings = load(&text).unwrap().warnings.to_string();
+        assert!(!warnings.contains("film"), "{warnings}");
+    }
+}
+
+#[test]
 fn channels_run_last() {
     let film = r#"<film type="hdrfilm"><string name="pixel_format" value="spectral"/>
         <string name="wavelengths" value="400, 500, 600, 700, 800"/></film>"#;

@@ -113,10 +113,8 @@ fn simpson(f: impl Fn(f64) -> f64, [from, to]: [f64; 2]) -> f64 {
     terms.sum::<f64>() * h / 3.0
 }
 
-fn load(volume: &Value) -> Result<Loaded, String> {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("scene.json");
-    let scene = json!({
+fn scene(volume: &Value) -> Value {
+    json!({
         "type": "scene",
         "sensor": {"type": "perspective", "fov": 40, "to_world": [{"translate": [0, 0, 6500]}]},
         "sky": {"type": "constant"},
@@ -124,7 +122,16 @@ fn load(volume: &Value) -> Result<Loaded, String> {
             "type": "sphere", "radius": 6600, "bsdf": {"type": "null"},
             "interior": {"type": "transparent", "ior": volume},
         },
-    });
+    })
+}
+
+fn load(volume: &Value) -> Result<Loaded, String> {
+    load_scene(&scene(volume))
+}
+
+fn load_scene(scene: &Value) -> Result<Loaded, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.json");
     fs::write(&path, scene.to_string()).unwrap();
     morgana_io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
 }
@@ -216,6 +223,21 @@ fn mistakes() {
             "expected {expected:?} in:\n{message}"
         );
     }
+}
+
+/// The index of air follows the film's wavelength, of which `aov` wants one: that there are two is the only mistake.
+#[test]
+fn two_wavelengths_of_quantities_are_one_mistake() {
+    let mut scene = scene(&json!({"type": "standard_atmosphere"}));
+    scene["integrator"] = json!({"type": "aov", "aovs": "deflection"});
+    let film = json!({"type": "hdrfilm", "pixel_format": "spectral", "wavelengths": "450, 550"});
+    scene["sensor"]["film"] = film;
+    let refused = load_scene(&scene).expect_err("two wavelengths");
+    assert!(
+        refused.contains("follows rays of one wavelength"),
+        "{refused}"
+    );
+    assert_eq!(refused.matches("error").count(), 1, "{refused}");
 }
 
 /// Lines through the middle of the planet see but a little of its air; those that pass it by take as many steps as rays do.

@@ -153,10 +153,12 @@ impl Bsdf {
     }
 }
 
-/// The colour that only one of two surfaces has, or both.
+/// The colour that only one of two surfaces has, or both. Black, by which nothing has derivatives, does not count beside another.
 fn common(pair: &[Bsdf; 2], tint: Tint) -> Option<Texture> {
+    let is_black = |colour: &Texture| matches!(colour, Texture::Uniform(c) if c.is_zero());
     match pair.each_ref().map(|bsdf| bsdf.tint(tint)) {
         [Some(one), None] | [None, Some(one)] => Some(one),
+        [Some(one), Some(black)] | [Some(black), Some(one)] if is_black(&black) => Some(one),
         [Some(one), Some(other)] => one.is_same(&other).then_some(one),
         [None, None] => None,
     }
@@ -315,6 +317,11 @@ mod tests {
                 },
                 [one, Tint::SpecularReflectance],
             ),
+            // As the rest of a mixture.
+            (
+                |[a, _]| Bsdf::Blend(BlendBsdf::new(0.3, diffuse(a), diffuse(0.0)).unwrap()),
+                [one; 2],
+            ),
             (
                 |[a, b]| coated(Some(facets()), diffuse(a), b),
                 [one, Tint::SpecularReflectance],
@@ -391,6 +398,10 @@ mod tests {
         let two = |a, b| Bsdf::TwoSided(TwoSided::new(diffuse(a), diffuse(b)).unwrap());
         assert!(two(0.5, 0.5).tint(Tint::Reflectance).is_some());
         assert!(two(0.5, 0.4).tint(Tint::Reflectance).is_none());
+        for pair in [two(0.5, 0.0), two(0.0, 0.5)] {
+            let seen = pair.tint(Tint::Reflectance).unwrap();
+            assert!(seen.values().eq([Spectrum::splat(0.5)]));
+        }
         let metal = || {
             let metal = Conductor::new(Spectrum::splat(0.5), Spectrum::splat(2.0), 0.8);
             Bsdf::Conductor(metal.unwrap())

@@ -37,12 +37,16 @@ impl Film {
     }
 
     /// Whether the error of [`Film::summary`], or that of [`Film::layer_summary`], is not to be trusted: the mean is worth fewer than
-    /// [`LEAST_EFFECTIVE`] samples, or the [tail](Film::tail) of all samples is heavy.
+    /// [`LEAST_EFFECTIVE`] samples, or the [tail](Film::tail) of all samples is heavy. So it is where no sample of the image found any
+    /// light; a layer without light is not flagged, for it may be one that none falls into.
     pub fn few_in_all(&self, layer: Option<usize>) -> bool {
         let (mean, error) = self.summary_of(layer);
+        if mean == 0.0 {
+            return layer.is_none();
+        }
         let tail = self.tail(layer);
         let squares = (error / mean).powi(2) + 1.0 / tail.count as f64;
-        mean != 0.0 && (squares * LEAST_EFFECTIVE > 1.0 || tail.is_heavy())
+        squares * LEAST_EFFECTIVE > 1.0 || tail.is_heavy()
     }
 
     /// Share of the values of pixels, among those that are not zero, whose variances are not to be trusted.

@@ -2,6 +2,7 @@
 
 use super::line::Line;
 use crate::bsdf::Bsdf;
+use crate::budget::STEPS_PER_RAY;
 use crate::scene::{AMBIENT, MediumId, Object, Scene};
 use crate::shape::Hit;
 use eikonal::Aabb;
@@ -11,8 +12,6 @@ use eikonal::interface::{Interface, Rule};
 use eikonal::ray::{Flow, Node, Work};
 use glam::{DMat3, DVec3};
 
-/// More steps than any sensible ray has.
-pub(super) const MOST_STEPS: usize = 100_000;
 /// How far beyond all objects a ray is followed, relative to the size of the scene.
 const BEYOND: f64 = 1.15;
 /// How far ahead of its start a ray looks for its medium, relative to the size of the scene.
@@ -210,7 +209,7 @@ impl TracedRay<'_> {
             if let Some((object, hit)) = hit {
                 return self.surface(object, &hit, step.at(theta).1);
             }
-            if self.steps > MOST_STEPS {
+            if self.steps > STEPS_PER_RAY {
                 return Some(TraceEnding::Lost);
             }
         }

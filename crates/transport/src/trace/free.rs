@@ -1,8 +1,8 @@
 //! A ray in a field that has no end.
 
-use super::follow::MOST_STEPS;
 use super::line::Line;
 use super::{Path, TraceEnding};
+use crate::budget::STEPS_PER_RAY;
 use crate::scene::MediumId;
 use eikonal::field::Field;
 use eikonal::ray::{Flow, Node, Work};
@@ -13,7 +13,7 @@ use glam::DVec3;
 const FARTHEST: f64 = 1e100;
 
 /// Follows a ray of the given length from `x` in a direction of any length but zero through a field without any surfaces. Its medium has
-/// the number 0. It is lost where the field has no real index, or takes it more than 100 000 steps, and ends where it starts with a length of zero or less. Without a
+/// the number 0. It is lost where the field has no real index, or takes it more than [`STEPS_PER_RAY`] steps, and ends where it starts with a length of zero or less. Without a
 /// `reference` optical path differences are those against the index at the start.
 pub fn follow_field(
     field: &Field,
@@ -37,7 +37,7 @@ pub fn follow_field(
     }
     let length = length.min(FARTHEST);
     let mut flow = Flow::new(field, Node::new(field, x, v, ()), tolerance);
-    for _ in 0..MOST_STEPS {
+    for _ in 0..STEPS_PER_RAY {
         let left = length - line.length;
         let sigma = left / flow.node().v.length();
         let step = flow.advance(sigma, &mut Work::default());

@@ -2,15 +2,18 @@
 //! Handles end what is under way.
 
 use crate::common::{camera, container, fog, parts, path_tracer, vacuum};
+use eikonal::Tolerance;
 use eikonal::field::{Acoustic, AcousticMode};
 use glam::DVec3;
 use morgana_transport::aov::AovTracer;
 use morgana_transport::bsdf::Bsdf;
+use morgana_transport::budget::STEPS_PER_RAY;
 use morgana_transport::emitter::Emitter;
 use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer, PhotonMapping, Vcm};
 use morgana_transport::render::{Handle, RenderOptions, Rendering, render, render_watched};
 use morgana_transport::renderer::Renderer;
 use morgana_transport::shape::Sphere;
+use morgana_transport::trace::{TraceEnding, Tracer, follow_field};
 use morgana_transport::{Scene, Spectrum};
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -49,6 +52,27 @@ fn rays_that_take_too_many_steps_are_given_up_and_counted() {
     );
     let stats = taken(ripples(10.0), first, 4).stats;
     assert_eq!((stats.over_budget.rays, stats.lost), (0, 0));
+}
+
+/// Rays that are traced alone are given up where those of renders are.
+#[test]
+fn traced_rays_take_no_more_steps() {
+    let (start, most) = (DVec3::new(0.1, 0.05, 1.5), STEPS_PER_RAY + 2);
+    let scene = ripples(1e7);
+    let path = Tracer::new(&scene, None).follow(start, DVec3::NEG_Z);
+    assert_eq!(path.ending, TraceEnding::Lost);
+    assert!((STEPS_PER_RAY..=most).contains(&path.points.len()));
+    let field = &scene.media()[1].index;
+    let path = follow_field(
+        field,
+        Tolerance::default(),
+        DVec3::ZERO,
+        DVec3::Z,
+        1.0,
+        None,
+    );
+    assert_eq!(path.ending, TraceEnding::Lost);
+    assert!((STEPS_PER_RAY..=most).contains(&path.points.len()));
 }
 
 #[test]

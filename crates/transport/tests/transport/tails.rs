@@ -99,6 +99,14 @@ fn targets_wait_for_errors_that_can_be_trusted() {
     assert!(done(bdpt(2), 1) < 100);
 }
 
+/// The error of a picture without light, which is 0, means nothing.
+#[test]
+fn a_black_picture_is_flagged() {
+    let black = lit_fog(fog(Constant::new(1.0), 0.5, 0.0, 0.0));
+    let found = describe(&shoot_by(path(2), black, 4, 1));
+    assert_eq!(found, (true, 0.0, 0.0));
+}
+
 /// Who finds the focus is not flagged; nor is fog without one.
 #[test]
 fn ordinary_fog_is_not_flagged() {
