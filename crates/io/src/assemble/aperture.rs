@@ -5,13 +5,9 @@ use super::surface_texture::transmittances;
 use crate::diagnostic::Location;
 use crate::query::{Query, unknown_plugin};
 use crate::scene::{ObjectDescription, ObjectId, PluginKind};
-use std::collections::HashMap;
 use std::ops::Bound;
 use std::sync::Arc;
 use transport::sensor::{ApertureShape, Iris};
-
-/// The apertures of sensors that were made: all wavelengths share them, and their patterns.
-pub(super) type Apertures = HashMap<ObjectId, ApertureShape>;
 
 /// Largest obscuration: less of an aperture than its rim lets hardly any light pass.
 const MOST_OBSCURED: f64 = 0.95;

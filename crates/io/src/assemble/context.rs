@@ -1,7 +1,6 @@
 //! What is gathered while a scene is assembled.
 
 use super::CondensedGrid;
-use super::aperture::Apertures;
 use super::channels::Channels;
 use super::clipping;
 use super::colour;
@@ -25,6 +24,7 @@ use transport::emitter::Emitter;
 use transport::medium::Medium;
 use transport::meter::MeterSurface;
 use transport::scene::{MediumId, Object, Partition};
+use transport::sensor::ApertureShape;
 use transport::texture::Texture;
 use transport::volume::VoxelMedia;
 
@@ -34,7 +34,8 @@ pub(super) struct Context<'a> {
     pub group: usize,
     pub diagnostics: &'a mut Diagnostics,
     pub files: &'a mut FileRegistry,
-    pub apertures: &'a mut Apertures,
+    /// The apertures of sensors that were made: all wavelengths share them, and their patterns.
+    pub apertures: &'a mut HashMap<ObjectId, ApertureShape>,
     pub media: Vec<Medium>,
     /// Media whose index is not settled: the dielectrics around them may say.
     pub index_open: Vec<bool>,
@@ -113,7 +114,7 @@ impl<'a> Context<'a> {
         group: usize,
         diagnostics: &'a mut Diagnostics,
         files: &'a mut FileRegistry,
-        apertures: &'a mut Apertures,
+        apertures: &'a mut HashMap<ObjectId, ApertureShape>,
     ) -> Self {
         let ambient = Medium::transparent("ambient", Constant::new(1.0));
         Context {

@@ -65,10 +65,10 @@ use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::query::Query;
 use crate::read_scene;
 use crate::scene::{FileRegistry, PluginKind, SceneDescription, SceneHash};
-use aperture::Apertures;
 use channels::Channels;
 use context::Context;
 use group::Group;
+use std::collections::HashMap;
 use std::path::Path;
 use transport::renderer::Renderer;
 
@@ -100,7 +100,7 @@ pub fn assemble(
     let description = without.as_ref().unwrap_or(description);
     let mut files = FileRegistry::within(options.limits).searching(description.folders.clone());
     let channels = integrator::channels(&description.root, options, &mut diagnostics);
-    let mut apertures = Apertures::new();
+    let mut apertures = HashMap::new();
     let mut groups = Vec::new();
     for group in 0..channels.groups() {
         // What is doubtful is the same in every group: it is reported for the first only.
@@ -213,7 +213,7 @@ pub fn assemble_field(
     query.children(PluginKind::Sensor);
     query.finish(&[]);
     let mut files = FileRegistry::new().searching(description.folders.clone());
-    let mut apertures = Apertures::new();
+    let mut apertures = HashMap::new();
     let mut context = Context::new(&channels, 0, &mut diagnostics, &mut files, &mut apertures);
     let field = volume.and_then(|volume| field::build(volume, &mut context));
     match (field, fingerprint(description, &files, &mut diagnostics)) {

@@ -1,7 +1,5 @@
 //! Why derivatives are not taken.
 
-use crate::meter::MeterProblem;
-
 /// Why derivatives are not taken.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DerivativeError {
@@ -91,12 +89,14 @@ pub enum DerivativeError {
     #[error("weight {0} is not finite: the loss must have a derivative by every value")]
     NotFinite(usize),
     /// A meter that cannot measure in the scene.
-    #[error("meter {number}: {problem}")]
+    #[error("meter {number}: {field}: {message}")]
     Meter {
         /// Number of the meter, counted from 0.
         number: usize,
-        /// What is wrong with it.
-        problem: MeterProblem,
+        /// The field that is wrong.
+        field: &'static str,
+        /// What it must be, and what it is.
+        message: String,
     },
     /// A reading that meters do not have.
     #[error("the meters have no such reading")]

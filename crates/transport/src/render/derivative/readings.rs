@@ -3,7 +3,7 @@
 use super::batches::{Part, Units, derivatives_of};
 use super::{Derivatives, SEED, blank, check_weights};
 use crate::derivative::{DerivativeError, Plan, RadiometricParameter, Sums};
-use crate::meter::{Functionals, Meter, Setup};
+use crate::meter::{Functionals, Meter, MeterProblem, Setup};
 use crate::path::Workspace;
 use crate::render::{Handle, seed_of_group};
 use crate::scene::{NO_SCENE, Scene};
@@ -135,11 +135,16 @@ impl Pass<'_> {
 }
 
 fn check_meters(meters: &[Meter], scene: &Scene) -> Result<(), DerivativeError> {
-    let mut each = meters.iter().enumerate();
-    each.try_for_each(|(number, meter)| {
-        let checked = meter.check(scene);
-        checked.map_err(|problem| DerivativeError::Meter { number, problem })
-    })
+    for (number, meter) in meters.iter().enumerate() {
+        if let Err(MeterProblem { field, message }) = meter.check(scene) {
+            return Err(DerivativeError::Meter {
+                number,
+                field,
+                message,
+            });
+        }
+    }
+    Ok(())
 }
 
 /// Checks what is differentiated. Lengths along the axes by which it is told apart.
