@@ -27,11 +27,11 @@ PLANTED = [
         ("morgana-transport", "transport", "diffraction::a_point_becomes_the_pattern_of_the_aperture"),
     ),
     (
-        "light that edges send far left to the middle of the pattern",
-        TRANSPORT + "sensor/aperture/mask_pattern.rs",
-        "let coherent = coherent.min(1.0);",
-        "let coherent = coherent.max(1.0);",
-        ("morgana-transport", "transport", "apertures::blades_make_the_pattern_of_their_polygon"),
+        "apertures of telecentric sensors turned by half a turn",
+        TRANSPORT + "sensor/telecentric.rs",
+        "StopShape::Open(aperture) => -aperture.sample(u),",
+        "StopShape::Open(aperture) => aperture.sample(u),",
+        ("morgana-transport", "transport", "apertures::rays_pass_where_an_aperture_is_open"),
     ),
     (
         "pictures of apertures whose fields are their powers",

@@ -92,8 +92,8 @@ class Records(NamedTuple):
     """How fast the flow of what scatters the light changes the optical length of the way, (n,), in scene units per second, if a medium has a
     ``velocity``."""
     velocity_change: Optional[Doubles] = None
-    """How fast what flows in each region changes its velocity on its way, |(v·∇)v|/|v|, at most, per second, (regions,), if a medium has a
-    ``velocity``: none does where the flow is straight."""
+    """The largest rate at which the velocity changes along the flow of each region, |(v·∇)v|/|v|, per second, (regions,), if a medium has a
+    ``velocity``. Flows along the axes of their grid have none; a wall that cuts voxels obliquely counts, for there the flow ends."""
 
     @classmethod
     def load(cls, path: Union[str, "os.PathLike[str]"], meter: Optional[str] = None) -> "Records":

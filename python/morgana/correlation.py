@@ -329,8 +329,8 @@ def _doubt_flow(records: Records, flow: float, delays: Doubles, found: Doubles) 
     longest = np.max(delays[np.any(found[2] > 3 * found[3], axis=1)], initial=0.0)
     if change * longest > STEADY:
         warnings.warn(
-            f"what flows changes its velocity by up to {change * longest:.0%} within {longest:.3g} s, a delay at which light is still correlated, but is "
-            f"taken to keep it: delays up to {STEADY / change:.2g} s are safe",
+            f"the velocity of what flows changes by up to {change * longest:.0%} within {longest:.3g} s, a delay at which light is still correlated, but is "
+            f"taken to be constant: delays up to {STEADY / change:.2g} s are safe. Walls that cut voxels of the velocity obliquely count, too",
             SceneWarning,
             stacklevel=3,
         )

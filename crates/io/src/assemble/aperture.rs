@@ -82,7 +82,8 @@ fn iris(q: &mut Query) -> Iris {
         ..open
     };
     if part(q, "blades", &["blade_angle"]) {
-        iris.blades = q.integer_in("blades", 3..=100, None) as u32;
+        // After an error, one is enough.
+        iris.blades = q.integer_in("blades", 3..=100, None).max(3) as u32;
         iris.blade_angle = q.float_or("blade_angle", 0.0).to_radians();
     }
     if part(q, "vanes", &["vane_width", "vane_angle"]) {

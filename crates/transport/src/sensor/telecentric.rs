@@ -186,11 +186,11 @@ impl ApertureStop {
         self.radius * self.radius * share
     }
 
-    /// A point of the open part, uniform by the power that passes.
+    /// A slope that passes, uniform by the power that does. Behind the lens, what goes towards one side meets the stop on the other.
     fn sample(&self, u: [f64; 2]) -> DVec2 {
         self.radius
             * match &self.shape {
-                StopShape::Open(aperture) => aperture.sample(u),
+                StopShape::Open(aperture) => -aperture.sample(u),
                 StopShape::Knife { edge, cut } => beside_knife(*edge, *cut, u),
             }
     }

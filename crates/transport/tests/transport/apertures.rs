@@ -4,7 +4,7 @@
 use glam::{DAffine3, DVec2};
 use morgana_transport::sampling::Sampler;
 use morgana_transport::sensor::{
-    ApertureError, ApertureShape, Iris, Perspective, Sensor, ThinLens,
+    ApertureError, ApertureShape, ApertureStop, Iris, Perspective, Sensor, Telecentric, ThinLens,
 };
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
@@ -204,6 +204,16 @@ fn rays_pass_where_an_aperture_is_open() {
     let left = points.iter().filter(|p| p.x > 0.0).count() as f64;
     // Two thirds, within five standard errors.
     assert!((left - 6_666.7).abs() < 5.0 * 47.2, "{left}");
+
+    // Behind a lens the stop shows the slopes of rays from the other side.
+    let stop = ApertureStop::new(0.1, picture);
+    let telecentric = Telecentric::new(DAffine3::IDENTITY, 1.0, 1.0, stop);
+    let telecentric = Sensor::Telecentric(telecentric);
+    for sample in 0..1000 {
+        let u = Sampler::new(9, 1, sample).next_2d();
+        let d = telecentric.ray([0.5; 2], u).direction;
+        assert!(d.y < 0.0, "rays from above the axis go down");
+    }
 
     let hexagon = Iris {
         blades: 6,

@@ -19,7 +19,7 @@ pub(super) struct Mask {
 }
 
 impl Mask {
-    /// The powers are in [0, 1]. The squares of the amplitudes are less in all: what is lacking comes from cells that are open in part.
+    /// The powers are in [0, 1]. What the squares of the amplitudes lack of them comes from cells that are open in part.
     pub(super) fn new(
         side: usize,
         amplitudes: Vec<f64>,

@@ -51,10 +51,12 @@ pub enum ApertureError {
     #[error("angles must be finite, but one is {0}")]
     Angle(f64),
     /// The number of cells along a side of a mask.
-    #[error("a mask has 1 to {MOST_CELLS} cells along each side, not {0}")]
+    #[error(
+        "a picture of an aperture has 1 to {MOST_CELLS} pixels along each side, not {0}: scale it"
+    )]
     Cells(usize),
     /// The number of a mask's values.
-    #[error("a mask of {expected} cells has {found} values")]
+    #[error("a picture of {expected} pixels has {found} values")]
     Length {
         /// What the square of the side is.
         expected: usize,
@@ -62,10 +64,12 @@ pub enum ApertureError {
         found: usize,
     },
     /// What a cell lets pass.
-    #[error("transmittances must be in [0, 1], but one is {0}")]
+    #[error("pixels of an aperture are shares of power in [0, 1], but one is {0}")]
     Transmittance(f64),
     /// Nothing is open.
-    #[error("the aperture is closed: nothing of it is open")]
+    #[error(
+        "nothing of the aperture is open: blades, vanes, an obscuration or a picture cover all of it"
+    )]
     Closed,
 }
 
