@@ -67,12 +67,12 @@ const APERTURE: &[Parameter] = &[
     integer(
         "blades",
         "",
-        "of an iris that is a regular polygon with corners on the rim, 3 to 100; else a disc",
+        "number of straight blades of an iris, 3 to 100: a polygon with corners on the rim; else a disc",
     ),
     float(
         "blade_angle",
         "0",
-        "of one corner, from local x towards y, degrees",
+        "where one corner is, from local x towards y, degrees",
     ),
     float(
         "obscuration",
@@ -92,7 +92,7 @@ const APERTURE: &[Parameter] = &[
     float(
         "vane_angle",
         "0",
-        "of one vane, from local x towards y, degrees",
+        "where one vane is, from local x towards y, degrees",
     ),
     boolean(
         "diffraction",
