@@ -503,7 +503,9 @@ fn one_mistake_is_one_error() {
         "integer name='diffraction' value='1'",
     );
     let lines = |list: &str| LINES.replace("450, 550, 900", list);
+    let blades = format!("{DIFFRACTION}<integer name='blades' value='2'/>");
     for (diffraction, film, expected) in [
+        (&*blades, LINES, "'blades' is 2 but must be at least 3"),
         (
             &*number,
             LINES,
