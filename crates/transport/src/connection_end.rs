@@ -66,6 +66,14 @@ impl ConnectionEnd {
         }
     }
 
+    /// The point, if it is one.
+    pub(crate) fn position(&self) -> Option<DVec3> {
+        match self {
+            ConnectionEnd::Point { position, .. } => Some(*position),
+            ConnectionEnd::Plane { .. } => None,
+        }
+    }
+
     /// Parallel rays across a whole plane. With a direction of another length than one a connection ends
     /// beside its vertex.
     pub(crate) fn parallel(through: DVec3, direction: DVec3) -> Self {

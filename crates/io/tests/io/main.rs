@@ -42,6 +42,7 @@ mod mistakes;
 mod mitsuba;
 mod parts;
 mod physics;
+mod placement;
 mod quantities;
 mod query;
 mod ranges;

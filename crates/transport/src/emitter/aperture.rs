@@ -145,6 +145,12 @@ impl Aperture {
         })
     }
 
+    /// The same, displaced by `shift`.
+    pub(crate) fn moved(mut self, shift: DVec3) -> Self {
+        self.origin += shift;
+        self
+    }
+
     /// Its centre.
     pub fn origin(&self) -> DVec3 {
         self.origin
@@ -211,7 +217,7 @@ impl Aperture {
     }
 
     /// A point in proportion to the irradiance, summed over the channels of an image.
-    pub(super) fn sample(&self, u: [f64; 2]) -> DVec3 {
+    pub(crate) fn sample(&self, u: [f64; 2]) -> DVec3 {
         let p = match &self.picture {
             Some(picture) => self.profile.sample(picture.sample(u).map(|c| 1.0 - c)),
             None => self.profile.sample(u),

@@ -33,6 +33,12 @@ impl Collimated {
         }
     }
 
+    /// The same, displaced by `shift`.
+    pub(crate) fn moved(mut self, shift: DVec3) -> Self {
+        self.aperture = self.aperture.moved(shift);
+        self
+    }
+
     /// Where it starts.
     pub fn aperture(&self) -> &Aperture {
         &self.aperture

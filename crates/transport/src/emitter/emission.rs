@@ -77,6 +77,7 @@ impl Emitter {
     ) -> f64 {
         match (self, end) {
             (Emitter::Point { .. } | Emitter::Volume(_), _) => uniform_sphere_pdf(),
+            (Emitter::PointOnFace(point), _) => point.pdf(end.position().unwrap_or(x), direction),
             (Emitter::Spot(spot), _) => spot.pdf(direction),
             (Emitter::Projector(projector), _) => projector.pdf(direction),
             (Emitter::Luminaire(luminaire), _) => luminaire.pdf(direction),
@@ -99,6 +100,7 @@ impl Emitter {
     fn direction_from(&self, position: DVec3, surface: Option<OnSurface>, u: [f64; 2]) -> DVec3 {
         match (self, surface) {
             (Emitter::Fiber(fiber), _) => fiber.sample(position, u),
+            (Emitter::PointOnFace(point), _) => point.sample(position, u),
             (Emitter::Spot(spot), _) => spot.sample(u),
             (Emitter::Projector(projector), _) => projector.sample(u),
             (Emitter::Luminaire(luminaire), _) => luminaire.sample(u),

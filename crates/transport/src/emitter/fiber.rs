@@ -84,6 +84,12 @@ impl Fiber {
         Fiber { sin, ..self }
     }
 
+    /// The same, displaced by `shift`.
+    pub(crate) fn moved(mut self, shift: DVec3) -> Self {
+        self.aperture = self.aperture.moved(shift);
+        self
+    }
+
     /// The aperture.
     pub fn aperture(&self) -> &Aperture {
         &self.aperture

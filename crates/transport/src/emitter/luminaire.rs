@@ -96,6 +96,17 @@ impl Luminaire {
         self.scale
     }
 
+    /// The same, displaced by `shift`.
+    pub(crate) fn moved(mut self, shift: DVec3) -> Self {
+        self.position += shift;
+        self
+    }
+
+    /// Unit vector along local +z.
+    pub(crate) fn axis(&self) -> DVec3 {
+        self.orientation.to_world(DVec3::Z)
+    }
+
     /// Where the light is.
     pub fn position(&self) -> DVec3 {
         self.position

@@ -14,6 +14,7 @@ mod environment_map;
 mod fiber;
 mod luminaire;
 mod picture;
+mod point_on_face;
 mod power;
 mod projector;
 mod slide;
@@ -33,6 +34,7 @@ pub use environment::{Environment, ImageError};
 pub use environment_map::EnvironmentMap;
 pub use fiber::{AngularProfile, Divergence, Fiber};
 pub use luminaire::{Luminaire, LuminaireError};
+pub use point_on_face::PointOnFace;
 pub use projector::Projector;
 pub use slide::Slide;
 pub use spot::{Spot, SpotTextureError};
@@ -74,6 +76,8 @@ pub enum Emitter {
         /// Radiant intensity.
         intensity: Spectrum,
     },
+    /// A point that radiates in all directions from a face: a scene makes it of a point that lies on one.
+    PointOnFace(Arc<PointOnFace>),
     /// A point that radiates into a cone.
     Spot(Spot),
     /// A point that throws an image.
@@ -148,6 +152,7 @@ impl Emitter {
     ) -> EndSample {
         match self {
             Emitter::Point { position, .. } => EndSample::only(ConnectionEnd::at(*position)),
+            Emitter::PointOnFace(point) => point.sample_end(u[0]),
             Emitter::Spot(spot) => EndSample::only(ConnectionEnd::at(spot.position())),
             Emitter::Projector(projector) => {
                 EndSample::only(ConnectionEnd::at(projector.position()))
@@ -210,6 +215,9 @@ impl Emitter {
     pub fn emitted(&self, end: &ConnectionEnd, start: DVec3, direction: DVec3) -> Spectrum {
         match self {
             Emitter::Point { intensity, .. } => *intensity,
+            Emitter::PointOnFace(point) => {
+                point.emitted(end.position().unwrap_or(start), direction)
+            }
             Emitter::Spot(spot) => spot.intensity(direction),
             Emitter::Projector(projector) => projector.intensity(direction),
             Emitter::Luminaire(luminaire) => luminaire.intensity(direction),
@@ -264,6 +272,7 @@ impl Emitter {
     pub fn singularity(&self) -> Option<DVec3> {
         match self {
             Emitter::Point { position, .. } => Some(*position),
+            Emitter::PointOnFace(point) => Some(point.position()),
             Emitter::Spot(spot) => Some(spot.position()),
             Emitter::Projector(projector) => Some(projector.position()),
             Emitter::Luminaire(luminaire) => Some(luminaire.position()),
@@ -274,13 +283,13 @@ impl Emitter {
 
     /// Whether connections have a choice of points at which to end, each of which its light falls off around as 1/r².
     pub(crate) fn has_many_points(&self) -> bool {
-        matches!(self, Emitter::Fiber(_))
+        matches!(self, Emitter::Fiber(_) | Emitter::PointOnFace(_))
     }
 
     /// The emitter's kind, for messages.
     pub fn kind(&self) -> &'static str {
         match self {
-            Emitter::Point { .. } => "point",
+            Emitter::Point { .. } | Emitter::PointOnFace(_) => "point",
             Emitter::Spot(_) => "spot",
             Emitter::Projector(_) => "projector",
             Emitter::Luminaire(_) => "ies",

@@ -12,6 +12,7 @@ impl Emitter {
         let disc = PI * around.radius * around.radius;
         match self {
             Emitter::Point { intensity, .. } => *intensity * (4.0 * PI),
+            Emitter::PointOnFace(point) => point.power(),
             Emitter::Spot(spot) => spot.power(),
             Emitter::Projector(projector) => projector.power(),
             Emitter::Luminaire(luminaire) => luminaire.power(),

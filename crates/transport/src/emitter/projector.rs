@@ -38,9 +38,20 @@ impl Projector {
         })
     }
 
+    /// The same, displaced by `shift`.
+    pub(crate) fn moved(mut self, shift: DVec3) -> Self {
+        self.position += shift;
+        self
+    }
+
     /// Where the light is.
     pub fn position(&self) -> DVec3 {
         self.position
+    }
+
+    /// Unit direction in which it throws the middle of the image.
+    pub(crate) fn axis(&self) -> DVec3 {
+        self.orientation.to_world(DVec3::Z)
     }
 
     /// Half extents of the image at unit distance.

@@ -75,6 +75,12 @@ impl Spot {
         }
     }
 
+    /// The same, displaced by `shift`.
+    pub(crate) fn moved(mut self, shift: DVec3) -> Self {
+        self.position += shift;
+        self
+    }
+
     /// The spot, turned to shine along local +z, with a factor of its intensity: the texture at the coordinates
     /// ½ + ½ (x, y)/(z tan `cutoff`) of the local direction (x, y, z). The texture must be one of coordinates;
     /// the cutoff must be less than π/2.

@@ -57,6 +57,7 @@ impl Emitter {
     pub(crate) fn values(&self) -> EmitterValues<'_> {
         match self {
             Emitter::Point { intensity, .. } => EmitterValues::One(*intensity),
+            Emitter::PointOnFace(point) => EmitterValues::One(point.intensity()),
             Emitter::Spot(spot) => match spot.texture() {
                 Some(texture) => EmitterValues::Texture(texture),
                 None => EmitterValues::One(spot.scale()),

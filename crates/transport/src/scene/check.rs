@@ -62,8 +62,6 @@ const FAINT: f64 = 1e-2;
 const SOUND: f64 = 1e3;
 /// Points at which a surface is probed.
 const SURFACE_PROBES: u64 = 64;
-/// How far before and behind the end of a fibre media are asked for, relative to the size of the scene.
-const BESIDE: f64 = 1e-8;
 /// Rays of a beam whose starts are looked at.
 const BEAM_PROBES: u64 = 256;
 /// Points per side at which a region is probed where its bounds leave doubt.
@@ -383,32 +381,16 @@ fn check_direction(i: usize, direction: DVec3) -> Option<SceneProblem> {
     })
 }
 
-/// Light leaves a fibre within a hemisphere, into one medium.
+/// Light leaves a fibre within a hemisphere.
 fn check_fiber(scene: &Scene, i: usize, fiber: &Fiber) -> Option<SceneProblem> {
-    let medium_at = |side: f64| {
-        let off = fiber.aperture().direction() * (side * BESIDE * scene.around().radius);
-        scene.medium_at(fiber.origin() + off)
-    };
-    let [behind, ahead] = [-1.0, 1.0].map(medium_at);
-    if behind != ahead {
-        return Some(warning(
-            Subject::Emitter(i),
-            format!(
-                "the fibre ends on the boundary between media '{}' and '{}': which of them its light enters is left to \
-                 rounding",
-                scene.medium(behind).name,
-                scene.medium(ahead).name
-            ),
-            "move its end a little off the boundary",
-        ));
-    }
+    let medium = scene.medium_at(fiber.origin());
     (fiber.sin() > 1.0).then(|| {
         error(
             Subject::Emitter(i),
             format!(
                 "the numerical aperture of the fibre is {} times the index of medium '{}', in which it ends",
                 Shown::rounded(fiber.sin()),
-                scene.medium(ahead).name
+                scene.medium(medium).name
             ),
             "give a numerical aperture up to that index, or a cutoff_angle",
         )

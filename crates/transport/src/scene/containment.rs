@@ -3,7 +3,6 @@
 use super::Scene;
 use super::parts::{AMBIENT, MediumId, Object, Partition, Parts};
 use crate::sensor::Sensor;
-use eikonal::Aabb;
 use eikonal::connect::World;
 use glam::DVec3;
 
@@ -84,34 +83,59 @@ impl Containment<'_> {
     /// The medium of what is innermost around a point, that with the smallest box.
     pub fn medium_at(&self, x: DVec3) -> MediumId {
         self.innermost(x, |_| true)
+            .map_or(AMBIENT, |body| body.medium)
+    }
+
+    /// Diameter of what is innermost around a point; infinite in the ambient medium.
+    pub(super) fn size_around(&self, x: DVec3) -> f64 {
+        self.innermost(x, |_| true)
+            .map_or(f64::INFINITY, |body| body.size)
     }
 
     /// The same without an object, or without the partition that it belongs to.
     pub fn medium_around(&self, object: usize, x: DVec3) -> MediumId {
         let own = self.partitions.iter().find(|p| p.objects.contains(&object));
         let own = own.map_or(object..object + 1, |p| p.objects.clone());
-        self.innermost(x, |i| !own.contains(&i))
+        let around = self.innermost(x, |i| !own.contains(&i));
+        around.map_or(AMBIENT, |body| body.medium)
     }
 
-    fn innermost(&self, x: DVec3, counts: impl Fn(usize) -> bool) -> MediumId {
+    /// The smallest body around a point; of equal ones, that whose name comes first.
+    fn innermost(&self, x: DVec3, counts: impl Fn(usize) -> bool) -> Option<Innermost<'_>> {
         let in_partition = |i: usize| self.partitions.iter().any(|p| p.objects.contains(&i));
         let bodies = self.objects.iter().enumerate().filter_map(|(i, o)| {
             let medium = o.interior().filter(|_| counts(i))?;
             let holds = o.shape.is_closed() && !in_partition(i) && o.shape.contains(x);
-            holds.then(|| (medium, o.shape.aabb()))
+            holds.then(|| Innermost {
+                medium,
+                size: o.shape.aabb().diagonal(),
+                name: &o.name,
+            })
         });
         let divided = self.partitions.iter().filter_map(|p| {
             let medium = p
                 .medium_at(self.objects, x)
                 .filter(|_| counts(p.objects.start))?;
-            Some((medium, p.aabb(self.objects)))
+            Some(Innermost {
+                medium,
+                size: p.aabb(self.objects).diagonal(),
+                name: &self.objects[p.objects.start].name,
+            })
         });
-        let size = |(_, aabb): &(MediumId, Aabb)| aabb.diagonal();
-        let innermost = bodies
-            .chain(divided)
-            .min_by(|a, b| size(a).total_cmp(&size(b)));
-        innermost.map_or(AMBIENT, |(medium, _)| medium)
+        let order = |a: &Innermost, b: &Innermost| {
+            let by_size = a.size.total_cmp(&b.size);
+            by_size.then_with(|| a.name.cmp(b.name))
+        };
+        bodies.chain(divided).min_by(order)
     }
+}
+
+/// A body around a point.
+struct Innermost<'a> {
+    medium: MediumId,
+    /// Diameter of the box around it.
+    size: f64,
+    name: &'a str,
 }
 
 /// Whether each object is closed or divides a volume, separates media, and comes near another one that does; the surfaces of a

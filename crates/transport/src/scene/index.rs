@@ -1,11 +1,15 @@
 //! Which objects a ray meets.
 
+use super::coincident::precedence;
 use super::parts::Object;
-use crate::shape::{Accel, Shape};
+use crate::shape::{Accel, Meeting, Shape};
+use eikonal::ray::Arc;
+use glam::DVec3;
 
 /// Some of the objects, for intersection tests.
 #[derive(Debug)]
 pub(super) struct Index {
+    /// Numbers of the objects; of coincident surfaces the first one is met.
     pub objects: Vec<usize>,
     /// Where each object is in the list.
     places: Vec<Option<usize>>,
@@ -16,12 +20,14 @@ pub(super) struct Index {
 impl Index {
     pub(super) fn new(objects: &[Object], keep: impl Fn(&Object) -> bool) -> Self {
         let all = objects.len();
-        let (objects, shapes): (Vec<usize>, Vec<Shape>) = objects
+        let mut kept: Vec<(usize, &Object)> = objects
             .iter()
             .enumerate()
             .filter(|(_, o)| keep(o))
-            .map(|(i, o)| (i, o.shape.clone()))
-            .unzip();
+            .collect();
+        kept.sort_by(|(_, a), (_, b)| precedence(a, b));
+        let (objects, shapes): (Vec<usize>, Vec<Shape>) =
+            kept.into_iter().map(|(i, o)| (i, o.shape.clone())).unzip();
         let mut places = vec![None; all];
         for (place, object) in objects.iter().enumerate() {
             places[*object] = Some(place);
@@ -32,6 +38,43 @@ impl Index {
             places,
             shapes,
         }
+    }
+
+    /// A surface within `distance` of a point along a unit `normal`, and its normal there; not that of `except`.
+    pub(super) fn touching(
+        &self,
+        x: DVec3,
+        normal: DVec3,
+        distance: f64,
+        except: Option<usize>,
+    ) -> Option<(usize, DVec3)> {
+        let arc = Arc::line(x - normal * distance, normal, 2.0 * distance);
+        let (i, meeting) = self.first(&arc, 0.0, self.place(except))?;
+        Some((self.objects[i], self.shapes[i].hit(&meeting).normal))
+    }
+
+    /// The surfaces within `distance` of a point along a unit `direction`, each with its normal there.
+    pub(super) fn within(
+        &self,
+        x: DVec3,
+        direction: DVec3,
+        distance: f64,
+    ) -> impl Iterator<Item = (usize, DVec3)> {
+        let arc = Arc::line(x - direction * distance, direction, 2.0 * distance);
+        let mut from = 0.0;
+        std::iter::from_fn(move || {
+            let (i, meeting) = self.first(&arc, from, None)?;
+            from = meeting.theta;
+            Some((self.objects[i], self.shapes[i].hit(&meeting).normal))
+        })
+    }
+
+    fn first(&self, arc: &Arc, from: f64, except: Option<usize>) -> Option<(usize, Meeting)> {
+        if self.objects.is_empty() {
+            return None;
+        }
+        self.accel
+            .first(&self.shapes, arc, [from, 1.0], [except, None])
     }
 
     /// The place of an object in the list, if it is there.

@@ -144,6 +144,10 @@ impl LightBounds {
             Emitter::Point { position, .. } => {
                 bounds(*position, 0.0, power / (4.0 * PI), Facing::Everywhere)
             }
+            Emitter::PointOnFace(point) => {
+                let position = point.position();
+                bounds(position, 0.0, power / (4.0 * PI), Facing::Everywhere)
+            }
             Emitter::Spot(_) | Emitter::Projector(_) | Emitter::Luminaire(_) => {
                 let position = emitter.singularity().unwrap_or(around.center);
                 bounds(position, 0.0, power / (4.0 * PI), Facing::Point)

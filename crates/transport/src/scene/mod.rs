@@ -5,9 +5,11 @@ mod bending_ball;
 mod builder;
 mod check;
 mod clearance;
+mod coincident;
 mod containment;
 mod emission;
 mod emissive;
+mod faces;
 mod group;
 mod index;
 mod light_bounds;
@@ -98,6 +100,10 @@ impl Scene {
     /// # Errors
     /// Everything that is wrong with it, errors first.
     pub fn new(mut parts: Parts) -> Result<Self, Vec<SceneProblem>> {
+        let extent = surroundings(&parts);
+        let epsilon = ray_epsilon(&extent);
+        let layers = coincident::separate(&mut parts, epsilon);
+        faces::settle(&mut parts, epsilon, layers);
         settle_fibers(&mut parts);
         parts = parts.with_emissive_media();
         let around = surroundings(&parts);
@@ -131,7 +137,7 @@ impl Scene {
             },
             bending: Bending::of(&parts),
             sensor_medium,
-            ray_epsilon: RAY_EPSILON * (around.radius + around.center.length()),
+            ray_epsilon: ray_epsilon(&around),
             clear: parts.media.iter().all(Medium::is_transparent),
             clearance: OnceLock::new(),
             matters: OnceLock::new(),
@@ -259,6 +265,11 @@ impl Scene {
             .iter()
             .any(|o| matches!(o.bsdf, Bsdf::Dielectric(_)))
     }
+}
+
+/// The distance by which rays start off surfaces.
+fn ray_epsilon(around: &Surroundings) -> f64 {
+    RAY_EPSILON * (around.radius + around.center.length())
 }
 
 /// Gives fibres the cones that they have in the media in which they end.

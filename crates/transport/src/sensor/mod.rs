@@ -132,6 +132,17 @@ impl Sensor {
         sensed.filter(|s| s.density.is_finite() && s.image.iter().all(|x| x.is_finite()))
     }
 
+    /// The same, displaced by `shift`.
+    pub(crate) fn moved(self, shift: DVec3) -> Self {
+        match self {
+            Sensor::Perspective(s) => Sensor::Perspective(s.moved(shift)),
+            Sensor::ThinLens(s) => Sensor::ThinLens(s.moved(shift)),
+            Sensor::Orthographic(s) => Sensor::Orthographic(s.moved(shift)),
+            Sensor::Telecentric(s) => Sensor::Telecentric(s.moved(shift)),
+            Sensor::Absent(_) | Sensor::Batch(_) => self,
+        }
+    }
+
     /// Whether its rays, those of one point of its stop if it has any, have one direction.
     pub fn is_parallel(&self) -> bool {
         matches!(self, Sensor::Orthographic(_) | Sensor::Telecentric(_))

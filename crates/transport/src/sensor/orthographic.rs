@@ -24,6 +24,13 @@ impl Orthographic {
         }
     }
 
+    /// The same, displaced by `shift`.
+    pub(super) fn moved(mut self, shift: DVec3) -> Self {
+        self.to_world.translation += shift;
+        self.to_local = self.to_world.inverse();
+        self
+    }
+
     pub(crate) fn aspect(&self) -> f64 {
         self.aspect
     }

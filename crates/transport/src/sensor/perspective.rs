@@ -24,6 +24,13 @@ impl Perspective {
         }
     }
 
+    /// The same, displaced by `shift`.
+    pub(super) fn moved(mut self, shift: DVec3) -> Self {
+        self.to_world.translation += shift;
+        self.to_local = self.to_world.inverse();
+        self
+    }
+
     pub(super) fn to_world(&self) -> &DAffine3 {
         &self.to_world
     }

@@ -56,6 +56,12 @@ impl ThinLens {
         }
     }
 
+    /// The same, displaced by `shift`.
+    pub(super) fn moved(mut self, shift: DVec3) -> Self {
+        self.pinhole = self.pinhole.moved(shift);
+        self
+    }
+
     pub(crate) fn pinhole(&self) -> &Perspective {
         &self.pinhole
     }

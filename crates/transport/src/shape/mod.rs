@@ -14,6 +14,7 @@ mod disk;
 mod error;
 mod line;
 mod mesh;
+mod offset;
 mod placement;
 mod planar;
 mod rectangle;

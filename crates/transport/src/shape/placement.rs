@@ -83,6 +83,16 @@ impl Placement {
         self.side < 0.0
     }
 
+    /// The map from local coordinates to the scene.
+    pub(super) fn map(&self) -> &DAffine3 {
+        &self.to_world
+    }
+
+    /// [`Placement::normal`] of the local z axis, not flipped.
+    pub(super) fn upright_normal(&self) -> DVec3 {
+        self.normals[2]
+    }
+
     /// See the field.
     pub(super) fn noise(&self) -> f64 {
         self.noise

@@ -20,6 +20,7 @@ pub fn lead_in(scene: &Scene, emitter: usize) -> f64 {
             around.radius * scene.n(AMBIENT, around.center)
         }
         Emitter::Point { .. }
+        | Emitter::PointOnFace(_)
         | Emitter::Spot(_)
         | Emitter::Projector(_)
         | Emitter::Luminaire(_)

@@ -11,6 +11,7 @@ use super::tree::Tree;
 use super::{AreaSample, Hit, Meeting, ShapeError, Uv};
 use eikonal::Aabb;
 use glam::{DAffine3, DVec3};
+use std::collections::HashMap;
 
 /// Triangles over shared vertices, in scene coordinates. Normals follow the winding
 /// (counter-clockwise seen from their side); a closed mesh that is wound inside out is turned, so
@@ -117,6 +118,35 @@ impl Mesh {
             .as_ref()
             .map(|all| all.iter().map(turned).collect());
         Ok(mesh)
+    }
+
+    /// The mesh with its vertices moved by `distance` along the mean normals of the triangles around them; vertices at one
+    /// point move alike, so that no cracks open.
+    ///
+    /// # Errors
+    /// A mesh that [`Mesh::new`] refuses.
+    pub(super) fn moved_along_normals(&self, distance: f64) -> Result<Self, ShapeError> {
+        let key = |p: &DVec3| p.to_array().map(f64::to_bits);
+        let mut normals: HashMap<[u64; 3], DVec3> = HashMap::new();
+        for t in &self.triangles {
+            let corners = corners(&self.positions, t);
+            let normal = cross(corners).normalize_or_zero();
+            for p in &corners {
+                *normals.entry(key(p)).or_default() += normal;
+            }
+        }
+        let moved = |p: &DVec3| {
+            let normal = normals.get(&key(p)).copied().unwrap_or_default();
+            *p + normal.normalize_or_zero() * distance
+        };
+        let positions = self.positions.iter().map(moved).collect();
+        let mesh = Mesh::new(positions, self.triangles.clone(), self.uvs.clone())?;
+        Ok(Mesh {
+            normals: self.normals.clone(),
+            dropped: self.dropped,
+            inside_out: self.inside_out,
+            ..mesh
+        })
     }
 
     /// Whether its triangles were wound inside out, and have been turned.

@@ -1,0 +1,182 @@
+//! Surfaces that coincide with others: which of them a ray meets first never depends on the order of objects.
+//!
+//! A *sheet* is an object whose two sides are in the same medium: a meter's surface, a screen, an area light. A sheet that lies on
+//! the face of a body, or on another sheet, is moved off it by some billionths of a millionth of the scene, so that rays meet both:
+//! off a body to its outside, off a sheet to the side of that sheet's normal. Coincident faces of bodies stay where they are:
+//! rays meet one of them, in the order of [`precedence`], and enter the medium that lies beyond all of them.
+
+use super::index::Index;
+use super::parts::{Object, Parts};
+use crate::bsdf::Bsdf;
+use crate::shape::AreaSample;
+use glam::DVec3;
+use std::cmp::Ordering;
+
+/// Distance of a moved sheet from the surface below it, in units of the distance by which rays start off surfaces.
+pub(super) const LAYER: f64 = 8.0;
+/// Surfaces closer than this coincide, in the same unit.
+pub(super) const TOUCH: f64 = 4.0;
+/// Points of a sheet at which other surfaces are looked for.
+const SHEET_POINTS: usize = 256;
+/// Points of another surface at which a sheet is looked for.
+const OTHER_POINTS: usize = 64;
+/// Steps of Roberts' R₂ sequence, whose points are spread evenly over the unit square.
+const SPREAD: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
+
+/// The order in which coincident surfaces act: what scatters light comes before smooth dielectrics, and these before null surfaces,
+/// which only declare a boundary; then the smaller one, then by name.
+pub(super) fn precedence(a: &Object, b: &Object) -> Ordering {
+    let class = |o: &Object| match o.bsdf {
+        Bsdf::Null => 2,
+        Bsdf::Dielectric(_) => 1,
+        _ => 0,
+    };
+    let size = |o: &Object| o.shape.aabb().diagonal();
+    let by_class = class(a).cmp(&class(b));
+    by_class
+        .then(b.emitter.is_some().cmp(&a.emitter.is_some()))
+        .then(size(a).total_cmp(&size(b)))
+        .then_with(|| a.name.cmp(&b.name))
+}
+
+/// Moves sheets off the surfaces with which they coincide. Returns the largest number of layers that lie on one another.
+pub(super) fn separate(parts: &mut Parts, epsilon: f64) -> usize {
+    let sheets = sheets(parts);
+    if sheets.is_empty() {
+        return 0;
+    }
+    let contacts = Contacts::of(parts, &sheets, epsilon);
+    let mut layers = vec![0; parts.objects.len()];
+    let mut moves = Vec::new();
+    for (sheet, found) in sheets.iter().zip(&contacts.of_sheets) {
+        let on_body = found.iter().any(|c| c.outward.is_some());
+        let below = found.iter().filter_map(|c| c.sheet.map(|s| layers[s]));
+        let Some(below) = below.chain(on_body.then_some(0)).max() else {
+            continue;
+        };
+        layers[*sheet] = below + 1;
+        moves.push((*sheet, side(found) * (below + 1) as f64 * LAYER * epsilon));
+    }
+    for (sheet, distance) in moves {
+        let object = &mut parts.objects[sheet];
+        object.shape = object.shape.moved_along_normals(distance);
+    }
+    layers.into_iter().max().unwrap_or(0)
+}
+
+/// Objects whose two sides are in the same medium, in the order in which they are put on one another: null surfaces come last.
+fn sheets(parts: &Parts) -> Vec<usize> {
+    let mut sheets: Vec<usize> = (0..parts.objects.len())
+        .filter(|i| parts.objects[*i].sides.is_none())
+        .collect();
+    sheets.sort_by(|a, b| precedence(&parts.objects[*a], &parts.objects[*b]));
+    sheets
+}
+
+/// A place where a sheet coincides with another surface.
+#[derive(Clone, Copy, Debug)]
+struct Contact {
+    /// Normal of the sheet.
+    normal: DVec3,
+    /// Unit normal to the outside of the body there, if it is one.
+    outward: Option<DVec3>,
+    /// The earlier sheet with which it coincides, if it is one, and its normal.
+    sheet: Option<usize>,
+    /// Unit normal of the other surface.
+    other: DVec3,
+}
+
+/// The side to which a sheet is moved: 1 along its normal, −1 against it.
+fn side(contacts: &[Contact]) -> f64 {
+    let votes = |pick: &dyn Fn(&Contact) -> Option<DVec3>| -> f64 {
+        let vote = |c: &Contact| pick(c).map(|to| c.normal.dot(to).signum());
+        contacts.iter().filter_map(vote).sum()
+    };
+    let outside = votes(&|c| c.outward);
+    let before = votes(&|c| c.sheet.map(|_| c.other));
+    if outside != 0.0 {
+        outside.signum()
+    } else if before < 0.0 {
+        -1.0
+    } else {
+        1.0
+    }
+}
+
+/// Where sheets coincide with bodies and with earlier sheets.
+struct Contacts {
+    /// In the order of the list of sheets.
+    of_sheets: Vec<Vec<Contact>>,
+}
+
+impl Contacts {
+    fn of(parts: &Parts, sheets: &[usize], epsilon: f64) -> Self {
+        let objects = &parts.objects;
+        let bodies = Index::new(objects, |o| o.sides.is_some());
+        let all_sheets = Index::new(objects, |o| o.sides.is_none());
+        let mut rank = vec![usize::MAX; objects.len()];
+        for (k, sheet) in sheets.iter().enumerate() {
+            rank[*sheet] = k;
+        }
+        let mut of_sheets = vec![Vec::new(); sheets.len()];
+        let probe = |index: &Index, sample: &AreaSample, except: Option<usize>| {
+            index.touching(sample.position, sample.normal, TOUCH * epsilon, except)
+        };
+        for (k, &sheet) in sheets.iter().enumerate() {
+            for sample in samples(&objects[sheet], SHEET_POINTS) {
+                let body = probe(&bodies, &sample, None);
+                of_sheets[k].extend(body.map(|(i, normal)| Contact {
+                    normal: sample.normal,
+                    outward: Some(outward(&objects[i], normal)),
+                    sheet: None,
+                    other: normal,
+                }));
+                let other = probe(&all_sheets, &sample, Some(sheet));
+                let Some((i, normal)) = other.filter(|(i, _)| *i != sheet) else {
+                    continue;
+                };
+                let (upper, lower, normals) = if rank[i] < k {
+                    (k, i, [sample.normal, normal])
+                } else {
+                    (rank[i], sheet, [normal, sample.normal])
+                };
+                of_sheets[upper].push(Contact {
+                    normal: normals[0],
+                    outward: None,
+                    sheet: Some(lower),
+                    other: normals[1],
+                });
+            }
+        }
+        for body in objects.iter().filter(|o| o.sides.is_some()) {
+            for sample in samples(body, OTHER_POINTS) {
+                if let Some((sheet, normal)) = probe(&all_sheets, &sample, None) {
+                    of_sheets[rank[sheet]].push(Contact {
+                        normal,
+                        outward: Some(outward(body, sample.normal)),
+                        sheet: None,
+                        other: sample.normal,
+                    });
+                }
+            }
+        }
+        Contacts { of_sheets }
+    }
+}
+
+/// The normal of a body's surface to its outside.
+fn outward(body: &Object, normal: DVec3) -> DVec3 {
+    if body.shape.is_closed() && body.shape.has_flipped_normals() {
+        -normal
+    } else {
+        normal
+    }
+}
+
+/// Points that are spread evenly over a surface.
+fn samples(object: &Object, count: usize) -> impl Iterator<Item = AreaSample> + '_ {
+    (0..count).map(|k| {
+        let u = SPREAD.map(|step| (0.5 + k as f64 * step).fract());
+        object.shape.sample_area(u)
+    })
+}

@@ -1,0 +1,249 @@
+//! Emitters and sensors exactly on a face: on which side of it they are.
+//!
+//! One that looks in some directions only is outside of the body whose face it is, so that it acts as in the limit from outside:
+//! its light passes the face. On a face between two bodies of equal rank, and on a sheet that lets light pass, it is behind
+//! the face as it looks; on an opaque sheet before it. A point that radiates in all directions is on all sides: its light
+//! starts in the medium that lies in its direction.
+
+use super::coincident::{LAYER, TOUCH};
+use super::containment::Containment;
+use super::index::Index;
+use super::parts::{Object, Parts};
+use crate::emitter::{Aperture, Emitter, PointOnFace};
+use crate::sensor::{Batch, Sensor};
+use crate::shape::DIRECTIONS;
+use glam::{DMat3, DVec3};
+use smallvec::SmallVec;
+use std::cmp::Ordering;
+use std::sync::Arc;
+
+/// Faces whose normals make an angle with a smaller sine count as one.
+const SINE: f64 = 0.05;
+/// Points of an aperture at which faces are looked for, besides its centre.
+const APERTURE_POINTS: usize = 64;
+/// Most surfaces that are looked at in one direction from a point.
+const MOST_SURFACES: usize = 4;
+/// Steps of Roberts' R₂ sequence, whose points are spread evenly over the unit square.
+const SPREAD: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
+
+/// Moves emitters and the sensor to their sides of the faces on which they lie. `layers` is how many sheets lie on one another.
+pub(super) fn settle(parts: &mut Parts, epsilon: f64, layers: usize) {
+    if parts.objects.is_empty() {
+        return;
+    }
+    let index = Index::new(&parts.objects, |_| true);
+    let faces = Faces {
+        containment: parts.containment(),
+        index: &index,
+        epsilon,
+        // Beyond all sheets on the face.
+        distance: (layers as f64 + 1.5) * LAYER * epsilon,
+    };
+    let emitters = parts.emitters.iter().map(|e| faces.emitter(e)).collect();
+    let sensor = faces.sensor(&parts.sensor);
+    parts.emitters = emitters;
+    parts.sensor = sensor;
+}
+
+/// The faces of a scene.
+struct Faces<'a> {
+    containment: Containment<'a>,
+    index: &'a Index,
+    /// Distance by which rays start off surfaces.
+    epsilon: f64,
+    /// Distance from faces to which emitters and sensors are moved.
+    distance: f64,
+}
+
+/// The faces that meet at a point.
+struct Corner {
+    /// Unit normals, linearly independent.
+    normals: SmallVec<[DVec3; 3]>,
+    /// Numbers of the objects.
+    objects: SmallVec<[usize; 4]>,
+}
+
+impl Faces<'_> {
+    fn emitter(&self, emitter: &Emitter) -> Emitter {
+        match emitter {
+            Emitter::Point {
+                position,
+                intensity,
+            } => match self.corner(*position) {
+                None => emitter.clone(),
+                Some(corner) => {
+                    let offsets = corner.sides().map(|m| m * (TOUCH * self.epsilon)).collect();
+                    let point = PointOnFace::new(*position, *intensity, corner.normals, offsets);
+                    Emitter::PointOnFace(Arc::new(point))
+                }
+            },
+            Emitter::Spot(spot) => match self.shift([spot.position()], spot.axis()) {
+                None => emitter.clone(),
+                Some(shift) => Emitter::Spot(spot.clone().moved(shift)),
+            },
+            Emitter::Projector(projector) => {
+                match self.shift([projector.position()], projector.axis()) {
+                    None => emitter.clone(),
+                    Some(shift) => {
+                        Emitter::Projector(Arc::new(projector.as_ref().clone().moved(shift)))
+                    }
+                }
+            }
+            Emitter::Luminaire(luminaire) => {
+                match self.shift([luminaire.position()], luminaire.axis()) {
+                    None => emitter.clone(),
+                    Some(shift) => {
+                        Emitter::Luminaire(Arc::new(luminaire.as_ref().clone().moved(shift)))
+                    }
+                }
+            }
+            Emitter::Collimated(beam) => match self.shift_of_aperture(beam.aperture()) {
+                None => emitter.clone(),
+                Some(shift) => Emitter::Collimated(beam.clone().moved(shift)),
+            },
+            Emitter::Fiber(fiber) => match self.shift_of_aperture(fiber.aperture()) {
+                None => emitter.clone(),
+                Some(shift) => Emitter::Fiber(fiber.clone().moved(shift)),
+            },
+            Emitter::Area { .. } | Emitter::Textured(_) | Emitter::PointOnFace(_) => {
+                emitter.clone()
+            }
+            Emitter::Directional { .. } | Emitter::Environment(_) | Emitter::Volume(_) => {
+                emitter.clone()
+            }
+        }
+    }
+
+    fn sensor(&self, sensor: &Sensor) -> Sensor {
+        match sensor {
+            Sensor::Absent(_) => sensor.clone(),
+            Sensor::Batch(batch) => {
+                let moved = Batch::new(batch.sensors().iter().map(|s| self.sensor(s)).collect());
+                moved.map_or_else(|| sensor.clone(), |batch| Sensor::Batch(Arc::new(batch)))
+            }
+            _ => {
+                let starts = spread(APERTURE_POINTS).map(|u| sensor.ray(u, u).origin);
+                let points = std::iter::once(sensor.position()).chain(starts);
+                let axis = sensor.to_world().matrix3.z_axis.normalize();
+                match self.shift(points, axis) {
+                    None => sensor.clone(),
+                    Some(shift) => sensor.clone().moved(shift),
+                }
+            }
+        }
+    }
+
+    fn shift_of_aperture(&self, aperture: &Aperture) -> Option<DVec3> {
+        let points = spread(APERTURE_POINTS).map(|u| aperture.sample(u));
+        let points = std::iter::once(aperture.origin()).chain(points);
+        self.shift(points, aperture.direction())
+    }
+
+    /// By how much something is moved that looks along a unit `axis` from points of which one lies on a face.
+    fn shift(&self, points: impl IntoIterator<Item = DVec3>, axis: DVec3) -> Option<DVec3> {
+        points.into_iter().find_map(|x| {
+            let corner = self.corner(x)?;
+            let blocks = |i: &usize| blocks(self.object(*i));
+            let before = if corner.objects.iter().any(blocks) {
+                -1.0
+            } else {
+                1.0
+            };
+            // Outside of what is opaque, then in the largest body, then behind the face.
+            let better = |a: &DVec3, b: &DVec3| -> Ordering {
+                let [p, q] = [*a, *b].map(|m| x + m * (TOUCH * self.epsilon));
+                let filled = |p| corner.objects.iter().any(|i| fills(self.object(*i), p));
+                let sizes = [p, q].map(|p| self.containment.size_around(p));
+                let along = |m: &DVec3| before * m.normalize().dot(axis);
+                filled(p)
+                    .cmp(&filled(q))
+                    .then(sizes[1].total_cmp(&sizes[0]))
+                    .then(along(a).total_cmp(&along(b)))
+            };
+            corner.sides().min_by(better).map(|m| m * self.distance)
+        })
+    }
+
+    fn object(&self, i: usize) -> &Object {
+        &self.containment.objects[i]
+    }
+
+    /// The faces on which a point lies; `None` if there are none.
+    fn corner(&self, x: DVec3) -> Option<Corner> {
+        let mut corner = Corner {
+            normals: SmallVec::new(),
+            objects: SmallVec::new(),
+        };
+        let reach = TOUCH * self.epsilon;
+        let directions = DIRECTIONS.map(DVec3::normalize);
+        for direction in directions {
+            // Lines that pass the point at a distance meet all faces of an edge or a corner.
+            for aside in directions.map(|d| x + d * (reach / 3.0)) {
+                for (object, normal) in self
+                    .index
+                    .within(aside, direction, reach)
+                    .take(MOST_SURFACES)
+                {
+                    corner.add(object, normal);
+                }
+            }
+        }
+        (!corner.normals.is_empty()).then_some(corner)
+    }
+}
+
+impl Corner {
+    fn add(&mut self, object: usize, normal: DVec3) {
+        if !self.objects.contains(&object) {
+            self.objects.push(object);
+        }
+        let independent = match self.normals[..] {
+            [] => true,
+            [a] => a.cross(normal).length() > SINE,
+            [a, b] => a.cross(b).normalize().dot(normal).abs() > SINE,
+            _ => false,
+        };
+        if independent {
+            self.normals.push(normal);
+        }
+    }
+
+    /// Vectors to all sides of the faces, each with a component of ±1 along every normal; bit k of the number of a side is set where
+    /// that along normal k is positive.
+    fn sides(&self) -> impl Iterator<Item = DVec3> {
+        let (a, b, c) = match self.normals[..] {
+            [] => (DVec3::X, DVec3::Y, DVec3::Z),
+            [a] => {
+                let (b, c) = a.any_orthonormal_pair();
+                (a, b, c)
+            }
+            [a, b] => (a, b, a.cross(b).normalize()),
+            [a, b, c, ..] => (a, b, c),
+        };
+        let inverse = DMat3::from_cols(a, b, c).transpose().inverse();
+        let count = self.normals.len();
+        (0..1usize << count).map(move |side| {
+            let component = |k: usize| match (k < count, side >> k & 1) {
+                (false, _) => 0.0,
+                (true, 1) => 1.0,
+                (true, _) => -1.0,
+            };
+            inverse * DVec3::new(component(0), component(1), component(2))
+        })
+    }
+}
+
+/// Whether an object is opaque and does not separate media.
+fn blocks(object: &Object) -> bool {
+    object.sides.is_none() && object.bsdf.is_opaque()
+}
+
+/// Whether an opaque object fills the place at a point.
+fn fills(object: &Object, x: DVec3) -> bool {
+    object.bsdf.is_opaque() && object.shape.is_closed() && object.shape.contains(x)
+}
+
+/// Points that are spread evenly over the unit square.
+fn spread(count: usize) -> impl Iterator<Item = [f64; 2]> {
+    (0..count).map(|k| SPREAD.map(|step| (0.5 + k as f64 * step).fract()))
+}
