@@ -20,7 +20,7 @@ from . import _checks as checks
 from . import _descent as descent
 from . import _penalties as penalties
 from ._checkpoint import Checkpoint
-from ._numbers import numbers
+from ._numbers import grid_samples, in_order, numbers
 from ._posterior import Posterior
 from ._preconditioner import Filter, ReconstructionError, scipy
 from ._values import comparable
@@ -349,7 +349,7 @@ def fit(
     grids = _grids(goal)
     index = np.full(grids[0], rays.ambient)
     if start is not None:
-        index = numbers(start, "start").astype(float)
+        index = grid_samples(start, "start").astype(float)
         if index.ndim != 3:
             raise ReconstructionError(f"start has the shape {index.shape} but must be samples [z, y, x]")
         grids = [goal] if index.shape == goal else grids
@@ -413,7 +413,7 @@ def posterior(
     >>> spread = morgana.reconstruct.posterior(rays, found.samples, directions=measured, direction_noise=1e-4, smoothness=1e3)
     >>> spread.deviation()
     """
-    index = numbers(samples, "samples").astype(float)
+    index = grid_samples(samples, "samples").astype(float)
     if index.ndim != 3:
         raise ReconstructionError(f"samples have the shape {index.shape} but must be samples [z, y, x]")
     measured = _measured(rays, (positions, position_noise), (directions, direction_noise), (optical_lengths, optical_length_noise))
@@ -561,7 +561,7 @@ def _limits(lower: Optional[float], upper: Optional[float], known: Optional[Arra
         raise ReconstructionError(f"lower is {low} but must be below upper, {high}")
     if known is None:
         return _Limits(low, high, None)
-    mask = np.asarray(known)
+    mask = np.asarray(in_order(known, "known", "zyx"))
     if mask.dtype != bool or mask.shape != goal:
         raise ReconstructionError(f"known has the shape {mask.shape} and type {mask.dtype} but must be {goal} of bool")
     if mask.all():

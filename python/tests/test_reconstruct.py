@@ -460,3 +460,16 @@ def test_a_luneburg_lens_is_found_from_what_it_should_do():
     found = reconstruct.fit(rays, r2.shape, **data, known=r2 > 1, lower=1.0, upper=1.5, iterations=60).samples
     inside = r2 < 1
     assert np.mean(np.abs(found / np.sqrt(2 - np.minimum(r2, 1)) - 1)[inside] < 0.01) > 0.8
+
+
+def test_starts_with_named_axes_are_put_in_order():
+    xarray = pytest.importorskip("xarray")
+    rays, true = views(2, 6), bump(8)
+    directions, noise = measured(rays, true)
+    known = walls(8)
+
+    def fit(start, known):
+        return reconstruct.fit(rays, (8, 8, 8), directions=directions, direction_noise=noise, start=start, known=known, iterations=2).samples
+
+    by_names = fit(xarray.DataArray(true.T, dims=("x", "y", "z")), xarray.DataArray(known.T, dims=("x", "y", "z")))
+    np.testing.assert_array_equal(by_names, fit(true, known))
