@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._morgana import Field
-from ._numbers import numbers
+from ._numbers import grid_samples
 from ._system import GradError, Layout, System, check_samples, check_starts
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def torch_function(rays: "Rays", build: Optional[Build]) -> Callable[..., Any]:
     def tensor(given: Any, what: str) -> Any:
         """In double precision, if it is none yet: the type of ends is that of the tensors."""
         if not isinstance(given, torch.Tensor):
-            return torch.tensor(numbers(given, what))
+            return torch.tensor(grid_samples(given, what))
         if given.is_complex():
             raise TypeError(f"{what} must be an array of real numbers: elements of type {given.dtype}")
         return given

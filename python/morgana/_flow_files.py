@@ -1,10 +1,10 @@
-"""Files of samples with their place."""
+"""Files of samples with their place, and folders of OpenFOAM."""
 
 from __future__ import annotations
 
 import contextlib
 import os
-from typing import IO, Callable, Dict, Iterator, Protocol, Sequence, Tuple
+from typing import IO, Callable, Dict, Iterator, Optional, Protocol, Sequence, Set, Tuple
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -82,6 +82,27 @@ def _vti(path: str, samples: Samples) -> None:
 
 WRITERS: Dict[str, Callable[[str, Samples], None]] = {".vti": _vti, ".nrrd": _nrrd, ".npy": _npy}
 """What writes samples, by the extension of the file."""
+
+
+def is_decomposed(case: str, time: Optional[float]) -> bool:
+    """Whether an OpenFOAM case has this time, or its last, in the folders of its parts alone."""
+    whole, parts = _instants(case), _instants(os.path.join(case, "processor0"))
+    if not parts:
+        return False
+    if not os.path.isdir(os.path.join(case, "constant", "polyMesh")):
+        return True
+    wanted = max(whole | parts) if time is None else time
+    return wanted in parts and wanted not in whole
+
+
+def _instants(folder: str) -> Set[float]:
+    """Times of the folders in a folder whose names are numbers."""
+    found = set()
+    with contextlib.suppress(OSError):
+        for entry in os.scandir(folder):
+            with contextlib.suppress(ValueError):
+                found.add(float(entry.name))
+    return found
 
 
 @contextlib.contextmanager

@@ -88,10 +88,9 @@ class Revolved(Frame):
             raise FlowError(f"the mesh is planar across {'xyz'[flat]}: what is revolved has the axis in its plane")
         if flat is not None:
             radial = 3 - self.axis - flat
-            if self.low[radial] < -1e-9 * extent.max():
-                raise FlowError(f"radii are not negative: clip the mesh at {'xyz'[radial]} = 0")
             offset[flat] = 0.5 * (self.low[flat] + self.high[flat])
-            return offset, np.eye(3)[radial]
+            side = 1.0 if self.high[radial] >= -self.low[radial] else -1.0
+            return offset, side * np.eye(3)[radial]
         across = points.copy()
         across[:, self.axis] = 0.0
         middle = across.mean(axis=0)
@@ -110,7 +109,7 @@ class Revolved(Frame):
     def _radii(self, points: Doubles) -> Doubles:
         across = points - self.offset
         if self.of_cells:
-            return np.asarray(across @ self.radial)
+            return np.abs(across @ self.radial)
         return np.asarray(np.linalg.norm(across[:, self.others], axis=1))
 
     def of(self, places: Doubles) -> Doubles:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ._checks import mapping, real, shown
 from ._errors import SceneWarning
 from ._morgana import Scene
-from ._numbers import numbers
+from ._numbers import in_order, numbers
 from ._scene import load_dict
 
 SOURCE = {
@@ -170,7 +170,7 @@ def _shapes(given: Any) -> Any:
 
 def _labels(vol: Any) -> NDArray[Any]:
     """Labels of voxels."""
-    labels = np.asarray(vol)
+    labels = np.asarray(in_order(vol, "cfg['vol']", "xyz"))
     if labels.ndim != 3:
         raise ValueError(f"cfg['vol'] has the shape {labels.shape} but must be labels [x, y, z]: volumes of coefficients are not read")
     return labels

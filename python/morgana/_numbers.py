@@ -22,6 +22,33 @@ def numbers(values: ArrayLike, what: str, kind: type = float) -> NDArray[Any]:
         raise TypeError(f"{what} must be an array of real numbers: {error}") from None
 
 
+def in_order(values: Any, what: str, axes: str) -> Any:
+    """An array with its axes in the order of ``axes``, such as ``"zyx"``, if they have names, as those of xarray do: x, y, z, and any for channels,
+    which are last where ``axes`` has no ``c``. Arrays without names stay as they are."""
+    names = getattr(values, "dims", None)
+    if not isinstance(names, tuple) or names == tuple(f"dim_{i}" for i in range(len(names))):
+        return values
+    space = list(axes.replace("c", ""))
+    if len(names) not in (len(space), len(space) + 1):
+        return values
+    lower = [str(name).lower() for name in names]
+    others = [i for i, name in enumerate(lower) if name not in space]
+    missing = sorted(set(space) - set(lower))
+    if missing:
+        raise ValueError(
+            f"{what} has the dimensions {', '.join(map(str, names))}, but which of them is {' and which '.join(missing)}? Rename them, as in "
+            f"array.rename({names[others[0]]}={missing[0]!r}), or give array.values with the axes in the order [{', '.join(axes)}]"
+        )
+    letters = axes if "c" in axes else axes + "c"
+    order = [i for letter in letters for i in (others if letter == "c" else [lower.index(letter)])]
+    return np.transpose(np.asarray(values), order)
+
+
+def grid_samples(values: ArrayLike, what: str) -> NDArray[np.float64]:
+    """Numbers on a grid, [z, y, x]: axes with names are put into this order."""
+    return numbers(in_order(values, what, "zyx"), what)
+
+
 def vectors(values: ArrayLike, what: str) -> NDArray[np.float64]:
     """Vectors of space: an array of shape (..., 3)."""
     array = numbers(values, what)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _penalties as penalties
 from ._conjugate import ConjugateDirections, Operator
-from ._numbers import numbers
+from ._numbers import grid_samples
 from ._preconditioner import Filter, ReconstructionError
 from ._values import alike
 from .grad import Rays
@@ -157,7 +157,7 @@ class Posterior:
         return whole
 
     def _checked(self, vector: ArrayLike) -> Doubles:
-        found = numbers(vector, "a change of the samples")
+        found = grid_samples(vector, "a change of the samples")
         if found.shape != self._index.shape or not np.isfinite(found).all():
             raise ReconstructionError(f"a change of the samples has the shape {found.shape} but must be finite numbers of shape {self._index.shape}")
         return found

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _checks as checks
 from ._errors import Error
 from ._morgana import Field
-from ._numbers import numbers
+from ._numbers import grid_samples, numbers
 from ._values import comparable
 
 Doubles = NDArray[np.float64]
@@ -190,13 +190,13 @@ class Layout:
             for name, part in of.items():
                 if name not in values:
                     raise GradError(f"there is no parameter {name!r}: there are {', '.join(values) or 'none'}")
-                given = numbers(part, name)
+                given = grid_samples(part, name)
                 if given.shape != values[name].shape:
                     raise GradError(f"a change of {name} has the shape {given.shape} but must have {values[name].shape}")
                 values[name] = given
             given = np.concatenate([part.ravel() for part in values.values()])
         else:
-            given = numbers(of, "a change of the index")
+            given = grid_samples(of, "a change of the index")
             if given.shape != self.shape:
                 raise GradError(f"a change of the index has the shape {given.shape} but must have {self.shape}")
         if not np.isfinite(given).all():
@@ -249,7 +249,7 @@ def _medium(medium: Any, what: str, has_box: bool) -> Union[float, Field, Double
         raise GradError(f"{what} is a System: only rays as a whole go through one")
     if what != "the index" and np.ndim(medium) == 0:
         return checks.positive(medium, what)
-    samples = np.ascontiguousarray(numbers(medium, what))
+    samples = np.ascontiguousarray(grid_samples(medium, what))
     check_samples(samples.shape, what, has_box)
     bad = ~(np.isfinite(samples) & (samples > 0))
     if bad.any():

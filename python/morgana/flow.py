@@ -25,7 +25,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._errors import Error, FileError
-from ._flow_files import WRITERS
+from ._flow_cells import dimension, visible, without
+from ._flow_files import WRITERS, is_decomposed
 from ._flow_frame import FlowError, Frame, frame_of
 from ._morgana import load_field
 from ._numbers import numbers
@@ -97,11 +98,12 @@ class Sampled(NamedTuple):
     error: ResamplingError
     """Error of the resampling."""
     outside: float
-    """Share of the samples that lie outside of the mesh, and have been filled."""
+    """Share of the samples that lie outside of the mesh, in hidden cells or in cells without a value, and have been filled."""
 
     def __repr__(self) -> str:
         depth, height, width = self.values.shape
-        return f"<morgana.flow.Sampled of {self.name}, {width} × {height} × {depth}, error {self.error}>"
+        filled = f", {100 * self.outside:.2g} % outside" if self.outside > 0 else ""
+        return f"<morgana.flow.Sampled of {self.name}, {width} × {height} × {depth}{filled}, error {self.error}>"
 
     def volume(self, plugin: str = "gladstone_dale", **parameters: Any) -> Dict[str, Any]:
         """The dictionary of a volume for :func:`morgana.load_dict`, in the place of the mesh.
@@ -181,8 +183,9 @@ class Sampled(NamedTuple):
 def read(path: Path, *, time: Optional[float] = None) -> Any:
     """Read a mesh: ``.vti``, ``.vtr``, ``.vts``, ``.vtu``, ``.vtp``, ``.vtm``, ``.vtk``, ``.foam``, ``.cgns``, and whatever else PyVista or meshio read.
 
-    Of several blocks those are merged that fill space, without the surfaces around them; they keep the arrays that all of them have.
-    OpenFOAM's values of cells stay values of cells.
+    Of several blocks those are merged that fill space, without the surfaces around them and without hidden cells; they keep the arrays that all of
+    them have. OpenFOAM's values of cells stay values of cells. Of an OpenFOAM case that is decomposed, the parts (``processor0``, …) are read
+    where the case itself does not have the time.
 
     Parameters
     ----------
@@ -242,7 +245,8 @@ def sample(
     mesh : pyvista.DataSet
         The mesh. Arrays of cells are averaged to its points first.
     array : str
-        Name of the array, of one number at each point or cell.
+        Name of the array, of one number at each point or cell. Cells that are hidden (``vtkGhostType``), or have a hidden point, count as
+        outside of the mesh; so do, with ``outside``, cells whose value, or the value of a point, is NaN.
     spacing : float or three floats, optional
         Distance of samples, along all axes or along x, y, z. If it is not given, that of the mesh if it is regular, else the median size of
         its cells, or more for no more than 4 million samples.
@@ -255,7 +259,8 @@ def sample(
     revolve : str, optional
         ``"x"``, ``"y"`` or ``"z"``: the mesh is one half of an axisymmetric flow, and is revolved about this axis. It is planar, and its other
         extent is the radius, or it is a wedge of at most 20°. Values belong to the distances of their points, or of the centres of their
-        cells, from the axis.
+        cells, from the axis. Of a planar mesh on both sides of the axis, the side that reaches further is revolved, and the error compares
+        it with both.
     thickness : float, optional
         The mesh is planar, and its field goes on across it, half of this to each side.
 
@@ -267,8 +272,8 @@ def sample(
     Raises
     ------
     FlowError
-        An array that the mesh does not have (with those that it has), or that has several components; a grid that is too fine; bounds that
-        are empty; a planar mesh without thickness.
+        An array that the mesh does not have (with those that it has), that has several components, or NaN without ``outside``; a grid that is
+        too fine; bounds that are empty; a planar mesh without thickness.
 
     Examples
     --------
@@ -276,10 +281,11 @@ def sample(
     """
     if outside is not None and not np.isfinite(outside):
         raise FlowError(f"outside is {outside} but must be finite")
-    name, mesh, known = _with_points(mesh, array)
-    frame = frame_of(mesh, revolve, thickness, known.of_cells)
+    whole = mesh
+    name, mesh, known = _with_points(mesh, array, outside)
+    frame = frame_of(whole, revolve, thickness, known.of_cells)
     low, high = _bounds(bounds, frame)
-    counts = _counts(spacing, shape, mesh, high - low)
+    counts = _counts(spacing, shape, whole, high - low)
     steps = (high - low) / (counts - 1)
     axes = [start + step * np.arange(count) for start, step, count in zip(low, steps, counts)]
     places = np.stack(np.meshgrid(*axes[::-1], indexing="ij")[::-1], axis=-1).reshape(-1, 3)
@@ -341,6 +347,8 @@ def _pyvista() -> Any:
 
 
 def _read(pyvista: Any, name: str, time: Optional[float]) -> Any:
+    if name.lower().endswith(OPENFOAM) and is_decomposed(os.path.dirname(name), time):
+        return _read_parts(pyvista, name, time)
     try:
         return _read_by(pyvista.get_reader(name), name, time)
     except FlowError:
@@ -350,6 +358,19 @@ def _read(pyvista: Any, name: str, time: Optional[float]) -> Any:
         with contextlib.suppress(Exception, SystemExit):
             return pyvista.read_meshio(name)
         raise
+
+
+def _read_parts(pyvista: Any, name: str, time: Optional[float]) -> Any:
+    """The mesh of an OpenFOAM case that is decomposed, its parts joined at their common points."""
+    reader: Any = importlib.import_module("vtkmodules.vtkIOParallel").vtkPOpenFOAMReader()
+    reader.SetFileName(name)
+    reader.SetCaseType(reader.DECOMPOSED_CASE)
+    reader.CreateCellToPointOff()
+    reader.UpdateInformation()
+    times = [float(t) for t in pyvista.convert_array(reader.GetTimeValues())]
+    reader.UpdateTimeStep(_nearest_time(times, time, name))
+    mesh = _merged(pyvista, reader.GetOutputDataObject(0))
+    return None if mesh is None else mesh.clean()
 
 
 def _read_by(reader: Any, name: str, time: Optional[float]) -> Any:
@@ -378,9 +399,12 @@ def _nearest_time(times: List[float], time: Optional[float], name: str) -> float
 def _merged(pyvista: Any, source: Any) -> Any:
     """One mesh of those blocks that have the most dimensions; ``None`` if there are no cells."""
     leaves = [leaf for leaf in map(pyvista.wrap, _leaves(source)) if getattr(leaf, "n_cells", 0)]
-    dimensions = [leaf.get_cell(0).dimension for leaf in leaves]
-    blocks = [leaf for leaf, dimension in zip(leaves, dimensions) if dimension == max(dimensions)]
-    return blocks[0] if len(blocks) == 1 else pyvista.MultiBlock(blocks).combine() if blocks else None
+    most = max(map(dimension, leaves), default=0)
+    blocks = [leaf for leaf in leaves if dimension(leaf) == most]
+    if len(blocks) < 2:
+        return blocks[0] if blocks else None
+    # Merged blocks keep what all of them have, which hidden cells, and walls among volumes, need not.
+    return pyvista.MultiBlock([visible(block) for block in blocks]).combine()
 
 
 def _leaves(source: Any) -> Iterator[Any]:
@@ -405,9 +429,11 @@ class _MeshValues(NamedTuple):
     of_cells: bool
 
 
-def _with_points(mesh: Any, array: str) -> Tuple[str, Any, _MeshValues]:
-    """The name of the array, the mesh with it at its points and nothing else, and the values as they were."""
+def _with_points(mesh: Any, array: str, outside: Optional[float]) -> Tuple[str, Any, _MeshValues]:
+    """The name of the array, the mesh with it at its points and nothing else, and the values as they were. Of the mesh, what is visible and has
+    values."""
     name = _known(mesh, array)
+    mesh = visible(mesh).copy(deep=False)
     of_points = name in mesh.point_data.keys()
     # A plain copy: arrays of special roles, such as numbers of nodes, would not be interpolated.
     found = np.array((mesh.point_data if of_points else mesh.cell_data)[name])
@@ -415,16 +441,29 @@ def _with_points(mesh: Any, array: str) -> Tuple[str, Any, _MeshValues]:
         raise FlowError(f"the array {array!r} has {found.shape[-1]} components at each place: one is needed")
     if found.dtype.kind not in "fiub":
         raise FlowError(f"the array {array!r} has values of type {found.dtype}: numbers are needed")
-    values = found.astype(float)
-    if not np.isfinite(values).all():
-        raise FlowError(f"the array {array!r} has values that are not finite")
-    mesh = mesh.copy(deep=False)
     mesh.clear_data()
+    (mesh.point_data if of_points else mesh.cell_data)[name] = found.astype(float)
+    mesh = _with_values(mesh, name, of_points, outside)
     if of_points:
-        mesh.point_data[name] = values
-        return name, mesh, _MeshValues(np.asarray(mesh.points, float), values, False)
-    mesh.cell_data[name] = values
+        return name, mesh, _MeshValues(np.asarray(mesh.points, float), np.asarray(mesh.point_data[name]), False)
+    values = np.asarray(mesh.cell_data[name])
     return name, mesh.cell_data_to_point_data(), _MeshValues(np.asarray(mesh.cell_centers().points, float), values, True)
+
+
+def _with_values(mesh: Any, name: str, of_points: bool, outside: Optional[float]) -> Any:
+    """The mesh without cells of NaN, which solvers leave in solids, if there is a value for what is outside."""
+    values = np.asarray((mesh.point_data if of_points else mesh.cell_data)[name])
+    if np.isinf(values).any():
+        raise FlowError(f"the array {name!r} has values that are infinite")
+    missing = np.isnan(values)
+    if not missing.any():
+        return mesh
+    if outside is None:
+        raise FlowError(f"the array {name!r} is NaN at {np.count_nonzero(missing)} places: give outside, the value that solids and the like are filled with")
+    mesh = without(mesh, points=missing) if of_points else without(mesh, cells=missing)
+    if mesh.n_cells == 0:
+        raise FlowError(f"no cell has a value of the array {name!r}: all are NaN")
+    return mesh
 
 
 def _arrays(mesh: Any) -> List[str]:
@@ -569,7 +608,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     parser.add_argument("--spacing", type=float, nargs="+", help="distance of samples, one or three (x y z)")
     parser.add_argument("--shape", type=int, nargs=3, help="numbers of samples along x y z, in place of --spacing")
     parser.add_argument("--bounds", type=float, nargs=6, help="xmin xmax ymin ymax zmin zmax")
-    parser.add_argument("--outside", type=float, help="value outside of the mesh; the nearest if not given")
+    parser.add_argument("--outside", type=float, help="value outside of the mesh, in hidden cells and where the array is NaN; the nearest if not given")
     parser.add_argument("--revolve", choices=["x", "y", "z"], help="axis about which a planar mesh, or a wedge, is revolved")
     parser.add_argument("--thickness", type=float, help="how far the field of a planar mesh goes on across it")
     parser.add_argument("--time", type=float, help="instant of a series in time; the last if not given")

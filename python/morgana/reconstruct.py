@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import itertools
 import os
+import warnings
 from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
@@ -20,7 +21,8 @@ from . import _checks as checks
 from . import _descent as descent
 from . import _penalties as penalties
 from ._checkpoint import Checkpoint
-from ._numbers import numbers
+from ._errors import SceneWarning
+from ._numbers import grid_samples, in_order, numbers
 from ._posterior import Posterior
 from ._preconditioner import Filter, ReconstructionError, scipy
 from ._values import comparable
@@ -51,6 +53,8 @@ MOST_RAYS = 1 << 20
 """χ² of what was found is that of all rays, or of so many, drawn at random: its standard error is far below a per cent."""
 FLAT = 0.05
 """Total variation counts slopes from about this share of the largest one that the data alone ask for first."""
+MANY_LOST = 0.1
+"""Share of lost rays above which :func:`fit` warns."""
 EXTREMES = (0.1, 10.0)
 """The least and the greatest index that are tried, in units of that around the box: rays in absurd ones take absurdly long."""
 
@@ -75,7 +79,8 @@ class Reconstruction(NamedTuple):
     samples: Doubles
     """Samples of n, (nz, ny, nx)."""
     chi_square: float
-    """Σ ((ray − measured)/noise)² per datum, of all rays; where there are more than a million (2²⁰), of so many, drawn at random."""
+    """Σ ((ray − measured)/noise)² per datum, of all rays that have an end; where there are more than a million (2²⁰) rays, of so many, drawn at
+    random."""
     stopped: str
     """Why it ended: ``"noise"``, where the rest is explained by noise, in all rays; ``"slow"``, where little changed; ``"iterations"``."""
     history: List[Iteration]
@@ -111,6 +116,7 @@ class _Misfit:
     def __init__(self, rays: Rays, measured: List[_Measured], weights: _Weights) -> None:
         self.rays, self.measured, self.weights = rays, measured, weights
         self.count = sum(kind.data for kind in measured)
+        self.is_measured = np.any([np.isfinite(kind.values.reshape(len(rays), -1)).all(axis=1) for kind in measured], axis=0)
         self.is_of_slopes = all(kind.name != "optical_lengths" for kind in measured)
         self.given: Dict[str, Any] = {kind.name: kind.values for kind in measured}
         self.given.update({_noise_of(kind.name): kind.noise for kind in measured})
@@ -134,8 +140,13 @@ class _Misfit:
     def of_data(self, index: Doubles) -> Valued:
         """½χ² alone."""
         found = self.rays.least_squares(index, **self.given)
-        self.chi_square = 2 * found.value / self.count
+        self.chi_square = self.per_datum(2 * found.value, found.lost)
         return found.value, found.gradient
+
+    def per_datum(self, squares: float, lost: int) -> float:
+        """χ² per datum of the rays that have an end; NaN if all are lost."""
+        share = 1 - lost / np.count_nonzero(self.is_measured)
+        return squares / (share * self.count) if share > 0 else np.nan
 
     def __call__(self, index: Doubles) -> Valued:
         return self.with_penalties(index, self.of_data(index))
@@ -156,11 +167,22 @@ class _Misfit:
     def without_derivatives(self, index: Doubles) -> Tuple[float, int]:
         """χ² per datum, and the rays that are measured but have no end."""
         ends = self.rays.forward(index)
-        squares, is_measured = 0.0, np.zeros(len(self.rays), bool)
-        for kind in self.measured:
-            squares += float(np.nansum(np.square((getattr(ends, kind.name) - kind.values) / kind.noise)))
-            is_measured |= np.isfinite(kind.values.reshape(len(self.rays), -1)).all(axis=1)
-        return squares / self.count, int(np.count_nonzero(is_measured & ~ends.valid))
+        squares = sum(float(np.nansum(np.square((getattr(ends, kind.name) - kind.values) / kind.noise))) for kind in self.measured)
+        lost = int(np.count_nonzero(self.is_measured & ~ends.valid))
+        return self.per_datum(squares, lost), lost
+
+    def lost_share(self, lost: int) -> float:
+        """Share of rays that have no end, of those that are measured and that :attr:`Reconstruction.lost` counts."""
+        return lost / np.count_nonzero(next(self.parts(MOST_RAYS)).is_measured)
+
+    def check_start(self, index: Doubles) -> None:
+        """Refuses rays of which none has an end where the search starts."""
+        part = next(self.parts(MOST_RAYS))
+        if not (part.is_measured & part.rays.forward(index).valid).any():
+            raise ReconstructionError(
+                "no measured ray has an end in the index at the start: the rays miss the exit. Check that it is ahead of the origins along the "
+                "directions, and max_length"
+            )
 
     @property
     def explained(self) -> bool:
@@ -333,7 +355,13 @@ def fit(
     Raises
     ------
     ReconstructionError
-        No data, data without noise, shapes that do not fit, a checkpoint of other data, that is damaged, or that cannot be written, or SciPy is missing.
+        No data, data without noise, shapes that do not fit, no measured ray that has an end, a checkpoint of other data, that is damaged, or that
+        cannot be written, or SciPy is missing.
+
+    Warns
+    -----
+    SceneWarning
+        More than a tenth of the measured rays have no end in the index that was found.
 
     Examples
     --------
@@ -349,18 +377,29 @@ def fit(
     grids = _grids(goal)
     index = np.full(grids[0], rays.ambient)
     if start is not None:
-        index = numbers(start, "start").astype(float)
+        index = grid_samples(start, "start").astype(float)
         if index.ndim != 3:
             raise ReconstructionError(f"start has the shape {index.shape} but must be samples [z, y, x]")
         grids = [goal] if index.shape == goal else grids
     problem = _Problem(_Misfit(rays, measured, weights), grids, _limits(lower, upper, known, goal), index, iterations)
     saved = None if checkpoint is None else Checkpoint(checkpoint, problem, ReconstructionError)
+    problem.misfit.check_start(index)
     found = problem.solve(progress, saved)
+    _check_lost(problem.misfit.lost_share(found.lost))
     if replicates == 0:
         return found
     rng = np.random.default_rng(0)
     others = [problem.replicate(found.samples, rng) for _ in range(replicates)]
     return found._replace(deviation=np.std(others, axis=0, ddof=1))
+
+
+def _check_lost(share: float) -> None:
+    """Refuses an index in which no ray has an end, and warns of one in which many have none."""
+    if share == 1:
+        raise ReconstructionError("no measured ray has an end in the index that was found: start from another index, or give lower and upper")
+    if share > MANY_LOST:
+        message = f"{share:.0%} of the measured rays have no end in the index that was found, and were left out: do they reach the exit?"
+        warnings.warn(message, SceneWarning, stacklevel=3)
 
 
 def posterior(
@@ -413,7 +452,7 @@ def posterior(
     >>> spread = morgana.reconstruct.posterior(rays, found.samples, directions=measured, direction_noise=1e-4, smoothness=1e3)
     >>> spread.deviation()
     """
-    index = numbers(samples, "samples").astype(float)
+    index = grid_samples(samples, "samples").astype(float)
     if index.ndim != 3:
         raise ReconstructionError(f"samples have the shape {index.shape} but must be samples [z, y, x]")
     measured = _measured(rays, (positions, position_noise), (directions, direction_noise), (optical_lengths, optical_length_noise))
@@ -561,7 +600,7 @@ def _limits(lower: Optional[float], upper: Optional[float], known: Optional[Arra
         raise ReconstructionError(f"lower is {low} but must be below upper, {high}")
     if known is None:
         return _Limits(low, high, None)
-    mask = np.asarray(known)
+    mask = np.asarray(in_order(known, "known", "zyx"))
     if mask.dtype != bool or mask.shape != goal:
         raise ReconstructionError(f"known has the shape {mask.shape} and type {mask.dtype} but must be {goal} of bool")
     if mask.all():

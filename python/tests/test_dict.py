@@ -1,5 +1,8 @@
 """Scenes of dictionaries: what arrays say is what files say, and mistakes have places."""
 
+import importlib
+import itertools
+
 import morgana
 import numpy as np
 import pytest
@@ -295,3 +298,38 @@ def test_errors_in_files_have_lines(tmp_path):
     assert caught.value.diagnostics[0].where.endswith("scene.json:2:19")
     with pytest.raises(morgana.SceneError, match="missing.xml"):
         morgana.load_file(tmp_path / "missing.xml")
+
+
+@pytest.mark.parametrize("names", list(itertools.permutations("xyz")))
+def test_axes_with_names_are_put_in_order(names):
+    xarray = pytest.importorskip("xarray")
+    values = 1.3 + 0.1 * np.random.default_rng(0).random((3, 4, 5))
+    points = np.random.default_rng(1).random((20, 3))
+    box = {"type": "bspline", "placement": "nodes"}
+    array = xarray.DataArray(values, dims=("z", "y", "x")).transpose(*names)
+    expected = morgana.load_field({**box, "data": values}).n(points)
+    for order in ({}, {"axis_order": "zyx"}, {"axis_order": "xzy"}):
+        np.testing.assert_array_equal(morgana.load_field({**box, "data": array, **order}).n(points), expected)
+    # Without names of its own, an array is as NumPy has it; the library calls its dimensions dim_0, ….
+    np.testing.assert_array_equal(morgana.load_field({**box, "data": xarray.DataArray(values)}).n(points), expected)
+
+
+def test_named_channels_and_pixels_are_put_in_order():
+    xarray = pytest.importorskip("xarray")
+    order = importlib.import_module("morgana._numbers").in_order
+    values = np.arange(120.0).reshape(2, 3, 4, 5)
+    array = xarray.DataArray(values, dims=("z", "y", "x", "wavelength"))
+    for names in itertools.permutations(array.dims):
+        np.testing.assert_array_equal(order(array.transpose(*names), "data", "zyx"), values)
+        np.testing.assert_array_equal(order(array.transpose(*names), "data", "czyx"), np.moveaxis(values, -1, 0))
+    pixels = xarray.DataArray(values[0], dims=("y", "x", "band"))
+    np.testing.assert_array_equal(order(pixels.transpose("x", "band", "y"), "data", "yx"), values[0])
+
+
+def test_names_of_axes_that_say_nothing_are_refused():
+    xarray = pytest.importorskip("xarray")
+    with pytest.raises(ValueError, match=r"the dimensions lat, lon, z, but which of them is x and which y\? Rename them, as in array.rename\(lat='x'\)"):
+        morgana.load_field({"type": "bspline", "placement": "nodes", "data": xarray.DataArray(INDEX, dims=("lat", "lon", "z"))})
+    table = xarray.DataArray([[0.0, 1.3], [1.0, 1.4]], dims=("row", "column"))
+    field = morgana.load_field({"type": "profile", "coordinate": "z", "data": table})
+    assert field.n([[0, 0, 0]])[0] == pytest.approx(1.3)

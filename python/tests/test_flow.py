@@ -1,6 +1,7 @@
 """Meshes of other programs, resampled: the values of a known field, the stated error, and what is wrong."""
 
 import importlib
+import re
 import subprocess
 import sys
 
@@ -123,8 +124,105 @@ def test_half_planes_are_revolved():
     assert whole.outside == pytest.approx(1 - np.pi / 4, abs=0.05)
     with pytest.raises(flow.FlowError, match="what is revolved is planar"):
         flow.sample(_with(pyvista.ImageData(dimensions=(3, 3, 3))), "rho", revolve="x")
-    with pytest.raises(flow.FlowError, match="radii are not negative"):
-        flow.sample(_with(pyvista.ImageData(dimensions=(3, 3, 1), origin=(-1, 0, 0))), "rho", revolve="y")
+
+
+@pytest.mark.parametrize("of_cells", [False, True])
+@pytest.mark.parametrize(("low", "high"), [(-1, 0), (-1, 1), (-1, 0.5), (-0.5, 1)])
+def test_planes_on_either_side_of_the_axis_are_revolved(low, high, of_cells):
+    def rho(p):
+        return 1.2 - 0.4 * np.exp(-(p[..., 1] ** 2) / 0.1)
+
+    z, r = np.meshgrid(np.linspace(0, 1, 5), np.linspace(low, high, 1 + round((high - low) * 80)), indexing="ij")
+    plane = pyvista.StructuredGrid(z[..., None], r[..., None], 0 * r[..., None])
+    if of_cells:
+        plane.cell_data["rho"] = rho(plane.cell_centers().points)
+    else:
+        plane["rho"] = rho(plane.points)
+    whole = flow.sample(plane, "rho", revolve="x", spacing=(0.25, 0.05, 0.05), outside=1.2)
+    radius = np.hypot(*np.meshgrid(*2 * [whole.origin[1] + 0.05 * np.arange(41)]))
+    expected = 1.2 - 0.4 * np.exp(-(radius**2) / 0.1)
+    # Linear interpolation between points, or means of cells.
+    assert np.abs(whole.values - expected[..., None])[radius < 0.95].max() < 1e-3
+    assert whole.values.shape == (41, 41, 5)
+    assert whole.error.points == (plane.n_cells if of_cells else plane.n_points)
+    # The other side, where it is there, is compared.
+    wrong = plane.copy()
+    data = wrong.cell_data if of_cells else wrong.point_data
+    places = wrong.cell_centers().points if of_cells else wrong.points
+    shorter = places[:, 1] > 0 if high < -low else places[:, 1] < 0
+    data["rho"] = data["rho"] + 0.1 * shorter
+    if shorter.any():
+        assert flow.sample(wrong, "rho", revolve="x", spacing=(0.25, 0.05, 0.05), outside=1.2).error.largest > 0.05
+
+
+def solids(kind, of_points):
+    """A box with a cylinder in it that is hidden, or has no value, and the cells of this cylinder."""
+    grid = pyvista.ImageData(dimensions=(21, 21, 21), spacing=(0.1,) * 3)
+    grid["rho"] = np.where(np.hypot(grid.points[:, 0] - 1, grid.points[:, 2] - 1) < 0.35, 0.0, 1.2)
+    inside = np.hypot(grid.cell_centers().points[:, 0] - 1, grid.cell_centers().points[:, 2] - 1) < 0.45
+    if kind == "nan":
+        if of_points:
+            grid["rho"] = np.where(grid["rho"] == 0, np.nan, grid["rho"])
+        else:
+            grid = grid.point_data_to_cell_data()
+            grid["rho"] = np.where(inside, np.nan, 1.2)
+        return grid
+    if of_points:
+        grid.point_data["vtkGhostType"] = np.where(grid["rho"] == 0, 2, 0).astype(np.uint8)
+    else:
+        grid.cell_data["vtkGhostType"] = np.where(inside, 32, 0).astype(np.uint8)
+    return grid
+
+
+@pytest.mark.parametrize("of_points", [False, True])
+@pytest.mark.parametrize("extension", [".vti", ".vts", ".vtu", ".vtm", ""])
+def test_hidden_cells_are_outside(extension, of_points, tmp_path):
+    grid = solids("hidden", of_points)
+    mesh = {".vts": grid.cast_to_structured_grid, ".vtu": grid.cast_to_unstructured_grid}.get(extension, lambda: grid)()
+    if extension == ".vtm":
+        beside = pyvista.ImageData(dimensions=(21, 21, 21), spacing=(0.1,) * 3, origin=(2, 0, 0))
+        beside["rho"] = np.full(beside.n_points, 1.2)
+        mesh = pyvista.MultiBlock([grid, beside])
+    if extension:
+        mesh.save(tmp_path / f"solid{extension}")
+        mesh = flow.read(tmp_path / f"solid{extension}")
+    sampled = flow.sample(mesh, "rho", spacing=0.1, outside=7.0)
+    values = sampled.values[..., :21]
+    # In the axis of the cylinder, as VTK's own probe says.
+    assert np.all(values[10, :, 10] == 7)
+    assert np.all(np.isclose(values, 1.2) | (values == 7))
+    assert sampled.outside == pytest.approx(np.mean(sampled.values == 7))
+    assert sampled.outside > 0.005
+    assert f"{100 * sampled.outside:.2g} % outside" in repr(sampled)
+    # The spline through what was filled is not that of the mesh beside it.
+    assert sampled.error.largest < 1e-6
+    assert flow.sample(mesh, "rho", spacing=0.07, outside=7.0).error.largest > 0.5
+    # Without a value, that of what is visible.
+    np.testing.assert_allclose(flow.sample(mesh, "rho", spacing=0.1).values, 1.2)
+
+
+@pytest.mark.parametrize("of_points", [False, True])
+def test_places_without_a_value_are_filled(of_points):
+    grid = solids("nan", of_points)
+    sampled = flow.sample(grid, "rho", outside=7.0)
+    assert np.all(sampled.values[10, :, 10] == 7)
+    assert np.all(np.isclose(sampled.values, 1.2) | (sampled.values == 7))
+    assert (sampled.values.shape, sampled.spacing) == ((21, 21, 21), (0.1, 0.1, 0.1))
+    with pytest.raises(flow.FlowError, match="is NaN at [0-9]+ places: give outside"):
+        flow.sample(grid, "rho")
+    grid["rho"] = np.full_like(grid["rho"], np.nan)
+    with pytest.raises(flow.FlowError, match="all are NaN"):
+        flow.sample(grid, "rho", outside=7.0)
+    grid["rho"] = np.full_like(grid["rho"], np.inf)
+    with pytest.raises(flow.FlowError, match="infinite"):
+        flow.sample(grid, "rho", outside=7.0)
+
+
+def test_all_hidden_is_an_error():
+    grid = _with(pyvista.ImageData(dimensions=(3, 3, 3)))
+    grid.cell_data["vtkGhostType"] = np.full(8, 32, np.uint8)
+    with pytest.raises(flow.FlowError, match="all cells of the mesh are hidden"):
+        flow.sample(grid, "rho")
 
 
 def test_wedges_are_revolved():
@@ -239,6 +337,49 @@ def test_blocks_and_pieces(box, tmp_path):
     head = '<VTKFile type="vtkMultiBlockDataSet" version="1.0" byte_order="LittleEndian">'
     (tmp_path / "all.vtm").write_text(f"{head}<vtkMultiBlockDataSet>{block}</vtkMultiBlockDataSet></VTKFile>")
     assert flow.read(tmp_path / "all.vtm").n_cells == box.n_cells
+
+
+def test_blocks_of_volume_and_surface_cells_are_volumes(tmp_path):
+    left = pyvista.ImageData(dimensions=(6, 6, 6), spacing=(0.2,) * 3).triangulate()
+    skin = left.extract_surface(algorithm="dataset_surface").triangulate().cast_to_unstructured_grid()
+    # Walls first, as meshers write them.
+    left = pyvista.MultiBlock([skin, left]).combine(merge_points=True)
+    right = pyvista.ImageData(dimensions=(6, 6, 6), spacing=(0.2,) * 3, origin=(1, 0, 0)).triangulate()
+    for mesh in (left, right):
+        mesh.clear_data()
+        # Values of walls are another matter.
+        centers = mesh.cell_centers().points[:, 0]
+        mesh.cell_data["rho"] = np.where([mesh.get_cell(i).dimension == 2 for i in range(mesh.n_cells)], 99, 1.2 - 0.3 * centers)
+        mesh["T"] = 300 + mesh.points[:, 0]
+    assert (left.get_cell(0).dimension, right.get_cell(0).dimension) == (2, 3)
+    pyvista.MultiBlock([left, right]).save(tmp_path / "mixed.vtm")
+    for mesh, width in ((flow.read(tmp_path / "mixed.vtm"), 2), (left, 1)):
+        np.testing.assert_allclose(mesh.bounds[:2], (0, width))
+        found = flow.sample(mesh, "T", spacing=0.1)
+        np.testing.assert_allclose(found.values, 300 + np.linspace(0, width, 10 * width + 1) + 0 * found.values, atol=1e-4)
+        assert flow.sample(mesh, "rho", spacing=0.1).values.max() < 1.2
+
+
+@pytest.mark.parametrize("reconstructed", [None, [300]])
+def test_decomposed_cases_of_openfoam(reconstructed, tmp_path, capfd):
+    # The case as a whole has no mesh, or not all times.
+    case = foam(tmp_path, reconstructed) if reconstructed else tmp_path / "case.foam"
+    for part in (0, 1):
+        foam(tmp_path / f"processor{part}", [300, 400])
+    points = tmp_path / "processor1/constant/polyMesh/points"
+    points.write_text(re.sub(r"\((\d) ", lambda x: f"({int(x[1]) + 1} ", points.read_text()))
+    (tmp_path / "system").mkdir(exist_ok=True)
+    (tmp_path / "system/controlDict").write_text((tmp_path / "processor0/system/controlDict").read_text())
+    case.write_text("")
+    mesh = flow.read(case)
+    # Twelve points each, of which six are common.
+    assert (mesh.n_cells, mesh.n_points) == (4, 18)
+    assert sorted(mesh.cell_data["T"]) == [400, 400, 500, 500]
+    np.testing.assert_allclose(mesh.bounds, (0, 2, 0, 1, 0, 2))
+    assert flow.read(case, time=300).n_cells == (2 if reconstructed else 4)
+    with pytest.raises(flow.FlowError, match="has no time 350; it has 300"):
+        flow.read(case, time=350)
+    assert "ERR" not in capfd.readouterr().err
 
 
 def _with(mesh):

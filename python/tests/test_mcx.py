@@ -62,6 +62,12 @@ def test_arrays_have_their_shapes():
         morgana.load_mcx([1])
 
 
+def test_named_axes_are_put_in_order():
+    xarray = pytest.importorskip("xarray")
+    expected = morgana.load_mcx(configuration())
+    assert morgana.load_mcx(configuration(vol=xarray.DataArray(VOL.T, dims=("z", "y", "x")))) == expected
+
+
 def test_output_is_the_fluence():
     assert morgana.load_mcx(configuration(outputtype="fluence")) == morgana.load_mcx(configuration())
     with pytest.warns(morgana.SceneWarning, match="outputtype 'energy' changes nothing: morgana returns the fluence per joule; .* 'absorbed'"):

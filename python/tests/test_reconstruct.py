@@ -2,6 +2,7 @@
 
 import pickle
 
+import morgana
 import numpy as np
 import pytest
 from morgana import _conjugate, _descent, _penalties, grad, reconstruct
@@ -460,3 +461,50 @@ def test_a_luneburg_lens_is_found_from_what_it_should_do():
     found = reconstruct.fit(rays, r2.shape, **data, known=r2 > 1, lower=1.0, upper=1.5, iterations=60).samples
     inside = r2 < 1
     assert np.mean(np.abs(found / np.sqrt(2 - np.minimum(r2, 1)) - 1)[inside] < 0.01) > 0.8
+
+
+def across(spread=14):
+    u, w = (q.ravel() for q in np.meshgrid(*2 * [np.linspace(-0.9, 0.9, spread)]))
+    return np.c_[np.full(u.size, -2.0), u, w]
+
+
+def test_rays_that_never_reach_the_exit_are_an_error():
+    origins = across()
+    rays = grad.Rays(origins, [1, 0, 0], box=BOX, exit=grad.Plane((-4, 0, 0), (1, 0, 0)))
+    with pytest.raises(reconstruct.ReconstructionError, match="no measured ray has an end in the index at the start"):
+        reconstruct.fit(rays, (4, 4, 4), positions=origins - [2, 0, 0], position_noise=1e-4)
+
+
+@pytest.mark.parametrize("lost", [0, 18, 80])
+def test_lost_rays_are_warned_of_and_left_out(lost):
+    origins = across()
+    directions = np.where((np.arange(len(origins)) < lost)[:, None], [-1.0, 0, 0], [1.0, 0, 0])
+    rays = grad.Rays(origins, directions, box=BOX, exit=grad.Plane((3, 0, 0), (1, 0, 0)))
+    noise = 1e-4 * np.random.default_rng(0).normal(size=origins.shape) * [0, 1, 1]
+    positions = origins * [0, 1, 1] + [3, 0, 0] + noise
+
+    def fit():
+        return reconstruct.fit(rays, (4, 4, 4), positions=positions, position_noise=1e-4, iterations=1, smoothness=1e3)
+
+    if lost > 20:
+        with pytest.warns(morgana.SceneWarning, match="41% of the measured rays have no end"):
+            found = fit()
+    else:
+        found = fit()
+    assert found.lost == lost
+    # χ² of 232 data or more that count: its deviation is 0.09 at most.
+    assert found.chi_square == pytest.approx(1, abs=0.3)
+    assert found.history[-1].chi_square == pytest.approx(1, abs=0.3)
+
+
+def test_starts_with_named_axes_are_put_in_order():
+    xarray = pytest.importorskip("xarray")
+    rays, true = views(2, 6), bump(8)
+    directions, noise = measured(rays, true)
+    known = walls(8)
+
+    def fit(start, known):
+        return reconstruct.fit(rays, (8, 8, 8), directions=directions, direction_noise=noise, start=start, known=known, iterations=2).samples
+
+    by_names = fit(xarray.DataArray(true.T, dims=("x", "y", "z")), xarray.DataArray(known.T, dims=("x", "y", "z")))
+    np.testing.assert_array_equal(by_names, fit(true, known))

@@ -110,10 +110,34 @@ fn entries<'py>(
             ))
         })?;
         let place = format!("{place}[{key:?}]");
-        let value = item(&value, &place)?;
+        let value = match key.as_str() {
+            "data" => item(&in_order(dict, value, &place)?, &place)?,
+            _ => item(&value, &place)?,
+        };
         entries.push((key, value));
     }
     Ok(Item::Object(entries))
+}
+
+/// The array of a volume or bitmap with its axes in the order that its plugin expects, if they have names as those of xarray do.
+fn in_order<'py>(
+    plugin: &Bound<'py, PyDict>,
+    array: Bound<'py, PyAny>,
+    place: &str,
+) -> PyResult<Bound<'py, PyAny>> {
+    if !array.hasattr("dims")? {
+        return Ok(array);
+    }
+    let text = |key| -> PyResult<Option<String>> {
+        let value = plugin.get_item(key)?;
+        Ok(value.and_then(|value| value.extract().ok()))
+    };
+    let order = match text("type")?.as_deref() {
+        Some("bitmap") => "yx".to_owned(),
+        _ => text("axis_order")?.unwrap_or_else(|| "zyx".to_owned()),
+    };
+    let axes = array.py().import("morgana._numbers")?;
+    axes.call_method1("in_order", (array, place, order))
 }
 
 /// An array, a number of NumPy, or an object that has an array or, as transforms of Mitsuba do, a matrix. Arrays in
