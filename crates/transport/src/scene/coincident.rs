@@ -9,6 +9,7 @@ use super::index::Index;
 use super::parts::{Object, Parts};
 use crate::bsdf::Bsdf;
 use crate::shape::AreaSample;
+use eikonal::Aabb;
 use glam::DVec3;
 use std::cmp::Ordering;
 
@@ -16,10 +17,8 @@ use std::cmp::Ordering;
 pub(super) const LAYER: f64 = 8.0;
 /// Surfaces closer than this coincide, in the same unit.
 pub(super) const TOUCH: f64 = 4.0;
-/// Points of a sheet at which other surfaces are looked for.
-const SHEET_POINTS: usize = 256;
-/// Points of another surface at which a sheet is looked for.
-const OTHER_POINTS: usize = 64;
+/// Points of a surface at which others are looked for.
+const POINTS: usize = 64;
 /// Steps of Roberts' R₂ sequence, whose points are spread evenly over the unit square.
 const SPREAD: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
 
@@ -45,10 +44,10 @@ pub(super) fn separate(parts: &mut Parts, epsilon: f64) -> usize {
     if sheets.is_empty() {
         return 0;
     }
-    let contacts = Contacts::of(parts, &sheets, epsilon);
+    let contacts = contacts(parts, &sheets, epsilon);
     let mut layers = vec![0; parts.objects.len()];
     let mut moves = Vec::new();
-    for (sheet, found) in sheets.iter().zip(&contacts.of_sheets) {
+    for (sheet, found) in sheets.iter().zip(&contacts) {
         let on_body = found.iter().any(|c| c.outward.is_some());
         let below = found.iter().filter_map(|c| c.sheet.map(|s| layers[s]));
         let Some(below) = below.chain(on_body.then_some(0)).max() else {
@@ -103,65 +102,133 @@ fn side(contacts: &[Contact]) -> f64 {
     }
 }
 
-/// Where sheets coincide with bodies and with earlier sheets.
-struct Contacts {
-    /// In the order of the list of sheets.
+/// Where sheets coincide with bodies and with earlier sheets, in the order of the list of sheets.
+fn contacts(parts: &Parts, sheets: &[usize], epsilon: f64) -> Vec<Vec<Contact>> {
+    let mut search = Search::new(parts, sheets, epsilon);
+    for k in 0..sheets.len() {
+        search.bodies_below(k);
+        search.sheets_beside(k);
+    }
+    search.sheets_on_bodies();
+    search.of_sheets
+}
+
+/// The search for contacts.
+struct Search<'a> {
+    objects: &'a [Object],
+    sheets: &'a [usize],
+    /// Places of objects in the list of sheets.
+    rank: Vec<usize>,
+    bodies: Index,
+    all_sheets: Index,
+    null_sheets: Index,
+    /// Boxes around bodies, and around sheets.
+    boxes: [Vec<Aabb>; 2],
+    /// Surfaces closer than this coincide.
+    distance: f64,
     of_sheets: Vec<Vec<Contact>>,
 }
 
-impl Contacts {
-    fn of(parts: &Parts, sheets: &[usize], epsilon: f64) -> Self {
+impl<'a> Search<'a> {
+    fn new(parts: &'a Parts, sheets: &'a [usize], epsilon: f64) -> Self {
         let objects = &parts.objects;
-        let bodies = Index::new(objects, |o| o.sides.is_some());
-        let all_sheets = Index::new(objects, |o| o.sides.is_none());
         let mut rank = vec![usize::MAX; objects.len()];
         for (k, sheet) in sheets.iter().enumerate() {
             rank[*sheet] = k;
         }
-        let mut of_sheets = vec![Vec::new(); sheets.len()];
-        let probe = |index: &Index, sample: &AreaSample, except: Option<usize>| {
-            index.touching(sample.position, sample.normal, TOUCH * epsilon, except)
+        let distance = TOUCH * epsilon;
+        let boxes = |of: &dyn Fn(&Object) -> bool| {
+            let all = objects.iter().filter(|o| of(o));
+            all.map(|o| o.shape.aabb().grown(distance)).collect()
         };
-        for (k, &sheet) in sheets.iter().enumerate() {
-            for sample in samples(&objects[sheet], SHEET_POINTS) {
-                let body = probe(&bodies, &sample, None);
-                of_sheets[k].extend(body.map(|(i, normal)| Contact {
-                    normal: sample.normal,
-                    outward: Some(outward(&objects[i], normal)),
-                    sheet: None,
-                    other: normal,
-                }));
-                let other = probe(&all_sheets, &sample, Some(sheet));
-                let Some((i, normal)) = other.filter(|(i, _)| *i != sheet) else {
-                    continue;
-                };
-                let (upper, lower, normals) = if rank[i] < k {
-                    (k, i, [sample.normal, normal])
-                } else {
-                    (rank[i], sheet, [normal, sample.normal])
-                };
-                of_sheets[upper].push(Contact {
-                    normal: normals[0],
-                    outward: None,
-                    sheet: Some(lower),
-                    other: normals[1],
-                });
-            }
+        Search {
+            objects,
+            sheets,
+            rank,
+            bodies: Index::new(objects, |o| o.sides.is_some()),
+            all_sheets: Index::new(objects, |o| o.sides.is_none()),
+            null_sheets: Index::new(objects, |o| o.sides.is_none() && o.bsdf.is_null()),
+            boxes: [boxes(&|o| o.sides.is_some()), boxes(&|o| o.sides.is_none())],
+            distance,
+            of_sheets: vec![Vec::new(); sheets.len()],
         }
-        for body in objects.iter().filter(|o| o.sides.is_some()) {
-            for sample in samples(body, OTHER_POINTS) {
-                if let Some((sheet, normal)) = probe(&all_sheets, &sample, None) {
-                    of_sheets[rank[sheet]].push(Contact {
+    }
+
+    /// Bodies on whose faces the k-th sheet lies.
+    fn bodies_below(&mut self, k: usize) {
+        let sheet = &self.objects[self.sheets[k]];
+        if !near(sheet, &self.boxes[0]) {
+            return;
+        }
+        for sample in samples(sheet) {
+            let (x, normal) = (sample.position, sample.normal);
+            let found = self.bodies.touching(x, normal, self.distance, None);
+            self.of_sheets[k].extend(found.map(|(body, other)| Contact {
+                normal,
+                outward: Some(outward(&self.objects[body], other)),
+                sheet: None,
+                other,
+            }));
+        }
+    }
+
+    /// Sheets with which the k-th one coincides, if one of the two is null: others act in their order of precedence.
+    fn sheets_beside(&mut self, k: usize) {
+        let number = self.sheets[k];
+        let sheet = &self.objects[number];
+        let others = if sheet.bsdf.is_null() {
+            &self.all_sheets
+        } else {
+            &self.null_sheets
+        };
+        if others.objects.is_empty() || others.objects == [number] {
+            return;
+        }
+        for sample in samples(sheet) {
+            let (x, normal) = (sample.position, sample.normal);
+            let Some((i, other)) = others.touching(x, normal, self.distance, Some(number)) else {
+                continue;
+            };
+            let (upper, lower, normals) = if self.rank[i] < k {
+                (k, i, [normal, other])
+            } else {
+                (self.rank[i], number, [other, normal])
+            };
+            self.of_sheets[upper].push(Contact {
+                normal: normals[0],
+                outward: None,
+                sheet: Some(lower),
+                other: normals[1],
+            });
+        }
+    }
+
+    /// Sheets that cover faces of bodies, looked for from the bodies.
+    fn sheets_on_bodies(&mut self) {
+        for body in self.objects.iter().filter(|o| o.sides.is_some()) {
+            if !near(body, &self.boxes[1]) {
+                continue;
+            }
+            for sample in samples(body) {
+                let (x, other) = (sample.position, sample.normal);
+                let found = self.all_sheets.touching(x, other, self.distance, None);
+                if let Some((sheet, normal)) = found {
+                    self.of_sheets[self.rank[sheet]].push(Contact {
                         normal,
-                        outward: Some(outward(body, sample.normal)),
+                        outward: Some(outward(body, other)),
                         sheet: None,
-                        other: sample.normal,
+                        other,
                     });
                 }
             }
         }
-        Contacts { of_sheets }
     }
+}
+
+/// Whether an object comes near one of the boxes.
+fn near(object: &Object, boxes: &[Aabb]) -> bool {
+    let own = object.shape.aabb();
+    boxes.iter().any(|b| b.overlaps(&own))
 }
 
 /// The normal of a body's surface to its outside.
@@ -174,8 +241,8 @@ fn outward(body: &Object, normal: DVec3) -> DVec3 {
 }
 
 /// Points that are spread evenly over a surface.
-fn samples(object: &Object, count: usize) -> impl Iterator<Item = AreaSample> + '_ {
-    (0..count).map(|k| {
+fn samples(object: &Object) -> impl Iterator<Item = AreaSample> + '_ {
+    (0..POINTS).map(|k| {
         let u = SPREAD.map(|step| (0.5 + k as f64 * step).fract());
         object.shape.sample_area(u)
     })
