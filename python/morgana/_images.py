@@ -94,8 +94,8 @@ def read(path: Path, *, memory: Optional[int] = None) -> Image:
     Parameters
     ----------
     path : path_like
-        An ``.exr``, ``.npy`` or ``.png`` file. Values of ``.png`` become linear, as they were before the exposure and tone map of which
-        its texts tell. Files of meters are for :meth:`Reading.load` and :meth:`Records.load`.
+        An ``.exr``, ``.npy``, ``.png`` or ``.jpg`` file. Values of ``.png`` and ``.jpg`` become linear; those of ``.png``, as
+        they were before the exposure and tone map of which its texts tell. Files of meters are for :meth:`Reading.load` and :meth:`Records.load`.
     memory : int, optional
         Bytes that the image may take, as for :func:`load_file`.
 

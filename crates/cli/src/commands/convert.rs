@@ -23,7 +23,7 @@ pub fn convert(args: &ConvertArgs) -> Result<ExitCode, CommandError> {
     let volume = volume.map_err(|e| CommandError::Usage(e.to_string()))?;
     let mut summary = vec![
         format!("{}: {}", shown(&args.input), contents(&volume)),
-        if has_place(&volume) {
+        if volume.has_place() {
             place(&volume)
         } else {
             "  place     not given".into()
@@ -35,7 +35,7 @@ pub fn convert(args: &ConvertArgs) -> Result<ExitCode, CommandError> {
     summary.push(format!("{}: {}", shown(&args.output), contents(&volume)));
     if stored.place {
         summary.push(place(&volume));
-    } else if has_place(&volume) {
+    } else if volume.has_place() {
         summary.push("  place     is not kept by this format".into());
     }
     if let Some(axes) = stored.axes {
@@ -98,7 +98,7 @@ fn wrong(path: &Path, problem: &io::Problem) -> CommandError {
 
 /// Where the samples are, as the user says rather than the file.
 fn moved(volume: &Volume<f64>, args: &ConvertArgs) -> Result<VolumeFrame, CommandError> {
-    let place = has_place(volume).then(|| volume.place());
+    let place = volume.has_place().then(|| volume.place());
     let steps = args.spacing.map(DMat3::from_diagonal);
     let Some(steps) = steps.or(place.map(|place| place.steps)) else {
         let message =
@@ -113,10 +113,6 @@ fn moved(volume: &Volume<f64>, args: &ConvertArgs) -> Result<VolumeFrame, Comman
         steps,
         nodes: place.is_some_and(|place| place.nodes),
     })
-}
-
-fn has_place(volume: &Volume<f64>) -> bool {
-    volume.frame().is_some() || volume.bbox().is_some()
 }
 
 /// Size, type and range.

@@ -1,6 +1,7 @@
 //! `morgana convert`: through all formats and back, its summary, and what it refuses.
 
 use crate::support::Folder;
+use glam::{DMat3, DVec3};
 use io::volume::{AxisOrder, Options, Volume, npy};
 
 /// A folder with `in.npy` of 3 x 4 x 5 voxels and values of a sixteenth.
@@ -121,4 +122,51 @@ fn mistakes_are_named() {
         "{outcome:?}"
     );
     assert_eq!(folder.files(), ["in.npy", "scene.xml"]);
+}
+
+/// Readings of meters keep their place: 2 x 3 x 4 cells of half a unit from (-0.5, -0.75, 1) on, upright or a quarter turn about z.
+#[test]
+fn readings_keep_their_place() {
+    let meter = |id: &str, turn: &str| {
+        format!(
+            r#"<sensor type="fluencemeter" id="{id}"><integer name="nx" value="2"/><integer name="ny" value="3"/>
+                 <integer name="nz" value="4"/><transform name="to_world"><scale value="1, 1.5, 2"/>
+                 <translate value="-0.5, -0.75, 1"/>{turn}</transform></sensor>"#
+        )
+    };
+    let scene = |meters: &str| {
+        format!(
+            r#"<scene version="3.0.0"><integrator type="particle"/><shape type="sphere"><bsdf type="null"/>
+                 <medium type="homogeneous" name="interior"/></shape><emitter type="point"/>{meters}</scene>"#
+        )
+    };
+    let upright = DMat3::from_diagonal(DVec3::splat(0.5));
+    let turn = r#"<rotate z="1" angle="90"/>"#;
+    let turned = DMat3::from_rotation_z(std::f64::consts::FRAC_PI_2);
+    let first = DVec3::new(-0.25, -0.5, 1.25);
+    let [one, two] = [meter("one", ""), meter("two", turn)];
+    for (meters, dataset, map) in [
+        (one.clone(), "fluence", DMat3::IDENTITY),
+        (two.clone(), "fluence", turned),
+        (one + &two, "two.fluence", turned),
+    ] {
+        let folder = Folder::with_file(&scene(&meters));
+        for format in ["npz", "h5"] {
+            folder.succeed(&format!("render scene.xml --particles 64 -o a.{format}"));
+            let said = folder.succeed(&format!(
+                "convert a.{format} a.vti --axes zyx --dataset {dataset}"
+            ));
+            assert!(!said.contains("not given"), "{said}");
+            assert_eq!(
+                said.matches("spacing   0.5 x 0.5 x 0.5").count(),
+                2,
+                "{said}"
+            );
+            let volume = Volume::<f64>::read(&folder.path("a.vti"), Options::default()).unwrap();
+            let frame = volume.frame().unwrap();
+            assert_eq!((volume.size(), frame.nodes), ([2, 3, 4], false));
+            assert!(frame.first.distance(map * first) < 1e-12, "{frame:?}");
+            assert!(frame.steps.abs_diff_eq(map * upright, 1e-12), "{frame:?}");
+        }
+    }
 }

@@ -11,7 +11,8 @@ use super::sensor::{self, SensorParts};
 use super::sound_record::SoundRecord;
 use super::undisturbed;
 use super::{
-    costly, coverage, emitter, entry, meter, non_terminating, reach, sampler, shape, sides, tagging,
+    costly, coverage, emitter, entry, meter, non_terminating, overlaps, reach, sampler, shape,
+    sides, tagging,
 };
 use crate::diagnostic::Difference;
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
@@ -72,6 +73,7 @@ impl Group {
         children.add_parts(&mut context)?;
         let view = children.view(&mut context);
         sides::settle(&mut context);
+        overlaps::note(&mut context);
         reach::warnings(&context.grids, &context.objects, context.diagnostics);
         let mut view = view?;
         view.sensor.samples.replace(options, context.diagnostics);

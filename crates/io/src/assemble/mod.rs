@@ -28,6 +28,7 @@ mod meter;
 mod non_terminating;
 mod options;
 mod originals;
+mod overlaps;
 mod phase;
 mod quantities;
 mod reach;

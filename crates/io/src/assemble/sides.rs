@@ -54,7 +54,7 @@ pub(super) fn settle(context: &mut Context) {
     }
     for (i, wish) in wishes.iter().enumerate() {
         if let Some(sides) = context.objects[i].sides {
-            apply_indices(wish, sides, context);
+            apply_indices(i, wish, sides, context);
         }
     }
     match_divided(context);
@@ -159,7 +159,7 @@ fn surrounding(i: usize, context: &Context) -> MediumId {
     containment.medium_around(i, point)
 }
 
-fn apply_indices(wish: &Wish, sides: Sides, context: &mut Context) {
+fn apply_indices(object: usize, wish: &Wish, sides: Sides, context: &mut Context) {
     let Some(indices) = &wish.indices else {
         return;
     };
@@ -169,9 +169,51 @@ fn apply_indices(wish: &Wish, sides: Sides, context: &mut Context) {
     if let Some(n) = inner {
         set_index(sides.interior, n, "int_ior", &indices.location, context);
     }
-    if let Some(n) = indices.outer {
+    if let Some(n) = indices.outer
+        && !meets_other_glass(object, n, sides.exterior, context)
+    {
         set_index(sides.exterior, n, "ext_ior", &indices.location, context);
     }
+}
+
+/// Whether the medium outside of a dielectric is clear matter in another one, of another index than `n`, which is its `ext_ior`:
+/// programs that export scenes write the index of air around all shapes. A warning tells of both.
+fn meets_other_glass(object: usize, n: f64, exterior: MediumId, context: &mut Context) -> bool {
+    let other = context
+        .objects
+        .iter()
+        .position(|o| o.interior() == Some(exterior));
+    let inner = |other: &usize| {
+        context.index_from.get(&exterior).filter(|from| {
+            *other != object && from.name == "int_ior" && context.media[exterior].is_transparent()
+        })
+    };
+    let Some((other, _)) = other.and_then(|other| Some((other, inner(&other)?))) else {
+        return false;
+    };
+    let own = context.media[exterior].index.n(DVec3::ZERO);
+    if (own - n).abs() < ALIKE {
+        return false;
+    }
+    let named = |i: usize| {
+        format!(
+            "'{}' at {}",
+            context.objects[i].name, context.places.objects[i]
+        )
+    };
+    let message = format!(
+        "{} overlaps {}, or lies in it: there its ext_ior {} is taken as {}, the int_ior of the other",
+        named(object),
+        named(other),
+        Shown(n),
+        Shown(own)
+    );
+    let help = "where two shapes share a place, the smaller one counts; move them apart if they are not meant to share one, or leave ext_ior out";
+    let warning = Diagnostic::warning(message).help(help.to_owned());
+    context
+        .diagnostics
+        .push(warning.at(&context.places.objects[object]));
+    true
 }
 
 /// Gives a medium an index, or reports that it has another one.

@@ -1,12 +1,14 @@
 //! What readers of scene files share: objects whose references are still names, parameters that the
 //! command line may set, and the maps that transforms are made of.
 
+mod dialect;
 mod parameters;
 mod resolve;
 mod text;
 pub(crate) mod transforms;
 mod unfold;
 
+pub(crate) use dialect::Dialect;
 pub(crate) use parameters::Parameters;
 pub(crate) use resolve::Drafts;
 pub(crate) use text::{read, shorten};

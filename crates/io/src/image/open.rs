@@ -6,15 +6,15 @@ use super::denoised::DENOISED;
 use super::exposure::Exposure;
 use super::png::Depth;
 use super::tone::{Curve, Tone};
-use super::{ImageLayers, Layer, exr, png};
+use super::{ImageLayers, Layer, RgbImage, exr, png};
 use crate::atomic;
 use crate::error::{FileError, Problem};
 use crate::input::Limits;
 use crate::npy::{self, NpyArray, NpyData};
 
 impl ImageLayers {
-    /// Reads an `.exr`, `.png` or `.npy` file, by its extension. Values of PNG files are taken as sRGB and made
-    /// linear, in the channels R, G and B, and the exposure and tone map of which their texts tell are undone. An array is `[row, column, channel]` or `[row, column]`: three channels
+    /// Reads an `.exr`, `.png`, `.jpg` or `.npy` file, by its extension. Values of PNG and JPEG files are taken as sRGB and made
+    /// linear, in the channels R, G and B, and the exposure and tone map of which the texts of a PNG file tell are undone. An array is `[row, column, channel]` or `[row, column]`: three channels
     /// are R, G and B, a single one is Y, and others have numbers from 0.
     ///
     /// # Errors
@@ -33,15 +33,16 @@ impl ImageLayers {
         let extension = path.extension().and_then(|e| e.to_str());
         match extension.map(str::to_ascii_lowercase).as_deref() {
             Some("exr") => exr::read_within(path, limits),
-            Some("png") => {
-                let image = png::read_untoned(path, limits)?;
-                let plane = |c: usize| image.pixels.iter().map(|p| p[c]).collect();
-                let planes = (0..3).map(plane).collect();
-                Ok(planar(image.width, image.height, planes))
-            }
+            Some("png") => Ok(colours(&png::read_untoned(path, limits)?)),
+            Some("jpg" | "jpeg") => Ok(colours(&RgbImage::read_within(path, limits)?)),
             Some("npy") => from_array(npy::read(path)?).map_err(|problem| problem.at(path)),
+            Some("tif" | "tiff") => {
+                let message = "TIFF images, which do not say how their values are encoded: convert the file to \
+                               .exr or .npy with linear values, or to .png with those of sRGB";
+                Err(Problem::Unsupported(message.into()).at(path))
+            }
             _ => {
-                let message = "images are read from .exr, .png and .npy".to_owned();
+                let message = "images are read from .exr, .png, .jpg and .npy".to_owned();
                 Err(Problem::Unsupported(message).at(path))
             }
         }
@@ -176,6 +177,12 @@ fn from_array(array: NpyArray) -> Result<ImageLayers, Problem> {
     let image = planar(width, height, (0..channels).map(plane).collect());
     image.check()?;
     Ok(image)
+}
+
+/// An image of the channels R, G and B.
+fn colours(image: &RgbImage) -> ImageLayers {
+    let plane = |c: usize| image.pixels.iter().map(|p| p[c]).collect();
+    planar(image.width, image.height, (0..3).map(plane).collect())
 }
 
 fn planar(width: usize, height: usize, planes: Vec<Vec<f32>>) -> ImageLayers {

@@ -1,6 +1,7 @@
 //! What the keys of objects say: names, roles, kinds.
 
 use crate::diagnostic::suggest;
+use crate::draft::Dialect;
 use crate::scene::PluginKind;
 use crate::schema;
 
@@ -26,7 +27,10 @@ pub(super) fn infer(
     if let Some(kind) = role.or(PluginKind::of_key(key)) {
         return Ok(kind);
     }
-    let kinds: Vec<PluginKind> = schema::kinds(plugin).collect();
+    let mut kinds: Vec<PluginKind> = schema::kinds(plugin).collect();
+    if kinds.is_empty() {
+        kinds.extend(Dialect::kinds(plugin));
+    }
     let slots = place.map_or(&[][..], schema::Plugin::children);
     let mut taken = slots.iter().filter(|slot| slot.role.is_none());
     match kinds[..] {

@@ -6,7 +6,7 @@ use super::parameters::Parameters;
 use super::tree::{self, Entry, Json, Node};
 use super::values::{self, get, only, report};
 use crate::diagnostic::{Diagnostic, Diagnostics, Location, SourceFile};
-use crate::draft::{Draft, DraftChild, Drafts, MAX_DEPTH, Target};
+use crate::draft::{Dialect, Draft, DraftChild, Drafts, MAX_DEPTH, Target};
 use crate::scene::{PluginKind, Property, SceneDescription};
 use crate::schema;
 use std::sync::Arc;
@@ -42,9 +42,11 @@ pub(super) fn describe(
     }
     let mut loader = Loader {
         drafts: Drafts::default(),
+        dialect: Dialect::default(),
         diagnostics,
     };
     loader.root(&root)?;
+    loader.dialect.report(loader.diagnostics);
     let root = loader.drafts.resolve(diagnostics)?;
     let scene = SceneDescription {
         root,
@@ -56,6 +58,7 @@ pub(super) fn describe(
 
 struct Loader<'d> {
     drafts: Drafts,
+    dialect: Dialect,
     diagnostics: &'d mut Diagnostics,
 }
 
@@ -172,6 +175,7 @@ impl Loader<'_> {
         for entry in entries.iter().filter(|e| ![TYPE, ID].contains(&&*e.key)) {
             self.entry(entry, &mut draft, depth + 1);
         }
+        self.dialect.update(&mut draft, self.diagnostics);
         let id = self.id(entry, entries, parent);
         let anonymous = parent.kind == PluginKind::Scene && id.is_none();
         let index = self.drafts.add(draft, id, self.diagnostics);

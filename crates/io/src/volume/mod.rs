@@ -15,6 +15,7 @@ pub mod vtk;
 mod format;
 mod frame;
 mod layout;
+mod metered;
 mod options;
 mod resample;
 mod write;
@@ -82,6 +83,7 @@ pub struct Volume<T = f32> {
     element: Element,
     bbox: Option<[DVec3; 2]>,
     frame: Option<VolumeFrame>,
+    mentioned: Option<VolumeFrame>,
     unit: Option<String>,
 }
 
@@ -114,6 +116,7 @@ impl<T: Sample> Volume<T> {
             element: T::ELEMENT,
             bbox: None,
             frame: None,
+            mentioned: None,
             unit: None,
         })
     }
@@ -138,6 +141,12 @@ impl<T: Sample> Volume<T> {
         Volume { bbox, ..self }
     }
 
+    /// The same volume with a place that its file mentions, if it does.
+    #[must_use]
+    pub(crate) fn with_mentioned(self, mentioned: Option<VolumeFrame>) -> Self {
+        Volume { mentioned, ..self }
+    }
+
     /// The same volume with a unit of length.
     #[must_use]
     pub fn with_unit(self, unit: Option<String>) -> Self {
@@ -150,6 +159,7 @@ impl<T: Sample> Volume<T> {
             element: other.element,
             bbox: other.bbox,
             frame: other.frame,
+            mentioned: other.mentioned,
             unit: other.unit.clone(),
             ..self
         }
@@ -195,12 +205,18 @@ impl<T: Sample> Volume<T> {
         self.unit.as_deref()
     }
 
-    /// Where the samples are: in the file's own place, else at the centres of the cells of its box, or of
-    /// the unit cube.
+    /// Position of the samples: the file's own place, else the one that the file mentions, else the centres of the cells of
+    /// its box, or of the unit cube.
     pub fn place(&self) -> VolumeFrame {
         let bbox = self.bbox.unwrap_or([DVec3::ZERO, DVec3::ONE]);
         self.frame
+            .or(self.mentioned)
             .unwrap_or_else(|| VolumeFrame::of_box(bbox, self.size))
+    }
+
+    /// Whether the file says where the samples are, binding for scenes or not.
+    pub fn has_place(&self) -> bool {
+        self.frame.is_some() || self.mentioned.is_some() || self.bbox.is_some()
     }
 
     /// Every value v as `scale` v + `offset`, floating-point numbers then.

@@ -8,7 +8,7 @@ use zip::ZipArchive;
 use zip::read::ZipFile;
 
 use super::series::{Plan, Series};
-use super::{INFLATION, Options, Sample, Volume, choose, npy};
+use super::{INFLATION, Options, Sample, Volume, choose, metered, npy};
 use crate::error::{FileError, Problem};
 use crate::{input, npz};
 
@@ -37,9 +37,38 @@ fn read_from<T: Sample>(
     size: u64,
     options: Options,
 ) -> Result<Volume<T>, Problem> {
-    with_array(reader, size, options, |file, length| {
-        npy::read_from(file, [length, size], options)
-    })
+    let mut archive = ZipArchive::new(reader).map_err(bad)?;
+    let name = chosen(&archive, options)?;
+    let volume = with_array(&mut archive, &name, size, |file, length| {
+        npy::read_from::<T>(file, [length, size], options)
+    })?;
+    let numbers = |name: &str, count| numbers(&mut archive, name, count);
+    let place = metered::place(&name, volume.size(), numbers);
+    Ok(volume.with_mentioned(place))
+}
+
+/// The numbers of an array that has so many, all of them finite.
+fn numbers<R: Read + Seek>(
+    archive: &mut ZipArchive<R>,
+    name: &str,
+    count: usize,
+) -> Option<Vec<f64>> {
+    let mut file = archive.by_name(&format!("{name}.npy")).ok()?;
+    let size = file.size();
+    let header = crate::npy::Header::read(&mut file, size).ok()?;
+    if header.fortran_order
+        || header
+            .shape
+            .iter()
+            .try_fold(1, |n: usize, m| n.checked_mul(*m))?
+            != count
+    {
+        return None;
+    }
+    let mut numbers = Vec::new();
+    let read = header.encoding.read(&mut file, count, |v| numbers.push(v));
+    read.ok()?;
+    numbers.iter().all(|v| v.is_finite()).then_some(numbers)
 }
 
 /// Sums the frames of a file's array.
@@ -49,32 +78,39 @@ pub(super) fn read_series(
     plan: &mut Plan,
 ) -> Result<Series, FileError> {
     let (reader, stored) = input::open(path)?;
-    let read = with_array(reader, stored, options, |reader, size| {
-        let file = npy::ArrayFile {
-            reader,
-            size,
-            stored,
-            skip: npy::skip_by_reading,
-        };
-        npy::series_from(file, options, plan)
-    });
-    read.map_err(|problem| problem.at(path))
+    let read = || {
+        let mut archive = ZipArchive::new(reader).map_err(bad)?;
+        let name = chosen(&archive, options)?;
+        with_array(&mut archive, &name, stored, |reader, size| {
+            let file = npy::ArrayFile {
+                reader,
+                size,
+                stored,
+                skip: npy::skip_by_reading,
+            };
+            npy::series_from(file, options, plan)
+        })
+    };
+    read().map_err(|problem| problem.at(path))
 }
 
-/// Reads the array that is meant, of so many bytes, in a file of `size` bytes.
-fn with_array<T, R: Read + Seek>(
-    reader: R,
-    size: u64,
-    options: Options,
-    read: impl FnOnce(&mut ZipFile<'_, R>, u64) -> Result<T, Problem>,
-) -> Result<T, Problem> {
-    let mut archive = ZipArchive::new(reader).map_err(bad)?;
+/// The name of the array that is meant.
+fn chosen<R: Read + Seek>(archive: &ZipArchive<R>, options: Options) -> Result<String, Problem> {
     // Other members are none of ours.
     let arrays = archive.file_names().filter_map(Result::ok);
     let arrays = arrays.filter_map(|n| n.strip_suffix(".npy").map(str::to_owned));
     let arrays: Vec<String> = arrays.collect();
     let names: Vec<&str> = arrays.iter().map(String::as_str).collect();
-    let name = names[choose(&names, options.dataset)?];
+    Ok(names[choose(&names, options.dataset)?].to_owned())
+}
+
+/// Reads an array, of so many bytes, in a file of `size` bytes.
+fn with_array<T, R: Read + Seek>(
+    archive: &mut ZipArchive<R>,
+    name: &str,
+    size: u64,
+    read: impl FnOnce(&mut ZipFile<'_, R>, u64) -> Result<T, Problem>,
+) -> Result<T, Problem> {
     let mut file = archive.by_name(&format!("{name}.npy")).map_err(bad)?;
     let length = file.size();
     // Nothing is set aside for more than the archive can become.

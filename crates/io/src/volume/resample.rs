@@ -39,6 +39,7 @@ impl<T: Sample> Volume<T> {
         volume.bbox = self.bbox;
         volume.unit.clone_from(&self.unit);
         volume.frame = self.frame.map(|frame| frame.divided(self.size, size));
+        volume.mentioned = (self.mentioned).map(|frame| frame.divided(self.size, size));
         Ok(volume)
     }
 

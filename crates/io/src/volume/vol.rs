@@ -133,12 +133,14 @@ pub fn write<T: Sample>(path: &Path, volume: &Volume<T>) -> Result<(), FileError
 }
 
 fn corners<T: Sample>(volume: &Volume<T>) -> [DVec3; 2] {
-    match volume.frame() {
-        Some(frame) if frame.is_aligned() => {
+    let frame = volume.place();
+    match (volume.frame(), volume.bbox()) {
+        (None, Some(bbox)) => bbox,
+        _ if frame.is_aligned() => {
             let half = 0.5 * frame.spacing();
             let last = DVec3::from_array(volume.size().map(|n| (n - 1) as f64));
             [frame.first - half, frame.first + frame.steps * last + half]
         }
-        _ => volume.bbox().unwrap_or([DVec3::ZERO, DVec3::ONE]),
+        (_, bbox) => bbox.unwrap_or([DVec3::ZERO, DVec3::ONE]),
     }
 }

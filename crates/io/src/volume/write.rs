@@ -61,7 +61,7 @@ fn stored<T: Sample>(format: Format, volume: &Volume<T>) -> Result<Stored, Probl
         }
         rounding = rounding.max(change);
     }
-    let turned = volume.frame().is_some_and(|frame| !frame.is_aligned());
+    let turned = !volume.place().is_aligned();
     Ok(Stored {
         element,
         rounding,

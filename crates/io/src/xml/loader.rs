@@ -6,12 +6,13 @@ use std::sync::Arc;
 use glam::DMat4;
 use roxmltree::Node;
 
-use super::dialect::Dialect;
 use super::element::{self, Element};
 use super::tags::{self, Tag};
 use super::{document, properties, transforms};
 use crate::diagnostic::{Diagnostic, Diagnostics, Location, SourceFile, shown, suggest};
-use crate::draft::{self, Alias, Draft, DraftChild, Drafts, MAX_DEPTH, Parameters, Target};
+use crate::draft::{
+    self, Alias, Dialect, Draft, DraftChild, Drafts, MAX_DEPTH, Parameters, Target,
+};
 use crate::scene::{self, PluginKind, Property, SceneDescription, Value};
 
 /// Files included at most, counting repetitions: files that include one another twice would

@@ -13,7 +13,6 @@
 //! integer boolean string rgb srgb blackbody spectrum point vector transform`, and `ref alias default include`.
 //! `$name` and `${name}` in any attribute stand for a parameter's value.
 
-mod dialect;
 mod document;
 mod element;
 mod loader;

@@ -215,7 +215,10 @@ fn images_of_all_formats_are_read() {
     assert!(compare(&read("a.png"), &reference, 1).unwrap().rmse < 1e-5);
     std::fs::write(path("a.tif"), "").unwrap();
     let message = ImageLayers::read(&path("a.tif")).unwrap_err().to_string();
-    assert!(message.contains(".exr, .png and .npy"), "{message}");
+    assert!(
+        message.contains(".exr or .npy with linear values"),
+        "{message}"
+    );
 }
 
 /// Files of one picture that are shown differently bright, or by another curve, hold the same values to the depth of a PNG file.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use morgana_io::scene::SceneHash;
 use morgana_io::volume::{Volume, vol};
-use morgana_io::{Diagnostics, FileRegistry, LoadOptions, Severity, xml};
+use morgana_io::{Diagnostics, FileRegistry, LoadOptions, Severity, json, xml};
 
 /// The fingerprint of a scene, and what the note on it says was done, if there is one.
 fn read(text: &str) -> (SceneHash, Option<String>) {
@@ -38,6 +38,56 @@ fn errors(contents: &str) -> Vec<String> {
     assert!(xml::parse(&text, "scene.xml", &[], &mut diagnostics).is_none());
     let errors = diagnostics.iter().filter(|d| d.severity == Severity::Error);
     errors.map(|d| d.message.clone()).collect()
+}
+
+/// One set of rules: JSON, and dictionaries with it, takes what XML takes, with the same note.
+#[test]
+fn json_takes_what_xml_takes() {
+    let film = |format: &str| {
+        (
+            format!(
+                "<sensor id='s' type='perspective'><film type='hdrfilm'><string name='pixel_format' value='{format}'/></film></sensor>"
+            ),
+            format!(
+                r#""s": {{"type": "perspective", "film": {{"type": "hdrfilm", "pixel_format": "{format}"}}}}"#
+            ),
+        )
+    };
+    let plugin = |xml: &str, json: &str| (xml.to_owned(), json.to_owned());
+    let scenes = [
+        film("rgba"),
+        film("luminance_alpha"),
+        film("xyz"),
+        film("xyza"),
+        plugin(
+            "<emitter id='e' type='constant'><float name='sampling_weight' value='2'/></emitter>",
+            r#""e": {"type": "constant", "sampling_weight": 2.0}"#,
+        ),
+        plugin(
+            "<integrator id='i' type='volpath_simple'><boolean name='strict_normals' value='true'/></integrator>",
+            r#""i": {"type": "volpath_simple", "strict_normals": true}"#,
+        ),
+        plugin(
+            "<sensor id='s' type='perspective'><film type='ldrfilm'><boolean name='banner' value='false'/></film></sensor>",
+            r#""s": {"type": "perspective", "film": {"type": "ldrfilm", "banner": false}}"#,
+        ),
+        plugin(
+            "<bsdf id='b' type='hdielectric'/>",
+            r#""b": {"type": "hdielectric"}"#,
+        ),
+    ];
+    for (xml, text) in scenes {
+        let (hash, note) = read(&format!("<scene version='3.0.0'>{xml}</scene>"));
+        let mut diagnostics = Diagnostics::new();
+        let text = format!(r#"{{"type": "scene", {text}}}"#);
+        let scene = json::parse(&text, "scene.json", &[], &mut diagnostics);
+        let scene = scene.unwrap_or_else(|| panic!("{text}: {diagnostics}"));
+        assert!(scene.hash(&FileRegistry::new()).unwrap() == hash, "{text}");
+        let notes: Vec<_> = diagnostics.iter().collect();
+        assert_eq!(notes.len(), 1, "{text}: {diagnostics}");
+        assert_eq!(notes[0].severity, Severity::Note, "{text}");
+        assert_eq!(notes[0].help, note, "{text}");
+    }
 }
 
 /// Shapes around media are not there to light unless they have a bsdf.

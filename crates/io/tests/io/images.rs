@@ -337,6 +337,34 @@ fn an_exr_file_states_its_colours_and_its_program() {
     );
 }
 
+/// Layers of a JPEG file are its colours; TIFF is refused with what to do.
+#[test]
+fn jpeg_is_read_as_layers() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let path = path.join("tests/data/images/two_colours.jpg");
+    let colours = RgbImage::read(&path).unwrap();
+    let image = ImageLayers::read(&path).unwrap();
+    assert_eq!((image.width, image.height), (colours.width, colours.height));
+    let main = image.layer("").unwrap();
+    for (c, name) in ["R", "G", "B"].into_iter().enumerate() {
+        let plane: Vec<f32> = colours.pixels.iter().map(|p| p[c]).collect();
+        assert_eq!(main.channel(name).unwrap(), plane);
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let gif = ImageLayers::read(&folder.path().join("a.gif")).unwrap_err();
+    assert!(
+        gif.to_string().contains(".exr, .png, .jpg and .npy"),
+        "{gif}"
+    );
+    let error = ImageLayers::read(&folder.path().join("a.tif")).unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .contains(".exr or .npy with linear values"),
+        "{error}"
+    );
+}
+
 /// `data/images/two_colours.jpg` was written by Mitsuba 3.9.1 at quality 100: (200, 100, 50) on the left, (20, 40, 240)
 /// on the right, which is what JPEG makes of it within some steps of 255.
 #[test]

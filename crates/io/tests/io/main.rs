@@ -40,6 +40,7 @@ mod meshes;
 mod meters;
 mod mistakes;
 mod mitsuba;
+mod overlaps;
 mod parts;
 mod physics;
 mod placement;

@@ -39,6 +39,7 @@ fn every_encoding_of_vti() {
         "appended_base64",
         "appended_base64_zlib",
         "cells",
+        "lz4",
     ] {
         let volume = vti::read(&data(&format!("{name}.vti")), Options::default()).unwrap();
         check(&volume, name);
@@ -56,6 +57,27 @@ fn every_encoding_of_vti() {
         let edge = DVec3::from_array(samples.map(f64::from)) * DVec3::new(0.1, 0.2, 0.4);
         let high = to_file.transform_point3(DVec3::ONE);
         assert!(high.distance(low + edge) < 1e-12, "{name}");
+    }
+}
+
+/// LZMA is refused with what to do; so is a block of LZ4 that is damaged, and none panics.
+#[test]
+fn compressed_vti_that_is_refused() {
+    let error = vti::read::<f64>(&data("lzma.vti"), Options::default()).unwrap_err();
+    let error = error.to_string();
+    for words in ["vtkLZMADataCompressor", "SetCompressorTypeToZLib"] {
+        assert!(error.contains(words), "{error}");
+    }
+    let good = bytes("lz4.vti");
+    let start = good
+        .windows(14)
+        .position(|w| w == b"<AppendedData ")
+        .unwrap();
+    for at in start..good.len() {
+        let mut broken = good.clone();
+        broken[at] ^= 0x11;
+        let _ = vti::parse::<f64>(&broken, Options::default());
+        let _ = vti::parse::<f64>(&good[..at], Options::default());
     }
 }
 
@@ -93,6 +115,32 @@ fn hdf5_as_of_k_wave() {
         let volume = hdf5::read(&path, Options::order(axes).of(dataset)).unwrap();
         check(&volume, dataset);
         assert_eq!(volume.frame(), None);
+    }
+}
+
+/// x + 10 y + 100 z, each 50 times along x.
+#[test]
+fn hdf5_compressed_by_lzf() {
+    let options = Options::order(AxisOrder::ZYX).of("n");
+    let volume: Volume<f64> = hdf5::read(&data("lzf.h5"), options).unwrap();
+    assert_eq!(volume.size(), [100, 3, 4]);
+    for (i, found) in volume.data().iter().enumerate() {
+        let value = i % 100 / 50 + 10 * (i / 100 % 3) + 100 * (i / 300);
+        assert_eq!(*found, value as f64, "{i}");
+    }
+    let mut broken = bytes("lzf.h5");
+    let (_, second) = broken.split_at_mut(4000);
+    second.iter_mut().for_each(|b| *b ^= 0x55);
+    let _ = hdf5::parse::<f64>(&broken, options);
+}
+
+#[test]
+fn virtual_hdf5_says_what_to_do() {
+    let options = Options::order(AxisOrder::ZYX).of("virtual");
+    let error = hdf5::read::<f64>(&data("lzf.h5"), options).unwrap_err();
+    let error = error.to_string();
+    for words in ["virtual datasets", "create_dataset"] {
+        assert!(error.contains(words), "{error}");
     }
 }
 

@@ -32,8 +32,9 @@ impl Rounding {
     /// Of `count` samples in a file of the given type; `at` gives them. The coarsest rounding is meant that all samples that are
     /// looked at have: numbers of 64 bits may have been rounded to 32, or to five decimals, before.
     pub(super) fn of(element: Element, count: usize, at: impl Fn(usize) -> f64) -> Self {
-        let wanted = count.min(MOST);
-        let samples: Vec<f64> = (0..wanted).map(|i| at(i * (count / wanted))).collect();
+        let stride = stride(count);
+        let looked_at = (0..count.min(MOST)).map(|i| at(i * stride % count));
+        let samples: Vec<f64> = looked_at.collect();
         let is_graded = levels(&samples) >= FEWEST_LEVELS;
         let all = |rounded: &dyn Fn(f64) -> bool| samples.iter().all(|v| rounded(*v));
         if element.is_integer() && is_graded {
@@ -80,6 +81,23 @@ impl Rounding {
     }
 }
 
+/// Distance between neighbouring samples that are looked at, in the order of the file and around its end. It shares no factor
+/// with the count, nor with any axis of the grid: samples spread over all axes instead of a few planes. Multiples of the golden
+/// ratio are evenly spread.
+fn stride(count: usize) -> usize {
+    const GOLDEN: f64 = 0.618_033_988_749_895;
+    let mut stride = ((count as f64 * GOLDEN) as usize).max(1);
+    while common_factor(stride, count) != 1 {
+        stride += 1;
+    }
+    stride
+}
+
+/// The greatest common factor of two numbers.
+fn common_factor(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { common_factor(b, a % b) }
+}
+
 /// Number of different values.
 fn levels(samples: &[f64]) -> usize {
     let mut sorted = samples.to_vec();
@@ -105,6 +123,27 @@ mod tests {
         Rounding::of(element, 10_000, |i| {
             sample(1.5 + 0.2 * (1e-3 * i as f64).sin())
         })
+    }
+
+    /// Exact halves on the planes at the end of each axis, other numbers elsewhere: a power of two between samples sees one plane.
+    #[test]
+    fn samples_are_spread_over_all_axes() {
+        for n in [64, 96, 128, 256] {
+            for axis in 0..3 {
+                let at = |i: usize| {
+                    let place = [i % n, i / n % n, i / n / n][axis];
+                    1.5 + 0.01 * (0.1 * place as f64).sin()
+                };
+                let rounding = Rounding::of(Element::F64, n * n * n, at);
+                assert_eq!(rounding.to, To::Floats(Element::F64), "{n}, axis {axis}");
+            }
+        }
+        for count in 1..2000 {
+            let stride = stride(count);
+            let mut seen: Vec<usize> = (0..count).map(|i| i * stride % count).collect();
+            seen.sort_unstable();
+            assert_eq!(seen, (0..count).collect::<Vec<_>>());
+        }
     }
 
     #[test]

@@ -89,6 +89,11 @@ fn add_at(object: &ObjectDescription, place: Option<DAffine3>, context: &mut Con
     let geometry = geometry(object, frame, place, &mut q, context.files, originals);
     let geometry = geometry.map(|g| g.map(turned));
     q.finish(&[]);
+    if let Some(Err(ShapeError::EmptyMesh { .. })) = geometry
+        && meters.is_empty()
+    {
+        return leave_out(object, context);
+    }
     if geometry.is_none() && !KNOWN.contains(&object.plugin.as_str()) {
         unknown(object, context);
     }
@@ -134,6 +139,15 @@ fn add_at(object: &ObjectDescription, place: Option<DAffine3>, context: &mut Con
     let emitter =
         light.and_then(|l| emitter::add_area(&l, object, index, &shape, &vertices, context));
     push(object, shape, surface.bsdf, emitter, wish, context);
+}
+
+/// Warns of a mesh that no ray can meet.
+fn leave_out(object: &ObjectDescription, context: &mut Context) {
+    let name = object.id.as_ref().unwrap_or(&object.plugin);
+    let message = format!("the mesh '{name}' has no triangle of positive area and is left out");
+    let help = "check the file, and the scale of to_world";
+    let warning = Diagnostic::warning(message).help(help.to_owned());
+    context.diagnostics.push(warning.at(&object.location));
 }
 
 /// Warns of an image or a checkerboard on a mesh without texture coordinates.

@@ -3,6 +3,7 @@
 mod blocks;
 mod elements;
 mod kwave;
+mod lzf;
 mod root;
 mod write;
 
@@ -13,7 +14,7 @@ use hdf5_reader::{Dataset, Hdf5File, OpenOptions};
 
 use super::layout::Layout;
 use super::series::{Adder, Plan, Series, SeriesShape};
-use super::{AxisOrder, INFLATION, Options, Sample, Volume};
+use super::{AxisOrder, INFLATION, Options, Sample, Volume, VolumeFrame, metered};
 use crate::element::Encoding;
 use crate::error::{FileError, Problem};
 use crate::input;
@@ -55,6 +56,7 @@ fn limits(size: u64, options: Options) -> OpenOptions {
         .min(options.limits.most(size));
     let most = usize::try_from(most).unwrap_or(usize::MAX);
     OpenOptions::default()
+        .with_filter_registry(lzf::filters(most))
         .with_max_chunk_bytes(most)
         .with_max_read_bytes(most)
 }
@@ -97,6 +99,8 @@ struct Stored {
     layout: Layout,
     /// The box of the samples, in the file's coordinates.
     bbox: Option<[DVec3; 2]>,
+    /// The place that a meter gave them.
+    metered: Option<VolumeFrame>,
 }
 
 impl Stored {
@@ -131,7 +135,9 @@ impl Stored {
         };
         let first = recorded.map_or(DVec3::ZERO, |recorded| recorded.first());
         let size = DVec3::from_array(layout.size.map(|n| n as f64));
+        let numbers = |name: &str, count| elements::numbers(file, name, count);
         Ok(Stored {
+            metered: metered::place(name, layout.size, numbers),
             data,
             encoding,
             complex,
@@ -143,6 +149,7 @@ impl Stored {
     /// Records what the file says of a volume.
     fn record<T: Sample>(&self, volume: Volume<T>) -> Volume<T> {
         let volume = volume.with_element(self.encoding.element);
+        let volume = volume.with_mentioned(self.metered);
         match self.bbox {
             Some(bbox) => volume.with_bbox(bbox),
             None => volume,
@@ -214,6 +221,9 @@ fn series(
 
 /// Says which datasets there are beside the one that is not.
 fn missing(file: &Hdf5File, dataset: &str, error: hdf5_reader::error::Error) -> Problem {
+    if is_virtual(&error) {
+        return describe(error);
+    }
     let folder = dataset
         .trim_matches('/')
         .rsplit_once('/')
@@ -231,9 +241,27 @@ fn missing(file: &Hdf5File, dataset: &str, error: hdf5_reader::error::Error) -> 
     }
 }
 
+/// Class of the layout of virtual datasets.
+const VIRTUAL: u8 = 3;
+
+/// Whether a dataset is refused because it is virtual.
+fn is_virtual(error: &hdf5_reader::error::Error) -> bool {
+    use hdf5_reader::error::Error::{Context, UnsupportedLayoutClass};
+    match error {
+        Context { source, .. } => is_virtual(source),
+        UnsupportedLayoutClass(class) => *class == VIRTUAL,
+        _ => false,
+    }
+}
+
 fn describe(error: hdf5_reader::error::Error) -> Problem {
     use hdf5_reader::error::Error::{Context, UnsupportedFilter};
     match error {
+        error if is_virtual(&error) => Problem::Unsupported(
+            "virtual datasets, which are parts of other files: copy the numbers into a dataset of \
+             their own, as h5py does with file.create_dataset(name, data=virtual[:])"
+                .into(),
+        ),
         Context { source, .. } if matches!(*source, UnsupportedFilter(_)) => describe(*source),
         UnsupportedFilter(filter) => Problem::Unsupported(format!(
             "the dataset is compressed by a filter that is not read ({filter}): store it with gzip, or without compression"

@@ -2,6 +2,7 @@
 //!
 //! Binary data begin with a header of integers of 32 or 64 bits: the number of bytes; or, compressed, the
 //! number of blocks, the size of a block and of the last one if it differs, and the compressed sizes.
+//! "VTK XML Formats", docs.vtk.org.
 
 use std::borrow::Cow;
 use std::io::Read;
@@ -45,24 +46,61 @@ impl<'a> Appended<'a> {
 pub(super) struct Payload {
     encoding: Encoding,
     wide: bool,
-    zlib: bool,
+    compression: Option<Compression>,
+}
+
+/// How blocks are compressed.
+#[derive(Clone, Copy)]
+enum Compression {
+    Zlib,
+    Lz4,
+}
+
+impl Compression {
+    /// As the name of VTK's compressor says, if there is one.
+    fn of(compressor: Option<&str>) -> Result<Option<Self>, Problem> {
+        match compressor {
+            None | Some("") => Ok(None),
+            Some("vtkZLibDataCompressor") => Ok(Some(Compression::Zlib)),
+            Some("vtkLZ4DataCompressor") => Ok(Some(Compression::Lz4)),
+            Some(other) => Err(Problem::Unsupported(format!(
+                "compression by {other}: let VTK write the file with zlib (SetCompressorTypeToZLib), LZ4, or no compressor"
+            ))),
+        }
+    }
+
+    /// Appends what a block stands for. A block of LZ4 has `whole` bytes at most; neither becomes much more than `left`.
+    fn expand(
+        self,
+        block: &[u8],
+        [whole, left]: [usize; 2],
+        out: &mut Vec<u8>,
+    ) -> Result<(), Problem> {
+        let damaged = |e: String| bad(format!("a compressed block is damaged: {e}"));
+        match self {
+            Compression::Zlib => {
+                let mut block = ZlibDecoder::new(block).take(left as u64 + 1);
+                block.read_to_end(out).map_err(|e| damaged(e.to_string()))?;
+            }
+            Compression::Lz4 => {
+                let bytes = lz4_flex::block::decompress(block, whole.min(left));
+                out.extend(bytes.map_err(|e| damaged(e.to_string()))?);
+            }
+        }
+        Ok(())
+    }
 }
 
 impl Payload {
     /// As the attributes of a file and of an array say.
     pub(super) fn of(root: Node, data: Node) -> Result<Self, Problem> {
-        let zlib = match root.attribute("compressor") {
-            None | Some("") => false,
-            Some("vtkZLibDataCompressor") => true,
-            Some(other) => return Err(Problem::Unsupported(format!("compression by {other}"))),
-        };
         Ok(Payload {
             encoding: Encoding {
                 element: element(data.attribute("type").unwrap_or(""))?,
                 big: root.attribute("byte_order") == Some("BigEndian"),
             },
             wide: root.attribute("header_type") == Some("UInt64"),
-            zlib,
+            compression: Compression::of(root.attribute("compressor"))?,
         })
     }
 
@@ -90,10 +128,9 @@ impl Payload {
             other => return Err(bad(format!("an array of format {other:?}"))),
         };
         let expected = layout.count() * self.encoding.element.size();
-        let payload: Cow<[u8]> = if self.zlib {
-            self.inflate(&bytes, expected)?.into()
-        } else {
-            self.plain(&bytes, expected)?.into()
+        let payload: Cow<[u8]> = match self.compression {
+            Some(compression) => self.inflate(compression, &bytes, expected)?.into(),
+            None => self.plain(&bytes, expected)?.into(),
         };
         layout.read(&mut &payload[..], self.encoding)
     }
@@ -121,7 +158,12 @@ impl Payload {
         })
     }
 
-    fn inflate(&self, bytes: &[u8], expected: usize) -> Result<Vec<u8>, Problem> {
+    fn inflate(
+        &self,
+        compression: Compression,
+        bytes: &[u8],
+        expected: usize,
+    ) -> Result<Vec<u8>, Problem> {
         // Nothing is set aside for more than the data can become.
         if expected as u64 > (bytes.len() as u64).saturating_mul(INFLATION) {
             return Err(Problem::Truncated {
@@ -130,7 +172,7 @@ impl Payload {
             });
         }
         let (blocks, rest) = self.header(bytes)?;
-        let (_, rest) = self.header(rest)?;
+        let (whole, rest) = self.header(rest)?;
         let (_, mut rest) = self.header(rest)?;
         let mut sizes = Vec::new();
         for _ in 0..blocks {
@@ -142,9 +184,7 @@ impl Payload {
         for size in sizes {
             let cut = || bad("a compressed block ends early".into());
             let (block, after) = rest.split_at_checked(size).ok_or_else(cut)?;
-            let left = (expected - out.len()) as u64 + 1;
-            let inflated = ZlibDecoder::new(block).take(left).read_to_end(&mut out);
-            inflated.map_err(|e| bad(format!("a compressed block is damaged: {e}")))?;
+            compression.expand(block, [whole, expected - out.len()], &mut out)?;
             check_size(expected, out.len().max(expected))?;
             rest = after;
         }

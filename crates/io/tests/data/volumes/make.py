@@ -41,6 +41,19 @@ def write(name, data, mode, zlib, raw=False):
 
 
 points = image(VALUES, True, np.float32)
+
+def write_lz(name, data, kind):
+    """Compressed by LZ4 or LZMA, in several blocks."""
+    writer = vtk.vtkXMLImageDataWriter()
+    writer.SetFileName(name)
+    writer.SetInputData(data)
+    getattr(writer, f"SetCompressorTypeTo{kind}")()
+    writer.SetBlockSize(64)
+    writer.Write()
+
+
+write_lz("lz4.vti", image(VALUES, True, np.float64), "LZ4")
+write_lz("lzma.vti", image(VALUES, True, np.float64), "LZMA")
 write("ascii.vti", points, vtk.vtkXMLWriter.Ascii, False)
 write("inline.vti", points, vtk.vtkXMLWriter.Binary, False)
 write("inline_zlib.vti", image(VALUES, True, np.float64), vtk.vtkXMLWriter.Binary, True)
@@ -103,6 +116,13 @@ nrrd.write("turned.nrrd", np.stack([VALUES.T, 1000 + VALUES.T]).astype("<f4"), p
 arrays = {"density": VALUES.T.astype("<f4"), "label": "water", "flat": VALUES[0].T.astype("u1"), "wave": 1j * VALUES.T}
 scipy.io.savemat("plain.mat", arrays)
 scipy.io.savemat("compressed.mat", {"density": VALUES.T.astype("<f8"), "label": "water"}, do_compression=True)
+# Many equal numbers, so that there is something to compress: x + 10 y + 100 z, each 50 times along x.
+with h5py.File("lzf.h5", "w") as file:
+    file.create_dataset("n", data=np.repeat(VALUES, 50, axis=2).astype(np.float64), compression="lzf")
+    layout = h5py.VirtualLayout(VALUES.shape, np.float64)
+    layout[:] = h5py.VirtualSource("other.h5", "n", VALUES.shape)
+    file.create_virtual_dataset("virtual", layout)
+
 with h5py.File("v73.mat", "w", userblock_size=512) as file:
     file.create_dataset("density", data=VALUES.astype("<f4"))
 with open("v73.mat", "r+b") as file:

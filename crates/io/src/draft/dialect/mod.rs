@@ -1,5 +1,5 @@
-//! Other dialects: scenes of Mitsuba 0.5 and 0.6, and the plugins of the refractive fork of Mitsuba 0.6 that
-//! Pediredla et al. published, said in the names of Mitsuba 3 and of this program.
+//! Other dialects: parameters of Mitsuba 3 that say nothing here, scenes of Mitsuba 0.5 and 0.6, and the plugins of the
+//! refractive fork of Mitsuba 0.6 that Pediredla et al. published, said in the names of Mitsuba 3 and of this program.
 //!
 //! What an old name means is written down once, as a [`Rule`]. What depends on values is in [`special`].
 
@@ -44,7 +44,7 @@ const FRAMES: [&str; 3] = ["irrcache", "adaptive", "multichannel"];
 
 /// A scene's dialect, and what was done about it.
 #[derive(Default)]
-pub(super) struct Dialect {
+pub(crate) struct Dialect {
     /// Whether the file being read is of Mitsuba 0.5 or 0.6.
     pub old: bool,
     /// Where another dialect was first met.
@@ -56,19 +56,25 @@ pub(super) struct Dialect {
 }
 
 impl Dialect {
+    /// Kinds of the plugins that scenes of any version may call by a name that is another one here.
+    pub(crate) fn kinds(plugin: &str) -> impl Iterator<Item = PluginKind> {
+        let named = RULES.iter().filter(move |r| !r.old && r.from == plugin);
+        named.map(|rule| rule.kind)
+    }
+
     /// Takes note of a file of Mitsuba 0.5 or 0.6, by its version.
-    pub(super) fn enter(&mut self, version: &Location) {
+    pub(crate) fn enter(&mut self, version: &Location) {
         self.old = true;
         self.first.get_or_insert_with(|| version.clone());
     }
 
     /// A parameter's or role's name, as Mitsuba 3 writes it.
-    pub(super) fn name(&self, name: String) -> String {
+    pub(crate) fn name(&self, name: String) -> String {
         if self.old { snake_case(&name) } else { name }
     }
 
     /// A parameter's value, as Mitsuba 3 means it: a spectrum of one number was the same in every channel.
-    pub(super) fn value(&self, value: Value) -> Value {
+    pub(crate) fn value(&self, value: Value) -> Value {
         match value {
             Value::Spectrum(SpectrumValue::EqualEnergy(v)) if self.old => {
                 Value::Spectrum(SpectrumValue::Uniform(v))
@@ -78,7 +84,7 @@ impl Dialect {
     }
 
     /// Brings a plugin up to date.
-    pub(super) fn update(&mut self, draft: &mut Draft, diagnostics: &mut Diagnostics) {
+    pub(crate) fn update(&mut self, draft: &mut Draft, diagnostics: &mut Diagnostics) {
         special::before(draft, self.old, diagnostics);
         if let Some(format) = special::tristimulus(draft) {
             add(&mut self.read, format!("pixel_format '{format}' as 'rgb'"));
@@ -123,7 +129,7 @@ impl Dialect {
     }
 
     /// What stands in the place of an integrator that only speeds another one up: that one.
-    pub(super) fn nested(
+    pub(crate) fn nested(
         &mut self,
         draft: &mut Draft,
         is_integrator: impl Fn(&DraftChild) -> bool,
@@ -146,7 +152,7 @@ impl Dialect {
     }
 
     /// The bsdf of a shape that has a medium and no bsdf: none that light notices, where it is diffuse in Mitsuba 3.
-    pub(super) fn boundary(
+    pub(crate) fn boundary(
         &mut self,
         draft: &Draft,
         kind: impl Fn(&DraftChild) -> Option<PluginKind>,
@@ -181,7 +187,7 @@ impl Dialect {
     }
 
     /// Says what was done, in one note.
-    pub(super) fn report(&self, diagnostics: &mut Diagnostics) {
+    pub(crate) fn report(&self, diagnostics: &mut Diagnostics) {
         let Some(first) = &self.first else { return };
         let read = (!self.read.is_empty()).then(|| format!("read: {}", self.read.join(", ")));
         let ignored =

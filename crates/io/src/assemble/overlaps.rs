@@ -1,0 +1,91 @@
+//! Closed shapes of different media that share a part of space, where one medium has to be chosen.
+
+use super::context::Context;
+use crate::diagnostic::Diagnostic;
+use transport::sampling::Sampler;
+use transport::scene::Object;
+
+/// Points of a surface that are looked at.
+const PROBES: u64 = 64;
+/// Depth of these points under the surface, relative to the size of its shape: shapes that touch do not overlap.
+const DEPTH: f64 = 1e-6;
+/// Pairs of shapes that are looked at, at most.
+const MOST_PAIRS: usize = 1000;
+
+/// Notes the first two shapes whose media overlap, and which medium counts.
+pub(super) fn note(context: &mut Context) {
+    let Some([a, b]) = first(context) else {
+        return;
+    };
+    let size = |i: usize| context.objects[i].shape.aabb().diagonal();
+    let named = |i: usize| {
+        format!(
+            "'{}' at {}",
+            context.objects[i].name, context.places.objects[i]
+        )
+    };
+    let (inner, outer) = if size(b) < size(a) { (b, a) } else { (a, b) };
+    let message = format!(
+        "{} and {} overlap without lying in each other: the medium of the former counts where both are",
+        named(inner),
+        named(outer)
+    );
+    let help = "where closed shapes overlap, the one with the smallest bounding box counts, and the first of equal ones";
+    let note = Diagnostic::note(message).help(help.to_owned());
+    context
+        .diagnostics
+        .push(note.at(&context.places.objects[inner]));
+}
+
+/// Numbers of two objects that overlap, the first listed first.
+fn first(context: &Context) -> Option<[usize; 2]> {
+    let divides = |i: usize| context.partitions.iter().any(|p| p.objects.contains(&i));
+    let holds = |i: &usize| encloses(&context.objects[*i]) && !divides(*i);
+    let mut bodies: Vec<usize> = (0..context.objects.len()).filter(holds).collect();
+    let aabb = |i: usize| context.objects[i].shape.aabb();
+    bodies.sort_by(|a, b| aabb(*a).min.x.total_cmp(&aabb(*b).min.x));
+    let mut pairs = Vec::new();
+    for (rank, &a) in bodies.iter().enumerate() {
+        let later = bodies[rank + 1..].iter().copied();
+        let near = later.take_while(|b| aabb(*b).min.x <= aabb(a).max.x);
+        let near = near.filter(|b| aabb(a).overlaps(&aabb(*b)));
+        pairs.extend(
+            near.take(MOST_PAIRS - pairs.len())
+                .map(|b| [a.min(b), a.max(b)]),
+        );
+        if pairs.len() == MOST_PAIRS {
+            break;
+        }
+    }
+    pairs.sort_unstable();
+    let overlaps = |pair: &[usize; 2]| overlap(pair.map(|i| &context.objects[i]));
+    pairs.into_iter().find(overlaps)
+}
+
+/// Whether an object encloses a medium of its own.
+fn encloses(object: &Object) -> bool {
+    let differs = object.sides.is_some_and(|s| s.interior != s.exterior);
+    differs && object.shape.is_closed() && !object.bsdf.is_opaque()
+}
+
+/// Whether two objects with different media share a part of space, and neither lies in the other: the surface of each lies on both
+/// sides of that of the other.
+fn overlap([a, b]: [&Object; 2]) -> bool {
+    a.interior() != b.interior() && crosses(a, b) && crosses(b, a)
+}
+
+/// Whether some points just under the surface of `a` lie in `b`, and others do not.
+fn crosses(a: &Object, b: &Object) -> bool {
+    let depth = DEPTH * a.shape.aabb().diagonal();
+    let inside = |k: u64| {
+        let sample = a.shape.sample_area(Sampler::new(1, k, 0).next_2d());
+        let inward = if a.shape.has_flipped_normals() {
+            sample.normal
+        } else {
+            -sample.normal
+        };
+        b.shape.contains(sample.position + depth * inward)
+    };
+    let first = inside(0);
+    (1..PROBES).any(|k| inside(k) != first)
+}
