@@ -69,6 +69,7 @@ mod transducers;
 mod transducers_in_scenes;
 mod transforms;
 mod undisturbed;
+mod units;
 mod unscattered;
 mod volumes;
 mod volumes_in_scenes;
