@@ -71,6 +71,8 @@ mod transducers;
 mod transducers_in_scenes;
 mod transforms;
 mod undisturbed;
+mod units;
+mod unscattered;
 mod volumes;
 mod volumes_in_scenes;
 mod volumes_nifti;

@@ -54,6 +54,9 @@ use voxels::VoxelVolumes;
 /// How far off surfaces rays start, relative to the extent of the scene: thousands of times the round-off of positions.
 const RAY_EPSILON: f64 = 1e-12;
 
+/// Least radius of the ball around a scene, relative to the distance of its centre from the origin.
+const LEAST_RADIUS: f64 = 1e-3;
+
 /// What a panic says where scenes are asked for and there is none.
 pub(crate) const NO_SCENE: &str = "there must be a scene for each group of channels, at least one";
 
@@ -287,7 +290,8 @@ fn settle_fibers(parts: &mut Parts) {
     }
 }
 
-/// A ball around all that is at finite distance.
+/// A ball around all that is at finite distance. What has no extent has a ball in proportion to its distance from the origin, or
+/// of radius 1 there: light does not depend on the unit of length.
 fn surroundings(parts: &Parts) -> Surroundings {
     let shapes = parts.objects.iter().map(|o| o.shape.aabb());
     let points = parts.emitters.iter().filter_map(Emitter::position);
@@ -299,11 +303,10 @@ fn surroundings(parts: &Parts) -> Surroundings {
         _ => None,
     });
     let all = volumes.fold(all, Aabb::union).union(parts.measured);
+    let center = all.center();
+    let radius = f64::max(0.5 * all.diagonal() * 1.01, LEAST_RADIUS * center.length());
     Surroundings {
-        center: all.center(),
-        radius: f64::max(
-            0.5 * all.diagonal() * 1.01,
-            1e-3 * (1.0 + all.center().length()),
-        ),
+        center,
+        radius: if radius > 0.0 { radius } else { 1.0 },
     }
 }

@@ -1,16 +1,15 @@
 //! One ray from surface to surface.
 
 use super::line::Line;
-use crate::bsdf::Bsdf;
 use crate::budget::STEPS_PER_RAY;
-use crate::scene::{AMBIENT, MediumId, Object, Scene};
+use crate::path::only_passage;
+use crate::scene::{AMBIENT, MediumId, Scene};
 use crate::shape::Hit;
 use eikonal::Aabb;
 use eikonal::Reference;
 use eikonal::connect::World;
-use eikonal::interface::{Interface, Rule};
 use eikonal::ray::{Flow, Node, Work};
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 /// How far beyond all objects a ray is followed, relative to the size of the scene.
 const BEYOND: f64 = 1.15;
@@ -41,7 +40,7 @@ pub struct TracePoint {
 /// How a ray ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TraceEnding {
-    /// On an object that does not pass it on in one direction.
+    /// On an object that neither passes it on in one direction nor lets at least half of its light pass straight on.
     Surface(usize),
     /// It left the scene.
     Left,
@@ -217,49 +216,17 @@ impl TracedRay<'_> {
 
     /// Goes on from a surface if there is only one direction to go.
     fn surface(&mut self, object: usize, hit: &Hit, v: DVec3) -> Option<TraceEnding> {
-        let scene = self.scene;
-        let surface = &scene.objects()[object];
-        let Some(rule) = rule(surface) else {
+        let Some(passage) = only_passage(self.scene, object, self.medium, hit, v) else {
             return Some(TraceEnding::Surface(object));
         };
-        let beyond = scene.medium_beside(object, self.medium, hit.position, hit.normal, v);
-        let (after, reflected) = self.across(rule, hit, v, beyond);
-        if reflected {
-            self.line.reflect(after.normalize());
-        } else {
-            self.medium = beyond;
+        self.x = passage.x;
+        self.v = passage.v;
+        self.medium = passage.medium;
+        if passage.is_reflection {
+            self.line.reflect(self.v.normalize());
         }
-        self.v = after;
-        self.x = hit.position + hit.normal * scene.ray_epsilon().copysign(hit.normal.dot(after));
         // The point on the surface belongs to what follows: its direction and medium.
-        self.line.replace(hit.position, after, self.medium);
+        self.line.replace(hit.position, self.v, self.medium);
         None
-    }
-
-    /// The velocity after a surface, and whether the ray stays on its side.
-    fn across(&self, rule: Rule, hit: &Hit, v: DVec3, beyond: MediumId) -> (DVec3, bool) {
-        let n2 = |medium| self.scene.field(medium).n2(hit.position);
-        let interface = Interface {
-            normal: hit.normal,
-            shape: DMat3::ZERO,
-            near: (n2(self.medium), DVec3::ZERO),
-            far: (n2(beyond), DVec3::ZERO),
-        };
-        // The arc's speed is the index up to the tolerance: here it becomes the index again.
-        let v = v.normalize() * interface.near.0.sqrt();
-        match interface.velocity(rule, v) {
-            Some(after) => (after, rule == Rule::Reflect),
-            None => (interface.velocity(Rule::Reflect, v).unwrap_or(-v), true),
-        }
-    }
-}
-
-/// How a surface passes rays on; `None` if in no or in many directions.
-fn rule(object: &Object) -> Option<Rule> {
-    match object.bsdf {
-        Bsdf::Null => Some(Rule::Pass),
-        Bsdf::Dielectric(_) => Some(Rule::Refract),
-        Bsdf::Conductor(_) => Some(Rule::Reflect),
-        _ => None,
     }
 }

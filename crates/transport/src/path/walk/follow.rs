@@ -218,12 +218,11 @@ impl<'a> Follower<'a> {
         v: DVec3,
         ws: &mut Workspace,
     ) -> Option<Ending> {
-        // The arc's speed is the index up to the tolerance: here it becomes the index again.
-        let v = v.normalize() * self.scene.n(self.medium, hit.position);
+        let scene = self.scene;
         self.ray.x = hit.position;
         self.ray.direction = v.normalize();
-        let surface = &self.scene.objects()[object];
-        if self.ray.seen.is_none() && !surface.bsdf.is_null() {
+        let is_null = scene.objects()[object].bsdf.is_null();
+        if self.ray.seen.is_none() && !is_null {
             self.ray.seen = Some(SeenSurface {
                 object,
                 hit: *hit,
@@ -235,56 +234,80 @@ impl<'a> Follower<'a> {
                 return Some(Ending::Surface(object));
             }
         }
-        let cos = hit.normal.dot(self.ray.direction);
-        let through = surface.bsdf.through(&surface.shape.site(hit), cos);
-        let rule = match through {
-            Some(through) if through.probability >= 0.5 => Some(Rule::Pass),
-            _ => rule(&surface.bsdf, cos < 0.0),
-        };
-        match rule {
-            Some(rule) => self.go_on(rule, object, hit, v, ws),
-            None => Some(Ending::Surface(object)),
-        }
-    }
-
-    fn go_on(
-        &mut self,
-        rule: Rule,
-        object: usize,
-        hit: &Hit,
-        v: DVec3,
-        ws: &mut Workspace,
-    ) -> Option<Ending> {
-        let scene = self.scene;
-        let beyond = scene.medium_beside(object, self.medium, hit.position, hit.normal, v);
-        let n2 = |medium| (scene.field(medium).n2(hit.position), DVec3::ZERO);
-        let shape = &scene.objects()[object].shape;
-        let interface = Interface {
-            normal: match rule {
-                Rule::Reflect => shape.shading_normal(&shape.site(hit), hit.normal),
-                Rule::Refract | Rule::Pass => hit.normal,
-            },
-            shape: DMat3::ZERO,
-            near: n2(self.medium),
-            far: n2(beyond),
-        };
-        let refracted = interface.velocity(rule, v);
-        self.v = refracted
-            .or_else(|| interface.velocity(Rule::Reflect, v))
-            .unwrap_or(-v);
-        self.ray.direction = self.v.normalize();
-        if rule == Rule::Reflect && hit.normal.dot(self.v) * hit.normal.dot(v) >= 0.0 {
-            // A shading normal would have it go below the surface.
+        let Some(passage) = only_passage(scene, object, self.medium, hit, v) else {
             return Some(Ending::Surface(object));
-        }
-        if refracted.is_some() && rule != Rule::Reflect {
-            self.medium = beyond;
-        } else if let Some(difference) = &mut self.difference {
+        };
+        self.x = passage.x;
+        self.v = passage.v;
+        self.medium = passage.medium;
+        self.ray.direction = self.v.normalize();
+        if passage.is_reflection
+            && let Some(difference) = &mut self.difference
+        {
             difference.reflect(self.ray.direction, &mut ws.stats.work);
         }
-        self.x = leave(scene, hit.position, hit.normal, self.ray.direction);
         None
     }
+}
+
+/// The way of a ray beyond a surface.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Passage {
+    /// Where it starts, off the surface.
+    pub x: DVec3,
+    /// Its velocity there.
+    pub v: DVec3,
+    /// The medium into which it goes.
+    pub medium: MediumId,
+    /// Whether it stays on its side of the surface.
+    pub is_reflection: bool,
+}
+
+/// The way beyond a surface for a ray that arrives through a medium with a velocity, if the surface leaves it one direction, or lets
+/// at least half of its light pass straight on. `None` if the ray ends there.
+pub(crate) fn only_passage(
+    scene: &Scene,
+    object: usize,
+    medium: MediumId,
+    hit: &Hit,
+    v: DVec3,
+) -> Option<Passage> {
+    let surface = &scene.objects()[object];
+    let site = surface.shape.site(hit);
+    let cos = hit.normal.dot(v.normalize());
+    let rule = match surface.bsdf.through(&site, cos) {
+        Some(through) if through.probability >= 0.5 => Rule::Pass,
+        _ => rule(&surface.bsdf, cos < 0.0)?,
+    };
+    let beyond = scene.medium_beside(object, medium, hit.position, hit.normal, v);
+    let n2 = |medium| (scene.field(medium).n2(hit.position), DVec3::ZERO);
+    let interface = Interface {
+        normal: match rule {
+            Rule::Reflect => surface.shape.shading_normal(&site, hit.normal),
+            Rule::Refract | Rule::Pass => hit.normal,
+        },
+        shape: DMat3::ZERO,
+        near: n2(medium),
+        far: n2(beyond),
+    };
+    // The arc's speed is the index up to the tolerance: here it becomes the index again.
+    let v = v.normalize() * interface.near.0.sqrt();
+    let passed = interface.velocity(rule, v);
+    let is_reflection = passed.is_none() || rule == Rule::Reflect;
+    let after = passed
+        .or_else(|| interface.velocity(Rule::Reflect, v))
+        .unwrap_or(-v);
+    // A shading normal may have a mirror send rays below the surface.
+    let is_below = hit.normal.dot(after) * hit.normal.dot(v) >= 0.0;
+    if rule == Rule::Reflect && is_below {
+        return None;
+    }
+    Some(Passage {
+        x: leave(scene, hit.position, hit.normal, after),
+        v: after,
+        medium: if is_reflection { medium } else { beyond },
+        is_reflection,
+    })
 }
 
 /// The only rule that a surface leaves to light that arrives on the side of its normal, or behind.

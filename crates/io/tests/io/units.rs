@@ -1,0 +1,595 @@
+//! Units of length: light does not depend on them. Scaling every length of a scene by a power of two, and extinctions, intensities
+//! and powers with it, changes no bit of any mantissa. Every plugin that has a length, or a place, is in one of these scenes.
+
+use morgana_io::{Diagnostics, LoadOptions, Loaded, json};
+use std::ops::ControlFlow;
+use transport::meter::Meter;
+use transport::render::{Handle, MeasureOptions, RenderOptions, measure, render};
+
+/// Binary logarithms of units of length for meters: their sums are cut into digits of 32 bits (see `transport::sum`), and keep
+/// their bits where scores change by whole digits.
+const WHOLE_DIGITS: [i32; 2] = [-32, 32];
+
+/// Binary logarithms of units of length for pictures, whose radiances are the same in each.
+fn exponents() -> Vec<i32> {
+    if is_long() {
+        (-60..=60).filter(|e| *e != 0).collect()
+    } else {
+        vec![-60, 60]
+    }
+}
+
+fn is_long() -> bool {
+    std::env::var_os("MORGANA_LONG_TESTS").is_some()
+}
+
+/// Replaces each `v@d` by v times the d-th power of the unit of length, which is 2 to the power `exponent`.
+fn scaled(text: &str, exponent: i32) -> String {
+    let mut result = String::new();
+    let mut rest = text;
+    while let Some(at) = rest.find('@') {
+        let is_number = |c: char| c.is_ascii_digit() || ".-".contains(c);
+        let start = rest[..at].rfind(|c| !is_number(c)).map_or(0, |i| i + 1);
+        let after = &rest[at + 1..];
+        let end = after.find(|c| !is_number(c)).unwrap_or(after.len());
+        let value: f64 = rest[start..at].parse().unwrap();
+        let power: i32 = after[..end].parse().unwrap();
+        let unit = 2.0f64.powi(exponent * power);
+        result += &format!("{}{:e}", &rest[..start], value * unit);
+        rest = &after[end..];
+    }
+    result + rest
+}
+
+fn load(parts: &str, integrator: &str, exponent: i32) -> Loaded {
+    let text = format!(r#"{{"type": "scene", {}}}"#, scaled(parts, exponent));
+    let mut diagnostics = Diagnostics::new();
+    let scene = json::parse(&text, "scene.json", &[], &mut diagnostics);
+    let scene = scene.unwrap_or_else(|| panic!("{diagnostics}\n{text}"));
+    let options = LoadOptions {
+        integrator: Some(integrator.to_owned()),
+        ..LoadOptions::default()
+    };
+    morgana_io::assemble(&scene, &options, diagnostics).unwrap_or_else(|e| panic!("{e}\n{text}"))
+}
+
+/// Means and variances of all pixels.
+fn picture(parts: &str, integrator: &str, exponent: i32) -> Vec<f64> {
+    let loaded = load(parts, integrator, exponent);
+    let samples = if is_long() { 64 } else { 4 };
+    let options = RenderOptions::new(loaded.renderer, samples, 7);
+    let film = render(&loaded.groups, &options, |_| ControlFlow::Continue(())).film;
+    let all = film.mean().into_iter().chain(film.variance());
+    all.map(f64::from).collect()
+}
+
+/// Means and errors of all readings.
+fn readings(parts: &str, exponent: i32) -> Vec<f64> {
+    let loaded = load(parts, "particle", exponent);
+    let meters: Vec<Meter> = loaded.instruments.iter().map(|i| i.meter.clone()).collect();
+    let options = MeasureOptions {
+        first: 0,
+        particles: if is_long() { 2000 } else { 200 },
+        seed: 7,
+        max_depth: Some(20),
+        rr_depth: 5,
+    };
+    let go_on = |_| ControlFlow::Continue(());
+    let handle = Handle::default();
+    let measurement = measure(&loaded.groups, &meters, &options, &handle, go_on).unwrap();
+    let all = measurement.readings.into_iter().flatten();
+    all.flat_map(|reading| reading.mean.into_iter().chain(reading.error))
+        .collect()
+}
+
+/// Mantissas with their signs, as numbers from 1 to 2; 0 for 0.
+fn mantissas(values: Vec<f64>) -> Vec<f64> {
+    let mantissa = |v: f64| v / 2.0f64.powi(v.abs().log2().floor() as i32);
+    let value = |v: f64| {
+        if v == 0.0 || !v.is_finite() {
+            v
+        } else {
+            mantissa(v)
+        }
+    };
+    values.into_iter().map(value).collect()
+}
+
+/// Numbers that differ from those of unit 1 and what they are there, for each unit where any does.
+fn differences(name: &str, exponents: &[i32], compute: impl Fn(i32) -> Vec<f64>) -> Vec<String> {
+    let expected = compute(0);
+    assert!(expected.iter().any(|v| *v != 0.0), "{name} is dark");
+    let expected = mantissas(expected);
+    let of_unit = |exponent: i32| {
+        let found = mantissas(compute(exponent));
+        let pairs = expected.iter().zip(&found);
+        let different = pairs.clone().filter(|(a, b)| a.to_bits() != b.to_bits());
+        let count = different.clone().count();
+        let (a, b) = different.into_iter().next()?;
+        Some(format!(
+            "{name}, unit 2^{exponent}: {count} of {} differ, such as {b} for {a}",
+            expected.len()
+        ))
+    };
+    exponents.iter().copied().filter_map(of_unit).collect()
+}
+
+#[track_caller]
+fn same(all: Vec<String>) {
+    assert!(all.is_empty(), "\n{}", all.join("\n"));
+}
+
+/// A picture of a few pixels by a camera of a kind with more parameters.
+fn camera(kind: &str, more: &str) -> String {
+    format!(
+        r#""sensor": {{"type": "{kind}", {more}
+          "to_world": [{{"lookat": {{"origin": [0.3@1, 0.4@1, -4@1], "target": [0, 0, 0], "up": [0, 1, 0]}}}}],
+          "film": {{"type": "hdrfilm", "width": 4, "height": 3}}}}"#
+    )
+}
+
+fn pinhole() -> String {
+    camera("perspective", r#""fov": 35,"#)
+}
+
+fn sky() -> &'static str {
+    r#""sky": {"type": "constant", "radiance": 0.3}"#
+}
+
+const FLOOR: &str = r#""floor": {"type": "rectangle", "to_world": [{"scale": 3@1}, {"rotate": {"axis": [1, 0, 0], "angle": -90}}, {"translate": [0, -1.5@1, 0]}]}"#;
+
+/// A box of haze with an index, on a floor.
+fn haze(ior: &str) -> String {
+    format!(
+        r#"{FLOOR}, "haze": {{"type": "cube", "to_world": [{{"scale": 1@1}}], "bsdf": {{"type": "null"}}, "interior": {{
+          "type": "homogeneous", "sigma_t": 0.3@-1, "albedo": 0.9, "ior": {ior}}}}}"#
+    )
+}
+
+const SAMPLES: &str =
+    "[[[1.1, 1.3, 1.2, 1.1], [1.4, 1.2, 1.3, 1.1], [1.2, 1.1, 1.2, 1.3], [1.1, 1.3, 1.2, 1.4]],
+  [[1.3, 1.2, 1.1, 1.3], [1.2, 1.4, 1.2, 1.1], [1.3, 1.2, 1.4, 1.2], [1.2, 1.1, 1.3, 1.2]],
+  [[1.2, 1.1, 1.3, 1.2], [1.1, 1.3, 1.2, 1.4], [1.4, 1.2, 1.1, 1.3], [1.3, 1.2, 1.1, 1.2]],
+  [[1.1, 1.2, 1.2, 1.3], [1.3, 1.1, 1.2, 1.2], [1.2, 1.3, 1.2, 1.1], [1.4, 1.1, 1.3, 1.2]]]";
+
+fn spline() -> String {
+    format!(
+        r#"{{"type": "bspline", "data": {SAMPLES}, "placement": "nodes", "to_world": [{{"translate": [-0.5, -0.5, -0.5]}}, {{"scale": 2@1}}]}}"#
+    )
+}
+
+/// Indices, one for each plugin or way to give one.
+fn fields() -> Vec<(&'static str, String)> {
+    let in_box =
+        r#""placement": "nodes", "to_world": [{"translate": [-0.5, -0.5, -0.5]}, {"scale": 2@1}]"#;
+    let sound = r#""dn_dp": 1e-7, "frequency": 1e6, "sound_speed": 500000@1, "time_phase": 0.3"#;
+    vec![
+        ("constant", r#"{"type": "constant", "value": 1.2}"#.to_owned()),
+        ("linear", r#"{"type": "linear", "n0": 1.3, "slope": [0.1@-1, 0.05@-1, 0]}"#.to_owned()),
+        (
+            "linear_square",
+            r#"{"type": "linear_square", "n0": 1.3, "slope": [0.1@-1, 0.05@-1, 0], "origin": [0.1@1, 0, 0]}"#.to_owned(),
+        ),
+        ("luneburg", r#"{"type": "luneburg", "radius": 2@1, "center": [0.1@1, 0, 0]}"#.to_owned()),
+        ("selfoc", r#"{"type": "selfoc", "n0": 1.5, "alpha": 0.3@-1, "direction": [1, 0, 0.5]}"#.to_owned()),
+        ("fisheye", r#"{"type": "fisheye", "radius": 2@1}"#.to_owned()),
+        (
+            "gaussian",
+            r#"{"type": "gaussian", "n0": 1, "delta": 0.2, "width": 0.4@1, "center": [0.1@1, 0, 0]}"#.to_owned(),
+        ),
+        (
+            "acoustic",
+            r#"{"type": "acoustic", "n0": 1.33, "amplitude": 0.01, "order": 1, "wave_number": 3@-1}"#.to_owned(),
+        ),
+        (
+            "mode",
+            format!(
+                r#"{{"type": "acoustic", "n0": 1.33, "direction": [1, 0, 0],
+                  "a": {{"type": "mode", "pressure": 1e5, {sound}}}, "b": {{"type": "mode", "amplitude": 0.005, "order": 2, "wave_number": 2@-1}}}}"#
+            ),
+        ),
+        (
+            "expression",
+            r#"{"type": "expression", "n": "1.2 + 0.1*exp(-(r/w)^2) + 0.02*sin(x/w)*y/w", "w": 0.5@1}"#.to_owned(),
+        ),
+        (
+            "expression of the square",
+            r#"{"type": "expression", "n2": "1.5 + 0.1/(1 + rho^2/w^2) + 0.1*z/w", "w": 2@1}"#.to_owned(),
+        ),
+        (
+            "profile",
+            r#"{"type": "profile", "coordinate": "r", "data": [[0@1, 1.4], [0.5@1, 1.3], [1@1, 1.25], [1.8@1, 1.2]]}"#.to_owned(),
+        ),
+        (
+            "profile along an axis",
+            r#"{"type": "profile", "coordinate": "y", "data": [[-1@1, 1.4], [0.5@1, 1.3], [1@1, 1.25]]}"#.to_owned(),
+        ),
+        (
+            "standard_atmosphere",
+            r#"{"type": "standard_atmosphere", "metres_per_unit": 2000@-1, "constant": 0.09, "to_world": [{"translate": [0, 0, -1@1]}]}"#.to_owned(),
+        ),
+        ("bspline", spline()),
+        (
+            "gladstone_dale",
+            format!(r#"{{"type": "gladstone_dale", "data": {SAMPLES}, "constant": 0.09, {in_box}}}"#),
+        ),
+        (
+            "pressure",
+            format!(r#"{{"type": "pressure", "n0": 1.3, "dn_dp": 1e-7, "scale": 1e6, "data": {SAMPLES}, {in_box}}}"#),
+        ),
+        (
+            "transducer",
+            format!(
+                r#"{{"type": "transducer", "aperture": "piston", "diameter": 1@1, "origin": [0, 0, -2@1], "pressure": 1e5, "n0": 1.33, {sound},
+                  "min": [-0.9@1, -0.9@1, -0.9@1], "max": [0.9@1, 0.9@1, 0.9@1], "spacing": 0.1@1}}"#
+            ),
+        ),
+        (
+            "sum",
+            r#"{"type": "sum", "reference": 1.3, "a": {"type": "gaussian", "n0": 1.3, "delta": 0.1, "width": 0.4@1},
+              "b": {"type": "linear", "n0": 1.3, "slope": [0.1@-1, 0, 0]}}"#.to_owned(),
+        ),
+    ]
+}
+
+fn power(more: &str, kind: &str) -> String {
+    format!(
+        r#""light": {{"type": "{kind}", "power": 3@2, {more} "to_world": [{{"lookat": {{"origin": [0.2@1, 3@1, -1@1], "target": [0, 0, 0], "up": [0, 0, 1]}}}}]}}"#
+    )
+}
+
+/// Emitters, each of which lights the scene alone.
+fn emitters() -> Vec<(&'static str, String)> {
+    let above = r#""to_world": [{"lookat": {"origin": [0.2@1, 3@1, -1@1], "target": [0, 0, 0], "up": [0, 0, 1]}}]"#;
+    let slide = r#"{"type": "bitmap", "raw": true, "data": [[[0.5], [1]], [[0.2], [0.7]]]}"#;
+    let inside = r#""to_world": [{"translate": [-0.5, -0.5, -0.5]}, {"scale": 0.8@1}]"#;
+    vec![
+        ("point", r#""light": {"type": "point", "position": [0.2@1, 3@1, -1@1], "intensity": 5@2}"#.to_owned()),
+        ("point inside", r#""light": {"type": "point", "position": [0.2@1, 0.3@1, -0.1@1], "intensity": 5@2}"#.to_owned()),
+        ("spot", format!(r#""light": {{"type": "spot", "intensity": 5@2, {above}}}"#)),
+        ("projector", format!(r#""light": {{"type": "projector", "fov": 40, "irradiance": 5@2, {above}}}"#)),
+        (
+            "projector of a slide",
+            format!(r#""light": {{"type": "projector", "fov": 40, "irradiance": {slide}, "scale": 5@2, {above}}}"#),
+        ),
+        ("directional", r#""light": {"type": "directional", "direction": [0.3, -1, 0.2], "irradiance": 2}"#.to_owned()),
+        ("constant", r#""light": {"type": "constant"}"#.to_owned()),
+        ("sunsky", r#""light": {"type": "sunsky", "sun_direction": [0.3, 1, -0.2], "sun_scale": 0.01, "to_world": [{"rotate": {"axis": [1, 0, 0], "angle": -90}}]}"#.to_owned()),
+        ("collimated", power(r#""radius": 0.4@1,"#, "collimated")),
+        ("collimated, gaussian", power(r#""profile": "gaussian", "radius": 0.3@1,"#, "collimated")),
+        ("collimated, rectangle", power(r#""profile": "rectangle", "width": 0.3@1, "height": 0.5@1,"#, "collimated")),
+        ("fiber", power(r#""radius": 0.4@1, "cutoff_angle": 20,"#, "fiber")),
+        ("fiber, focused", power(r#""radius": 0.4@1, "numerical_aperture": 0.3, "focus": 2@1, "angular_profile": "gaussian","#, "fiber")),
+        ("volumelight", format!(r#""light": {{"type": "volumelight", "radiance": 2@-1, {inside}}}"#)),
+        ("volumelight of a power", format!(r#""light": {{"type": "volumelight", "power": 9@2, {inside}}}"#)),
+        (
+            "volumelight of samples",
+            format!(r#""light": {{"type": "volumelight", "power": 9@2, "radiance": {{"type": "gridvolume", "data": {SAMPLES}, {inside}}}}}"#),
+        ),
+        (
+            "area",
+            r#""light": {"type": "sphere", "center": [0.2@1, 3@1, -1@1], "radius": 0.3@1, "emitter": {"type": "area", "radiance": 20}}"#.to_owned(),
+        ),
+    ]
+}
+
+#[test]
+fn fields_in_any_unit() {
+    let lights = emitters();
+    let lit = |ior: &str, light: &str| format!("{}, {}, {light}", pinhole(), haze(ior));
+    let mut all = Vec::new();
+    for (name, ior) in fields() {
+        for (kind, light) in &lights {
+            if ["directional", "constant", "collimated, gaussian"].contains(kind) {
+                let parts = lit(&ior, light);
+                let name = format!("{name} under {kind}");
+                all.extend(differences(&name, &exponents(), |e| {
+                    picture(&parts, "path", e)
+                }));
+            }
+        }
+    }
+    same(all);
+}
+
+#[test]
+fn emitters_in_any_unit() {
+    let (bent, straight) = (spline(), r#"{"type": "constant", "value": 1}"#);
+    let mut all = Vec::new();
+    for (name, light) in emitters() {
+        for (ior, integrator) in [(&*bent, "path"), (straight, "bdpt")] {
+            let parts = format!("{}, {}, {light}", pinhole(), haze(ior));
+            let name = format!("{name} by {integrator}");
+            all.extend(differences(&name, &exponents(), |e| {
+                picture(&parts, integrator, e)
+            }));
+        }
+    }
+    same(all);
+}
+
+/// Estimators that merge paths, and the choice among all.
+#[test]
+fn estimators_in_any_unit() {
+    let parts = format!("{}, {}", haze(&spline()), lit());
+    let parts = parts.replacen(&format!("{FLOOR}, "), "", 1);
+    let mut all = Vec::new();
+    for integrator in ["vcm", "photon", "sppm", "auto"] {
+        all.extend(differences(integrator, &exponents(), |e| {
+            picture(&parts, integrator, e)
+        }));
+    }
+    same(all);
+}
+
+/// Cameras, each before the same haze.
+#[test]
+fn cameras_in_any_unit() {
+    let lights = format!(
+        r#"{}, "light": {{"type": "point", "position": [0.2@1, 3@1, -1@1], "intensity": 5@2}}"#,
+        sky()
+    );
+    let place = r#""to_world": [{"scale": 1@1}, {"lookat": {"origin": [0.3@1, 0.4@1, -4@1], "target": [0, 0, 0], "up": [0, 1, 0]}}]"#;
+    let film = r#""film": {"type": "hdrfilm", "width": 4, "height": 3}"#;
+    let cameras = [
+        ("perspective", pinhole()),
+        ("thinlens", camera("thinlens", r#""fov": 35, "aperture_radius": 0.2@1, "focus_distance": 4@1, "blades": 5,"#)),
+        ("orthographic", format!(r#""sensor": {{"type": "orthographic", {place}, {film}}}"#)),
+        (
+            "telecentric",
+            format!(
+                r#""sensor": {{"type": "telecentric", "acceptance_angle": 2, "focus_distance": 4, "knife_edge": [1, 0, 0], {place}, {film}}}"#
+            ),
+        ),
+        (
+            "batch",
+            format!(
+                r#""sensor": {{"type": "batch", "a": {{"type": "orthographic", {place}}}, "b": {{"type": "perspective", "fov": 30, {place}}}, {film}}}"#
+            ),
+        ),
+        (
+            "radiancemeter",
+            r#""sensor": {"type": "radiancemeter", "origin": [0.3@1, 0.4@1, -4@1], "direction": [0, -0.1, 1],
+              "film": {"type": "hdrfilm", "width": 1, "height": 1}}"#
+                .to_owned(),
+        ),
+    ];
+    let mut all = Vec::new();
+    for (name, sensor) in cameras {
+        let parts = format!("{sensor}, {}, {lights}", haze(&spline()));
+        // Cameras of other kinds need the path tracer.
+        let all_estimators = ["perspective", "thinlens"].contains(&name);
+        for integrator in &["path", "bdpt"][..1 + usize::from(all_estimators)] {
+            let name = format!("{name} by {integrator}");
+            all.extend(differences(&name, &exponents(), |e| {
+                picture(&parts, integrator, e)
+            }));
+        }
+    }
+    same(all);
+}
+
+/// Shapes with the placeholder `INSIDE` for their surface and medium.
+fn shapes() -> Vec<(&'static str, &'static str)> {
+    vec![
+        (
+            "sphere",
+            r#""type": "sphere", "center": [0.1@1, 0, 0], "radius": 0.9@1, INSIDE"#,
+        ),
+        (
+            "cube",
+            r#""type": "cube", "to_world": [{"rotate": {"axis": [1, 2, 3], "angle": 30}}, {"scale": 0.8@1}], INSIDE"#,
+        ),
+        (
+            "cylinder",
+            r#""type": "cylinder", "p0": [0, -0.8@1, 0], "p1": [0, 0.8@1, 0.1@1], "radius": 0.7@1, "capped": true, INSIDE"#,
+        ),
+        (
+            "mesh",
+            r#""type": "mesh", "vertex_positions": [[0.9@1, 0, -0.7@1], [-0.9@1, 0, -0.7@1], [0, 0.9@1, 0.7@1], [0, -0.9@1, 0.7@1]],
+              "faces": [[0, 1, 2], [1, 0, 3], [0, 2, 3], [1, 3, 2]], INSIDE"#,
+        ),
+        (
+            "sdfgrid",
+            r#""type": "sdfgrid", "to_world": [{"translate": [-0.5, -0.5, -0.5]}, {"scale": 2@1}], "grid": [
+              [[[1], [1], [1]], [[1], [0.5], [1]], [[1], [1], [1]]], [[[1], [0.5], [1]], [[0.5], [-0.5], [0.5]], [[1], [0.5], [1]]],
+              [[[1], [1], [1]], [[1], [0.5], [1]], [[1], [1], [1]]]], INSIDE"#,
+        ),
+    ]
+}
+
+/// Surfaces, and what is inside.
+const INSIDES: [(&str, &str); 3] = [
+    (
+        "haze",
+        r#""bsdf": {"type": "null"}, "interior": {"type": "homogeneous", "sigma_t": 0.7@-1, "albedo": 0.9,
+          "ior": {"type": "gaussian", "n0": 1, "delta": 0.2, "width": 0.4@1}}"#,
+    ),
+    (
+        "glass",
+        r#""bsdf": {"type": "dielectric"}, "interior": {"type": "transparent", "ior": {"type": "linear", "n0": 1.4, "slope": [0.1@-1, 0, 0]}}"#,
+    ),
+    ("plaster", r#""bsdf": {"type": "diffuse"}"#),
+];
+
+fn lit() -> String {
+    format!(
+        "{}, {FLOOR}, {}, {}",
+        pinhole(),
+        sky(),
+        power(r#""radius": 0.4@1,"#, "collimated")
+    )
+}
+
+#[test]
+fn shapes_in_any_unit() {
+    let mut all = Vec::new();
+    for (name, shape) in shapes() {
+        for (kind, inside) in INSIDES {
+            let shape = shape.replace("INSIDE", inside);
+            let parts = format!(r#"{}, "shape": {{{shape}}}"#, lit());
+            let name = format!("{name} of {kind}");
+            all.extend(differences(&name, &exponents(), |e| {
+                picture(&parts, "path", e)
+            }));
+            all.extend(differences(&name, &exponents(), |e| {
+                picture(&parts, "bdpt", e)
+            }));
+        }
+    }
+    for open in ["disk", "rectangle"] {
+        let parts = format!(
+            r#"{}, "shape": {{"type": "{open}", "to_world": [{{"scale": 0.8@1}}]}}"#,
+            lit()
+        );
+        all.extend(differences(open, &exponents(), |e| {
+            picture(&parts, "path", e)
+        }));
+    }
+    same(all);
+}
+
+/// Copies, labels and shapes in files.
+#[test]
+fn shapes_of_parts_in_any_unit() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path.display().to_string()
+    };
+    let tetrahedron = file(
+        "tetrahedron.obj",
+        "v 0.9 0 -0.7\nv -0.9 0 -0.7\nv 0 0.9 0.7\nv 0 -0.9 0.7\nf 1 2 3\nf 2 1 4\nf 1 3 4\nf 2 4 3\n",
+    );
+    let labels = |surface: &str| {
+        format!(
+            r#""shape": {{"type": "labels", "surface": "{surface}", "to_world": [{{"translate": [-0.5, -0.5, -0.5]}}, {{"scale": 2@1}}],
+              "data": [[[1, 1, 0], [1, 2, 1]], [[1, 2, 1], [0, 1, 1]]],
+              "1": {{"type": "homogeneous", "sigma_t": 0.7@-1, "albedo": 0.9, "ior": {{"type": "constant", "value": 1.3}}}},
+              "2": {{"type": "homogeneous", "sigma_t": 2@-1, "albedo": 0.5, "ior": {{"type": "constant", "value": 1.4}}}}}}"#
+        )
+    };
+    let scale = r#""to_world": [{"scale": 1@1}]"#;
+    let cases = [
+        (
+            "obj",
+            format!(
+                r#""shape": {{"type": "obj", "filename": "{tetrahedron}", {scale}, {}}}"#,
+                INSIDES[0].1
+            ),
+        ),
+        ("labels, voxels", labels("voxels")),
+        ("labels, smooth", labels("smooth")),
+        (
+            "instance",
+            format!(
+                r#""group": {{"type": "shapegroup", "id": "group", "a": {{"type": "sphere", "radius": 0.4@1}}, "b": {{"type": "cube", "to_world": [{{"scale": 0.3@1}}, {{"translate": [0.5@1, 0, 0]}}]}}}},
+                "one": {{"type": "instance", "g": {{"type": "ref", "id": "group"}}}},
+                "other": {{"type": "instance", "to_world": [{{"translate": [0, 0.9@1, 0]}}], "g": {{"type": "ref", "id": "group"}}}}"#
+            ),
+        ),
+    ];
+    let mut all = Vec::new();
+    for (name, shape) in cases {
+        let parts = format!("{}, {shape}", lit());
+        all.extend(differences(name, &exponents(), |e| {
+            picture(&parts, "path", e)
+        }));
+    }
+    // Transforms leave the radii of curves, so each unit has its file.
+    for name in ["linearcurve", "bsplinecurve"] {
+        let curve = |exponent: i32| {
+            let text = "-0.9@1 -0.5@1 0 0.3@1\n-0.2@1 0.6@1 0.1@1 0.2@1\n0.3@1 -0.6@1 0 0.2@1\n0.9@1 0.5@1 0.1@1 0.3@1\n";
+            let strand = file(&format!("strand{exponent}.txt"), &scaled(text, exponent));
+            let parts = format!(
+                r#"{}, "shape": {{"type": "{name}", "filename": "{strand}"}}"#,
+                lit()
+            );
+            picture(&parts, "path", exponent)
+        };
+        all.extend(differences(name, &exponents(), curve));
+    }
+    same(all);
+}
+
+/// Extinctions, albedos and emission that vary.
+#[test]
+fn media_in_any_unit() {
+    let placed = r#""to_world": [{"translate": [-0.5, -0.5, -0.5]}, {"scale": 2@1}]"#;
+    let media = [
+        (
+            "samples",
+            format!(
+                r#""type": "heterogeneous", "scale": 0.5@-1, "albedo": 0.8, "sigma_t": {{"type": "gridvolume", "data": {SAMPLES}, {placed}}}"#
+            ),
+        ),
+        ("colours", r#""type": "homogeneous", "sigma_t": {"type": "rgb", "value": [0.7@-1, 0.3@-1, 0.1@-1]}, "albedo": 0.8, "phase": {"type": "hg", "g": 0.5}"#.to_owned()),
+    ];
+    let mut all = Vec::new();
+    for (name, medium) in media {
+        for ior in [
+            "",
+            r#", "ior": {"type": "gaussian", "n0": 1, "delta": 0.2, "width": 0.4@1}"#,
+        ] {
+            let parts = format!(
+                r#"{}, "haze": {{"type": "cube", "to_world": [{{"scale": 1@1}}], "bsdf": {{"type": "null"}}, "interior": {{{medium}{ior}}}}}"#,
+                lit()
+            );
+            for integrator in ["path", "bdpt", "particle"] {
+                let name = format!("{name}{ior} by {integrator}");
+                all.extend(differences(&name, &exponents(), |e| {
+                    picture(&parts, integrator, e)
+                }));
+            }
+        }
+    }
+    same(all);
+}
+
+#[test]
+fn meters_in_any_unit() {
+    let beam = power(r#""profile": "gaussian", "radius": 0.3@1,"#, "collimated");
+    let place = r#""to_world": [{"translate": [-0.5, -0.5, -0.5]}, {"scale": 2@1}]"#;
+    let gates = r#""min_bound": 2@1, "max_bound": 8@1, "bin_width": 1@1"#;
+    let meters = [
+        ("cells", format!(r#""type": "fluencemeter", "nx": 2, "ny": 3, "nz": 2, {place}"#)),
+        ("collisions", format!(r#""type": "fluencemeter", "estimator": "collision", "nx": 2, "ny": 3, "nz": 2, {place}"#)),
+        ("gates", format!(r#""type": "fluencemeter", "nx": 2, "ny": 3, "nz": 2, {gates}, {place}"#)),
+        ("rings", r#""type": "fluencemeter", "coordinates": "cylindrical", "nr": 3, "nz": 2, "to_world": [{"scale": 1@1}]"#.to_owned()),
+        ("shells", r#""type": "fluencemeter", "coordinates": "spherical", "nr": 3, "to_world": [{"scale": 1@1}]"#.to_owned()),
+        (
+            "pressure",
+            format!(r#""type": "fluencemeter", "nx": 2, "ny": 2, "nz": 2, "gruneisen": 0.2, "metres_per_unit": 0.01@-1, {place}"#),
+        ),
+    ];
+    let walls = [
+        ("wall", format!(r#""type": "irradiancemeter", "nu": 2, "nv": 3, "cosine_bins": 2, {gates}"#)),
+        ("fibre", r#""type": "irradiancemeter", "center": [0, 1@1, 0], "radius": 0.8@1, "numerical_aperture": 0.9"#.to_owned()),
+    ];
+    let box_of = |more: &str| {
+        let surface = haze(&spline());
+        let (surface, _) = surface.rsplit_once('}').unwrap();
+        format!("{surface}{more}}}, {beam}")
+    };
+    let mut all = Vec::new();
+    for (name, meter) in meters {
+        let parts = format!(r#"{}, "meter": {{{meter}}}"#, box_of(""));
+        all.extend(differences(name, &WHOLE_DIGITS, |e| readings(&parts, e)));
+    }
+    for (name, meter) in walls {
+        let parts = box_of(&format!(r#", "meter": {{{meter}}}"#));
+        all.extend(differences(name, &WHOLE_DIGITS, |e| readings(&parts, e)));
+    }
+    same(all);
+}
+
+/// A scene without any extent: light does not depend on where it is by more than rounding.
+#[test]
+fn scenes_without_extent() {
+    let parts = r#""sensor": {"type": "perspective", "fov": 35, "film": {"type": "hdrfilm", "width": 4, "height": 3}},
+        "sky": {"type": "constant", "radiance": 0.3}"#;
+    same(differences("a sky alone", &exponents(), |e| {
+        picture(parts, "path", e)
+    }));
+}
