@@ -19,6 +19,7 @@ mod planar;
 mod rectangle;
 mod shading;
 mod sphere;
+mod split;
 mod sweep;
 mod tessellation;
 mod tree;
