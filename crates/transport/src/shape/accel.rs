@@ -169,7 +169,7 @@ struct Nearest {
     /// The smallest θ.
     theta: f64,
     first: Option<(usize, Meeting)>,
-    /// Others that may be one event with it: hardly ever any.
+    /// Others that were one event with the nearest when they were added: hardly ever any.
     ties: Vec<(usize, Meeting)>,
 }
 
@@ -182,7 +182,6 @@ impl Nearest {
     fn add(&mut self, i: usize, hit: Meeting) {
         self.theta = self.theta.min(hit.theta);
         let limit = self.theta + TIE;
-        self.ties.retain(|(_, h)| h.theta <= limit);
         match &mut self.first {
             Some((_, h)) if h.theta <= limit => self.ties.push((i, hit)),
             first => *first = Some((i, hit)),
@@ -197,7 +196,9 @@ impl Nearest {
         if self.ties.is_empty() {
             self.first
         } else {
-            self.hits().min_by_key(|(i, _)| *i).copied()
+            let limit = self.theta + TIE;
+            let hits = self.hits().filter(|(_, h)| h.theta <= limit);
+            hits.min_by_key(|(i, _)| *i).copied()
         }
     }
 }

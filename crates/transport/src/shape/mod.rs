@@ -20,6 +20,7 @@ mod planar;
 mod rectangle;
 mod shading;
 mod sphere;
+mod split;
 mod sweep;
 mod tessellation;
 mod tree;

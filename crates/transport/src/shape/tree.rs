@@ -1,13 +1,9 @@
 //! A bounding-volume hierarchy over boxes.
 
+use super::split::Builder;
 use super::sweep::Sweep;
 use eikonal::Aabb;
-use glam::DVec3;
-use obvhs::BvhBuildParams;
-use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::builder::build_bvh2;
-use obvhs::bvh2::node::Bvh2Node;
-use std::time::Duration;
+use glam::{DVec3, Vec3};
 
 /// Growth of the boxes, whose coordinates the hierarchy maps to [−1, 1] and stores in single
 /// precision: several times the rounding of a stored coordinate (6e-8) and of the traversal in
@@ -18,9 +14,23 @@ const PAD: f64 = 4e-7;
 /// box a curve may touch.
 #[derive(Clone)]
 pub(super) struct Tree {
-    bvh: Bvh2,
+    /// The root, then pairs of children.
+    nodes: Vec<Node>,
+    /// Places of leaves in the list of boxes.
+    leaves: Vec<u32>,
     center: DVec3,
     scale: f64,
+}
+
+/// A box and what it holds.
+#[derive(Clone, Copy)]
+pub(super) struct Node {
+    pub min: Vec3,
+    pub max: Vec3,
+    /// First of its leaves, or of its two children.
+    pub first: u32,
+    /// Number of leaves; 0 for a node with children.
+    pub count: u32,
 }
 
 impl Tree {
@@ -29,22 +39,17 @@ impl Tree {
         let all = boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(*b));
         let half = 0.5 * all.size().max_element();
         let mut tree = Tree {
-            bvh: Bvh2::default(),
+            nodes: Vec::new(),
+            leaves: Vec::new(),
             center: all.center(),
             scale: if half > 0.0 { half.recip() } else { 1.0 },
         };
-        let stored: Vec<_> = boxes.iter().map(|b| tree.store(b)).collect();
-        let params = BvhBuildParams::medium_build();
-        let mut build_time = Duration::ZERO;
-        tree.bvh = build_bvh2(&stored, params, &mut build_time);
+        let local = boxes.iter().map(|b| Aabb {
+            min: tree.local(b.min) - PAD,
+            max: tree.local(b.max) + PAD,
+        });
+        (tree.nodes, tree.leaves) = Builder::new(local.collect()).build();
         tree
-    }
-
-    fn store(&self, b: &Aabb) -> obvhs::aabb::Aabb {
-        obvhs::aabb::Aabb::new(
-            (self.local(b.min) - PAD).as_vec3a(),
-            (self.local(b.max) + PAD).as_vec3a(),
-        )
     }
 
     /// A point in the coordinates of the hierarchy, where everything fits in [−1, 1]³.
@@ -54,7 +59,7 @@ impl Tree {
 
     /// The part of `range` in which the curve may be in the box around everything.
     pub(super) fn clip(&self, sweep: &Sweep, range: [f64; 2]) -> Option<[f64; 2]> {
-        sweep.clip(&bounds(self.bvh.nodes.first()?), range)
+        sweep.clip(&bounds(self.nodes.first()?), range)
     }
 
     /// Calls `leaf` with each leaf that the curve may touch for a parameter in `range`, roughly in
@@ -65,11 +70,11 @@ impl Tree {
         range: [f64; 2],
         leaf: &mut impl FnMut(usize) -> f64,
     ) {
-        if let Some(root) = self.bvh.nodes.first()
+        if let Some(root) = self.nodes.first()
             && sweep.clip(&bounds(root), range).is_some()
         {
             let mut walk = Walk {
-                bvh: &self.bvh,
+                tree: self,
                 sweep,
                 range,
                 leaf,
@@ -82,29 +87,30 @@ impl Tree {
 impl std::fmt::Debug for Tree {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Tree")
-            .field("leaves", &self.bvh.primitive_indices.len())
+            .field("leaves", &self.leaves.len())
             .finish_non_exhaustive()
     }
 }
 
 struct Walk<'a, F> {
-    bvh: &'a Bvh2,
+    tree: &'a Tree,
     sweep: &'a Sweep,
     range: [f64; 2],
     leaf: &'a mut F,
 }
 
 impl<F: FnMut(usize) -> f64> Walk<'_, F> {
-    fn node(&mut self, node: &Bvh2Node) {
-        let first = node.first_index as usize;
-        if node.is_leaf() {
-            let leaves = first..first + node.prim_count as usize;
-            for &i in &self.bvh.primitive_indices[leaves] {
+    /// Visits a node and what is below it: at most [`DEPTH`](super::split::DEPTH) levels.
+    fn node(&mut self, node: &Node) {
+        let first = node.first as usize;
+        if node.count > 0 {
+            let leaves = first..first + node.count as usize;
+            for &i in &self.tree.leaves[leaves] {
                 self.range[1] = (self.leaf)(i as usize);
             }
             return;
         }
-        let children = &self.bvh.nodes[first..first + 2];
+        let children = &self.tree.nodes[first..first + 2];
         let enter = [self.enter(&children[0]), self.enter(&children[1])];
         let order = if enter[1] < enter[0] { [1, 0] } else { [0, 1] };
         for k in order {
@@ -114,17 +120,16 @@ impl<F: FnMut(usize) -> f64> Walk<'_, F> {
         }
     }
 
-    fn enter(&self, node: &Bvh2Node) -> f64 {
+    fn enter(&self, node: &Node) -> f64 {
         self.sweep
             .clip(&bounds(node), self.range)
             .map_or(f64::INFINITY, |[enter, _]| enter)
     }
 }
 
-fn bounds(node: &Bvh2Node) -> Aabb {
-    let b = node.aabb();
+fn bounds(node: &Node) -> Aabb {
     Aabb {
-        min: DVec3::from(glam::Vec3::from(b.min)),
-        max: DVec3::from(glam::Vec3::from(b.max)),
+        min: node.min.into(),
+        max: node.max.into(),
     }
 }

@@ -102,3 +102,18 @@ fn of_coincident_surfaces_the_first_wins() {
         }
     }
 }
+
+/// Of thousands of balls in one place the first is met, and no ray takes their square of steps.
+#[test]
+fn thousands_of_shapes_in_one_place() {
+    let shapes = vec![Shape::from(Sphere::new(DAffine3::IDENTITY).unwrap()); 30_000];
+    let started = std::time::Instant::now();
+    let accel = Accel::new(&shapes);
+    for i in 0..20 {
+        let start = DVec3::new(0.02 * f64::from(i), 0.1, -4.0);
+        let line = Arc::line(start, DVec3::new(0.0, 0.0, 8.0), 1.0);
+        let (first, _) = accel.first(&shapes, &line, [0.0, 1.0], [None; 2]).unwrap();
+        assert_eq!(first, 0);
+    }
+    assert!(started.elapsed().as_secs() < 20, "{:?}", started.elapsed());
+}

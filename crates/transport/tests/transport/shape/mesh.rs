@@ -274,3 +274,48 @@ fn vertices_that_seams_have_split_are_shaded_as_one() {
         assert_eq!(error.unwrap_err(), ShapeError::Originals { expected: 6 });
     }
 }
+
+/// Triangles of which many lie on one another are met as one of them is, and neither the time nor the stack that this
+/// takes grows with their square.
+#[test]
+fn thousands_of_triangles_in_one_place() {
+    const COUNT: usize = 30_000;
+    let at = |x: f64, y: f64| DVec3::new(x, y, 5.0);
+    let size = |i: usize| (i + 1) as f64 / COUNT as f64;
+    let same = (
+        vec![at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0)],
+        vec![[0, 1, 2]; COUNT],
+    );
+    let corners = (0..COUNT).flat_map(|i| [at(size(i), 0.0), at(0.0, size(i))]);
+    let nested = (
+        [at(0.0, 0.0)].into_iter().chain(corners).collect(),
+        (0..COUNT as u32)
+            .map(|i| [0, 2 * i + 1, 2 * i + 2])
+            .collect(),
+    );
+    let ends = (0..COUNT).map(|i| at(0.0, size(i)));
+    let fan = (
+        [at(0.0, 0.0), at(1.0, 0.0)]
+            .into_iter()
+            .chain(ends)
+            .collect(),
+        (0..COUNT as u32).map(|i| [0, 1, i + 2]).collect(),
+    );
+    let started = std::time::Instant::now();
+    // The first triangle with x + y < size, or x + y/size < 1, at the point (0.3, 0.2).
+    let cases = [
+        (same, 0),
+        (nested, COUNT / 2 - 1),
+        (fan, (0.2 / 0.7 * COUNT as f64) as usize),
+    ];
+    for (triangles, first) in cases {
+        let shape: Shape = mesh(triangles).into();
+        let line = Arc::line(DVec3::new(0.3, 0.2, 0.0), DVec3::new(0.0, 0.0, 8.0), 1.0);
+        let hit = shape.first_hit(&line, 0.0, 1.0).unwrap();
+        assert!((hit.theta - 0.625).abs() < 1e-12);
+        assert!(hit.primitive as usize + 1 >= first, "{}", hit.primitive);
+        let beside = Arc::line(DVec3::new(0.7, 0.6, 0.0), DVec3::new(0.0, 0.0, 8.0), 1.0);
+        assert!(shape.first_hit(&beside, 0.0, 1.0).is_none());
+    }
+    assert!(started.elapsed().as_secs() < 20, "{:?}", started.elapsed());
+}
