@@ -6,7 +6,7 @@ use super::transforms::affine;
 use crate::query::Query;
 use crate::scene::{FileRegistry, ObjectDescription};
 use crate::volume::series::{Plan, Series};
-use crate::volume::{AxisOrder, Format, Options, Sample, Volume, nrrd};
+use crate::volume::{AxisOrder, Format, Options, Sample, Volume, VolumeFrame, nrrd};
 use eikonal::Shown;
 use glam::DAffine3;
 use std::path::PathBuf;
@@ -128,7 +128,7 @@ fn read_by<T: Sample>(
         to_world *= frame.to_file(volume.size());
         placed_by = FactSource::File;
     } else if let (Some(volume), true) = (&volume, boxed) {
-        to_world *= own_box(volume, &mut query);
+        to_world *= own_box(volume, placement == 1, &mut query);
         placed_by = FactSource::File;
     }
     let source = Source {
@@ -184,8 +184,9 @@ fn axes_of_data(query: &mut Query) -> AxisOrder {
     axes(None, query).unwrap_or(AxisOrder::ZYX)
 }
 
-/// From the unit cube to the bounding box that a file states.
-fn own_box<T: Sample>(volume: &Volume<T>, query: &mut Query) -> DAffine3 {
+/// From the unit cube to the bounding box that a file states. Samples at the centres of the cells of this box stay there as
+/// `nodes`: these reach from the first centre to the last.
+fn own_box<T: Sample>(volume: &Volume<T>, nodes: bool, query: &mut Query) -> DAffine3 {
     let Some([min, max]) = volume.bbox() else {
         let message = "the file has no bounding box: place the volume by 'to_world'";
         query.error("use_grid_bbox", message);
@@ -205,6 +206,10 @@ fn own_box<T: Sample>(volume: &Volume<T>, query: &mut Query) -> DAffine3 {
         let message = format!("the file's bounding box is empty: {min} to {max}");
         query.error("use_grid_bbox", message);
         return DAffine3::IDENTITY;
+    }
+    if nodes && volume.has_box_of_cells() {
+        let cells = VolumeFrame::of_box([min, max], volume.size());
+        return VolumeFrame { nodes, ..cells }.to_file(volume.size());
     }
     DAffine3::from_translation(min) * DAffine3::from_scale(size)
 }

@@ -95,7 +95,7 @@ struct Stored {
     /// Whether each element is two numbers.
     complex: bool,
     layout: Layout,
-    /// The box of the samples, in the file's coordinates.
+    /// The box of the cells around the samples, in the file's coordinates.
     bbox: Option<[DVec3; 2]>,
 }
 
@@ -144,7 +144,7 @@ impl Stored {
     fn record<T: Sample>(&self, volume: Volume<T>) -> Volume<T> {
         let volume = volume.with_element(self.encoding.element);
         match self.bbox {
-            Some(bbox) => volume.with_bbox(bbox),
+            Some(bbox) => volume.with_box_of_cells(bbox),
             None => volume,
         }
     }
