@@ -146,7 +146,9 @@ def test_mistakes_have_places():
     found = refused(graded(data=INDEX[0]))
     assert found.where == ior + '["data"]' and "3 axes" in found.message
     found = refused(graded(data=np.where(INDEX > 1.39, np.nan, INDEX)))
-    assert found.where == ior + '["data"]' and "not finite" in found.message
+    assert found.where == ior + '["data"]' and "not finite" in found.message and "numpy.isfinite" in found.help
+    found = refused(graded(data=[]))
+    assert found.message.endswith("found an empty array of shape [0]")
     found = refused(graded(data=INDEX, filename="index.npy"))
     assert found.where == ior + '["data"]' and "not both" in found.message
     found = refused(graded(daat=INDEX))

@@ -264,8 +264,7 @@ impl Report<'_> {
             return Some(format!("no photon fell on anything: only {only}"));
         }
         let film = &self.rendering.film;
-        let bias = debiased.bias(film) / film.summary().0;
-        Some(format!("bias about {}", numbers::percent(bias)))
+        Some(about_bias(debiased.bias(film), film.summary().0))
     }
 
     /// Everything, as JSON.
@@ -306,6 +305,16 @@ fn failures(connections: &ConnectionCounts) -> String {
     }
 }
 
+/// The bias of photons over the mean. A picture without light has none to compare it with.
+fn about_bias(bias: f64, mean: f64) -> String {
+    let share = bias / mean;
+    if share.is_finite() {
+        format!("bias about {}", numbers::percent(share))
+    } else {
+        "bias unknown, because the mean is 0".to_owned()
+    }
+}
+
 /// A branch whose weighing is cut off makes the picture too dark.
 fn bias(capped: u64) -> String {
     let branches = match capped {
@@ -318,6 +327,14 @@ fn bias(capped: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_bias_of_a_picture_without_light_is_unknown() {
+        assert_eq!(about_bias(-0.01, 2.0), "bias about -0.5%");
+        for bias in [0.0, 0.01] {
+            assert_eq!(about_bias(bias, 0.0), "bias unknown, because the mean is 0");
+        }
+    }
 
     #[test]
     fn a_branch_cut_off_is_a_possible_bias() {

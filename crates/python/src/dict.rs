@@ -110,10 +110,12 @@ fn entries<'py>(
             ))
         })?;
         let place = format!("{place}[{key:?}]");
-        let value = match key.as_str() {
-            "data" => item(&in_order(dict, value, &place)?, &place)?,
-            _ => item(&value, &place)?,
+        let value = if key == "data" {
+            in_order(dict, value, &place)?
+        } else {
+            value
         };
+        let value = item(&value, &place)?;
         entries.push((key, value));
     }
     Ok(Item::Object(entries))

@@ -30,7 +30,7 @@ pub(super) fn note(context: &mut Context) {
         named(inner),
         named(outer)
     );
-    let help = "where closed shapes overlap, the one with the smallest bounding box counts, and the first of equal ones";
+    let help = "where closed shapes overlap, the one with the smallest bounding box counts, and of equal ones the first by name";
     let note = Diagnostic::note(message).help(help.to_owned());
     context
         .diagnostics

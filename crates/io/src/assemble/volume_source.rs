@@ -3,10 +3,11 @@
 use super::context::Context;
 use super::sound_record::{FactSource, SoundRecord, file_of};
 use super::transforms::affine;
+use crate::error::Problem;
 use crate::query::Query;
 use crate::scene::{FileRegistry, ObjectDescription};
 use crate::volume::series::{Plan, Series};
-use crate::volume::{AxisOrder, Format, Options, Sample, Volume, nrrd};
+use crate::volume::{AxisOrder, Format, Options, Sample, Volume, VolumeFrame, nrrd};
 use eikonal::Shown;
 use glam::DAffine3;
 use std::path::PathBuf;
@@ -21,6 +22,10 @@ pub(super) const SOURCE: [&str; 7] = [
     "to_world",
     "use_grid_bbox",
 ];
+
+/// Advice about samples without a value, as simulations leave them in solids.
+const FILL: &str = "every sample needs a value: fill those in solids, or outside of the data, with the value of their \
+                    surroundings, for example by numpy.where(numpy.isfinite(a), a, surroundings)";
 
 /// Where the samples of a volume file belong.
 pub(super) struct Source {
@@ -57,12 +62,21 @@ pub(super) fn read<T: Sample>(
         if query.has("data") {
             let axes = axes_of_data(query);
             let volume = Volume::of_tensor(&*query.tensor("data")?, axes);
-            return volume.map_err(|e| query.error("data", e.to_string())).ok();
+            return volume
+                .map_err(|e| refuse("data", &e, e.to_string(), query))
+                .ok();
         }
         let file = VolumeFile::of(query, files)?;
         let read = Volume::read(&file.path, file.options(files));
-        read.map_err(|e| query.file_error("filename", &e)).ok()
+        read.map_err(|e| refuse("filename", &e.problem, e.to_string(), query))
+            .ok()
     })
+}
+
+/// Reports samples that cannot be used, and how to fill those without a value.
+fn refuse(name: &str, problem: &Problem, message: String, query: &mut Query) {
+    let fill = matches!(problem, Problem::NotFinite { .. }).then(|| FILL.to_owned());
+    query.helped_error(name, message, fill);
 }
 
 /// Sums over the frames of a volume's samples: the number of frames is that of the channels.
@@ -85,12 +99,13 @@ pub(super) fn read_series(
             }
             let series = Series::of_tensor(&tensor, axes, plan);
             series
-                .map_err(|e| query.error("data", e.to_string()))
+                .map_err(|e| refuse("data", &e, e.to_string(), query))
                 .ok()?
         } else {
             let file = VolumeFile::of(query, files)?;
             let read = Series::read(&file.path, file.options(files), plan);
-            read.map_err(|e| query.file_error("filename", &e)).ok()?
+            read.map_err(|e| refuse("filename", &e.problem, e.to_string(), query))
+                .ok()?
         };
         found = Some((series.squares, series.shape));
         Some(series.sums)
@@ -128,7 +143,7 @@ fn read_by<T: Sample>(
         to_world *= frame.to_file(volume.size());
         placed_by = FactSource::File;
     } else if let (Some(volume), true) = (&volume, boxed) {
-        to_world *= own_box(volume, &mut query);
+        to_world *= own_box(volume, placement == 1, &mut query);
         placed_by = FactSource::File;
     }
     let source = Source {
@@ -184,8 +199,9 @@ fn axes_of_data(query: &mut Query) -> AxisOrder {
     axes(None, query).unwrap_or(AxisOrder::ZYX)
 }
 
-/// From the unit cube to the bounding box that a file states.
-fn own_box<T: Sample>(volume: &Volume<T>, query: &mut Query) -> DAffine3 {
+/// From the unit cube to the bounding box that a file states. Samples at the centres of the cells of this box stay there as
+/// `nodes`: these reach from the first centre to the last.
+fn own_box<T: Sample>(volume: &Volume<T>, nodes: bool, query: &mut Query) -> DAffine3 {
     let Some([min, max]) = volume.bbox() else {
         let message = "the file has no bounding box: place the volume by 'to_world'";
         query.error("use_grid_bbox", message);
@@ -205,6 +221,10 @@ fn own_box<T: Sample>(volume: &Volume<T>, query: &mut Query) -> DAffine3 {
         let message = format!("the file's bounding box is empty: {min} to {max}");
         query.error("use_grid_bbox", message);
         return DAffine3::IDENTITY;
+    }
+    if nodes && volume.has_box_of_cells() {
+        let cells = VolumeFrame::of_box([min, max], volume.size());
+        return VolumeFrame { nodes, ..cells }.to_file(volume.size());
     }
     DAffine3::from_translation(min) * DAffine3::from_scale(size)
 }

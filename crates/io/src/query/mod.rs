@@ -76,6 +76,18 @@ impl<'a, 'd> Query<'a, 'd> {
             .push(Diagnostic::error(message).at(&location));
     }
 
+    /// Reports an error as [`Query::error`] does, with advice.
+    pub(crate) fn helped_error(
+        &mut self,
+        name: &str,
+        message: impl Into<String>,
+        help: Option<String>,
+    ) {
+        let location = self.location_of(name).clone();
+        self.diagnostics
+            .push(Diagnostic::error(message).at(&location).help(help));
+    }
+
     /// Reports an error at a place.
     pub(crate) fn error_at(&mut self, location: &Location, message: impl Into<String>) {
         self.diagnostics

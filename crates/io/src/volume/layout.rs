@@ -96,7 +96,8 @@ impl Layout {
             } else {
                 "an array of 3 axes, or 4 with the channels last".to_owned()
             };
-            let found = format!("{} ({})", shape.len(), binary::product(shape));
+            let empty = if shape.contains(&0) { "empty " } else { "" };
+            let found = format!("an {empty}array of shape {shape:?}");
             return Err(Problem::Mismatch { expected, found });
         };
         let length = |letter| {

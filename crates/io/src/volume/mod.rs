@@ -82,6 +82,7 @@ pub struct Volume<T = f32> {
     data: Vec<T>,
     element: Element,
     bbox: Option<[DVec3; 2]>,
+    bbox_of_cells: bool,
     frame: Option<VolumeFrame>,
     mentioned: Option<VolumeFrame>,
     unit: Option<String>,
@@ -115,6 +116,7 @@ impl<T: Sample> Volume<T> {
             data,
             element: T::ELEMENT,
             bbox: None,
+            bbox_of_cells: false,
             frame: None,
             mentioned: None,
             unit: None,
@@ -147,6 +149,16 @@ impl<T: Sample> Volume<T> {
         Volume { mentioned, ..self }
     }
 
+    /// The same volume with the least and the greatest corner of the cells around its samples.
+    #[must_use]
+    pub(crate) fn with_box_of_cells(self, bbox: [DVec3; 2]) -> Self {
+        let bbox_of_cells = true;
+        Volume {
+            bbox_of_cells,
+            ..self.with_bbox(bbox)
+        }
+    }
+
     /// The same volume with a unit of length.
     #[must_use]
     pub fn with_unit(self, unit: Option<String>) -> Self {
@@ -158,6 +170,7 @@ impl<T: Sample> Volume<T> {
         Volume {
             element: other.element,
             bbox: other.bbox,
+            bbox_of_cells: other.bbox_of_cells,
             frame: other.frame,
             mentioned: other.mentioned,
             unit: other.unit.clone(),
@@ -198,6 +211,11 @@ impl<T: Sample> Volume<T> {
     /// Least and greatest corner of a box that the file mentions; scenes do not follow it.
     pub fn bbox(&self) -> Option<[DVec3; 2]> {
         self.bbox
+    }
+
+    /// Whether the samples are at the centres of the cells that fill the box, rather than where a scene says.
+    pub(crate) fn has_box_of_cells(&self) -> bool {
+        self.bbox_of_cells
     }
 
     /// The unit of length of the file's coordinates, if the file names it.

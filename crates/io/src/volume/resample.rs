@@ -37,6 +37,7 @@ impl<T: Sample> Volume<T> {
         }
         let mut volume = Self::new(size, self.channels, data)?.with_element(self.element.float());
         volume.bbox = self.bbox;
+        volume.bbox_of_cells = self.bbox_of_cells;
         volume.unit.clone_from(&self.unit);
         volume.frame = self.frame.map(|frame| frame.divided(self.size, size));
         volume.mentioned = (self.mentioned).map(|frame| frame.divided(self.size, size));

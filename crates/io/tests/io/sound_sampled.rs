@@ -126,13 +126,15 @@ fn boxes_of_sensors() {
         check(&loaded, 0.0);
         assert!(loaded.warnings.is_empty(), "{}", loaded.warnings);
         volume["use_grid_bbox"] = json!(true);
-        volume["placement"] = json!("centers");
         volume["to_world"] = json!([{"scale": 1e4}]);
-        let sound = &load(volume, 1).unwrap().sounds[0];
-        assert_eq!(sound.size, [2, 3, 4]);
-        // Cells of 1, 2 and 3 units, from the point (1, 1, 2) on.
-        assert!((sound.origin() - DVec3::new(1.5, 3.0, 7.5)).length() < 1e-5);
-        assert!((sound.spacing() - DVec3::new(1.0, 2.0, 3.0)).length() < 1e-5);
+        for placement in ["centers", "nodes"] {
+            volume["placement"] = json!(placement);
+            let sound = &load(volume.clone(), 1).unwrap().sounds[0];
+            assert_eq!(sound.size, [2, 3, 4]);
+            // Cells of 1, 2 and 3 units, from the point (1, 1, 2) on.
+            assert!((sound.origin() - DVec3::new(1.5, 3.0, 7.5)).length() < 1e-5);
+            assert!((sound.spacing() - DVec3::new(1.0, 2.0, 3.0)).length() < 1e-5);
+        }
     }
 }
 

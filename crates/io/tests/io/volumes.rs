@@ -249,7 +249,7 @@ fn an_order_of_axes_is_never_guessed() {
     let error = npy::parse::<f32>(&bytes, czyx).unwrap_err().to_string();
     assert_eq!(
         error,
-        "expected an array of 4 axes (czyx), found 3 (1 x 1 x 1)"
+        "expected an array of 4 axes (czyx), found an array of shape [1, 1, 1]"
     );
 }
 
@@ -350,7 +350,7 @@ fn npy_files_that_are_refused() {
     );
     npy_error(
         &file("<f4", "(1, 1)"),
-        "expected an array of 3 axes, or 4 with the channels last, found 2 (1 x 1)",
+        "expected an array of 3 axes, or 4 with the channels last, found an array of shape [1, 1]",
     );
     npy_error(
         &file("<f4", "(2, 1, 1)"),

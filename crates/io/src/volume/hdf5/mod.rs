@@ -97,7 +97,7 @@ struct Stored {
     /// Whether each element is two numbers.
     complex: bool,
     layout: Layout,
-    /// The box of the samples, in the file's coordinates.
+    /// The box of the cells around the samples, in the file's coordinates.
     bbox: Option<[DVec3; 2]>,
     /// The place that a meter gave them.
     metered: Option<VolumeFrame>,
@@ -151,7 +151,7 @@ impl Stored {
         let volume = volume.with_element(self.encoding.element);
         let volume = volume.with_mentioned(self.metered);
         match self.bbox {
-            Some(bbox) => volume.with_bbox(bbox),
+            Some(bbox) => volume.with_box_of_cells(bbox),
             None => volume,
         }
     }
