@@ -17,7 +17,7 @@ pub fn read(
     diagnostics: &mut Diagnostics,
 ) -> Result<SceneDescription, CommandError> {
     check_defines(&args.defines)?;
-    let scene = io::read_scene(&args.path, &args.defines, diagnostics);
+    let scene = io::read_scene(&args.path, &args.defines, args.memory.limits(), diagnostics);
     scene.ok_or_else(|| std::mem::take(diagnostics).into())
 }
 

@@ -7,7 +7,7 @@ use eikonal::{Aabb, Field as Index};
 use glam::{DMat3, DVec3};
 use io::json::Item;
 use io::scene::SceneHash;
-use io::{Diagnostics, json};
+use io::{Diagnostics, Limits, json};
 use numpy::PyArrayDyn;
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyValueError;
@@ -50,7 +50,7 @@ pub fn load_field(
     let scene = object("scene", [Some(("volume", volume)), wavelength.map(sensor)]);
     let index = py.detach(|| {
         let mut diagnostics = Diagnostics::new();
-        match json::build(scene, &[], &mut diagnostics) {
+        match json::build(scene, &[], Limits::default(), &mut diagnostics) {
             Some(description) => io::assemble_field(&description, diagnostics),
             None => Err(diagnostics),
         }
