@@ -1,6 +1,6 @@
 //! Refractive-index fields, evaluated at many points.
 
-use crate::numbers::{Rows, array};
+use crate::numbers::{Rows, array, ask_for_memory};
 use crate::scene::{Recipe, Scene};
 use crate::{dict, errors};
 use eikonal::{Aabb, Field as Index};
@@ -110,6 +110,7 @@ impl Field {
         of: impl Fn(&Index, DVec3) -> [f64; N] + Sync,
         shape: &[usize],
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        ask_for_memory(points.rows.len(), size_of::<[f64; N]>(), "points")?;
         let field = self.index();
         let at = |x: &DVec3| {
             if x.is_finite() {
