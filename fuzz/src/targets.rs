@@ -168,11 +168,24 @@ pub const TARGETS: &[Target] = &[
     .unbounded(),
     target("json", &["json"], |b| {
         let mut diagnostics = Diagnostics::new();
-        drop(json::parse(&text(b), "scene.json", &[], &mut diagnostics));
+        drop(json::parse_within(
+            &text(b),
+            "scene.json",
+            &[],
+            LIMITS,
+            &mut diagnostics,
+        ));
         drop(diagnostics.to_string());
     })
     .unbounded(),
     target("scene", &[], picture_of).unbounded(),
+    target("mcx", &[], picture_of).unbounded(),
+    target("faces", &["ply"], |b| picture_with("ply", b))
+        .writing(coincident_faces)
+        .unbounded(),
+    target("curve", &[], |b| picture_with("linearcurve", b))
+        .writing(curves)
+        .unbounded(),
 ];
 
 impl Target {
@@ -211,10 +224,25 @@ fn picture_of(bytes: &[u8]) {
     }
 }
 
+/// Renders a scene of a shape whose file has these bytes.
+fn picture_with(plugin: &str, bytes: &[u8]) {
+    let path = std::env::temp_dir().join(format!("fuzz-{}.{plugin}", std::process::id()));
+    if std::fs::write(&path, bytes).is_ok() {
+        let scene = format!(
+            r#"{{"type": "scene",
+                "camera": {{"type": "perspective", "film": {{"type": "hdrfilm", "width": 4, "height": 4}}}},
+                "shape": {{"type": "{plugin}", "filename": {path:?}, "to_world": [{{"translate": [0, 0, 5]}}]}},
+                "light": {{"type": "constant"}}}}"#
+        );
+        picture_of(scene.as_bytes());
+        drop(std::fs::remove_file(&path));
+    }
+}
+
 fn load(text: &str) -> Option<Loaded> {
     let mut diagnostics = Diagnostics::new();
     let scene = if text.trim_start().starts_with('{') {
-        json::parse(text, "scene.json", &[], &mut diagnostics)
+        json::parse_within(text, "scene.json", &[], LIMITS, &mut diagnostics)
     } else {
         xml::parse(text, "scene.xml", &[], &mut diagnostics)
     };
@@ -285,6 +313,41 @@ fn vol_file() -> Vec<Vec<u8>> {
     let mut bytes = b"VOL\x03\x01\0\0\0\x02\0\0\0\x02\0\0\0\x01\0\0\0\x01\0\0\0".to_vec();
     bytes.resize(48 + 16, 0);
     vec![bytes]
+}
+
+/// Triangles that lie on one another: equal, nested, and with a side in common.
+fn coincident_faces() -> Vec<Vec<u8>> {
+    const COUNT: usize = 300;
+    let file = |vertices: &[String], face: fn(usize) -> String| {
+        let header = format!(
+            "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n\
+             element face {COUNT}\nproperty list uchar int vertex_indices\nend_header\n",
+            vertices.len()
+        );
+        let faces: String = (0..COUNT).map(face).collect();
+        (header + &vertices.concat() + &faces).into_bytes()
+    };
+    let start = ["0 0 0\n", "1 0 0\n", "0 1 0\n"].map(str::to_owned);
+    let pair = |i: usize| [format!("{} 0 0\n", i + 1), format!("0 {} 0\n", i + 1)];
+    let pairs = (0..COUNT).flat_map(pair);
+    let nested: Vec<String> = start[..1].iter().cloned().chain(pairs).collect();
+    let side = (0..COUNT).map(|i| format!("0 {} 0\n", i + 1));
+    let fan: Vec<String> = start[..2].iter().cloned().chain(side).collect();
+    vec![
+        file(&start, |_| "3 0 1 2\n".into()),
+        file(&nested, |i| format!("3 0 {} {}\n", 2 * i + 1, 2 * i + 2)),
+        file(&fan, |i| format!("3 0 1 {}\n", i + 2)),
+    ]
+}
+
+/// Curves: one that turns, one that comes back, one far away.
+fn curves() -> Vec<Vec<u8>> {
+    let files = [
+        "0 0 0 0.1\n1 0 0 0.1\n1 1 0 0.2\n\n0 0 1 0.1\n0 1 1 0\n",
+        "0 0 0 0.1\n1 0 0 0.1\n0 0 0 0.1\n1 0 0 0.1\n",
+        "0 0 0 0.1\n1 0 0 0.1\n1 0 1e18 0.1\n1 0 0 0.1\n1 1 0 0.1\n",
+    ];
+    files.map(|file| file.as_bytes().to_vec()).into()
 }
 
 /// The scenes that are rendered.

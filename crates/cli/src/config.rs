@@ -2,7 +2,7 @@
 
 use crate::args::{OutputArgs, TraceArgs};
 use crate::command_error::CommandError;
-use crate::load::file_stem;
+use crate::load::named_after;
 use io::arrays::ArrayFormat;
 use io::diagnostic::shown;
 use io::{Problem, atomic};
@@ -106,7 +106,7 @@ fn outputs<F: Copy>(
     default: &[&str],
     formats: &[(&str, F)],
 ) -> Result<Vec<(PathBuf, F)>, CommandError> {
-    let named = |extension: &&str| PathBuf::from(file_stem(scene) + extension);
+    let named = |extension: &&str| named_after(scene, extension);
     let paths = if args.output.is_empty() {
         default.iter().map(named).collect()
     } else {

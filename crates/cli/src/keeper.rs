@@ -3,7 +3,7 @@
 use crate::args::KeepArgs;
 use crate::command_error::{CommandError, warn};
 use crate::config;
-use crate::load::file_stem;
+use crate::load::named_after;
 use io::diagnostic::shown;
 use io::lock::{Lock, LockError};
 use io::part::{Body, BodyRef, Header, Part};
@@ -38,9 +38,10 @@ pub fn path(
     };
     let usage = |message: &str| Err(CommandError::Usage(message.into()));
     match outputs {
-        [] => Ok(Some(
-            format!("{}.{index}-of-{count}.part", file_stem(scene)).into(),
-        )),
+        [] => Ok(Some(named_after(
+            scene,
+            &format!(".{index}-of-{count}.part"),
+        ))),
         [path] if path.extension().is_some_and(|e| e == "part") => Ok(Some(path.clone())),
         _ => {
             usage("a shard writes one file, -o NAME.part: morgana merge makes images of all shards")

@@ -3,7 +3,7 @@
 use crate::args::SceneArgs;
 use crate::command_error::{CommandError, show};
 use io::{Diagnostic, Diagnostics, LoadOptions, Loaded, SceneDescription};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Reads a scene with the parameters and the replacements of `options`.
 pub fn load(scene: &Path, options: &LoadOptions) -> Result<Loaded, CommandError> {
@@ -17,7 +17,7 @@ pub fn read(
     diagnostics: &mut Diagnostics,
 ) -> Result<SceneDescription, CommandError> {
     check_defines(&args.defines)?;
-    let scene = io::read_scene(&args.path, &args.defines, diagnostics);
+    let scene = io::read_scene(&args.path, &args.defines, args.memory.limits(), diagnostics);
     scene.ok_or_else(|| std::mem::take(diagnostics).into())
 }
 
@@ -57,12 +57,12 @@ pub fn file_name(path: &Path) -> String {
         .into_owned()
 }
 
-/// The name of a scene file without folder and extension: outputs are named after it.
-pub fn file_stem(path: &Path) -> String {
-    path.file_stem()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned()
+/// The name of a scene file without folder and extension, with `end` at its end: outputs are named so. Names that are not
+/// UTF-8 stay as they are.
+pub fn named_after(scene: &Path, end: &str) -> PathBuf {
+    let mut name = scene.file_stem().unwrap_or_default().to_owned();
+    name.push(end);
+    name.into()
 }
 
 /// Refuses parameters that are given twice.

@@ -7,9 +7,13 @@ use std::path::{Path, PathBuf};
 use crate::error::{FileError, Problem};
 use crate::temporary::Temporary;
 
+/// Longest chain of symbolic links, as on Linux.
+const MOST_LINKS: usize = 40;
+
 /// Writes a file: `write` fills a temporary file in the same folder, which takes the place of
 /// `path` only once everything is on disk. After a failure the temporary is removed and whatever
-/// was at `path` is still there; what a killed process leaves is removed later. A symbolic link is followed. The
+/// was at `path` is still there; what a killed process leaves is removed later. A symbolic link is followed, also one to a file that does not
+/// exist yet. The
 /// permissions are those of the file that is replaced.
 ///
 /// ```no_run
@@ -58,10 +62,22 @@ fn target(path: &Path) -> Result<PathBuf, FileError> {
     match fs::metadata(path) {
         Ok(metadata) if !metadata.is_file() => Err(Problem::NotAFile.at(path)),
         Ok(_) => path.canonicalize().map_err(|e| Problem::Write(e).at(path)),
-        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(path.to_owned()),
+        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(end_of_links(path)),
         // A name that is too long, for instance.
         Err(e) => Err(Problem::Write(e).at(path)),
     }
+}
+
+/// The place to which symbolic links lead where no file is yet.
+fn end_of_links(path: &Path) -> PathBuf {
+    let mut place = path.to_owned();
+    for _ in 0..MOST_LINKS {
+        match fs::read_link(&place) {
+            Ok(next) => place = place.with_file_name("").join(next),
+            Err(_) => break,
+        }
+    }
+    place
 }
 
 /// Finds out by trying whether a file can be put in place of `path`: hours of work should not end with the news that it cannot.

@@ -111,7 +111,7 @@ fn available(needed: u64) -> Result<(), Problem> {
 }
 
 /// A number of bytes with a decimal prefix.
-pub(crate) fn bytes(n: u64) -> String {
+pub fn bytes(n: u64) -> String {
     const STEP: f64 = 1000.0;
     let mut value = n as f64;
     for unit in ["bytes", "kB", "MB", "GB", "TB", "PB"] {

@@ -14,6 +14,7 @@ use transport::render::{
 };
 use transport::renderer::Renderer;
 use transport::sampling::Replicates;
+use transport::scene::Scene;
 
 /// What is computed of a scene: a picture, or what its meters read; all of it or a part.
 #[derive(Clone, Debug)]
@@ -68,7 +69,10 @@ pub enum Refusal {
     /// Its film does not fit into memory, which would end the program without a word.
     #[error("{0}")]
     Film(String),
-    /// Its meters do not, or have no light to measure.
+    /// Its meters need more memory than the limit.
+    #[error("the meters need {needed} of memory, more than the limit of {most} (--memory)", needed = crate::input::bytes(*.0), most = crate::input::bytes(*.1))]
+    MeterMemory(u64, u64),
+    /// Its meters do not fit into memory, or have no light to measure.
     #[error(transparent)]
     Meters(#[from] MeasureError),
 }
@@ -267,6 +271,7 @@ impl<'a> Run<'a> {
         }
         if !self.loaded.instruments.is_empty() {
             let meters = self.loaded.meters();
+            self.check_meters(&meters, limits)?;
             MeasureState::new(&self.loaded.groups, &meters)?;
             return Ok(());
         }
@@ -283,6 +288,20 @@ impl<'a> Run<'a> {
             return Err(Refusal::Unreachable);
         }
         self.check_film(limits)
+    }
+
+    fn check_meters(&self, meters: &[Meter], limits: Limits) -> Result<(), Refusal> {
+        let of_group = |scene: &Scene| {
+            let channels = scene.film().channels;
+            let memory = meters.iter().map(|meter| meter.memory(scene, channels));
+            memory.fold(0, usize::saturating_add)
+        };
+        let groups = self.loaded.groups.iter().map(of_group);
+        let needed = groups.fold(0, usize::saturating_add) as u64;
+        match limits.memory {
+            Some(most) if needed > most => Err(Refusal::MeterMemory(needed, most)),
+            _ => Ok(()),
+        }
     }
 
     fn check_film(&self, limits: Limits) -> Result<(), Refusal> {

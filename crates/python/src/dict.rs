@@ -1,6 +1,6 @@
 //! Dictionaries of Python as descriptions of scenes.
 
-use crate::numbers::refuse_masked;
+use crate::numbers::{ask_for_memory, refuse_masked};
 use io::json::Item;
 use io::scene::{Numbers, Tensor};
 use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
@@ -16,6 +16,10 @@ const DEEPEST: usize = 200;
 /// Dictionaries and lists that one entry of a scene may hold more than once: each becomes a copy, and those that hold
 /// one another twice at each level would have no end.
 const MOST_REPEATED: usize = 1 << 16;
+
+/// Bytes for each number of an array while a scene is made of it: as it is read, and as samples, coordinates or coefficients
+/// in double precision before and after they are put in order.
+const BYTES_PER_NUMBER: usize = 4 * size_of::<f64>();
 
 /// What a scene says.
 pub fn scene(scene: &Bound<'_, PyDict>) -> PyResult<Item> {
@@ -169,6 +173,7 @@ fn array(object: &Bound<'_, PyAny>, place: &str) -> PyResult<Item> {
         return Ok(Item::Boolean(array.call_method0("item")?.extract()?));
     }
     let shape = array.shape().to_vec();
+    ask_for_memory(array.len(), BYTES_PER_NUMBER, place)?;
     let numbers = match array.cast::<PyArrayDyn<f32>>() {
         Ok(single) => Numbers::Single(single.readonly().as_array().iter().copied().collect()),
         Err(_) => {

@@ -58,6 +58,9 @@ pub struct Columns {
 }
 
 impl Columns {
+    /// Bytes of each ray.
+    pub const BYTES: usize = 10 * size_of::<f64>() + size_of::<u8>() + size_of::<i32>();
+
     /// For so many rays.
     pub fn with_capacity(rays: usize) -> Self {
         Columns {

@@ -50,7 +50,7 @@ pub fn file(error: &io::FileError) -> PyErr {
 /// A run that is not begun.
 pub fn refusal(refusal: &Refusal) -> PyErr {
     match refusal {
-        Refusal::Film(_) | Refusal::Meters(MeasureError::Memory(_)) => {
+        Refusal::Film(_) | Refusal::MeterMemory(..) | Refusal::Meters(MeasureError::Memory(_)) => {
             PyMemoryError::new_err(refusal.to_string())
         }
         _ => render(refusal.to_string()),

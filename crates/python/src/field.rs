@@ -1,13 +1,13 @@
 //! Refractive-index fields, evaluated at many points.
 
-use crate::numbers::{Rows, array};
+use crate::numbers::{Rows, array, ask_for_memory};
 use crate::scene::{Recipe, Scene};
 use crate::{dict, errors};
 use eikonal::{Aabb, Field as Index};
 use glam::{DMat3, DVec3};
 use io::json::Item;
 use io::scene::SceneHash;
-use io::{Diagnostics, json};
+use io::{Diagnostics, Limits, json};
 use numpy::PyArrayDyn;
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyValueError;
@@ -50,7 +50,7 @@ pub fn load_field(
     let scene = object("scene", [Some(("volume", volume)), wavelength.map(sensor)]);
     let index = py.detach(|| {
         let mut diagnostics = Diagnostics::new();
-        match json::build(scene, &[], &mut diagnostics) {
+        match json::build(scene, &[], Limits::default(), &mut diagnostics) {
             Some(description) => io::assemble_field(&description, diagnostics),
             None => Err(diagnostics),
         }
@@ -110,6 +110,7 @@ impl Field {
         of: impl Fn(&Index, DVec3) -> [f64; N] + Sync,
         shape: &[usize],
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        ask_for_memory(points.rows.len(), size_of::<[f64; N]>(), "points")?;
         let field = self.index();
         let at = |x: &DVec3| {
             if x.is_finite() {

@@ -1,7 +1,7 @@
 //! Images: files, comparisons, thumbnails.
 
 use crate::errors;
-use crate::numbers::array;
+use crate::numbers::{array, ask_for_memory};
 use io::compare::compare as differences;
 use io::compare::flip::flip;
 use io::image::exposure::Exposure;
@@ -19,6 +19,9 @@ use std::path::PathBuf;
 type Given<'py> = Vec<(String, Vec<String>, PyArrayLike3<'py, f32, AllowTypeChange>)>;
 /// The same as they are returned.
 type LayerArrays<'py> = Vec<(String, Vec<String>, Bound<'py, PyArrayDyn<f32>>)>;
+/// Bytes for each value of an image while it is written or compared: as it is copied, in double precision, and as
+/// compressed or filtered.
+const BYTES_PER_VALUE: usize = size_of::<f32>() + 2 * size_of::<f64>();
 /// Texts by name.
 type Attributes = Vec<(String, String)>;
 
@@ -54,7 +57,7 @@ pub fn write_image(
 ) -> PyResult<()> {
     let image = ImageLayers {
         attributes,
-        ..image(&layers)
+        ..image(&layers)?
     };
     let written = image.write_exposed(&path, exposed(exposure));
     written.map_err(|e| errors::file(&e))
@@ -63,16 +66,16 @@ pub fn write_image(
 /// What a screen shows of the first layer, as the bytes of a PNG file.
 #[pyfunction]
 pub fn encode_png(layers: Given<'_>) -> PyResult<Vec<u8>> {
-    let shown = image(&layers).on_screen().unwrap_or_default();
+    let shown = image(&layers)?.on_screen().unwrap_or_default();
     let tone = Exposure::Auto.tone(Curve::default(), &shown);
     encode(&shown, Depth::Eight, tone).map_err(|e| errors::render(e.to_string()))
 }
 
 /// The stops by which PNG files of the first layer are brightened.
 #[pyfunction]
-pub fn exposure(layers: Given<'_>) -> f64 {
-    let shown = image(&layers).on_screen().unwrap_or_default();
-    Exposure::of(shown.pixels.into_iter())
+pub fn exposure(layers: Given<'_>) -> PyResult<f64> {
+    let shown = image(&layers)?.on_screen().unwrap_or_default();
+    Ok(Exposure::of(shown.pixels.into_iter()))
 }
 
 /// So many stops, or as many as an image needs.
@@ -88,7 +91,7 @@ pub fn compare_images<'py>(
     reference: Given<'py>,
     block: usize,
 ) -> PyResult<(String, Bound<'py, PyArrayDyn<f32>>)> {
-    let (given, reference) = (image(&given), image(&reference));
+    let (given, reference) = (image(&given)?, image(&reference)?);
     let compared = py.detach(|| {
         let numbers = differences(&given, &reference, block)?;
         let shown = |image: &ImageLayers| image.on_screen().unwrap_or_default();
@@ -123,7 +126,9 @@ fn finite(v: f64) -> Option<f64> {
     v.is_finite().then_some(v)
 }
 
-fn image(layers: &Given<'_>) -> ImageLayers {
+fn image(layers: &Given<'_>) -> PyResult<ImageLayers> {
+    let count = layers.iter().map(|(_, _, values)| values.len()).sum();
+    ask_for_memory(count, BYTES_PER_VALUE, "image")?;
     let shape = layers
         .first()
         .map_or(&[0, 0, 0][..], |(_, _, values)| values.shape());
@@ -140,10 +145,10 @@ fn image(layers: &Given<'_>) -> ImageLayers {
             channels: channels.map(|(c, name)| (name, plane(c))).collect(),
         }
     };
-    ImageLayers {
+    Ok(ImageLayers {
         width: shape[1],
         height: shape[0],
         layers: layers.iter().map(layer).collect(),
         attributes: Vec::new(),
-    }
+    })
 }

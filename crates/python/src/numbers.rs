@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use numpy::{Element, PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyMemoryError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyInt, PyList, PyTuple};
 
@@ -16,6 +16,21 @@ pub fn array<'py, T: Element>(
     shape: &[usize],
 ) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
     PyArray1::from_vec(py, values).reshape(shape)
+}
+
+/// Refuses work on `count` elements for each of which `each` bytes are needed, if the system does not have the memory:
+/// Rust would end the interpreter. `what` names the elements in the message.
+///
+/// # Errors
+/// `MemoryError`.
+pub fn ask_for_memory(count: usize, each: usize, what: &str) -> PyResult<()> {
+    let needed = count.saturating_mul(each);
+    Vec::<u8>::new().try_reserve_exact(needed).map_err(|_| {
+        let bytes = io::input::bytes(needed as u64);
+        PyMemoryError::new_err(format!(
+            "{what}: {count} elements need {bytes} of memory, which this system does not have"
+        ))
+    })
 }
 
 /// Refuses masked arrays that hide elements, also in lists: their data would count as if nothing hid them. `what`
@@ -64,6 +79,7 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Rows {
         let view = numbers.as_array();
         let outer = &view.shape()[..view.ndim() - 1];
         let rows = view.rows().into_iter();
+        ask_for_memory(rows.len(), size_of::<DVec3>(), "points")?;
         let rows = rows.map(|x| DVec3::new(x[0], x[1], x[2])).collect();
         Ok(Rows {
             outer: outer.to_vec(),

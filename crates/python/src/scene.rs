@@ -95,7 +95,7 @@ pub fn load_dict(
     let options = instead.extract::<Instead>()?.options();
     let loaded = py.detach(|| {
         let mut diagnostics = Diagnostics::new();
-        match json::build(item, &defines, &mut diagnostics) {
+        match json::build(item, &defines, options.limits, &mut diagnostics) {
             Some(description) => io::assemble(&description, &options, diagnostics),
             None => Err(diagnostics),
         }
@@ -117,7 +117,7 @@ pub fn export_file(
 ) -> PyResult<Vec<String>> {
     py.detach(|| {
         let mut diagnostics = Diagnostics::new();
-        let scene = io::read_scene(&path, &defines, &mut diagnostics);
+        let scene = io::read_scene(&path, &defines, Limits::default(), &mut diagnostics);
         export(scene, &diagnostics, &output)
     })
 }
@@ -133,7 +133,7 @@ pub fn export_dict(
     let item = dict::scene(scene)?;
     py.detach(|| {
         let mut diagnostics = Diagnostics::new();
-        let scene = json::build(item, &defines, &mut diagnostics);
+        let scene = json::build(item, &defines, Limits::default(), &mut diagnostics);
         export(scene, &diagnostics, &output)
     })
 }

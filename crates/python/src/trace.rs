@@ -2,7 +2,7 @@
 
 use crate::ends::{Columns, Ends};
 use crate::field::Field;
-use crate::numbers::array;
+use crate::numbers::{array, ask_for_memory};
 use crate::scene::Scene;
 use crate::watch::{Shared, watched};
 use eikonal::{Reference, Tolerance};
@@ -143,6 +143,7 @@ pub fn trace(
         origins: origins.as_array(),
         directions: directions.as_array(),
     };
+    ask_for_memory(starts.len(), Columns::BYTES, "rays")?;
     starts.check()?;
     let time = options
         .time

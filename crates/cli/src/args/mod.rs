@@ -187,9 +187,9 @@ pub struct SceneArgs {
 /// How much memory may be taken.
 #[derive(Clone, Copy, Debug, ClapArgs)]
 pub struct MemoryArgs {
-    /// Memory that a data file may take once it is read, however small it is, and that the film may take, for example 8G
-    /// (K, M, G and T are powers of 1024). By default a file may take 2G, or ten times its size and 64M if that is more, and
-    /// the film what the system has.
+    /// Memory that a data file may take once it is read, however small it is, and that the film or the meters may take, for
+    /// example 8G (K, M, G and T are powers of 1024). By default a file may take 2G, or ten times its size and 64M if that is
+    /// more, and the film and the meters what the system has.
     #[arg(long, value_name = "SIZE", value_parser = size)]
     pub memory: Option<u64>,
 }

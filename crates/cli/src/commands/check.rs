@@ -39,7 +39,9 @@ fn report(args: &CheckArgs) -> Result<ExitCode, CommandError> {
     let mut diagnostics = Diagnostics::new();
     let mut lines = Vec::new();
     let mut approximated = Vec::new();
-    if let Some(scene) = io::read_scene(&args.scene.path, &args.scene.defines, &mut diagnostics) {
+    let (path, defines) = (&args.scene.path, &args.scene.defines);
+    let limits = args.scene.memory.limits();
+    if let Some(scene) = io::read_scene(path, defines, limits, &mut diagnostics) {
         let features = Features::of(&scene);
         lines.extend(section("supported", supported(&features)));
         lines.extend(section("only in morgana", features.own));

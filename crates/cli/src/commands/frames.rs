@@ -76,7 +76,11 @@ fn holds(path: &Path) -> bool {
 
 /// The arguments of a frame.
 fn of_frame(args: &RenderArgs, number: &str) -> RenderArgs {
-    let named = |path: &PathBuf| PathBuf::from(path.to_string_lossy().replace(PLACEHOLDER, number));
+    // Only names in UTF-8 hold the number: see `holds`.
+    let named = |path: &PathBuf| match path.to_str() {
+        Some(text) => PathBuf::from(text.replace(PLACEHOLDER, number)),
+        None => path.clone(),
+    };
     let mut frame = args.clone();
     frame.frames = None;
     // Of the frames, not of a checkpoint.

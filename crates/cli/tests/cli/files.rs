@@ -35,6 +35,39 @@ fn the_longest_names_are_written_and_longer_ones_are_refused_before_the_render()
     assert_eq!(folder.files().len(), 3);
 }
 
+/// Outputs named after scenes whose names are not UTF-8 are as different as the scenes.
+#[cfg(target_os = "linux")]
+#[test]
+fn names_that_are_not_utf8_stay_distinct() {
+    use std::os::unix::ffi::OsStrExt;
+    let folder = Folder::with_fog();
+    for byte in [0xfe, 0xff] {
+        let stem = [b'a', byte];
+        let name = |end: &str| OsStr::from_bytes(&[&stem, end.as_bytes()].concat()).to_owned();
+        std::fs::copy(
+            folder.path("scene.xml"),
+            folder.path(".").join(name(".xml")),
+        )
+        .unwrap();
+        for arguments in [
+            &["--spp", "1", "-q"][..],
+            &["--spp", "2", "-q", "--shard", "0/2"],
+        ] {
+            let scene = name(".xml");
+            let first = [OsStr::new("render"), &scene];
+            let all: Vec<&OsStr> = first
+                .into_iter()
+                .chain(arguments.iter().map(OsStr::new))
+                .collect();
+            let outcome = run(&folder, &all);
+            assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
+        }
+        for end in [".exr", ".0-of-2.part"] {
+            assert!(folder.path(".").join(name(end)).exists(), "{end}");
+        }
+    }
+}
+
 /// What a command reads stays as it is, and so does what it has written already.
 #[test]
 fn nothing_is_overwritten_that_is_read_or_written_by_the_same_command() {

@@ -79,7 +79,7 @@ use transport::renderer::Renderer;
 /// Everything that is wrong with it, warnings included.
 pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Loaded, Diagnostics> {
     let mut diagnostics = Diagnostics::new();
-    match read_scene(path, &options.defines, &mut diagnostics) {
+    match read_scene(path, &options.defines, options.limits, &mut diagnostics) {
         Some(description) => assemble(&description, options, diagnostics),
         None => Err(diagnostics),
     }

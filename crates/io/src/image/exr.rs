@@ -4,7 +4,7 @@
 //! viewers and compositors expect. Samples are 32-bit floats with lossless ZIP compression.
 
 use std::collections::HashSet;
-use std::io::{Cursor, Read, Seek, Write};
+use std::io::{Cursor, ErrorKind, Read, Seek, Write};
 use std::path::Path;
 
 use exr::block::lines::LineRefMut;
@@ -369,6 +369,11 @@ fn layer_mut(image: &mut ImageLayers, name: String) -> &mut Layer {
 
 fn describe(error: Error) -> Problem {
     match error {
+        // No place in a file is where the system is asked to go.
+        Error::Io(error) if error.kind() == ErrorKind::InvalidInput => Problem::WrongFormat {
+            format: "EXR",
+            reason: "the file is damaged: its table says that pixels lie outside of it".into(),
+        },
         Error::Io(error) => Problem::Read(error),
         Error::NotSupported(what) => Problem::Unsupported(what.into_owned()),
         other => Problem::WrongFormat {

@@ -7,6 +7,7 @@ use super::tree::{self, Entry, Json, Node};
 use super::values::{self, get, only, report};
 use crate::diagnostic::{Diagnostic, Diagnostics, Location, SourceFile};
 use crate::draft::{Dialect, Draft, DraftChild, Drafts, MAX_DEPTH, Target};
+use crate::input::Limits;
 use crate::scene::{PluginKind, Property, SceneDescription};
 use crate::schema;
 use std::sync::Arc;
@@ -15,16 +16,18 @@ use std::sync::Arc;
 pub(super) fn load(
     source: &Arc<SourceFile>,
     overrides: &[(String, String)],
+    limits: Limits,
     diagnostics: &mut Diagnostics,
 ) -> Option<SceneDescription> {
     let root = tree::parse(source, diagnostics)?;
-    describe(root, overrides, diagnostics)
+    describe(root, overrides, limits, diagnostics)
 }
 
 /// Makes a scene of a tree.
 pub(super) fn describe(
     mut root: Node,
     overrides: &[(String, String)],
+    limits: Limits,
     diagnostics: &mut Diagnostics,
 ) -> Option<SceneDescription> {
     let mut parameters = Parameters::new(overrides);
@@ -38,7 +41,7 @@ pub(super) fn describe(
     }
     let parameters = parameters.finish(diagnostics);
     if mcx::is_one(&root) {
-        root = mcx::scene(&root, diagnostics)?;
+        root = mcx::scene(&root, limits, diagnostics)?;
     }
     let mut loader = Loader {
         drafts: Drafts::default(),

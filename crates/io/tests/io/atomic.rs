@@ -105,6 +105,27 @@ fn a_link_is_followed() {
     assert_eq!(fs::read(&file).unwrap(), b"new");
 }
 
+/// A link to a link to a file that does not exist makes that file, and stays a link.
+#[cfg(unix)]
+#[test]
+fn a_link_to_nothing_is_followed() {
+    let folder = tempfile::tempdir().unwrap();
+    let in_folder = |name: &str| folder.path().join(name);
+    fs::create_dir(in_folder("data")).unwrap();
+    std::os::unix::fs::symlink("data/a.txt", in_folder("first")).unwrap();
+    std::os::unix::fs::symlink(in_folder("first"), in_folder("second")).unwrap();
+    let link = in_folder("second");
+    atomic::probe(&link).unwrap();
+    atomic::write_bytes(&link, b"new").unwrap();
+    assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+    assert!(
+        fs::symlink_metadata(in_folder("first"))
+            .unwrap()
+            .is_symlink()
+    );
+    assert_eq!(fs::read(in_folder("data/a.txt")).unwrap(), b"new");
+}
+
 #[test]
 fn threads_do_not_get_in_each_others_way() {
     let folder = tempfile::tempdir().unwrap();

@@ -124,6 +124,26 @@ fn images_that_cannot_be_written() {
     );
 }
 
+/// Eight damaged bytes anywhere in a file never lead to a message of the system about an invalid argument.
+#[test]
+fn damaged_exr_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    let bytes = exr::encode(&sample()).unwrap();
+    let mut found = 0;
+    for at in 0..bytes.len() - 8 {
+        let mut damaged = bytes.clone();
+        damaged[at..at + 8].fill(0xff);
+        std::fs::write(&path, &damaged).unwrap();
+        if let Err(error) = exr::read(&path) {
+            let error = error.to_string();
+            assert!(!error.contains("os error"), "{at}: {error}");
+            found += usize::from(error.contains("pixels lie outside of it"));
+        }
+    }
+    assert!(found > 0);
+}
+
 #[test]
 fn files_that_are_no_images() {
     let error = exr::decode(b"not an image at all").unwrap_err().to_string();

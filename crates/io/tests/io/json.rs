@@ -3,7 +3,7 @@
 use crate::common;
 use morgana_io::scene::{SceneHash, Value};
 use morgana_io::{
-    Diagnostics, FileRegistry, PluginKind, SceneDescription, SpectrumValue, json, xml,
+    Diagnostics, FileRegistry, Limits, PluginKind, SceneDescription, SpectrumValue, json, xml,
 };
 use std::path::{Path, PathBuf};
 
@@ -68,7 +68,7 @@ fn a_scene_in_either_language_is_the_same() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../scenes/{name}.xml"));
         let text = format!("{}/tests/data/json/{name}.json", env!("CARGO_MANIFEST_DIR"));
         let mut diagnostics = Diagnostics::new();
-        let scene = json::load(Path::new(&text), &[], &mut diagnostics);
+        let scene = json::load(Path::new(&text), &[], Limits::default(), &mut diagnostics);
         let scene = scene.unwrap_or_else(|| panic!("{diagnostics}"));
         let twin = from_xml(&path);
         assert_eq!(json::write(&scene), json::write(&twin), "{name}");
@@ -291,9 +291,9 @@ fn a_byte_order_mark_is_passed_over() {
     let path = folder.path().join("scene.json");
     std::fs::write(&path, "\u{feff}{\"type\": \"scene\"}").unwrap();
     let mut diagnostics = Diagnostics::new();
-    assert!(json::load(&path, &[], &mut diagnostics).is_some());
+    assert!(json::load(&path, &[], Limits::default(), &mut diagnostics).is_some());
     std::fs::write(&path, b"{\"type\": \"\xff\"}").unwrap();
-    assert!(json::load(&path, &[], &mut diagnostics).is_none());
+    assert!(json::load(&path, &[], Limits::default(), &mut diagnostics).is_none());
     assert!(
         diagnostics
             .to_string()

@@ -1,7 +1,7 @@
 //! Input files of MCX: what becomes of them, and what is refused.
 
 use glam::DVec3;
-use morgana_io::{LoadOptions, Loaded, Run};
+use morgana_io::{Limits, LoadOptions, Loaded, Refusal, Run};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
@@ -386,7 +386,7 @@ fn mistakes() {
     );
     refused(
         |f| f["Shapes"] = json!([{"Grid": {"Tag": 1, "Size": [1e9, 1e9, 1e9]}}]),
-        "Size is that of a volume",
+        "Size: too large",
     );
     refused(|f| f["Forward"]["T1"] = json!(0), "times T0 < T1");
     refused(
@@ -441,4 +441,67 @@ fn detectors_are_meters_that_keep_records() {
         panic!("{:?}", loaded.instruments[1]);
     };
     assert_eq!(first.most_records, None);
+}
+
+/// The sizes that a file states take no more memory than is allowed, and the meters of the voxels neither.
+#[test]
+fn sizes_are_within_the_limit_of_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("input.json");
+    let load = |input: &Value, memory: u64| {
+        fs::write(&path, input.to_string()).unwrap();
+        let options = LoadOptions {
+            limits: Limits::of(memory),
+            ..LoadOptions::default()
+        };
+        morgana_io::load_scene(&path, &options).map_err(|d| d.to_string())
+    };
+    let size = json!([1000, 1000, 1000]);
+    let mut by_shape = input();
+    by_shape["Shapes"] = json!([{"Grid": {"Tag": 1, "Size": size}}]);
+    let mut by_domain = input();
+    by_domain["Domain"]["Dim"] = size;
+    for file in [by_shape, by_domain] {
+        let error = load(&file, 64 << 20).unwrap_err();
+        assert!(
+            error.contains("14.0 GB of memory once it is read, more than the limit of 67.1 MB"),
+            "{error}"
+        );
+    }
+    let loaded = load(&input(), 0).unwrap();
+    let refused = Run::new(&loaded).check(Limits::of(10_000)).unwrap_err();
+    assert!(
+        matches!(refused, Refusal::MeterMemory(_, 10_000)),
+        "{refused}"
+    );
+    Run::new(&loaded).check(Limits::of(1 << 20)).unwrap();
+}
+
+/// A thousand small shapes in a large volume take the time of their voxels, and label the voxels whose centres they hold.
+#[test]
+fn shapes_cost_what_they_cover() {
+    let mut file = input();
+    let mut shapes = vec![json!({"Grid": {"Tag": 1, "Size": [100, 100, 100]}})];
+    for i in 0..20_000 {
+        let place = [i % 40, i / 40 % 40, i / 1600].map(|k| 2.5 * f64::from(k));
+        shapes.push(json!({"Sphere": {"Tag": 2, "O": place, "R": 0.9}}));
+    }
+    shapes.push(json!({"Sphere": {"Tag": 3, "O": [-1, 50, 50], "R": 2}}));
+    shapes.push(json!({"Cylinder": {"Tag": 3, "C0": [96, 96, 90], "C1": [96, 96, 1000], "R": 2}}));
+    file["Shapes"] = json!(shapes);
+    let started = std::time::Instant::now();
+    let loaded = load(&file).unwrap();
+    assert!(started.elapsed().as_secs() < 20, "{:?}", started.elapsed());
+    let expected = [
+        ([2.0, 2.0, 2.0], 0.02),
+        ([3.0, 3.0, 3.0], 0.01),
+        ([0.0, 50.0, 50.0], 0.5),
+        ([1.0, 50.0, 50.0], 0.01),
+        ([95.0, 95.0, 99.0], 0.5),
+        ([95.0, 95.0, 85.0], 0.01),
+    ];
+    for (voxel, mu_a) in expected {
+        let found = absorption(&loaded, voxel);
+        assert!((found - mu_a).abs() < 1e-12, "{voxel:?}: {found}");
+    }
 }

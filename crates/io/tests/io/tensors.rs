@@ -2,7 +2,7 @@
 
 use morgana_io::scene::{Numbers, Tensor};
 use morgana_io::volume::{AxisOrder, Options, Volume, npy};
-use morgana_io::{Diagnostics, LoadOptions, json};
+use morgana_io::{Diagnostics, Limits, LoadOptions, json};
 use std::sync::Arc;
 
 /// 2 × 3 × 4 numbers `[z, y, x]`.
@@ -80,7 +80,7 @@ fn what_is_built_is_what_is_written() {
             ]),
         ),
     ]);
-    let built = json::build(built, &[], &mut diagnostics).expect("a scene");
+    let built = json::build(built, &[], Limits::default(), &mut diagnostics).expect("a scene");
     let written = json::write(&built);
     let read = json::parse(&written, "scene.json", &[], &mut diagnostics).expect("a scene");
     let files = morgana_io::FileRegistry::new();

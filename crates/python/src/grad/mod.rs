@@ -4,7 +4,7 @@ mod course;
 mod ends;
 mod share;
 
-use crate::numbers::array;
+use crate::numbers::{array, ask_for_memory};
 use crate::watch::{Shared, watched};
 use course::{Course, FoundDerivatives, GivenChange, GivenLayout, RayOptions};
 use eikonal::adjoint::{AdjointRay, Layout, RayFailure, StartChange};
@@ -58,6 +58,7 @@ impl Columns {
         layout: &Layout,
         of: impl Fn(usize, &mut AdjointRay<Layout>) -> Result<(DVec3, DVec3, f64), u8> + Sync,
     ) -> PyResult<Self> {
+        ask_for_memory(count, 7 * size_of::<f64>() + 1, "rays")?;
         let mut found = Columns {
             positions: vec![f64::NAN; 3 * count],
             directions: vec![f64::NAN; 3 * count],

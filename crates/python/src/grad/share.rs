@@ -3,6 +3,7 @@
 use super::course::{Course, Sums};
 use super::ends::{Loss, Starts};
 use super::{BLOCK, layout, not_interrupted};
+use crate::numbers::ask_for_memory;
 use crate::watch::{Shared, watched};
 use eikonal::adjoint::{Layout, LayoutDerivative};
 use pyo3::prelude::*;
@@ -75,6 +76,7 @@ pub(super) fn derivatives(
     loss: &Loss,
 ) -> PyResult<Derivatives> {
     let count = starts.len();
+    ask_for_memory(count, 6 * size_of::<f64>(), "rays")?;
     let layout = layout(course)?;
     let (mut origins, mut directions) = (vec![0.0; 3 * count], vec![0.0; 3 * count]);
     let bytes = size_of::<f64>() * course.sum_count().max(1);

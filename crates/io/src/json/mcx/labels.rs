@@ -1,10 +1,13 @@
 //! Labels of voxels.
 
+use crate::error::Problem;
+use crate::input::Limits;
 use crate::scene::{Numbers, Tensor};
 use std::sync::Arc;
 
-/// The most voxels: those of 1290³.
-const MOST: usize = 1 << 31;
+/// Bytes per voxel while a scene is made of labels: as they are read, as numbers of the scene, as whole numbers, and as
+/// parts with the layers around them.
+const BYTES: u64 = 4 + 4 + 4 + 1 + 1;
 
 /// Labels of voxels, x fastest.
 pub(super) struct Labels {
@@ -14,9 +17,9 @@ pub(super) struct Labels {
 
 impl Labels {
     /// As an array `[z, y, x]`.
-    pub(super) fn tensor(&self) -> Option<Arc<Tensor>> {
+    pub(super) fn into_tensor(self) -> Option<Arc<Tensor>> {
         let [x, y, z] = self.size;
-        let numbers = Numbers::Single(self.data.clone());
+        let numbers = Numbers::Single(self.data);
         Tensor::new(vec![z, y, x], numbers).map(Arc::new).ok()
     }
 
@@ -31,10 +34,16 @@ impl Labels {
     }
 
     /// Volumes of one label.
-    pub(super) fn filled(size: [usize; 3], label: f32) -> Option<Self> {
-        let count = size.iter().try_fold(1usize, |n, m| n.checked_mul(*m));
-        let count = count.filter(|n| (1..=MOST).contains(n))?;
+    ///
+    /// # Errors
+    /// No voxels, or more than the limits of memory allow.
+    pub(super) fn filled(size: [usize; 3], label: f32, limits: Limits) -> Result<Self, Problem> {
+        let count = size.iter().fold(1usize, |n, m| n.saturating_mul(*m));
+        if count == 0 {
+            return Err(Problem::Empty("a volume has voxels".into()));
+        }
+        limits.check(count as u64, BYTES, 0)?;
         let data = vec![label; count];
-        Some(Labels { size, data })
+        Ok(Labels { size, data })
     }
 }

@@ -15,6 +15,7 @@ mod volume;
 
 use super::tree::{Entry, Json, Node};
 use crate::diagnostic::{Diagnostics, Location};
+use crate::input::Limits;
 use detectors::Recording;
 use labels::Labels;
 use reader::{Reader, field, numbers, rows};
@@ -66,9 +67,12 @@ pub(super) fn is_one(root: &Node) -> bool {
 }
 
 /// The scene that an input file describes; `None` after an error.
-pub(super) fn scene(root: &Node, diagnostics: &mut Diagnostics) -> Option<Node> {
+pub(super) fn scene(root: &Node, limits: Limits, diagnostics: &mut Diagnostics) -> Option<Node> {
     let errors = diagnostics.error_count();
-    let mut reader = Reader { diagnostics };
+    let mut reader = Reader {
+        limits,
+        diagnostics,
+    };
     let [domain, optode] = ["Domain", "Optode"].map(|key| field(root, key));
     let (domain, optode) = (domain?, optode?);
     reader.known(domain, &DOMAIN, &["CacheBoxP0", "CacheBoxP1"]);
@@ -135,7 +139,7 @@ pub(super) fn scene(root: &Node, diagnostics: &mut Diagnostics) -> Option<Node> 
         push(&mut scene, &name, source.json);
     }
     if let Some(tissue) = field_mut(&mut scene, "tissue") {
-        push(tissue, "data", Json::Tensor(labels.tensor()?));
+        push(tissue, "data", Json::Tensor(labels.into_tensor()?));
         push(tissue, "properties", Json::Tensor(media));
     }
     Some(scene)

@@ -5,12 +5,15 @@ use super::super::values::{get, value};
 use super::detectors::Recording;
 use super::{SESSION, Settings, node};
 use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::input::Limits;
 use crate::scene::{Numbers, Tensor, Value as Held};
 use crate::schema::Type;
 use serde_json::json;
 use std::sync::Arc;
 /// Reads fields and reports what is wrong with them.
 pub(super) struct Reader<'d> {
+    /// Memory that a volume may take.
+    pub limits: Limits,
     pub diagnostics: &'d mut Diagnostics,
 }
 

@@ -5,6 +5,7 @@ use super::super::tree::{Entry, Json, Node};
 use super::labels::Labels;
 use super::{Reader, field, numbers};
 use glam::DVec3;
+use std::ops::Range;
 
 /// Draws shapes into a volume, which a `Grid` makes anew; `None` after an error. The first voxel is at `origin`.
 pub(super) fn draw(
@@ -54,9 +55,11 @@ impl Canvas {
                     return;
                 };
                 let size = size.map(|v| v.max(0.0) as usize);
-                self.labels = Labels::filled(size, tag);
-                if self.labels.is_none() {
-                    reader.error(node, "Size is that of a volume with voxels");
+                // The volume before is gone, and its memory.
+                self.labels = None;
+                match Labels::filled(size, tag, reader.limits) {
+                    Ok(labels) => self.labels = Some(labels),
+                    Err(e) => reader.error(node, format!("Size: {e}")),
                 }
             }
             "sphere" => {
@@ -64,7 +67,8 @@ impl Canvas {
                     self.point(node, &["O", "C0"], reader),
                     reader.number(node, "R"),
                 );
-                self.fill(node, reader, |p| p.distance_squared(c) <= r * r);
+                let part = Part::between(c - r.abs(), c + r.abs());
+                self.fill(node, part, reader, |p| p.distance_squared(c) <= r * r);
             }
             "box" | "subgrid" => {
                 let low = self.point(node, &["O"], reader) - self.origin;
@@ -78,7 +82,8 @@ impl Canvas {
                 } else {
                     (low, size)
                 };
-                self.fill(node, reader, |p| {
+                let part = Part::between(low, low + size);
+                self.fill(node, part, reader, |p| {
                     (p - low).min_element() >= 0.0 && (low + size - p).min_element() >= 0.0
                 });
             }
@@ -87,7 +92,11 @@ impl Canvas {
                 let r = reader.number(node, "R");
                 let axis = ends[1] - ends[0];
                 let length = axis.length_squared();
-                self.fill(node, reader, |p| {
+                let part = Part::between(
+                    ends[0].min(ends[1]) - r.abs(),
+                    ends[0].max(ends[1]) + r.abs(),
+                );
+                self.fill(node, part, reader, |p| {
                     let t = (p - ends[0]).dot(axis) / length;
                     (0.0..=1.0).contains(&t) && p.distance_squared(ends[0] + axis * t) <= r * r
                 });
@@ -97,7 +106,7 @@ impl Canvas {
                     return;
                 };
                 let normal = DVec3::new(a, b, c);
-                self.fill(node, reader, |p| normal.dot(p) > d);
+                self.fill(node, Part::WHOLE, reader, |p| normal.dot(p) > d);
             }
             key @ ("xlayers" | "ylayers" | "zlayers") => self.layers(axis_of(key), node, reader),
             key @ ("xslabs" | "yslabs" | "zslabs") => self.slabs(axis_of(key), node, reader),
@@ -121,12 +130,25 @@ impl Canvas {
     }
 
     /// Gives the label of a shape to all voxels whose centres are inside.
-    fn fill(&mut self, node: &Node, reader: &mut Reader, inside: impl Fn(DVec3) -> bool) {
+    fn fill(
+        &mut self,
+        node: &Node,
+        part: Part,
+        reader: &mut Reader,
+        inside: impl Fn(DVec3) -> bool,
+    ) {
         let tag = reader.number_or(node, "Tag", 0.0) as f32;
-        self.each(node, reader, |p| inside(p).then_some(tag));
+        self.each(node, part, reader, |p| inside(p).then_some(tag));
     }
 
-    fn each(&mut self, node: &Node, reader: &mut Reader, label: impl Fn(DVec3) -> Option<f32>) {
+    /// Gives labels to the voxels of a part by their centres.
+    fn each(
+        &mut self,
+        node: &Node,
+        part: Part,
+        reader: &mut Reader,
+        label: impl Fn(DVec3) -> Option<f32>,
+    ) {
         let Some(labels) = &mut self.labels else {
             return reader.error(
                 node,
@@ -134,10 +156,15 @@ impl Canvas {
             );
         };
         let [nx, ny, _] = labels.size;
-        for (i, voxel) in labels.data.iter_mut().enumerate() {
-            let place = DVec3::new((i % nx) as f64, (i / nx % ny) as f64, (i / nx / ny) as f64);
-            if let Some(label) = label(place + 0.5) {
-                *voxel = label;
+        let [xs, ys, zs] = part.voxels(labels.size);
+        for z in zs {
+            for y in ys.clone() {
+                let row = nx * (y + ny * z);
+                for x in xs.clone() {
+                    if let Some(label) = label(DVec3::new(x as f64, y as f64, z as f64) + 0.5) {
+                        labels.data[row + x] = label;
+                    }
+                }
             }
         }
     }
@@ -151,7 +178,8 @@ impl Canvas {
             );
         };
         for [first, last, tag] in rows {
-            self.each(node, reader, |p| {
+            let part = Part::along(axis, first - 1.0, last);
+            self.each(node, part, reader, |p| {
                 (first - 1.0..last).contains(&p[axis]).then_some(tag as f32)
             });
         }
@@ -162,13 +190,45 @@ impl Canvas {
         let Some(bounds) = field(node, "Bound").and_then(rows::<2>) else {
             return reader.error(node, "slabs have a Bound: lists of two numbers");
         };
-        self.fill(node, reader, |p| {
-            let within = |[low, high]: &[f64; 2]| {
-                let first = (low - 0.5).max(0.0).floor();
-                (first..high.floor()).contains(&p[axis])
-            };
-            bounds.iter().any(within)
-        });
+        for [low, high] in bounds {
+            let (first, last) = ((low - 0.5).max(0.0).floor(), high.floor());
+            let part = Part::along(axis, first, last);
+            self.fill(node, part, reader, |p| (first..last).contains(&p[axis]));
+        }
+    }
+}
+
+/// A part of space, in voxels, in which a shape lies.
+#[derive(Clone, Copy)]
+struct Part {
+    low: DVec3,
+    high: DVec3,
+}
+
+impl Part {
+    const WHOLE: Part = Part {
+        low: DVec3::NEG_INFINITY,
+        high: DVec3::INFINITY,
+    };
+
+    fn between(low: DVec3, high: DVec3) -> Self {
+        Part { low, high }
+    }
+
+    /// The part between two coordinates along an axis.
+    fn along(axis: usize, low: f64, high: f64) -> Self {
+        let mut part = Part::WHOLE;
+        part.low[axis] = low;
+        part.high[axis] = high;
+        part
+    }
+
+    /// The voxels of a volume whose centres may lie in it.
+    fn voxels(&self, size: [usize; 3]) -> [Range<usize>; 3] {
+        std::array::from_fn(|axis| {
+            let place = |x: f64| x.floor().clamp(0.0, size[axis] as f64) as usize;
+            place(self.low[axis])..place(self.high[axis] + 1.0)
+        })
     }
 }
 

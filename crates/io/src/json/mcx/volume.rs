@@ -29,7 +29,7 @@ pub(super) fn labels(root: &Node, domain: &Node, reader: &mut Reader) -> Option<
         labels = Some(held_by(held, reader)?);
     }
     if labels.is_none() {
-        labels = size.and_then(|size| Labels::filled(size, 0.0));
+        labels = filled(size, domain, reader)?;
     }
     if let Some(shapes) = field(root, "Shapes") {
         labels = drawn(shapes, labels, origin, reader);
@@ -41,6 +41,15 @@ pub(super) fn labels(root: &Node, domain: &Node, reader: &mut Reader) -> Option<
         );
     }
     labels
+}
+
+/// Labels 0 if there is a size; `None` after an error.
+fn filled(size: Option<[usize; 3]>, at: &Node, reader: &mut Reader) -> Option<Option<Labels>> {
+    let labels = size.map(|size| Labels::filled(size, 0.0, reader.limits));
+    labels
+        .transpose()
+        .map_err(|e| reader.error(at, format!("Dim: {e}")))
+        .ok()
 }
 
 /// Shapes over labels, or an array in their place.
@@ -142,7 +151,7 @@ fn from_shapes(
         reader.error(file, format!("{} has no Shapes", path.display()));
         return None;
     };
-    let start = size.and_then(|size| Labels::filled(size, 0.0));
+    let start = filled(size, file, reader)?;
     drawn(shapes, start, origin, reader)
 }
 
