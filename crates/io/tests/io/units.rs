@@ -483,11 +483,9 @@ fn shapes_of_parts_in_any_unit() {
         ("labels, smooth", labels("smooth")),
         (
             "instance",
-            format!(
-                r#""group": {{"type": "shapegroup", "id": "group", "a": {{"type": "sphere", "radius": 0.4@1}}, "b": {{"type": "cube", "to_world": [{{"scale": 0.3@1}}, {{"translate": [0.5@1, 0, 0]}}]}}}},
-                "one": {{"type": "instance", "g": {{"type": "ref", "id": "group"}}}},
-                "other": {{"type": "instance", "to_world": [{{"translate": [0, 0.9@1, 0]}}], "g": {{"type": "ref", "id": "group"}}}}"#
-            ),
+            r#""group": {"type": "shapegroup", "id": "group", "a": {"type": "sphere", "radius": 0.4@1}, "b": {"type": "cube", "to_world": [{"scale": 0.3@1}, {"translate": [0.5@1, 0, 0]}]}},
+                "one": {"type": "instance", "g": {"type": "ref", "id": "group"}},
+                "other": {"type": "instance", "to_world": [{"translate": [0, 0.9@1, 0]}], "g": {"type": "ref", "id": "group"}}"#.to_string(),
         ),
     ];
     let mut all = Vec::new();
