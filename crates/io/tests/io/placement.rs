@@ -257,7 +257,7 @@ fn estimators_agree_on_a_point_on_a_face() {
                     "film": {{"type": "hdrfilm", "width": 2, "height": 2, "pixel_format": "luminance", "rfilter": {{"type": "box"}}}}}},
                 "haze": {{"type": "cube", "to_world": [{{"scale": 5}}, {{"translate": [0, 0, 5]}}], "bsdf": {{"type": "{bsdf}"}},
                     "interior": {{"type": "homogeneous", "sigma_t": 0.3, "albedo": 0.9, "ior": {n}}}}},
-                "lamp": {{"type": "point", "position": [0.3, 0.2, 0], "intensity": 1.0}}}}"#
+                "light": {{"type": "point", "position": [0.3, 0.2, 0], "intensity": 1.0}}}}"#
             );
             picture(&scene, 8000)
         });

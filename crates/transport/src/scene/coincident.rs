@@ -5,13 +5,11 @@
 //! off a body to its outside, off a sheet to the side of that sheet's normal. Coincident faces of bodies stay where they are:
 //! rays meet one of them, in the order of [`precedence`], and enter the medium that lies beyond all of them.
 
-use super::index::Index;
+use super::index::{Index, precedence};
 use super::parts::{Object, Parts};
-use crate::bsdf::Bsdf;
 use crate::shape::AreaSample;
 use eikonal::Aabb;
 use glam::DVec3;
-use std::cmp::Ordering;
 
 /// Distance of a moved sheet from the surface below it, in units of the distance by which rays start off surfaces.
 pub(super) const LAYER: f64 = 8.0;
@@ -22,27 +20,30 @@ const POINTS: usize = 64;
 /// Steps of Roberts' R₂ sequence, whose points are spread evenly over the unit square.
 const SPREAD: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
 
-/// The order in which coincident surfaces act: what scatters light comes before smooth dielectrics, and these before null surfaces,
-/// which only declare a boundary; then the smaller one, then by name.
-pub(super) fn precedence(a: &Object, b: &Object) -> Ordering {
-    let class = |o: &Object| match o.bsdf {
-        Bsdf::Null => 2,
-        Bsdf::Dielectric(_) => 1,
-        _ => 0,
-    };
-    let size = |o: &Object| o.shape.aabb().diagonal();
-    let by_class = class(a).cmp(&class(b));
-    by_class
-        .then(b.emitter.is_some().cmp(&a.emitter.is_some()))
-        .then(size(a).total_cmp(&size(b)))
-        .then_with(|| a.name.cmp(&b.name))
+/// How sheets are to be moved off the surfaces with which they coincide.
+#[derive(Debug, Default)]
+pub(super) struct Separation {
+    /// Numbers of sheets, each with a distance along its normals.
+    moves: Vec<(usize, f64)>,
+    /// The largest number of sheets that lie on one another on a surface.
+    pub layers: usize,
 }
 
-/// Moves sheets off the surfaces with which they coincide. Returns the largest number of layers that lie on one another.
-pub(super) fn separate(parts: &mut Parts, epsilon: f64) -> usize {
+impl Separation {
+    /// Moves the sheets.
+    pub(super) fn apply(self, parts: &mut Parts) {
+        for (sheet, distance) in self.moves {
+            let object = &mut parts.objects[sheet];
+            object.shape = object.shape.moved_along_normals(distance);
+        }
+    }
+}
+
+/// Finds the sheets that coincide with other surfaces.
+pub(super) fn separation(parts: &Parts, epsilon: f64) -> Separation {
     let sheets = sheets(parts);
     if sheets.is_empty() {
-        return 0;
+        return Separation::default();
     }
     let contacts = contacts(parts, &sheets, epsilon);
     let mut layers = vec![0; parts.objects.len()];
@@ -56,11 +57,10 @@ pub(super) fn separate(parts: &mut Parts, epsilon: f64) -> usize {
         layers[*sheet] = below + 1;
         moves.push((*sheet, side(found) * (below + 1) as f64 * LAYER * epsilon));
     }
-    for (sheet, distance) in moves {
-        let object = &mut parts.objects[sheet];
-        object.shape = object.shape.moved_along_normals(distance);
+    Separation {
+        moves,
+        layers: layers.into_iter().max().unwrap_or(0),
     }
-    layers.into_iter().max().unwrap_or(0)
 }
 
 /// Objects whose two sides are in the same medium, in the order in which they are put on one another: null surfaces come last.

@@ -86,52 +86,61 @@ impl Containment<'_> {
             .map_or(AMBIENT, |body| body.medium)
     }
 
-    /// Diameter of what is innermost around a point; infinite in the ambient medium.
-    pub(super) fn size_around(&self, x: DVec3) -> f64 {
-        self.innermost(x, |_| true)
-            .map_or(f64::INFINITY, |body| body.size)
+    /// Number of bodies around a point.
+    pub(super) fn depth(&self, x: DVec3) -> usize {
+        self.around(x, |_| true).count()
     }
 
     /// The same without an object, or without the partition that it belongs to.
     pub fn medium_around(&self, object: usize, x: DVec3) -> MediumId {
         let own = self.partitions.iter().find(|p| p.objects.contains(&object));
         let own = own.map_or(object..object + 1, |p| p.objects.clone());
+        let own = &own;
         let around = self.innermost(x, |i| !own.contains(&i));
         around.map_or(AMBIENT, |body| body.medium)
     }
 
-    /// The smallest body around a point; of equal ones, that whose name comes first.
-    fn innermost(&self, x: DVec3, counts: impl Fn(usize) -> bool) -> Option<Innermost<'_>> {
-        let in_partition = |i: usize| self.partitions.iter().any(|p| p.objects.contains(&i));
-        let bodies = self.objects.iter().enumerate().filter_map(|(i, o)| {
+    /// The smallest body around a point; of equal ones, the one whose name comes first.
+    fn innermost(&self, x: DVec3, counts: impl Fn(usize) -> bool + Copy) -> Option<Body<'_>> {
+        let order = |a: &Body, b: &Body| {
+            let by_size = a.size.total_cmp(&b.size);
+            by_size.then_with(|| a.name.cmp(b.name))
+        };
+        self.around(x, counts).min_by(order)
+    }
+
+    /// The bodies around a point.
+    fn around(
+        &self,
+        x: DVec3,
+        counts: impl Fn(usize) -> bool + Copy,
+    ) -> impl Iterator<Item = Body<'_>> {
+        let in_partition = move |i: usize| self.partitions.iter().any(|p| p.objects.contains(&i));
+        let bodies = self.objects.iter().enumerate().filter_map(move |(i, o)| {
             let medium = o.interior().filter(|_| counts(i))?;
             let holds = o.shape.is_closed() && !in_partition(i) && o.shape.contains(x);
-            holds.then(|| Innermost {
+            holds.then(|| Body {
                 medium,
                 size: o.shape.aabb().diagonal(),
                 name: &o.name,
             })
         });
-        let divided = self.partitions.iter().filter_map(|p| {
+        let divided = self.partitions.iter().filter_map(move |p| {
             let medium = p
                 .medium_at(self.objects, x)
                 .filter(|_| counts(p.objects.start))?;
-            Some(Innermost {
+            Some(Body {
                 medium,
                 size: p.aabb(self.objects).diagonal(),
                 name: &self.objects[p.objects.start].name,
             })
         });
-        let order = |a: &Innermost, b: &Innermost| {
-            let by_size = a.size.total_cmp(&b.size);
-            by_size.then_with(|| a.name.cmp(b.name))
-        };
-        bodies.chain(divided).min_by(order)
+        bodies.chain(divided)
     }
 }
 
 /// A body around a point.
-struct Innermost<'a> {
+struct Body<'a> {
     medium: MediumId,
     /// Diameter of the box around it.
     size: f64,

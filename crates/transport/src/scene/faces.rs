@@ -1,8 +1,8 @@
 //! Emitters and sensors exactly on a face: on which side of it they are.
 //!
 //! One that looks in some directions only is outside of the body whose face it is, so that it acts as in the limit from outside:
-//! its light passes the face. On a face between two bodies of equal rank, and on a sheet that lets light pass, it is behind
-//! the face as it looks; on an opaque sheet before it. A point that radiates in all directions is on all sides: its light
+//! its light passes the face. On a face between two bodies of which neither holds the other, and on a sheet that lets light pass, it
+//! is behind the face as it looks; on an opaque sheet before it. A point that radiates in all directions is on all sides: its light
 //! starts in the medium that lies in its direction.
 
 use super::coincident::{LAYER, TOUCH};
@@ -72,7 +72,14 @@ impl Faces<'_> {
             } => match self.corner(*position) {
                 None => emitter.clone(),
                 Some(corner) => {
-                    let offsets = corner.sides().map(|m| m * (TOUCH * self.epsilon)).collect();
+                    // Within what lies on the face of a body; a sheet itself may be moved.
+                    let is_body = |i: &usize| self.object(*i).sides.is_some();
+                    let distance = if corner.objects.iter().any(is_body) {
+                        TOUCH * self.epsilon
+                    } else {
+                        self.distance
+                    };
+                    let offsets = corner.sides().map(|m| m * distance).collect();
                     let point = PointOnFace::new(*position, *intensity, corner.normals, offsets);
                     Emitter::PointOnFace(Arc::new(point))
                 }
@@ -149,15 +156,15 @@ impl Faces<'_> {
             } else {
                 1.0
             };
-            // Outside of what is opaque, then in the largest body, then behind the face.
+            // Outside of what is opaque, then in the fewest bodies, then behind the face.
             let better = |a: &DVec3, b: &DVec3| -> Ordering {
                 let [p, q] = [*a, *b].map(|m| x + m * (TOUCH * self.epsilon));
                 let filled = |p| corner.objects.iter().any(|i| fills(self.object(*i), p));
-                let sizes = [p, q].map(|p| self.containment.size_around(p));
+                let depth = |p| self.containment.depth(p);
                 let along = |m: &DVec3| before * m.normalize().dot(axis);
                 filled(p)
                     .cmp(&filled(q))
-                    .then(sizes[1].total_cmp(&sizes[0]))
+                    .then(depth(p).cmp(&depth(q)))
                     .then(along(a).total_cmp(&along(b)))
             };
             corner.sides().min_by(better).map(|m| m * self.distance)

@@ -105,8 +105,9 @@ impl Scene {
     pub fn new(mut parts: Parts) -> Result<Self, Vec<SceneProblem>> {
         let extent = surroundings(&parts);
         let epsilon = ray_epsilon(&extent);
-        let layers = coincident::separate(&mut parts, epsilon);
-        faces::settle(&mut parts, epsilon, layers);
+        let separation = coincident::separation(&parts, epsilon);
+        faces::settle(&mut parts, epsilon, separation.layers);
+        separation.apply(&mut parts);
         settle_fibers(&mut parts);
         parts = parts.with_emissive_media();
         let around = surroundings(&parts);

@@ -2,8 +2,8 @@
 //! "Automatic creation of object hierarchies for ray tracing", 1987), with boxes sorted into bins (I. Wald, "On fast
 //! construction of SAH-based bounding volume hierarchies", 2007). Depth and time are bounded for every list of boxes.
 
-use super::tree::Node;
 use eikonal::Aabb;
+use glam::Vec3;
 use std::ops::Range;
 
 /// Largest number of levels below the root.
@@ -17,6 +17,17 @@ const LEAF: usize = 8;
 
 /// Cost of a visit to a node, relative to the test of a leaf's box and shape.
 const VISIT: f64 = 3.0;
+
+/// A box and what it holds.
+#[derive(Clone, Copy)]
+pub(super) struct Node {
+    pub min: Vec3,
+    pub max: Vec3,
+    /// First of its leaves, or of its two children.
+    pub first: u32,
+    /// Number of leaves; 0 for a node with children.
+    pub count: u32,
+}
 
 /// A hierarchy in the making.
 pub(super) struct Builder {

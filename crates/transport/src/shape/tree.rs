@@ -1,9 +1,9 @@
 //! A bounding-volume hierarchy over boxes.
 
-use super::split::Builder;
+use super::split::{Builder, Node};
 use super::sweep::Sweep;
 use eikonal::Aabb;
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 /// Growth of the boxes, whose coordinates the hierarchy maps to [−1, 1] and stores in single
 /// precision: several times the rounding of a stored coordinate (6e-8) and of the traversal in
@@ -20,17 +20,6 @@ pub(super) struct Tree {
     leaves: Vec<u32>,
     center: DVec3,
     scale: f64,
-}
-
-/// A box and what it holds.
-#[derive(Clone, Copy)]
-pub(super) struct Node {
-    pub min: Vec3,
-    pub max: Vec3,
-    /// First of its leaves, or of its two children.
-    pub first: u32,
-    /// Number of leaves; 0 for a node with children.
-    pub count: u32,
 }
 
 impl Tree {

@@ -2,7 +2,7 @@
 
 use super::line::Line;
 use crate::budget::STEPS_PER_RAY;
-use crate::path::only_passage;
+use crate::path::unscattered_continuation;
 use crate::scene::{AMBIENT, MediumId, Scene};
 use crate::shape::Hit;
 use eikonal::Aabb;
@@ -216,7 +216,8 @@ impl TracedRay<'_> {
 
     /// Goes on from a surface if there is only one direction to go.
     fn surface(&mut self, object: usize, hit: &Hit, v: DVec3) -> Option<TraceEnding> {
-        let Some(passage) = only_passage(self.scene, object, self.medium, hit, v) else {
+        let Some(passage) = unscattered_continuation(self.scene, object, self.medium, hit, v)
+        else {
             return Some(TraceEnding::Surface(object));
         };
         self.x = passage.x;

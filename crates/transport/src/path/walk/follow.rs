@@ -234,7 +234,7 @@ impl<'a> Follower<'a> {
                 return Some(Ending::Surface(object));
             }
         }
-        let Some(passage) = only_passage(scene, object, self.medium, hit, v) else {
+        let Some(passage) = unscattered_continuation(scene, object, self.medium, hit, v) else {
             return Some(Ending::Surface(object));
         };
         self.x = passage.x;
@@ -252,7 +252,7 @@ impl<'a> Follower<'a> {
 
 /// The way of a ray beyond a surface.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Passage {
+pub(crate) struct Continuation {
     /// Where it starts, off the surface.
     pub x: DVec3,
     /// Its velocity there.
@@ -265,13 +265,13 @@ pub(crate) struct Passage {
 
 /// The way beyond a surface for a ray that arrives through a medium with a velocity, if the surface leaves it one direction, or lets
 /// at least half of its light pass straight on. `None` if the ray ends there.
-pub(crate) fn only_passage(
+pub(crate) fn unscattered_continuation(
     scene: &Scene,
     object: usize,
     medium: MediumId,
     hit: &Hit,
     v: DVec3,
-) -> Option<Passage> {
+) -> Option<Continuation> {
     let surface = &scene.objects()[object];
     let site = surface.shape.site(hit);
     let cos = hit.normal.dot(v.normalize());
@@ -302,7 +302,7 @@ pub(crate) fn only_passage(
     if rule == Rule::Reflect && is_below {
         return None;
     }
-    Some(Passage {
+    Some(Continuation {
         x: leave(scene, hit.position, hit.normal, after),
         v: after,
         medium: if is_reflection { medium } else { beyond },

@@ -6,7 +6,7 @@ mod gather;
 mod surface;
 mod trace;
 
-pub(crate) use follow::{Ending, FollowedRay, SeenSurface, follow, only_passage, see};
+pub(crate) use follow::{Ending, FollowedRay, SeenSurface, follow, see, unscattered_continuation};
 pub use free_flight::FreeFlight;
 pub(crate) use gather::{EmittedAlong, gather_along, gather_in_view};
 pub(crate) use trace::{DrawnCollision, choose_channel, trace_to};
