@@ -159,6 +159,7 @@ impl Measured<'_> {
             "particles_per_second": self.rate(),
             "channels": self.loaded.channel_names,
             "emitted": measurement.emitted,
+            "emitted_error": measurement.emitted_error,
             "balance": report::balance(&measurement.balance),
             "meters": self.meters().zip(&measurement.records).map(meter).collect::<Vec<_>>(),
             "counters": report::counters(&measurement.stats),

@@ -125,7 +125,8 @@ impl Scribe<'_> {
             "optical_moment" => format!("{power}*unit"),
             _ => power.to_owned(),
         };
-        self.all(reading, &reading.name, &unit, |c| self.scale(c))
+        let per_watt = self.instrument.normalization == Normalization::PerWatt;
+        self.all(reading, [&reading.name, &unit], per_watt, |c| self.scale(c))
     }
 
     /// What readings of power are multiplied by in a channel.
@@ -134,6 +135,12 @@ impl Scribe<'_> {
             Normalization::Absolute => 1.0,
             Normalization::PerWatt => reciprocal(self.context.measurement.emitted[channel]),
         }
+    }
+
+    /// Standard error of the emitted power of a channel, relative to the power.
+    fn relative_power_error(&self, channel: usize) -> f64 {
+        let measurement = self.context.measurement;
+        measurement.emitted_error[channel] * reciprocal(measurement.emitted[channel])
     }
 
     /// Unit of power.
@@ -162,14 +169,16 @@ impl Scribe<'_> {
     fn pressure(&self, absorbed: &Reading, gruneisen: &Gruneisen) -> [Array; ARRAYS] {
         let emitted = &self.context.measurement.emitted;
         let factor = gruneisen.factor();
-        self.all(absorbed, "p0", "Pa", |c| factor * reciprocal(emitted[c]))
+        let scale = |c: usize| factor * reciprocal(emitted[c]);
+        self.all(absorbed, ["p0", "Pa"], true, scale)
     }
 
+    /// Arrays of a reading times a scale. The error of the emitted power adds to the errors of readings `per_emitted` power.
     fn all(
         &self,
         reading: &Reading,
-        name: &str,
-        unit: &str,
+        [name, unit]: [&str; 2],
+        per_emitted: bool,
         scale: impl Fn(usize) -> f64,
     ) -> [Array; ARRAYS] {
         let channels = self.context.channels.len();
@@ -194,10 +203,22 @@ impl Scribe<'_> {
             let values = values.iter().enumerate();
             values.map(|(i, v)| v * scale(i % channels)).collect()
         };
+        let power_error = |c: usize| {
+            if per_emitted {
+                self.relative_power_error(c)
+            } else {
+                0.0
+            }
+        };
+        let pairs = reading.mean.iter().zip(&reading.error).enumerate();
+        let with_power = |(i, (mean, error)): (usize, (&f64, &f64))| {
+            error.hypot(mean * power_error(i % channels))
+        };
+        let errors: Vec<f64> = pairs.map(with_power).collect();
         let few = reading.few.iter().map(|few| f64::from(u8::from(*few)));
         [
             array("", unit, scaled(&reading.mean)),
-            array("_error", unit, scaled(&reading.error)),
+            array("_error", unit, scaled(&errors)),
             array("_effective", "", reading.effective.clone()),
             array("_few", "", few.collect()),
         ]

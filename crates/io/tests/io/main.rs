@@ -19,6 +19,7 @@ mod dispersion;
 mod doubling;
 mod doubts;
 mod edges;
+mod emitted_power;
 mod export;
 mod films;
 mod formulas;

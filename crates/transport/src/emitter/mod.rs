@@ -41,7 +41,7 @@ pub use spot::{Spot, SpotTextureError};
 pub use surroundings::Surroundings;
 pub use textured::{TexturedArea, TexturedError};
 pub(crate) use values::{EmittedRay, EmitterValues};
-pub use volume_light::VolumeLight;
+pub use volume_light::{Estimate, VolumeLight};
 
 use crate::Spectrum;
 use crate::shape::{AreaSample, Shape, Site};

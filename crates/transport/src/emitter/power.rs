@@ -25,4 +25,12 @@ impl Emitter {
             Emitter::Volume(volume) => volume.power(),
         }
     }
+
+    /// Standard error of [`Emitter::power`]; zero if the power is exact.
+    pub fn power_error(&self) -> Spectrum {
+        match self {
+            Emitter::Volume(volume) => volume.power_error(),
+            _ => Spectrum::ZERO,
+        }
+    }
 }

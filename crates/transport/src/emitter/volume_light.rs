@@ -12,6 +12,15 @@ use std::f64::consts::PI;
 /// Half the bits of a random number: one makes two.
 const HALF_BITS: f64 = (1u64 << 26) as f64;
 
+/// A quantity with its standard error, in each channel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Estimate {
+    /// The value.
+    pub value: Spectrum,
+    /// Its standard error; zero if the value is exact.
+    pub error: Spectrum,
+}
+
 /// Light from all points of a grid: ε = W/(m³ sr) if lengths are in metres, the radiance that a ray gathers per length.
 #[derive(Clone, Debug)]
 pub struct VolumeLight {
@@ -19,6 +28,8 @@ pub struct VolumeLight {
     grid: VolumeGrid,
     /// The medium that emits in its place, where the grid is a guess of ε.
     medium: Option<usize>,
+    /// ∫ ε dV of the light that leaves: the grid's, unless a medium emits.
+    emitted: Estimate,
     scale: Spectrum,
     /// From the grid's unit cube.
     to_world: DAffine3,
@@ -54,6 +65,10 @@ impl VolumeLight {
             blocks: Discrete::new(&weights)?,
             grid,
             medium: None,
+            emitted: Estimate {
+                value: integral,
+                error: Spectrum::ZERO,
+            },
             scale,
             to_world,
             axes,
@@ -64,12 +79,28 @@ impl VolumeLight {
     /// The light of a medium, by its number in the scene. The grid guesses what it emits, > 0 wherever it does: points are chosen in
     /// proportion to the guess, and what leaves them is what the medium says.
     ///
+    /// `emitted` is ∫ ε dV of the medium; the guess stands for it where the estimate found no light.
+    ///
     /// # Errors
     /// As [`VolumeLight::new`].
-    pub fn of_medium(medium: usize, guess: VolumeGrid) -> Result<Self, DistributionError> {
+    pub fn of_medium(
+        medium: usize,
+        guess: VolumeGrid,
+        emitted: Estimate,
+    ) -> Result<Self, DistributionError> {
+        let light = VolumeLight::new(guess, Spectrum::ONE)?;
+        let emitted = if emitted.value.is_zero() {
+            Estimate {
+                value: light.integral,
+                error: light.integral,
+            }
+        } else {
+            emitted
+        };
         Ok(VolumeLight {
             medium: Some(medium),
-            ..VolumeLight::new(guess, Spectrum::ONE)?
+            emitted,
+            ..light
         })
     }
 
@@ -92,9 +123,14 @@ impl VolumeLight {
         VolumeLight::new(self.grid, self.scale * factor)
     }
 
-    /// Total power; about that, if it is a medium's.
+    /// Total power.
     pub fn power(&self) -> Spectrum {
-        self.integral * (4.0 * PI)
+        self.emitted.value * (4.0 * PI)
+    }
+
+    /// Standard error of [`VolumeLight::power`]; zero unless a medium emits whose power had to be estimated.
+    pub fn power_error(&self) -> Spectrum {
+        self.emitted.error * (4.0 * PI)
     }
 
     /// ε at a point; the guess of it, if a medium emits.

@@ -235,6 +235,11 @@ impl<'a> Setup<'a> {
         self.emitted
     }
 
+    /// Standard error of [`Setup::emitted`], for media whose power had to be estimated.
+    pub fn emitted_error(&self) -> Spectrum {
+        self.scene.power_error(self.channels)
+    }
+
     /// Number of slots.
     pub fn slots(&self) -> usize {
         slots(self.meters, self.channels)

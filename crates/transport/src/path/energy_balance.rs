@@ -82,19 +82,19 @@ impl BalanceTotals {
     }
 
     /// What became of the power of emitters that emit `emitted`, summed over channels.
-    pub fn balance(&self, emitted: f64) -> EnergyBalance {
+    pub fn balance(&self, emitted: Share) -> EnergyBalance {
         let share = |i: usize| self.share(i);
         let total = share(ENTRIES);
         EnergyBalance {
-            emitted,
+            emitted: emitted.mean,
             media: share(0),
             surfaces: share(1),
             escaped: share(2),
             cut: share(3),
             lost: share(4),
             residual: Share {
-                mean: emitted - total.mean,
-                error: total.error,
+                mean: emitted.mean - total.mean,
+                error: total.error.hypot(emitted.error),
             },
         }
     }
@@ -152,7 +152,7 @@ pub struct Share {
 /// rays, Russian roulette and spectral sampling, which are fair but by chance, have added or taken.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EnergyBalance {
-    /// Power of all emitters: exactly, but for media that emit, whose power is estimated.
+    /// Power of all emitters: exact, except of media that emit whose power had to be estimated.
     pub emitted: f64,
     /// Absorbed by media.
     pub media: Share,
@@ -209,7 +209,10 @@ mod tests {
         }
         let mut balances = BalanceTotals::default();
         balances.enter(&balance);
-        let balance = balances.balance(1.0);
+        let balance = balances.balance(Share {
+            mean: 1.0,
+            error: 0.0,
+        });
         assert_eq!((not_finite, balances.particles()), (1, 2));
         assert_eq!((balance.media.mean, balance.residual.mean), (0.5, 0.5));
     }

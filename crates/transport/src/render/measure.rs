@@ -6,7 +6,7 @@ use super::{Handle, Ranges, seed_of_group};
 use crate::meter::{
     Meter, MeterProblem, Reading, RecordTable, Records, Setup, Tally, TaskResult, Window,
 };
-use crate::path::{BalanceTotals, EnergyBalance, Workspace};
+use crate::path::{BalanceTotals, EnergyBalance, Share, Workspace};
 use crate::scene::{NO_SCENE, Scene};
 use crate::stats::Stats;
 use crate::sum::ReproducibleSum;
@@ -59,6 +59,8 @@ pub struct Measurement {
     pub records: Vec<Option<RecordTable>>,
     /// Power of all emitters, per channel.
     pub emitted: Vec<f64>,
+    /// Standard errors of `emitted`; zero unless a medium emits whose power had to be estimated.
+    pub emitted_error: Vec<f64>,
     /// Where the light went, summed over channels.
     pub balance: EnergyBalance,
     /// What happened.
@@ -307,12 +309,16 @@ impl MeasureState {
         let records = records.collect();
         let mut balance = EnergyBalance::default();
         for (group, balances) in groups.iter().zip(&self.balances) {
-            balance += balances.balance(group.setup.emitted().sum());
+            balance += balances.balance(Share {
+                mean: group.setup.emitted().sum(),
+                error: group.setup.emitted_error().sum(),
+            });
         }
         Ok(Measurement {
             readings: join(readings.collect()),
             records,
             emitted: groups.iter().flat_map(Group::emitted).collect(),
+            emitted_error: groups.iter().flat_map(Group::emitted_error).collect(),
             balance,
             stats: self.stats,
             particles: self.done.count(),
@@ -403,6 +409,10 @@ impl Group<'_> {
 
     fn emitted(&self) -> Vec<f64> {
         self.setup.emitted().0[..self.channels].to_vec()
+    }
+
+    fn emitted_error(&self) -> Vec<f64> {
+        self.setup.emitted_error().0[..self.channels].to_vec()
     }
 }
 

@@ -18,7 +18,7 @@ use super::{
 };
 use crate::film::Film;
 use crate::integrator::Integrator;
-use crate::path::{BalanceTotals, EnergyBalance, FirstVertexTechniques};
+use crate::path::{BalanceTotals, EnergyBalance, FirstVertexTechniques, Share};
 use crate::renderer::Renderer;
 use crate::scene::{NO_SCENE, Scene};
 use crate::stats::Stats;
@@ -393,7 +393,10 @@ fn balance(scenes: &[Scene], balances: &[BalanceTotals]) -> Option<EnergyBalance
     let kept = kept.filter(|(_, (_, balances))| balances.particles() > 0);
     let of = |(group, (scene, balances)): (usize, (&Scene, &BalanceTotals))| {
         let channels = scene.film().channels_of(group);
-        balances.balance(scene.powers(channels).map(|p| p.sum()).sum())
+        balances.balance(Share {
+            mean: scene.powers(channels).map(|p| p.sum()).sum(),
+            error: scene.power_error(channels).sum(),
+        })
     };
     kept.map(of).reduce(|mut sum, balance| {
         sum += balance;

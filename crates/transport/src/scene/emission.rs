@@ -18,6 +18,14 @@ impl Scene {
         emitters.map(move |e| e.power(self.around(), shape) * white)
     }
 
+    /// Standard error of the sum of [`Scene::powers`], for media whose power had to be estimated.
+    pub fn power_error(&self, channels: usize) -> Spectrum {
+        let white = Spectrum(std::array::from_fn(|c| f64::from(u8::from(c < channels))));
+        let errors = self.emitters().iter().map(Emitter::power_error);
+        let squares = errors.fold(Spectrum::ZERO, |sum, e| sum + e * e);
+        squares.map(f64::sqrt) * white
+    }
+
     /// The classes that the emitters belong to.
     pub(crate) fn classes(&self) -> impl Iterator<Item = Class> + '_ {
         self.lights.classes()

@@ -1,5 +1,6 @@
 //! Media that emit, as emitters from whose points light subpaths start (docs/theory.md#media-that-emit).
 
+use super::emitted_power::integral;
 use super::parts::{AMBIENT, MediumId, Parts};
 use crate::Spectrum;
 use crate::emitter::{Emitter, VolumeLight};
@@ -74,7 +75,7 @@ fn volume_light(parts: &Parts, id: MediumId) -> Option<VolumeLight> {
         GridFilter::Trilinear,
         allowed,
     );
-    VolumeLight::of_medium(id, grid.ok()?).ok()
+    VolumeLight::of_medium(id, grid.ok()?, integral(parts, id, &bounds)).ok()
 }
 
 /// More than a medium emits anywhere, but for its index.

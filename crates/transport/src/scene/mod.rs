@@ -9,6 +9,7 @@ mod coincident;
 mod containment;
 mod emission;
 mod emissive;
+mod emitted_power;
 mod faces;
 mod group;
 mod index;

@@ -20,6 +20,30 @@ impl Partition {
         surfaces.fold(Aabb::EMPTY, |b, o| b.union(o.shape.aabb()))
     }
 
+    /// Volume of a medium, or of all media except the one around, within the partition: counted in voxels, or from the surfaces by the
+    /// divergence theorem. `None` if surfaces are no meshes.
+    pub(super) fn volume(&self, objects: &[Object], of: Option<MediumId>) -> Option<f64> {
+        let counts = |medium: MediumId| medium != self.exterior && of.is_none_or(|of| of == medium);
+        if let Some(voxels) = &self.voxels {
+            let grid = voxels.parts();
+            let numbers = 0..grid.labels().len();
+            let media = numbers.filter_map(|v| voxels.of_voxel(v));
+            let share = media.filter(|m| counts(*m)).count() as f64 / grid.labels().len() as f64;
+            return Some(share * grid.to_world().matrix3.determinant().abs());
+        }
+        let apex = self.aabb(objects).center();
+        let mut volume = 0.0;
+        for object in &objects[self.objects.clone()] {
+            let (Shape::Mesh(mesh), Some(sides)) = (&object.shape, object.sides) else {
+                return None;
+            };
+            let side = f64::from(u8::from(counts(sides.interior)))
+                - f64::from(u8::from(counts(sides.exterior)));
+            volume += side * mesh.cone_volume(apex);
+        }
+        Some(volume)
+    }
+
     /// The medium at a point of the volume; `None` outside. Its voxels know, or the surface that is seen first in a direction.
     pub(super) fn medium_at(&self, objects: &[Object], x: DVec3) -> Option<MediumId> {
         if let Some(voxels) = &self.voxels {

@@ -78,6 +78,10 @@ impl Cube {
         self.placement.local(p).abs().max_element() < 1.0
     }
 
+    pub(super) fn volume(&self) -> f64 {
+        8.0 * self.placement.determinant()
+    }
+
     pub(super) fn area(&self) -> f64 {
         2.0 * self.face_areas().iter().sum::<f64>()
     }

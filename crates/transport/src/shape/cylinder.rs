@@ -155,6 +155,15 @@ impl Cylinder {
         self.capped && p.z > 0.0 && p.z < 1.0 && p.truncate().length_squared() < 1.0
     }
 
+    pub(super) fn volume(&self) -> f64 {
+        std::f64::consts::PI * self.placement.determinant()
+    }
+
+    /// Corners of a parallelepiped around it.
+    pub(super) fn hull(&self) -> Vec<DVec3> {
+        LOCAL.corners().map(|p| self.placement.point(p)).to_vec()
+    }
+
     pub(super) fn area(&self) -> f64 {
         let caps = if self.capped {
             2.0 * self.cap_area()

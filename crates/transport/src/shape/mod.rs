@@ -258,6 +258,28 @@ impl Shape {
         matches!(self, Shape::Rectangle(_) | Shape::Disk(_))
     }
 
+    /// Enclosed volume in scene units; `None` of open shapes.
+    pub(crate) fn volume(&self) -> Option<f64> {
+        match self {
+            Shape::Sphere(s) => Some(s.volume()),
+            Shape::Cube(s) => Some(s.volume()),
+            Shape::Cylinder(s) => s.is_capped().then(|| s.volume()),
+            Shape::Rectangle(_) | Shape::Disk(_) => None,
+            Shape::Mesh(s) => s.is_closed().then(|| s.cone_volume(s.positions()[0]).abs()),
+        }
+    }
+
+    /// Points whose convex hull holds the shape.
+    pub(crate) fn hull(&self) -> Vec<DVec3> {
+        match self {
+            Shape::Sphere(s) => s.hull(),
+            Shape::Cylinder(s) => s.hull(),
+            Shape::Cube(s) => s.corners().to_vec(),
+            Shape::Mesh(s) => s.positions().to_vec(),
+            Shape::Rectangle(_) | Shape::Disk(_) => self.aabb().corners().to_vec(),
+        }
+    }
+
     /// Area in scene units.
     pub fn area(&self) -> f64 {
         each!(self, s => s.area())

@@ -93,6 +93,11 @@ impl Placement {
         self.normals[2]
     }
 
+    /// Volume of the image of a unit volume.
+    pub(super) fn determinant(&self) -> f64 {
+        self.det
+    }
+
     /// See the field.
     pub(super) fn noise(&self) -> f64 {
         self.noise

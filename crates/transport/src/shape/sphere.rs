@@ -27,7 +27,7 @@ const WITHIN: f64 = 1.0 - 1e-6;
 
 impl Sphere {
     /// Twice the largest singular value of the linear part: the longest axis of the ellipsoid.
-    pub(super) fn diameter(&self) -> f64 {
+    pub(crate) fn diameter(&self) -> f64 {
         let column = |axis| self.placement.point(axis) - self.placement.point(DVec3::ZERO);
         let m = DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z));
         2.0 * symmetric_eigenvalues(m * m.transpose())[2].max(0.0).sqrt()
@@ -107,6 +107,15 @@ impl Sphere {
         self.placement.local(p).length_squared() < 1.0
     }
 
+    pub(super) fn volume(&self) -> f64 {
+        4.0 / 3.0 * PI * self.placement.determinant()
+    }
+
+    /// Corners of a parallelepiped around it.
+    pub(super) fn hull(&self) -> Vec<DVec3> {
+        LOCAL.corners().map(|p| self.placement.point(p)).to_vec()
+    }
+
     pub(super) fn area(&self) -> f64 {
         self.area
     }
@@ -136,7 +145,7 @@ impl Sphere {
 
     /// Whether area grows alike everywhere, as under a similarity: what it grows by is the length of an image of
     /// the normal, and six normals tell an ellipsoid of such lengths from a sphere.
-    pub(super) fn is_even(&self) -> bool {
+    pub(crate) fn is_even(&self) -> bool {
         let [x, y, z] = DVec3::AXES;
         let normals = [x, y, z, x + y, y + z, z + x];
         self.placement.is_even(&normals.map(DVec3::normalize))

@@ -214,7 +214,7 @@ impl VolumeGrid {
     }
 
     /// How values between samples are found.
-    pub(super) fn filter(&self) -> GridFilter {
+    pub(crate) fn filter(&self) -> GridFilter {
         self.filter
     }
 

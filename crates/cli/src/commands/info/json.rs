@@ -1,8 +1,8 @@
 //! A scene as JSON.
 
 use super::{
-    constant_index, diffraction, emission, extinction_and_albedo, film_memory, found, mean_cosine,
-    meters, sensor_kind,
+    constant_index, diffraction, emission, emitted_power, extinction_and_albedo, film_memory,
+    found, mean_cosine, meters, sensor_kind,
 };
 use crate::load::file_name;
 use io::Loaded;
@@ -142,6 +142,7 @@ fn medium(loaded: &Loaded, id: MediumId) -> Value {
         "albedo": albedo,
         "mean_cosine": mean_cosine(loaded, id).map(range),
         "emission": emission(loaded, id).map(range),
+        "emitted_power": emitted_power(loaded, id).map(|[power, error]| json!({ "mean": power, "error": error })),
         "bytes": medium.memory(),
     })
 }

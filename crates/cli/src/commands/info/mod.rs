@@ -13,7 +13,6 @@ use io::diagnostic::Style;
 use io::{Loaded, Run};
 use std::io::{IsTerminal, Write as _};
 use std::process::ExitCode;
-use transport::Scene;
 use transport::emitter::Emitter;
 use transport::integrator::{Integrator, RequiredConnection};
 use transport::medium::Medium;
@@ -21,6 +20,7 @@ use transport::render::memory;
 use transport::scene::MediumId;
 use transport::sensor::Sensor;
 use transport::volume::VolumeTexture;
+use transport::{Scene, Spectrum};
 
 /// Describes a scene.
 pub fn info(args: &InfoArgs) -> Result<ExitCode, CommandError> {
@@ -129,6 +129,21 @@ fn emission(loaded: &Loaded, id: MediumId) -> Option<(f64, f64)> {
         .map(|(medium, channels)| Some((medium.emission.as_ref()?, channels)))
         .collect();
     Some(range(emissions?.into_iter()))
+}
+
+/// Power that a medium emits, summed over all channels, and its standard error; `None` if it is dark.
+fn emitted_power(loaded: &Loaded, id: MediumId) -> Option<[f64; 2]> {
+    let mut sums = None;
+    for (group, scene) in loaded.groups.iter().enumerate() {
+        let used = scene.film().channels_of(group);
+        let is_medium = |e: &&Emitter| matches!(e, Emitter::Volume(v) if v.medium() == Some(id));
+        if let Some(Emitter::Volume(light)) = scene.emitters().iter().find(is_medium) {
+            let [power, error] = sums.unwrap_or([0.0, 0.0]);
+            let sum = |s: Spectrum| s.0[..used].iter().sum::<f64>();
+            sums = Some([power + sum(light.power()), error + sum(light.power_error())]);
+        }
+    }
+    sums
 }
 
 /// A medium in each group of channels, and the number of these.

@@ -1,8 +1,8 @@
 //! A scene in words.
 
 use super::{
-    constant_index, diffraction, emission, extinction_and_albedo, film_memory, found, mean_cosine,
-    sensor_kind,
+    constant_index, diffraction, emission, emitted_power, extinction_and_albedo, film_memory,
+    found, mean_cosine, sensor_kind,
 };
 use crate::load::file_name;
 use crate::numbers::{bytes, count, percent, plain};
@@ -291,6 +291,18 @@ fn medium(out: &mut String, loaded: &Loaded, id: MediumId) -> std::fmt::Result {
     }
     if let Some((low, high)) = emission(loaded, id) {
         writeln!(out, "    emission   {}", span(low, high))?;
+        if let Some([power, error]) = emitted_power(loaded, id) {
+            let power = plain(power);
+            if error > 0.0 {
+                writeln!(
+                    out,
+                    "    emits      {power} ± {} W (estimated)",
+                    plain(error)
+                )?;
+            } else {
+                writeln!(out, "    emits      {power} W")?;
+            }
+        }
     }
     match medium.memory() {
         0 => Ok(()),

@@ -159,6 +159,11 @@ impl Mesh {
         &self.positions
     }
 
+    /// Signed volume between the surface and `apex`: the enclosed volume of closed meshes.
+    pub(crate) fn cone_volume(&self, apex: DVec3) -> f64 {
+        topology::cone_volume(&self.positions, &self.triangles, apex)
+    }
+
     /// The triangles kept, as vertex indices; [`Hit::primitive`] counts these.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles

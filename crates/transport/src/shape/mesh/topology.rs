@@ -41,7 +41,11 @@ fn weld(positions: &[DVec3]) -> Vec<u32> {
 /// The enclosed volume, negative if the triangles are wound inside out.
 pub(super) fn signed_volume(positions: &[DVec3], triangles: &[[u32; 3]]) -> f64 {
     // Any origin will do; one on the mesh avoids cancellation far from the scene's origin.
-    let o = positions[triangles[0][0] as usize];
+    cone_volume(positions, triangles, positions[triangles[0][0] as usize])
+}
+
+/// Signed volume between the triangles and `o`.
+pub(super) fn cone_volume(positions: &[DVec3], triangles: &[[u32; 3]], o: DVec3) -> f64 {
     let cone = |t: &[u32; 3]| {
         let [a, b, c] = corners(positions, t).map(|p| p - o);
         a.dot(b.cross(c)) / 6.0
