@@ -62,19 +62,19 @@ fn first(context: &Context) -> Option<[usize; 2]> {
     pairs.into_iter().find(overlaps)
 }
 
-/// Whether an object encloses a medium of its own.
+/// Returns whether an object encloses a medium of its own.
 fn encloses(object: &Object) -> bool {
     let differs = object.sides.is_some_and(|s| s.interior != s.exterior);
     differs && object.shape.is_closed() && !object.bsdf.is_opaque()
 }
 
-/// Whether two objects with different media share a part of space, and neither lies in the other: the surface of each lies on both
+/// Returns whether two objects with different media share a part of space, and neither lies in the other: the surface of each lies on both
 /// sides of that of the other.
 fn overlap([a, b]: [&Object; 2]) -> bool {
     a.interior() != b.interior() && crosses(a, b) && crosses(b, a)
 }
 
-/// Whether some points just under the surface of `a` lie in `b`, and others do not.
+/// Returns whether some points just under the surface of `a` lie in `b`, and others do not.
 fn crosses(a: &Object, b: &Object) -> bool {
     let depth = DEPTH * a.shape.aabb().diagonal();
     let inside = |k: u64| {

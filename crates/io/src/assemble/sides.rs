@@ -176,7 +176,7 @@ fn apply_indices(object: usize, wish: &Wish, sides: Sides, context: &mut Context
     }
 }
 
-/// Whether the medium outside of a dielectric is clear matter in another one, of another index than `n`, which is its `ext_ior`:
+/// Returns whether the medium outside of a dielectric is clear matter in another one, of another index than `n`, which is its `ext_ior`:
 /// programs that export scenes write the index of air around all shapes. A warning tells of both.
 fn meets_other_glass(object: usize, n: f64, exterior: MediumId, context: &mut Context) -> bool {
     let other = context

@@ -213,7 +213,7 @@ impl<T: Sample> Volume<T> {
         self.bbox
     }
 
-    /// Whether the samples are at the centres of the cells that fill the box, rather than where a scene says.
+    /// Returns whether the samples are at the centres of the cells that fill the box, rather than where a scene says.
     pub(crate) fn has_box_of_cells(&self) -> bool {
         self.bbox_of_cells
     }
@@ -232,7 +232,7 @@ impl<T: Sample> Volume<T> {
             .unwrap_or_else(|| VolumeFrame::of_box(bbox, self.size))
     }
 
-    /// Whether the file says where the samples are, binding for scenes or not.
+    /// Returns whether the file says where the samples are, binding for scenes or not.
     pub fn has_place(&self) -> bool {
         self.frame.is_some() || self.mentioned.is_some() || self.bbox.is_some()
     }

@@ -23,7 +23,7 @@ pub struct PointOnFace {
     /// Displacements of the points from `position`, one for each combination of sides: bit k is set on the side to which
     /// normal k points.
     offsets: SmallVec<[DVec3; 8]>,
-    /// Whether the normals are orthogonal: all sides then see the same solid angle.
+    /// True if the normals are orthogonal: all sides then see the same solid angle.
     orthogonal: bool,
 }
 

@@ -20,7 +20,7 @@ const POINTS: usize = 64;
 /// Steps of Roberts' R₂ sequence, whose points are spread evenly over the unit square.
 const SPREAD: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
 
-/// How sheets are to be moved off the surfaces with which they coincide.
+/// Displacements of sheets off the surfaces with which they coincide.
 #[derive(Debug, Default)]
 pub(super) struct Separation {
     /// Numbers of sheets, each with a distance along its normals.
@@ -102,7 +102,7 @@ fn side(contacts: &[Contact]) -> f64 {
     }
 }
 
-/// Where sheets coincide with bodies and with earlier sheets, in the order of the list of sheets.
+/// Places where sheets coincide with bodies and with earlier sheets, in the order of the list of sheets.
 fn contacts(parts: &Parts, sheets: &[usize], epsilon: f64) -> Vec<Vec<Contact>> {
     let mut search = Search::new(parts, sheets, epsilon);
     for k in 0..sheets.len() {
@@ -225,7 +225,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Whether an object comes near one of the boxes.
+/// Returns whether an object comes near one of the boxes.
 fn near(object: &Object, boxes: &[Aabb]) -> bool {
     let own = object.shape.aabb();
     boxes.iter().any(|b| b.overlaps(&own))

@@ -72,7 +72,7 @@ fn estimate(parts: &Parts, id: MediumId, bounds: &Aabb) -> Estimate {
     }
 }
 
-/// Whether something opaque is in the place of a medium.
+/// Returns whether something opaque is in the place of a medium.
 fn displaced(parts: &Parts, id: MediumId, x: DVec3) -> bool {
     let fills = |o: &Object| o.interior() != Some(id) && is_opaque(o) && o.shape.contains(x);
     parts.objects.iter().any(fills)
@@ -157,7 +157,7 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// Whether it certainly has no volume in common with another body.
+    /// Returns whether it certainly has no volume in common with another body.
     fn is_apart(&self, other: &Body) -> bool {
         let common = self.aabb.max.min(other.aabb.max) - self.aabb.min.max(other.aabb.min);
         let hair = ROUNDING * self.aabb.diagonal().min(other.aabb.diagonal());
@@ -166,7 +166,7 @@ impl<'a> Body<'a> {
             || balls.is_some_and(|((a, r), (b, s))| a.distance(b) >= (r + s) * (1.0 - ROUNDING))
     }
 
-    /// Whether it certainly holds all of another, smaller body, up to rounding.
+    /// Returns whether it certainly holds all of another, smaller body, up to rounding.
     fn holds(&self, other: &Body) -> bool {
         let Some(shape) = self.shape.filter(|shape| shape.is_convex()) else {
             return false;
@@ -281,7 +281,7 @@ fn grid_range(parts: &Parts, id: MediumId, grid: &VolumeGrid) -> Option<[DVec3; 
     is_filled(id, grid.to_world(), range, &bodies).then_some(range)
 }
 
-/// Whether all of a box, given in a grid's coordinates, is in one medium.
+/// Returns whether all of a box, given in a grid's coordinates, is in one medium.
 fn is_filled(id: MediumId, to_world: DAffine3, [min, max]: [DVec3; 2], bodies: &[Body]) -> bool {
     let corners = Aabb::new(min, max).corners();
     let filled = Body::of_box(corners.map(|p| to_world.transform_point3(p)));

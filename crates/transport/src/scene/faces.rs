@@ -1,6 +1,6 @@
 //! Emitters and sensors exactly on a face: on which side of it they are.
 //!
-//! One that looks in some directions only is outside of the body whose face it is, so that it acts as in the limit from outside:
+//! An emitter or sensor that looks in some directions only is outside of the body whose face it is, so that it acts as in the limit from outside:
 //! its light passes the face. On a face between two bodies of which neither holds the other, and on a sheet that lets light pass, it
 //! is behind the face as it looks; on an opaque sheet before it. A point that radiates in all directions is on all sides: its light
 //! starts in the medium that lies in its direction.
@@ -146,7 +146,7 @@ impl Faces<'_> {
         self.shift(points, aperture.direction())
     }
 
-    /// By how much something is moved that looks along a unit `axis` from points of which one lies on a face.
+    /// Displacement of an emitter or sensor that looks along a unit `axis`, if one of its points lies on a face.
     fn shift(&self, points: impl IntoIterator<Item = DVec3>, axis: DVec3) -> Option<DVec3> {
         points.into_iter().find_map(|x| {
             let corner = self.corner(x)?;
@@ -240,12 +240,12 @@ impl Corner {
     }
 }
 
-/// Whether an object is opaque and does not separate media.
+/// Returns whether an object is opaque and does not separate media.
 fn blocks(object: &Object) -> bool {
     object.sides.is_none() && object.bsdf.is_opaque()
 }
 
-/// Whether an opaque object fills the place at a point.
+/// Returns whether an opaque object fills the place at a point.
 fn fills(object: &Object, x: DVec3) -> bool {
     object.bsdf.is_opaque() && object.shape.is_closed() && object.shape.contains(x)
 }

@@ -244,7 +244,7 @@ fn missing(file: &Hdf5File, dataset: &str, error: hdf5_reader::error::Error) -> 
 /// Class of the layout of virtual datasets.
 const VIRTUAL: u8 = 3;
 
-/// Whether a dataset is refused because it is virtual.
+/// Returns whether a dataset is refused because it is virtual.
 fn is_virtual(error: &hdf5_reader::error::Error) -> bool {
     use hdf5_reader::error::Error::{Context, UnsupportedLayoutClass};
     match error {

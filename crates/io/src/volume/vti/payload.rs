@@ -49,7 +49,7 @@ pub(super) struct Payload {
     compression: Option<Compression>,
 }
 
-/// How blocks are compressed.
+/// Compression of the blocks of a file.
 #[derive(Clone, Copy)]
 enum Compression {
     Zlib,
@@ -57,7 +57,7 @@ enum Compression {
 }
 
 impl Compression {
-    /// As the name of VTK's compressor says, if there is one.
+    /// Finds the compression by the name of the compressor in VTK; `None` if blocks are not compressed.
     fn of(compressor: Option<&str>) -> Result<Option<Self>, Problem> {
         match compressor {
             None | Some("") => Ok(None),

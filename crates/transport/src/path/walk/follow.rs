@@ -253,13 +253,13 @@ impl<'a> Follower<'a> {
 /// The way of a ray beyond a surface.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Continuation {
-    /// Where it starts, off the surface.
+    /// Start of the ray, off the surface.
     pub x: DVec3,
     /// Its velocity there.
     pub v: DVec3,
     /// The medium into which it goes.
     pub medium: MediumId,
-    /// Whether it stays on its side of the surface.
+    /// True if it stays on its side of the surface.
     pub is_reflection: bool,
 }
 
