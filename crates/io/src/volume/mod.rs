@@ -143,13 +143,13 @@ impl<T: Sample> Volume<T> {
         Volume { bbox, ..self }
     }
 
-    /// The same volume with a place that its file mentions, if it does.
+    /// Returns the volume with the place that its file mentions, if there is one.
     #[must_use]
     pub(crate) fn with_mentioned(self, mentioned: Option<VolumeFrame>) -> Self {
         Volume { mentioned, ..self }
     }
 
-    /// The same volume with the least and the greatest corner of the cells around its samples.
+    /// Returns the volume with the least and the greatest corner of the cells around its samples.
     #[must_use]
     pub(crate) fn with_box_of_cells(self, bbox: [DVec3; 2]) -> Self {
         let bbox_of_cells = true;

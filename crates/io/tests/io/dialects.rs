@@ -40,7 +40,7 @@ fn errors(contents: &str) -> Vec<String> {
     errors.map(|d| d.message.clone()).collect()
 }
 
-/// One set of rules: JSON, and dictionaries with it, takes what XML takes, with the same note.
+/// JSON scenes, and dictionaries, take what XML takes, with the same note.
 #[test]
 fn json_takes_what_xml_takes() {
     let film = |format: &str| {

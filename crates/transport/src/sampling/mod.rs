@@ -32,6 +32,14 @@ pub use trilinear::TrilinearCell;
 
 use eikonal::Shown;
 
+/// Steps of Roberts' R₂ sequence along both axes: its points k · step modulo 1 are spread evenly over the unit square.
+pub(crate) const R2_STEPS: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
+
+/// Returns the first `count` points of the R₂ sequence from the middle of the unit square.
+pub(crate) fn evenly_spread(count: usize) -> impl Iterator<Item = [f64; 2]> {
+    (0..count).map(|k| R2_STEPS.map(|step| (0.5 + k as f64 * step).fract()))
+}
+
 /// Why a tabulated distribution cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DistributionError {

@@ -1,12 +1,13 @@
 //! Surfaces that coincide with others: which of them a ray meets first never depends on the order of objects.
 //!
 //! A *sheet* is an object whose two sides are in the same medium: a meter's surface, a screen, an area light. A sheet that lies on
-//! the face of a body, or on another sheet, is moved off it by some billionths of a millionth of the scene, so that rays meet both:
+//! the face of a body, or on another sheet, is moved off it by about 1e-11 of the extent of the scene, so that rays meet both:
 //! off a body to its outside, off a sheet to the side of that sheet's normal. Coincident faces of bodies stay where they are:
 //! rays meet one of them, in the order of [`precedence`], and enter the medium that lies beyond all of them.
 
 use super::index::{Index, precedence};
 use super::parts::{Object, Parts};
+use crate::sampling::evenly_spread;
 use crate::shape::AreaSample;
 use eikonal::Aabb;
 use glam::DVec3;
@@ -17,8 +18,6 @@ pub(super) const LAYER: f64 = 8.0;
 pub(super) const TOUCH: f64 = 4.0;
 /// Points of a surface at which others are looked for.
 const POINTS: usize = 64;
-/// Steps of Roberts' R₂ sequence, whose points are spread evenly over the unit square.
-const SPREAD: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
 
 /// Displacements of sheets off the surfaces with which they coincide.
 #[derive(Debug, Default)]
@@ -242,8 +241,5 @@ fn outward(body: &Object, normal: DVec3) -> DVec3 {
 
 /// Points that are spread evenly over a surface.
 fn samples(object: &Object) -> impl Iterator<Item = AreaSample> + '_ {
-    (0..POINTS).map(|k| {
-        let u = SPREAD.map(|step| (0.5 + k as f64 * step).fract());
-        object.shape.sample_area(u)
-    })
+    evenly_spread(POINTS).map(|u| object.shape.sample_area(u))
 }

@@ -10,6 +10,7 @@ use super::containment::Containment;
 use super::index::Index;
 use super::parts::{Object, Parts};
 use crate::emitter::{Aperture, Emitter, PointOnFace};
+use crate::sampling::evenly_spread;
 use crate::sensor::{Batch, Sensor};
 use crate::shape::DIRECTIONS;
 use glam::{DMat3, DVec3};
@@ -23,8 +24,6 @@ const SINE: f64 = 0.05;
 const APERTURE_POINTS: usize = 64;
 /// Most surfaces that are looked at in one direction from a point.
 const MOST_SURFACES: usize = 4;
-/// Steps of Roberts' R₂ sequence, whose points are spread evenly over the unit square.
-const SPREAD: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
 
 /// Moves emitters and the sensor to their sides of the faces on which they lie. `layers` is how many sheets lie on one another.
 pub(super) fn settle(parts: &mut Parts, epsilon: f64, layers: usize) {
@@ -129,7 +128,7 @@ impl Faces<'_> {
                 moved.map_or_else(|| sensor.clone(), |batch| Sensor::Batch(Arc::new(batch)))
             }
             _ => {
-                let starts = spread(APERTURE_POINTS).map(|u| sensor.ray(u, u).origin);
+                let starts = evenly_spread(APERTURE_POINTS).map(|u| sensor.ray(u, u).origin);
                 let points = std::iter::once(sensor.position()).chain(starts);
                 let axis = sensor.to_world().matrix3.z_axis.normalize();
                 match self.shift(points, axis) {
@@ -141,7 +140,7 @@ impl Faces<'_> {
     }
 
     fn shift_of_aperture(&self, aperture: &Aperture) -> Option<DVec3> {
-        let points = spread(APERTURE_POINTS).map(|u| aperture.sample(u));
+        let points = evenly_spread(APERTURE_POINTS).map(|u| aperture.sample(u));
         let points = std::iter::once(aperture.origin()).chain(points);
         self.shift(points, aperture.direction())
     }
@@ -248,9 +247,4 @@ fn blocks(object: &Object) -> bool {
 /// Returns whether an opaque object fills the place at a point.
 fn fills(object: &Object, x: DVec3) -> bool {
     object.bsdf.is_opaque() && object.shape.is_closed() && object.shape.contains(x)
-}
-
-/// Points that are spread evenly over the unit square.
-fn spread(count: usize) -> impl Iterator<Item = [f64; 2]> {
-    (0..count).map(|k| SPREAD.map(|step| (0.5 + k as f64 * step).fract()))
 }

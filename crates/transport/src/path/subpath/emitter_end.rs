@@ -7,14 +7,14 @@ use super::toward_emitters::scatter_pdf;
 use crate::connection_end::{ConnectionEnd, EndSample, OnSurface};
 use crate::emitter::Class;
 use crate::path::segment::Vertex;
-use crate::sampling::Sampler;
+use crate::sampling::{R2_STEPS, Sampler};
 use crate::scene::{Receiver, Scene};
 use crate::stats::Stats;
 use smallvec::SmallVec;
 
 /// Candidates are the first one, shifted by multiples of this in the unit square modulo 1 (Roberts' R₂ sequence): each is
 /// uniform, and together they are spread evenly.
-const SHIFT: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
+const SHIFT: [f64; 2] = R2_STEPS;
 /// Share of the choices that is left to chance where rays bend: a straight line may know nothing of a curved one.
 const EVENLY: f64 = 0.5;
 

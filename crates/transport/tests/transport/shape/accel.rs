@@ -103,7 +103,7 @@ fn of_coincident_surfaces_the_first_wins() {
     }
 }
 
-/// Of thousands of balls in one place the first is met, and no ray takes their square of steps.
+/// Rays that meet thousands of balls in one place find the first one, in a number of steps that is linear in the balls.
 #[test]
 fn thousands_of_shapes_in_one_place() {
     let shapes = vec![Shape::from(Sphere::new(DAffine3::IDENTITY).unwrap()); 30_000];
