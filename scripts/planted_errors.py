@@ -6,6 +6,13 @@ EIKONAL = "crates/eikonal/src/"
 # name, file, text, replacement, package, test target, test
 PLANTED = [
     (
+        "rare bright samples of pixels hidden in samples of the whole image",
+        TRANSPORT + "film/summary.rs",
+        "[pixels, self.whole(group, layer).tail_of(channel)]",
+        "[[pixels, Tail::default()][usize::from(self.whole(group, layer).count > 0)], self.whole(group, layer).tail_of(channel)]",
+        ("morgana-transport", "transport", "tails::particles_close_to_a_camera_are_flagged"),
+    ),
+    (
         "light subpaths that diffraction leaves where they arrive",
         TRANSPORT + "render/source.rs",
         "*s += offset[0];",

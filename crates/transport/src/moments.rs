@@ -141,12 +141,17 @@ impl Tail {
         }
     }
 
-    /// Whether that share is larger than those of light tails: n^(2/α − 1) and (ln n)²/n of n scores.
-    pub fn is_heavy(&self) -> bool {
+    /// That share as a multiple of the largest that light tails leave: n^(2/α − 1) or (ln n)²/n of n scores.
+    pub fn excess(&self) -> f64 {
         let n = self.count.max(2) as f64;
         let power = n.powf(2.0 / TAIL_INDEX - 1.0);
         let exponential = TIMES_EXPONENTIAL * n.ln().powi(2) / n;
-        self.share() > power.max(exponential)
+        self.share() / power.max(exponential)
+    }
+
+    /// True if the share is larger than light tails leave.
+    pub fn is_heavy(&self) -> bool {
+        self.excess() > 1.0
     }
 }
 

@@ -41,25 +41,34 @@ fn scaled(text: &str, exponent: i32) -> String {
     result + rest
 }
 
+/// The integrator that the scene names.
+const OWN: &str = "";
+
+/// A scene with an integrator, or with its [`OWN`].
 fn load(parts: &str, integrator: &str, exponent: i32) -> Loaded {
     let text = format!(r#"{{"type": "scene", {}}}"#, scaled(parts, exponent));
     let mut diagnostics = Diagnostics::new();
     let scene = json::parse(&text, "scene.json", &[], &mut diagnostics);
     let scene = scene.unwrap_or_else(|| panic!("{diagnostics}\n{text}"));
     let options = LoadOptions {
-        integrator: Some(integrator.to_owned()),
+        integrator: (integrator != OWN).then(|| integrator.to_owned()),
         ..LoadOptions::default()
     };
     morgana_io::assemble(&scene, &options, diagnostics).unwrap_or_else(|e| panic!("{e}\n{text}"))
 }
 
-/// Means and variances of all pixels.
+/// Means and variances of all pixels and layers.
 fn picture(parts: &str, integrator: &str, exponent: i32) -> Vec<f64> {
     let loaded = load(parts, integrator, exponent);
     let samples = if is_long() { 64 } else { 4 };
     let options = RenderOptions::new(loaded.renderer, samples, 7);
     let film = render(&loaded.groups, &options, |_| ControlFlow::Continue(())).film;
-    let all = film.mean().into_iter().chain(film.variance());
+    let layers = film
+        .layers()
+        .map_or(0, |layers| layers.decomposition().layers());
+    let layers =
+        (0..layers).flat_map(|i| film.layer_mean(i).into_iter().chain(film.layer_variance(i)));
+    let all = film.mean().into_iter().chain(film.variance()).chain(layers);
     all.map(f64::from).collect()
 }
 
@@ -334,6 +343,11 @@ fn cameras_in_any_unit() {
     let cameras = [
         ("perspective", pinhole()),
         ("thinlens", camera("thinlens", r#""fov": 35, "aperture_radius": 0.2@1, "focus_distance": 4@1, "blades": 5,"#)),
+        (
+            "diffraction",
+            camera("thinlens", r#""fov": 35, "aperture_radius": 0.2@1, "focus_distance": 4@1, "diffraction": true, "metres_per_unit": 0.0001@-1,"#)
+                .replacen(r#""width""#, r#""pixel_format": "spectral", "wavelengths": [500, 600], "width""#, 1),
+        ),
         ("orthographic", format!(r#""sensor": {{"type": "orthographic", {place}, {film}}}"#)),
         (
             "telecentric",
@@ -522,6 +536,7 @@ fn media_in_any_unit() {
                 r#""type": "heterogeneous", "scale": 0.5@-1, "albedo": 0.8, "sigma_t": {{"type": "gridvolume", "data": {SAMPLES}, {placed}}}"#
             ),
         ),
+        ("emission", r#""type": "homogeneous", "sigma_t": 0.7@-1, "albedo": 0.3, "emission": 2"#.to_owned()),
         ("colours", r#""type": "homogeneous", "sigma_t": {"type": "rgb", "value": [0.7@-1, 0.3@-1, 0.1@-1]}, "albedo": 0.8, "phase": {"type": "hg", "g": 0.5}"#.to_owned()),
     ];
     let mut all = Vec::new();
@@ -540,6 +555,90 @@ fn media_in_any_unit() {
                     picture(&parts, integrator, e)
                 }));
             }
+        }
+    }
+    same(all);
+}
+
+/// Polarised and tagged pictures, second moments, and quantities of sensor rays.
+#[test]
+fn quantities_in_any_unit() {
+    let sound = r#"{"type": "acoustic", "n0": 1.33, "amplitude": 1e-5, "wave_number": 9@-1, "elasto_optic": 0.32}"#;
+    let path = r#""i": {"type": "path"}"#;
+    let quantities = [
+        ("stokes", path, ""),
+        ("moment", path, ""),
+        (
+            "tagged",
+            path,
+            r#""wavelength": 0.0001@1, "orders": 2, "delays": 1,"#,
+        ),
+        (
+            "aov",
+            path,
+            r#""aovs": "d:depth,p:position,n:sh_normal,o:optical_length,a:deflection,u:uv","#,
+        ),
+    ];
+    let mut all = Vec::new();
+    for (name, inner, more) in quantities {
+        for ior in [sound.to_owned(), spline()] {
+            if name == "tagged" && ior != sound {
+                continue;
+            }
+            let parts = format!(
+                r#"{}, {}, "integrator": {{"type": "{name}", {more} {inner}}}"#,
+                lit().replacen(&format!("{FLOOR}, "), "", 1),
+                haze(&ior)
+            );
+            all.extend(differences(name, &exponents(), |e| picture(&parts, OWN, e)));
+        }
+    }
+    same(all);
+}
+
+/// Lights that are read from files.
+#[test]
+fn emitters_in_files_in_any_unit() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, content: &[u8]| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, content).unwrap();
+        path.display().to_string()
+    };
+    let table =
+        "IESNA:LM-63-2002\nTILT=NONE\n1 1000 1 3 1 1 2 0 0 0\n1 1 0\n0 45 90\n0\n900 500 20\n";
+    let table = file("lamp.ies", table.as_bytes());
+    let mut sky = b"PF\n4 2\n-1\n".to_vec();
+    sky.extend((0..24u16).flat_map(|i| f32::from(i * i % 7).to_le_bytes()));
+    let sky = file("sky.pfm", &sky);
+    let above = r#""to_world": [{"lookat": {"origin": [0.2@1, 3@1, -1@1], "target": [0, 0, 0], "up": [0, 0, 1]}}]"#;
+    let lights = [
+        (
+            "ies",
+            format!(r#""light": {{"type": "ies", "filename": "{table}", "scale": 1@2, {above}}}"#),
+        ),
+        (
+            "envmap",
+            format!(r#""light": {{"type": "envmap", "filename": "{sky}"}}"#),
+        ),
+        (
+            "collimated, texture",
+            power(
+                &format!(
+                    r#""profile": "rectangle", "width": 0.3@1, "height": 0.5@1, "texture": {{"type": "bitmap", "raw": true, "data": [[[0.5], [1]], [[0.2], [0.7]]]}},"#
+                ),
+                "collimated",
+            ),
+        ),
+    ];
+    let mut all = Vec::new();
+    for (name, light) in lights {
+        let parts = format!("{}, {}, {light}", pinhole(), haze(&spline()));
+        for integrator in ["path", "particle"] {
+            let name = format!("{name} by {integrator}");
+            all.extend(differences(&name, &exponents(), |e| {
+                picture(&parts, integrator, e)
+            }));
         }
     }
     same(all);

@@ -36,17 +36,16 @@ impl Film {
         (mean / scale, variance.sqrt() / scale)
     }
 
-    /// Whether the error of [`Film::summary`], or that of [`Film::layer_summary`], is not to be trusted: the mean is worth fewer than
-    /// [`LEAST_EFFECTIVE`] samples, or the [tail](Film::tail) of all samples is heavy. So it is where no sample of the image found any
-    /// light; a layer without light is not flagged, for it may be one that none falls into.
+    /// True if the error of [`Film::summary`], or of [`Film::layer_summary`], is not to be trusted: the mean is worth fewer than
+    /// [`LEAST_EFFECTIVE`] samples, or a [tail](Film::tail) is heavy. An image without any light is flagged; a layer without light
+    /// is not, for it may be one that none falls into.
     pub fn few_in_all(&self, layer: Option<usize>) -> bool {
         let (mean, error) = self.summary_of(layer);
         if mean == 0.0 {
             return layer.is_none();
         }
-        let tail = self.tail(layer);
-        let squares = (error / mean).powi(2) + 1.0 / tail.count as f64;
-        squares * LEAST_EFFECTIVE > 1.0 || tail.is_heavy()
+        let squares = (error / mean).powi(2) + 1.0 / self.scores(layer) as f64;
+        squares * LEAST_EFFECTIVE > 1.0 || self.tail(layer).is_heavy()
     }
 
     /// Share of the values of pixels, among those that are not zero, whose variances are not to be trusted.
@@ -61,19 +60,29 @@ impl Film {
         few as f64 / lit.max(1) as f64
     }
 
-    /// How much of the error of [`Film::summary`], or that of [`Film::layer_summary`], comes from the largest sample of all: of the
-    /// channel where it is most.
+    /// The heaviest tail of the scores behind [`Film::summary`], or [`Film::layer_summary`], over all channels: that of the samples
+    /// of pixels, or, where pixels share paths, that of the samples of the whole image. Rare bright samples of pixels are hidden in
+    /// the samples of the whole image, which are few: both are looked at.
     pub fn tail(&self, layer: Option<usize>) -> Tail {
         let channels =
             (0..self.groups()).flat_map(|g| (0..self.channels_of(g)).map(move |c| (g, c)));
-        let tails = channels.map(|(group, channel)| match self.whole(group, layer) {
-            whole if whole.count > 0 => whole.tail_of(channel),
-            _ => (0..self.width * self.height)
+        let tails = channels.flat_map(|(group, channel)| {
+            let pixels = (0..self.width * self.height)
                 .map(|i| self.pixel(group, i, layer).tail_of(channel))
-                .fold(Tail::default(), Tail::beside),
+                .fold(Tail::default(), Tail::beside);
+            [pixels, self.whole(group, layer).tail_of(channel)]
         });
-        let larger = |a: Tail, b: Tail| if b.share() > a.share() { b } else { a };
-        tails.reduce(larger).unwrap_or_default()
+        let heavier = |a: Tail, b: Tail| if b.excess() > a.excess() { b } else { a };
+        tails.reduce(heavier).unwrap_or_default()
+    }
+
+    /// Number of independent scores of which the mean of the image is one: samples of the whole image, or of all pixels.
+    fn scores(&self, layer: Option<usize>) -> u64 {
+        let of_group = |group| match self.whole(group, layer).count {
+            0 => self.group(group).iter().map(|pixel| pixel.count).sum(),
+            whole => whole,
+        };
+        (0..self.groups()).map(of_group).min().unwrap_or(0)
     }
 
     fn whole(&self, group: usize, layer: Option<usize>) -> &Pixel {
