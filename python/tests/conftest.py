@@ -12,8 +12,28 @@ os.environ.setdefault("MPLBACKEND", "Agg")
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCENES = ROOT / "scenes"
+OPTIONAL = ("torch", "pyoidn")
+"""Packages that ``./test`` does not install, for their size: tests that need them may be skipped."""
 PROGRAM = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "debug/morgana"
 """The program that results are compared with."""
+
+
+def refuse_skips(report):
+    """Under ``MORGANA_ALL_TESTS``, as in continuous integration, a test that is skipped has failed."""
+    if "MORGANA_ALL_TESTS" in os.environ and report.skipped and not any(package in str(report.longrepr) for package in OPTIONAL):
+        report.outcome = "failed"
+        report.longrepr = f"skipped, which MORGANA_ALL_TESTS forbids: {report.longrepr}"
+    return report
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item):
+    return refuse_skips((yield))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(collector):
+    return refuse_skips((yield))
 
 
 @pytest.fixture
