@@ -45,11 +45,11 @@ def outcome(tree: pathlib.Path, package: str, target: str, test: str) -> str:
 
 
 def stale() -> list[str]:
-    """Entries whose place is not in the source, or not just once."""
+    """Entries whose place is not in the source, or not just once, and those that change nothing."""
     return [
-        f"{name}: the text to replace is not found exactly once in {file}"
-        for name, file, text, *_ in PLANTED
-        if (ROOT / file).read_text().count(text) != 1
+        f"{name}: the text to replace is not found exactly once in {file}, or is replaced by itself"
+        for name, file, text, replacement, _ in PLANTED
+        if text == replacement or (ROOT / file).read_text().count(text) != 1
     ]
 
 
@@ -57,16 +57,22 @@ def testless() -> list[str]:
     """Entries whose test is not where its name says, so that nothing would run."""
     messages = []
     for name, *_, (package, target, test) in PLANTED:
-        tests = ROOT / "crates" / package.removeprefix("morgana-") / "tests" / target
-        if target == "lib" or not (tests / "main.rs").exists():
-            continue
+        crate = ROOT / "crates" / package.removeprefix("morgana-")
         *modules, function = test.split("::")
-        module = tests.joinpath(*modules)
-        files = [module.with_suffix(".rs"), module / "mod.rs"]
-        is_module = (module / function).with_suffix(".rs").exists()
+        if target == "lib":
+            # Modules of tests are inline, or in files of other names.
+            place, files, is_module = crate / "src", list((crate / "src").rglob("*.rs")), False
+        elif (crate / "tests" / target / "main.rs").exists():
+            place = crate / "tests" / target
+            module = place.joinpath(*modules)
+            files = [module.with_suffix(".rs"), module / "mod.rs"]
+            is_module = (module / function).with_suffix(".rs").exists()
+        else:
+            place = crate / "tests" / f"{target}.rs"
+            files, is_module = [place], False
         is_there = any(f.exists() and f"fn {function}" in f.read_text() for f in files)
         if not (is_module or is_there):
-            messages.append(f"{name}: there is no test {test} in {tests.relative_to(ROOT)}")
+            messages.append(f"{name}: there is no test {test} in {place.relative_to(ROOT)}")
     return messages
 
 

@@ -74,17 +74,20 @@ def main():
     against = parser.parse_args().against
     other = build_commit(against) if against else build(ROOT, TARGET, "debug")
     programs = (other, build(ROOT, TARGET, "release"))
-    differ = 0
+    compared, differ = 0, 0
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
         for scene, (options, extension) in variants(folder):
             output = folder / f"output.{extension}"
             found = [render(program, scene, options, output) for program in programs]
             same = found[0] == found[1] and found[0] is not None
+            compared += 1
             differ += not same
             print(f"{scene.stem}: {'the same' if same else 'DIFFERENT'}", flush=True)
     if differ:
         sys.exit(f"{differ} scenes differ")
+    if not compared:
+        sys.exit("there are no scenes to compare")
 
 
 if __name__ == "__main__":
