@@ -1,6 +1,7 @@
 """What users see of the package: every public item has a docstring; what they get back has a representation, compares and pickles."""
 
 import ast
+import doctest
 import inspect
 import pickle
 import re
@@ -108,6 +109,44 @@ def test_docstrings_say_what_functions_take_and_return(name, item):
     assert text.splitlines()[0].endswith(".")
     returns = inspect.signature(item).return_annotation if inspect.isfunction(item) else "?"
     assert "Returns" in sections or returns in (None, "None")
+
+
+def names(module):
+    """What examples may call without a word on where it comes from: the modules and packages."""
+    return {"morgana": morgana, "np": np, **{each.__name__.rpartition(".")[2]: each for each in MODULES[1:]}, **vars(module)}
+
+
+def named(node, known):
+    """What a dotted name such as ``morgana.grad.Rays`` is; `None` if it begins with a variable of the example."""
+    if isinstance(node, ast.Name):
+        return known.get(node.id)
+    owner = named(node.value, known) if isinstance(node, ast.Attribute) else None
+    return getattr(owner, node.attr) if inspect.ismodule(owner) or inspect.isclass(owner) else None
+
+
+@pytest.mark.parametrize("module", MODULES, ids=lambda module: module.__name__)
+def test_examples_of_docstrings_call_what_there_is(module):
+    """Examples need scenes and data of users, so they are not run: their names exist, and take these arguments."""
+    texts = {inspect.getdoc(module)}
+    for name in module.__all__:
+        item = getattr(module, name)
+        texts.add(inspect.getdoc(item))
+        if inspect.isclass(item):
+            texts.update(inspect.getdoc(value) for key, value in vars(item).items() if not key.startswith("_"))
+    examples = [example.source for text in texts if text for example in doctest.DocTestParser().get_examples(text)]
+    assert examples, module
+    known = names(module)
+    for source in examples:
+        for node in ast.walk(ast.parse(source)):
+            if isinstance(node, ast.Attribute):
+                named(node, known)  # AttributeError: there is no such name.
+            if isinstance(node, ast.Call) and not any(isinstance(argument, ast.Starred) for argument in node.args):
+                called = named(node.func, known)
+                if called and called.__module__.startswith("morgana"):
+                    keywords = [keyword.arg for keyword in node.keywords if keyword.arg]
+                    # TypeError: it does not take them.
+                    inspect.signature(called).bind_partial(*node.args, **dict.fromkeys(keywords))
+
 
 
 def samples():
