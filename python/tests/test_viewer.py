@@ -484,6 +484,16 @@ def test_one_of_several_arrays_is_chosen(page, serve, tmp_path):
     assert page.evaluate("[...window.viewer.page().current.values]") == [1, 2, 3, 4, 5]
 
 
+def test_names_in_files_are_text(page, serve, tmp_path):
+    """A name that is markup is shown as it stands: no element comes of it (and no request, and no error, which fail every test here)."""
+    name = "<img src=x onerror=alert(1)><b>bold</b>"
+    np.savez(tmp_path / "a.npz", **{name: np.zeros((2, 3))}, other=np.zeros(4))
+    open_page(page, serve("view", tmp_path / "a.npz"))
+    options = control(page, "array").locator("option").all_inner_texts()
+    assert any(option.startswith(name) for option in options), options
+    assert page.locator("img[src=x], b:text-is('bold')").count() == 0
+
+
 def test_arrays_are_pictures_or_slices(page, serve, tmp_path):
     """A last axis of three is taken for colours, others for a volume, and each can be shown as the other."""
     colours = np.arange(60.0).reshape(4, 5, 3) / 60
