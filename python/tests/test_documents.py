@@ -3,6 +3,7 @@
 import os
 import re
 import subprocess
+import sys
 
 import morgana
 import pytest
@@ -31,11 +32,22 @@ def test_examples_run(name, tmp_path, monkeypatch):
     assert examples
     (tmp_path / "scenes").symlink_to(ROOT / "scenes")
     monkeypatch.chdir(tmp_path)
-    namespace = {}
+    namespace = {"__name__": "__main__"}
     for example in examples:
         exec(compile(example, name, "exec"), namespace)
     for result in (namespace.get("result"), namespace.get("picture")):
         assert result is None or result.image.mean() > 0.01
+
+
+@pytest.mark.filterwarnings("ignore::morgana.SceneWarning")
+def test_processes_start_from_a_script(tmp_path):
+    """Where each process imports the script again."""
+    (example,) = [block for block in blocks("docs/python.md", "python") if "ProcessPoolExecutor" in block]
+    assert example.count(", result.image") == 1
+    (tmp_path / "scenes").symlink_to(ROOT / "scenes")
+    (tmp_path / "script.py").write_text("import numpy as np\n" + example.replace(", result.image", ", same.image"))
+    done = subprocess.run([sys.executable, "script.py"], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize("name", with_blocks("xml"))
