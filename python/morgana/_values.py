@@ -1,8 +1,8 @@
-"""Whether values that hold arrays are equal."""
+"""Values that hold arrays: whether they are equal, and no arithmetic of tuples."""
 
 from __future__ import annotations
 
-from typing import Any, Mapping, Tuple, Type, TypeVar
+from typing import Any, Dict, Mapping, Tuple, Type, TypeVar
 
 import numpy as np
 
@@ -22,7 +22,10 @@ def alike(a: Any, b: Any) -> bool:
 
 
 def comparable(cls: Type[Tuple_]) -> Type[Tuple_]:
-    """Lets ``==`` compare the arrays in a named tuple, of which plain tuples can make no sense."""
+    """Lets ``==`` compare the arrays in a named tuple, of which plain tuples can make no sense, and refuses ``*`` and ``+``.
+
+    Plain tuples would repeat or join their fields, where one means the arrays.
+    """
 
     def equal(self: Any, other: object) -> Any:
         return alike(tuple(self), tuple(other)) if isinstance(other, cls) else NotImplemented
@@ -30,6 +33,14 @@ def comparable(cls: Type[Tuple_]) -> Type[Tuple_]:
     def unequal(self: Any, other: object) -> Any:
         return not alike(tuple(self), tuple(other)) if isinstance(other, cls) else NotImplemented
 
-    for name, method in [("__eq__", equal), ("__ne__", unequal), ("__hash__", None)]:
+    def refuse(self: Any, other: object) -> Any:
+        fields = ", ".join(self._fields)
+        raise TypeError(f"a {cls.__name__} is several values: compute with its fields ({fields}), such as .{self._fields[0]}")
+
+    methods: Dict[str, Any] = {"__eq__": equal, "__ne__": unequal, "__hash__": None}
+    methods.update(dict.fromkeys(["__add__", "__radd__", "__mul__", "__rmul__"], refuse))
+    # Lets arrays of NumPy leave arithmetic to these methods.
+    methods["__array_ufunc__"] = None
+    for name, method in methods.items():
         setattr(cls, name, method)
     return cls
