@@ -41,6 +41,8 @@ MOST_SAMPLES = 1 << 28
 """More samples than these would need gigabytes for each copy."""
 OPENFOAM = (".foam", ".openfoam")
 """Extensions of files that stand for its cases."""
+CONTROL = os.path.join("system", "controlDict")
+"""The file that every case of OpenFOAM has."""
 GAS_CONSTANT = 8.314462618
 """J/(mol K)."""
 MOST_BY_DEFAULT = 4_000_000
@@ -190,7 +192,7 @@ def read(path: Path, *, time: Optional[float] = None) -> Any:
     Parameters
     ----------
     path : path_like
-        The file; an empty file ``case.foam`` in the folder of an OpenFOAM case.
+        The file. For OpenFOAM, the folder of the case, or an empty file ``case.foam`` in it.
     time : float, optional
         The instant of a series in time, as of OpenFOAM; the last if it is not given.
 
@@ -213,6 +215,10 @@ def read(path: Path, *, time: Optional[float] = None) -> Any:
     pyvista, name = _pyvista(), os.fspath(path)
     if not os.path.exists(name):
         raise FileError(f"{name}: no such file")
+    if os.path.isdir(name):
+        name = os.path.join(name, CONTROL)
+        if not os.path.exists(name):
+            raise FileError(f"{os.fspath(path)}: a folder, but no case of OpenFOAM: it has no {CONTROL}")
     try:
         # VTK warns of much that does not matter here; its errors are shown.
         with pyvista.vtk_verbosity("error"):
@@ -273,7 +279,7 @@ def sample(
     ------
     FlowError
         An array that the mesh does not have (with those that it has), that has several components, or NaN without ``outside``; a grid that is
-        too fine; bounds that are empty; a planar mesh without thickness.
+        too fine; bounds that are empty; a planar mesh without thickness; a surface that is not planar, or points without cells.
 
     Examples
     --------
@@ -284,6 +290,8 @@ def sample(
     whole = mesh
     name, mesh, known = _with_points(mesh, array, outside)
     frame = frame_of(whole, revolve, thickness, known.of_cells)
+    if revolve is None and thickness is None and dimension(whole) < 3:
+        raise FlowError("the mesh is a surface, or lines or points: between these its values are not known. Give the mesh of the volume")
     low, high = _bounds(bounds, frame)
     counts = _counts(spacing, shape, whole, high - low)
     steps = (high - low) / (counts - 1)
@@ -346,11 +354,19 @@ def _pyvista() -> Any:
         raise FlowError('meshes are read by PyVista: pip install "morgana-render[flow]"') from None
 
 
+def _case(name: str) -> Optional[str]:
+    """The folder of the OpenFOAM case that a file stands for."""
+    if name.endswith(CONTROL):
+        return os.path.dirname(os.path.dirname(name))
+    return os.path.dirname(name) if name.lower().endswith(OPENFOAM) else None
+
+
 def _read(pyvista: Any, name: str, time: Optional[float]) -> Any:
-    if name.lower().endswith(OPENFOAM) and is_decomposed(os.path.dirname(name), time):
+    case = _case(name)
+    if case is not None and is_decomposed(case, time):
         return _read_parts(pyvista, name, time)
     try:
-        return _read_by(pyvista.get_reader(name), name, time)
+        return _read_by(pyvista.get_reader(name) if case is None else pyvista.OpenFOAMReader(name), name, time)
     except FlowError:
         raise
     except Exception:
@@ -374,7 +390,7 @@ def _read_parts(pyvista: Any, name: str, time: Optional[float]) -> Any:
 
 
 def _read_by(reader: Any, name: str, time: Optional[float]) -> Any:
-    if name.lower().endswith(OPENFOAM):
+    if _case(name) is not None:
         # Else VTK adds averages at points, which are not what the solver has found.
         reader.cell_to_point_creation = False
     times = [float(t) for t in getattr(reader, "time_values", None) or []]

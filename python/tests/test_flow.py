@@ -319,6 +319,14 @@ def test_cases_of_openfoam_keep_their_cells(tmp_path):
     assert (mesh.n_cells, mesh.point_data.keys()) == (2, [])
     np.testing.assert_array_equal(mesh.cell_data["T"], [400, 500])
     np.testing.assert_array_equal(flow.read(case, time=300).cell_data["T"], [300, 400])
+    # The folder stands for the case, too.
+    (case.parent / "case.foam").unlink()
+    folder = flow.read(case.parent)
+    assert (folder.n_cells, folder.point_data.keys()) == (2, [])
+    np.testing.assert_array_equal(flow.read(str(case.parent) + "/", time=300).cell_data["T"], [300, 400])
+    with pytest.raises(morgana.FileError, match="a folder, but no case of OpenFOAM: it has no system.controlDict"):
+        flow.read(case.parent / "system")
+    case.write_text("")
     with pytest.raises(flow.FlowError, match="has no time 350; it has 300, 400"):
         flow.read(case, time=350)
     sampled = flow.sample(mesh, "T", shape=(2, 2, 3))
@@ -360,6 +368,14 @@ def test_blocks_of_volume_and_surface_cells_are_volumes(tmp_path):
         assert flow.sample(mesh, "rho", spacing=0.1).values.max() < 1.2
 
 
+def test_surfaces_and_points_are_not_volumes():
+    """Their values between are not known; VTK would take places near a surface for places in it."""
+    surface = _with(pyvista.Sphere())
+    for mesh in (surface, surface.extract_all_edges(), pyvista.PolyData(surface.points, verts=np.c_[np.ones(surface.n_points, int), np.arange(surface.n_points)])):
+        with pytest.raises(flow.FlowError, match="Give the mesh of the volume"):
+            flow.sample(_with(mesh), "rho", outside=1.2)
+
+
 @pytest.mark.parametrize("reconstructed", [None, [300]])
 def test_decomposed_cases_of_openfoam(reconstructed, tmp_path, capfd):
     # The case as a whole has no mesh, or not all times.
@@ -372,6 +388,7 @@ def test_decomposed_cases_of_openfoam(reconstructed, tmp_path, capfd):
     (tmp_path / "system/controlDict").write_text((tmp_path / "processor0/system/controlDict").read_text())
     case.write_text("")
     mesh = flow.read(case)
+    assert flow.read(tmp_path).n_cells == mesh.n_cells
     # Twelve points each, of which six are common.
     assert (mesh.n_cells, mesh.n_points) == (4, 18)
     assert sorted(mesh.cell_data["T"]) == [400, 400, 500, 500]
