@@ -51,7 +51,7 @@ def load_mcx(cfg: Mapping[str, Any], /) -> Scene:
     cfg : mapping
         ``vol`` (labels ``[x, y, z]``), ``prop`` (rows of mua, mus, g, n), ``srcpos``, ``srcdir``, and if they are given ``srctype``,
         ``srcparam1``, ``srcparam2``, ``srcpattern`` (``[column, row]``), ``srcid``, ``nphoton``, ``tstart``, ``tend``, ``tstep``, ``unitinmm``, ``isreflect``,
-        ``issrcfrom0`` (0, as in MCX: the first voxel begins at 1, 1, 1). ``shapes`` (a text in JSON, or what it stands for) are drawn into ``vol``.
+        ``issrcfrom0`` (0, as in MCX: the first voxel begins at 1, 1, 1), ``bc`` if it says what ``isreflect`` says. ``shapes`` (a text in JSON, or what it stands for) are drawn into ``vol``.
         Several sources are rows of ``srcpos``, whose fourth number is their weight, ``srcdir`` and parameters.
         Detectors ``detpos`` (rows of x, y, z, radius) are meters that keep at most ``maxdetphoton`` records each:
         ``Result.records["detector1"]``. ``outputtype`` changes nothing: a warning says where the values of ``flux`` and ``energy`` are. Nor does
@@ -88,6 +88,7 @@ def load_mcx(cfg: Mapping[str, Any], /) -> Scene:
     _check_output(left.pop("outputtype", "fluence"))
     _check_photons(left)
     _check_entry(left)
+    _check_boundaries(left)
     for key in ARRAYS & left.keys():
         if getattr(getattr(left[key], "dtype", None), "kind", "") == "c":
             raise TypeError(f"cfg[{key!r}] has complex numbers but must be an array of real ones")
@@ -145,6 +146,17 @@ def _check_entry(left: Dict[str, Any]) -> None:
     if is_given and is_reflected and not is_specular:
         message = "isspecular 0 changes nothing: light that enters from outside is reflected in part, and refracted, where the index jumps"
         warnings.warn(f"{message}, unless isreflect is 0; start it in the medium to avoid that", SceneWarning, stacklevel=3)
+
+
+def _check_boundaries(left: Dict[str, Any]) -> None:
+    """Takes flags of the six sides that say what ``isreflect`` does: ``_``, or ``r`` (Fresnel) and ``a`` (nothing is reflected)."""
+    flags = left.pop("bc", "")
+    own = "_r" if left.get("isreflect", True) else "_a"
+    if not isinstance(flags, str) or flags[:6].lower().strip(own) or flags[6:].strip("0"):
+        raise ValueError(
+            f"bc is {flags!r}, but sides other than isreflect makes them, which are periodic or mirrors, or that detect light, are not read: leave it out, "
+            "and measure the light that leaves by a scene of your own"
+        )
 
 
 def _check_gates(at_once: Any, forward: Mapping[str, Any]) -> None:

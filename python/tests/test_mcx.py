@@ -33,8 +33,8 @@ def test_a_dictionary_says_what_a_file_says(tmp_path):
 
 
 def test_mistakes_are_named():
-    with pytest.raises(ValueError, match="not read: bc"):
-        morgana.load_mcx(configuration(bc="aaaaaa"))
+    with pytest.raises(ValueError, match="not read: invcdf"):
+        morgana.load_mcx(configuration(invcdf=[-1, 0, 1]))
     with pytest.raises(morgana.SceneError, match="source 'arcsine'"):
         morgana.load_mcx(configuration(srctype="arcsine"))
     with pytest.raises(morgana.SceneError, match="Domain needs"):
@@ -116,6 +116,14 @@ def test_devices_files_and_messages_change_nothing():
         morgana.load_mcx(configuration(isspecular=0))
 
 
+@pytest.mark.filterwarnings("ignore::morgana.SceneWarning")
+@pytest.mark.parametrize("given", [{"bc": "______"}, {"bc": "_RRrr_000000"}, {"bc": ""}, {"bc": "aa__aa", "isreflect": 0}])
+def test_sides_may_be_said_twice(given):
+    """As flags of MCX, and by ``isreflect``."""
+    once = {key: value for key, value in given.items() if key != "bc"}
+    assert morgana.load_mcx(configuration(**given)) == morgana.load_mcx(configuration(**once))
+
+
 @pytest.mark.parametrize(
     ("wrong", "said"),
     [
@@ -126,6 +134,9 @@ def test_devices_files_and_messages_change_nothing():
         ({"debuglevel": "PR"}, "random numbers in place of the fluence"),
         ({"maxgate": 3, "tend": 5e-9, "tstep": 1e-9}, "maxgate is 3, less than there are time gates: leave it out"),
         ({"isspecular": 1, "isreflect": 0}, "give isreflect 1 or isspecular 0"),
+        *[({"bc": flags}, f"bc is '{flags}', but sides") for flags in ("cccccc", "_____m", "aaaaaa", "______001000")],
+        ({"bc": "rrrrrr", "isreflect": 0}, "bc is 'rrrrrr', but sides"),
+        ({"bc": 5}, "bc is 5, but sides"),
         ({"shapes": "{"}, r"cfg\['shapes'\] is not JSON"),
         ({"shapes": '{"Shapes": [{"Tetrahedron": {"Tag": 2}}]}'}, "'tetrahedron' is not among the shapes"),
         ({"shapes": 3}, "Shapes is a list of shapes"),
