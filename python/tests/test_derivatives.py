@@ -310,8 +310,9 @@ def test_jacobians_of_records_are_differences():
     def records(sigma_s, sigma_a):
         return morgana.render(detecting(sigma_s, sigma_a), particles=200_000).records["irradiancemeter"]
 
-    found = records(3.0, 0.4).jacobian({"tissue": 3.0})
-    row = records(3.0, 0.4).regions.index("tissue")
+    here = records(3.0, 0.4)
+    found = here.jacobian({"tissue": 3.0})
+    row = here.regions.index("tissue")
     for column, error, up, down, step in [
         (found.mu_a, found.mu_a_error, (3.0, 0.5), (3.0, 0.3), 0.2),
         (found.mu_s, found.mu_s_error, (3.6, 0.4), (2.4, 0.4), 1.2),
@@ -321,9 +322,9 @@ def test_jacobians_of_records_are_differences():
         spread = np.hypot(powers[0].error, powers[1].error) / step
         # The error of the difference quotient itself is below 1 % of the derivative.
         near(column[row, 0], difference[0], error[row, 0], spread[0], 0.01 * column[row, 0] / Z)
-    assert np.isnan(records(3.0, 0.4).jacobian().mu_s).all()
+    assert np.isnan(here.jacobian().mu_s).all()
     with pytest.raises(ValueError, match="no region is named 'bone'"):
-        records(3.0, 0.4).jacobian({"bone": 1.0})
+        here.jacobian({"bone": 1.0})
 
 
 def test_jacobians_of_readings_have_a_row_for_each_bin():
@@ -363,7 +364,6 @@ def test_jacobians_of_absorbed_power_are_per_watt_if_the_meter_is():
 @pytest.mark.parametrize("several", [False, True])
 def test_derivatives_of_initial_pressure_are_those_of_absorbed_power(normalization, several):
     scene = meters()
-    scene["sampler"] = {"type": "independent", "sample_count": 4000}
     scene["light"]["intensity"] = 3.0
     interior = {"type": "homogeneous", "id": "ink", "sigma_s": 1.0, "sigma_a": 0.5}
     scene["ball"] = {"type": "sphere", "radius": 2.0, "bsdf": {"type": "null"}, "interior": interior}
@@ -372,18 +372,19 @@ def test_derivatives_of_initial_pressure_are_those_of_absorbed_power(normalizati
     if several:
         scene["other"] = {key: value for key, value in scene["sensor"].items() if key not in gauge} | {"id": "other"}
     prefix = "tank." if several else ""
-    loaded, by = load(scene), "ink.sigma_a"
-    measured = morgana.render(loaded)
+    # Few: what is compared is the same but for a factor.
+    loaded, by, few = load(scene), "ink.sigma_a", {"particles": 4000}
+    measured = morgana.render(loaded, **few)
     absorbed, p0 = (measured.meters[f"{prefix}{name}"].mean for name in ("absorbed", "p0"))
     factor = 0.2 * 3.0 / 0.01**3 / (1.0 if normalization == "per_watt" else 3.0 * 4 * math.pi)
     np.testing.assert_allclose(p0, factor * absorbed, rtol=1e-12)
-    rows, scaled = (morgana.jacobian(loaded, [by], f"{prefix}{name}")[by] for name in ("p0", "absorbed"))
+    rows, scaled = (morgana.jacobian(loaded, [by], f"{prefix}{name}", **few)[by] for name in ("p0", "absorbed"))
     assert (rows.value != 0).any()
     np.testing.assert_allclose(rows.value, factor * scaled.value, rtol=1e-12)
     np.testing.assert_allclose(rows.error, factor * scaled.error, rtol=1e-12)
     weights = np.random.default_rng(3).normal(size=p0.shape)
-    both = morgana.derivatives(loaded, [by], {f"{prefix}p0": weights, f"{prefix}absorbed": factor * weights})[by]
-    one = morgana.derivatives(loaded, [by], {f"{prefix}p0": weights})[by]
+    both = morgana.derivatives(loaded, [by], {f"{prefix}p0": weights, f"{prefix}absorbed": factor * weights}, **few)[by]
+    one = morgana.derivatives(loaded, [by], {f"{prefix}p0": weights}, **few)[by]
     np.testing.assert_allclose(both.value, 2 * one.value, rtol=1e-9)
     np.testing.assert_allclose(np.tensordot(weights, rows.value, 3), one.value, rtol=1e-9)
     refused = "the pressure p0, that of a pulse of a given energy, has no derivatives by emission"
