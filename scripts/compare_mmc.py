@@ -149,7 +149,7 @@ def by_morgana(args, folder):
         "to_world": [{"scale": SIZE}],
     }
     if args.gates > 1:
-        cells |= {"max_bound": LIGHT * args.last, "bin_width": LIGHT * args.last / args.gates}
+        cells |= {"max_bound": LIGHT * args.last, "bin_width": LIGHT * args.last / args.gates, "weight_windows": True}
     scene = {
         "type": "scene",
         "integrator": {"type": "particle"},

@@ -39,7 +39,7 @@ IGNORED = {
 ``faststep`` has become obsolete."""
 
 
-def load_mcx(cfg: Mapping[str, Any], /) -> Scene:
+def load_mcx(cfg: Mapping[str, Any], /, *, weight_windows: bool = False) -> Scene:
     """Make a scene of a configuration of MCX: the dictionary that ``pmcx.run`` takes.
 
     The scene measures fluence in the voxels of ``vol``, per joule, and in time gates if there are several; its unit of length is a
@@ -56,6 +56,9 @@ def load_mcx(cfg: Mapping[str, Any], /) -> Scene:
         Detectors ``detpos`` (rows of x, y, z, radius) are meters that keep at most ``maxdetphoton`` records each:
         ``Result.records["detector1"]``. ``outputtype`` changes nothing: a warning says where the values of ``flux`` and ``energy`` are. Nor does
         what is about devices, files and messages, and ``seed``, which is an argument of :func:`render`.
+    weight_windows : bool, optional
+        Divide and terminate particles so that late time gates are as sure as early ones. A particle then takes several times as
+        long (docs/meters.md#parameters).
 
     Returns
     -------
@@ -99,6 +102,8 @@ def load_mcx(cfg: Mapping[str, Any], /) -> Scene:
     if "tend" in cfg and "tstep" not in cfg:
         forward["Dt"] = forward["T1"] - forward.get("T0", 0.0)
     _check_gates(left.pop("maxgate", 0), forward)
+    if weight_windows:
+        forward["WeightWindows"] = True
     domain = {"OriginType": left.pop("issrcfrom0", 0), **_taken(left, {"unitinmm": "LengthUnit"})}
     if "vol" in left:
         domain["Volume"] = _labels(left.pop("vol"))

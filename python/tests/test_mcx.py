@@ -174,3 +174,12 @@ def test_shapes_are_drawn_into_the_volume(tmp_path):
     }))
     results = [morgana.render(scene, seed=1).meters["fluence"].mean for scene in (expected, morgana.load_file(tmp_path / "input.json"))]
     np.testing.assert_array_equal(results[0], results[1])
+
+
+def test_time_gates_cost_no_flights_unless_windows_are_asked_for():
+    gates = configuration(tstart=0, tend=2e-9, tstep=1e-9)
+    scenes = [morgana.load_mcx(configuration()), morgana.load_mcx(gates), morgana.load_mcx(gates, weight_windows=True)]
+    found = [morgana.render(scene, seed=1) for scene in scenes]
+    one, two, windowed = (result.stats["counters"]["edges_in_voxels"] for result in found)
+    assert one == two < windowed
+    assert found[1].meters["fluence"].mean.shape == (2, 10, 8, 6)

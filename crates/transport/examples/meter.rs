@@ -38,6 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         grid: shells.ok_or("the grid has no cells")?,
         estimator: Estimator::TrackLength,
         optical_length: None,
+        weight_windows: false,
         sidebands: None,
     });
     let options = MeasureOptions {

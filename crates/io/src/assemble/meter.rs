@@ -137,6 +137,7 @@ fn instrument(
     let words = [Normalization::Absolute, Normalization::PerWatt];
     let normalization = words[q.one_of("normalization", &["absolute", "per_watt"])];
     let lengths = lengths(&mut q);
+    let weight_windows = weight_windows(&mut q, lengths.is_some());
     let (mut meter, mut pressure) = (None, None);
     match (object.plugin.as_str(), place) {
         ("fluencemeter", None) => {
@@ -149,6 +150,7 @@ fn instrument(
                     grid,
                     estimator,
                     optical_length: lengths,
+                    weight_windows,
                     sidebands,
                 })
             });
@@ -162,6 +164,7 @@ fn instrument(
                 acceptance: acceptance(&mut q),
                 cosines: cosines(&mut q),
                 optical_length: lengths,
+                weight_windows,
                 most_records: records(&mut q),
                 tagged,
                 sidebands,
@@ -264,6 +267,17 @@ fn lengths(q: &mut Query) -> Option<Bins> {
         return None;
     }
     film::bins(q, 1.0)
+}
+
+/// Reads `weight_windows`; warns if there are no bins of optical path length to profit from them.
+fn weight_windows(q: &mut Query, has_lengths: bool) -> bool {
+    let name = "weight_windows";
+    let wanted = q.boolean_or(name, false);
+    if wanted && !has_lengths {
+        let message = "'weight_windows' changes nothing without bins of optical path length: give 'max_bound' and 'bin_width'";
+        q.warning(name, message);
+    }
+    wanted
 }
 
 /// Bins of position; one alone at the surfaces of a volume of labels.

@@ -129,6 +129,7 @@ const PARAMETERS: &[(PluginKind, &[&str])] = &[
             "vane_width",
             "vanes",
             "wavelength",
+            "weight_windows",
         ],
     ),
     (PluginKind::Shape, &["capped"]),

@@ -158,6 +158,11 @@ const READING: &[Parameter] = &[
     ),
     float("max_bound", "", "greatest optical path length"),
     float("bin_width", "", "width of a bin, > 0"),
+    boolean(
+        "weight_windows",
+        "false",
+        "divides and terminates particles so that late bins are as accurate as early ones; particles take longer",
+    ),
 ];
 
 const CELLS: &[Parameter] = &[

@@ -648,7 +648,7 @@ fn emitters_in_files_in_any_unit() {
 fn meters_in_any_unit() {
     let beam = power(r#""profile": "gaussian", "radius": 0.3@1,"#, "collimated");
     let place = r#""to_world": [{"translate": [-0.5, -0.5, -0.5]}, {"scale": 2@1}]"#;
-    let gates = r#""min_bound": 2@1, "max_bound": 8@1, "bin_width": 1@1"#;
+    let gates = r#""min_bound": 2@1, "max_bound": 8@1, "bin_width": 1@1, "weight_windows": true"#;
     let meters = [
         ("cells", format!(r#""type": "fluencemeter", "nx": 2, "ny": 3, "nz": 2, {place}"#)),
         ("collisions", format!(r#""type": "fluencemeter", "estimator": "collision", "nx": 2, "ny": 3, "nz": 2, {place}"#)),

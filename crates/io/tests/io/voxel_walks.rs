@@ -89,6 +89,7 @@ fn random_scene(rng: &mut Rng, kind: Kind) -> Value {
         for (key, value) in [("min_bound", 2.0), ("max_bound", 14.0), ("bin_width", 3.0)] {
             scene["cells"][key] = json!(value);
         }
+        scene["cells"]["weight_windows"] = json!(true);
     }
     if kind.others {
         scene["ball"] = json!({

@@ -37,6 +37,8 @@ pub struct FluenceMeter {
     pub estimator: Estimator,
     /// Bins of the optical path length from the emitter, if light is told apart by it.
     pub optical_length: Option<Bins>,
+    /// Weight windows divide and terminate particles, so that late bins of optical length are as accurate as early ones.
+    pub weight_windows: bool,
     /// How fluence is told apart by what sound does to its phase, if it is.
     pub sidebands: Option<Sidebands>,
 }

@@ -34,6 +34,8 @@ pub struct IrradianceMeter {
     pub cosines: Option<Cosines>,
     /// Bins of the optical path length from the emitter.
     pub optical_length: Option<Bins>,
+    /// Weight windows divide and terminate particles, so that late bins of optical length are as accurate as early ones.
+    pub weight_windows: bool,
     /// The most records of accepted light that it keeps, if it keeps any.
     pub most_records: Option<usize>,
     /// Whether records also say what sound does to the optical length of the light's way.
@@ -90,6 +92,7 @@ impl IrradianceMeter {
             positions,
             cosines: None,
             optical_length: None,
+            weight_windows: false,
             most_records: None,
             tagged: false,
             sidebands: None,

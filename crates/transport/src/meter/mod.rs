@@ -132,13 +132,14 @@ impl Meter {
         self.tags_records() || self.sidebands().is_some()
     }
 
-    /// Optical path length at which its last gate ends, if it has gates.
-    fn last_gate(&self) -> Option<f64> {
-        let gates = match self {
-            Meter::Fluence(meter) => meter.optical_length,
-            Meter::Irradiance(meter) => meter.optical_length,
+    /// Optical path length up to which it asks for weight windows: the end of its last gate. `None` if it has no gates or does not
+    /// ask.
+    fn windowed_length(&self) -> Option<f64> {
+        let (gates, windows) = match self {
+            Meter::Fluence(meter) => (meter.optical_length, meter.weight_windows),
+            Meter::Irradiance(meter) => (meter.optical_length, meter.weight_windows),
         };
-        gates.map(|bins| bins.max)
+        gates.filter(|_| windows).map(|bins| bins.max)
     }
 }
 
@@ -163,7 +164,7 @@ pub struct Setup<'a> {
     channels: usize,
     max_depth: u32,
     rr_depth: u32,
-    /// What particles should be worth on their way, if a meter has gates.
+    /// What particles should be worth on their way, if a meter asks for weight windows.
     window: Option<Window>,
     /// What records tell apart, if a meter keeps any.
     regions: Option<HistoryRegions>,
@@ -219,7 +220,7 @@ impl<'a> Setup<'a> {
         Setup { window, ..self }
     }
 
-    /// The window that makes late gates as sure as early ones; `None` if no meter has gates. It is worthless once a `stop` is
+    /// The window that makes late gates as sure as early ones; `None` if no meter asks for it. It is worthless once a `stop` is
     /// raised.
     pub fn window(&self, stop: &Stop) -> Option<Window> {
         Window::learn(self, stop)

@@ -10,7 +10,7 @@ use crate::sampling::Sampler;
 
 /// Russian roulette is played when a particle has less than this share of the power that it should have.
 const SMALL: f64 = 0.1;
-/// A particle that has more than so many times that power is divided, if meters have gates,
+/// A particle that has more than so many times that power is divided, if meters ask for weight windows,
 const LARGE: f64 = 2.0;
 /// into no more than so many at once,
 const MOST_AT_ONCE: f64 = 16.0;

@@ -1,7 +1,7 @@
 //! Which power particles should have on their way, so that late gates are as sure as early ones (docs/theory.md#weight-windows).
 //!
 //! Of the light that starts, ever less is still on its way at an optical path length L: it is absorbed, or leaves the scene.
-//! Particles that die in proportion leave late gates to a few of them. Where meters have gates, a particle at L therefore
+//! Particles that die in proportion leave late gates to a few of them. Where meters ask for it, a particle at L therefore
 //! carries about the share of its first power that is still on its way there: lighter particles play Russian roulette, heavier
 //! ones are divided. So about as many particles are on their way at all L. The shares are told by a pilot.
 
@@ -50,10 +50,10 @@ impl Window {
             .map_or(1.0, |share| share.clamp(LEAST, 1.0))
     }
 
-    /// That of a setup's particles; `None` if no meter has gates.
+    /// The window of a setup's particles; `None` if no meter asks for one.
     pub(super) fn learn(setup: &Setup, stop: &Stop) -> Option<Self> {
         // Divide the optical length up to the end of the last gate into equal steps.
-        let ends = setup.meters.iter().filter_map(|meter| meter.last_gate());
+        let ends = setup.meters.iter().filter_map(Meter::windowed_length);
         let levels = Bins {
             min: 0.0,
             max: ends.reduce(f64::max)?,

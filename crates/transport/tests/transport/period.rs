@@ -175,6 +175,7 @@ fn fluence(scene: Scene, particles: u64, seed: u64) -> Vec<(f64, f64)> {
         grid: grid.unwrap(),
         estimator: Estimator::TrackLength,
         optical_length: None,
+        weight_windows: false,
         sidebands: None,
     });
     let options = MeasureOptions {

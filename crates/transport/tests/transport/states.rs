@@ -247,6 +247,7 @@ fn measurements_in_parts_are_the_whole() {
         grid: MeterGrid::new(Coordinates::Cartesian, [3, 4, 5], to_world).unwrap(),
         estimator: Estimator::TrackLength,
         optical_length: None,
+        weight_windows: false,
         sidebands: None,
     })];
     let options = |first, particles| MeasureOptions {

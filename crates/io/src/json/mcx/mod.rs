@@ -166,6 +166,8 @@ struct Settings {
     refraction: bool,
     /// First, last and width of time gates, in seconds.
     gates: [f64; 3],
+    /// Weight windows make late gates as accurate as early ones; not a setting of MCX.
+    weight_windows: bool,
     recording: Recording,
 }
 
@@ -190,6 +192,7 @@ fn cells(labels: &Labels, unit: f64, settings: &Settings) -> Value {
         cells["min_bound"] = json!(LIGHT * first);
         cells["max_bound"] = json!(LIGHT * last);
         cells["bin_width"] = json!(LIGHT * width);
+        cells["weight_windows"] = json!(settings.weight_windows);
     }
     cells
 }

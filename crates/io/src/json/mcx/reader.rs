@@ -162,7 +162,7 @@ impl Reader<'_> {
         ];
         self.known(session, &read, &SESSION);
         self.output(session);
-        self.known(forward, &["T0", "T1", "Dt"], &[]);
+        self.known(forward, &["T0", "T1", "Dt", "WeightWindows"], &[]);
         if self.number_or(session, "DoNormalize", 1.0) != 1.0 {
             self.error(session, "DoNormalize is 1: values are fluence per joule");
         }
@@ -186,6 +186,7 @@ impl Reader<'_> {
             photons: photons as i64,
             refraction,
             gates: [t0, t1, dt.min(t1 - t0)],
+            weight_windows: self.number_or(forward, "WeightWindows", 0.0) != 0.0,
             recording: Recording {
                 wanted: self.number_or(session, "DoPartialPath", 1.0) != 0.0,
                 most: self.number_or(session, "MaxDetPhoton", most).max(1.0) as i64,

@@ -106,6 +106,7 @@ fn meters() -> Vec<Meter> {
                 max: 6.0,
                 count: 5,
             }),
+            weight_windows: true,
             ..voxels()
         },
         fluence(Coordinates::Cylindrical, [6, 1, 5], rings),

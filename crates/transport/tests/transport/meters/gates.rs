@@ -5,7 +5,8 @@ use eikonal::field::Constant;
 use glam::DVec3;
 use morgana_transport::bsdf::Bsdf;
 use morgana_transport::emitter::Emitter;
-use morgana_transport::meter::{Coordinates, FluenceMeter, Meter, Reading};
+use morgana_transport::meter::{Coordinates, FluenceMeter, Meter};
+use morgana_transport::render::Measurement;
 use morgana_transport::scene::Parts;
 use morgana_transport::shape::{Cube, Sphere};
 use morgana_transport::{Bins, Spectrum};
@@ -65,6 +66,7 @@ fn an_infinite_medium_absorbs_exponentially() {
     };
     let meter = FluenceMeter {
         optical_length: gates(count),
+        weight_windows: true,
         ..everywhere()
     };
     let found = run(
@@ -86,13 +88,13 @@ fn an_infinite_medium_absorbs_exponentially() {
 }
 
 /// A beam into a cube with walls at which the index jumps, of which light escapes long before it is absorbed.
-fn leaky(meters: &[Meter], particles: u64, seed: u64) -> Vec<Vec<Reading>> {
+fn leaky(meters: &[Meter], particles: u64, seed: u64) -> Measurement {
     let medium = fog(Constant::new(INDEX), 4.0, 0.99, 0.3);
     let cube = Cube::new(scaled(DVec3::ONE, DVec3::ZERO)).unwrap();
     let cube = container(cube, glass());
     let light = beam(DVec3::new(0.0, 0.0, -2.0), DVec3::Z, 0.5);
     let parts = parts(vec![cube], vec![vacuum(), medium], vec![light], nobody());
-    run(parts, meters, &options(particles, seed)).readings
+    run(parts, meters, &options(particles, seed))
 }
 
 /// Gates add up to what meters without gates read, whose particles keep to no window; and the last gates, which hold less than
@@ -113,12 +115,13 @@ fn gates_add_up_to_what_is_read_without() {
             max: 60.0,
             count,
         }),
+        weight_windows: true,
         ..cells()
     };
     let number = particles(10_000);
     let found = leaky(&[Meter::Fluence(gated)], number, 23);
     let plain = leaky(&[Meter::Fluence(cells())], 4 * number, 24);
-    let (gated, plain) = (&found[0][0], &plain[0][0]);
+    let [gated, plain] = [&found, &plain].map(|found| reading(found, 0, "fluence"));
     let mut all = Vec::new();
     for cell in 0..4 {
         let gate = |i: usize| i * 4 + cell;
@@ -133,6 +136,37 @@ fn gates_add_up_to_what_is_read_without() {
         assert!(!gated.few[gate(count - 1)]);
     }
     max_abs_z(&all, FAMILY).unwrap();
+}
+
+/// Gates sort light and change nothing else: particles make the same edges as without gates, and the gates add up to the reading
+/// without gates, as no particle of this seed goes on beyond the last. With weight windows, particles make several times as many edges.
+#[test]
+fn gates_cost_no_edges_unless_windows_are_asked_for() {
+    let cells = || {
+        fluence(
+            Coordinates::Cartesian,
+            [1, 1, 4],
+            scaled(DVec3::splat(2.0), DVec3::NEG_ONE),
+        )
+    };
+    let gated = |weight_windows| FluenceMeter {
+        optical_length: Some(Bins {
+            min: 0.0,
+            max: 60.0,
+            count: 2,
+        }),
+        weight_windows,
+        ..cells()
+    };
+    let [plain, gates, windows] = [cells(), gated(false), gated(true)]
+        .map(|meter| leaky(&[Meter::Fluence(meter)], 1_000, 29));
+    assert_eq!(gates.stats, plain.stats);
+    assert!(windows.stats.edges > 2 * plain.stats.edges);
+    let [plain, gates] = [&plain, &gates].map(|found| &reading(found, 0, "fluence").mean);
+    for cell in 0..4 {
+        let sum = gates[cell] + gates[4 + cell];
+        assert!((sum / plain[cell] - 1.0).abs() < 1e-9, "{cell}");
+    }
 }
 
 /// Few particles are told from many: bins that a handful reach are flagged, and their effective numbers say so.
@@ -179,6 +213,7 @@ fn gates_of_surfaces_leave_the_power_as_it_is() {
         max: 30.0,
         count: 6,
     });
+    gated.weight_windows = true;
     let number = particles(10_000);
     let [found, wanted] = [(gated, 26, 1), (plain, 27, 4)].map(|(meter, seed, times)| {
         let meters = [Meter::Irradiance(meter)];

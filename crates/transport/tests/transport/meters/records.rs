@@ -69,7 +69,7 @@ fn weights_add_up_to_power() {
         let Meter::Irradiance(mut meter) = around(&parts, 1_000_000) else {
             unreachable!()
         };
-        meter.optical_length = gates;
+        (meter.optical_length, meter.weight_windows) = (gates, gates.is_some());
         let measured = run(parts, &[Meter::Irradiance(meter)], &options(5_000, 3));
         let table = table(&measured);
         let divided = table.particle.len() > measured.particles as usize * 2;

@@ -24,12 +24,14 @@ fn meters(parts: &Parts, length: Option<Bins>) -> Vec<Meter> {
     let to_world = scaled(DVec3::splat(2.0), DVec3::NEG_ONE);
     let mut fluence = fluence(Coordinates::Cartesian, [9, 7, 8], to_world);
     fluence.optical_length = length;
+    fluence.weight_windows = length.is_some();
     let mut power = through(&parts.objects, 0, [4, 3], false);
     power.cosines = Some(Cosines {
         count: 5,
         axis: None,
     });
     power.optical_length = length;
+    power.weight_windows = length.is_some();
     vec![Meter::Fluence(fluence), Meter::Irradiance(power)]
 }
 

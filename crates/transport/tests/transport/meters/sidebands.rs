@@ -332,7 +332,7 @@ fn records_do_not_depend_on_what_else_is_asked() {
         let parts = at_rest(parts);
         let mut meter = through(&parts.objects, 0, [1, 1], false);
         (meter.tagged, meter.most_records) = (true, Some(1_000_000));
-        meter.optical_length = Some(gates);
+        (meter.optical_length, meter.weight_windows) = (Some(gates), true);
         let alone = Meter::Irradiance(meter);
         let fluence = Meter::Fluence(voxels(Estimator::Collision, sidebands()));
         let tables = [vec![alone.clone()], vec![alone, fluence]].map(|meters| {

@@ -57,6 +57,7 @@ pub fn fluence(coordinates: Coordinates, size: [usize; 3], to_world: DAffine3) -
         grid: MeterGrid::new(coordinates, size, to_world).unwrap(),
         estimator: Estimator::TrackLength,
         optical_length: None,
+        weight_windows: false,
         sidebands: None,
     }
 }
