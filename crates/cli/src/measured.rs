@@ -65,7 +65,11 @@ impl Measured<'_> {
     /// Meters that have received nothing.
     pub fn dark(&self) -> impl Iterator<Item = &str> {
         self.meters()
-            .filter(|(_, readings)| readings.iter().all(|r| r.mean.iter().all(|v| *v == 0.0)))
+            .filter(|(_, readings)| {
+                readings
+                    .iter()
+                    .all(|r| r.mean.written(0..r.mean.len()).all(|(_, mean)| mean == 0.0))
+            })
             .map(|(name, _)| name)
     }
 

@@ -33,6 +33,7 @@ pub mod scene;
 pub mod sensor;
 pub mod shape;
 pub mod sidebands;
+pub mod sparse;
 pub mod spectrum;
 pub mod stats;
 pub mod stop;

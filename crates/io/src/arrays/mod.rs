@@ -14,7 +14,7 @@ mod records;
 mod volume;
 
 pub use quality::Quality;
-pub use readings::{Context, arrays};
+pub use readings::{Context, arrays, attributes, list};
 
 use crate::error::{FileError, Problem};
 use crate::input::Limits;

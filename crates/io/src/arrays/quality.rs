@@ -21,16 +21,24 @@ pub struct Quality {
 impl Quality {
     /// That of a reading.
     pub fn of(reading: &Reading) -> Self {
-        let lit = || (0..reading.mean.len()).filter(|&i| reading.mean[i] != 0.0);
+        let bins = 0..reading.mean.len();
+        let lit = || {
+            let lit = reading.mean.written(bins.clone());
+            lit.filter(|(_, mean)| *mean != 0.0)
+        };
         let errors: Vec<f64> = lit()
-            .map(|i| reading.error[i] / reading.mean[i].abs())
+            .map(|(i, mean)| reading.error[i] / mean.abs())
             .collect();
         Quality {
             bins: reading.mean.len(),
             empty: reading.mean.len() - errors.len(),
-            few: reading.few.iter().filter(|few| **few).count(),
+            few: reading
+                .few
+                .written(bins.clone())
+                .filter(|(_, few)| *few)
+                .count(),
             error: median(errors),
-            effective: median(lit().map(|i| reading.effective[i]).collect()),
+            effective: median(lit().map(|(i, _)| reading.effective[i]).collect()),
         }
     }
 

@@ -19,61 +19,91 @@ pub struct Context<'a> {
 
 /// Everything that the meters have read: means and standard errors, effective numbers of particles and where these are too few, the edges of all bins, and where
 /// grids lie. `attributes` are added to.
-pub fn arrays(context: &Context, mut attributes: Vec<(String, Value)>) -> Arrays {
-    let several = context.instruments.len() > 1;
-    let mut list = vec![emitted(context)];
+pub fn arrays(context: &Context, attributes: Vec<(String, Value)>) -> Arrays {
     let (mut main, mut placement) = (None, None);
-    attributes.push(("channels".into(), context.channels.join(" ").into()));
-    let measured = context.measurement.readings.iter();
-    let measured = measured.zip(&context.measurement.records);
-    for (instrument, (readings, records)) in context.instruments.iter().zip(measured) {
-        let prefix = if several {
-            format!("{}.", instrument.name)
-        } else {
-            String::new()
-        };
-        let scribe = Scribe {
-            context,
-            instrument,
-            prefix: &prefix,
-            pulsed: readings
-                .iter()
-                .flat_map(|r| &r.axes)
-                .any(|axis| axis.name == "opl"),
-        };
-        if !several {
-            // What a fluence meter reads first, an irradiance meter in most detail.
-            let first = matches!(instrument.meter, Meter::Fluence(_));
-            let reading = if first { 0 } else { readings.len() - 1 };
-            main = Some(list.len() + ARRAYS * reading);
-            placement = self::placement(&instrument.meter);
-        }
-        for reading in readings {
+    if let [instrument] = context.instruments {
+        // What a fluence meter reads first, an irradiance meter in most detail.
+        let readings = context.measurement.readings.first().map_or(0, Vec::len);
+        let first = matches!(instrument.meter, Meter::Fluence(_));
+        let reading = if first { 0 } else { readings.saturating_sub(1) };
+        main = Some(BEFORE_READINGS + ARRAYS * reading);
+        placement = self::placement(&instrument.meter);
+    }
+    Arrays {
+        left_out: Vec::new(),
+        list: list(context, &|_| true),
+        main,
+        placement,
+        attributes: self::attributes(context, attributes),
+    }
+}
+
+/// The arrays of a measurement. Only those whose names are `wanted` have elements.
+pub fn list(context: &Context, wanted: &dyn Fn(&str) -> bool) -> Vec<Array> {
+    let mut list = vec![emitted(context)];
+    let scribes = scribes(context, wanted);
+    for (scribe, records) in scribes.iter().zip(&context.measurement.records) {
+        for reading in scribe.readings {
             list.extend(scribe.reading(reading));
         }
-        if let Some(gruneisen) = &instrument.gruneisen {
-            list.extend(scribe.pressure(&readings[Instrument::ABSORBED], gruneisen));
+        if let Some(gruneisen) = &scribe.instrument.gruneisen {
+            list.extend(scribe.pressure(&scribe.readings[Instrument::ABSORBED], gruneisen));
         }
-        list.extend(scribe.axes(readings));
+        list.extend(scribe.axes());
         if let Some(table) = records {
             list.extend(scribe.records(table));
-            attributes.extend(records::attributes(table, &prefix));
         }
-        attributes.push((format!("{prefix}few"), few(readings).into()));
-        attributes.push((format!("{prefix}meter"), instrument.name.clone().into()));
+    }
+    list
+}
+
+/// Attributes of the arrays of a measurement, such as names of channels and regions, after those given.
+pub fn attributes(context: &Context, mut attributes: Vec<(String, Value)>) -> Vec<(String, Value)> {
+    attributes.push(("channels".into(), context.channels.join(" ").into()));
+    let scribes = scribes(context, &|_| false);
+    for (scribe, records) in scribes.iter().zip(&context.measurement.records) {
+        let prefix = &scribe.prefix;
+        if let Some(table) = records {
+            attributes.extend(records::attributes(table, prefix));
+        }
+        let name = scribe.instrument.name.clone();
+        attributes.push((format!("{prefix}few"), few(scribe.readings).into()));
+        attributes.push((format!("{prefix}meter"), name.into()));
         attributes.push((
             format!("{prefix}normalization"),
             scribe.normalization().into(),
         ));
     }
-    Arrays {
-        left_out: Vec::new(),
-        list,
-        main,
-        placement,
-        attributes,
-    }
+    attributes
 }
+
+/// For each meter, what makes arrays of its readings.
+fn scribes<'a>(context: &'a Context, wanted: &'a dyn Fn(&str) -> bool) -> Vec<Scribe<'a>> {
+    let several = context.instruments.len() > 1;
+    let measured = context
+        .instruments
+        .iter()
+        .zip(&context.measurement.readings);
+    let scribe = |(instrument, readings): (&'a Instrument, &'a Vec<Reading>)| {
+        let mut axes = readings.iter().flat_map(|r| &r.axes);
+        Scribe {
+            context,
+            instrument,
+            readings,
+            prefix: if several {
+                format!("{}.", instrument.name)
+            } else {
+                String::new()
+            },
+            pulsed: axes.any(|axis| axis.name == "opl"),
+            wanted,
+        }
+    };
+    measured.map(scribe).collect()
+}
+
+/// Arrays before those of the first reading.
+const BEFORE_READINGS: usize = 1;
 
 /// Arrays for each reading.
 const ARRAYS: usize = 4;
@@ -100,9 +130,13 @@ fn emitted(context: &Context) -> Array {
 struct Scribe<'a> {
     context: &'a Context<'a>,
     instrument: &'a Instrument,
-    prefix: &'a str,
+    readings: &'a [Reading],
+    /// Name of the meter, with a dot, if there are several.
+    prefix: String,
     /// Whether light is told apart by its optical length: emitters are pulses then, of an energy.
     pulsed: bool,
+    /// Chooses the arrays of readings that get elements, by their names.
+    wanted: &'a dyn Fn(&str) -> bool,
 }
 
 impl Scribe<'_> {
@@ -158,7 +192,7 @@ impl Scribe<'_> {
         let weights = table.weight.iter().enumerate();
         let weights = weights.map(|(i, w)| w * self.scale(i % channels)).collect();
         let layout = records::Layout {
-            prefix: self.prefix,
+            prefix: &self.prefix,
             channels,
             power: self.unit(),
         };
@@ -192,16 +226,19 @@ impl Scribe<'_> {
             axes.push("channel".into());
             shape.push(channels);
         }
-        let array = |suffix: &str, unit: &str, data: Vec<f64>| Array {
-            name: format!("{}{name}{suffix}", self.prefix),
-            axes: axes.clone(),
-            shape: shape.clone(),
-            unit: unit.into(),
-            data,
-        };
-        let scaled = |values: &[f64]| {
-            let values = values.iter().enumerate();
-            values.map(|(i, v)| v * scale(i % channels)).collect()
+        let array = |suffix: &str, unit: &str, data: &dyn Fn() -> Vec<f64>| {
+            let name = format!("{}{name}{suffix}", self.prefix);
+            Array {
+                data: if (self.wanted)(&name) {
+                    data()
+                } else {
+                    Vec::new()
+                },
+                name,
+                axes: axes.clone(),
+                shape: shape.clone(),
+                unit: unit.into(),
+            }
         };
         let power_error = |c: usize| {
             if per_emitted {
@@ -210,24 +247,24 @@ impl Scribe<'_> {
                 0.0
             }
         };
-        let pairs = reading.mean.iter().zip(&reading.error).enumerate();
-        let with_power = |(i, (mean, error)): (usize, (&f64, &f64))| {
-            error.hypot(mean * power_error(i % channels))
+        let mean = |i: usize, mean: f64| mean * scale(i % channels);
+        let error = |i: usize, error: f64| {
+            let channel = i % channels;
+            error.hypot(reading.mean[i] * power_error(channel)) * scale(channel)
         };
-        let errors: Vec<f64> = pairs.map(with_power).collect();
-        let few = reading.few.iter().map(|few| f64::from(u8::from(*few)));
+        let few = |_, few: bool| f64::from(u8::from(few));
         [
-            array("", unit, scaled(&reading.mean)),
-            array("_error", unit, scaled(&errors)),
-            array("_effective", "", reading.effective.clone()),
-            array("_few", "", few.collect()),
+            array("", unit, &|| reading.mean.dense(mean)),
+            array("_error", unit, &|| reading.error.dense(error)),
+            array("_effective", "", &|| reading.effective.dense(|_, n| n)),
+            array("_few", "", &|| reading.few.dense(few)),
         ]
     }
 
     /// The edges of the bins of all axes, and where a grid lies.
-    fn axes(&self, readings: &[Reading]) -> Vec<Array> {
+    fn axes(&self) -> Vec<Array> {
         let mut list: Vec<Array> = Vec::new();
-        for axis in readings.iter().flat_map(|r| &r.axes) {
+        for axis in self.readings.iter().flat_map(|r| &r.axes) {
             let name = format!("{}{}_edges", self.prefix, axis.name);
             if axis.name == "side" || axis.name == "part" || list.iter().any(|a| a.name == name) {
                 continue;

@@ -56,7 +56,7 @@ fn fluence(scene: &Value, particles: u64) -> Vec<f64> {
         .iter()
         .find(|r| r.name == "fluence")
         .unwrap();
-    fluence.mean.clone()
+    fluence.mean.iter().copied().collect()
 }
 
 /// z-scores of the fluence of two scenes, cell by cell.

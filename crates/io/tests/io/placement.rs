@@ -359,7 +359,7 @@ fn readings(parts: &[(&str, String)], particles: u64) -> Vec<(String, Vec<f64>)>
         for reading in readings {
             all.push((
                 format!("{} {}", instrument.name, reading.name),
-                reading.mean.clone(),
+                reading.mean.iter().copied().collect(),
             ));
         }
     }

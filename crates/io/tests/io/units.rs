@@ -86,8 +86,9 @@ fn readings(parts: &str, exponent: i32) -> Vec<f64> {
     let go_on = |_| ControlFlow::Continue(());
     let handle = Handle::default();
     let measurement = measure(&loaded.groups, &meters, &options, &handle, go_on).unwrap();
-    let all = measurement.readings.into_iter().flatten();
-    all.flat_map(|reading| reading.mean.into_iter().chain(reading.error))
+    let all = measurement.readings.iter().flatten();
+    all.flat_map(|reading| reading.mean.iter().chain(&reading.error))
+        .copied()
         .collect()
 }
 

@@ -7,7 +7,7 @@
 //! to cell, so the parts have the length of the whole.
 
 use super::flight::{Collision, Flight, FreeLeg};
-use super::grid::MeterGrid;
+use super::grid::{Coordinates, MeterGrid};
 use super::reading::{Quantity, ReadingAxis};
 use super::stay::Stay;
 use super::tagging::Tagging;
@@ -68,9 +68,11 @@ impl FluenceMeter {
             .into_iter()
             .chain(ReadingAxis::of_grid(&self.grid))
             .collect();
-        let volumes: Vec<f64> = (0..self.grid.cells())
-            .map(|c| self.grid.volume(c))
-            .collect();
+        let different = match self.grid.coordinates() {
+            Coordinates::Cartesian => 1,
+            Coordinates::Cylindrical | Coordinates::Spherical => self.grid.cells(),
+        };
+        let volumes: Vec<f64> = (0..different).map(|c| self.grid.volume(c)).collect();
         let quantity = |name, first| Quantity {
             name,
             axes: axes.clone(),

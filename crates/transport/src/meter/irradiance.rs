@@ -108,6 +108,11 @@ impl IrradianceMeter {
             .saturating_mul(self.positions.bins())
     }
 
+    /// Number of cells of which both the binned power and the irradiance are made.
+    pub(super) fn cells_read_twice(&self) -> usize {
+        self.bins().saturating_mul(2)
+    }
+
     /// Number of cells.
     pub(super) fn slots(&self) -> usize {
         let parts = self.sidebands.map_or(0, |sidebands| sidebands.parts());

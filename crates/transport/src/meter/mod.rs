@@ -50,7 +50,7 @@ use crate::tagging::SoundInMedia;
 use eikonal::Aabb;
 use fluence::Cuts;
 use history::{Histories, HistoryRegions};
-use reading::Quantity;
+use reading::{Quantity, TallyPart};
 use recorder::Recorder;
 use records::RecordLayout;
 use tagging::{Asked, Tagging};
@@ -90,7 +90,8 @@ impl Meter {
         }
     }
 
-    /// Bytes that it needs in a scene, at most.
+    /// Bytes that it takes in a scene at most, once light has reached all of its cells: its sums, in whose place readings come, readings
+    /// of sums that are read twice, and records.
     pub fn memory(&self, scene: &Scene, channels: usize) -> usize {
         let regions = HistoryRegions::of(scene);
         let layout = RecordLayout {
@@ -100,7 +101,17 @@ impl Meter {
             flows: regions.flows(),
         };
         let records = self.most_records().map_or(0, |most| layout.memory(most));
-        Tally::memory(self.cells().saturating_mul(channels)).saturating_add(records)
+        let sums = Tally::memory(self.cells().saturating_mul(channels));
+        let twice = Reading::memory(self.cells_read_twice().saturating_mul(channels));
+        sums.saturating_add(twice).saturating_add(records)
+    }
+
+    /// Number of cells of which two quantities are made.
+    fn cells_read_twice(&self) -> usize {
+        match self {
+            Meter::Fluence(_) => 0,
+            Meter::Irradiance(meter) => meter.cells_read_twice(),
+        }
     }
 
     /// The most records that it keeps, if it keeps any.
@@ -323,14 +334,22 @@ impl<'a> Setup<'a> {
         records.table(self.scene, share, followed)
     }
 
-    /// What each meter has measured.
-    pub fn readings(&self, tally: &Tally) -> Vec<Vec<Reading>> {
+    /// Readings of each meter. Sums are forgotten while they are read, so that readings take their place in memory.
+    pub fn readings(&self, mut tally: Tally) -> Vec<Vec<Reading>> {
         let mut first = 0;
         let read = |meter: &Meter| {
             let quantities = meter.quantities();
-            let readings = quantities
-                .iter()
-                .map(|q| q.read(tally, first, self.channels));
+            let mut part = TallyPart {
+                tally: &mut tally,
+                first,
+                channels: self.channels,
+            };
+            let readings = quantities.iter().enumerate().map(|(k, quantity)| {
+                let is_last = quantities[k + 1..]
+                    .iter()
+                    .all(|q| q.first != quantity.first);
+                quantity.read(&mut part, is_last)
+            });
             let readings = readings.collect();
             first += meter.cells() * self.channels;
             readings

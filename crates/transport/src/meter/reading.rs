@@ -4,8 +4,12 @@ use super::grid::{Coordinates, MeterGrid};
 use super::tally::Tally;
 use crate::Bins;
 use crate::sidebands::Sidebands;
+use crate::sparse::Sparse;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
+
+/// Slots that are read before their sums are forgotten.
+const SLOTS_AT_ONCE: usize = 1 << 12;
 
 /// One axis of an array of bins.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -108,27 +112,53 @@ impl Quantity {
         names.into_iter().zip(parts).filter_map(quantity).collect()
     }
 
-    /// Reads it off the tally, in which the meter has the slots from `first`, with so many channels.
-    pub(super) fn read(&self, tally: &Tally, first: usize, channels: usize) -> Reading {
-        let slots = 0..self.cells() * channels;
-        let start = first + self.first * channels;
-        let measure = |i: usize| self.measures[i / channels % self.measures.len()];
-        let of = |value: &dyn Fn(usize) -> f64| {
-            let slots = slots.clone();
-            slots.map(|i| value(start + i) / measure(i)).collect()
-        };
-        Reading {
+    /// Reads it off the meter's part of a tally. Its sums are forgotten on the way if nobody else reads them.
+    pub(super) fn read(&self, part: &mut TallyPart, forget: bool) -> Reading {
+        let TallyPart {
+            tally,
+            first,
+            channels,
+        } = part;
+        let channels = *channels;
+        let bins = self.cells() * channels;
+        let start = *first + self.first * channels;
+        let mut reading = Reading {
             name: self.name.into(),
             axes: self.axes.clone(),
-            mean: of(&|slot| tally.mean(slot)),
-            error: of(&|slot| tally.error(slot)),
-            effective: slots.clone().map(|i| tally.effective(start + i)).collect(),
-            few: slots.clone().map(|i| tally.few(start + i)).collect(),
+            mean: Sparse::new(bins, 0.0),
+            error: Sparse::new(bins, tally.error_of_nothing()),
+            effective: Sparse::new(bins, 0.0),
+            few: Sparse::new(bins, false),
+        };
+        let (mut from, end) = (start, start + bins);
+        while from < end {
+            let to = (from + 1).next_multiple_of(SLOTS_AT_ONCE).min(end);
+            for slot in tally.lit(from..to) {
+                let i = slot - start;
+                let measure = self.measures[i / channels % self.measures.len()];
+                *reading.mean.get_mut(i) = tally.mean(slot) / measure;
+                *reading.error.get_mut(i) = tally.error(slot) / measure;
+                *reading.effective.get_mut(i) = tally.effective(slot);
+                *reading.few.get_mut(i) = tally.few(slot);
+            }
+            if forget {
+                tally.forget(from..to);
+            }
+            from = to;
         }
+        reading
     }
 }
 
-/// An array that a meter has measured.
+/// The slots of one meter in a tally.
+pub(super) struct TallyPart<'t> {
+    pub tally: &'t mut Tally,
+    /// The first of the slots.
+    pub first: usize,
+    pub channels: usize,
+}
+
+/// An array that a meter has measured. Bins take memory only near those that light has reached.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reading {
     /// `fluence`, `absorbed`, `power`, `irradiance`, ...
@@ -136,11 +166,19 @@ pub struct Reading {
     /// Its axes, the slowest first. Channels run fastest of all, after the last axis.
     pub axes: Vec<ReadingAxis>,
     /// Means for each bin and channel.
-    pub mean: Vec<f64>,
+    pub mean: Sparse<f64>,
     /// Standard errors of the means.
-    pub error: Vec<f64>,
+    pub error: Sparse<f64>,
     /// Effective numbers of particles from which each comes: see [`Moments::effective`](crate::moments::Moments::effective).
-    pub effective: Vec<f64>,
+    pub effective: Sparse<f64>,
     /// Where the error is not to be trusted: see [`Moments::few`](crate::moments::Moments::few).
-    pub few: Vec<bool>,
+    pub few: Sparse<bool>,
+}
+
+impl Reading {
+    /// Bytes that the values of `bins` bins and channels take once light has reached all of them.
+    pub(super) fn memory(bins: usize) -> usize {
+        let numbers = Sparse::<f64>::memory(bins).saturating_mul(3);
+        numbers.saturating_add(Sparse::<bool>::memory(bins))
+    }
 }

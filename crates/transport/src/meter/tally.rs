@@ -8,11 +8,14 @@
 //! Theory: docs/theory.md#errors-of-meters.
 
 use crate::moments::Moments;
-use rayon::prelude::*;
+use crate::sparse::Sparse;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
-/// Slots per unit of work when tasks are added up.
-const SLOTS_PER_CHUNK: usize = 1 << 12;
+/// Blocks of slots per unit of work when tasks are added up.
+const BLOCKS_PER_CHUNK: usize = 1 << 6;
+/// Slots in these.
+const SLOTS_PER_CHUNK: usize = BLOCKS_PER_CHUNK * Sparse::<Moments>::BLOCK;
 /// Stands for no entry.
 const FREE: u32 = u32::MAX;
 
@@ -178,10 +181,10 @@ impl TaskSums {
     }
 }
 
-/// Sums over all particles.
+/// Sums over all particles. Slots take memory only near those in which particles have left something.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Tally {
-    slots: Vec<Moments>,
+    slots: Sparse<Moments>,
     particles: u64,
 }
 
@@ -189,20 +192,20 @@ impl Tally {
     /// Most slots that a tally can have.
     pub(crate) const MOST_SLOTS: usize = u32::MAX as usize;
 
-    /// An empty tally; `None` if there is not enough memory for it.
+    /// An empty tally; `None` if the system does not have the memory that it takes once particles have left something everywhere.
     pub fn new(slots: usize) -> Option<Self> {
-        let mut empty = Vec::new();
-        empty.try_reserve_exact(slots).ok()?;
-        empty.resize(slots, Moments::default());
+        Vec::<u8>::new()
+            .try_reserve_exact(Self::memory(slots))
+            .ok()?;
         Some(Tally {
-            slots: empty,
+            slots: Sparse::new(slots, Moments::default()),
             particles: 0,
         })
     }
 
-    /// Bytes that a tally of so many slots needs.
+    /// Bytes that a tally of `slots` slots takes at most.
     pub fn memory(slots: usize) -> usize {
-        slots.saturating_mul(size_of::<Moments>())
+        Sparse::<Moments>::memory(slots)
     }
 
     /// Number of slots.
@@ -213,23 +216,34 @@ impl Tally {
     /// Adds another tally of as many slots.
     pub fn merge(&mut self, other: &Tally) {
         self.particles += other.particles;
-        for (kept, sums) in self.slots.iter_mut().zip(&other.slots) {
-            *kept += *sums;
+        for (slot, sums) in other.slots.written(0..other.slots()) {
+            *self.slots.get_mut(slot) += sums;
         }
     }
 
     /// Adds tasks, of `particles` particles in all.
     pub(crate) fn add(&mut self, parts: &[&TaskSums], particles: u64) {
         self.particles += particles;
-        let chunks = self.slots.par_chunks_mut(SLOTS_PER_CHUNK).enumerate();
-        chunks.for_each(|(i, slots)| {
-            let first = i * SLOTS_PER_CHUNK;
+        let slots = &mut self.slots;
+        slots.for_each_part(BLOCKS_PER_CHUNK, |first, mut slots| {
             for part in parts {
-                for &(slot, sums) in part.of_chunk(i) {
-                    slots[slot as usize - first].add_sums(sums);
+                for &(slot, sums) in part.of_chunk(first / SLOTS_PER_CHUNK) {
+                    slots.get_mut(slot as usize - first).add_sums(sums);
                 }
             }
         });
+    }
+
+    /// Slots of a range in which particles may have left something.
+    pub(super) fn lit(&self, range: Range<usize>) -> impl Iterator<Item = usize> {
+        let lit = self.slots.written(range);
+        lit.filter(|(_, sums)| *sums != Moments::default())
+            .map(|(slot, _)| slot)
+    }
+
+    /// Forgets the sums in a range of slots, nearly all of whose memory is free then.
+    pub(super) fn forget(&mut self, slots: Range<usize>) {
+        self.slots.forget(slots);
     }
 
     /// Number of particles.
@@ -245,6 +259,11 @@ impl Tally {
     /// Standard error of the mean; infinite for less than two particles.
     pub fn error(&self, slot: usize) -> f64 {
         self.slots[slot].variance_of_mean(self.particles).sqrt()
+    }
+
+    /// Standard error of the mean in a slot in which no particle has left anything.
+    pub(super) fn error_of_nothing(&self) -> f64 {
+        Moments::default().variance_of_mean(self.particles).sqrt()
     }
 
     /// Effective number of particles in a slot: see [`Moments::effective`].

@@ -8,6 +8,7 @@ use crate::meter::{
 };
 use crate::path::{BalanceTotals, EnergyBalance, Share, Workspace};
 use crate::scene::{NO_SCENE, Scene};
+use crate::sparse::Sparse;
 use crate::stats::Stats;
 use crate::sum::ReproducibleSum;
 use rayon::prelude::*;
@@ -303,10 +304,10 @@ impl MeasureState {
         meters: &[Meter],
     ) -> Result<Measurement, MeasureError> {
         let groups = groups(scenes, meters, u32::MAX, 0)?;
-        let readings = groups.iter().zip(&self.tallies);
-        let readings = readings.map(|(g, tally)| (g.setup.readings(tally), g.channels));
         let records = (0..meters.len()).map(|meter| self.records_of(&groups, meter));
         let records = records.collect();
+        let readings = groups.iter().zip(self.tallies);
+        let readings = readings.map(|(g, tally)| (g.setup.readings(tally), g.channels));
         let mut balance = EnergyBalance::default();
         for (group, balances) in groups.iter().zip(&self.balances) {
             balance += balances.balance(Share {
@@ -442,10 +443,22 @@ fn join(mut groups: Vec<(Vec<Vec<Reading>>, usize)>) -> Vec<Vec<Reading>> {
         let each = readings.iter().enumerate().map(|(k, reading)| {
             let parts = || groups.iter().map(move |(r, n)| (&r[meter][k], *n));
             Reading {
-                mean: interleave(parts().map(|(r, n)| (&r.mean[..], n)).collect()),
-                error: interleave(parts().map(|(r, n)| (&r.error[..], n)).collect()),
-                effective: interleave(parts().map(|(r, n)| (&r.effective[..], n)).collect()),
-                few: interleave(parts().map(|(r, n)| (&r.few[..], n)).collect()),
+                mean: interleave(
+                    reading.mean.rest(),
+                    parts().map(|(r, n)| (&r.mean, n)).collect(),
+                ),
+                error: interleave(
+                    reading.error.rest(),
+                    parts().map(|(r, n)| (&r.error, n)).collect(),
+                ),
+                effective: interleave(
+                    reading.effective.rest(),
+                    parts().map(|(r, n)| (&r.effective, n)).collect(),
+                ),
+                few: interleave(
+                    reading.few.rest(),
+                    parts().map(|(r, n)| (&r.few, n)).collect(),
+                ),
                 ..reading.clone()
             }
         });
@@ -454,9 +467,17 @@ fn join(mut groups: Vec<(Vec<Vec<Reading>>, usize)>) -> Vec<Vec<Reading>> {
     first.iter().enumerate().map(joined).collect()
 }
 
-/// The values of several groups, each with its number of channels, cell by cell.
-fn interleave<T: Copy>(groups: Vec<(&[T], usize)>) -> Vec<T> {
-    let cells = groups.first().map_or(0, |(values, n)| values.len() / n);
-    let cell = |i: usize| groups.iter().flat_map(move |(v, n)| &v[i * n..(i + 1) * n]);
-    (0..cells).flat_map(cell).copied().collect()
+/// The values of several groups, each with its number of channels, cell by cell; `rest` where no group has any.
+fn interleave<T: Copy>(rest: T, groups: Vec<(&Sparse<T>, usize)>) -> Sparse<T> {
+    let all = groups.iter().map(|(values, _)| values.len()).sum();
+    let channels: usize = groups.iter().map(|(_, n)| n).sum();
+    let mut joined = Sparse::new(all, rest);
+    let mut first = 0;
+    for (values, n) in groups {
+        for (i, value) in values.written(0..values.len()) {
+            *joined.get_mut(i / n * channels + first + i % n) = value;
+        }
+        first += n;
+    }
+    joined
 }

@@ -195,9 +195,7 @@ fn nothing_escapes_a_black_box() {
     assert!((b.media.mean + b.surfaces.mean - 4.0 * PI).abs() < 1e-9);
     // By parts, of which there are six.
     let parts = reading(&found, 0, "irradiance");
-    let sum: f64 = parts.mean[6..]
-        .iter()
-        .map(|irradiance| irradiance * 16.0)
-        .sum();
+    let side = parts.mean.iter().skip(6);
+    let sum: f64 = side.map(|irradiance| irradiance * 16.0).sum();
     assert!((sum - power.mean[1]).abs() < 1e-9);
 }

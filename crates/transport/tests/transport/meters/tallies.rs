@@ -12,6 +12,7 @@ use morgana_transport::meter::{Cosines, Estimator, Meter};
 use morgana_transport::render::Measurement;
 use morgana_transport::scene::{Object, Parts};
 use morgana_transport::shape::{Cube, Disk, Sphere};
+use morgana_transport::sparse::Sparse;
 use serde_json::Value;
 use std::f64::consts::PI;
 use testkit::z_test::{max_abs_z, two_sample_z};
@@ -22,14 +23,19 @@ fn numbers(v: &Value) -> Vec<f64> {
 }
 
 /// z of means and errors against a tally's. Bins that both find empty do not count.
-fn compare(name: &str, found: (&[f64], &[f64]), tally: &Value) -> Vec<f64> {
+fn compare(
+    name: &str,
+    (found, errors): (impl AsRef<[f64]>, impl AsRef<[f64]>),
+    tally: &Value,
+) -> Vec<f64> {
+    let (found, errors) = (found.as_ref(), errors.as_ref());
     let list = |v: &Value| match v {
         Value::Number(_) => vec![v.as_f64().unwrap()],
         _ => numbers(v),
     };
     let (mean, error) = (list(&tally["mean"]), list(&tally["se"]));
-    assert_eq!(mean.len(), found.0.len(), "{name}");
-    let pairs = found.0.iter().zip(found.1).zip(mean.into_iter().zip(error));
+    assert_eq!(mean.len(), found.len(), "{name}");
+    let pairs = found.iter().zip(errors).zip(mean.into_iter().zip(error));
     pairs
         .filter(|((a, _), (b, _))| **a != 0.0 || *b != 0.0)
         .map(|((a, ea), (b, eb))| {
@@ -53,9 +59,10 @@ fn luneburg_ball(sigma_t: f64, albedo: f64, light: Emitter) -> Parts {
 }
 
 /// Readings of a meter as means and errors.
-fn values<'a>(found: &'a Measurement, meter: usize, name: &str) -> (&'a [f64], &'a [f64]) {
+fn values(found: &Measurement, meter: usize, name: &str) -> (Vec<f64>, Vec<f64>) {
     let reading = reading(found, meter, name);
-    (&reading.mean, &reading.error)
+    let all = |values: &Sparse<f64>| values.iter().copied().collect();
+    (all(&reading.mean), all(&reading.error))
 }
 
 #[test]
@@ -88,7 +95,7 @@ fn a_luneburg_ball_in_a_beam() {
     let media = found.balance.media;
     zs.extend(compare(
         "absorbed",
-        (&[media.mean], &[media.error]),
+        ([media.mean], [media.error]),
         &tallies["absorbed_fraction"],
     ));
     let (power, error) = values(&found, 2, "binned_power");

@@ -1,0 +1,263 @@
+//! Vectors that take memory only where they have been written.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::ops::{Index, Range};
+
+/// Place of each block; `None` for blocks that have not been written.
+type Blocks<T> = Vec<Option<Box<[T]>>>;
+
+/// A vector of fixed length. All elements have the same value, except in blocks that have been written; other blocks take no
+/// memory.
+///
+/// ```
+/// use morgana_transport::sparse::Sparse;
+/// let mut cells = Sparse::new(1_000_000, 0.0);
+/// *cells.get_mut(5000) += 2.5;
+/// assert_eq!((cells[5000], cells[7], cells.len()), (2.5, 0.0, 1_000_000));
+/// assert!(cells.written(0..cells.len()).count() < 100);
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Stored<T>")]
+pub struct Sparse<T> {
+    blocks: Blocks<T>,
+    len: usize,
+    /// Value of all elements of blocks that have not been written.
+    rest: T,
+}
+
+/// A vector as it was stored, before its lengths are checked.
+#[derive(Deserialize)]
+struct Stored<T> {
+    blocks: Blocks<T>,
+    len: usize,
+    rest: T,
+}
+
+impl<T> Sparse<T> {
+    /// Elements of a block. Smaller blocks would follow lit cells more closely, but each takes 16 bytes of the table and 16 of the
+    /// allocator.
+    pub(crate) const BLOCK: usize = 1 << 6;
+}
+
+impl<T> TryFrom<Stored<T>> for Sparse<T> {
+    type Error = &'static str;
+
+    fn try_from(stored: Stored<T>) -> Result<Self, Self::Error> {
+        let Stored { blocks, len, rest } = stored;
+        let mut written = blocks.iter().flatten();
+        if blocks.len() != len.div_ceil(Self::BLOCK)
+            || written.any(|block| block.len() != Self::BLOCK)
+        {
+            return Err("blocks of another length than that of the vector");
+        }
+        Ok(Sparse { blocks, len, rest })
+    }
+}
+
+impl<T: Copy> Sparse<T> {
+    /// A vector of `len` times the same value.
+    pub fn new(len: usize, rest: T) -> Self {
+        let blocks = std::iter::repeat_with(|| None);
+        Sparse {
+            blocks: blocks.take(len.div_ceil(Self::BLOCK)).collect(),
+            len,
+            rest,
+        }
+    }
+
+    /// Bytes that a vector of `len` elements takes once all blocks are written.
+    pub fn memory(len: usize) -> usize {
+        let block = size_of::<Option<Box<[T]>>>() + Self::BLOCK * size_of::<T>();
+        len.div_ceil(Self::BLOCK).saturating_mul(block)
+    }
+
+    /// Number of elements.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Tells if the length is zero.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Value of all elements of blocks that have not been written.
+    pub(crate) fn rest(&self) -> T {
+        self.rest
+    }
+
+    /// An element to be written.
+    ///
+    /// # Panics
+    /// If there is no such element.
+    pub fn get_mut(&mut self, index: usize) -> &mut T {
+        element(&mut self.blocks, self.rest, index)
+    }
+
+    /// All elements in order.
+    pub fn iter(&self) -> Iter<'_, T> {
+        Iter {
+            vector: self,
+            left: 0..self.len,
+        }
+    }
+
+    /// The elements of a range that are in written blocks, with their places.
+    pub fn written(&self, range: Range<usize>) -> impl Iterator<Item = (usize, T)> {
+        let end = range.end.min(self.len);
+        let blocks = range.start / Self::BLOCK..end.div_ceil(Self::BLOCK);
+        let written = blocks.filter_map(|b| Some((b * Self::BLOCK, self.blocks[b].as_deref()?)));
+        let elements = written.flat_map(|(first, block)| (first..).zip(block.iter().copied()));
+        elements.filter(move |(i, _)| (range.start..end).contains(i))
+    }
+
+    /// Forgets the blocks inside a range, whose memory is free then.
+    pub(crate) fn forget(&mut self, range: Range<usize>) {
+        let end = range.end.min(self.len);
+        let blocks = range.start.div_ceil(Self::BLOCK)..end / Self::BLOCK;
+        for block in blocks {
+            self.blocks[block] = None;
+        }
+    }
+
+    /// Calls a function in parallel for parts of `blocks` blocks, with the place of the first element of each.
+    pub(crate) fn for_each_part(
+        &mut self,
+        blocks: usize,
+        see: impl Fn(usize, Part<T>) + Send + Sync,
+    ) where
+        T: Send + Sync,
+    {
+        let rest = self.rest;
+        let parts = self.blocks.par_chunks_mut(blocks).enumerate();
+        parts.for_each(|(i, part)| {
+            let part = Part { blocks: part, rest };
+            see(i * blocks * Self::BLOCK, part);
+        });
+    }
+}
+
+impl<T: Copy + Default + PartialEq> Sparse<T> {
+    /// All elements, each through a function of its place and value that leaves zeros (or `false`) as they are.
+    ///
+    /// Zeros of blocks that have not been written are left as the system hands them out, which takes no memory until somebody writes there.
+    pub fn dense<U: Copy + Default>(&self, value: impl Fn(usize, T) -> U) -> Vec<U> {
+        if self.rest != T::default() {
+            return self.iter().enumerate().map(|(i, v)| value(i, *v)).collect();
+        }
+        let mut all = vec![U::default(); self.len];
+        for (i, v) in self.written(0..self.len) {
+            all[i] = value(i, v);
+        }
+        all
+    }
+}
+
+impl<T: Copy> Index<usize> for Sparse<T> {
+    type Output = T;
+
+    #[inline]
+    fn index(&self, index: usize) -> &T {
+        match &self.blocks[index / Self::BLOCK] {
+            Some(block) => &block[index % Self::BLOCK],
+            None => &self.rest,
+        }
+    }
+}
+
+/// All elements of a vector in order.
+#[derive(Clone, Debug)]
+pub struct Iter<'v, T> {
+    vector: &'v Sparse<T>,
+    /// Places of the elements that are yet to come.
+    left: Range<usize>,
+}
+
+impl<'v, T: Copy> Iterator for Iter<'v, T> {
+    type Item = &'v T;
+
+    fn next(&mut self) -> Option<&'v T> {
+        self.left.next().map(|i| &self.vector[i])
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        self.left.size_hint()
+    }
+}
+
+impl<'v, T: Copy> IntoIterator for &'v Sparse<T> {
+    type Item = &'v T;
+    type IntoIter = Iter<'v, T>;
+
+    fn into_iter(self) -> Iter<'v, T> {
+        self.iter()
+    }
+}
+
+/// Some neighbouring blocks of a vector.
+pub(crate) struct Part<'v, T> {
+    blocks: &'v mut [Option<Box<[T]>>],
+    rest: T,
+}
+
+impl<T: Copy> Part<'_, T> {
+    /// An element to be written, counted from the first of the part.
+    #[inline]
+    pub(crate) fn get_mut(&mut self, index: usize) -> &mut T {
+        element(self.blocks, self.rest, index)
+    }
+}
+
+/// An element of blocks, to be written.
+#[inline]
+fn element<T: Copy>(blocks: &mut [Option<Box<[T]>>], rest: T, index: usize) -> &mut T {
+    let size = Sparse::<T>::BLOCK;
+    let block = blocks[index / size].get_or_insert_with(|| vec![rest; size].into());
+    &mut block[index % size]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_written_blocks_are_stored() {
+        let mut cells = Sparse::new(1000, 0.0);
+        for i in [130, 999] {
+            *cells.get_mut(i) = i as f64;
+        }
+        let found = |range| cells.written(range).filter(|(_, v)| *v != 0.0);
+        let all: Vec<_> = found(0..1000).collect();
+        assert_eq!(all, [(130, 130.0), (999, 999.0)]);
+        assert_eq!(found(131..999).count(), 0);
+        // The block of 128 to 191, and that of 960 to 999.
+        assert_eq!(cells.written(0..1000).count(), 64 + 40);
+        assert!(cells.iter().eq(&cells.dense(|_, v| v)));
+        for range in [0..191, 129..1000] {
+            cells.forget(range);
+            assert_eq!((cells[130], cells[999]), (130.0, 999.0));
+        }
+        cells.forget(128..192);
+        assert_eq!((cells[130], cells[999]), (0.0, 999.0));
+    }
+
+    #[test]
+    fn values_that_are_not_zero_are_everywhere() {
+        let errors = Sparse::new(70, f64::INFINITY);
+        assert_eq!(errors.dense(|_, v| v), [f64::INFINITY; 70]);
+    }
+
+    #[test]
+    fn blocks_of_wrong_lengths_are_refused() {
+        let stored = |blocks: Blocks<f64>| Stored {
+            blocks,
+            len: 70,
+            rest: 0.0,
+        };
+        let block = |len: usize| Some(vec![1.0; len].into_boxed_slice());
+        assert!(Sparse::try_from(stored(vec![None, block(Sparse::<f64>::BLOCK)])).is_ok());
+        assert!(Sparse::try_from(stored(vec![None, block(6)])).is_err());
+        assert!(Sparse::try_from(stored(vec![None])).is_err());
+    }
+}
