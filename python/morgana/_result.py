@@ -7,10 +7,10 @@ import functools
 import html
 import json
 import os
-from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Tuple, Union
+from typing import Any, Callable, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Tuple, TypeVar, Union
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from . import _morgana
 from ._archives import Array, opened
@@ -24,6 +24,8 @@ from ._values import alike, comparable
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
 Bools = NDArray[np.bool_]
+
+Value = TypeVar("Value")
 
 THUMBNAIL = 320
 """Longest side of a thumbnail, in pixels."""
@@ -97,10 +99,11 @@ class Reading(NamedTuple):
         --------
         >>> depth = correlation.modulation_depth(morgana.Reading.load("tissue.npz", "fluence_sidebands"))
         """
-        found = readings_in(opened(path).arrays)
+        arrays = opened(path).arrays
+        found = names_in(arrays)
         if name not in found:
             raise FileError(f"{os.fspath(path)}: readings are {', '.join(found) or 'none'}, not {name!r}")
-        return found[name]
+        return reading_in(arrays, name)
 
     def convolved(self, pulse: Pulse) -> "Reading":
         """The answer to a pulse of light, of an answer to light that starts at once, in bins of the optical path length.
@@ -171,7 +174,7 @@ class Result:
 
     def _numbers(self) -> Dict[str, Any]:
         if isinstance(self._run, _morgana.Measured):
-            return {name: array.values for name, array in self._arrays.items()}
+            return {name: self._run.array(name) for name in self._arrays}
         return {"image": self.image, "variance": self.variance, "samples": self.samples, **self.layers}
 
     @functools.cached_property
@@ -332,19 +335,65 @@ class Result:
         return layers
 
     @functools.cached_property
-    def _arrays(self) -> Dict[str, Array]:
+    def _arrays(self) -> Mapping[str, Array]:
         if isinstance(self._run, _morgana.Rendered):
             return {}
-        return {name: Array(unit, axes, values) for name, unit, axes, values in self._run.arrays()}
+        run = self._run
+        outlines = {name: (unit, axes) for name, unit, axes in run.outlines()}
+        return Lazy(outlines, lambda name: Array(*outlines[name], run.array(name)))
 
     @functools.cached_property
-    def meters(self) -> Dict[str, Reading]:
+    def meters(self) -> Mapping[str, Reading]:
         """What meters have read, by the names of the quantities; empty for a picture.
 
         ``fluence``, ``absorbed``, ``power``, ``irradiance`` and others (docs/meters.md), with the meter's name and a dot in
-        front if there are several meters.
+        front if there are several meters. A reading is made when it is first asked for, and kept: 25 bytes a bin. Take
+        :meth:`reading` for less.
         """
-        return readings_in(self._arrays)
+        kept: Dict[str, Reading] = {}
+
+        def make(name: str) -> Reading:
+            if name not in kept:
+                kept[name] = reading_in(self._arrays, name)
+            return kept[name]
+
+        return Lazy(names_in(self._arrays), make)
+
+    def reading(self, name: str, *, dtype: DTypeLike = np.float64, errors: bool = True) -> Reading:
+        """A quantity of ``meters`` in less memory: without effective numbers of particles and ``few``, and not kept.
+
+        Parameters
+        ----------
+        name : str
+            The quantity, as in ``meters``.
+        dtype : dtype, optional
+            Type of the numbers. ``float32`` takes 8 bytes a bin for mean and error.
+        errors : bool, optional
+            ``False`` leaves out the standard errors: ``error`` is NaN everywhere, and takes no memory.
+
+        Returns
+        -------
+        Reading
+            The means, and the errors if they are wanted.
+
+        Raises
+        ------
+        KeyError
+            A name that is not in ``meters``.
+
+        Examples
+        --------
+        >>> fluence = measured.reading("fluence", dtype="float32", errors=False).mean
+        """
+        if name not in self.meters:
+            raise KeyError(f"{name!r} is not among the readings: {', '.join(self.meters) or 'a picture has none'}")
+        unit, axes, values = self._arrays[name]
+        mean = values.astype(dtype, copy=False)
+        if errors:
+            error = self._arrays[f"{name}_error"].values.astype(dtype, copy=False)
+        else:
+            error = np.broadcast_to(np.asarray(np.nan, dtype), mean.shape)
+        return Reading(mean, error, _edges(self._arrays, name, axes), unit)
 
     @functools.cached_property
     def records(self) -> Dict[str, Records]:
@@ -420,18 +469,48 @@ def undelayed(layer: str) -> str:
     return ".".join([*before[1:], "total"]) if word == "delay" and number.isdigit() else layer
 
 
-def readings_in(arrays: Mapping[str, Array]) -> Dict[str, Reading]:
-    """The readings among the arrays of a measurement, by the names of quantities."""
-    readings = {}
-    for name, array in arrays.items():
-        if f"{name}_error" not in arrays:
-            continue
-        prefix, dot, _ = name.rpartition(".")
-        edges = {axis: arrays.get(f"{prefix}{dot}{axis}_edges") for axis in array.axes}
-        axes = {axis: None if of is None else of.values for axis, of in edges.items()}
-        error, effective, few = (arrays[f"{name}_{what}"].values for what in ("error", "effective", "few"))
-        readings[name] = Reading(array.values, error, axes, array.unit, effective, few != 0)
-    return readings
+class Lazy(Mapping[str, Value]):
+    """A mapping whose values are made when they are asked for."""
+
+    def __init__(self, names: Iterable[str], make: Callable[[str], Value]) -> None:
+        self._names = dict.fromkeys(names)
+        self._make = make
+
+    def __getitem__(self, name: str) -> Value:
+        if name not in self._names:
+            raise KeyError(name)
+        return self._make(name)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._names
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+    def __repr__(self) -> str:
+        return repr(dict(self))
+
+
+def names_in(arrays: Mapping[str, Array]) -> List[str]:
+    """Names of the readings among the arrays of a measurement."""
+    return [name for name in arrays if f"{name}_error" in arrays]
+
+
+def reading_in(arrays: Mapping[str, Array], name: str) -> Reading:
+    """A reading among the arrays of a measurement."""
+    unit, axes, mean = arrays[name]
+    error, effective, few = (arrays[f"{name}_{what}"].values for what in ("error", "effective", "few"))
+    return Reading(mean, error, _edges(arrays, name, axes), unit, effective, few != 0)
+
+
+def _edges(arrays: Mapping[str, Array], name: str, of: List[str]) -> Dict[str, Optional[Doubles]]:
+    """The edges of the bins of each axis of a reading."""
+    prefix, dot, _ = name.rpartition(".")
+    of_axes = {axis: f"{prefix}{dot}{axis}_edges" for axis in of}
+    return {axis: arrays[edges].values if edges in arrays else None for axis, edges in of_axes.items()}
 
 
 def thumbnail(image: Floats, channels: List[str]) -> str:

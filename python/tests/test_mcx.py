@@ -183,3 +183,18 @@ def test_time_gates_cost_no_flights_unless_windows_are_asked_for():
     one, two, windowed = (result.stats["counters"]["edges_in_voxels"] for result in found)
     assert one == two < windowed
     assert found[1].meters["fluence"].mean.shape == (2, 10, 8, 6)
+
+
+def test_large_readings_take_the_memory_that_is_asked_for():
+    found = morgana.render(morgana.load_mcx(configuration(tstart=0, tend=2e-9, tstep=1e-9)), seed=1)
+    whole, single = found.meters["fluence"], found.reading("fluence", dtype="float32")
+    assert single.mean.nbytes + single.error.nbytes == 8 * whole.mean.size
+    np.testing.assert_array_equal(single.mean, whole.mean.astype("float32"))
+    np.testing.assert_array_equal(single.error, whole.error.astype("float32"))
+    assert (single.unit, single.effective, single.few) == (whole.unit, None, None)
+    np.testing.assert_array_equal(single.axes["opl"], whole.axes["opl"])
+    means = found.reading("fluence", errors=False)
+    np.testing.assert_array_equal(means.mean, whole.mean)
+    assert means.error.shape == means.mean.shape and np.isnan(means.error).all()
+    with pytest.raises(KeyError, match="'flux' is not among the readings: fluence, absorbed"):
+        found.reading("flux")

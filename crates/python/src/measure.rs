@@ -6,11 +6,12 @@ use crate::limits::Limits;
 use crate::numbers::array;
 use crate::scene::Scene;
 use crate::watch::watched;
-use io::arrays::{Array, ArrayFormat, Arrays, Context, Quality, arrays};
+use io::arrays::{Array, ArrayFormat, Context, Quality, arrays, attributes, list};
 use io::assemble::Instrument;
 use io::clock::{Clock, Stopped};
 use io::{Loaded, Refusal, report};
 use numpy::PyArrayDyn;
+use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 use serde_json::{Value, json};
@@ -97,8 +98,8 @@ fn meters(measurement: &Measurement, loaded: &Loaded) -> Value {
     loaded.instruments.iter().zip(read).map(meter).collect()
 }
 
-/// Name, unit, names of axes, and the numbers of an array.
-type Named<'py> = (String, String, Vec<String>, Bound<'py, PyArrayDyn<f64>>);
+/// Name, unit and names of the axes of an array.
+type Outline = (String, String, Vec<String>);
 
 #[pymethods]
 impl Measured {
@@ -132,15 +133,21 @@ impl Measured {
     /// What is known of the arrays beside their numbers, as JSON (docs/meters.md).
     #[getter]
     fn attributes(&self) -> String {
-        let attributes = self.readings(Vec::new()).attributes;
-        Value::from_iter(attributes).to_string()
+        Value::from_iter(attributes(&self.context(), Vec::new())).to_string()
     }
 
-    /// All arrays, as they are written to files (docs/meters.md).
-    fn arrays<'py>(&self, py: Python<'py>) -> PyResult<Vec<Named<'py>>> {
-        let list = self.readings(Vec::new()).list.into_iter();
-        let named = |a: Array| Ok((a.name, a.unit, a.axes, array(py, a.data, &a.shape)?));
-        list.map(named).collect()
+    /// All arrays that are written to files (docs/meters.md), without their numbers.
+    fn outlines(&self) -> Vec<Outline> {
+        let list = list(&self.context(), &|_| false).into_iter();
+        list.map(|a| (a.name, a.unit, a.axes)).collect()
+    }
+
+    /// The numbers of one of these arrays.
+    fn array<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let list = py.detach(|| list(&self.context(), &|other| other == name));
+        let found: Option<Array> = list.into_iter().find(|a| a.name == name);
+        let found = found.ok_or_else(|| PyKeyError::new_err(name.to_owned()))?;
+        array(py, found.data, &found.shape)
     }
 
     /// Writes all arrays, or the main one, in the format that the name of the file tells.
@@ -153,20 +160,20 @@ impl Measured {
         // Numbers that have been text lose their last bit.
         attributes.push(("balance".into(), report::balance(&self.0.result.balance)));
         attributes.push(("morgana_version".into(), env!("CARGO_PKG_VERSION").into()));
-        let readings = self.readings(attributes);
+        let readings = arrays(&self.context(), attributes);
         let written = py.detach(|| readings.write(&path, ArrayFormat::of(&path)?));
         written.map_err(|e| errors::file(&e))
     }
 }
 
 impl Measured {
-    fn readings(&self, attributes: Vec<(String, Value)>) -> Arrays {
+    /// The measurement and the scene that it is of.
+    fn context(&self) -> Context<'_> {
         let loaded = &self.0.scene.get().loaded;
-        let context = Context {
+        Context {
             instruments: &loaded.instruments,
             measurement: &self.0.result,
             channels: &loaded.channel_names,
-        };
-        arrays(&context, attributes)
+        }
     }
 }
