@@ -78,6 +78,26 @@ print(rays.stopped, np.isfinite(rays.end_points[0]).all())
     assert out == "interrupted True\n" and script.returncode == 0
 
 
+def test_ctrl_c_ends_loading():
+    code = """
+import morgana
+coat = lambda i: {"type": "rectangle", "bsdf": {"type": "roughplastic", "alpha": 0.05 + 1e-4 * i, "nonlinear": True}}
+scene = {"type": "scene", **{f"s{i}": coat(i) for i in range(5000)}}
+print("ready", flush=True)
+try:
+    morgana.load_dict(scene)
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+    with subprocess.Popen([sys.executable, "-c", HEARS + code], stdout=subprocess.PIPE, text=True) as script:
+        ready = script.stdout.readline()
+        time.sleep(1)
+        script.send_signal(signal.SIGINT)
+        out, _ = script.communicate(timeout=20)
+    assert ready == "ready\n"
+    assert out == "interrupted\n" and script.returncode == 0
+
+
 def test_progress_is_told():
     shares = []
     morgana.render(load(small()), time=0.4, spp=10**9, progress=shares.append)

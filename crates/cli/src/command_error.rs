@@ -14,6 +14,8 @@ pub enum CommandError {
     Scene(Diagnostics),
     /// Something went wrong on the way.
     Runtime(String),
+    /// The user has ended the program before it had anything to write, and was told so; its exit status.
+    Interrupted(ExitCode),
     /// Whoever read the output has stopped reading: nothing to complain about.
     ReaderGone,
     /// A bug in this program; the panic hook has already said so.
@@ -36,6 +38,7 @@ impl CommandError {
                 complain(&message);
                 ExitCode::FAILURE
             }
+            CommandError::Interrupted(status) => status,
             CommandError::ReaderGone => ExitCode::SUCCESS,
             CommandError::Internal => ExitCode::FAILURE,
         }

@@ -6,7 +6,38 @@ use io::Run;
 use io::clock::{Clock, Stopped};
 use rayon::ThreadPool;
 use std::ops::ControlFlow;
-use transport::render::Handle;
+use std::time::{Duration, Instant};
+use transport::render::{GRACE, Handle};
+
+/// Limit of the time that a render may take, its scene's loading included.
+#[derive(Clone, Copy, Debug)]
+pub struct TimeLimit {
+    time: Option<Duration>,
+    started: Instant,
+}
+
+impl TimeLimit {
+    /// Starts now; without a `time` there is no limit.
+    pub fn start(time: Option<Duration>) -> Self {
+        TimeLimit {
+            time,
+            started: Instant::now(),
+        }
+    }
+
+    /// Returns what is left of the time.
+    pub fn left(&self) -> Option<Duration> {
+        let elapsed = self.started.elapsed();
+        self.time.map(|time| time.saturating_sub(elapsed))
+    }
+
+    /// Returns the limit if it was exceeded by the time in which a pass under way may be completed.
+    pub fn exceeded(&self) -> Option<Duration> {
+        let elapsed = self.started.elapsed();
+        self.time
+            .filter(|time| elapsed >= time.saturating_add(GRACE))
+    }
+}
 
 /// What drives a run.
 #[derive(Debug)]

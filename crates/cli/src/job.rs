@@ -2,6 +2,8 @@
 
 use crate::args::RenderArgs;
 use crate::command_error::CommandError;
+use crate::driver::TimeLimit;
+use crate::interrupt::Interrupt;
 use crate::load;
 use io::part::Header;
 use io::{Limits, LoadOptions, Loaded, Run};
@@ -62,16 +64,29 @@ impl Job {
 
     /// Reads the scene, with files that may take so much memory.
     pub fn load(&self, limits: Limits) -> Result<Loaded, CommandError> {
-        let options = LoadOptions {
+        load::load(&self.scene, &self.options(limits))
+    }
+
+    /// Reads the scene as [`Job::load`] does, until the user interrupts the program or its time is over.
+    pub fn load_in_time(
+        &self,
+        limits: Limits,
+        time: &TimeLimit,
+        interrupt: &Interrupt,
+    ) -> Result<Loaded, CommandError> {
+        load::load_in_time(&self.scene, &self.options(limits), time, interrupt)
+    }
+
+    fn options(&self, limits: Limits) -> LoadOptions {
+        LoadOptions {
             defines: self.defines.clone(),
             integrator: self.integrator.clone(),
             samples: self.spp.or(self.particles),
             sampler: self.sampler.clone(),
             adaptive: self.adaptive,
-            undisturbed: false,
             limits,
-        };
-        load::load(&self.scene, &options)
+            ..LoadOptions::default()
+        }
     }
 
     /// What it computes of a scene: all of it, unless the caller says otherwise.

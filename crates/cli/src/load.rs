@@ -1,14 +1,53 @@
 //! Reading the scene that a command is about.
 
 use crate::args::SceneArgs;
-use crate::command_error::{CommandError, show};
+use crate::command_error::{CommandError, show, warn as warn_of};
+use crate::driver::TimeLimit;
+use crate::interrupt::Interrupt;
 use io::{Diagnostic, Diagnostics, LoadOptions, Loaded, SceneDescription};
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 /// Reads a scene with the parameters and the replacements of `options`.
 pub fn load(scene: &Path, options: &LoadOptions) -> Result<Loaded, CommandError> {
     check_defines(&options.defines)?;
     Ok(io::load_scene(scene, options)?)
+}
+
+/// Reads a scene as [`load`] does, until the user interrupts the program or its time is over. Like a pass over the image, loading that is
+/// completed soon after the limit is not given up.
+pub fn load_in_time(
+    scene: &Path,
+    options: &LoadOptions,
+    limit: &TimeLimit,
+    interrupt: &Interrupt,
+) -> Result<Loaded, CommandError> {
+    check_defines(&options.defines)?;
+    let (path, own) = (scene.to_owned(), options.clone());
+    let loaded = options.loading.watch(
+        move || io::load_scene(&path, &own),
+        || match limit.exceeded() {
+            _ if interrupt.asked() => ControlFlow::Break(None),
+            Some(time) => ControlFlow::Break(Some(time)),
+            None => ControlFlow::Continue(()),
+        },
+    );
+    let failed = |e| CommandError::Runtime(format!("cannot start threads: {e}"));
+    let stage = || options.loading.stage();
+    match loaded.map_err(failed)? {
+        ControlFlow::Continue(loaded) => Ok(loaded?),
+        ControlFlow::Break(None) => {
+            warn_of(&format!(
+                "interrupted while {}: nothing is written",
+                stage()
+            ));
+            Err(CommandError::Interrupted(interrupt.status()))
+        }
+        ControlFlow::Break(Some(time)) => Err(CommandError::Runtime(format!(
+            "the time limit of {time:?} was reached while {}: allow more by --time",
+            stage()
+        ))),
+    }
 }
 
 /// Reads a scene file without making a scene of it; what is doubtful about it goes to `diagnostics`.

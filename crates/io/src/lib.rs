@@ -17,6 +17,7 @@ pub mod ies;
 pub mod image;
 pub mod input;
 pub mod json;
+pub mod loading;
 pub mod lock;
 pub mod mesh;
 pub mod npy;

@@ -2,10 +2,11 @@
 
 use crate::numbers::{Rows, array, ask_for_memory};
 use crate::scene::{Recipe, Scene};
-use crate::{dict, errors};
+use crate::{dict, errors, watch};
 use eikonal::{Aabb, Field as Index};
 use glam::{DMat3, DVec3};
 use io::json::Item;
+use io::loading::Loading;
 use io::scene::SceneHash;
 use io::{Diagnostics, Limits, json};
 use numpy::PyArrayDyn;
@@ -48,13 +49,13 @@ pub fn load_field(
     let recipe = (volume.clone().unbind(), wavelength);
     let volume = dict::item(volume, "scene[\"volume\"]")?;
     let scene = object("scene", [Some(("volume", volume)), wavelength.map(sensor)]);
-    let index = py.detach(|| {
+    let index = watch::loaded(py, &Loading::default(), move || {
         let mut diagnostics = Diagnostics::new();
         match json::build(scene, &[], Limits::default(), &mut diagnostics) {
             Some(description) => io::assemble_field(&description, diagnostics),
             None => Err(diagnostics),
         }
-    });
+    })?;
     let made = index.map_err(|d| errors::scene(&d))?;
     Ok(Field {
         source: Source::Own(Box::new(made.field), recipe, made.hash),

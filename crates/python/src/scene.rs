@@ -3,6 +3,7 @@
 use crate::dict;
 use crate::errors;
 use crate::field::Field;
+use crate::watch;
 use io::assemble::Instrument;
 use io::features::Features;
 use io::rendered::Naming;
@@ -73,8 +74,9 @@ pub fn load_file(
         defines,
         ..instead.extract::<Instead>()?.options()
     };
-    let loaded = py.detach(|| io::load_scene(&path, &options));
-    let name = path.file_name().unwrap_or(path.as_os_str());
+    let name = path.file_name().unwrap_or(path.as_os_str()).to_owned();
+    let loading = options.loading.clone();
+    let loaded = watch::loaded(py, &loading, move || io::load_scene(&path, &options))?;
     Ok(Scene {
         loaded: loaded.map_err(|d| errors::scene(&d))?,
         name: name.to_string_lossy().into_owned(),
@@ -93,13 +95,14 @@ pub fn load_dict(
     let recipe = ("dict", scene.clone(), defines.clone(), instead.clone()).into_py_any(py)?;
     let item = dict::scene(scene)?;
     let options = instead.extract::<Instead>()?.options();
-    let loaded = py.detach(|| {
+    let loading = options.loading.clone();
+    let loaded = watch::loaded(py, &loading, move || {
         let mut diagnostics = Diagnostics::new();
         match json::build(item, &defines, options.limits, &mut diagnostics) {
             Some(description) => io::assemble(&description, &options, diagnostics),
             None => Err(diagnostics),
         }
-    });
+    })?;
     Ok(Scene {
         loaded: loaded.map_err(|d| errors::scene(&d))?,
         name: "dict".into(),

@@ -1,7 +1,9 @@
 //! Long work beside Python: the interpreter stays free, signals are seen, progress is told.
 
+use io::loading::Loading;
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
+use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
@@ -66,6 +68,25 @@ pub fn watched<T: Send>(
         Some(error) if error.is_instance_of::<PyKeyboardInterrupt>(py) => Ok((result, true)),
         Some(error) => Err(error),
         None => Ok((result, false)),
+    }
+}
+
+/// Does the `work` of loading on a thread of its own while this one runs Python's signal handlers.
+///
+/// # Errors
+/// What a handler raises, such as `KeyboardInterrupt`, at once: the work then ends by itself, and what it makes is dropped.
+pub fn loaded<T: Send + 'static>(
+    py: Python<'_>,
+    loading: &Loading,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> PyResult<T> {
+    let look = || match Python::attach(|py| py.check_signals()) {
+        Ok(()) => ControlFlow::Continue(()),
+        Err(raised) => ControlFlow::Break(raised),
+    };
+    match py.detach(|| loading.watch(work, look))? {
+        ControlFlow::Continue(loaded) => Ok(loaded),
+        ControlFlow::Break(raised) => Err(raised),
     }
 }
 

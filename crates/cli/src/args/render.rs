@@ -57,8 +57,8 @@ pub struct RenderArgs {
     /// Number of threads; all processors by default.
     #[arg(long, value_name = "N", value_parser = threads)]
     pub threads: Option<usize>,
-    /// Stop after this time, for example 30s, 2m or 1h30m; --spp is then an upper bound. A pass over the image that takes a
-    /// second longer is given up.
+    /// Stop after this time, for example 30s, 2m or 1h30m; --spp is then an upper bound. Loading the scene counts: if it takes
+    /// longer, nothing is rendered, which is an error. A pass over the image that takes a second longer is given up.
     #[arg(long, value_name = "DURATION", value_parser = duration)]
     pub time: Option<Duration>,
     /// Stop when the measured error is down to this part of the image's mean, for example 0.01; --spp is

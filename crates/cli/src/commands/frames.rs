@@ -10,16 +10,20 @@ use std::process::ExitCode;
 
 /// Renders a scene, or measures; of a sequence every frame.
 pub fn render(args: &RenderArgs) -> Result<ExitCode, CommandError> {
+    let interrupt = Interrupt::watch()?;
     match args.frames {
-        None => picture(args, &mut None),
-        Some(frames) => sequence(args, frames),
+        None => picture(args, &mut None, &interrupt),
+        Some(frames) => sequence(args, frames, &interrupt),
     }
 }
 
 /// Renders frames with what a pilot finds for the first. Those whose files are there are left out if the sequence is resumed.
-fn sequence(args: &RenderArgs, frames: Frames) -> Result<ExitCode, CommandError> {
+fn sequence(
+    args: &RenderArgs,
+    frames: Frames,
+    interrupt: &Interrupt,
+) -> Result<ExitCode, CommandError> {
     check(args)?;
-    let interrupt = Interrupt::watch()?;
     let mut chosen = None;
     for number in frames.numbers() {
         let frame = of_frame(args, &number);
@@ -30,7 +34,7 @@ fn sequence(args: &RenderArgs, frames: Frames) -> Result<ExitCode, CommandError>
         if !args.outputs.quiet {
             say(&format!("frame {number}"))?;
         }
-        let code = picture(&frame, &mut chosen)?;
+        let code = picture(&frame, &mut chosen, interrupt)?;
         if interrupt.asked() {
             return Ok(code);
         }

@@ -3,8 +3,7 @@
 use super::render::{keep, kept, name};
 use crate::args::RenderArgs;
 use crate::command_error::CommandError;
-use crate::driver::Driver;
-use crate::interrupt::Interrupt;
+use crate::driver::{Driver, TimeLimit};
 use crate::job::Job;
 use crate::measured::Measured;
 use crate::output::say;
@@ -14,7 +13,6 @@ use io::clock::Stopped;
 use io::image::exposure::Exposure;
 use io::part::{Body, BodyRef};
 use io::{Loaded, Refusal, Run};
-use rayon::ThreadPool;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
@@ -26,7 +24,8 @@ pub fn measure(
     job: &Job,
     loaded: &Loaded,
     shard: Option<[u64; 2]>,
-    pool: &ThreadPool,
+    driver: &Driver,
+    time: &TimeLimit,
 ) -> Result<ExitCode, CommandError> {
     check(args)?;
     let files = match shard {
@@ -54,21 +53,15 @@ pub fn measure(
         Body::Meters(state) if state.fits(&loaded.groups, &meters) => Ok(*state),
         _ => Err(keeper.misfit()),
     })?;
-    let interrupt = Interrupt::watch()?;
     let started = Instant::now();
     let state = state.map_or_else(|| MeasureState::new(&loaded.groups, &meters), Ok);
     let mut state = state.map_err(Refusal::Meters)?;
-    let driver = Driver {
-        pool,
-        interrupt: &interrupt,
-        quiet: args.outputs.quiet,
-    };
     let goal = ProgressGoal {
         samples_per_spp: loaded.groups.len() as u64,
         spp: (options.particles < u64::MAX).then_some(options.particles),
         before: state.done().count(),
         unit: "particles",
-        time: args.time,
+        time: time.left(),
     };
     let (advanced, stopped) = driver.drive(goal, |handle, clock| {
         let on_pass = |state: &MeasureState| {
@@ -89,7 +82,7 @@ pub fn measure(
         loaded,
         measurement: &measurement.map_err(Refusal::Meters)?,
         elapsed: keeper.map_or(started.elapsed(), |k| k.elapsed()),
-        threads: Some(pool.current_num_threads()),
+        threads: Some(driver.pool.current_num_threads()),
         stopped,
     };
     match shard {
@@ -102,7 +95,7 @@ pub fn measure(
         say(&format!("{}{}", name(shard), measured.text()))?;
     }
     Ok(match stopped {
-        Some(Stopped::Interrupted) => interrupt.status(),
+        Some(Stopped::Interrupted) => driver.interrupt.status(),
         _ => ExitCode::SUCCESS,
     })
 }

@@ -4,7 +4,7 @@ use super::measure::measure;
 use crate::args::RenderArgs;
 use crate::command_error::{CommandError, warn};
 use crate::config::ImageFormat;
-use crate::driver::Driver;
+use crate::driver::{Driver, TimeLimit};
 use crate::interrupt::Interrupt;
 use crate::job::Job;
 use crate::keeper::{self, Keeper, Kept};
@@ -27,14 +27,24 @@ use view::LiveProgress;
 
 /// Renders a scene and writes its images, or its part; or measures. What is left open is chosen as it was for another render, if there was one, and
 /// what was chosen stays in `chosen`.
-pub fn picture(args: &RenderArgs, chosen: &mut Option<Header>) -> Result<ExitCode, CommandError> {
+pub fn picture(
+    args: &RenderArgs,
+    chosen: &mut Option<Header>,
+    interrupt: &Interrupt,
+) -> Result<ExitCode, CommandError> {
+    let time = TimeLimit::start(args.time);
     let pool = pool(args.threads)?;
     let job = Job::of(args);
     let limits = args.scene.memory.limits();
-    let loaded = job.load(limits)?;
+    let loaded = job.load_in_time(limits, &time, interrupt)?;
     let shard = shard(args, &loaded)?;
+    let driver = Driver {
+        pool: &pool,
+        interrupt,
+        quiet: args.outputs.quiet,
+    };
     if !loaded.instruments.is_empty() {
-        return measure(args, &job, &loaded, shard, &pool);
+        return measure(args, &job, &loaded, shard, &driver, &time);
     }
     if args.particles.is_some() {
         let message = "--particles is for scenes with meters; for a camera it is --spp";
@@ -54,14 +64,8 @@ pub fn picture(args: &RenderArgs, chosen: &mut Option<Header>) -> Result<ExitCod
     let mut run = Run {
         total: requested,
         shard,
-        time: args.time,
+        time: time.left(),
         ..job.run(&loaded)
-    };
-    let interrupt = Interrupt::watch()?;
-    let driver = Driver {
-        pool: &pool,
-        interrupt: &interrupt,
-        quiet: args.outputs.quiet,
     };
     let started = Instant::now();
     run.check(limits)?;
@@ -82,11 +86,11 @@ pub fn picture(args: &RenderArgs, chosen: &mut Option<Header>) -> Result<ExitCod
         _ => Err(keeper.misfit()),
     })?;
     let mut preview = preview(args, &loaded)?;
-    let watched = watched(args, &loaded, &interrupt)?;
+    let watched = watched(args, &loaded, interrupt)?;
     let mut state = state.unwrap_or_else(|| State::new(&loaded.groups, &options));
     let goal = ProgressGoal {
         // The choice of the integrator counts, too.
-        time: args.time.map(|time| time.saturating_sub(started.elapsed())),
+        time: time.left(),
         ..progress_goal(args, &options, &state, &loaded)
     };
     let ((), stopped) = driver.drive(goal, |handle, clock| {

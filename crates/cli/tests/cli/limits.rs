@@ -159,6 +159,31 @@ fn dear_parameters_are_warned_of() {
     assert!(!usual.stderr.contains("a ray across"), "{}", usual.stderr);
 }
 
+/// A scene of 8 × 6 pixels that takes minutes to load: two thousand rough coats, each with tables of its own.
+fn slow_to_load() -> Folder {
+    let coat = |i: usize| {
+        format!(
+            r#"<shape type="rectangle"><bsdf type="roughplastic"><float name="alpha" value="{}"/>
+               <boolean name="nonlinear" value="true"/></bsdf></shape>"#,
+            0.05 + 1e-4 * i as f64
+        )
+    };
+    Folder::with_scene(&(0..2000).map(coat).collect::<String>())
+}
+
+/// Loading ends in time, and the message says how far it got.
+#[test]
+fn time_ends_loading() {
+    let (folder, started) = (slow_to_load(), Instant::now());
+    for options in ["", " --frames 1..3 -D spp={frame} -o {frame}.npy"] {
+        let error = folder.fail(1, &format!("render scene.xml --time 1s{options}"));
+        let said = "the time limit of 1s was reached while building <shape type=\"rectangle\"> at scene.xml:";
+        assert!(error.contains(said), "{error}");
+    }
+    assert!(started.elapsed() < 2 * PATIENCE, "{:?}", started.elapsed());
+    assert_eq!(folder.files(), ["scene.xml"]);
+}
+
 /// Longer than the time limits of these tests and the time within which they must act, on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(8);
 
@@ -220,6 +245,19 @@ mod interruption {
             said.contains("interrupted before the first sample"),
             "{said}"
         );
+        assert_eq!(folder.files(), ["scene.xml"]);
+    }
+
+    #[test]
+    fn ends_loading() {
+        let folder = slow_to_load();
+        let (child, started) = (start(&folder, "path"), Instant::now());
+        interrupt(&child);
+        let output = child.wait_with_output().unwrap();
+        assert!(started.elapsed() < PATIENCE, "{:?}", started.elapsed());
+        assert_eq!(output.status.code(), Some(130));
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(said.contains("interrupted while "), "{said}");
         assert_eq!(folder.files(), ["scene.xml"]);
     }
 

@@ -16,6 +16,7 @@ use super::{
 };
 use crate::diagnostic::Difference;
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
+use crate::loading::Loading;
 use crate::query::Query;
 use crate::scene::{ObjectDescription, PluginKind, SceneDescription, descendants};
 use eikonal::Aabb;
@@ -70,8 +71,11 @@ impl Group {
     ) -> Option<Self> {
         let children = Children::of(&description.root, &mut context);
         let method = children.method(options, &mut context);
-        children.add_parts(&mut context)?;
+        let loading = &options.loading;
+        children.add_parts(loading, &mut context)?;
+        loading.begin("building the sensors");
         let view = children.view(&mut context);
+        loading.begin("finding the media beside all surfaces");
         sides::settle(&mut context);
         overlaps::note(&mut context);
         reach::warnings(&context.grids, &context.objects, context.diagnostics);
@@ -85,10 +89,11 @@ impl Group {
         if method.is_aov() {
             view.refuse_layers(&children.root.location, &mut context);
         }
-        if context.diagnostics.has_errors() {
+        if context.diagnostics.has_errors() || loading.is_given_up() {
             return None;
         }
-        children.finish(method, view, options.undisturbed, context)
+        loading.begin("building and checking the scene as a whole");
+        children.finish(method, view, options, context)
     }
 
     /// The number of samples: the same at each instant of a period of sound, in whole replicates.
@@ -242,15 +247,21 @@ impl<'a> Children<'a> {
         integrator::build(self.integrators.first().copied(), options, context)
     }
 
-    /// Adds shapes and emitters; `None` if there are too many.
-    fn add_parts(&self, context: &mut Context) -> Option<()> {
+    /// Adds shapes and emitters; `None` if there are too many, or loading is given up.
+    fn add_parts(&self, loading: &Loading, context: &mut Context) -> Option<()> {
         if !shape::fit(&self.shapes, context) {
             return None;
         }
+        let begin = |object: &ObjectDescription| {
+            loading.build(object);
+            (!loading.is_given_up()).then_some(())
+        };
         for &shape in &self.shapes {
+            begin(shape)?;
             shape::add(shape, context);
         }
         for &emitter in &self.emitters {
+            begin(emitter)?;
             emitter::add(emitter, context);
         }
         Some(())
@@ -296,7 +307,7 @@ impl<'a> Children<'a> {
         &self,
         mut method: Method,
         view: View,
-        undisturbed: bool,
+        options: &LoadOptions,
         context: Context,
     ) -> Option<Group> {
         let View {
@@ -340,10 +351,10 @@ impl<'a> Children<'a> {
                 medium.index = medium.index.at_rest();
             }
         }
-        if undisturbed {
+        if options.undisturbed {
             undisturbed::calm(&mut parts);
         }
-        let scene = Scene::over_period(parts, sensor.samples.instants);
+        let scene = Scene::over_period(parts, sensor.samples.instants, options.loading.stop());
         let scene = scene.map_err(|problems| report.all(&problems)).ok()?;
         let of_film = match &method.parts {
             Some(LightParts::Sidebands(sidebands)) => Some(sidebands),

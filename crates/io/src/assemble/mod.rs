@@ -79,6 +79,7 @@ use transport::renderer::Renderer;
 /// Everything that is wrong with it, warnings included.
 pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Loaded, Diagnostics> {
     let mut diagnostics = Diagnostics::new();
+    options.loading.begin("reading the scene file");
     match read_scene(path, &options.defines, options.limits, &mut diagnostics) {
         Some(description) => assemble(&description, options, diagnostics),
         None => Err(diagnostics),
@@ -113,6 +114,9 @@ pub fn assemble(
         };
         let context = Context::new(&channels, group, log, &mut files, &mut apertures);
         groups.extend(Group::new(description, options, context));
+        if let Some(error) = options.loading.error() {
+            return Err(error);
+        }
         if later.has_errors() {
             return Err(later);
         }
@@ -120,6 +124,7 @@ pub fn assemble(
             return Err(diagnostics);
         }
     }
+    options.loading.begin("hashing the files of the scene");
     let Some(hash) = fingerprint(description, &files, &mut diagnostics) else {
         return Err(diagnostics);
     };

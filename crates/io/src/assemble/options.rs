@@ -1,6 +1,7 @@
 //! What a caller may ask for.
 
 use crate::input::Limits;
+use crate::loading::Loading;
 
 /// What a caller may change about a scene file.
 #[derive(Clone, Debug, Default)]
@@ -20,4 +21,6 @@ pub struct LoadOptions {
     pub undisturbed: bool,
     /// How much memory each data file may take.
     pub limits: Limits,
+    /// Progress of loading, for threads that watch it or end it.
+    pub loading: Loading,
 }

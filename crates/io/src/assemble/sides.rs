@@ -14,7 +14,7 @@ use glam::DVec3;
 use std::ops::Range;
 use transport::bsdf::Bsdf;
 use transport::medium::Medium;
-use transport::scene::{AMBIENT, Containment, MediumId, Partition, Sides};
+use transport::scene::{AMBIENT, Bodies, Containment, MediumId, Partition, Sides};
 
 /// Index inside a dielectric that says nothing: Mitsuba's default, BK7 glass.
 const DEFAULT_INNER: f64 = 1.5046;
@@ -33,13 +33,16 @@ pub(super) fn settle(context: &mut Context) {
         });
     }
     divide(context);
+    let bodies = Bodies::new(&context.objects, &context.partitions);
     for (i, wish) in wishes.iter().enumerate() {
         let speaks = wish.exterior.is_some() || context.objects[i].sides.is_some();
         let divides = context.partitions.iter().any(|p| p.objects.contains(&i));
         if !speaks || divides {
             continue;
         }
-        let exterior = wish.exterior.unwrap_or_else(|| surrounding(i, context));
+        let exterior = wish
+            .exterior
+            .unwrap_or_else(|| surrounding(i, &bodies, context));
         if wish.exterior.is_none() && exterior != AMBIENT {
             let difference = match wish.interior {
                 Some(_) => Some(difference::EXTERIOR),
@@ -71,10 +74,14 @@ fn divide(context: &mut Context) {
             voxels: divided.voxels.clone(),
         })
         .collect();
+    if context.partitions.is_empty() {
+        return;
+    }
+    let bodies = Bodies::new(&context.objects, &context.partitions);
     for i in by_size(context) {
         let divided = &context.divided[i];
         let outer = divided.sides.iter().position(|s| s.contains(&None));
-        let around = || surrounding(divided.objects.start + outer.unwrap_or(0), context);
+        let around = || surrounding(divided.objects.start + outer.unwrap_or(0), &bodies, context);
         let exterior = divided.exterior.unwrap_or_else(around);
         let (index, location) = (divided.outer_index, divided.location.clone());
         for (object, sides) in divided.objects.clone().zip(divided.sides.clone()) {
@@ -150,10 +157,11 @@ fn interior(i: usize, wish: &Wish, context: &mut Context) -> Option<MediumId> {
 }
 
 /// The medium around an object, or around the volume that it divides: that of the innermost other one that contains it.
-fn surrounding(i: usize, context: &Context) -> MediumId {
+fn surrounding(i: usize, bodies: &Bodies, context: &Context) -> MediumId {
     let containment = Containment {
         objects: &context.objects,
         partitions: &context.partitions,
+        bodies,
     };
     let point = context.objects[i].shape.sample_area([0.31, 0.64]).position;
     containment.medium_around(i, point)

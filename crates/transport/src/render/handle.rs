@@ -5,8 +5,8 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// A pass that is under way when a render is to end has this long to be completed. Most are, and nothing is lost.
-pub(crate) const GRACE: Duration = Duration::from_millis(600);
+/// Time in which a pass that is under way when a render is to end may be completed. Most are, and nothing is lost.
+pub const GRACE: Duration = Duration::from_millis(600);
 
 /// What a render or a measurement shares with threads that watch it.
 #[derive(Debug, Default)]

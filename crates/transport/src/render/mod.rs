@@ -36,7 +36,7 @@ pub use derivative::{
     MeterDerivativeOptions, ReadingFunctional, check_indices, check_parameters, derivatives,
     index_derivatives, meter_derivatives,
 };
-pub use handle::Handle;
+pub use handle::{GRACE, Handle};
 pub use measure::{MeasureError, MeasureOptions, MeasureState, Measurement, measure};
 pub use memory::memory;
 pub use ranges::{Ranges, UnsoundRanges};

@@ -6,6 +6,7 @@ use crate::bsdf::Bsdf;
 use crate::emitter::{Emitter, Fiber};
 use crate::sampling::Sampler;
 use crate::sensor::Sensor;
+use crate::stop::Stop;
 use eikonal::Aabb;
 use eikonal::Shown;
 use glam::DVec3;
@@ -67,15 +68,17 @@ const BEAM_PROBES: u64 = 256;
 /// Points per side at which a region is probed where its bounds leave doubt.
 const REGION_PROBES: usize = 33;
 
-/// Everything that is wrong, errors first.
-pub(super) fn check(scene: &Scene) -> Vec<SceneProblem> {
+/// Everything that is wrong, errors first; what was found so far once `stop` is raised.
+pub(super) fn check(scene: &Scene, stop: &Stop) -> Vec<SceneProblem> {
     let mut problems = Vec::new();
-    for id in 0..scene.media().len() {
+    let goes_on = |_: &usize| !stop.is_raised();
+    for id in (0..scene.media().len()).take_while(goes_on) {
         problems.extend(check_index(scene, id));
         problems.extend(check_sound(scene, id));
         problems.extend(check_emission(scene, id));
     }
-    for (i, object) in scene.objects().iter().enumerate() {
+    for i in (0..scene.objects().len()).take_while(goes_on) {
+        let object = &scene.objects()[i];
         problems.extend(check_sensor_outside(scene, object));
         problems.extend(check_emitter_surface(i, object));
         problems.extend(check_match(scene, i, object));
@@ -319,7 +322,7 @@ fn check_exterior(scene: &Scene, i: usize, object: &Object) -> Option<SceneProbl
     if !bounds || exterior == AMBIENT {
         return None;
     }
-    let around = |x| scene.parts.containment().medium_around(i, x) == exterior;
+    let around = |x| scene.containment().medium_around(i, x) == exterior;
     let beside = (0..SURFACE_PROBES).any(|k| {
         let sample = object.shape.sample_area(Sampler::new(1, k, 0).next_2d());
         let outward = if scene.is_inverted(i) {

@@ -8,7 +8,8 @@
 use super::index::{Index, precedence};
 use super::parts::{Object, Parts};
 use crate::sampling::evenly_spread;
-use crate::shape::AreaSample;
+use crate::shape::{AreaSample, Tree};
+use crate::stop::Stop;
 use eikonal::Aabb;
 use glam::DVec3;
 
@@ -38,13 +39,13 @@ impl Separation {
     }
 }
 
-/// Finds the sheets that coincide with other surfaces.
-pub(super) fn separation(parts: &Parts, epsilon: f64) -> Separation {
+/// Finds the sheets that coincide with other surfaces, as far as it gets before `stop` is raised.
+pub(super) fn separation(parts: &Parts, epsilon: f64, stop: &Stop) -> Separation {
     let sheets = sheets(parts);
     if sheets.is_empty() {
         return Separation::default();
     }
-    let contacts = contacts(parts, &sheets, epsilon);
+    let contacts = contacts(parts, &sheets, epsilon, stop);
     let mut layers = vec![0; parts.objects.len()];
     let mut moves = Vec::new();
     for (sheet, found) in sheets.iter().zip(&contacts) {
@@ -102,13 +103,13 @@ fn side(contacts: &[Contact]) -> f64 {
 }
 
 /// Places where sheets coincide with bodies and with earlier sheets, in the order of the list of sheets.
-fn contacts(parts: &Parts, sheets: &[usize], epsilon: f64) -> Vec<Vec<Contact>> {
+fn contacts(parts: &Parts, sheets: &[usize], epsilon: f64, stop: &Stop) -> Vec<Vec<Contact>> {
     let mut search = Search::new(parts, sheets, epsilon);
-    for k in 0..sheets.len() {
+    for k in (0..sheets.len()).take_while(|_| !stop.is_raised()) {
         search.bodies_below(k);
         search.sheets_beside(k);
     }
-    search.sheets_on_bodies();
+    search.sheets_on_bodies(stop);
     search.of_sheets
 }
 
@@ -122,7 +123,7 @@ struct Search<'a> {
     all_sheets: Index,
     null_sheets: Index,
     /// Boxes around bodies, and around sheets.
-    boxes: [Vec<Aabb>; 2],
+    boxes: [Boxes; 2],
     /// Surfaces closer than this coincide.
     distance: f64,
     of_sheets: Vec<Vec<Contact>>,
@@ -138,7 +139,7 @@ impl<'a> Search<'a> {
         let distance = TOUCH * epsilon;
         let boxes = |of: &dyn Fn(&Object) -> bool| {
             let all = objects.iter().filter(|o| of(o));
-            all.map(|o| o.shape.aabb().grown(distance)).collect()
+            Boxes::new(all.map(|o| o.shape.aabb().grown(distance)).collect())
         };
         Search {
             objects,
@@ -156,7 +157,7 @@ impl<'a> Search<'a> {
     /// Bodies on whose faces the k-th sheet lies.
     fn bodies_below(&mut self, k: usize) {
         let sheet = &self.objects[self.sheets[k]];
-        if !near(sheet, &self.boxes[0]) {
+        if !self.boxes[0].are_near(sheet) {
             return;
         }
         for sample in samples(sheet) {
@@ -203,9 +204,10 @@ impl<'a> Search<'a> {
     }
 
     /// Sheets that cover faces of bodies, looked for from the bodies.
-    fn sheets_on_bodies(&mut self) {
-        for body in self.objects.iter().filter(|o| o.sides.is_some()) {
-            if !near(body, &self.boxes[1]) {
+    fn sheets_on_bodies(&mut self, stop: &Stop) {
+        let bodies = self.objects.iter().filter(|o| o.sides.is_some());
+        for body in bodies.take_while(|_| !stop.is_raised()) {
+            if !self.boxes[1].are_near(body) {
                 continue;
             }
             for sample in samples(body) {
@@ -224,10 +226,24 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Returns whether an object comes near one of the boxes.
-fn near(object: &Object, boxes: &[Aabb]) -> bool {
-    let own = object.shape.aabb();
-    boxes.iter().any(|b| b.overlaps(&own))
+/// Boxes, and the hierarchy over them.
+struct Boxes {
+    boxes: Vec<Aabb>,
+    tree: Tree,
+}
+
+impl Boxes {
+    fn new(boxes: Vec<Aabb>) -> Self {
+        let tree = Tree::new(&boxes);
+        Boxes { boxes, tree }
+    }
+
+    /// Returns whether an object comes near one of the boxes.
+    fn are_near(&self, object: &Object) -> bool {
+        let own = object.shape.aabb();
+        self.tree
+            .any_near(&own, &mut |i| self.boxes[i].overlaps(&own))
+    }
 }
 
 /// The normal of a body's surface to its outside.

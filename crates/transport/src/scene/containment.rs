@@ -3,22 +3,25 @@
 use super::Scene;
 use super::parts::{AMBIENT, MediumId, Object, Partition, Parts};
 use crate::sensor::Sensor;
+use crate::shape::Tree;
+use eikonal::Aabb;
 use eikonal::connect::World;
 use glam::DVec3;
 
 impl Scene {
     /// The innermost medium that surrounds a point.
     pub fn medium_at(&self, x: DVec3) -> MediumId {
-        self.parts.containment().medium_at(x)
+        self.containment().medium_at(x)
     }
 
     /// Whether something opaque fills the place of a medium at a point, so that no ray is there, whatever the index.
     pub fn is_displaced(&self, id: MediumId, x: DVec3) -> bool {
-        let fills = |o: &Object| {
-            let other = o.interior() != Some(id);
-            other && o.shape.is_closed() && o.bsdf.is_opaque() && o.shape.contains(x)
-        };
-        self.objects().iter().any(fills)
+        self.containment().is_displaced(id, x)
+    }
+
+    /// Where which medium is.
+    pub(super) fn containment(&self) -> Containment<'_> {
+        self.parts.containment(&self.bodies)
     }
 
     /// The medium beside an object's surface at `x`, on the side to which `direction` points, for a ray
@@ -60,6 +63,42 @@ impl Scene {
     }
 }
 
+/// The closed shapes of a list of objects, found by a place in logarithmic time.
+#[derive(Debug)]
+pub struct Bodies {
+    /// Numbers of the objects.
+    closed: Vec<usize>,
+    /// Their boxes.
+    tree: Tree,
+    /// For each object, the number of the partition that it belongs to.
+    partition: Vec<Option<usize>>,
+}
+
+impl Bodies {
+    /// The closed shapes among objects, some of which divide volumes into several media.
+    pub fn new(objects: &[Object], partitions: &[Partition]) -> Self {
+        let mut partition = vec![None; objects.len()];
+        for (i, p) in partitions.iter().enumerate() {
+            partition[p.objects.clone()].fill(Some(i));
+        }
+        let closed = (0..objects.len()).filter(|i| objects[*i].shape.is_closed());
+        let closed: Vec<usize> = closed.collect();
+        let boxes: Vec<Aabb> = closed.iter().map(|i| objects[*i].shape.aabb()).collect();
+        Bodies {
+            tree: Tree::new(&boxes),
+            closed,
+            partition,
+        }
+    }
+
+    /// Whether `holds` for one of the objects whose boxes are around a point; some others may be among them.
+    fn any_near(&self, x: DVec3, mut holds: impl FnMut(usize) -> bool) -> bool {
+        let place = Aabb::new(x, x);
+        self.tree
+            .any_near(&place, &mut |leaf| holds(self.closed[leaf]))
+    }
+}
+
 /// Where which medium is: closed objects, and partitions, whose surfaces do not count as objects.
 #[derive(Clone, Copy, Debug)]
 pub struct Containment<'a> {
@@ -67,14 +106,22 @@ pub struct Containment<'a> {
     pub objects: &'a [Object],
     /// What divides volumes into several media.
     pub partitions: &'a [Partition],
+    /// Those of the objects that are closed.
+    pub bodies: &'a Bodies,
 }
 
 impl Parts {
+    /// The closed shapes, which [`Parts::containment`] takes.
+    pub(super) fn bodies(&self) -> Bodies {
+        Bodies::new(&self.objects, &self.partitions)
+    }
+
     /// Where which medium is.
-    pub fn containment(&self) -> Containment<'_> {
+    pub(super) fn containment<'a>(&'a self, bodies: &'a Bodies) -> Containment<'a> {
         Containment {
             objects: &self.objects,
             partitions: &self.partitions,
+            bodies,
         }
     }
 }
@@ -86,56 +133,79 @@ impl Containment<'_> {
             .map_or(AMBIENT, |body| body.medium)
     }
 
+    /// Whether something opaque fills the place of a medium at a point.
+    pub(super) fn is_displaced(&self, id: MediumId, x: DVec3) -> bool {
+        self.bodies.any_near(x, |i| {
+            let object = &self.objects[i];
+            object.interior() != Some(id) && object.bsdf.is_opaque() && object.shape.contains(x)
+        })
+    }
+
     /// Number of bodies around a point.
     pub(super) fn depth(&self, x: DVec3) -> usize {
-        self.around(x, |_| true).count()
+        let mut depth = 0;
+        self.around(x, |_| true, |_| depth += 1);
+        depth
     }
 
     /// The same without an object, or without the partition that it belongs to.
     pub fn medium_around(&self, object: usize, x: DVec3) -> MediumId {
-        let own = self.partitions.iter().find(|p| p.objects.contains(&object));
-        let own = own.map_or(object..object + 1, |p| p.objects.clone());
-        let own = &own;
+        let own = self.bodies.partition[object];
+        let own = own.map_or(object..object + 1, |i| self.partitions[i].objects.clone());
         let around = self.innermost(x, |i| !own.contains(&i));
         around.map_or(AMBIENT, |body| body.medium)
     }
 
-    /// The smallest body around a point; of equal ones, the one whose name comes first.
-    fn innermost(&self, x: DVec3, counts: impl Fn(usize) -> bool + Copy) -> Option<Body<'_>> {
+    /// The smallest body around a point; of equal ones, the one whose name comes first, and of equal names the one that does.
+    fn innermost(&self, x: DVec3, counts: impl Fn(usize) -> bool) -> Option<Body<'_>> {
         let order = |a: &Body, b: &Body| {
             let by_size = a.size.total_cmp(&b.size);
-            by_size.then_with(|| a.name.cmp(b.name))
+            by_size
+                .then_with(|| a.name.cmp(b.name))
+                .then(a.number.cmp(&b.number))
         };
-        self.around(x, counts).min_by(order)
+        let mut innermost: Option<Body> = None;
+        self.around(x, counts, |body| {
+            if innermost.as_ref().is_none_or(|i| order(&body, i).is_lt()) {
+                innermost = Some(body);
+            }
+        });
+        innermost
     }
 
-    /// The bodies around a point.
-    fn around(
-        &self,
+    /// Calls `visit` with the bodies around a point.
+    fn around<'a>(
+        &'a self,
         x: DVec3,
-        counts: impl Fn(usize) -> bool + Copy,
-    ) -> impl Iterator<Item = Body<'_>> {
-        let in_partition = move |i: usize| self.partitions.iter().any(|p| p.objects.contains(&i));
-        let bodies = self.objects.iter().enumerate().filter_map(move |(i, o)| {
-            let medium = o.interior().filter(|_| counts(i))?;
-            let holds = o.shape.is_closed() && !in_partition(i) && o.shape.contains(x);
-            holds.then(|| Body {
-                medium,
-                size: o.shape.aabb().diagonal(),
-                name: &o.name,
-            })
+        counts: impl Fn(usize) -> bool,
+        mut visit: impl FnMut(Body<'a>),
+    ) {
+        self.bodies.any_near(x, |i| {
+            let object = &self.objects[i];
+            let counts = self.bodies.partition[i].is_none() && counts(i);
+            if let Some(medium) = object.interior().filter(|_| counts)
+                && object.shape.contains(x)
+            {
+                visit(Body {
+                    medium,
+                    size: object.shape.aabb().diagonal(),
+                    name: &object.name,
+                    number: i,
+                });
+            }
+            false
         });
-        let divided = self.partitions.iter().filter_map(move |p| {
-            let medium = p
-                .medium_at(self.objects, x)
-                .filter(|_| counts(p.objects.start))?;
-            Some(Body {
-                medium,
-                size: p.aabb(self.objects).diagonal(),
-                name: &self.objects[p.objects.start].name,
-            })
-        });
-        bodies.chain(divided)
+        for (i, p) in self.partitions.iter().enumerate() {
+            let medium = p.medium_at(self.objects, x);
+            if let Some(medium) = medium.filter(|_| counts(p.objects.start)) {
+                visit(Body {
+                    medium,
+                    size: p.aabb(self.objects).diagonal(),
+                    name: &self.objects[p.objects.start].name,
+                    number: self.objects.len() + i,
+                });
+            }
+        }
     }
 }
 
@@ -145,29 +215,121 @@ struct Body<'a> {
     /// Diameter of the box around it.
     size: f64,
     name: &'a str,
+    /// That of the object; those of partitions are larger.
+    number: usize,
 }
 
 /// Whether each object is closed or divides a volume, separates media, and comes near another one that does; the surfaces of a
 /// partition are no others to each other.
 pub(super) fn overlapping(
     Containment {
-        objects,
-        partitions,
+        objects, bodies, ..
     }: Containment,
     margin: f64,
 ) -> Vec<bool> {
-    let partition = |i: usize| partitions.iter().position(|p| p.objects.contains(&i));
-    let matters = |i: usize| {
-        let o = &objects[i];
-        o.sides.is_some() && (o.shape.is_closed() || partition(i).is_some())
+    let partition = &bodies.partition;
+    let matters = |i: &usize| {
+        let o = &objects[*i];
+        o.sides.is_some() && (o.shape.is_closed() || partition[*i].is_some())
     };
-    let near = |i: usize, k: usize| {
-        let (a, b) = (objects[i].shape.aabb(), objects[k].shape.aabb());
-        a.grown(margin).overlaps(&b)
-    };
-    let apart =
-        |i: usize, k: usize| i != k && (partition(i).is_none() || partition(i) != partition(k));
-    (0..objects.len())
-        .map(|i| matters(i) && (0..objects.len()).any(|k| apart(i, k) && matters(k) && near(i, k)))
-        .collect()
+    let all: Vec<usize> = (0..objects.len()).filter(matters).collect();
+    let boxes: Vec<Aabb> = all.iter().map(|i| objects[*i].shape.aabb()).collect();
+    let tree = Tree::new(&boxes);
+    let mut overlapping = vec![false; objects.len()];
+    for (place, &i) in all.iter().enumerate() {
+        let own = boxes[place].grown(margin);
+        overlapping[i] = tree.any_near(&own, &mut |other| {
+            let apart = partition[i].is_none() || partition[i] != partition[all[other]];
+            other != place && apart && own.overlaps(&boxes[other])
+        });
+    }
+    overlapping
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::parts::Sides;
+    use super::*;
+    use crate::bsdf::Bsdf;
+    use crate::shape::Sphere;
+    use testkit::Rng;
+
+    /// Balls at random places, of which about one in `overlap` meets another, each with a medium of its own but for some.
+    fn balls(count: usize, overlap: f64) -> Vec<Object> {
+        let mut rng = Rng::new(count as u64);
+        let radius = (0.12 / overlap / count as f64).cbrt();
+        let ball = |i: usize| {
+            let center = DVec3::from(rng.uniform::<3>());
+            let sides = Sides {
+                interior: i + 1,
+                exterior: AMBIENT,
+            };
+            Object {
+                name: format!("{}", i % 7),
+                shape: Sphere::around(center, radius).unwrap().into(),
+                bsdf: Bsdf::Null,
+                sides: (i % 5 != 0).then_some(sides),
+                emitter: None,
+            }
+        };
+        (0..count).map(ball).collect()
+    }
+
+    /// Balls of one size: the first by name and number counts.
+    #[test]
+    fn the_search_finds_what_looking_at_all_objects_does() {
+        let objects = balls(300, 0.02);
+        let bodies = Bodies::new(&objects, &[]);
+        let containment = Containment {
+            objects: &objects,
+            partitions: &[],
+            bodies: &bodies,
+        };
+        let mut rng = Rng::new(1);
+        let mut inside = 0;
+        for _ in 0..2000 {
+            let x = DVec3::from(rng.uniform::<3>());
+            let around = objects.iter().filter(|o| o.sides.is_some());
+            let around: Vec<&Object> = around.filter(|o| o.shape.contains(x)).collect();
+            let size = |o: &Object| o.shape.aabb().diagonal();
+            let first = around.iter().min_by(|a, b| {
+                let by_size = size(a).total_cmp(&size(b));
+                by_size.then_with(|| a.name.cmp(&b.name))
+            });
+            let expected = first.and_then(|o| o.interior()).unwrap_or(AMBIENT);
+            assert_eq!(containment.medium_at(x), expected);
+            assert_eq!(containment.depth(x), around.len());
+            inside += usize::from(around.len() > 1);
+        }
+        assert!(inside > 200, "{inside}");
+        let margin = 1e-3;
+        let boxes: Vec<Aabb> = objects.iter().map(|o| o.shape.aabb()).collect();
+        let near = |i: usize, k: usize| {
+            i != k && objects[k].sides.is_some() && boxes[i].grown(margin).overlaps(&boxes[k])
+        };
+        let expected = (0..objects.len())
+            .map(|i| objects[i].sides.is_some() && (0..objects.len()).any(|k| near(i, k)));
+        assert_eq!(
+            overlapping(containment, margin),
+            expected.collect::<Vec<_>>()
+        );
+    }
+
+    /// Objects that are looked at for a point do not grow with their number.
+    #[test]
+    fn a_point_finds_its_medium_among_many() {
+        for count in [1_000, 100_000] {
+            let objects = balls(count, 1.0);
+            let bodies = Bodies::new(&objects, &[]);
+            let (mut rng, mut looked_at, points) = (Rng::new(2), 0, 1000);
+            for _ in 0..points {
+                let x = DVec3::from(rng.uniform::<3>());
+                bodies.any_near(x, |_| {
+                    looked_at += 1;
+                    false
+                });
+            }
+            assert!(looked_at < 40 * points, "{count}: {looked_at}");
+        }
+    }
 }

@@ -1,5 +1,6 @@
 //! Media that emit, as emitters from whose points light subpaths start (docs/theory.md#media-that-emit).
 
+use super::containment::Containment;
 use super::emitted_power::integral;
 use super::parts::{AMBIENT, MediumId, Parts};
 use crate::Spectrum;
@@ -19,13 +20,17 @@ const LEAST: f64 = 0.05;
 impl Parts {
     /// Adds an emitter for each medium that emits and has none yet. [`Scene::new`](super::Scene::new) does so, too.
     pub fn with_emissive_media(mut self) -> Self {
-        for id in 0..self.media.len() {
-            if self.media[id].emission.is_some() && !self.has_emitter(id) {
-                let light = volume_light(&self, id);
-                self.emitters
-                    .extend(light.map(|light| Emitter::Volume(light.into())));
-            }
+        let emits = |id: &MediumId| self.media[*id].emission.is_some() && !self.has_emitter(*id);
+        let emitting: Vec<MediumId> = (0..self.media.len()).filter(emits).collect();
+        if emitting.is_empty() {
+            return self;
         }
+        let bodies = self.bodies();
+        let containment = self.containment(&bodies);
+        let lights = emitting.into_iter();
+        let lights = lights.filter_map(|id| volume_light(&self, containment, id));
+        let lights: Vec<Emitter> = lights.map(|light| Emitter::Volume(light.into())).collect();
+        self.emitters.extend(lights);
         self
     }
 
@@ -37,13 +42,13 @@ impl Parts {
 }
 
 /// The light of a medium; `None` if it has no bounds, or is no finite number.
-fn volume_light(parts: &Parts, id: MediumId) -> Option<VolumeLight> {
+fn volume_light(parts: &Parts, containment: Containment, id: MediumId) -> Option<VolumeLight> {
     let bounds = bounds(parts, id)?;
     let at = |k: usize| {
         let unit = [k % POINTS, k / POINTS % POINTS, k / POINTS / POINTS];
         let unit = DVec3::from(unit.map(|i| (i as f64 + 0.5) / POINTS as f64));
         let x = bounds.min + unit * (bounds.max - bounds.min);
-        let here = parts.containment().medium_at(x) == id;
+        let here = containment.medium_at(x) == id;
         if here {
             parts.media[id].emitted(x)
         } else {
@@ -75,7 +80,7 @@ fn volume_light(parts: &Parts, id: MediumId) -> Option<VolumeLight> {
         GridFilter::Trilinear,
         allowed,
     );
-    VolumeLight::of_medium(id, grid.ok()?, integral(parts, id, &bounds)).ok()
+    VolumeLight::of_medium(id, grid.ok()?, integral(parts, containment, id, &bounds)).ok()
 }
 
 /// More than a medium emits anywhere, but for its index.

@@ -1,5 +1,6 @@
 //! Power of media that emit: exact where region and light are simple enough, estimated elsewhere (docs/theory.md#media-that-emit).
 
+use super::containment::Containment;
 use super::parts::{AMBIENT, MediumId, Object, Partition, Parts};
 use crate::Spectrum;
 use crate::emitter::Estimate;
@@ -19,13 +20,18 @@ const ROUNDING: f64 = 1e-9;
 const MOST_DEVIATION: f64 = 6.0;
 
 /// ∫ ε dV of a medium within `bounds`, which hold all of it.
-pub(super) fn integral(parts: &Parts, id: MediumId, bounds: &Aabb) -> Estimate {
+pub(super) fn integral(
+    parts: &Parts,
+    containment: Containment,
+    id: MediumId,
+    bounds: &Aabb,
+) -> Estimate {
     let Some(exact) = exact(parts, id) else {
-        return estimate(parts, id, bounds);
+        return estimate(parts, containment, id, bounds);
     };
     let winding = |o: &Object| matches!(o.shape, Shape::Mesh(_)) && !o.shape.is_convex();
     if parts.objects.iter().any(winding) && parts.partitions.is_empty() {
-        let estimate = estimate(parts, id, bounds);
+        let estimate = estimate(parts, containment, id, bounds);
         let off = (exact - estimate.value).map(f64::abs).sum();
         if off > MOST_DEVIATION * estimate.error.sum() && !estimate.value.is_zero() {
             return estimate;
@@ -38,7 +44,7 @@ pub(super) fn integral(parts: &Parts, id: MediumId, bounds: &Aabb) -> Estimate {
 }
 
 /// An estimate from two random points in each cell of the bounds.
-fn estimate(parts: &Parts, id: MediumId, bounds: &Aabb) -> Estimate {
+fn estimate(parts: &Parts, containment: Containment, id: MediumId, bounds: &Aabb) -> Estimate {
     let size = bounds.max - bounds.min;
     let cell = size / CELLS as f64;
     let layer = |k: usize| {
@@ -49,7 +55,7 @@ fn estimate(parts: &Parts, id: MediumId, bounds: &Aabb) -> Estimate {
             let [a, b] = [(); 2].map(|()| {
                 let u = DVec3::from([(); 3].map(|()| sampler.next_1d()));
                 let x = bounds.min + (corner + u) * cell;
-                let is_here = parts.containment().medium_at(x) == id && !displaced(parts, id, x);
+                let is_here = containment.medium_at(x) == id && !containment.is_displaced(id, x);
                 if is_here {
                     parts.media[id].emitted(x)
                 } else {
@@ -70,12 +76,6 @@ fn estimate(parts: &Parts, id: MediumId, bounds: &Aabb) -> Estimate {
         value: sum * volume,
         error: squares.map(f64::sqrt) * volume,
     }
-}
-
-/// Returns whether something opaque is in the place of a medium.
-fn displaced(parts: &Parts, id: MediumId, x: DVec3) -> bool {
-    let fills = |o: &Object| o.interior() != Some(id) && is_opaque(o) && o.shape.contains(x);
-    parts.objects.iter().any(fills)
 }
 
 fn is_opaque(object: &Object) -> bool {

@@ -6,7 +6,7 @@
 //! starts in the medium that lies in its direction.
 
 use super::coincident::{LAYER, TOUCH};
-use super::containment::Containment;
+use super::containment::{Bodies, Containment};
 use super::index::Index;
 use super::parts::{Object, Parts};
 use crate::emitter::{Aperture, Emitter, PointOnFace};
@@ -26,13 +26,13 @@ const APERTURE_POINTS: usize = 64;
 const MOST_SURFACES: usize = 4;
 
 /// Moves emitters and the sensor to their sides of the faces on which they lie. `layers` is how many sheets lie on one another.
-pub(super) fn settle(parts: &mut Parts, epsilon: f64, layers: usize) {
+pub(super) fn settle(parts: &mut Parts, bodies: &Bodies, epsilon: f64, layers: usize) {
     if parts.objects.is_empty() {
         return;
     }
     let index = Index::new(&parts.objects, |_| true);
     let faces = Faces {
-        containment: parts.containment(),
+        containment: parts.containment(bodies),
         index: &index,
         epsilon,
         // Beyond all sheets on the face.

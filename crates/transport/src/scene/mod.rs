@@ -27,7 +27,7 @@ pub use bending::TOTAL_REFLECTIONS;
 pub(crate) use bending_ball::BendingBall;
 pub use builder::{BuildError, BuildProblem, ObjectBuilder, SceneBuilder};
 pub use check::{ProblemSeverity, SceneProblem, Subject};
-pub use containment::Containment;
+pub use containment::{Bodies, Containment};
 pub(crate) use light_bounds::Receiver;
 pub use matter::{Leg, Legs, Matter};
 pub use parts::{AMBIENT, FilmSpec, FilmWindow, MediumId, Object, Partition, Parts, Sides};
@@ -39,6 +39,7 @@ use crate::bsdf::Bsdf;
 use crate::emitter::{Emitter, Surroundings};
 use crate::medium::Medium;
 use crate::sensor::Sensor;
+use crate::stop::Stop;
 use bending::{Bending, REACH, guides};
 use clearance::Clearance;
 use containment::overlapping;
@@ -89,6 +90,8 @@ pub struct Scene {
     point_like_emitters: Vec<DVec3>,
     /// Indices of the volumes that emit.
     volume_lights: Vec<usize>,
+    /// Closed objects, by their place.
+    bodies: Bodies,
     /// Objects that touch, overlap or hold others: what lies beside their surfaces varies.
     overlapping: Vec<bool>,
     /// For each emitter that is a beam, where it goes.
@@ -103,22 +106,41 @@ impl Scene {
     ///
     /// # Errors
     /// Everything that is wrong with it, errors first.
-    pub fn new(mut parts: Parts) -> Result<Self, Vec<SceneProblem>> {
+    pub fn new(parts: Parts) -> Result<Self, Vec<SceneProblem>> {
+        Self::unless_stopped(parts, &Stop::default())
+    }
+
+    /// Does the same as [`Scene::new`] until `stop` is raised, and then returns no problem, but an error.
+    fn unless_stopped(mut parts: Parts, stop: &Stop) -> Result<Self, Vec<SceneProblem>> {
+        let go_on = || {
+            if stop.is_raised() {
+                Err(Vec::new())
+            } else {
+                Ok(())
+            }
+        };
         let extent = surroundings(&parts);
         let epsilon = ray_epsilon(&extent);
-        let separation = coincident::separation(&parts, epsilon);
-        faces::settle(&mut parts, epsilon, separation.layers);
+        let separation = coincident::separation(&parts, epsilon, stop);
+        go_on()?;
+        // Sheets that are moved hold no medium, and are moved by less than the margin of boxes.
+        let bodies = parts.bodies();
+        faces::settle(&mut parts, &bodies, epsilon, separation.layers);
         separation.apply(&mut parts);
-        settle_fibers(&mut parts);
+        settle_fibers(&mut parts, &bodies);
         parts = parts.with_emissive_media();
+        go_on()?;
         let around = surroundings(&parts);
-        let regions = regions::all(&parts, &around);
+        let regions = regions::all(&parts, &around, stop);
+        go_on()?;
         for (medium, region) in parts.media.iter_mut().zip(&regions) {
             medium.index = medium.index.prepared(&region.aabb);
         }
-        let sensor_medium = parts.containment().medium_at(parts.sensor.position());
-        let overlapping = overlapping(parts.containment(), around.radius * 1e-9);
+        let containment = parts.containment(&bodies);
+        let sensor_medium = containment.medium_at(parts.sensor.position());
+        let overlapping = overlapping(containment, around.radius * 1e-9);
         let bending_ball = bending_ball::bending_ball(&parts, &overlapping, &regions);
+        go_on()?;
         let mut scene = Scene {
             guides: Vec::new(),
             warnings: Vec::new(),
@@ -134,6 +156,7 @@ impl Scene {
             point_like_emitters: point_like_emitters(&parts),
             volume_lights: volume_lights(&parts),
             bending_ball,
+            bodies,
             overlapping,
             reach: Reach {
                 optical_length: REACH * around.radius,
@@ -150,8 +173,10 @@ impl Scene {
             around,
             parts,
         };
+        go_on()?;
         scene.guides = guides(&scene);
-        let problems = check::check(&scene);
+        let problems = check::check(&scene, stop);
+        go_on()?;
         if problems
             .iter()
             .any(|p| p.severity == ProblemSeverity::Error)
@@ -278,10 +303,11 @@ fn ray_epsilon(around: &Surroundings) -> f64 {
 }
 
 /// Gives fibres the cones that they have in the media in which they end.
-fn settle_fibers(parts: &mut Parts) {
+fn settle_fibers(parts: &mut Parts, bodies: &Bodies) {
     let containment = Containment {
         objects: &parts.objects,
         partitions: &parts.partitions,
+        bodies,
     };
     for emitter in &mut parts.emitters {
         if let Emitter::Fiber(fiber) = emitter {

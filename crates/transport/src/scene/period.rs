@@ -9,6 +9,7 @@ use super::Scene;
 use super::check::{SceneProblem, Subject, error};
 use super::parts::Parts;
 use crate::sampling::Replicates;
+use crate::stop::Stop;
 use eikonal::field::Sound;
 use std::f64::consts::TAU;
 
@@ -22,8 +23,12 @@ impl Scene {
     ///
     /// # Errors
     /// As [`Scene::new`], for any instant; if there is no sound, sound of several wavelengths in one medium, or of several
-    /// frequencies in the scene.
-    pub fn over_period(parts: Parts, instants: usize) -> Result<Self, Vec<SceneProblem>> {
+    /// frequencies in the scene. Nothing is built any more once `stop` is raised, which is an error without a problem.
+    pub fn over_period(
+        parts: Parts,
+        instants: usize,
+        stop: &Stop,
+    ) -> Result<Self, Vec<SceneProblem>> {
         if instants > 1 {
             let problems = no_period(&parts);
             if !problems.is_empty() {
@@ -36,10 +41,10 @@ impl Scene {
             for medium in &mut parts.media {
                 medium.index = medium.index.at_phase(phase);
             }
-            Scene::new(parts)
+            Scene::unless_stopped(parts, stop)
         });
         let later = later.collect::<Result<Vec<_>, _>>()?;
-        let mut scene = Scene::new(parts)?;
+        let mut scene = Scene::unless_stopped(parts, stop)?;
         scene.later = later;
         scene.warnings = scene.at_all_instants(|scene| scene.warnings.clone());
         Ok(scene)

@@ -6,7 +6,8 @@
 use super::parts::{AMBIENT, MediumId, Object, Parts};
 use crate::emitter::Surroundings;
 use crate::shape::Shape;
-use eikonal::{Aabb, FieldBounds, Uniqueness};
+use crate::stop::Stop;
+use eikonal::{Aabb, Field, FieldBounds, Uniqueness};
 
 /// Boxes that are refined this many times where they straddle a shape's boundary.
 const LEVELS: u32 = 4;
@@ -24,25 +25,34 @@ pub struct Region {
     pub uniqueness: Option<Uniqueness>,
 }
 
-/// Surveys the regions of all media.
-pub(super) fn all(parts: &Parts, around: &Surroundings) -> Vec<Region> {
-    (0..parts.media.len())
-        .map(|id| region(parts, around, id))
-        .collect()
+/// Surveys the regions of all media; of those that are left once `stop` is raised, none.
+pub(super) fn all(parts: &Parts, around: &Surroundings, stop: &Stop) -> Vec<Region> {
+    let mut holders: Vec<Vec<&Object>> = vec![Vec::new(); parts.media.len()];
+    let mut is_outside = vec![false; parts.media.len()];
+    for object in &parts.objects {
+        if let Some(sides) = object.sides {
+            holders[sides.interior].push(object);
+            is_outside[sides.exterior] = true;
+        }
+    }
+    let region = |(id, holders): (MediumId, &Vec<&Object>)| {
+        let field = &parts.media[id].index;
+        region(field, around, id, holders, is_outside[id])
+    };
+    let media = holders.iter().enumerate();
+    let media = media.take_while(|_| !stop.is_raised());
+    media.map(region).collect()
 }
 
-fn region(parts: &Parts, around: &Surroundings, id: MediumId) -> Region {
-    let field = &parts.media[id].index;
+/// The region of a medium that objects hold; with `outside`, it is around others.
+fn region(
+    field: &Field,
+    around: &Surroundings,
+    id: MediumId,
+    holders: &[&Object],
+    outside: bool,
+) -> Region {
     let ball = Aabb::new(around.center, around.center).grown(around.radius);
-    let holders: Vec<&Object> = parts
-        .objects
-        .iter()
-        .filter(|o| o.interior() == Some(id))
-        .collect();
-    let outside = parts
-        .objects
-        .iter()
-        .any(|o| o.sides.is_some_and(|s| s.exterior == id));
     let aabb = holders
         .iter()
         .fold(Aabb::EMPTY, |b, o| b.union(o.shape.aabb()));
@@ -55,6 +65,9 @@ fn region(parts: &Parts, around: &Surroundings, id: MediumId) -> Region {
         };
     }
     let within = |margin: f64| {
+        if matches!(field, Field::Constant(_)) {
+            return field.bounds(&aabb);
+        }
         let cells = holders.iter().flat_map(|o| cells(&o.shape, margin));
         let bounds = cells.map(|cell| field.bounds(&cell));
         bounds
@@ -63,7 +76,7 @@ fn region(parts: &Parts, around: &Surroundings, id: MediumId) -> Region {
     };
     let margin = MARGIN * aabb.diagonal();
     let bounds = within(margin);
-    let uniqueness = match holders[..] {
+    let uniqueness = match *holders {
         [object] if object.shape.is_convex() => {
             let margin = margin.max(bulge(&object.shape, &bounds));
             let diameter = object.shape.diameter();

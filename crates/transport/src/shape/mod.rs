@@ -38,6 +38,7 @@ pub(crate) use mesh::{DIRECTIONS, FirstCrossing};
 pub use rectangle::Rectangle;
 pub use sphere::Sphere;
 pub use tessellation::Tessellation;
+pub(crate) use tree::Tree;
 pub use uv::Uv;
 
 use eikonal::Aabb;

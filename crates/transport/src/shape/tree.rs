@@ -13,7 +13,7 @@ const PAD: f64 = 4e-7;
 /// A hierarchy whose boxes are conservative: traversal in double precision visits every leaf whose
 /// box a curve may touch.
 #[derive(Clone)]
-pub(super) struct Tree {
+pub(crate) struct Tree {
     /// The root, then pairs of children.
     nodes: Vec<Node>,
     /// Places of leaves in the list of boxes.
@@ -23,8 +23,8 @@ pub(super) struct Tree {
 }
 
 impl Tree {
-    /// The hierarchy over at least one box; leaves are named by their place in `boxes`.
-    pub(super) fn new(boxes: &[Aabb]) -> Self {
+    /// The hierarchy over some boxes; leaves are named by their place in `boxes`.
+    pub(crate) fn new(boxes: &[Aabb]) -> Self {
         let all = boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(*b));
         let half = 0.5 * all.size().max_element();
         let mut tree = Tree {
@@ -69,6 +69,32 @@ impl Tree {
                 leaf,
             };
             walk.node(root);
+        }
+    }
+}
+
+impl Tree {
+    /// Whether `leaf` holds for one of the leaves whose boxes may share a point with a box. It is called with each of them in turn,
+    /// and maybe with others nearby, until it holds.
+    pub(crate) fn any_near(&self, b: &Aabb, leaf: &mut impl FnMut(usize) -> bool) -> bool {
+        let local = Aabb {
+            min: self.local(b.min),
+            max: self.local(b.max),
+        };
+        !self.leaves.is_empty() && self.any_below(&self.nodes[0], &local, leaf)
+    }
+
+    /// Visits a node and what is below it: at most [`DEPTH`](super::split::DEPTH) levels.
+    fn any_below(&self, node: &Node, b: &Aabb, leaf: &mut impl FnMut(usize) -> bool) -> bool {
+        let first = node.first as usize;
+        if !bounds(node).overlaps(b) {
+            false
+        } else if node.count > 0 {
+            let mut leaves = self.leaves[first..first + node.count as usize].iter();
+            leaves.any(|i| leaf(*i as usize))
+        } else {
+            let mut children = self.nodes[first..first + 2].iter();
+            children.any(|child| self.any_below(child, b, leaf))
         }
     }
 }
