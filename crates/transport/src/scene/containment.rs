@@ -7,6 +7,7 @@ use crate::shape::Tree;
 use eikonal::Aabb;
 use eikonal::connect::World;
 use glam::DVec3;
+use std::cmp::Ordering;
 
 impl Scene {
     /// The innermost medium that surrounds a point.
@@ -156,13 +157,11 @@ impl Containment<'_> {
         around.map_or(AMBIENT, |body| body.medium)
     }
 
-    /// The smallest body around a point; of equal ones, the one whose name comes first, and of equal names the one that does.
+    /// The body around a point that comes first [by size](by_size).
     fn innermost(&self, x: DVec3, counts: impl Fn(usize) -> bool) -> Option<Body<'_>> {
         let order = |a: &Body, b: &Body| {
-            let by_size = a.size.total_cmp(&b.size);
-            by_size
-                .then_with(|| a.name.cmp(b.name))
-                .then(a.number.cmp(&b.number))
+            let by_size = by_size((&a.bounds, a.name), (&b.bounds, b.name));
+            by_size.then(a.number.cmp(&b.number))
         };
         let mut innermost: Option<Body> = None;
         self.around(x, counts, |body| {
@@ -188,7 +187,7 @@ impl Containment<'_> {
             {
                 visit(Body {
                     medium,
-                    size: object.shape.aabb().diagonal(),
+                    bounds: object.shape.aabb(),
                     name: &object.name,
                     number: i,
                 });
@@ -200,7 +199,7 @@ impl Containment<'_> {
             if let Some(medium) = medium.filter(|_| counts(p.objects.start)) {
                 visit(Body {
                     medium,
-                    size: p.aabb(self.objects).diagonal(),
+                    bounds: p.aabb(self.objects),
                     name: &self.objects[p.objects.start].name,
                     number: self.objects.len() + i,
                 });
@@ -209,11 +208,20 @@ impl Containment<'_> {
     }
 }
 
+/// The order of things with boxes and names: the smaller one first, of equal sizes by name, and of equal names by the lowest corner of the
+/// box. It does not depend on the order in a list.
+pub(super) fn by_size(a: (&Aabb, &str), b: (&Aabb, &str)) -> Ordering {
+    let corner = |b: &Aabb| b.min.to_array();
+    let by_size = a.0.diagonal().total_cmp(&b.0.diagonal());
+    let by_name = by_size.then_with(|| a.1.cmp(b.1));
+    let corners = corner(a.0).into_iter().zip(corner(b.0));
+    corners.fold(by_name, |order, (a, b)| order.then(a.total_cmp(&b)))
+}
+
 /// A body around a point.
 struct Body<'a> {
     medium: MediumId,
-    /// Diameter of the box around it.
-    size: f64,
+    bounds: Aabb,
     name: &'a str,
     /// That of the object; those of partitions are larger.
     number: usize,
@@ -275,7 +283,7 @@ mod tests {
         (0..count).map(ball).collect()
     }
 
-    /// Balls of one size: the first by name and number counts.
+    /// Balls of one size, of which seven names tell some apart.
     #[test]
     fn the_search_finds_what_looking_at_all_objects_does() {
         let objects = balls(300, 0.02);
@@ -285,19 +293,27 @@ mod tests {
             partitions: &[],
             bodies: &bodies,
         };
+        let reversed: Vec<Object> = objects.iter().rev().cloned().collect();
+        let bodies_reversed = Bodies::new(&reversed, &[]);
+        let in_reverse = Containment {
+            objects: &reversed,
+            bodies: &bodies_reversed,
+            ..containment
+        };
         let mut rng = Rng::new(1);
         let mut inside = 0;
         for _ in 0..2000 {
             let x = DVec3::from(rng.uniform::<3>());
             let around = objects.iter().filter(|o| o.sides.is_some());
             let around: Vec<&Object> = around.filter(|o| o.shape.contains(x)).collect();
-            let size = |o: &Object| o.shape.aabb().diagonal();
+            let key = |o: &Object| (o.shape.aabb(), o.name.clone());
             let first = around.iter().min_by(|a, b| {
-                let by_size = size(a).total_cmp(&size(b));
-                by_size.then_with(|| a.name.cmp(&b.name))
+                let [a, b] = [key(a), key(b)];
+                by_size((&a.0, &a.1), (&b.0, &b.1))
             });
             let expected = first.and_then(|o| o.interior()).unwrap_or(AMBIENT);
             assert_eq!(containment.medium_at(x), expected);
+            assert_eq!(in_reverse.medium_at(x), expected);
             assert_eq!(containment.depth(x), around.len());
             inside += usize::from(around.len() > 1);
         }

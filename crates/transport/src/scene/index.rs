@@ -1,5 +1,6 @@
 //! Which objects a ray meets.
 
+use super::containment::by_size;
 use super::parts::Object;
 use crate::bsdf::Bsdf;
 use crate::shape::{Accel, Meeting, Shape};
@@ -8,19 +9,18 @@ use glam::DVec3;
 use std::cmp::Ordering;
 
 /// The order in which coincident surfaces act: what scatters light comes before smooth dielectrics, and these before null surfaces,
-/// which only declare a boundary; then the smaller one, then by name.
+/// which only declare a boundary; then [by size](by_size).
 pub(super) fn precedence(a: &Object, b: &Object) -> Ordering {
     let class = |o: &Object| match o.bsdf {
         Bsdf::Null => 2,
         Bsdf::Dielectric(_) => 1,
         _ => 0,
     };
-    let size = |o: &Object| o.shape.aabb().diagonal();
+    let [box_a, box_b] = [a, b].map(|o| o.shape.aabb());
     let by_class = class(a).cmp(&class(b));
     by_class
         .then(b.emitter.is_some().cmp(&a.emitter.is_some()))
-        .then(size(a).total_cmp(&size(b)))
-        .then_with(|| a.name.cmp(&b.name))
+        .then_with(|| by_size((&box_a, &a.name), (&box_b, &b.name)))
 }
 
 /// Some of the objects, for intersection tests.
