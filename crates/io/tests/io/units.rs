@@ -608,7 +608,7 @@ fn emitters_in_files_in_any_unit() {
     };
     let table =
         "IESNA:LM-63-2002\nTILT=NONE\n1 1000 1 3 1 1 2 0 0 0\n1 1 0\n0 45 90\n0\n900 500 20\n";
-    let table = file("lamp.ies", table.as_bytes());
+    let table = file("photometry.ies", table.as_bytes());
     let mut sky = b"PF\n4 2\n-1\n".to_vec();
     sky.extend((0..24u16).flat_map(|i| f32::from(i * i % 7).to_le_bytes()));
     let sky = file("sky.pfm", &sky);

@@ -11,7 +11,7 @@ mod surface;
 
 pub use quantity::Aov;
 
-use crate::path::{Ending, FollowedRay, Workspace, follow, see};
+use crate::path::{FollowedRay, TraceEnding, Workspace, follow, see};
 use crate::scene::{AMBIENT, MediumId, Scene};
 use crate::sensor::SensorRay;
 use eikonal::Reference;
@@ -109,7 +109,7 @@ impl AovTracer {
             let values = if aov.is_of_surface() {
                 let seen = followed.seen.as_ref();
                 seen.map_or([0.0; 3], |seen| surface::values(aov, scene, seen))
-            } else if followed.ending == Ending::Lost {
+            } else if followed.ending == TraceEnding::Lost {
                 [0.0; 3]
             } else {
                 self.values(aov, &followed, scene, &ray)
@@ -165,13 +165,13 @@ pub fn deflection(to_world: &DAffine3, entry: DVec3, exit: DVec3) -> [f64; 2] {
 fn displacement(scene: &Scene, start: &SensorRay, ray: &FollowedRay) -> Option<[f64; 2]> {
     let sensor = scene.sensor();
     let straight = match (ray.ending, sensor.is_parallel()) {
-        (Ending::Surface(_), false) => {
+        (TraceEnding::Surface(_), false) => {
             let seen = ray.x - start.origin;
             sensor.sense(start.origin, seen.try_normalize()?)
         }
-        (Ending::Surface(_), true) => sensor.sense(ray.x, start.direction),
-        (Ending::Left, false) => sensor.sense(start.origin, ray.direction),
-        (Ending::Left, true) | (Ending::Lost, _) => None,
+        (TraceEnding::Surface(_), true) => sensor.sense(ray.x, start.direction),
+        (TraceEnding::Left, false) => sensor.sense(start.origin, ray.direction),
+        (TraceEnding::Left, true) | (TraceEnding::Length | TraceEnding::Lost, _) => None,
     };
     let (curved, straight) = (sensor.sense(start.origin, start.direction)?, straight?);
     let film = scene.film();

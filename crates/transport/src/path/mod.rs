@@ -43,8 +43,8 @@ pub(crate) use subpath::{EmitterEnd, EndChoice, Joint, JointEnd, Resampling, Sub
 pub(crate) use subpath::{Escape, LightPath, PathEdge, Subpath, scatter, scatter_pdf, sensor_path};
 pub(crate) use walk::choose_channel;
 pub(crate) use walk::{
-    EmittedAlong, Ending, FollowedRay, SeenSurface, follow, gather_along, gather_in_view, see,
-    unscattered_continuation,
+    Continuation, EmittedAlong, FollowedRay, RayObserver, SeenSurface, UnscatteredRay, follow,
+    gather_along, gather_in_view, see,
 };
-pub use walk::{FreeFlight, Sampling, trace};
+pub use walk::{FreeFlight, Sampling, TraceEnding, trace};
 pub use workspace::{FirstVertexTechniques, RayPart, SplitSample, Workspace};

@@ -1,15 +1,15 @@
 //! One ray from surface to surface.
 
 use super::line::Line;
-use crate::budget::STEPS_PER_RAY;
-use crate::path::unscattered_continuation;
+use crate::path::{Continuation, RayObserver, TraceEnding, UnscatteredRay};
 use crate::scene::{AMBIENT, MediumId, Scene};
 use crate::shape::Hit;
 use eikonal::Aabb;
 use eikonal::Reference;
 use eikonal::connect::World;
-use eikonal::ray::{Flow, Node, Work};
+use eikonal::ray::{Step, Work};
 use glam::DVec3;
+use std::ops::ControlFlow;
 
 /// How far beyond all objects a ray is followed, relative to the size of the scene.
 const BEYOND: f64 = 1.15;
@@ -35,19 +35,6 @@ pub struct TracePoint {
     pub index: f64,
     /// The medium beyond.
     pub medium: MediumId,
-}
-
-/// How a ray ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TraceEnding {
-    /// On an object that neither passes it on in one direction nor lets at least half of its light pass straight on.
-    Surface(usize),
-    /// It left the scene.
-    Left,
-    /// It reached the longest length allowed.
-    Length,
-    /// It left the field of its medium, or took too many steps.
-    Lost,
 }
 
 /// A ray that was followed.
@@ -95,32 +82,25 @@ impl<'a> Tracer<'a> {
         let ball = Ball::around(self.bounds.include(x));
         // A start on a boundary belongs to the medium into which the ray goes.
         let medium = self.scene.medium_at(x + direction * (AHEAD * ball.radius));
-        let index = self.scene.n(medium, x);
         let surroundings = || Reference::Index(self.scene.n(AMBIENT, x));
         let reference = self.reference.unwrap_or_else(surroundings);
-        let mut ray = TracedRay {
+        let mut traced = TracedRay {
             scene: self.scene,
             max_length: self
                 .max_length
                 .filter(|length| *length != f64::INFINITY)
                 .map_or(20.0 * ball.radius, |length| length.max(0.0)),
             ball,
-            x,
-            v: direction * index,
-            medium,
             line: Line::new(reference, direction),
-            steps: 0,
         };
-        ray.line.record(x, ray.v, medium);
-        if ray.max_length == 0.0 {
-            return ray.line.end(TraceEnding::Length);
+        let v = direction * self.scene.n(medium, x);
+        traced.line.record(x, v, medium);
+        if traced.max_length == 0.0 {
+            return traced.line.end(TraceEnding::Length);
         }
-        let ending = loop {
-            if let Some(ending) = ray.region() {
-                break ending;
-            }
-        };
-        ray.line.end(ending)
+        let mut ray = UnscatteredRay::new(self.scene, x, direction, medium);
+        let ending = ray.follow(self.scene.tolerance(), &mut traced);
+        traced.line.end(ending)
     }
 }
 
@@ -157,77 +137,71 @@ impl Ball {
     }
 }
 
+/// Records the points of a ray.
 struct TracedRay<'a> {
     scene: &'a Scene,
     ball: Ball,
     max_length: f64,
-    x: DVec3,
-    v: DVec3,
-    medium: MediumId,
     line: Line<'a>,
-    steps: usize,
 }
 
 impl TracedRay<'_> {
-    /// Follows the ray through one medium. Returns how it ended, unless it goes on into another.
-    fn region(&mut self) -> Option<TraceEnding> {
-        let scene = self.scene;
-        let field = scene.field(self.medium);
-        let mut flow = Flow::new(
-            field,
-            Node::new(field, self.x, self.v, ()),
-            scene.tolerance(),
-        );
-        loop {
-            let (x, v) = (flow.node().x, flow.node().v);
-            let left = self.max_length - self.line.length;
-            let reach = if field.is_constant() {
-                self.ball.exit(x, v.normalize())
-            } else {
-                2.0 * self.ball.radius
-            };
-            if reach <= 0.0 {
-                return Some(TraceEnding::Left);
-            }
-            if !reach.is_finite() {
-                return Some(TraceEnding::Lost);
-            }
-            let step = flow.advance(reach.min(left) / v.length(), &mut Work::default());
-            let hit = scene.first_hit(&step.arc);
-            if hit.is_none() && !step.end.x.is_finite() {
-                return Some(TraceEnding::Lost);
-            }
-            let theta = hit.as_ref().map_or(1.0, |(_, hit)| hit.theta);
-            // A step of the remaining length of σ may be longer than that where the index grows.
-            let end = step.arc.theta_at_length(left);
-            self.line.advance(field, &step, theta.min(end), self.medium);
-            self.steps += 1;
-            if end < theta || self.line.reaches(self.max_length) {
-                return Some(TraceEnding::Length);
-            }
-            if let Some((object, hit)) = hit {
-                return self.surface(object, &hit, step.at(theta).1);
-            }
-            if self.steps > STEPS_PER_RAY {
-                return Some(TraceEnding::Lost);
-            }
+    fn left(&self) -> f64 {
+        self.max_length - self.line.length
+    }
+}
+
+impl RayObserver for TracedRay<'_> {
+    fn reach(
+        &mut self,
+        x: DVec3,
+        direction: DVec3,
+        medium: MediumId,
+    ) -> ControlFlow<TraceEnding, f64> {
+        let reach = if self.scene.field(medium).is_constant() {
+            self.ball.exit(x, direction)
+        } else {
+            2.0 * self.ball.radius
+        };
+        if reach <= 0.0 {
+            return ControlFlow::Break(TraceEnding::Left);
         }
+        if !reach.is_finite() {
+            return ControlFlow::Break(TraceEnding::Lost);
+        }
+        ControlFlow::Continue(reach.min(self.left()))
     }
 
-    /// Goes on from a surface if there is only one direction to go.
-    fn surface(&mut self, object: usize, hit: &Hit, v: DVec3) -> Option<TraceEnding> {
-        let Some(passage) = unscattered_continuation(self.scene, object, self.medium, hit, v)
-        else {
-            return Some(TraceEnding::Surface(object));
-        };
-        self.x = passage.x;
-        self.v = passage.v;
-        self.medium = passage.medium;
-        if passage.is_reflection {
-            self.line.reflect(self.v.normalize());
+    fn advance(
+        &mut self,
+        step: &Step<()>,
+        hit: Option<&Hit>,
+        medium: MediumId,
+    ) -> ControlFlow<TraceEnding> {
+        let theta = hit.map_or(1.0, |hit| hit.theta);
+        // A step of the remaining length of σ may be longer than that where the index grows.
+        let end = step.arc.theta_at_length(self.left());
+        let field = self.scene.field(medium);
+        self.line.advance(field, step, theta.min(end), medium);
+        if end < theta || self.line.reaches(self.max_length) {
+            return ControlFlow::Break(TraceEnding::Length);
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn arrive(&mut self, _: usize, _: &Hit, _: DVec3, _: MediumId) -> ControlFlow<TraceEnding> {
+        ControlFlow::Continue(())
+    }
+
+    fn go_on(&mut self, hit: &Hit, beyond: &Continuation) {
+        if beyond.is_reflection {
+            self.line.reflect(beyond.v.normalize());
         }
         // The point on the surface belongs to what follows: its direction and medium.
-        self.line.replace(hit.position, self.v, self.medium);
-        None
+        self.line.replace(hit.position, beyond.v, beyond.medium);
+    }
+
+    fn work(&mut self) -> &mut Work {
+        self.line.work()
     }
 }

@@ -17,6 +17,8 @@ pub(super) struct Line<'a> {
     optical: f64,
     difference: PathDifference<'a>,
     points: Vec<TracePoint>,
+    /// Nobody asks for it.
+    work: Work,
 }
 
 impl<'a> Line<'a> {
@@ -27,6 +29,7 @@ impl<'a> Line<'a> {
             optical: 0.0,
             difference: PathDifference::new(reference, toward),
             points: Vec::new(),
+            work: Work::default(),
         }
     }
 
@@ -45,8 +48,7 @@ impl<'a> Line<'a> {
             let t = theta * i as f64 / pieces;
             self.length = length + arc.arc_length(t);
             self.optical = optical + arc.optical_length(t);
-            let mut work = Work::default();
-            self.difference.add(field, arc, [before, t], &mut work);
+            self.difference.add(field, arc, [before, t], &mut self.work);
             let (x, v, ()) = step.at(t);
             self.record(x, v, medium);
             before = t;
@@ -61,7 +63,12 @@ impl<'a> Line<'a> {
 
     /// The ray is reflected into the unit direction `toward`.
     pub(super) fn reflect(&mut self, toward: DVec3) {
-        self.difference.reflect(toward, &mut Work::default());
+        self.difference.reflect(toward, &mut self.work);
+    }
+
+    /// Where the work of following the ray is counted.
+    pub(super) fn work(&mut self) -> &mut Work {
+        &mut self.work
     }
 
     /// Records a point, where the velocity is `v`.
@@ -85,7 +92,7 @@ impl<'a> Line<'a> {
 
     pub(super) fn end(mut self, ending: TraceEnding) -> Path {
         if let Some(last) = self.points.last_mut() {
-            last.path_difference = self.difference.value(&mut Work::default());
+            last.path_difference = self.difference.value(&mut self.work);
         }
         Path {
             points: self.points,

@@ -5,6 +5,7 @@ mod follow;
 mod free;
 mod line;
 
+pub use crate::path::TraceEnding;
 pub use branches::{Branch, Branches, branches};
-pub use follow::{Path, TraceEnding, TracePoint, Tracer};
+pub use follow::{Path, TracePoint, Tracer};
 pub use free::follow_field;
