@@ -183,8 +183,8 @@ PLANTED = [
     (
         "rays given up without being counted",
         TRANSPORT + "path/walk/follow.rs",
-        "ws.stats.over_budget.rays += u64::from(is_over);",
-        "",
+        "u64::from(is_over_budget) + u64::from(is_too_long);",
+        "u64::from(is_over_budget);",
         ("morgana-transport", "transport", "budgets::rays_that_take_too_many_steps_are_given_up_and_counted"),
     ),
     (
