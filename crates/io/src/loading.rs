@@ -89,12 +89,12 @@ impl Loading {
         ))
     }
 
-    /// Says what is done from now on.
+    /// Enters a stage.
     pub(crate) fn begin(&self, what: impl Into<Cow<'static, str>>) {
         self.enter(what.into(), None);
     }
 
-    /// Says which object is built from now on.
+    /// Enters the stage of building an object.
     pub(crate) fn build(&self, object: &ObjectDescription) {
         let what = format!("building {}", object.label());
         self.enter(what.into(), Some(object.location.clone()));

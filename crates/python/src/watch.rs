@@ -74,7 +74,7 @@ pub fn watched<T: Send>(
 /// Does the `work` of loading on a thread of its own while this one runs Python's signal handlers.
 ///
 /// # Errors
-/// What a handler raises, such as `KeyboardInterrupt`, at once: the work then ends by itself, and what it makes is dropped.
+/// An exception that a handler raises, such as `KeyboardInterrupt`, at once: the work then ends by itself, and its result is dropped.
 pub fn loaded<T: Send + 'static>(
     py: Python<'_>,
     loading: &Loading,

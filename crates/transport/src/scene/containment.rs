@@ -20,7 +20,7 @@ impl Scene {
         self.containment().is_displaced(id, x)
     }
 
-    /// Where which medium is.
+    /// Closed objects and partitions, for questions about places.
     pub(super) fn containment(&self) -> Containment<'_> {
         self.parts.containment(&self.bodies)
     }
@@ -92,7 +92,8 @@ impl Bodies {
         }
     }
 
-    /// Whether `holds` for one of the objects whose boxes are around a point; some others may be among them.
+    /// Calls `holds` with the closed objects whose boxes are around a point, and maybe with others nearby, until one returns true, and
+    /// returns whether one did.
     fn any_near(&self, x: DVec3, mut holds: impl FnMut(usize) -> bool) -> bool {
         let place = Aabb::new(x, x);
         self.tree
@@ -107,7 +108,7 @@ pub struct Containment<'a> {
     pub objects: &'a [Object],
     /// What divides volumes into several media.
     pub partitions: &'a [Partition],
-    /// Those of the objects that are closed.
+    /// Search structure over the closed objects.
     pub bodies: &'a Bodies,
 }
 
@@ -117,7 +118,7 @@ impl Parts {
         Bodies::new(&self.objects, &self.partitions)
     }
 
-    /// Where which medium is.
+    /// Closed objects and partitions, for questions about places.
     pub(super) fn containment<'a>(&'a self, bodies: &'a Bodies) -> Containment<'a> {
         Containment {
             objects: &self.objects,
@@ -134,7 +135,7 @@ impl Containment<'_> {
             .map_or(AMBIENT, |body| body.medium)
     }
 
-    /// Whether something opaque fills the place of a medium at a point.
+    /// Returns whether something opaque fills the place of a medium at a point.
     pub(super) fn is_displaced(&self, id: MediumId, x: DVec3) -> bool {
         self.bodies.any_near(x, |i| {
             let object = &self.objects[i];
@@ -223,7 +224,7 @@ struct Body<'a> {
     medium: MediumId,
     bounds: Aabb,
     name: &'a str,
-    /// That of the object; those of partitions are larger.
+    /// Number of the object; partitions come after all objects.
     number: usize,
 }
 

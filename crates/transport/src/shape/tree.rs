@@ -74,8 +74,8 @@ impl Tree {
 }
 
 impl Tree {
-    /// Whether `leaf` holds for one of the leaves whose boxes may share a point with a box. It is called with each of them in turn,
-    /// and maybe with others nearby, until it holds.
+    /// Calls `leaf` with the leaves whose boxes may share a point with a box, and maybe with others nearby, until one call returns true,
+    /// and returns whether one did.
     pub(crate) fn any_near(&self, b: &Aabb, leaf: &mut impl FnMut(usize) -> bool) -> bool {
         let local = Aabb {
             min: self.local(b.min),
