@@ -147,3 +147,59 @@ fn trace_aov_and_render_meet_the_same() {
         }
     }
 }
+
+/// A glass cube, exactly on whose front rays start, and a ball of denser glass that reaches out of it.
+const GLASS: &str = r#"
+  "cube": {"type": "cube", "bsdf": {"type": "dielectric", "int_ior": 1.3}},
+  "ball": {"type": "sphere", "center": [0, 0, 1], "radius": 0.5, "bsdf": {"type": "dielectric", "int_ior": 1.6}}"#;
+
+/// The last boundary on the way of a ray through glass, by `trace` and by `aov`.
+fn exits(start: DVec3, direction: DVec3) -> [DVec3; 2] {
+    let text = format!(
+        r#"{{"type": "scene", "integrator": {{"type": "aov", "aovs": "exit_position"}}, {GLASS}, "sky": {{"type": "constant"}},
+          "sensor": {{"type": "radiancemeter", "origin": [{}, {}, {}], "direction": [{}, {}, {}],
+            "film": {{"type": "hdrfilm", "width": 1, "height": 1, "rfilter": {{"type": "box"}}}}}}}}"#,
+        start.x, start.y, start.z, direction.x, direction.y, direction.z
+    );
+    let mut diagnostics = Diagnostics::new();
+    let scene = json::parse(&text, "scene.json", &[], &mut diagnostics);
+    let scene = scene.unwrap_or_else(|| panic!("{diagnostics}\n{text}"));
+    let loaded = morgana_io::assemble(&scene, &LoadOptions::default(), diagnostics);
+    let loaded = loaded.unwrap_or_else(|e| panic!("{e}\n{text}"));
+    let path = Tracer::new(&loaded.groups[0], None).follow(start, direction);
+    assert_eq!(path.ending, TraceEnding::Left);
+    let [.., exit, _] = path.points[..] else {
+        panic!("{path:?}");
+    };
+    let values = pixel(&loaded, 1);
+    let names = &loaded.channel_names;
+    let value = |name: &str| values[names.iter().position(|n| n.ends_with(name)).unwrap()];
+    let followed = ["position.X", "position.Y", "position.Z"].map(value);
+    [exit.x, DVec3::from(followed)]
+}
+
+/// On a face, and in media that overlap, a ray of `trace` starts in the medium of a camera.
+#[test]
+fn a_trace_starts_in_the_medium_of_a_camera() {
+    for start in [
+        // On the face of the cube, that of the ball, and where one lies in the other.
+        DVec3::new(0.7, 0.6, 1.0),
+        DVec3::new(0.0, 0.0, 1.5),
+        DVec3::new(0.0, 0.0, 0.5),
+        DVec3::new(0.1, 0.2, 1.0),
+        DVec3::new(0.1, 0.2, 0.8),
+        // On an edge.
+        DVec3::new(1.0, 0.3, 1.0),
+    ] {
+        for direction in [
+            DVec3::new(-0.3, 0.2, -1.0),
+            DVec3::new(0.1, -0.3, -0.9),
+            DVec3::new(0.3, 0.2, 1.0),
+        ] {
+            let [traced, followed] = exits(start, direction);
+            let off = traced.distance(followed);
+            // The radiance meter sees a narrow cone.
+            assert!(off < 1e-4, "{start} {direction}: {traced} {followed}");
+        }
+    }
+}

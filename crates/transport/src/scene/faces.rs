@@ -5,6 +5,7 @@
 //! is behind the face as it looks; on an opaque sheet before it. A point that radiates in all directions is on all sides: its light
 //! starts in the medium that lies in its direction.
 
+use super::Scene;
 use super::coincident::{LAYER, TOUCH};
 use super::containment::{Bodies, Containment};
 use super::index::Index;
@@ -25,8 +26,27 @@ const APERTURE_POINTS: usize = 64;
 /// Most surfaces that are looked at in one direction from a point.
 const MOST_SURFACES: usize = 4;
 
-/// Moves emitters and the sensor to their sides of the faces on which they lie. `layers` is how many sheets lie on one another.
-pub(super) fn settle(parts: &mut Parts, bodies: &Bodies, epsilon: f64, layers: usize) {
+impl Scene {
+    /// The start of a ray from a point in a unit direction: off the faces on which the point lies, on the side on which a camera would be.
+    pub(crate) fn off_faces(&self, x: DVec3, direction: DVec3) -> DVec3 {
+        let faces = Faces {
+            containment: self.containment(),
+            index: &self.all,
+            epsilon: self.ray_epsilon,
+            distance: self.face_distance,
+        };
+        x + faces.shift([x], direction).unwrap_or_default()
+    }
+}
+
+/// Distance from faces, on which at most so many sheets lie on one another, to which emitters and sensors are moved: beyond all of
+/// these sheets.
+pub(super) fn distance(epsilon: f64, layers: usize) -> f64 {
+    (layers as f64 + 1.5) * LAYER * epsilon
+}
+
+/// Moves emitters and the sensor by a distance to their sides of the faces on which they lie.
+pub(super) fn settle(parts: &mut Parts, bodies: &Bodies, epsilon: f64, distance: f64) {
     if parts.objects.is_empty() {
         return;
     }
@@ -35,8 +55,7 @@ pub(super) fn settle(parts: &mut Parts, bodies: &Bodies, epsilon: f64, layers: u
         containment: parts.containment(bodies),
         index: &index,
         epsilon,
-        // Beyond all sheets on the face.
-        distance: (layers as f64 + 1.5) * LAYER * epsilon,
+        distance,
     };
     let emitters = parts.emitters.iter().map(|e| faces.emitter(e)).collect();
     let sensor = faces.sensor(&parts.sensor);

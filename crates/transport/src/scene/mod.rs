@@ -76,6 +76,8 @@ pub struct Scene {
     around: Surroundings,
     /// See [`World::ray_epsilon`](eikonal::World::ray_epsilon).
     ray_epsilon: f64,
+    /// Distance from faces to which emitters and sensors on them are moved.
+    face_distance: f64,
     /// Whether nothing takes any light between surfaces.
     clear: bool,
     /// How far surfaces are, once somebody asks.
@@ -125,7 +127,8 @@ impl Scene {
         go_on()?;
         // Sheets that are moved hold no medium, and are moved by less than the margin of boxes.
         let bodies = parts.bodies();
-        faces::settle(&mut parts, &bodies, epsilon, separation.layers);
+        let face_distance = faces::distance(epsilon, separation.layers);
+        faces::settle(&mut parts, &bodies, epsilon, face_distance);
         separation.apply(&mut parts);
         settle_fibers(&mut parts, &bodies);
         parts = parts.with_emissive_media();
@@ -166,6 +169,7 @@ impl Scene {
             bending: Bending::of(&parts),
             sensor_medium,
             ray_epsilon: ray_epsilon(&around),
+            face_distance,
             clear: parts.media.iter().all(Medium::is_transparent),
             clearance: OnceLock::new(),
             matters: OnceLock::new(),

@@ -13,8 +13,6 @@ use std::ops::ControlFlow;
 
 /// How far beyond all objects a ray is followed, relative to the size of the scene.
 const BEYOND: f64 = 1.15;
-/// How far ahead of its start a ray looks for its medium, relative to the size of the scene.
-const AHEAD: f64 = 1e-9;
 
 /// A point of a ray.
 #[derive(Clone, Copy, Debug)]
@@ -76,12 +74,12 @@ impl<'a> Tracer<'a> {
         Tracer { reference, ..self }
     }
 
-    /// Follows the ray from `x` in a direction of any length but zero.
+    /// Follows the ray from `x` in a direction of any length but zero. Exactly on a face it starts as a camera does.
     pub fn follow(&self, x: DVec3, direction: DVec3) -> Path {
         let direction = direction.normalize();
         let ball = Ball::around(self.bounds.include(x));
-        // A start on a boundary belongs to the medium into which the ray goes.
-        let medium = self.scene.medium_at(x + direction * (AHEAD * ball.radius));
+        let start = self.scene.off_faces(x, direction);
+        let medium = self.scene.medium_at(start);
         let surroundings = || Reference::Index(self.scene.n(AMBIENT, x));
         let reference = self.reference.unwrap_or_else(surroundings);
         let mut traced = TracedRay {
@@ -93,12 +91,12 @@ impl<'a> Tracer<'a> {
             ball,
             line: Line::new(reference, direction),
         };
-        let v = direction * self.scene.n(medium, x);
+        let v = direction * self.scene.n(medium, start);
         traced.line.record(x, v, medium);
         if traced.max_length == 0.0 {
             return traced.line.end(TraceEnding::Length);
         }
-        let mut ray = UnscatteredRay::new(self.scene, x, direction, medium);
+        let mut ray = UnscatteredRay::new(self.scene, start, direction, medium);
         let ending = ray.follow(self.scene.tolerance(), &mut traced);
         traced.line.end(ending)
     }
