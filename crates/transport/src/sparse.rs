@@ -45,10 +45,11 @@ impl<T> TryFrom<Stored<T>> for Sparse<T> {
 
     fn try_from(stored: Stored<T>) -> Result<Self, Self::Error> {
         let Stored { blocks, len, rest } = stored;
-        let mut written = blocks.iter().flatten();
-        if blocks.len() != len.div_ceil(Self::BLOCK)
-            || written.any(|block| block.len() != Self::BLOCK)
-        {
+        let fits = |(i, block): (usize, &Option<Box<[T]>>)| {
+            let size = Self::BLOCK.min(len - i * Self::BLOCK);
+            block.as_ref().is_none_or(|block| block.len() == size)
+        };
+        if blocks.len() != len.div_ceil(Self::BLOCK) || !blocks.iter().enumerate().all(fits) {
             return Err("blocks of another length than that of the vector");
         }
         Ok(Sparse { blocks, len, rest })
@@ -68,8 +69,8 @@ impl<T: Copy> Sparse<T> {
 
     /// Bytes that a vector of `len` elements takes once all blocks are written.
     pub fn memory(len: usize) -> usize {
-        let block = size_of::<Option<Box<[T]>>>() + Self::BLOCK * size_of::<T>();
-        len.div_ceil(Self::BLOCK).saturating_mul(block)
+        let table = len.div_ceil(Self::BLOCK) * size_of::<Option<Box<[T]>>>();
+        len.saturating_mul(size_of::<T>()).saturating_add(table)
     }
 
     /// Number of elements.
@@ -92,7 +93,7 @@ impl<T: Copy> Sparse<T> {
     /// # Panics
     /// If there is no such element.
     pub fn get_mut(&mut self, index: usize) -> &mut T {
-        element(&mut self.blocks, self.rest, index)
+        element(&mut self.blocks, self.rest, self.len, index)
     }
 
     /// All elements in order.
@@ -114,9 +115,12 @@ impl<T: Copy> Sparse<T> {
 
     /// Forgets the blocks inside a range, whose memory is free then.
     pub(crate) fn forget(&mut self, range: Range<usize>) {
-        let end = range.end.min(self.len);
-        let blocks = range.start.div_ceil(Self::BLOCK)..end / Self::BLOCK;
-        for block in blocks {
+        let end = if range.end >= self.len {
+            self.blocks.len()
+        } else {
+            range.end / Self::BLOCK
+        };
+        for block in range.start.div_ceil(Self::BLOCK)..end {
             self.blocks[block] = None;
         }
     }
@@ -129,11 +133,16 @@ impl<T: Copy> Sparse<T> {
     ) where
         T: Send + Sync,
     {
-        let rest = self.rest;
+        let (rest, len) = (self.rest, self.len);
         let parts = self.blocks.par_chunks_mut(blocks).enumerate();
         parts.for_each(|(i, part)| {
-            let part = Part { blocks: part, rest };
-            see(i * blocks * Self::BLOCK, part);
+            let first = i * blocks * Self::BLOCK;
+            let part = Part {
+                blocks: part,
+                rest,
+                left: len - first,
+            };
+            see(first, part);
         });
     }
 }
@@ -199,22 +208,25 @@ impl<'v, T: Copy> IntoIterator for &'v Sparse<T> {
 pub(crate) struct Part<'v, T> {
     blocks: &'v mut [Option<Box<[T]>>],
     rest: T,
+    /// Number of elements from the first of the part to the end of the vector.
+    left: usize,
 }
 
 impl<T: Copy> Part<'_, T> {
     /// An element to be written, counted from the first of the part.
     #[inline]
     pub(crate) fn get_mut(&mut self, index: usize) -> &mut T {
-        element(self.blocks, self.rest, index)
+        element(self.blocks, self.rest, self.left, index)
     }
 }
 
-/// An element of blocks, to be written.
+/// An element to be written, in blocks of a vector that ends after `left` elements: its last block is shorter than others.
 #[inline]
-fn element<T: Copy>(blocks: &mut [Option<Box<[T]>>], rest: T, index: usize) -> &mut T {
-    let size = Sparse::<T>::BLOCK;
-    let block = blocks[index / size].get_or_insert_with(|| vec![rest; size].into());
-    &mut block[index % size]
+fn element<T: Copy>(blocks: &mut [Option<Box<[T]>>], rest: T, left: usize, index: usize) -> &mut T {
+    let (number, place) = (index / Sparse::<T>::BLOCK, index % Sparse::<T>::BLOCK);
+    let size = || Sparse::<T>::BLOCK.min(left - (index - place));
+    let block = blocks[number].get_or_insert_with(|| vec![rest; size()].into());
+    &mut block[place]
 }
 
 #[cfg(test)]
@@ -234,12 +246,15 @@ mod tests {
         // The block of 128 to 191, and that of 960 to 999.
         assert_eq!(cells.written(0..1000).count(), 64 + 40);
         assert!(cells.iter().eq(&cells.dense(|_, v| v)));
-        for range in [0..191, 129..1000] {
+        for range in [0..191, 129..999] {
             cells.forget(range);
             assert_eq!((cells[130], cells[999]), (130.0, 999.0));
         }
         cells.forget(128..192);
         assert_eq!((cells[130], cells[999]), (0.0, 999.0));
+        cells.forget(960..1000);
+        assert_eq!(cells[999], 0.0);
+        assert_eq!(Sparse::<f64>::memory(1000), 1000 * 8 + 16 * 16);
     }
 
     #[test]
@@ -256,8 +271,8 @@ mod tests {
             rest: 0.0,
         };
         let block = |len: usize| Some(vec![1.0; len].into_boxed_slice());
-        assert!(Sparse::try_from(stored(vec![None, block(Sparse::<f64>::BLOCK)])).is_ok());
-        assert!(Sparse::try_from(stored(vec![None, block(6)])).is_err());
+        assert!(Sparse::try_from(stored(vec![None, block(6)])).is_ok());
+        assert!(Sparse::try_from(stored(vec![None, block(64)])).is_err());
         assert!(Sparse::try_from(stored(vec![None])).is_err());
     }
 }
