@@ -432,6 +432,52 @@ fn coincident_objects_may_be_turned_and_shifted() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
+/// Sheets that let light through, exactly on a wall or on one another: light meets both, as it does where they are apart.
+#[test]
+fn sheets_that_let_light_through_do_not_hide_what_they_lie_on() {
+    let rectangle = |y: f64, size: f64, bsdf: &str| {
+        format!(
+            r#"{{"type": "rectangle", "to_world": [{{"scale": {size}}}, {{"rotate": {{"axis": [1, 0, 0], "angle": -90}}}}, {{"translate": [0, {y:e}, 0]}}], "bsdf": {bsdf}}}"#
+        )
+    };
+    let white = r#"{"type": "twosided", "n": {"type": "diffuse", "reflectance": 1.0}}"#;
+    let mask = format!(r#"{{"type": "mask", "opacity": 0.5, "n": {white}}}"#);
+    let black = r#"{"type": "diffuse", "reflectance": 0.0}"#;
+    let pane = r#"{"type": "thindielectric"}"#;
+    let polarizer = r#"{"type": "polarizer"}"#;
+    let cases = [
+        (black, 4.0, mask.as_str()),
+        (black, 4.0, pane),
+        (black, 4.0, polarizer),
+        (&mask, 1.0, &mask),
+        (pane, 1.0, pane),
+    ];
+    for (below, size, above) in cases {
+        let seen = |y: f64, swapped: bool| {
+            let [a, b] = if swapped { ["z", "a"] } else { ["a", "z"] };
+            let text = format!(
+                r#"{{"type": "scene", "integrator": {{"type": "path"}}, "sky": {{"type": "constant", "radiance": 1}},
+                "sensor": {{"type": "perspective", "fov": 40,
+                  "to_world": [{{"lookat": {{"origin": [0.3, 2.5, 5], "target": [0, -0.5, 0], "up": [0, 1, 0]}}}}],
+                  "film": {{"type": "hdrfilm", "width": 8, "height": 8, "pixel_format": "luminance", "rfilter": {{"type": "box"}}}}}},
+                "{a}": {}, "{b}": {}}}"#,
+                rectangle(-1.0, size, below),
+                rectangle(y, 1.0, above)
+            );
+            picture(&text, 64).0
+        };
+        let expected = seen(-1.0 + 1e3 * NEAR, false);
+        for swapped in [false, true] {
+            let found = seen(-1.0, swapped);
+            let what = format!("{above} on {below}");
+            assert!(
+                (found - expected).abs() < 1e-4,
+                "{what}: {found} in place of {expected}"
+            );
+        }
+    }
+}
+
 #[test]
 fn a_meter_on_a_face_reads_what_passes_it() {
     for (body, shape) in bodies(1.37) {

@@ -63,7 +63,8 @@ pub(super) fn separation(parts: &Parts, epsilon: f64, stop: &Stop) -> Separation
     }
 }
 
-/// Objects whose two sides are in the same medium, in the order in which they are put on one another: null surfaces come last.
+/// Objects whose two sides are in the same medium, in the order in which they are put on one another: those that let
+/// light through come after those that do not, and null surfaces last.
 fn sheets(parts: &Parts) -> Vec<usize> {
     let mut sheets: Vec<usize> = (0..parts.objects.len())
         .filter(|i| parts.objects[*i].sides.is_none())
@@ -121,7 +122,8 @@ struct Search<'a> {
     rank: Vec<usize>,
     bodies: Index,
     all_sheets: Index,
-    null_sheets: Index,
+    /// Those that let light through.
+    passing_sheets: Index,
     /// Boxes around bodies, and around sheets.
     boxes: [Boxes; 2],
     /// Surfaces closer than this coincide.
@@ -147,7 +149,7 @@ impl<'a> Search<'a> {
             rank,
             bodies: Index::new(objects, |o| o.sides.is_some()),
             all_sheets: Index::new(objects, |o| o.sides.is_none()),
-            null_sheets: Index::new(objects, |o| o.sides.is_none() && o.bsdf.is_null()),
+            passing_sheets: Index::new(objects, |o| o.sides.is_none() && !o.bsdf.is_opaque()),
             boxes: [boxes(&|o| o.sides.is_some()), boxes(&|o| o.sides.is_none())],
             distance,
             of_sheets: vec![Vec::new(); sheets.len()],
@@ -172,14 +174,15 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Sheets with which the k-th one coincides, if one of the two is null: others act in their order of precedence.
+    /// Sheets with which the k-th one coincides, if one of the two lets light through to the other; of two that do not, the first in the
+    /// order of precedence acts.
     fn sheets_beside(&mut self, k: usize) {
         let number = self.sheets[k];
         let sheet = &self.objects[number];
-        let others = if sheet.bsdf.is_null() {
-            &self.all_sheets
+        let others = if sheet.bsdf.is_opaque() {
+            &self.passing_sheets
         } else {
-            &self.null_sheets
+            &self.all_sheets
         };
         if others.objects.is_empty() || others.objects == [number] {
             return;

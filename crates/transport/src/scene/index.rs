@@ -8,13 +8,13 @@ use eikonal::ray::Arc;
 use glam::DVec3;
 use std::cmp::Ordering;
 
-/// The order in which coincident surfaces act: what scatters light comes before smooth dielectrics, and these before null surfaces,
-/// which only declare a boundary; then [by size](by_size).
+/// The order in which coincident surfaces act: what lets no light through comes before what scatters it, this before smooth dielectrics,
+/// and these before null surfaces, which only declare a boundary; then [by size](by_size).
 pub(super) fn precedence(a: &Object, b: &Object) -> Ordering {
-    let class = |o: &Object| match o.bsdf {
-        Bsdf::Null => 2,
-        Bsdf::Dielectric(_) => 1,
-        _ => 0,
+    let class = |o: &Object| match &o.bsdf {
+        Bsdf::Null => 3,
+        Bsdf::Dielectric(_) => 2,
+        other => u8::from(!other.is_opaque()),
     };
     let [box_a, box_b] = [a, b].map(|o| o.shape.aabb());
     let by_class = class(a).cmp(&class(b));
