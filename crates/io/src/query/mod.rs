@@ -284,9 +284,13 @@ pub fn unknown_plugin(object: &ObjectDescription, known: &[&str], diagnostics: &
         format!("unknown {kind} type '{plugin}'")
     };
     let listed = format!("known types: {}", known.join(", "));
-    let help = match suggest(plugin, known.iter().copied()) {
-        Some(near) => format!("{near} {listed}"),
-        None => listed,
+    let help = match (
+        schema::mitsuba::substitute(kind, plugin),
+        suggest(plugin, known.iter().copied()),
+    ) {
+        (Some(substitute), _) => substitute.to_owned(),
+        (None, Some(near)) => format!("{near} {listed}"),
+        (None, None) => listed,
     };
     diagnostics.push(
         Diagnostic::error(message)

@@ -149,6 +149,67 @@ const OF_OTHERS: &[(PluginKind, &str, &[&str])] = &[
     (PluginKind::Sampler, "stratified", &["strength"]),
 ];
 
+const DERIVATIVES: &str =
+    "render with 'path', and compute derivatives in Python by morgana.derivatives";
+const MEASURED: &str = "tables of measured reflectances are not read: fit a 'principled' or a 'roughconductor' to them";
+const ELLIPSOIDS: &str =
+    "Gaussian splats are not read: media take their extinction from a 'gridvolume'";
+
+/// Plugins of Mitsuba that are missing here, and what serves in their place.
+const ABSENT: &[(PluginKind, &str, &str)] = &[
+    (PluginKind::Bsdf, "measured", MEASURED),
+    (PluginKind::Bsdf, "measured_polarized", MEASURED),
+    (
+        PluginKind::Bsdf,
+        "hair",
+        "use 'roughplastic' or 'principled' on curves",
+    ),
+    (
+        PluginKind::Emitter,
+        "directionalarea",
+        "use 'collimated' with the profile 'disc' or 'rectangle', an emitter of its own at the place of the shape",
+    ),
+    (
+        PluginKind::Emitter,
+        "timed_sunsky",
+        "use 'sunsky', for one time; mean over times by several renders",
+    ),
+    (
+        PluginKind::Film,
+        "specfilm",
+        "use 'hdrfilm' with the pixel_format 'spectral' and 'wavelengths'",
+    ),
+    (
+        PluginKind::Integrator,
+        "depth",
+        "use 'aov' with aovs 'd:depth'",
+    ),
+    (PluginKind::Integrator, "prb", DERIVATIVES),
+    (PluginKind::Integrator, "prb_basic", DERIVATIVES),
+    (PluginKind::Integrator, "prbvolpath", DERIVATIVES),
+    (PluginKind::Integrator, "prb_projective", DERIVATIVES),
+    (PluginKind::Integrator, "direct_projective", DERIVATIVES),
+    (
+        PluginKind::Phase,
+        "sggx",
+        "media of oriented flakes are not available: use 'hg' or 'tabphase'",
+    ),
+    (
+        PluginKind::Sensor,
+        "distant",
+        "use 'orthographic', whose rays are parallel, or 'radiancemeter' for a single one",
+    ),
+    (PluginKind::Shape, "ellipsoids", ELLIPSOIDS),
+    (PluginKind::Shape, "ellipsoidsmesh", ELLIPSOIDS),
+];
+
+/// What serves in the place of a plugin that Mitsuba has and morgana does not.
+pub(crate) fn substitute(kind: PluginKind, name: &str) -> Option<&'static str> {
+    let mut absent = ABSENT.iter();
+    let row = absent.find(|(of, this, _)| *of == kind && *this == name)?;
+    Some(row.2)
+}
+
 /// Whether Mitsuba has a plugin.
 pub(crate) fn has_plugin(kind: PluginKind, name: &str) -> bool {
     !lists(PLUGINS, kind, name)
@@ -171,6 +232,13 @@ fn lists(table: &[(PluginKind, &[&str])], kind: PluginKind, name: &str) -> bool 
 mod tests {
     use super::*;
     use crate::schema::plugins;
+
+    #[test]
+    fn plugins_that_are_missing_are_missing() {
+        for (kind, name, _) in ABSENT {
+            assert!(plugins(*kind).iter().all(|p| p.name != *name), "{name}");
+        }
+    }
 
     /// A parameter that is new belongs into the tables, unless Mitsuba has it, too: then only this number changes.
     #[test]

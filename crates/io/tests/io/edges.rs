@@ -62,6 +62,14 @@ fn integrators_that_speed_others_up_are_those() {
     );
 }
 
+/// Plugins that Mitsuba alone has are named with what serves in their place.
+#[test]
+fn missing_plugins_name_a_substitute() {
+    let message = load("3.0.0", "", r#"<integrator type="depth"/>"#).unwrap_err();
+    let said = ["unknown integrator type 'depth'", "use 'aov' with aovs"];
+    assert!(said.iter().all(|s| message.contains(s)), "{message}");
+}
+
 #[test]
 fn mixtures_of_phase_functions_are_bounded() {
     let mixture = |weights: &str, count: usize| {
