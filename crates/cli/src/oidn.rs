@@ -33,7 +33,12 @@ impl Oidn {
     pub fn new(path: Option<&Path>, limits: Limits) -> Result<Self, CommandError> {
         let program = path.map(|path| path.as_os_str().to_owned());
         let program = program.or_else(|| std::env::var_os(VARIABLE).filter(|p| !p.is_empty()));
-        let folder = tempfile::Builder::new().prefix("morgana-").tempdir();
+        let mut builder = tempfile::Builder::new();
+        builder.prefix("morgana-");
+        // Else the umask decides, and others may look on.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o700));
+        let folder = builder.tempdir();
         Ok(Oidn {
             program: program.unwrap_or_else(|| NAME.into()),
             folder: folder.map_err(|e| {
