@@ -335,3 +335,17 @@ def test_names_of_axes_that_say_nothing_are_refused():
     table = xarray.DataArray([[0.0, 1.3], [1.0, 1.4]], dims=("row", "column"))
     field = morgana.load_field({"type": "profile", "coordinate": "z", "data": table})
     assert field.n([[0, 0, 0]])[0] == pytest.approx(1.3)
+
+
+class Swizzled:
+    """As points and colours of Dr.Jit: an array that answers to all letters of its components, those of `matrix` too."""
+
+    def __array__(self, dtype=None, copy=None):
+        return np.array([1.0, 2.0, 3.0], dtype)
+
+    matrix = property(lambda self: np.ones(6))
+
+
+def test_points_of_mitsuba_are_three_numbers():
+    field = morgana.load_field({"type": "linear", "n0": 1.3, "slope": Swizzled()})
+    assert field.n([[0.0, 0.0, 0.01]])[0] == pytest.approx(1.33)

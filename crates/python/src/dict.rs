@@ -150,7 +150,9 @@ fn in_order<'py>(
 /// single precision stay so; all others become double.
 fn array(object: &Bound<'_, PyAny>, place: &str) -> PyResult<Item> {
     let py = object.py();
-    let source = if object.hasattr("matrix")? {
+    // Points and colours of Dr.Jit are arrays, and have any attribute that consists of the letters of their components.
+    let is_transform = !object.hasattr("__array__")? && object.hasattr("matrix")?;
+    let source = if is_transform {
         object.getattr("matrix")?
     } else {
         object.clone()
