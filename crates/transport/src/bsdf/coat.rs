@@ -4,9 +4,11 @@
 //! for light meets the coat there again and again; a lossless coat lets pass whatever it does not reflect.
 
 use super::fresnel;
-use super::microfacet::{Microfacets, Roughness};
+use super::microfacet::{Distribution, Microfacets, Roughness};
 use super::surface::{reflect, refract};
+use crate::shared::Shared;
 use glam::DVec3;
+use std::sync::Arc;
 
 /// Cosines at which a coat's reflectance is integrated, and points along each of the two numbers from which
 /// facets are drawn.
@@ -30,8 +32,14 @@ struct Coat {
 pub(super) struct Coats {
     range: [f64; 2],
     /// One for a range that is a number; else they lie closer at the smooth end, where more changes.
-    coats: Vec<Coat>,
+    coats: Vec<Arc<Coat>>,
 }
+
+/// Everything that a coat depends on: the bits of its index and its roughness, its facets, and whether it is lossless.
+type Key = ([u64; 2], Distribution, bool);
+
+/// All coats in use: making one takes tens of milliseconds.
+static COATS_IN_USE: Shared<Key, Coat> = Shared::new();
 
 /// What a coat does at a point of a surface.
 pub(super) struct Local<'a> {
@@ -49,12 +57,16 @@ impl Coats {
             least + (most - least) * t.powi(3)
         };
         let coat = |k: usize| {
-            let means = Means(roughness.facets(alpha(k)));
-            if lossless {
-                Coat::lossless(&means, eta)
-            } else {
-                Coat::lossy(&means, eta)
-            }
+            let bits = [eta, alpha(k)].map(f64::to_bits);
+            let key = (bits, roughness.distribution(), lossless);
+            COATS_IN_USE.get(key, || {
+                let means = Means(roughness.facets(alpha(k)));
+                if lossless {
+                    Coat::lossless(&means, eta)
+                } else {
+                    Coat::lossy(&means, eta)
+                }
+            })
         };
         Coats {
             range: [least, most],
@@ -67,7 +79,7 @@ impl Coats {
         let [least, most] = self.range;
         let Some(last) = self.coats.len().checked_sub(2) else {
             return Local {
-                between: [&self.coats[0]; 2],
+                between: [self.coats[0].as_ref(); 2],
                 t: 0.0,
             };
         };
@@ -75,7 +87,7 @@ impl Coats {
         let x = libm::cbrt(x) * (COATS - 1) as f64;
         let k = (x as usize).min(last);
         Local {
-            between: [&self.coats[k], &self.coats[k + 1]],
+            between: [self.coats[k].as_ref(), self.coats[k + 1].as_ref()],
             t: x - k as f64,
         }
     }

@@ -15,7 +15,7 @@ use glam::{DVec2, DVec3};
 pub const MIN_ALPHA: f64 = 1e-4;
 
 /// How the slopes of facets are distributed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Distribution {
     /// As those of a Gaussian random surface: `alpha` is √2 times the standard deviation of a slope.
     Beckmann,
@@ -204,6 +204,11 @@ impl Roughness {
         let alpha = self.alpha.number_at(&s.site);
         let across = self.across.as_ref().map_or(alpha, |t| t.number_at(&s.site));
         Microfacets::at_least(self.distribution, MIN_ALPHA, [alpha, across])
+    }
+
+    /// How the slopes of the facets are distributed.
+    pub(super) fn distribution(&self) -> Distribution {
+        self.distribution
     }
 
     /// The facets of some roughness in all directions.

@@ -26,7 +26,7 @@ const FALSE_ALARM: f64 = 2.5e-4;
 /// Instants of a period of sound, where there is one.
 const INSTANTS: usize = 3;
 const SAMPLES: u64 = 48;
-const SEEDS: u64 = 100;
+const SEEDS: u64 = 40;
 
 /// An emitter in view, whose edge is where most noise is, and fog of varying index before a corner of it.
 fn scene(index: impl Into<Field>) -> Parts {

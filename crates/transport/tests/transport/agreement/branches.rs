@@ -18,11 +18,6 @@ const EFFORT: Effort = Effort {
     batches: 40,
     work: 6_000_000,
 };
-/// Where rare, bright finds need it.
-const LARGE: Effort = Effort {
-    batches: 40,
-    work: 15_000_000,
-};
 
 fn view(from: DVec3, toward: DVec3, fov: f64) -> Sensor {
     let to_world = facing(from, (toward - from).normalize(), 1.0);
@@ -153,8 +148,8 @@ fn a_light_is_mirrored_in_a_glass_ball() {
 fn estimators_agree_on_all_branches() {
     let lens = behind_a_lens();
     let rows = [
-        check("behind a Gaussian lens, point", &lens, 1001, LARGE, true),
-        check("fog in a long rod, point", &rod(), 1009, LARGE, true),
+        check("behind a Gaussian lens, point", &lens, 1001, EFFORT, true),
+        check("fog in a long rod, point", &rod(), 1009, EFFORT, true),
         check("mode 3 of sound, beam in fog", &sound(), 1003, EFFORT, true),
         check(
             "behind a glass ball, area",

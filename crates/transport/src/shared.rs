@@ -1,0 +1,56 @@
+//! Values that take long to make, made once for all who need the same.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
+
+/// Values by the content that they are made from, kept as long as someone holds them. Scenes, channels and threads share them.
+#[derive(Debug)]
+pub(crate) struct Shared<K, V> {
+    made: Mutex<BTreeMap<K, Weak<V>>>,
+}
+
+impl<K: Ord, V> Shared<K, V> {
+    /// Without any value.
+    pub(crate) const fn new() -> Self {
+        Shared {
+            made: Mutex::new(BTreeMap::new()),
+        }
+    }
+
+    /// The value of a key, made if nobody holds it. `make` depends on the key alone. Threads that ask at the same time may both make it,
+    /// and share that of the first.
+    pub(crate) fn get(&self, key: K, make: impl FnOnce() -> V) -> Arc<V> {
+        if let Some(value) = self.lock().get(&key).and_then(Weak::upgrade) {
+            return value;
+        }
+        let value = Arc::new(make());
+        let mut made = self.lock();
+        if let Some(first) = made.get(&key).and_then(Weak::upgrade) {
+            return first;
+        }
+        made.retain(|_, other| other.strong_count() > 0);
+        made.insert(key, Arc::downgrade(&value));
+        value
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, BTreeMap<K, Weak<V>>> {
+        self.made.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_made_once_while_they_are_held() {
+        static SQUARES: Shared<u64, u64> = Shared::new();
+        let first = SQUARES.get(3, || 9);
+        assert!(Arc::ptr_eq(&first, &SQUARES.get(3, || unreachable!())));
+        assert_eq!(*SQUARES.get(4, || 16), 16);
+        drop(first);
+        assert_eq!(*SQUARES.get(3, || 10), 10);
+        // What nobody holds is forgotten, except for the last one.
+        assert!(SQUARES.lock().len() <= 1);
+    }
+}
