@@ -625,9 +625,7 @@ fn emitters_in_files_in_any_unit() {
         (
             "collimated, texture",
             power(
-                &format!(
-                    r#""profile": "rectangle", "width": 0.3@1, "height": 0.5@1, "texture": {{"type": "bitmap", "raw": true, "data": [[[0.5], [1]], [[0.2], [0.7]]]}},"#
-                ),
+                r#""profile": "rectangle", "width": 0.3@1, "height": 0.5@1, "texture": {"type": "bitmap", "raw": true, "data": [[[0.5], [1]], [[0.2], [0.7]]]},"#,
                 "collimated",
             ),
         ),

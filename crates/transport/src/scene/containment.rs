@@ -277,7 +277,7 @@ mod tests {
                 name: format!("{}", i % 7),
                 shape: Sphere::around(center, radius).unwrap().into(),
                 bsdf: Bsdf::Null,
-                sides: (i % 5 != 0).then_some(sides),
+                sides: (!i.is_multiple_of(5)).then_some(sides),
                 emitter: None,
             }
         };
