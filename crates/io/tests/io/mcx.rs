@@ -355,6 +355,10 @@ fn mistakes() {
         "source 'arcsine': sources are pencil",
     );
     refused(
+        |f| f["Forward"] = json!({"T0": 0, "T1": 5e-9, "Dt": 3e-9}),
+        "no whole number of gates: give 2.5e-9 s for 2",
+    );
+    refused(
         |f| f["Optode"]["Source"]["Dir"] = json!([0, 0, 1, 20]),
         "focus",
     );

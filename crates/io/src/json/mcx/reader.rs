@@ -182,6 +182,16 @@ impl Reader<'_> {
                 "the number of photons, and times T0 < T1 in steps of Dt, are positive",
             );
         }
+        let gates = ((t1 - t0) / dt).max(1.0);
+        let whole = gates.round();
+        if (gates - whole).abs() > 1e-6 * gates {
+            let nearest = (t1 - t0) / whole;
+            let message = format!(
+                "from T0 to T1 (tstart to tend) it is {gates:.4} steps of Dt (tstep), no whole number of gates: \
+                 give {nearest:e} s for {whole}"
+            );
+            self.error(forward, &message);
+        }
         Settings {
             photons: photons as i64,
             refraction,
