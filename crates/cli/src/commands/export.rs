@@ -12,7 +12,7 @@ use std::process::ExitCode;
 /// Writes a scene in the format of Mitsuba 3.
 pub fn export(args: &ExportArgs) -> Result<ExitCode, CommandError> {
     let mut diagnostics = Diagnostics::new();
-    let scene = read(&args.scene, &mut diagnostics)?;
+    let scene = read(&args.scene, &mut diagnostics)?.with_extinctions();
     io::write_scene(&scene, &args.output).map_err(|error| match error {
         WriteError::File(error) => error.into(),
         _ => CommandError::Usage(error.to_string()),

@@ -4,6 +4,7 @@
 //! twice is the same [`ObjectDescription`] with the same [`ObjectId`] in both places.
 
 mod colour;
+mod extinction;
 mod hash;
 mod kind;
 mod registry;

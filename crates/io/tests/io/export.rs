@@ -207,6 +207,27 @@ fn features_tell_what_mitsuba_lacks() {
     );
 }
 
+/// Mitsuba knows extinction and albedo only.
+#[test]
+fn scattering_and_absorption_become_extinction_and_albedo() {
+    let scene = parsed(
+        r#"<scene version="3.0.0"><shape type="sphere"><medium type="homogeneous" name="interior"><rgb name="sigma_s" value="0.5, 0.75, 0"/>
+<float name="sigma_a" value="0.25"/></medium></shape><shape type="cube"><medium type="homogeneous" name="interior">
+<float name="sigma_s" value="3"/><float name="sigma_a" value="1"/></medium></shape></scene>"#,
+    );
+    let exported = scene.with_extinctions();
+    assert_eq!(Features::of(&exported).own, Vec::<String>::new());
+    let text = written(&exported);
+    for said in [
+        r#"<rgb name="sigma_t" value="0.75, 1, 0.25"/>"#,
+        r#"<rgb name="albedo" value="0.6666666666666666, 0.75, 0"/>"#,
+        r#"<float name="sigma_t" value="4"/>"#,
+        r#"<float name="albedo" value="0.75"/>"#,
+    ] {
+        assert!(text.contains(said), "{text}");
+    }
+}
+
 #[test]
 fn missing_counts_messages() {
     let messages = r#"<scene version="3.0.0"><shape type="spere"/><shape type="spere"/><bsdf type="difuse" id="d"/></scene>"#;
