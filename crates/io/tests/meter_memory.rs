@@ -1,6 +1,6 @@
-//! How much memory readings in time gates take: as much as the cells that light has reached, not as all cells.
+//! Memory of readings in time gates: it grows with the cells that light has reached, not with all cells.
 //!
-//! One test, as memory is counted for the whole program.
+//! This file has a single test, because the allocator counts the memory of the whole program.
 
 use morgana_io::{LoadOptions, Run};
 use peak_alloc::PeakAlloc;

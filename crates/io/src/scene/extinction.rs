@@ -7,8 +7,8 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 impl SceneDescription {
-    /// The same scene, whose homogeneous media state their extinction `sigma_t` and `albedo` where they state `sigma_s` and `sigma_a` as
-    /// numbers or colours: Mitsuba 3 takes only the former.
+    /// Returns the scene with `sigma_t` and `albedo` in place of `sigma_s` and `sigma_a` of homogeneous media, if these are numbers or
+    /// colours. Mitsuba 3 does not take `sigma_s` and `sigma_a`.
     pub fn with_extinctions(&self) -> SceneDescription {
         SceneDescription {
             root: converted(&self.root, &mut HashMap::new()),

@@ -155,7 +155,7 @@ const MEASURED: &str = "tables of measured reflectances are not read: fit a 'pri
 const ELLIPSOIDS: &str =
     "Gaussian splats are not read: media take their extinction from a 'gridvolume'";
 
-/// Plugins of Mitsuba that are missing here, and what serves in their place.
+/// Plugins of Mitsuba that morgana does not have, each with advice on substitutes.
 const ABSENT: &[(PluginKind, &str, &str)] = &[
     (PluginKind::Bsdf, "measured", MEASURED),
     (PluginKind::Bsdf, "measured_polarized", MEASURED),
@@ -203,7 +203,7 @@ const ABSENT: &[(PluginKind, &str, &str)] = &[
     (PluginKind::Shape, "ellipsoidsmesh", ELLIPSOIDS),
 ];
 
-/// What serves in the place of a plugin that Mitsuba has and morgana does not.
+/// Returns advice on a plugin that Mitsuba has and morgana does not: which plugins to use in its place.
 pub(crate) fn substitute(kind: PluginKind, name: &str) -> Option<&'static str> {
     let mut absent = ABSENT.iter();
     let row = absent.find(|(of, this, _)| *of == kind && *this == name)?;

@@ -206,7 +206,7 @@ impl Roughness {
         Microfacets::at_least(self.distribution, MIN_ALPHA, [alpha, across])
     }
 
-    /// How the slopes of the facets are distributed.
+    /// Distribution of the slopes of the facets.
     pub(super) fn distribution(&self) -> Distribution {
         self.distribution
     }
