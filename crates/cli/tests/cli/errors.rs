@@ -59,7 +59,7 @@ fn a_folder_without_permission_is_noticed_before_rendering() {
     let mode = std::fs::Permissions::from_mode(0o555);
     std::fs::set_permissions(folder.path("locked"), mode).unwrap();
     if std::fs::write(folder.path("locked/probe"), "").is_ok() {
-        return; // Permissions do not bind the superuser.
+        return; // Permissions do not bind the superuser: `faults.rs` tests a folder that nobody can write to.
     }
     refused(
         &folder,

@@ -3,8 +3,11 @@
 
 use morgana_io::{Diagnostics, LoadOptions, Loaded, json};
 use std::ops::ControlFlow;
-use transport::meter::Meter;
-use transport::render::{Handle, MeasureOptions, RenderOptions, measure, render};
+use transport::derivative::RadiometricParameter;
+use transport::meter::{Meter, RecordTable};
+use transport::render::{
+    self, DerivativeOptions, Handle, MeasureOptions, Measurement, RenderOptions, measure,
+};
 
 /// Binary logarithms of units of length for meters: their sums are cut into digits of 32 bits (see `transport::sum`), and keep
 /// their bits where scores change by whole digits.
@@ -62,7 +65,7 @@ fn picture(parts: &str, integrator: &str, exponent: i32) -> Vec<f64> {
     let loaded = load(parts, integrator, exponent);
     let samples = if is_long() { 64 } else { 4 };
     let options = RenderOptions::new(loaded.renderer, samples, 7);
-    let film = render(&loaded.groups, &options, |_| ControlFlow::Continue(())).film;
+    let film = render::render(&loaded.groups, &options, |_| ControlFlow::Continue(())).film;
     let layers = film
         .layers()
         .map_or(0, |layers| layers.decomposition().layers());
@@ -74,6 +77,38 @@ fn picture(parts: &str, integrator: &str, exponent: i32) -> Vec<f64> {
 
 /// Means and errors of all readings.
 fn readings(parts: &str, exponent: i32) -> Vec<f64> {
+    let measurement = measured(parts, exponent);
+    let all = measurement.readings.iter().flatten();
+    all.flat_map(|reading| reading.mean.iter().chain(&reading.error))
+        .copied()
+        .collect()
+}
+
+/// All columns of all records.
+fn records(parts: &str, exponent: i32) -> Vec<f64> {
+    let measurement = measured(parts, exponent);
+    let columns = |table: RecordTable| {
+        [
+            table.weight,
+            table.position,
+            table.direction,
+            table.optical_length,
+            table.side,
+            table.path_length,
+            table.scatterings,
+            table.momentum_transfer,
+            table.index_modulation,
+            table.displacement_modulation,
+            table.optical_length_rate,
+        ]
+        .concat()
+    };
+    let tables = measurement.records.into_iter().flatten();
+    tables.flat_map(columns).collect()
+}
+
+/// Measurement by the meters of a scene.
+fn measured(parts: &str, exponent: i32) -> Measurement {
     let loaded = load(parts, "particle", exponent);
     let meters: Vec<Meter> = loaded.instruments.iter().map(|i| i.meter.clone()).collect();
     let options = MeasureOptions {
@@ -84,10 +119,52 @@ fn readings(parts: &str, exponent: i32) -> Vec<f64> {
         rr_depth: 5,
     };
     let go_on = |_| ControlFlow::Continue(());
-    let handle = Handle::default();
-    let measurement = measure(&loaded.groups, &meters, &options, &handle, go_on).unwrap();
-    let all = measurement.readings.iter().flatten();
-    all.flat_map(|reading| reading.mean.iter().chain(&reading.error))
+    measure(
+        &loaded.groups,
+        &meters,
+        &options,
+        &Handle::default(),
+        go_on,
+    )
+    .unwrap()
+}
+
+/// Derivatives of the sum of all pixels by every parameter that the scene has, with their errors.
+fn derivatives(parts: &str, integrator: &str, exponent: i32) -> Vec<f64> {
+    let loaded = load(parts, integrator, exponent);
+    let scene = loaded.scene();
+    let of_media = [
+        RadiometricParameter::Extinction,
+        RadiometricParameter::Albedo,
+        RadiometricParameter::Absorption,
+        RadiometricParameter::Scattering,
+        RadiometricParameter::MeanCosine,
+    ];
+    let media = (0..scene.media().len()).flat_map(|id| of_media.map(|by| by(id)));
+    let of_emitters = [
+        RadiometricParameter::Emission,
+        RadiometricParameter::Radiance,
+    ];
+    let emitters = (0..scene.emitters().len()).flat_map(|id| of_emitters.map(|by| by(id)));
+    let all = media.chain(emitters).chain([RadiometricParameter::Exposure]);
+    let exists =
+        |by: &RadiometricParameter| render::check_parameters(&loaded.groups, &[*by], None).is_ok();
+    let parameters: Vec<_> = all.filter(exists).collect();
+    let film = scene.film();
+    let weights = vec![1.0; film.width * film.height * film.channels];
+    let options = DerivativeOptions {
+        integrator: *loaded.renderer.integrator().unwrap(),
+        samples: 8,
+        seed: 7,
+        decomposition: loaded.layering.decomposition.clone(),
+        hide_emitters: false,
+        parameters: &parameters,
+        weights: &weights,
+    };
+    let found = render::derivatives(&loaded.groups, &options, &Handle::default());
+    let by = found.unwrap().unwrap().by;
+    by.iter()
+        .flat_map(|d| d.values.iter().chain(&d.errors))
         .copied()
         .collect()
 }
@@ -676,6 +753,51 @@ fn meters_in_any_unit() {
     for (name, meter) in walls {
         let parts = box_of(&format!(r#", "meter": {{{meter}}}"#));
         all.extend(differences(name, &WHOLE_DIGITS, |e| readings(&parts, e)));
+    }
+    same(all);
+}
+
+/// Records of light that meters accept, with what sound does to its phase.
+#[test]
+fn records_in_any_unit() {
+    let sound = r#"{"type": "acoustic", "n0": 1.33, "amplitude": 1e-5, "wave_number": 9@-1, "elasto_optic": 0.32}"#;
+    let beam = power(r#""profile": "gaussian", "radius": 0.3@1,"#, "collimated");
+    let keep = r#""records": true, "max_records": 100"#;
+    let meters = [
+        (
+            "plain",
+            spline(),
+            format!(r#""type": "irradiancemeter", {keep}"#),
+        ),
+        (
+            "tagged",
+            sound.to_owned(),
+            format!(r#""type": "irradiancemeter", {keep}, "tagged": true, "wavelength": 0.0001@1"#),
+        ),
+    ];
+    let mut all = Vec::new();
+    for (name, ior, meter) in meters {
+        let surface = haze(&ior);
+        let (surface, _) = surface.rsplit_once('}').unwrap();
+        let parts = format!(r#"{surface}, "meter": {{{meter}}}}}, {beam}"#);
+        all.extend(differences(name, &WHOLE_DIGITS, |e| records(&parts, e)));
+    }
+    same(all);
+}
+
+/// Derivatives by each kind of parameter of media and emitters.
+#[test]
+fn derivatives_in_any_unit() {
+    let parts = format!(
+        "{}, {}",
+        lit().replacen(&format!("{FLOOR}, "), "", 1),
+        haze(&spline())
+    );
+    let mut all = Vec::new();
+    for integrator in ["path", "bdpt", "particle"] {
+        all.extend(differences(integrator, &exponents(), |e| {
+            derivatives(&parts, integrator, e)
+        }));
     }
     same(all);
 }

@@ -107,9 +107,12 @@ impl Stored {
     fn of(file: &Hdf5File, options: Options) -> Result<Self, Problem> {
         let Some(name) = options.dataset else {
             let names = file.root_group().and_then(|group| group.member_names());
-            let names = names.map_or(String::new(), |(_, names)| names.join(", "));
+            let names = match names {
+                Ok((_, names)) => format!("those of '/': {}", names.join(", ")),
+                Err(error) => format!("those of '/' cannot be listed ({error})"),
+            };
             let message = format!(
-                "it may hold several: give a dataset (--dataset, or 'dataset' in a scene); those of '/': {names}"
+                "it may hold several: give a dataset (--dataset, or 'dataset' in a scene); {names}"
             );
             return Err(Problem::Unsaid(message));
         };
@@ -236,6 +239,9 @@ fn missing(file: &Hdf5File, dataset: &str, error: hdf5_reader::error::Error) -> 
         Ok((_, names)) if !names.is_empty() => Problem::Malformed(format!(
             "no dataset '{dataset}' ({error}); datasets of '/{folder}': {}",
             names.join(", ")
+        )),
+        Err(of_listing) => Problem::Malformed(format!(
+            "no dataset '{dataset}' ({error}); those of '/{folder}' cannot be listed ({of_listing})"
         )),
         _ => Problem::Malformed(format!("no dataset '{dataset}' ({error})")),
     }
