@@ -63,14 +63,14 @@ impl Opening {
 
     /// The aperture; `None` after an error.
     pub(super) fn aperture(&self, context: &mut Context) -> Option<ApertureShape> {
-        if let Some(made) = context.apertures.get(&self.sensor) {
+        if let Some(made) = context.assets.apertures.get(&self.sensor) {
             return Some(made.clone());
         }
         let aperture = match &self.shape {
             Shape::Iris(iris) => context.accept(&self.location, ApertureShape::new(*iris)),
             Shape::Picture(bitmap) => picture(bitmap, context),
         }?;
-        context.apertures.insert(self.sensor, aperture.clone());
+        context.assets.apertures.insert(self.sensor, aperture.clone());
         Some(aperture)
     }
 }

@@ -1,10 +1,10 @@
 //! What is gathered while a scene is assembled.
 
 use super::CondensedGrid;
+use super::assets::Assets;
 use super::channels::Channels;
 use super::clipping;
 use super::colour;
-use super::originals::Originals;
 use super::reach;
 use super::sound_record::SoundRecord;
 use super::texture_role::Role;
@@ -16,6 +16,7 @@ use crate::scene::{FileRegistry, ObjectDescription, ObjectId, SpectrumValue};
 use crate::spd;
 use eikonal::field::Constant;
 use std::borrow::Cow;
+use std::cell::Cell;
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::ops::Range;
 use std::sync::Arc;
@@ -24,18 +25,19 @@ use transport::emitter::Emitter;
 use transport::medium::Medium;
 use transport::meter::MeterSurface;
 use transport::scene::{MediumId, Object, Partition};
-use transport::sensor::ApertureShape;
-use transport::texture::Texture;
 use transport::volume::VoxelMedia;
 
 /// The parts so far, and where they were written.
 pub(super) struct Context<'a> {
     pub channels: &'a Channels,
-    pub group: usize,
+    /// Group of channels: what depends on it is built anew for each.
+    pub(super) group: usize,
+    /// Whether the channels of the group were looked at: see [`Context::once`].
+    pub(super) depends_on_group: Cell<bool>,
     pub diagnostics: &'a mut Diagnostics,
     pub files: &'a mut FileRegistry,
-    /// The apertures of sensors that were made: all wavelengths share them, and their patterns.
-    pub apertures: &'a mut HashMap<ObjectId, ApertureShape>,
+    /// Parts that are built once for all groups.
+    pub assets: &'a mut Assets,
     pub media: Vec<Medium>,
     /// Media whose index is not settled: the dielectrics around them may say.
     pub index_open: Vec<bool>,
@@ -54,10 +56,8 @@ pub(super) struct Context<'a> {
     /// What each object's description says of its two sides.
     pub wishes: Vec<Wish>,
     pub places: Places,
-    /// Textures that were read from files.
-    pub textures: HashMap<(ObjectId, Role), Texture>,
-    /// Meshes of groups of shapes.
-    pub originals: Originals,
+    /// Number of triangles of all copies.
+    pub copied: usize,
     /// Grids, and where they lie.
     pub grids: Vec<reach::Placed>,
     /// What volumes of sound are made of.
@@ -114,15 +114,16 @@ impl<'a> Context<'a> {
         group: usize,
         diagnostics: &'a mut Diagnostics,
         files: &'a mut FileRegistry,
-        apertures: &'a mut HashMap<ObjectId, ApertureShape>,
+        assets: &'a mut Assets,
     ) -> Self {
         let ambient = Medium::transparent("ambient", Constant::new(1.0));
         Context {
             channels,
             group,
+            depends_on_group: Cell::new(false),
             diagnostics,
             files,
-            apertures,
+            assets,
             media: vec![ambient],
             index_open: vec![true],
             index_from: HashMap::new(),
@@ -138,8 +139,7 @@ impl<'a> Context<'a> {
                 objects: Vec::new(),
                 emitters: Vec::new(),
             },
-            textures: HashMap::new(),
-            originals: Originals::default(),
+            copied: 0,
             grids: Vec::new(),
             sounds: Vec::new(),
             condensed: Vec::new(),
@@ -180,7 +180,7 @@ impl<'a> Context<'a> {
             self.diagnostics.push(warning.at(location));
         }
         let mut spectrum = seen
-            .and_then(|seen| self.channels.spectrum(&seen.value, self.group))
+            .and_then(|seen| self.in_channels(&seen.value))
             .unwrap_or_else(|message| {
                 self.error_at(location, message);
                 Spectrum::ZERO
@@ -191,6 +191,36 @@ impl<'a> Context<'a> {
             self.diagnostics.push(note.at(location));
         }
         spectrum
+    }
+
+    /// Returns a spectrum in the channels of this group, as it is.
+    pub(super) fn in_channels(&self, value: &SpectrumValue) -> Result<Spectrum, String> {
+        self.channels.spectrum(value, self.looked_at_group())
+    }
+
+    /// Returns the number of channels in this group.
+    pub(super) fn channels_of_group(&self) -> usize {
+        self.channels.channels_of(self.looked_at_group())
+    }
+
+    /// Returns the number of the first channel of this group.
+    pub(super) fn first_channel(&self) -> usize {
+        self.channels.first(self.looked_at_group())
+    }
+
+    /// Returns the wavelength of this group in nm, if it has just one.
+    pub(super) fn wavelength(&self) -> Option<f64> {
+        self.channels.wavelength(self.looked_at_group())
+    }
+
+    /// Returns the wavelengths of this group in nm, if channels are wavelengths.
+    pub(super) fn wavelengths(&self) -> Option<&'a [f64]> {
+        self.channels.wavelengths(self.looked_at_group())
+    }
+
+    fn looked_at_group(&self) -> usize {
+        self.depends_on_group.set(true);
+        self.group
     }
 
     /// A spectrum with the pairs of the file that it names, if it names one.

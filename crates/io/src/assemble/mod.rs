@@ -3,6 +3,7 @@
 //! Everything that is wrong is reported, with its place, before giving up.
 
 mod aperture;
+mod assets;
 mod brightness;
 mod bsdf;
 mod channels;
@@ -27,7 +28,6 @@ mod medium;
 mod meter;
 mod non_terminating;
 mod options;
-mod originals;
 mod overlaps;
 mod phase;
 mod quantities;
@@ -66,10 +66,10 @@ use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::query::Query;
 use crate::read_scene;
 use crate::scene::{FileRegistry, PluginKind, SceneDescription, SceneHash};
+use assets::Assets;
 use channels::Channels;
 use context::Context;
 use group::Group;
-use std::collections::HashMap;
 use std::path::Path;
 use transport::renderer::Renderer;
 
@@ -102,7 +102,7 @@ pub fn assemble(
     let description = without.as_ref().unwrap_or(description);
     let mut files = FileRegistry::within(options.limits).searching(description.folders.clone());
     let channels = integrator::channels(&description.root, options, &mut diagnostics);
-    let mut apertures = HashMap::new();
+    let mut assets = Assets::default();
     let mut groups = Vec::new();
     for group in 0..channels.groups() {
         // What is doubtful is the same in every group: it is reported for the first only.
@@ -112,7 +112,7 @@ pub fn assemble(
         } else {
             &mut later
         };
-        let context = Context::new(&channels, group, log, &mut files, &mut apertures);
+        let context = Context::new(&channels, group, log, &mut files, &mut assets);
         groups.extend(Group::new(description, options, context));
         if let Some(error) = options.loading.error() {
             return Err(error);
@@ -219,8 +219,8 @@ pub fn assemble_field(
     query.children(PluginKind::Sensor);
     query.finish(&[]);
     let mut files = FileRegistry::new().searching(description.folders.clone());
-    let mut apertures = HashMap::new();
-    let mut context = Context::new(&channels, 0, &mut diagnostics, &mut files, &mut apertures);
+    let mut assets = Assets::default();
+    let mut context = Context::new(&channels, 0, &mut diagnostics, &mut files, &mut assets);
     let field = volume.and_then(|volume| field::build(volume, &mut context));
     match (field, fingerprint(description, &files, &mut diagnostics)) {
         (Some(field), Some(hash)) if !diagnostics.has_errors() => Ok(LoadedField {

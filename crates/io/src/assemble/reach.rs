@@ -18,6 +18,7 @@ pub(super) enum Quantity {
 }
 
 /// A grid, and where it lies.
+#[derive(Clone)]
 pub(super) struct Placed {
     pub quantity: Quantity,
     /// The medium, once it is known.

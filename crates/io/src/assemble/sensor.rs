@@ -47,6 +47,7 @@ pub(super) struct SensorParts {
 
 /// The sensor that an object describes; `None` after an error.
 pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option<SensorParts> {
+    let wavelength = context.wavelength();
     let mut q = Query::new(object, context.diagnostics);
     let film = q.child(PluginKind::Film).cloned();
     let sampler = q.child(PluginKind::Sampler).cloned();
@@ -54,7 +55,6 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
         q.ignored_child(filter, "belongs into the film, and is ignored here");
     }
     let inside = q.child(PluginKind::Medium).cloned();
-    let wavelength = context.channels.wavelength(context.group);
     let batch = (object.plugin == "batch").then(|| q.children(PluginKind::Sensor));
     let views = match batch {
         Some(cameras) => {

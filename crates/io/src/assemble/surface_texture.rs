@@ -2,7 +2,7 @@
 
 use super::clipping::{Pixels, without_rounding};
 use super::context::Context;
-use super::originals::Attributes;
+use super::assets::Attributes;
 pub(super) use super::texture_role::{Asked, Role};
 use crate::diagnostic::{Location, shown, suggest};
 use crate::image::RgbImage;
@@ -90,16 +90,15 @@ fn nested(
     context: &mut Context,
 ) -> Option<Texture> {
     let role = asked.role;
-    let key = (object.number, role);
-    if let Some(known) = context.textures.get(&key) {
-        return Some(known.clone());
-    }
     match object.plugin.as_str() {
-        "bitmap" => {
-            let texture = Texture::Bitmap(Arc::new(bitmap(asked, object, context)?));
-            context.textures.insert(key, texture.clone());
-            Some(texture)
-        }
+        "bitmap" => context.once(
+            |assets| &mut assets.textures,
+            (object.number, role),
+            |context| {
+                let bitmap = bitmap(asked, object, context)?;
+                Some(Texture::Bitmap(Arc::new(bitmap)))
+            },
+        ),
         "checkerboard" => Some(checkerboard(asked, object, vertices, context)),
         "mesh_attribute" => attribute(object, role, vertices, context),
         "scale" => Some(scaled(asked, object, vertices, context)),
@@ -247,7 +246,7 @@ fn attribute(
         } else {
             in_role(&SpectrumValue::Rgb([x, y, z]), role)
         };
-        context.channels.spectrum(&value, context.group)
+        context.in_channels(&value)
     };
     let values: Result<Vec<Spectrum>, String> = attribute.values.iter().map(&mut value).collect();
     let values = context.accept(&object.location, values)?;
@@ -312,7 +311,7 @@ pub(super) fn screen(object: &ObjectDescription, context: &mut Context) -> Optio
     let picture = source?;
     let asked = Asked::plainly(Role::Emission);
     let (channels, data) = clipped(&picture, asked, &object.location, context)?;
-    let used = context.channels.channels_of(context.group);
+    let used = context.channels_of_group();
     let spectrum = |values: &[f32]| {
         let channel = |c: usize| f64::from(values[c.min(channels - 1)]);
         Spectrum(std::array::from_fn(
@@ -444,19 +443,18 @@ fn pixels(picture: &Picture, role: Role, context: &Context) -> Result<(usize, Ve
     }
     // A grey image is the same at all wavelengths.
     let grey = image.pixels.iter().all(|[r, g, b]| r == g && g == b);
-    let channels = if grey || role.is_number() {
-        1
-    } else {
-        context.channels.channels_of(context.group)
-    };
+    if grey {
+        let values = image.pixels.iter().map(|[v, ..]| as_stored(*v) as f32);
+        return Ok((1, values.collect()));
+    }
+    if role.is_number() {
+        let luminance = |rgb: &[f32; 3]| super::colour::luminance(rgb.map(as_stored)) as f32;
+        return Ok((1, image.pixels.iter().map(luminance).collect()));
+    }
+    let channels = context.channels_of_group();
     let mut data = Vec::with_capacity(channels * image.pixels.len());
     for rgb in &image.pixels {
-        let value = if grey {
-            SpectrumValue::Uniform(as_stored(rgb[0]))
-        } else {
-            in_role(&SpectrumValue::Rgb(rgb.map(as_stored)), role)
-        };
-        let value = context.channels.spectrum(&value, context.group);
+        let value = context.in_channels(&SpectrumValue::Rgb(rgb.map(as_stored)));
         let value = value.map_err(|_| {
             "a coloured bitmap has no meaning on a spectral film; use a grey one, or a spectrum"
         })?;

@@ -18,7 +18,7 @@ const PACKED: f64 = 0.741;
 
 /// The phase function of type `mie`, at the wavelength of the group's channel.
 pub(super) fn mie(object: &ObjectDescription, context: &mut Context) -> Phase {
-    let channel = context.channels.wavelength(context.group);
+    let channel = context.wavelength();
     let mut q = Query::new(object, context.diagnostics);
     let wavelength = match (q.has("wavelength"), channel) {
         (false, Some(nm)) => Some(nm),

@@ -1,5 +1,6 @@
 //! Quantities that may vary in space: constants and grids.
 
+use super::assets::GridKey;
 use super::clipping;
 use super::context::Context;
 use super::reach;
@@ -48,10 +49,15 @@ pub(super) fn texture(
                 value => value,
             }
         }
-        Input::Object(object) => grid(object, name, allowed, context)
-            .map_or(VolumeTexture::Uniform(Spectrum::ZERO), |grid| {
-                VolumeTexture::Grid(Arc::new(grid))
-            }),
+        Input::Object(object) => {
+            let key = GridKey::new(object.number, name == "sigma_t", allowed);
+            let grid = context.once(
+                |assets| &mut assets.grids,
+                key,
+                |context| grid(object, name, allowed, context).map(Arc::new),
+            );
+            grid.map_or(VolumeTexture::Uniform(Spectrum::ZERO), VolumeTexture::Grid)
+        }
     }
 }
 
@@ -63,7 +69,7 @@ fn bounded(
     location: &Location,
     context: &mut Context,
 ) -> VolumeTexture {
-    let channels = context.channels.channels_of(context.group);
+    let channels = context.channels_of_group();
     let samples = GridSamples {
         size: [1; 3],
         channels,
@@ -201,15 +207,15 @@ fn grid(
 /// The samples of the channels that belong to the context's group.
 fn of_group(volume: Volume, context: &Context) -> GridSamples {
     let (size, channels) = (volume.size(), volume.channels());
-    let used = context.channels.channels_of(context.group);
-    if channels == 1 || channels == used {
+    if channels == 1 || channels == context.channels_of_group() {
         return GridSamples {
             size,
             channels,
             data: volume.into_data(),
         };
     }
-    let first = context.channels.first(context.group);
+    let used = context.channels_of_group();
+    let first = context.first_channel();
     let voxels = volume.data().chunks_exact(channels);
     let data = voxels.flat_map(|v| &v[first..first + used]).copied();
     GridSamples {

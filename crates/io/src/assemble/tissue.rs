@@ -88,7 +88,7 @@ impl Named {
 
     /// σ_s and σ_a in the channels of the film; `None` after an error.
     fn spectra(&self, object: &ObjectDescription, context: &mut Context) -> Option<[Spectrum; 2]> {
-        let Some(wavelengths) = context.channels.wavelengths(context.group) else {
+        let Some(wavelengths) = context.wavelengths() else {
             let message = "tissues are known by wavelength: the film needs the pixel_format 'spectral', and 'wavelengths' in nm";
             context.error_at(&object.location, message);
             return None;

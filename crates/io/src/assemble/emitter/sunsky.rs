@@ -46,7 +46,7 @@ pub(super) fn environments(
         return Vec::new();
     };
     let colour = SpectrumValue::Rgb([1.0; 3]);
-    if let Err(message) = context.channels.spectrum(&colour, context.group) {
+    if let Err(message) = context.in_channels(&colour) {
         context.error_at(&object.location, message);
         return Vec::new();
     }

@@ -71,7 +71,7 @@ fn from_volume(
     let VolumeTexture::Grid(grid) = values else {
         return None;
     };
-    let used = context.channels.channels_of(context.group);
+    let used = context.channels_of_group();
     let white = Spectrum(std::array::from_fn(|c| f64::from(u8::from(c < used))));
     let light = VolumeLight::new(Arc::unwrap_or_clone(grid), white);
     context.accept(location, light)

@@ -51,7 +51,7 @@ impl Law {
 /// The field of a volume of type `cauchy` or `sellmeier`, at the wavelength of the group: the same index
 /// everywhere, or that of the nested volume times n(λ)/n(λ₀); `None` after an error.
 pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option<Field> {
-    let nm = context.channels.wavelength(context.group);
+    let nm = context.wavelength();
     let mut q = Query::new(object, context.diagnostics);
     let law = Law::read(&object.plugin, &mut q);
     let nested = q.child(PluginKind::Volume).cloned();

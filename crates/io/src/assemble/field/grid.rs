@@ -87,7 +87,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
         Some(Asked::Frame(number)) => frame(number, object, context),
         None => samples(object, context),
     };
-    let nm = context.channels.wavelength(context.group);
+    let nm = wavelength(object, context);
     let mut query = Query::new(object, context.diagnostics);
     known.iter().for_each(|name| _ = query.has(name));
     // A file that cannot be read may say it.
@@ -147,6 +147,12 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     placed(field.into(), rest, object, context)
 }
 
+/// Returns the wavelength of the channel in nm, if it has one and the index that follows from samples depends on it.
+fn wavelength(object: &ObjectDescription, context: &Context) -> Option<f64> {
+    let disperses = object.plugin == "gladstone_dale";
+    disperses.then(|| context.wavelength()).flatten()
+}
+
 /// Asks for what is left to know of a volume; `says` whether its file says how samples lie.
 fn rest(says: bool, object: &ObjectDescription, nm: Option<f64>, query: &mut Query) -> Option<Law> {
     for known in SOURCE {
@@ -197,7 +203,7 @@ fn sound(
         form = Some(found);
         Ok(sums)
     });
-    let nm = context.channels.wavelength(context.group);
+    let nm = wavelength(object, context);
     let mut query = Query::new(object, context.diagnostics);
     known.iter().for_each(|name| _ = query.has(name));
     let says = series.as_ref().is_none_or(|s| s.sums.frame().is_some());

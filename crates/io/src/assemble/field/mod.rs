@@ -72,6 +72,14 @@ pub(super) fn named(
 
 /// The field that a volume describes; `None` after an error.
 pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option<Field> {
+    context.once(
+        |assets| &mut assets.fields,
+        object.number,
+        |context| built(object, context),
+    )
+}
+
+fn built(object: &ObjectDescription, context: &mut Context) -> Option<Field> {
     match object.plugin.as_str() {
         "bspline" | "gladstone_dale" | "pressure" => return grid::build(object, context),
         "transducer" => return transducer::build(object, context),
@@ -79,8 +87,9 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
         plugin if DISPERSION_LAWS.contains(&plugin) => return dispersion::build(object, context),
         _ => {}
     }
+    let disperses = object.plugin == "standard_atmosphere";
+    let nm = disperses.then(|| context.wavelength()).flatten();
     let files = &mut *context.files;
-    let nm = context.channels.wavelength(context.group);
     let mut query = Query::new(object, context.diagnostics);
     let mut table = None;
     // `None` where what is wrong has been reported.

@@ -1,6 +1,7 @@
 //! Shapes from files.
 
-use super::super::originals::{Attributes, Originals};
+use super::super::assets::Attributes;
+use super::Sources;
 use crate::error::FileError;
 use crate::input::Limits;
 use crate::mesh::isosurface::Distances;
@@ -23,29 +24,28 @@ pub(super) fn mesh(
     frame: DAffine3,
     copied: bool,
     q: &mut Query,
-    files: &mut FileRegistry,
-    originals: &mut Originals,
+    sources: Sources,
 ) -> Option<Result<(Shape, Attributes), ShapeError>> {
-    let source = Source::of(object, q, files);
+    let source = Source::of(object, q, sources.files);
     let normals = Normals::of(object, q);
     let flip = Flip::of(object, q);
-    let (mesh, attributes) = match originals.meshes.get(&object.number) {
+    let (mesh, attributes) = match sources.originals.get(&object.number) {
         Some(known) => known.clone(),
-        None => match original(source?.read(q, files.limits())?, flip, normals) {
+        None => match original(source?.read(q, sources.files.limits())?, flip, normals) {
             Ok(original) => original,
             Err(error) => return Some(Err(error)),
         },
     };
     if copied {
-        originals.copied += mesh.triangles().len();
-        if originals.copied > MOST_COPIED {
+        *sources.copied += mesh.triangles().len();
+        if *sources.copied > MOST_COPIED {
             let message =
                 format!("instances are copies, and there are more than {MOST_COPIED} triangles");
             q.error("filename", message);
             return None;
         }
         let kept = (mesh.clone(), attributes.clone());
-        originals.meshes.entry(object.number).or_insert(kept);
+        sources.originals.entry(object.number).or_insert(kept);
     }
     Some(
         mesh.transformed(frame)

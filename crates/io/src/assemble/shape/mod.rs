@@ -6,20 +6,22 @@ mod labels;
 mod mesh;
 
 use super::context::{Context, MeterPlace};
-use super::originals::{Attributes, Originals};
+use super::assets::{Attributes, PlacedShape};
 use super::surface_texture::Vertices;
 use super::transforms::affine;
 use super::wish::Wish;
 use super::{bsdf, emitter, medium};
 use crate::diagnostic::Diagnostic;
 use crate::query::{POSITIVE, Query, unknown_plugin};
-use crate::scene::{FileRegistry, ObjectDescription, PluginKind, descendants};
+use crate::scene::{FileRegistry, ObjectDescription, ObjectId, PluginKind, descendants};
 use glam::{DAffine3, DVec3};
 pub(super) use instance::fit;
 use mesh::mesh;
+use std::collections::HashMap;
+use std::sync::Arc;
 use transport::bsdf::Bsdf;
 use transport::meter::MeterSurface;
-use transport::shape::{Cube, Cylinder, Disk, Rectangle, Shape, ShapeError, Sphere};
+use transport::shape::{Cube, Cylinder, Disk, Mesh, Rectangle, Shape, ShapeError, Sphere};
 
 const KNOWN: [&str; 18] = [
     "sphere",
@@ -85,10 +87,23 @@ fn add_at(object: &ObjectDescription, place: Option<DAffine3>, context: &mut Con
     let frame = affine(matrix, "to_world", &mut q);
     let turned =
         |(shape, attributes): (Shape, Attributes)| (shape.with_flipped_normals(flip), attributes);
-    let originals = &mut context.originals;
-    let geometry = geometry(object, frame, place, &mut q, context.files, originals);
-    let geometry = geometry.map(|g| g.map(turned));
-    q.finish(&[]);
+    let key = PlacedShape::new(object.number, place);
+    let geometry = if let Some(known) = context.assets.shapes.get(&key) {
+        Some(Ok(known.clone()))
+    } else {
+        let sources = Sources {
+            files: context.files,
+            originals: &mut context.assets.originals,
+            copied: &mut context.copied,
+        };
+        let geometry = geometry(object, frame, place, &mut q, sources);
+        let geometry = geometry.map(|g| g.map(turned));
+        q.finish(&[]);
+        if let Some(Ok(built)) = &geometry {
+            context.assets.shapes.insert(key, built.clone());
+        }
+        geometry
+    };
     if let Some(Err(ShapeError::EmptyMesh { .. })) = geometry
         && meters.is_empty()
     {
@@ -215,14 +230,22 @@ fn placeholder() -> Shape {
     unit.map_or_else(|_| unreachable!("the unit sphere is valid"), Shape::from)
 }
 
+/// Places where shapes find their triangles.
+struct Sources<'a> {
+    files: &'a mut FileRegistry,
+    /// Meshes of groups, before they are placed.
+    originals: &'a mut HashMap<ObjectId, (Arc<Mesh>, Attributes)>,
+    /// Number of triangles of all copies.
+    copied: &'a mut usize,
+}
+
 /// The geometry under a shape's own transform and, for copies, that of their place; `None` if the type is unknown or its file cannot be read (reported then).
 fn geometry(
     object: &ObjectDescription,
     own: DAffine3,
     place: Option<DAffine3>,
     q: &mut Query,
-    files: &mut FileRegistry,
-    originals: &mut Originals,
+    sources: Sources,
 ) -> Option<Result<(Shape, Attributes), ShapeError>> {
     let frame = place.unwrap_or(DAffine3::IDENTITY) * own;
     let analytic = match object.plugin.as_str() {
@@ -245,10 +268,10 @@ fn geometry(
                 .map(Shape::from)
         }
         "obj" | "ply" | "mesh" | "serialized" | "gltf" | "sdfgrid" => {
-            return mesh(object, frame, place.is_some(), q, files, originals);
+            return mesh(object, frame, place.is_some(), q, sources);
         }
         "bsplinecurve" | "linearcurve" | "hair" => {
-            let curves = curves::geometry(object, own, q, files)?;
+            let curves = curves::geometry(object, own, q, sources.files)?;
             curves.and_then(|mesh| match place {
                 Some(place) => mesh.transformed(place).map(Shape::from),
                 None => Ok(Shape::from(mesh)),

@@ -1,0 +1,132 @@
+//! Parts that all groups of channels share: each is built once, for the group that asks first.
+
+use super::CondensedGrid;
+use super::context::Context;
+use super::reach::Placed;
+use super::sound_record::SoundRecord;
+use super::texture_role::Role;
+use crate::mesh::MeshAttribute;
+use crate::scene::ObjectId;
+use eikonal::Field;
+use glam::DAffine3;
+use std::collections::HashMap;
+use std::hash::Hash;
+use std::sync::Arc;
+use transport::sensor::ApertureShape;
+use transport::shape::{Mesh, Shape};
+use transport::texture::Texture;
+use transport::volume::VolumeGrid;
+
+/// Colours of a mesh, and other quantities of its vertices and triangles.
+pub(super) type Attributes = Arc<Vec<MeshAttribute>>;
+
+/// Parts of a description that were built.
+#[derive(Default)]
+pub(super) struct Assets {
+    /// Apertures of sensors, with their patterns.
+    pub apertures: HashMap<ObjectId, ApertureShape>,
+    /// Shapes in their places.
+    pub shapes: HashMap<PlacedShape, (Shape, Attributes)>,
+    /// Meshes of groups of shapes, before they are placed.
+    pub originals: HashMap<ObjectId, (Arc<Mesh>, Attributes)>,
+    /// Textures from image files.
+    pub textures: Table<(ObjectId, Role), Texture>,
+    /// Quantities on grids.
+    pub grids: Table<GridKey, Arc<VolumeGrid>>,
+    /// Refractive indices.
+    pub fields: Table<ObjectId, Field>,
+}
+
+/// A shape of the description, and the place of its copy as bits of an affine map.
+#[derive(PartialEq, Eq, Hash)]
+pub(super) struct PlacedShape {
+    shape: ObjectId,
+    place: Option<[u64; 12]>,
+}
+
+impl PlacedShape {
+    /// The shape itself, or its copy at a place.
+    pub(super) fn new(shape: ObjectId, place: Option<DAffine3>) -> Self {
+        PlacedShape {
+            shape,
+            place: place.map(|map| map.to_cols_array().map(f64::to_bits)),
+        }
+    }
+}
+
+/// A grid of the description with the use that it is put to.
+#[derive(PartialEq, Eq, Hash)]
+pub(super) struct GridKey {
+    object: ObjectId,
+    is_extinction: bool,
+    allowed: [u64; 2],
+}
+
+impl GridKey {
+    /// A grid whose values must lie between the two `allowed` ones.
+    pub(super) fn new(object: ObjectId, is_extinction: bool, allowed: [f64; 2]) -> Self {
+        GridKey {
+            object,
+            is_extinction,
+            allowed: allowed.map(f64::to_bits),
+        }
+    }
+}
+
+/// Parts of one kind, by what they are built from and, if they depend on it, the group of channels.
+pub(super) type Table<K, T> = HashMap<(K, Option<usize>), Made<T>>;
+
+/// A part, with what building it has noted in the context.
+#[derive(Clone)]
+pub(super) struct Made<T> {
+    part: T,
+    grids: Vec<Placed>,
+    sounds: Vec<SoundRecord>,
+    condensed: Vec<CondensedGrid>,
+}
+
+impl Context<'_> {
+    /// Returns the part with a key. It is built when it is first asked for, and again for other groups of channels only if building it
+    /// depends on the group. `None` after an error.
+    pub(super) fn once<K: Eq + Hash, T: Clone>(
+        &mut self,
+        table: fn(&mut Assets) -> &mut Table<K, T>,
+        key: K,
+        build: impl FnOnce(&mut Self) -> Option<T>,
+    ) -> Option<T> {
+        let group = self.group;
+        let mut key = (key, None);
+        let known = table(self.assets);
+        let mut found = known.get(&key).cloned();
+        if found.is_none() {
+            key.1 = Some(group);
+            found = known.get(&key).cloned();
+            if found.is_some() {
+                self.depends_on_group.set(true);
+            }
+        }
+        if let Some(made) = found {
+            self.grids.extend(made.grids);
+            self.sounds.extend(made.sounds);
+            self.condensed.extend(made.condensed);
+            return Some(made.part);
+        }
+        let before = self.depends_on_group.replace(false);
+        let lengths = [self.grids.len(), self.sounds.len(), self.condensed.len()];
+        let part = build(self);
+        if !self.depends_on_group.get() {
+            key.1 = None;
+        }
+        self.depends_on_group
+            .set(before || self.depends_on_group.get());
+        let part = part?;
+        let made = Made {
+            part: part.clone(),
+            grids: self.grids[lengths[0]..].to_vec(),
+            sounds: self.sounds[lengths[1]..].to_vec(),
+            condensed: self.condensed[lengths[2]..].to_vec(),
+        };
+        table(self.assets).insert(key, made);
+        Some(part)
+    }
+}
