@@ -63,10 +63,11 @@ struct View {
 }
 
 impl Group {
-    /// Assembles the scene; `None` after an error.
+    /// Assembles the scene, which shares what it can with that of another group; `None` after an error.
     pub(super) fn new(
         description: &SceneDescription,
         options: &LoadOptions,
+        alike: Option<&Scene>,
         mut context: Context,
     ) -> Option<Self> {
         let children = Children::of(&description.root, &mut context);
@@ -93,7 +94,7 @@ impl Group {
             return None;
         }
         loading.begin("building and checking the scene as a whole");
-        children.finish(method, view, options, context)
+        children.finish(method, view, options, alike, context)
     }
 
     /// The number of samples: the same at each instant of a period of sound, in whole replicates.
@@ -308,6 +309,7 @@ impl<'a> Children<'a> {
         mut method: Method,
         view: View,
         options: &LoadOptions,
+        alike: Option<&Scene>,
         context: Context,
     ) -> Option<Group> {
         let View {
@@ -354,7 +356,12 @@ impl<'a> Children<'a> {
         if options.undisturbed {
             undisturbed::calm(&mut parts);
         }
-        let scene = Scene::over_period(parts, sensor.samples.instants, options.loading.stop());
+        let scene = Scene::over_period(
+            parts,
+            sensor.samples.instants,
+            alike,
+            options.loading.stop(),
+        );
         let scene = scene.map_err(|problems| report.all(&problems)).ok()?;
         let of_film = match &method.parts {
             Some(LightParts::Sidebands(sidebands)) => Some(sidebands),

@@ -113,7 +113,9 @@ pub fn assemble(
             &mut later
         };
         let context = Context::new(&channels, group, log, &mut files, &mut assets);
-        groups.extend(Group::new(description, options, context));
+        let first = groups.first().map(|group: &Group| &group.scene);
+        let group = Group::new(description, options, first, context);
+        groups.extend(group);
         if let Some(error) = options.loading.error() {
             return Err(error);
         }

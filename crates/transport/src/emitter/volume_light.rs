@@ -25,7 +25,7 @@ pub struct Estimate {
 #[derive(Clone, Debug)]
 pub struct VolumeLight {
     /// ε, up to `scale`. Zero outside of the cube.
-    grid: VolumeGrid,
+    grid: std::sync::Arc<VolumeGrid>,
     /// The medium that emits in its place, where the grid is a guess of ε.
     medium: Option<usize>,
     /// ∫ ε dV of the light that leaves: the grid's, unless a medium emits.
@@ -46,7 +46,11 @@ impl VolumeLight {
     ///
     /// # Errors
     /// Its power is no finite number.
-    pub fn new(grid: VolumeGrid, scale: Spectrum) -> Result<Self, DistributionError> {
+    pub fn new(
+        grid: impl Into<std::sync::Arc<VolumeGrid>>,
+        scale: Spectrum,
+    ) -> Result<Self, DistributionError> {
+        let grid = grid.into();
         let to_world = grid.to_world();
         let axes = [0, 1, 2].map(|axis| grid.intervals(axis));
         let volume = to_world.matrix3.determinant().abs();

@@ -333,7 +333,7 @@ fn check_exterior(scene: &Scene, i: usize, object: &Object) -> Option<SceneProbl
         let medium = scene.medium_beside(i, AMBIENT, sample.position, sample.normal, outward);
         match partition {
             Some(_) => around(sample.position),
-            None => scene.overlapping[i] && medium == exterior,
+            None => scene.geometry.overlapping[i] && medium == exterior,
         }
     });
     (!beside).then(|| {

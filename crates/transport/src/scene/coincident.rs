@@ -3,12 +3,12 @@
 //! A *sheet* is an object whose two sides are in the same medium: a meter's surface, a screen, an area light. A sheet that lies on
 //! the face of a body, or on another sheet, is moved off it by about 1e-11 of the extent of the scene, so that rays meet both:
 //! off a body to its outside, off a sheet to the side of that sheet's normal. Coincident faces of bodies stay where they are:
-//! rays meet one of them, in the order of [`precedence`], and enter the medium that lies beyond all of them.
+//! rays meet one of them, in the order of [`precedence`](super::index::precedence), and enter the medium that lies beyond all of them.
 
-use super::index::{Index, precedence};
+use super::index::{Index, sort_by_precedence};
 use super::parts::{Object, Parts};
 use crate::sampling::evenly_spread;
-use crate::shape::{AreaSample, Tree};
+use crate::shape::{AreaSample, Shape, Tree};
 use crate::stop::Stop;
 use eikonal::Aabb;
 use glam::DVec3;
@@ -30,12 +30,16 @@ pub(super) struct Separation {
 }
 
 impl Separation {
-    /// Moves the sheets.
-    pub(super) fn apply(self, parts: &mut Parts) {
+    /// Moves the sheets; returns their numbers, in increasing order, and their shapes before.
+    pub(super) fn apply(self, parts: &mut Parts) -> Vec<(usize, Shape)> {
+        let mut before = Vec::with_capacity(self.moves.len());
         for (sheet, distance) in self.moves {
-            let object = &mut parts.objects[sheet];
-            object.shape = object.shape.moved_along_normals(distance);
+            let shape = &mut parts.objects[sheet].shape;
+            let moved = shape.moved_along_normals(distance);
+            before.push((sheet, std::mem::replace(shape, moved)));
         }
+        before.sort_by_key(|(sheet, _)| *sheet);
+        before
     }
 }
 
@@ -69,7 +73,7 @@ fn sheets(parts: &Parts) -> Vec<usize> {
     let mut sheets: Vec<usize> = (0..parts.objects.len())
         .filter(|i| parts.objects[*i].sides.is_none())
         .collect();
-    sheets.sort_by(|a, b| precedence(&parts.objects[*a], &parts.objects[*b]));
+    sort_by_precedence(&mut sheets, &parts.objects);
     sheets
 }
 

@@ -22,7 +22,7 @@ impl Scene {
 
     /// Closed objects and partitions, for questions about places.
     pub(super) fn containment(&self) -> Containment<'_> {
-        self.parts.containment(&self.bodies)
+        self.parts.containment(&self.geometry.bodies)
     }
 
     /// The medium beside an object's surface at `x`, on the side to which `direction` points, for a ray
@@ -41,7 +41,7 @@ impl Scene {
         let side = normal.dot(direction);
         match self.objects()[object].sides {
             None => current,
-            Some(_) if self.overlapping[object] => {
+            Some(_) if self.geometry.overlapping[object] => {
                 self.medium_at(x + normal * (2.0 * self.ray_epsilon()).copysign(side))
             }
             Some(sides) if (side > 0.0) != self.is_inverted(object) => sides.exterior,

@@ -31,9 +31,9 @@ impl Scene {
     pub(crate) fn off_faces(&self, x: DVec3, direction: DVec3) -> DVec3 {
         let faces = Faces {
             containment: self.containment(),
-            index: &self.all,
+            index: &self.geometry.all,
             epsilon: self.ray_epsilon,
-            distance: self.face_distance,
+            distance: self.geometry.face_distance,
         };
         x + faces.shift([x], direction).unwrap_or_default()
     }
@@ -45,15 +45,20 @@ pub(super) fn distance(epsilon: f64, layers: usize) -> f64 {
     (layers as f64 + 1.5) * LAYER * epsilon
 }
 
-/// Moves emitters and the sensor by a distance to their sides of the faces on which they lie.
-pub(super) fn settle(parts: &mut Parts, bodies: &Bodies, epsilon: f64, distance: f64) {
+/// Moves emitters and the sensor by a distance to their sides of the faces on which they lie. `index` holds all objects.
+pub(super) fn settle(
+    parts: &mut Parts,
+    index: &Index,
+    bodies: &Bodies,
+    epsilon: f64,
+    distance: f64,
+) {
     if parts.objects.is_empty() {
         return;
     }
-    let index = Index::new(&parts.objects, |_| true);
     let faces = Faces {
         containment: parts.containment(bodies),
-        index: &index,
+        index,
         epsilon,
         distance,
     };

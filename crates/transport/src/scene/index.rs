@@ -4,23 +4,35 @@ use super::containment::by_size;
 use super::parts::Object;
 use crate::bsdf::Bsdf;
 use crate::shape::{Accel, Meeting, Shape};
+use eikonal::Aabb;
 use eikonal::ray::Arc;
 use glam::DVec3;
 use std::cmp::Ordering;
 
 /// The order in which coincident surfaces act: what lets no light through comes before what scatters it, this before smooth dielectrics,
 /// and these before null surfaces, which only declare a boundary; then [by size](by_size).
-pub(super) fn precedence(a: &Object, b: &Object) -> Ordering {
-    let class = |o: &Object| match &o.bsdf {
-        Bsdf::Null => 3,
-        Bsdf::Dielectric(_) => 2,
-        other => u8::from(!other.is_opaque()),
-    };
-    let [box_a, box_b] = [a, b].map(|o| o.shape.aabb());
+pub(super) fn precedence([a, b]: [&Object; 2], [box_a, box_b]: [&Aabb; 2]) -> Ordering {
     let by_class = class(a).cmp(&class(b));
     by_class
         .then(b.emitter.is_some().cmp(&a.emitter.is_some()))
-        .then_with(|| by_size((&box_a, &a.name), (&box_b, &b.name)))
+        .then_with(|| by_size((box_a, &a.name), (box_b, &b.name)))
+}
+
+/// The place of an object's kind in the order of [`precedence`].
+pub(super) fn class(object: &Object) -> u8 {
+    match &object.bsdf {
+        Bsdf::Null => 3,
+        Bsdf::Dielectric(_) => 2,
+        other => u8::from(!other.is_opaque()),
+    }
+}
+
+/// Sorts objects, given by their numbers, by [`precedence`].
+pub(super) fn sort_by_precedence(numbers: &mut [usize], objects: &[Object]) {
+    let boxes: Vec<Aabb> = objects.iter().map(|o| o.shape.aabb()).collect();
+    numbers.sort_by(|&a, &b| {
+        precedence([&objects[a], &objects[b]], [&boxes[a], &boxes[b]])
+    });
 }
 
 /// Some of the objects, for intersection tests.
@@ -36,22 +48,16 @@ pub(super) struct Index {
 
 impl Index {
     pub(super) fn new(objects: &[Object], keep: impl Fn(&Object) -> bool) -> Self {
-        let all = objects.len();
-        let mut kept: Vec<(usize, &Object)> = objects
-            .iter()
-            .enumerate()
-            .filter(|(_, o)| keep(o))
-            .collect();
-        kept.sort_by(|(_, a), (_, b)| precedence(a, b));
-        let (objects, shapes): (Vec<usize>, Vec<Shape>) =
-            kept.into_iter().map(|(i, o)| (i, o.shape.clone())).unzip();
-        let mut places = vec![None; all];
-        for (place, object) in objects.iter().enumerate() {
+        let mut kept: Vec<usize> = (0..objects.len()).filter(|i| keep(&objects[*i])).collect();
+        sort_by_precedence(&mut kept, objects);
+        let mut places = vec![None; objects.len()];
+        for (place, object) in kept.iter().enumerate() {
             places[*object] = Some(place);
         }
+        let shapes: Vec<Shape> = kept.iter().map(|i| objects[*i].shape.clone()).collect();
         Index {
             accel: Accel::new(&shapes),
-            objects,
+            objects: kept,
             places,
             shapes,
         }

@@ -11,6 +11,7 @@ mod emission;
 mod emissive;
 mod emitted_power;
 mod faces;
+mod geometry;
 mod group;
 mod index;
 mod light_bounds;
@@ -42,15 +43,14 @@ use crate::sensor::Sensor;
 use crate::stop::Stop;
 use bending::{Bending, REACH, guides};
 use clearance::Clearance;
-use containment::overlapping;
 use eikonal::connect::{Guide, Reach};
 use eikonal::{Aabb, Tolerance};
 use emission::{point_like_emitters, volume_lights};
+use geometry::Geometry;
 use glam::DVec3;
-use index::Index;
 use lights::Lights;
 use matter::Matters;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 use voxels::VoxelVolumes;
 
 /// How far off surfaces rays start, relative to the extent of the scene: thousands of times the round-off of positions.
@@ -66,22 +66,18 @@ pub(crate) const NO_SCENE: &str = "there must be a scene for each group of chann
 #[derive(Debug)]
 pub struct Scene {
     parts: Parts,
-    all: Index,
-    interfaces: Index,
-    partial: Index,
-    blockers: Index,
+    /// Shared by scenes that have it in common.
+    geometry: Arc<Geometry>,
     regions: Vec<Region>,
     sensor_medium: MediumId,
     lights: Lights,
     around: Surroundings,
     /// See [`World::ray_epsilon`](eikonal::World::ray_epsilon).
     ray_epsilon: f64,
-    /// Distance from faces to which emitters and sensors on them are moved.
-    face_distance: f64,
     /// Whether nothing takes any light between surfaces.
     clear: bool,
     /// How far surfaces are, once somebody asks.
-    clearance: OnceLock<Clearance>,
+    clearance: OnceLock<Arc<Clearance>>,
     /// Matter that is the same everywhere, once somebody asks.
     matters: OnceLock<Matters>,
     /// Volumes of voxels, once somebody asks.
@@ -92,10 +88,6 @@ pub struct Scene {
     point_like_emitters: Vec<DVec3>,
     /// Indices of the volumes that emit.
     volume_lights: Vec<usize>,
-    /// Closed objects, by their place.
-    bodies: Bodies,
-    /// Objects that touch, overlap or hold others: what lies beside their surfaces varies.
-    overlapping: Vec<bool>,
     /// For each emitter that is a beam, where it goes.
     guides: Vec<Option<Guide<MediumId>>>,
     warnings: Vec<SceneProblem>,
@@ -109,11 +101,16 @@ impl Scene {
     /// # Errors
     /// Everything that is wrong with it, errors first.
     pub fn new(parts: Parts) -> Result<Self, Vec<SceneProblem>> {
-        Self::unless_stopped(parts, &Stop::default())
+        Self::unless_stopped(parts, None, &Stop::default())
     }
 
-    /// Does the same as [`Scene::new`] until `stop` is raised, and then returns no problem, but an error.
-    fn unless_stopped(mut parts: Parts, stop: &Stop) -> Result<Self, Vec<SceneProblem>> {
+    /// Does the same as [`Scene::new`] until `stop` is raised, and then returns no problem, but an error. The scene shares the geometry of
+    /// `alike` if its surfaces are the same.
+    fn unless_stopped(
+        mut parts: Parts,
+        alike: Option<&Scene>,
+        stop: &Stop,
+    ) -> Result<Self, Vec<SceneProblem>> {
         let go_on = || {
             if stop.is_raised() {
                 Err(Vec::new())
@@ -121,16 +118,12 @@ impl Scene {
                 Ok(())
             }
         };
-        let extent = surroundings(&parts);
-        let epsilon = ray_epsilon(&extent);
-        let separation = coincident::separation(&parts, epsilon, stop);
-        go_on()?;
-        // Sheets that are moved hold no medium, and are moved by less than the margin of boxes.
-        let bodies = parts.bodies();
-        let face_distance = faces::distance(epsilon, separation.layers);
-        faces::settle(&mut parts, &bodies, epsilon, face_distance);
-        separation.apply(&mut parts);
-        settle_fibers(&mut parts, &bodies);
+        let shared = alike.filter(|scene| scene.geometry.place(&scene.parts, &mut parts));
+        let geometry = match shared {
+            Some(scene) => Arc::clone(&scene.geometry),
+            None => Arc::new(Geometry::new(&mut parts, stop).ok_or_else(Vec::new)?),
+        };
+        settle_fibers(&mut parts, &geometry.bodies);
         parts = parts.with_emissive_media();
         go_on()?;
         let around = surroundings(&parts);
@@ -139,28 +132,20 @@ impl Scene {
         for (medium, region) in parts.media.iter_mut().zip(&regions) {
             medium.index = medium.index.prepared(&region.aabb);
         }
-        let containment = parts.containment(&bodies);
+        let containment = parts.containment(&geometry.bodies);
         let sensor_medium = containment.medium_at(parts.sensor.position());
-        let overlapping = overlapping(containment, around.radius * 1e-9);
-        let bending_ball = bending_ball::bending_ball(&parts, &overlapping, &regions);
+        let bending_ball = bending_ball::bending_ball(&parts, &geometry.overlapping, &regions);
         go_on()?;
         let mut scene = Scene {
             guides: Vec::new(),
             warnings: Vec::new(),
             later: Vec::new(),
-            all: Index::new(&parts.objects, |_| true),
-            interfaces: Index::new(&parts.objects, Object::is_interface),
-            partial: Index::new(&parts.objects, |o| o.bsdf.is_partial() && !o.is_interface()),
-            blockers: Index::new(&parts.objects, |o| {
-                !o.is_interface() && !o.bsdf.is_partial()
-            }),
+            geometry,
             lights: Lights::new(&parts, &around),
             regions,
             point_like_emitters: point_like_emitters(&parts),
             volume_lights: volume_lights(&parts),
             bending_ball,
-            bodies,
-            overlapping,
             reach: Reach {
                 optical_length: REACH * around.radius,
                 reflections: parts.reflections,
@@ -169,7 +154,6 @@ impl Scene {
             bending: Bending::of(&parts),
             sensor_medium,
             ray_epsilon: ray_epsilon(&around),
-            face_distance,
             clear: parts.media.iter().all(Medium::is_transparent),
             clearance: OnceLock::new(),
             matters: OnceLock::new(),

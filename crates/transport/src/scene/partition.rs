@@ -4,6 +4,7 @@ use super::parts::{MediumId, Object, Partition};
 use crate::shape::{DIRECTIONS, FirstCrossing, Shape};
 use eikonal::Aabb;
 use glam::DVec3;
+use std::sync::Arc;
 
 impl Partition {
     /// Whether a straight line from a point of a medium, given with its unit direction, is known to meet none of its surfaces over a length;
@@ -12,6 +13,16 @@ impl Partition {
     pub(super) fn is_free(&self, medium: MediumId, line: [DVec3; 2], length: f64) -> Option<bool> {
         let voxels = self.voxels.as_ref()?;
         Some(voxels.holds(medium, line, length))
+    }
+
+    /// Returns whether it consists of the same objects and voxels as another one, the voxels being one in memory.
+    pub(super) fn is_same(&self, other: &Partition) -> bool {
+        let voxels = match (&self.voxels, &other.voxels) {
+            (None, None) => true,
+            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+            _ => false,
+        };
+        voxels && (&self.objects, self.exterior) == (&other.objects, other.exterior)
     }
 
     /// A box around it.

@@ -19,7 +19,8 @@ const SAME: f64 = 1e-9;
 impl Scene {
     /// The scene at `instants` ≥ 1 instants, evenly spaced over a period of the sound in its media: the phase
     /// ωt of instant i is 2πi/`instants`. Every sound in the scene is taken to have the same period. What is doubtful at
-    /// some instant is a warning of the scene, once for each part of the scene and cause.
+    /// some instant is a warning of the scene, once for each part of the scene and cause. It shares what it can with `alike`, such as the scene
+    /// of another group of channels.
     ///
     /// # Errors
     /// As [`Scene::new`], for any instant; if there is no sound, sound of several wavelengths in one medium, or of several
@@ -27,6 +28,7 @@ impl Scene {
     pub fn over_period(
         parts: Parts,
         instants: usize,
+        alike: Option<&Scene>,
         stop: &Stop,
     ) -> Result<Self, Vec<SceneProblem>> {
         if instants > 1 {
@@ -35,17 +37,19 @@ impl Scene {
                 return Err(problems);
             }
         }
+        if instants <= 1 {
+            return Scene::unless_stopped(parts, alike, stop);
+        }
+        let mut scene = Scene::unless_stopped(parts.clone(), alike, stop)?;
         let later = (1..instants).map(|i| {
             let mut parts = parts.clone();
             let phase = TAU * i as f64 / instants as f64;
             for medium in &mut parts.media {
                 medium.index = medium.index.at_phase(phase);
             }
-            Scene::unless_stopped(parts, stop)
+            Scene::unless_stopped(parts, Some(&scene), stop)
         });
-        let later = later.collect::<Result<Vec<_>, _>>()?;
-        let mut scene = Scene::unless_stopped(parts, stop)?;
-        scene.later = later;
+        scene.later = later.collect::<Result<Vec<_>, _>>()?;
         scene.warnings = scene.at_all_instants(|scene| scene.warnings.clone());
         Ok(scene)
     }

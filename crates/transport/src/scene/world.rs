@@ -1,7 +1,6 @@
 //! What rays meet in a scene.
 
 use super::Scene;
-use super::clearance::Clearance;
 use super::index::Index;
 use super::matter::Matters;
 use super::parts::MediumId;
@@ -80,7 +79,7 @@ impl Scene {
         end: f64,
         left: Option<usize>,
     ) -> Option<(usize, Meeting)> {
-        let all = &self.all;
+        let all = &*self.geometry.all;
         first_of(all, arc, [0.0, end], [all.place(left), None])
     }
 
@@ -126,7 +125,7 @@ impl Scene {
             let regions = self.media().iter().zip(self.regions());
             let turbid = regions.filter(|(medium, _)| !medium.is_transparent());
             let within = turbid.fold(Aabb::EMPTY, |all, (_, region)| all.union(region.aabb));
-            Clearance::of(&self.parts, &within)
+            self.geometry.clearance(&self.parts, &within)
         });
         clearance.is_free(x, direction, length)
     }
@@ -137,7 +136,7 @@ impl Scene {
         arc: &Arc,
         left: Option<usize>,
     ) -> Option<(usize, Meeting)> {
-        let interfaces = &self.interfaces;
+        let interfaces = &*self.geometry.interfaces;
         first_of(interfaces, arc, [0.0, 1.0], [interfaces.place(left), None])
     }
 
@@ -172,7 +171,7 @@ impl Scene {
 
     /// Whether an opaque or rough surface blocks an arc before its end.
     fn blocked(&self, arc: &Arc, end: f64, [left, target]: [Option<usize>; 2], slack: f64) -> bool {
-        let blockers = &self.blockers;
+        let blockers = &*self.geometry.blockers;
         // A straight line ends on a flat surface where it meets it first.
         let flat = |object: &usize| arc.is_straight() && self.objects()[*object].shape.is_flat();
         let except = [left, target.filter(flat)].map(|object| blockers.place(object));
@@ -192,7 +191,7 @@ impl Scene {
         all: &mut PartialTransmission,
     ) {
         let mut from = 0.0;
-        while let Some((object, meeting)) = first_of(&self.partial, arc, [from, end], [None; 2]) {
+        while let Some((object, meeting)) = first_of(&self.geometry.partial, arc, [from, end], [None; 2]) {
             from = meeting.theta;
             if is_end(arc, end, object, meeting.theta, target, slack) {
                 continue;
@@ -207,7 +206,7 @@ impl Scene {
     pub(crate) fn filters_along(&self, arc: &Arc, end: f64) -> SmallVec<[(usize, Meeting); 2]> {
         let mut filters = SmallVec::new();
         let mut from = 0.0;
-        while let Some((object, meeting)) = first_of(&self.partial, arc, [from, end], [None; 2]) {
+        while let Some((object, meeting)) = first_of(&self.geometry.partial, arc, [from, end], [None; 2]) {
             from = meeting.theta;
             if self.objects()[object].bsdf.changes_what_passes() {
                 filters.push((object, meeting));

@@ -16,7 +16,7 @@ const LOCAL: Aabb = Aabb {
 
 /// The cube \[−1, 1\]³ under an affine map. Face 2k (2k + 1) is where coordinate k is −1 (+1); on
 /// each, uv ∈ \[0, 1\]² follows the two other coordinates in cyclic order.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Cube {
     pub(super) placement: Placement,
 }

@@ -33,7 +33,7 @@ const CAPS: [Flat; 2] = [
 /// The cylinder x² + y² = 1 from z = 0 to z = 1 under an affine map, normals away from the axis.
 /// Part 0 is the side, with uv = (φ/2π, z); parts 1 and 2 are the caps at z = 0 and z = 1, if the
 /// cylinder is capped, with uv = (r, φ/2π).
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Cylinder {
     pub(super) placement: Placement,
     capped: bool,

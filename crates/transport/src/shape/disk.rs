@@ -23,7 +23,7 @@ const FACE: Flat = Flat {
 };
 
 /// The unit disk at z = 0 under an affine map, facing +z; uv = (r, φ/2π).
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Disk {
     pub(super) placement: Placement,
 }

@@ -254,6 +254,19 @@ impl Shape {
         }
     }
 
+    /// Returns whether two shapes have equal parameters; meshes, whether they are one in memory.
+    pub(crate) fn is_same(&self, other: &Shape) -> bool {
+        match (self, other) {
+            (Shape::Sphere(a), Shape::Sphere(b)) => a == b,
+            (Shape::Cube(a), Shape::Cube(b)) => a == b,
+            (Shape::Rectangle(a), Shape::Rectangle(b)) => a == b,
+            (Shape::Disk(a), Shape::Disk(b)) => a == b,
+            (Shape::Cylinder(a), Shape::Cylinder(b)) => a == b,
+            (Shape::Mesh(a), Shape::Mesh(b)) => std::sync::Arc::ptr_eq(a, b),
+            _ => false,
+        }
+    }
+
     /// Whether it lies in one plane.
     pub(crate) fn is_flat(&self) -> bool {
         matches!(self, Shape::Rectangle(_) | Shape::Disk(_))

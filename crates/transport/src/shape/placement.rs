@@ -12,7 +12,7 @@ const SINGULAR: f64 = 1e-12;
 const EVEN: f64 = 5e-4;
 
 /// An invertible affine map with its inverse, and what follows from them.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Placement {
     to_world: DAffine3,
     to_local: DAffine3,

@@ -22,7 +22,7 @@ const FACE: Flat = Flat {
 };
 
 /// The square \[−1, 1\]² at z = 0 under an affine map, facing +z; uv = ((x + 1)/2, (y + 1)/2).
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Rectangle {
     pub(super) placement: Placement,
 }

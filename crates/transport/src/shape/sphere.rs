@@ -16,7 +16,7 @@ const LOCAL: Aabb = Aabb {
 };
 
 /// The unit sphere under an affine map; uv = (φ/2π, ϑ/π), ϑ from the local +z axis.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Sphere {
     pub(super) placement: Placement,
     area: f64,

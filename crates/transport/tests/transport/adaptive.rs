@@ -61,7 +61,7 @@ fn lens() -> Scene {
 fn sound() -> Scene {
     let mode = AcousticMode::new(0.05, 0, 5.0, 0.0).unwrap();
     let index = Acoustic::new(1.0, DVec3::ZERO, DVec3::Z, DVec3::X, vec![mode]).unwrap();
-    Scene::over_period(scene(index), INSTANTS, &Stop::default()).unwrap()
+    Scene::over_period(scene(index), INSTANTS, None, &Stop::default()).unwrap()
 }
 
 fn options(range: Range<u64>, seed: u64, adaptive: bool) -> RenderOptions {

@@ -62,7 +62,7 @@ fn at_instant(parts: &Parts, i: usize) -> Parts {
 }
 
 fn averaged(parts: Parts) -> Scene {
-    Scene::over_period(parts, K, &Stop::default()).unwrap_or_else(|problems| panic!("{problems:?}"))
+    Scene::over_period(parts, K, None, &Stop::default()).unwrap_or_else(|problems| panic!("{problems:?}"))
 }
 
 fn shoot(scene: Scene, integrator: Integrator, samples: u64, seed: u64) -> Rendering {
@@ -119,7 +119,7 @@ fn an_averaged_image_is_the_mean_of_the_instants_images() {
 
 #[test]
 fn one_instant_is_the_scene_itself() {
-    let one = Scene::over_period(picture(), 1, &Stop::default()).unwrap();
+    let one = Scene::over_period(picture(), 1, None, &Stop::default()).unwrap();
     assert_eq!(one.instants(), 1);
     let plain = shoot(Scene::new(picture()).unwrap(), path_tracer(), 8, 3);
     assert_eq!(shoot(one, path_tracer(), 8, 3).film, plain.film);
@@ -216,12 +216,12 @@ fn averaged_fluence_is_the_mean_of_the_instants() {
 fn there_must_be_one_period() {
     let mut still = picture();
     still.media[1].index = eikonal::field::Constant::new(1.0).into();
-    let problems = Scene::over_period(still, K, &Stop::default()).unwrap_err();
+    let problems = Scene::over_period(still, K, None, &Stop::default()).unwrap_err();
     assert!(problems[0].message.contains("no medium has sound"));
     let mut two = picture();
     let modes = [5.0, 6.0].map(|k| AcousticMode::new(0.01, 0, k, 0.0).unwrap());
     two.media[1].index = sound(modes.into());
-    let problems = Scene::over_period(two, K, &Stop::default()).unwrap_err();
+    let problems = Scene::over_period(two, K, None, &Stop::default()).unwrap_err();
     assert!(problems[0].message.contains("several wavelengths"));
 }
 
@@ -239,7 +239,7 @@ fn sounds_of_different_media_must_have_one_frequency() {
         second.name = "oil".into();
         second.index = other;
         parts.media.push(second);
-        Scene::over_period(parts, K, &Stop::default())
+        Scene::over_period(parts, K, None, &Stop::default())
     };
     assert!(both(at(1.0)).is_ok());
     assert!(both(strong()).is_ok());
@@ -262,7 +262,7 @@ fn doubts_of_all_instants_are_said_once() {
         };
         let first = Scene::new(parts.clone()).unwrap();
         assert_eq!(jumps(&first), usize::from(time_phase == 0.0));
-        let all = Scene::over_period(parts, 2 * K, &Stop::default()).unwrap();
+        let all = Scene::over_period(parts, 2 * K, None, &Stop::default()).unwrap();
         assert_eq!(jumps(&all), 1, "{time_phase}");
     }
 }

@@ -60,8 +60,8 @@ pub struct Bspline {
     interpolates: bool,
     /// The vector instructions that the processor has.
     level: Level,
-    /// Made when bounds over a large box are first asked for.
-    blocks: OnceLock<Blocks>,
+    /// Made when bounds over a large box are first asked for. Shared by copies of the field.
+    blocks: Arc<OnceLock<Blocks>>,
 }
 
 impl Bspline {
@@ -266,7 +266,7 @@ impl Bspline {
             coefficients: Arc::new(coefficients),
             interpolates: true,
             level: crate::lanes::level(),
-            blocks: OnceLock::new(),
+            blocks: Arc::default(),
         }
     }
 

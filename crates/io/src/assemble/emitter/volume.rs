@@ -73,7 +73,7 @@ fn from_volume(
     };
     let used = context.channels_of_group();
     let white = Spectrum(std::array::from_fn(|c| f64::from(u8::from(c < used))));
-    let light = VolumeLight::new(Arc::unwrap_or_clone(grid), white);
+    let light = VolumeLight::new(grid, white);
     context.accept(location, light)
 }
 

@@ -1,0 +1,138 @@
+//! Surfaces and where they are: what scenes have in common that differ in spectra, indices or the instant only.
+
+use super::clearance::Clearance;
+use super::coincident;
+use super::containment::{Bodies, overlapping};
+use super::faces;
+use super::index::{Index, class};
+use super::parts::{Object, Parts};
+use super::{ray_epsilon, surroundings};
+use crate::shape::Shape;
+use crate::shared::Shared;
+use crate::stop::Stop;
+use eikonal::Aabb;
+use std::sync::Arc;
+
+/// The surfaces of a scene, prepared for questions about rays and places.
+#[derive(Debug)]
+pub(super) struct Geometry {
+    /// All surfaces.
+    pub all: Arc<Index>,
+    /// Surfaces that rays pass on a deterministic way.
+    pub interfaces: Arc<Index>,
+    /// Surfaces within media that let a part of the light pass straight on.
+    pub partial: Arc<Index>,
+    /// Surfaces that end every ray, or scatter it.
+    pub blockers: Arc<Index>,
+    /// Closed objects, by their place.
+    pub bodies: Bodies,
+    /// Objects that touch, overlap or hold others: what lies beside their surfaces varies.
+    pub overlapping: Vec<bool>,
+    /// Distance from faces to which emitters and sensors on them are moved.
+    pub face_distance: f64,
+    /// Sheets that were moved off the surfaces with which they coincided, with their shapes before.
+    moved: Vec<(usize, Shape)>,
+    /// Distances from surfaces, by the box over which they are known.
+    clearances: Shared<[u64; 6], Clearance>,
+}
+
+impl Geometry {
+    /// Moves sheets, emitters and the sensor off the surfaces with which they coincide, and prepares all surfaces; `None` once `stop` is
+    /// raised.
+    pub(super) fn new(parts: &mut Parts, stop: &Stop) -> Option<Self> {
+        let goes_on = || (!stop.is_raised()).then_some(());
+        let around = surroundings(parts);
+        let epsilon = ray_epsilon(&around);
+        let separation = coincident::separation(parts, epsilon, stop);
+        goes_on()?;
+        let bodies = parts.bodies();
+        let face_distance = faces::distance(epsilon, separation.layers);
+        let given = Arc::new(Index::new(&parts.objects, |_| true));
+        faces::settle(parts, &given, &bodies, epsilon, face_distance);
+        // Sheets that are moved hold no medium, and are moved by less than the margin of boxes.
+        let moved = separation.apply(parts);
+        goes_on()?;
+        let objects = &parts.objects;
+        let all = if moved.is_empty() {
+            given
+        } else {
+            Arc::new(Index::new(objects, |_| true))
+        };
+        goes_on()?;
+        let some = |keep: &dyn Fn(&Object) -> bool| {
+            if objects.iter().all(keep) {
+                Arc::clone(&all)
+            } else {
+                Arc::new(Index::new(objects, keep))
+            }
+        };
+        Some(Geometry {
+            interfaces: some(&Object::is_interface),
+            partial: some(&|o| o.bsdf.is_partial() && !o.is_interface()),
+            blockers: some(&|o| !o.is_interface() && !o.bsdf.is_partial()),
+            overlapping: overlapping(parts.containment(&bodies), around.radius * 1e-9),
+            all,
+            bodies,
+            face_distance,
+            moved,
+            clearances: Shared::new(),
+        })
+    }
+
+    /// Does the same for other parts, if their surfaces are where those of `own` are, the parts with this geometry; returns whether they
+    /// are.
+    pub(super) fn place(&self, own: &Parts, other: &mut Parts) -> bool {
+        if !self.is_of(own, other) {
+            return false;
+        }
+        let epsilon = ray_epsilon(&surroundings(other));
+        let given = if self.moved.is_empty() {
+            Arc::clone(&self.all)
+        } else {
+            Arc::new(Index::new(&other.objects, |_| true))
+        };
+        faces::settle(other, &given, &self.bodies, epsilon, self.face_distance);
+        for (i, _) in &self.moved {
+            other.objects[*i].shape = own.objects[*i].shape.clone();
+        }
+        true
+    }
+
+    /// Distances from the surfaces of parts with this geometry, over a box in which it pays to know them.
+    pub(super) fn clearance(&self, parts: &Parts, within: &Aabb) -> Arc<Clearance> {
+        let [a, b] = [within.min, within.max].map(|p| p.to_array().map(f64::to_bits));
+        let key = [a[0], a[1], a[2], b[0], b[1], b[2]];
+        self.clearances.get(key, || Clearance::of(parts, within))
+    }
+
+    fn is_of(&self, own: &Parts, other: &Parts) -> bool {
+        let mut moved = self.moved.iter().peekable();
+        let given = own.objects.iter().enumerate().map(|(i, object)| {
+            let before = moved.next_if(|(sheet, _)| *sheet == i);
+            (object, before.map_or(&object.shape, |(_, shape)| shape))
+        });
+        own.objects.len() == other.objects.len()
+            && own.partitions.len() == other.partitions.len()
+            && own
+                .partitions
+                .iter()
+                .zip(&other.partitions)
+                .all(|(a, b)| a.is_same(b))
+            && given
+                .zip(&other.objects)
+                .all(|((object, shape), o)| is_alike(object, o) && shape.is_same(&o.shape))
+    }
+}
+
+/// Returns whether two objects act alike on rays, wherever they are.
+fn is_alike(a: &Object, b: &Object) -> bool {
+    let kind = |o: &Object| {
+        (
+            class(o),
+            o.bsdf.is_partial(),
+            o.is_interface(),
+            o.emitter.is_some(),
+        )
+    };
+    a.name == b.name && a.sides == b.sides && kind(a) == kind(b)
+}
