@@ -32,7 +32,7 @@ pub mod sampling;
 pub mod scene;
 pub mod sensor;
 pub mod shape;
-mod shared;
+pub mod shared;
 pub mod sidebands;
 pub mod sparse;
 pub mod spectrum;

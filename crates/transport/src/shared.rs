@@ -1,17 +1,26 @@
 //! Values that take long to make, made once for all who need the same.
 
 use std::collections::BTreeMap;
+use std::convert::Infallible;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 /// Values by the content that they are made from, kept as long as someone holds them. Scenes, channels and threads share them.
 #[derive(Debug)]
-pub(crate) struct Shared<K, V> {
+pub struct Shared<K, V> {
     made: Mutex<BTreeMap<K, Weak<V>>>,
+}
+
+impl<K, V> Default for Shared<K, V> {
+    fn default() -> Self {
+        Shared {
+            made: Mutex::default(),
+        }
+    }
 }
 
 impl<K: Ord, V> Shared<K, V> {
     /// Without any value.
-    pub(crate) const fn new() -> Self {
+    pub const fn new() -> Self {
         Shared {
             made: Mutex::new(BTreeMap::new()),
         }
@@ -19,18 +28,27 @@ impl<K: Ord, V> Shared<K, V> {
 
     /// The value of a key, made if nobody holds it. `make` depends on the key alone. Threads that ask at the same time may both make it,
     /// and share that of the first.
-    pub(crate) fn get(&self, key: K, make: impl FnOnce() -> V) -> Arc<V> {
+    pub fn get(&self, key: K, make: impl FnOnce() -> V) -> Arc<V> {
+        let made: Result<_, Infallible> = self.try_get(key, || Ok(make()));
+        made.unwrap_or_else(|never| match never {})
+    }
+
+    /// The value of a key, as [`Shared::get`] finds it, unless making it fails.
+    ///
+    /// # Errors
+    /// That of `make`.
+    pub fn try_get<E>(&self, key: K, make: impl FnOnce() -> Result<V, E>) -> Result<Arc<V>, E> {
         if let Some(value) = self.lock().get(&key).and_then(Weak::upgrade) {
-            return value;
+            return Ok(value);
         }
-        let value = Arc::new(make());
+        let value = Arc::new(make()?);
         let mut made = self.lock();
         if let Some(first) = made.get(&key).and_then(Weak::upgrade) {
-            return first;
+            return Ok(first);
         }
         made.retain(|_, other| other.strong_count() > 0);
         made.insert(key, Arc::downgrade(&value));
-        value
+        Ok(value)
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, BTreeMap<K, Weak<V>>> {

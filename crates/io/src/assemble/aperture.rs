@@ -70,7 +70,10 @@ impl Opening {
             Shape::Iris(iris) => context.accept(&self.location, ApertureShape::new(*iris)),
             Shape::Picture(bitmap) => picture(bitmap, context),
         }?;
-        context.assets.apertures.insert(self.sensor, aperture.clone());
+        context
+            .assets
+            .apertures
+            .insert(self.sensor, aperture.clone());
         Some(aperture)
     }
 }

@@ -27,16 +27,17 @@ impl Channels {
     /// As the film of the scene's first sensor says, be it that of a shape. Without a film, cameras
     /// have three channels and meters one.
     pub(super) fn of(root: &ObjectDescription, diagnostics: &mut Diagnostics) -> Self {
-        let children = |o: &ObjectDescription, kind| {
-            let children = o.children.iter().map(|c| c.object.clone());
-            let children: Vec<_> = children.filter(|c| c.kind == kind).collect();
-            children
-        };
-        let mut sensors = children(root, PluginKind::Sensor);
-        let shapes = children(root, PluginKind::Shape);
-        sensors.extend(shapes.iter().flat_map(|s| children(s, PluginKind::Sensor)));
-        let first = sensors.first();
-        let film = first.and_then(|s| children(s, PluginKind::Film).first().cloned());
+        fn children(
+            o: &ObjectDescription,
+            kind: PluginKind,
+        ) -> impl Iterator<Item = &ObjectDescription> {
+            let children = o.children.iter().map(|c| &*c.object);
+            children.filter(move |c| c.kind == kind)
+        }
+        let of_shapes =
+            children(root, PluginKind::Shape).flat_map(|s| children(s, PluginKind::Sensor));
+        let first = children(root, PluginKind::Sensor).chain(of_shapes).next();
+        let film = first.and_then(|s| children(s, PluginKind::Film).next());
         let Some(film) = film else {
             return match first {
                 Some(sensor) if is_meter(sensor) => Channels::Luminance,
@@ -44,7 +45,7 @@ impl Channels {
             };
         };
         let apart = descendants(seen(root)).any(disperses) || first.is_some_and(|s| diffracts(s));
-        let channels = Channels::of_film(&film, diagnostics);
+        let channels = Channels::of_film(film, diagnostics);
         if apart { channels.apart() } else { channels }
     }
 

@@ -10,6 +10,7 @@ mod channels;
 mod clipping;
 mod colour;
 mod condensed_grid;
+mod content;
 mod context;
 mod costly;
 mod coverage;

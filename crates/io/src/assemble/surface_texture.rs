@@ -1,8 +1,8 @@
 //! Textures of surfaces: images, checkerboards, values of vertices, volumes, and multiples of these.
 
+use super::assets::Attributes;
 use super::clipping::{Pixels, without_rounding};
 use super::context::Context;
-use super::assets::Attributes;
 pub(super) use super::texture_role::{Asked, Role};
 use crate::diagnostic::{Location, shown, suggest};
 use crate::image::RgbImage;

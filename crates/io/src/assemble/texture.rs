@@ -2,6 +2,7 @@
 
 use super::assets::GridKey;
 use super::clipping;
+use super::content::{ContentHasher, GRIDS};
 use super::context::Context;
 use super::reach;
 use super::sound_record::file_of;
@@ -54,7 +55,7 @@ pub(super) fn texture(
             let grid = context.once(
                 |assets| &mut assets.grids,
                 key,
-                |context| grid(object, name, allowed, context).map(Arc::new),
+                |context| grid(object, name, allowed, context),
             );
             grid.map_or(VolumeTexture::Uniform(Spectrum::ZERO), VolumeTexture::Grid)
         }
@@ -169,7 +170,7 @@ fn grid(
     name: &str,
     allowed: [f64; 2],
     context: &mut Context,
-) -> Option<VolumeGrid> {
+) -> Option<Arc<VolumeGrid>> {
     let Sampled {
         volume,
         source,
@@ -200,7 +201,21 @@ fn grid(
             &object.location,
         ));
     }
-    let grid = VolumeGrid::new(samples, source.to_world, placement, filter, allowed);
+    let kinds = [
+        samples.channels,
+        usize::from(placement == Placement::Nodes),
+        usize::from(filter == GridFilter::Nearest),
+    ];
+    let content = ContentHasher::default()
+        .doubles(&samples.size.map(|n| n as f64))
+        .doubles(&kinds.map(|n| n as f64))
+        .doubles(&source.to_world.to_cols_array())
+        .doubles(&allowed)
+        .singles(&samples.data)
+        .finish();
+    let grid = GRIDS.try_get(content, || {
+        VolumeGrid::new(samples, source.to_world, placement, filter, allowed)
+    });
     context.accept(&object.location, grid)
 }
 

@@ -57,6 +57,7 @@ mod scenes_of_others;
 mod schema;
 mod series;
 mod shading;
+mod shared_parts;
 mod sound;
 mod sound_sampled;
 mod sources;

@@ -119,14 +119,7 @@ fn measured(parts: &str, exponent: i32) -> Measurement {
         rr_depth: 5,
     };
     let go_on = |_| ControlFlow::Continue(());
-    measure(
-        &loaded.groups,
-        &meters,
-        &options,
-        &Handle::default(),
-        go_on,
-    )
-    .unwrap()
+    measure(&loaded.groups, &meters, &options, &Handle::default(), go_on).unwrap()
 }
 
 /// Derivatives of the sum of all pixels by every parameter that the scene has, with their errors.
@@ -146,7 +139,9 @@ fn derivatives(parts: &str, integrator: &str, exponent: i32) -> Vec<f64> {
         RadiometricParameter::Radiance,
     ];
     let emitters = (0..scene.emitters().len()).flat_map(|id| of_emitters.map(|by| by(id)));
-    let all = media.chain(emitters).chain([RadiometricParameter::Exposure]);
+    let all = media
+        .chain(emitters)
+        .chain([RadiometricParameter::Exposure]);
     let exists =
         |by: &RadiometricParameter| render::check_parameters(&loaded.groups, &[*by], None).is_ok();
     let parameters: Vec<_> = all.filter(exists).collect();
@@ -156,7 +151,7 @@ fn derivatives(parts: &str, integrator: &str, exponent: i32) -> Vec<f64> {
         integrator: *loaded.renderer.integrator().unwrap(),
         samples: 8,
         seed: 7,
-        decomposition: loaded.layering.decomposition.clone(),
+        decomposition: loaded.layering.decomposition,
         hide_emitters: false,
         parameters: &parameters,
         weights: &weights,

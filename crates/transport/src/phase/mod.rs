@@ -26,11 +26,15 @@ pub use von_mises_fisher::VonMisesFisher;
 use crate::Spectrum;
 use crate::mueller::PlaneMueller;
 use crate::sampling::DistributionError;
+use crate::shared::Shared;
 use crate::volume::{LabelGrid, VolumeGrid, VolumeTexture};
 use eikonal::Shown;
 use glam::DVec3;
 use polar::Polar;
 use std::sync::Arc;
+
+/// Tables of Mie scattering by the bits of their spheres' parameters.
+static MIE_TABLES_IN_USE: Shared<[u64; 6], Mie> = Shared::new();
 
 /// Why a phase function cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -157,7 +161,9 @@ impl Phase {
     /// # Errors
     /// As [`Mie::new`].
     pub fn mie(spheres: &Spheres) -> Result<Self, PhaseError> {
-        Mie::new(spheres).map(|mie| Phase::Mie(Arc::new(mie)))
+        MIE_TABLES_IN_USE
+            .try_get(spheres.key(), || Mie::new(spheres))
+            .map(Phase::Mie)
     }
 
     /// (1 − `weight`) of the first phase function plus `weight`, in [0, 1], of the second.

@@ -67,8 +67,8 @@ impl Scene {
 /// The closed shapes of a list of objects, found by a place in logarithmic time.
 #[derive(Debug)]
 pub struct Bodies {
-    /// Numbers of the objects.
-    closed: Vec<usize>,
+    /// Numbers of the objects that are closed or divide a volume.
+    bounding: Vec<usize>,
     /// Their boxes.
     tree: Tree,
     /// For each object, the number of the partition that it belongs to.
@@ -82,22 +82,21 @@ impl Bodies {
         for (i, p) in partitions.iter().enumerate() {
             partition[p.objects.clone()].fill(Some(i));
         }
-        let closed = (0..objects.len()).filter(|i| objects[*i].shape.is_closed());
-        let closed: Vec<usize> = closed.collect();
-        let boxes: Vec<Aabb> = closed.iter().map(|i| objects[*i].shape.aabb()).collect();
+        let bounds = |i: &usize| objects[*i].shape.is_closed() || partition[*i].is_some();
+        let bounding: Vec<usize> = (0..objects.len()).filter(bounds).collect();
+        let boxes: Vec<Aabb> = bounding.iter().map(|i| objects[*i].shape.aabb()).collect();
         Bodies {
             tree: Tree::new(&boxes),
-            closed,
+            bounding,
             partition,
         }
     }
 
-    /// Calls `holds` with the closed objects whose boxes are around a point, and maybe with others nearby, until one returns true, and
+    /// Calls `holds` with the objects whose boxes share a point with a box, and maybe with others nearby, until one returns true, and
     /// returns whether one did.
-    fn any_near(&self, x: DVec3, mut holds: impl FnMut(usize) -> bool) -> bool {
-        let place = Aabb::new(x, x);
+    fn any_near(&self, place: &Aabb, mut holds: impl FnMut(usize) -> bool) -> bool {
         self.tree
-            .any_near(&place, &mut |leaf| holds(self.closed[leaf]))
+            .any_near(place, &mut |leaf| holds(self.bounding[leaf]))
     }
 }
 
@@ -137,7 +136,7 @@ impl Containment<'_> {
 
     /// Returns whether something opaque fills the place of a medium at a point.
     pub(super) fn is_displaced(&self, id: MediumId, x: DVec3) -> bool {
-        self.bodies.any_near(x, |i| {
+        self.bodies.any_near(&Aabb::new(x, x), |i| {
             let object = &self.objects[i];
             object.interior() != Some(id) && object.bsdf.is_opaque() && object.shape.contains(x)
         })
@@ -180,7 +179,7 @@ impl Containment<'_> {
         counts: impl Fn(usize) -> bool,
         mut visit: impl FnMut(Body<'a>),
     ) {
-        self.bodies.any_near(x, |i| {
+        self.bodies.any_near(&Aabb::new(x, x), |i| {
             let object = &self.objects[i];
             let counts = self.bodies.partition[i].is_none() && counts(i);
             if let Some(medium) = object.interior().filter(|_| counts)
@@ -237,19 +236,14 @@ pub(super) fn overlapping(
     margin: f64,
 ) -> Vec<bool> {
     let partition = &bodies.partition;
-    let matters = |i: &usize| {
-        let o = &objects[*i];
-        o.sides.is_some() && (o.shape.is_closed() || partition[*i].is_some())
-    };
-    let all: Vec<usize> = (0..objects.len()).filter(matters).collect();
-    let boxes: Vec<Aabb> = all.iter().map(|i| objects[*i].shape.aabb()).collect();
-    let tree = Tree::new(&boxes);
+    let separates = |i: &usize| objects[*i].sides.is_some();
     let mut overlapping = vec![false; objects.len()];
-    for (place, &i) in all.iter().enumerate() {
-        let own = boxes[place].grown(margin);
-        overlapping[i] = tree.any_near(&own, &mut |other| {
-            let apart = partition[i].is_none() || partition[i] != partition[all[other]];
-            other != place && apart && own.overlaps(&boxes[other])
+    for &i in bodies.bounding.iter().filter(|i| separates(i)) {
+        let own = objects[i].shape.aabb().grown(margin);
+        overlapping[i] = bodies.any_near(&own, |other| {
+            let apart = partition[i].is_none() || partition[i] != partition[other];
+            let counts = other != i && apart && separates(&other);
+            counts && own.overlaps(&objects[other].shape.aabb())
         });
     }
     overlapping
@@ -341,7 +335,7 @@ mod tests {
             let (mut rng, mut looked_at, points) = (Rng::new(2), 0, 1000);
             for _ in 0..points {
                 let x = DVec3::from(rng.uniform::<3>());
-                bodies.any_near(x, |_| {
+                bodies.any_near(&Aabb::new(x, x), |_| {
                     looked_at += 1;
                     false
                 });

@@ -136,3 +136,108 @@ fn is_alike(a: &Object, b: &Object) -> bool {
     };
     a.name == b.name && a.sides == b.sides && kind(a) == kind(b)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Scene, Sides};
+    use super::*;
+    use crate::Spectrum;
+    use crate::bsdf::{Bsdf, Diffuse};
+    use crate::emitter::{Emitter, Environment};
+    use crate::film::Filter;
+    use crate::medium::Medium;
+    use crate::scene::{AMBIENT, FilmSpec};
+    use crate::sensor::{Perspective, Sensor};
+    use crate::shape::{Cube, Mesh, Rectangle};
+    use eikonal::field::{Acoustic, AcousticMode, Constant};
+    use glam::{DAffine3, DVec3};
+
+    /// A cube of sound with a null sheet on its top face and a mesh aside, under a sky.
+    fn parts() -> Parts {
+        let object = |name: &str, shape: Shape, sides| Object {
+            name: name.into(),
+            shape,
+            bsdf: Bsdf::Null,
+            sides,
+            emitter: None,
+        };
+        let corners = vec![DVec3::X * 5.0, DVec3::X * 6.0, DVec3::new(5.0, 1.0, 0.0)];
+        let triangle = Mesh::new(corners, vec![[0, 1, 2]], None).unwrap();
+        let inside = Sides {
+            interior: 1,
+            exterior: AMBIENT,
+        };
+        let top = DAffine3::from_translation(DVec3::Z);
+        let mode = AcousticMode::new(1e-5, 0, 9.0, 0.0).unwrap();
+        let sound = Acoustic::new(1.33, DVec3::ZERO, DVec3::Z, DVec3::X, vec![mode]).unwrap();
+        Parts {
+            objects: vec![
+                object("sheet", Rectangle::new(top).unwrap().into(), None),
+                object(
+                    "cube",
+                    Cube::new(DAffine3::IDENTITY).unwrap().into(),
+                    Some(inside),
+                ),
+                object("triangle", triangle.into(), None),
+            ],
+            partitions: Vec::new(),
+            media: vec![
+                Medium::transparent("ambient", Constant::new(1.0)),
+                Medium::transparent("sound", sound),
+            ],
+            emitters: vec![Emitter::Environment(Environment::Constant(Spectrum::ONE))],
+            sensor: Sensor::Perspective(Perspective::new(DAffine3::IDENTITY, 0.5, 1.0)),
+            film: FilmSpec {
+                width: 1,
+                height: 1,
+                channels: 1,
+                group_size: Spectrum::CHANNELS,
+                filter: Filter::Box,
+                window: None,
+            },
+            tolerance: Default::default(),
+            reflections: 0,
+            measured: Aabb::EMPTY,
+        }
+    }
+
+    fn alike(parts: Parts, other: &Scene) -> Scene {
+        Scene::over_period(parts, 1, Some(other), &Stop::default()).unwrap()
+    }
+
+    /// Instants, and scenes of other spectra, have one geometry in memory, with sheets where they were moved to; scenes with another
+    /// surface, or one that acts differently, have their own, which is that of a scene alone.
+    #[test]
+    fn scenes_share_their_geometry_while_it_is_the_same() {
+        let given = parts();
+        let first = Scene::over_period(given.clone(), 4, None, &Stop::default()).unwrap();
+        assert_eq!(first.geometry.moved.len(), 1);
+        for instant in 1..4 {
+            assert!(Arc::ptr_eq(&first.geometry, &first.at(instant).geometry));
+        }
+        let mut bright = given.clone();
+        bright.emitters[0] = Emitter::Environment(Environment::Constant(Spectrum::splat(2.0)));
+        let bright = alike(bright, &first);
+        assert!(Arc::ptr_eq(&first.geometry, &bright.geometry));
+        let sheet = |scene: &Scene| scene.objects()[0].shape.clone();
+        assert!(!sheet(&first).is_same(&given.objects[0].shape));
+        assert!(sheet(&bright).is_same(&sheet(&first)));
+        let changes: [fn(&mut Parts); 5] = [
+            |p| p.objects[0].shape = Rectangle::new(DAffine3::IDENTITY).unwrap().into(),
+            |p| p.objects[0].bsdf = Bsdf::Diffuse(Diffuse::new(0.5).unwrap()),
+            |p| p.objects[1].sides = None,
+            |p| p.objects[2].name = "a".into(),
+            |p| {
+                p.objects.pop();
+            },
+        ];
+        for (i, change) in changes.into_iter().enumerate() {
+            let mut parts = given.clone();
+            change(&mut parts);
+            let other = alike(parts.clone(), &first);
+            assert!(!Arc::ptr_eq(&first.geometry, &other.geometry), "{i}");
+            let alone = Scene::new(parts).unwrap();
+            assert!(sheet(&alone).is_same(&sheet(&other)), "{i}");
+        }
+    }
+}

@@ -30,9 +30,7 @@ pub(super) fn class(object: &Object) -> u8 {
 /// Sorts objects, given by their numbers, by [`precedence`].
 pub(super) fn sort_by_precedence(numbers: &mut [usize], objects: &[Object]) {
     let boxes: Vec<Aabb> = objects.iter().map(|o| o.shape.aabb()).collect();
-    numbers.sort_by(|&a, &b| {
-        precedence([&objects[a], &objects[b]], [&boxes[a], &boxes[b]])
-    });
+    numbers.sort_by(|&a, &b| precedence([&objects[a], &objects[b]], [&boxes[a], &boxes[b]]));
 }
 
 /// Some of the objects, for intersection tests.

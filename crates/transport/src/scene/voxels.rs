@@ -79,7 +79,11 @@ impl VoxelVolumes {
                 continue;
             };
             // Where others come near, what is around the volume varies.
-            if volume.objects.clone().any(|face| scene.geometry.overlapping[face]) {
+            if volume
+                .objects
+                .clone()
+                .any(|face| scene.geometry.overlapping[face])
+            {
                 volume.exterior_n = None;
             }
             for held in &volume.matters {

@@ -191,7 +191,9 @@ impl Scene {
         all: &mut PartialTransmission,
     ) {
         let mut from = 0.0;
-        while let Some((object, meeting)) = first_of(&self.geometry.partial, arc, [from, end], [None; 2]) {
+        while let Some((object, meeting)) =
+            first_of(&self.geometry.partial, arc, [from, end], [None; 2])
+        {
             from = meeting.theta;
             if is_end(arc, end, object, meeting.theta, target, slack) {
                 continue;
@@ -206,7 +208,9 @@ impl Scene {
     pub(crate) fn filters_along(&self, arc: &Arc, end: f64) -> SmallVec<[(usize, Meeting); 2]> {
         let mut filters = SmallVec::new();
         let mut from = 0.0;
-        while let Some((object, meeting)) = first_of(&self.geometry.partial, arc, [from, end], [None; 2]) {
+        while let Some((object, meeting)) =
+            first_of(&self.geometry.partial, arc, [from, end], [None; 2])
+        {
             from = meeting.theta;
             if self.objects()[object].bsdf.changes_what_passes() {
                 filters.push((object, meeting));

@@ -62,7 +62,8 @@ fn at_instant(parts: &Parts, i: usize) -> Parts {
 }
 
 fn averaged(parts: Parts) -> Scene {
-    Scene::over_period(parts, K, None, &Stop::default()).unwrap_or_else(|problems| panic!("{problems:?}"))
+    Scene::over_period(parts, K, None, &Stop::default())
+        .unwrap_or_else(|problems| panic!("{problems:?}"))
 }
 
 fn shoot(scene: Scene, integrator: Integrator, samples: u64, seed: u64) -> Rendering {

@@ -5,8 +5,8 @@ mod instance;
 mod labels;
 mod mesh;
 
-use super::context::{Context, MeterPlace};
 use super::assets::{Attributes, PlacedShape};
+use super::context::{Context, MeterPlace};
 use super::surface_texture::Vertices;
 use super::transforms::affine;
 use super::wish::Wish;

@@ -54,6 +54,19 @@ impl Spheres {
         Complex64::new(self.n, self.k) / self.exterior
     }
 
+    /// Returns the bits of all parameters.
+    pub(super) fn key(&self) -> [u64; 6] {
+        [
+            self.radius,
+            self.geometric_deviation,
+            self.n,
+            self.k,
+            self.exterior,
+            self.wavelength,
+        ]
+        .map(f64::to_bits)
+    }
+
     fn check(&self) -> Result<(), PhaseError> {
         let positive = |name: &'static str, value: f64| {
             let valid = value.is_finite() && value > 0.0;

@@ -1,0 +1,76 @@
+//! Parts that scenes share in memory: meshes and grids, by groups of channels and by scenes of equal content.
+
+use morgana_io::{LoadOptions, Loaded};
+use std::fs::write;
+use std::path::Path;
+use std::sync::Arc;
+use tempfile::TempDir;
+use transport::scene::Scene;
+use transport::shape::{Mesh, Shape};
+use transport::volume::{VolumeGrid, VolumeTexture};
+
+/// A folder with a mesh and a grid.
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let tetrahedron = "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    write(folder.path().join("body.obj"), tetrahedron).unwrap();
+    folder
+}
+
+/// Loads a body of a medium with a grid of extinctions, seen at nine wavelengths: three groups of channels.
+fn load(folder: &Path, name: &str, samples: &str, albedo: f64) -> Loaded {
+    let text = format!(
+        r#"{{"type": "scene", "light": {{"type": "constant"}},
+          "camera": {{"type": "perspective", "film": {{"type": "hdrfilm", "pixel_format": "spectral",
+            "wavelengths": [400, 450, 500, 550, 600, 650, 700, 750, 800]}}}},
+          "body": {{"type": "obj", "filename": "body.obj", "bsdf": {{"type": "null"}},
+            "interior": {{"type": "heterogeneous", "albedo": {albedo},
+              "sigma_t": {{"type": "gridvolume", "data": {samples}, "to_world": [{{"scale": 10}}]}}}}}}}}"#
+    );
+    let path = folder.join(name);
+    write(&path, text).unwrap();
+    morgana_io::load_scene(&path, &LoadOptions::default()).unwrap_or_else(|d| panic!("{d}"))
+}
+
+fn mesh(scene: &Scene) -> &Arc<Mesh> {
+    match &scene.objects()[0].shape {
+        Shape::Mesh(mesh) => mesh,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn grid(scene: &Scene) -> &Arc<VolumeGrid> {
+    match &scene.media()[1].sigma_t {
+        VolumeTexture::Grid(grid) => grid,
+        other => panic!("{other:?}"),
+    }
+}
+
+const SAMPLES: &str = "[[[0.1, 0.2], [0.3, 0.4]], [[0.5, 0.6], [0.7, 0.8]]]";
+
+#[test]
+fn groups_of_channels_share_meshes_and_grids() {
+    let folder = folder();
+    let loaded = load(folder.path(), "scene.json", SAMPLES, 0.5);
+    assert_eq!(loaded.groups.len(), 3);
+    for other in &loaded.groups[1..] {
+        assert!(Arc::ptr_eq(mesh(&loaded.groups[0]), mesh(other)));
+        assert!(Arc::ptr_eq(grid(&loaded.groups[0]), grid(other)));
+    }
+}
+
+/// A sweep over a parameter holds the data once.
+#[test]
+fn scenes_with_equal_data_share_them() {
+    let folder = folder();
+    let first = load(folder.path(), "first.json", SAMPLES, 0.5);
+    let second = load(folder.path(), "second.json", SAMPLES, 0.7);
+    assert!(Arc::ptr_eq(grid(first.scene()), grid(second.scene())));
+    let other = load(
+        folder.path(),
+        "third.json",
+        &SAMPLES.replace("0.8", "0.9"),
+        0.5,
+    );
+    assert!(!Arc::ptr_eq(grid(first.scene()), grid(other.scene())));
+}
