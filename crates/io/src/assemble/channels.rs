@@ -44,7 +44,7 @@ impl Channels {
                 _ => Channels::Rgb,
             };
         };
-        let apart = descendants(seen(root)).any(disperses) || first.is_some_and(|s| diffracts(s));
+        let apart = descendants(seen(root)).any(disperses) || first.is_some_and(diffracts);
         let channels = Channels::of_film(film, diagnostics);
         if apart { channels.apart() } else { channels }
     }
