@@ -6,49 +6,33 @@
 pub mod aov;
 pub mod attached;
 mod bins;
-pub mod bsdf;
 pub mod budget;
-pub mod connection_end;
-pub mod derivative;
-pub mod emitter;
-pub mod film;
 pub mod integrator;
-pub mod medium;
-pub mod meter;
 pub mod moments;
-pub mod mueller;
-pub mod orientation;
+pub mod observe;
 /// Internals that only the tests of this crate use: they may change in any version.
 #[doc(hidden)]
 pub mod path;
-pub mod phase;
 /// As [`path`].
 #[doc(hidden)]
 pub mod photons;
-pub mod polarization;
 pub mod render;
 pub mod renderer;
-pub mod sampling;
 pub mod scene;
-pub mod sensor;
-pub mod shape;
-pub mod shared;
-pub mod sidebands;
 pub mod sparse;
-pub mod spectrum;
 pub mod stats;
 pub mod stop;
 pub mod sum;
-pub mod tagging;
-pub mod texture;
 pub mod trace;
-pub mod volume;
 
 pub use bins::Bins;
 pub use eikonal;
-pub use film::Film;
-pub use orientation::Orientation;
+pub use observe::film::Film;
+pub use observe::{derivative, film, meter, polarization, sidebands, tagging};
+pub use optics::{
+    Orientation, Spectrum, bsdf, connection_end, emitter, medium, mueller, orientation, phase,
+    sampling, sensor, shape, shared, spectrum, texture, volume,
+};
 pub use scene::Scene;
-pub use spectrum::Spectrum;
 pub use stats::Stats;
 pub use stop::Stop;

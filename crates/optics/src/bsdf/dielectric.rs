@@ -1,0 +1,110 @@
+//! Smooth interface between two dielectrics, with the local indices of the two sides.
+
+use super::surface::{reflect, refract};
+use super::{BsdfError, BsdfSample, Surface, Tint, factor, fresnel};
+use crate::spectrum::Spectrum;
+use glam::DVec3;
+
+/// Smooth dielectric: reflects with probability F, transmits with 1 − F.
+#[derive(Clone, Copy, Debug)]
+pub struct Dielectric {
+    specular_reflectance: Spectrum,
+    specular_transmittance: Spectrum,
+}
+
+impl Default for Dielectric {
+    fn default() -> Self {
+        Dielectric {
+            specular_reflectance: Spectrum::ONE,
+            specular_transmittance: Spectrum::ONE,
+        }
+    }
+}
+
+impl Dielectric {
+    /// Tints the two parts by factors in [0, 1]; physically both are 1 ([`Dielectric::default`]).
+    ///
+    /// # Errors
+    /// A factor outside [0, 1].
+    pub fn new(
+        specular_reflectance: Spectrum,
+        specular_transmittance: Spectrum,
+    ) -> Result<Self, BsdfError> {
+        factor("specular_reflectance", specular_reflectance)?;
+        factor("specular_transmittance", specular_transmittance)?;
+        Ok(Dielectric {
+            specular_reflectance,
+            specular_transmittance,
+        })
+    }
+
+    /// The colour of that name.
+    pub(super) fn tint(&self, tint: Tint) -> Option<Spectrum> {
+        match tint {
+            Tint::SpecularReflectance => Some(self.specular_reflectance),
+            Tint::SpecularTransmittance => Some(self.specular_transmittance),
+            _ => None,
+        }
+    }
+
+    /// Whether it leaves the power of light as it is.
+    pub fn is_clear(&self) -> bool {
+        [self.specular_reflectance, self.specular_transmittance] == [Spectrum::ONE; 2]
+    }
+
+    /// Whether nothing of what is reflected in the first channels is taken away.
+    pub fn reflects_all(&self, channels: usize) -> bool {
+        self.specular_reflectance.0[..channels]
+            .iter()
+            .all(|f| *f == 1.0)
+    }
+
+    /// With equal indices nothing is reflected and `direction` is exactly −`toward`.
+    pub(super) fn sample(&self, s: &Surface, toward: DVec3, u: f64) -> BsdfSample {
+        let side = s.facing(toward);
+        let cos = side.normal.dot(toward).min(1.0);
+        let interface = fresnel::dielectric(cos, side.n_near, side.n_far);
+        let f = interface.reflectance;
+        if u < f {
+            return BsdfSample {
+                direction: reflect(toward, side.normal, cos).normalize(),
+                weight: self.specular_reflectance,
+                pdf: f,
+                delta: true,
+                transmitted: false,
+            };
+        }
+        let eta = side.n_near / side.n_far;
+        let direction = if eta == 1.0 {
+            -toward
+        } else {
+            refract(toward, side.normal, cos, interface.cos_far, eta).normalize()
+        };
+        BsdfSample {
+            direction,
+            // (1 − F) L̃ᵢ/(1 − F): basic radiance crosses without the factor η².
+            weight: self.specular_transmittance,
+            pdf: 1.0 - f,
+            delta: true,
+            transmitted: true,
+        }
+    }
+
+    /// What a connection that goes through the interface, or is reflected, is multiplied by, besides
+    /// the probability that [`Bsdf::sample`](super::Bsdf::sample) would choose the same way, and
+    /// that probability. `cos` is that of the angle of incidence.
+    pub fn crossing(
+        &self,
+        cos: f64,
+        n_near: f64,
+        n_far: f64,
+        transmitted: bool,
+    ) -> (Spectrum, f64) {
+        let f = fresnel::dielectric(cos.min(1.0), n_near, n_far).reflectance;
+        if transmitted {
+            (self.specular_transmittance, 1.0 - f)
+        } else {
+            (self.specular_reflectance, f)
+        }
+    }
+}

@@ -1,0 +1,371 @@
+//! Scattering at surfaces.
+//!
+//! **Directions** are unit vectors in world space that point away from the surface. `toward` leads to
+//! where the path came from (radiance leaves along it), `direction` to where the light comes from.
+//! Subscripts in the comments: o is the side of `toward`, i the side of `direction`.
+//!
+//! **Basic radiance.** Estimators transport L̃ = L/n² (docs/theory.md#radiance), so values are
+//! f̃ = f·nᵢ²/nₒ²: a smooth transmission has weight 1, without η². κ = f̃/nᵢ² is symmetric in the two
+//! directions, so radiance and importance use the same code. The one exception is a null boundary
+//! whose indices differ, see [`null`].
+//!
+//! Unit vectors in, finite numbers out: grazing directions included, nothing here returns NaN.
+
+mod albedo;
+mod beckmann;
+mod blend;
+mod coat;
+mod coating;
+mod conductor;
+mod dielectric;
+mod diffuse;
+mod error;
+mod filter;
+pub mod fresnel;
+mod ggx;
+mod glossy_diffuse;
+mod mask;
+pub mod microfacet;
+mod normal_map;
+pub mod null;
+mod plastic;
+pub mod polarization;
+mod polarized_plastic;
+mod principled;
+mod rough_conductor;
+mod rough_dielectric;
+mod rough_diffuse;
+mod rough_plastic;
+mod shading;
+mod surface;
+mod thin_dielectric;
+mod tint;
+mod two_sided;
+
+pub use blend::BlendBsdf;
+pub use coating::{Coating, CoatingParameters};
+pub use conductor::Conductor;
+pub use dielectric::Dielectric;
+pub use diffuse::Diffuse;
+pub use error::BsdfError;
+pub use filter::FilterMueller;
+pub use filter::{FilterElement, PolarizingFilter};
+pub use glossy_diffuse::{GlossyDiffuse, GlossyLobe};
+pub use mask::Mask;
+pub use microfacet::{Distribution, Microfacets, Roughness};
+pub use normal_map::{NormalMap, NormalSource};
+pub use plastic::Plastic;
+pub use polarized_plastic::PolarizedPlastic;
+pub use principled::{Principled, PrincipledParameters, PrincipledThin, PrincipledThinParameters};
+pub use rough_conductor::RoughConductor;
+pub use rough_dielectric::RoughDielectric;
+pub use rough_diffuse::RoughDiffuse;
+pub use rough_plastic::RoughPlastic;
+pub use surface::Surface;
+pub use thin_dielectric::ThinDielectric;
+pub use tint::BsdfEvent;
+pub use tint::Tint;
+pub use two_sided::TwoSided;
+
+use crate::shape::Site;
+use crate::spectrum::Spectrum;
+use error::{check_eta, check_index, factor};
+use glam::DVec3;
+
+/// A direction drawn from a BSDF.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BsdfSample {
+    /// Unit vector towards where the light comes from.
+    pub direction: DVec3,
+    /// f̃·|cosθ| / pdf.
+    pub weight: Spectrum,
+    /// Density per steradian, > 0; for a delta event its discrete probability.
+    pub pdf: f64,
+    /// Whether this is a delta event, for which `eval` and `pdf` are zero.
+    pub delta: bool,
+    /// Whether light crosses the surface.
+    pub transmitted: bool,
+}
+
+impl BsdfSample {
+    /// A direction on the side of the viewer that one or other part of a bsdf drew, by the density of all parts and their
+    /// value f̃·|cosθ|; `None` if the density is 0.
+    fn reflected(direction: DVec3, pdf: f64, value: impl FnOnce() -> Spectrum) -> Option<Self> {
+        (pdf > 0.0).then(|| BsdfSample {
+            direction,
+            weight: value() / pdf,
+            pdf,
+            delta: false,
+            transmitted: false,
+        })
+    }
+}
+
+/// The light that passes a surface straight on, where the rest meets something else.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PartialTransmission {
+    /// Share of the light: the probability of passing.
+    pub probability: f64,
+    /// What of this share is left, per channel.
+    pub factor: Spectrum,
+}
+
+impl PartialTransmission {
+    /// All light passes.
+    pub const ALL: Self = PartialTransmission {
+        probability: 1.0,
+        factor: Spectrum::ONE,
+    };
+
+    /// What is left behind another surface.
+    pub fn times(&mut self, other: &Self) {
+        self.probability *= other.probability;
+        self.factor *= other.factor;
+    }
+}
+
+/// A surface's scattering distribution.
+#[derive(Clone, Debug)]
+pub enum Bsdf {
+    /// Light passes straight through.
+    Null,
+    /// Lambertian reflection.
+    Diffuse(Diffuse),
+    /// Smooth interface between the two media.
+    Dielectric(Dielectric),
+    /// Rough interface between the two media.
+    RoughDielectric(RoughDielectric),
+    /// Smooth metal.
+    Conductor(Conductor),
+    /// Rough metal.
+    RoughConductor(RoughConductor),
+    /// A diffuse base under a smooth coat.
+    Plastic(Plastic),
+    /// A diffuse base under a rough coat.
+    RoughPlastic(RoughPlastic),
+    /// A diffuse base and facets of a dielectric or a metal.
+    Principled(Box<Principled>),
+    /// A sheet of such matter, without thickness.
+    PrincipledThin(Box<PrincipledThin>),
+    /// A diffuse base that light reaches through a smooth surface, under facets.
+    PolarizedPlastic(PolarizedPlastic),
+    /// Cavities with Lambertian walls.
+    RoughDiffuse(RoughDiffuse),
+    /// Phong's or Ward's reflection, and a diffuse one.
+    GlossyDiffuse(Box<GlossyDiffuse>),
+    /// A layer over another surface.
+    Coating(Box<Coating>),
+    /// A mixture of two surfaces.
+    Blend(BlendBsdf),
+    /// A surface on either side.
+    TwoSided(TwoSided),
+    /// A surface with holes.
+    Mask(Mask),
+    /// A thin pane.
+    ThinDielectric(ThinDielectric),
+    /// A filter of polarised light.
+    Filter(Box<PolarizingFilter>),
+    /// A surface with turned normals.
+    NormalMap(Box<NormalMap>),
+}
+
+impl Bsdf {
+    /// [`Bsdf::sample`] by the geometric normal.
+    fn sample_by_normal(&self, s: &Surface, toward: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
+        match self {
+            Bsdf::Null => Some(null::sample(s, toward)),
+            Bsdf::Diffuse(b) => b.sample(s, toward, [u[1], u[2]]),
+            Bsdf::Dielectric(b) => Some(b.sample(s, toward, u[0])),
+            Bsdf::RoughDielectric(b) => b.sample(s, toward, u),
+            Bsdf::Conductor(b) => b.sample(s, toward),
+            Bsdf::RoughConductor(b) => b.sample(s, toward, [u[1], u[2]]),
+            Bsdf::Plastic(b) => b.sample(s, toward, u),
+            Bsdf::RoughPlastic(b) => b.sample(s, toward, u),
+            Bsdf::Principled(b) => b.sample(s, toward, u),
+            Bsdf::PrincipledThin(b) => b.sample(s, toward, u),
+            Bsdf::PolarizedPlastic(b) => b.sample(s, toward, u),
+            Bsdf::RoughDiffuse(b) => b.sample(s, toward, [u[1], u[2]]),
+            Bsdf::GlossyDiffuse(b) => b.sample(s, toward, u),
+            Bsdf::Coating(b) => b.sample(s, toward, u),
+            Bsdf::Blend(b) => b.sample(s, toward, u),
+            Bsdf::TwoSided(b) => b.sample(s, toward, u),
+            Bsdf::Mask(b) => b.nested().sample(s, toward, u),
+            Bsdf::ThinDielectric(b) => Some(b.sample(s, toward)),
+            Bsdf::Filter(_) => None,
+            Bsdf::NormalMap(b) => b.sample(s, toward, u),
+        }
+    }
+
+    /// [`Bsdf::eval`] by the geometric normal.
+    fn eval_by_normal(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
+        match self {
+            Bsdf::Null | Bsdf::Dielectric(_) => Spectrum::ZERO,
+            Bsdf::Conductor(_) | Bsdf::ThinDielectric(_) | Bsdf::Filter(_) => Spectrum::ZERO,
+            Bsdf::Diffuse(b) => b.eval(s, toward, direction),
+            Bsdf::RoughDielectric(b) => b.eval(s, toward, direction),
+            Bsdf::RoughConductor(b) => b.eval(s, toward, direction),
+            Bsdf::Plastic(b) => b.eval(s, toward, direction),
+            Bsdf::RoughPlastic(b) => b.eval(s, toward, direction),
+            Bsdf::Principled(b) => b.eval(s, toward, direction),
+            Bsdf::PrincipledThin(b) => b.eval(s, toward, direction),
+            Bsdf::PolarizedPlastic(b) => b.eval(s, toward, direction),
+            Bsdf::RoughDiffuse(b) => b.eval(s, toward, direction),
+            Bsdf::GlossyDiffuse(b) => b.eval(s, toward, direction),
+            Bsdf::Coating(b) => b.eval(s, toward, direction),
+            Bsdf::Blend(b) => b.eval(s, toward, direction),
+            Bsdf::TwoSided(b) => b.eval(s, toward, direction),
+            Bsdf::Mask(b) => b.nested().eval(s, toward, direction),
+            Bsdf::NormalMap(b) => b.eval(s, toward, direction),
+        }
+    }
+
+    /// [`Bsdf::pdf`] by the geometric normal.
+    fn pdf_by_normal(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {
+        match self {
+            Bsdf::Null | Bsdf::Dielectric(_) => 0.0,
+            Bsdf::Conductor(_) | Bsdf::ThinDielectric(_) | Bsdf::Filter(_) => 0.0,
+            Bsdf::Diffuse(b) => b.pdf(s, toward, direction),
+            Bsdf::RoughDielectric(b) => b.pdf(s, toward, direction),
+            Bsdf::RoughConductor(b) => b.pdf(s, toward, direction),
+            Bsdf::Plastic(b) => b.pdf(s, toward, direction),
+            Bsdf::RoughPlastic(b) => b.pdf(s, toward, direction),
+            Bsdf::Principled(b) => b.pdf(s, toward, direction),
+            Bsdf::PrincipledThin(b) => b.pdf(s, toward, direction),
+            Bsdf::PolarizedPlastic(b) => b.pdf(s, toward, direction),
+            Bsdf::RoughDiffuse(b) => b.pdf(s, toward, direction),
+            Bsdf::GlossyDiffuse(b) => b.pdf(s, toward, direction),
+            Bsdf::Coating(b) => b.pdf(s, toward, direction),
+            Bsdf::Blend(b) => b.pdf(s, toward, direction),
+            Bsdf::TwoSided(b) => b.pdf(s, toward, direction),
+            Bsdf::Mask(b) => b.nested().pdf(s, toward, direction),
+            Bsdf::NormalMap(b) => b.pdf(s, toward, direction),
+        }
+    }
+
+    /// The light that passes the surface at `site` straight on, for an angle of the given cosine to the normal;
+    /// `None` if that is not how the surface works. It is decided first whether light passes:
+    /// [`Bsdf::sample`], [`Bsdf::eval`] and [`Bsdf::pdf`] are then about light that does not (docs/theory.md#masks-and-panes).
+    pub fn through(&self, site: &Site, cos: f64) -> Option<PartialTransmission> {
+        match self {
+            Bsdf::Mask(b) => Some(b.through(site)),
+            Bsdf::ThinDielectric(b) => Some(b.through(site, cos.abs())),
+            Bsdf::Filter(b) => Some(b.through(site)),
+            Bsdf::NormalMap(b) => b.nested().through(site, cos),
+            _ => None,
+        }
+    }
+
+    /// Whether [`Bsdf::through`] says that some light passes.
+    pub fn is_partial(&self) -> bool {
+        match self {
+            Bsdf::Mask(_) | Bsdf::ThinDielectric(_) | Bsdf::Filter(_) => true,
+            Bsdf::NormalMap(b) => b.nested().is_partial(),
+            _ => false,
+        }
+    }
+
+    /// Whether every event is a delta. Others may have some, too: a rough dielectric where its two indices
+    /// match, the coat of plastic. Go by [`BsdfSample::delta`] there.
+    pub fn is_delta(&self) -> bool {
+        match self {
+            Bsdf::Null | Bsdf::Dielectric(_) | Bsdf::Conductor(_) | Bsdf::ThinDielectric(_) => true,
+            Bsdf::Filter(_) => true,
+            Bsdf::Mask(b) => b.nested().is_delta(),
+            Bsdf::NormalMap(b) => b.nested().is_delta(),
+            Bsdf::Coating(b) => b.is_smooth() && b.nested().is_delta(),
+            Bsdf::Blend(b) => b.pair().iter().all(Bsdf::is_delta),
+            Bsdf::TwoSided(b) => b.sides().iter().all(Bsdf::is_delta),
+            _ => false,
+        }
+    }
+
+    /// Whether some light is reflected as by a mirror, where connections do not look for it.
+    pub fn is_mirror(&self) -> bool {
+        match self {
+            Bsdf::Conductor(_) | Bsdf::Plastic(_) | Bsdf::ThinDielectric(_) => true,
+            Bsdf::Mask(b) => b.nested().is_mirror(),
+            Bsdf::NormalMap(b) => b.nested().is_mirror(),
+            Bsdf::Coating(b) => b.is_smooth() || b.nested().is_mirror(),
+            Bsdf::Blend(b) => b.pair().iter().any(Bsdf::is_mirror),
+            Bsdf::TwoSided(b) => b.sides().iter().any(Bsdf::is_mirror),
+            _ => false,
+        }
+    }
+
+    /// Whether it asks for [`Surface::tangents`].
+    pub fn uses_tangents(&self) -> bool {
+        match self {
+            Bsdf::NormalMap(_) | Bsdf::Filter(_) => true,
+            Bsdf::RoughConductor(b) => b.is_anisotropic(),
+            Bsdf::RoughDielectric(b) => b.is_anisotropic(),
+            Bsdf::PolarizedPlastic(b) => b.is_anisotropic(),
+            Bsdf::GlossyDiffuse(b) => b.is_anisotropic(),
+            Bsdf::Principled(b) => b.is_anisotropic(),
+            Bsdf::PrincipledThin(b) => b.is_anisotropic(),
+            Bsdf::Mask(b) => b.nested().uses_tangents(),
+            Bsdf::Coating(b) => b.nested().uses_tangents(),
+            Bsdf::Blend(b) => b.pair().iter().any(Bsdf::uses_tangents),
+            Bsdf::TwoSided(b) => b.sides().iter().any(Bsdf::uses_tangents),
+            _ => false,
+        }
+    }
+
+    /// Whether it, or a part of it, scatters by normals of its own.
+    pub(crate) fn turns_normals(&self) -> bool {
+        match self {
+            Bsdf::NormalMap(_) => true,
+            Bsdf::Mask(b) => b.nested().turns_normals(),
+            Bsdf::Coating(b) => b.nested().turns_normals(),
+            Bsdf::Blend(b) => b.pair().iter().any(Bsdf::turns_normals),
+            Bsdf::TwoSided(b) => b.sides().iter().any(Bsdf::turns_normals),
+            _ => false,
+        }
+    }
+
+    /// Whether light passes it by the geometry of the surface alone: connections through smooth interfaces are about that.
+    pub(crate) fn keeps_true_surface(&self) -> bool {
+        matches!(
+            self,
+            Bsdf::Null | Bsdf::Dielectric(_) | Bsdf::ThinDielectric(_) | Bsdf::Filter(_)
+        )
+    }
+
+    /// Whether light passes undeflected.
+    pub fn is_null(&self) -> bool {
+        matches!(self, Bsdf::Null)
+    }
+
+    /// Whether facets refract light between the media on the two sides.
+    pub fn is_rough_interface(&self) -> bool {
+        match self {
+            Bsdf::RoughDielectric(_) => true,
+            Bsdf::Principled(b) => b.transmits(),
+            Bsdf::NormalMap(b) => b.nested().is_rough_interface(),
+            _ => false,
+        }
+    }
+
+    /// Whether no light passes from one side to the other.
+    pub fn is_opaque(&self) -> bool {
+        match self {
+            Bsdf::Null | Bsdf::Dielectric(_) | Bsdf::RoughDielectric(_) => false,
+            Bsdf::Mask(_) | Bsdf::ThinDielectric(_) | Bsdf::Filter(_) => false,
+            Bsdf::Diffuse(_) | Bsdf::Conductor(_) | Bsdf::RoughConductor(_) => true,
+            Bsdf::Plastic(_) | Bsdf::RoughPlastic(_) | Bsdf::PolarizedPlastic(_) => true,
+            Bsdf::Principled(b) => !b.transmits(),
+            Bsdf::PrincipledThin(_) => false,
+            Bsdf::RoughDiffuse(_) | Bsdf::GlossyDiffuse(_) | Bsdf::Coating(_) => true,
+            Bsdf::Blend(_) | Bsdf::TwoSided(_) => true,
+            Bsdf::NormalMap(b) => b.nested().is_opaque(),
+        }
+    }
+
+    /// Itself, to be nested in an `outer` one, if it is opaque.
+    fn opaque(self, outer: &'static str) -> Result<Self, BsdfError> {
+        if self.is_opaque() {
+            Ok(self)
+        } else {
+            Err(BsdfError::NotOpaque { outer })
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! Extinction along one arc (docs/theory.md#free-flight).
+
+use super::{Medium, MediumLabel};
+use crate::Spectrum;
+use crate::volume::{Section, VolumeTexture};
+use eikonal::ray::{Arc, Profile};
+use smallvec::SmallVec;
+
+/// What a medium takes from the light along one arc, as a function of θ.
+#[derive(Clone, Debug)]
+pub enum Attenuation<'a> {
+    /// Nothing.
+    None,
+    /// The same extinction everywhere: depth is proportional to arc length.
+    Uniform(Spectrum),
+    /// The same on a straight arc of this length: depth is proportional to θ.
+    Even(Spectrum, f64),
+    /// That of a label, on a straight arc of this length that is in no other as far as anybody asks.
+    Label(&'a MediumLabel, f64),
+    /// That of a grid along a straight arc, integrated when it is asked for.
+    Sampled(Section<'a>),
+    /// Integrated along the parts of a bent arc that lie in the grid.
+    Varying(SmallVec<[Profile<{ Spectrum::CHANNELS }>; 1]>),
+}
+
+impl<'a> Attenuation<'a> {
+    /// On a straight arc that collides after a depth in a channel, beyond which nobody asks, if it is then still in the label where
+    /// it starts.
+    #[inline]
+    pub fn in_label(medium: &'a Medium, arc: &Arc, channel: usize, depth: f64) -> Option<Self> {
+        let (labels, length) = (medium.labels.as_ref()?, arc.arc_length(1.0));
+        let direction = (arc.end() - arc.start()) / length;
+        let label = labels.along(arc.start(), direction, channel, depth)?;
+        Some(Attenuation::Label(label, length))
+    }
+
+    /// For the part θ ≤ `theta_end` of an arc.
+    #[inline]
+    pub fn new(medium: &'a Medium, arc: &Arc, theta_end: f64) -> Self {
+        if medium.is_transparent() {
+            return Attenuation::None;
+        }
+        match &medium.sigma_t {
+            VolumeTexture::Uniform(sigma) if arc.is_straight() => {
+                Attenuation::Even(*sigma * medium.scale, arc.arc_length(1.0))
+            }
+            VolumeTexture::Uniform(sigma) => Attenuation::Uniform(*sigma * medium.scale),
+            VolumeTexture::Grid(grid) if arc.is_straight() => {
+                Attenuation::Sampled(Section::new(grid, medium.scale, arc))
+            }
+            VolumeTexture::Grid(grid) => {
+                let extinction = |x| (grid.at(x) * medium.scale).0;
+                let parts = grid.bent_parts(arc, theta_end).into_iter();
+                let profile = |part| Profile::new(arc, part, medium.spacing(), extinction);
+                Attenuation::Varying(parts.map(profile).collect())
+            }
+        }
+    }
+
+    /// The label through which the arc leads, if that is known.
+    #[inline]
+    pub fn label(&self) -> Option<&'a MediumLabel> {
+        match self {
+            Attenuation::Label(label, _) => Some(label),
+            _ => None,
+        }
+    }
+
+    /// Prepares for many questions about places up to `theta_end`.
+    pub fn tabulate(&mut self, theta_end: f64) {
+        if let Attenuation::Sampled(section) = self {
+            section.tabulate(theta_end);
+        }
+    }
+
+    /// Optical depth from the start of the arc to θ, given the arc length up to there.
+    #[inline]
+    pub fn depth(&self, theta: f64, arc_length: f64) -> Spectrum {
+        match self {
+            Attenuation::None => Spectrum::ZERO,
+            Attenuation::Uniform(sigma) => *sigma * arc_length,
+            Attenuation::Even(sigma, length) => *sigma * (length * theta),
+            Attenuation::Label(label, length) => label.extinction * (length * theta),
+            Attenuation::Sampled(section) => section.integral(theta),
+            Attenuation::Varying(profiles) => sum(profiles, |p| p.depth(theta)),
+        }
+    }
+
+    /// Extinction per unit length at θ: exactly the derivative of [`Attenuation::depth`].
+    pub fn rate(&self, arc: &Arc, theta: f64) -> Spectrum {
+        match self {
+            Attenuation::None => Spectrum::ZERO,
+            Attenuation::Uniform(sigma) | Attenuation::Even(sigma, _) => *sigma,
+            Attenuation::Label(label, _) => label.extinction,
+            Attenuation::Sampled(section) => section.value(arc.position(theta)),
+            Attenuation::Varying(profiles) => {
+                let speed = arc.velocity(theta).length() * arc.h();
+                sum(profiles, |p| p.density(theta)) / speed
+            }
+        }
+    }
+
+    /// Where the depth of a channel reaches a target on the part up to `theta_end`, of a given arc length, if it does, and the depth
+    /// up to there, or up to the end.
+    #[inline]
+    pub fn reach(
+        &self,
+        arc: &Arc,
+        (theta_end, arc_length): (f64, f64),
+        channel: usize,
+        target: f64,
+    ) -> (Option<f64>, Spectrum) {
+        let theta = match self {
+            Attenuation::None => None,
+            Attenuation::Uniform(sigma) => {
+                let length = target / sigma[channel];
+                let within = length < arc_length;
+                let theta = within.then(|| arc.theta_at_length(length));
+                return (theta, *sigma * if within { length } else { arc_length });
+            }
+            Attenuation::Even(sigma, length) => even(sigma[channel] * length, target, theta_end),
+            Attenuation::Label(label, length) => {
+                even(label.extinction[channel] * length, target, theta_end)
+            }
+            Attenuation::Sampled(section) => return section.reach(theta_end, channel, target),
+            Attenuation::Varying(profiles) => {
+                let mut left = target;
+                profiles.iter().find_map(|profile| {
+                    let theta = profile.invert(channel, left);
+                    left -= profile.total()[channel];
+                    theta
+                })
+            }
+        };
+        (theta, self.depth(theta.unwrap_or(theta_end), arc_length))
+    }
+}
+
+/// Where a depth that grows evenly to a whole at θ = 1 reaches a target, if that is before `theta_end`.
+fn even(whole: f64, target: f64, theta_end: f64) -> Option<f64> {
+    let theta = target / whole;
+    (theta < theta_end).then_some(theta)
+}
+
+/// The sum over the parts of an arc.
+fn sum(
+    profiles: &[Profile<{ Spectrum::CHANNELS }>],
+    of: impl Fn(&Profile<{ Spectrum::CHANNELS }>) -> [f64; Spectrum::CHANNELS],
+) -> Spectrum {
+    let each = profiles.iter().map(|profile| Spectrum(of(profile)));
+    each.fold(Spectrum::ZERO, |a, b| a + b)
+}

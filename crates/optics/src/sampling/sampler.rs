@@ -1,0 +1,192 @@
+//! Random numbers addressed by (seed, pixel, sample, dimension) (docs/theory.md#randomness).
+
+use super::points::{BITS, Points, Purpose, Replicates, SPECULAR_EVENTS};
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::Rng as _;
+
+/// The random numbers of one path.
+///
+/// The address (seed, pixel, sample) is hashed into the generator's state and the dimension is the
+/// count of numbers drawn, so results do not depend on threads, tiles, shards or resumption. Numbers that
+/// are drawn for a [`Purpose`] are spread evenly over a replicate, if samples come in [`Replicates`].
+#[derive(Clone, Debug)]
+pub struct Sampler {
+    random: Pcg64Mcg,
+    points: Option<Points>,
+    /// Number of the edge of the path that is being sampled.
+    edge: u32,
+}
+
+impl Sampler {
+    /// Numbers of sample `sample` of pixel (or particle batch) `pixel`. Any values are fine:
+    /// neighbouring addresses give independent streams.
+    #[inline]
+    pub fn new(seed: u64, pixel: u64, sample: u64) -> Self {
+        let address = [seed, pixel, sample];
+        let high = hash(0x243f_6a88_85a3_08d3, address);
+        let low = hash(0x1319_8a2e_0370_7344, address);
+        Sampler {
+            random: Pcg64Mcg::new(u128::from(high) << 64 | u128::from(low)),
+            points: None,
+            edge: 0,
+        }
+    }
+
+    /// The same with samples in replicates: those of a replicate share its points, which are independent of those of
+    /// other replicates.
+    #[inline]
+    pub fn in_replicates(replicates: Replicates, [seed, pixel, sample]: [u64; 3]) -> Self {
+        let (replicate, index) = (sample / replicates.size(), sample % replicates.size());
+        let points = (replicates != Replicates::Single).then(|| Points {
+            index: index as u32,
+            key: hash(0xa409_3822_299f_31d0, [seed, pixel, replicate]),
+            replicates,
+        });
+        Sampler {
+            points,
+            ..Sampler::new(seed, pixel, sample)
+        }
+    }
+
+    /// Uniform in [0, 1), a multiple of 2⁻⁵³.
+    #[inline]
+    pub fn next_1d(&mut self) -> f64 {
+        to_unit(self.bits())
+    }
+
+    /// Two independent numbers.
+    #[inline]
+    pub fn next_2d(&mut self) -> [f64; 2] {
+        [self.next_1d(), self.next_1d()]
+    }
+
+    /// An exponential deviate of mean 1.
+    #[inline]
+    pub fn next_exponential(&mut self) -> f64 {
+        -(1.0 - self.next_1d()).ln()
+    }
+
+    /// Cosine and sine of an angle that is uniform over the circle: a point in the unit disc, of as many as it takes, at half the angle.
+    #[inline]
+    pub fn next_turn(&mut self) -> [f64; 2] {
+        loop {
+            let bits = self.random.next_u64();
+            // Odd multiples of 2⁻³² in (−1, 1).
+            let coordinate =
+                |bits: u32| (f64::from(bits.cast_signed()) + 0.5) * (1.0 / 2f64.powi(31));
+            let [x, y] = [(bits >> 32) as u32, bits as u32].map(coordinate);
+            let square = x * x + y * y;
+            if square <= 1.0 {
+                return [(x * x - y * y) / square, 2.0 * x * y / square];
+            }
+        }
+    }
+
+    /// As [`Sampler::next_1d`], for a purpose at the current edge. To be drawn once.
+    #[inline]
+    pub fn next_1d_for(&mut self, purpose: Purpose) -> f64 {
+        let bits = self.bits();
+        to_unit(self.refined(bits, purpose as u32))
+    }
+
+    /// As [`Sampler::next_2d`], for a purpose at the current edge. To be drawn once.
+    #[inline]
+    pub fn next_2d_for(&mut self, purpose: Purpose) -> [f64; 2] {
+        [0, 1].map(|i| {
+            let bits = self.bits();
+            to_unit(self.refined(bits, purpose as u32 + i))
+        })
+    }
+
+    /// As [`Sampler::next_1d`], for the choice between reflection and refraction after so many specular events on the current edge. To be
+    /// drawn once for each.
+    #[inline]
+    pub fn next_specular(&mut self, events: u32) -> f64 {
+        let bits = self.bits();
+        to_unit(if events < SPECULAR_EVENTS {
+            self.refined(bits, Purpose::Specular as u32 + events)
+        } else {
+            bits
+        })
+    }
+
+    /// Numbers for the choice of an emitter to which the end of the current edge is connected, and of the place on it. Of several such
+    /// connections the first has those of the replicate: they are not to share them.
+    #[inline]
+    pub fn next_end(&mut self, connection: usize) -> (f64, [f64; 2]) {
+        match connection {
+            0 => {
+                let choice = self.next_1d_for(Purpose::Emitter);
+                (choice, self.next_2d_for(Purpose::ConnectionEnd))
+            }
+            _ => (self.next_1d(), self.next_2d()),
+        }
+    }
+
+    /// What `draw` returns, with numbers that are independent of those of the other samples of the replicate: for subpaths from emitters,
+    /// whose edges would otherwise have the points of the sensor's.
+    #[inline]
+    pub fn apart<T>(&mut self, draw: impl FnOnce(&mut Self) -> T) -> T {
+        let (points, edge) = (self.points.take(), self.edge);
+        let drawn = draw(self);
+        (self.points, self.edge) = (points, edge);
+        drawn
+    }
+
+    /// From here on numbers are independent of those of the other samples of the replicate.
+    #[inline]
+    pub fn leave_replicate(&mut self) {
+        self.points = None;
+    }
+
+    /// From here on numbers are for that edge of the path.
+    #[inline]
+    pub fn at_edge(&mut self, edge: usize) {
+        self.edge = u32::try_from(edge).unwrap_or(u32::MAX);
+    }
+
+    /// From here on numbers are for the next edge of the path.
+    #[inline]
+    pub fn next_edge(&mut self) {
+        self.edge = self.edge.saturating_add(1);
+    }
+
+    /// The random bits of a number.
+    #[inline]
+    fn bits(&mut self) -> u64 {
+        self.random.next_u64() >> (64 - BITS)
+    }
+
+    /// With the leading digits of the replicate's point, if there is one; the others stay.
+    #[inline]
+    fn refined(&self, bits: u64, dimension: u32) -> u64 {
+        let refined = |points: &Points| points.refined(bits, self.edge, dimension);
+        self.points.as_ref().map_or(bits, refined)
+    }
+}
+
+fn to_unit(bits: u64) -> f64 {
+    bits as f64 * (1.0 / (1u64 << BITS) as f64)
+}
+
+/// Hash of the address, one bijective mixing round per word. The keys of the two halves, and that of replicates, are
+/// digits of π.
+fn hash(key: u64, address: [u64; 3]) -> u64 {
+    address
+        .into_iter()
+        .fold(key, |h, word| mix(h ^ word).wrapping_add(key))
+}
+
+/// Whether a number is among a share 2^−`halvings` of all, evenly spread and each within those of fewer halvings.
+pub fn is_among(number: u64, halvings: u32) -> bool {
+    mix(number).leading_zeros() >= halvings
+}
+
+/// SplitMix64's increment and finaliser (Steele, Lea and Flood 2014; Stafford's variant 13): a
+/// bijection in which each input bit flips each output bit with probability close to one half.
+pub(super) fn mix(x: u64) -> u64 {
+    let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
+}

@@ -1,0 +1,136 @@
+//! Cameras as one would describe them: where they stand and what they look at.
+
+use super::{Orthographic, Perspective, Sensor};
+use glam::{DAffine3, DMat3, DVec3};
+
+/// Widest field of view in degrees.
+const WIDEST: f64 = 179.0;
+
+/// The map from camera to world of a camera at `origin` that looks at `target`: along +z, with y up and x to the left. An `up` of
+/// zero leaves the choice to morgana. `None` if the points coincide, or `up` is parallel to the view.
+pub fn look_at(origin: DVec3, target: DVec3, up: DVec3) -> Option<DAffine3> {
+    let direction = (target - origin).try_normalize()?;
+    let up = if up == DVec3::ZERO {
+        direction.any_orthonormal_vector()
+    } else {
+        up
+    };
+    let left = up.try_normalize()?.cross(direction);
+    // Nearly parallel vectors leave only rounding errors.
+    let left = if left.length() < 1e-9 {
+        None
+    } else {
+        left.try_normalize()
+    }?;
+    Some(DAffine3 {
+        matrix3: DMat3::from_cols(left, direction.cross(left), direction),
+        translation: origin,
+    })
+}
+
+/// How a camera maps the scene to its image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// A pinhole.
+    Perspective {
+        /// Full horizontal field of view in degrees, above 0 and up to 179.
+        fov: f64,
+    },
+    /// Parallel rays.
+    Orthographic {
+        /// Width of the image in scene units.
+        width: f64,
+    },
+}
+
+/// A camera: where it stands, what it looks at, and its projection. `SceneBuilder` makes a [`Sensor`]
+/// of it that fits the film.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Position.
+    pub origin: DVec3,
+    /// Point in the middle of the image.
+    pub target: DVec3,
+    /// Direction that is up in the image; zero leaves the choice to morgana.
+    pub up: DVec3,
+    /// Projection.
+    pub projection: Projection,
+}
+
+/// Why a camera cannot be used.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum CameraError {
+    /// There is no direction of view.
+    #[error("origin and target must be finite and differ, and up must not be parallel to the view")]
+    View,
+    /// The field of view is not an angle that a pinhole can have.
+    #[error("the field of view must be above 0 and at most {WIDEST} degrees, but it is {0}")]
+    FieldOfView(f64),
+    /// The width of the image is not positive.
+    #[error("the width of the image must be positive and finite, but it is {0}")]
+    Width(f64),
+}
+
+impl Camera {
+    /// A pinhole camera whose image spans `fov` degrees horizontally; y is up unless it looks along y.
+    pub fn perspective(origin: impl Into<DVec3>, target: impl Into<DVec3>, fov: f64) -> Self {
+        Camera::new(
+            origin.into(),
+            target.into(),
+            Projection::Perspective { fov },
+        )
+    }
+
+    /// A camera of parallel rays whose image is `width` scene units wide; y is up unless it looks along y.
+    pub fn orthographic(origin: impl Into<DVec3>, target: impl Into<DVec3>, width: f64) -> Self {
+        Camera::new(
+            origin.into(),
+            target.into(),
+            Projection::Orthographic { width },
+        )
+    }
+
+    fn new(origin: DVec3, target: DVec3, projection: Projection) -> Self {
+        let along_y = (target - origin).cross(DVec3::Y) == DVec3::ZERO;
+        Camera {
+            origin,
+            target,
+            up: if along_y { DVec3::Z } else { DVec3::Y },
+            projection,
+        }
+    }
+
+    /// The camera turned about its axis so that `up` is up in the image.
+    pub fn with_up(self, up: impl Into<DVec3>) -> Self {
+        Camera {
+            up: up.into(),
+            ..self
+        }
+    }
+
+    /// The sensor whose image has the given ratio of width to height.
+    ///
+    /// # Errors
+    /// If there is no such camera: see [`CameraError`].
+    pub fn sensor(&self, aspect: f64) -> Result<Sensor, CameraError> {
+        let finite = self.origin.is_finite() && self.target.is_finite() && self.up.is_finite();
+        let view = look_at(self.origin, self.target, self.up).filter(|_| finite);
+        let view = view.ok_or(CameraError::View)?;
+        match self.projection {
+            Projection::Perspective { fov } if !(fov > 0.0 && fov <= WIDEST) => {
+                Err(CameraError::FieldOfView(fov))
+            }
+            Projection::Perspective { fov } => {
+                let pinhole = Perspective::new(view, fov.to_radians(), aspect);
+                Ok(Sensor::Perspective(pinhole))
+            }
+            Projection::Orthographic { width } if !(width > 0.0 && width.is_finite()) => {
+                Err(CameraError::Width(width))
+            }
+            Projection::Orthographic { width } => {
+                let half = DAffine3::from_scale(DVec3::new(0.5 * width, 0.5 * width, 1.0));
+                Ok(Sensor::Orthographic(Orthographic::new(view * half, aspect)))
+            }
+        }
+    }
+}

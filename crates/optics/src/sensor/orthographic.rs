@@ -1,0 +1,76 @@
+//! Orthographic camera.
+
+use super::{Sensed, SensorRay, to_world};
+use crate::connection_end::{ConnectionEnd, EndSample};
+use glam::{DAffine3, DVec3};
+
+/// Parallel rays along local +z, through the square [−1, 1]² of the local plane z = 0; its height is
+/// divided by the aspect ratio. All start on the plane through the sensor's position across them,
+/// which is the plane of the square unless the transform shears it.
+#[derive(Clone, Debug)]
+pub struct Orthographic {
+    to_world: DAffine3,
+    to_local: DAffine3,
+    aspect: f64,
+}
+
+impl Orthographic {
+    /// `to_world` must be invertible; `aspect` is width over height.
+    pub fn new(to_world: DAffine3, aspect: f64) -> Self {
+        Orthographic {
+            to_world,
+            to_local: to_world.inverse(),
+            aspect,
+        }
+    }
+
+    /// The same, displaced by `shift`.
+    pub(super) fn moved(mut self, shift: DVec3) -> Self {
+        self.to_world.translation += shift;
+        self.to_local = self.to_world.inverse();
+        self
+    }
+
+    /// Width over height of the image.
+    pub fn aspect(&self) -> f64 {
+        self.aspect
+    }
+
+    pub(super) fn to_world(&self) -> &DAffine3 {
+        &self.to_world
+    }
+
+    pub(super) fn ray(&self, [s, t]: [f64; 2]) -> SensorRay {
+        let local = DVec3::new(1.0 - 2.0 * s, (1.0 - 2.0 * t) / self.aspect, 0.0);
+        let SensorRay { origin, direction } = to_world(&self.to_world, local, DVec3::Z);
+        let ahead = (origin - self.to_world.translation).dot(direction);
+        SensorRay {
+            origin: origin - direction * ahead,
+            direction,
+        }
+    }
+
+    fn direction(&self) -> DVec3 {
+        self.to_world.matrix3.z_axis.normalize()
+    }
+
+    pub(super) fn sample_end(&self) -> EndSample {
+        EndSample::only(ConnectionEnd::parallel(
+            self.to_world.translation,
+            self.direction(),
+        ))
+    }
+
+    /// The ray belongs where its line meets the local plane z = 0, since it runs along local z. An
+    /// area dx dy there has the cross section |det M|/|M e_z| dx dy.
+    pub(super) fn sense(&self, start: DVec3, direction: DVec3) -> Option<Sensed> {
+        let local = self.to_local.transform_point3(start);
+        let m = self.to_world.matrix3;
+        let image_area = 4.0 / self.aspect;
+        let sensed = Sensed {
+            image: [0.5 * (1.0 - local.x), 0.5 * (1.0 - local.y * self.aspect)],
+            density: m.z_axis.length() / (image_area * m.determinant().abs()),
+        };
+        (direction.dot(self.direction()) > 0.0).then_some(sensed)
+    }
+}

@@ -1,0 +1,204 @@
+//! The nearest hit among many shapes.
+
+use super::sweep::{Four, Sweep};
+use super::tree::Tree;
+use super::{Meeting, Shape};
+use eikonal::Aabb;
+use eikonal::ray::Arc;
+use glam::DVec3;
+
+/// Up to so many shapes a linear search is faster than a hierarchy.
+const FEW: usize = 8;
+
+/// Hits closer in θ than this are one event, of the shape that comes first.
+const TIE: f64 = 1e-12;
+
+/// Shapes, by their places in the list, that are known not to be met.
+pub type Except = [Option<usize>; 2];
+
+/// Finds the nearest hit among a fixed list of shapes.
+#[derive(Clone, Debug)]
+pub struct Accel {
+    search: Search,
+    count: usize,
+}
+
+#[derive(Clone, Debug)]
+enum Search {
+    Linear(Vec<Four>),
+    Tree(Tree),
+}
+
+impl Accel {
+    /// An accelerator for these shapes, in this order.
+    pub fn new(shapes: &[Shape]) -> Self {
+        let boxes: Vec<Aabb> = shapes.iter().map(Shape::aabb).collect();
+        let search = if shapes.len() > FEW {
+            Search::Tree(Tree::new(&boxes))
+        } else {
+            // The margin covers the rounding of the box test.
+            let grow = |b: &Aabb| b.grown(1e-9 * (b.diagonal() + b.center().length()));
+            let boxes: Vec<Aabb> = boxes.iter().map(grow).collect();
+            Search::Linear(boxes.chunks(4).map(Four::new).collect())
+        };
+        Accel {
+            search,
+            count: shapes.len(),
+        }
+    }
+
+    /// The meeting with the smallest θ in (theta_min, theta_max] and the index of its shape. Of meetings
+    /// within 1e-12 of the nearest, the one with the shape that comes first in the list. Shapes of `except` are passed over.
+    ///
+    /// `shapes` must be the list that the accelerator was made for.
+    pub fn first(
+        &self,
+        shapes: &[Shape],
+        arc: &Arc,
+        [theta_min, theta_max]: [f64; 2],
+        except: Except,
+    ) -> Option<(usize, Meeting)> {
+        let mut nearest = Nearest {
+            theta: f64::INFINITY,
+            first: None,
+            ties: Vec::new(),
+        };
+        self.visit(arc, [theta_min, theta_max], except, &mut |i| {
+            let end = nearest.end(theta_max);
+            if let Some(meeting) = shapes[i].meet(arc, [theta_min, end]) {
+                nearest.add(i, meeting);
+            }
+            nearest.end(theta_max)
+        });
+        nearest.choose()
+    }
+
+    /// Whether one of the shapes but `except` is met, for the first time at a θ in (0, theta_max], where it `counts`.
+    ///
+    /// `shapes` must be the list that the accelerator was made for.
+    pub fn any_hit(
+        &self,
+        shapes: &[Shape],
+        arc: &Arc,
+        theta_max: f64,
+        except: Except,
+        counts: impl Fn(usize, f64) -> bool,
+    ) -> bool {
+        let mut found = false;
+        self.visit(arc, [0.0, theta_max], except, &mut |i| {
+            let meeting = shapes[i].meet(arc, [0.0, theta_max]);
+            found |= meeting.is_some_and(|m| counts(i, m.theta));
+            if found { f64::NEG_INFINITY } else { theta_max }
+        });
+        found
+    }
+
+    /// Calls `test` with each shape that the arc may meet in a range of θ; it returns the end of the range that
+    /// is still of interest.
+    #[inline]
+    fn visit(
+        &self,
+        arc: &Arc,
+        range: [f64; 2],
+        except: Except,
+        test: &mut impl FnMut(usize) -> f64,
+    ) {
+        if self.count == 1 {
+            // Its box would cost as much as the shape.
+            if !except.contains(&Some(0)) {
+                test(0);
+            }
+            return;
+        }
+        let ends = [arc.start(), arc.end()];
+        match &self.search {
+            Search::Linear(boxes) => {
+                let bit = |place: Option<usize>| place.map_or(0, |i| 1 << i);
+                let all = (1 << self.count) - 1;
+                let wanted = all & !bit(except[0]) & !bit(except[1]);
+                let sweep = sweep(arc, &ends, |p| p);
+                linear(boxes, wanted, &sweep, range, test);
+            }
+            Search::Tree(tree) => {
+                let mut end = range[1];
+                let test = &mut |i| {
+                    if !except.contains(&Some(i)) {
+                        end = test(i);
+                    }
+                    end
+                };
+                tree.visit(&sweep(arc, &ends, |p| tree.local(p)), range, test);
+            }
+        }
+    }
+}
+
+fn sweep(arc: &Arc, ends: &[DVec3; 2], map: impl Fn(DVec3) -> DVec3) -> Sweep {
+    if arc.is_straight() {
+        Sweep::new(&ends.map(map))
+    } else {
+        Sweep::new(&arc.control().map(map))
+    }
+}
+
+/// Tests boxes whose shapes are `wanted`, a bit for each.
+fn linear(
+    boxes: &[Four],
+    wanted: u32,
+    sweep: &Sweep,
+    [from, mut to]: [f64; 2],
+    test: &mut impl FnMut(usize) -> f64,
+) {
+    for (group, four) in boxes.iter().enumerate() {
+        let enter = four.enter(sweep, [from, to]);
+        let met = |k: usize| u32::from(enter[k] <= to) << k;
+        let mut left = (met(0) | met(1) | met(2) | met(3)) & (wanted >> (4 * group));
+        while left != 0 {
+            let k = left.trailing_zeros() as usize;
+            left &= left - 1;
+            if enter[k] <= to {
+                to = test(4 * group + k);
+            }
+        }
+    }
+}
+
+/// All hits that may be one event with the nearest. Which one is chosen does not depend on the
+/// order in which they are added.
+struct Nearest {
+    /// The smallest θ.
+    theta: f64,
+    first: Option<(usize, Meeting)>,
+    /// Others that were one event with the nearest when they were added: hardly ever any.
+    ties: Vec<(usize, Meeting)>,
+}
+
+impl Nearest {
+    /// The end of the range where a hit still matters.
+    fn end(&self, theta_max: f64) -> f64 {
+        theta_max.min(self.theta + TIE)
+    }
+
+    fn add(&mut self, i: usize, hit: Meeting) {
+        self.theta = self.theta.min(hit.theta);
+        let limit = self.theta + TIE;
+        match &mut self.first {
+            Some((_, h)) if h.theta <= limit => self.ties.push((i, hit)),
+            first => *first = Some((i, hit)),
+        }
+    }
+
+    fn hits(&self) -> impl Iterator<Item = &(usize, Meeting)> {
+        self.first.iter().chain(&self.ties)
+    }
+
+    fn choose(self) -> Option<(usize, Meeting)> {
+        if self.ties.is_empty() {
+            self.first
+        } else {
+            let limit = self.theta + TIE;
+            let hits = self.hits().filter(|(_, h)| h.theta <= limit);
+            hits.min_by_key(|(i, _)| *i).copied()
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! Cubes, boxes and parallelepipeds.
+
+use super::curve::Curve;
+use super::line::Line;
+use super::placement::Placement;
+use super::planar::Flat;
+use super::{AreaSample, Hit, Meeting, ShapeError, Uv};
+use eikonal::Aabb;
+use eikonal::ray::Arc;
+use glam::{DAffine3, DMat2, DVec2, DVec3};
+
+const LOCAL: Aabb = Aabb {
+    min: DVec3::NEG_ONE,
+    max: DVec3::ONE,
+};
+
+/// The cube \[−1, 1\]³ under an affine map. Face 2k (2k + 1) is where coordinate k is −1 (+1); on
+/// each, uv ∈ \[0, 1\]² follows the two other coordinates in cyclic order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cube {
+    pub(super) placement: Placement,
+}
+
+/// Points nearer to the centre than this are not on the surface, whatever the rounding.
+const WITHIN: f64 = 1.0 - 1e-6;
+
+impl Cube {
+    /// The image of the cube.
+    ///
+    /// # Errors
+    /// A map that is not finite or cannot be inverted.
+    pub fn new(to_world: DAffine3) -> Result<Self, ShapeError> {
+        let placement = Placement::new(to_world, &LOCAL)?;
+        Ok(Cube { placement })
+    }
+
+    pub(super) fn meet(&self, arc: &Arc, theta: [f64; 2]) -> Option<Meeting> {
+        if arc.is_straight() {
+            let line = Line::new(arc, theta, &self.placement);
+            let (u, i) = line.cube()?;
+            return Some(face(i).meeting(&line, u));
+        }
+        let within = |p: DVec3| p.abs().max_element() < WITHIN;
+        let curve = Curve::leaving(arc, theta, &self.placement, &LOCAL, within)?;
+        // A curve through an edge must not slip between two faces.
+        let limit = 1.0 + self.placement.noise();
+        let mut best: Option<(f64, Flat)> = None;
+        for face in (0..6).map(face) {
+            let [a, b] = others(face.axis);
+            let inside = |p: DVec3| p[a].abs() <= limit && p[b].abs() <= limit;
+            let until = best.as_ref().map_or(1.0, |(u, _)| *u);
+            if let Some(u) = face.first(&curve, until, inside)
+                && (best.is_none() || u < until)
+            {
+                best = Some((u, face));
+            }
+        }
+        let (u, face) = best?;
+        Some(face.meeting(&curve, u))
+    }
+
+    pub(super) fn hit(&self, at: &Meeting) -> Hit {
+        let face = face(at.primitive as usize);
+        let local = at.local.clamp(LOCAL.min, LOCAL.max);
+        face.hit(&self.placement, at.theta, local, plain(local, face.axis))
+    }
+
+    /// Its corners.
+    pub fn corners(&self) -> [DVec3; 8] {
+        LOCAL.corners().map(|p| self.placement.point(p))
+    }
+
+    pub(super) fn aabb(&self) -> Aabb {
+        self.placement.aabb(|d| d.abs().element_sum())
+    }
+
+    pub(super) fn contains(&self, p: DVec3) -> bool {
+        self.placement.local(p).abs().max_element() < 1.0
+    }
+
+    pub(super) fn volume(&self) -> f64 {
+        8.0 * self.placement.determinant()
+    }
+
+    pub(super) fn area(&self) -> f64 {
+        2.0 * self.face_areas().iter().sum::<f64>()
+    }
+
+    pub(super) fn part_areas(&self) -> Vec<f64> {
+        let [x, y, z] = self.face_areas();
+        vec![x, x, y, y, z, z]
+    }
+
+    /// Areas of the faces across each axis.
+    fn face_areas(&self) -> [f64; 3] {
+        [0, 1, 2].map(|axis| 4.0 * self.placement.axis_stretch(axis))
+    }
+
+    pub(super) fn sample_area(&self, u: [f64; 2]) -> AreaSample {
+        let areas = self.face_areas();
+        let total = self.area();
+        let mut rest = u[0] * total;
+        let mut i = 0;
+        while i < 5 && rest >= areas[i / 2] {
+            rest -= areas[i / 2];
+            i += 1;
+        }
+        let face = face(i);
+        let [a, b] = others(face.axis);
+        let mut local = face.project(DVec3::ZERO);
+        local[a] = (2.0 * rest / areas[face.axis] - 1.0).clamp(-1.0, 1.0);
+        local[b] = 2.0 * u[1] - 1.0;
+        face.sample(
+            &self.placement,
+            local,
+            plain(local, face.axis),
+            total.recip(),
+        )
+    }
+
+    pub(super) fn inverse_area(&self, position: DVec3, primitive: u32) -> [f64; 2] {
+        let (areas, i) = (self.part_areas(), primitive as usize);
+        let [a, b] = uv(self.placement.local(position), i / 2);
+        let before: f64 = areas[..i].iter().sum();
+        [(before + a * areas[i]) / self.area(), b]
+    }
+}
+
+fn face(i: usize) -> Flat {
+    let axis = i / 2;
+    let at = if i.is_multiple_of(2) { -1.0 } else { 1.0 };
+    Flat {
+        axis,
+        at,
+        side: at,
+        primitive: i as u32,
+    }
+}
+
+fn others(axis: usize) -> [usize; 2] {
+    [(axis + 1) % 3, (axis + 2) % 3]
+}
+
+fn plain(local: DVec3, axis: usize) -> Uv {
+    Uv::Plain(uv(local, axis))
+}
+
+fn uv(local: DVec3, axis: usize) -> [f64; 2] {
+    others(axis).map(|k| 0.5 * (local[k] + 1.0))
+}
+
+/// Mitsuba's texture coordinates on a face, from ours: its cube is a mesh whose faces are each turned in
+/// a way of their own.
+pub(super) fn texture_uv(face: u32, [a, b]: [f64; 2]) -> [f64; 2] {
+    match face {
+        1 => [a, 1.0 - b],
+        3 => [1.0 - b, 1.0 - a],
+        4 => [1.0 - b, a],
+        5 => [b, a],
+        _ => [a, b],
+    }
+}
+
+/// Derivatives of the local position on a face with respect to [`texture_uv`], which has whole derivatives of its own.
+pub(super) fn tangents(face: u32) -> [DVec3; 2] {
+    let at = |q| DVec2::from(texture_uv(face, q));
+    let jacobian = DMat2::from_cols(
+        at([1.0, 0.0]) - at([0.0, 0.0]),
+        at([0.0, 1.0]) - at([0.0, 0.0]),
+    );
+    let inverse = jacobian.inverse();
+    let [a, b] = others(face as usize / 2).map(|k| DVec3::AXES[k] * 2.0);
+    [inverse.x_axis, inverse.y_axis].map(|q| a * q.x + b * q.y)
+}

@@ -1,0 +1,331 @@
+//! Triangle meshes.
+
+mod inside;
+mod intersect;
+mod normals;
+mod topology;
+
+pub use inside::{DIRECTIONS, FirstCrossing};
+
+use super::tree::Tree;
+use super::{AreaSample, Hit, Meeting, ShapeError, Uv};
+use eikonal::Aabb;
+use glam::{DAffine3, DVec3};
+use std::collections::HashMap;
+
+/// Triangles over shared vertices, in scene coordinates. Normals follow the winding
+/// (counter-clockwise seen from their side); a closed mesh that is wound inside out is turned, so
+/// that they point out of it.
+#[derive(Clone, Debug)]
+pub struct Mesh {
+    positions: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    uvs: Option<Vec<[f64; 2]>>,
+    /// Of the vertices: unit vectors, or zero where there is none.
+    normals: Option<Vec<DVec3>>,
+    tree: Tree,
+    /// Running sums of triangle areas.
+    areas: Vec<f64>,
+    bounds: Aabb,
+    dropped: usize,
+    closed: bool,
+    convex: bool,
+    flipped: bool,
+    /// Whether the triangles as given were wound inside out.
+    inside_out: bool,
+    /// Bound of the rounding error of coordinates near the mesh.
+    noise: f64,
+}
+
+impl Mesh {
+    /// A mesh of triangles over `positions`, with texture coordinates per vertex if given.
+    /// Triangles without area are dropped; see [`Mesh::dropped`].
+    ///
+    /// # Errors
+    /// Too many triangles, or none with an area; vertices that are not finite; texture coordinates that are not as many as vertices; a triangle of a vertex
+    /// that there is not.
+    pub fn new(
+        positions: Vec<DVec3>,
+        triangles: Vec<[u32; 3]>,
+        uvs: Option<Vec<[f64; 2]>>,
+    ) -> Result<Self, ShapeError> {
+        validate(&positions, &triangles, uvs.as_deref())?;
+        let closed = topology::is_closed(&positions, &triangles);
+        let given = triangles.len();
+        let mut triangles = triangles;
+        triangles.retain(|t| !is_degenerate(corners(&positions, t)));
+        let dropped = given - triangles.len();
+        if triangles.is_empty() {
+            return Err(ShapeError::EmptyMesh { dropped });
+        }
+        let inside_out = closed && topology::signed_volume(&positions, &triangles) < 0.0;
+        if inside_out {
+            triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        }
+        let boxes: Vec<Aabb> = triangles
+            .iter()
+            .map(|t| Aabb::around(corners(&positions, t)))
+            .collect();
+        let bounds = boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(*b));
+        let far = bounds.min.abs().max(bounds.max.abs()).max_element();
+        let areas = triangles.iter().scan(0.0, |sum, t| {
+            *sum += 0.5 * cross(corners(&positions, t)).length();
+            Some(*sum)
+        });
+        Ok(Mesh {
+            areas: areas.collect(),
+            tree: Tree::new(&boxes),
+            bounds,
+            dropped,
+            closed,
+            convex: closed && topology::is_convex(&positions, &triangles, &bounds),
+            flipped: false,
+            inside_out,
+            noise: 8.0 * f64::EPSILON * far,
+            positions,
+            triangles,
+            uvs,
+            normals: None,
+        })
+    }
+
+    /// The image under an affine map; under a mirror map the winding is reversed, so that normals
+    /// stay on the same side of the material.
+    ///
+    /// # Errors
+    /// A map that is not finite or cannot be inverted, or that makes the mesh one that [`Mesh::new`] refuses.
+    pub fn transformed(&self, map: DAffine3) -> Result<Self, ShapeError> {
+        if !map.is_finite() {
+            return Err(ShapeError::NonFiniteTransform);
+        }
+        let det = map.matrix3.determinant();
+        if det == 0.0 {
+            return Err(ShapeError::SingularTransform { det });
+        }
+        let place = |p: &DVec3| map.transform_point3(*p);
+        let positions = self.positions.iter().map(place).collect();
+        let mut triangles = self.triangles.clone();
+        if det < 0.0 {
+            triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        }
+        let mut mesh = Mesh::new(positions, triangles, self.uvs.clone())?;
+        mesh.flipped = self.flipped;
+        mesh.inside_out |= self.inside_out;
+        let to_normals = map.matrix3.inverse().transpose();
+        let turned = |n: &DVec3| (to_normals * n).normalize_or_zero();
+        mesh.normals = self
+            .normals
+            .as_ref()
+            .map(|all| all.iter().map(turned).collect());
+        Ok(mesh)
+    }
+
+    /// The mesh with its vertices moved by `distance` along the mean normals of the triangles around them; vertices at one
+    /// point move alike, so that no cracks open.
+    ///
+    /// # Errors
+    /// A mesh that [`Mesh::new`] refuses.
+    pub(super) fn moved_along_normals(&self, distance: f64) -> Result<Self, ShapeError> {
+        let key = |p: &DVec3| p.to_array().map(f64::to_bits);
+        let mut normals: HashMap<[u64; 3], DVec3> = HashMap::new();
+        for t in &self.triangles {
+            let corners = corners(&self.positions, t);
+            let normal = cross(corners).normalize_or_zero();
+            for p in &corners {
+                *normals.entry(key(p)).or_default() += normal;
+            }
+        }
+        let moved = |p: &DVec3| {
+            let normal = normals.get(&key(p)).copied().unwrap_or_default();
+            *p + normal.normalize_or_zero() * distance
+        };
+        let positions = self.positions.iter().map(moved).collect();
+        let mesh = Mesh::new(positions, self.triangles.clone(), self.uvs.clone())?;
+        Ok(Mesh {
+            normals: self.normals.clone(),
+            dropped: self.dropped,
+            inside_out: self.inside_out,
+            ..mesh
+        })
+    }
+
+    /// Whether its triangles were wound inside out, and have been turned.
+    pub fn was_inside_out(&self) -> bool {
+        self.inside_out
+    }
+
+    /// The vertices.
+    pub fn positions(&self) -> &[DVec3] {
+        &self.positions
+    }
+
+    /// Signed volume between the surface and `apex`: the enclosed volume of closed meshes.
+    pub fn cone_volume(&self, apex: DVec3) -> f64 {
+        topology::cone_volume(&self.positions, &self.triangles, apex)
+    }
+
+    /// The triangles kept, as vertex indices; [`Hit::primitive`] counts these.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// Barycentric coordinates of the point of triangle `i` nearest to `p`, which is on it to rounding.
+    pub fn weights(&self, i: usize, p: DVec3) -> [f64; 3] {
+        let t = self.triangle(i);
+        let n = cross(t);
+        let area = |k: usize| {
+            let (a, b) = (t[(k + 1) % 3], t[(k + 2) % 3]);
+            n.dot((b - a).cross(p - a)).max(0.0)
+        };
+        let areas = [area(0), area(1), area(2)];
+        areas.map(|a| a / areas.iter().sum::<f64>())
+    }
+
+    /// Number of triangles left out because they have no area.
+    pub fn dropped(&self) -> usize {
+        self.dropped
+    }
+
+    pub(super) fn set_flipped(&mut self, flipped: bool) {
+        self.flipped = flipped;
+    }
+
+    pub(super) fn is_flipped(&self) -> bool {
+        self.flipped
+    }
+
+    pub(super) fn is_closed(&self) -> bool {
+        self.closed
+    }
+
+    pub(super) fn is_convex(&self) -> bool {
+        self.convex
+    }
+
+    pub(super) fn aabb(&self) -> Aabb {
+        self.bounds.grown(self.noise)
+    }
+
+    pub(super) fn area(&self) -> f64 {
+        self.areas[self.areas.len() - 1]
+    }
+
+    pub(super) fn part_areas(&self) -> Vec<f64> {
+        let before = [0.0].iter().chain(&self.areas);
+        before.zip(&self.areas).map(|(a, b)| b - a).collect()
+    }
+
+    pub(super) fn sample_area(&self, u: [f64; 2]) -> AreaSample {
+        let v = u[0] * self.area();
+        let last = self.areas.len() - 1;
+        let i = self.areas.partition_point(|a| *a <= v).min(last);
+        let below = if i > 0 { self.areas[i - 1] } else { 0.0 };
+        let v = ((v - below) / (self.areas[i] - below)).clamp(0.0, 1.0);
+        // The square root makes the distance from vertex 0 uniform in area.
+        let r = v.sqrt();
+        let weights = [1.0 - r, r * (1.0 - u[1]), r * u[1]];
+        let hit = self.hit(&Meeting {
+            theta: 0.0,
+            local: weights.into(),
+            primitive: i as u32,
+        });
+        AreaSample {
+            position: hit.position,
+            normal: hit.normal,
+            uv: hit.uv,
+            primitive: hit.primitive,
+            pdf: self.area().recip(),
+        }
+    }
+
+    pub(super) fn inverse_area(&self, position: DVec3, triangle: u32) -> [f64; 2] {
+        let i = triangle as usize;
+        let [_, b, c] = self.weights(i, position);
+        let r = b + c;
+        let below = if i > 0 { self.areas[i - 1] } else { 0.0 };
+        let area = below + r * r * (self.areas[i] - below);
+        [area / self.area(), if r > 0.0 { c / r } else { 0.0 }]
+    }
+
+    /// Whether texture coordinates were given. Without them they are barycentric coordinates of each triangle.
+    pub fn has_uvs(&self) -> bool {
+        self.uvs.is_some()
+    }
+
+    /// The corners of triangle `i`.
+    pub(super) fn triangle(&self, i: usize) -> [DVec3; 3] {
+        corners(&self.positions, &self.triangles[i])
+    }
+
+    pub(super) fn hit(&self, at: &Meeting) -> Hit {
+        let (i, w) = (at.primitive as usize, at.local.to_array());
+        let [a, b, c] = self.triangle(i);
+        let side = if self.flipped { -1.0 } else { 1.0 };
+        Hit {
+            theta: at.theta,
+            position: a + (b - a) * w[1] + (c - a) * w[2],
+            normal: cross([a, b, c]).normalize() * side,
+            uv: Uv::Plain(self.uv(i, w)),
+            primitive: at.primitive,
+        }
+    }
+
+    pub(super) fn uv(&self, i: usize, w: [f64; 3]) -> [f64; 2] {
+        let Some(uvs) = &self.uvs else {
+            return [w[1], w[2]];
+        };
+        let [a, b, c] = self.triangles[i].map(|v| uvs[v as usize]);
+        [0, 1].map(|k| a[k] * w[0] + b[k] * w[1] + c[k] * w[2])
+    }
+}
+
+fn corners(positions: &[DVec3], t: &[u32; 3]) -> [DVec3; 3] {
+    t.map(|v| positions[v as usize])
+}
+
+/// Twice the area, along the normal.
+fn cross([a, b, c]: [DVec3; 3]) -> DVec3 {
+    (b - a).cross(c - a)
+}
+
+/// Whether a triangle has no area to rounding: its height is lost in the rounding of its sides.
+fn is_degenerate(t: [DVec3; 3]) -> bool {
+    let longest = (t[1] - t[0])
+        .length_squared()
+        .max((t[2] - t[0]).length_squared())
+        .max((t[2] - t[1]).length_squared());
+    let n = cross(t).length();
+    n <= 16.0 * f64::EPSILON * longest || n.recip().is_infinite()
+}
+
+fn validate(
+    positions: &[DVec3],
+    triangles: &[[u32; 3]],
+    uvs: Option<&[[f64; 2]]>,
+) -> Result<(), ShapeError> {
+    let count = positions.len();
+    if triangles.len() > (u32::MAX / 2) as usize {
+        return Err(ShapeError::TooManyTriangles {
+            got: triangles.len(),
+        });
+    }
+    if let Some(vertex) = positions.iter().position(|p| !p.is_finite()) {
+        return Err(ShapeError::NonFiniteVertex { vertex });
+    }
+    if let Some(uvs) = uvs.filter(|uvs| uvs.len() != count) {
+        return Err(ShapeError::UvCount {
+            expected: count,
+            got: uvs.len(),
+        });
+    }
+    for (triangle, t) in triangles.iter().enumerate() {
+        if let Some(&index) = t.iter().find(|v| **v as usize >= count) {
+            return Err(ShapeError::VertexIndex {
+                triangle,
+                index,
+                count,
+            });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,394 @@
+//! Surfaces, and where curved and straight rays meet them.
+//!
+//! Analytic shapes are affine images of a canonical one. A curved arc is a Bézier curve, and so is
+//! its affine image; put into the equation of a canonical shape it gives a polynomial in θ of
+//! degree five (planes) or ten (quadrics), whose first root is found to round-off. No chord is
+//! ever taken for the arc.
+
+mod accel;
+mod chart;
+mod cube;
+mod curve;
+mod cylinder;
+mod disk;
+mod error;
+mod line;
+mod mesh;
+mod offset;
+mod placement;
+mod planar;
+mod rectangle;
+mod shading;
+mod sphere;
+mod split;
+mod sweep;
+mod tessellation;
+mod tree;
+mod uv;
+
+pub use accel::Accel;
+pub use accel::Except;
+pub(crate) use chart::Chart;
+pub use cube::Cube;
+pub use cylinder::Cylinder;
+pub use disk::Disk;
+pub use error::ShapeError;
+pub use mesh::Mesh;
+pub use mesh::{DIRECTIONS, FirstCrossing};
+pub use rectangle::Rectangle;
+pub use sphere::Sphere;
+pub use tessellation::Tessellation;
+pub use tree::Tree;
+pub use uv::Uv;
+
+use eikonal::Aabb;
+use eikonal::ray::Arc;
+use glam::{DMat3, DVec3};
+
+/// A point where an arc meets a shape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Parameter of the arc.
+    pub theta: f64,
+    /// The point, put back onto the surface to round-off.
+    pub position: DVec3,
+    /// Geometric unit normal: out of closed shapes, along the image of +z for flat ones; reversed
+    /// by `flip_normals`.
+    pub normal: DVec3,
+    /// Surface coordinates.
+    pub uv: Uv,
+    /// Which part was hit: the face of a cube, the side (0) or a cap (1, 2) of a cylinder, the
+    /// triangle of a mesh.
+    pub primitive: u32,
+}
+
+/// Where an arc meets a shape, before anything else is asked about the place: see [`Shape::hit`].
+#[derive(Clone, Copy, Debug)]
+pub struct Meeting {
+    /// As in [`Hit`].
+    pub theta: f64,
+    /// In the coordinates of the canonical shape; of a mesh, barycentric coordinates of the triangle.
+    local: DVec3,
+    /// As in [`Hit`].
+    primitive: u32,
+}
+
+/// A point drawn from the surface of a shape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AreaSample {
+    /// The point.
+    pub position: DVec3,
+    /// As in [`Hit`].
+    pub normal: DVec3,
+    /// As in [`Hit`].
+    pub uv: Uv,
+    /// As in [`Hit`].
+    pub primitive: u32,
+    /// Density per unit area in scene units, at this point.
+    pub pdf: f64,
+}
+
+/// A point of a surface as textures see it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Site {
+    /// The point.
+    pub position: DVec3,
+    /// Texture coordinates: Mitsuba's.
+    pub uv: Uv,
+    /// As in [`Hit`].
+    pub primitive: u32,
+}
+
+/// A surface.
+#[derive(Clone, Debug)]
+pub enum Shape {
+    /// The unit sphere; an ellipsoid under a general affine map.
+    Sphere(Sphere),
+    /// The cube \[−1, 1\]³.
+    Cube(Cube),
+    /// The square \[−1, 1\]² at z = 0, facing +z.
+    Rectangle(Rectangle),
+    /// The unit disk at z = 0, facing +z.
+    Disk(Disk),
+    /// The cylinder of unit radius from z = 0 to z = 1, open or capped.
+    Cylinder(Cylinder),
+    /// Triangles, shared between copies of the shape.
+    Mesh(std::sync::Arc<Mesh>),
+}
+
+/// Calls the same method on whichever shape this is.
+macro_rules! each {
+    ($self:expr, $s:ident => $e:expr) => {
+        match $self {
+            Shape::Sphere($s) => $e,
+            Shape::Cube($s) => $e,
+            Shape::Rectangle($s) => $e,
+            Shape::Disk($s) => $e,
+            Shape::Cylinder($s) => $e,
+            Shape::Mesh($s) => $e,
+        }
+    };
+}
+
+impl Shape {
+    /// This shape with its normals turned to the other side if `flip` is set.
+    pub fn with_flipped_normals(mut self, flip: bool) -> Self {
+        match &mut self {
+            Shape::Sphere(s) => s.set_flipped(flip),
+            Shape::Cube(s) => s.set_flipped(flip),
+            Shape::Rectangle(s) => s.set_flipped(flip),
+            Shape::Disk(s) => s.set_flipped(flip),
+            Shape::Cylinder(s) => s.set_flipped(flip),
+            Shape::Mesh(s) => std::sync::Arc::make_mut(s).set_flipped(flip),
+        }
+        self
+    }
+
+    /// Whether the normals are turned to the other side.
+    pub fn has_flipped_normals(&self) -> bool {
+        each!(self, s => s.is_flipped())
+    }
+
+    /// The hit with the smallest θ in (theta_min, theta_max].
+    ///
+    /// A surface that passes through the point at `theta_min` to round-off is not hit there, one
+    /// that passes through the point at `theta_max` is: a search may continue from a hit, or
+    /// from arc to arc, without finding it again or losing one.
+    pub fn first_hit(&self, arc: &Arc, theta_min: f64, theta_max: f64) -> Option<Hit> {
+        let meeting = self.meet(arc, [theta_min, theta_max])?;
+        Some(self.hit(&meeting))
+    }
+
+    /// Where [`Shape::first_hit`] is.
+    fn meet(&self, arc: &Arc, theta: [f64; 2]) -> Option<Meeting> {
+        each!(self, s => s.meet(arc, theta))
+    }
+
+    /// The point of a meeting with this shape.
+    pub fn hit(&self, meeting: &Meeting) -> Hit {
+        each!(self, s => s.hit(meeting))
+    }
+
+    /// What textures see at a hit.
+    pub fn site(&self, hit: &Hit) -> Site {
+        self.site_at(hit.position, hit.uv, hit.primitive)
+    }
+
+    /// What textures see at a point drawn from the surface.
+    pub fn site_of(&self, sample: &AreaSample) -> Site {
+        self.site_at(sample.position, sample.uv, sample.primitive)
+    }
+
+    fn site_at(&self, position: DVec3, uv: Uv, primitive: u32) -> Site {
+        let uv = match self {
+            Shape::Cube(_) => Uv::Plain(cube::texture_uv(primitive, uv.get())),
+            _ => uv,
+        };
+        Site {
+            position,
+            uv,
+            primitive,
+        }
+    }
+
+    /// A box around the surface.
+    pub fn aabb(&self) -> Aabb {
+        each!(self, s => s.aabb())
+    }
+
+    /// Upper bound of the distance between two points of the shape; exact for spheres and ellipsoids.
+    pub fn diameter(&self) -> f64 {
+        match self {
+            Shape::Sphere(s) => s.diameter(),
+            _ => self.aabb().diagonal(),
+        }
+    }
+
+    /// Whether a box certainly has no point in common with the inside of a closed shape; a box near
+    /// the surface may count as touching it.
+    pub fn misses(&self, region: &Aabb) -> bool {
+        match self {
+            Shape::Sphere(s) => s.misses(region),
+            Shape::Cylinder(s) => s.misses(region),
+            _ => !self.aabb().overlaps(region),
+        }
+    }
+
+    /// Whether the shape encloses a volume.
+    pub fn is_closed(&self) -> bool {
+        match self {
+            Shape::Sphere(_) | Shape::Cube(_) => true,
+            Shape::Rectangle(_) | Shape::Disk(_) => false,
+            Shape::Cylinder(s) => s.is_capped(),
+            Shape::Mesh(s) => s.is_closed(),
+        }
+    }
+
+    /// Whether `p` lies in the enclosed volume; false for open shapes.
+    pub fn contains(&self, p: DVec3) -> bool {
+        match self {
+            Shape::Sphere(s) => s.contains(p),
+            Shape::Cube(s) => s.contains(p),
+            Shape::Rectangle(_) | Shape::Disk(_) => false,
+            Shape::Cylinder(s) => s.contains(p),
+            Shape::Mesh(s) => s.contains(p),
+        }
+    }
+
+    /// Whether the shape encloses a convex volume. May be false for a large convex mesh.
+    pub fn is_convex(&self) -> bool {
+        match self {
+            Shape::Mesh(s) => s.is_convex(),
+            _ => self.is_closed(),
+        }
+    }
+
+    /// Whether a straight line never meets the surface again that leaves it in a direction, from a point with this normal.
+    pub fn is_left(&self, normal: DVec3, direction: DVec3) -> bool {
+        let outward = || (normal.dot(direction) > 0.0) != self.has_flipped_normals();
+        match self {
+            Shape::Sphere(_) | Shape::Cube(_) => outward(),
+            Shape::Cylinder(s) => s.is_capped() && outward(),
+            Shape::Rectangle(_) | Shape::Disk(_) => true,
+            Shape::Mesh(_) => false,
+        }
+    }
+
+    /// Returns whether two shapes have equal parameters; meshes, whether they are one in memory.
+    pub fn is_same(&self, other: &Shape) -> bool {
+        match (self, other) {
+            (Shape::Sphere(a), Shape::Sphere(b)) => a == b,
+            (Shape::Cube(a), Shape::Cube(b)) => a == b,
+            (Shape::Rectangle(a), Shape::Rectangle(b)) => a == b,
+            (Shape::Disk(a), Shape::Disk(b)) => a == b,
+            (Shape::Cylinder(a), Shape::Cylinder(b)) => a == b,
+            (Shape::Mesh(a), Shape::Mesh(b)) => std::sync::Arc::ptr_eq(a, b),
+            _ => false,
+        }
+    }
+
+    /// Whether it lies in one plane.
+    pub fn is_flat(&self) -> bool {
+        matches!(self, Shape::Rectangle(_) | Shape::Disk(_))
+    }
+
+    /// Enclosed volume in scene units; `None` of open shapes.
+    pub fn volume(&self) -> Option<f64> {
+        match self {
+            Shape::Sphere(s) => Some(s.volume()),
+            Shape::Cube(s) => Some(s.volume()),
+            Shape::Cylinder(s) => s.is_capped().then(|| s.volume()),
+            Shape::Rectangle(_) | Shape::Disk(_) => None,
+            Shape::Mesh(s) => s.is_closed().then(|| s.cone_volume(s.positions()[0]).abs()),
+        }
+    }
+
+    /// Points whose convex hull holds the shape.
+    pub fn hull(&self) -> Vec<DVec3> {
+        match self {
+            Shape::Sphere(s) => s.hull(),
+            Shape::Cylinder(s) => s.hull(),
+            Shape::Cube(s) => s.corners().to_vec(),
+            Shape::Mesh(s) => s.positions().to_vec(),
+            Shape::Rectangle(_) | Shape::Disk(_) => self.aabb().corners().to_vec(),
+        }
+    }
+
+    /// Area in scene units.
+    pub fn area(&self) -> f64 {
+        each!(self, s => s.area())
+    }
+
+    /// Areas of the parts that [`Hit::primitive`] tells apart, in scene units.
+    pub fn part_areas(&self) -> Vec<f64> {
+        match self {
+            Shape::Cube(s) => s.part_areas(),
+            Shape::Cylinder(s) => s.part_areas(),
+            Shape::Mesh(s) => s.part_areas(),
+            whole => vec![whole.area()],
+        }
+    }
+
+    /// A point of the surface from two uniform numbers; uniform in area except on spheres and
+    /// cylinders under maps that are no similarity, where `pdf` varies.
+    pub fn sample_area(&self, u: [f64; 2]) -> AreaSample {
+        each!(self, s => s.sample_area(u))
+    }
+
+    /// The density, per unit area in scene units, with which [`Shape::sample_area`] draws a point
+    /// of part `primitive` of the surface.
+    pub fn pdf_area(&self, position: DVec3, primitive: u32) -> f64 {
+        match self {
+            Shape::Sphere(s) => s.pdf_area(position),
+            Shape::Cylinder(s) => s.pdf_area(position, primitive),
+            flat => flat.area().recip(),
+        }
+    }
+
+    /// The two numbers from which [`Shape::sample_area`] makes a point of part `primitive` of the surface.
+    pub fn inverse_area(&self, position: DVec3, primitive: u32) -> [f64; 2] {
+        match self {
+            Shape::Sphere(s) => s.inverse_area(position),
+            Shape::Cube(s) => s.inverse_area(position, primitive),
+            Shape::Rectangle(s) => s.inverse_area(position),
+            Shape::Disk(s) => s.inverse_area(position),
+            Shape::Cylinder(s) => s.inverse_area(position, primitive),
+            Shape::Mesh(s) => s.inverse_area(position, primitive),
+        }
+    }
+
+    /// The shape operator S at a point of part `primitive` of the surface (docs/theory.md#interfaces): the normal
+    /// N turns by δN = S·δx for a tangential δx. Symmetric, S·N = 0.
+    pub fn shape_operator(&self, position: DVec3, primitive: u32) -> DMat3 {
+        match self {
+            Shape::Sphere(s) => s.shape_operator(position),
+            Shape::Cylinder(s) => s.shape_operator(position, primitive),
+            _ => DMat3::ZERO,
+        }
+    }
+}
+
+/// Implements `From` for [`Shape`], and what all placed shapes share.
+macro_rules! placed {
+    ($($shape:ident),*) => {$(
+        impl From<$shape> for Shape {
+            fn from(s: $shape) -> Self {
+                Shape::$shape(s)
+            }
+        }
+
+        impl $shape {
+            fn set_flipped(&mut self, flip: bool) {
+                self.placement.set_flipped(flip);
+            }
+
+            fn is_flipped(&self) -> bool {
+                self.placement.is_flipped()
+            }
+        }
+    )*};
+}
+
+placed!(Sphere, Cube, Rectangle, Disk, Cylinder);
+
+impl From<Mesh> for Shape {
+    fn from(s: Mesh) -> Self {
+        Shape::Mesh(std::sync::Arc::new(s))
+    }
+}
+
+/// The angle of (x, y) as a fraction of a turn, in [0, 1).
+fn turn(x: f64, y: f64) -> f64 {
+    let t = libm::atan2(y, x) / std::f64::consts::TAU;
+    if t < 0.0 {
+        (t + 1.0).min(1.0f64.next_down())
+    } else {
+        t
+    }
+}
+
+/// The point of the unit circle at a fraction of a turn.
+fn circle(turn: f64) -> [f64; 2] {
+    let (sin, cos) = libm::sincos(turn * std::f64::consts::TAU);
+    [cos, sin]
+}

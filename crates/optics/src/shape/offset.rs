@@ -1,0 +1,49 @@
+//! Surfaces moved along their normals by a distance that is small beside them.
+
+use super::{Cube, Cylinder, Disk, Rectangle, Shape, Sphere};
+use glam::{DAffine3, DVec3};
+
+impl Shape {
+    /// The surface moved by `distance` along its normals: a flat one is shifted, a closed one grows or shrinks. A distance that
+    /// leaves nothing of the surface changes nothing.
+    pub fn moved_along_normals(&self, distance: f64) -> Shape {
+        let flipped = self.has_flipped_normals();
+        let outward = if flipped { -distance } else { distance };
+        let moved = match self {
+            Shape::Rectangle(s) => Rectangle::new(s.placement.shifted(outward)).map(Shape::from),
+            Shape::Disk(s) => Disk::new(s.placement.shifted(outward)).map(Shape::from),
+            Shape::Sphere(s) => {
+                Sphere::new(s.placement.grown(outward, DVec3::ZERO)).map(Shape::from)
+            }
+            Shape::Cube(s) => Cube::new(s.placement.grown(outward, DVec3::ZERO)).map(Shape::from),
+            Shape::Cylinder(s) => {
+                let map = s.placement.grown(outward, DVec3::new(0.0, 0.0, 0.5));
+                Cylinder::new(map, s.is_capped()).map(Shape::from)
+            }
+            Shape::Mesh(mesh) => mesh.moved_along_normals(outward).map(Shape::from),
+        };
+        moved.map_or_else(|_| self.clone(), |s| s.with_flipped_normals(flipped))
+    }
+}
+
+impl super::placement::Placement {
+    /// The map with the plane z = 0 shifted by `distance` along its normal.
+    fn shifted(&self, distance: f64) -> DAffine3 {
+        let mut map = *self.map();
+        map.translation += self.upright_normal() * distance;
+        map
+    }
+
+    /// The map with the shape scaled about a local `center`, so that its ends along the local axes move outwards by about
+    /// `distance`.
+    fn grown(&self, distance: f64, center: DVec3) -> DAffine3 {
+        let m = self.map().matrix3;
+        let half = DVec3::ONE - center;
+        let lengths = DVec3::new(m.x_axis.length(), m.y_axis.length(), m.z_axis.length());
+        let scale = DVec3::ONE + distance / (lengths * half);
+        let about = DAffine3::from_translation(center)
+            * DAffine3::from_scale(scale)
+            * DAffine3::from_translation(-center);
+        *self.map() * about
+    }
+}

@@ -1,0 +1,172 @@
+//! How many layers of cells around each cell are empty, or like it, and ways along lines that make use of it.
+
+use glam::DVec3;
+
+/// Turns the layers of cells, 0 where they are full and `u8::MAX` elsewhere, x fastest, into distances to the nearest full cell by the
+/// largest coordinate, 254 at most. What lies beyond counts as full. Two scans suffice: one forwards and one backwards (A. Rosenfeld and J. L.
+/// Pfaltz, "Distance functions on digital pictures", Pattern Recognition 1968).
+pub fn spread(size: [usize; 3], layers: &mut [u8]) {
+    let [nx, ny, nz] = size;
+    let steps = [1, nx, nx * ny];
+    let visit = |layers: &mut [u8], [i, j, k]: [usize; 3], forwards: bool| {
+        let cell = i + steps[1] * j + steps[2] * k;
+        let edge = [(i, nx), (j, ny), (k, nz)]
+            .iter()
+            .any(|(i, n)| *i == 0 || i + 1 == *n);
+        if edge {
+            layers[cell] = layers[cell].min(1);
+            return;
+        }
+        let before = |at: usize| {
+            if forwards {
+                layers[cell - at]
+            } else {
+                layers[cell + at]
+            }
+        };
+        // The neighbours that the scan has passed: those of the plane before, of the row before, and one in the row.
+        let row = |at: usize| before(at - 1).min(before(at)).min(before(at + 1));
+        let plane = row(steps[2] - steps[1])
+            .min(row(steps[2]))
+            .min(row(steps[2] + steps[1]));
+        let least = plane.min(row(steps[1])).min(before(steps[0]));
+        layers[cell] = layers[cell].min(least.saturating_add(1)).min(u8::MAX - 1);
+    };
+    for k in 0..nz {
+        for j in 0..ny {
+            (0..nx).for_each(|i| visit(layers, [i, j, k], true));
+        }
+    }
+    for k in (0..nz).rev() {
+        for j in (0..ny).rev() {
+            (0..nx).rev().for_each(|i| visit(layers, [i, j, k], false));
+        }
+    }
+}
+
+/// Adding it rounds a number of less than 2⁵¹ to an integer, which is then in the bits of [`MANTISSA`]: 1.5 · 2⁵².
+const ROUNDER: f64 = 6_755_399_441_055_744.0;
+/// See [`ROUNDER`].
+const MANTISSA: u64 = (1 << 51) - 1;
+
+/// The cell that holds a point, in units of cells: its lowest corner. A point of a face is in either of its cells.
+#[inline]
+pub fn cell_of(p: DVec3) -> DVec3 {
+    // Integers take several times as long.
+    p - 0.5 + ROUNDER - ROUNDER
+}
+
+/// The number of a cell in a lattice of so many, x fastest; `None` outside.
+#[inline]
+pub fn number_of(cell: DVec3, size: DVec3) -> Option<usize> {
+    let inside = cell.x >= 0.0
+        && cell.y >= 0.0
+        && cell.z >= 0.0
+        && cell.x < size.x
+        && cell.y < size.y
+        && cell.z < size.z;
+    let number = cell.x + size.x * (cell.y + size.y * cell.z);
+    inside.then(|| ((number + ROUNDER).to_bits() & MANTISSA) as usize)
+}
+
+/// A line through a lattice of cells, from one cube of like cells to the next.
+#[derive(Clone, Debug)]
+pub struct Leaps<'l> {
+    size: DVec3,
+    /// For each cell how many layers of cells around it are like it, x fastest; no more than there are on either side.
+    layers: &'l [u8],
+    /// Where the line starts, in cells from the lattice's corner.
+    start: DVec3,
+    /// Its direction, in cells per unit of length.
+    direction: DVec3,
+    /// The cell around which the cube lies: its lowest corner.
+    cell: DVec3,
+}
+
+impl<'l> Leaps<'l> {
+    /// Along a line, given by its start in cells from the lattice's corner and its direction per unit of length.
+    #[inline]
+    pub fn new(size: DVec3, layers: &'l [u8], [start, direction]: [DVec3; 2]) -> Self {
+        Leaps {
+            size,
+            layers,
+            start,
+            direction,
+            cell: cell_of(start),
+        }
+    }
+
+    /// The cell around which the cube lies that the line is in; `None` outside of the lattice.
+    #[inline]
+    pub fn cell(&self) -> Option<usize> {
+        number_of(self.cell, self.size)
+    }
+
+    /// Whether the line is still in the cube around a cell, that of [`Leaps::cell`], after a length.
+    #[inline]
+    pub fn stays(&self, cell: usize, length: f64) -> bool {
+        let layers = f64::from(self.layers[cell]);
+        let within = self.start + self.direction * length - self.cell;
+        let stays = |p: f64| p >= -layers && p <= layers + 1.0;
+        stays(within.x) && stays(within.y) && stays(within.z)
+    }
+
+    /// Goes on to the cube beyond that around a cell, that of [`Leaps::cell`]; returns the length after which the line gets there, which
+    /// by rounding may be less than that of the leap before.
+    #[inline]
+    pub fn leap(&mut self, cell: usize) -> f64 {
+        let layers = f64::from(self.layers[cell]);
+        let (low, high) = (self.cell - layers, self.cell + layers);
+        let length = |axis: usize| match self.direction[axis] {
+            0.0 => f64::INFINITY,
+            speed if speed > 0.0 => (high[axis] + 1.0 - self.start[axis]) / speed,
+            speed => (low[axis] - self.start[axis]) / speed,
+        };
+        let (mut exit, mut through) = (f64::INFINITY, 0);
+        for axis in 0..3 {
+            if length(axis) < exit {
+                (exit, through) = (length(axis), axis);
+            }
+        }
+        // The next cell is beyond that face; none lies behind this one, whatever rounding does.
+        let to = cell_of(self.start + self.direction * exit);
+        for axis in 0..3 {
+            let (ahead, from) = (self.direction[axis] > 0.0, self.cell[axis]);
+            self.cell[axis] = match (axis == through, ahead) {
+                (true, true) => high[axis] + 1.0,
+                (true, false) => low[axis] - 1.0,
+                (false, true) => to[axis].clamp(from, high[axis]),
+                (false, false) => to[axis].clamp(low[axis], from),
+            };
+        }
+        exit
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn layers_are_distances_to_full_cells_and_what_is_beyond() {
+        let size = [9, 7, 8];
+        let full = |at: [i32; 3]| [[2, 2, 3], [7, 5, 1]].contains(&at);
+        let place = |cell: i32| [cell % 9, cell / 9 % 7, cell / 63];
+        let mut layers: Vec<u8> = (0..504)
+            .map(|c| if full(place(c)) { 0 } else { u8::MAX })
+            .collect();
+        spread(size, &mut layers);
+        for cell in 0..504 {
+            let at = place(cell);
+            let mut least = i32::MAX;
+            for other in [[2, 2, 3], [7, 5, 1]] {
+                let distance = (0..3).map(|a| (at[a] - other[a]).abs()).max().unwrap();
+                least = least.min(distance);
+            }
+            for axis in 0..3 {
+                least = least.min(at[axis] + 1).min(size[axis] as i32 - at[axis]);
+            }
+            assert_eq!(i32::from(layers[cell as usize]), least, "{at:?}");
+        }
+    }
+}
