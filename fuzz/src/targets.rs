@@ -261,7 +261,7 @@ fn state(loaded: &Loaded) -> Option<()> {
         ..transport::render::RenderOptions::new(loaded.renderer, 2, 1)
     };
     let film = loaded.scene().film();
-    let fits = film.width * film.height <= PIXELS && memory(film, &options) <= FILM;
+    let fits = film.width * film.height <= PIXELS && memory(loaded.scene(), &options) <= FILM;
     if fits {
         let rendering = render(&loaded.groups, &options, |_| ControlFlow::Continue(()));
         assert!(rendering.film.mean().iter().all(|v| v.is_finite()));

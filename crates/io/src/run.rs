@@ -306,7 +306,7 @@ impl<'a> Run<'a> {
 
     fn check_film(&self, limits: Limits) -> Result<(), Refusal> {
         let film = self.loaded.scene().film();
-        let bytes = memory(film, &self.options());
+        let bytes = memory(self.loaded.scene(), &self.options());
         let needs = |more: String| {
             let (width, height) = (film.width, film.height);
             let layers = Naming::of(self.loaded).map(|n| format!(" with {}", n.describe()));

@@ -206,9 +206,9 @@ mod tests {
 
     fn film(value: f32) -> Film {
         let mut film = Film::new(2, 1, 1);
-        for pixel in film.parts_mut(0).pixels.iter_mut() {
+        for pixel in 0..2 {
             for _ in 0..2 {
-                pixel.add(transport::Spectrum::splat(f64::from(value)));
+                film.add(0, pixel, transport::Spectrum::splat(f64::from(value)));
             }
         }
         film

@@ -259,7 +259,7 @@ fn photograph(loaded: &Loaded) {
         decomposition: loaded.layering.decomposition,
         ..RenderOptions::new(loaded.renderer, 2, 1)
     };
-    if memory(loaded.scene().film(), &options) > MOST_MEMORY {
+    if memory(loaded.scene(), &options) > MOST_MEMORY {
         return;
     }
     let rendering = render(&loaded.groups, &options, |_| ControlFlow::Continue(()));

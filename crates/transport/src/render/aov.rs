@@ -1,9 +1,10 @@
 //! Arbitrary output variables: one ray a sample gives the values of all channels, in place of light or beside it.
 
-use super::source::{SampledRay, Source, add};
+use super::pixels::PIXELS_PER_TASK;
+use super::source::{SampledRay, Source, finite};
 use crate::Spectrum;
 use crate::aov::AovTracer;
-use crate::film::{Film, Pixel};
+use crate::film::{Film, Scores};
 use crate::path::Workspace;
 use crate::sampling::Replicates;
 use crate::scene::FilmSpec;
@@ -11,9 +12,6 @@ use crate::stats::Stats;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
-
-/// Pixels per unit of work.
-const PIXELS_PER_TASK: usize = 64;
 
 /// What is found of the sensor rays of a render of light, which are followed once more.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -34,9 +32,10 @@ impl Quantities {
         }
     }
 
-    /// Adds a range of samples to every pixel: the rays are those of light, sample by sample.
-    pub(super) fn pass(&mut self, source: &Source, tracer: &AovTracer, samples: Range<u64>) {
-        self.stats += rays(source, tracer, samples, &mut self.film, |_| ());
+    /// Adds what a pass has found.
+    pub(super) fn add(&mut self, (found, stats): (Found, Stats)) {
+        add(&mut self.film, found);
+        self.stats += stats;
     }
 
     pub(super) fn merge(&mut self, other: &Quantities) {
@@ -45,57 +44,62 @@ impl Quantities {
     }
 }
 
-/// Adds a range of samples to every pixel, in all groups of channels.
+/// Scores of all groups of channels, in runs of [`PIXELS_PER_TASK`] pixels.
+pub(super) type Found = Vec<Vec<Scores>>;
+
+/// Takes a range of samples of every pixel of a film; `count` hears of the samples that have been taken.
 pub(super) fn pass(
     source: &Source,
     tracer: &AovTracer,
     samples: Range<u64>,
-    film: &mut Film,
-) -> Stats {
-    rays(source, tracer, samples, film, |taken| {
-        source.handle.count(taken)
-    })
-}
-
-/// As [`pass`]; `count` hears of the samples that have been taken.
-fn rays(
-    source: &Source,
-    tracer: &AovTracer,
-    samples: Range<u64>,
-    film: &mut Film,
+    film: &Film,
     count: impl Fn(u64) + Sync,
-) -> Stats {
-    let tasks = (film.width() * film.height()).div_ceil(PIXELS_PER_TASK);
-    let mut parts: Vec<Vec<&mut [Pixel]>> = (0..tasks).map(|_| Vec::new()).collect();
-    for group in film.groups_mut() {
-        let chunks = group.chunks_mut(PIXELS_PER_TASK);
-        parts.iter_mut().zip(chunks).for_each(|(p, c)| p.push(c));
-    }
+) -> (Found, Stats) {
+    let (pixels, groups) = (film.width() * film.height(), film.groups());
     let size = source.replicates.size();
-    let task = |(task, mut groups): (usize, Vec<&mut [Pixel]>)| {
+    let task = |task: usize| {
         let mut ws = source.workspace();
-        let pixels = groups[0].len();
-        for i in 0..pixels {
+        let first = task * PIXELS_PER_TASK;
+        let run = first..pixels.min(first + PIXELS_PER_TASK);
+        let taken = run.len() as u64 * (samples.end - samples.start);
+        let new = || Scores::with_capacity(run.len(), (taken / size) as usize);
+        let mut scores: Vec<Scores> = (0..groups).map(|_| new()).collect();
+        for pixel in run {
+            scores.iter_mut().for_each(Scores::begin_pixel);
             for first in samples.clone().step_by(size as usize) {
                 if source.is_stopped() {
-                    return ws.stats();
+                    return (scores, ws.stats());
                 }
-                let pixel = task * PIXELS_PER_TASK + i;
                 let values = mean(source, tracer, pixel, first..first + size, &mut ws);
-                for (group, values) in groups.iter_mut().zip(values.chunks(Spectrum::CHANNELS)) {
-                    add(&mut group[i], spectrum(values), &mut ws.stats.not_finite);
+                for (scores, values) in scores.iter_mut().zip(values.chunks(Spectrum::CHANNELS)) {
+                    scores.add(finite(spectrum(values), &mut ws.stats.not_finite));
                 }
             }
         }
-        let taken = pixels as u64 * (samples.end - samples.start);
         count(taken);
-        ws.stats()
+        (scores, ws.stats())
     };
-    let tasks = parts.into_par_iter().enumerate().with_max_len(1).map(task);
-    tasks.reduce(Stats::default, |mut a, b| {
-        a += b;
-        a
-    })
+    let tasks = (0..pixels.div_ceil(PIXELS_PER_TASK)).into_par_iter();
+    let runs: Vec<(Vec<Scores>, Stats)> = tasks.with_max_len(1).map(task).collect();
+    let mut found: Found = (0..groups)
+        .map(|_| Vec::with_capacity(runs.len()))
+        .collect();
+    let mut stats = Stats::default();
+    for (run, counts) in runs {
+        stats += counts;
+        found
+            .iter_mut()
+            .zip(run)
+            .for_each(|(group, scores)| group.push(scores));
+    }
+    (found, stats)
+}
+
+/// Adds what a pass has found to a film.
+pub(super) fn add(film: &mut Film, found: Found) {
+    for (group, scores) in found.into_iter().enumerate() {
+        film.add_scores(group, PIXELS_PER_TASK, scores);
+    }
 }
 
 /// The means over the rays of a replicate.

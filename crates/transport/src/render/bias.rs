@@ -4,7 +4,6 @@
 //! bias but for higher orders, and with means over samples V̄ and B̄ the image is off by no more than
 //! |B̄| + z·(standard error of V − B), with the probability that goes with z (docs/theory.md#bias-of-photon-maps).
 
-use super::source::add;
 use crate::Spectrum;
 use crate::film::{Film, Pixel};
 use crate::integrator::Integrator;
@@ -31,16 +30,6 @@ impl Debiased {
         blurs.then(|| Debiased {
             film: Film::in_groups(spec.width, spec.height, spec.channels, spec.group_size),
         })
-    }
-
-    /// Adds a sample of every pixel of a group, each with the part of it that is bias, and forgets the latter.
-    pub(super) fn add(&mut self, group: usize, image: &[Spectrum], bias: &mut [Spectrum]) {
-        let (mut sum, mut not_finite) = (Spectrum::ZERO, 0);
-        let pixels = self.film.group_mut(group).iter_mut();
-        for (pixel, (value, bias)) in pixels.zip(image.iter().zip(bias)) {
-            sum += add(pixel, *value - std::mem::take(bias), &mut not_finite);
-        }
-        self.film.add_whole(group, sum / image.len() as f64);
     }
 
     /// Estimate of the bias of the mean over the image and its channels.
@@ -84,8 +73,8 @@ impl Debiased {
         let mut out = Vec::with_capacity(image.width() * image.height() * image.channels());
         for i in 0..image.width() * image.height() {
             for group in 0..image.groups() {
-                let (biased, debiased) = (&image.group(group)[i], &self.film.group(group)[i]);
-                out.extend(channel_values(biased, debiased, &f).take(image.channels_of(group)));
+                let [biased, debiased] = [image, &self.film].map(|film| film.pixel(group, i, None));
+                out.extend(channel_values(&biased, &debiased, &f).take(image.channels_of(group)));
             }
         }
         out

@@ -1,36 +1,85 @@
-//! How much memory a render takes per pixel, known before it starts.
+//! Memory that a render takes, known before it starts.
 
 use super::strategies::MOST_VERTICES;
 use super::{RenderOptions, allocation};
 use crate::Spectrum;
-use crate::film::{OutlierRejection, Pixel};
+use crate::film::{OutlierRejection, Scores, bytes_of_pixel};
 use crate::integrator::Integrator;
 use crate::moments::Moments;
 use crate::path::{LightPath, PathVertex};
 use crate::photons::Photon;
-use crate::scene::FilmSpec;
+use crate::scene::{FilmSpec, Scene};
 
-/// Bytes that a render takes at most, but for photon maps and long light subpaths: its films and what it knows of pixels, the copy of
-/// these that is kept so that a pass can be given up, and what is kept of samples until it is added. Writing films to files takes more, but not at the same time.
-pub fn memory(spec: &FilmSpec, options: &RenderOptions) -> usize {
-    let pixels = spec.width.saturating_mul(spec.height);
-    let per_pixel = kept(spec, options)
-        .saturating_mul(2)
-        .saturating_add(pending(options));
-    pixels.saturating_mul(per_pixel)
+/// Bytes of scores that a pass may keep until it is complete, if it has more than one sample: enough to keep all threads busy for
+/// a while, few beside what a program takes anyway.
+const SCORES: usize = 1 << 25;
+/// Layers that a sample is taken to reach: how many it really does depends on the scene.
+const REACHED_LAYERS: usize = 8;
+
+/// Bytes that a render takes at most, except for photon maps, long light subpaths and samples that reach many layers: its films, what it
+/// knows of pixels, and scores that wait until a pass is complete. Writing films to files takes more, but not at the same time.
+pub fn memory(scene: &Scene, options: &RenderOptions) -> usize {
+    let (pixels, per_unit) = (pixels(scene), scores(scene, options));
+    let units = samples_of_pass(scene, options).min(options.samples) / unit(scene, options);
+    let scores = per_unit.saturating_mul(units.max(1) as usize);
+    let per_pixel = kept(scene.film(), options).saturating_add(pending(options));
+    pixels.saturating_mul(per_pixel).saturating_add(scores)
 }
 
-/// Bytes that a copy of a render takes, for each pass.
-pub(super) fn copied(spec: &FilmSpec, options: &RenderOptions) -> usize {
-    let pixels = spec.width.saturating_mul(spec.height);
-    pixels.saturating_mul(kept(spec, options))
+/// Most samples of a pass, whole replicates at all instants of a period.
+pub(super) fn samples_of_pass(scene: &Scene, options: &RenderOptions) -> u64 {
+    let units = SCORES / scores(scene, options).max(1);
+    unit(scene, options).saturating_mul(units.max(1) as u64)
+}
+
+/// Samples that belong together.
+fn unit(scene: &Scene, options: &RenderOptions) -> u64 {
+    scene.whole_periods(1, options.replicates())
+}
+
+fn pixels(scene: &Scene) -> usize {
+    let film = scene.film();
+    film.width.saturating_mul(film.height)
+}
+
+/// Bytes of the scores of all pixels in samples that belong together.
+fn scores(scene: &Scene, options: &RenderOptions) -> usize {
+    let size = options.replicates().size() as usize;
+    let replicates = unit(scene, options) as usize / size;
+    let groups = groups(scene.film(), options);
+    let images = 1 + debiased(options) + films_of_strategies(options);
+    let layers = layers(options).min(REACHED_LAYERS.saturating_mul(size));
+    let samples = if options.reweight { size } else { 0 };
+    let quantities = options.quantities.map_or(0, |tracer| {
+        tracer.channels().count().div_ceil(Spectrum::CHANNELS)
+    });
+    let replicate = (groups * images + quantities) * Scores::BYTES
+        + groups * (layers + samples) * Scores::PLACED_BYTES;
+    pixels(scene)
+        .saturating_mul(replicate)
+        .saturating_mul(replicates)
+}
+
+/// Number of groups of channels.
+fn groups(spec: &FilmSpec, options: &RenderOptions) -> usize {
+    let channels = options.renderer.channels(spec.channels);
+    channels.div_ceil(options.renderer.group_size(spec.group_size))
+}
+
+/// Number of films without known bias.
+fn debiased(options: &RenderOptions) -> usize {
+    usize::from(options.renderer.integrator().is_some_and(Integrator::blurs))
+}
+
+/// Bytes for each pixel of a film whose channels are in so many groups.
+fn film(channels: usize, groups: usize) -> usize {
+    bytes_of_pixel(channels) + (groups - 1) * bytes_of_pixel(0)
 }
 
 /// Bytes for each pixel that last for the whole render.
 fn kept(spec: &FilmSpec, options: &RenderOptions) -> usize {
     let channels = options.renderer.channels(spec.channels);
-    let groups = channels.div_ceil(options.renderer.group_size(spec.group_size));
-    let film = groups * size_of::<Pixel>();
+    let film_of_light = film(channels, groups(spec, options));
     let layer = channels * size_of::<Moments>();
     let outliers = if options.reweight {
         channels * OutlierRejection::BYTES
@@ -43,18 +92,20 @@ fn kept(spec: &FilmSpec, options: &RenderOptions) -> usize {
         0
     };
     let quantities = options.quantities.map_or(0, |tracer| {
-        tracer.channels().count().div_ceil(Spectrum::CHANNELS) * size_of::<Pixel>()
+        let channels = tracer.channels().count();
+        film(channels, channels.div_ceil(Spectrum::CHANNELS))
     });
-    let debiased = usize::from(options.renderer.integrator().is_some_and(Integrator::blurs));
-    film.saturating_mul(1 + debiased + films_of_strategies(options))
+    film_of_light
+        .saturating_mul(1 + debiased(options) + films_of_strategies(options))
         .saturating_add(layer.saturating_mul(layers(options)))
         .saturating_add(outliers + shares + quantities)
 }
 
-/// Bytes for each pixel that hold samples that splat until they are added to the films.
+/// Bytes for each pixel of a sample that splats, beside the scores that it becomes: its layers, its bias, and one sample of a replicate.
 fn pending(options: &RenderOptions) -> usize {
     if options.renderer.splats() {
-        size_of::<Spectrum>() * (1 + films_of_strategies(options) + layers(options))
+        let of_replicate = usize::from(options.replicates().size() > 1);
+        size_of::<Spectrum>() * (of_replicate + debiased(options) + layers(options))
             + light_paths(options)
     } else {
         0

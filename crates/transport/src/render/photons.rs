@@ -5,11 +5,11 @@
 //!
 //! Theory: docs/theory.md#progressive-photon-maps.
 
-use super::Debiased;
-use super::source::{PILOT, SampledRay, Source, add};
-use super::splats::Layered;
+use super::source::{PILOT, SampledRay, Source, finite};
+use super::splats::{FoundImages, ImageScores};
+use super::strategies::StrategyScores;
 use crate::Spectrum;
-use crate::film::{Decomposition, Film, Pending};
+use crate::film::{Decomposition, Film, Pending, Scores};
 use crate::integrator::{Gathering, PhotonMapping, even_channel_pdf};
 use crate::path::BalanceTotals;
 use crate::photons::{Followed, PhotonMap};
@@ -41,16 +41,17 @@ fn map(source: &Source, mapping: &PhotonMapping, sample: u64) -> Followed<Photon
     source.with_light_paths(sample, bounds, mapping.paths(scene), PhotonMap::trace)
 }
 
-/// Adds a range of samples to every pixel of the source's channel group.
+/// Takes a range of samples of the whole image for the source's channel group.
 pub(super) fn pass(
     source: &Source,
     mapping: &PhotonMapping,
     samples: Range<u64>,
-    film: &mut Film,
-    debiased: &mut Debiased,
-    balances: &mut BalanceTotals,
-) -> Stats {
+    film: &Film,
+) -> (FoundImages, Stats) {
     let mut stats = Stats::default();
+    let (mut images, mut balances) = (Vec::new(), BalanceTotals::default());
+    let decomposition = film.layers().map(|layers| *layers.decomposition());
+    let sorts = film.outliers(source.group).is_some();
     for sample in samples {
         if source.is_stopped() {
             break;
@@ -69,7 +70,6 @@ pub(super) fn pass(
             radii: mapping.radii(source.prepared.radius, sample),
             channel_pdf: even_channel_pdf(source.channels()),
         };
-        let decomposition = film.layers().map(|layers| *layers.decomposition());
         let pixels = film.width() * film.height();
         let parts: Vec<(Vec<Taken>, Stats)> = (0..pixels.div_ceil(PIXELS_PER_TASK))
             .into_par_iter()
@@ -79,14 +79,38 @@ pub(super) fn pass(
                 part(source, &gathering, decomposition, sample, range)
             })
             .collect();
-        let mut taken = Vec::with_capacity(pixels);
+        let (mut values, mut debiased) = (Vec::with_capacity(pixels), Vec::with_capacity(pixels));
+        let (mut layers, mut sorted) = (Vec::new(), Vec::new());
         for (part, counts) in parts {
             stats += counts;
-            taken.extend(part);
+            for taken in part {
+                let pixel = values.len();
+                let is_finite = taken.value.is_finite();
+                let bias = if is_finite {
+                    taken.bias
+                } else {
+                    Spectrum::ZERO
+                };
+                let value = finite(taken.value, &mut stats.not_finite);
+                values.push(value);
+                debiased.push(finite(value - bias, &mut stats.not_finite));
+                if sorts {
+                    sorted.push((pixel, value));
+                }
+                if let (Some(decomposition), true) = (decomposition, is_finite) {
+                    let first = pixel * decomposition.layers();
+                    let placed = taken.layers.into_iter();
+                    layers.extend(placed.map(|(layer, value)| (first + layer, value)));
+                }
+            }
         }
-        add_sample(source.group, &taken, film, debiased, &mut stats);
+        images.push(ImageScores {
+            image: Scores::of_image(values, layers, sorted),
+            debiased: vec![debiased],
+            strategies: StrategyScores::default(),
+        });
     }
-    stats
+    ((images, balances), stats)
 }
 
 fn part(
@@ -131,41 +155,4 @@ fn part(
     let taken = taken.collect();
     source.handle.count(count);
     (taken, ws.stats())
-}
-
-/// Adds a sample of every pixel.
-fn add_sample(
-    group: usize,
-    taken: &[Taken],
-    film: &mut Film,
-    debiased: &mut Debiased,
-    stats: &mut Stats,
-) {
-    let mut layered = Layered::new(film.parts_mut(group).layers, taken.len());
-    let mut parts = film.parts_mut(group);
-    let mut levels = parts.outliers.as_mut().map(|c| c.levels_mut());
-    let (mut sum, mut sum_debiased) = (Spectrum::ZERO, Spectrum::ZERO);
-    let pixels = parts.pixels.iter_mut().zip(debiased.film.group_mut(group));
-    for (i, ((pixel, other), taken)) in pixels.zip(taken).enumerate() {
-        let finite = taken.value.is_finite();
-        let bias = if finite { taken.bias } else { Spectrum::ZERO };
-        let value = add(pixel, taken.value, &mut stats.not_finite);
-        sum += value;
-        sum_debiased += add(other, value - bias, &mut stats.not_finite);
-        if let Some(levels) = &mut levels {
-            levels.add(i, value);
-        }
-        if let (Some(layered), true) = (&mut layered, finite) {
-            for &(layer, value) in &taken.layers {
-                layered.add(i, layer, value);
-            }
-        }
-    }
-    if let (Some(layered), Some(layers)) = (&mut layered, parts.layers) {
-        layered.finish(layers);
-    }
-    film.add_whole(group, sum / taken.len() as f64);
-    debiased
-        .film
-        .add_whole(group, sum_debiased / taken.len() as f64);
 }

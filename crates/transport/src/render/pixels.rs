@@ -4,7 +4,7 @@ use super::allocation::Allocation;
 use super::followed::FollowedSamples;
 use super::source::{LightSamples, finite};
 use crate::Spectrum;
-use crate::film::{CellsMut, Decomposition, Film, LevelsMut, PartsMut, Pending, Pixel};
+use crate::film::{Decomposition, Film, Pending, Scores};
 use crate::integrator::Contribution;
 use crate::stats::Stats;
 use rayon::prelude::*;
@@ -12,84 +12,71 @@ use std::ops::Range;
 
 /// Pixels per unit of work: few enough to share out, enough not to matter. Units are shared out one by one, so that no
 /// thread is left alone with many of them at the end of a pass.
-const PIXELS_PER_TASK: usize = 64;
+pub(super) const PIXELS_PER_TASK: usize = 64;
 
-/// A few neighbouring pixels, with their layers if light is told apart.
-struct Task<'a> {
-    first: usize,
-    pixels: &'a mut [Pixel],
-    layers: Option<(Decomposition, CellsMut<'a>)>,
-    /// If samples are sorted by brightness.
-    levels: Option<LevelsMut<'a>>,
+/// What samples are taken of.
+struct Wanted<'a> {
+    samples: Range<u64>,
+    allocation: &'a Allocation,
+    /// If light is told apart.
+    decomposition: Option<Decomposition>,
+    /// Whether samples are sorted by brightness.
+    sorts: bool,
 }
 
-/// Adds a range of samples of the image, whole replicates, to the source's channel group, of every pixel as many as it is allotted.
+/// Takes a range of samples of the image, whole replicates, for the source's channel group, of every pixel as many as it is allotted.
+/// Scores come in runs of [`PIXELS_PER_TASK`] pixels.
 pub(super) fn pass(
     light: &LightSamples,
     samples: Range<u64>,
     allocation: &Allocation,
-    film: &mut Film,
-) -> Stats {
-    tasks(film, light.source.group)
-        .into_par_iter()
-        .with_max_len(1)
-        .map(|task| {
-            let taken = task.pixels.len() as u64 * (samples.end - samples.start);
-            let stats = run(light, samples.clone(), allocation, task);
-            light.source.handle.count(taken);
-            stats
-        })
-        .reduce(Stats::default, |mut a, b| {
-            a += b;
-            a
-        })
-}
-
-fn tasks(film: &mut Film, group: usize) -> Vec<Task<'_>> {
-    let PartsMut {
-        pixels,
-        layers,
-        outliers,
-    } = film.parts_mut(group);
-    let mut levels = outliers.map(|outliers| outliers.chunks_mut(PIXELS_PER_TASK));
-    let mut layers = layers.map(|layers| {
-        let decomposition = layers.decomposition();
-        let chunks = layers.chunks_mut(PIXELS_PER_TASK);
-        chunks.map(move |cells| (decomposition, cells))
+    film: &Film,
+) -> (Vec<Scores>, Stats) {
+    let wanted = Wanted {
+        allocation,
+        decomposition: film.layers().map(|layers| *layers.decomposition()),
+        sorts: film.outliers(light.source.group).is_some(),
+        samples,
+    };
+    let pixels = film.width() * film.height();
+    let tasks = pixels.div_ceil(PIXELS_PER_TASK);
+    let mut scores: Vec<Scores> = (0..tasks).map(|_| Scores::default()).collect();
+    let tasks = scores.par_iter_mut().enumerate().with_max_len(1);
+    let task = |(task, scores): (usize, &mut Scores)| {
+        let first = task * PIXELS_PER_TASK;
+        let run = first..pixels.min(first + PIXELS_PER_TASK);
+        let taken = run.len() as u64 * (wanted.samples.end - wanted.samples.start);
+        let stats;
+        (*scores, stats) = run_of_pixels(light, &wanted, run);
+        light.source.handle.count(taken);
+        stats
+    };
+    let stats = tasks.map(task).reduce(Stats::default, |mut a, b| {
+        a += b;
+        a
     });
-    let chunks = pixels.chunks_mut(PIXELS_PER_TASK).enumerate();
-    chunks
-        .map(|(task, pixels)| Task {
-            first: task * PIXELS_PER_TASK,
-            pixels,
-            layers: layers.as_mut().and_then(Iterator::next),
-            levels: levels.as_mut().and_then(Iterator::next),
-        })
-        .collect()
+    (scores, stats)
 }
 
-fn run(
-    light: &LightSamples,
-    samples: Range<u64>,
-    allocation: &Allocation,
-    mut task: Task,
-) -> Stats {
+fn run_of_pixels(light: &LightSamples, wanted: &Wanted, run: Range<usize>) -> (Scores, Stats) {
     let source = light.source;
     let mut ws = source.workspace();
     let mut found = Vec::new();
-    let layers = task.layers.as_ref().map_or(0, |(d, _)| d.layers());
-    let decomposition = task.layers.as_ref().map(|(d, _)| *d).unwrap_or_default();
+    let layers = wanted.decomposition.map_or(0, |d| d.layers());
+    let decomposition = wanted.decomposition.unwrap_or_default();
     let mut followed = FollowedSamples::of(light, &decomposition);
     let mut pending = Pending::new(layers);
     let size = source.replicates.size();
     // A power of two, so that nothing is rounded.
     let share = 1.0 / size as f64;
-    for (i, pixel) in task.pixels.iter_mut().enumerate() {
-        let number = task.first + i;
-        let replicates = samples.clone().step_by(size as usize);
-        for first in replicates.flat_map(|replicate| allocation.samples(number, replicate)) {
+    let replicates = || wanted.samples.clone().step_by(size as usize);
+    let count = run.len() * replicates().count();
+    let mut scores = Scores::with_capacity(run.len(), count);
+    for (i, number) in run.enumerate() {
+        scores.begin_pixel();
+        for first in replicates().flat_map(|r| wanted.allocation.samples(number, r)) {
             if source.is_stopped() {
-                return ws.stats();
+                return (scores, ws.stats());
             }
             let mut mean = Spectrum::ZERO;
             for sample in first..first + size {
@@ -114,16 +101,15 @@ fn run(
                         }),
                     }
                 }
-                if let Some(levels) = &mut task.levels {
-                    levels.add(i, value);
+                if wanted.sorts {
+                    scores.add_sample(i, value);
                 }
                 found.clear();
             }
-            pixel.add(mean);
-            if let Some((_, cells)) = &mut task.layers {
-                pending.take(|layer, value| cells.add(i, layer, value));
-            }
+            scores.add(mean);
+            pending.take(|layer, value| scores.add_to_layer(i * layers + layer, value));
         }
     }
-    ws.stats()
+    scores.shrink();
+    (scores, ws.stats())
 }

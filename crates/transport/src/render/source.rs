@@ -2,7 +2,7 @@
 
 use super::{Handle, Prepared, RenderOptions, seed_of_group};
 use crate::Spectrum;
-use crate::film::{PathFacts, Pixel};
+use crate::film::PathFacts;
 use crate::integrator::{Contribution, Integrator};
 use crate::path::{Bounds, Workspace};
 use crate::photons::LightPaths;
@@ -218,13 +218,6 @@ impl LightSamples<'_> {
             });
         }
     }
-}
-
-/// Adds a sample to a pixel, and returns it. One that is not finite is counted and scored zero.
-pub(super) fn add(pixel: &mut Pixel, value: Spectrum, not_finite: &mut u64) -> Spectrum {
-    let value = finite(value, not_finite);
-    pixel.add(value);
-    value
 }
 
 /// A sample, or zero if it is not finite in the single precision of images, which is counted.

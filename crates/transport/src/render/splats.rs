@@ -11,9 +11,9 @@
 use super::Debiased;
 use super::shared;
 use super::source::{LightSamples, Source, finite};
-use super::strategies::Strategies;
+use super::strategies::{Strategies, StrategyScores};
 use crate::Spectrum;
-use crate::film::{Decomposition, Film, LayerGroup, Pending, footprint};
+use crate::film::{Decomposition, Film, Pending, PlacedValue, Scores, footprint};
 use crate::integrator::{Contribution, Merging};
 use crate::path::{BalanceSums, BalanceTotals};
 use crate::stats::Stats;
@@ -29,14 +29,41 @@ const BLOCK: u64 = 1 << 10;
 /// One sample of a few neighbouring pixels: contributions, and the pixel whose sample each is.
 type SplatSamples = Vec<(usize, Contribution)>;
 
-/// What samples are added to.
-pub(super) struct SplatFilms<'a> {
+/// Films to which samples of the whole image are added.
+pub(super) struct ImageFilms<'a> {
     pub film: &'a mut Film,
     /// The image without known bias.
     pub debiased: Option<&'a mut Debiased>,
     /// Images of strategies.
     pub strategies: Option<&'a mut Strategies>,
 }
+
+/// One sample of the whole image, or a replicate of them, for one group of channels.
+pub(super) struct ImageScores {
+    pub image: Scores,
+    /// Single samples of the image without known bias, if there is any.
+    pub debiased: Vec<Vec<Spectrum>>,
+    pub strategies: StrategyScores,
+}
+
+impl ImageScores {
+    /// Adds the scores to films.
+    pub(super) fn add(self, source: &Source, films: &mut ImageFilms) {
+        films.film.add_image(source.group, self.image);
+        if let Some(debiased) = &mut films.debiased {
+            for values in self.debiased {
+                let scores = Scores::of_image(values, Vec::new(), Vec::new());
+                debiased.film.add_image(source.group, scores);
+            }
+        }
+        if let Some(strategies) = &mut films.strategies {
+            strategies.add(source, self.strategies);
+        }
+    }
+}
+
+/// Samples of the whole image of one group of channels, and what became of the power of emitters.
+pub(super) type FoundImages = (Vec<ImageScores>, BalanceTotals);
 
 /// A unit of work: some pixels of one sample.
 #[derive(Clone, Debug)]
@@ -85,31 +112,36 @@ impl Tasks {
     }
 }
 
-/// Adds a range of samples, whole replicates, to every pixel of the source's channel group.
+/// Takes a range of samples of the whole image, whole replicates, for the source's channel group; images of strategies if they
+/// are `told_apart`.
 pub(super) fn pass(
     light: &LightSamples,
     samples: Range<u64>,
-    films: SplatFilms,
-    balances: &mut BalanceTotals,
-) -> Stats {
-    let SplatFilms {
-        film,
-        mut debiased,
-        mut strategies,
-    } = films;
+    film: &Film,
+    told_apart: bool,
+) -> (FoundImages, Stats) {
     let (source, pixels) = (light.source, film.width() * film.height());
     let tasks = Tasks::over(pixels);
     let mut stats = Stats::default();
-    let mut image = vec![Spectrum::ZERO; pixels];
-    let mut bias = debiased.as_ref().map(|_| image.clone());
-    let mut replicate = vec![Spectrum::ZERO; pixels];
+    let mut found = Vec::new();
+    let mut balances = BalanceTotals::default();
+    let blank = || vec![Spectrum::ZERO; pixels];
+    // Of a sample, and its part that is bias; allocated when it begins.
+    let (mut image, mut bias) = (Vec::new(), Vec::new());
+    // Of a replicate.
+    let (mut replicate, mut debiased, mut sorted) = (Vec::new(), Vec::new(), Vec::new());
+    let mut strategies = StrategyScores::default();
     let size = source.replicates.size();
     // A power of two, so that nothing is rounded.
     let share = 1.0 / size as f64;
     let mut balance = BalanceSums::default();
-    let mut layered = Layered::new(film.parts_mut(source.group).layers, pixels);
     let decomposition = film.layers().map(|layers| *layers.decomposition());
+    let mut layered = decomposition.map(|d| Layered::new(d, pixels));
     let decomposition = decomposition.unwrap_or_default();
+    let (blurs, sorts) = (
+        light.integrator.blurs(),
+        film.outliers(source.group).is_some(),
+    );
     let is_shared = light.integrator.shares_light_paths();
     let mut shared = None;
     for block in tasks.blocks(samples, is_shared) {
@@ -135,12 +167,16 @@ pub(super) fn pass(
         for (number, (part, counts, particles)) in block.zip(parts) {
             stats += counts;
             balance += particles;
+            if image.is_empty() {
+                image = blank();
+                bias = if blurs { blank() } else { Vec::new() };
+            }
             for (own, contribution) in &part {
                 let value = contribution.weighted();
                 splat(source, *own, contribution, |pixel, filter| {
                     image[pixel] += value * filter;
                 });
-                if let Some(bias) = &mut bias {
+                if blurs {
                     // Only light that a pixel's own sample finds is blurred.
                     bias[*own] += contribution.bias * contribution.weight;
                 }
@@ -148,7 +184,7 @@ pub(super) fn pass(
             if let Some(layered) = &mut layered {
                 layered.splat(source, &part, share);
             }
-            if let Some(strategies) = strategies.as_deref_mut() {
+            if told_apart {
                 strategies.splat(source, &part, share);
             }
             let Task {
@@ -159,35 +195,40 @@ pub(super) fn pass(
                 continue;
             }
             balances.enter(&std::mem::take(&mut balance));
-            let mut parts = film.parts_mut(source.group);
-            let mut levels = parts.outliers.as_mut().map(|c| c.levels_mut());
-            if let (Some(debiased), Some(bias)) = (debiased.as_deref_mut(), &mut bias) {
-                debiased.add(source.group, &image, bias);
+            if blurs {
+                let values = image.iter().zip(&bias);
+                let values = values.map(|(value, bias)| finite(*value - *bias, &mut 0));
+                debiased.push(values.collect());
             }
-            for (i, (mean, value)) in replicate.iter_mut().zip(&mut image).enumerate() {
-                let value = finite(std::mem::take(value), &mut stats.not_finite);
-                *mean += value * share;
-                if let Some(levels) = &mut levels {
-                    levels.add(i, value);
-                }
+            for value in &mut image {
+                *value = finite(*value, &mut stats.not_finite);
+            }
+            if sorts {
+                sorted.extend(image.iter().copied().enumerate());
+            }
+            image.iter_mut().for_each(|value| *value *= share);
+            if replicate.is_empty() {
+                replicate = std::mem::take(&mut image);
+            } else {
+                let values = replicate.iter_mut().zip(image.drain(..));
+                values.for_each(|(mean, value)| *mean += value);
             }
             if !(sample + 1).is_multiple_of(size) {
                 continue;
             }
-            let sum = replicate.iter().fold(Spectrum::ZERO, |sum, v| sum + *v);
-            for (pixel, mean) in parts.pixels.iter_mut().zip(&mut replicate) {
-                pixel.add(std::mem::take(mean));
-            }
-            if let (Some(layered), Some(layers)) = (&mut layered, parts.layers) {
-                layered.finish(layers);
-            }
-            if let Some(strategies) = strategies.as_deref_mut() {
-                strategies.finish(source);
-            }
-            film.add_whole(source.group, sum / pixels as f64);
+            let layers = layered.as_mut().map_or(Vec::new(), Layered::finish);
+            found.push(ImageScores {
+                image: Scores::of_image(
+                    std::mem::take(&mut replicate),
+                    layers,
+                    std::mem::take(&mut sorted),
+                ),
+                debiased: std::mem::take(&mut debiased),
+                strategies: std::mem::take(&mut strategies),
+            });
         }
     }
-    stats
+    ((found, balances), stats)
 }
 
 fn part(
@@ -247,21 +288,18 @@ pub(super) fn splat(
 }
 
 /// The layers of a sample of the whole image, being added up.
-pub(super) struct Layered {
+struct Layered {
     decomposition: Decomposition,
-    pixels: usize,
     /// By pixel and layer.
     pending: Pending,
 }
 
 impl Layered {
-    pub(super) fn new(layers: Option<&mut LayerGroup>, pixels: usize) -> Option<Self> {
-        let decomposition = layers?.decomposition();
-        Some(Layered {
+    fn new(decomposition: Decomposition, pixels: usize) -> Self {
+        Layered {
             decomposition,
-            pixels,
             pending: Pending::new(pixels * decomposition.layers()),
-        })
+        }
     }
 
     /// Adds a `share` of contributions.
@@ -269,29 +307,18 @@ impl Layered {
         for (own, contribution) in part {
             let layer = self.decomposition.layer(&contribution.path);
             let value = contribution.weighted() * share;
+            let layers = self.decomposition.layers();
             splat(source, *own, contribution, |pixel, filter| {
-                self.add(pixel, layer, value * filter);
+                self.pending.add(pixel * layers + layer, value * filter);
             });
         }
     }
 
-    /// Adds a value to a pixel's sample.
-    pub(super) fn add(&mut self, pixel: usize, layer: usize, value: Spectrum) {
+    /// Values that are not zero with their places, pixel × number of layers + layer; begins anew.
+    fn finish(&mut self) -> Vec<PlacedValue> {
+        let mut values = Vec::new();
         self.pending
-            .add(pixel * self.decomposition.layers() + layer, value);
-    }
-
-    /// Adds what was added up to the film, and starts anew.
-    pub(super) fn finish(&mut self, group: &mut LayerGroup) {
-        let layers = self.decomposition.layers();
-        let mut sums = vec![Spectrum::ZERO; layers];
-        let mut cells = group.cells_mut();
-        self.pending.take(|place, value| {
-            let (pixel, layer) = (place / layers, place % layers);
-            cells.add(pixel, layer, value);
-            sums[layer] += value;
-        });
-        let pixels = self.pixels as f64;
-        group.add_whole(sums.into_iter().map(|sum| sum / pixels));
+            .take(|place, value| values.push((place, value)));
+        values
     }
 }

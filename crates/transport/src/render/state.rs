@@ -5,30 +5,32 @@
 //! as one in one piece, bit for bit.
 
 use super::allocation::Allocation;
-use super::memory::copied;
-use super::passes::{PASS, Passes};
+use super::memory;
+use super::passes::Passes;
 use super::ranges::Ranges;
 use super::source::{LightSamples, Source};
-use super::splats::SplatFilms;
+use super::splats::{FoundImages, ImageFilms};
 use super::strategies::Strategies;
 use super::target::{Target, Watch};
 use super::{
     Debiased, Handle, Prepared, Progress, Quantities, RayAccuracy, RenderOptions, Rendering, aov,
     photons, pixels, prepare, splats,
 };
-use crate::film::Film;
+use crate::film::{Film, Scores};
 use crate::integrator::Integrator;
 use crate::path::{BalanceTotals, EnergyBalance, FirstVertexTechniques, Share};
 use crate::renderer::Renderer;
 use crate::scene::{NO_SCENE, Scene};
 use crate::stats::Stats;
-use crate::stop::Stop;
 use serde::{Deserialize, Serialize};
 use std::ops::{ControlFlow, Range};
 
-/// Films of up to so many bytes are copied before each pass, so that it can be given up: it takes some milliseconds. Larger ones
-/// are only if the last pass was not short.
-const SMALL_FILM: usize = 1 << 26;
+/// What a pass has found in one group of channels.
+enum Found {
+    Rays(aov::Found),
+    Pixels(Vec<Scores>),
+    Images(FoundImages),
+}
 
 /// What a render has gathered so far.
 ///
@@ -216,15 +218,14 @@ impl State {
             }
             self.prepared = prepared;
         }
-        let mut sources = self.sources(scenes, options, handle);
-        let is_small = copied(scenes[0].film(), options) <= SMALL_FILM;
+        let sources = self.sources(scenes, options, handle);
+        let most = memory::samples_of_pass(&scenes[0], options);
         // Whoever has a replicate's first sample takes all of it, so that parts have whole replicates, too.
         let replicates = options.replicates();
         let range = options.range();
         let range = replicates.whole(range.start)..replicates.whole(range.end);
         let total = range.end - range.start;
         let mut passes = Passes::over(self.done.gaps(range), 1);
-        let mut is_short = false;
         while let Some(at) = passes.at() {
             if self.reached() {
                 return;
@@ -246,36 +247,12 @@ impl State {
             let soon = look.saturating_sub(self.done.count()).max(1);
             let ready = self.allocation.ready(at);
             let whole = |samples| scenes[0].whole_periods(samples, replicates);
-            let pass = passes.begin(|next| whole(next.min(soon)).min(ready));
-            let undoable = (is_small || !is_short).then_some(handle);
-            let taken = self.undoable_pass(options, &mut sources, pass, undoable);
+            let pass = passes.begin(|next| whole(next.min(soon).min(most)).min(ready));
+            let taken = self.pass(options, &sources, pass, handle);
             if taken.is_break() || on_pass(&self.progress(total)).is_break() {
                 return;
             }
-            is_short = passes.end() <= PASS;
-        }
-    }
-
-    /// Takes a range of samples. If the handle that may end it does, the state is as it was.
-    fn undoable_pass(
-        &mut self,
-        options: &RenderOptions,
-        sources: &mut [Source],
-        samples: Range<u64>,
-        handle: Option<&Handle>,
-    ) -> ControlFlow<()> {
-        let stop = handle.map_or(Stop::default(), |handle| handle.stop().clone());
-        let before = handle.map(|_| self.clone());
-        for source in sources.iter_mut() {
-            source.stop = stop.clone();
-        }
-        self.pass(options, sources, samples);
-        match before {
-            Some(before) if stop.is_raised() => {
-                *self = before;
-                ControlFlow::Break(())
-            }
-            _ => ControlFlow::Continue(()),
+            passes.end();
         }
     }
 
@@ -302,38 +279,85 @@ impl State {
         groups.map(source).collect()
     }
 
-    /// Takes a range of samples in all groups of channels.
-    fn pass(&mut self, options: &RenderOptions, sources: &[Source], samples: Range<u64>) {
+    /// Takes a range of samples in all groups of channels. If the handle ends the pass, the state stays as it was.
+    fn pass(
+        &mut self,
+        options: &RenderOptions,
+        sources: &[Source],
+        samples: Range<u64>,
+        handle: &Handle,
+    ) -> ControlFlow<()> {
         // All groups have the same sensor rays, unless the index depends on the wavelength: then these are the first one's.
-        if let (Some(quantities), Some(tracer)) = (&mut self.quantities, &options.quantities) {
-            quantities.pass(&sources[0], tracer, samples.clone());
-        }
-        for (source, balances) in sources.iter().zip(&mut self.balances) {
+        let quantities = self.quantities.as_ref().zip(options.quantities.as_ref());
+        let quantities = quantities.map(|(quantities, tracer)| {
             let samples = samples.clone();
-            let film = &mut self.film;
-            self.stats += match (&options.renderer, &mut self.debiased) {
-                (Renderer::Quantities(tracer), _) => aov::pass(source, tracer, samples, film),
-                (Renderer::Light(Integrator::Photon(mapping)), Some(debiased)) => {
-                    photons::pass(source, mapping, samples, film, debiased, balances)
+            aov::pass(&sources[0], tracer, samples, &quantities.film, |_| ())
+        });
+        let found = sources.iter();
+        let found = found.map(|source| self.found(options, source, samples.clone()));
+        let found: Vec<(Found, Stats)> = found.collect();
+        if handle.stop().is_raised() {
+            return ControlFlow::Break(());
+        }
+        if let (Some(kept), Some(quantities)) = (&mut self.quantities, quantities) {
+            kept.add(quantities);
+        }
+        for (group, (found, stats)) in found.into_iter().enumerate() {
+            self.stats += stats;
+            match found {
+                Found::Rays(rays) => aov::add(&mut self.film, rays),
+                Found::Pixels(scores) => {
+                    self.film.add_scores(group, pixels::PIXELS_PER_TASK, scores);
                 }
-                (Renderer::Light(integrator), debiased) if integrator.splats() => {
-                    let light = source.light(*integrator);
-                    let films = SplatFilms {
-                        film,
-                        debiased: debiased.as_mut(),
+                Found::Images((images, balances)) => {
+                    let mut films = ImageFilms {
+                        film: &mut self.film,
+                        debiased: self.debiased.as_mut(),
                         strategies: self.strategies.as_mut(),
                     };
-                    splats::pass(&light, samples, films, balances)
+                    for image in images {
+                        image.add(&sources[group], &mut films);
+                    }
+                    self.balances[group] += balances;
                 }
-                (Renderer::Light(integrator), _) => {
-                    let light = source.light(*integrator);
-                    pixels::pass(&light, samples, &self.allocation, film)
-                }
-            };
+            }
         }
         self.done.insert(samples);
         if let Some(watch) = &mut self.watch {
             watch.look(self.done.count(), &self.film, self.debiased.as_ref());
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// Takes a range of samples in one group of channels.
+    fn found(
+        &self,
+        options: &RenderOptions,
+        source: &Source,
+        samples: Range<u64>,
+    ) -> (Found, Stats) {
+        let film = &self.film;
+        match &options.renderer {
+            Renderer::Quantities(tracer) => {
+                let count = |taken| source.handle.count(taken);
+                let (rays, stats) = aov::pass(source, tracer, samples, film, count);
+                (Found::Rays(rays), stats)
+            }
+            Renderer::Light(Integrator::Photon(mapping)) => {
+                let (images, stats) = photons::pass(source, mapping, samples, film);
+                (Found::Images(images), stats)
+            }
+            Renderer::Light(integrator) if integrator.splats() => {
+                let light = source.light(*integrator);
+                let told_apart = self.strategies.is_some();
+                let (images, stats) = splats::pass(&light, samples, film, told_apart);
+                (Found::Images(images), stats)
+            }
+            Renderer::Light(integrator) => {
+                let light = source.light(*integrator);
+                let (scores, stats) = pixels::pass(&light, samples, &self.allocation, film);
+                (Found::Pixels(scores), stats)
+            }
         }
     }
 

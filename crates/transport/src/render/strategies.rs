@@ -1,13 +1,11 @@
 //! One image for each strategy of a bidirectional estimator: to see what each is good for, and to find
 //! out which one is wrong if they disagree.
 
-use super::source::{Source, add};
+use super::source::{Source, finite};
 use super::splats::splat;
 use crate::Spectrum;
-use crate::film::Film;
+use crate::film::{Film, Scores};
 use crate::integrator::Contribution;
-use crate::sampling::Replicates;
-use crate::scene::FilmSpec;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -27,42 +25,40 @@ pub struct StrategyImage {
     pub unweighted: Film,
 }
 
+/// Numbers of vertices from the emitter and from the sensor.
+type Strategy = (u32, u32);
+
 /// Films of all strategies that have come up, weighted and unweighted. Numbers of samples are those of the render: a
-/// strategy that comes up late had found nothing in earlier samples.
+/// strategy had found nothing in samples in which it did not come up.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Strategies {
-    layers: BTreeMap<(u32, u32), [Layer; 2]>,
+    films: BTreeMap<Strategy, [Film; 2]>,
 }
 
-/// A film, and the sample of the whole image that is being added up.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-struct Layer {
-    film: Film,
-    /// Empty between passes.
-    #[serde(skip)]
-    image: Vec<Spectrum>,
-}
+/// A sample of the whole image, or the mean of a replicate, by each strategy that comes up in it: weighted and unweighted.
+#[derive(Debug, Default)]
+pub(super) struct StrategyScores(BTreeMap<Strategy, [Vec<Spectrum>; 2]>);
 
-impl Layer {
-    fn new(spec: &FilmSpec, replicates: Replicates) -> Self {
-        let film = Film::in_groups(spec.width, spec.height, spec.channels, spec.group_size);
-        Layer {
-            film: film.in_replicates(replicates),
-            image: Vec::new(),
-        }
-    }
-
-    /// Adds a value to the sample of a pixel.
-    fn add(&mut self, pixel: usize, value: Spectrum) {
-        let pixels = self.film.width() * self.film.height();
-        self.image.resize(pixels, Spectrum::ZERO);
-        self.image[pixel] += value;
-    }
-
-    /// Takes what was added up as a sample of every pixel, or as the mean of a replicate.
-    fn finish(&mut self, group: usize) {
-        for (pixel, value) in self.film.group_mut(group).iter_mut().zip(&mut self.image) {
-            add(pixel, std::mem::take(value), &mut 0);
+impl StrategyScores {
+    /// Adds a share of contributions.
+    pub(super) fn splat(
+        &mut self,
+        source: &Source,
+        contributions: &[(usize, Contribution)],
+        share: f64,
+    ) {
+        let spec = source.scene.film();
+        for (own, contribution) in contributions {
+            let (s, t) = contribution.strategy;
+            let key = (s.min(MOST_VERTICES), t.min(MOST_VERTICES));
+            let new = || [(); 2].map(|()| vec![Spectrum::ZERO; spec.width * spec.height]);
+            let images = self.0.entry(key).or_insert_with(new);
+            let values = [contribution.weighted(), contribution.value];
+            for (image, value) in images.iter_mut().zip(values) {
+                splat(source, *own, contribution, |pixel, filter| {
+                    image[pixel] += value * (filter * share);
+                });
+            }
         }
     }
 }
@@ -70,62 +66,52 @@ impl Layer {
 impl Strategies {
     /// All films.
     pub(super) fn films(&self) -> impl Iterator<Item = &Film> {
-        self.layers.values().flatten().map(|layer| &layer.film)
+        self.films.values().flatten()
     }
 
     /// Adds the samples of others.
     pub(super) fn merge(&mut self, other: &Strategies) {
-        for (strategy, layers) in &other.layers {
-            match self.layers.get_mut(strategy) {
-                None => _ = self.layers.insert(*strategy, layers.clone()),
+        for (strategy, films) in &other.films {
+            match self.films.get_mut(strategy) {
+                None => _ = self.films.insert(*strategy, films.clone()),
                 Some(kept) => {
-                    let pairs = kept.iter_mut().zip(layers);
-                    pairs.for_each(|(kept, layer)| kept.film.merge(&layer.film));
+                    let pairs = kept.iter_mut().zip(films);
+                    pairs.for_each(|(kept, film)| kept.merge(film));
                 }
             }
         }
     }
 
-    /// Adds a share of contributions to a sample of the whole image.
-    pub(super) fn splat(
-        &mut self,
-        source: &Source,
-        contributions: &[(usize, Contribution)],
-        share: f64,
-    ) {
-        for (own, contribution) in contributions {
-            let (s, t) = contribution.strategy;
-            let key = (s.min(MOST_VERTICES), t.min(MOST_VERTICES));
-            let new = || [(); 2].map(|()| Layer::new(source.scene.film(), source.replicates));
-            let layers = self.layers.entry(key).or_insert_with(new);
-            let values = [contribution.weighted(), contribution.value];
-            for (layer, value) in layers.iter_mut().zip(values) {
-                splat(source, *own, contribution, |pixel, filter| {
-                    layer.add(pixel, value * (filter * share));
-                });
+    /// Adds a sample of the whole image, or the mean of a replicate.
+    pub(super) fn add(&mut self, source: &Source, scores: StrategyScores) {
+        let spec = source.scene.film();
+        let new = || {
+            let film = Film::in_groups(spec.width, spec.height, spec.channels, spec.group_size);
+            film.in_replicates(source.replicates)
+        };
+        for (strategy, images) in scores.0 {
+            let films = self.films.entry(strategy);
+            let films = films.or_insert_with(|| [(); 2].map(|()| new()));
+            for (film, mut image) in films.iter_mut().zip(images) {
+                image.iter_mut().for_each(|v| *v = finite(*v, &mut 0));
+                let scores = Scores::of_image(image, Vec::new(), Vec::new());
+                film.add_scores(source.group, spec.width * spec.height, vec![scores]);
             }
-        }
-    }
-
-    /// Ends a sample of the whole image.
-    pub(super) fn finish(&mut self, source: &Source) {
-        for layer in self.layers.values_mut().flatten() {
-            layer.finish(source.group);
         }
     }
 
     /// The images of so many samples per pixel.
     pub(crate) fn into_images(mut self, samples: u64) -> Vec<StrategyImage> {
-        for layer in self.layers.values_mut().flatten() {
-            layer.film.fill_up(samples);
+        for film in self.films.values_mut().flatten() {
+            film.fill_up(samples);
         }
-        let layers = self.layers.into_iter();
-        layers
+        let films = self.films.into_iter();
+        films
             .map(|((s, t), [weighted, unweighted])| StrategyImage {
                 s,
                 t,
-                weighted: weighted.film,
-                unweighted: unweighted.film,
+                weighted,
+                unweighted,
             })
             .collect()
     }

@@ -327,24 +327,24 @@ fn other_renders_are_even() {
     }
 }
 
-/// Shares take memory only where they are found out: the pilot's variance, work and worth, and the share; and once more in the
-/// copy that is kept during a pass.
+/// Shares take memory only where they are found out: the pilot's variance, work and worth, and the share; never copied.
 #[test]
 fn shares_are_part_of_the_memory() {
     let sensor = camera(DVec3::Z * 4.0, DVec3::ZERO);
     let parts = parts(Vec::new(), vec![vacuum()], Vec::new(), sensor);
+    let scene = Scene::new(parts).unwrap();
     let of = |adaptive, integrator| {
         let options = RenderOptions {
             adaptive,
             ..RenderOptions::new(integrator, 64, 1)
         };
-        memory(&parts.film, &options)
+        memory(&scene, &options)
     };
-    let pixels = parts.film.width * parts.film.height;
+    let pixels = scene.film().width * scene.film().height;
     let bdpt = Integrator::Bdpt(Bdpt::default());
     assert_eq!(
         of(true, path_tracer()) - of(false, path_tracer()),
-        2 * (3 * 4 + 2) * pixels
+        (3 * 4 + 2) * pixels
     );
     assert_eq!(of(true, bdpt), of(false, bdpt));
 }

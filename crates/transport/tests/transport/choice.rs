@@ -165,12 +165,13 @@ fn pilots_foretell_variances() {
 fn measured(scene: &Scene, options: RenderOptions) -> f64 {
     let film = scene.render(&options).film;
     let mean = film.summary().0;
-    let pixels = film.group(0);
-    let relative = pixels.iter().map(|p| {
+    let pixels = film.pixels(0);
+    let count = pixels.len() as f64;
+    let relative = pixels.map(|p| {
         let variance = p.variance_of_mean()[0] * options.samples as f64;
         variance / (p.mean()[0].powi(2) + (0.05 * mean).powi(2))
     });
-    relative.sum::<f64>() / pixels.len() as f64
+    relative.sum::<f64>() / count
 }
 
 #[test]

@@ -54,7 +54,7 @@ fn check_with(name: &str, parts: &Parts, samples: u64) -> [Rendering; 3] {
     integrators().map(|integrator| {
         let rendering = shoot_by(integrator, parts.clone(), samples, 1);
         let by = integrator.name();
-        for pixel in rendering.film.group(0) {
+        for pixel in rendering.film.pixels(0) {
             assert!(pixel.mean().is_finite(), "{name} by {by}");
             assert!(pixel.mean()[0] >= 0.0, "{name} by {by}");
             assert_eq!(pixel.count, samples);
@@ -161,7 +161,7 @@ fn parallel_light_and_parallel_views() {
     );
     let seen = check("sky", &ball(index, 0.0, sky(), sensor()));
     for rendering in seen {
-        for pixel in rendering.film.group(0) {
+        for pixel in rendering.film.pixels(0) {
             assert!((pixel.mean()[0] - 1.0).abs() < 1e-6);
         }
     }

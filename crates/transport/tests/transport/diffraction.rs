@@ -126,7 +126,7 @@ fn deviations(by: Integrator, parts: Parts, samples: u64, expected: &[f64]) -> V
     let (sum, error) = rendering.film.summary();
     assert!(error * 40.0 < sum, "{sum} ± {error} says nothing");
     let (mut zs, mut rest) = (Vec::new(), [0.0; 2]);
-    for (pixel, expected) in rendering.film.group(0).iter().zip(expected) {
+    for (pixel, expected) in rendering.film.pixels(0).zip(expected) {
         let found = [pixel.mean()[0] - expected, pixel.variance_of_mean()[0]];
         if *expected > total / 150.0 {
             // Cosines of the beam's light, of up to six degrees, and of the lens.

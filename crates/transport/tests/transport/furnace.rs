@@ -113,11 +113,11 @@ fn chromatic_extinction() {
     );
     scene.film.channels = 3;
     let rendering = shoot(scene, 2048, 6);
-    let pixels = rendering.film.group(0);
+    let pixels = || rendering.film.pixels(0);
     for channel in 0..3 {
-        let n = pixels.len() as f64;
-        let mean = pixels.iter().map(|p| p.mean()[channel]).sum::<f64>() / n;
-        let variance: f64 = pixels.iter().map(|p| p.variance_of_mean()[channel]).sum();
+        let n = pixels().len() as f64;
+        let mean = pixels().map(|p| p.mean()[channel]).sum::<f64>() / n;
+        let variance: f64 = pixels().map(|p| p.variance_of_mean()[channel]).sum();
         let error = variance.sqrt() / n;
         println!("channel {channel}: {mean} ± {error}");
         assert!(

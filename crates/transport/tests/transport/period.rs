@@ -73,8 +73,8 @@ fn shoot(scene: Scene, integrator: Integrator, samples: u64, seed: u64) -> Rende
 
 /// Means of pixels and their variances.
 fn pixels(rendering: &Rendering) -> Vec<(f64, f64)> {
-    let of = |p: &morgana_transport::film::Pixel| (p.mean()[0], p.variance_of_mean()[0]);
-    rendering.film.group(0).iter().map(of).collect()
+    let of = |p: morgana_transport::film::Pixel| (p.mean()[0], p.variance_of_mean()[0]);
+    rendering.film.pixels(0).map(of).collect()
 }
 
 fn zs(a: &[(f64, f64)], b: &[(f64, f64)]) -> Vec<f64> {

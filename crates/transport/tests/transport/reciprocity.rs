@@ -68,7 +68,7 @@ fn fluence(parts: &Parts, integrator: Integrator, samples: u64, seed: u64) -> f6
     let rendering = shoot_by(integrator, parts.clone(), samples, seed);
     let side = 2.0 * HALF / PIXELS as f64;
     let at = |i: usize| side * (i as f64 + 0.5) - HALF;
-    let pixels = rendering.film.group(0).iter().enumerate();
+    let pixels = rendering.film.pixels(0).enumerate();
     pixels
         .map(|(i, pixel)| {
             let (a, b) = (at(i % PIXELS), at(i / PIXELS));

@@ -70,7 +70,7 @@ fn brightness_is_proportional_to_the_deflection() {
     // Of the half disc that is open, what shines through unbent rays.
     let unit = 2.0 * HALF * HALF / (0.5 * PI * STOP * STOP);
     let (mut ay, mut aa, mut variance) = (0.0, 0.0, 0.0);
-    for (i, pixel) in rendering.film.group(0).iter().enumerate() {
+    for (i, pixel) in rendering.film.pixels(0).enumerate() {
         let x = 1.0 - 2.0 * (i as f64 + 0.5) / PIXELS as f64;
         let deflection = -TAU.sqrt() * delta * x / w * (-x * x / (2.0 * w * w)).exp();
         let a = deflection / HALF;

@@ -62,8 +62,9 @@ fn shoot(parts: &Parts, options: &RenderOptions) -> Rendering {
 }
 
 fn image_mean(film: &Film) -> f64 {
-    let pixels = film.group(0);
-    pixels.iter().map(|p| p.mean()[0]).sum::<f64>() / pixels.len() as f64
+    let pixels = film.pixels(0);
+    let count = pixels.len() as f64;
+    pixels.map(|p| p.mean()[0]).sum::<f64>() / count
 }
 
 fn bdpt(max_depth: Option<u32>) -> Integrator {
@@ -104,19 +105,21 @@ fn three_strategies_find_the_same_single_scattering() {
 #[test]
 fn weighted_images_add_up() {
     let rendering = shoot(&light_beside_fog(), &options(bdpt(None), 16, 3));
-    let image = rendering.film.group(0);
+    let image = rendering.film.pixels(0);
     assert!(rendering.strategies.len() > 6);
     // An emitter in view is found by hits alone.
     assert!(rendering.strategies.iter().all(|i| (i.s, i.t) != (1, 1)));
-    for (i, pixel) in image.iter().enumerate() {
-        let share = |s: &morgana_transport::render::StrategyImage| s.weighted.group(0)[i].mean()[0];
+    for (i, pixel) in image.enumerate() {
+        let share = |s: &morgana_transport::render::StrategyImage| {
+            s.weighted.pixels(0).nth(i).unwrap().mean()[0]
+        };
         let sum: f64 = rendering.strategies.iter().map(share).sum();
         assert!(
             (sum - pixel.mean()[0]).abs() < 1e-12 * (1.0 + sum),
             "pixel {i}"
         );
         for s in &rendering.strategies {
-            let found = s.unweighted.group(0)[i].mean()[0];
+            let found = s.unweighted.pixels(0).nth(i).unwrap().mean()[0];
             assert!(share(s) <= found * (1.0 + 1e-12));
         }
     }

@@ -66,7 +66,6 @@ fn diffraction(loaded: &Loaded) -> Vec<f64> {
 /// Bytes that all films take while they are rendered, and those that they take with images of strategies,
 /// where there are any.
 fn film_memory(loaded: &Loaded) -> (usize, Option<usize>) {
-    let film = loaded.scene().film();
     let image = Run::new(loaded);
     let strategies = Run {
         strategies: true,
@@ -75,8 +74,8 @@ fn film_memory(loaded: &Loaded) -> (usize, Option<usize>) {
     let integrator = loaded.renderer.integrator();
     let has_strategies = integrator.is_some_and(Integrator::tells_strategies_apart);
     (
-        memory(film, &image.options()),
-        has_strategies.then(|| memory(film, &strategies.options())),
+        memory(loaded.scene(), &image.options()),
+        has_strategies.then(|| memory(loaded.scene(), &strategies.options())),
     )
 }
 

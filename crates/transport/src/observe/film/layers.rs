@@ -14,7 +14,7 @@ pub struct Layers {
 
 /// The layers of one group of channels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct LayerGroup {
+pub(super) struct LayerGroup {
     decomposition: Decomposition,
     channels: usize,
     /// By pixel, layer, channel; the last fastest.
@@ -50,17 +50,7 @@ impl Layers {
     pub(super) fn pixel(&self, group: usize, pixel: usize, layer: usize, count: u64) -> Pixel {
         let group = &self.groups[group];
         let first = (pixel * self.decomposition.layers() + layer) * group.channels;
-        let mut result = Pixel {
-            count,
-            ..Pixel::default()
-        };
-        for (channel, cell) in group.cells[first..first + group.channels]
-            .iter()
-            .enumerate()
-        {
-            result.moments[channel] = *cell;
-        }
-        result
+        Pixel::of(&group.cells[first..first + group.channels], count)
     }
 
     /// What layers of like films have in common.
@@ -95,34 +85,16 @@ impl LayerGroup {
         }
     }
 
-    /// How light is told apart.
-    pub(crate) fn decomposition(&self) -> Decomposition {
-        self.decomposition
-    }
-
     /// The cells of runs of `pixels` pixels.
-    pub(crate) fn chunks_mut(&mut self, pixels: usize) -> impl Iterator<Item = CellsMut<'_>> {
+    pub(super) fn chunks_mut(&mut self, pixels: usize) -> impl Iterator<Item = CellsMut<'_>> {
         let (layers, channels) = (self.decomposition.layers(), self.channels);
         let chunks = self.cells.chunks_mut(pixels * layers * channels);
-        chunks.map(move |cells| CellsMut {
-            layers,
-            channels,
-            cells,
-        })
-    }
-
-    /// All cells.
-    pub(crate) fn cells_mut(&mut self) -> CellsMut<'_> {
-        CellsMut {
-            layers: self.decomposition.layers(),
-            channels: self.channels,
-            cells: &mut self.cells,
-        }
+        chunks.map(move |cells| CellsMut { channels, cells })
     }
 
     /// Takes note of a sample of the mean of each layer over all pixels: see
-    /// [`Film::add_whole`](super::Film::add_whole).
-    pub(crate) fn add_whole(&mut self, means: impl IntoIterator<Item = Spectrum>) {
+    /// [`Film::add_image`](super::Film::add_image).
+    pub(super) fn add_whole(&mut self, means: impl IntoIterator<Item = Spectrum>) {
         for (whole, mean) in self.whole.iter_mut().zip(means) {
             whole.add(mean);
         }
@@ -131,16 +103,15 @@ impl LayerGroup {
 
 /// The cells of some pixels.
 #[derive(Debug)]
-pub(crate) struct CellsMut<'a> {
-    layers: usize,
+pub(super) struct CellsMut<'a> {
     channels: usize,
     cells: &'a mut [Moments],
 }
 
 impl CellsMut<'_> {
-    /// Adds a pixel's sample of a layer, unless it is zero.
-    pub(crate) fn add(&mut self, pixel: usize, layer: usize, value: Spectrum) {
-        let first = (pixel * self.layers + layer) * self.channels;
+    /// Adds a sample at a place: pixel × number of layers + layer.
+    pub(super) fn add(&mut self, place: usize, value: Spectrum) {
+        let first = place * self.channels;
         let cells = &mut self.cells[first..first + self.channels];
         for (cell, v) in cells.iter_mut().zip(value.0) {
             cell.add(v);

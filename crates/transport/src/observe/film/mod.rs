@@ -5,6 +5,8 @@ mod filter;
 mod footprint;
 mod layers;
 mod outliers;
+mod pixels;
+mod scores;
 mod signed_filter;
 mod summary;
 
@@ -12,70 +14,17 @@ pub use decomposition::{Decomposition, LayerAxis, LightParts, PathFacts};
 pub use filter::Filter;
 pub(crate) use footprint::footprint;
 pub use layers::Layers;
-pub(crate) use layers::{CellsMut, LayerGroup, Pending};
-pub(crate) use outliers::LevelsMut;
+pub(crate) use layers::Pending;
 pub use outliers::OutlierRejection;
+pub use pixels::Pixel;
+pub(crate) use pixels::bytes_of_pixel;
+pub(crate) use scores::{PlacedValue, Scores};
 pub use signed_filter::SignedFilter;
 
 use crate::Spectrum;
-use crate::moments::{Moments, Tail};
 use crate::sampling::Replicates;
+use pixels::GroupSums;
 use serde::{Deserialize, Serialize};
-use std::ops::AddAssign;
-
-/// Sums over the samples of one pixel, for one group of channels; over the means of its [replicates](Replicates) of samples.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Pixel {
-    /// Per channel.
-    moments: [Moments; Spectrum::CHANNELS],
-    /// Number of samples, or of replicates.
-    pub count: u64,
-}
-
-impl Pixel {
-    /// Adds one sample.
-    pub fn add(&mut self, value: Spectrum) {
-        for (moments, value) in self.moments.iter_mut().zip(value.0) {
-            moments.add(value);
-        }
-        self.count += 1;
-    }
-
-    /// Mean of the samples; zero if there are none.
-    pub fn mean(&self) -> Spectrum {
-        Spectrum(std::array::from_fn(|channel| self.mean_of(channel)))
-    }
-
-    /// That of one channel.
-    fn mean_of(&self, channel: usize) -> f64 {
-        self.moments[channel].mean(self.count)
-    }
-
-    /// Unbiased estimate of the variance of the mean; infinite for fewer than two samples.
-    pub fn variance_of_mean(&self) -> Spectrum {
-        Spectrum(std::array::from_fn(|channel| self.variance_of(channel)))
-    }
-
-    /// That of one channel.
-    fn variance_of(&self, channel: usize) -> f64 {
-        self.moments[channel].variance_of_mean(self.count)
-    }
-
-    /// How much of it comes from the largest sample.
-    fn tail_of(&self, channel: usize) -> Tail {
-        self.moments[channel].tail(self.count)
-    }
-}
-
-impl AddAssign for Pixel {
-    /// Samples of another accumulator.
-    fn add_assign(&mut self, other: Pixel) {
-        for (moments, other) in self.moments.iter_mut().zip(other.moments) {
-            *moments += other;
-        }
-        self.count += other.count;
-    }
-}
 
 /// Accumulated image: `width × height` pixels from the top left, with any number of channels, which
 /// are kept in groups of at most [`Spectrum::CHANNELS`].
@@ -92,23 +41,10 @@ pub struct Film {
     group_size: usize,
     /// How samples belong together.
     replicates: Replicates,
-    pixels: Vec<Pixel>,
-    /// For each group, samples of the image's mean, if pixels are not independent.
-    whole: Vec<Pixel>,
+    groups: Vec<GroupSums>,
     layers: Option<Layers>,
     /// For each group, if rare bright samples are to be given less weight.
     outliers: Option<Vec<OutlierRejection>>,
-}
-
-/// All that a film keeps of a group of channels.
-#[derive(Debug)]
-pub struct PartsMut<'a> {
-    /// Row by row.
-    pub pixels: &'a mut [Pixel],
-    /// If light is told apart.
-    pub(crate) layers: Option<&'a mut LayerGroup>,
-    /// If samples are sorted by brightness.
-    pub outliers: Option<&'a mut OutlierRejection>,
 }
 
 impl Film {
@@ -124,15 +60,15 @@ impl Film {
         channels: usize,
         group_size: usize,
     ) -> Self {
-        let groups = channels.div_ceil(group_size);
+        let groups = (0..channels).step_by(group_size);
+        let group = |first| GroupSums::new(width * height, group_size.min(channels - first));
         Film {
             width,
             height,
             channels,
             group_size,
             replicates: Replicates::default(),
-            pixels: vec![Pixel::default(); width * height * groups],
-            whole: vec![Pixel::default(); groups],
+            groups: groups.map(group).collect(),
             layers: None,
             outliers: None,
         }
@@ -167,16 +103,8 @@ impl Film {
                 .as_deref()
                 .map(|c| c.iter().map(OutlierRejection::shape).collect());
             let outliers: Option<Vec<_>> = outliers;
-            let sizes = [
-                f.width,
-                f.height,
-                f.channels,
-                f.group_size,
-                f.pixels.len(),
-                f.whole.len(),
-            ];
             (
-                sizes,
+                f.size(),
                 f.replicates,
                 f.layers.as_ref().map(Layers::shape),
                 outliers,
@@ -187,15 +115,19 @@ impl Film {
 
     /// Whether another film has as many pixels and channels.
     pub(crate) fn has_size_of(&self, other: &Film) -> bool {
-        let size = |f: &Film| [f.width, f.height, f.channels, f.group_size, f.pixels.len()];
-        size(self) == size(other)
+        self.size() == other.size()
+    }
+
+    /// Numbers of pixels and channels, and lengths of what is stored.
+    fn size(&self) -> ([usize; 4], Vec<[usize; 3]>) {
+        let sizes = [self.width, self.height, self.channels, self.group_size];
+        (sizes, self.groups.iter().map(GroupSums::size).collect())
     }
 
     /// Adds the samples of another film [like](Film::is_like) this one.
     pub fn merge(&mut self, other: &Film) {
-        let pixels = self.pixels.iter_mut().zip(&other.pixels);
-        let whole = self.whole.iter_mut().zip(&other.whole);
-        pixels.chain(whole).for_each(|(a, b)| *a += *b);
+        let groups = self.groups.iter_mut().zip(&other.groups);
+        groups.for_each(|(group, other)| group.merge(other));
         if let (Some(layers), Some(other)) = (&mut self.layers, &other.layers) {
             layers.merge(other);
         }
@@ -222,19 +154,17 @@ impl Film {
 
     /// Number of channel groups.
     pub fn groups(&self) -> usize {
-        self.channels.div_ceil(self.group_size)
+        self.groups.len()
     }
 
-    /// Pixels of a group, row by row.
-    pub fn group(&self, group: usize) -> &[Pixel] {
-        let n = self.width * self.height;
-        &self.pixels[group * n..(group + 1) * n]
+    /// Sums of all pixels of a group, row by row.
+    pub fn pixels(&self, group: usize) -> impl ExactSizeIterator<Item = Pixel> {
+        (0..self.width * self.height).map(move |i| self.pixel(group, i, None))
     }
 
-    /// See [`Film::group`].
-    pub(crate) fn group_mut(&mut self, group: usize) -> &mut [Pixel] {
-        let n = self.width * self.height;
-        &mut self.pixels[group * n..(group + 1) * n]
+    /// Adds one sample of a pixel, for one group of channels.
+    pub fn add(&mut self, group: usize, pixel: usize, value: Spectrum) {
+        self.groups[group].all_mut().add(pixel, value);
     }
 
     /// The film with samples sorted by brightness, if they are to be.
@@ -268,39 +198,25 @@ impl Film {
         self.layers.as_ref()
     }
 
-    /// All that is kept of a group.
-    pub fn parts_mut(&mut self, group: usize) -> PartsMut<'_> {
-        let n = self.width * self.height;
-        PartsMut {
-            pixels: &mut self.pixels[group * n..(group + 1) * n],
-            layers: self.layers.as_mut().map(|l| l.group_mut(group)),
-            outliers: self.outliers.as_mut().map(|c| &mut c[group]),
-        }
+    /// Samples of a group sorted by brightness, if they are.
+    pub fn outliers(&self, group: usize) -> Option<&OutlierRejection> {
+        Some(&self.outliers.as_ref()?[group])
     }
 
     /// Makes every pixel one of so many samples, whole replicates: those that it lacks were zero.
     pub(crate) fn fill_up(&mut self, samples: u64) {
         let count = samples / self.replicates.size();
-        self.pixels.iter_mut().for_each(|pixel| pixel.count = count);
-    }
-
-    /// The pixels of all groups, group by group.
-    pub(crate) fn groups_mut(&mut self) -> impl Iterator<Item = &mut [Pixel]> {
-        self.pixels.chunks_exact_mut(self.width * self.height)
-    }
-
-    /// Takes note of a sample of the mean over all pixels of a group: needed where one path contributes
-    /// to many pixels, so that the error of the image's mean does not follow from the errors of pixels.
-    pub fn add_whole(&mut self, group: usize, mean: Spectrum) {
-        self.whole[group].add(mean);
+        self.groups
+            .iter_mut()
+            .for_each(|group| group.fill_up(count));
     }
 
     /// The sums of a pixel of a group, in a layer or in all.
-    fn pixel(&self, group: usize, i: usize, layer: Option<usize>) -> Pixel {
-        let all = &self.pixels[group * self.width * self.height + i];
+    pub(crate) fn pixel(&self, group: usize, i: usize, layer: Option<usize>) -> Pixel {
+        let all = &self.groups[group];
         match (layer, &self.layers) {
-            (Some(layer), Some(layers)) => layers.pixel(group, i, layer, all.count),
-            _ => *all,
+            (Some(layer), Some(layers)) => layers.pixel(group, i, layer, all.count(i)),
+            _ => all.pixel(i),
         }
     }
 
@@ -377,7 +293,7 @@ impl Film {
 
     /// Number of samples of a pixel.
     pub fn count(&self, pixel: usize) -> u64 {
-        self.pixels[pixel].count * self.replicates.size()
+        self.groups[0].count(pixel) * self.replicates.size()
     }
 
     /// Number of samples of each pixel, row by row.
@@ -395,7 +311,7 @@ impl Film {
 
     /// Total number of samples over all pixels and groups.
     pub fn samples(&self) -> u64 {
-        let replicates: u64 = self.pixels.iter().map(|p| p.count).sum();
+        let replicates: u64 = self.groups.iter().map(GroupSums::samples).sum();
         replicates * self.replicates.size()
     }
 

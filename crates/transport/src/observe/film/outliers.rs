@@ -29,7 +29,7 @@ pub struct OutlierRejection {
 
 /// The levels of some pixels.
 #[derive(Debug)]
-pub(crate) struct LevelsMut<'a> {
+pub(super) struct LevelsMut<'a> {
     channels: usize,
     sums: &'a mut [ReproducibleSum],
 }
@@ -46,18 +46,10 @@ impl OutlierRejection {
     }
 
     /// The levels of runs of `pixels` pixels.
-    pub(crate) fn chunks_mut(&mut self, pixels: usize) -> impl Iterator<Item = LevelsMut<'_>> {
+    pub(super) fn chunks_mut(&mut self, pixels: usize) -> impl Iterator<Item = LevelsMut<'_>> {
         let channels = self.channels;
         let chunks = self.sums.chunks_mut(pixels * LEVELS * channels);
         chunks.map(move |sums| LevelsMut { channels, sums })
-    }
-
-    /// The levels of all pixels.
-    pub(crate) fn levels_mut(&mut self) -> LevelsMut<'_> {
-        LevelsMut {
-            channels: self.channels,
-            sums: &mut self.sums,
-        }
     }
 
     /// What those of like films have in common.
@@ -143,7 +135,7 @@ impl OutlierRejection {
 
 impl LevelsMut<'_> {
     /// Adds a sample of a pixel.
-    pub(crate) fn add(&mut self, pixel: usize, value: Spectrum) {
+    pub(super) fn add(&mut self, pixel: usize, value: Spectrum) {
         let brightness = value.0[..self.channels].iter().sum::<f64>() / self.channels as f64;
         let (lower, share) = place(brightness);
         for (level, share) in [(lower, share), (lower + 1, 1.0 - share)] {
@@ -173,10 +165,19 @@ mod tests {
 
     const WIDTH: usize = 7;
 
+    impl OutlierRejection {
+        fn all_mut(&mut self) -> LevelsMut<'_> {
+            LevelsMut {
+                channels: self.channels,
+                sums: &mut self.sums,
+            }
+        }
+    }
+
     /// A 7 × 7 image of `samples` samples of brightness about `mean`, and one that is 10⁵ times as bright.
     fn outlier(samples: u64, mean: f64) -> (OutlierRejection, f64) {
         let mut outliers = OutlierRejection::new(WIDTH * WIDTH, 1);
-        let mut levels = outliers.levels_mut();
+        let mut levels = outliers.all_mut();
         for pixel in 0..WIDTH * WIDTH {
             for sample in 0..samples {
                 let wave = 1.0 + 0.5 * ((pixel as u64 + sample) as f64).sin();
@@ -194,7 +195,7 @@ mod tests {
         for value in values {
             let mut outliers = OutlierRejection::new(1, 2);
             outliers
-                .levels_mut()
+                .all_mut()
                 .add(0, Spectrum([value, 2.0 * value, 9.0, 9.0]));
             let total = outliers.total(0);
             // The accuracy of sums.
@@ -210,7 +211,7 @@ mod tests {
         for exponent in -80..80 {
             let mut outliers = OutlierRejection::new(1, 1);
             let value = 10f64.powf(f64::from(exponent) / 10.0);
-            outliers.levels_mut().add(0, Spectrum::splat(value));
+            outliers.all_mut().add(0, Spectrum::splat(value));
             let (level, _) = place(value);
             let count = outliers.count(0, level);
             assert!((0.99..1.01).contains(&count), "{value}: {count}");
@@ -241,7 +242,7 @@ mod tests {
     fn it_converges_to_the_plain_mean() {
         let error = |samples: u64| {
             let mut outliers = OutlierRejection::new(WIDTH * WIDTH, 1);
-            let mut levels = outliers.levels_mut();
+            let mut levels = outliers.all_mut();
             for pixel in 0..WIDTH * WIDTH {
                 for sample in 0..samples {
                     let rare = (sample * 97 + pixel as u64 * 31).is_multiple_of(100);

@@ -6,7 +6,7 @@ use crate::moments::{LEAST_EFFECTIVE, Tail};
 impl Film {
     /// Mean over the image and over the channels, with its standard error. Channels of one group
     /// share their paths, so their errors are added up as fully correlated. Pixels are taken as
-    /// independent unless [`Film::add_whole`] knows better.
+    /// independent unless one path contributes to many of them: then samples of the whole image tell the error.
     pub fn summary(&self) -> (f64, f64) {
         self.summary_of(None)
     }
@@ -79,7 +79,7 @@ impl Film {
     /// Number of independent scores of which the mean of the image is one: samples of the whole image, or of all pixels.
     fn scores(&self, layer: Option<usize>) -> u64 {
         let of_group = |group| match self.whole(group, layer).count {
-            0 => self.group(group).iter().map(|pixel| pixel.count).sum(),
+            0 => self.groups[group].samples(),
             whole => whole,
         };
         (0..self.groups()).map(of_group).min().unwrap_or(0)
@@ -88,7 +88,7 @@ impl Film {
     fn whole(&self, group: usize, layer: Option<usize>) -> &Pixel {
         match (layer, &self.layers) {
             (Some(layer), Some(layers)) => layers.whole(group, layer),
-            _ => &self.whole[group],
+            _ => &self.groups[group].whole,
         }
     }
 
@@ -98,8 +98,8 @@ impl Film {
         let mut sum = 0.0;
         for group in 0..self.groups() {
             let channels = self.channels_of(group);
-            let variance = |p: &Pixel| p.variance_of_mean().0[..channels].iter().sum::<f64>();
-            sum += self.group(group).iter().map(variance).sum::<f64>();
+            let variance = |p: Pixel| p.variance_of_mean().0[..channels].iter().sum::<f64>();
+            sum += self.pixels(group).map(variance).sum::<f64>();
         }
         (sum / (n * self.channels) as f64).sqrt()
     }

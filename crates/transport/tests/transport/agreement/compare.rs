@@ -89,7 +89,7 @@ fn areas(rendering: &Rendering) -> [f64; AREAS] {
     let film = &rendering.film;
     let (w, h) = (film.width(), film.height());
     let mut sums = [0.0; AREAS];
-    for (i, pixel) in film.group(0).iter().enumerate() {
+    for (i, pixel) in film.pixels(0).enumerate() {
         let quarter = usize::from(2 * (i % w) >= w) + 2 * usize::from(2 * (i / w) >= h);
         let value = pixel.mean()[0];
         sums[0] += value / (w * h) as f64;
