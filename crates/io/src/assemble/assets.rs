@@ -1,7 +1,6 @@
 //! Parts that all groups of channels share: each is built once, for the group that asks first.
 
 use super::CondensedGrid;
-use super::context::Context;
 use super::reach::Placed;
 use super::sound_record::SoundRecord;
 use super::texture_role::Role;
@@ -10,7 +9,6 @@ use crate::scene::ObjectId;
 use eikonal::Field;
 use glam::DAffine3;
 use std::collections::HashMap;
-use std::hash::Hash;
 use std::sync::Arc;
 use transport::sensor::ApertureShape;
 use transport::shape::{Mesh, Shape};
@@ -79,54 +77,8 @@ pub(super) type Table<K, T> = HashMap<(K, Option<usize>), Made<T>>;
 /// A part, with what building it has noted in the context.
 #[derive(Clone)]
 pub(super) struct Made<T> {
-    part: T,
-    grids: Vec<Placed>,
-    sounds: Vec<SoundRecord>,
-    condensed: Vec<CondensedGrid>,
-}
-
-impl Context<'_> {
-    /// Returns the part with a key. It is built when it is first asked for, and again for other groups of channels only if building it
-    /// depends on the group. `None` after an error.
-    pub(super) fn once<K: Eq + Hash, T: Clone>(
-        &mut self,
-        table: fn(&mut Assets) -> &mut Table<K, T>,
-        key: K,
-        build: impl FnOnce(&mut Self) -> Option<T>,
-    ) -> Option<T> {
-        let group = self.group;
-        let mut key = (key, None);
-        let known = table(self.assets);
-        let mut found = known.get(&key).cloned();
-        if found.is_none() {
-            key.1 = Some(group);
-            found = known.get(&key).cloned();
-            if found.is_some() {
-                self.depends_on_group.set(true);
-            }
-        }
-        if let Some(made) = found {
-            self.grids.extend(made.grids);
-            self.sounds.extend(made.sounds);
-            self.condensed.extend(made.condensed);
-            return Some(made.part);
-        }
-        let before = self.depends_on_group.replace(false);
-        let lengths = [self.grids.len(), self.sounds.len(), self.condensed.len()];
-        let part = build(self);
-        if !self.depends_on_group.get() {
-            key.1 = None;
-        }
-        self.depends_on_group
-            .set(before || self.depends_on_group.get());
-        let part = part?;
-        let made = Made {
-            part: part.clone(),
-            grids: self.grids[lengths[0]..].to_vec(),
-            sounds: self.sounds[lengths[1]..].to_vec(),
-            condensed: self.condensed[lengths[2]..].to_vec(),
-        };
-        table(self.assets).insert(key, made);
-        Some(part)
-    }
+    pub part: T,
+    pub grids: Vec<Placed>,
+    pub sounds: Vec<SoundRecord>,
+    pub condensed: Vec<CondensedGrid>,
 }

@@ -1,7 +1,7 @@
 //! What is gathered while a scene is assembled.
 
 use super::CondensedGrid;
-use super::assets::Assets;
+use super::assets::{Assets, Made, Table};
 use super::channels::Channels;
 use super::clipping;
 use super::colour;
@@ -18,6 +18,7 @@ use eikonal::field::Constant;
 use std::borrow::Cow;
 use std::cell::Cell;
 use std::collections::{BTreeSet, HashMap, HashSet};
+use std::hash::Hash;
 use std::ops::Range;
 use std::sync::Arc;
 use transport::Spectrum;
@@ -258,5 +259,49 @@ impl<'a> Context<'a> {
     /// Remembers it.
     pub(crate) fn remember_medium(&mut self, id: ObjectId, medium: MediumId) {
         self.medium_ids.insert(id, medium);
+    }
+
+    /// Returns the part with a key. It is built when it is first asked for, and again for other groups of channels only if building it
+    /// depends on the group. `None` after an error.
+    pub(super) fn once<K: Eq + Hash, T: Clone>(
+        &mut self,
+        table: fn(&mut Assets) -> &mut Table<K, T>,
+        key: K,
+        build: impl FnOnce(&mut Self) -> Option<T>,
+    ) -> Option<T> {
+        let group = self.group;
+        let mut key = (key, None);
+        let known = table(self.assets);
+        let mut found = known.get(&key).cloned();
+        if found.is_none() {
+            key.1 = Some(group);
+            found = known.get(&key).cloned();
+            if found.is_some() {
+                self.depends_on_group.set(true);
+            }
+        }
+        if let Some(made) = found {
+            self.grids.extend(made.grids);
+            self.sounds.extend(made.sounds);
+            self.condensed.extend(made.condensed);
+            return Some(made.part);
+        }
+        let before = self.depends_on_group.replace(false);
+        let lengths = [self.grids.len(), self.sounds.len(), self.condensed.len()];
+        let part = build(self);
+        if !self.depends_on_group.get() {
+            key.1 = None;
+        }
+        self.depends_on_group
+            .set(before || self.depends_on_group.get());
+        let part = part?;
+        let made = Made {
+            part: part.clone(),
+            grids: self.grids[lengths[0]..].to_vec(),
+            sounds: self.sounds[lengths[1]..].to_vec(),
+            condensed: self.condensed[lengths[2]..].to_vec(),
+        };
+        table(self.assets).insert(key, made);
+        Some(part)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::follow::{Followed, LightPaths};
 use super::photon::{Photon, PhotonSite, landed};
-use super::tree::Tree;
+use super::tree::PhotonTree;
 use crate::scene::Scene;
 use crate::stats::Photons;
 use glam::DVec3;
@@ -18,9 +18,9 @@ const TYPICAL: usize = 64;
 #[derive(Clone, Debug)]
 pub(crate) struct PhotonMap {
     /// Those that media scatter.
-    pub volume: Tree,
+    pub volume: PhotonTree,
     /// Those on surfaces.
-    pub surface: Tree,
+    pub surface: PhotonTree,
 }
 
 impl PhotonMap {
@@ -54,8 +54,8 @@ impl PhotonMap {
             }
         }
         PhotonMap {
-            volume: Tree::new(volume),
-            surface: Tree::new(surface),
+            volume: PhotonTree::new(volume),
+            surface: PhotonTree::new(surface),
         }
     }
 

@@ -15,4 +15,4 @@ pub use photon::Photon;
 pub(crate) use photon::landed;
 pub(crate) use pieces::pieces;
 pub use radii::Radii;
-pub use tree::Tree;
+pub use tree::PhotonTree;

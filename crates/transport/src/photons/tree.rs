@@ -11,17 +11,17 @@ const PARALLEL: usize = 1 << 13;
 
 /// Photons, in the order of the tree.
 #[derive(Clone, Debug)]
-pub struct Tree {
+pub struct PhotonTree {
     photons: Vec<Photon>,
     bounds: Aabb,
 }
 
-impl Tree {
+impl PhotonTree {
     /// Over any number of photons.
     pub fn new(mut photons: Vec<Photon>) -> Self {
         let bounds = Aabb::around(photons.iter().map(|p| p.x));
         sort(&mut photons, bounds);
-        Tree { photons, bounds }
+        PhotonTree { photons, bounds }
     }
 
     /// The photons, neighbours close to one another.
@@ -114,7 +114,7 @@ mod tests {
     fn finds_what_a_search_of_all_finds() {
         for count in [0, 1, 8, 9, 17, 1000, 20_000] {
             let all = photons(count);
-            let tree = Tree::new(all.clone());
+            let tree = PhotonTree::new(all.clone());
             let (center, radius) = (DVec3::new(0.4, 0.6, 0.02), 0.15);
             let inside = |p: &Photon| p.x.distance(center) <= radius;
             let mut found = Vec::new();
@@ -137,7 +137,7 @@ mod tests {
     /// Photons in one place are no trouble.
     #[test]
     fn coincident_photons() {
-        let tree = Tree::new(vec![Photon::at(DVec3::ONE); 100]);
+        let tree = PhotonTree::new(vec![Photon::at(DVec3::ONE); 100]);
         let mut count = 0;
         tree.visit(|b| b.contains(DVec3::ONE), |_| count += 1);
         assert_eq!(count, 100);
