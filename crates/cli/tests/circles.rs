@@ -16,7 +16,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     // Values may be transforms, which are made of values.
     ("io/json", &["transforms", "values"]),
     // Nodes hold values, whose masks are those of nodes.
-    ("io/volume/vdb", &["tree", "values"]),
+    ("formats/volume/vdb", &["tree", "values"]),
     // A scene gives its fields, a field keeps its scene.
     ("python", &["field", "scene"]),
     // Errors state the limits of roughness, and microfacets report them.
@@ -176,6 +176,7 @@ fn imports_within_folders_make_no_circles() {
         "eikonal",
         "optics",
         "transport",
+        "formats",
         "io",
         "cli",
         "python",

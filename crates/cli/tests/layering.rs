@@ -50,6 +50,19 @@ fn crates_depend_downwards_only() {
         &["::io::", "use io", "std::fs", "clap::", "println!"],
     );
     refuses(
+        "formats/src",
+        &[
+            "::io::read_scene",
+            "use io::scene",
+            "::scene",
+            "assemble",
+            "clap::",
+            "println!",
+            "process::exit",
+            "view::",
+        ],
+    );
+    refuses(
         "io/src",
         &["clap::", "println!", "eprintln!", "process::exit", "view::"],
     );

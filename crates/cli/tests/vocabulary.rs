@@ -130,7 +130,7 @@ fn one_name_is_one_type() {
     assert_eq!(public_type("pub struct Arc<'a> {"), Some("Arc"));
     assert_eq!(public_type("pub(super) enum Curve {"), None);
     let mut places: BTreeMap<String, Vec<String>> = BTreeMap::new();
-    for library in ["eikonal", "optics", "transport", "io"] {
+    for library in ["eikonal", "optics", "transport", "formats", "io"] {
         for path in below(&root().join("crates").join(library).join("src"), &["rs"]) {
             let text = fs::read_to_string(&path).unwrap();
             for name in text.lines().filter_map(public_type) {

@@ -3,26 +3,12 @@
 
 pub mod arrays;
 pub mod assemble;
-pub mod atomic;
-mod binary;
-mod cie;
 pub mod clock;
-pub mod compare;
 pub mod diagnostic;
 mod draft;
-pub mod element;
-pub mod error;
 pub mod features;
-pub mod ies;
-pub mod image;
-pub mod input;
 pub mod json;
 pub mod loading;
-pub mod lock;
-pub mod mesh;
-pub mod npy;
-mod npz;
-pub mod packed;
 pub mod part;
 pub mod query;
 mod read;
@@ -31,12 +17,8 @@ pub mod report;
 pub mod run;
 pub mod scene;
 pub mod schema;
-pub mod spd;
-mod table;
-mod temporary;
 mod tissue;
 pub mod transducer;
-pub mod volume;
 mod write;
 pub mod xml;
 
@@ -44,8 +26,11 @@ pub use assemble::{
     Difference, LoadOptions, Loaded, LoadedField, assemble, assemble_field, load_scene,
 };
 pub use diagnostic::{Diagnostic, Diagnostics, Location, Severity};
-pub use error::{FileError, Problem};
-pub use input::Limits;
+pub use formats::{
+    FileError, Limits, Problem, atomic, compare, element, error, ies, image, input, lock, mesh,
+    npy, packed, spd, volume,
+};
+use formats::{binary, cie, npz, table};
 pub use query::Query;
 pub use read::{is_json, read_scene};
 pub use run::{Refusal, Run};

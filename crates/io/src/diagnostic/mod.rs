@@ -1,14 +1,13 @@
 //! Messages to the user: what is wrong, where it was written, and what may have been meant.
 
 pub(crate) mod difference;
-mod escape;
 mod render;
 mod source;
 mod suggest;
 pub(crate) mod words;
 
 pub use difference::Difference;
-pub use escape::{escaped, shown};
+pub use formats::escape::{escaped, shown};
 pub use render::Style;
 pub use source::{Location, SourceFile};
 pub use suggest::{closest, suggest};
@@ -51,6 +50,12 @@ pub struct Diagnostic {
     pub help: Option<String>,
     /// Where it was written.
     pub location: Option<Location>,
+}
+
+impl From<formats::FileError> for Diagnostic {
+    fn from(error: formats::FileError) -> Self {
+        Diagnostic::error(error.to_string())
+    }
 }
 
 impl Diagnostic {

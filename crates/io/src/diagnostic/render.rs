@@ -1,7 +1,7 @@
 //! Diagnostics as text: the message, the line of the source, a caret, advice.
 
-use super::escape::{drives, escaped};
 use super::{Diagnostic, Location, Severity};
+use formats::escape::{drives, escaped};
 
 /// Characters of a source line shown at most.
 const WIDTH: usize = 120;

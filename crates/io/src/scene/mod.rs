@@ -3,24 +3,22 @@
 //! Nothing here knows what a plugin means. References are resolved: an object that is referenced
 //! twice is the same [`ObjectDescription`] with the same [`ObjectId`] in both places.
 
-mod colour;
 mod extinction;
 mod hash;
 mod kind;
 mod registry;
 mod relocate;
 mod spectrum;
-mod tensor;
 
-pub(crate) use colour::rgb_from_hex;
-pub use colour::{linear_from_srgb, srgb_from_linear};
+pub(crate) use formats::colour::rgb_from_hex;
+pub use formats::colour::{linear_from_srgb, srgb_from_linear};
+pub use formats::tensor::{Numbers, Tensor};
 pub use hash::SceneHash;
 pub use kind::PluginKind;
 pub use registry::FileRegistry;
 pub(crate) use registry::find;
 pub use relocate::NameOfFile;
 pub use spectrum::SpectrumValue;
-pub use tensor::{Numbers, Tensor};
 
 use std::collections::HashSet;
 use std::path::PathBuf;

@@ -1,0 +1,64 @@
+//! Images whose values are encoded as in sRGB.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader};
+
+use super::RgbImage;
+use crate::colour::linear_from_srgb;
+use crate::error::{FileError, Problem};
+use crate::input::{self, Limits};
+
+/// Bytes that one byte can stand for: DEFLATE codes 258 bytes with two bits at best (RFC 1951), each of which may be
+/// eight pixels. A file that claims more is taken for damaged.
+const MOST_COMPRESSION: u64 = 8 * 258 * 8 / 2;
+/// Bytes that a pixel takes beside those of the file's own format: three numbers of 16 bits, and three of 32.
+const PIXEL: u64 = 18;
+
+/// A format, and what it is called in messages.
+pub(super) type Named = (ImageFormat, &'static str);
+
+/// Reads an image of a format and makes its values linear; they are in [0, 1]. Transparency is dropped.
+///
+/// # Errors
+///
+/// A file that cannot be read or is not of the format, or that takes too much memory.
+pub(super) fn read(path: &Path, format: Named, limits: Limits) -> Result<RgbImage, FileError> {
+    let bytes = input::read(path)?;
+    decode(&bytes, format, limits).map_err(|problem| problem.at(path))
+}
+
+/// Reads an image from the bytes of a file.
+///
+/// # Errors
+///
+/// As for [`read`].
+pub(super) fn decode(
+    bytes: &[u8],
+    (format, name): Named,
+    limits: Limits,
+) -> Result<RgbImage, Problem> {
+    let wrong = |error: ImageError| Problem::WrongFormat {
+        format: name,
+        reason: error.to_string(),
+    };
+    let size = bytes.len() as u64;
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    let mut allowed = image::Limits::default();
+    allowed.max_alloc = Some((MOST_COMPRESSION * size).min(limits.most(size)));
+    reader.limits(allowed);
+    let decoder = reader.into_decoder().map_err(wrong)?;
+    let (width, height) = decoder.dimensions();
+    let pixel = PIXEL + u64::from(decoder.color_type().bytes_per_pixel());
+    limits.check(u64::from(width) * u64::from(height), pixel, size)?;
+    let image = DynamicImage::from_decoder(decoder).map_err(wrong)?;
+    let (width, height) = (image.width() as usize, image.height() as usize);
+    let linear = |v: u16| linear_from_srgb(f64::from(v) / 65535.0) as f32;
+    let pixels = image.into_rgb16();
+    Ok(RgbImage {
+        width,
+        height,
+        pixels: pixels.pixels().map(|pixel| pixel.0.map(linear)).collect(),
+    })
+}

@@ -1,0 +1,476 @@
+//! PLY, the Stanford triangle format: ASCII and binary of either byte order.
+
+use std::io::{BufRead, BufReader, Seek};
+use std::path::Path;
+
+use glam::DVec3;
+use ply_rs_bw::parser::{ParseError, Parser, Reader};
+use ply_rs_bw::ply::{ElementDef, Header, Property, PropertyAccess, PropertyAccessResult};
+
+use super::MeshData;
+use super::attributes::{Channels, MeshAttribute, grouped};
+use super::build::{check_mesh, check_position, fan};
+use super::wedges::{self, Wedges};
+use crate::colour::linear_from_srgb;
+use crate::error::{FileError, Problem};
+use crate::input::{self, Limits};
+
+/// Reads a mesh: the positions `x y z`, normals `nx ny nz`,
+/// texture coordinates `u v` or `s t` and colours `r g b`,
+/// `red green blue` or `color_0 color_1 color_2` if there are any, and the faces with colours by the same names and texture
+/// coordinates of their corners, the list `texcoord`. Other
+/// properties such as `weight_0` or `velocity_x velocity_y velocity_z`, of one channel or three, are attributes.
+///
+/// # Errors
+///
+/// A file that cannot be read, is no valid PLY file, has no faces, counts that it cannot hold,
+/// positions that are not finite, and faces with indices out of range. Faces of fewer than three corners are left out.
+pub fn read(path: &Path, limits: Limits) -> Result<MeshData, FileError> {
+    let (reader, size) = input::open(path)?;
+    read_from(reader, size, limits).map_err(|(problem, line)| FileError {
+        path: path.to_owned(),
+        line,
+        problem,
+    })
+}
+
+/// Reads a mesh from the bytes of a file. The error comes with its line, if it has one.
+///
+/// # Errors
+///
+/// As for [`read`].
+pub fn parse(bytes: &[u8], limits: Limits) -> Result<MeshData, (Problem, Option<usize>)> {
+    read_from(
+        BufReader::new(std::io::Cursor::new(bytes)),
+        bytes.len() as u64,
+        limits,
+    )
+}
+
+type Located = (Problem, Option<usize>);
+
+fn read_from(reader: impl BufRead + Seek, size: u64, limits: Limits) -> Result<MeshData, Located> {
+    let mut reader = Reader::new(reader);
+    let header = Parser::<Vertex>::new()
+        .read_header(&mut reader)
+        .map_err(describe)?;
+    check_header(&header, size, limits).map_err(|problem| (problem, None))?;
+    let mut mesh = MeshData::default();
+    let mut polygons = Vec::new();
+    let mut face = None;
+    for (name, element) in &header.elements {
+        match name.as_str() {
+            "vertex" => {
+                let vertices = elements::<Vertex>(&mut reader, element, &header)?;
+                add_vertices(&mut mesh, element, &vertices).map_err(|problem| (problem, None))?;
+            }
+            "face" => {
+                polygons = elements::<Face>(&mut reader, element, &header)?;
+                face = Some(element);
+            }
+            _ => drop(elements::<Other>(&mut reader, element, &header)?),
+        }
+    }
+    check_corners(&mesh, face, &polygons, limits, size)
+        .and_then(|()| match face {
+            Some(element) => add_faces(&mut mesh, element, &mut polygons),
+            None => Ok(()),
+        })
+        .and_then(|()| check_mesh(mesh))
+        .map_err(|p| (p, None))
+}
+
+/// Refuses corners of faces that take too much memory.
+fn check_corners(
+    mesh: &MeshData,
+    element: Option<&ElementDef>,
+    faces: &[Face],
+    limits: Limits,
+    size: u64,
+) -> Result<(), Problem> {
+    let corners = faces.iter().flat_map(|face| &face.polygon).map(Vec::len);
+    let corners = corners.sum::<usize>() as u64;
+    let vertices = mesh.positions.len() as u64;
+    let needed = if element.is_some_and(has_wedges) {
+        corners * (CORNER + wedges::CORNER) + vertices * wedges::VERTEX
+    } else {
+        corners * CORNER
+    };
+    limits.check(needed, 1, size)
+}
+
+fn elements<E: PropertyAccess>(
+    reader: &mut Reader<impl BufRead>,
+    element: &ElementDef,
+    header: &Header,
+) -> Result<Vec<E>, Located> {
+    Parser::new()
+        .read_payload_for_element(reader, element, header)
+        .map_err(describe)
+}
+
+/// Every element takes at least a byte, so that a file bounds what its header may claim.
+fn check_header(header: &Header, size: u64, limits: Limits) -> Result<(), Problem> {
+    for (name, element) in &header.elements {
+        if element.count as u64 > size {
+            let message = format!("{} elements '{name}' in {size} bytes", element.count);
+            return Err(Problem::TooLarge(message));
+        }
+        if element.properties.is_empty() && element.count > 0 {
+            return Err(Problem::Malformed(format!(
+                "element '{name}' has no properties"
+            )));
+        }
+    }
+    let elements = header.elements.values();
+    let bytes = elements.map(|e| {
+        let each = ELEMENT + OTHER * others(e).len() as u64;
+        (e.count as u64).saturating_mul(each)
+    });
+    limits.check(bytes.fold(0, u64::saturating_add), 1, size)?;
+    let has = |element: &str, property: &str| {
+        header
+            .elements
+            .get(element)
+            .is_some_and(|e| e.properties.contains_key(property))
+    };
+    for axis in ["x", "y", "z"] {
+        if !has("vertex", axis) {
+            return Err(Problem::Malformed(format!(
+                "there is no property '{axis}' of 'vertex'"
+            )));
+        }
+    }
+    if !FACE_LISTS.iter().any(|name| has("face", name)) {
+        let message = "there is no property 'vertex_indices' of 'face'".to_owned();
+        return Err(Problem::Malformed(message));
+    }
+    Ok(())
+}
+
+fn describe(error: ParseError) -> Located {
+    // Everything after the first line repeats the input.
+    let text = error.to_string();
+    let first = text
+        .lines()
+        .next()
+        .unwrap_or("")
+        .trim_end_matches(['.', ' ']);
+    let message = match error.line() {
+        Some(line) => first.trim_start_matches(&format!("Line {line}: ")),
+        None => first,
+    };
+    let message: String = message.chars().take(200).collect();
+    if let Some(place) = message.strip_prefix("Unexpected end of file while reading ") {
+        let message = format!("the file ends early, within {place}");
+        return (Problem::Malformed(message), error.line());
+    }
+    (
+        Problem::WrongFormat {
+            format: "PLY",
+            reason: message,
+        },
+        error.line(),
+    )
+}
+
+/// What programs call texture coordinates.
+const UV_NAMES: [[&str; 2]; 3] = [["u", "v"], ["s", "t"], ["texture_u", "texture_v"]];
+
+fn add_vertices(
+    mesh: &mut MeshData,
+    element: &ElementDef,
+    vertices: &[Vertex],
+) -> Result<(), Problem> {
+    let position = |(i, v): (usize, &Vertex)| check_position(DVec3::from_array(v.position), i);
+    mesh.positions = vertices
+        .iter()
+        .enumerate()
+        .map(position)
+        .collect::<Result<_, _>>()?;
+    let has = |name: &str| element.properties.contains_key(name);
+    let has_uvs = UV_NAMES
+        .iter()
+        .any(|names| names.iter().all(|name| has(name)));
+    mesh.uvs = has_uvs.then(|| vertices.iter().map(|v| v.uv).collect());
+    let has_normals = ["nx", "ny", "nz"].into_iter().all(has);
+    let normal = |v: &Vertex| DVec3::from_array(v.normal);
+    mesh.normals = has_normals.then(|| vertices.iter().map(normal).collect());
+    mesh.colours = is_coloured(element).then(|| vertices.iter().map(|v| v.colour).collect());
+    for channels in grouped("vertex", &others(element)) {
+        let rows = vertices.iter().map(|v| (&v.others[..], 1));
+        mesh.attributes.push(attribute(channels, rows));
+    }
+    Ok(())
+}
+
+/// The properties of an element that are none of those that a mesh always has, in their order.
+fn others(element: &ElementDef) -> Vec<&str> {
+    let names = element.properties.keys().map(String::as_str);
+    names.filter(|name| !is_known(name)).collect()
+}
+
+fn is_known(name: &str) -> bool {
+    const KNOWN: [&str; 6] = ["x", "y", "z", "nx", "ny", "nz"];
+    let is_uv = UV_NAMES.as_flattened().contains(&name);
+    let is_list = FACE_LISTS.contains(&name) || name == WEDGES;
+    KNOWN.contains(&name) || is_uv || is_list || channel(name).is_some()
+}
+
+/// An attribute from the other properties of each element, and how many values it stands for.
+fn attribute<'a>(
+    channels: Channels,
+    rows: impl Iterator<Item = (&'a [f32], usize)>,
+) -> MeshAttribute {
+    let Channels { name, first, count } = channels;
+    let is_number = count == 1;
+    let values = rows.flat_map(|(row, times)| {
+        let channel = |c: usize| row.get(first + c).copied().unwrap_or(0.0);
+        let value = [0, 1, 2].map(|c| channel(if is_number { 0 } else { c }));
+        std::iter::repeat_n(value, times)
+    });
+    MeshAttribute {
+        name,
+        is_number,
+        values: values.collect(),
+    }
+}
+
+/// Whether an element has all channels of a colour.
+fn is_coloured(element: &ElementDef) -> bool {
+    let has = |name: &&str| element.properties.contains_key(*name);
+    COLOURS.iter().any(|names| names.iter().all(has))
+}
+
+/// Whether faces have texture coordinates of their corners.
+fn has_wedges(element: &ElementDef) -> bool {
+    element.properties.contains_key(WEDGES)
+}
+
+fn add_faces(mesh: &mut MeshData, element: &ElementDef, faces: &mut [Face]) -> Result<(), Problem> {
+    let mut wedges = has_wedges(element).then(|| Wedges::new(mesh.positions.len()));
+    let coloured = is_coloured(element);
+    let mut colours = Vec::new();
+    let count = mesh.positions.len();
+    let triangles = |face: &Face| {
+        let corners = face.polygon.as_ref().map_or(0, Vec::len);
+        corners.saturating_sub(2)
+    };
+    mesh.triangles
+        .reserve_exact(faces.iter().map(triangles).sum());
+    for (i, face) in faces.iter_mut().enumerate() {
+        let malformed = |message| Err(Problem::Malformed(format!("face {i} {message}")));
+        let Some(polygon) = &mut face.polygon else {
+            return malformed("has an index that is not a whole number or negative".to_owned());
+        };
+        if polygon.len() < 3 {
+            mesh.skipped_faces += 1;
+            continue;
+        }
+        if let Some(vertex) = polygon.iter().find(|v| **v as usize >= count) {
+            return malformed(format!("has the vertex {vertex} (there are {count})"));
+        }
+        let uvs = face.wedges.as_chunks::<2>().0;
+        if !face.wedges.is_empty() && face.wedges.len() != 2 * polygon.len() {
+            let (found, count) = (face.wedges.len(), polygon.len());
+            return malformed(format!(
+                "has {found} numbers '{WEDGES}', not two for each of its {count} vertices"
+            ));
+        }
+        if let Some(wedges) = &mut wedges {
+            for (k, vertex) in polygon.iter_mut().enumerate() {
+                *vertex = wedges.vertex(*vertex, uvs.get(k).copied());
+            }
+        }
+        fan(&mut mesh.triangles, polygon);
+        if coloured {
+            colours.resize(mesh.triangles.len(), face.colour);
+        }
+    }
+    mesh.face_colours = coloured.then_some(colours);
+    for channels in grouped("face", &others(element)) {
+        let rows = faces.iter().map(|face| (&face.others[..], triangles(face)));
+        mesh.attributes.push(attribute(channels, rows));
+    }
+    if let Some(wedges) = wedges {
+        wedges.finish(mesh);
+    }
+    Ok(())
+}
+
+/// Bytes that a vertex or a face takes at most while it is read, without its corners and other properties, each of
+/// the latter with its share of an attribute, and each corner.
+const ELEMENT: u64 = 192;
+const OTHER: u64 = 24;
+const CORNER: u64 = 32;
+
+/// The names that the list of a face's vertices goes by.
+const FACE_LISTS: [&str; 2] = ["vertex_indices", "vertex_index"];
+
+/// The list of texture coordinates of a face's corners, u and v of each.
+const WEDGES: &str = "texcoord";
+
+/// The names that the channels of a colour go by.
+const COLOURS: [[&str; 3]; 3] = [
+    ["r", "g", "b"],
+    ["red", "green", "blue"],
+    ["color_0", "color_1", "color_2"],
+];
+
+/// Which channel of a colour a property is.
+fn channel(name: &str) -> Option<usize> {
+    let place = |names: &[&str; 3]| names.iter().position(|n| *n == name);
+    COLOURS.iter().find_map(place)
+}
+
+/// Sets a channel of a colour.
+fn set_channel(place: &mut f32, property: &Property) -> PropertyAccessResult {
+    match intensity(property) {
+        Some(value) => {
+            *place = value as f32;
+            PropertyAccessResult::Set
+        }
+        None => PropertyAccessResult::UnsupportedType,
+    }
+}
+
+/// Keeps a property that may be part of an attribute; lists are none.
+fn keep(others: &mut Vec<f32>, property: &Property) -> PropertyAccessResult {
+    others.push(scalar(property).map_or(0.0, |v| v as f32));
+    PropertyAccessResult::Set
+}
+
+#[derive(Debug)]
+struct Vertex {
+    position: [f64; 3],
+    normal: [f64; 3],
+    uv: [f64; 2],
+    colour: [f32; 3],
+    /// Other properties, in their order.
+    others: Vec<f32>,
+}
+
+impl PropertyAccess for Vertex {
+    fn new() -> Self {
+        Vertex {
+            position: [0.0; 3],
+            normal: [0.0; 3],
+            uv: [0.0; 2],
+            colour: [0.0; 3],
+            others: Vec::new(),
+        }
+    }
+
+    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        if let Some(channel) = channel(name) {
+            return set_channel(&mut self.colour[channel], &property);
+        }
+        let place = match name {
+            "x" => &mut self.position[0],
+            "y" => &mut self.position[1],
+            "z" => &mut self.position[2],
+            "nx" => &mut self.normal[0],
+            "ny" => &mut self.normal[1],
+            "nz" => &mut self.normal[2],
+            "u" | "s" | "texture_u" => &mut self.uv[0],
+            "v" | "t" | "texture_v" => &mut self.uv[1],
+            _ if is_known(name) => return PropertyAccessResult::Ignored,
+            _ => return keep(&mut self.others, &property),
+        };
+        match scalar(&property) {
+            Some(value) => {
+                *place = value;
+                PropertyAccessResult::Set
+            }
+            None => PropertyAccessResult::UnsupportedType,
+        }
+    }
+}
+
+#[derive(Debug)]
+struct Face {
+    /// `None` if an index cannot be one.
+    polygon: Option<Vec<u32>>,
+    colour: [f32; 3],
+    /// Texture coordinates of its corners; empty if it has none.
+    wedges: Vec<f64>,
+    /// Other properties, in their order.
+    others: Vec<f32>,
+}
+
+impl PropertyAccess for Face {
+    fn new() -> Self {
+        Face {
+            polygon: Some(Vec::new()),
+            colour: [0.0; 3],
+            wedges: Vec::new(),
+            others: Vec::new(),
+        }
+    }
+
+    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        if let Some(channel) = channel(name) {
+            return set_channel(&mut self.colour[channel], &property);
+        }
+        if name == WEDGES {
+            self.wedges = numbers(&property);
+            return PropertyAccessResult::Set;
+        }
+        if FACE_LISTS.contains(&name) {
+            self.polygon = property.to_u32_list();
+            return PropertyAccessResult::Set;
+        }
+        if is_known(name) {
+            return PropertyAccessResult::Ignored;
+        }
+        keep(&mut self.others, &property)
+    }
+}
+
+/// An element that is read only to get past it.
+#[derive(Debug)]
+struct Other;
+
+impl PropertyAccess for Other {
+    fn new() -> Self {
+        Other
+    }
+
+    fn set_property(&mut self, _: &str, _: Property) -> PropertyAccessResult {
+        PropertyAccessResult::Ignored
+    }
+}
+
+fn scalar(property: &Property) -> Option<f64> {
+    match *property {
+        Property::Char(v) => Some(v.into()),
+        Property::UChar(v) => Some(v.into()),
+        Property::Short(v) => Some(v.into()),
+        Property::UShort(v) => Some(v.into()),
+        Property::Int(v) => Some(v.into()),
+        Property::UInt(v) => Some(v.into()),
+        Property::Float(v) => Some(v.into()),
+        Property::Double(v) => Some(v),
+        _ => None,
+    }
+}
+
+/// The numbers of a list of floating-point numbers; none of other properties.
+fn numbers(property: &Property) -> Vec<f64> {
+    match property {
+        Property::ListFloat(values) => values.iter().copied().map(f64::from).collect(),
+        Property::ListDouble(values) => values.clone(),
+        _ => Vec::new(),
+    }
+}
+
+/// A channel of a colour: whole numbers are shares of the largest one, encoded as in sRGB; others are linear.
+fn intensity(property: &Property) -> Option<f64> {
+    let share = match *property {
+        Property::UChar(v) => f64::from(v) / f64::from(u8::MAX),
+        Property::UShort(v) => f64::from(v) / f64::from(u16::MAX),
+        Property::Float(_) | Property::Double(_) => return scalar(property),
+        _ => return None,
+    };
+    Some(linear_from_srgb(share))
+}

@@ -1,0 +1,95 @@
+//! NPZ: ZIP archives of NumPy's arrays, written without compression. <https://numpy.org/doc/stable/reference/generated/numpy.savez.html>
+
+use std::fs::File;
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::path::Path;
+
+use zip::result::ZipError;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipWriter};
+
+use crate::atomic;
+use crate::error::FileError;
+
+/// Members beyond this need the 64 bit extension, which must be announced.
+const LARGE: usize = 1 << 30;
+
+/// An archive that is being written.
+pub struct Npz<'a>(ZipWriter<OneError<&'a mut BufWriter<File>>>);
+
+/// Writes an archive, whose members come from `fill`.
+///
+/// # Errors
+///
+/// Everything that [`atomic::write()`] reports.
+pub fn write(path: &Path, fill: impl FnOnce(&mut Npz) -> io::Result<()>) -> Result<(), FileError> {
+    atomic::write(path, |file| {
+        let mut archive = Npz(ZipWriter::new(OneError::new(file)));
+        fill(&mut archive)?;
+        archive.0.finish().map_err(plain)?;
+        Ok(())
+    })
+}
+
+impl Npz<'_> {
+    /// Begins the member `name`.npy of so many bytes of data. The time is that of the beginning: equal arrays give equal files.
+    ///
+    /// # Errors
+    /// The archive cannot be written.
+    pub fn member(&mut self, name: &str, bytes: usize) -> io::Result<&mut impl Write> {
+        let options = SimpleFileOptions::default()
+            .compression_method(CompressionMethod::Stored)
+            .last_modified_time(DateTime::default())
+            .large_file(bytes >= LARGE);
+        (self.0.start_file(format!("{name}.npy"), options)).map_err(plain)?;
+        Ok(&mut self.0)
+    }
+}
+
+fn plain(error: ZipError) -> io::Error {
+    match error {
+        ZipError::Io(error) => error,
+        error => error.into(),
+    }
+}
+
+/// A file that reports its first error only. An archive that is given up tries to write its directory all the same,
+/// and would print that this, too, fails.
+struct OneError<W> {
+    file: W,
+    failed: bool,
+}
+
+impl<W> OneError<W> {
+    fn new(file: W) -> Self {
+        OneError {
+            file,
+            failed: false,
+        }
+    }
+
+    fn first<T>(&mut self, later: T, act: impl FnOnce(&mut W) -> io::Result<T>) -> io::Result<T> {
+        if self.failed {
+            return Ok(later);
+        }
+        let done = act(&mut self.file);
+        self.failed = (done.as_ref()).is_err_and(|e| e.kind() != io::ErrorKind::Interrupted);
+        done
+    }
+}
+
+impl<W: Write> Write for OneError<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.first(bytes.len(), |file| file.write(bytes))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.first((), Write::flush)
+    }
+}
+
+impl<W: Seek> Seek for OneError<W> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.first(0, |file| file.seek(to))
+    }
+}
