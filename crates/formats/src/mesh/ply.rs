@@ -1,6 +1,6 @@
 //! PLY, the Stanford triangle format: ASCII and binary of either byte order.
 
-use std::io::{BufRead, BufReader, Seek};
+use std::io::{BufRead, BufReader, ErrorKind, Seek};
 use std::path::Path;
 
 use glam::DVec3;
@@ -53,60 +53,56 @@ fn read_from(reader: impl BufRead + Seek, size: u64, limits: Limits) -> Result<M
     let mut reader = Reader::new(reader);
     let header = Parser::<Vertex>::new()
         .read_header(&mut reader)
-        .map_err(describe)?;
+        .map_err(|e| describe_header(&e))?;
     check_header(&header, size, limits).map_err(|problem| (problem, None))?;
     let mut mesh = MeshData::default();
-    let mut polygons = Vec::new();
-    let mut face = None;
+    let count = header.elements.get("vertex").map_or(0, |e| e.count);
+    let mut wedges = None;
     for (name, element) in &header.elements {
         match name.as_str() {
-            "vertex" => {
-                let vertices = elements::<Vertex>(&mut reader, element, &header)?;
-                add_vertices(&mut mesh, element, &vertices).map_err(|problem| (problem, None))?;
-            }
+            "vertex" => read_vertices(&mut reader, element, &header, &mut mesh)?,
             "face" => {
-                polygons = elements::<Face>(&mut reader, element, &header)?;
-                face = Some(element);
+                let mut faces = Faces::new(element, count);
+                let mut corners = 0;
+                in_blocks(
+                    &mut reader,
+                    element,
+                    &header,
+                    |first, block: &mut [Face]| {
+                        corners += block.iter().map(Face::corners).sum::<usize>();
+                        limits.check(faces.bytes(corners as u64), 1, size)?;
+                        faces.add(&mut mesh, first, block)
+                    },
+                )?;
+                wedges = faces.finish(&mut mesh);
             }
-            _ => drop(elements::<Other>(&mut reader, element, &header)?),
+            _ => in_blocks(&mut reader, element, &header, |_, _: &mut [Other]| Ok(()))?,
         }
     }
-    check_corners(&mesh, face, &polygons, limits, size)
-        .and_then(|()| match face {
-            Some(element) => add_faces(&mut mesh, element, &mut polygons),
-            None => Ok(()),
-        })
-        .and_then(|()| check_mesh(mesh))
-        .map_err(|p| (p, None))
+    if let Some(wedges) = wedges {
+        wedges.finish(&mut mesh);
+    }
+    check_mesh(mesh).map_err(|p| (p, None))
 }
 
-/// Refuses corners of faces that take too much memory.
-fn check_corners(
-    mesh: &MeshData,
-    element: Option<&ElementDef>,
-    faces: &[Face],
-    limits: Limits,
-    size: u64,
-) -> Result<(), Problem> {
-    let corners = faces.iter().flat_map(|face| &face.polygon).map(Vec::len);
-    let corners = corners.sum::<usize>() as u64;
-    let vertices = mesh.positions.len() as u64;
-    let needed = if element.is_some_and(has_wedges) {
-        corners * (CORNER + wedges::CORNER) + vertices * wedges::VERTEX
-    } else {
-        corners * CORNER
-    };
-    limits.check(needed, 1, size)
-}
+/// Number of elements that are read at a time: few enough to take hardly any memory.
+const BLOCK: usize = 1 << 12;
 
-fn elements<E: PropertyAccess>(
+/// Reads all elements of a kind in blocks, and hands each over with the number of its first element.
+fn in_blocks<E: PropertyAccess>(
     reader: &mut Reader<impl BufRead>,
     element: &ElementDef,
     header: &Header,
-) -> Result<Vec<E>, Located> {
-    Parser::new()
-        .read_payload_for_element(reader, element, header)
-        .map_err(describe)
+    mut take: impl FnMut(usize, &mut [E]) -> Result<(), Problem>,
+) -> Result<(), Located> {
+    let mut block = element.clone();
+    for first in (0..element.count).step_by(BLOCK) {
+        block.count = BLOCK.min(element.count - first);
+        let elements = Parser::new().read_payload_for_element(reader, &block, header);
+        let mut elements = elements.map_err(|e| describe(e, element))?;
+        take(first, &mut elements).map_err(|problem| (problem, None))?;
+    }
+    Ok(())
 }
 
 /// Every element takes at least a byte, so that a file bounds what its header may claim.
@@ -148,7 +144,17 @@ fn check_header(header: &Header, size: u64, limits: Limits) -> Result<(), Proble
     Ok(())
 }
 
-fn describe(error: ParseError) -> Located {
+/// What is wrong with an element.
+fn describe(error: ParseError, element: &ElementDef) -> Located {
+    if error.kind() == ErrorKind::UnexpectedEof {
+        let (name, count) = (&element.name, element.count);
+        let message = format!("the file ends early, within the {count} elements '{name}'");
+        return (Problem::Malformed(message), error.line());
+    }
+    describe_header(&error)
+}
+
+fn describe_header(error: &ParseError) -> Located {
     // Everything after the first line repeats the input.
     let text = error.to_string();
     let first = text
@@ -160,15 +166,10 @@ fn describe(error: ParseError) -> Located {
         Some(line) => first.trim_start_matches(&format!("Line {line}: ")),
         None => first,
     };
-    let message: String = message.chars().take(200).collect();
-    if let Some(place) = message.strip_prefix("Unexpected end of file while reading ") {
-        let message = format!("the file ends early, within {place}");
-        return (Problem::Malformed(message), error.line());
-    }
     (
         Problem::WrongFormat {
             format: "PLY",
-            reason: message,
+            reason: message.chars().take(200).collect(),
         },
         error.line(),
     )
@@ -177,30 +178,35 @@ fn describe(error: ParseError) -> Located {
 /// What programs call texture coordinates.
 const UV_NAMES: [[&str; 2]; 3] = [["u", "v"], ["s", "t"], ["texture_u", "texture_v"]];
 
-fn add_vertices(
-    mesh: &mut MeshData,
+fn read_vertices(
+    reader: &mut Reader<impl BufRead>,
     element: &ElementDef,
-    vertices: &[Vertex],
-) -> Result<(), Problem> {
-    let position = |(i, v): (usize, &Vertex)| check_position(DVec3::from_array(v.position), i);
-    mesh.positions = vertices
-        .iter()
-        .enumerate()
-        .map(position)
-        .collect::<Result<_, _>>()?;
+    header: &Header,
+    mesh: &mut MeshData,
+) -> Result<(), Located> {
     let has = |name: &str| element.properties.contains_key(name);
     let has_uvs = UV_NAMES
         .iter()
         .any(|names| names.iter().all(|name| has(name)));
-    mesh.uvs = has_uvs.then(|| vertices.iter().map(|v| v.uv).collect());
     let has_normals = ["nx", "ny", "nz"].into_iter().all(has);
-    let normal = |v: &Vertex| DVec3::from_array(v.normal);
-    mesh.normals = has_normals.then(|| vertices.iter().map(normal).collect());
-    mesh.colours = is_coloured(element).then(|| vertices.iter().map(|v| v.colour).collect());
-    for channels in grouped("vertex", &others(element)) {
-        let rows = vertices.iter().map(|v| (&v.others[..], 1));
-        mesh.attributes.push(attribute(channels, rows));
-    }
+    mesh.positions.reserve_exact(element.count);
+    mesh.uvs = has_uvs.then(|| Vec::with_capacity(element.count));
+    mesh.normals = has_normals.then(|| Vec::with_capacity(element.count));
+    mesh.colours = is_coloured(element).then(|| Vec::with_capacity(element.count));
+    let mut attributes = Columns::new("vertex", element);
+    in_blocks(reader, element, header, |first, block: &mut [Vertex]| {
+        for (i, v) in (first..).zip(block) {
+            let position = DVec3::from_array(v.position);
+            mesh.positions.push(check_position(position, i)?);
+            mesh.uvs.iter_mut().for_each(|all| all.push(v.uv));
+            let normal = DVec3::from_array(v.normal);
+            mesh.normals.iter_mut().for_each(|all| all.push(normal));
+            mesh.colours.iter_mut().for_each(|all| all.push(v.colour));
+            attributes.add(&v.others, 1);
+        }
+        Ok(())
+    })?;
+    mesh.attributes.extend(attributes.finish());
     Ok(())
 }
 
@@ -217,22 +223,30 @@ fn is_known(name: &str) -> bool {
     KNOWN.contains(&name) || is_uv || is_list || channel(name).is_some()
 }
 
-/// An attribute from the other properties of each element, and how many values it stands for.
-fn attribute<'a>(
-    channels: Channels,
-    rows: impl Iterator<Item = (&'a [f32], usize)>,
-) -> MeshAttribute {
-    let Channels { name, first, count } = channels;
-    let is_number = count == 1;
-    let values = rows.flat_map(|(row, times)| {
-        let channel = |c: usize| row.get(first + c).copied().unwrap_or(0.0);
-        let value = [0, 1, 2].map(|c| channel(if is_number { 0 } else { c }));
-        std::iter::repeat_n(value, times)
-    });
-    MeshAttribute {
-        name,
-        is_number,
-        values: values.collect(),
+/// Attributes of vertices or faces in the making, from their other properties.
+struct Columns(Vec<(Channels, Vec<[f32; 3]>)>);
+
+impl Columns {
+    fn new(kind: &str, element: &ElementDef) -> Self {
+        let groups = grouped(kind, &others(element)).into_iter();
+        Columns(groups.map(|channels| (channels, Vec::new())).collect())
+    }
+
+    /// Adds the other properties of an element, and how many values it stands for.
+    fn add(&mut self, others: &[f32], times: usize) {
+        for (channels, values) in &mut self.0 {
+            let channel = |c: usize| others.get(channels.first + c).copied().unwrap_or(0.0);
+            let value = [0, 1, 2].map(|c| channel(if channels.count == 1 { 0 } else { c }));
+            values.extend(std::iter::repeat_n(value, times));
+        }
+    }
+
+    fn finish(self) -> impl Iterator<Item = MeshAttribute> {
+        self.0.into_iter().map(|(channels, values)| MeshAttribute {
+            name: channels.name,
+            is_number: channels.count == 1,
+            values,
+        })
     }
 }
 
@@ -247,60 +261,91 @@ fn has_wedges(element: &ElementDef) -> bool {
     element.properties.contains_key(WEDGES)
 }
 
-fn add_faces(mesh: &mut MeshData, element: &ElementDef, faces: &mut [Face]) -> Result<(), Problem> {
-    let mut wedges = has_wedges(element).then(|| Wedges::new(mesh.positions.len()));
-    let coloured = is_coloured(element);
-    let mut colours = Vec::new();
-    let count = mesh.positions.len();
-    let triangles = |face: &Face| {
-        let corners = face.polygon.as_ref().map_or(0, Vec::len);
-        corners.saturating_sub(2)
-    };
-    mesh.triangles
-        .reserve_exact(faces.iter().map(triangles).sum());
-    for (i, face) in faces.iter_mut().enumerate() {
-        let malformed = |message| Err(Problem::Malformed(format!("face {i} {message}")));
-        let Some(polygon) = &mut face.polygon else {
-            return malformed("has an index that is not a whole number or negative".to_owned());
-        };
-        if polygon.len() < 3 {
-            mesh.skipped_faces += 1;
-            continue;
+/// Faces that are being added to a mesh.
+struct Faces {
+    /// Number of vertices.
+    vertices: usize,
+    /// If corners have texture coordinates.
+    wedges: Option<Wedges>,
+    /// Of triangles, if faces have any.
+    colours: Option<Vec<[f32; 3]>>,
+    attributes: Columns,
+}
+
+impl Faces {
+    fn new(element: &ElementDef, vertices: usize) -> Self {
+        Faces {
+            vertices,
+            wedges: has_wedges(element).then(|| Wedges::new(vertices)),
+            colours: is_coloured(element).then(Vec::new),
+            attributes: Columns::new("face", element),
         }
-        if let Some(vertex) = polygon.iter().find(|v| **v as usize >= count) {
-            return malformed(format!("has the vertex {vertex} (there are {count})"));
+    }
+
+    /// Bytes that faces of so many corners take.
+    fn bytes(&self, corners: u64) -> u64 {
+        match self.wedges {
+            Some(_) => corners * (CORNER + wedges::CORNER) + self.vertices as u64 * wedges::VERTEX,
+            None => corners * CORNER,
         }
-        let uvs = face.wedges.as_chunks::<2>().0;
-        if !face.wedges.is_empty() && face.wedges.len() != 2 * polygon.len() {
-            let (found, count) = (face.wedges.len(), polygon.len());
-            return malformed(format!(
-                "has {found} numbers '{WEDGES}', not two for each of its {count} vertices"
-            ));
-        }
-        if let Some(wedges) = &mut wedges {
-            for (k, vertex) in polygon.iter_mut().enumerate() {
-                *vertex = wedges.vertex(*vertex, uvs.get(k).copied());
+    }
+
+    /// Adds faces, of which the first one has the number `first`.
+    fn add(
+        &mut self,
+        mesh: &mut MeshData,
+        first: usize,
+        faces: &mut [Face],
+    ) -> Result<(), Problem> {
+        let count = self.vertices;
+        mesh.triangles
+            .reserve(faces.iter().map(Face::triangles).sum());
+        for (i, face) in (first..).zip(faces) {
+            let malformed = |message| Err(Problem::Malformed(format!("face {i} {message}")));
+            let triangles = face.triangles();
+            let Some(polygon) = &mut face.polygon else {
+                return malformed("has an index that is not a whole number or negative".to_owned());
+            };
+            self.attributes.add(&face.others, triangles);
+            if polygon.len() < 3 {
+                mesh.skipped_faces += 1;
+                continue;
+            }
+            if let Some(vertex) = polygon.iter().find(|v| **v as usize >= count) {
+                return malformed(format!("has the vertex {vertex} (there are {count})"));
+            }
+            let uvs = face.wedges.as_chunks::<2>().0;
+            if !face.wedges.is_empty() && face.wedges.len() != 2 * polygon.len() {
+                let (found, count) = (face.wedges.len(), polygon.len());
+                return malformed(format!(
+                    "has {found} numbers '{WEDGES}', not two for each of its {count} vertices"
+                ));
+            }
+            if let Some(wedges) = &mut self.wedges {
+                for (k, vertex) in polygon.iter_mut().enumerate() {
+                    *vertex = wedges.vertex(*vertex, uvs.get(k).copied());
+                }
+            }
+            fan(&mut mesh.triangles, polygon);
+            if let Some(colours) = &mut self.colours {
+                colours.resize(mesh.triangles.len(), face.colour);
             }
         }
-        fan(&mut mesh.triangles, polygon);
-        if coloured {
-            colours.resize(mesh.triangles.len(), face.colour);
-        }
+        Ok(())
     }
-    mesh.face_colours = coloured.then_some(colours);
-    for channels in grouped("face", &others(element)) {
-        let rows = faces.iter().map(|face| (&face.others[..], triangles(face)));
-        mesh.attributes.push(attribute(channels, rows));
+
+    /// Gives the mesh colours and attributes of its triangles, and returns texture coordinates of corners, for which all vertices
+    /// must be known.
+    fn finish(self, mesh: &mut MeshData) -> Option<Wedges> {
+        mesh.face_colours = self.colours;
+        mesh.attributes.extend(self.attributes.finish());
+        self.wedges
     }
-    if let Some(wedges) = wedges {
-        wedges.finish(mesh);
-    }
-    Ok(())
 }
 
 /// Bytes that a vertex or a face takes at most while it is read, without its corners and other properties, each of
 /// the latter with its share of an attribute, and each corner.
-const ELEMENT: u64 = 192;
+const ELEMENT: u64 = 96;
 const OTHER: u64 = 24;
 const CORNER: u64 = 32;
 
@@ -398,6 +443,16 @@ struct Face {
     others: Vec<f32>,
 }
 
+impl Face {
+    fn corners(&self) -> usize {
+        self.polygon.as_ref().map_or(0, Vec::len)
+    }
+
+    fn triangles(&self) -> usize {
+        self.corners().saturating_sub(2)
+    }
+}
+
 impl PropertyAccess for Face {
     fn new() -> Self {
         Face {
@@ -417,7 +472,13 @@ impl PropertyAccess for Face {
             return PropertyAccessResult::Set;
         }
         if FACE_LISTS.contains(&name) {
-            self.polygon = property.to_u32_list();
+            self.polygon = match property {
+                // In place: most files have these.
+                Property::ListInt(list) => {
+                    list.into_iter().map(|v| u32::try_from(v).ok()).collect()
+                }
+                other => other.to_u32_list(),
+            };
             return PropertyAccessResult::Set;
         }
         if is_known(name) {

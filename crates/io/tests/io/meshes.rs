@@ -316,7 +316,7 @@ fn ply_files_that_are_refused() {
     );
     let cut = &binary(false)[..binary(false).len() - 30];
     let (problem, _) = ply::parse(cut, Limits::default()).unwrap_err();
-    let expected = "the file ends early, within binary element 'face' (expected 2, got 0)";
+    let expected = "the file ends early, within the 2 elements 'face'";
     assert!(problem.to_string().starts_with(expected), "{problem}");
 }
 

@@ -34,7 +34,7 @@ impl Accel {
     pub fn new(shapes: &[Shape]) -> Self {
         let boxes: Vec<Aabb> = shapes.iter().map(Shape::aabb).collect();
         let search = if shapes.len() > FEW {
-            Search::Tree(Tree::new(&boxes))
+            Search::Tree(Tree::new(boxes.iter().copied()))
         } else {
             // The margin covers the rounding of the box test.
             let grow = |b: &Aabb| b.grown(1e-9 * (b.diagonal() + b.center().length()));

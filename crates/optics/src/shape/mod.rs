@@ -373,6 +373,7 @@ placed!(Sphere, Cube, Rectangle, Disk, Cylinder);
 
 impl From<Mesh> for Shape {
     fn from(s: Mesh) -> Self {
+        s.tree();
         Shape::Mesh(std::sync::Arc::new(s))
     }
 }

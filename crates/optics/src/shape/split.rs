@@ -2,7 +2,6 @@
 //! "Automatic creation of object hierarchies for ray tracing", 1987), with boxes sorted into bins (I. Wald, "On fast
 //! construction of SAH-based bounding volume hierarchies", 2007). Depth and time are bounded for every list of boxes.
 
-use eikonal::Aabb;
 use glam::Vec3;
 use std::ops::Range;
 
@@ -16,7 +15,15 @@ const BINS: usize = 16;
 const LEAF: usize = 8;
 
 /// Cost of a visit to a node, relative to the test of a leaf's box and shape.
-const VISIT: f64 = 3.0;
+const VISIT: f32 = 3.0;
+
+/// A box of the list, and its place there.
+#[derive(Clone, Copy)]
+pub(super) struct Item {
+    pub min: Vec3,
+    pub max: Vec3,
+    pub place: u32,
+}
 
 /// A box and what it holds.
 #[derive(Clone, Copy)]
@@ -29,10 +36,17 @@ pub(super) struct Node {
     pub count: u32,
 }
 
+/// A box around others, in single precision: corners are those of the list, so nothing is rounded.
+#[derive(Clone, Copy)]
+struct Bounds {
+    min: Vec3,
+    max: Vec3,
+}
+
 /// A hierarchy in the making.
-pub(super) struct Builder {
-    boxes: Vec<Aabb>,
-    order: Vec<u32>,
+struct Builder {
+    /// In the order of leaves.
+    items: Vec<Item>,
     nodes: Vec<Node>,
 }
 
@@ -44,159 +58,223 @@ struct Task {
     levels: u32,
 }
 
+/// Number of boxes whose centres fall into a bin, and the box around them.
+type Bin = (u32, Bounds);
+
+/// How centres of boxes are sorted into bins, along all axes.
+struct Binning {
+    min: Vec3,
+    /// Bins per length; not finite where centres do not differ.
+    scale: Vec3,
+    count: usize,
+}
+
 /// Boxes whose centres fall into the bins up to `bin` along `axis`, and the others.
 #[derive(Clone, Copy)]
 struct Split {
     axis: usize,
     bin: usize,
     /// Expected number of box tests in both parts, times the area of the whole.
-    cost: f64,
+    cost: f32,
+    /// Around the boxes of both parts.
+    around: [Bounds; 2],
+}
+
+/// The nodes of a hierarchy over boxes, and the places of the boxes to which their leaves refer.
+pub(super) fn hierarchy(items: Vec<Item>) -> (Vec<Node>, Vec<u32>) {
+    let whole = 0..items.len();
+    let mut builder = Builder {
+        nodes: Vec::with_capacity(items.len()),
+        items,
+    };
+    let root = leaf(builder.around(whole.clone()), &whole);
+    builder.nodes.push(root);
+    let mut tasks = vec![Task {
+        node: 0,
+        part: whole,
+        levels: DEPTH,
+    }];
+    while let Some(task) = tasks.pop() {
+        if let Some((middle, around)) = builder.divide(&task) {
+            let first = builder.nodes.len();
+            builder.nodes[task.node].first = first as u32;
+            builder.nodes[task.node].count = 0;
+            let parts = [task.part.start..middle, middle..task.part.end];
+            for (k, part) in parts.into_iter().enumerate() {
+                builder.nodes.push(leaf(around[k], &part));
+                tasks.push(Task {
+                    node: first + k,
+                    part,
+                    levels: task.levels - 1,
+                });
+            }
+        }
+    }
+    builder.nodes.shrink_to_fit();
+    let places = builder.items.iter().map(|item| item.place);
+    (builder.nodes, places.collect())
+}
+
+fn leaf(around: Bounds, part: &Range<usize>) -> Node {
+    Node {
+        min: around.min,
+        max: around.max,
+        first: part.start as u32,
+        count: part.len() as u32,
+    }
 }
 
 impl Builder {
-    /// A builder for at least one box.
-    pub(super) fn new(boxes: Vec<Aabb>) -> Self {
-        Builder {
-            order: (0..boxes.len() as u32).collect(),
-            nodes: Vec::with_capacity(boxes.len()),
-            boxes,
-        }
+    fn around(&self, part: Range<usize>) -> Bounds {
+        let boxes = self.items[part].iter().map(Item::bounds);
+        boxes.fold(Bounds::EMPTY, Bounds::union)
     }
 
-    /// The nodes, and the order of the boxes to which their leaves refer.
-    pub(super) fn build(mut self) -> (Vec<Node>, Vec<u32>) {
-        let whole = 0..self.boxes.len();
-        let root = self.leaf(whole.clone());
-        self.nodes.push(root);
-        let mut tasks = vec![Task {
-            node: 0,
-            part: whole,
-            levels: DEPTH,
-        }];
-        while let Some(task) = tasks.pop() {
-            if let Some(middle) = self.divide(&task) {
-                let first = self.nodes.len();
-                self.nodes[task.node].first = first as u32;
-                self.nodes[task.node].count = 0;
-                let parts = [task.part.start..middle, middle..task.part.end];
-                for (k, part) in parts.into_iter().enumerate() {
-                    let node = self.leaf(part.clone());
-                    self.nodes.push(node);
-                    tasks.push(Task {
-                        node: first + k,
-                        part,
-                        levels: task.levels - 1,
-                    });
-                }
+    /// Reorders a part so that its two children are beside each other, and returns where the second one starts and the boxes
+    /// around both; `None` for a leaf.
+    fn divide(&mut self, task: &Task) -> Option<(usize, [Bounds; 2])> {
+        let part = task.part.clone();
+        if part.len() < 2 {
+            return None;
+        }
+        let binning = Binning::of(&self.items[part.clone()]);
+        let best = self.best_split(part.clone(), &binning);
+        let cost = best.map_or(f32::INFINITY, |split| split.cost);
+        let node = &self.nodes[task.node];
+        let area = Bounds {
+            min: node.min,
+            max: node.max,
+        }
+        .half_area();
+        if part.len() <= LEAF && area * (part.len() as f32 - VISIT) <= cost {
+            return None;
+        }
+        // As many levels as halving takes must be left.
+        let fits = |larger: usize| larger < part.len() && larger.ilog2() + 2 <= task.levels;
+        if let Some(split) = best {
+            let low = self.partition(part.clone(), &binning, &split);
+            if fits(low.max(part.len() - low)) {
+                return Some((part.start + low, split.around));
             }
         }
-        (self.nodes, self.order)
+        let middle = self.halve(task);
+        let parts = [part.start..middle, middle..part.end];
+        Some((middle, parts.map(|part| self.around(part))))
     }
 
-    fn leaf(&self, part: Range<usize>) -> Node {
-        let around = self.around(part.clone());
-        Node {
-            min: around.min.as_vec3(),
-            max: around.max.as_vec3(),
-            first: part.start as u32,
-            count: part.len() as u32,
+    /// The cheapest split of a part, along an axis in which centres differ.
+    fn best_split(&self, part: Range<usize>, binning: &Binning) -> Option<Split> {
+        let count = binning.count;
+        let mut bins: [[Bin; BINS]; 3] = [[(0, Bounds::EMPTY); BINS]; 3];
+        for item in &self.items[part] {
+            for (bins, bin) in bins.iter_mut().zip(binning.bins(item)) {
+                bins[bin] = join(bins[bin], (1, item.bounds()));
+            }
         }
-    }
-
-    fn around(&self, part: Range<usize>) -> Aabb {
-        let boxes = self.order[part].iter().map(|i| self.boxes[*i as usize]);
-        boxes.fold(Aabb::EMPTY, |a, b| a.union(b))
-    }
-
-    /// Reorders a part so that its two children are beside each other, and returns where the second one starts; `None`
-    /// for a leaf.
-    fn divide(&mut self, task: &Task) -> Option<usize> {
-        let part = task.part.clone();
-        if part.len() == 1 {
-            return None;
-        }
-        let centers = self.order[part.clone()].iter();
-        let centers = Aabb::around(centers.map(|i| self.boxes[*i as usize].center()));
-        let axes = (0..3).filter(|axis| centers.size()[*axis] > 0.0);
-        let best = axes.filter_map(|axis| self.best_split(part.clone(), &centers, axis));
-        let best = best.min_by(|a, b| a.cost.total_cmp(&b.cost));
-        let cost = best.map_or(f64::INFINITY, |split| split.cost);
-        let area = half_area(&self.around(part.clone()));
-        if part.len() <= LEAF && area * (part.len() as f64 - VISIT) <= cost {
-            return None;
-        }
-        let middle = best.map_or(part.start, |split| {
-            part.start + self.partition(part.clone(), &centers, split)
-        });
-        let larger = (middle - part.start).max(part.end - middle);
-        // As many levels as halving takes must be left.
-        let fits = larger < part.len() && larger.ilog2() + 2 <= task.levels;
-        Some(if fits { middle } else { self.halve(part) })
-    }
-
-    /// The cheapest split along an axis in which centres differ.
-    fn best_split(&self, part: Range<usize>, centers: &Aabb, axis: usize) -> Option<Split> {
-        let count = bins_for(part.len());
-        let mut bins = [(0, Aabb::EMPTY); BINS];
-        for i in &self.order[part] {
-            let b = &self.boxes[*i as usize];
-            let bin = &mut bins[bin(b, centers, axis, count)];
-            *bin = (bin.0 + 1, bin.1.union(*b));
-        }
-        let join = |(n, a): (usize, Aabb), (m, b): (usize, Aabb)| (n + m, a.union(b));
-        let mut above = [(0, Aabb::EMPTY); BINS + 1];
-        for k in (0..count).rev() {
-            above[k] = join(bins[k], above[k + 1]);
-        }
-        let mut below = (0, Aabb::EMPTY);
-        let splits = (0..count - 1).filter_map(|k| {
-            below = join(below, bins[k]);
-            let parts = [below, above[k + 1]];
-            let cost = |(n, b): &(usize, Aabb)| *n as f64 * half_area(b);
-            parts.iter().all(|p| p.0 > 0).then(|| Split {
-                axis,
-                bin: k,
-                cost: parts.iter().map(cost).sum(),
-            })
+        let splits = bins.iter().enumerate().filter_map(|(axis, bins)| {
+            let mut above: [Bin; BINS + 1] = [(0, Bounds::EMPTY); BINS + 1];
+            for k in (0..count).rev() {
+                above[k] = join(bins[k], above[k + 1]);
+            }
+            let mut below = (0, Bounds::EMPTY);
+            let splits = (0..count - 1).filter_map(|bin| {
+                below = join(below, bins[bin]);
+                let parts = [below, above[bin + 1]];
+                let cost = |(n, b): &Bin| *n as f32 * b.half_area();
+                parts.iter().all(|p| p.0 > 0).then(|| Split {
+                    axis,
+                    bin,
+                    cost: parts.iter().map(cost).sum(),
+                    around: parts.map(|p| p.1),
+                })
+            });
+            splits.min_by(|a, b| a.cost.total_cmp(&b.cost))
         });
         splits.min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 
     /// Reorders a part by a split and returns the number of boxes in its first half.
-    fn partition(&mut self, part: Range<usize>, centers: &Aabb, split: Split) -> usize {
-        let (boxes, count) = (&self.boxes, bins_for(part.len()));
-        let (low, high): (Vec<u32>, Vec<u32>) = self.order[part.clone()]
-            .iter()
-            .partition(|i| bin(&boxes[**i as usize], centers, split.axis, count) <= split.bin);
-        self.order[part.start..part.start + low.len()].copy_from_slice(&low);
-        self.order[part.start + low.len()..part.end].copy_from_slice(&high);
-        low.len()
+    fn partition(&mut self, part: Range<usize>, binning: &Binning, split: &Split) -> usize {
+        let items = &mut self.items[part];
+        let (mut low, mut high) = (0, items.len());
+        while low < high {
+            if binning.bins(&items[low])[split.axis] <= split.bin {
+                low += 1;
+            } else {
+                high -= 1;
+                items.swap(low, high);
+            }
+        }
+        low
     }
 
     /// Divides a part into two of equal size along the longest axis of its box, and returns where the second one starts.
-    fn halve(&mut self, part: Range<usize>) -> usize {
-        let axis = self.around(part.clone()).size().max_position();
-        let boxes = &self.boxes;
-        let center = |i: &u32| boxes[*i as usize].center()[axis];
-        let half = part.len() / 2;
-        self.order[part.clone()]
-            .select_nth_unstable_by(half, |a, b| center(a).total_cmp(&center(b)).then(a.cmp(b)));
-        part.start + half
+    fn halve(&mut self, task: &Task) -> usize {
+        let node = &self.nodes[task.node];
+        let axis = (node.max - node.min).max_position();
+        let half = task.part.len() / 2;
+        let center = |item: &Item| item.center()[axis];
+        let items = &mut self.items[task.part.clone()];
+        items.select_nth_unstable_by(half, |a, b| {
+            center(a).total_cmp(&center(b)).then(a.place.cmp(&b.place))
+        });
+        task.part.start + half
     }
 }
 
-fn half_area(b: &Aabb) -> f64 {
-    let s = b.size();
-    s.x * s.y + s.y * s.z + s.z * s.x
+impl Item {
+    fn bounds(&self) -> Bounds {
+        Bounds {
+            min: self.min,
+            max: self.max,
+        }
+    }
+
+    fn center(&self) -> Vec3 {
+        0.5 * (self.min + self.max)
+    }
 }
 
-/// Number of bins for so many boxes, at least two.
-fn bins_for(boxes: usize) -> usize {
-    (2 * boxes).min(BINS)
+impl Bounds {
+    const EMPTY: Bounds = Bounds {
+        min: Vec3::INFINITY,
+        max: Vec3::NEG_INFINITY,
+    };
+
+    fn union(self, other: Bounds) -> Bounds {
+        Bounds {
+            min: self.min.min(other.min),
+            max: self.max.max(other.max),
+        }
+    }
+
+    fn half_area(&self) -> f32 {
+        let s = self.max - self.min;
+        s.x * s.y + s.y * s.z + s.z * s.x
+    }
 }
 
-/// The bin of a box among `count` bins that divide the box of all centres along an axis.
-fn bin(b: &Aabb, centers: &Aabb, axis: usize, count: usize) -> usize {
-    let place = (b.center()[axis] - centers.min[axis]) / centers.size()[axis];
-    ((place * count as f64) as usize).min(count - 1)
+impl Binning {
+    /// Bins that divide the box around the centres of items, at least two.
+    fn of(items: &[Item]) -> Self {
+        let empty = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        let centers = items.iter().map(Item::center);
+        let (min, max) = centers.fold(empty, |(min, max), c| (min.min(c), max.max(c)));
+        let count = (2 * items.len()).min(BINS);
+        Binning {
+            min,
+            scale: count as f32 / (max - min),
+            count,
+        }
+    }
+
+    /// The bins of an item along each axis; the first one where centres do not differ.
+    fn bins(&self, item: &Item) -> [usize; 3] {
+        let place = (item.center() - self.min) * self.scale;
+        place.to_array().map(|x| (x as usize).min(self.count - 1))
+    }
+}
+
+fn join((n, a): Bin, (m, b): Bin) -> Bin {
+    (n + m, a.union(b))
 }

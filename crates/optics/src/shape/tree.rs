@@ -1,6 +1,6 @@
 //! A bounding-volume hierarchy over boxes.
 
-use super::split::{Builder, Node};
+use super::split::{self, Item, Node};
 use super::sweep::Sweep;
 use eikonal::Aabb;
 use glam::DVec3;
@@ -24,8 +24,8 @@ pub struct Tree {
 
 impl Tree {
     /// The hierarchy over some boxes; leaves are named by their place in `boxes`.
-    pub fn new(boxes: &[Aabb]) -> Self {
-        let all = boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(*b));
+    pub fn new(boxes: impl ExactSizeIterator<Item = Aabb> + Clone) -> Self {
+        let all = boxes.clone().fold(Aabb::EMPTY, Aabb::union);
         let half = 0.5 * all.size().max_element();
         let mut tree = Tree {
             nodes: Vec::new(),
@@ -33,11 +33,12 @@ impl Tree {
             center: all.center(),
             scale: if half > 0.0 { half.recip() } else { 1.0 },
         };
-        let local = boxes.iter().map(|b| Aabb {
-            min: tree.local(b.min) - PAD,
-            max: tree.local(b.max) + PAD,
+        let items = boxes.zip(0..).map(|(b, place)| Item {
+            min: (tree.local(b.min) - PAD).as_vec3(),
+            max: (tree.local(b.max) + PAD).as_vec3(),
+            place,
         });
-        (tree.nodes, tree.leaves) = Builder::new(local.collect()).build();
+        (tree.nodes, tree.leaves) = split::hierarchy(items.collect());
         tree
     }
 

@@ -4,10 +4,8 @@ use super::pixels::PIXELS_PER_TASK;
 use super::source::{SampledRay, Source, finite};
 use crate::Spectrum;
 use crate::aov::AovTracer;
-use crate::film::{Film, Scores};
+use crate::film::{Film, FilmShape, Scores};
 use crate::path::Workspace;
-use crate::sampling::Replicates;
-use crate::scene::FilmSpec;
 use crate::stats::Stats;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -24,10 +22,9 @@ pub struct Quantities {
 
 impl Quantities {
     /// Nothing yet.
-    pub(super) fn new(tracer: &AovTracer, spec: &FilmSpec, replicates: Replicates) -> Self {
-        let film = Film::new(spec.width, spec.height, tracer.channels().count());
+    pub(super) fn new(shape: FilmShape) -> Self {
         Quantities {
-            film: film.in_replicates(replicates),
+            film: Film::of(shape),
             stats: Stats::default(),
         }
     }

@@ -5,10 +5,7 @@
 //! |B̄| + z·(standard error of V − B), with the probability that goes with z (docs/theory.md#bias-of-photon-maps).
 
 use crate::Spectrum;
-use crate::film::{Film, Pixel};
-use crate::integrator::Integrator;
-use crate::renderer::Renderer;
-use crate::scene::FilmSpec;
+use crate::film::{Film, FilmShape, Pixel};
 use serde::{Deserialize, Serialize};
 
 /// Standard deviations within which a normal deviate lies with a probability of 97.5 %. The other half of the 5 %
@@ -24,12 +21,11 @@ pub struct Debiased {
 }
 
 impl Debiased {
-    /// An empty one, for estimators that know of a bias.
-    pub(super) fn of(spec: &FilmSpec, renderer: &Renderer) -> Option<Self> {
-        let blurs = renderer.integrator().is_some_and(Integrator::blurs);
-        blurs.then(|| Debiased {
-            film: Film::in_groups(spec.width, spec.height, spec.channels, spec.group_size),
-        })
+    /// An empty one.
+    pub(super) fn new(shape: FilmShape) -> Self {
+        Debiased {
+            film: Film::of(shape),
+        }
     }
 
     /// Estimate of the bias of the mean over the image and its channels.

@@ -16,7 +16,9 @@ use super::{
     Debiased, Handle, Prepared, Progress, Quantities, RayAccuracy, RenderOptions, Rendering, aov,
     photons, pixels, prepare, splats,
 };
-use crate::film::{Film, Scores};
+use crate::Spectrum;
+use crate::aov::AovTracer;
+use crate::film::{Decomposition, Film, FilmShape, Scores};
 use crate::integrator::Integrator;
 use crate::path::{BalanceTotals, EnergyBalance, FirstVertexTechniques, Share};
 use crate::renderer::Renderer;
@@ -24,6 +26,41 @@ use crate::scene::{NO_SCENE, Scene};
 use crate::stats::Stats;
 use serde::{Deserialize, Serialize};
 use std::ops::{ControlFlow, Range};
+
+/// Shapes of the films of a render.
+struct Shapes {
+    film: FilmShape,
+    quantities: Option<FilmShape>,
+    debiased: Option<FilmShape>,
+}
+
+impl Shapes {
+    fn of(scene: &Scene, options: &RenderOptions) -> Self {
+        options.decomposition.assert_fits(scene.emitters().len());
+        let (spec, renderer) = (scene.film(), &options.renderer);
+        let size = [spec.width, spec.height];
+        let replicates = options.replicates();
+        let quantities = |tracer: &AovTracer| FilmShape {
+            replicates,
+            ..FilmShape::plain(size, tracer.channels().count(), Spectrum::CHANNELS)
+        };
+        let blurs = renderer.integrator().is_some_and(Integrator::blurs);
+        let (channels, group_size) = (
+            renderer.channels(spec.channels),
+            renderer.group_size(spec.group_size),
+        );
+        Shapes {
+            film: FilmShape {
+                replicates,
+                decomposition: options.decomposition,
+                sorts: options.reweight,
+                ..FilmShape::plain(size, channels, group_size)
+            },
+            quantities: options.quantities.as_ref().map(quantities),
+            debiased: blurs.then(|| FilmShape::of_light(spec)),
+        }
+    }
+}
 
 /// What a pass has found in one group of channels.
 enum Found {
@@ -84,23 +121,14 @@ impl State {
     /// [`MOST_BOUNCES`](crate::film::Decomposition::MOST_BOUNCES) bounces, or another number of emitters than the scenes.
     pub fn new(scenes: &[Scene], options: &RenderOptions) -> Self {
         let first = scenes.first().expect(NO_SCENE);
-        options.decomposition.assert_fits(first.emitters().len());
-        let spec = first.film();
-        let channels = options.renderer.channels(spec.channels);
-        let group_size = options.renderer.group_size(spec.group_size);
-        let film = Film::in_groups(spec.width, spec.height, channels, group_size);
-        let replicates = options.replicates();
-        let quantities = |tracer| Quantities::new(tracer, spec, replicates);
+        let shapes = Shapes::of(first, options);
         State {
             done: Ranges::default(),
-            film: film
-                .in_replicates(replicates)
-                .decomposed(options.decomposition)
-                .sorted(options.reweight),
+            film: Film::of(shapes.film),
             stats: Stats::default(),
-            quantities: options.quantities.as_ref().map(quantities),
+            quantities: shapes.quantities.map(Quantities::new),
             strategies: options.strategies.then(Strategies::default),
-            debiased: Debiased::of(spec, &options.renderer),
+            debiased: shapes.debiased.map(Debiased::new),
             watch: options.target.map(Watch::new),
             balances: vec![BalanceTotals::default(); scenes.len()],
             prepared: Vec::new(),
@@ -123,7 +151,8 @@ impl State {
     /// # Panics
     /// As [`State::new`].
     pub fn fits(&self, scenes: &[Scene], options: &RenderOptions) -> bool {
-        let blank = State::new(scenes, options);
+        let first = scenes.first().expect(NO_SCENE);
+        let shapes = Shapes::of(first, options);
         let prepared = match self.done.count() {
             0 => [0, scenes.len()].contains(&self.prepared.len()),
             _ => self.prepared.len() == scenes.len(),
@@ -133,26 +162,42 @@ impl State {
         let watched = self.watch.as_ref().map(Watch::target).map(bits);
         let watched = watched == options.target.map(bits);
         let pixels = self.film.width() * self.film.height();
-        let allotted = self.allocation.fits(&blank.allocation, pixels);
-        prepared && watched && allotted && self.is_like(&blank)
+        let allotted = self
+            .allocation
+            .fits(&Allocation::new(first, options), pixels);
+        let counts = (self.balances.len(), self.strategies.is_some());
+        let counted = counts == (scenes.len(), options.strategies);
+        prepared && watched && allotted && counted && self.has(&shapes)
+    }
+
+    /// Whether its films have these shapes.
+    fn has(&self, shapes: &Shapes) -> bool {
+        let fits = |film: Option<&Film>, shape: Option<FilmShape>| match (film, shape) {
+            (Some(film), Some(shape)) => film.fits(&shape),
+            (film, shape) => film.is_none() && shape.is_none(),
+        };
+        let plain = FilmShape {
+            decomposition: Decomposition::default(),
+            sorts: false,
+            ..shapes.film
+        };
+        let mut strategies = self.strategies.iter().flat_map(Strategies::films);
+        self.film.fits(&shapes.film)
+            && fits(self.debiased.as_ref().map(|d| &d.film), shapes.debiased)
+            && fits(self.quantities.as_ref().map(|q| &q.film), shapes.quantities)
+            && strategies.all(|film| film.fits(&plain))
     }
 
     fn is_like(&self, other: &State) -> bool {
-        let strategies = self.strategies.iter().chain(&other.strategies);
-        let debiased = [self, other].map(|s| s.debiased.as_ref().map(|d| &d.film));
-        let quantities = [self, other].map(|s| s.quantities.as_ref().map(|q| &q.film));
-        let alike = |films: [Option<&Film>; 2]| match films {
-            [Some(a), Some(b)] => a.is_like(b),
-            [a, b] => a.is_none() && b.is_none(),
+        let shapes = Shapes {
+            film: self.film.shape(),
+            debiased: self.debiased.as_ref().map(|d| d.film.shape()),
+            quantities: self.quantities.as_ref().map(|q| q.film.shape()),
         };
-        self.film.is_like(&other.film)
+        self.has(&shapes)
+            && other.has(&shapes)
             && self.balances.len() == other.balances.len()
             && self.strategies.is_some() == other.strategies.is_some()
-            && strategies
-                .flat_map(Strategies::films)
-                .all(|f| f.has_size_of(&self.film))
-            && alike(debiased)
-            && alike(quantities)
     }
 
     /// Adds what another state of the same render has gathered: the same scenes, seed and options, but for the

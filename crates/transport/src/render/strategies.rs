@@ -4,7 +4,7 @@
 use super::source::{Source, finite};
 use super::splats::splat;
 use crate::Spectrum;
-use crate::film::{Film, Scores};
+use crate::film::{Film, FilmShape, Scores};
 use crate::integrator::Contribution;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -85,13 +85,13 @@ impl Strategies {
     /// Adds a sample of the whole image, or the mean of a replicate.
     pub(super) fn add(&mut self, source: &Source, scores: StrategyScores) {
         let spec = source.scene.film();
-        let new = || {
-            let film = Film::in_groups(spec.width, spec.height, spec.channels, spec.group_size);
-            film.in_replicates(source.replicates)
+        let shape = FilmShape {
+            replicates: source.replicates,
+            ..FilmShape::of_light(spec)
         };
         for (strategy, images) in scores.0 {
             let films = self.films.entry(strategy);
-            let films = films.or_insert_with(|| [(); 2].map(|()| new()));
+            let films = films.or_insert_with(|| [(); 2].map(|()| Film::of(shape)));
             for (film, mut image) in films.iter_mut().zip(images) {
                 image.iter_mut().for_each(|v| *v = finite(*v, &mut 0));
                 let scores = Scores::of_image(image, Vec::new(), Vec::new());

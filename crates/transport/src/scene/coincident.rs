@@ -241,7 +241,7 @@ struct Boxes {
 
 impl Boxes {
     fn new(boxes: Vec<Aabb>) -> Self {
-        let tree = Tree::new(&boxes);
+        let tree = Tree::new(boxes.iter().copied());
         Boxes { boxes, tree }
     }
 

@@ -86,7 +86,7 @@ impl Bodies {
         let bounding: Vec<usize> = (0..objects.len()).filter(bounds).collect();
         let boxes: Vec<Aabb> = bounding.iter().map(|i| objects[*i].shape.aabb()).collect();
         Bodies {
-            tree: Tree::new(&boxes),
+            tree: Tree::new(boxes.iter().copied()),
             bounding,
             partition,
         }

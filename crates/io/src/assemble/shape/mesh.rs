@@ -48,7 +48,8 @@ pub(super) fn mesh(
         sources.originals.entry(object.number).or_insert(kept);
     }
     Some(
-        mesh.transformed(frame)
+        Arc::unwrap_or_clone(mesh)
+            .transformed(frame)
             .map(|mesh| (Shape::from(mesh), attributes)),
     )
 }

@@ -52,10 +52,10 @@ impl Mesh {
         let ends = [p, p + d * (2.0 * far)];
         let step = ends[1] - p;
         let line = Line::new(p, step);
-        let sweep = Sweep::new(&ends.map(|p| self.tree.local(p)));
+        let sweep = Sweep::new(&ends.map(|p| self.tree().local(p)));
         let mut first = FirstCrossing::Nothing;
         let mut end = 1.0;
-        self.tree.visit(&sweep, [0.0, 1.0], &mut |i| {
+        self.tree().visit(&sweep, [0.0, 1.0], &mut |i| {
             let triangle = self.triangle(i);
             let (e, z) = line.project(triangle);
             match crossing(e, z) {
@@ -81,9 +81,9 @@ impl Mesh {
     fn crossings(&self, p: DVec3, d: DVec3) -> Option<u32> {
         let ends = [p, p + d * (2.0 * self.bounds.diagonal())];
         let line = Line::new(p, ends[1] - p);
-        let sweep = Sweep::new(&ends.map(|p| self.tree.local(p)));
+        let sweep = Sweep::new(&ends.map(|p| self.tree().local(p)));
         let mut count = Some(0);
-        self.tree.visit(&sweep, [0.0, 1.0], &mut |i| {
+        self.tree().visit(&sweep, [0.0, 1.0], &mut |i| {
             let (e, z) = line.project(self.triangle(i));
             count = count.and_then(|n| Some(n + u32::from(crosses(e, z)?)));
             if count.is_some() {

@@ -56,8 +56,8 @@ impl Mesh {
     }
 
     fn meet_line(&self, ends: [DVec3; 2], range: [f64; 2], nearest: &mut Nearest) {
-        let sweep = Sweep::new(&ends.map(|p| self.tree.local(p)));
-        let Some(near) = self.tree.clip(&sweep, range) else {
+        let sweep = Sweep::new(&ends.map(|p| self.tree().local(p)));
+        let Some(near) = self.tree().clip(&sweep, range) else {
             return;
         };
         let d = ends[1] - ends[0];
@@ -65,7 +65,7 @@ impl Mesh {
         let origin = point(ends, near[0]);
         let line = Line::new(origin, d);
         let ends = range.map(|t| (point(ends, t), self.point_noise(t, d)));
-        self.tree.visit(&sweep, near, &mut |i| {
+        self.tree().visit(&sweep, near, &mut |i| {
             let t = self.triangle(i);
             if let Some((theta, w)) = line.meet(t)
                 && crosses_plane(t, &ends)
@@ -88,11 +88,11 @@ impl Mesh {
     }
 
     fn meet_arc(&self, piece: &Piece, range: [f64; 2], halvings: u32, nearest: &mut Nearest) {
-        let sweep = Sweep::new(&piece.control.map(|p| self.tree.local(p)));
+        let sweep = Sweep::new(&piece.control.map(|p| self.tree().local(p)));
         let (Some(u_min), Some(u_max)) = (piece.u(range[0]), piece.u_end(nearest.end)) else {
             return;
         };
-        if self.tree.clip(&sweep, [u_min, u_max]).is_none() {
+        if self.tree().clip(&sweep, [u_min, u_max]).is_none() {
             return;
         }
         if sweep.deviation() > STRAY && halvings > 0 {
@@ -101,7 +101,7 @@ impl Mesh {
             }
             return;
         }
-        self.tree.visit(&sweep, [u_min, u_max], &mut |i| {
+        self.tree().visit(&sweep, [u_min, u_max], &mut |i| {
             let until = piece.u_end(nearest.end).unwrap_or(u_min);
             if let Some((u, w)) = self.meet_triangle(&piece.control, i, [u_min, until]) {
                 nearest.offer(piece.at(u).max(range[0].next_up()), i, w);

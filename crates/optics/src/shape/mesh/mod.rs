@@ -12,6 +12,7 @@ use super::{AreaSample, Hit, Meeting, ShapeError, Uv};
 use eikonal::Aabb;
 use glam::{DAffine3, DVec3};
 use std::collections::HashMap;
+use std::sync::OnceLock;
 
 /// Triangles over shared vertices, in scene coordinates. Normals follow the winding
 /// (counter-clockwise seen from their side); a closed mesh that is wound inside out is turned, so
@@ -23,7 +24,8 @@ pub struct Mesh {
     uvs: Option<Vec<[f64; 2]>>,
     /// Of the vertices: unit vectors, or zero where there is none.
     normals: Option<Vec<DVec3>>,
-    tree: Tree,
+    /// Made when the mesh becomes a shape, or is first asked for: originals of meshes that are placed need none.
+    tree: OnceLock<Tree>,
     /// Running sums of triangle areas.
     areas: Vec<f64>,
     bounds: Aabb,
@@ -51,6 +53,16 @@ impl Mesh {
     ) -> Result<Self, ShapeError> {
         validate(&positions, &triangles, uvs.as_deref())?;
         let closed = topology::is_closed(&positions, &triangles);
+        Self::of(positions, triangles, uvs, closed)
+    }
+
+    /// A mesh of valid triangles that are `closed` or not.
+    fn of(
+        positions: Vec<DVec3>,
+        triangles: Vec<[u32; 3]>,
+        uvs: Option<Vec<[f64; 2]>>,
+        closed: bool,
+    ) -> Result<Self, ShapeError> {
         let given = triangles.len();
         let mut triangles = triangles;
         triangles.retain(|t| !is_degenerate(corners(&positions, t)));
@@ -62,11 +74,8 @@ impl Mesh {
         if inside_out {
             triangles.iter_mut().for_each(|t| t.swap(1, 2));
         }
-        let boxes: Vec<Aabb> = triangles
-            .iter()
-            .map(|t| Aabb::around(corners(&positions, t)))
-            .collect();
-        let bounds = boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(*b));
+        let boxes = boxes(&positions, &triangles);
+        let bounds = boxes.fold(Aabb::EMPTY, Aabb::union);
         let far = bounds.min.abs().max(bounds.max.abs()).max_element();
         let areas = triangles.iter().scan(0.0, |sum, t| {
             *sum += 0.5 * cross(corners(&positions, t)).length();
@@ -74,7 +83,7 @@ impl Mesh {
         });
         Ok(Mesh {
             areas: areas.collect(),
-            tree: Tree::new(&boxes),
+            tree: OnceLock::new(),
             bounds,
             dropped,
             closed,
@@ -94,7 +103,7 @@ impl Mesh {
     ///
     /// # Errors
     /// A map that is not finite or cannot be inverted, or that makes the mesh one that [`Mesh::new`] refuses.
-    pub fn transformed(&self, map: DAffine3) -> Result<Self, ShapeError> {
+    pub fn transformed(self, map: DAffine3) -> Result<Self, ShapeError> {
         if !map.is_finite() {
             return Err(ShapeError::NonFiniteTransform);
         }
@@ -102,22 +111,32 @@ impl Mesh {
         if det == 0.0 {
             return Err(ShapeError::SingularTransform { det });
         }
-        let place = |p: &DVec3| map.transform_point3(*p);
-        let positions = self.positions.iter().map(place).collect();
-        let mut triangles = self.triangles.clone();
+        let Mesh {
+            mut positions,
+            mut triangles,
+            uvs,
+            mut normals,
+            closed,
+            flipped,
+            inside_out,
+            ..
+        } = self;
+        let place = |p: &mut DVec3| *p = map.transform_point3(*p);
+        positions.iter_mut().for_each(place);
         if det < 0.0 {
             triangles.iter_mut().for_each(|t| t.swap(1, 2));
         }
-        let mut mesh = Mesh::new(positions, triangles, self.uvs.clone())?;
-        mesh.flipped = self.flipped;
-        mesh.inside_out |= self.inside_out;
         let to_normals = map.matrix3.inverse().transpose();
-        let turned = |n: &DVec3| (to_normals * n).normalize_or_zero();
-        mesh.normals = self
-            .normals
-            .as_ref()
-            .map(|all| all.iter().map(turned).collect());
-        Ok(mesh)
+        let turn = |n: &mut DVec3| *n = (to_normals * *n).normalize_or_zero();
+        normals.iter_mut().flatten().for_each(turn);
+        validate(&positions, &triangles, uvs.as_deref())?;
+        let mesh = Self::of(positions, triangles, uvs, closed)?;
+        Ok(Mesh {
+            inside_out: inside_out | mesh.inside_out,
+            normals,
+            flipped,
+            ..mesh
+        })
     }
 
     /// The mesh with its vertices moved by `distance` along the mean normals of the triangles around them; vertices at one
@@ -147,6 +166,12 @@ impl Mesh {
             inside_out: self.inside_out,
             ..mesh
         })
+    }
+
+    /// The hierarchy over the triangles.
+    pub(super) fn tree(&self) -> &Tree {
+        let boxes = || boxes(&self.positions, &self.triangles);
+        self.tree.get_or_init(|| Tree::new(boxes()))
     }
 
     /// Whether its triangles were wound inside out, and have been turned.
@@ -281,6 +306,16 @@ impl Mesh {
 
 fn corners(positions: &[DVec3], t: &[u32; 3]) -> [DVec3; 3] {
     t.map(|v| positions[v as usize])
+}
+
+/// Boxes around triangles.
+fn boxes(
+    positions: &[DVec3],
+    triangles: &[[u32; 3]],
+) -> impl ExactSizeIterator<Item = Aabb> + Clone {
+    triangles
+        .iter()
+        .map(|t| Aabb::around(corners(positions, t)))
 }
 
 /// Twice the area, along the normal.

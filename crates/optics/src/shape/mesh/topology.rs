@@ -12,19 +12,32 @@ const CONVEXITY_PAIRS: usize = 20_000_000;
 /// Vertices at the same position count as one, so that seams of texture coordinates do not matter.
 pub(super) fn is_closed(positions: &[DVec3], triangles: &[[u32; 3]]) -> bool {
     let ids = weld(positions);
-    // Directed edges seen.
-    let mut edges: HashMap<(u32, u32), u32> = HashMap::with_capacity(3 * triangles.len());
-    for t in triangles {
-        let t = t.map(|v| ids[v as usize]);
-        if t[0] == t[1] || t[1] == t[2] || t[2] == t[0] {
-            continue;
-        }
-        for k in 0..3 {
-            *edges.entry((t[k], t[(k + 1) % 3])).or_insert(0) += 1;
-        }
+    let edges = || {
+        let welded = triangles.iter().map(|t| t.map(|v| ids[v as usize]));
+        let proper = welded.filter(|[a, b, c]| a != b && b != c && c != a);
+        proper.flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]])
+    };
+    // Ends of the edges from vertex a, in order, at first[a]..first[a + 1].
+    let mut first = vec![0; positions.len() + 1];
+    edges().for_each(|[a, _]| first[a as usize + 1] += 1);
+    for a in 0..positions.len() {
+        first[a + 1] += first[a];
     }
-    let paired = |(a, b): (u32, u32)| edges.get(&(b, a)) == Some(&1);
-    !edges.is_empty() && edges.iter().all(|(e, n)| *n == 1 && paired(*e))
+    let mut ends = vec![0; first[positions.len()]];
+    let mut next = first.clone();
+    for [a, b] in edges() {
+        ends[next[a as usize]] = b;
+        next[a as usize] += 1;
+    }
+    for a in first.windows(2) {
+        ends[a[0]..a[1]].sort_unstable();
+    }
+    let from = |a: u32| &ends[first[a as usize]..first[a as usize + 1]];
+    let is_paired = |a: u32| {
+        let once = from(a).windows(2).all(|pair| pair[0] != pair[1]);
+        once && from(a).iter().all(|b| from(*b).binary_search(&a).is_ok())
+    };
+    !ends.is_empty() && (0..positions.len() as u32).all(is_paired)
 }
 
 /// For each vertex the first one at the same position.

@@ -53,10 +53,17 @@ impl Layers {
         Pixel::of(&group.cells[first..first + group.channels], count)
     }
 
-    /// What layers of like films have in common.
-    pub(super) fn shape(&self) -> (Decomposition, Vec<[usize; 3]>) {
-        let sizes = |g: &LayerGroup| [g.channels, g.cells.len(), g.whole.len()];
-        (self.decomposition, self.groups.iter().map(sizes).collect())
+    /// Whether there are as many sums as layers of that many pixels and channels take.
+    pub(super) fn fits(
+        &self,
+        decomposition: Decomposition,
+        pixels: usize,
+        channels: impl Iterator<Item = usize>,
+    ) -> bool {
+        let layers = decomposition.layers();
+        let sizes = |g: &LayerGroup| (g.decomposition, [g.channels, g.cells.len(), g.whole.len()]);
+        let wanted = channels.map(|c| (decomposition, [c, pixels * layers * c, layers]));
+        self.decomposition == decomposition && self.groups.iter().map(sizes).eq(wanted)
     }
 
     /// Adds the samples of other layers of the same shape.

@@ -23,6 +23,7 @@ pub use signed_filter::SignedFilter;
 
 use crate::Spectrum;
 use crate::sampling::Replicates;
+use crate::scene::FilmSpec;
 use pixels::GroupSums;
 use serde::{Deserialize, Serialize};
 
@@ -34,94 +35,115 @@ use serde::{Deserialize, Serialize};
 /// to their modulus, and samples are negative where they are.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Film {
-    width: usize,
-    height: usize,
-    channels: usize,
-    /// Channels per group.
-    group_size: usize,
-    /// How samples belong together.
-    replicates: Replicates,
+    shape: FilmShape,
     groups: Vec<GroupSums>,
     layers: Option<Layers>,
     /// For each group, if rare bright samples are to be given less weight.
     outliers: Option<Vec<OutlierRejection>>,
 }
 
-impl Film {
-    /// An empty film with channels in as few groups as possible; no argument may be zero.
-    pub fn new(width: usize, height: usize, channels: usize) -> Self {
-        Self::in_groups(width, height, channels, Spectrum::CHANNELS)
-    }
+/// Size of a film, and what it keeps of its pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct FilmShape {
+    pub width: usize,
+    pub height: usize,
+    pub channels: usize,
+    /// Channels per group, at most [`Spectrum::CHANNELS`].
+    pub group_size: usize,
+    /// How samples belong together.
+    pub replicates: Replicates,
+    /// Layers of light.
+    pub decomposition: Decomposition,
+    /// Whether samples are sorted by brightness.
+    pub sorts: bool,
+}
 
-    /// An empty film with groups of `group_size` channels, at most [`Spectrum::CHANNELS`]; no argument may be zero.
-    pub(crate) fn in_groups(
-        width: usize,
-        height: usize,
-        channels: usize,
-        group_size: usize,
-    ) -> Self {
-        let groups = (0..channels).step_by(group_size);
-        let group = |first| GroupSums::new(width * height, group_size.min(channels - first));
-        Film {
+impl FilmShape {
+    /// A film without layers, whose samples are single.
+    pub(crate) fn plain([width, height]: [usize; 2], channels: usize, group_size: usize) -> Self {
+        FilmShape {
             width,
             height,
             channels,
             group_size,
             replicates: Replicates::default(),
-            groups: groups.map(group).collect(),
-            layers: None,
-            outliers: None,
+            decomposition: Decomposition::default(),
+            sorts: false,
         }
     }
 
-    /// The film with pixels that add up means of replicates.
-    pub fn in_replicates(self, replicates: Replicates) -> Self {
-        Film { replicates, ..self }
+    /// A plain film for the light of a scene.
+    pub(crate) fn of_light(spec: &FilmSpec) -> Self {
+        Self::plain([spec.width, spec.height], spec.channels, spec.group_size)
+    }
+
+    fn pixels(&self) -> usize {
+        self.width * self.height
+    }
+
+    /// Number of channels of a group.
+    fn channels_of(&self, group: usize) -> usize {
+        (self.channels - group * self.group_size).min(self.group_size)
+    }
+
+    /// Numbers of channels of all groups.
+    fn groups(&self) -> impl Iterator<Item = usize> {
+        (0..self.channels.div_ceil(self.group_size)).map(|group| self.channels_of(group))
+    }
+}
+
+impl Film {
+    /// An empty film with channels in as few groups as possible; no argument may be zero.
+    pub fn new(width: usize, height: usize, channels: usize) -> Self {
+        let size = [width, height];
+        Self::of(FilmShape::plain(size, channels, Spectrum::CHANNELS))
+    }
+
+    /// An empty film; no size may be zero.
+    pub(crate) fn of(shape: FilmShape) -> Self {
+        let pixels = shape.pixels();
+        let layers = || Layers::new(shape.decomposition, pixels, shape.groups());
+        let outliers = || shape.groups().map(|c| OutlierRejection::new(pixels, c));
+        Film {
+            groups: shape.groups().map(|c| GroupSums::new(pixels, c)).collect(),
+            layers: shape.decomposition.is_some().then(layers),
+            outliers: shape.sorts.then(|| outliers().collect()),
+            shape,
+        }
     }
 
     /// How the samples of its pixels belong together.
     pub fn replicates(&self) -> Replicates {
-        self.replicates
+        self.shape.replicates
     }
 
-    /// The film with layers of light told apart, if it is to be.
-    pub(crate) fn decomposed(self, decomposition: Decomposition) -> Self {
-        let pixels = self.width * self.height;
-        let groups = (0..self.groups()).map(|group| self.channels_of(group));
-        let layers = || Layers::new(decomposition, pixels, groups);
-        Film {
-            layers: decomposition.is_some().then(layers),
-            ..self
-        }
+    /// Size, and what is kept of pixels.
+    pub(crate) fn shape(&self) -> FilmShape {
+        self.shape
     }
 
     /// Whether another film keeps the same quantities of as many pixels.
     pub fn is_like(&self, other: &Film) -> bool {
-        let shape = |f: &Film| {
-            let outliers = f
-                .outliers
-                .as_deref()
-                .map(|c| c.iter().map(OutlierRejection::shape).collect());
-            let outliers: Option<Vec<_>> = outliers;
-            (
-                f.size(),
-                f.replicates,
-                f.layers.as_ref().map(Layers::shape),
-                outliers,
-            )
-        };
-        shape(self) == shape(other)
+        self.fits(&other.shape) && other.fits(&self.shape)
     }
 
-    /// Whether another film has as many pixels and channels.
-    pub(crate) fn has_size_of(&self, other: &Film) -> bool {
-        self.size() == other.size()
-    }
-
-    /// Numbers of pixels and channels, and lengths of what is stored.
-    fn size(&self) -> ([usize; 4], Vec<[usize; 3]>) {
-        let sizes = [self.width, self.height, self.channels, self.group_size];
-        (sizes, self.groups.iter().map(GroupSums::size).collect())
+    /// Whether this is a film of a shape, with as many sums as that takes: a file may say otherwise.
+    pub(crate) fn fits(&self, shape: &FilmShape) -> bool {
+        let (pixels, channels) = (shape.pixels(), || shape.groups());
+        self.shape == *shape
+            && (self.groups.iter().map(GroupSums::size))
+                .eq(channels().map(|c| GroupSums::sized(pixels, c)))
+            && match &self.layers {
+                Some(layers) => layers.fits(shape.decomposition, pixels, channels()),
+                None => !shape.decomposition.is_some(),
+            }
+            && match &self.outliers {
+                Some(outliers) => {
+                    let sizes = channels().map(|c| OutlierRejection::sized(pixels, c));
+                    shape.sorts && outliers.iter().map(OutlierRejection::size).eq(sizes)
+                }
+                None => !shape.sorts,
+            }
     }
 
     /// Adds the samples of another film [like](Film::is_like) this one.
@@ -139,17 +161,17 @@ impl Film {
 
     /// Width in pixels.
     pub fn width(&self) -> usize {
-        self.width
+        self.shape.width
     }
 
     /// Height in pixels.
     pub fn height(&self) -> usize {
-        self.height
+        self.shape.height
     }
 
     /// Number of spectral channels.
     pub fn channels(&self) -> usize {
-        self.channels
+        self.shape.channels
     }
 
     /// Number of channel groups.
@@ -159,22 +181,12 @@ impl Film {
 
     /// Sums of all pixels of a group, row by row.
     pub fn pixels(&self, group: usize) -> impl ExactSizeIterator<Item = Pixel> {
-        (0..self.width * self.height).map(move |i| self.pixel(group, i, None))
+        (0..self.shape.width * self.shape.height).map(move |i| self.pixel(group, i, None))
     }
 
     /// Adds one sample of a pixel, for one group of channels.
     pub fn add(&mut self, group: usize, pixel: usize, value: Spectrum) {
         self.groups[group].all_mut().add(pixel, value);
-    }
-
-    /// The film with samples sorted by brightness, if they are to be.
-    pub fn sorted(self, sorted: bool) -> Self {
-        let pixels = self.width * self.height;
-        let outliers = |group| OutlierRejection::new(pixels, self.channels_of(group));
-        Film {
-            outliers: sorted.then(|| (0..self.groups()).map(outliers).collect()),
-            ..self
-        }
     }
 
     /// Means with less weight for rare bright samples, in the layout of [`Film::mean`]; if samples are sorted.
@@ -183,14 +195,18 @@ impl Film {
         let outliers = self.outliers.as_ref()?.iter();
         let samples = self.count(0);
         let groups: Vec<_> = outliers
-            .map(|c| c.reweighted(self.width, samples))
+            .map(|c| c.reweighted(self.shape.width, samples))
             .collect();
         let pixel = |i: usize| {
             let values = groups.iter().enumerate();
             let values = values.flat_map(move |(g, group)| &group[i].0[..self.channels_of(g)]);
             values.map(|v| *v as f32)
         };
-        Some((0..self.width * self.height).flat_map(pixel).collect())
+        Some(
+            (0..self.shape.width * self.shape.height)
+                .flat_map(pixel)
+                .collect(),
+        )
     }
 
     /// The layers, if light is told apart.
@@ -205,7 +221,7 @@ impl Film {
 
     /// Makes every pixel one of so many samples, whole replicates: those that it lacks were zero.
     pub(crate) fn fill_up(&mut self, samples: u64) {
-        let count = samples / self.replicates.size();
+        let count = samples / self.shape.replicates.size();
         self.groups
             .iter_mut()
             .for_each(|group| group.fill_up(count));
@@ -222,19 +238,28 @@ impl Film {
 
     /// Mean of a channel of a pixel, in a layer or in all of them: see [`Film::mean`] and [`Film::layer_mean`].
     pub fn mean_at(&self, layer: Option<usize>, channel: usize, pixel: usize) -> f32 {
-        let (group, offset) = (channel / self.group_size, channel % self.group_size);
+        let (group, offset) = (
+            channel / self.shape.group_size,
+            channel % self.shape.group_size,
+        );
         self.pixel(group, pixel, layer).mean_of(offset) as f32
     }
 
     /// Variance of that mean.
     pub fn variance_at(&self, layer: Option<usize>, channel: usize, pixel: usize) -> f32 {
-        let (group, offset) = (channel / self.group_size, channel % self.group_size);
+        let (group, offset) = (
+            channel / self.shape.group_size,
+            channel % self.shape.group_size,
+        );
         self.pixel(group, pixel, layer).variance_of(offset) as f32
     }
 
     /// Mean of the squares of the samples of a channel of a pixel, its second moment; of [replicates](Replicates), of their means.
     pub fn second_moment_at(&self, channel: usize, pixel: usize) -> f32 {
-        let (group, offset) = (channel / self.group_size, channel % self.group_size);
+        let (group, offset) = (
+            channel / self.shape.group_size,
+            channel % self.shape.group_size,
+        );
         let pixel = self.pixel(group, pixel, None);
         pixel.moments[offset].mean_square(pixel.count) as f32
     }
@@ -242,22 +267,29 @@ impl Film {
     /// How many equal samples would make a pixel that is known as well: see [`Moments::effective`]. Of [replicates](Replicates) of samples
     /// each counts as one.
     pub fn effective_at(&self, layer: Option<usize>, channel: usize, pixel: usize) -> f32 {
-        let (group, offset) = (channel / self.group_size, channel % self.group_size);
+        let (group, offset) = (
+            channel / self.shape.group_size,
+            channel % self.shape.group_size,
+        );
         self.pixel(group, pixel, layer).moments[offset].effective() as f32
     }
 
     /// Whether that variance is not to be trusted: see [`Moments::few`].
     pub fn few_at(&self, layer: Option<usize>, channel: usize, pixel: usize) -> bool {
-        let (group, offset) = (channel / self.group_size, channel % self.group_size);
+        let (group, offset) = (
+            channel / self.shape.group_size,
+            channel % self.shape.group_size,
+        );
         self.pixel(group, pixel, layer).moments[offset].few()
     }
 
     /// A quantity of every pixel and channel, row by row with channels interleaved.
     fn plane<T>(&self, quantity: impl Fn(usize, usize) -> T) -> Vec<T> {
         let quantity = &quantity;
-        let pixel = |pixel| (0..self.channels).map(move |channel| quantity(channel, pixel));
-        let mut out = Vec::with_capacity(self.width * self.height * self.channels);
-        out.extend((0..self.width * self.height).flat_map(pixel));
+        let pixel = |pixel| (0..self.shape.channels).map(move |channel| quantity(channel, pixel));
+        let mut out =
+            Vec::with_capacity(self.shape.width * self.shape.height * self.shape.channels);
+        out.extend((0..self.shape.width * self.shape.height).flat_map(pixel));
         out
     }
 
@@ -293,12 +325,12 @@ impl Film {
 
     /// Number of samples of a pixel.
     pub fn count(&self, pixel: usize) -> u64 {
-        self.groups[0].count(pixel) * self.replicates.size()
+        self.groups[0].count(pixel) * self.shape.replicates.size()
     }
 
     /// Number of samples of each pixel, row by row.
     pub fn counts(&self) -> Vec<u64> {
-        let pixels = 0..self.width * self.height;
+        let pixels = 0..self.shape.width * self.shape.height;
         pixels.map(|pixel| self.count(pixel)).collect()
     }
 
@@ -312,11 +344,11 @@ impl Film {
     /// Total number of samples over all pixels and groups.
     pub fn samples(&self) -> u64 {
         let replicates: u64 = self.groups.iter().map(GroupSums::samples).sum();
-        replicates * self.replicates.size()
+        replicates * self.shape.replicates.size()
     }
 
     /// Number of channels of a group.
     pub(crate) fn channels_of(&self, group: usize) -> usize {
-        (self.channels - group * self.group_size).min(self.group_size)
+        self.shape.channels_of(group)
     }
 }

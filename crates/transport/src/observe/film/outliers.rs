@@ -52,9 +52,14 @@ impl OutlierRejection {
         chunks.map(move |sums| LevelsMut { channels, sums })
     }
 
-    /// What those of like films have in common.
-    pub(super) fn shape(&self) -> [usize; 2] {
+    /// Number of channels, and length of what is stored.
+    pub(super) fn size(&self) -> [usize; 2] {
         [self.channels, self.sums.len()]
+    }
+
+    /// The size of the levels of pixels of so many channels.
+    pub(super) fn sized(pixels: usize, channels: usize) -> [usize; 2] {
+        [channels, pixels * LEVELS * channels]
     }
 
     /// Adds the samples of another of the same shape.

@@ -110,6 +110,11 @@ impl GroupSums {
         [self.channels, self.moments.len(), self.counts.len()]
     }
 
+    /// The size of sums over pixels of so many channels.
+    pub(super) fn sized(pixels: usize, channels: usize) -> [usize; 3] {
+        [channels, pixels * channels, pixels]
+    }
+
     pub(super) fn pixel(&self, i: usize) -> Pixel {
         let first = i * self.channels;
         Pixel::of(&self.moments[first..first + self.channels], self.count(i))

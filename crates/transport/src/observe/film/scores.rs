@@ -134,7 +134,7 @@ impl Film {
     /// Adds one score of each pixel of a group, and takes note of their mean over the image: needed where one path contributes
     /// to many pixels, so that the error of the image's mean does not follow from the errors of pixels.
     pub(crate) fn add_image(&mut self, group: usize, scores: Scores) {
-        let pixels = self.width * self.height;
+        let pixels = self.shape.width * self.shape.height;
         let sum = scores.values.iter().fold(Spectrum::ZERO, |sum, v| sum + *v);
         self.groups[group].whole.add(sum / pixels as f64);
         if let Some(layers) = &mut self.layers {

@@ -17,7 +17,7 @@ impl Film {
     }
 
     fn summary_of(&self, layer: Option<usize>) -> (f64, f64) {
-        let n = self.width * self.height;
+        let n = self.shape.width * self.shape.height;
         let (mut mean, mut variance) = (0.0, 0.0);
         for group in 0..self.groups() {
             let channels = self.channels_of(group);
@@ -32,7 +32,7 @@ impl Film {
                 _ => pixels().map(|p| square(&p)).sum(),
             };
         }
-        let scale = (n * self.channels) as f64;
+        let scale = (n * self.shape.channels) as f64;
         (mean / scale, variance.sqrt() / scale)
     }
 
@@ -51,8 +51,8 @@ impl Film {
     /// Share of the values of pixels, among those that are not zero, whose variances are not to be trusted.
     pub fn few_pixels(&self, layer: Option<usize>) -> f64 {
         let (mut few, mut lit) = (0u64, 0u64);
-        for channel in 0..self.channels {
-            for pixel in 0..self.width * self.height {
+        for channel in 0..self.shape.channels {
+            for pixel in 0..self.shape.width * self.shape.height {
                 lit += u64::from(self.mean_at(layer, channel, pixel) != 0.0);
                 few += u64::from(self.few_at(layer, channel, pixel));
             }
@@ -67,7 +67,7 @@ impl Film {
         let channels =
             (0..self.groups()).flat_map(|g| (0..self.channels_of(g)).map(move |c| (g, c)));
         let tails = channels.flat_map(|(group, channel)| {
-            let pixels = (0..self.width * self.height)
+            let pixels = (0..self.shape.width * self.shape.height)
                 .map(|i| self.pixel(group, i, layer).tail_of(channel))
                 .fold(Tail::default(), Tail::beside);
             [pixels, self.whole(group, layer).tail_of(channel)]
@@ -94,13 +94,13 @@ impl Film {
 
     /// The root of the mean, over pixels and channels, of the variances of pixels' means.
     pub fn rms_error(&self) -> f64 {
-        let n = self.width * self.height;
+        let n = self.shape.width * self.shape.height;
         let mut sum = 0.0;
         for group in 0..self.groups() {
             let channels = self.channels_of(group);
             let variance = |p: Pixel| p.variance_of_mean().0[..channels].iter().sum::<f64>();
             sum += self.pixels(group).map(variance).sum::<f64>();
         }
-        (sum / (n * self.channels) as f64).sqrt()
+        (sum / (n * self.shape.channels) as f64).sqrt()
     }
 }
