@@ -2,10 +2,12 @@
 
 use super::sweep::{Four, Sweep};
 use super::tree::Tree;
+use super::voxel_faces::FacesOfGrid;
 use super::{Meeting, Shape};
 use eikonal::Aabb;
 use eikonal::ray::Arc;
 use glam::DVec3;
+use smallvec::SmallVec;
 
 /// Up to so many shapes a linear search is faster than a hierarchy.
 const FEW: usize = 8;
@@ -21,6 +23,8 @@ pub type Except = [Option<usize>; 2];
 pub struct Accel {
     search: Search,
     count: usize,
+    /// Grids of which faces are among the shapes.
+    grids: Vec<FacesOfGrid>,
 }
 
 #[derive(Clone, Debug)]
@@ -44,6 +48,7 @@ impl Accel {
         Accel {
             search,
             count: shapes.len(),
+            grids: FacesOfGrid::all(shapes),
         }
     }
 
@@ -63,9 +68,23 @@ impl Accel {
             first: None,
             ties: Vec::new(),
         };
+        let mut walked: SmallVec<[usize; 2]> = SmallVec::new();
         self.visit(arc, [theta_min, theta_max], except, &mut |i| {
-            let end = nearest.end(theta_max);
-            if let Some(meeting) = shapes[i].meet(arc, [theta_min, end]) {
+            let range = [theta_min, nearest.end(theta_max)];
+            let found = match &shapes[i] {
+                // One walk finds the first of all faces of a grid.
+                Shape::VoxelFaces(faces) if arc.is_straight() => {
+                    let grid = self.grids.iter().position(|grid| grid.has(faces));
+                    let grid = grid.filter(|grid| !walked.contains(grid));
+                    grid.and_then(|grid| {
+                        walked.push(grid);
+                        let place = |labels| self.grids[grid].place(labels);
+                        faces.first_of_line(arc, range, place)
+                    })
+                }
+                shape => shape.meet(arc, range).map(|meeting| (i, meeting)),
+            };
+            if let Some((i, meeting)) = found {
                 nearest.add(i, meeting);
             }
             nearest.end(theta_max)

@@ -52,8 +52,8 @@ impl Shape {
         }
     }
 
-    /// A chart of part `primitive`; `None` where area is not spread over it in a simple way: on ellipsoids and
-    /// elliptic cylinders.
+    /// A chart of part `primitive`; `None` where area is not spread over it in a simple way: on ellipsoids,
+    /// elliptic cylinders and faces of voxels.
     pub(crate) fn chart(&self, primitive: u32) -> Option<Chart> {
         let is_curved = match self {
             Shape::Sphere(_) => true,
@@ -69,6 +69,7 @@ impl Shape {
             Shape::Sphere(_) => AreaDensity::Polar,
             Shape::Cylinder(_) if primitive == 0 => AreaDensity::Even,
             Shape::Cylinder(_) => AreaDensity::Radial,
+            Shape::VoxelFaces(_) => return None,
         };
         let mut chart = Chart {
             domain: Domain::Square,

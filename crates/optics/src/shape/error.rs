@@ -79,4 +79,18 @@ pub enum ShapeError {
         /// Number of triangles given.
         got: usize,
     },
+    /// A grid has more corners of voxels than a 32-bit index can name.
+    #[error("a grid of labels can have at most {max} corners of voxels, but has {corners}", max = u32::MAX)]
+    TooManyVoxels {
+        /// Number of corners.
+        corners: u128,
+    },
+    /// Faces of voxels have no area to rounding.
+    #[error(
+        "the faces of voxels across axis {axis} have no area to rounding: make the voxels thicker, or move them towards the origin"
+    )]
+    FlatVoxels {
+        /// The axis of the grid.
+        axis: usize,
+    },
 }

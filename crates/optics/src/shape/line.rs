@@ -1,6 +1,7 @@
 //! First roots along straight lines, where the polynomials of [`eikonal::ray::bernstein`] have closed
 //! forms. The rules at the ends of the interval are the same.
 
+use super::Meeting;
 use super::curve::{Surface, Track};
 use super::placement::Placement;
 use eikonal::ray::Arc;
@@ -66,12 +67,115 @@ impl Line {
     fn passes(&self, u: f64, axis: usize, along: f64) -> Option<(f64, usize)> {
         let [from, to] = self.range;
         let out = along.copysign(along * self.step[axis]);
-        let height = |u: f64| along * (out * (self.start[axis] + self.step[axis] * u) - 1.0);
-        let inside = INSIDE * self.step[axis].abs();
-        let before = height(from) < -self.noise - if from > 0.0 { inside } else { 0.0 };
-        let after = height(to) >= -self.noise - if to < 1.0 { inside } else { 0.0 };
+        let passes = self.starts_before(axis, out) && self.ends_beyond(axis, out);
         let face = 2 * axis + usize::from(out > 0.0);
-        (before && after && from < to).then(|| (u.clamp(from.next_up(), to), face))
+        (passes && from < to).then(|| (u.clamp(from.next_up(), to), face))
+    }
+
+    /// Whether the range starts before the plane where a coordinate is `at`: a distance below the noise counts as zero.
+    #[inline]
+    fn starts_before(&self, axis: usize, at: f64) -> bool {
+        self.height(axis, at, self.range[0]) < -self.noise_at(axis, self.range[0])
+    }
+
+    /// Whether the range ends on the plane where a coordinate is `at`, to the noise, or beyond it.
+    #[inline]
+    fn ends_beyond(&self, axis: usize, at: f64) -> bool {
+        self.height(axis, at, self.range[1]) >= -self.noise_at(axis, self.range[1])
+    }
+
+    /// Height over a plane, the way the line goes.
+    #[inline]
+    fn height(&self, axis: usize, at: f64, u: f64) -> f64 {
+        (self.start[axis] + self.step[axis] * u - at) * 1f64.copysign(self.step[axis])
+    }
+
+    /// Bound of the error of a coordinate at an end of the range.
+    #[inline]
+    fn noise_at(&self, axis: usize, u: f64) -> f64 {
+        let cut = u > 0.0 && u < 1.0;
+        self.noise
+            + if cut {
+                INSIDE * self.step[axis].abs()
+            } else {
+                0.0
+            }
+    }
+}
+
+/// Walks through unit cells, each named by its lowest corner.
+impl Line {
+    /// The cell in which the range starts; on a face, to the noise, the one ahead.
+    #[inline]
+    pub(super) fn first_cell(&self) -> DVec3 {
+        let from = self.range[0];
+        let place = self.position(from);
+        let (mut cell, face) = (place.floor(), place.round());
+        for axis in 0..3 {
+            let is_close = (place[axis] - face[axis]).abs() <= self.noise_at(axis, from);
+            if is_close && self.step[axis] != 0.0 {
+                cell[axis] = face[axis] - if self.goes_up(axis) { 0.0 } else { 1.0 };
+            }
+        }
+        cell
+    }
+
+    /// Whether the line goes up along an axis.
+    #[inline]
+    pub(super) fn goes_up(&self, axis: usize) -> bool {
+        self.step[axis].is_sign_positive()
+    }
+
+    /// Where the line comes into the box from 0 to `size`, and across which axis, if it starts outside and that is in range.
+    #[inline]
+    pub(super) fn enters(&self, size: DVec3) -> Option<(f64, usize)> {
+        let (mut enter, mut leave) = ((f64::NEG_INFINITY, 0, 0.0), f64::INFINITY);
+        for axis in 0..3 {
+            let (mut near, mut far) = (0.0, size[axis]);
+            if !self.goes_up(axis) {
+                (near, far) = (far, near);
+            }
+            // Not a number, and left out, along a side on a face.
+            let [first, last] = [near, far].map(|at| (at - self.start[axis]) / self.step[axis]);
+            if first > enter.0 {
+                enter = (first, axis, near);
+            }
+            if last < leave {
+                leave = last;
+            }
+        }
+        let (u, axis, at) = enter;
+        let enters = u <= leave && self.starts_before(axis, at) && self.ends_beyond(axis, at);
+        enters.then_some((u, axis))
+    }
+
+    /// Where the line leaves a box in which it is, and across which axis, if that is in range.
+    #[inline]
+    pub(super) fn leaves(&self, low: DVec3, high: DVec3) -> Option<(f64, usize)> {
+        let mut first: Option<(f64, usize)> = None;
+        for axis in 0..3 {
+            let at = if self.goes_up(axis) { high } else { low }[axis];
+            if self.step[axis] != 0.0 && self.ends_beyond(axis, at) {
+                let u = (at - self.start[axis]) / self.step[axis];
+                if first.is_none_or(|(other, _)| u < other) {
+                    first = Some((u, axis));
+                }
+            }
+        }
+        first.filter(|_| self.range[0] < self.range[1])
+    }
+
+    /// The meeting at `u` with the plane where a coordinate is `at`.
+    #[inline]
+    pub(super) fn meeting(&self, axis: usize, at: f64, u: f64, primitive: u32) -> Meeting {
+        let [from, to] = self.range;
+        let mut local = self.position(u);
+        local[axis] = at;
+        Meeting {
+            theta: u.clamp(from.next_up(), to),
+            local,
+            primitive,
+        }
     }
 }
 

@@ -25,6 +25,7 @@ mod sweep;
 mod tessellation;
 mod tree;
 mod uv;
+mod voxel_faces;
 
 pub use accel::Accel;
 pub use accel::Except;
@@ -40,6 +41,7 @@ pub use sphere::Sphere;
 pub use tessellation::Tessellation;
 pub use tree::Tree;
 pub use uv::Uv;
+pub use voxel_faces::VoxelFaces;
 
 use eikonal::Aabb;
 use eikonal::ray::Arc;
@@ -67,7 +69,7 @@ pub struct Hit {
 pub struct Meeting {
     /// As in [`Hit`].
     pub theta: f64,
-    /// In the coordinates of the canonical shape; of a mesh, barycentric coordinates of the triangle.
+    /// In the coordinates of the canonical shape; of a mesh, barycentric coordinates of the triangle; of faces of voxels, in voxels.
     local: DVec3,
     /// As in [`Hit`].
     primitive: u32,
@@ -114,6 +116,8 @@ pub enum Shape {
     Cylinder(Cylinder),
     /// Triangles, shared between copies of the shape.
     Mesh(std::sync::Arc<Mesh>),
+    /// Faces between voxels of two labels, shared between copies of the shape.
+    VoxelFaces(std::sync::Arc<VoxelFaces>),
 }
 
 /// Calls the same method on whichever shape this is.
@@ -126,6 +130,7 @@ macro_rules! each {
             Shape::Disk($s) => $e,
             Shape::Cylinder($s) => $e,
             Shape::Mesh($s) => $e,
+            Shape::VoxelFaces($s) => $e,
         }
     };
 }
@@ -140,6 +145,7 @@ impl Shape {
             Shape::Disk(s) => s.set_flipped(flip),
             Shape::Cylinder(s) => s.set_flipped(flip),
             Shape::Mesh(s) => std::sync::Arc::make_mut(s).set_flipped(flip),
+            Shape::VoxelFaces(s) => std::sync::Arc::make_mut(s).set_flipped(flip),
         }
         self
     }
@@ -221,6 +227,7 @@ impl Shape {
             Shape::Rectangle(_) | Shape::Disk(_) => false,
             Shape::Cylinder(s) => s.is_capped(),
             Shape::Mesh(s) => s.is_closed(),
+            Shape::VoxelFaces(s) => s.is_closed(),
         }
     }
 
@@ -232,6 +239,7 @@ impl Shape {
             Shape::Rectangle(_) | Shape::Disk(_) => false,
             Shape::Cylinder(s) => s.contains(p),
             Shape::Mesh(s) => s.contains(p),
+            Shape::VoxelFaces(s) => s.contains(p),
         }
     }
 
@@ -239,6 +247,7 @@ impl Shape {
     pub fn is_convex(&self) -> bool {
         match self {
             Shape::Mesh(s) => s.is_convex(),
+            Shape::VoxelFaces(s) => s.is_convex(),
             _ => self.is_closed(),
         }
     }
@@ -250,7 +259,7 @@ impl Shape {
             Shape::Sphere(_) | Shape::Cube(_) => outward(),
             Shape::Cylinder(s) => s.is_capped() && outward(),
             Shape::Rectangle(_) | Shape::Disk(_) => true,
-            Shape::Mesh(_) => false,
+            Shape::Mesh(_) | Shape::VoxelFaces(_) => false,
         }
     }
 
@@ -280,6 +289,7 @@ impl Shape {
             Shape::Cylinder(s) => s.is_capped().then(|| s.volume()),
             Shape::Rectangle(_) | Shape::Disk(_) => None,
             Shape::Mesh(s) => s.is_closed().then(|| s.cone_volume(s.positions()[0]).abs()),
+            Shape::VoxelFaces(s) => s.is_closed().then(|| s.volume()),
         }
     }
 
@@ -290,7 +300,17 @@ impl Shape {
             Shape::Cylinder(s) => s.hull(),
             Shape::Cube(s) => s.corners().to_vec(),
             Shape::Mesh(s) => s.positions().to_vec(),
+            Shape::VoxelFaces(s) => s.hull(),
             Shape::Rectangle(_) | Shape::Disk(_) => self.aabb().corners().to_vec(),
+        }
+    }
+
+    /// Calls `visit` with points around each part of the surface that a box may be put around: triangles, faces, or the whole.
+    pub fn each_patch(&self, mut visit: impl FnMut(&[DVec3])) {
+        match self {
+            Shape::Mesh(s) => (0..s.triangles().len()).for_each(|i| visit(&s.triangle(i))),
+            Shape::VoxelFaces(s) => s.each_face(visit),
+            _ => visit(&self.aabb().corners()),
         }
     }
 
@@ -305,6 +325,7 @@ impl Shape {
             Shape::Cube(s) => s.part_areas(),
             Shape::Cylinder(s) => s.part_areas(),
             Shape::Mesh(s) => s.part_areas(),
+            Shape::VoxelFaces(s) => s.part_areas(),
             whole => vec![whole.area()],
         }
     }
@@ -334,6 +355,7 @@ impl Shape {
             Shape::Disk(s) => s.inverse_area(position),
             Shape::Cylinder(s) => s.inverse_area(position, primitive),
             Shape::Mesh(s) => s.inverse_area(position, primitive),
+            Shape::VoxelFaces(s) => s.inverse_area(position, primitive),
         }
     }
 
@@ -375,6 +397,12 @@ impl From<Mesh> for Shape {
     fn from(s: Mesh) -> Self {
         s.tree();
         Shape::Mesh(std::sync::Arc::new(s))
+    }
+}
+
+impl From<VoxelFaces> for Shape {
+    fn from(s: VoxelFaces) -> Self {
+        Shape::VoxelFaces(std::sync::Arc::new(s))
     }
 }
 

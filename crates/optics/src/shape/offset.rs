@@ -21,6 +21,8 @@ impl Shape {
                 Cylinder::new(map, s.is_capped()).map(Shape::from)
             }
             Shape::Mesh(mesh) => mesh.moved_along_normals(outward).map(Shape::from),
+            // They separate media, and stay.
+            Shape::VoxelFaces(_) => return self.clone(),
         };
         moved.map_or_else(|_| self.clone(), |s| s.with_flipped_normals(flipped))
     }

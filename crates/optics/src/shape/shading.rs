@@ -19,6 +19,7 @@ impl Shape {
     pub fn tangents(&self, site: &Site) -> [DVec3; 2] {
         let placement = match self {
             Shape::Mesh(mesh) => return mesh.tangents(site.primitive as usize),
+            Shape::VoxelFaces(faces) => return faces.tangents(site.primitive),
             Shape::Sphere(s) => &s.placement,
             Shape::Cube(s) => &s.placement,
             Shape::Rectangle(s) => &s.placement,

@@ -60,7 +60,7 @@ fn circle(step: usize) -> DVec3 {
 }
 
 impl Shape {
-    /// The shape as triangles, at least sixty-four around a circle; those of a mesh as they are.
+    /// The shape as triangles, at least sixty-four around a circle; those of a mesh as they are, two for each face of voxels.
     pub fn tessellation(&self) -> Tessellation {
         let mut all = Tessellation::default();
         let placement: &Placement = match self {
@@ -109,6 +109,7 @@ impl Shape {
                 }
                 &s.placement
             }
+            Shape::VoxelFaces(faces) => return faces.tessellation(),
             Shape::Mesh(mesh) => {
                 return Tessellation {
                     positions: mesh.positions().to_vec(),

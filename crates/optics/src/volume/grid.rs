@@ -159,13 +159,10 @@ impl VolumeGrid {
         let table =
             (0..=usize::from(u8::MAX)).flat_map(|label| of(label).0.into_iter().take(channels));
         let table: Vec<f64> = table.collect();
-        let used = labels
-            .labels()
-            .iter()
-            .fold([false; 256], |mut used, &label| {
-                used[usize::from(label)] = true;
-                used
-            });
+        let mut used = [false; 256];
+        for label in labels.labels() {
+            used[usize::from(*label)] = true;
+        }
         let used = (0..256).filter(|label| used[*label]);
         let values = || {
             used.clone()

@@ -72,30 +72,45 @@ impl LabelGrid {
     /// A straight line from `x` in a unit direction, from one cube of voxels of one label to the next.
     #[inline]
     pub fn along(&self, x: DVec3, direction: DVec3) -> Leaps<'_> {
-        let layers = self.layers.get_or_init(|| self.layers());
+        let layers = self.layers();
         let start = self.to_voxels.transform_point3(x) + 0.5;
         let direction = self.to_voxels.transform_vector3(direction);
         Leaps::new(self.top, layers, [start, direction])
     }
 
-    /// How many layers around each voxel have its label.
-    fn layers(&self) -> Vec<u8> {
-        let [nx, ny, nz] = self.size;
-        let steps = [1, nx, nx * ny];
-        let alone = |voxel: usize| {
-            let [i, j, k] = [voxel % nx, voxel / nx % ny, voxel / nx / ny];
-            let edge = [(i, nx), (j, ny), (k, nz)]
-                .iter()
-                .any(|(i, n)| *i == 0 || i + 1 == *n);
-            edge || (0..27).any(|n| {
-                let at = voxel + n % 3 + steps[1] * (n / 3 % 3) + steps[2] * (n / 9);
-                self.labels[at - 1 - steps[1] - steps[2]] != self.labels[voxel]
-            })
-        };
-        let full = |voxel| if alone(voxel) { 0 } else { u8::MAX };
-        let mut layers: Vec<u8> = (0..self.labels.len()).map(full).collect();
-        spread(self.size, &mut layers);
-        layers
+    /// For each voxel how many layers around it have its label.
+    #[inline]
+    pub(crate) fn layers(&self) -> &[u8] {
+        self.layers.get_or_init(|| {
+            let mut layers = self.alike();
+            spread(self.size, &mut layers);
+            layers
+        })
+    }
+
+    /// `u8::MAX` for each voxel all of whose 26 neighbours have its label, else 0: row by row along x, then y, then z.
+    fn alike(&self) -> Vec<u8> {
+        let mut alike = vec![u8::MAX; self.labels.len()];
+        let (mut step, mut before) = (1, Vec::new());
+        for count in self.size {
+            before.clone_from(&alike);
+            let slab = step * count;
+            for first in (0..alike.len()).step_by(slab) {
+                let whole = first..first + slab;
+                let (labels, before) = (&self.labels[whole.clone()], &before[whole.clone()]);
+                let alike = &mut alike[whole];
+                alike[..step].fill(0);
+                alike[slab - step..].fill(0);
+                for i in step..slab - step {
+                    let [low, high] = [i - step, i + step];
+                    let same = (labels[low] == labels[i]) & (labels[high] == labels[i]);
+                    let all = before[low] & before[i] & before[high];
+                    alike[i] = if same { all } else { 0 };
+                }
+            }
+            step = slab;
+        }
+        alike
     }
 
     /// Number of voxels along x, y, z.

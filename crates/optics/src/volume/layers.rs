@@ -7,40 +7,48 @@ use glam::DVec3;
 /// Pfaltz, "Distance functions on digital pictures", Pattern Recognition 1968).
 pub fn spread(size: [usize; 3], layers: &mut [u8]) {
     let [nx, ny, nz] = size;
-    let steps = [1, nx, nx * ny];
-    let visit = |layers: &mut [u8], [i, j, k]: [usize; 3], forwards: bool| {
-        let cell = i + steps[1] * j + steps[2] * k;
-        let edge = [(i, nx), (j, ny), (k, nz)]
-            .iter()
-            .any(|(i, n)| *i == 0 || i + 1 == *n);
-        if edge {
-            layers[cell] = layers[cell].min(1);
+    let is_edge = |i: usize, n: usize| i == 0 || i + 1 == n;
+    let mut near = vec![0; nx];
+    let mut visit = |layers: &mut [u8], j: usize, k: usize, forwards: bool| {
+        let first = nx * (j + ny * k);
+        if is_edge(j, ny) || is_edge(k, nz) {
+            layers[first..first + nx]
+                .iter_mut()
+                .for_each(|l| *l = (*l).min(1));
             return;
         }
-        let before = |at: usize| {
-            if forwards {
-                layers[cell - at]
+        // The rows that the scan has passed: three of the plane before, and the one before.
+        let steps = [nx * ny - nx, nx * ny, nx * ny + nx, nx];
+        let rows = steps.map(|step| if forwards { first - step } else { first + step });
+        for (i, near) in near.iter_mut().enumerate() {
+            *near = rows
+                .iter()
+                .fold(u8::MAX, |least, row| least.min(layers[row + i]));
+        }
+        let row = &mut layers[first..first + nx];
+        let mut one = |i: usize, before: u8| {
+            let least = if is_edge(i, nx) {
+                0
             } else {
-                layers[cell + at]
-            }
+                before.min(near[i - 1]).min(near[i]).min(near[i + 1])
+            };
+            row[i] = row[i].min(least.saturating_add(1)).min(u8::MAX - 1);
+            row[i]
         };
-        // The neighbours that the scan has passed: those of the plane before, of the row before, and one in the row.
-        let row = |at: usize| before(at - 1).min(before(at)).min(before(at + 1));
-        let plane = row(steps[2] - steps[1])
-            .min(row(steps[2]))
-            .min(row(steps[2] + steps[1]));
-        let least = plane.min(row(steps[1])).min(before(steps[0]));
-        layers[cell] = layers[cell].min(least.saturating_add(1)).min(u8::MAX - 1);
+        if forwards {
+            (0..nx).fold(0, |before, i| one(i, before));
+        } else {
+            (0..nx).rev().fold(0, |before, i| one(i, before));
+        }
     };
-    for k in 0..nz {
-        for j in 0..ny {
-            (0..nx).for_each(|i| visit(layers, [i, j, k], true));
-        }
+    for (k, j) in (0..nz).flat_map(|k| (0..ny).map(move |j| (k, j))) {
+        visit(layers, j, k, true);
     }
-    for k in (0..nz).rev() {
-        for j in (0..ny).rev() {
-            (0..nx).rev().for_each(|i| visit(layers, [i, j, k], false));
-        }
+    for (k, j) in (0..nz)
+        .rev()
+        .flat_map(|k| (0..ny).rev().map(move |j| (k, j)))
+    {
+        visit(layers, j, k, false);
     }
 }
 

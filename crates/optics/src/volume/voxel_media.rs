@@ -3,11 +3,12 @@
 use super::labels::LabelGrid;
 use eikonal::Aabb;
 use glam::DVec3;
+use std::sync::Arc;
 
 /// The medium of each voxel of a volume, by its number in the scene.
 #[derive(Clone, Debug)]
 pub struct VoxelMedia {
-    parts: LabelGrid,
+    parts: Arc<LabelGrid>,
     media: Vec<usize>,
     aabb: Aabb,
 }
@@ -17,7 +18,8 @@ const MOST_STEPS: usize = 16;
 
 impl VoxelMedia {
     /// `parts` has for each voxel 1 + the place of its medium in `media`, or 0 where the medium is that around the volume.
-    pub fn new(parts: LabelGrid, media: Vec<usize>) -> Self {
+    pub fn new(parts: impl Into<Arc<LabelGrid>>, media: Vec<usize>) -> Self {
+        let parts = parts.into();
         let unit = Aabb::new(DVec3::ZERO, DVec3::ONE).corners();
         let to_world = parts.to_world();
         VoxelMedia {

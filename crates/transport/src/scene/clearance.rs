@@ -132,15 +132,9 @@ impl ClearLayers {
 
     /// Marks cells that an object's surface may pass through.
     fn fill(&mut self, object: &Object) {
-        match &object.shape {
-            Shape::Mesh(mesh) => {
-                for triangle in mesh.triangles() {
-                    let corners = triangle.map(|i| mesh.positions()[i as usize]);
-                    self.mark(&Aabb::around(corners));
-                }
-            }
-            shape => self.mark(&shape.aabb()),
-        }
+        object
+            .shape
+            .each_patch(|points| self.mark(&Aabb::around(points.iter().copied())));
     }
 
     fn mark(&mut self, filled: &Aabb) {

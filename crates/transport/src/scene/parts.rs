@@ -56,7 +56,7 @@ pub struct Sides {
     pub exterior: MediumId,
 }
 
-/// Meshes that together divide a volume into media, such as the faces between voxels of different labels. Each has one medium on
+/// Surfaces that together divide a volume into media: the faces between voxels of different labels, or meshes. Each has one medium on
 /// either side, and where one ends others go on, so that no way leads around them.
 #[derive(Clone, Debug)]
 pub struct Partition {

@@ -151,15 +151,7 @@ impl VoxelVolume {
 
     /// Sets aside the voxels through which a surface may pass.
     fn set_aside(&mut self, shape: &Shape) {
-        match shape {
-            Shape::Mesh(mesh) => {
-                for triangle in mesh.triangles() {
-                    let corners = triangle.map(|i| mesh.positions()[i as usize]);
-                    self.set_aside_around(&corners);
-                }
-            }
-            shape => self.set_aside_around(&shape.aabb().corners()),
-        }
+        shape.each_patch(|points| self.set_aside_around(points));
     }
 
     /// Sets aside the voxels near a box around points.

@@ -12,7 +12,7 @@ use transport::scene::{AMBIENT, Object};
 use transport::sensor::Sensor;
 use transport::shape::Shape;
 
-/// A mesh of more triangles is shown as its box.
+/// A shape of more triangles is shown as its box.
 const TRIANGLES: usize = 2_000_000;
 
 /// Everything but the triangles of the surfaces.
@@ -58,7 +58,11 @@ fn about_object(scene: &Scene, object: &Object) -> Value {
 }
 
 fn is_large(shape: &Shape) -> bool {
-    matches!(shape, Shape::Mesh(mesh) if mesh.triangles().len() > TRIANGLES)
+    match shape {
+        Shape::Mesh(mesh) => mesh.triangles().len() > TRIANGLES,
+        Shape::VoxelFaces(faces) => 2 * faces.count() > TRIANGLES,
+        _ => false,
+    }
 }
 
 fn about_emitter(loaded: &Loaded, i: usize) -> Value {

@@ -18,6 +18,12 @@ const NONE: usize = FACTORS.len();
 const TRIES: usize = 6;
 /// Basis functions at a sample: of the coefficient before it, its own, and the next.
 const AT_SAMPLE: [f64; 3] = [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0];
+/// A change that exceeds the tolerance by this factor at one sample does so, too, with rounded coefficients.
+const CERTAIN: f64 = 1.25;
+/// Coefficients further from a value than so many of the fewer samples have shares below 1e-9 in it.
+const REACH: f64 = 16.0;
+/// Most samples along an axis for which shares are found: all of them times those within reach are held.
+const LONGEST: usize = 4096;
 /// Planes are compared in steps of so many, so that a difference is met early.
 const STRIDE: usize = 7;
 
@@ -53,14 +59,30 @@ impl Bspline {
         let errors = [0, 1, 2].map(|axis| errors(self.dims()[axis], &lines[axis]));
         // Places in the list of factors.
         let mut chosen = errors.map(|e| e.iter().position(|e| *e <= tolerance).unwrap_or(NONE));
+        let mut suspects = Vec::new();
+        for (axis, lines) in lines.iter().enumerate() {
+            suspects.extend(
+                FACTORS
+                    .get(chosen[axis])
+                    .map(|f| self.worst(axis, lines, *f)),
+            );
+        }
         for _ in 0..TRIES {
             let factors = chosen.map(|i| FACTORS.get(i).copied().unwrap_or(1));
             if factors == [1; 3] {
                 return None;
             }
-            let found = self.thinned(factors);
-            if self.is_close(&found, tolerance) {
-                return Some(found);
+            let is_off = |sample: &[usize; 3]| self.change(factors, *sample) > CERTAIN * tolerance;
+            let is_long = self.dims().iter().any(|count| *count > LONGEST);
+            if is_long || !suspects.iter().any(is_off) {
+                let found = self.thinned(factors);
+                let Some(sample) = self.difference(&found, tolerance) else {
+                    return Some(found);
+                };
+                if !self.allows_fewer(sample, tolerance) {
+                    return None;
+                }
+                suspects.push(sample);
             }
             let error = |axis: &usize| errors[*axis].get(chosen[*axis]).copied().unwrap_or(0.0);
             let worst = (0..3).max_by(|a, b| error(a).total_cmp(&error(b)))?;
@@ -69,23 +91,83 @@ impl Bspline {
         None
     }
 
-    /// Some lines of samples along an axis: of what are coefficients along it, but values across it.
+    /// The sample that changes most of all on some lines along an axis if samples are left out along it by a factor.
+    fn worst(&self, axis: usize, lines: &[Vec<f64>], factor: usize) -> [usize; 3] {
+        let fewer = Thinned::new(self.dims()[axis], factor);
+        let (mut most, mut worst) = (f64::NEG_INFINITY, [0; 3]);
+        for (line, mut sample) in lines.iter().zip(self.starts(axis)) {
+            for (i, change) in fewer.changes(line).enumerate() {
+                if change > most {
+                    sample[axis] = i;
+                    (most, worst) = (change, sample);
+                }
+            }
+        }
+        worst
+    }
+
+    /// By how much n² changes at a sample if samples are left out by these factors, up to the rounding of coefficients.
+    fn change(&self, factors: [usize; 3], sample: [usize; 3]) -> f64 {
+        let shares = [0, 1, 2].map(|axis| {
+            let thinned = Thinned::new(self.dims()[axis], factors[axis]);
+            let shares = thinned.shares(sample[axis]).into_iter();
+            let placed = shares.map(|(i, share)| (self.lattice.place(axis, i), share));
+            placed.collect::<Vec<_>>()
+        });
+        let mut there = 0.0;
+        for (k, share_k) in &shares[2] {
+            for (j, share_j) in &shares[1] {
+                let along = shares[0].iter();
+                let row = along.map(|(i, share)| share * f64::from(self.coefficients[i + j + k]));
+                there += share_k * share_j * row.sum::<f64>();
+            }
+        }
+        let here = Taps::at(sample[0] as f64).of(&self.line(0, sample));
+        (there - here).abs()
+    }
+
+    /// Some lines of samples along an axis.
     fn lines(&self, axis: usize) -> Vec<Vec<f64>> {
+        let lines = self.starts(axis).map(|sample| self.line(axis, sample));
+        lines.collect()
+    }
+
+    /// The first samples of these lines.
+    fn starts(&self, axis: usize) -> impl Iterator<Item = [usize; 3]> {
         let [across, other] = [(axis + 1) % 3, (axis + 2) % 3];
-        let some = |axis: usize| (0..LINES).map(move |i| PAD + i * self.dims()[axis] / LINES);
+        let dims = self.dims();
+        let some = move |axis: usize| (0..LINES).map(move |i| i * dims[axis] / LINES);
+        some(across).flat_map(move |i| {
+            some(other).map(move |j| {
+                let mut sample = [0; 3];
+                (sample[across], sample[other]) = (i, j);
+                sample
+            })
+        })
+    }
+
+    /// The line along an axis through a sample: of what are coefficients along it, but values across it.
+    fn line(&self, axis: usize, sample: [usize; 3]) -> Vec<f64> {
+        let [across, other] = [(axis + 1) % 3, (axis + 2) % 3];
         let place = |axis: usize, i: usize| self.lattice.place(axis, i);
-        let value = |i: usize, j: usize, k: usize| {
+        let value = |k: usize| {
             let around = (0..9).map(|c| {
                 let (b, c) = (c % 3, c / 3);
-                let line = place(across, i + b - 1) + place(other, j + c - 1);
+                let line = place(across, PAD + sample[across] + b - 1)
+                    + place(other, PAD + sample[other] + c - 1);
                 AT_SAMPLE[b] * AT_SAMPLE[c] * f64::from(self.coefficients[line + place(axis, k)])
             });
             around.sum()
         };
-        let stored = self.lattice.stored_dims()[axis];
-        let line = |(i, j)| (0..stored).map(|k| value(i, j, k)).collect();
-        let starts = some(across).flat_map(|i| some(other).map(move |j| (i, j)));
-        starts.map(line).collect()
+        (0..self.lattice.stored_dims()[axis]).map(value).collect()
+    }
+
+    /// Whether the line through a sample along some axis could do with fewer samples.
+    fn allows_fewer(&self, sample: [usize; 3], tolerance: f64) -> bool {
+        (0..3).any(|axis| {
+            let errors = errors(self.dims()[axis], &[self.line(axis, sample)]);
+            errors.iter().any(|e| *e <= tolerance)
+        })
     }
 
     /// The spline through what this one is at fewer places, with its slopes at the ends.
@@ -96,28 +178,29 @@ impl Bspline {
         let [x, y, z] = self.lattice.stored_dims();
         let [fewer_x, fewer_y, _] = lattice.stored_dims();
         let place = |axis: usize, i: usize| self.lattice.place(axis, i);
-        // Coefficients that are few along x and y, column by column along z.
-        let mut columns = vec![0.0; fewer_x * fewer_y * z];
+        // Planes of coefficients that are few along x and y.
+        let mut planes = Vec::with_capacity(fewer_x * fewer_y * z);
+        let places = |axis: usize, count: usize| -> Vec<usize> {
+            (0..count).map(|i| place(axis, i)).collect()
+        };
+        let (at_x, at_y) = (places(0, x), places(1, y));
         for k in 0..z {
-            let rows: Vec<Vec<f64>> = (0..y)
-                .map(|j| {
-                    let row = (0..x).map(|i| place(0, i) + place(1, j) + place(2, k));
-                    let row: Vec<f64> = row.map(|at| f64::from(self.coefficients[at])).collect();
-                    along_x.fewer(&row)
-                })
-                .collect();
-            for i in 0..fewer_x {
-                let column: Vec<f64> = rows.iter().map(|row| row[i]).collect();
-                for (j, value) in along_y.fewer(&column).into_iter().enumerate() {
-                    columns[(j * fewer_x + i) * z + k] = value;
-                }
-            }
+            // Lines along x lie beside each other, then those along y.
+            let plane = &self.coefficients[place(2, k)..];
+            let lines = at_x
+                .iter()
+                .flat_map(|i| at_y.iter().map(move |j| f64::from(plane[i + j])));
+            let lines = along_x.fewer(&lines.collect::<Vec<_>>(), y);
+            let turned = (0..y).flat_map(|j| (0..fewer_x).map(move |i| (i, j)));
+            let lines: Vec<f64> = turned.map(|(i, j)| lines[i * y + j]).collect();
+            planes.extend(along_y.fewer(&lines, fewer_x));
         }
         let mut data = vec![0.0_f32; lattice.stored()];
-        for (at, column) in columns.chunks_exact(z).enumerate() {
-            let (i, j) = (at % fewer_x, at / fewer_x);
-            for (k, value) in along_z.fewer(column).into_iter().enumerate() {
-                data[lattice.offset([i, j, k])] = value as f32;
+        for j in 0..fewer_y {
+            let rows = (0..z).flat_map(|k| &planes[(k * fewer_y + j) * fewer_x..][..fewer_x]);
+            let lines: Vec<f64> = rows.copied().collect();
+            for (at, value) in along_z.fewer(&lines, fewer_x).into_iter().enumerate() {
+                data[lattice.offset([at % fewer_x, j, at / fewer_x])] = value as f32;
             }
         }
         let homogeneous = self.homogeneous.clone();
@@ -140,8 +223,8 @@ impl Bspline {
         Lattice::new(dims, bounds, Placement::Nodes).expect("smaller than a valid grid")
     }
 
-    /// Whether the fields are the same within a tolerance, at the samples of this one.
-    fn is_close(&self, other: &Bspline, tolerance: f64) -> bool {
+    /// A sample of this field where the other one differs by more than a tolerance.
+    fn difference(&self, other: &Bspline, tolerance: f64) -> Option<[usize; 3]> {
         let places = |axis: usize| (0..self.dims()[axis]).map(|i| i as f64);
         let here = [0, 1, 2].map(|axis| places(axis).map(Taps::at).collect::<Vec<_>>());
         let there = [0, 1, 2].map(|axis| {
@@ -154,11 +237,11 @@ impl Bspline {
         let planes = here[2].len();
         (0..STRIDE)
             .flat_map(|first| (first..planes).step_by(STRIDE))
-            .all(|k| {
+            .find_map(|k| {
                 let (mine, theirs) = (self.plane(&here, k), other.plane(&there, k));
-                mine.iter()
-                    .zip(&theirs)
-                    .all(|(a, b)| (b - a).abs() <= tolerance)
+                let apart = |(a, b): (&f64, &f64)| (b - a).abs() > tolerance;
+                let at = mine.iter().zip(&theirs).position(apart)?;
+                Some([at % here[0].len(), at / here[0].len(), k])
             })
     }
 
@@ -199,76 +282,136 @@ impl Bspline {
 
 /// Fewer samples along an axis, the first and the last where they were.
 struct Thinned {
+    /// Number of samples that there were.
+    samples: usize,
     count: usize,
     /// Distance of neighbours, in units of what it was.
     spacing: f64,
+    /// The former coefficients around each sample.
+    taps: Vec<Taps>,
+    /// Pivots of the elimination.
+    factors: Vec<f64>,
 }
 
 impl Thinned {
     fn new(samples: usize, factor: usize) -> Self {
         let intervals = samples - 1;
         let count = intervals.div_ceil(factor) + 1;
+        let spacing = intervals.max(1) as f64 / (count - 1).max(1) as f64;
+        let mut factors = vec![0.25];
+        for i in 1..count {
+            let product = below(i, count) * above(i - 1) * factors[i - 1];
+            factors.push(1.0 / (4.0 - product));
+        }
         Thinned {
+            samples,
             count,
-            spacing: intervals as f64 / (count - 1).max(1) as f64,
+            spacing,
+            taps: (0..count).map(|i| Taps::at(i as f64 * spacing)).collect(),
+            factors,
         }
     }
 
-    /// Where they lie, in units of the former spacing.
-    fn places(&self) -> impl Iterator<Item = f64> {
-        let spacing = self.spacing;
-        (0..self.count).map(move |i| i as f64 * spacing)
-    }
-
-    /// Coefficients of fewer samples along a line, from those of all: of the cubic spline that has the same values at their
-    /// places, and the same slopes at the first and the last.
+    /// Coefficients of fewer samples along lines, from those of all: of the cubic spline that has the same values at their
+    /// places, and the same slopes at the first and the last. The lines lie beside each other: `width` numbers are their first ones.
     ///
     /// (c₍i₋₁₎ + 4cᵢ + c₍i₊₁₎)/6 = fᵢ, of which (c₁ − c₋₁)/2 = f′₀ and its like at the other end eliminate what lies outside.
-    fn fewer(&self, line: &[f64]) -> Vec<f64> {
+    fn fewer(&self, lines: &[f64], width: usize) -> Vec<f64> {
         let count = self.count;
         if count < 2 {
-            return line.to_vec();
+            return lines.to_vec();
         }
-        let places = self.places().map(|t| Taps::at(t).of(line));
-        let mut c: Vec<f64> = places.collect();
-        let slope = |i: usize| 0.5 * self.spacing * (line[i + 1] - line[i - 1]);
-        let slopes = [slope(PAD), slope(line.len() - 1 - PAD)];
-        c[0] += slopes[0] / 3.0;
-        c[count - 1] -= slopes[1] / 3.0;
-        let above = |i: usize| if i == 0 { 2.0 } else { 1.0 };
-        let below = |i: usize| if i + 1 == count { 2.0 } else { 1.0 };
-        let mut factors = vec![0.25];
-        c[0] *= 6.0 * factors[0];
+        let all = |i: usize| &lines[i * width..][..width];
+        let mut fewer = vec![0.0; (count + 2 * PAD) * width];
+        for (taps, out) in self
+            .taps
+            .iter()
+            .zip(fewer[PAD * width..].chunks_exact_mut(width))
+        {
+            let around: [&[f64]; 4] = std::array::from_fn(|c| all(taps.first + c));
+            for (k, out) in out.iter_mut().enumerate() {
+                *out = taps.sum(|c| around[c][k]);
+            }
+        }
+        let last = lines.len() / width - 1 - PAD;
+        let slopes: Vec<[f64; 2]> = (0..width)
+            .map(|k| [PAD, last].map(|i| 0.5 * self.spacing * (all(i + 1)[k] - all(i - 1)[k])))
+            .collect();
+        let row = |i: usize| (i + PAD) * width;
+        for (k, slopes) in slopes.iter().enumerate() {
+            fewer[row(0) + k] += slopes[0] / 3.0;
+            fewer[row(count - 1) + k] -= slopes[1] / 3.0;
+            fewer[row(0) + k] *= 6.0 * self.factors[0];
+        }
         for i in 1..count {
-            let factor = 1.0 / (4.0 - below(i) * above(i - 1) * factors[i - 1]);
-            c[i] = (6.0 * c[i] - below(i) * c[i - 1]) * factor;
-            factors.push(factor);
+            let (below, factor) = (below(i, count), self.factors[i]);
+            let (before, own) = fewer.split_at_mut(row(i));
+            let before = &before[row(i - 1)..];
+            for (own, before) in own.iter_mut().zip(before) {
+                *own = (6.0 * *own - below * before) * factor;
+            }
         }
         for i in (0..count - 1).rev() {
-            c[i] -= above(i) * factors[i] * c[i + 1];
+            let share = above(i) * self.factors[i];
+            let (own, after) = fewer.split_at_mut(row(i + 1));
+            for (own, after) in own[row(i)..].iter_mut().zip(after) {
+                *own -= share * *after;
+            }
         }
-        let before = c[1] - 2.0 * slopes[0];
-        let after = c[count - 2] + 2.0 * slopes[1];
-        let [beyond_first, beyond_last] = [
-            3.0 * before - 3.0 * c[0] + c[1],
-            3.0 * after - 3.0 * c[count - 1] + c[count - 2],
-        ];
-        let inner = c.iter().copied();
-        let start = [beyond_first, before].into_iter();
-        start.chain(inner).chain([after, beyond_last]).collect()
+        for (k, slopes) in slopes.iter().enumerate() {
+            let at = |i: usize| fewer[row(i) + k];
+            let before = at(1) - 2.0 * slopes[0];
+            let after = at(count - 2) + 2.0 * slopes[1];
+            let [beyond_first, beyond_last] = [
+                3.0 * before - 3.0 * at(0) + at(1),
+                3.0 * after - 3.0 * at(count - 1) + at(count - 2),
+            ];
+            fewer[k] = beyond_first;
+            fewer[width + k] = before;
+            fewer[row(count) + k] = after;
+            fewer[row(count + 1) + k] = beyond_last;
+        }
+        fewer
     }
 
-    /// By how much splines through fewer samples of a line of coefficients differ from it at most, at its samples.
-    fn error(&self, line: &[f64]) -> f64 {
-        let fewer = self.fewer(line);
-        let difference = |i: usize| {
+    /// By how much splines through fewer samples of a line of coefficients differ from it at its samples.
+    fn changes(&self, line: &[f64]) -> impl Iterator<Item = f64> {
+        let fewer = self.fewer(line, 1);
+        (0..self.samples).map(move |i| {
             let there = Taps::at(i as f64 / self.spacing).of(&fewer);
             (Taps::at(i as f64).of(line) - there).abs()
-        };
-        (0..line.len() - 2 * PAD)
-            .map(difference)
-            .fold(0.0, f64::max)
+        })
     }
+
+    /// The largest of them.
+    fn error(&self, line: &[f64]) -> f64 {
+        self.changes(line).fold(0.0, f64::max)
+    }
+
+    /// Shares of the coefficients of a line in the value at a sample of the spline through fewer samples, of those within reach.
+    fn shares(&self, sample: usize) -> Vec<(usize, f64)> {
+        let (stored, reach) = (self.samples + 2 * PAD, (REACH * self.spacing) as usize);
+        let near = sample.saturating_sub(reach)..(sample + reach + 2 * PAD).min(stored);
+        let width = near.len();
+        let mut units = vec![0.0; stored * width];
+        for (k, i) in near.clone().enumerate() {
+            units[i * width + k] = 1.0;
+        }
+        let fewer = self.fewer(&units, width);
+        let taps = Taps::at(sample as f64 / self.spacing);
+        let share = |(k, i)| (i, taps.sum(|c| fewer[(taps.first + c) * width + k]));
+        near.enumerate().map(share).collect()
+    }
+}
+
+/// How often the coefficient after the i-th one acts on the latter's equation: that before the first is eliminated.
+fn above(i: usize) -> f64 {
+    if i == 0 { 2.0 } else { 1.0 }
+}
+
+/// How often the coefficient before the i-th one of `count` does.
+fn below(i: usize, count: usize) -> f64 {
+    if i + 1 == count { 2.0 } else { 1.0 }
 }
 
 impl Taps {
@@ -295,5 +438,56 @@ impl Taps {
     /// Along a line.
     fn of(&self, line: &[f64]) -> f64 {
         self.sum(|c| line[self.first + c])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The change that is foretold at a sample is that of the field from fewer samples, to the rounding of coefficients.
+    #[test]
+    fn changes_at_samples_are_foretold() {
+        let rough =
+            |x: DVec3| 1.3 + 1e-2 * (9.0 * x.x).sin() * (7.0 * x.y).cos() + 1e-2 * x.z.powi(3);
+        let bounds = Aabb::new(DVec3::NEG_ONE, DVec3::ONE);
+        for dims in [[61, 50, 43], [80, 70, 1]] {
+            let fine = Bspline::from_fn(dims, bounds, Placement::Nodes, rough).unwrap();
+            let factors = [4, 3, if dims[2] > 1 { 2 } else { 1 }];
+            let fewer = fine.thinned(factors);
+            let scale = |axis: usize| {
+                let intervals = |field: &Bspline| (field.dims()[axis] - 1).max(1) as f64;
+                intervals(&fewer) / intervals(&fine)
+            };
+            let value = |field: &Bspline, place: [f64; 3]| {
+                let taps = place.map(Taps::at);
+                let at = |axis: usize, c: usize| field.lattice.place(axis, taps[axis].first + c);
+                let along_x = |j: usize, k: usize| {
+                    taps[0].sum(|c| f64::from(field.coefficients[at(0, c) + j + k]))
+                };
+                taps[2].sum(|c| taps[1].sum(|b| along_x(at(1, b), at(2, c))))
+            };
+            let mut most = 0.0;
+            for sample in [
+                [0, 0, 0],
+                [7, 11, 5],
+                [30, 49, 21],
+                [60, 25, 42],
+                [41, 2, 33],
+            ] {
+                let sample: [usize; 3] =
+                    std::array::from_fn(|axis| sample[axis].min(dims[axis] - 1));
+                let here = sample.map(|i| i as f64);
+                let there = std::array::from_fn(|axis| here[axis] * scale(axis));
+                let change = (value(&fewer, there) - value(&fine, here)).abs();
+                let foretold = fine.change(factors, sample);
+                assert!(
+                    (change - foretold).abs() < 1e-8,
+                    "{sample:?}: {change} {foretold}"
+                );
+                most = f64::max(most, change);
+            }
+            assert!(most > 1e-6, "{most}");
+        }
     }
 }

@@ -324,7 +324,7 @@ fn cross([a, b, c]: [DVec3; 3]) -> DVec3 {
 }
 
 /// Whether a triangle has no area to rounding: its height is lost in the rounding of its sides.
-fn is_degenerate(t: [DVec3; 3]) -> bool {
+pub(super) fn is_degenerate(t: [DVec3; 3]) -> bool {
     let longest = (t[1] - t[0])
         .length_squared()
         .max((t[2] - t[0]).length_squared())

@@ -7,3 +7,4 @@ mod sampling;
 mod support;
 mod surface;
 mod tessellation;
+mod voxel_faces;

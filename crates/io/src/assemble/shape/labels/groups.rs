@@ -42,7 +42,7 @@ struct Place {
 impl Groups {
     /// Those of the labels that voxels have; `None` after an error.
     pub(super) fn of(
-        labels: &[u32],
+        labels: Vec<u32>,
         size: [usize; 3],
         table: Table,
         object: &ObjectDescription,
@@ -98,11 +98,19 @@ impl Groups {
         if !right {
             return None;
         }
-        let place = |label: &u32| places[label];
+        let (mut parts, mut members) = (Vec::new(), Vec::new());
+        parts.reserve_exact(labels.len());
+        members.reserve_exact(labels.len());
+        for run in labels.chunk_by(|a, b| a == b) {
+            let Place { part, member } = places[&run[0]];
+            let end = parts.len() + run.len();
+            parts.resize(end, part);
+            members.resize(end, member);
+        }
         Some(Groups {
             size,
-            parts: labels.iter().map(|l| place(l).part).collect(),
-            members: labels.iter().map(|l| place(l).member).collect(),
+            parts,
+            members,
             groups,
             outer_index: table.outer_index,
         })
@@ -220,13 +228,28 @@ impl Groups {
     /// For each voxel which of the labels of a part it has. Voxels of other parts up to two steps away have that of a neighbour, so that
     /// smooth surfaces and rounding do not matter, and others 0.
     fn filled(&self, part: u8) -> Vec<u8> {
-        let own = |i: usize| (self.parts[i] == part).then(|| self.members[i]);
-        let mut known: Vec<Option<u8>> = (0..self.parts.len()).map(own).collect();
+        let mut known: Vec<bool> = self.parts.iter().map(|p| *p == part).collect();
+        let own = self.members.iter().zip(&known);
+        let mut filled: Vec<u8> = own.map(|(m, known)| if *known { *m } else { 0 }).collect();
+        let at_other = |i: &usize| known[*i] && self.neighbours(*i).any(|k| !known[k]);
+        let mut ends: Vec<usize> = (0..known.len()).filter(at_other).collect();
         for _ in 0..2 {
-            let spread = |i: usize| known[i].or_else(|| self.neighbours(i).find_map(|k| known[k]));
-            known = (0..known.len()).map(spread).collect();
+            let unknown = |i: &usize| !known[*i];
+            let beside = ends.iter().flat_map(|i| self.neighbours(*i));
+            let mut next: Vec<usize> = beside.filter(unknown).collect();
+            next.sort_unstable();
+            next.dedup();
+            let nearest = |i: &usize| self.neighbours(*i).find(|k| known[*k]);
+            let values: Vec<u8> = next
+                .iter()
+                .map(|i| nearest(i).map_or(0, |k| filled[k]))
+                .collect();
+            for (i, value) in next.iter().zip(values) {
+                (known[*i], filled[*i]) = (true, value);
+            }
+            ends = next;
         }
-        known.into_iter().map(Option::unwrap_or_default).collect()
+        filled
     }
 
     /// The voxels beside one.

@@ -18,7 +18,7 @@ use transport::Spectrum;
 use transport::bsdf::{Bsdf, Dielectric};
 use transport::meter::MeterSurface;
 use transport::scene::MediumId;
-use transport::shape::{Mesh, Shape, ShapeError};
+use transport::shape::{Mesh, Shape, ShapeError, VoxelFaces};
 use transport::volume::{LabelGrid, VoxelMedia};
 
 /// Labels are numbers up to this one, which single precision tells apart.
@@ -51,7 +51,8 @@ pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
     let (Some(volume), Some(table)) = (volume, table) else {
         return;
     };
-    let Some(labels) = whole(&volume, &source, object, context) else {
+    let size = volume.size();
+    let Some(labels) = whole(volume, &source, object, context) else {
         return;
     };
     let wanted = Wanted {
@@ -59,7 +60,7 @@ pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
         refraction,
         exterior: exterior.map(|m| medium::medium(&m, context)),
     };
-    let Some(groups) = Groups::of(&labels, volume.size(), table, object, context) else {
+    let Some(groups) = Groups::of(labels, size, table, object, context) else {
         return;
     };
     let outer = divide(object, groups, &source, &wanted, context);
@@ -74,7 +75,7 @@ pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
 
 /// The labels of all voxels, x fastest; `None` if they are none (reported then).
 fn whole(
-    volume: &Volume,
+    volume: Volume,
     source: &Source,
     object: &ObjectDescription,
     context: &mut Context,
@@ -106,7 +107,8 @@ fn whole(
         context.error_at(location, message);
         return None;
     }
-    Some(volume.data().iter().map(|v| *v as u32).collect())
+    // Numbers of the same size stay in place.
+    Some(volume.into_data().into_iter().map(|v| v as u32).collect())
 }
 
 /// Adds the media of groups of labels and the surfaces between them. Returns those around the volume.
@@ -118,11 +120,6 @@ fn divide(
     context: &mut Context,
 ) -> Vec<MeterSurface> {
     let mut outer = Vec::new();
-    let division = Division {
-        size: groups.size,
-        parts: &groups.parts,
-    };
-    let surfaces = division.surfaces(wanted.smooth);
     let name = object.id.clone().unwrap_or_else(|| object.plugin.clone());
     let mut media: Vec<MediumId> = Vec::new();
     for (i, group) in groups.groups.iter().enumerate() {
@@ -137,6 +134,29 @@ fn divide(
     let Some(dielectric) = context.accept(&object.location, clear) else {
         return outer;
     };
+    let (surfaces, voxels) = if wanted.smooth {
+        let division = Division {
+            size: groups.size,
+            parts: &groups.parts,
+        };
+        let surfaces = division.surfaces().into_iter();
+        let made: Result<Vec<Surface>, ShapeError> =
+            surfaces.map(|surface| smooth(surface, source)).collect();
+        let Some(made) = context.accept(&object.location, made) else {
+            return outer;
+        };
+        (made, None)
+    } else {
+        let parts = LabelGrid::new(groups.size, groups.parts, source.to_world).map(Arc::new);
+        let Some(parts) = context.accept(&object.location, parts) else {
+            return outer;
+        };
+        let Some(faces) = context.accept(&object.location, VoxelFaces::all(&parts)) else {
+            return outer;
+        };
+        let made = faces.into_iter().map(Surface::from).collect();
+        (made, Some(Arc::new(VoxelMedia::new(parts, media.clone()))))
+    };
     let first = context.objects.len();
     let mut sides = Vec::new();
     for surface in surfaces {
@@ -146,17 +166,13 @@ fn divide(
         };
         let is_outer = surface.parts.contains(&0);
         let [behind, before] = surface.parts.map(of);
-        let made = made(surface, source);
-        let Some((mesh, turned)) = context.accept(&object.location, made) else {
-            return outer;
-        };
         if is_outer {
             outer.push(MeterSurface {
                 object: context.objects.len(),
-                inverted: turned,
+                inverted: surface.turned,
             });
         }
-        sides.push(if turned {
+        sides.push(if surface.turned {
             [before, behind]
         } else {
             [behind, before]
@@ -166,24 +182,8 @@ fn divide(
         } else {
             Bsdf::Null
         };
-        super::push(
-            object,
-            Shape::from(mesh),
-            bsdf,
-            None,
-            Wish::default(),
-            context,
-        );
+        super::push(object, surface.shape, bsdf, None, Wish::default(), context);
     }
-    let voxels = if wanted.smooth {
-        None
-    } else {
-        let parts = LabelGrid::new(groups.size, groups.parts, source.to_world);
-        let Some(parts) = context.accept(&object.location, parts) else {
-            return outer;
-        };
-        Some(Arc::new(VoxelMedia::new(parts, media)))
-    };
     context.divided.push(Divided {
         voxels,
         objects: first..context.objects.len(),
@@ -195,9 +195,30 @@ fn divide(
     outer
 }
 
-/// A surface in its place, and whether its normals have been turned.
-fn made(surface: PartSurface, source: &Source) -> Result<(Mesh, bool), ShapeError> {
+/// The surface between two parts.
+struct Surface {
+    /// The part behind its normals, and the one before them, unless they are turned.
+    parts: [u8; 2],
+    turned: bool,
+    shape: Shape,
+}
+
+impl From<VoxelFaces> for Surface {
+    fn from(faces: VoxelFaces) -> Self {
+        Surface {
+            parts: faces.labels(),
+            turned: faces.is_turned(),
+            shape: faces.into(),
+        }
+    }
+}
+
+/// A smooth surface in its place.
+fn smooth(surface: PartSurface, source: &Source) -> Result<Surface, ShapeError> {
     let mesh = Mesh::new(surface.mesh.positions, surface.mesh.triangles, None)?;
-    let turned = mesh.was_inside_out();
-    Ok((mesh.transformed(source.to_world)?, turned))
+    Ok(Surface {
+        parts: surface.parts,
+        turned: mesh.was_inside_out(),
+        shape: mesh.transformed(source.to_world)?.into(),
+    })
 }
