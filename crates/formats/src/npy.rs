@@ -11,7 +11,7 @@ use std::path::Path;
 use crate::element::{Element, Encoding};
 use crate::error::{FileError, Problem};
 use crate::{atomic, binary, input};
-pub use header::Header;
+pub use header::NpyHeader;
 
 /// An array as stored.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,7 +54,7 @@ pub fn parse(bytes: &[u8]) -> Result<NpyArray, Problem> {
 }
 
 fn read_from(reader: &mut impl Read, size: u64) -> Result<NpyArray, Problem> {
-    let header = Header::read(reader, size)?;
+    let header = NpyHeader::read(reader, size)?;
     let Encoding { element, .. } = header.encoding;
     let count = binary::checked_count(&header.shape, element.size(), header.size, size)?;
     let data = match element {
@@ -76,7 +76,7 @@ fn read_from(reader: &mut impl Read, size: u64) -> Result<NpyArray, Problem> {
 
 fn elements<T>(
     reader: &mut impl Read,
-    header: &Header,
+    header: &NpyHeader,
     count: usize,
     convert: impl Fn(f64) -> T,
 ) -> Result<Vec<T>, Problem> {

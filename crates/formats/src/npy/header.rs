@@ -14,7 +14,7 @@ const MAX_AXES: usize = 32;
 const ALIGNMENT: usize = 64;
 
 /// What is known before the data.
-pub struct Header {
+pub struct NpyHeader {
     /// Type of the numbers and the order of their bytes.
     pub encoding: Encoding,
     /// Whether the first index runs fastest.
@@ -68,7 +68,7 @@ fn real(word: &str) -> Result<Encoding, Problem> {
     }
 }
 
-impl Header {
+impl NpyHeader {
     /// Reads the header of a file of `size` bytes.
     ///
     /// # Errors
@@ -109,7 +109,7 @@ impl Header {
 }
 
 /// Reads `{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3), }`.
-fn parse(text: &str, size: u64) -> Result<Header, Problem> {
+fn parse(text: &str, size: u64) -> Result<NpyHeader, Problem> {
     let mut cursor = Cursor { rest: text.trim() };
     let (mut encoding, mut fortran_order, mut shape) = (None, None, None);
     cursor.expect('{')?;
@@ -143,7 +143,7 @@ fn parse(text: &str, size: u64) -> Result<Header, Problem> {
     }
     // Real and imaginary part are the last axis.
     shape.extend(complex.then_some(2));
-    Ok(Header {
+    Ok(NpyHeader {
         encoding,
         fortran_order,
         shape,

@@ -35,7 +35,7 @@ pub(super) fn read_from<T: Sample>(
     [size, stored]: [u64; 2],
     options: Options,
 ) -> Result<Volume<T>, Problem> {
-    let header = npy::Header::read(reader, size)?;
+    let header = npy::NpyHeader::read(reader, size)?;
     let layout = Layout::new(&header.shape, header.fortran_order, options.axes()?)?;
     let element = header.encoding.element;
     binary::check_size(layout.count(), element.size(), header.size, size)?;
@@ -99,7 +99,7 @@ pub(super) fn series_from<R: Read>(
     options: Options,
     plan: &mut Plan,
 ) -> Result<Series, Problem> {
-    let header = npy::Header::read(file.reader, file.size)?;
+    let header = npy::NpyHeader::read(file.reader, file.size)?;
     let layout = Layout::new(&header.shape, header.fortran_order, options.axes()?)?;
     let element = header.encoding.element;
     binary::check_size(layout.count(), element.size(), header.size, file.size)?;

@@ -55,7 +55,7 @@ fn numbers<R: Read + Seek>(
 ) -> Option<Vec<f64>> {
     let mut file = archive.by_name(&format!("{name}.npy")).ok()?;
     let size = file.size();
-    let header = crate::npy::Header::read(&mut file, size).ok()?;
+    let header = crate::npy::NpyHeader::read(&mut file, size).ok()?;
     if header.fortran_order
         || header
             .shape

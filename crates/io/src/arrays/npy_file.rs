@@ -25,7 +25,7 @@ pub(super) fn read_from(
     size: u64,
     budget: &mut Budget,
 ) -> Result<Array, Problem> {
-    let header = npy::Header::read(reader, size)?;
+    let header = npy::NpyHeader::read(reader, size)?;
     let element = header.encoding.element;
     let count = binary::checked_count(&header.shape, element.size(), header.size, size)?;
     // Those of Fortran are copied in another order.

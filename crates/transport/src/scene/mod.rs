@@ -24,6 +24,7 @@ mod regions;
 mod voxels;
 mod world;
 
+pub use crate::film::{FilmSpec, FilmWindow};
 pub use bending::TOTAL_REFLECTIONS;
 pub(crate) use bending_ball::BendingBall;
 pub use builder::{BuildError, BuildProblem, ObjectBuilder, SceneBuilder};
@@ -31,7 +32,7 @@ pub use check::{ProblemSeverity, SceneProblem, Subject};
 pub use containment::{Bodies, Containment};
 pub(crate) use light_bounds::Receiver;
 pub use matter::{Leg, Legs, Matter};
-pub use parts::{AMBIENT, FilmSpec, FilmWindow, MediumId, Object, Partition, Parts, Sides};
+pub use parts::{AMBIENT, MediumId, Object, Partition, Parts, Sides};
 pub use regions::Region;
 pub use voxels::VoxelVolume;
 pub(crate) use voxels::{BeyondFace, VoxelMatter};

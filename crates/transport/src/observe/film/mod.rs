@@ -8,6 +8,7 @@ mod outliers;
 mod pixels;
 mod scores;
 mod signed_filter;
+mod spec;
 mod summary;
 
 pub use decomposition::{Decomposition, LayerAxis, LightParts, PathFacts};
@@ -20,10 +21,10 @@ pub use pixels::Pixel;
 pub(crate) use pixels::bytes_of_pixel;
 pub(crate) use scores::{PlacedValue, Scores};
 pub use signed_filter::SignedFilter;
+pub use spec::{FilmSpec, FilmWindow};
 
 use crate::Spectrum;
 use crate::sampling::Replicates;
-use crate::scene::FilmSpec;
 use pixels::GroupSums;
 use serde::{Deserialize, Serialize};
 

@@ -1,0 +1,72 @@
+//! The size of pictures, and which part of a sensor's image they show.
+
+use super::Filter;
+
+/// The size of the picture and how samples are weighted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FilmSpec {
+    /// Width in pixels.
+    pub width: usize,
+    /// Height in pixels.
+    pub height: usize,
+    /// Number of spectral channels.
+    pub channels: usize,
+    /// Number of channels that share their paths, 1 to [`Spectrum::CHANNELS`](crate::Spectrum::CHANNELS): one where the index
+    /// depends on the wavelength.
+    pub group_size: usize,
+    /// Reconstruction filter.
+    pub filter: Filter,
+    /// Which part of the sensor's image the picture shows; `None` for all of it.
+    pub window: Option<FilmWindow>,
+}
+
+/// The place of a picture on the image of its sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FilmWindow {
+    /// Width and height of the whole image in pixels, > 0.
+    pub image: [usize; 2],
+    /// The picture's top left corner, in pixels from that of the image, both finite; beyond the image is what a larger
+    /// one would show.
+    pub corner: [f64; 2],
+}
+
+impl FilmWindow {
+    /// Number of pixels of the whole image.
+    pub(crate) fn pixels(&self) -> f64 {
+        self.image[0] as f64 * self.image[1] as f64
+    }
+}
+
+impl FilmSpec {
+    /// A position in pixels from the picture's top left corner, in units of the sensor's image from its own.
+    pub fn image(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        match &self.window {
+            None => [x / self.width as f64, y / self.height as f64],
+            Some(w) => [
+                (x + w.corner[0]) / w.image[0] as f64,
+                (y + w.corner[1]) / w.image[1] as f64,
+            ],
+        }
+    }
+
+    /// The inverse of [`FilmSpec::image`].
+    pub fn position(&self, [s, t]: [f64; 2]) -> [f64; 2] {
+        match &self.window {
+            None => [s * self.width as f64, t * self.height as f64],
+            Some(w) => [
+                s * w.image[0] as f64 - w.corner[0],
+                t * w.image[1] as f64 - w.corner[1],
+            ],
+        }
+    }
+
+    /// Number of groups of channels, each with a scene and paths of its own.
+    pub fn groups(&self) -> usize {
+        self.channels.div_ceil(self.group_size)
+    }
+
+    /// Number of channels in a group.
+    pub fn channels_of(&self, group: usize) -> usize {
+        (self.channels - group * self.group_size).min(self.group_size)
+    }
+}
