@@ -29,7 +29,7 @@ pub struct PointOnFace {
 
 impl PointOnFace {
     /// A point of the given radiant intensity. `offsets` has the displacements of the points on the sides of the faces with the
-    /// given `normals`, by [`side`].
+    /// given `normals`, by `side`.
     pub fn new(
         position: DVec3,
         intensity: Spectrum,

@@ -81,7 +81,7 @@ impl<'a> Section<'a> {
     }
 
     /// Calls `see` with each voxel that counts along the part of the line up to θ = `end`, and the integral of its weight over length:
-    /// [`Section::integral`] is the sum of these times the samples times the factor. The same voxel may come several times.
+    /// `Section::integral` is the sum of these times the samples times the factor. The same voxel may come several times.
     pub fn weights(&self, end: f64, mut see: impl FnMut(usize, f64)) {
         let length = self.factor / self.scale;
         let range = [self.part[0], end.min(self.part[1])];

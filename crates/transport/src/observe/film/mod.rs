@@ -265,7 +265,7 @@ impl Film {
         pixel.moments[offset].mean_square(pixel.count) as f32
     }
 
-    /// How many equal samples would make a pixel that is known as well: see [`Moments::effective`]. Of [replicates](Replicates) of samples
+    /// How many equal samples would make a pixel that is known as well: see [`Moments::effective`](crate::moments::Moments::effective). Of [replicates](Replicates) of samples
     /// each counts as one.
     pub fn effective_at(&self, layer: Option<usize>, channel: usize, pixel: usize) -> f32 {
         let (group, offset) = (
@@ -275,7 +275,7 @@ impl Film {
         self.pixel(group, pixel, layer).moments[offset].effective() as f32
     }
 
-    /// Whether that variance is not to be trusted: see [`Moments::few`].
+    /// Whether that variance is not to be trusted: see [`Moments::few`](crate::moments::Moments::few).
     pub fn few_at(&self, layer: Option<usize>, channel: usize, pixel: usize) -> bool {
         let (group, offset) = (
             channel / self.shape.group_size,
