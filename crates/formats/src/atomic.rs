@@ -18,8 +18,8 @@ const MOST_LINKS: usize = 40;
 ///
 /// ```no_run
 /// use std::io::Write;
-/// morgana_io::atomic::write("report.txt".as_ref(), |file| writeln!(file, "done"))?;
-/// # Ok::<(), morgana_io::FileError>(())
+/// morgana_formats::atomic::write("report.txt".as_ref(), |file| writeln!(file, "done"))?;
+/// # Ok::<(), morgana_formats::FileError>(())
 /// ```
 ///
 /// # Errors

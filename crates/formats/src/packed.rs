@@ -15,9 +15,9 @@ impl<T: Serialize + DeserializeOwned> Packed for T {}
 /// A value of a type that cannot be stored, such as a sequence whose length is not known.
 ///
 /// ```
-/// let bytes = morgana_io::packed::pack(&vec![1.5, 2.5]).unwrap();
-/// assert_eq!(morgana_io::packed::unpack::<Vec<f64>>(&bytes).unwrap(), [1.5, 2.5]);
-/// assert!(morgana_io::packed::unpack::<Vec<f64>>(&bytes[1..]).is_err());
+/// let bytes = morgana_formats::packed::pack(&vec![1.5, 2.5]).unwrap();
+/// assert_eq!(morgana_formats::packed::unpack::<Vec<f64>>(&bytes).unwrap(), [1.5, 2.5]);
+/// assert!(morgana_formats::packed::unpack::<Vec<f64>>(&bytes[1..]).is_err());
 /// ```
 pub fn pack<T: Serialize>(value: &T) -> Result<Vec<u8>, Problem> {
     postcard::to_stdvec(value).map_err(|e| Problem::Malformed(format!("not storable: {e}")))

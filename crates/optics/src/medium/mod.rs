@@ -74,8 +74,8 @@ impl Medium {
     /// not scatter, and nothing is reflected.
     ///
     /// ```
-    /// use morgana_transport::medium::Medium;
-    /// use morgana_transport::eikonal::field::Constant;
+    /// use morgana_optics::medium::Medium;
+    /// use morgana_optics::eikonal::field::Constant;
     ///
     /// let flame = Medium::homogeneous("flame", Constant::new(1.5), 2.0, 0.25).with_emission(3.0);
     /// // σ_a n² B

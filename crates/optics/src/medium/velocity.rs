@@ -13,7 +13,7 @@ impl Velocity {
     ///
     /// ```
     /// use glam::DVec3;
-    /// use morgana_transport::medium::Velocity;
+    /// use morgana_optics::medium::Velocity;
     ///
     /// let flow = Velocity::uniform(DVec3::new(0.0, 0.0, 2.5));
     /// assert_eq!(flow.at(DVec3::ONE).z, 2.5);
@@ -39,7 +39,7 @@ impl Velocity {
     ///
     /// ```
     /// use glam::DVec3;
-    /// use morgana_transport::medium::Velocity;
+    /// use morgana_optics::medium::Velocity;
     ///
     /// assert_eq!(Velocity::uniform(DVec3::X).change(), 0.0);
     /// ```

@@ -100,7 +100,7 @@ impl Spheres {
 /// between them to be off by no more than 2e-3 of the phase function there.
 ///
 /// ```
-/// use morgana_transport::phase::{Mie, Spheres};
+/// use morgana_optics::phase::{Mie, Spheres};
 ///
 /// // Polystyrene of 1 µm in water, in µm.
 /// let spheres = Spheres { radius: 0.5, geometric_deviation: 1.0, n: 1.587, k: 0.0, exterior: 1.332, wavelength: 0.6328 };
@@ -109,7 +109,7 @@ impl Spheres {
 /// // A suspension of which they are one per cent, per µm.
 /// let scattering = 0.01 * mie.scattering_cross_section() / mie.volume();
 /// assert!((scattering - 0.0379).abs() < 1e-4);
-/// # Ok::<(), morgana_transport::phase::PhaseError>(())
+/// # Ok::<(), morgana_optics::phase::PhaseError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Mie {

@@ -14,7 +14,7 @@ const CELL: f64 = 2.0 / CELLS as f64;
 /// towards y. The default is open.
 ///
 /// ```
-/// use morgana_transport::sensor::{ApertureShape, Iris};
+/// use morgana_optics::sensor::{ApertureShape, Iris};
 /// let telescope = Iris { obscuration: 0.3, vanes: 4, vane_width: 0.02, ..Iris::default() };
 /// assert!(ApertureShape::new(telescope).is_ok());
 /// ```
