@@ -18,5 +18,6 @@ pub mod spectrum;
 pub mod texture;
 pub mod volume;
 
+pub use eikonal;
 pub use orientation::Orientation;
 pub use spectrum::Spectrum;
