@@ -161,6 +161,27 @@ PLANTED = [
         ("morgana-io", "io", "placement::the_order_of_coincident_objects_does_not_matter"),
     ),
     (
+        "scenes that share the geometry of others that differ",
+        TRANSPORT + "scene/geometry.rs",
+        "if !self.is_of(own, other) {",
+        "if self.is_of(own, other) && false {",
+        ("morgana-transport", "lib", "scene::geometry::tests::scenes_share_their_geometry_while_it_is_the_same"),
+    ),
+    (
+        "grids told apart by all but their samples",
+        "crates/io/src/assemble/texture.rs",
+        ".singles(&samples.data)",
+        ".singles(&[])",
+        ("morgana-io", "io", "shared_parts::scenes_with_equal_data_share_them"),
+    ),
+    (
+        "shapes built anew for each group of channels",
+        "crates/io/src/assemble/shape/mod.rs",
+        "context.assets.shapes.insert(key, built.clone());",
+        "",
+        ("morgana-io", "io", "shared_parts::groups_of_channels_share_meshes_and_grids"),
+    ),
+    (
         "hollows that emit",
         TRANSPORT + "scene/emitted_power.rs",
         "volume += body.volume? - taken;",

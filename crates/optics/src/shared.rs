@@ -36,7 +36,7 @@ impl<K: Ord, V> Shared<K, V> {
     /// The value of a key, as [`Shared::get`] finds it, unless making it fails.
     ///
     /// # Errors
-    /// That of `make`.
+    /// The error of `make`.
     pub fn try_get<E>(&self, key: K, make: impl FnOnce() -> Result<V, E>) -> Result<Arc<V>, E> {
         if let Some(value) = self.lock().get(&key).and_then(Weak::upgrade) {
             return Ok(value);

@@ -144,7 +144,7 @@ fn check_header(header: &Header, size: u64, limits: Limits) -> Result<(), Proble
     Ok(())
 }
 
-/// What is wrong with an element.
+/// Problem of an element.
 fn describe(error: ParseError, element: &ElementDef) -> Located {
     if error.kind() == ErrorKind::UnexpectedEof {
         let (name, count) = (&element.name, element.count);

@@ -17,7 +17,7 @@ const ALIGNMENT: usize = 64;
 pub struct NpyHeader {
     /// Type of the numbers and the order of their bytes.
     pub encoding: Encoding,
-    /// Whether the first index runs fastest.
+    /// True if the first index runs fastest.
     pub fortran_order: bool,
     /// With a last axis of two for complex numbers.
     pub shape: Vec<usize>,

@@ -33,7 +33,7 @@ pub(super) struct Context<'a> {
     pub channels: &'a Channels,
     /// Group of channels: what depends on it is built anew for each.
     pub(super) group: usize,
-    /// Whether the channels of the group were looked at: see [`Context::once`].
+    /// True once the channels of the group were used: see [`Context::once`].
     pub(super) depends_on_group: Cell<bool>,
     pub diagnostics: &'a mut Diagnostics,
     pub files: &'a mut FileRegistry,

@@ -72,13 +72,13 @@ impl Line {
         (passes && from < to).then(|| (u.clamp(from.next_up(), to), face))
     }
 
-    /// Whether the range starts before the plane where a coordinate is `at`: a distance below the noise counts as zero.
+    /// Returns whether the range starts before the plane where a coordinate is `at`: a distance below the noise counts as zero.
     #[inline]
     fn starts_before(&self, axis: usize, at: f64) -> bool {
         self.height(axis, at, self.range[0]) < -self.noise_at(axis, self.range[0])
     }
 
-    /// Whether the range ends on the plane where a coordinate is `at`, to the noise, or beyond it.
+    /// Returns whether the range ends beyond the plane where a coordinate is `at`, or on it to the noise.
     #[inline]
     fn ends_beyond(&self, axis: usize, at: f64) -> bool {
         self.height(axis, at, self.range[1]) >= -self.noise_at(axis, self.range[1])
@@ -120,13 +120,13 @@ impl Line {
         cell
     }
 
-    /// Whether the line goes up along an axis.
+    /// Returns whether the line goes up along an axis.
     #[inline]
     pub(super) fn goes_up(&self, axis: usize) -> bool {
         self.step[axis].is_sign_positive()
     }
 
-    /// Where the line comes into the box from 0 to `size`, and across which axis, if it starts outside and that is in range.
+    /// Returns the place where the line enters the box from 0 to `size`, and the axis that it crosses there, if it starts outside and that is in range.
     #[inline]
     pub(super) fn enters(&self, size: DVec3) -> Option<(f64, usize)> {
         let (mut enter, mut leave) = ((f64::NEG_INFINITY, 0, 0.0), f64::INFINITY);
@@ -149,7 +149,7 @@ impl Line {
         enters.then_some((u, axis))
     }
 
-    /// Where the line leaves a box in which it is, and across which axis, if that is in range.
+    /// Returns the place where the line leaves a box in which it is, and the axis that it crosses there, if that is in range.
     #[inline]
     pub(super) fn leaves(&self, low: DVec3, high: DVec3) -> Option<(f64, usize)> {
         let mut first: Option<(f64, usize)> = None;

@@ -61,7 +61,7 @@ struct Task {
 /// Number of boxes whose centres fall into a bin, and the box around them.
 type Bin = (u32, Bounds);
 
-/// How centres of boxes are sorted into bins, along all axes.
+/// Map of the centres of boxes to bins, along all axes.
 struct Binning {
     min: Vec3,
     /// Bins per length; not finite where centres do not differ.

@@ -30,7 +30,7 @@ pub struct VoxelFaces {
     /// A box around them in the scene.
     aabb: Aabb,
     closed: bool,
-    /// Whether normals point into the larger label, as it encloses the smaller one.
+    /// True if normals point into the larger label, because it encloses the smaller one.
     turned: bool,
     /// Triangles for bent rays.
     mesh: OnceLock<Option<Mesh>>,
@@ -93,7 +93,7 @@ impl VoxelFaces {
         self.labels
     }
 
-    /// Whether the larger label encloses the smaller one: normals point out of closed surfaces.
+    /// Returns whether the larger label encloses the smaller one: normals point out of closed surfaces.
     pub fn is_turned(&self) -> bool {
         self.turned
     }
@@ -120,7 +120,7 @@ impl VoxelFaces {
         self.closed
     }
 
-    /// Whether the surface is that of a box.
+    /// True if the surface is that of a box.
     pub(super) fn is_convex(&self) -> bool {
         let size = self.bounds.size();
         let sides = |axis: usize| 2.0 * others(axis).map(|k| size[k]).iter().product::<f64>();
@@ -143,7 +143,7 @@ impl VoxelFaces {
         self.signed_volume().abs() * self.placement.determinant()
     }
 
-    /// Whether a line along x from the point crosses the faces an odd number of times.
+    /// Returns whether a line along x from the point crosses the faces an odd number of times.
     pub(super) fn contains(&self, p: DVec3) -> bool {
         let cell = self.placement.local(p).floor();
         let last = self.bounds.max - 1.0;
@@ -403,7 +403,7 @@ impl VoxelFaces {
         [a.max(b), a.min(b)] == self.labels
     }
 
-    /// Whether each edge of a face has exactly one other face.
+    /// Returns whether each edge of a face has exactly one other face.
     fn is_closed_around_edges(&self) -> bool {
         self.all_faces().all(|(axis, place)| {
             let [a, b] = others(axis);

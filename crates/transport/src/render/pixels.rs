@@ -14,13 +14,13 @@ use std::ops::Range;
 /// thread is left alone with many of them at the end of a pass.
 pub(super) const PIXELS_PER_TASK: usize = 64;
 
-/// What samples are taken of.
+/// Quantities that samples are taken of.
 struct Wanted<'a> {
     samples: Range<u64>,
     allocation: &'a Allocation,
     /// If light is told apart.
     decomposition: Option<Decomposition>,
-    /// Whether samples are sorted by brightness.
+    /// True if samples are sorted by brightness.
     sorts: bool,
 }
 

@@ -38,7 +38,7 @@ pub(super) struct ImageFilms<'a> {
     pub strategies: Option<&'a mut Strategies>,
 }
 
-/// One sample of the whole image, or a replicate of them, for one group of channels.
+/// A sample of the whole image, or a replicate of them, for one group of channels.
 pub(super) struct ImageScores {
     pub image: Scores,
     /// Single samples of the image without known bias, if there is any.

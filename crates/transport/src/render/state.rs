@@ -62,7 +62,7 @@ impl Shapes {
     }
 }
 
-/// What a pass has found in one group of channels.
+/// Result of a pass in one group of channels.
 enum Found {
     Rays(aov::Found),
     Pixels(Vec<Scores>),
@@ -170,7 +170,7 @@ impl State {
         prepared && watched && allotted && counted && self.has(&shapes)
     }
 
-    /// Whether its films have these shapes.
+    /// Returns whether its films have these shapes.
     fn has(&self, shapes: &Shapes) -> bool {
         let fits = |film: Option<&Film>, shape: Option<FilmShape>| match (film, shape) {
             (Some(film), Some(shape)) => film.fits(&shape),

@@ -106,7 +106,7 @@ impl Bspline {
         worst
     }
 
-    /// By how much n² changes at a sample if samples are left out by these factors, up to the rounding of coefficients.
+    /// Returns the change of n² at a sample if samples are left out by these factors, up to the rounding of coefficients.
     fn change(&self, factors: [usize; 3], sample: [usize; 3]) -> f64 {
         let shares = [0, 1, 2].map(|axis| {
             let thinned = Thinned::new(self.dims()[axis], factors[axis]);
@@ -162,7 +162,7 @@ impl Bspline {
         (0..self.lattice.stored_dims()[axis]).map(value).collect()
     }
 
-    /// Whether the line through a sample along some axis could do with fewer samples.
+    /// Returns whether fewer samples hold the line through a sample along at least one axis.
     fn allows_fewer(&self, sample: [usize; 3], tolerance: f64) -> bool {
         (0..3).any(|axis| {
             let errors = errors(self.dims()[axis], &[self.line(axis, sample)]);
@@ -374,7 +374,7 @@ impl Thinned {
         fewer
     }
 
-    /// By how much splines through fewer samples of a line of coefficients differ from it at its samples.
+    /// Returns the differences at all samples between a line of coefficients and the spline through fewer of its samples.
     fn changes(&self, line: &[f64]) -> impl Iterator<Item = f64> {
         let fewer = self.fewer(line, 1);
         (0..self.samples).map(move |i| {
@@ -404,12 +404,12 @@ impl Thinned {
     }
 }
 
-/// How often the coefficient after the i-th one acts on the latter's equation: that before the first is eliminated.
+/// Factor of coefficient i + 1 in the equation of coefficient i, once the coefficient before the first is eliminated.
 fn above(i: usize) -> f64 {
     if i == 0 { 2.0 } else { 1.0 }
 }
 
-/// How often the coefficient before the i-th one of `count` does.
+/// Factor of coefficient i − 1 of `count` in the equation of coefficient i.
 fn below(i: usize, count: usize) -> f64 {
     if i + 1 == count { 2.0 } else { 1.0 }
 }

@@ -53,7 +53,7 @@ impl Layers {
         Pixel::of(&group.cells[first..first + group.channels], count)
     }
 
-    /// Whether there are as many sums as layers of that many pixels and channels take.
+    /// Returns whether there are as many sums as layers of that many pixels and channels take.
     pub(super) fn fits(
         &self,
         decomposition: Decomposition,

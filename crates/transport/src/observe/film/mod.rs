@@ -51,11 +51,11 @@ pub(crate) struct FilmShape {
     pub channels: usize,
     /// Channels per group, at most [`Spectrum::CHANNELS`].
     pub group_size: usize,
-    /// How samples belong together.
+    /// Replicates to which samples belong.
     pub replicates: Replicates,
     /// Layers of light.
     pub decomposition: Decomposition,
-    /// Whether samples are sorted by brightness.
+    /// True if samples are sorted by brightness.
     pub sorts: bool,
 }
 
@@ -113,7 +113,7 @@ impl Film {
         }
     }
 
-    /// How the samples of its pixels belong together.
+    /// Replicates to which the samples of its pixels belong.
     pub fn replicates(&self) -> Replicates {
         self.shape.replicates
     }
@@ -123,12 +123,12 @@ impl Film {
         self.shape
     }
 
-    /// Whether another film keeps the same quantities of as many pixels.
+    /// Returns whether another film keeps the same quantities of as many pixels.
     pub fn is_like(&self, other: &Film) -> bool {
         self.fits(&other.shape) && other.fits(&self.shape)
     }
 
-    /// Whether this is a film of a shape, with as many sums as that takes: a file may say otherwise.
+    /// Returns whether this is a film of a shape, with as many sums as that takes: a file may say otherwise.
     pub(crate) fn fits(&self, shape: &FilmShape) -> bool {
         let (pixels, channels) = (shape.pixels(), || shape.groups());
         self.shape == *shape

@@ -79,7 +79,7 @@ pub(crate) const fn bytes_of_pixel(channels: usize) -> usize {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct GroupSums {
     channels: usize,
-    /// By pixel and channel; the last fastest.
+    /// Sums by pixel and channel; channels run fastest.
     moments: Vec<Moments>,
     /// Number of samples of each pixel, or of replicates.
     counts: Vec<Count>,

@@ -38,7 +38,7 @@ impl Scores {
         }
     }
 
-    /// One score of each pixel, with scores of layers by their places and with single samples by their pixels.
+    /// Score of each pixel, with scores of layers by their places and with single samples by their pixels.
     pub(crate) fn of_image(
         values: Vec<Spectrum>,
         layers: Vec<PlacedValue>,
