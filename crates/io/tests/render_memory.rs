@@ -17,8 +17,6 @@ const SIDE: usize = 256;
 /// Threads, and bytes that each needs at most for its work.
 const THREADS: usize = 2;
 const WORK: usize = 1 << 20;
-/// Bytes of contributions that splat, of a block of pixels, until they are added up.
-const BLOCK: usize = 4 << 20;
 /// Most bytes of a pixel of three channels, by a path tracer.
 const MOST_OF_PIXEL: usize = 170;
 /// Most bytes of a triangle of a closed mesh that is kept, and that is read.
@@ -94,12 +92,8 @@ fn films(folder: &Path) {
                 told / pixels
             );
             // The check of memory does not include photon maps.
-            let block = if name == "bdpt" { BLOCK } else { 0 };
             if !["photons", "vcm"].contains(&name) {
-                assert!(
-                    peak < told + THREADS * WORK + block,
-                    "{name}: {peak} {told}"
-                );
+                assert!(peak < told + THREADS * WORK, "{name}: {peak} {told}");
             }
             if name == "path" && samples == 1 {
                 assert!(peak < MOST_OF_PIXEL * pixels, "{peak}");

@@ -1,7 +1,7 @@
 //! Memory that a render takes, known before it starts.
 
 use super::strategies::MOST_VERTICES;
-use super::{RenderOptions, allocation};
+use super::{RenderOptions, allocation, splats};
 use crate::Spectrum;
 use crate::film::{OutlierRejection, Scores, bytes_of_pixel};
 use crate::integrator::Integrator;
@@ -17,13 +17,21 @@ const SCORES: usize = 1 << 25;
 const REACHED_LAYERS: usize = 8;
 
 /// Bytes that a render takes at most, except for photon maps, long light subpaths and samples that reach many layers: its films, what it
-/// knows of pixels, and scores that wait until a pass is complete. Writing films to files takes more, but not at the same time.
+/// knows of pixels, and what waits until a pass is complete. Writing films to files takes more, but not at the same time.
 pub fn memory(scene: &Scene, options: &RenderOptions) -> usize {
     let (pixels, per_unit) = (pixels(scene), scores(scene, options));
     let units = samples_of_pass(scene, options).min(options.samples) / unit(scene, options);
     let scores = per_unit.saturating_mul(units.max(1) as usize);
     let per_pixel = kept(scene.film(), options).saturating_add(pending(options));
-    pixels.saturating_mul(per_pixel).saturating_add(scores)
+    let waiting = if options.renderer.splats() {
+        splats::waiting(pixels)
+    } else {
+        0
+    };
+    pixels
+        .saturating_mul(per_pixel)
+        .saturating_add(scores)
+        .saturating_add(waiting)
 }
 
 /// Most samples of a pass, whole replicates at all instants of a period.

@@ -22,9 +22,22 @@ use std::ops::Range;
 
 /// Pixels per unit of work.
 const PIXELS_PER_TASK: usize = 16;
-/// Units of work whose contributions are kept until they are added up: enough to keep all threads
-/// busy, few enough to fit into memory.
-const BLOCK: u64 = 1 << 10;
+/// Units of work for each thread whose contributions are kept until they are added up: enough to keep all threads busy, few
+/// enough to fit into memory.
+const TASKS_PER_THREAD: usize = 1 << 7;
+/// Contributions that a pixel's sample is taken to have: how many it really has depends on the scene.
+const CONTRIBUTIONS: usize = 32;
+
+/// Bytes of the contributions that are kept until they are added up, of films of so many pixels.
+pub(super) fn waiting(pixels: usize) -> usize {
+    let pixels = pixels.min(tasks_of_block() * PIXELS_PER_TASK);
+    pixels * CONTRIBUTIONS * size_of::<(usize, Contribution)>()
+}
+
+/// Units of work whose contributions are kept at the same time.
+fn tasks_of_block() -> usize {
+    TASKS_PER_THREAD * rayon::current_num_threads()
+}
 
 /// One sample of a few neighbouring pixels: contributions, and the pixel whose sample each is.
 type SplatSamples = Vec<(usize, Contribution)>;
@@ -102,12 +115,13 @@ impl Tasks {
             samples.end - samples.start
         };
         let (per_sample, end) = (self.per_sample, samples.end);
+        let block = tasks_of_block() as u64;
         let runs = samples.step_by(run.max(1) as usize);
         runs.flat_map(move |first| {
             let tasks = first * per_sample..end.min(first + run) * per_sample;
             let end = tasks.end;
-            let starts = tasks.step_by(BLOCK as usize);
-            starts.map(move |start| start..end.min(start + BLOCK))
+            let starts = tasks.step_by(block as usize);
+            starts.map(move |start| start..end.min(start + block))
         })
     }
 }

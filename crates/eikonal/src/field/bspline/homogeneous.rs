@@ -1,6 +1,7 @@
 //! Where a grid does not change, so that rays are straight lines.
 
 use super::lattice::{Lattice, first_coefficient};
+use super::values::Values;
 use fearless_simd::dispatch;
 use glam::DVec3;
 use std::ops::Range;
@@ -10,6 +11,10 @@ const EDGE: usize = 8;
 /// Coefficients that differ by less than this part of the largest are taken as equal: rounding of samples is
 /// five orders of magnitude larger. It decides how soon the ripples around a change have died away.
 const EQUAL: f64 = 1.0 / (1u64 << 40) as f64;
+
+/// Most share of a sample in a coefficient, by the blocks between them, that act in a block: (2 − √3)ⁿ of what is n samples away, n
+/// = 6 of what is not in a neighbour, times 10 for the sums along three axes; each beside the share before.
+const SHARES: [f64; 3] = [10.0 * 3.7e-4, 2.7e-5, 2.7e-5];
 
 /// Blocks of cells with equal coefficients.
 #[derive(Clone, Debug)]
@@ -27,21 +32,45 @@ pub(super) struct HomogeneousBlocks {
 impl HomogeneousBlocks {
     /// Of coefficients in rows; `None` if there is no such block.
     pub(super) fn new(lattice: &Lattice, coefficients: &[f32]) -> Option<Self> {
-        let cells = lattice.dims().map(|n| (n - 1).max(1));
-        let dims = cells.map(|n| n.div_ceil(EDGE));
+        let dims = blocks(lattice);
         let ranges = dispatch!(crate::lanes::level(), _simd => ranges(lattice, coefficients, dims));
         let largest = |m: f32, [low, high]: &[f32; 2]| m.max(low.abs()).max(high.abs());
         let limit = EQUAL * f64::from(ranges.iter().fold(0.0, largest));
-        let is_homogeneous = |[low, high]: &[f32; 2]| f64::from(*high) - f64::from(*low) <= limit;
-        let layer = |range| if is_homogeneous(range) { u8::MAX } else { 0 };
-        let mut layers: Vec<u8> = ranges.iter().map(layer).collect();
+        let is_still = |[low, high]: &[f32; 2]| f64::from(*high) - f64::from(*low) <= limit;
+        Self::of_still(lattice, ranges.iter().map(is_still))
+    }
+
+    /// The same of the spline through samples, known from these alone; blocks are left out whose coefficients may differ.
+    pub(super) fn of_samples(lattice: &Lattice, values: &impl Values) -> Option<Self> {
+        let dims = blocks(lattice);
+        let mut ranges = ranges_of_samples(values, dims);
+        let largest = |m: f64, [low, high]: &[f64; 2]| m.max(low.abs()).max(high.abs());
+        let mut limit = EQUAL * ranges.iter().fold(0.0, largest);
+        let mut still = vec![true; ranges.len()];
+        let mut shares = SHARES.into_iter();
+        loop {
+            // What is at most so many blocks away.
+            (0..3).for_each(|axis| widen(&mut ranges, dims, axis));
+            for (still, [low, high]) in still.iter_mut().zip(&ranges) {
+                *still &= high - low <= limit;
+            }
+            let Some(share) = shares.next() else { break };
+            limit /= share;
+        }
+        Self::of_still(lattice, still.into_iter())
+    }
+
+    /// Of the blocks, x fastest, that are known to be still; `None` if none is.
+    fn of_still(lattice: &Lattice, still: impl Iterator<Item = bool>) -> Option<Self> {
+        let dims = blocks(lattice);
+        let mut layers: Vec<u8> = still.map(|still| if still { u8::MAX } else { 0 }).collect();
         if !layers.contains(&u8::MAX) {
             return None;
         }
         for axis in 0..3 {
             spread(&mut layers, dims, axis);
         }
-        let cells = DVec3::from_array(cells.map(|n| n as f64));
+        let cells = DVec3::from_array(cells(lattice).map(|n| n as f64));
         Some(HomogeneousBlocks {
             lattice: lattice.clone(),
             dims,
@@ -80,6 +109,50 @@ impl HomogeneousBlocks {
     /// Memory in bytes.
     pub(super) fn memory(&self) -> usize {
         self.layers.len()
+    }
+}
+
+/// Number of cells along each axis.
+fn cells(lattice: &Lattice) -> [usize; 3] {
+    lattice.dims().map(|n| (n - 1).max(1))
+}
+
+/// Number of blocks along each axis.
+fn blocks(lattice: &Lattice) -> [usize; 3] {
+    cells(lattice).map(|n| n.div_ceil(EDGE))
+}
+
+/// The least and the greatest sample in each block, x fastest.
+fn ranges_of_samples(values: &impl Values, [x, y, z]: [usize; 3]) -> Vec<[f64; 2]> {
+    let [width, height, planes] = values.dims();
+    let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; x * y * z];
+    let mut plane = vec![0.0; width * height];
+    for k in 0..planes {
+        values.plane(k, &mut plane);
+        for (j, row) in plane.chunks_exact(width).enumerate() {
+            let first = ((k / EDGE).min(z - 1) * y + (j / EDGE).min(y - 1)) * x;
+            for (a, some) in row.chunks(EDGE).enumerate() {
+                let [low, high] = &mut ranges[first + a.min(x - 1)];
+                *low = some.iter().copied().fold(*low, f64::min);
+                *high = some.iter().copied().fold(*high, f64::max);
+            }
+        }
+    }
+    ranges
+}
+
+/// Extends the range of each block over its neighbours along an axis.
+fn widen(ranges: &mut [[f64; 2]], dims: [usize; 3], axis: usize) {
+    let stride = [1, dims[0], dims[0] * dims[1]][axis];
+    let before = ranges.to_vec();
+    for (at, [low, high]) in ranges.iter_mut().enumerate() {
+        let place = at / stride % dims[axis];
+        let lower = (place > 0).then(|| before[at - stride]);
+        let upper = (place + 1 < dims[axis]).then(|| before[at + stride]);
+        for [other_low, other_high] in lower.into_iter().chain(upper) {
+            *low = low.min(other_low);
+            *high = high.max(other_high);
+        }
     }
 }
 

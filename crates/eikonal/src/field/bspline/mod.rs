@@ -12,7 +12,9 @@ mod noise;
 mod prefilter;
 mod scales;
 mod smooth;
+mod thinned;
 mod transpose;
+mod values;
 mod weights;
 
 pub(super) use complex::ComplexBspline;

@@ -77,7 +77,7 @@ impl Grid {
 }
 
 /// A number that is stored.
-trait Stored: Copy + Into<f64> {
+pub(super) trait Stored: Copy + Into<f64> {
     fn of(value: f64) -> Self;
 }
 
@@ -113,7 +113,12 @@ fn along<T: Stored>(grid: &Grid, data: &mut [T], axis: usize, solver: &Solver) {
 
 /// Reads `count` lines. `steps` are the distances of neighbours on a line, and of neighbouring lines.
 #[inline(always)]
-fn gather<T: Stored>(data: &[T], [along, across]: [usize; 2], count: usize, lines: &mut [Lanes]) {
+pub(super) fn gather<T: Stored>(
+    data: &[T],
+    [along, across]: [usize; 2],
+    count: usize,
+    lines: &mut [Lanes],
+) {
     for (k, line) in lines.iter_mut().enumerate() {
         let data = &data[k * along..];
         if across == 1 && count == LANES {
@@ -131,7 +136,12 @@ fn gather<T: Stored>(data: &[T], [along, across]: [usize; 2], count: usize, line
 
 /// Writes them.
 #[inline(always)]
-fn scatter<T: Stored>(lines: &[Lanes], [along, across]: [usize; 2], count: usize, data: &mut [T]) {
+pub(super) fn scatter<T: Stored>(
+    lines: &[Lanes],
+    [along, across]: [usize; 2],
+    count: usize,
+    data: &mut [T],
+) {
     for (k, line) in lines.iter().enumerate() {
         let data = &mut data[k * along..];
         if across == 1 && count == LANES {
@@ -145,7 +155,7 @@ fn scatter<T: Stored>(lines: &[Lanes], [along, across]: [usize; 2], count: usize
 }
 
 /// Solves for lines of equal length.
-enum Solver {
+pub(super) enum Solver {
     Interpolating {
         samples: usize,
         /// Of the elimination in each row.
@@ -165,7 +175,7 @@ impl Solver {
         Self::interpolating(samples)
     }
 
-    fn interpolating(samples: usize) -> Self {
+    pub(super) fn interpolating(samples: usize) -> Self {
         let mut factors = vec![-1.0];
         for i in 1..samples.saturating_sub(1) {
             factors.push(1.0 / (4.0 - factors[i - 1]));
@@ -175,7 +185,7 @@ impl Solver {
 
     /// Samples f in `line[PAD..len − PAD]` become coefficients c; those in the padding continue them quadratically.
     #[inline(always)]
-    fn solve(&self, lines: &mut [Lanes]) {
+    pub(super) fn solve(&self, lines: &mut [Lanes]) {
         match self {
             Solver::Interpolating { samples, factors } => {
                 // One or two samples are their own coefficients.
@@ -230,5 +240,9 @@ fn extend(line: &mut [Lanes], n: usize) {
 
 #[inline(always)]
 pub(super) fn lanes(f: impl Fn(usize) -> f64) -> Lanes {
-    std::array::from_fn(f)
+    let mut lanes = [0.0; LANES];
+    for (l, lane) in lanes.iter_mut().enumerate() {
+        *lane = f(l);
+    }
+    lanes
 }

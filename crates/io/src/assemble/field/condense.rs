@@ -13,28 +13,28 @@ const OF_COEFFICIENTS: f64 = 4.0 / (1u64 << 24) as f64;
 /// Rounded samples are half a unit off; the spline through some of millions, hardly ever more than two from the others.
 const UNITS: f64 = 2.5;
 
-/// The field from as few samples as hold it, as far as rounding lets tell. `range` is the least and the largest n of the samples,
-/// `rounding` the standard deviation of theirs.
-pub(super) fn condensed(
-    field: Bspline,
-    range: [f64; 2],
-    rounding: f64,
-    object: &ObjectDescription,
-    context: &mut Context,
-) -> Bspline {
-    let [least, most] = range;
+/// Most change of n² that rounding hides. `ends` are the least and the largest n of the samples, in either order, `rounding` the
+/// standard deviation of theirs.
+pub(super) fn tolerance(ends: [f64; 2], rounding: f64) -> f64 {
+    let (least, most) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
     let of_samples = UNITS * 2.0 * most * rounding * 12f64.sqrt();
     let of_coefficients = OF_COEFFICIENTS * (most * most - least * least);
-    let tolerance = of_samples.max(of_coefficients).min(MOST * most * most);
-    let Some(condensed) = field.condensed(tolerance) else {
-        return field;
-    };
+    of_samples.max(of_coefficients).min(MOST * most * most)
+}
+
+/// Takes note of a grid of a file that a field of fewer samples stands for.
+pub(super) fn note(
+    size: [usize; 3],
+    condensed: &Bspline,
+    tolerance: f64,
+    object: &ObjectDescription,
+    context: &mut Context,
+) {
     context.condensed.push(CondensedGrid {
         plugin: object.plugin.clone(),
         file: file_of(object),
-        size: field.dims(),
+        size,
         held: condensed.dims(),
         tolerance,
     });
-    condensed
 }

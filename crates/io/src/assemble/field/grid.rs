@@ -4,7 +4,7 @@ use super::super::context::Context;
 use super::super::sound_record::{FactSource, SeriesRecord, SoundRecord};
 use super::super::volume_source::{SOURCE, Source, read, read_series};
 use super::super::{reach, units};
-use super::condense::condensed;
+use super::condense;
 use super::oscillating::{Amplitudes, in_place, oscillating};
 use super::rounding::Rounding;
 use super::wave::{Asked, Wave, only};
@@ -13,8 +13,8 @@ use crate::diagnostic::Diagnostic;
 use crate::query::{INDEX, Query};
 use crate::scene::{ObjectDescription, Value};
 use crate::volume::{Sample, Volume};
-use eikonal::field::{Bspline, NoiseShares, Placement};
-use eikonal::{Field, Shown};
+use eikonal::field::{Bspline, FieldError, NoiseShares, Placement};
+use eikonal::{Aabb, Field, Shown};
 
 /// More than any liquid or gas has, in 1/Pa; water has 1.4e-10.
 const LARGEST_DN_DP: f64 = 1e-6;
@@ -112,7 +112,8 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
         Smoothing::Noise(deviation) => factor * deviation,
         Smoothing::Auto => factor * rounding.deviation,
     };
-    doubt_units(samples.range(), law.as_ref(), object, context);
+    let range = samples.range();
+    doubt_units(range, law.as_ref(), object, context);
     context.grids.push(reach::Placed::new(
         reach::Quantity::Index,
         source.to_world,
@@ -124,27 +125,71 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
         each!(&samples, v => check(law, v.data(), object, context)?);
     }
     let index = |q| law.as_ref().map_or(q, |law| law.index(q));
-    let range = samples.range().map(|range| range.map(index));
-    let field = match samples {
-        Samples::Single(v) => {
-            Bspline::from_vec(size, bounds, placement, v.into_data(), index, noise)
-        }
-        Samples::Double(v) => {
-            let mut data = v.into_data();
-            data.iter_mut().for_each(|q| *q = index(*q));
-            Bspline::smoothed(size, bounds, placement, &data, noise)
-        }
+    let rounded = factor * rounding.deviation;
+    let condensing = range.filter(|_| may_condense);
+    let tolerance = condensing.map(|range| condense::tolerance(range.map(index), rounded));
+    let grid = Grid {
+        size,
+        bounds,
+        placement,
+        noise,
+        tolerance,
     };
-    let mut field = context.accept(&object.location, field)?;
-    if let Some([a, b]) = range.filter(|_| may_condense) {
-        let range = [a.min(b), a.max(b)];
-        field = condensed(field, range, factor * rounding.deviation, object, context);
+    let field = context.accept(&object.location, grid.field(samples, index))?;
+    if let Some(tolerance) = tolerance.filter(|_| field.dims() != size) {
+        condense::note(size, &field, tolerance, object, context);
     }
     if smoothing == Smoothing::None {
-        let shares = field.noise_shares(factor * rounding.deviation);
+        let shares = field.noise_shares(rounded);
         warn_of_noise(shares, rounding, object, context);
     }
     placed(field.into(), rest, object, context)
+}
+
+/// Where samples lie, and how far their field may pass them by.
+struct Grid {
+    size: [usize; 3],
+    bounds: Aabb,
+    placement: Placement,
+    /// Standard deviation of that of n.
+    noise: f64,
+    /// Most change of n² by which fewer samples may stand for them.
+    tolerance: Option<f64>,
+}
+
+impl Grid {
+    /// The field of samples from which an index follows, of as few as the tolerance allows.
+    fn field(&self, samples: Samples, index: impl Fn(f64) -> f64) -> Result<Bspline, FieldError> {
+        let &Grid {
+            size,
+            bounds,
+            placement,
+            noise,
+            tolerance,
+        } = self;
+        if let Some(tolerance) = tolerance.filter(|_| noise == 0.0) {
+            let fewer = each!(&samples, v => {
+                Bspline::from_fewer(size, bounds, placement, v.data(), &index, tolerance)
+            });
+            if let Some(fewer) = fewer {
+                return Ok(fewer);
+            }
+        }
+        let field = match samples {
+            Samples::Single(v) => {
+                Bspline::from_vec(size, bounds, placement, v.into_data(), index, noise)?
+            }
+            Samples::Double(v) => {
+                let mut data = v.into_data();
+                data.iter_mut().for_each(|q| *q = index(*q));
+                Bspline::smoothed(size, bounds, placement, &data, noise)?
+            }
+        };
+        let smooth = tolerance.filter(|_| noise > 0.0);
+        Ok(smooth
+            .and_then(|tolerance| field.condensed(tolerance))
+            .unwrap_or(field))
+    }
 }
 
 /// Returns the wavelength of the channel in nm, if it has one and the index that follows from samples depends on it.

@@ -1,0 +1,252 @@
+//! Splines through fewer samples of a grid.
+
+use super::lattice::{Lattice, PAD};
+use super::prefilter::{LANES, Lanes, Solver, Stored, gather, lanes, scatter};
+use super::values::{Taps, Values};
+use fearless_simd::dispatch;
+
+/// Fewer samples along an axis, the first and the last where they were.
+pub(super) struct Thinned {
+    /// Makes coefficients of all samples.
+    solver: Solver,
+    /// Number of samples that there were.
+    samples: usize,
+    count: usize,
+    /// Distance of neighbours, in units of what it was.
+    spacing: f64,
+    /// The former coefficients around each sample.
+    taps: Vec<Taps>,
+    /// Pivots of the elimination.
+    factors: Vec<f64>,
+}
+
+impl Thinned {
+    /// Leaves so many samples out by a factor: about each `factor`-th is kept.
+    pub(super) fn new(samples: usize, factor: usize) -> Self {
+        let intervals = samples - 1;
+        let count = intervals.div_ceil(factor) + 1;
+        let spacing = intervals.max(1) as f64 / (count - 1).max(1) as f64;
+        let mut factors = vec![0.25];
+        for i in 1..count {
+            let product = below(i, count) * above(i - 1) * factors[i - 1];
+            factors.push(1.0 / (4.0 - product));
+        }
+        Thinned {
+            solver: Solver::interpolating(samples),
+            samples,
+            count,
+            spacing,
+            taps: (0..count).map(|i| Taps::at(i as f64 * spacing)).collect(),
+            factors,
+        }
+    }
+
+    /// Number of samples that are kept.
+    pub(super) fn count(&self) -> usize {
+        self.count
+    }
+
+    fn stored(&self) -> usize {
+        self.count + 2 * PAD
+    }
+
+    /// Room for lines of all samples, with their padding.
+    fn room(&self) -> Vec<Lanes> {
+        vec![[0.0; LANES]; self.samples + 2 * PAD]
+    }
+
+    fn room_for_fewer(&self) -> Vec<Lanes> {
+        vec![[0.0; LANES]; self.stored()]
+    }
+
+    /// The sample whose change is largest, with that change, on the lines along an axis through some samples of a grid, if samples are
+    /// left out along it alone.
+    pub(super) fn worst(
+        &self,
+        axis: usize,
+        through: &[[usize; 3]],
+        values: &impl Values,
+    ) -> (f64, [usize; 3]) {
+        let places: Vec<Taps> = (0..self.samples).map(|i| self.place(i)).collect();
+        let mut worst = (0.0, [0; 3]);
+        for some in through.chunks(LANES) {
+            let (samples, fewer) = self.lines(axis, some, values);
+            for (i, (here, place)) in samples.iter().zip(&places).enumerate() {
+                let there = place.of(&fewer);
+                for (l, start) in some.iter().enumerate() {
+                    let change = (there[l] - here[l]).abs();
+                    if change > worst.0 {
+                        let mut sample = *start;
+                        sample[axis] = i;
+                        worst = (change, sample);
+                    }
+                }
+            }
+        }
+        worst
+    }
+
+    /// The change at one sample if samples are left out along an axis alone.
+    pub(super) fn change(&self, axis: usize, sample: [usize; 3], values: &impl Values) -> f64 {
+        let (samples, fewer) = self.lines(axis, &[sample], values);
+        let i = sample[axis];
+        self.place(i).of(&fewer)[0] - samples[i][0]
+    }
+
+    /// Where a sample lies among fewer.
+    fn place(&self, i: usize) -> Taps {
+        Taps::at(i as f64 / self.spacing)
+    }
+
+    /// Samples of the lines along an axis through some of a grid, at most as many as there are lanes, and coefficients of fewer of them.
+    fn lines(
+        &self,
+        axis: usize,
+        through: &[[usize; 3]],
+        values: &impl Values,
+    ) -> (Vec<Lanes>, Vec<Lanes>) {
+        let (mut lines, mut fewer) = (self.room(), self.room_for_fewer());
+        let samples = PAD..PAD + self.samples;
+        for (l, start) in through.iter().enumerate() {
+            let mut sample = *start;
+            for (i, line) in lines[samples.clone()].iter_mut().enumerate() {
+                sample[axis] = i;
+                line[l] = values.at(sample);
+            }
+        }
+        let held = lines[samples].to_vec();
+        dispatch!(crate::lanes::level(), _simd => self.fewer(&mut lines, &mut fewer));
+        (held, fewer)
+    }
+
+    /// Coefficients of fewer samples along lines side by side, whose samples `lines[PAD..]` become coefficients: of the cubic spline that
+    /// has the same values at their places, and the same slopes at the first and the last.
+    ///
+    /// (c₍i₋₁₎ + 4cᵢ + c₍i₊₁₎)/6 = fᵢ, of which (c₁ − c₋₁)/2 = f′₀ and its like at the other end eliminate what lies outside.
+    #[inline(always)]
+    fn fewer(&self, lines: &mut [Lanes], fewer: &mut [Lanes]) {
+        self.solver.solve(lines);
+        let count = self.count;
+        if count < 2 {
+            return fewer.copy_from_slice(lines);
+        }
+        for (taps, own) in self.taps.iter().zip(&mut fewer[PAD..]) {
+            *own = taps.of(lines);
+        }
+        let slope = |i: usize| lanes(|l| 0.5 * self.spacing * (lines[i + 1][l] - lines[i - 1][l]));
+        let slopes = [slope(PAD), slope(PAD + self.samples - 1)];
+        let c = &mut fewer[PAD..];
+        c[0] = lanes(|l| (c[0][l] + slopes[0][l] / 3.0) * 6.0 * self.factors[0]);
+        c[count - 1] = lanes(|l| c[count - 1][l] - slopes[1][l] / 3.0);
+        for i in 1..count {
+            let (below, factor) = (below(i, count), self.factors[i]);
+            c[i] = lanes(|l| (6.0 * c[i][l] - below * c[i - 1][l]) * factor);
+        }
+        for i in (0..count - 1).rev() {
+            let share = above(i) * self.factors[i];
+            c[i] = lanes(|l| c[i][l] - share * c[i + 1][l]);
+        }
+        let before = lanes(|l| c[1][l] - 2.0 * slopes[0][l]);
+        let after = lanes(|l| c[count - 2][l] + 2.0 * slopes[1][l]);
+        let beyond = |a: &Lanes, b: &Lanes, c: &Lanes| lanes(|l| 3.0 * a[l] - 3.0 * b[l] + c[l]);
+        let ends = [
+            beyond(&before, &c[0], &c[1]),
+            beyond(&after, &c[count - 1], &c[count - 2]),
+        ];
+        (fewer[0], fewer[1]) = (ends[0], before);
+        (fewer[PAD + count], fewer[PAD + count + 1]) = (after, ends[1]);
+    }
+}
+
+/// Factor of coefficient i + 1 in the equation of coefficient i, once the coefficient before the first is eliminated.
+fn above(i: usize) -> f64 {
+    if i == 0 { 2.0 } else { 1.0 }
+}
+
+/// Factor of coefficient i − 1 of `count` in the equation of coefficient i.
+fn below(i: usize, count: usize) -> f64 {
+    if i + 1 == count { 2.0 } else { 1.0 }
+}
+
+/// Coefficients, in rows, of the spline through what a grid holds at fewer places, with its slopes at the ends.
+pub(super) fn coefficients(
+    values: &impl Values,
+    [along_x, along_y, along_z]: &[Thinned; 3],
+    lattice: &Lattice,
+) -> Vec<f32> {
+    let [x, y, z] = values.dims();
+    let [fewer_x, fewer_y] = [along_x.stored(), along_y.stored()];
+    let (mut all, mut columns) = (vec![0.0; x * y], vec![0.0; x * fewer_y]);
+    // Planes of coefficients that are few along x and y.
+    let mut planes = vec![0.0; fewer_x * fewer_y * z];
+    for (k, plane) in planes.chunks_exact_mut(fewer_x * fewer_y).enumerate() {
+        values.plane(k, &mut all);
+        // First along y, where neighbouring lines are neighbours in memory.
+        let along_columns = Lines {
+            number: x,
+            first: |i| [i, i],
+            steps: [[x, 1], [x, 1]],
+        };
+        thin(along_y, &along_columns, &all, &mut columns);
+        let along_rows = Lines {
+            number: fewer_y,
+            first: |j| [j * x, j * fewer_x],
+            steps: [[1, x], [1, fewer_x]],
+        };
+        thin(along_x, &along_rows, &columns, plane);
+    }
+    let mut data = vec![0.0_f32; lattice.stored()];
+    let [_, _, up] = lattice.strides();
+    for j in 0..fewer_y {
+        let across_planes = Lines {
+            number: fewer_x,
+            first: |i| [j * fewer_x + i, lattice.offset([i, j, 0])],
+            steps: [[fewer_x * fewer_y, 1], [up, 1]],
+        };
+        thin(along_z, &across_planes, &planes, &mut data);
+    }
+    data
+}
+
+/// How lines lie in memory, before and after samples are left out.
+struct Lines<F> {
+    number: usize,
+    /// Where a line begins.
+    first: F,
+    /// Distances of neighbours on a line, and of neighbouring lines.
+    steps: [[usize; 2]; 2],
+}
+
+/// Leaves out samples along lines.
+fn thin<T: Stored>(
+    along: &Thinned,
+    lines: &Lines<impl Fn(usize) -> [usize; 2]>,
+    from: &[f64],
+    to: &mut [T],
+) {
+    let mut all = along.room();
+    let mut fewer = along.room_for_fewer();
+    dispatch!(crate::lanes::level(), _simd => thin_in(along, lines, from, to, [&mut all, &mut fewer]));
+}
+
+#[inline(always)]
+fn thin_in<T: Stored>(
+    along: &Thinned,
+    lines: &Lines<impl Fn(usize) -> [usize; 2]>,
+    from: &[f64],
+    to: &mut [T],
+    [all, fewer]: [&mut [Lanes]; 2],
+) {
+    for line in (0..lines.number).step_by(LANES) {
+        let count = LANES.min(lines.number - line);
+        let [start, end] = (lines.first)(line);
+        gather(
+            &from[start..],
+            lines.steps[0],
+            count,
+            &mut all[PAD..PAD + along.samples],
+        );
+        along.fewer(all, fewer);
+        scatter(fewer, lines.steps[1], count, &mut to[end..]);
+    }
+}
