@@ -103,7 +103,7 @@ impl<T: Sample> Volume<T> {
                 found: format!("{} values", data.len()),
             });
         }
-        if let Some(index) = data.iter().position(|v| !v.wide().is_finite()) {
+        if let Some(index) = not_finite(&data) {
             let place = place(size, channels, index);
             return Err(Problem::NotFinite {
                 place,
@@ -328,6 +328,16 @@ impl Series {
 }
 
 /// The type of the numbers of an array.
+/// The first number that is not finite.
+fn not_finite<T: Sample>(data: &[T]) -> Option<usize> {
+    // Many at a time, without a branch for each.
+    const BLOCK: usize = 1 << 12;
+    let are_finite = |some: &[T]| some.iter().fold(true, |all, v| all & v.wide().is_finite());
+    let mut blocks = data.chunks(BLOCK);
+    let block = blocks.position(|some| !are_finite(some))?;
+    (block * BLOCK..data.len()).find(|at| !data[*at].wide().is_finite())
+}
+
 fn element_of(tensor: &Tensor) -> Element {
     match tensor.numbers() {
         Numbers::Single(_) => Element::F32,

@@ -20,6 +20,9 @@ const NONE: usize = FACTORS.len();
 const LINES: usize = 24;
 /// So many grids are tried, each with more samples along the axis that adds most to what the last one changes too much.
 const TRIES: usize = 6;
+/// Changes along the three axes that sum up to more than this times the tolerance exceed it together: each has the rounding of the
+/// sample in it, which is at most a fifth of the tolerance, and which they have once.
+const CERTAIN: f64 = 1.4;
 /// Planes are compared in steps of so many, so that a difference is met early.
 const STRIDE: usize = 7;
 
@@ -83,7 +86,10 @@ fn fewer(lattice: &Lattice, values: &impl Values, tolerance: f64) -> Option<(Lat
         .map(|sample| Changes::new(sample, values))
         .collect();
     for _ in 0..TRIES {
-        while let Some(suspect) = suspects.iter().find(|s| s.sum(chosen).abs() > tolerance) {
+        while let Some(suspect) = suspects
+            .iter()
+            .find(|s| s.sum(chosen).abs() > CERTAIN * tolerance)
+        {
             chosen[suspect.largest(chosen)] += 1;
         }
         if chosen == [NONE; 3] {
@@ -97,8 +103,8 @@ fn fewer(lattice: &Lattice, values: &impl Values, tolerance: f64) -> Option<(Lat
             return Some((coarse, data));
         };
         let suspect = Changes::new(sample, values);
-        // Together they change it by more than their sum.
-        if suspect.sum(chosen).abs() <= tolerance {
+        // Whatever their sum is, together they change it too much.
+        if suspect.sum(chosen).abs() <= CERTAIN * tolerance {
             chosen[suspect.largest(chosen)] += 1;
         }
         suspects.push(suspect);
@@ -110,9 +116,16 @@ fn fewer(lattice: &Lattice, values: &impl Values, tolerance: f64) -> Option<(Lat
 fn spread(dims: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
     let along = move |axis: usize, i: usize| {
         let last = dims[axis] - 1;
-        [last.min(2), last / 3, 2 * last / 3, last.saturating_sub(2)][i]
+        let near_faces = [last.min(2), last.saturating_sub(2)];
+        [
+            near_faces[0],
+            last / 4,
+            last / 2,
+            3 * last / 4,
+            near_faces[1],
+        ][i]
     };
-    (0..64).map(move |i| [along(0, i % 4), along(1, i / 4 % 4), along(2, i / 16)])
+    (0..125).map(move |i| [along(0, i % 5), along(1, i / 5 % 5), along(2, i / 25)])
 }
 
 /// What some lines along an axis allow.

@@ -61,7 +61,7 @@ fn samples(object: &ObjectDescription, context: &mut Context) -> (Option<Samples
 impl Samples {
     /// Least and largest, if there are any.
     fn range(&self) -> Option<[f64; 2]> {
-        each!(self, v => units::range(v.data().iter().map(|q| q.wide())))
+        each!(self, v => units::range(v.data()))
     }
 
     /// What they were rounded to.
