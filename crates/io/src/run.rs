@@ -10,7 +10,7 @@ use transport::integrator::Integrator;
 use transport::meter::Meter;
 use transport::render::{
     Basis, Candidate, Choice, Extent, Handle, MeasureError, MeasureOptions, MeasureState,
-    Measurement, RESULTS, RenderOptions, Rendering, Target, choose, measure, memory, render,
+    Measurement, RenderOptions, Rendering, Target, choose, measure, memory, render, results,
 };
 use transport::renderer::Renderer;
 use transport::sampling::Replicates;
@@ -178,7 +178,7 @@ impl<'a> Run<'a> {
         let settings = settings.filter_map(|(name, value)| Some((name.to_owned(), value?)));
         Header {
             version: env!("CARGO_PKG_VERSION").into(),
-            results: RESULTS.into(),
+            results: results(self.used()),
             scene_hash: self.loaded.hash.to_string(),
             settings: settings.collect(),
             total: self.total,
@@ -187,6 +187,12 @@ impl<'a> Run<'a> {
             origin: String::new(),
             seconds: 0.0,
         }
+    }
+
+    /// Names of the estimator and of the kinds of meters.
+    fn used(&self) -> impl Iterator<Item = &'static str> + Clone {
+        let instruments = self.loaded.instruments.iter();
+        std::iter::once(self.renderer.name()).chain(instruments.map(|i| i.meter.kind()))
     }
 
     /// How its picture is rendered.

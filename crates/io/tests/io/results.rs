@@ -1,12 +1,12 @@
 //! Small renders by all estimators: what they give is part of every checkpoint and shard, lest parts of different builds be added
-//! up. A change of results is no mistake, but must not go unnoticed: set [`RESULTS`] to what this test says.
+//! up. A change of results is no mistake, but must not go unnoticed: set [`RESULTS`] to what this test says, and say why.
 //!
 //! Values count to five digits, so that nothing depends on the last bits of a processor's arithmetic.
 
 use morgana_io::{Diagnostics, LoadOptions, Loaded, xml};
 use std::ops::ControlFlow;
 use transport::meter::Meter;
-use transport::render::{Handle, MeasureOptions, MeasureState, RESULTS, RenderOptions, render};
+use transport::render::{Handle, MeasureOptions, RESULTS, RenderOptions, measure, render};
 
 /// A lens of fog, a ball of glass and a wall, before a light of each kind.
 const SCENE: &str = r#"<scene version="3.0.0">
@@ -34,13 +34,26 @@ const SCENE: &str = r#"<scene version="3.0.0">
     <emitter type="area"><rgb name="radiance" value="3, 4, 5"/></emitter></shape>
 </scene>"#;
 
-const METERS: &str = r#"<scene version="3.0.0">
+/// A light in a ball of haze, with a meter of a kind.
+fn meter(kind: &str) -> String {
+    let [inside, on_the_wall] = match kind {
+        "fluence" => [
+            r#"<sensor type="fluencemeter" id="cells"><integer name="nx" value="2"/><integer name="ny" value="2"/><integer name="nz" value="2"/></sensor>"#,
+            "",
+        ],
+        _ => ["", r#"<sensor type="irradiancemeter" id="wall"/>"#],
+    };
+    format!(
+        r#"<scene version="3.0.0">
   <integrator type="particle"/>
   <emitter type="point"><point name="position" x="0.3" y="0" z="0"/><rgb name="intensity" value="1, 2, 3"/></emitter>
-  <shape type="sphere"><bsdf type="diffuse"/><sensor type="irradiancemeter" id="wall"/>
+  {inside}
+  <shape type="sphere"><bsdf type="diffuse"/>{on_the_wall}
     <medium type="homogeneous" name="interior"><float name="sigma_t" value="2"/><float name="albedo" value="0.8"/></medium>
   </shape>
-</scene>"#;
+</scene>"#
+    )
+}
 
 fn load(text: &str, options: &LoadOptions) -> Loaded {
     let mut diagnostics = Diagnostics::new();
@@ -49,15 +62,16 @@ fn load(text: &str, options: &LoadOptions) -> Loaded {
     morgana_io::assemble(&scene, options, diagnostics).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Adds numbers to a hash, to five digits.
-fn add<'a>(hash: &mut blake3::Hasher, what: &str, values: impl Iterator<Item = &'a f64>) {
-    hash.update(what.as_bytes());
+/// The beginning of a hash of numbers, to five digits.
+fn fingerprint<'a>(values: impl Iterator<Item = &'a f64>) -> String {
+    let mut hash = blake3::Hasher::new();
     for value in values {
         hash.update(format!(" {value:.4e}").as_bytes());
     }
+    hash.finalize().to_hex()[..16].to_owned()
 }
 
-fn picture(hash: &mut blake3::Hasher, integrator: &str) {
+fn picture(integrator: &str) -> String {
     let options = LoadOptions {
         integrator: Some(integrator.to_owned()),
         ..LoadOptions::default()
@@ -66,12 +80,14 @@ fn picture(hash: &mut blake3::Hasher, integrator: &str) {
     let options = RenderOptions::new(loaded.renderer, loaded.samples, 7);
     let rendering = render(&loaded.groups, &options, |_| ControlFlow::Continue(()));
     let mean: Vec<f64> = rendering.film.mean().into_iter().map(f64::from).collect();
-    add(hash, integrator, mean.iter());
+    fingerprint(mean.iter())
 }
 
-fn readings(hash: &mut blake3::Hasher) {
-    let loaded = load(METERS, &LoadOptions::default());
+/// What the only meter of a scene reads, means and errors.
+fn readings(text: &str) -> String {
+    let loaded = load(text, &LoadOptions::default());
     let meters: Vec<Meter> = loaded.instruments.iter().map(|i| i.meter.clone()).collect();
+    assert_eq!(meters.len(), 1);
     let options = MeasureOptions {
         first: 0,
         particles: 200,
@@ -79,33 +95,32 @@ fn readings(hash: &mut blake3::Hasher) {
         max_depth: None,
         rr_depth: 5,
     };
-    let mut state = MeasureState::new(&loaded.groups, &meters).unwrap();
-    let handle = Handle::default();
-    state
-        .advance(&loaded.groups, &meters, &options, &handle, |_| {
-            ControlFlow::Continue(())
-        })
-        .unwrap();
-    let measurement = state.into_measurement(&loaded.groups, &meters).unwrap();
-    for reading in measurement.readings.iter().flatten() {
-        add(
-            hash,
-            &reading.name,
-            reading.mean.iter().chain(&reading.error),
-        );
-    }
+    let go_on = |_| ControlFlow::Continue(());
+    let measurement = measure(&loaded.groups, &meters, &options, &Handle::default(), go_on);
+    let measurement = measurement.unwrap();
+    let readings = measurement.readings.iter().flatten();
+    let values: Vec<f64> = readings
+        .flat_map(|reading| reading.mean.iter().chain(&reading.error).copied())
+        .collect();
+    fingerprint(values.iter())
 }
 
 #[test]
 fn results_that_change_are_told_apart() {
-    let mut hash = blake3::Hasher::new();
-    for integrator in ["path", "particle", "bdpt", "vcm", "photon", "sppm"] {
-        picture(&mut hash, integrator);
-    }
-    readings(&mut hash);
-    let found = &hash.finalize().to_hex()[..16];
-    assert_eq!(
-        found, RESULTS,
-        "results have changed: if they should have, set RESULTS in transport/src/render/results.rs to \"{found}\""
+    let found = RESULTS.map(|(name, known)| {
+        let found = match name {
+            "fluence" | "irradiance" => readings(&meter(name)),
+            _ => picture(name),
+        };
+        (name, known, found)
+    });
+    let changed: Vec<_> = found
+        .iter()
+        .filter(|(_, known, new)| known != new)
+        .collect();
+    assert!(
+        changed.is_empty(),
+        "results have changed (name, before, now): {changed:?}. If they should have, write the last into \
+         transport/src/render/results.rs"
     );
 }

@@ -40,7 +40,7 @@ pub use handle::{GRACE, Handle};
 pub use measure::{MeasureError, MeasureOptions, MeasureState, Measurement, measure};
 pub use memory::memory;
 pub use ranges::{Ranges, UnsoundRanges};
-pub use results::RESULTS;
+pub use results::{RESULTS, results};
 pub use state::{MergeError, State};
 pub use strategies::StrategyImage;
 pub use target::{Measure, Target};

@@ -67,6 +67,14 @@ pub enum Meter {
 }
 
 impl Meter {
+    /// Name of what it measures.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Meter::Fluence(_) => "fluence",
+            Meter::Irradiance(_) => "irradiance",
+        }
+    }
+
     /// Number of cells, over all that it measures.
     pub fn cells(&self) -> usize {
         match self {
