@@ -3,6 +3,7 @@
 OPTICS = "crates/optics/src/"
 TRANSPORT = "crates/transport/src/"
 EIKONAL = "crates/eikonal/src/"
+IO = "crates/io/src/"
 
 # name, file, text, replacement, package, test target, test
 PLANTED = [
@@ -169,14 +170,14 @@ PLANTED = [
     ),
     (
         "grids told apart by all but their samples",
-        "crates/io/src/assemble/texture.rs",
+        IO + "assemble/texture.rs",
         ".singles(&samples.data)",
         ".singles(&[])",
         ("morgana-io", "io", "shared_parts::scenes_with_equal_data_share_them"),
     ),
     (
         "shapes built anew for each group of channels",
-        "crates/io/src/assemble/shape/mod.rs",
+        IO + "assemble/shape/mod.rs",
         "context.assets.shapes.insert(key, built.clone());",
         "",
         ("morgana-io", "io", "shared_parts::groups_of_channels_share_meshes_and_grids"),
@@ -330,7 +331,7 @@ PLANTED = [
     ),
     (
         "every wavelength refracted as the first",
-        "crates/io/src/assemble/channels.rs",
+        IO + "assemble/channels.rs",
         "Some(nm[self.first(group)])",
         "Some(nm[0])",
         ("morgana-io", "io", "dispersion::a_glass_ball_deflects_each_wavelength_by_snells_law"),
@@ -534,16 +535,51 @@ PLANTED = [
     (
         "grids condensed beyond their tolerance",
         EIKONAL + "field/bspline/condense.rs",
-        "let lines = [0, 1, 2].map(|axis| self.lines(axis));",
-        "let (tolerance, lines) = (1e3 * tolerance, [0, 1, 2].map(|axis| self.lines(axis)));",
+        "let axes = [0, 1, 2].map(|axis| Axis::new(axis, values, tolerance));",
+        "let tolerance = 1e3 * tolerance; let axes = [0, 1, 2].map(|axis| Axis::new(axis, values, tolerance));",
         ("morgana-eikonal", "eikonal", "condensed::grids_as_fine_as_their_field_stay"),
     ),
     (
         "condensed grids without their slopes at a face",
-        EIKONAL + "field/bspline/condense.rs",
-        "fewer[row(0) + k] += slopes[0] / 3.0;",
-        "",
+        EIKONAL + "field/bspline/thinned.rs",
+        "(c[0][l] + slopes[0][l] / 3.0) * 6.0",
+        "(c[0][l] + 0.0 * slopes[0][l]) * 6.0",
         ("morgana-eikonal", "eikonal", "condensed::slopes_at_faces_are_kept"),
+    ),
+    (
+        "condensed grids still up to the bump in them",
+        EIKONAL + "field/bspline/homogeneous.rs",
+        "limit /= share;",
+        "limit /= share * share;",
+        ("morgana-eikonal", "eikonal", "condensed::samples_themselves_say_which_are_needed"),
+    ),
+    (
+        "layers of films smaller than they are",
+        TRANSPORT + "render/memory.rs",
+        "let layer = channels * size_of::<Moments>();",
+        "let layer = channels * size_of::<Moments>() / 4;",
+        ("morgana-io", "render_memory", "pixels_and_triangles_take_no_more_than_they_may"),
+    ),
+    (
+        "labels in memory twice",
+        IO + "assemble/shape/labels/mod.rs",
+        "let size = volume.size();",
+        "let (size, _twice) = (volume.size(), volume.clone());",
+        ("morgana-io", "label_memory", "voxels_take_a_few_bytes"),
+    ),
+    (
+        "records of optical lengths with an absolute error",
+        TRANSPORT + "observe/meter/records.rs",
+        ".extend([passing.optical_length, detected.side as f64]);",
+        ".extend([passing.optical_length + 1e-9, detected.side as f64]);",
+        ("morgana-io", "io", "units::records_in_any_unit"),
+    ),
+    (
+        "derivatives along lengths with an absolute error",
+        TRANSPORT + "observe/derivative/chart.rs",
+        "Chart::One => see(0, arc.arc_length(theta)),",
+        "Chart::One => see(0, arc.arc_length(theta) + 1e-9),",
+        ("morgana-io", "io", "units::derivatives_in_any_unit"),
     ),
     (
         "one wrong digit in the step scheme",
@@ -1280,14 +1316,14 @@ PLANTED = [
     ),
     (
         "arrays of MATLAB with their first index slowest",
-        "crates/io/src/arrays/mod.rs",
+        IO + "arrays/mod.rs",
         "[first + i * step, step * n]",
         "[first * n + i, step]",
         ("morgana-io", "io", "volumes_of_others::all_arrays_of_a_file"),
     ),
     (
         "arrays of MATLAB 7.3 with the axes of HDF5",
-        "crates/io/src/arrays/mat.rs",
+        IO + "arrays/mat.rs",
         "stored.shape.into_iter().rev().collect()",
         "stored.shape.into_iter().collect()",
         ("morgana-io", "io", "volumes_of_others::all_arrays_of_a_file"),
