@@ -93,7 +93,7 @@ fn estimators_agree() {
             covering(),
             Effort {
                 batches: 12,
-                work: 150_000,
+                work: 75_000,
             },
         )
     };

@@ -72,7 +72,7 @@ fn agree(name: &str, light: &Light, work: u64) {
 
 #[test]
 fn estimators_agree_in_a_steep_grid() {
-    let work = if long() { 3_000_000 } else { 800_000 };
+    let work = if long() { 3_000_000 } else { 400_000 };
     agree("steep", &Light::Point, work);
 }
 
@@ -80,6 +80,6 @@ fn estimators_agree_in_a_steep_grid() {
 /// largest sample of `path` holds half of the scatter. Light from a ball is found by chance, too, which bounds them.
 #[test]
 fn estimators_agree_in_a_steep_grid_lit_by_a_ball() {
-    let work = if long() { 300_000_000 } else { 400_000 };
+    let work = if long() { 300_000_000 } else { 200_000 };
     agree("steep, ball", &Light::Ball(0.4), work);
 }

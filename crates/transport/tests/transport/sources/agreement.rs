@@ -68,7 +68,7 @@ impl Case {
         let index = index.into();
         Case {
             name,
-            samples: if index.is_constant() { 400 } else { 60 },
+            samples: if index.is_constant() { 200 } else { 30 },
             scene: ball(index, Bsdf::Null, emitter.into()),
             by_particles: true,
         }
@@ -77,7 +77,7 @@ impl Case {
     fn in_glass(name: &'static str, emitter: impl Into<Emitter>) -> Self {
         Case {
             name,
-            samples: 60,
+            samples: 30,
             scene: ball(Constant::new(1.3), glass(), emitter.into()),
             by_particles: false,
         }
