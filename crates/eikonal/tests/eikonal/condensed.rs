@@ -62,6 +62,10 @@ fn grids_as_fine_as_their_field_stay() {
     samples[(100 * 128 + 17) * 128 + 45] += 1e-3;
     let spike = Bspline::from_samples([128; 3], cube(), Placement::Nodes, &samples).unwrap();
     assert!(spike.condensed(1e-4).is_none());
+    // Looking for lines along a very long one would take longer than anything else.
+    let wave = |x: DVec3| 1.3 + 1e-3 * x.z.sin();
+    let long = Bspline::from_fn([1, 1, 1_200_000], cube(), Placement::Nodes, wave).unwrap();
+    assert!(long.condensed(1e-4).is_none());
     // Small grids lie in the cache as they are.
     assert!(grid([64; 3], Placement::Nodes).condensed(1e-2).is_none());
     assert!(noise.condensed(f64::INFINITY).is_none());

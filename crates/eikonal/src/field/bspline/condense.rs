@@ -16,6 +16,8 @@ const FACTORS: [usize; 5] = [8, 6, 4, 3, 2];
 const FEWEST: usize = 16;
 /// The place of no factor in that list.
 const NONE: usize = FACTORS.len();
+/// Whole lines of samples are looked at, which pays where there are many beside each other.
+const LONGEST: usize = 1 << 13;
 /// Lines along an axis that are looked at before any grid is made: so many along each of the two others.
 const LINES: usize = 24;
 /// So many grids are tried, each with more samples along the axis that adds most to what the last one changes too much.
@@ -30,7 +32,7 @@ impl Bspline {
     /// As [`Bspline::from_vec`] without noise, from the fewest samples that change n² at none of all by more than `tolerance`: an eighth
     /// of them along each axis that allows it. Memory is taken for these alone.
     ///
-    /// `None` for grids that are small, constant, or as fine as they have to be; for a tolerance that is not finite; and for what
+    /// `None` for grids that are small, constant, longer than 8192 samples, or as fine as they have to be; for a tolerance that is not finite; and for what
     /// [`Bspline::from_vec`] refuses.
     ///
     /// Where the samples do not change, rays are still straight lines.
@@ -74,17 +76,14 @@ impl Bspline {
 /// The lattice of the fewest samples that change no value by more than a tolerance, and the coefficients, in rows, of the spline
 /// through them.
 fn fewer(lattice: &Lattice, values: &impl Values, tolerance: f64) -> Option<(Lattice, Vec<f32>)> {
-    if !tolerance.is_finite() {
+    let dims = values.dims();
+    if !tolerance.is_finite() || dims.into_iter().any(|count| count > LONGEST) {
         return None;
     }
-    let dims = values.dims();
     let axes = [0, 1, 2].map(|axis| Axis::new(axis, values, tolerance));
     let mut chosen = axes.each_ref().map(|axis| axis.allowed);
     let worst = axes.iter().map(|axis| axis.worst);
-    let mut suspects: Vec<Changes> = worst
-        .chain(spread(dims))
-        .map(|sample| Changes::new(sample, values))
-        .collect();
+    let mut suspects = Changes::of(&worst.chain(spread(dims)).collect::<Vec<_>>(), values);
     for _ in 0..TRIES {
         while let Some(suspect) = suspects
             .iter()
@@ -102,7 +101,7 @@ fn fewer(lattice: &Lattice, values: &impl Values, tolerance: f64) -> Option<(Lat
         let Some(sample) = difference(values, &coarse, &data, tolerance) else {
             return Some((coarse, data));
         };
-        let suspect = Changes::new(sample, values);
+        let suspect = Changes::of(&[sample], values)[0];
         // Whatever their sum is, together they change it too much.
         if suspect.sum(chosen).abs() <= CERTAIN * tolerance {
             chosen[suspect.largest(chosen)] += 1;
@@ -155,29 +154,38 @@ impl Axis {
 
 /// By how much each factor along each axis alone changes a sample. Along all axes together they change it by the sum, as far as
 /// changes are small.
+#[derive(Clone, Copy, Default)]
 struct Changes([[f64; FACTORS.len()]; 3]);
 
 impl Changes {
-    fn new(sample: [usize; 3], values: &impl Values) -> Self {
-        let change = |axis: usize, factor| {
-            Thinned::new(values.dims()[axis], factor).change(axis, sample, values)
-        };
-        Changes([0, 1, 2].map(|axis| FACTORS.map(|factor| change(axis, factor))))
+    /// Those of some samples.
+    fn of(samples: &[[usize; 3]], values: &impl Values) -> Vec<Self> {
+        let mut all = vec![Changes::default(); samples.len()];
+        for axis in 0..3 {
+            for (place, factor) in FACTORS.into_iter().enumerate() {
+                let thinned = Thinned::new(values.dims()[axis], factor);
+                let found = thinned.changes(axis, samples, values);
+                for (changes, change) in all.iter_mut().zip(found) {
+                    changes.0[axis][place] = change;
+                }
+            }
+        }
+        all
     }
 
     /// That along an axis of the factor that is chosen; none if no sample is left out.
-    fn of(&self, chosen: [usize; 3], axis: usize) -> f64 {
+    fn along(&self, chosen: [usize; 3], axis: usize) -> f64 {
         self.0[axis].get(chosen[axis]).copied().unwrap_or(0.0)
     }
 
     fn sum(&self, chosen: [usize; 3]) -> f64 {
-        (0..3).map(|axis| self.of(chosen, axis)).sum()
+        (0..3).map(|axis| self.along(chosen, axis)).sum()
     }
 
     /// The axis along which samples are left out that adds most.
     fn largest(&self, chosen: [usize; 3]) -> usize {
         let along = (0..3).filter(|axis| chosen[*axis] < NONE);
-        let size = |axis: &usize| self.of(chosen, *axis).abs();
+        let size = |axis: &usize| self.along(chosen, *axis).abs();
         along
             .max_by(|a, b| size(a).total_cmp(&size(b)))
             .unwrap_or(0)
@@ -276,7 +284,7 @@ mod tests {
             for sample in [[0, 0, 0], [7, 11, 5], [30, 49, 21], [60, 25, 42]] {
                 let x = fine.lattice.position(sample);
                 let change = fewer.jet(x).n2 - fine_field.jet(x).n2;
-                let foretold = Changes::new(sample, &fine).sum(chosen);
+                let foretold = Changes::of(&[sample], &fine)[0].sum(chosen);
                 assert!(
                     (change - foretold).abs() < 2e-8,
                     "{sample:?}: {change} {foretold}"

@@ -86,11 +86,22 @@ impl Thinned {
         worst
     }
 
-    /// The change at one sample if samples are left out along an axis alone.
-    pub(super) fn change(&self, axis: usize, sample: [usize; 3], values: &impl Values) -> f64 {
-        let (samples, fewer) = self.lines(axis, &[sample], values);
-        let i = sample[axis];
-        self.place(i).of(&fewer)[0] - samples[i][0]
+    /// The changes at some samples if samples are left out along an axis alone.
+    pub(super) fn changes(
+        &self,
+        axis: usize,
+        samples: &[[usize; 3]],
+        values: &impl Values,
+    ) -> Vec<f64> {
+        let together = samples.chunks(LANES).flat_map(|some| {
+            let (held, fewer) = self.lines(axis, some, values);
+            let change = |(l, sample): (usize, &[usize; 3])| {
+                let i = sample[axis];
+                self.place(i).of(&fewer)[l] - held[i][l]
+            };
+            some.iter().enumerate().map(change).collect::<Vec<_>>()
+        });
+        together.collect()
     }
 
     /// Where a sample lies among fewer.
