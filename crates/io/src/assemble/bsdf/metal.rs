@@ -1,6 +1,6 @@
 //! Complex indices of metals.
 
-use super::super::ior::index;
+use super::parameters::index;
 use crate::query::Query;
 use crate::scene::SpectrumValue;
 use crate::schema::{METAL_NAMES, METALS};

@@ -5,7 +5,6 @@ mod parameters;
 mod principled;
 
 use super::context::Context;
-use super::ior::index;
 use super::surface_texture::{Role, Vertices, texture};
 use super::wish::Indices;
 use crate::query::{Input, Query, unknown_plugin};
@@ -13,7 +12,7 @@ use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
 use metal::{Optics, optics};
 use parameters::{
     Alphas, Coated, Element, Facets, Layer, Quantity, TINTS, alphas, coated, colour, eta, facets,
-    filter, glossy, layer, nested, number, polarized_eta, tints, weights,
+    filter, glossy, index, layer, nested, number, polarized_eta, tints, weights,
 };
 use std::sync::Arc;
 use transport::Spectrum;

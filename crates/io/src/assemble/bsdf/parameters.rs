@@ -1,9 +1,9 @@
 //! Parameters that several bsdfs have.
 
-use super::super::ior::index;
 use super::super::surface_texture::Role;
-use crate::query::{Input, POSITIVE, Query};
-use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
+use crate::query::{INDEX, Input, POSITIVE, Query};
+use crate::scene::{ObjectDescription, PluginKind, SpectrumValue, Value};
+use crate::schema::substance::{INDICES, NAMES};
 use std::ops::RangeInclusive;
 use transport::bsdf::Distribution;
 
@@ -15,6 +15,18 @@ const LEAST_ALPHA: f64 = 1e-4;
 /// Index of air, and of the substance that Mitsuba's plastic is made of by default.
 const AIR: f64 = 1.000277;
 const POLYPROPYLENE: f64 = 1.49;
+
+/// An index given as a number or by the name that Mitsuba gives a substance; `None` if it is not given.
+pub(super) fn index(query: &mut Query, name: &str) -> Option<f64> {
+    if !query.has(name) {
+        return None;
+    }
+    let property = query.object().properties.iter().find(|p| p.name == name)?;
+    if !matches!(property.value, Value::String(_)) {
+        return Some(query.float_in(name, INDEX, 1.0));
+    }
+    Some(INDICES[query.one_of(name, &NAMES)].1)
+}
 
 /// A spectrum or a texture.
 pub(super) fn colour<'a>(q: &mut Query<'a, '_>, name: &'static str, default: f64) -> Quantity<'a> {

@@ -1,6 +1,5 @@
 //! Grids of the index that are finer than their field.
 
-use super::super::CondensedGrid;
 use super::super::context::Context;
 use super::super::sound_record::file_of;
 use crate::scene::ObjectDescription;
@@ -12,6 +11,21 @@ const MOST: f64 = 6e-7;
 const OF_COEFFICIENTS: f64 = 4.0 / (1u64 << 24) as f64;
 /// Rounded samples are half a unit off; the spline through some of millions, hardly ever more than two from the others.
 const UNITS: f64 = 2.5;
+
+/// A grid of the index that is held by fewer samples than it has, as they say the same.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CondensedGrid {
+    /// Type of the volume.
+    pub plugin: String,
+    /// Name of the file as the scene gives it; `None` if the scene holds the samples.
+    pub file: Option<String>,
+    /// Number of samples along x, y, z.
+    pub size: [usize; 3],
+    /// Number of samples that are held.
+    pub held: [usize; 3],
+    /// By how much n² may differ for this.
+    pub tolerance: f64,
+}
 
 /// Most change of n² that rounding hides. `ends` are the least and the largest n of the samples, in either order, `rounding` the
 /// standard deviation of theirs.

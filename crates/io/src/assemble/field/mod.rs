@@ -15,6 +15,8 @@ mod transducer;
 mod wave;
 mod wave_fit;
 
+pub use condense::CondensedGrid;
+
 use super::context::Context;
 use super::described::DISPERSION_LAWS;
 use super::reach::{Placed, Quantity};
