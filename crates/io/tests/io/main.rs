@@ -82,5 +82,6 @@ mod volumes_of_others;
 mod volumes_vdb;
 mod volumes_written;
 mod voxel_walks;
+mod vtk_of_others;
 mod xml_bad;
 mod xml_good;
