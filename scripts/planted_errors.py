@@ -549,8 +549,8 @@ PLANTED = [
     (
         "condensed grids still up to the bump in them",
         EIKONAL + "field/bspline/homogeneous.rs",
-        "limit /= share;",
-        "limit /= share * share;",
+        "*still &= high - low <= limit;",
+        "*still &= high - low <= 1e12 * limit;",
         ("morgana-eikonal", "eikonal", "condensed::samples_themselves_say_which_are_needed"),
     ),
     (
