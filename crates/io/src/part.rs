@@ -105,10 +105,6 @@ impl Header {
             let (a, b) = clone(&self.version, &other.version);
             return Err(Foreign::Version(a, b));
         }
-        if self.results != other.results {
-            let (a, b) = clone(&self.results, &other.results);
-            return Err(Foreign::Results(self.version.clone(), a, b));
-        }
         if self.scene_hash != other.scene_hash {
             let short = |hash: &String| hash.chars().take(12).collect();
             return Err(Foreign::Scene(
@@ -127,6 +123,11 @@ impl Header {
             if mine != others {
                 return Err(Foreign::Setting(name.clone(), mine, others));
             }
+        }
+        // Of the same estimator and meters, as the same settings and scene have them.
+        if self.results != other.results {
+            let (a, b) = clone(&self.results, &other.results);
+            return Err(Foreign::Results(self.version.clone(), a, b));
         }
         Ok(())
     }
