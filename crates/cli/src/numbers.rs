@@ -67,20 +67,6 @@ pub fn count(value: f64) -> String {
     format!("{scaled:.digits$}{prefix}")
 }
 
-/// A number of bytes with a binary prefix.
-pub fn bytes(value: usize) -> String {
-    const UNITS: [&str; 4] = ["KiB", "MiB", "GiB", "TiB"];
-    if value < 1024 {
-        return format!("{value} B");
-    }
-    let (mut scaled, mut unit) = (value as f64 / 1024.0, 0);
-    while scaled >= 1024.0 && unit + 1 < UNITS.len() {
-        scaled /= 1024.0;
-        unit += 1;
-    }
-    format!("{scaled:.1} {}", UNITS[unit])
-}
-
 /// A time to run: `0.42 s`, `3 min 05 s`, `1 h 07 min`.
 pub fn duration(time: Duration) -> String {
     let seconds = time.as_secs();
@@ -119,7 +105,6 @@ mod tests {
         assert_eq!(plain(f64::INFINITY), "inf");
         assert_eq!(count(1_234_000.0), "1.23 M");
         assert_eq!(count(999.0), "999");
-        assert_eq!(bytes(1536), "1.5 KiB");
         assert_eq!(percent(0.001234), "0.123%");
         assert_eq!(duration(Duration::from_secs(185)), "3 min 05 s");
     }

@@ -63,11 +63,12 @@ impl Limits {
         let most = self.most(size);
         match count.checked_mul(each) {
             Some(needed) if needed <= most => Ok(()),
-            needed => Err(Problem::TooLarge(format!(
-                "it takes {} of memory once it is read, more than the limit of {} (--memory)",
-                needed.map_or_else(|| "2^64 bytes".to_owned(), bytes),
-                bytes(most)
-            ))),
+            needed => {
+                let [needed, most] = beyond(needed.unwrap_or(u64::MAX), most);
+                Err(Problem::TooLarge(format!(
+                    "it takes {needed} of memory once it is read, more than the limit of {most} (--memory)"
+                )))
+            }
         }
     }
 }
@@ -119,11 +120,11 @@ fn available(needed: u64) -> Result<(), Problem> {
     }
 }
 
-/// A number of bytes with a decimal prefix.
+/// A number of bytes with a binary prefix, as `--memory` takes it.
 pub fn bytes(n: u64) -> String {
-    const STEP: f64 = 1000.0;
+    const STEP: f64 = 1024.0;
     let mut value = n as f64;
-    for unit in ["bytes", "kB", "MB", "GB", "TB", "PB"] {
+    for unit in ["bytes", "KiB", "MiB", "GiB", "TiB", "PiB"] {
         if value < STEP {
             return match unit {
                 "bytes" => format!("{n} bytes"),
@@ -132,7 +133,17 @@ pub fn bytes(n: u64) -> String {
         }
         value /= STEP;
     }
-    format!("{value:.1} EB")
+    format!("{value:.1} EiB")
+}
+
+/// What is needed, and the most that is allowed: to the byte where they would read the same otherwise.
+pub fn beyond(needed: u64, most: u64) -> [String; 2] {
+    let rounded = [needed, most].map(bytes);
+    if rounded[0] == rounded[1] {
+        [needed, most].map(|n| format!("{n} bytes"))
+    } else {
+        rounded
+    }
 }
 
 /// When a file was last written, and its size: a file with another stamp has changed.
@@ -231,11 +242,16 @@ mod tests {
         assert_eq!(Limits::of(0).most(100), 1000 + (64 << 20));
         assert_eq!(Limits::of(1 << 20).most(1 << 30), (10 << 30) + (64 << 20));
         assert!(Limits::of(1 << 30).check(1 << 28, 4, 100).is_ok());
-        let error = Limits::of(1 << 30)
-            .check((1 << 28) + 1, 4, 100)
-            .unwrap_err();
-        let text = "too large: it takes 1.1 GB of memory once it is read, more than the limit of 1.1 GB (--memory)";
-        assert_eq!(error.to_string(), text);
+        let error = |count| Limits::of(1 << 30).check(count, 4, 100).unwrap_err();
+        let text = "too large: it takes 1.5 GiB of memory once it is read, more than the limit of 1.0 GiB (--memory)";
+        assert_eq!(error(3 << 27).to_string(), text);
+        let text = "too large: it takes 1073741828 bytes of memory once it is read, more than the limit of 1073741824 bytes \
+                    (--memory)";
+        assert_eq!(error((1 << 28) + 1).to_string(), text);
+        assert_eq!(
+            [0, 1023, 1024, 3 << 19].map(bytes),
+            ["0 bytes", "1023 bytes", "1.0 KiB", "1.5 MiB"]
+        );
         assert!(Limits::default().check(u64::MAX, 2, 100).is_err());
     }
 }

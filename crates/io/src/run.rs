@@ -2,6 +2,7 @@
 
 use crate::assemble::unless_named_by_guess;
 use crate::clock::Clock;
+use crate::input;
 use crate::part::{Header, INTEGRATOR, REASON};
 use crate::rendered::Naming;
 use crate::{Limits, Loaded};
@@ -70,7 +71,7 @@ pub enum Refusal {
     #[error("{0}")]
     Film(String),
     /// Its meters need more memory than the limit.
-    #[error("the meters need {needed} of memory, more than the limit of {most} (--memory)", needed = crate::input::bytes(*.0), most = crate::input::bytes(*.1))]
+    #[error("the meters need {} of memory, more than the limit of {} (--memory)", input::beyond(*.0, *.1)[0], input::beyond(*.0, *.1)[1])]
     MeterMemory(u64, u64),
     /// Its meters do not fit into memory, or have no light to measure.
     #[error(transparent)]
@@ -313,25 +314,28 @@ impl<'a> Run<'a> {
     fn check_film(&self, limits: Limits) -> Result<(), Refusal> {
         let film = self.loaded.scene().film();
         let bytes = memory(self.loaded.scene(), &self.options());
-        let needs = |more: String| {
+        let needs = |size: &str, more: String| {
             let (width, height) = (film.width, film.height);
             let layers = Naming::of(self.loaded).map(|n| format!(" with {}", n.describe()));
             let strategies = self.strategies.then_some(" with images of strategies");
             Refusal::Film(format!(
-                "a film of {width} × {height} pixels{}{} needs {} of memory{more}",
+                "a film of {width} × {height} pixels{}{} needs {size} of memory{more}",
                 layers.unwrap_or_default(),
                 strategies.unwrap_or_default(),
-                crate::input::bytes(bytes as u64)
             ))
         };
         match limits.memory {
-            Some(most) if bytes as u64 > most => Err(needs(format!(
-                ", more than the limit of {} (--memory)",
-                crate::input::bytes(most)
-            ))),
-            _ => Vec::<u8>::new()
-                .try_reserve_exact(bytes)
-                .map_err(|_| needs(", more than this system has".into())),
+            Some(most) if bytes as u64 > most => {
+                let [size, most] = input::beyond(bytes as u64, most);
+                Err(needs(
+                    &size,
+                    format!(", more than the limit of {most} (--memory)"),
+                ))
+            }
+            _ => Vec::<u8>::new().try_reserve_exact(bytes).map_err(|_| {
+                let more = ", more than this system has";
+                needs(&input::bytes(bytes as u64), more.to_owned())
+            }),
         }
     }
 }

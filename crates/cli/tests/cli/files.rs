@@ -200,7 +200,7 @@ fn check_and_render_agree_on_what_fits_into_memory() {
         );
         let error = folder.refuse(&format!("{command} scene.xml --memory 1K"));
         assert!(
-            error.contains("more than the limit of 1.0 kB (--memory)"),
+            error.contains("more than the limit of 1.0 KiB (--memory)"),
             "{error}"
         );
     }
@@ -217,7 +217,7 @@ fn files_take_as_much_memory_as_the_user_says() {
     let error = folder.refuse("convert a.nrrd b.npy --axes zyx");
     assert!(
         error.contains(
-            "it takes 96.0 GB of memory once it is read, more than the limit of 2.1 GB (--memory)"
+            "it takes 89.4 GiB of memory once it is read, more than the limit of 2.0 GiB (--memory)"
         ),
         "{error}"
     );

@@ -116,7 +116,7 @@ fn info_lists_meters() {
     let text = folder(TANK).succeed("info scene.xml");
     for part in [
         "1000000 particles, Y",
-        "tank: 8 bins, 336 B",
+        "tank: 8 bins, 336 bytes",
         "skin: 6 bins",
         "collimated",
     ] {

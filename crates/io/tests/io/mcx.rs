@@ -468,7 +468,7 @@ fn sizes_are_within_the_limit_of_memory() {
     for file in [by_shape, by_domain] {
         let error = load(&file, 64 << 20).unwrap_err();
         assert!(
-            error.contains("14.0 GB of memory once it is read, more than the limit of 67.1 MB"),
+            error.contains("13.0 GiB of memory once it is read, more than the limit of 64.0 MiB"),
             "{error}"
         );
     }

@@ -56,7 +56,11 @@ fn what_cannot_be_done_is_refused() {
     assert!(check(&strategies(&bdpt)).is_ok());
     let film = strategies(&bdpt).check(Limits::of(1000)).unwrap_err();
     let message = film.to_string();
-    let expected = ["8 × 6 pixels", "images of strategies", "1.0 kB (--memory)"];
+    let expected = [
+        "8 × 6 pixels",
+        "images of strategies",
+        "1000 bytes (--memory)",
+    ];
     for part in expected {
         assert!(message.contains(part), "{message}");
     }

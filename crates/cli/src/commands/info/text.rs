@@ -5,11 +5,12 @@ use super::{
     found, mean_cosine, sensor_kind,
 };
 use crate::load::file_name;
-use crate::numbers::{bytes, count, percent, plain};
+use crate::numbers::{count, percent, plain};
 use eikonal::Uniqueness;
 use glam::DVec3;
 use io::assemble::{CondensedGrid, SoundRecord, Walls, steps_across};
 use io::diagnostic::escaped;
+use io::input::bytes;
 use io::rendered::Naming;
 use io::{Loaded, Run};
 use std::fmt::Write as _;
@@ -151,7 +152,7 @@ fn meters(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
         writeln!(
             out,
             "  meter        {name}: {cells} bins, {}",
-            bytes(memory)
+            bytes(memory as u64)
         )?;
     }
     Ok(())
@@ -213,9 +214,9 @@ fn film_layers(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
         }
     }
     let (image, strategies) = film_memory(loaded);
-    let strategies = strategies.map(|n| format!("; up to {} with --strategies", bytes(n)));
+    let strategies = strategies.map(|n| format!("; up to {} with --strategies", bytes(n as u64)));
     let strategies = strategies.unwrap_or_default();
-    writeln!(out, "               {}{strategies}", bytes(image))
+    writeln!(out, "               {}{strategies}", bytes(image as u64))
 }
 
 fn emitters(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
@@ -306,7 +307,7 @@ fn medium(out: &mut String, loaded: &Loaded, id: MediumId) -> std::fmt::Result {
     }
     match medium.memory() {
         0 => Ok(()),
-        n => writeln!(out, "    grids      {}", bytes(n)),
+        n => writeln!(out, "    grids      {}", bytes(n as u64)),
     }
 }
 
