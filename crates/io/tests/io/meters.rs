@@ -295,6 +295,17 @@ fn films_of_further_meters_are_ignored_with_a_warning() {
 }
 
 #[test]
+fn weight_windows_without_bins_of_length_draw_a_warning() {
+    let windows = r#"<boolean name="weight_windows" value="true"/>"#;
+    let bins = r#"<float name="max_bound" value="4"/><float name="bin_width" value="1"/>"#;
+    let text = |more: &str| scene("", &fluence(more));
+    let expected = "'weight_windows' changes nothing without bins of optical path length";
+    warned(&text(windows), expected);
+    let loaded = load(&text(&format!("{windows}{bins}"))).unwrap();
+    assert!(!loaded.warnings.to_string().contains("weight_windows"));
+}
+
+#[test]
 fn channels_run_last() {
     let film = r#"<film type="hdrfilm"><string name="pixel_format" value="spectral"/>
         <string name="wavelengths" value="400, 500, 600, 700, 800"/></film>"#;
