@@ -1,12 +1,14 @@
 //! Parts that all groups of channels share: each is built once, for the group that asks first.
 
 use super::CondensedGrid;
+use super::content::ContentHasher;
 use super::reach::Placed;
 use super::sound_record::SoundRecord;
 use super::texture_role::Role;
 use crate::mesh::MeshAttribute;
 use crate::scene::ObjectId;
 use eikonal::Field;
+use eikonal::field::Bspline;
 use glam::DAffine3;
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -18,6 +20,15 @@ use transport::volume::VolumeGrid;
 /// Colours of a mesh, and other quantities of its vertices and triangles.
 pub(super) type Attributes = Arc<Vec<MeshAttribute>>;
 
+/// A mesh before it is placed.
+#[derive(Clone)]
+pub(super) struct Original {
+    /// What it was built from.
+    pub content: ContentHasher,
+    pub mesh: Arc<Mesh>,
+    pub attributes: Attributes,
+}
+
 /// Parts of a description that were built.
 #[derive(Default)]
 pub(super) struct Assets {
@@ -26,7 +37,9 @@ pub(super) struct Assets {
     /// Shapes in their places.
     pub shapes: HashMap<PlacedShape, (Shape, Attributes)>,
     /// Meshes of groups of shapes, before they are placed.
-    pub originals: HashMap<ObjectId, (Arc<Mesh>, Attributes)>,
+    pub originals: HashMap<ObjectId, Original>,
+    /// Prefiltered grids of the index, which are shared as long as these are held.
+    pub splines: Vec<Arc<Bspline>>,
     /// Textures from image files.
     pub textures: Table<(ObjectId, Role), Texture>,
     /// Quantities on grids.

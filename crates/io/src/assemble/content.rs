@@ -1,10 +1,17 @@
 //! Parts of scenes by their content: scenes that hold equal parts share them in memory, whichever descriptions they come from.
 
+use eikonal::field::Bspline;
+use glam::DVec3;
+use transport::shape::Mesh;
 use transport::shared::Shared;
 use transport::volume::VolumeGrid;
 
 /// Grids that scenes hold.
 pub(super) static GRIDS: Shared<Content, VolumeGrid> = Shared::new();
+/// Meshes in their places.
+pub(super) static MESHES: Shared<Content, Mesh> = Shared::new();
+/// Prefiltered grids of the index.
+pub(super) static SPLINES: Shared<Content, Bspline> = Shared::new();
 
 /// Numbers that are hashed at once.
 const BATCH: usize = 1 << 13;
@@ -14,25 +21,40 @@ const BATCH: usize = 1 << 13;
 pub(super) struct Content([u8; 32]);
 
 /// A hash under way.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(super) struct ContentHasher(blake3::Hasher);
 
 impl ContentHasher {
     /// Adds a list of numbers, with its length.
-    pub(super) fn doubles(mut self, values: &[f64]) -> Self {
-        self.length(values.len());
-        for batch in values.chunks(BATCH) {
-            let bytes: Vec<u8> = batch.iter().flat_map(|v| v.to_le_bytes()).collect();
-            self.0.update(&bytes);
-        }
-        self
+    pub(super) fn doubles(self, values: &[f64]) -> Self {
+        self.list(values, |v| v.to_le_bytes())
     }
 
     /// Adds a list of numbers of single precision, with its length.
-    pub(super) fn singles(mut self, values: &[f32]) -> Self {
+    pub(super) fn singles(self, values: &[f32]) -> Self {
+        self.list(values, |v| v.to_le_bytes())
+    }
+
+    /// Adds a list of indices, with its length.
+    pub(super) fn indices(self, values: &[u32]) -> Self {
+        self.list(values, |v| v.to_le_bytes())
+    }
+
+    /// Adds a list of vectors, with its length.
+    pub(super) fn vectors(self, values: &[DVec3]) -> Self {
+        self.list(values, |v| {
+            v.to_array().into_iter().flat_map(f64::to_le_bytes)
+        })
+    }
+
+    fn list<T, B: IntoIterator<Item = u8>>(
+        mut self,
+        values: &[T],
+        bytes: impl Fn(&T) -> B,
+    ) -> Self {
         self.length(values.len());
         for batch in values.chunks(BATCH) {
-            let bytes: Vec<u8> = batch.iter().flat_map(|v| v.to_le_bytes()).collect();
+            let bytes: Vec<u8> = batch.iter().flat_map(&bytes).collect();
             self.0.update(&bytes);
         }
         self

@@ -11,7 +11,9 @@ use crate::diagnostic::Difference;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::scene::SceneHash;
 use eikonal::Reference;
+use eikonal::field::Bspline;
 use std::path::PathBuf;
+use std::sync::Arc;
 use transport::aov::AovTracer;
 use transport::integrator::Integrator;
 use transport::renderer::Renderer;
@@ -51,6 +53,8 @@ pub struct Loaded {
     pub sounds: Vec<SoundRecord>,
     /// Which grids of the index are held by fewer samples than their files have.
     pub condensed: Vec<CondensedGrid>,
+    /// Prefiltered grids of the index: other scenes share those that are held here.
+    pub splines: Vec<Arc<Bspline>>,
     /// What is doubtful about it.
     pub warnings: Diagnostics,
     /// Where Mitsuba would render it otherwise.

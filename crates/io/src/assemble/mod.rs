@@ -168,6 +168,7 @@ pub fn assemble(
         instruments,
         sounds,
         condensed,
+        splines: assets.splines,
         groups: groups.into_iter().map(|g| g.scene).collect(),
         renderer,
         candidates,

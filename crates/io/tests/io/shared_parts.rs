@@ -1,5 +1,6 @@
 //! Parts that scenes share in memory: meshes and grids, by groups of channels and by scenes of equal content.
 
+use eikonal::field::Bspline;
 use morgana_io::{LoadOptions, Loaded};
 use std::fs::write;
 use std::path::Path;
@@ -25,6 +26,7 @@ fn load(folder: &Path, name: &str, samples: &str, albedo: f64) -> Loaded {
             "wavelengths": [400, 450, 500, 550, 600, 650, 700, 750, 800]}}}},
           "body": {{"type": "obj", "filename": "body.obj", "bsdf": {{"type": "null"}},
             "interior": {{"type": "heterogeneous", "albedo": {albedo},
+              "ior": {{"type": "bspline", "data": {samples}, "offset": 1, "placement": "nodes", "to_world": [{{"scale": 10}}]}},
               "sigma_t": {{"type": "gridvolume", "data": {samples}, "to_world": [{{"scale": 10}}]}}}}}}}}"#
     );
     let path = folder.join(name);
@@ -44,6 +46,13 @@ fn grid(scene: &Scene) -> &Arc<VolumeGrid> {
         VolumeTexture::Grid(grid) => grid,
         other => panic!("{other:?}"),
     }
+}
+
+fn spline(loaded: &Loaded) -> &Arc<Bspline> {
+    let [spline] = &loaded.splines[..] else {
+        panic!("{} splines", loaded.splines.len());
+    };
+    spline
 }
 
 const SAMPLES: &str = "[[[0.1, 0.2], [0.3, 0.4]], [[0.5, 0.6], [0.7, 0.8]]]";
@@ -66,6 +75,8 @@ fn scenes_with_equal_data_share_them() {
     let first = load(folder.path(), "first.json", SAMPLES, 0.5);
     let second = load(folder.path(), "second.json", SAMPLES, 0.7);
     assert!(Arc::ptr_eq(grid(first.scene()), grid(second.scene())));
+    assert!(Arc::ptr_eq(mesh(first.scene()), mesh(second.scene())));
+    assert!(Arc::ptr_eq(spline(&first), spline(&second)));
     let other = load(
         folder.path(),
         "third.json",
@@ -73,4 +84,11 @@ fn scenes_with_equal_data_share_them() {
         0.5,
     );
     assert!(!Arc::ptr_eq(grid(first.scene()), grid(other.scene())));
+    assert!(!Arc::ptr_eq(spline(&first), spline(&other)));
+    // The same triangles elsewhere are others.
+    assert!(Arc::ptr_eq(mesh(first.scene()), mesh(other.scene())));
+    let flat = "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 8\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    write(folder.path().join("body.obj"), flat).unwrap();
+    let flatter = load(folder.path(), "fourth.json", SAMPLES, 0.5);
+    assert!(!Arc::ptr_eq(mesh(first.scene()), mesh(flatter.scene())));
 }

@@ -144,6 +144,8 @@ impl Shape {
             Shape::Rectangle(s) => s.set_flipped(flip),
             Shape::Disk(s) => s.set_flipped(flip),
             Shape::Cylinder(s) => s.set_flipped(flip),
+            // One that is shared stays so if it is as wanted.
+            Shape::Mesh(s) if s.is_flipped() == flip => {}
             Shape::Mesh(s) => std::sync::Arc::make_mut(s).set_flipped(flip),
             Shape::VoxelFaces(s) => std::sync::Arc::make_mut(s).set_flipped(flip),
         }
@@ -395,8 +397,14 @@ placed!(Sphere, Cube, Rectangle, Disk, Cylinder);
 
 impl From<Mesh> for Shape {
     fn from(s: Mesh) -> Self {
+        std::sync::Arc::new(s).into()
+    }
+}
+
+impl From<std::sync::Arc<Mesh>> for Shape {
+    fn from(s: std::sync::Arc<Mesh>) -> Self {
         s.tree();
-        Shape::Mesh(std::sync::Arc::new(s))
+        Shape::Mesh(s)
     }
 }
 

@@ -1,5 +1,6 @@
 //! Indices sampled on a grid, or following from samples of a density or a pressure.
 
+use super::super::content::{Content, ContentHasher, SPLINES};
 use super::super::context::Context;
 use super::super::sound_record::{FactSource, SeriesRecord, SoundRecord};
 use super::super::volume_source::{SOURCE, Source, read, read_series};
@@ -135,7 +136,10 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
         noise,
         tolerance,
     };
-    let field = context.accept(&object.location, grid.field(samples, index))?;
+    let content = grid.content(&samples, law.as_ref());
+    let field = SPLINES.try_get(content, || grid.field(samples, index));
+    let field = context.accept(&object.location, field)?;
+    context.assets.splines.push(field.clone());
     if let Some(tolerance) = tolerance.filter(|_| field.dims() != size) {
         condense::note(size, &field, tolerance, object, context);
     }
@@ -143,7 +147,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
         let shares = field.noise_shares(rounded);
         warn_of_noise(shares, rounding, object, context);
     }
-    placed(field.into(), rest, object, context)
+    placed(Bspline::clone(&field).into(), rest, object, context)
 }
 
 /// Where samples lie, and how far their field may pass them by.
@@ -158,6 +162,29 @@ struct Grid {
 }
 
 impl Grid {
+    /// What the field of samples depends on.
+    fn content(&self, samples: &Samples, law: Option<&Law>) -> Content {
+        let Grid {
+            size,
+            bounds,
+            placement,
+            noise,
+            tolerance,
+        } = self;
+        let law = law.map(|law| [law.n0, law.slope, law.reference]);
+        let is_nodes = f64::from(u8::from(*placement == Placement::Nodes));
+        let hasher = ContentHasher::default()
+            .doubles(&size.map(|n| n as f64))
+            .vectors(&[bounds.min, bounds.max])
+            .doubles(&[is_nodes, *noise])
+            .doubles(tolerance.as_slice())
+            .doubles(law.as_ref().map_or(&[], |law| &law[..]));
+        match samples {
+            Samples::Single(v) => hasher.singles(v.data()).finish(),
+            Samples::Double(v) => hasher.doubles(v.data()).finish(),
+        }
+    }
+
     /// The field of samples from which an index follows, of as few as the tolerance allows.
     fn field(&self, samples: Samples, index: impl Fn(f64) -> f64) -> Result<Bspline, FieldError> {
         let &Grid {

@@ -1,6 +1,7 @@
 //! Shapes from files.
 
-use super::super::assets::Attributes;
+use super::super::assets::{Attributes, Original};
+use super::super::content::{ContentHasher, MESHES};
 use super::Sources;
 use crate::error::FileError;
 use crate::input::Limits;
@@ -29,29 +30,25 @@ pub(super) fn mesh(
     let source = Source::of(object, q, sources.files);
     let normals = Normals::of(object, q);
     let flip = Flip::of(object, q);
-    let (mesh, attributes) = match sources.originals.get(&object.number) {
+    let original = match sources.originals.get(&object.number) {
         Some(known) => known.clone(),
-        None => match original(source?.read(q, sources.files.limits())?, flip, normals) {
+        None => match Original::new(source?.read(q, sources.files.limits())?, flip, normals) {
             Ok(original) => original,
             Err(error) => return Some(Err(error)),
         },
     };
     if copied {
-        *sources.copied += mesh.triangles().len();
+        *sources.copied += original.mesh.triangles().len();
         if *sources.copied > MOST_COPIED {
             let message =
                 format!("instances are copies, and there are more than {MOST_COPIED} triangles");
             q.error("filename", message);
             return None;
         }
-        let kept = (mesh.clone(), attributes.clone());
-        sources.originals.entry(object.number).or_insert(kept);
+        let kept = sources.originals.entry(object.number);
+        kept.or_insert_with(|| original.clone());
     }
-    Some(
-        Arc::unwrap_or_clone(mesh)
-            .transformed(frame)
-            .map(|mesh| (Shape::from(mesh), attributes)),
-    )
+    Some(original.placed(frame))
 }
 
 /// Whether v becomes 1 − v.
@@ -230,25 +227,55 @@ impl Grid {
     }
 }
 
-fn original(
-    mut data: MeshData,
-    flip: Flip,
-    normals: Normals,
-) -> Result<(Arc<Mesh>, Attributes), ShapeError> {
-    flip.apply(&mut data);
-    let colours = [
-        ("vertex_color", data.colours.take()),
-        ("face_color", data.face_colours.take()),
+impl Original {
+    fn new(mut data: MeshData, flip: Flip, normals: Normals) -> Result<Self, ShapeError> {
+        flip.apply(&mut data);
+        let colours = [
+            ("vertex_color", data.colours.take()),
+            ("face_color", data.face_colours.take()),
+        ];
+        let mut attributes = std::mem::take(&mut data.attributes);
+        for (name, values) in colours {
+            attributes.extend(values.map(|values| MeshAttribute::colours(name, values)));
+        }
+        if normals == Normals::Faces {
+            data.normals = None;
+        }
+        let is_smooth = normals == Normals::Smooth;
+        let content = content(&data, is_smooth);
+        Ok(Original {
+            content,
+            mesh: Arc::new(built(data, is_smooth)?),
+            attributes: Arc::new(attributes),
+        })
+    }
+
+    /// The mesh in a place, which scenes share that have the same there.
+    fn placed(self, frame: DAffine3) -> Result<(Shape, Attributes), ShapeError> {
+        let content = self.content.doubles(&frame.to_cols_array()).finish();
+        let mesh = MESHES.try_get(content, || {
+            Arc::unwrap_or_clone(self.mesh).transformed(frame)
+        })?;
+        Ok((Shape::from(mesh), self.attributes))
+    }
+}
+
+/// What the mesh of some data depends on.
+fn content(data: &MeshData, is_smooth: bool) -> ContentHasher {
+    let uvs = data.uvs.as_deref().map(<[_]>::as_flattened);
+    let has = [
+        data.uvs.is_some(),
+        data.normals.is_some(),
+        data.originals.is_some(),
+        is_smooth,
     ];
-    let mut attributes = std::mem::take(&mut data.attributes);
-    for (name, values) in colours {
-        attributes.extend(values.map(|values| MeshAttribute::colours(name, values)));
-    }
-    if normals == Normals::Faces {
-        data.normals = None;
-    }
-    let mesh = built(data, normals == Normals::Smooth)?;
-    Ok((Arc::new(mesh), Arc::new(attributes)))
+    ContentHasher::default()
+        .doubles(&has.map(|has| f64::from(u8::from(has))))
+        .vectors(&data.positions)
+        .indices(data.triangles.as_flattened())
+        .doubles(uvs.unwrap_or_default())
+        .vectors(data.normals.as_deref().unwrap_or_default())
+        .indices(data.originals.as_deref().unwrap_or_default())
 }
 
 /// A mesh with its normals; with `smooth` ones if it has none.

@@ -5,7 +5,7 @@ mod instance;
 mod labels;
 mod mesh;
 
-use super::assets::{Attributes, PlacedShape};
+use super::assets::{Attributes, Original, PlacedShape};
 use super::context::{Context, MeterPlace};
 use super::surface_texture::Vertices;
 use super::transforms::affine;
@@ -18,10 +18,9 @@ use glam::{DAffine3, DVec3};
 pub(super) use instance::fit;
 use mesh::mesh;
 use std::collections::HashMap;
-use std::sync::Arc;
 use transport::bsdf::Bsdf;
 use transport::meter::MeterSurface;
-use transport::shape::{Cube, Cylinder, Disk, Mesh, Rectangle, Shape, ShapeError, Sphere};
+use transport::shape::{Cube, Cylinder, Disk, Rectangle, Shape, ShapeError, Sphere};
 
 const KNOWN: [&str; 18] = [
     "sphere",
@@ -234,7 +233,7 @@ fn placeholder() -> Shape {
 struct Sources<'a> {
     files: &'a mut FileRegistry,
     /// Meshes of groups, before they are placed.
-    originals: &'a mut HashMap<ObjectId, (Arc<Mesh>, Attributes)>,
+    originals: &'a mut HashMap<ObjectId, Original>,
     /// Number of triangles of all copies.
     copied: &'a mut usize,
 }
