@@ -29,8 +29,8 @@ const CERTAIN: f64 = 1.4;
 const STRIDE: usize = 7;
 
 impl Bspline {
-    /// As [`Bspline::from_vec`] without noise, from the fewest samples that change n² at none of all by more than `tolerance`: an eighth
-    /// of them along each axis that allows it. Memory is taken for these alone.
+    /// A field through fewer samples than are given: n² changes at none of them by more than `tolerance`, and as few as an eighth are
+    /// held along each axis. Parameters are those of [`Bspline::from_vec`], without noise. Only the samples that are held take memory.
     ///
     /// `None` for grids that are small, constant, longer than 8192 samples, or as fine as they have to be; for a tolerance that is not finite; and for what
     /// [`Bspline::from_vec`] refuses.
@@ -58,7 +58,7 @@ impl Bspline {
         })
     }
 
-    /// As [`Bspline::from_fewer`], from what this field is at its samples.
+    /// This field through fewer of its samples, found as [`Bspline::from_fewer`] finds them, and `None` where that is.
     pub fn condensed(&self, tolerance: f64) -> Option<Bspline> {
         if self.is_constant() || self.lattice.stored() < FEW {
             return None;
@@ -127,7 +127,7 @@ fn spread(dims: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
     (0..125).map(move |i| [along(0, i % 5), along(1, i / 5 % 5), along(2, i / 25)])
 }
 
-/// What some lines along an axis allow.
+/// Limit to which samples can be left out along one axis, as some lines along it show.
 struct Axis {
     /// The place in the list of factors of the first by which samples can be left out along this axis alone.
     allowed: usize,
@@ -152,13 +152,13 @@ impl Axis {
     }
 }
 
-/// By how much each factor along each axis alone changes a sample. Along all axes together they change it by the sum, as far as
-/// changes are small.
+/// Changes of one sample, by axis and by the factor by which samples are left out along this axis alone. Small changes along several
+/// axes add up.
 #[derive(Clone, Copy, Default)]
 struct Changes([[f64; FACTORS.len()]; 3]);
 
 impl Changes {
-    /// Those of some samples.
+    /// Computes the changes of each of some samples.
     fn of(samples: &[[usize; 3]], values: &impl Values) -> Vec<Self> {
         let mut all = vec![Changes::default(); samples.len()];
         for axis in 0..3 {
@@ -173,7 +173,7 @@ impl Changes {
         all
     }
 
-    /// That along an axis of the factor that is chosen; none if no sample is left out.
+    /// Change along an axis by the factor that is chosen there; zero if no sample is left out.
     fn along(&self, chosen: [usize; 3], axis: usize) -> f64 {
         self.0[axis].get(chosen[axis]).copied().unwrap_or(0.0)
     }
