@@ -56,6 +56,31 @@ impl<K: Ord, V> Shared<K, V> {
     }
 }
 
+/// Values that are held once even if they are made several times. They are kept as long as someone holds them.
+#[derive(Debug)]
+pub struct Distinct<V>(Mutex<Vec<Weak<V>>>);
+
+impl<V> Default for Distinct<V> {
+    fn default() -> Self {
+        Distinct(Mutex::default())
+    }
+}
+
+impl<V: PartialEq> Distinct<V> {
+    /// Returns the value that equals `made` and is held by someone, or else `made` itself.
+    pub fn one(&self, made: V) -> Arc<V> {
+        let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        known.retain(|other| other.strong_count() > 0);
+        let mut held = known.iter().filter_map(Weak::upgrade);
+        if let Some(equal) = held.find(|other| **other == made) {
+            return equal;
+        }
+        let value = Arc::new(made);
+        known.push(Arc::downgrade(&value));
+        value
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -70,5 +95,16 @@ mod tests {
         assert_eq!(*SQUARES.get(3, || 10), 10);
         // What nobody holds is forgotten, except for the last one.
         assert!(SQUARES.lock().len() <= 1);
+    }
+
+    #[test]
+    fn equal_values_are_held_once() {
+        let lists = Distinct::default();
+        let first = lists.one(vec![1, 2]);
+        assert!(Arc::ptr_eq(&first, &lists.one(vec![1, 2])));
+        assert!(!Arc::ptr_eq(&first, &lists.one(vec![1, 3])));
+        drop(first);
+        assert_eq!(*lists.one(vec![1, 2]), [1, 2]);
+        assert_eq!(lists.0.lock().unwrap().len(), 1);
     }
 }

@@ -2,14 +2,15 @@
 
 use super::CondensedGrid;
 use super::content::ContentHasher;
+use super::division::{Division, LabelCounts, Places};
 use super::reach::Placed;
 use super::sound_record::SoundRecord;
 use super::texture_role::Role;
 use crate::mesh::MeshAttribute;
 use crate::scene::ObjectId;
 use eikonal::Field;
-use eikonal::field::Bspline;
 use glam::DAffine3;
+use std::any::Any;
 use std::collections::HashMap;
 use std::sync::Arc;
 use transport::sensor::ApertureShape;
@@ -29,6 +30,9 @@ pub(super) struct Original {
     pub attributes: Attributes,
 }
 
+/// A part of any type, held so that other scenes find it.
+pub(super) type Held = Arc<dyn Any + Send + Sync>;
+
 /// Parts of a description that were built.
 #[derive(Default)]
 pub(super) struct Assets {
@@ -38,8 +42,12 @@ pub(super) struct Assets {
     pub shapes: HashMap<PlacedShape, (Shape, Attributes)>,
     /// Meshes of groups of shapes, before they are placed.
     pub originals: HashMap<ObjectId, Original>,
-    /// Prefiltered grids of the index, which are shared as long as these are held.
-    pub splines: Vec<Arc<Bspline>>,
+    /// Parts that other scenes share as long as these are held.
+    pub held: Vec<Held>,
+    /// How many voxels of a volume have each label.
+    pub label_counts: HashMap<ObjectId, Arc<LabelCounts>>,
+    /// Volumes of labels, divided.
+    pub divisions: HashMap<(ObjectId, Places), Arc<Division>>,
     /// Textures from image files.
     pub textures: Table<(ObjectId, Role), Texture>,
     /// Quantities on grids.

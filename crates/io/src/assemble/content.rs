@@ -1,10 +1,11 @@
 //! Parts of scenes by their content: scenes that hold equal parts share them in memory, whichever descriptions they come from.
 
 use eikonal::field::Bspline;
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
+use std::sync::Arc;
 use transport::shape::Mesh;
 use transport::shared::Shared;
-use transport::volume::VolumeGrid;
+use transport::volume::{GridError, LabelGrid, VolumeGrid};
 
 /// Grids that scenes hold.
 pub(super) static GRIDS: Shared<Content, VolumeGrid> = Shared::new();
@@ -12,6 +13,9 @@ pub(super) static GRIDS: Shared<Content, VolumeGrid> = Shared::new();
 pub(super) static MESHES: Shared<Content, Mesh> = Shared::new();
 /// Prefiltered grids of the index.
 pub(super) static SPLINES: Shared<Content, Bspline> = Shared::new();
+
+/// Labels of voxels in their places.
+static LABELS: Shared<Content, LabelGrid> = Shared::new();
 
 /// Numbers that are hashed at once.
 const BATCH: usize = 1 << 13;
@@ -28,6 +32,13 @@ impl ContentHasher {
     /// Adds a list of numbers, with its length.
     pub(super) fn doubles(self, values: &[f64]) -> Self {
         self.list(values, |v| v.to_le_bytes())
+    }
+
+    /// Adds a list of bytes, with its length.
+    pub(super) fn bytes(mut self, values: &[u8]) -> Self {
+        self.length(values.len());
+        self.0.update(values);
+        self
     }
 
     /// Adds a list of numbers of single precision, with its length.
@@ -68,4 +79,25 @@ impl ContentHasher {
     fn length(&mut self, length: usize) {
         self.0.update(&(length as u64).to_le_bytes());
     }
+}
+
+/// Labels of voxels in their place, shared with scenes that hold equal ones.
+///
+/// # Errors
+/// Those of [`LabelGrid::new`].
+pub(super) fn label_grid(
+    size: [usize; 3],
+    labels: Vec<u8>,
+    to_world: DAffine3,
+) -> Result<Arc<LabelGrid>, GridError> {
+    let content = labels_content(size, &labels, to_world).finish();
+    LABELS.try_get(content, || LabelGrid::new(size, labels, to_world))
+}
+
+/// Starts the hash of parts that are built from labels of voxels in their place.
+pub(super) fn labels_content(size: [usize; 3], labels: &[u8], to_world: DAffine3) -> ContentHasher {
+    ContentHasher::default()
+        .doubles(&size.map(|n| n as f64))
+        .doubles(&to_world.to_cols_array())
+        .bytes(labels)
 }

@@ -11,7 +11,7 @@ use crate::diagnostic::Difference;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::scene::SceneHash;
 use eikonal::Reference;
-use eikonal::field::Bspline;
+use std::any::Any;
 use std::path::PathBuf;
 use std::sync::Arc;
 use transport::aov::AovTracer;
@@ -53,8 +53,8 @@ pub struct Loaded {
     pub sounds: Vec<SoundRecord>,
     /// Which grids of the index are held by fewer samples than their files have.
     pub condensed: Vec<CondensedGrid>,
-    /// Prefiltered grids of the index: other scenes share those that are held here.
-    pub splines: Vec<Arc<Bspline>>,
+    /// Prefiltered grids of the index and surfaces between labels: other scenes share them as long as they are held here.
+    pub held: Vec<Arc<dyn Any + Send + Sync>>,
     /// What is doubtful about it.
     pub warnings: Diagnostics,
     /// Where Mitsuba would render it otherwise.

@@ -15,6 +15,7 @@ mod costly;
 mod coverage;
 mod described;
 mod differences;
+mod division;
 mod emitter;
 mod entry;
 mod field;
@@ -168,7 +169,7 @@ pub fn assemble(
         instruments,
         sounds,
         condensed,
-        splines: assets.splines,
+        held: assets.held,
         groups: groups.into_iter().map(|g| g.scene).collect(),
         renderer,
         candidates,

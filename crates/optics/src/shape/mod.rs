@@ -147,6 +147,7 @@ impl Shape {
             // One that is shared stays so if it is as wanted.
             Shape::Mesh(s) if s.is_flipped() == flip => {}
             Shape::Mesh(s) => std::sync::Arc::make_mut(s).set_flipped(flip),
+            Shape::VoxelFaces(s) if s.is_flipped() == flip => {}
             Shape::VoxelFaces(s) => std::sync::Arc::make_mut(s).set_flipped(flip),
         }
         self
@@ -265,7 +266,7 @@ impl Shape {
         }
     }
 
-    /// Returns whether two shapes have equal parameters; meshes, whether they are one in memory.
+    /// Returns whether two shapes have equal parameters; meshes and faces of voxels, whether they are one in memory.
     pub fn is_same(&self, other: &Shape) -> bool {
         match (self, other) {
             (Shape::Sphere(a), Shape::Sphere(b)) => a == b,
@@ -274,6 +275,7 @@ impl Shape {
             (Shape::Disk(a), Shape::Disk(b)) => a == b,
             (Shape::Cylinder(a), Shape::Cylinder(b)) => a == b,
             (Shape::Mesh(a), Shape::Mesh(b)) => std::sync::Arc::ptr_eq(a, b),
+            (Shape::VoxelFaces(a), Shape::VoxelFaces(b)) => std::sync::Arc::ptr_eq(a, b),
             _ => false,
         }
     }

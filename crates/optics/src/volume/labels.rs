@@ -134,6 +134,12 @@ impl LabelGrid {
     }
 }
 
+impl PartialEq for LabelGrid {
+    fn eq(&self, other: &Self) -> bool {
+        self.size == other.size && self.to_world == other.to_world && self.labels == other.labels
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

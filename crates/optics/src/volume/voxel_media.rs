@@ -39,6 +39,11 @@ impl VoxelMedia {
         &self.media
     }
 
+    /// Returns whether voxels have the same media, the grid of their parts being one in memory.
+    pub fn is_same(&self, other: &VoxelMedia) -> bool {
+        Arc::ptr_eq(&self.parts, &other.parts) && self.media == other.media
+    }
+
     /// The medium of a voxel; `None` if it is that around the volume.
     pub fn of_voxel(&self, voxel: usize) -> Option<usize> {
         self.medium(self.parts.labels()[voxel])

@@ -8,8 +8,9 @@ use super::index::{Index, class};
 use super::parts::{Object, Parts};
 use super::{ray_epsilon, surroundings};
 use crate::shape::Shape;
-use crate::shared::Shared;
+use crate::shared::{Distinct, Shared};
 use crate::stop::Stop;
+use crate::volume::LabelGrid;
 use eikonal::Aabb;
 use std::sync::Arc;
 
@@ -32,6 +33,10 @@ pub(super) struct Geometry {
     pub face_distance: f64,
     /// Sheets that were moved off the surfaces with which they coincided, with their shapes before.
     moved: Vec<(usize, Shape)>,
+    /// Numbers of the matter in voxels, of all scenes with this geometry.
+    pub matter_grids: Distinct<LabelGrid>,
+    /// Numbers of the matter through which walks go from voxel to voxel, likewise.
+    pub walk_grids: Distinct<Vec<u8>>,
     /// Distances from surfaces, by the box over which they are known.
     clearances: Shared<[u64; 6], Clearance>,
 }
@@ -75,6 +80,8 @@ impl Geometry {
             bodies,
             face_distance,
             moved,
+            matter_grids: Distinct::default(),
+            walk_grids: Distinct::default(),
             clearances: Shared::new(),
         })
     }
@@ -142,13 +149,14 @@ mod tests {
     use super::super::{Scene, Sides};
     use super::*;
     use crate::Spectrum;
-    use crate::bsdf::{Bsdf, Diffuse};
+    use crate::bsdf::{Bsdf, Dielectric, Diffuse};
     use crate::emitter::{Emitter, Environment};
     use crate::film::Filter;
     use crate::medium::Medium;
-    use crate::scene::{AMBIENT, FilmSpec};
+    use crate::scene::{AMBIENT, FilmSpec, Partition};
     use crate::sensor::{Perspective, Sensor};
-    use crate::shape::{Cube, Mesh, Rectangle};
+    use crate::shape::{Cube, Mesh, Rectangle, VoxelFaces};
+    use crate::volume::{VolumeTexture, VoxelMedia};
     use eikonal::field::{Acoustic, AcousticMode, Constant};
     use glam::{DAffine3, DVec3};
 
@@ -238,6 +246,69 @@ mod tests {
             assert!(!Arc::ptr_eq(&first.geometry, &other.geometry), "{i}");
             let alone = Scene::new(parts).unwrap();
             assert!(sheet(&alone).is_same(&sheet(&other)), "{i}");
+        }
+    }
+
+    /// Two media in the voxels of a grid, whose faces refract light, and nothing else.
+    fn labelled(grid: &Arc<LabelGrid>, faces: &[Shape], extinction: f64) -> Parts {
+        let object = |shape: &Shape, interior| Object {
+            name: "face".into(),
+            shape: shape.clone(),
+            bsdf: Bsdf::Dielectric(Dielectric::new(Spectrum::ONE, Spectrum::ONE).unwrap()),
+            sides: Some(Sides {
+                interior,
+                exterior: AMBIENT,
+            }),
+            emitter: None,
+        };
+        let mut parts = parts();
+        let medium = |n: f64| Medium {
+            sigma_t: VolumeTexture::Uniform(Spectrum::splat(extinction)),
+            ..Medium::transparent("fog", Constant::new(n))
+        };
+        parts.media.truncate(1);
+        parts.media.extend([1.3, 1.5].map(medium));
+        parts.objects = faces.iter().map(|face| object(face, 1)).collect();
+        parts.partitions = vec![Partition {
+            objects: 0..faces.len(),
+            exterior: AMBIENT,
+            voxels: Some(Arc::new(VoxelMedia::new(grid.clone(), vec![1, 2]))),
+        }];
+        parts
+    }
+
+    /// Scenes whose voxels are one grid in memory share their geometry and the numbers of matter in voxels, unless the voxels have other
+    /// media or faces.
+    #[test]
+    fn scenes_share_labels() {
+        let labels = vec![1, 2, 0, 1, 1, 2, 0, 1];
+        let grid = LabelGrid::new([2, 2, 2], labels, DAffine3::IDENTITY).unwrap();
+        let faces = |grid: &Arc<LabelGrid>| -> Vec<Shape> {
+            let all = VoxelFaces::all(grid).unwrap();
+            all.into_iter().map(Shape::from).collect()
+        };
+        let copy = Arc::new(grid.clone());
+        let grid = Arc::new(grid);
+        let known = faces(&grid);
+        let first = Scene::new(labelled(&grid, &known, 1.0)).unwrap();
+        let denser = alike(labelled(&grid, &known, 2.0), &first);
+        assert!(Arc::ptr_eq(&first.geometry, &denser.geometry));
+        for medium in 1..3 {
+            assert!(first.voxel_volume(medium).is_some());
+            assert!(denser.voxel_volume(medium).is_some());
+        }
+        let numbers = |scene: &Scene| scene.matters().voxels_of(0).unwrap().clone();
+        assert!(Arc::ptr_eq(&numbers(&first), &numbers(&denser)));
+        let mut swapped = labelled(&grid, &known, 1.0);
+        swapped.partitions[0].voxels = Some(Arc::new(VoxelMedia::new(grid.clone(), vec![2, 1])));
+        let others = [
+            swapped,
+            labelled(&copy, &known, 1.0),
+            labelled(&grid, &faces(&copy), 1.0),
+        ];
+        for (i, other) in others.into_iter().enumerate() {
+            let other = alike(other, &first);
+            assert!(!Arc::ptr_eq(&first.geometry, &other.geometry), "{i}");
         }
     }
 }

@@ -6,6 +6,7 @@ use super::parts::{MediumId, Partition, Parts};
 use crate::Spectrum;
 use crate::medium::Medium;
 use crate::phase::Phase;
+use crate::shared::Distinct;
 use crate::volume::LabelGrid;
 use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
@@ -81,7 +82,8 @@ impl Matter {
 }
 
 impl Matters {
-    pub(super) fn of(parts: &Parts) -> Self {
+    /// All matter of a scene; `grids` holds the grids of all scenes with the same surfaces.
+    pub(super) fn of(parts: &Parts, grids: &Distinct<LabelGrid>) -> Self {
         let mut matters = Matters {
             list: Vec::new(),
             extents: Vec::new(),
@@ -91,7 +93,9 @@ impl Matters {
             matters.extents.push(extent);
         }
         for (number, partition) in parts.partitions.iter().enumerate() {
-            matters.divide(parts, number, partition);
+            if let Some(grid) = matters.voxels(partition) {
+                matters.divide(parts, number, &grids.one(grid));
+            }
         }
         matters
     }
@@ -124,12 +128,9 @@ impl Matters {
         Some(Extent::Everywhere(first))
     }
 
-    /// Notes where the matter of all media of a divided volume is, if its voxels know and there are not too many.
-    fn divide(&mut self, parts: &Parts, number: usize, partition: &Partition) {
-        let Some(grid) = self.voxels(partition) else {
-            return;
-        };
-        let grid = Arc::new(grid);
+    /// Notes where the matter of all media of a divided volume is.
+    fn divide(&mut self, parts: &Parts, number: usize, grid: &Arc<LabelGrid>) {
+        let partition = &parts.partitions[number];
         let voxels = partition.voxels.iter();
         let media = voxels.flat_map(|v| v.media()).copied();
         for medium in media.filter(|m| *m != partition.exterior && *m < parts.media.len()) {
@@ -143,7 +144,7 @@ impl Matters {
         }
     }
 
-    /// The matter in each voxel of a divided volume.
+    /// The matter in each voxel of a divided volume, if its voxels know and there are not too many.
     fn voxels(&self, partition: &Partition) -> Option<LabelGrid> {
         let voxels = partition.voxels.as_ref()?;
         let parts = voxels.parts();
@@ -170,7 +171,7 @@ impl Matters {
     }
 
     /// For each voxel of a divided volume the number of its matter, or one that no medium of the volume has; `None` if they are not known.
-    pub(super) fn voxels_of(&self, number: usize) -> Option<&LabelGrid> {
+    pub(super) fn voxels_of(&self, number: usize) -> Option<&Arc<LabelGrid>> {
         self.extents
             .iter()
             .flatten()
@@ -179,7 +180,7 @@ impl Matters {
                     grid,
                     partition: Some(of),
                     ..
-                } if *of == number => Some(&**grid),
+                } if *of == number => Some(grid),
                 _ => None,
             })
     }

@@ -4,7 +4,6 @@ use super::parts::{MediumId, Object, Partition};
 use crate::shape::{DIRECTIONS, FirstCrossing, Shape};
 use eikonal::Aabb;
 use glam::DVec3;
-use std::sync::Arc;
 
 impl Partition {
     /// Whether a straight line from a point of a medium, given with its unit direction, is known to meet none of its surfaces over a length;
@@ -15,11 +14,11 @@ impl Partition {
         Some(voxels.holds(medium, line, length))
     }
 
-    /// Returns whether it consists of the same objects and voxels as another one, the voxels being one in memory.
+    /// Returns whether it consists of the same objects and voxels as another one, the grid of voxels being one in memory.
     pub(super) fn is_same(&self, other: &Partition) -> bool {
         let voxels = match (&self.voxels, &other.voxels) {
             (None, None) => true,
-            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+            (Some(a), Some(b)) => a.is_same(b),
             _ => false,
         };
         voxels && (&self.objects, self.exterior) == (&other.objects, other.exterior)

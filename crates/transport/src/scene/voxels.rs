@@ -6,10 +6,12 @@ use super::matter::{Matter, Matters};
 use super::parts::{MediumId, Object, Partition, Parts};
 use crate::bsdf::Bsdf;
 use crate::shape::Shape;
+use crate::shared::Distinct;
 use crate::volume::VoxelMedia;
 use eikonal::Aabb;
 use glam::{DAffine3, DMat3, DVec3};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Stands for voxels of which too little is known.
 const OTHER: u8 = u8::MAX;
@@ -24,7 +26,7 @@ const HAIR: f64 = 1e-6;
 pub struct VoxelVolume {
     size: [usize; 3],
     /// For each voxel the number of its matter, x fastest, or [`OTHER`].
-    numbers: Vec<u8>,
+    numbers: Arc<Vec<u8>>,
     matters: Vec<VoxelMatter>,
     /// The objects that are its faces.
     objects: Range<usize>,
@@ -75,7 +77,9 @@ impl VoxelVolumes {
             of_medium: vec![None; parts.media.len()],
         };
         for number in 0..parts.partitions.len() {
-            let Some(mut volume) = VoxelVolume::of(parts, matters, number) else {
+            let Some(mut volume) =
+                VoxelVolume::of(parts, matters, number, &scene.geometry.walk_grids)
+            else {
                 continue;
             };
             // Where others come near, what is around the volume varies.
@@ -107,7 +111,12 @@ impl Scene {
 impl VoxelVolume {
     /// That of a divided volume; `None` if its faces are not those of rectangular voxels, or do something else than to refract all light or
     /// to let it pass.
-    fn of(parts: &Parts, matters: &Matters, number: usize) -> Option<Self> {
+    fn of(
+        parts: &Parts,
+        matters: &Matters,
+        number: usize,
+        grids: &Distinct<Vec<u8>>,
+    ) -> Option<Self> {
         let partition = &parts.partitions[number];
         let voxels = partition.voxels.as_ref()?;
         let refracts = refracts(&parts.objects[partition.objects.clone()])?;
@@ -125,11 +134,7 @@ impl VoxelVolume {
         let is_constant = exterior.index.is_constant();
         let mut volume = VoxelVolume {
             size,
-            numbers: grid
-                .labels()
-                .iter()
-                .map(|m| numbers[usize::from(*m)])
-                .collect(),
+            numbers: Arc::default(),
             matters: held.into_iter().map(|(_, matter)| matter).collect(),
             objects: partition.objects.clone(),
             exterior: partition.exterior,
@@ -141,25 +146,28 @@ impl VoxelVolume {
             axes,
             per_length,
         };
+        let matters = grid.labels().iter().map(|m| numbers[usize::from(*m)]);
+        let mut numbers: Vec<u8> = matters.collect();
         for (i, object) in parts.objects.iter().enumerate() {
             if !partition.objects.contains(&i) {
-                volume.set_aside(&object.shape);
+                volume.set_aside(&object.shape, &mut numbers);
             }
         }
+        volume.numbers = grids.one(numbers);
         Some(volume)
     }
 
     /// Sets aside the voxels through which a surface may pass.
-    fn set_aside(&mut self, shape: &Shape) {
-        shape.each_patch(|points| self.set_aside_around(points));
+    fn set_aside(&self, shape: &Shape, numbers: &mut [u8]) {
+        shape.each_patch(|points| self.set_aside_around(points, numbers));
     }
 
     /// Sets aside the voxels near a box around points.
-    fn set_aside_around(&mut self, points: &[DVec3]) {
+    fn set_aside_around(&self, points: &[DVec3], numbers: &mut [u8]) {
         let places = points.iter().map(|p| self.to_voxels.transform_point3(*p));
         let filled = Aabb::around(places);
         if !(filled.min.is_finite() && filled.max.is_finite()) {
-            self.numbers.fill(OTHER);
+            numbers.fill(OTHER);
             return;
         }
         let (first, end) = (filled.min - HAIR, filled.max + HAIR);
@@ -171,7 +179,7 @@ impl VoxelVolume {
         let [x, y, z] = [range(0), range(1), range(2)];
         for row in z.flat_map(|k| y.clone().map(move |j| (j, k))) {
             let first = self.size[0] * (row.0 + self.size[1] * row.1);
-            self.numbers[first + x.start..first + x.end].fill(OTHER);
+            numbers[first + x.start..first + x.end].fill(OTHER);
         }
     }
 

@@ -114,7 +114,8 @@ impl Scene {
     /// Matter that is the same everywhere.
     #[inline]
     pub(super) fn matters(&self) -> &Matters {
-        self.matters.get_or_init(|| Matters::of(&self.parts))
+        self.matters
+            .get_or_init(|| Matters::of(&self.parts, &self.geometry.matter_grids))
     }
 
     /// The same for surfaces that are not faces between voxels.

@@ -139,7 +139,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     let content = grid.content(&samples, law.as_ref());
     let field = SPLINES.try_get(content, || grid.field(samples, index));
     let field = context.accept(&object.location, field)?;
-    context.assets.splines.push(field.clone());
+    context.assets.held.push(field.clone());
     if let Some(tolerance) = tolerance.filter(|_| field.dims() != size) {
         condense::note(size, &field, tolerance, object, context);
     }

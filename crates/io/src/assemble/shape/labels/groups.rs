@@ -1,11 +1,10 @@
 //! Labels of the same index share a medium, whose other properties are those of each label.
 
 use super::super::super::context::Context;
+use super::super::super::division::{LabelCounts, Place, Places};
 use super::table::{LabelMedium, Sameness, Table};
 use crate::diagnostic::Diagnostic;
 use crate::scene::ObjectDescription;
-use glam::DAffine3;
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use transport::Spectrum;
 use transport::medium::{Medium, MediumLabel, MediumLabels};
@@ -17,12 +16,9 @@ const MOST: usize = 255;
 
 /// The groups of the labels of a volume.
 pub(super) struct Groups {
-    pub size: [usize; 3],
-    /// For each voxel the number of its group, from 1; 0 outside.
-    pub parts: Vec<u8>,
-    /// For each voxel which of its group's labels it has.
-    members: Vec<u8>,
     pub groups: Vec<Group>,
+    /// Group and member of each label; groups are parts, numbered from 1.
+    pub places: Places,
     /// Index of what is outside, if the labels say.
     pub outer_index: Option<f64>,
 }
@@ -32,26 +28,14 @@ pub(super) struct Group {
     pub members: Vec<(u32, LabelMedium)>,
 }
 
-/// Which group a label is in, and which of its members it is.
-#[derive(Clone, Copy)]
-struct Place {
-    part: u8,
-    member: u8,
-}
-
 impl Groups {
     /// Those of the labels that voxels have; `None` after an error.
     pub(super) fn of(
-        labels: Vec<u32>,
-        size: [usize; 3],
+        counts: &LabelCounts,
         table: Table,
         object: &ObjectDescription,
         context: &mut Context,
     ) -> Option<Self> {
-        let mut counts: BTreeMap<u32, usize> = BTreeMap::new();
-        for run in labels.chunk_by(|a, b| a == b) {
-            *counts.entry(run[0]).or_default() += run.len();
-        }
         let absent = table
             .meanings
             .keys()
@@ -64,9 +48,9 @@ impl Groups {
                 .push(Diagnostic::warning(message).at(&object.location));
         }
         let mut groups: Vec<Group> = Vec::new();
-        let mut places: BTreeMap<u32, Place> = BTreeMap::new();
+        let mut places = Places::new();
         let mut right = true;
-        for (label, count) in counts {
+        for (&label, &count) in counts {
             let Some(meaning) = table.meanings.get(&label) else {
                 if label != 0 {
                     let message =
@@ -98,20 +82,9 @@ impl Groups {
         if !right {
             return None;
         }
-        let (mut parts, mut members) = (Vec::new(), Vec::new());
-        parts.reserve_exact(labels.len());
-        members.reserve_exact(labels.len());
-        for run in labels.chunk_by(|a, b| a == b) {
-            let Place { part, member } = places[&run[0]];
-            let end = parts.len() + run.len();
-            parts.resize(end, part);
-            members.resize(end, member);
-        }
         Some(Groups {
-            size,
-            parts,
-            members,
             groups,
+            places,
             outer_index: table.outer_index,
         })
     }
@@ -140,13 +113,11 @@ impl Group {
         self.members[0].1.is_open
     }
 
-    /// The medium of all its labels, for the part with a number.
+    /// The medium of all its labels; `members` has the number of the label at each place.
     pub(super) fn medium(
         &self,
         name: &str,
-        part: u8,
-        groups: &Groups,
-        to_world: DAffine3,
+        members: Option<&Arc<LabelGrid>>,
     ) -> Result<Medium, GridError> {
         let first = &self.members[0].1.medium;
         let listed: Vec<String> = self
@@ -160,13 +131,12 @@ impl Group {
             [label] => region(label),
             labels => format!("{name}: labels {}", labels.join(", ")),
         };
-        if self.members.len() == 1 {
+        let Some(labels) = members else {
             return Ok(Medium {
                 name,
                 ..first.clone()
             });
-        }
-        let labels = Arc::new(LabelGrid::new(groups.size, groups.filled(part), to_world)?);
+        };
         let of = |value: fn(&Medium) -> Spectrum| -> Result<VolumeTexture, GridError> {
             let values: Vec<Spectrum> =
                 self.members.iter().map(|(_, m)| value(&m.medium)).collect();
@@ -187,10 +157,10 @@ impl Group {
             sigma_t,
             scale: 1.0,
             albedo,
-            phase: self.phase(&labels),
+            phase: self.phase(labels),
             emission: (!emission.is_zero()).then_some(emission),
             velocity: None,
-            labels: self.labels(labels, regions),
+            labels: self.labels(labels.clone(), regions),
         })
     }
 
@@ -221,46 +191,5 @@ impl Group {
             Some(phases) => Phase::ByLabel(Box::new(phases)),
             None => first,
         }
-    }
-}
-
-impl Groups {
-    /// For each voxel which of the labels of a part it has. Voxels of other parts up to two steps away have that of a neighbour, so that
-    /// smooth surfaces and rounding do not matter, and others 0.
-    fn filled(&self, part: u8) -> Vec<u8> {
-        let mut known: Vec<bool> = self.parts.iter().map(|p| *p == part).collect();
-        let own = self.members.iter().zip(&known);
-        let mut filled: Vec<u8> = own.map(|(m, known)| if *known { *m } else { 0 }).collect();
-        let at_other = |i: &usize| known[*i] && self.neighbours(*i).any(|k| !known[k]);
-        let mut ends: Vec<usize> = (0..known.len()).filter(at_other).collect();
-        for _ in 0..2 {
-            let unknown = |i: &usize| !known[*i];
-            let beside = ends.iter().flat_map(|i| self.neighbours(*i));
-            let mut next: Vec<usize> = beside.filter(unknown).collect();
-            next.sort_unstable();
-            next.dedup();
-            let nearest = |i: &usize| self.neighbours(*i).find(|k| known[*k]);
-            let values: Vec<u8> = next
-                .iter()
-                .map(|i| nearest(i).map_or(0, |k| filled[k]))
-                .collect();
-            for (i, value) in next.iter().zip(values) {
-                (known[*i], filled[*i]) = (true, value);
-            }
-            ends = next;
-        }
-        filled
-    }
-
-    /// The voxels beside one.
-    fn neighbours(&self, i: usize) -> impl Iterator<Item = usize> + use<> {
-        let size = self.size;
-        let strides = [1, size[0], size[0] * size[1]];
-        (0..3).flat_map(move |axis| {
-            let place = i / strides[axis] % size[axis];
-            let below = (place > 0).then(|| i - strides[axis]);
-            let above = (place + 1 < size[axis]).then(|| i + strides[axis]);
-            below.into_iter().chain(above)
-        })
     }
 }

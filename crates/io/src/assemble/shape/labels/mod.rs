@@ -2,15 +2,15 @@
 
 mod groups;
 mod table;
+mod voxels;
 
 use super::super::context::{Context, Divided, MeterPlace};
+use super::super::division::{Division, LabelCounts, Places};
 use super::super::medium;
-use super::super::volume_source::{SOURCE, Source, read};
+use super::super::volume_source::SOURCE;
 use super::super::wish::Wish;
-use crate::mesh::label_surfaces::{Division, PartSurface};
 use crate::query::Query;
 use crate::scene::{ObjectDescription, PluginKind};
-use crate::volume::Volume;
 use groups::Groups;
 use std::sync::Arc;
 use table::Table;
@@ -18,22 +18,19 @@ use transport::Spectrum;
 use transport::bsdf::{Bsdf, Dielectric};
 use transport::meter::MeterSurface;
 use transport::scene::MediumId;
-use transport::shape::{Mesh, Shape, ShapeError, VoxelFaces};
-use transport::volume::{LabelGrid, VoxelMedia};
-
-/// Labels are numbers up to this one, which single precision tells apart.
-const LARGEST: f64 = 16_777_215.0;
+use transport::volume::VoxelMedia;
+use voxels::Voxels;
 
 /// How a shape of labels is to be divided.
 struct Wanted {
-    smooth: bool,
     refraction: bool,
     exterior: Option<MediumId>,
 }
 
 /// Adds the media of a volume of labels and the surfaces between them.
 pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
-    let (volume, source) = read::<f32>(object, context);
+    let mut read = None;
+    let counts = counts(object, &mut read, context);
     let mut q = Query::new(object, context.diagnostics);
     for known in SOURCE {
         q.has(known);
@@ -48,22 +45,20 @@ pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
         .cloned()
         .collect();
     q.finish(&[]);
-    let (Some(volume), Some(table)) = (volume, table) else {
-        return;
-    };
-    let size = volume.size();
-    let Some(labels) = whole(volume, &source, object, context) else {
+    let (Some(counts), Some(table)) = (counts, table) else {
         return;
     };
     let wanted = Wanted {
-        smooth,
         refraction,
         exterior: exterior.map(|m| medium::medium(&m, context)),
     };
-    let Some(groups) = Groups::of(labels, size, table, object, context) else {
+    let Some(groups) = Groups::of(&counts, table, object, context) else {
         return;
     };
-    let outer = divide(object, groups, &source, &wanted, context);
+    let Some(division) = division(object, &groups.places, smooth, read, context) else {
+        return;
+    };
+    let outer = add_parts(object, &groups, &division, &wanted, context);
     context
         .meters
         .extend(meters.into_iter().map(|meter| MeterPlace {
@@ -73,57 +68,57 @@ pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
         }));
 }
 
-/// The labels of all voxels, x fastest; `None` if they are none (reported then).
-fn whole(
-    volume: Volume,
-    source: &Source,
+/// The labels that a volume has; `None` if it cannot be read (reported then). Puts what it reads into `read`.
+fn counts(
     object: &ObjectDescription,
+    read: &mut Option<Voxels>,
     context: &mut Context,
-) -> Option<Vec<u32>> {
-    let location = &object.location;
-    if source.placement != 0 {
-        let message = "labels are those of voxels: their placement is 'centers'";
-        context.error_at(location, message);
-        return None;
+) -> Option<Arc<LabelCounts>> {
+    if let Some(known) = context.assets.label_counts.get(&object.number) {
+        return Some(known.clone());
     }
-    if volume.channels() != 1 {
-        let message = format!(
-            "labels have one channel, the volume has {}",
-            volume.channels()
-        );
-        context.error_at(location, message);
-        return None;
+    let voxels = Voxels::read(object, context)?;
+    let counts = Arc::new(voxels.counts());
+    *read = Some(voxels);
+    let known = &mut context.assets.label_counts;
+    known.insert(object.number, counts.clone());
+    Some(counts)
+}
+
+/// The volume divided into parts: `read` has its voxels if they were just read.
+fn division(
+    object: &ObjectDescription,
+    places: &Places,
+    smooth: bool,
+    read: Option<Voxels>,
+    context: &mut Context,
+) -> Option<Arc<Division>> {
+    let key = (object.number, places.clone());
+    if let Some(known) = context.assets.divisions.get(&key) {
+        return Some(known.clone());
     }
-    let is_label = |v: &f32| v.fract() == 0.0 && (0.0..=LARGEST).contains(&f64::from(*v));
-    let [nx, ny, _] = volume.size();
-    if let Some(i) = volume.data().iter().position(|v| !is_label(v)) {
-        let message = format!(
-            "labels are whole numbers from 0 to {LARGEST}; that of voxel ({}, {}, {}) is {}",
-            i % nx,
-            i / nx % ny,
-            i / nx / ny,
-            volume.data()[i]
-        );
-        context.error_at(location, message);
-        return None;
-    }
-    // Numbers of the same size stay in place.
-    Some(volume.into_data().into_iter().map(|v| v as u32).collect())
+    let voxels = read.or_else(|| Voxels::read(object, context))?;
+    let division = context.accept(&object.location, voxels.divide(places, smooth))?;
+    let division = Arc::new(division);
+    let assets = &mut context.assets;
+    assets.held.push(division.surfaces.clone());
+    assets.divisions.insert(key, division.clone());
+    Some(division)
 }
 
 /// Adds the media of groups of labels and the surfaces between them. Returns those around the volume.
-fn divide(
+fn add_parts(
     object: &ObjectDescription,
-    groups: Groups,
-    source: &Source,
+    groups: &Groups,
+    division: &Division,
     wanted: &Wanted,
     context: &mut Context,
 ) -> Vec<MeterSurface> {
     let mut outer = Vec::new();
     let name = object.id.clone().unwrap_or_else(|| object.plugin.clone());
     let mut media: Vec<MediumId> = Vec::new();
-    for (i, group) in groups.groups.iter().enumerate() {
-        let medium = group.medium(&name, i as u8 + 1, &groups, source.to_world);
+    for (group, members) in groups.groups.iter().zip(&division.members) {
+        let medium = group.medium(&name, members.as_ref());
         let Some(medium) = context.accept(&object.location, medium) else {
             return outer;
         };
@@ -134,32 +129,12 @@ fn divide(
     let Some(dielectric) = context.accept(&object.location, clear) else {
         return outer;
     };
-    let (surfaces, voxels) = if wanted.smooth {
-        let division = Division {
-            size: groups.size,
-            parts: &groups.parts,
-        };
-        let surfaces = division.surfaces().into_iter();
-        let made: Result<Vec<Surface>, ShapeError> =
-            surfaces.map(|surface| smooth(surface, source)).collect();
-        let Some(made) = context.accept(&object.location, made) else {
-            return outer;
-        };
-        (made, None)
-    } else {
-        let parts = LabelGrid::new(groups.size, groups.parts, source.to_world).map(Arc::new);
-        let Some(parts) = context.accept(&object.location, parts) else {
-            return outer;
-        };
-        let Some(faces) = context.accept(&object.location, VoxelFaces::all(&parts)) else {
-            return outer;
-        };
-        let made = faces.into_iter().map(Surface::from).collect();
-        (made, Some(Arc::new(VoxelMedia::new(parts, media.clone()))))
-    };
+    let surfaces = &division.surfaces;
+    let voxels = surfaces.grid.clone();
+    let voxels = voxels.map(|grid| Arc::new(VoxelMedia::new(grid, media.clone())));
     let first = context.objects.len();
     let mut sides = Vec::new();
-    for surface in surfaces {
+    for surface in &surfaces.list {
         let of = |part: u8| match part.checked_sub(1) {
             Some(group) => Some(media[usize::from(group)]),
             None => wanted.exterior,
@@ -182,7 +157,14 @@ fn divide(
         } else {
             Bsdf::Null
         };
-        super::push(object, surface.shape, bsdf, None, Wish::default(), context);
+        super::push(
+            object,
+            surface.shape.clone(),
+            bsdf,
+            None,
+            Wish::default(),
+            context,
+        );
     }
     context.divided.push(Divided {
         voxels,
@@ -193,32 +175,4 @@ fn divide(
         location: object.location.clone(),
     });
     outer
-}
-
-/// The surface between two parts.
-struct Surface {
-    /// The part behind its normals, and the one before them, unless they are turned.
-    parts: [u8; 2],
-    turned: bool,
-    shape: Shape,
-}
-
-impl From<VoxelFaces> for Surface {
-    fn from(faces: VoxelFaces) -> Self {
-        Surface {
-            parts: faces.labels(),
-            turned: faces.is_turned(),
-            shape: faces.into(),
-        }
-    }
-}
-
-/// A smooth surface in its place.
-fn smooth(surface: PartSurface, source: &Source) -> Result<Surface, ShapeError> {
-    let mesh = Mesh::new(surface.mesh.positions, surface.mesh.triangles, None)?;
-    Ok(Surface {
-        parts: surface.parts,
-        turned: mesh.was_inside_out(),
-        shape: mesh.transformed(source.to_world)?.into(),
-    })
 }

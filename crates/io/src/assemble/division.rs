@@ -1,0 +1,135 @@
+//! Volumes that labels divide into parts, and the surfaces between these. All scenes in which a volume is divided alike share them.
+
+use super::content::{Content, label_grid, labels_content};
+use crate::mesh::label_surfaces::{self, PartSurface};
+use glam::DAffine3;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use transport::shape::{Mesh, Shape, ShapeError, VoxelFaces};
+use transport::shared::Shared;
+use transport::volume::{GridError, LabelGrid};
+
+/// Surfaces that scenes hold, by the parts of voxels, their place and the kind of surfaces.
+static SURFACES: Shared<Content, Surfaces> = Shared::new();
+
+/// Number of voxels of each label of a volume.
+pub(super) type LabelCounts = BTreeMap<u32, usize>;
+
+/// Part of the volume to which a label belongs, and the label's number within the part. Part 0 is outside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Place {
+    pub part: u8,
+    pub member: u8,
+}
+
+/// Place of each label of a volume.
+pub(super) type Places = BTreeMap<u32, Place>;
+
+/// A volume that is divided into parts, numbered from 1.
+pub(super) struct Division {
+    /// Surfaces between the parts.
+    pub surfaces: Arc<Surfaces>,
+    /// For each part the number of the label within it at each place; `None` if the part has only one label.
+    pub members: Vec<Option<Arc<LabelGrid>>>,
+}
+
+/// A volume of which each voxel belongs to a part, numbered from 1; part 0 is outside.
+pub(super) struct Parts {
+    /// Number of voxels along x, y, z.
+    pub size: [usize; 3],
+    /// Part of each voxel, x fastest.
+    pub numbers: Vec<u8>,
+    /// From the unit cube to the world.
+    pub to_world: DAffine3,
+}
+
+/// Surfaces between all parts of a volume.
+pub(super) struct Surfaces {
+    /// Parts of voxels in their place, if the surfaces are faces of voxels.
+    pub grid: Option<Arc<LabelGrid>>,
+    /// One surface for each two parts that touch.
+    pub list: Vec<Surface>,
+}
+
+/// Surface between two parts.
+#[derive(Clone)]
+pub(super) struct Surface {
+    /// The part behind its normals, and the one before them, unless they are turned.
+    pub parts: [u8; 2],
+    /// True if normals point into the first part.
+    pub turned: bool,
+    /// The surface in its place.
+    pub shape: Shape,
+}
+
+/// Reason why surfaces cannot be built.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum SurfacesError {
+    /// The volume cannot be placed.
+    #[error(transparent)]
+    Grid(#[from] GridError),
+    /// A surface cannot be built.
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
+}
+
+impl Parts {
+    /// Surfaces between the parts: smooth ones, or faces of voxels.
+    ///
+    /// # Errors
+    /// A place that has no inverse, a volume that is too thin or has too many voxels.
+    pub(super) fn surfaces(self, smooth: bool) -> Result<Arc<Surfaces>, SurfacesError> {
+        let content = labels_content(self.size, &self.numbers, self.to_world)
+            .bytes(&[u8::from(smooth)])
+            .finish();
+        SURFACES.try_get(content, || {
+            if smooth {
+                self.smooth_surfaces()
+            } else {
+                self.voxel_faces()
+            }
+        })
+    }
+
+    fn smooth_surfaces(self) -> Result<Surfaces, SurfacesError> {
+        let division = label_surfaces::Division {
+            size: self.size,
+            parts: &self.numbers,
+        };
+        let surfaces = division.surfaces().into_iter();
+        let placed = surfaces.map(|surface| placed(surface, self.to_world));
+        Ok(Surfaces {
+            grid: None,
+            list: placed.collect::<Result<_, _>>()?,
+        })
+    }
+
+    fn voxel_faces(self) -> Result<Surfaces, SurfacesError> {
+        let grid = label_grid(self.size, self.numbers, self.to_world)?;
+        let faces = VoxelFaces::all(&grid)?;
+        Ok(Surfaces {
+            grid: Some(grid),
+            list: faces.into_iter().map(Surface::from).collect(),
+        })
+    }
+}
+
+impl From<VoxelFaces> for Surface {
+    fn from(faces: VoxelFaces) -> Self {
+        Surface {
+            parts: faces.labels(),
+            turned: faces.is_turned(),
+            shape: faces.into(),
+        }
+    }
+}
+
+/// Puts a smooth surface in its place.
+fn placed(surface: PartSurface, to_world: DAffine3) -> Result<Surface, ShapeError> {
+    let mesh = Mesh::new(surface.mesh.positions, surface.mesh.triangles, None)?;
+    Ok(Surface {
+        parts: surface.parts,
+        turned: mesh.was_inside_out(),
+        shape: mesh.transformed(to_world)?.into(),
+    })
+}

@@ -1,0 +1,171 @@
+//! Labels of voxels, as they are read.
+
+use super::super::super::content::label_grid;
+use super::super::super::context::Context;
+use super::super::super::division::{Division, LabelCounts, Parts, Place, Places, SurfacesError};
+use super::super::super::volume_source::read;
+use crate::scene::ObjectDescription;
+use glam::DAffine3;
+use std::collections::BTreeMap;
+
+/// Labels are numbers up to this one, the largest that single precision separates from its neighbours.
+const LARGEST: f64 = 16_777_215.0;
+
+/// Label of each voxel of a volume.
+pub(super) struct Voxels {
+    size: [usize; 3],
+    /// Labels, x fastest.
+    labels: Vec<u32>,
+    /// From the unit cube to the world.
+    to_world: DAffine3,
+}
+
+impl Voxels {
+    /// Reads the labels of a shape; `None` if they are none (reported then).
+    pub(super) fn read(object: &ObjectDescription, context: &mut Context) -> Option<Self> {
+        let location = &object.location;
+        let (volume, source) = read::<f32>(object, context);
+        let volume = volume?;
+        if source.placement != 0 {
+            let message = "labels are those of voxels: their placement is 'centers'";
+            context.error_at(location, message);
+            return None;
+        }
+        if volume.channels() != 1 {
+            let message = format!(
+                "labels have one channel, the volume has {}",
+                volume.channels()
+            );
+            context.error_at(location, message);
+            return None;
+        }
+        let is_label = |v: &f32| v.fract() == 0.0 && (0.0..=LARGEST).contains(&f64::from(*v));
+        let size @ [nx, ny, _] = volume.size();
+        if let Some(i) = volume.data().iter().position(|v| !is_label(v)) {
+            let message = format!(
+                "labels are whole numbers from 0 to {LARGEST}; that of voxel ({}, {}, {}) is {}",
+                i % nx,
+                i / nx % ny,
+                i / nx / ny,
+                volume.data()[i]
+            );
+            context.error_at(location, message);
+            return None;
+        }
+        // Numbers of the same size stay in place.
+        let labels = volume.into_data().into_iter().map(|v| v as u32).collect();
+        Some(Voxels {
+            size,
+            labels,
+            to_world: source.to_world,
+        })
+    }
+
+    /// Counts the voxels of each label.
+    pub(super) fn counts(&self) -> LabelCounts {
+        let mut counts = LabelCounts::new();
+        for run in self.labels.chunk_by(|a, b| a == b) {
+            *counts.entry(run[0]).or_default() += run.len();
+        }
+        counts
+    }
+
+    /// Divides the volume into parts by the places of its labels.
+    ///
+    /// # Errors
+    /// Those of [`Parts::surfaces`].
+    pub(super) fn divide(self, places: &Places, smooth: bool) -> Result<Division, SurfacesError> {
+        let Voxels {
+            size,
+            labels,
+            to_world,
+        } = self;
+        let split = Split::of(size, labels, places);
+        let mut most: BTreeMap<u8, u8> = BTreeMap::new();
+        for place in places.values().filter(|place| place.part > 0) {
+            let known = most.entry(place.part).or_default();
+            *known = place.member.max(*known);
+        }
+        let members = most.into_iter().map(|(part, last)| {
+            let grid = (last > 0).then(|| label_grid(size, split.filled(part), to_world));
+            grid.transpose()
+        });
+        let members = members.collect::<Result<Vec<Option<_>>, _>>()?;
+        let parts = Parts {
+            size,
+            numbers: split.parts,
+            to_world,
+        };
+        Ok(Division {
+            surfaces: parts.surfaces(smooth)?,
+            members,
+        })
+    }
+}
+
+/// Voxels by the places of their labels.
+struct Split {
+    size: [usize; 3],
+    /// Part of each voxel.
+    parts: Vec<u8>,
+    /// Number of its label within the part.
+    members: Vec<u8>,
+}
+
+impl Split {
+    fn of(size: [usize; 3], labels: Vec<u32>, places: &Places) -> Self {
+        let (mut parts, mut members) = (Vec::new(), Vec::new());
+        parts.reserve_exact(labels.len());
+        members.reserve_exact(labels.len());
+        for run in labels.chunk_by(|a, b| a == b) {
+            let Place { part, member } = places[&run[0]];
+            let end = parts.len() + run.len();
+            parts.resize(end, part);
+            members.resize(end, member);
+        }
+        Split {
+            size,
+            parts,
+            members,
+        }
+    }
+
+    /// For each voxel which of the labels of a part it has. Voxels of other parts up to two steps away have that of a neighbour, so that
+    /// smooth surfaces and rounding do not matter, and others 0.
+    fn filled(&self, part: u8) -> Vec<u8> {
+        let mut known: Vec<bool> = self.parts.iter().map(|p| *p == part).collect();
+        let own = self.members.iter().zip(&known);
+        let mut filled: Vec<u8> = own.map(|(m, known)| if *known { *m } else { 0 }).collect();
+        let at_other = |i: &usize| known[*i] && self.neighbours(*i).any(|k| !known[k]);
+        let mut ends: Vec<usize> = (0..known.len()).filter(at_other).collect();
+        for _ in 0..2 {
+            let unknown = |i: &usize| !known[*i];
+            let beside = ends.iter().flat_map(|i| self.neighbours(*i));
+            let mut next: Vec<usize> = beside.filter(unknown).collect();
+            next.sort_unstable();
+            next.dedup();
+            let nearest = |i: &usize| self.neighbours(*i).find(|k| known[*k]);
+            let values: Vec<u8> = next
+                .iter()
+                .map(|i| nearest(i).map_or(0, |k| filled[k]))
+                .collect();
+            for (i, value) in next.iter().zip(values) {
+                (known[*i], filled[*i]) = (true, value);
+            }
+            ends = next;
+        }
+        filled
+    }
+
+    /// The voxels beside one.
+    fn neighbours(&self, i: usize) -> impl Iterator<Item = usize> + use<> {
+        let size = self.size;
+        let strides = [1, size[0], size[0] * size[1]];
+        (0..3).flat_map(move |axis| {
+            let place = i / strides[axis] % size[axis];
+            let below = (place > 0).then(|| i - strides[axis]);
+            let above = (place + 1 < size[axis]).then(|| i + strides[axis]);
+            below.into_iter().chain(above)
+        })
+    }
+}
