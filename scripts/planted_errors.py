@@ -73,8 +73,8 @@ PLANTED = [
     (
         "connections whose light is not turned at interfaces",
         TRANSPORT + "observe/polarization/transported.rs",
-        "self.vector = mueller.of(self.axis.to(plane, from).of(self.vector));",
-        "self.vector = mueller.of(self.vector) * 0.5 + self.vector * 0.5;",
+        "self.each(|channel, vector| mueller(channel).of(rotation.of(vector)));",
+        "self.each(|channel, vector| mueller(channel).of(rotation.of(vector)) * 0.5 + vector * 0.5);",
         ("morgana-transport", "transport", "polarization::chains::connections_carry_polarisation_through_interfaces"),
     ),
     (
@@ -107,10 +107,45 @@ PLANTED = [
     ),
     (
         "connections that pass filters unpolarised",
-        TRANSPORT + "observe/polarization/recorder.rs",
-        "self.scene.filters_along(arc, theta_end)",
-        "self.scene.filters_along(arc, 0.0 * theta_end)",
+        TRANSPORT + "observe/polarization/connection.rs",
+        "scene.filters_along(arc, theta_end)",
+        "scene.filters_along(arc, 0.0 * theta_end)",
         ("morgana-transport", "transport", "polarization::filters::connections_pass_filters"),
+    ),
+    (
+        "metals met by light from emitters as by paths from the sensor",
+        TRANSPORT + "observe/polarization/fold.rs",
+        "light.turn(from, to, |c| mueller([-to, -from], c))",
+        "light.turn(-to, -from, |c| mueller([-to, -from], c))",
+        ("morgana-transport", "transport", "polarization::estimators::rough_surfaces_polarise_alike_from_both_ends"),
+    ),
+    (
+        "light from emitters whose frame is turned the wrong way",
+        TRANSPORT + "observe/polarization/transported.rs",
+        "let rotation = self.axis.to(plane, from);",
+        "let rotation = self.axis.to(plane, -from);",
+        ("morgana-transport", "transport", "polarization::estimators::spheres_in_graded_glass_polarise_alike_from_both_ends"),
+    ),
+    (
+        "connections followed by polarised light in the order of their arcs",
+        TRANSPORT + "observe/polarization/connection.rs",
+        "let is_reversed = starts_here == (mode == TransportMode::Radiance);",
+        "let is_reversed = starts_here == matches!(mode, TransportMode::Radiance | TransportMode::Importance);",
+        ("morgana-transport", "transport", "polarization::estimators::spheres_in_graded_glass_polarise_alike_from_both_ends"),
+    ),
+    (
+        "frames of light at the sensor those of the pixel's own ray",
+        TRANSPORT + "observe/polarization/fold.rs",
+        "path.way.map_or(self.direction, |way| -way.arrival());",
+        "path.way.map_or(self.direction, |_| self.direction);",
+        ("morgana-transport", "transport", "polarization::estimators::rough_surfaces_polarise_alike_from_both_ends"),
+    ),
+    (
+        "sidebands without the phases of light subpaths",
+        TRANSPORT + "observe/tagging/fold.rs",
+        "sensor + self.modulation(contribution.light, 0..0, is_last)",
+        "sensor + 0.0 * self.modulation(contribution.light, 0..0, is_last)",
+        ("morgana-transport", "transport", "meters::sidebands::estimators_find_the_same_sidebands"),
     ),
     (
         "facets that refract about the half vector of reflection",
@@ -528,8 +563,8 @@ PLANTED = [
     (
         "subpaths from emitters with the points of those from the sensor",
         TRANSPORT + "integrator/bdpt.rs",
-        "sampler.apart(|s| emitter_path(scene, &bounds, s, ws, recorder))",
-        "emitter_path(scene, &bounds, sampler, ws, recorder)",
+        "sampler.apart(|s| emitter_path(scene, &bounds, s, ws, log))",
+        "emitter_path(scene, &bounds, sampler, ws, log)",
         ("morgana-transport", "transport", "replicates::so_they_are_with_subpaths_from_both_ends"),
     ),
     (
@@ -562,9 +597,9 @@ PLANTED = [
     ),
     (
         "labels in memory twice",
-        IO + "assemble/shape/labels/mod.rs",
-        "let size = volume.size();",
-        "let (size, _twice) = (volume.size(), volume.clone());",
+        IO + "assemble/shape/labels/voxels.rs",
+        "let size @ [nx, ny, _] = volume.size();",
+        "let (size @ [nx, ny, _], _twice) = (volume.size(), volume.clone());",
         ("morgana-io", "label_memory", "voxels_take_a_few_bytes"),
     ),
     (
@@ -1162,7 +1197,7 @@ PLANTED = [
     ),
     (
         "mirrors in view of volumes left out of derivatives",
-        TRANSPORT + "observe/derivative/tape.rs",
+        TRANSPORT + "observe/fold.rs",
         "(edge.spans.last(), next.spans.first())",
         "(edge.spans.last().filter(|_| false), next.spans.first())",
         ("morgana-transport", "transport", "derivatives::colours::what_a_coat_shows_of_volumes_is_in_proportion_to_its_colour"),
@@ -1226,8 +1261,8 @@ PLANTED = [
     (
         "joined paths without the factors of the light's subpath",
         TRANSPORT + "observe/derivative/tape.rs",
-        "self.kept.push([place, light]);",
-        "self.kept.push([place, if joint.sensor.is_some() { Place::START } else { light }]);",
+        "self.kept.push([place, end(path.light)]);",
+        "let light = end(path.light); self.kept.push([place, if place != Place::START { Place::START } else { light }]);",
         ("morgana-transport", "transport", "derivatives::integrators::derivatives_by_bidirectional_path_tracing_are_those_by_path_tracing"),
     ),
     (
@@ -1386,23 +1421,23 @@ PLANTED = [
     ),
     (
         "phases of tagged paths from the sensor without those of connections",
-        TRANSPORT + "observe/tagging/recorder.rs",
-        "self.aside.extend(way.clone().map(Step::Connect));",
+        TRANSPORT + "observe/tagging/fold.rs",
+        "self.way.extend(way.map(Step::Connect));",
         "let _ = (way, Step::Connect);",
         ("morgana-transport", "transport", "meters::instants::light_that_is_scattered_back_once_has_the_phases_of_moved_scatterers"),
     ),
     (
-        "phases of tagged paths from the sensor without the trunk of the last contribution",
-        TRANSPORT + "observe/tagging/recorder.rs",
-        "self.way.extend(on.iter().chain(aside));",
-        "self.way.extend(aside); let _ = on;",
-        ("morgana-transport", "transport", "meters::instants::light_that_is_scattered_back_once_has_the_phases_of_moved_scatterers"),
+        "phases of tagged paths without what was followed for earlier contributions",
+        TRANSPORT + "observe/tagging/fold.rs",
+        "break self.known[i].1;",
+        "break TaggedPath { ..Default::default() };",
+        ("morgana-transport", "transport", "meters::sidebands::estimators_find_the_same_sidebands"),
     ),
     (
         "scatterers that rest where tagged paths from the sensor are connected",
-        TRANSPORT + "observe/tagging/recorder.rs",
-        "self.aside.extend(at_vertex(&self.sound, vertex, direction));",
-        "let _ = (vertex, direction);",
+        TRANSPORT + "observe/tagging/fold.rs",
+        "self.push(place, Step::Scatter(direction));",
+        "let _ = (place, direction);",
         ("morgana-transport", "transport", "meters::instants::light_that_is_scattered_back_once_has_the_phases_of_moved_scatterers"),
     ),
     (

@@ -385,20 +385,16 @@ impl<'a> Children<'a> {
             }
             transport::tagging::prepare(&scene);
         }
-        let problems = match method.parts {
-            Some(LightParts::Stokes) => polarization::problems(&scene),
-            Some(LightParts::Sidebands(_)) => transport::tagging::problems(&scene),
-            None => Vec::new(),
-        };
-        report.all(&problems);
-        if !problems.is_empty() {
-            return None;
-        }
-        if let Some(LightParts::Stokes) = method.parts
-            && let Some(note) = stokes_note(polarization::depolarizing(&scene))
-        {
-            let note = Diagnostic::note(note).at(&self.root.location);
-            report.diagnostics.push(note);
+        if let Some(LightParts::Stokes) = method.parts {
+            let problems = polarization::problems(&scene);
+            report.all(&problems);
+            if !problems.is_empty() {
+                return None;
+            }
+            if let Some(note) = stokes_note(polarization::depolarizing(&scene)) {
+                let note = Diagnostic::note(note).at(&self.root.location);
+                report.diagnostics.push(note);
+            }
         }
         let candidates = if method.is_open && instruments.is_empty() {
             coverage::complete(

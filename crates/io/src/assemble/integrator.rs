@@ -261,10 +261,10 @@ pub(super) fn build(
     }
 }
 
-/// The estimator that is meant where parts of light are wanted: of those that follow them a pilot has no choice.
+/// Estimator of the light whose parts are wanted. `auto` is `path` then: pilots do not know what it costs to follow parts.
 ///
 /// # Errors
-/// What to say of one that does not follow them.
+/// A message about an estimator that does not follow parts.
 pub(super) fn of_parts(kind: Kind, parts: Option<LightParts>) -> Result<Kind, String> {
     let (holder, what) = match parts {
         None => return Ok(kind),
@@ -273,12 +273,12 @@ pub(super) fn of_parts(kind: Kind, parts: Option<LightParts>) -> Result<Kind, St
     };
     match kind {
         Kind::Auto => Ok(Kind::Path),
-        Kind::Path | Kind::Direct => Ok(kind),
+        Kind::Path | Kind::Direct | Kind::Particle | Kind::Bdpt => Ok(kind),
         _ => {
             let known = KNOWN.iter().find(|(_, known)| *known == kind);
             let name = known.map_or("this integrator", |(name, _)| name);
             Err(format!(
-                "'{holder}' cannot hold '{name}': only 'path' and 'direct' follow {what}"
+                "'{holder}' cannot hold '{name}': only 'path', 'direct', 'particle' and 'bdpt' follow {what}"
             ))
         }
     }

@@ -172,13 +172,13 @@ pub(super) const PLUGINS: &[Plugin] = &[
     ),
     plugin(
         "stokes",
-        "What its integrator, a path tracer, finds, and the Stokes parameters of that.",
+        "Image of its integrator (path, direct, particle or bdpt) with the Stokes parameters of the light.",
         &[],
         &[many(Integrator, "The first renders.")],
     ),
     plugin(
         "tagged",
-        "What its integrator, a path tracer, finds, and the sidebands to which sound shifts that.",
+        "Image of its integrator (path, direct, particle or bdpt) with the sidebands to which sound shifts the light.",
         &[TAGGED],
         &[many(Integrator, "The first renders.")],
     ),

@@ -85,11 +85,11 @@ fn panes_alone_are_followed() {
 fn what_polarised_light_is_not_followed_through_is_an_error() {
     for (integrator, bsdf, expected) in [
         (
-            "bdpt",
+            "vcm",
             "conductor",
-            "only 'path' and 'direct' follow polarisation",
+            "only 'path', 'direct', 'particle' and 'bdpt' follow polarisation",
         ),
-        ("particle", "conductor", "'stokes' cannot hold 'particle'"),
+        ("sppm", "conductor", "'stokes' cannot hold 'sppm'"),
         ("aov", "conductor", "'stokes' cannot hold 'aov'"),
     ] {
         let error = load(integrator, bsdf, "").map(|_| ()).unwrap_err();
@@ -98,7 +98,11 @@ fn what_polarised_light_is_not_followed_through_is_an_error() {
         let error = error.map(|_| ()).unwrap_err().to_string();
         assert!(error.contains(expected), "{integrator} by name: {error}");
     }
-    // A pilot has no choice.
+    for integrator in ["particle", "bdpt"] {
+        let loaded = load(integrator, "conductor", "").unwrap();
+        assert_eq!(loaded.renderer.name(), integrator);
+    }
+    // Pilots do not choose among estimators of polarised light.
     let named = load("path", "conductor", "")
         .unwrap()
         .renderer_named("auto");

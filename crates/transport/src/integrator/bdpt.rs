@@ -13,7 +13,7 @@
 use super::PathFinds;
 use super::bidirectional::{Connections, Heuristic, Joining, MergeContents, Setting};
 use crate::Spectrum;
-use crate::path::{Bounds, LightPath, SubpathRecorder, Workspace, sensor_path};
+use crate::path::{Bounds, LightPath, PathLog, Workspace, sensor_path};
 use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::sensor::SensorRay;
@@ -44,16 +44,16 @@ impl Default for Bdpt {
 
 impl Bdpt {
     /// The contributions of one sensor subpath and one emitter subpath.
-    pub(super) fn sample<R: SubpathRecorder>(
+    pub(super) fn sample<L: PathLog>(
         &self,
         scene: &Scene,
         ray: SensorRay,
         channel_pdf: Spectrum,
         sampler: &mut Sampler,
         ws: &mut Workspace,
-        finds: PathFinds<R>,
+        finds: PathFinds<L>,
     ) {
-        let PathFinds { out, recorder } = finds;
+        let PathFinds { out, log } = finds;
         let max_depth = self.max_depth.unwrap_or(u32::MAX);
         let bounds = Bounds {
             channel_pdf,
@@ -63,9 +63,9 @@ impl Bdpt {
             weighs: true,
         };
         // Sample a subpath from the sensor and, if wanted, one from an emitter.
-        let from_sensor = sensor_path(scene, ray, &bounds, sampler, ws, recorder);
+        let from_sensor = sensor_path(scene, ray, &bounds, sampler, ws, log);
         let before = ws.stats().cost();
-        let from_emitter = sampler.apart(|s| emitter_path(scene, &bounds, s, ws, recorder));
+        let from_emitter = sampler.apart(|s| emitter_path(scene, &bounds, s, ws, log));
         ws.strategy_work.light += ws.stats().cost() - before;
         // Join them in every way.
         let mut joining = Joining {
@@ -80,7 +80,7 @@ impl Bdpt {
             sampler,
             ws,
             out,
-            recorder,
+            log,
         };
         joining.all(&from_sensor, from_emitter.as_ref(), self.connections);
     }
@@ -92,7 +92,7 @@ fn emitter_path(
     bounds: &Bounds,
     sampler: &mut Sampler,
     ws: &mut Workspace,
-    recorder: &mut impl SubpathRecorder,
+    log: &mut impl PathLog,
 ) -> Option<LightPath> {
     let probability = ws.strategies.light;
     let is_wanted = probability >= 1.0 || sampler.next_1d() < probability;
@@ -100,5 +100,5 @@ fn emitter_path(
     if !is_wanted {
         return None;
     }
-    LightPath::sample(scene, bounds, sampler, ws, recorder)
+    LightPath::sample(scene, bounds, sampler, ws, log)
 }

@@ -21,9 +21,8 @@ pub use vcm::Vcm;
 pub(crate) use vcm::VcmSample;
 
 use crate::Spectrum;
-use crate::derivative::Tape;
 use crate::emitter::Class;
-use crate::path::Workspace;
+use crate::path::{PathLog, Workspace};
 use crate::sampling::{Replicates, Sampler};
 use crate::scene::Scene;
 use crate::sensor::SensorRay;
@@ -81,41 +80,25 @@ impl Integrator {
     ) {
         let channel_pdf = even_channel_pdf(channels);
         match self {
-            Integrator::Path(path) => {
-                let finds = PathFinds {
-                    out,
-                    recorder: &mut (),
-                };
-                path.sample(scene, ray, channels, sampler, ws, finds);
-            }
-            Integrator::Particle(particle) => {
-                let finds = PathFinds {
-                    out,
-                    recorder: &mut (),
-                };
-                particle.sample(scene, ray, channel_pdf, sampler, ws, finds);
-            }
-            Integrator::Bdpt(bdpt) => {
-                let finds = PathFinds {
-                    out,
-                    recorder: &mut (),
-                };
-                bdpt.sample(scene, ray, channel_pdf, sampler, ws, finds);
-            }
             Integrator::Vcm(vcm) => vcm.sample(scene, ray, channel_pdf, sampler, ws, out),
             Integrator::Photon(photon) => photon.sample(scene, ray, channel_pdf, sampler, ws, out),
+            _ => {
+                let finds = PathFinds { out, log: &mut () };
+                self.log(scene, ray, channels, sampler, ws, finds);
+            }
         }
     }
 
-    /// [`Integrator::sample`], with notes of the factors of all contributions. Nothing if it [blurs](Integrator::blurs).
-    pub(crate) fn record(
+    /// Does the same as [`Integrator::sample`], and logs the paths of all contributions. Finds nothing if it
+    /// [blurs](Integrator::blurs).
+    pub(crate) fn log(
         &self,
         scene: &Scene,
         ray: SensorRay,
         channels: usize,
         sampler: &mut Sampler,
         ws: &mut Workspace,
-        finds: PathFinds<Tape>,
+        finds: PathFinds<impl PathLog>,
     ) {
         let channel_pdf = even_channel_pdf(channels);
         match self {

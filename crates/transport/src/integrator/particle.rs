@@ -9,7 +9,7 @@
 use super::PathFinds;
 use super::bidirectional::{Heuristic, Joining, MergeContents, Setting};
 use crate::Spectrum;
-use crate::path::{Bounds, LightPath, StrategyRates, SubpathRecorder, Workspace, sensor_path};
+use crate::path::{Bounds, LightPath, PathLog, StrategyRates, Workspace, sensor_path};
 use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::sensor::SensorRay;
@@ -34,16 +34,16 @@ impl Default for ParticleTracer {
 
 impl ParticleTracer {
     /// The contributions of one particle, and what is seen along one sensor ray.
-    pub(super) fn sample<R: SubpathRecorder>(
+    pub(super) fn sample<L: PathLog>(
         &self,
         scene: &Scene,
         ray: SensorRay,
         channel_pdf: Spectrum,
         sampler: &mut Sampler,
         ws: &mut Workspace,
-        finds: PathFinds<R>,
+        finds: PathFinds<L>,
     ) {
-        let PathFinds { out, recorder } = finds;
+        let PathFinds { out, log } = finds;
         let max_depth = self.max_depth.unwrap_or(u32::MAX);
         let bounds = Bounds {
             channel_pdf,
@@ -53,8 +53,8 @@ impl ParticleTracer {
             weighs: false,
         };
         // Sample an edge from the sensor, for emitters in view, and a light subpath.
-        let seen = sensor_path(scene, ray, &bounds, sampler, ws, recorder);
-        let light = LightPath::sample(scene, &bounds, sampler, ws, recorder);
+        let seen = sensor_path(scene, ray, &bounds, sampler, ws, log);
+        let light = LightPath::sample(scene, &bounds, sampler, ws, log);
         let first = out.len();
         let mut joining = Joining {
             setting: Setting {
@@ -68,7 +68,7 @@ impl ParticleTracer {
             sampler,
             ws,
             out,
-            recorder,
+            log,
         };
         // Add the emitter that the sensor's edge hits.
         joining.hits(&seen);

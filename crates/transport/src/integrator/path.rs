@@ -9,13 +9,13 @@ mod roulette;
 use super::Contribution;
 use crate::Spectrum;
 use crate::connection_end::{ConnectionEnd, OnSurface};
-use crate::derivative::FactorRecorder;
 use crate::emitter::EmittedRay;
 use crate::film::PathFacts;
 use crate::path::{
-    Connection, ConnectionTarget, Edge, EmittedAlong, End, Equiangular, FoundBranch, NeeSlot,
-    Resampling, Sampling, Split, SplitSample, Start, TransportMode, Vertex, Weighted, Workspace,
-    environment_end, gather_along, scatter, trace,
+    Connection, ConnectionTarget, Edge, EdgePart, EmittedAlong, End, Equiangular, FoundBranch,
+    FoundPath, Leaves, NeeSlot, PathLog, Resampling, Sampling, Split, SplitSample, Start,
+    SubpathEnd, TransportMode, Vertex, Weighted, Workspace, environment_end, gather_along, scatter,
+    trace,
 };
 use crate::sampling::Sampler;
 use crate::scene::Scene;
@@ -107,7 +107,7 @@ struct Light<W> {
     ray: EmittedRay,
     events: u32,
     optical_length: f64,
-    /// Its arcs, as the recorder keeps them.
+    /// Its arcs, as the log keeps them.
     way: W,
 }
 
@@ -149,15 +149,15 @@ struct FoundEmitter {
     cos: f64,
 }
 
-/// What receives what paths find.
-pub(crate) struct PathFinds<'a, R> {
+/// Destinations for the results of paths.
+pub(crate) struct PathFinds<'a, L> {
     /// Contributions.
     pub out: &'a mut Vec<Contribution>,
-    /// Takes note of their factors.
-    pub recorder: &'a mut R,
+    /// Events of the paths.
+    pub log: &'a mut L,
 }
 
-struct Tracing<'a, R> {
+struct Tracing<'a, L> {
     scene: &'a Scene,
     sampler: &'a mut Sampler,
     ws: &'a mut Workspace,
@@ -166,12 +166,12 @@ struct Tracing<'a, R> {
     equiangular: bool,
     /// A path that is to be followed, too, and the probability with which it alone would have been followed.
     split: Option<(Next, f64)>,
-    recorder: &'a mut R,
+    log: &'a mut L,
 }
 
 impl PathTracer {
     /// The contributions to the radiance that arrives along a sensor ray; their sum is unbiased.
-    /// `channels` is the number of channels in use. The recorder takes note of their factors, but not of those of split edges.
+    /// `channels` is the number of channels in use. Split edges are not logged.
     pub(crate) fn sample(
         &self,
         scene: &Scene,
@@ -179,7 +179,7 @@ impl PathTracer {
         channels: usize,
         sampler: &mut Sampler,
         ws: &mut Workspace,
-        finds: PathFinds<impl FactorRecorder>,
+        finds: PathFinds<impl PathLog>,
     ) {
         let medium = scene.medium_of_sensor_ray(ray.origin);
         // Start at the sensor, with throughput T = n_s².
@@ -200,7 +200,7 @@ impl PathTracer {
             out: finds.out,
             equiangular: !scene.point_like_emitters().is_empty(),
             split: None,
-            recorder: finds.recorder,
+            log: finds.log,
         };
         // Follow the path to its end, and then the other branch if its first edge was split.
         self.follow(&mut tracing, &mut next);
@@ -217,14 +217,14 @@ impl PathTracer {
     }
 
     /// Follows a path to its end, from one edge to the next, in place.
-    fn follow(&self, t: &mut Tracing<impl FactorRecorder>, next: &mut Next) {
+    fn follow(&self, t: &mut Tracing<impl PathLog>, next: &mut Next) {
         while self.edge(t, next) {}
         t.end();
     }
 
     /// Follows one edge, hands over what it finds, and scatters at its end. Whether the path goes on, as `next` says then: in
     /// place, for it is large.
-    fn edge<R: FactorRecorder>(&self, t: &mut Tracing<R>, next: &mut Next) -> bool {
+    fn edge<L: PathLog>(&self, t: &mut Tracing<L>, next: &mut Next) -> bool {
         // Add what volumes emit along the way.
         if next.gathers {
             t.gather(next, self.budget(next.length.depth));
@@ -239,8 +239,8 @@ impl PathTracer {
             channel_pdf,
             extend: t.equiangular || forced,
             collides: true,
-            spans: t.equiangular || forced || R::NEEDS_SPANS,
-            parts: R::NEEDS_PARTS,
+            spans: t.equiangular || forced || L::NEEDS_SPANS,
+            parts: L::NEEDS_PARTS,
             forced,
             // Chance competes with connections only where paths can meet emitters.
             differentials: next.from.is_some() && t.scene.emitters_can_be_met(),
@@ -258,7 +258,8 @@ impl PathTracer {
         if t.equiangular && budget > 0 {
             t.around_emitter(&edge, budget);
         }
-        t.recorder.follow(edge.edge, &t.ws.edge_parts);
+        t.log
+            .follow(TransportMode::Radiance, edge.edge, &t.ws.edge_parts);
         // Keep the other branch of a split edge for later.
         if let Some(split) = &edge.edge.split {
             t.split = next.split_off(split).map(|next| (next, split.probability));
@@ -294,7 +295,7 @@ impl PathTracer {
     }
 }
 
-impl<R: FactorRecorder> Tracing<'_, R> {
+impl<L: PathLog> Tracing<'_, L> {
     /// Light emitted where the edge ends, weighted against the connection that competes for it (docs/theory.md#radiance).
     fn emission(&mut self, edge: &SampledEdge) {
         let scene = self.scene;
@@ -369,8 +370,17 @@ impl<R: FactorRecorder> Tracing<'_, R> {
                 nee_training.apart(value.sum());
             }
             let length = next.length.and(along.depth - 1, along.optical_length);
-            self.recorder.aside_reach(&edge, along.length);
-            self.hand_over(value, length, &EmittedRay::within(along.emitter, along.x));
+            let part = EdgePart {
+                edge: &edge,
+                length: along.length,
+                scatters: false,
+            };
+            let end = SubpathEnd {
+                part: Some(part),
+                ..SubpathEnd::at(Leaves::Last)
+            };
+            let ray = EmittedRay::within(along.emitter, along.x);
+            self.hand_over(value, length, end, None, &ray);
         }
     }
 
@@ -402,11 +412,25 @@ impl<R: FactorRecorder> Tracing<'_, R> {
             },
             direction: found.direction,
         };
-        self.hand_over(value, edge.length, &ray);
+        let end = SubpathEnd::at(Leaves::Last);
+        self.hand_over(value, edge.length, end, None, &ray);
     }
 
-    fn hand_over(&mut self, value: Spectrum, length: PathLength, ray: &EmittedRay) {
-        self.recorder.contribute(ray);
+    /// Hands over the light of an emitter's ray, which arrives at the end of the path, or by a connection from there.
+    fn hand_over(
+        &mut self,
+        value: Spectrum,
+        length: PathLength,
+        end: SubpathEnd,
+        way: Option<&L::Way>,
+        ray: &EmittedRay,
+    ) {
+        self.log.contribute(&FoundPath {
+            sensor: Some(end),
+            light: None,
+            way,
+            ray: Some(ray),
+        });
         self.out.push(Contribution {
             image: None,
             strategy: (0, 0),
@@ -422,32 +446,33 @@ impl<R: FactorRecorder> Tracing<'_, R> {
         });
     }
 
-    /// Hands over a share of what connections of a vertex to an emitter bring. The path has some length up to the vertex, which lies at an
-    /// arc length `on` an edge that the path does not end at there, if it is not the end of its last edge.
+    /// Hands over a share of what connections of a vertex to an emitter bring. The path has some length up to the vertex, which ends the
+    /// part `on` of the next edge, if it is not the end of the last edge.
     fn connected(
         &mut self,
-        light: Weighted<Light<R::Way>>,
+        light: Weighted<Light<L::Way>>,
         vertex: &Vertex,
-        on: Option<(&Edge, f64)>,
+        on: Option<EdgePart>,
         length: PathLength,
         emitter: usize,
         share: f64,
     ) {
         let slot = NeeSlot::new(self.scene.emitters()[emitter].class(), vertex);
         if let Some(nee_training) = &mut self.ws.nee_training {
-            let branch = |(light, weight): &(Light<R::Way>, f64)| {
+            let branch = |(light, weight): &(Light<L::Way>, f64)| {
                 (light.value.sum() * weight * share, light.share)
             };
             nee_training.connection(slot, light.iter().map(branch));
         }
         for (light, weight) in light {
-            if let Some((edge, at)) = on {
-                self.recorder.aside_follow(edge, at);
-            }
-            self.recorder
-                .aside_connect(vertex, light.direction, &light.way);
+            let end = SubpathEnd {
+                part: on,
+                turn: Some((vertex, light.direction)),
+                ..SubpathEnd::at(Leaves::Last)
+            };
             let length = length.and(light.events, light.optical_length);
-            self.hand_over(light.value * (weight * share), length, &light.ray);
+            let value = light.value * (weight * share);
+            self.hand_over(value, length, end, Some(&light.way), &light.ray);
         }
     }
 
@@ -526,8 +551,12 @@ impl<R: FactorRecorder> Tracing<'_, R> {
         let Some(scattered) = scatter(self.scene, &vertex, self.sampler) else {
             return false;
         };
-        self.recorder
-            .turn(&vertex, scattered.start.direction, scattered.delta);
+        self.log.turn(
+            TransportMode::Radiance,
+            &vertex,
+            scattered.start.direction,
+            scattered.delta,
+        );
         next.start = scattered.start;
         next.throughput = throughput * scattered.weight;
         next.from = if scattered.delta {

@@ -154,7 +154,7 @@ impl VcmSample<'_> {
             sampler,
             ws,
             out,
-            recorder: &mut (),
+            log: &mut (),
         };
         let light = self.merging.light.path(self.number);
         joining.all(&sensor, light, self.vcm.connections);

@@ -2,6 +2,7 @@
 
 pub mod derivative;
 pub mod film;
+pub(crate) mod fold;
 pub mod meter;
 pub mod polarization;
 pub mod sidebands;

@@ -16,6 +16,7 @@
 mod connection;
 mod energy_balance;
 mod learnt;
+mod log;
 mod random_walk;
 mod segment;
 mod subpath;
@@ -30,6 +31,7 @@ pub use learnt::{
     AdjointEstimate, AdjointTraining, Levels, NeeRates, NeeTraining, PathTally, StrategyFind,
     StrategyKind, StrategyRates, StrategySample, StrategyShares, StrategyTraining, StrategyWork,
 };
+pub(crate) use log::{EdgePart, FoundPath, Leaves, PathLog, SubpathEnd};
 pub use random_walk::{
     FreeFlightEvent, Observer, RandomWalk, Survival, VoxelFlight, WalkEvent, WalkRay,
 };
@@ -39,7 +41,7 @@ pub use segment::{
 };
 pub(crate) use segment::{Equiangular, surface_at};
 pub use subpath::{Bounds, PathVertex, emit, guess};
-pub(crate) use subpath::{EmitterEnd, EndChoice, Joint, JointEnd, Resampling, SubpathRecorder};
+pub(crate) use subpath::{EmitterEnd, EndChoice, Resampling};
 pub(crate) use subpath::{Escape, LightPath, PathEdge, Subpath, scatter, scatter_pdf, sensor_path};
 pub(crate) use walk::choose_channel;
 pub(crate) use walk::{

@@ -150,7 +150,7 @@ impl PilotSums {
         splats.clear();
         for contribution in found.iter().filter(|c| c.image.is_some()) {
             let value = brightness(contribution.weighted());
-            splat(light.source, own, contribution, |pixel, filter| {
+            splat(light.source, own, contribution.image, |pixel, filter| {
                 splats.push((pixel, value * filter))
             });
         }

@@ -1,51 +1,70 @@
-//! Samples of pixels by a path tracer that follows more than light along its paths: their Stokes vectors, or what sound does to their phases.
+//! Samples of estimators that follow more than light along its paths: its Stokes vectors, or what sound does to its phase.
 //!
 //! Theory: docs/theory.md#stokes-vectors, docs/theory.md#tagged-light.
 
 use super::source::{LightSamples, SampledRay, Source};
 use crate::Spectrum;
-use crate::derivative::FactorRecorder;
 use crate::film::{Decomposition, LightParts};
-use crate::integrator::{Contribution, Integrator, PathFinds, PathTracer};
-use crate::path::Workspace;
-use crate::polarization::StokesRecorder;
+use crate::integrator::{Contribution, Integrator, PathFinds};
+use crate::observe::fold::Folded;
+use crate::path::{PathLog, Workspace};
+use crate::polarization::StokesFold;
 use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::sensor::SensorRay;
 use crate::sidebands::Sidebands;
-use crate::tagging::{Representative, TaggedRecorder, representatives};
+use crate::tagging::{Representative, TaggedFold, representatives};
 
 /// Takes samples whose layers have [parts](LightParts).
 pub(super) struct FollowedSamples<'a> {
     source: &'a Source<'a>,
-    path: PathTracer,
-    recorder: Recorder<'a>,
+    integrator: Integrator,
+    followed: Followed<'a>,
     decomposition: Decomposition,
     parts: FoundParts,
 }
 
-/// What is followed.
-enum Recorder<'a> {
-    Stokes(Box<StokesRecorder<'a>>),
+/// Quantity that is followed.
+enum Followed<'a> {
+    Stokes(Box<Folded<StokesFold<'a>>>),
     Tagged(Box<TaggedSamples>),
 }
 
-/// All parts of what a sample has found.
+/// Parts of the light that a sample has found.
 struct FoundParts {
-    /// The first layer of each, which may come up several times.
-    layers: Vec<usize>,
-    /// Its parts, one after the other.
+    /// Layers of the light, which may come up several times.
+    layers: Vec<FoundLayer>,
+    /// Parts of each, one after the other.
     values: Vec<Spectrum>,
     /// Number of parts of a layer.
     count: usize,
 }
 
-/// Tells apart the light of contributions by what sound does to its phase.
+/// A layer of the light of a sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct FoundLayer {
+    /// Number of the first part of the layer.
+    layer: usize,
+    /// See [`Contribution::image`].
+    image: Option<[f64; 2]>,
+}
+
+/// A part of the light of a layer.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FoundPart {
+    /// Number of the part among all layers of the film.
+    pub layer: usize,
+    /// See [`Contribution::image`].
+    pub image: Option<[f64; 2]>,
+    pub value: Spectrum,
+}
+
+/// Separates the light of contributions by the phase shift from the sound.
 struct TaggedSamples {
-    recorder: TaggedRecorder,
+    folded: Folded<TaggedFold>,
     sidebands: Sidebands,
     /// Layers of contributions, and those that stand for others, with the places of their layers.
-    layers: Vec<usize>,
+    layers: Vec<FoundLayer>,
     chosen: Vec<(usize, Representative)>,
 }
 
@@ -59,19 +78,20 @@ struct Sample<'s, 'a> {
 }
 
 impl<'a> FollowedSamples<'a> {
-    /// `None` if the film asks for no parts, or the integrator follows nothing but light.
+    /// `None` if the film asks for no parts, or if light of the integrator is unpolarised and untagged.
     pub(super) fn of(light: &LightSamples<'a>, decomposition: &Decomposition) -> Option<Self> {
         let source = light.source;
         let (scene, parts) = (source.scene, decomposition.parts?);
-        let Integrator::Path(path) = light.integrator else {
+        if light.integrator.blurs() {
             return None;
-        };
-        let recorder = match parts {
+        }
+        let followed = match parts {
             LightParts::Stokes => {
-                Recorder::Stokes(Box::new(StokesRecorder::new(scene, source.channels())))
+                let fold = StokesFold::new(scene, source.channels());
+                Followed::Stokes(Box::new(Folded::new(fold)))
             }
-            LightParts::Sidebands(sidebands) => Recorder::Tagged(Box::new(TaggedSamples {
-                recorder: TaggedRecorder::new(scene),
+            LightParts::Sidebands(sidebands) => Followed::Tagged(Box::new(TaggedSamples {
+                folded: Folded::new(TaggedFold::new(scene)),
                 sidebands,
                 layers: Vec::new(),
                 chosen: Vec::new(),
@@ -79,8 +99,8 @@ impl<'a> FollowedSamples<'a> {
         };
         Some(FollowedSamples {
             source,
-            path,
-            recorder,
+            integrator: light.integrator,
+            followed,
             decomposition: *decomposition,
             parts: FoundParts {
                 layers: Vec::new(),
@@ -99,9 +119,9 @@ impl<'a> FollowedSamples<'a> {
     ) {
         let SampledRay {
             ray,
+            offset,
             weight,
             mut sampler,
-            ..
         } = self.source.ray(pixel as usize, sample);
         ws.stats.paths += 1;
         // Both ways of an edge that is split have factors of their own: one is followed at a time.
@@ -114,24 +134,27 @@ impl<'a> FollowedSamples<'a> {
             sampler: &mut sampler,
             ws,
         };
-        let shown = |c: &Contribution| {
-            if self.source.shows(&c.path) {
-                weight
-            } else {
-                0.0
-            }
+        let shown = |c: &Contribution| match c.image {
+            _ if !self.source.shows(&c.path) => 0.0,
+            Some(_) => 1.0,
+            None => weight,
+        };
+        let layer_of = |c: &Contribution| FoundLayer {
+            layer: self.decomposition.layer(&c.path),
+            image: c.image,
         };
         let parts = &mut self.parts;
         parts.layers.clear();
         parts.values.clear();
-        match &mut self.recorder {
-            Recorder::Stokes(recorder) => {
-                let up = sample.scene.sensor().to_world().matrix3.y_axis;
-                recorder.begin(sample.scene, &sample.ray, up);
-                sample.trace(&self.path, &mut **recorder, out);
-                for (c, [first, others @ ..]) in out.iter_mut().zip(recorder.found()) {
+        match &mut self.followed {
+            Followed::Stokes(folded) => {
+                folded.fold.begin(sample.scene, &sample.ray);
+                folded.begin();
+                sample.take(&self.integrator, &mut **folded, out);
+                move_by(offset, out);
+                for (c, [first, others @ ..]) in out.iter_mut().zip(folded.fold.found()) {
                     let (unpolarized, weight) = (c.weighted(), shown(c));
-                    parts.layers.push(self.decomposition.layer(&c.path));
+                    parts.layers.push(layer_of(c));
                     c.value *= *first;
                     c.value *= weight;
                     parts.values.push(c.weighted());
@@ -139,25 +162,55 @@ impl<'a> FollowedSamples<'a> {
                     parts.values.extend(others);
                 }
             }
-            Recorder::Tagged(tagged) => {
-                tagged.recorder.begin();
-                sample.trace(&self.path, &mut tagged.recorder, out);
+            Followed::Tagged(tagged) => {
+                tagged.folded.fold.begin();
+                tagged.folded.begin();
+                sample.take(&self.integrator, &mut tagged.folded, out);
+                move_by(offset, out);
                 for c in out.iter_mut() {
                     c.value *= shown(c);
                 }
-                tagged.tell_apart(out, &self.decomposition, channels, &mut sampler, parts);
+                tagged.layers.clear();
+                tagged.layers.extend(out.iter().map(layer_of));
+                tagged.tell_apart(out, channels, &mut sampler, parts);
             }
         }
     }
 
-    /// All parts of layers of the last sample, which may come up several times.
-    pub(super) fn parts(&self) -> impl Iterator<Item = (usize, &[Spectrum])> {
+    /// Parts of the layers of the last sample, which may come up several times.
+    pub(super) fn parts(&self) -> impl Iterator<Item = FoundPart> {
         let FoundParts {
             layers,
             values,
             count,
         } = &self.parts;
-        layers.iter().copied().zip(values.chunks(*count))
+        let each = layers.iter().zip(values.chunks(*count));
+        each.flat_map(|(found, values)| {
+            values.iter().enumerate().map(|(k, value)| FoundPart {
+                layer: found.layer + k,
+                image: found.image,
+                value: *value,
+            })
+        })
+    }
+}
+
+/// Moves light that contributes to other pixels on the image.
+fn move_by(offset: [f64; 2], out: &mut [Contribution]) {
+    let splats = out.iter_mut().filter_map(|c| c.image.as_mut());
+    splats.for_each(|[s, t]| {
+        *s += offset[0];
+        *t += offset[1];
+    });
+}
+
+impl FoundParts {
+    /// Adds a layer without light. Returns the place of its first part.
+    fn push(&mut self, layer: FoundLayer) -> usize {
+        self.layers.push(layer);
+        let place = self.values.len();
+        self.values.resize(place + self.count, Spectrum::ZERO);
+        place
     }
 }
 
@@ -166,38 +219,54 @@ impl TaggedSamples {
     fn tell_apart(
         &mut self,
         contributions: &[Contribution],
-        decomposition: &Decomposition,
         channels: usize,
         sampler: &mut Sampler,
         parts: &mut FoundParts,
     ) {
-        let (layers, chosen) = (&mut self.layers, &mut self.chosen);
-        layers.clear();
+        let (layers, chosen) = (&self.layers, &mut self.chosen);
         chosen.clear();
-        layers.extend(contributions.iter().map(|c| decomposition.layer(&c.path)));
-        let mut next = layers.iter().min();
+        let own = layers.iter().filter(|found| found.image.is_none());
+        let own = own.map(|found| found.layer);
+        let mut next = own.clone().min();
         while let Some(layer) = next {
-            next = layers.iter().filter(|other| *other > layer).min();
-            let place = parts.layers.len();
-            parts.layers.push(*layer);
+            next = own.clone().filter(|other| *other > layer).min();
+            let wanted = FoundLayer { layer, image: None };
+            let place = parts.push(wanted);
             let light = |(i, c): (usize, &Contribution)| (i, c.weighted());
             let all = contributions.iter().enumerate();
-            let lights = all.filter(|(i, _)| layers[*i] == *layer).map(light);
+            let lights = all.filter(|(i, _)| layers[*i] == wanted).map(light);
             let sum = |sum, (_, light)| sum + light;
-            parts.values.push(lights.clone().fold(Spectrum::ZERO, sum));
-            let end = parts.layers.len() * parts.count;
-            parts.values.resize(end, Spectrum::ZERO);
+            parts.values[place] = lights.clone().fold(Spectrum::ZERO, sum);
             representatives(lights, channels, sampler.next_1d(), |representative| {
                 chosen.push((place, representative));
             });
         }
+        // Light of other pixels stands for itself.
+        for (contribution, found) in layers.iter().enumerate() {
+            let light = contributions[contribution].weighted();
+            if found.image.is_some() && !light.is_zero() {
+                let place = parts.push(*found);
+                parts.values[place] = light;
+                chosen.extend((0..channels).map(|channel| {
+                    let light = light[channel];
+                    (
+                        place,
+                        Representative {
+                            contribution,
+                            channel,
+                            light,
+                        },
+                    )
+                }));
+            }
+        }
         chosen.sort_by_key(|(_, r)| r.contribution);
         let same = || chosen.chunk_by(|a, b| a.1.contribution == b.1.contribution);
         let wanted = same().map(|same| same[0].1.contribution);
-        for (same, modulation) in same().zip(self.recorder.modulations(wanted)) {
+        for (same, modulation) in same().zip(self.folded.fold.modulations(wanted)) {
             let shares = self.sidebands.shares(modulation);
             for (place, r) in same {
-                let values = &mut parts.values[place * parts.count..][..parts.count];
+                let values = &mut parts.values[*place..][..parts.count];
                 for (value, share) in values[1..].iter_mut().zip(&shares) {
                     value[r.channel] += r.light * share;
                 }
@@ -207,20 +276,9 @@ impl TaggedSamples {
 }
 
 impl Sample<'_, '_> {
-    fn trace(
-        self,
-        path: &PathTracer,
-        recorder: &mut impl FactorRecorder,
-        out: &mut Vec<Contribution>,
-    ) {
-        let finds = PathFinds { out, recorder };
-        path.sample(
-            self.scene,
-            self.ray,
-            self.channels,
-            self.sampler,
-            self.ws,
-            finds,
-        );
+    fn take(self, integrator: &Integrator, log: &mut impl PathLog, out: &mut Vec<Contribution>) {
+        let finds = PathFinds { out, log };
+        let (sampler, ws) = (self.sampler, self.ws);
+        integrator.log(self.scene, self.ray, self.channels, sampler, ws, finds);
     }
 }

@@ -24,7 +24,7 @@ pub fn memory(scene: &Scene, options: &RenderOptions) -> usize {
     let scores = per_unit.saturating_mul(units.max(1) as usize);
     let per_pixel = kept(scene.film(), options).saturating_add(pending(options));
     let waiting = if options.renderer.splats() {
-        splats::waiting(pixels)
+        splats::waiting(pixels, parts(options))
     } else {
         0
     };
@@ -48,6 +48,11 @@ fn unit(scene: &Scene, options: &RenderOptions) -> u64 {
 fn pixels(scene: &Scene) -> usize {
     let film = scene.film();
     film.width.saturating_mul(film.height)
+}
+
+/// Number of parts of each layer of light that are kept beside it.
+fn parts(options: &RenderOptions) -> usize {
+    options.decomposition.parts.map_or(0, |parts| parts.count())
 }
 
 /// Bytes of the scores of all pixels in samples that belong together.

@@ -93,11 +93,9 @@ fn run_of_pixels(light: &LightSamples, wanted: &Wanted, run: Range<usize>) -> (S
                         None => found.iter().for_each(|c| {
                             pending.add(decomposition.layer(&c.path), c.weighted() * share);
                         }),
-                        Some(followed) => followed.parts().for_each(|(layer, parts)| {
-                            for (k, value) in parts.iter().enumerate() {
-                                let value = finite(*value, &mut ws.stats.not_finite);
-                                pending.add(layer + k, value * share);
-                            }
+                        Some(followed) => followed.parts().for_each(|part| {
+                            let value = finite(part.value, &mut ws.stats.not_finite);
+                            pending.add(part.layer, value * share);
                         }),
                     }
                 }

@@ -9,6 +9,7 @@
 //! Theory: docs/theory.md#film.
 
 use super::Debiased;
+use super::followed::{FollowedSamples, FoundPart};
 use super::shared;
 use super::source::{LightSamples, Source, finite};
 use super::strategies::{Strategies, StrategyScores};
@@ -28,10 +29,11 @@ const TASKS_PER_THREAD: usize = 1 << 7;
 /// Contributions that a pixel's sample is taken to have: how many it really has depends on the scene.
 const CONTRIBUTIONS: usize = 32;
 
-/// Bytes of the contributions that are kept until they are added up, of films of so many pixels.
-pub(super) fn waiting(pixels: usize) -> usize {
+/// Bytes of the contributions that are kept until they are added up, for films of `pixels` pixels and contributions of `parts` parts.
+pub(super) fn waiting(pixels: usize, parts: usize) -> usize {
     let pixels = pixels.min(tasks_of_block() * PIXELS_PER_TASK);
-    pixels * CONTRIBUTIONS * size_of::<(usize, Contribution)>()
+    let parts = parts * size_of::<(usize, FoundPart)>();
+    pixels * CONTRIBUTIONS * (size_of::<(usize, Contribution)>() + parts)
 }
 
 /// Units of work whose contributions are kept at the same time.
@@ -39,8 +41,14 @@ fn tasks_of_block() -> usize {
     TASKS_PER_THREAD * rayon::current_num_threads()
 }
 
-/// One sample of a few neighbouring pixels: contributions, and the pixel whose sample each is.
-type SplatSamples = Vec<(usize, Contribution)>;
+/// One sample of a few neighbouring pixels.
+#[derive(Default)]
+struct SplatSamples {
+    /// Contributions, and the pixel whose sample each is.
+    contributions: Vec<(usize, Contribution)>,
+    /// Parts of their light, if the film asks for [parts](crate::film::LightParts).
+    parts: Option<Vec<(usize, FoundPart)>>,
+}
 
 /// Films to which samples of the whole image are added.
 pub(super) struct ImageFilms<'a> {
@@ -176,7 +184,7 @@ pub(super) fn pass(
         let parts: Vec<(SplatSamples, Stats, BalanceSums)> = numbers
             .into_par_iter()
             .with_max_len(1)
-            .map(|number| part(light, tasks.get(number), shared.as_ref()))
+            .map(|number| part(light, tasks.get(number), shared.as_ref(), &decomposition))
             .collect();
         for (number, (part, counts, particles)) in block.zip(parts) {
             stats += counts;
@@ -185,9 +193,9 @@ pub(super) fn pass(
                 image = blank();
                 bias = if blurs { blank() } else { Vec::new() };
             }
-            for (own, contribution) in &part {
+            for (own, contribution) in &part.contributions {
                 let value = contribution.weighted();
-                splat(source, *own, contribution, |pixel, filter| {
+                splat(source, *own, contribution.image, |pixel, filter| {
                     image[pixel] += value * filter;
                 });
                 if blurs {
@@ -199,7 +207,7 @@ pub(super) fn pass(
                 layered.splat(source, &part, share);
             }
             if told_apart {
-                strategies.splat(source, &part, share);
+                strategies.splat(source, &part.contributions, share);
             }
             let Task {
                 sample,
@@ -249,39 +257,51 @@ fn part(
     light: &LightSamples,
     task: Task,
     shared: Option<&Merging>,
+    decomposition: &Decomposition,
 ) -> (SplatSamples, Stats, BalanceSums) {
     let mut ws = light.source.workspace();
     let mut balance = BalanceSums::default();
-    let (mut found, mut part) = (Vec::new(), SplatSamples::new());
+    let (mut found, mut part) = (Vec::new(), SplatSamples::default());
+    let mut followed = FollowedSamples::of(light, decomposition);
+    part.parts = followed.is_some().then(Vec::new);
     let taken = task.pixels.len() as u64;
     for pixel in task.pixels {
-        shared::take(light, shared, pixel, task.sample, &mut ws, &mut found);
+        match &mut followed {
+            Some(followed) => followed.take([pixel as u64, task.sample], &mut ws, &mut found),
+            None => shared::take(light, shared, pixel, task.sample, &mut ws, &mut found),
+        }
         balance.add(
             &std::mem::take(&mut ws.particle_balance),
             &mut ws.stats.not_finite,
         );
         for contribution in found.drain(..) {
             if contribution.is_finite() {
-                part.push((pixel, contribution));
+                part.contributions.push((pixel, contribution));
             } else {
                 ws.stats.not_finite += 1;
             }
+        }
+        if let (Some(parts), Some(followed)) = (&mut part.parts, &followed) {
+            let found = followed.parts().filter(|part| !part.value.is_zero());
+            parts.extend(found.map(|part| {
+                let value = finite(part.value, &mut ws.stats.not_finite);
+                (pixel, FoundPart { value, ..part })
+            }));
         }
     }
     light.source.handle.count(taken);
     (part, ws.stats(), balance)
 }
 
-/// Tells `count` the pixels in which a contribution counts, its own or those around its place, and by
-/// what factor.
+/// Tells `count` the pixels in which a contribution counts, and by what factor: its own pixel, or those around its place on the image.
 pub(super) fn splat(
     source: &Source,
     own: usize,
-    contribution: &Contribution,
+    image: Option<[f64; 2]>,
     mut count: impl FnMut(usize, f64),
 ) {
     let spec = source.scene.film();
-    let Some(image) = contribution.image else {
+    let Some(image) = image else {
         return count(own, 1.0);
     };
     // A pixel's filter per unit of the image's area is the image's number of pixels times that per pixel, and
@@ -316,15 +336,25 @@ impl Layered {
         }
     }
 
-    /// Adds a `share` of contributions.
-    fn splat(&mut self, source: &Source, part: &SplatSamples, share: f64) {
-        for (own, contribution) in part {
-            let layer = self.decomposition.layer(&contribution.path);
-            let value = contribution.weighted() * share;
-            let layers = self.decomposition.layers();
-            splat(source, *own, contribution, |pixel, filter| {
-                self.pending.add(pixel * layers + layer, value * filter);
+    /// Adds a `share` of samples.
+    fn splat(&mut self, source: &Source, samples: &SplatSamples, share: f64) {
+        let layers = self.decomposition.layers();
+        let pending = &mut self.pending;
+        let mut add = |own: usize, part: &FoundPart| {
+            splat(source, own, part.image, |pixel, filter| {
+                pending.add(pixel * layers + part.layer, part.value * (filter * share));
             });
+        };
+        if let Some(parts) = &samples.parts {
+            return parts.iter().for_each(|(own, part)| add(*own, part));
+        }
+        for (own, contribution) in &samples.contributions {
+            let part = FoundPart {
+                layer: self.decomposition.layer(&contribution.path),
+                image: contribution.image,
+                value: contribution.weighted(),
+            };
+            add(*own, &part);
         }
     }
 

@@ -55,7 +55,7 @@ impl StrategyScores {
             let images = self.0.entry(key).or_insert_with(new);
             let values = [contribution.weighted(), contribution.value];
             for (image, value) in images.iter_mut().zip(values) {
-                splat(source, *own, contribution, |pixel, filter| {
+                splat(source, *own, contribution.image, |pixel, filter| {
                     image[pixel] += value * (filter * share);
                 });
             }

@@ -122,7 +122,7 @@ fn find(light: &LightSamples, pixel: usize, contribution: &Contribution) -> Opti
     let (s, t) = contribution.strategy;
     // A path with more than one pixel has the root of the sum of the squares in one of them: it is that which its variance tells.
     let (mut squares, mut place) = (0.0, pixel);
-    splat(light.source, pixel, contribution, |pixel, filter| {
+    splat(light.source, pixel, contribution.image, |pixel, filter| {
         squares += filter * filter;
         place = pixel;
     });

@@ -105,7 +105,7 @@ impl Samples {
             tile.difference += difference(&pair[0], &other[0]) + difference(&pair[1], &other[1]);
             for contribution in pair.iter().flatten().filter(|c| c.image.is_some()) {
                 let value = brightness(contribution);
-                splat(light.source, pixel, contribution, |pixel, filter| {
+                splat(light.source, pixel, contribution.image, |pixel, filter| {
                     let tile = &mut tiles[tile_of(pixel)];
                     tile.brightness += value * filter;
                     tile.squares += (value * filter).powi(2);

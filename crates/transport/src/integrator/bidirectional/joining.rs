@@ -8,9 +8,10 @@ use crate::connection_end::{ConnectionEnd, EndSample};
 use crate::emitter::EmittedRay;
 use crate::integrator::Contribution;
 use crate::path::{
-    Connection, ConnectionArcs, ConnectionTarget, Edge, EmittedAlong, EmitterEnd, EndChoice,
-    FoundBranch, Joint, JointEnd, LightPath, PathEdge, PathVertex, StrategyKind, Subpath,
-    SubpathRecorder, Vertex, Workspace, environment_end, gather_in_view, guess,
+    Connection, ConnectionArcs, ConnectionTarget, Edge, EdgePart, EmittedAlong, EmitterEnd,
+    EndChoice, FoundBranch, FoundPath, Leaves, LightPath, PathEdge, PathLog, PathVertex,
+    StrategyKind, Subpath, SubpathEnd, TransportMode, Vertex, Workspace, environment_end,
+    gather_in_view, guess,
 };
 use crate::photons::Photon;
 use crate::sampling::{Discrete, Sampler};
@@ -29,13 +30,13 @@ pub enum Connections {
 }
 
 /// Two subpaths being joined.
-pub(crate) struct Joining<'a, R> {
+pub(crate) struct Joining<'a, L> {
     pub setting: Setting<'a>,
     pub sampler: &'a mut Sampler,
     pub ws: &'a mut Workspace,
     pub out: &'a mut Vec<Contribution>,
-    /// Takes note of the factors of all contributions.
-    pub recorder: &'a mut R,
+    /// Receives the paths of all contributions.
+    pub log: &'a mut L,
 }
 
 /// What a connection joins.
@@ -77,15 +78,20 @@ impl<'a> Ends<'a> {
         }
     }
 
-    /// The whole path.
-    fn joint<'w, W>(&self, joined: &'w Joined<W>) -> Joint<'w, W>
-    where
-        'a: 'w,
-    {
-        let turned = |before: usize, vertex: &'a Vertex, direction: DVec3| {
-            Some(JointEnd {
-                before,
+    /// Subpath to which that vertex belongs.
+    fn mode(&self) -> TransportMode {
+        match self {
+            Ends::Direct { .. } | Ends::Joined { .. } => TransportMode::Radiance,
+            Ends::Sensed { .. } => TransportMode::Importance,
+        }
+    }
+
+    /// Tells a log of the path that is joined.
+    fn tell<L: PathLog>(&self, joined: &Joined<L::Way>, log: &mut L) {
+        let turned = |number: usize, vertex: &'a Vertex, direction: DVec3| {
+            Some(SubpathEnd {
                 turn: Some((vertex, direction)),
+                ..SubpathEnd::at(Leaves::Vertex(number))
             })
         };
         let (sensor, light, ray) = match *self {
@@ -100,24 +106,20 @@ impl<'a> Ends<'a> {
             }
             Ends::Sensed { j, y } => (None, turned(j, y, joined.direction), None),
             Ends::Joined { i, z, j, y } => {
-                let [sensor, light] = [(i, z, joined.direction), (j, y, joined.emission)];
-                (
-                    turned(sensor.0, sensor.1, sensor.2),
-                    turned(light.0, light.1, light.2),
-                    None,
-                )
+                let sensor = turned(i, z, joined.direction);
+                (sensor, turned(j, y, joined.emission), None)
             }
         };
-        Joint {
+        log.contribute(&FoundPath {
             sensor,
             light,
             way: Some(&joined.way),
-            ray,
-        }
+            ray: ray.as_ref(),
+        });
     }
 }
 
-impl<R: SubpathRecorder> Joining<'_, R> {
+impl<L: PathLog> Joining<'_, L> {
     /// All strategies.
     pub(crate) fn all(
         &mut self,
@@ -205,14 +207,11 @@ impl<R: SubpathRecorder> Joining<'_, R> {
     /// Takes light of an emitter's ray that an edge of the sensor's subpath found, if it did.
     fn hit(&mut self, edge: usize, ray: EmittedRay, found: Option<Contribution>) {
         let Some(found) = found else { return };
-        self.recorder.join(&Joint {
-            sensor: Some(JointEnd {
-                before: edge,
-                turn: None,
-            }),
+        self.log.contribute(&FoundPath {
+            sensor: Some(SubpathEnd::at(Leaves::Vertex(edge))),
             light: None,
             way: None,
-            ray: Some(ray),
+            ray: Some(&ray),
         });
         self.out.push(found);
     }
@@ -220,7 +219,7 @@ impl<R: SubpathRecorder> Joining<'_, R> {
     /// Volumes that emit in view of the sensor, which no strategy with s > 0 finds.
     fn in_view(&mut self, sensor: &Subpath) {
         let (setting, start) = (self.setting, sensor.start);
-        let (out, recorder) = (&mut *self.out, &mut *self.recorder);
+        let (out, log) = (&mut *self.out, &mut *self.log);
         let n = setting.scene.n(start.medium, start.x);
         let white = setting.channel_pdf.map(|p| f64::from(u8::from(p > 0.0)));
         let (scene, channel_pdf) = (setting.scene, setting.channel_pdf);
@@ -228,7 +227,21 @@ impl<R: SubpathRecorder> Joining<'_, R> {
             let value = along.light * white * (n * n);
             if let Some(found) = setting.seen(&along, value) {
                 let ray = EmittedRay::within(along.emitter, along.x);
-                recorder.see(passed, last, along.length, &ray);
+                let part = EdgePart {
+                    edge: last,
+                    length: along.length,
+                    scatters: false,
+                };
+                log.contribute(&FoundPath {
+                    sensor: Some(SubpathEnd {
+                        passed,
+                        part: Some(part),
+                        ..SubpathEnd::at(Leaves::Start)
+                    }),
+                    light: None,
+                    way: None,
+                    ray: Some(&ray),
+                });
                 out.push(found);
             }
         };
@@ -427,11 +440,11 @@ impl<R: SubpathRecorder> Joining<'_, R> {
         probability: f64,
         evaluate: impl Fn(&Connection) -> Option<Contribution>,
     ) {
-        let (scene, recorder) = (self.setting.scene, &*self.recorder);
+        let (scene, log) = (self.setting.scene, &mut *self.log);
         let evaluate = |connection: &Connection, arcs: ConnectionArcs| {
             evaluate(connection).map(|contribution| Joined {
                 contribution,
-                way: recorder.arcs(arcs),
+                way: log.way(ends.mode(), ends.vertex(), arcs),
                 origin: connection.origin,
                 direction: connection.direction,
                 emission: connection.emission,
@@ -440,7 +453,7 @@ impl<R: SubpathRecorder> Joining<'_, R> {
         let (sampler, ws) = (&mut *self.sampler, &mut *self.ws);
         let found = Connection::each_with_arcs(scene, ends.vertex(), target, sampler, ws, evaluate);
         for (joined, weight) in found {
-            self.recorder.join(&ends.joint(&joined));
+            ends.tell(&joined, self.log);
             let contribution = joined.contribution;
             self.out.push(Contribution {
                 value: contribution.value * (weight / probability),

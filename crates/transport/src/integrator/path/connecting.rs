@@ -3,11 +3,10 @@
 use super::{Light, SampledEdge, Tracing};
 use crate::Spectrum;
 use crate::connection_end::{ConnectionEnd, EndSample, OnSurface};
-use crate::derivative::FactorRecorder;
 use crate::emitter::{Class, EmittedRay};
 use crate::path::{
-    Connection, ConnectionTarget, Edge, EmitterEnd, End, EndChoice, Equiangular, NeeSlot,
-    Resampling, TransportMode, Vertex, Weighted, lead_in, scatter_pdf,
+    Connection, ConnectionTarget, Edge, EdgePart, EmitterEnd, End, EndChoice, Equiangular, NeeSlot,
+    PathLog, Resampling, TransportMode, Vertex, Weighted, lead_in, scatter_pdf,
 };
 use crate::sampling::Purpose;
 use crate::scene::{Receiver, Scene};
@@ -21,7 +20,7 @@ struct NextEvent {
     samples: f64,
 }
 
-impl<R: FactorRecorder> Tracing<'_, R> {
+impl<L: PathLog> Tracing<'_, L> {
     /// Next-event estimation at the vertex where an edge ended: what it scatters of the light of one emitter of
     /// each class, chosen at random. `throughput` is that up to the vertex; a connection has at most `budget` edges and events.
     pub(super) fn direct(
@@ -135,7 +134,11 @@ impl<R: FactorRecorder> Tracing<'_, R> {
         if !light.is_empty() {
             let length = edge.optical_length_to(&point);
             let length = sampled.next.length.and(0, length);
-            let on = Some((edge, point.length));
+            let on = Some(EdgePart {
+                edge,
+                length: point.length,
+                scatters: true,
+            });
             self.connected(light, &vertex, on, length, index, 1.0);
         }
     }
@@ -178,7 +181,7 @@ impl<R: FactorRecorder> Tracing<'_, R> {
         end: &EmitterEnd,
         rate: f64,
         budget: u32,
-    ) -> Weighted<Light<R::Way>> {
+    ) -> Weighted<Light<L::Way>> {
         let (scene, index, sampled) = (self.scene, end.emitter, end.sampled);
         let emitter = &scene.emitters()[index];
         let next_event = NextEvent {
@@ -189,7 +192,7 @@ impl<R: FactorRecorder> Tracing<'_, R> {
         // Sum over the branches: T f̃ e^{−τ} F̄ G × (what is emitted) × weight/(P_E p_a), times that of the resampling.
         let behind = lead_in(scene, index);
         let before = self.work();
-        let recorder = &mut *self.recorder;
+        let log = &mut *self.log;
         let light = Connection::each_with_arcs(
             scene,
             vertex,
@@ -212,7 +215,7 @@ impl<R: FactorRecorder> Tracing<'_, R> {
                         x: start,
                         direction: leaves,
                     },
-                    way: recorder.way(vertex, arcs),
+                    way: log.way(TransportMode::Radiance, vertex, arcs),
                     events: connection.geometry.events,
                     optical_length: connection.optical_length - behind,
                 })

@@ -1,8 +1,7 @@
 //! Russian roulette: which paths go on (docs/theory.md#russian-roulette).
 
 use super::{Next, PathTracer, Tracing};
-use crate::derivative::FactorRecorder;
-use crate::path::PathTally;
+use crate::path::{PathLog, PathTally};
 use crate::sampling::Purpose;
 
 /// Russian roulette never lets a path go on with a larger probability than this from the depth on at which all paths
@@ -13,7 +12,7 @@ const SHORTEST_ROULETTE: f64 = 0.3;
 
 impl PathTracer {
     /// Ends paths by chance, without bias; whether this one goes on.
-    pub(super) fn roulette(&self, t: &mut Tracing<impl FactorRecorder>, next: &mut Next) -> bool {
+    pub(super) fn roulette(&self, t: &mut Tracing<impl PathLog>, next: &mut Next) -> bool {
         if next.throughput.is_zero() {
             return false;
         }
@@ -45,7 +44,7 @@ impl PathTracer {
     }
 }
 
-impl<R: FactorRecorder> Tracing<'_, R> {
+impl<L: PathLog> Tracing<'_, L> {
     /// Tells a pilot of a path that goes on.
     fn depart(&mut self, next: &Next) {
         let tally = self.tally();

@@ -9,13 +9,11 @@
 mod chart;
 mod error;
 mod parameter;
-mod recorder;
 mod sums;
 mod tape;
 
 pub use error::DerivativeError;
 pub(crate) use parameter::Plan;
 pub use parameter::RadiometricParameter;
-pub(crate) use recorder::FactorRecorder;
 pub(crate) use sums::Sums;
 pub(crate) use tape::Tape;

@@ -2,13 +2,10 @@
 //!
 //! Theory: docs/theory.md#derivatives-of-light.
 
-use super::FactorRecorder;
 use crate::bsdf::{BsdfEvent, Surface};
 use crate::emitter::EmittedRay;
-use crate::path::{
-    ConnectionArcs, Edge, End, Joint, JointEnd, RayPart, Span, SubpathRecorder, TransportMode,
-    Vertex,
-};
+use crate::observe::fold::{Fold, FoldedEnd, FoldedPath};
+use crate::path::{ConnectionArcs, Edge, EdgePart, End, RayPart, Span, TransportMode, Vertex};
 use crate::scene::MediumId;
 use crate::shape::Meeting;
 use eikonal::connect::Event;
@@ -84,7 +81,7 @@ impl EdgeEvent {
 
 /// A place on a tape: after one of its factors, or at its start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Place(usize);
+pub(crate) struct Place(usize);
 
 impl Place {
     /// Before all factors.
@@ -115,28 +112,10 @@ pub(crate) struct Tape {
     pub(super) factors: Vec<Noted>,
     /// For each contribution, the places to which its factors lead: one, or those of two subpaths.
     pub(super) kept: Vec<[Place; 2]>,
-    /// How far the path has come.
+    /// How far the path of a particle has come.
     trunk: Place,
     /// What the next contribution alone adds to that.
     aside: Option<Place>,
-    /// How far the subpaths of the sensor and of the light have come.
-    subpaths: [Branch; 2],
-}
-
-/// A subpath.
-#[derive(Clone, Debug, Default)]
-struct Branch {
-    end: Place,
-    /// At the end of each edge.
-    vertices: Vec<Place>,
-}
-
-/// Where the branch of a subpath is kept.
-fn side(mode: TransportMode) -> usize {
-    match mode {
-        TransportMode::Radiance => 0,
-        TransportMode::Importance => 1,
-    }
 }
 
 impl Tape {
@@ -157,7 +136,7 @@ impl Tape {
     }
 
     /// The path passes a surface between two arcs of an edge, or is reflected there.
-    pub(crate) fn pass(&mut self, span: &Span, next: &Span) {
+    pub(crate) fn pass_surface(&mut self, span: &Span, next: &Span) {
         self.trunk = self.edge_event(self.trunk, span, next);
     }
 
@@ -183,10 +162,6 @@ impl Tape {
         self.factors.clear();
         self.kept.clear();
         (self.trunk, self.aside) = (Place::START, None);
-        for branch in &mut self.subpaths {
-            branch.end = Place::START;
-            branch.vertices.clear();
-        }
     }
 
     /// Adds a factor after a place. Returns that after it.
@@ -262,110 +237,63 @@ impl Tape {
         let theta = span.theta_at_length(length - span.length_before);
         self.stretch(place, span.medium, &span.arc, theta)
     }
-
-    /// A subpath up to where it is part of a path, and a turn there.
-    fn branch(&mut self, mode: TransportMode, end: Option<JointEnd>) -> Place {
-        let Some(JointEnd { before, turn }) = end else {
-            return Place::START;
-        };
-        let place = self.subpaths[side(mode)].vertices[before];
-        match turn {
-            Some((vertex, direction)) => self.push(place, turned(mode, vertex, direction, false)),
-            None => place,
-        }
-    }
 }
 
-impl FactorRecorder for Tape {
+impl Fold for Tape {
+    type State = Place;
     type Way = SmallVec<[Factor; 1]>;
     const NEEDS_SPANS: bool = true;
     const NEEDS_PARTS: bool = false;
 
-    fn way(&mut self, _vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way {
+    fn start(&mut self) -> Place {
+        Place::START
+    }
+
+    fn emit(&mut self, ray: &EmittedRay) -> Place {
+        self.push(Place::START, Factor::Emission(*ray))
+    }
+
+    fn follow(&mut self, place: &mut Place, _mode: TransportMode, edge: &Edge, _parts: &[RayPart]) {
+        *place = self.edge(*place, edge);
+    }
+
+    fn follow_part(&mut self, place: &mut Place, part: &EdgePart) {
+        *place = if part.scatters {
+            self.scattered(*place, part.edge, part.length)
+        } else {
+            self.up_to(*place, part.edge, part.length)
+        };
+    }
+
+    fn pass(&mut self, place: &mut Place, span: &Span, next: &Span) {
+        *place = self.edge_event(*place, span, next);
+    }
+
+    fn turn(
+        &mut self,
+        place: &mut Place,
+        mode: TransportMode,
+        vertex: &Vertex,
+        direction: DVec3,
+        specular: bool,
+    ) {
+        *place = self.push(*place, turned(mode, vertex, direction, specular));
+    }
+
+    fn way(&mut self, _mode: TransportMode, _vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way {
         way(arcs)
     }
 
-    fn follow(&mut self, edge: &Edge, _parts: &[RayPart]) {
-        self.trunk = self.edge(self.trunk, edge);
-    }
-
-    fn turn(&mut self, vertex: &Vertex, direction: DVec3, specular: bool) {
-        let factor = turned(TransportMode::Radiance, vertex, direction, specular);
-        self.trunk = self.push(self.trunk, factor);
-    }
-
-    fn aside_follow(&mut self, edge: &Edge, length: f64) {
-        self.aside = Some(self.scattered(self.trunk, edge, length));
-    }
-
-    fn aside_reach(&mut self, edge: &Edge, length: f64) {
-        self.aside = Some(self.up_to(self.trunk, edge, length));
-    }
-
-    fn aside_connect(&mut self, vertex: &Vertex, direction: DVec3, way: &Self::Way) {
-        let from = self.aside.unwrap_or(self.trunk);
-        let factor = turned(TransportMode::Radiance, vertex, direction, false);
-        let place = self.push(from, factor);
-        self.aside = Some(self.connected(place, way));
-    }
-
-    fn contribute(&mut self, ray: &EmittedRay) {
-        let from = self.aside.unwrap_or(self.trunk);
-        self.aside = Some(self.push(from, Factor::Emission(*ray)));
-        self.keep();
-    }
-}
-
-impl SubpathRecorder for Tape {
-    type Way = SmallVec<[Factor; 1]>;
-    const RECORDS: bool = true;
-
-    fn emit(&mut self, ray: &EmittedRay) {
-        let start = self.push(Place::START, Factor::Emission(*ray));
-        self.subpaths[side(TransportMode::Importance)].end = start;
-    }
-
-    fn reach(&mut self, mode: TransportMode, edge: &Edge) {
-        let end = self.edge(self.subpaths[side(mode)].end, edge);
-        let branch = &mut self.subpaths[side(mode)];
-        branch.end = end;
-        branch.vertices.push(end);
-    }
-
-    fn leave(&mut self, mode: TransportMode, vertex: &Vertex, direction: DVec3, specular: bool) {
-        let end = self.subpaths[side(mode)].end;
-        let factor = turned(mode, vertex, direction, specular);
-        self.subpaths[side(mode)].end = self.push(end, factor);
-    }
-
-    fn arcs(&self, arcs: ConnectionArcs) -> <Self as SubpathRecorder>::Way {
-        way(arcs)
-    }
-
-    fn join(&mut self, joint: &Joint<<Self as SubpathRecorder>::Way>) {
-        let mut place = self.branch(TransportMode::Radiance, joint.sensor);
-        if let Some(way) = joint.way {
+    fn contribute(&mut self, path: FoldedPath<Place, Self::Way>) {
+        let end = |end: Option<FoldedEnd<Place>>| end.map_or(Place::START, |end| end.state);
+        let mut place = end(path.sensor);
+        if let Some(way) = path.way {
             place = self.connected(place, way);
         }
-        if let Some(ray) = joint.ray {
-            place = self.push(place, Factor::Emission(ray));
+        if let Some(ray) = path.ray {
+            place = self.push(place, Factor::Emission(*ray));
         }
-        let light = self.branch(TransportMode::Importance, joint.light);
-        self.kept.push([place, light]);
-    }
-
-    fn see(&mut self, passed: &[Edge], last: &Edge, length: f64, ray: &EmittedRay) {
-        let mut place = Place::START;
-        for (edge, next) in passed.iter().zip(passed.iter().skip(1).chain([last])) {
-            place = self.edge(place, edge);
-            // Along a specular lobe of the surface at its end.
-            if let (Some(span), Some(next)) = (edge.spans.last(), next.spans.first()) {
-                place = self.edge_event(place, span, next);
-            }
-        }
-        let place = self.up_to(place, last, length);
-        let place = self.push(place, Factor::Emission(*ray));
-        self.kept.push([place, Place::START]);
+        self.kept.push([place, end(path.light)]);
     }
 }
 

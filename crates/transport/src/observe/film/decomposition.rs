@@ -41,12 +41,13 @@ pub struct Decomposition {
     pub parts: Option<LightParts>,
 }
 
-/// What a path tracer follows along its paths besides their light: parts of each layer of light, of which the first is the light itself.
+/// Quantities that estimators follow along paths besides light: parts of each layer of light, the first of which is the light itself.
+/// Estimators that [blur](crate::integrator::Integrator::blurs) do not follow them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum LightParts {
-    /// The Stokes parameters: see [`polarization`](crate::polarization). To other estimators light is unpolarised.
+    /// The Stokes parameters: see [`polarization`](crate::polarization).
     Stokes,
-    /// Light, its carrier and sidebands, and correlations: see [`tagging`](crate::tagging). Other estimators do not know them.
+    /// Light, its carrier and sidebands, and correlations: see [`tagging`](crate::tagging).
     Sidebands(Sidebands),
 }
 

@@ -130,7 +130,7 @@ impl TapeRecorder<'_> {
             self.notes.tape.fly(flight.span.medium, arc, theta);
             if let Some(next) = event.edge.spans.get(i + 1) {
                 let beyond = Some(Beyond::along(&flight, next));
-                self.surface(&flight, beyond, |tape| tape.pass(flight.span, next));
+                self.surface(&flight, beyond, |tape| tape.pass_surface(flight.span, next));
             }
             last = Some(flight);
         }

@@ -22,14 +22,7 @@ pub fn problems(scene: &Scene) -> Vec<SceneProblem> {
             "put it a little away from the boundary, within one medium",
         )
     });
-    let lights = scene.volume_lights().map(|(i, _)| {
-        error(
-            Subject::Emitter(i),
-            "the light of volumes cannot be followed as polarised light",
-            "leave out the integrator stokes, or the emission of the medium",
-        )
-    });
-    panes.chain(filters).chain(lights).collect()
+    panes.chain(filters).collect()
 }
 
 /// Names of surfaces and of media that scatter polarised light as unpolarised light.

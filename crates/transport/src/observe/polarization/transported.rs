@@ -12,51 +12,69 @@ use eikonal::interface::Rule;
 use eikonal::ray::Arc;
 use glam::{DMat4, DVec3, DVec4};
 
-/// Light on its way along a connection, whose interfaces are alike for all channels.
+/// Light on its way from an emitter: its Stokes vectors per unit of its power.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StokesInFrame {
     axis: Axis,
-    vector: DVec4,
+    /// One vector for each channel, or one for all.
+    vectors: [DVec4; Spectrum::CHANNELS],
+    /// Number of vectors in use.
+    count: usize,
 }
 
 impl StokesInFrame {
-    /// Leaves an emitter along a vector of any length.
-    pub(super) fn unpolarized(along: DVec3) -> Self {
+    /// Unpolarised light along a vector of any length, with `count` vectors.
+    pub(super) fn unpolarized(along: DVec3, count: usize) -> Self {
         StokesInFrame {
             axis: Axis(along.normalize().any_orthonormal_vector()),
-            vector: DVec4::X,
+            vectors: [DVec4::X; Spectrum::CHANNELS],
+            count,
         }
     }
 
-    /// On along an arc, from one θ to another.
+    /// Follows an arc, from one θ to another.
     pub(super) fn carry(&mut self, arc: &Arc, from: f64, to: f64) {
         self.axis = self.axis.carried(arc, from, to);
     }
 
-    /// On through a filter, in the unit direction `k`.
+    /// Passes a filter in the unit direction `k`.
     pub(super) fn pass(&mut self, filter: &FilterMueller, k: DVec3) {
         let axis = Axis(filter.axis);
-        self.vector = filter.matrix * self.axis.to(axis, k).of(self.vector);
+        let rotation = self.axis.to(axis, k);
+        self.each(|_, vector| filter.matrix * rotation.of(vector));
         self.axis = axis;
     }
 
-    /// On through an interface between dielectrics; the velocities are those of light, before and after.
+    /// Turns from one unit direction to another by an event with the given matrix for each channel.
+    pub(super) fn turn(&mut self, from: DVec3, to: DVec3, mueller: impl Fn(usize) -> PlaneMueller) {
+        let plane = Axis::of_plane(from, to);
+        let rotation = self.axis.to(plane, from);
+        self.each(|channel, vector| mueller(channel).of(rotation.of(vector)));
+        self.axis = plane;
+    }
+
+    /// Meets an interface between dielectrics; the velocities are those of light, before and after.
     pub(super) fn meet(&mut self, event: &Event, [before, after]: [DVec3; 2]) {
-        let (from, to) = (before.normalize(), after.normalize());
         let n_near = event.before.length();
         let cos = (event.normal.dot(event.before).abs() / n_near).min(1.0);
         let mueller = dielectric(cos, [n_near, event.far_n], event.rule == Rule::Refract);
-        let plane = Axis::of_plane(from, to);
-        self.vector = mueller.of(self.axis.to(plane, from).of(self.vector));
-        self.axis = plane;
+        self.turn(before.normalize(), after.normalize(), |_| mueller);
+    }
+
+    fn each(&mut self, of: impl Fn(usize, DVec4) -> DVec4) {
+        for (channel, vector) in self.vectors.iter_mut().enumerate().take(self.count) {
+            *vector = of(channel, *vector);
+        }
     }
 }
 
 /// What becomes of light that travels against a path, from a point of it to the sensor.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Transported {
+pub(crate) struct Transported {
     /// First axis of the frame at the point.
-    pub axis: Axis,
+    axis: Axis,
+    /// Unit direction in which the path goes on from the event before the point.
+    leaving: DVec3,
     /// From that frame to the sensor's: one matrix for each channel, or one for all.
     matrices: [DMat4; Spectrum::CHANNELS],
     /// Number of matrices in use.
@@ -64,10 +82,12 @@ pub(super) struct Transported {
 }
 
 impl Transported {
-    /// At the sensor, whose frame has this axis.
-    pub(super) fn new(axis: Axis, count: usize) -> Self {
+    /// At the sensor, for a path in the unit direction `leaving`. The first axis of the sensor's frame is horizontal, across the path
+    /// and `up`.
+    pub(super) fn at_sensor(leaving: DVec3, up: DVec3, count: usize) -> Self {
         Transported {
-            axis,
+            axis: Axis::across(leaving, leaving.cross(up)),
+            leaving,
             matrices: [DMat4::IDENTITY; Spectrum::CHANNELS],
             count,
         }
@@ -85,7 +105,7 @@ impl Transported {
         for (channel, matrix) in self.matrices.iter_mut().enumerate().take(self.count) {
             *matrix = mueller(channel).then(rotation.then(*matrix));
         }
-        self.axis = plane;
+        (self.axis, self.leaving) = (plane, to);
     }
 
     /// On through a filter, which the path meets in the unit direction `path`.
@@ -100,19 +120,21 @@ impl Transported {
 
     /// The Stokes parameters at the sensor of unpolarised light that starts here, by channel.
     pub(super) fn of_unpolarized(&self) -> [Spectrum; 4] {
-        self.by_parameter(|i| self.matrices[i].x_axis)
+        self.by_parameter(|matrix, _| self.matrices[matrix].x_axis)
     }
 
-    /// Those of light that comes against the unit direction `path`.
-    pub(super) fn of(&self, light: &StokesInFrame, path: DVec3) -> [Spectrum; 4] {
-        let rotation = light.axis.to(self.axis, -path);
-        let vector = rotation.of(light.vector);
-        self.by_parameter(|i| self.matrices[i] * vector)
+    /// The Stokes parameters at the sensor of light that arrives here against the direction in which the path goes on, by channel.
+    pub(super) fn of(&self, light: &StokesInFrame) -> [Spectrum; 4] {
+        let rotation = light.axis.to(self.axis, -self.leaving);
+        let last = light.count - 1;
+        let vectors = light.vectors.map(|vector| rotation.of(vector));
+        self.by_parameter(|matrix, channel| self.matrices[matrix] * vectors[channel.min(last)])
     }
 
-    fn by_parameter(&self, of: impl Fn(usize) -> DVec4) -> [Spectrum; 4] {
+    /// Stokes parameters, given the vector of a channel by the number of its matrix.
+    fn by_parameter(&self, of: impl Fn(usize, usize) -> DVec4) -> [Spectrum; 4] {
         let last = self.count - 1;
-        let vectors: [DVec4; Spectrum::CHANNELS] = std::array::from_fn(|c| of(c.min(last)));
+        let vectors: [DVec4; Spectrum::CHANNELS] = std::array::from_fn(|c| of(c.min(last), c));
         std::array::from_fn(|parameter| Spectrum(vectors.map(|vector| vector[parameter])))
     }
 }

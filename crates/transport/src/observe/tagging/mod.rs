@@ -2,17 +2,22 @@
 //!
 //! Theory: docs/theory.md#tagged-light.
 
-mod check;
+mod fold;
 mod follow;
 mod path;
-mod recorder;
 mod representatives;
 mod sound_along;
 mod steps;
 
-pub use check::{prepare, problems};
+use crate::scene::Scene;
+pub(crate) use fold::TaggedFold;
 pub(crate) use path::{PathModulation, SoundInMedia, TaggedPath};
-pub(crate) use recorder::TaggedRecorder;
 pub(crate) use representatives::{Representative, representatives};
 pub(crate) use sound_along::SoundAlong;
 pub(crate) use steps::Step;
+
+/// Computes the amplitudes of sound in media, which the [memory](crate::medium::Medium::memory) of the media counts from then on. Renders of
+/// tagged light compute them, too, unless they are there.
+pub fn prepare(scene: &Scene) {
+    SoundInMedia::of(scene);
+}

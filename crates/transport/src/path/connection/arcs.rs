@@ -4,6 +4,7 @@ use crate::path::workspace::RayPart;
 use crate::scene::MediumId;
 use eikonal::connect::Piece;
 use eikonal::ray::Arc;
+use glam::DVec3;
 
 /// The arcs of a connection, in the order in which its ray was followed.
 #[derive(Clone, Copy, Debug)]
@@ -29,5 +30,21 @@ impl<'a> ConnectionArcs<'a> {
                     .for_each(|p| see(p.region, &p.arc, p.theta_end));
             }
         }
+    }
+
+    /// Position and velocity at the start and at the end; `None` without arcs.
+    pub(crate) fn ends(&self) -> Option<[(DVec3, DVec3); 2]> {
+        let [(first, _), (last, theta)] = match self {
+            ConnectionArcs::Line(parts) => {
+                [parts.first()?, parts.last()?].map(|p| (&p.arc, p.theta_end))
+            }
+            ConnectionArcs::Ray(pieces) => {
+                [pieces.first()?, pieces.last()?].map(|p| (&p.arc, p.theta_end))
+            }
+        };
+        Some([
+            (first.start(), first.velocity(0.0)),
+            (last.position(theta), last.velocity(theta)),
+        ])
     }
 }

@@ -1,12 +1,12 @@
 //! Where subpaths start: at the sensor, and at an emitter chosen at random (docs/theory.md#subpaths-from-either-end).
 
 use super::builder::SubpathBuilder;
-use super::recorder::{Recorded, SubpathRecorder};
 use super::vertices::Subpath;
 use crate::Spectrum;
 use crate::connection_end::{ConnectionEnd, OnSurface};
 use crate::emitter::{Emission, EmittedRay};
 use crate::path::connection::ConnectionTarget;
+use crate::path::log::{Logged, PathLog};
 use crate::path::random_walk::{Observer, RandomWalk, Roulette, WalkRay};
 use crate::path::segment::{Front, Start, TransportMode, lead_in, leave};
 use crate::path::workspace::Workspace;
@@ -101,7 +101,7 @@ impl LightPath {
         bounds: &Bounds,
         sampler: &mut Sampler,
         ws: &mut Workspace,
-        recorder: &mut impl SubpathRecorder,
+        log: &mut impl PathLog,
     ) -> Option<Self> {
         let choice = scene.choose_source(sampler.next_1d());
         let u = [sampler.next_2d(), sampler.next_2d()];
@@ -111,15 +111,15 @@ impl LightPath {
         let target = ConnectionTarget::emitter(scene, index, emission.end);
         let mode = TransportMode::Importance;
         let mut builder = bounds.builder(mode, &ray, &target);
-        recorder.emit(&EmittedRay {
+        log.emit(&EmittedRay {
             emitter: index,
             end: emission.end,
             x: emission.x,
             direction: emission.direction,
         });
         let mut balance = std::mem::take(&mut ws.particle_balance);
-        let recorded = Recorded { recorder, mode };
-        let mut observers = ((&mut builder, &mut balance), recorded);
+        let logged = Logged { log, mode };
+        let mut observers = ((&mut builder, &mut balance), logged);
         bounds.walk(scene, mode, ray, &mut observers, sampler, ws);
         ws.particle_balance = balance;
         Some(LightPath {
@@ -177,7 +177,7 @@ pub(crate) fn sensor_path(
     bounds: &Bounds,
     sampler: &mut Sampler,
     ws: &mut Workspace,
-    recorder: &mut impl SubpathRecorder,
+    log: &mut impl PathLog,
 ) -> Subpath {
     let (x, direction) = (ray.origin, ray.direction);
     let end = scene.sensor().end_of_ray(x, direction);
@@ -204,7 +204,7 @@ pub(crate) fn sensor_path(
     let target = ConnectionTarget::sensor(scene, end);
     let mode = TransportMode::Radiance;
     let mut builder = bounds.builder(mode, &ray, &target);
-    let mut observers = (&mut builder, Recorded { recorder, mode });
+    let mut observers = (&mut builder, Logged { log, mode });
     bounds.walk(scene, mode, ray, &mut observers, sampler, ws);
     builder.subpath
 }

@@ -4,7 +4,6 @@ mod builder;
 mod emitter_end;
 mod ends;
 mod guess;
-mod recorder;
 mod toward_emitters;
 mod vertices;
 
@@ -12,7 +11,6 @@ pub(crate) use emitter_end::{EmitterEnd, EndChoice, Resampling};
 pub use ends::{Bounds, emit};
 pub(crate) use ends::{LightPath, sensor_path};
 pub use guess::guess;
-pub(crate) use recorder::{Joint, JointEnd, SubpathRecorder};
 pub(crate) use toward_emitters::{scatter, scatter_pdf};
 pub use vertices::PathVertex;
 pub(crate) use vertices::{Escape, PathEdge, Subpath};

@@ -17,6 +17,7 @@ use crate::Spectrum;
 use crate::derivative::{DerivativeError, Plan, RadiometricParameter, Sums, Tape};
 use crate::film::{Decomposition, LightParts};
 use crate::integrator::{Contribution, Integrator, PathFinds};
+use crate::observe::fold::Folded;
 use crate::renderer::Renderer;
 use crate::scene::{NO_SCENE, Scene};
 use crate::stats::Stats;
@@ -236,7 +237,8 @@ impl<'a> Pass<'a> {
         let (samples, pixels) = (&part.samples, part.of(self.pixels));
         let count = pixels.len() as u64 * (samples.end - samples.start);
         source.handle.count(count);
-        let (mut ws, mut tape, mut found) = (source.workspace(), Tape::default(), Vec::new());
+        let (mut ws, mut tape, mut found) =
+            (source.workspace(), Folded::new(Tape::default()), Vec::new());
         let mut sums = Sums::new(source.scene, self.plan, sums);
         for pixel in pixels {
             for sample in samples.clone() {
@@ -248,18 +250,19 @@ impl<'a> Pass<'a> {
                 let (scene, channels) = (source.scene.at(sample), source.channels());
                 let finds = PathFinds {
                     out: &mut found,
-                    recorder: &mut tape,
+                    log: &mut tape,
                 };
                 let (ray, sampler) = (sampled.ray, &mut sampled.sampler);
                 let integrator = &self.options.integrator;
-                integrator.record(scene, ray, channels, sampler, &mut ws, finds);
+                integrator.log(scene, ray, channels, sampler, &mut ws, finds);
                 let not_finite = &mut ws.stats.not_finite;
                 let worths = found.iter().map(|c| {
                     finite(c.weighted(), not_finite) * self.weights_of(c, pixel, &sampled)
                 });
-                sums.add(0, &tape, worths);
+                sums.add(0, &tape.fold, worths);
                 found.clear();
-                tape.clear();
+                tape.fold.clear();
+                tape.begin();
             }
         }
         ws.stats()
@@ -274,10 +277,9 @@ impl<'a> Pass<'a> {
         let Some([s, t]) = c.image else {
             return self.weights(own, layer) * sampled.weight;
         };
-        let mut moved = *c;
-        moved.image = Some([s + sampled.offset[0], t + sampled.offset[1]]);
+        let moved = [s + sampled.offset[0], t + sampled.offset[1]];
         let mut sum = Spectrum::ZERO;
-        splat(self.source, own, &moved, |pixel, filter| {
+        splat(self.source, own, Some(moved), |pixel, filter| {
             sum += self.weights(pixel, layer) * filter;
         });
         sum

@@ -9,16 +9,18 @@ use eikonal::Aabb;
 use eikonal::field::{Constant, Placement, SampledSound, SoundSamples};
 use glam::{DAffine3, DMat3, DVec3};
 use morgana_transport::bsdf::Bsdf;
-use morgana_transport::film::{Decomposition, LightParts};
-use morgana_transport::integrator::PathTracer;
+use morgana_transport::film::{Decomposition, Film, LightParts};
+use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer, PathTracer};
 use morgana_transport::medium::Medium;
 use morgana_transport::meter::{Coordinates, Estimator, FluenceMeter, Meter};
 use morgana_transport::render::{RenderOptions, Rendering};
+use morgana_transport::renderer::Renderer;
 use morgana_transport::scene::{Object, Parts};
 use morgana_transport::sensor::{Perspective, Sensor};
 use morgana_transport::shape::{Cube, Sphere};
 use morgana_transport::sidebands::Sidebands;
-use morgana_transport::{Bins, Scene};
+use morgana_transport::volume::VolumeTexture;
+use morgana_transport::{Bins, Scene, Spectrum};
 use std::f64::consts::TAU;
 use testkit::z_test::max_abs_z;
 
@@ -82,7 +84,7 @@ pub fn tagged_film(parts: Parts, sidebands: Option<Sidebands>, samples: u64) -> 
 }
 
 pub fn tagged_film_by(
-    path: PathTracer,
+    integrator: impl Into<Renderer>,
     parts: Parts,
     sidebands: Option<Sidebands>,
     samples: u64,
@@ -93,7 +95,7 @@ pub fn tagged_film_by(
             parts: sidebands.map(LightParts::Sidebands),
             ..Decomposition::default()
         },
-        ..RenderOptions::new(path, samples, 4)
+        ..RenderOptions::new(integrator, samples, 4)
     })
 }
 
@@ -139,6 +141,69 @@ fn films_and_meters_find_the_same_sidebands() {
         }
     }
     max_abs_z(&zs, FAMILY).unwrap();
+}
+
+/// The ball in a picture of four pixels, by the light of its point source, of its own fog and of the sky.
+fn pictured(mut parts: Parts) -> Parts {
+    parts.media[1].emission = Some(VolumeTexture::Uniform(Spectrum::splat(0.05)));
+    let [ray, _] = rays();
+    let own = parts.emitters.clone();
+    let mut parts = seen(parts, ray);
+    parts.emitters.extend(own);
+    parts.sensor = Sensor::Perspective(Perspective::new(*parts.sensor.to_world(), 0.4, 1.0));
+    (parts.film.width, parts.film.height) = (2, 2);
+    parts
+}
+
+/// The path tracer adds modulations up from the sensor, the particle tracer from the emitter, bidirectional path tracing from both: at
+/// most 5 edges and events.
+#[test]
+fn estimators_find_the_same_sidebands() {
+    let mut zs = Vec::new();
+    let parts_of_layers = 1 + sidebands().parts();
+    for (name, parts) in cases() {
+        let parts = pictured(at_rest(parts));
+        let max_depth = Some(5);
+        let path = PathTracer {
+            max_depth,
+            ..PathTracer::default()
+        };
+        let particle = ParticleTracer {
+            max_depth,
+            ..ParticleTracer::default()
+        };
+        let both = Bdpt {
+            max_depth,
+            ..Bdpt::default()
+        };
+        let film = |integrator: Integrator, samples| {
+            let samples = particles(samples);
+            tagged_film_by(integrator, parts.clone(), Some(sidebands()), samples).film
+        };
+        let path = film(path.into(), 6_000);
+        for (other, film) in [
+            ("particle", film(particle.into(), 12_000)),
+            ("bdpt", film(both.into(), 6_000)),
+        ] {
+            let (mut light, mut square) = (0.0, 0.0);
+            for layer in 0..parts_of_layers {
+                for pixel in 0..4 {
+                    let of = |film: &Film| {
+                        let mean = f64::from(film.mean_at(Some(layer), 0, pixel));
+                        (mean, f64::from(film.variance_at(Some(layer), 0, pixel)))
+                    };
+                    let [(a, va), (b, vb)] = [&path, &film].map(of);
+                    zs.push((a - b) / (va + vb).sqrt());
+                    if layer == 0 {
+                        light += a;
+                        square += va + vb;
+                    }
+                }
+            }
+            println!("{name}, {other}: ± {:.2} %", 100.0 * square.sqrt() / light);
+        }
+    }
+    max_abs_z(&zs, FAMILY).unwrap_or_else(|e| panic!("{e}: {zs:.1?}"));
 }
 
 /// Many orders.

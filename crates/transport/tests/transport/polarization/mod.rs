@@ -4,6 +4,7 @@
 //! coordinates ([`field`]), which know no frames. Elsewhere, means are compared at a family-wise false-alarm rate of 1e-4 per test.
 
 mod chains;
+mod estimators;
 mod field;
 mod filters;
 mod haze;
@@ -16,7 +17,7 @@ mod slab;
 use glam::DVec3;
 use morgana_transport::Scene;
 use morgana_transport::film::{Decomposition, LightParts};
-use morgana_transport::integrator::PathTracer;
+use morgana_transport::integrator::{Integrator, PathTracer};
 use morgana_transport::render::{RenderOptions, Rendering};
 
 /// Renders the Stokes parameters.
@@ -25,12 +26,17 @@ fn polarized(scene: &Scene, max_depth: Option<u32>, samples: u64, seed: u64) -> 
         max_depth,
         rr_depth: 50,
     };
+    polarized_by(Integrator::Path(path), scene, samples, seed)
+}
+
+/// Renders the Stokes parameters by an estimator.
+fn polarized_by(integrator: Integrator, scene: &Scene, samples: u64, seed: u64) -> Rendering {
     scene.render(&RenderOptions {
         decomposition: Decomposition {
             parts: Some(LightParts::Stokes),
             ..Decomposition::default()
         },
-        ..RenderOptions::new(path, samples, seed)
+        ..RenderOptions::new(integrator, samples, seed)
     })
 }
 

@@ -1,0 +1,215 @@
+//! Quantities of paths that are built up event by event, such as Stokes vectors.
+//!
+//! Theory: docs/theory.md#derivatives-of-light, docs/theory.md#stokes-vectors.
+
+use crate::emitter::EmittedRay;
+use crate::path::{
+    ConnectionArcs, Edge, EdgePart, FoundPath, Leaves, PathLog, RayPart, Span, SubpathEnd,
+    TransportMode, Vertex,
+};
+use glam::DVec3;
+
+/// A quantity of paths. It has a state at each place of a subpath, from which the states at later places follow.
+///
+/// [`Folded`] makes a [`PathLog`] of it, so that each estimator that writes the log serves each quantity.
+pub(crate) trait Fold {
+    /// State at a place of a subpath.
+    type State: Clone;
+    /// Arcs of a connection.
+    type Way;
+
+    /// See [`PathLog::NEEDS_SPANS`].
+    const NEEDS_SPANS: bool;
+    /// See [`PathLog::NEEDS_PARTS`].
+    const NEEDS_PARTS: bool;
+
+    /// State at the start of the sensor's subpath.
+    fn start(&mut self) -> Self::State;
+
+    /// State of light that leaves an emitter along a ray.
+    fn emit(&mut self, ray: &EmittedRay) -> Self::State;
+
+    /// Follows an edge to its end, with a scattering if it collides there. `parts` are the arcs of the edge, or none where only its
+    /// spans are kept.
+    fn follow(
+        &mut self,
+        state: &mut Self::State,
+        mode: TransportMode,
+        edge: &Edge,
+        parts: &[RayPart],
+    );
+
+    /// Follows a part of an edge of the sensor's subpath.
+    fn follow_part(&mut self, state: &mut Self::State, part: &EdgePart);
+
+    /// Passes a surface between two edges of the sensor's subpath, which is at the end of one span and at the start of the next one.
+    fn pass(&mut self, state: &mut Self::State, span: &Span, next: &Span);
+
+    /// Turns at a vertex, perhaps along a specular lobe.
+    fn turn(
+        &mut self,
+        state: &mut Self::State,
+        mode: TransportMode,
+        vertex: &Vertex,
+        direction: DVec3,
+        specular: bool,
+    );
+
+    /// See [`PathLog::way`].
+    fn way(&mut self, mode: TransportMode, vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way;
+
+    /// Takes the path of a contribution.
+    fn contribute(&mut self, path: FoldedPath<Self::State, Self::Way>);
+}
+
+/// States at the ends of the subpaths of a contribution, and what joins them: see [`FoundPath`].
+pub(crate) struct FoldedPath<'a, S, W> {
+    pub sensor: Option<FoldedEnd<'a, S>>,
+    pub light: Option<FoldedEnd<'a, S>>,
+    pub way: Option<&'a W>,
+    pub ray: Option<&'a EmittedRay>,
+}
+
+/// State at the end of the part of a subpath that belongs to a contribution.
+pub(crate) struct FoldedEnd<'a, S> {
+    /// State where the contribution leaves the subpath.
+    pub leaves: &'a S,
+    /// State at the end.
+    pub state: S,
+}
+
+/// Follows a quantity along the subpaths of a sample.
+#[derive(Clone, Debug)]
+pub(crate) struct Folded<F: Fold> {
+    pub fold: F,
+    sensor: States<F::State>,
+    light: States<F::State>,
+}
+
+/// States along a subpath.
+#[derive(Clone, Debug)]
+struct States<S> {
+    start: S,
+    /// Where it has come to.
+    last: S,
+    /// At vertices with a number.
+    vertices: Vec<S>,
+}
+
+impl<S: Clone> States<S> {
+    fn at(start: S) -> Self {
+        States {
+            last: start.clone(),
+            start,
+            vertices: Vec::new(),
+        }
+    }
+
+    fn begin(&mut self, start: S) {
+        self.last.clone_from(&start);
+        self.start = start;
+        self.vertices.clear();
+    }
+
+    fn state(&self, leaves: Leaves) -> &S {
+        match leaves {
+            Leaves::Start => &self.start,
+            Leaves::Vertex(number) => &self.vertices[number],
+            Leaves::Last => &self.last,
+        }
+    }
+
+    /// State at the end of the part of the subpath that belongs to a contribution.
+    fn end<F: Fold<State = S>>(
+        &self,
+        fold: &mut F,
+        mode: TransportMode,
+        end: &SubpathEnd,
+    ) -> FoldedEnd<'_, S> {
+        let leaves = self.state(end.leaves);
+        let mut state = leaves.clone();
+        let after = end.passed.iter().skip(1).chain(end.part.map(|p| p.edge));
+        for (edge, next) in end.passed.iter().zip(after) {
+            fold.follow(&mut state, mode, edge, &[]);
+            // Along a specular lobe of the surface at its end.
+            if let (Some(span), Some(next)) = (edge.spans.last(), next.spans.first()) {
+                fold.pass(&mut state, span, next);
+            }
+        }
+        if let Some(part) = &end.part {
+            fold.follow_part(&mut state, part);
+        }
+        if let Some((vertex, direction)) = end.turn {
+            fold.turn(&mut state, mode, vertex, direction, false);
+        }
+        FoldedEnd { leaves, state }
+    }
+}
+
+impl<F: Fold> Folded<F> {
+    /// Before the first path.
+    pub(crate) fn new(mut fold: F) -> Self {
+        let start = fold.start();
+        Folded {
+            sensor: States::at(start.clone()),
+            light: States::at(start),
+            fold,
+        }
+    }
+
+    /// Begins the paths of a sample.
+    pub(crate) fn begin(&mut self) {
+        self.sensor.begin(self.fold.start());
+    }
+
+    fn states(&mut self, mode: TransportMode) -> (&mut F, &mut States<F::State>) {
+        let states = match mode {
+            TransportMode::Radiance => &mut self.sensor,
+            TransportMode::Importance => &mut self.light,
+        };
+        (&mut self.fold, states)
+    }
+}
+
+impl<F: Fold> PathLog for Folded<F> {
+    type Way = F::Way;
+    const NEEDS_SPANS: bool = F::NEEDS_SPANS;
+    const NEEDS_PARTS: bool = F::NEEDS_PARTS;
+
+    fn emit(&mut self, ray: &EmittedRay) {
+        self.light.begin(self.fold.emit(ray));
+    }
+
+    fn follow(&mut self, mode: TransportMode, edge: &Edge, parts: &[RayPart]) {
+        let (fold, states) = self.states(mode);
+        fold.follow(&mut states.last, mode, edge, parts);
+    }
+
+    fn number_vertex(&mut self, mode: TransportMode) {
+        let (_, states) = self.states(mode);
+        states.vertices.push(states.last.clone());
+    }
+
+    fn turn(&mut self, mode: TransportMode, vertex: &Vertex, direction: DVec3, specular: bool) {
+        let (fold, states) = self.states(mode);
+        fold.turn(&mut states.last, mode, vertex, direction, specular);
+    }
+
+    fn way(&mut self, mode: TransportMode, vertex: &Vertex, arcs: ConnectionArcs) -> F::Way {
+        self.fold.way(mode, vertex, arcs)
+    }
+
+    fn contribute(&mut self, path: &FoundPath<F::Way>) {
+        let fold = &mut self.fold;
+        let sensor = path.sensor.as_ref();
+        let sensor = sensor.map(|end| self.sensor.end(fold, TransportMode::Radiance, end));
+        let light = path.light.as_ref();
+        let light = light.map(|end| self.light.end(fold, TransportMode::Importance, end));
+        fold.contribute(FoldedPath {
+            sensor,
+            light,
+            way: path.way,
+            ray: path.ray,
+        });
+    }
+}

@@ -1,0 +1,270 @@
+//! Stokes vectors, followed along paths as they are sampled.
+//!
+//! Theory: docs/theory.md#stokes-vectors.
+
+use super::connection::{ConnectionStokes, filter};
+use super::transported::{StokesInFrame, Transported};
+use crate::Spectrum;
+use crate::bsdf::FilterMueller;
+use crate::emitter::EmittedRay;
+use crate::mueller::PlaneMueller;
+use crate::observe::fold::{Fold, FoldedEnd, FoldedPath};
+use crate::path::{
+    ConnectionArcs, Edge, EdgePart, End, RayPart, Span, TransportMode, Vertex, surface_at,
+};
+use crate::scene::Scene;
+use crate::sensor::SensorRay;
+use eikonal::ray::Arc;
+use glam::DVec3;
+
+/// Stokes vectors at the sensor of what paths contribute, per unit of the unpolarised light that they contribute.
+#[derive(Debug)]
+pub(crate) struct StokesFold<'a> {
+    scene: &'a Scene,
+    /// True if the scene holds filters of polarised light, or panes.
+    has_filters: bool,
+    /// Number of channels whose matrices differ.
+    count: usize,
+    /// Direction of the sensor's ray.
+    direction: DVec3,
+    /// Upward direction of the sensor.
+    up: DVec3,
+    /// For each contribution, its Stokes parameters by channel.
+    found: Vec<[Spectrum; 4]>,
+}
+
+/// Polarisation at a place of a subpath.
+#[derive(Clone, Copy, Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "a path has one, which is not moved"
+)]
+pub(crate) enum StokesState {
+    /// From the place to the sensor.
+    Sensor(Transported),
+    /// From an emitter to the place.
+    Light(StokesInFrame),
+}
+
+impl<'a> StokesFold<'a> {
+    /// For paths with a number of channels.
+    pub(crate) fn new(scene: &'a Scene, channels: usize) -> Self {
+        let mut bsdfs = scene.objects().iter().map(|object| &object.bsdf);
+        let differ = bsdfs.any(|bsdf| bsdf.polarizes_by_channel());
+        let mut bsdfs = scene.objects().iter().map(|object| &object.bsdf);
+        StokesFold {
+            scene,
+            has_filters: bsdfs.any(|bsdf| bsdf.changes_what_passes()),
+            count: if differ { channels } else { 1 },
+            direction: DVec3::Z,
+            up: DVec3::Y,
+            found: Vec::new(),
+        }
+    }
+
+    /// Begins the paths of a sample with a sensor ray.
+    pub(crate) fn begin(&mut self, scene: &'a Scene, ray: &SensorRay) {
+        self.scene = scene;
+        self.direction = ray.direction;
+        self.up = scene.sensor().to_world().matrix3.y_axis;
+        self.found.clear();
+    }
+
+    /// The Stokes parameters of all contributions, in order.
+    pub(crate) fn found(&self) -> &[[Spectrum; 4]] {
+        &self.found
+    }
+
+    /// Follows an edge as far as a length from its start, through the events on the way.
+    fn along(&self, state: &mut StokesState, edge: &Edge, length: f64) {
+        let last = edge
+            .spans
+            .partition_point(|span| span.length_after() < length);
+        for (i, span) in edge.spans.iter().enumerate().take(last + 1) {
+            if i == last {
+                let theta = span.theta_at_length(length - span.length_before);
+                return state.carry(&span.arc, theta);
+            }
+            state.carry(&span.arc, span.theta_end);
+            if let Some(next) = edge.spans.get(i + 1) {
+                self.through(state, span, next);
+            }
+        }
+    }
+
+    /// Passes the surface between two spans, or is reflected there.
+    fn through(&self, state: &mut StokesState, span: &Span, next: &Span) {
+        let Some((object, meeting)) = &span.surface else {
+            return;
+        };
+        let scene = self.scene;
+        let bsdf = &scene.objects()[*object].bsdf;
+        if bsdf.is_null() {
+            return;
+        }
+        let from = span.arc.velocity(span.theta_end).normalize();
+        let to = next.arc.velocity(0.0).normalize();
+        let hit = scene.hit(*object, meeting);
+        let passes = hit.normal.dot(from) * hit.normal.dot(to) > 0.0;
+        if bsdf.is_partial() && passes {
+            let k = state.light_along(from);
+            let filter = filter(scene, *object, meeting, span.medium, k);
+            filter.inspect(|filter| state.pass(filter, from));
+            return;
+        }
+        let surface = surface_at(scene, *object, &hit, span.medium);
+        state.turn([from, to], |[from, to], channel| {
+            bsdf.mueller(&surface, from, to, channel)
+        });
+    }
+}
+
+impl StokesState {
+    /// Follows an arc up to θ.
+    fn carry(&mut self, arc: &Arc, theta: f64) {
+        match self {
+            StokesState::Sensor(path) => path.carry(arc, theta),
+            StokesState::Light(light) => light.carry(arc, 0.0, theta),
+        }
+    }
+
+    /// Direction of the light on a subpath that goes in a direction.
+    fn light_along(&self, direction: DVec3) -> DVec3 {
+        match self {
+            StokesState::Sensor(_) => -direction,
+            StokesState::Light(_) => direction,
+        }
+    }
+
+    /// Passes a filter, which the subpath meets in a unit direction.
+    fn pass(&mut self, filter: &FilterMueller, from: DVec3) {
+        match self {
+            StokesState::Sensor(path) => path.pass(filter, from),
+            StokesState::Light(light) => light.pass(filter, from),
+        }
+    }
+
+    /// Turns from one unit direction to another. `mueller` is the matrix for the directions of a path from the sensor, by channel.
+    fn turn(
+        &mut self,
+        [from, to]: [DVec3; 2],
+        mueller: impl Fn([DVec3; 2], usize) -> PlaneMueller,
+    ) {
+        match self {
+            StokesState::Sensor(path) => path.turn(from, to, |c| mueller([from, to], c)),
+            StokesState::Light(light) => light.turn(from, to, |c| mueller([-to, -from], c)),
+        }
+    }
+}
+
+impl Fold for StokesFold<'_> {
+    type State = StokesState;
+    type Way = ConnectionStokes;
+    const NEEDS_SPANS: bool = true;
+    const NEEDS_PARTS: bool = false;
+
+    fn start(&mut self) -> StokesState {
+        let path = Transported::at_sensor(self.direction, self.up, self.count);
+        StokesState::Sensor(path)
+    }
+
+    fn emit(&mut self, ray: &EmittedRay) -> StokesState {
+        StokesState::Light(StokesInFrame::unpolarized(ray.direction, self.count))
+    }
+
+    fn follow(
+        &mut self,
+        state: &mut StokesState,
+        _mode: TransportMode,
+        edge: &Edge,
+        _parts: &[RayPart],
+    ) {
+        let length = match &edge.end {
+            End::Collision(point) => point.length,
+            _ => f64::INFINITY,
+        };
+        self.along(state, edge, length);
+    }
+
+    fn follow_part(&mut self, state: &mut StokesState, part: &EdgePart) {
+        self.along(state, part.edge, part.length);
+    }
+
+    fn pass(&mut self, state: &mut StokesState, span: &Span, next: &Span) {
+        self.through(state, span, next);
+    }
+
+    fn turn(
+        &mut self,
+        state: &mut StokesState,
+        _mode: TransportMode,
+        vertex: &Vertex,
+        to: DVec3,
+        _specular: bool,
+    ) {
+        let scene = self.scene;
+        match *vertex {
+            Vertex::Volume {
+                x,
+                direction,
+                medium,
+            } => {
+                let phase = &scene.medium(medium).phase;
+                let mueller = phase.mueller(x, direction.dot(to));
+                state.turn([direction, to], |_, _| mueller);
+            }
+            // Smooth interfaces and mirrors are events of edges.
+            Vertex::Surface {
+                direction,
+                object,
+                ref surface,
+                ..
+            } => {
+                let bsdf = &scene.objects()[object].bsdf;
+                state.turn([direction, to], |[from, to], channel| {
+                    bsdf.mueller(surface, from, to, channel)
+                });
+            }
+        }
+    }
+
+    fn way(
+        &mut self,
+        mode: TransportMode,
+        vertex: &Vertex,
+        arcs: ConnectionArcs,
+    ) -> ConnectionStokes {
+        ConnectionStokes::new(self.scene, self.has_filters, mode, vertex, arcs)
+    }
+
+    fn contribute(&mut self, path: FoldedPath<StokesState, ConnectionStokes>) {
+        let light = match light_of(path.light) {
+            Some(mut light) => {
+                if let Some(way) = path.way {
+                    way.follow(self.scene, &mut light);
+                }
+                Some(light)
+            }
+            None => path.way.and_then(|way| way.of_unpolarized(self.scene)),
+        };
+        let sensor = match path.sensor.map(|end| end.state) {
+            Some(StokesState::Sensor(sensor)) => sensor,
+            _ => {
+                let leaving = path.way.map_or(self.direction, |way| -way.arrival());
+                Transported::at_sensor(leaving, self.up, self.count)
+            }
+        };
+        self.found.push(match light {
+            Some(light) => sensor.of(&light),
+            None => sensor.of_unpolarized(),
+        });
+    }
+}
+
+/// Light at the end of a subpath from an emitter.
+fn light_of(end: Option<FoldedEnd<StokesState>>) -> Option<StokesInFrame> {
+    match end?.state {
+        StokesState::Light(light) => Some(light),
+        StokesState::Sensor(_) => None,
+    }
+}

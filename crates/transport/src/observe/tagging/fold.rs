@@ -1,0 +1,260 @@
+//! Modulation of optical lengths by sound, followed along paths as they are sampled. It is computed later, for the contributions whose
+//! modulation is wanted (docs/theory.md#tagged-light).
+
+use super::path::{SoundInMedia, TaggedPath};
+use super::sound_along::SoundAlong;
+use super::steps::Step;
+use crate::emitter::EmittedRay;
+use crate::observe::fold::{Fold, FoldedEnd, FoldedPath};
+use crate::path::{ConnectionArcs, Edge, EdgePart, End, RayPart, Span, TransportMode, Vertex};
+use crate::scene::Scene;
+use glam::{DVec2, DVec3};
+use std::ops::Range;
+
+/// Steps of the paths of a sample through sound, as a tree.
+#[derive(Debug)]
+pub(crate) struct TaggedFold {
+    sound: SoundInMedia,
+    /// Arcs along which steps go.
+    parts: Vec<RayPart>,
+    steps: Vec<PlacedStep>,
+    /// Paths of contributions, in order.
+    found: Vec<TaggedContribution>,
+    /// Paths that have been followed, by the place to which they lead.
+    known: Vec<(Place, TaggedPath)>,
+    /// Steps of a path, one after the other.
+    way: Vec<Step>,
+    along: SoundAlong,
+}
+
+/// Place of a subpath: after a number of steps, 0 at the start.
+pub(crate) type Place = usize;
+
+/// A step, and the place before it.
+#[derive(Clone, Copy, Debug)]
+struct PlacedStep {
+    step: Step,
+    before: Place,
+}
+
+/// Path of a contribution.
+#[derive(Clone, Debug)]
+struct TaggedContribution {
+    sensor: PathEnd,
+    light: PathEnd,
+    /// Numbers of the parts of the connection.
+    way: Range<usize>,
+}
+
+/// End of a part of a subpath.
+#[derive(Clone, Copy, Debug, Default)]
+struct PathEnd {
+    /// Place where the contribution leaves the subpath.
+    leaves: Place,
+    end: Place,
+}
+
+impl PathEnd {
+    fn of(end: Option<FoldedEnd<Place>>) -> Self {
+        end.map_or(PathEnd::default(), |end| PathEnd {
+            leaves: *end.leaves,
+            end: end.state,
+        })
+    }
+}
+
+impl TaggedFold {
+    pub(crate) fn new(scene: &Scene) -> Self {
+        TaggedFold {
+            sound: SoundInMedia::of(scene),
+            parts: Vec::new(),
+            steps: Vec::new(),
+            found: Vec::new(),
+            known: Vec::new(),
+            way: Vec::new(),
+            along: SoundAlong::default(),
+        }
+    }
+
+    /// Begins the paths of a sample.
+    pub(crate) fn begin(&mut self) {
+        self.parts.clear();
+        self.steps.clear();
+        self.found.clear();
+        self.known.clear();
+    }
+
+    /// Amplitudes of the optical lengths of contributions, which are given in the order in which they were made.
+    pub(crate) fn modulations(
+        &mut self,
+        contributions: impl Iterator<Item = usize>,
+    ) -> impl Iterator<Item = DVec2> {
+        let mut contributions = contributions.peekable();
+        std::iter::from_fn(move || {
+            let contribution = self.found[contributions.next()?].clone();
+            // Nothing leaves the subpaths after the last one.
+            let is_last = contributions.peek().is_none();
+            let sensor = self.modulation(contribution.sensor, contribution.way, is_last);
+            Some(if contribution.light.end == 0 {
+                sensor
+            } else {
+                sensor + self.modulation(contribution.light, 0..0, is_last)
+            })
+        })
+    }
+
+    /// Modulation of a part of a subpath, and of a connection after it. Unless it `is_last`, others may leave the subpath later at the
+    /// same place, or farther on.
+    fn modulation(&mut self, path: PathEnd, way: Range<usize>, is_last: bool) -> DVec2 {
+        let mut tagged = if is_last {
+            self.way.clear();
+            self.collect(path.end)
+        } else {
+            self.way.clear();
+            let mut tagged = self.collect(path.leaves);
+            self.follow(&mut tagged);
+            self.remember(path.leaves, tagged);
+            self.way.clear();
+            self.collect(path.end)
+        };
+        self.way.extend(way.map(Step::Connect));
+        self.follow(&mut tagged);
+        tagged.modulation().total()
+    }
+
+    /// Collects the steps to a place after the last place to which a path is known. Returns that path.
+    fn collect(&mut self, place: Place) -> TaggedPath {
+        let (mut place, first) = (place, self.way.len());
+        let known = loop {
+            if place == 0 {
+                break TaggedPath::default();
+            }
+            if let Ok(i) = self.known.binary_search_by_key(&place, |(place, _)| *place) {
+                break self.known[i].1;
+            }
+            let PlacedStep { step, before } = self.steps[place - 1];
+            self.way.push(step);
+            place = before;
+        };
+        self.way[first..].reverse();
+        known
+    }
+
+    fn follow(&mut self, path: &mut TaggedPath) {
+        path.go(&self.sound, &self.parts, &self.way, &mut self.along);
+    }
+
+    fn remember(&mut self, place: Place, path: TaggedPath) {
+        if let Err(i) = self.known.binary_search_by_key(&place, |(place, _)| *place) {
+            self.known.insert(i, (place, path));
+        }
+    }
+
+    fn push(&mut self, place: &mut Place, step: Step) {
+        self.steps.push(PlacedStep {
+            step,
+            before: *place,
+        });
+        *place = self.steps.len();
+    }
+
+    /// Follows arcs where there is sound.
+    fn fly(&mut self, place: &mut Place, parts: impl Iterator<Item = RayPart>) {
+        for part in parts {
+            if self.sound.is_in(part.medium) {
+                self.push(place, Step::Fly(self.parts.len()));
+                self.parts.push(part);
+            }
+        }
+    }
+}
+
+impl Fold for TaggedFold {
+    type State = Place;
+    /// Numbers of parts.
+    type Way = Range<usize>;
+    const NEEDS_SPANS: bool = false;
+    const NEEDS_PARTS: bool = true;
+
+    fn start(&mut self) -> Place {
+        0
+    }
+
+    fn emit(&mut self, _ray: &EmittedRay) -> Place {
+        0
+    }
+
+    fn follow(&mut self, place: &mut Place, _mode: TransportMode, edge: &Edge, parts: &[RayPart]) {
+        if parts.is_empty() {
+            let length = match &edge.end {
+                End::Collision(point) => point.length,
+                _ => f64::INFINITY,
+            };
+            self.fly(place, up_to(edge, length));
+        } else {
+            self.fly(place, parts.iter().copied());
+        }
+    }
+
+    fn follow_part(&mut self, place: &mut Place, part: &EdgePart) {
+        self.fly(place, up_to(part.edge, part.length));
+    }
+
+    /// Surfaces rest.
+    fn pass(&mut self, _place: &mut Place, _span: &Span, _next: &Span) {}
+
+    fn turn(
+        &mut self,
+        place: &mut Place,
+        _mode: TransportMode,
+        vertex: &Vertex,
+        direction: DVec3,
+        _specular: bool,
+    ) {
+        if let Vertex::Volume { medium, .. } = vertex
+            && self.sound.is_in(*medium)
+        {
+            self.push(place, Step::Scatter(direction));
+        }
+    }
+
+    fn way(&mut self, _mode: TransportMode, _vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way {
+        let first = self.parts.len();
+        arcs.each(|medium, arc, theta_end| {
+            if self.sound.is_in(medium) {
+                let arc = *arc;
+                self.parts.push(RayPart {
+                    arc,
+                    theta_end,
+                    medium,
+                });
+            }
+        });
+        first..self.parts.len()
+    }
+
+    fn contribute(&mut self, path: FoldedPath<Place, Self::Way>) {
+        self.found.push(TaggedContribution {
+            sensor: PathEnd::of(path.sensor),
+            light: PathEnd::of(path.light),
+            way: path.way.cloned().unwrap_or_default(),
+        });
+    }
+}
+
+/// Arcs of an edge up to an arc length.
+fn up_to(edge: &Edge, length: f64) -> impl Iterator<Item = RayPart> {
+    let flown = edge
+        .spans
+        .iter()
+        .take_while(move |span| span.length_before < length);
+    flown.map(move |span| RayPart {
+        medium: span.medium,
+        arc: span.arc,
+        theta_end: if span.length_after() < length {
+            span.theta_end
+        } else {
+            span.theta_at_length(length - span.length_before)
+        },
+    })
+}
