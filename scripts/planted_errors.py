@@ -113,6 +113,27 @@ PLANTED = [
         ("morgana-transport", "transport", "polarization::filters::connections_pass_filters"),
     ),
     (
+        "copies of particles that take on the way of those that were cut",
+        TRANSPORT + "observe/meter/recorder.rs",
+        "fn cut(&mut self, event: &WalkEvent, _ws: &mut Workspace) {\n        self.resume(event.ray);",
+        "fn cut(&mut self, event: &WalkEvent, _ws: &mut Workspace) {",
+        ("morgana-transport", "transport", "meters::records::copies_keep_their_own_ways_where_paths_are_cut"),
+    ),
+    (
+        "polarisation of particles whose frame at meters is that of the x axis",
+        TRANSPORT + "observe/meter/flight.rs",
+        "let up = object.shape.y_axis();",
+        "let up = object.shape.y_axis().length() * DVec3::X;",
+        ("morgana-transport", "transport", "polarization::meters::records_of_scattered_light_are_polarised_as_pixels_are"),
+    ),
+    (
+        "polarisation of particles that scattering leaves as it is",
+        TRANSPORT + "observe/meter/recorder.rs",
+        "stokes.turn(vertex, ray.start.direction, ray.specular);",
+        "let _ = (stokes, vertex, ray);",
+        ("morgana-transport", "transport", "polarization::meters::records_of_scattered_light_are_polarised_as_pixels_are"),
+    ),
+    (
         "metals met by light from emitters as by paths from the sensor",
         TRANSPORT + "observe/polarization/fold.rs",
         "light.turn(from, to, |c| mueller([-to, -from], c))",

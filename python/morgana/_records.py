@@ -94,6 +94,8 @@ class Records(NamedTuple):
     velocity_change: Optional[Doubles] = None
     """The largest rate at which the velocity changes along the flow of each region, |(v·∇)v|/|v|, per second, (regions,), if a medium has a
     ``velocity``. Flows along the axes of their grid have none; a wall that cuts voxels obliquely counts, for there the flow ends."""
+    stokes: Optional[Doubles] = None
+    """Stokes parameters S0 to S3 of the power, (n, 4, channels), if the meter has ``stokes``, in the frame of the meter."""
 
     @classmethod
     def load(cls, path: Union[str, "os.PathLike[str]"], meter: Optional[str] = None) -> "Records":
@@ -163,7 +165,9 @@ class Records(NamedTuple):
             if np.isnan(self.mu_a[row]).any():
                 raise ValueError(f"the absorption of {name!r} varies in space: change weights by path_length yourself")
         change = np.where(np.isnan(self.mu_a), 0.0, new - self.mu_a)
-        return self._replace(weight=self.weight * np.exp(-self.path_length @ change), mu_a=new)
+        factor = np.exp(-self.path_length @ change)
+        stokes = None if self.stokes is None else self.stokes * factor[:, None, :]
+        return self._replace(weight=self.weight * factor, mu_a=new, stokes=stokes)
 
     def jacobian(self, mu_s: Optional[Mapping[str, ArrayLike]] = None, where: Optional[ArrayLike] = None) -> Jacobian:
         """Derivatives of the power of all records, or of those that are chosen, by the coefficients of the regions.
@@ -328,6 +332,7 @@ def _table(prefix: str, arrays: Mapping[str, Array], attributes: Mapping[str, An
         displacement_modulation=phasors("displacement_modulation"),
         optical_length_rate=column("optical_length_rate") if f"{prefix}record_optical_length_rate" in arrays else None,
         velocity_change=np.asarray(arrays[change].values, float) if change in arrays else None,
+        stokes=column("stokes").reshape(len(column("weight")), 4, -1) if f"{prefix}record_stokes" in arrays else None,
     )
 
 

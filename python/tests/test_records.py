@@ -189,3 +189,21 @@ def test_detectors_of_mcx():
     assert np.all(np.linalg.norm(records.position - [5, 7, 0], axis=1) <= 1)
     np.testing.assert_allclose(records.power().mean, measured.meters["detector1.power"].mean.sum())
     assert measured.meters["cells.fluence"].mean.shape == (10, 10, 10)
+
+
+def test_stokes_parameters_of_records_and_readings_agree():
+    measured = morgana.render(scene(stokes=True), particles=PARTICLES, seed=4)
+    records, stokes = measured.records["skin"], measured.meters["power_stokes"]
+    assert records.stokes.shape == (len(records.particle), 4, 1)
+    assert list(stokes.axes)[:2] == ["stokes", "side"]
+    for side in (0, 1):
+        of_side = records.stokes[records.side == side].sum(axis=0)[:, 0]
+        np.testing.assert_allclose(of_side, stokes.mean[:, side].ravel(), rtol=1e-9, atol=1e-12)
+    # Fresnel's equations polarise light at the faces, Henyey-Greenstein's scattering does not.
+    assert 0 < np.hypot(records.stokes[:, 1], records.stokes[:, 2]).sum() < records.stokes[:, 0].sum()
+    clear = records.rescaled({"tissue: label 2": 0.4})
+    np.testing.assert_allclose(clear.stokes, records.stokes * (clear.weight / records.weight)[:, None, :])
+
+
+def test_only_meters_with_stokes_have_stokes_parameters(measured):
+    assert measured.records["skin"].stokes is None

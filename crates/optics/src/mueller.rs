@@ -5,6 +5,9 @@
 use glam::{DMat4, DVec4};
 use num_complex::Complex64;
 
+/// Number of Stokes parameters: S0 to S3.
+pub const STOKES_PARAMETERS: usize = 4;
+
 /// What scattering or an interface does to Stokes vectors, per what it does to unpolarised light:
 ///
 /// ```text

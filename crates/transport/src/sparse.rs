@@ -88,6 +88,16 @@ impl<T: Copy> Sparse<T> {
         self.rest
     }
 
+    /// An element.
+    ///
+    /// # Panics
+    /// If there is no such element.
+    pub(crate) fn get(&self, index: usize) -> T {
+        assert!(index < self.len);
+        let block = self.blocks[index / Self::BLOCK].as_deref();
+        block.map_or(self.rest, |block| block[index % Self::BLOCK])
+    }
+
     /// An element to be written.
     ///
     /// # Panics

@@ -189,14 +189,17 @@ impl Scribe<'_> {
     /// Records of detected light.
     fn records(&self, table: &RecordTable) -> Vec<Array> {
         let channels = self.context.channels.len();
-        let weights = table.weight.iter().enumerate();
-        let weights = weights.map(|(i, w)| w * self.scale(i % channels)).collect();
+        let scaled = |values: &[f64]| -> Vec<f64> {
+            let values = values.iter().enumerate();
+            values.map(|(i, v)| v * self.scale(i % channels)).collect()
+        };
+        let powers = [&table.weight, &table.stokes].map(|values| scaled(values));
         let layout = records::Layout {
             prefix: &self.prefix,
             channels,
             power: self.unit(),
         };
-        layout.arrays(table, weights)
+        layout.arrays(table, powers)
     }
 
     /// Initial pressure p₀ = Γ μ_a Φ, with the fluence Φ of a short pulse, and what goes with it.

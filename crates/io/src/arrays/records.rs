@@ -3,6 +3,7 @@
 use super::Array;
 use serde_json::{Value, json};
 use transport::meter::RecordTable;
+use transport::mueller::STOKES_PARAMETERS;
 
 /// How the arrays of a table are named and what they are measured in.
 #[derive(Clone, Copy)]
@@ -23,13 +24,18 @@ pub(super) fn attributes(table: &RecordTable, prefix: &str) -> [(String, Value);
 }
 
 impl Layout<'_> {
-    /// The columns of a table, whose weights are already in their unit.
-    pub(super) fn arrays(&self, table: &RecordTable, weights: Vec<f64>) -> Vec<Array> {
+    /// The columns of a table, given its weights and Stokes parameters in their unit.
+    pub(super) fn arrays(
+        &self,
+        table: &RecordTable,
+        [weights, stokes]: [Vec<f64>; 2],
+    ) -> Vec<Array> {
         let (channels, regions) = (self.channels, table.regions.len());
         let [xyz, region] = [("xyz", 3), ("region", regions)].map(Some);
         let channel = (channels > 1).then_some(("channel", channels));
+        let rows = ("record", table.particle.len());
         let column = |name: &str, axis, unit: &str, data: Vec<f64>| {
-            self.array(name, ("record", table.particle.len()), axis, unit, data)
+            self.array(name, &[Some(rows), axis], unit, data)
         };
         let particles = table.particle.iter().map(|number| *number as f64);
         let absorption = table.regions.iter().flat_map(|region| {
@@ -63,8 +69,7 @@ impl Layout<'_> {
             ),
             self.array(
                 "region_mu_a",
-                ("region", regions),
-                channel,
+                &[region, channel],
                 "1/unit",
                 absorption.collect(),
             ),
@@ -87,11 +92,15 @@ impl Layout<'_> {
             let changes = table.regions.iter().map(|region| region.velocity_change);
             all.push(self.array(
                 "region_velocity_change",
-                ("region", regions),
-                None,
+                &[region],
                 "1/s",
                 changes.collect(),
             ));
+        }
+        if !table.stokes.is_empty() {
+            let parameters = Some(("stokes", STOKES_PARAMETERS));
+            let axes = [Some(rows), parameters, channel];
+            all.push(self.array("record_stokes", &axes, self.power, stokes));
         }
         all
     }
@@ -99,16 +108,15 @@ impl Layout<'_> {
     fn array(
         &self,
         name: &str,
-        rows: (&str, usize),
-        columns: Option<(&str, usize)>,
+        axes: &[Option<(&str, usize)>],
         unit: &str,
         data: Vec<f64>,
     ) -> Array {
-        let axes = [Some(rows), columns].into_iter().flatten();
+        let axes = axes.iter().flatten();
         Array {
             name: format!("{}{name}", self.prefix),
-            axes: axes.clone().map(|(axis, _)| axis.to_owned()).collect(),
-            shape: axes.map(|(_, count)| count).collect(),
+            axes: axes.clone().map(|(axis, _)| (*axis).to_owned()).collect(),
+            shape: axes.map(|(_, count)| *count).collect(),
             unit: unit.to_owned(),
             data,
         }

@@ -385,7 +385,8 @@ impl<'a> Children<'a> {
             }
             transport::tagging::prepare(&scene);
         }
-        if let Some(LightParts::Stokes) = method.parts {
+        let polarized = instruments.iter().any(|i| i.meter.has_stokes());
+        if polarized || method.parts == Some(LightParts::Stokes) {
             let problems = polarization::problems(&scene);
             report.all(&problems);
             if !problems.is_empty() {

@@ -168,6 +168,7 @@ fn instrument(
                 most_records: records(&mut q),
                 tagged,
                 sidebands,
+                stokes: q.boolean_or("stokes", false),
             }));
             q.finish(&[]);
         }

@@ -44,7 +44,7 @@ differences! {
     NESTED_INTEGRATORS: "nested integrators", "of several nested integrators the first renders; Mitsuba's write the images of all";
     PATH_MEDIA: "path in media", "path and ptracer account for media; in Mitsuba only volpath and volpathmis do";
     PLASTIC: "plastic", "the base is up to 2 % brighter under a rough coat, 0.1 % under a smooth one: Mitsuba's mean reflectance from below is a coarse sum or a fit";
-    POLARIZATION: "polarization", "without the integrator stokes filters do not polarize: they let half of the light, or all, pass, as in Mitsuba's variants that are not polarized";
+    POLARIZATION: "polarization", "except for the integrator stokes and meters with 'stokes', filters do not polarize: they let half of the light, or all, pass, as in Mitsuba's variants that are not polarized";
     PRINCIPLED_THIN: "principledthin", "facets of a sheet transmit to wherever a mirror image would be; Mitsuba leaves steep ones out, one way only";
     RADIANCEMETER: "radiancemeter", "a radiancemeter sees a cone that is 0.001° wide; Mitsuba's sees along one ray";
     ROTATED_GRID: "rotated grid", "a grid that is turned ends at its own cube; Mitsuba's fills the box around it that is parallel to the axes";

@@ -4,11 +4,12 @@ use crate::assemble::{Layering, Loaded};
 use serde_json::{Value, json};
 use transport::Film;
 use transport::film::LightParts;
+use transport::mueller::STOKES_PARAMETERS;
 
 /// Bins have numbers of at least so many digits: names then sort like numbers.
 const DIGITS: usize = 4;
 /// The Stokes parameters.
-const STOKES: [&str; LightParts::STOKES] = ["S0", "S1", "S2", "S3"];
+const STOKES: [&str; STOKES_PARAMETERS] = ["S0", "S1", "S2", "S3"];
 
 /// What is needed to name layers.
 #[derive(Clone, Copy, Debug)]

@@ -227,6 +227,11 @@ const SURFACE: &[Parameter] = &[
         "false",
         "whether records say what sound does to phases, and power is told apart by that",
     ),
+    boolean(
+        "stokes",
+        "false",
+        "measures the Stokes parameters of power, and of records",
+    ),
 ];
 
 const TAGS: &[Parameter] = &[boolean(

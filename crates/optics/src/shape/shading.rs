@@ -14,6 +14,20 @@ impl Shape {
         }
     }
 
+    /// The y axis of the shape in its own frame, as a vector in the scene of any length; that of the scene for meshes.
+    pub fn y_axis(&self) -> DVec3 {
+        let placement = match self {
+            Shape::Mesh(_) => return DVec3::Y,
+            Shape::VoxelFaces(faces) => return faces.y_axis(),
+            Shape::Sphere(s) => &s.placement,
+            Shape::Cube(s) => &s.placement,
+            Shape::Rectangle(s) => &s.placement,
+            Shape::Disk(s) => &s.placement,
+            Shape::Cylinder(s) => &s.placement,
+        };
+        placement.vector(DVec3::Y)
+    }
+
     /// Derivatives of the position with respect to the texture coordinates of a point, in scene units; zero where there are none,
     /// as at poles.
     pub fn tangents(&self, site: &Site) -> [DVec3; 2] {

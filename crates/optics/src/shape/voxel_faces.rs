@@ -108,6 +108,11 @@ impl VoxelFaces {
         &self.grid
     }
 
+    /// The y axis of the grid.
+    pub(super) fn y_axis(&self) -> DVec3 {
+        self.placement.vector(DVec3::Y)
+    }
+
     pub(super) fn set_flipped(&mut self, flipped: bool) {
         self.placement.set_flipped(flipped);
     }

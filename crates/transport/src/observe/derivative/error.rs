@@ -69,7 +69,7 @@ pub enum DerivativeError {
     Blurred(&'static str),
     /// Polarised light, and its Stokes parameters.
     #[error(
-        "polarised light, which Stokes parameters tell of, has no derivatives: leave the integrator stokes out"
+        "Stokes parameters have no derivatives: leave out the integrator stokes, and 'stokes' of meters"
     )]
     Polarized,
     /// Light told apart by what sound does to its phase.

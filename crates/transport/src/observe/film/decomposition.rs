@@ -1,6 +1,7 @@
 //! How a film's light is told apart: by the length of its paths, their bounces, their emitters (docs/theory.md#layers).
 
 use crate::Bins;
+use crate::mueller::STOKES_PARAMETERS;
 use crate::sidebands::Sidebands;
 use serde::{Deserialize, Serialize};
 
@@ -52,13 +53,10 @@ pub enum LightParts {
 }
 
 impl LightParts {
-    /// Number of Stokes parameters.
-    pub const STOKES: usize = 4;
-
     /// How many there are.
     pub fn count(&self) -> usize {
         match self {
-            LightParts::Stokes => Self::STOKES,
+            LightParts::Stokes => STOKES_PARAMETERS,
             LightParts::Sidebands(sidebands) => 1 + sidebands.parts(),
         }
     }

@@ -1,5 +1,6 @@
 //! What meters see of a particle.
 
+use super::polarization::ParticleStokes;
 use crate::Spectrum;
 use crate::path::{End, FreeFlightEvent, Point, Span, WalkEvent, share};
 use crate::scene::{Leg, MediumId, Scene};
@@ -54,6 +55,15 @@ pub(super) struct Passing<'a> {
     pub power: Spectrum,
     /// Optical path length from the emitter.
     pub optical_length: f64,
+}
+
+impl Passing<'_> {
+    /// Stokes parameters of the light per unit of its power, in the frame of the [meter](super::IrradianceMeter::stokes).
+    pub(super) fn stokes(&self, particle: &ParticleStokes) -> [Spectrum; 4] {
+        let object = &self.scene.objects()[self.object];
+        let up = object.shape.y_axis();
+        particle.at_surface(self.direction, up, object.bsdf.is_opaque())
+    }
 }
 
 /// A leg of a flight that nothing interrupts.

@@ -78,6 +78,7 @@ impl FluenceMeter {
             axes: axes.clone(),
             first,
             measures: volumes.clone(),
+            signed_after: None,
         };
         let cells = self.cells();
         let mut quantities = vec![quantity("fluence", 0), quantity("absorbed", cells)];

@@ -5,6 +5,7 @@ use super::flight::Passing;
 use super::fluence::{PartSlots, Slots};
 use super::positions::Positions;
 use super::reading::{Quantity, ReadingAxis};
+use crate::mueller::STOKES_PARAMETERS;
 use crate::scene::VoxelVolume;
 use crate::sidebands::Sidebands;
 use crate::{Bins, Spectrum};
@@ -42,6 +43,9 @@ pub struct IrradianceMeter {
     pub tagged: bool,
     /// How power is told apart by what sound does to its phase, if it is.
     pub sidebands: Option<Sidebands>,
+    /// True if it measures the [Stokes parameters](crate::polarization) of light. The first axis of their frame is perpendicular to the
+    /// direction of the light and to the [y axis](crate::shape::Shape::y_axis) of the shape.
+    pub stokes: bool,
 }
 
 /// A surface that a meter measures at.
@@ -96,6 +100,7 @@ impl IrradianceMeter {
             most_records: None,
             tagged: false,
             sidebands: None,
+            stokes: false,
         }
     }
 
@@ -115,9 +120,15 @@ impl IrradianceMeter {
 
     /// Number of cells.
     pub(super) fn slots(&self) -> usize {
-        let parts = self.sidebands.map_or(0, |sidebands| sidebands.parts());
+        let stokes = if self.stokes { STOKES_PARAMETERS } else { 0 };
         let both = self.bins().saturating_mul(2);
-        both.saturating_mul(1 + parts).saturating_add(TOTALS)
+        both.saturating_mul(1 + self.parts() + stokes)
+            .saturating_add(TOTALS)
+    }
+
+    /// Number of parts into which sound separates power.
+    fn parts(&self) -> usize {
+        self.sidebands.map_or(0, |sidebands| sidebands.parts())
     }
 
     /// What is measured. The binned power and the irradiance are the same sums.
@@ -140,6 +151,7 @@ impl IrradianceMeter {
             axes: axes.to_vec(),
             first,
             measures: measures.to_vec(),
+            signed_after: None,
         };
         let mut quantities = vec![
             quantity("power", std::slice::from_ref(&side), 0, &[1.0]),
@@ -160,15 +172,29 @@ impl IrradianceMeter {
             let parts = quantity("power", &axes, TOTALS + 2 * self.bins(), &[1.0]);
             quantities.extend(parts.of_parts(sidebands, names));
         }
+        if self.stokes {
+            let parameters = Bins {
+                min: 0.0,
+                max: STOKES_PARAMETERS as f64,
+                count: STOKES_PARAMETERS,
+            };
+            axes.insert(0, ReadingAxis::new("stokes", &parameters));
+            let first = TOTALS + 2 * self.bins() * (1 + self.parts());
+            quantities.push(Quantity {
+                signed_after: Some(2 * self.bins()),
+                ..quantity("power_stokes", &axes, first, &[1.0])
+            });
+        }
         quantities
     }
 
-    /// Takes note of light that passes, with the modulation of its optical length if that is known. Returns the side to which it goes, if it
-    /// is accepted.
+    /// Takes note of light that passes, with the modulation of its optical length and its Stokes parameters per unit of power if they are
+    /// known. Returns the side to which it goes, if it is accepted.
     pub(super) fn pass(
         &self,
         passing: &Passing,
         modulation: Option<DVec2>,
+        stokes: Option<&[Spectrum; 4]>,
         slots: &mut Slots,
     ) -> Option<usize> {
         let both = 2 * self.bins();
@@ -182,6 +208,14 @@ impl IrradianceMeter {
                     stride: both,
                 };
                 slots.add_parts(parts, power, &sidebands.shares(modulation));
+            }
+            if cell >= TOTALS
+                && let Some(stokes) = stokes
+            {
+                let first = both * (1 + self.parts()) + cell;
+                for (k, parameter) in stokes.iter().enumerate() {
+                    slots.add(first + k * both, power * *parameter);
+                }
             }
         })
     }

@@ -16,6 +16,7 @@ mod history;
 mod irradiance;
 mod line;
 mod particle;
+mod polarization;
 mod positions;
 mod reading;
 mod recorder;
@@ -50,6 +51,7 @@ use crate::tagging::SoundInMedia;
 use eikonal::Aabb;
 use fluence::Cuts;
 use history::{Histories, HistoryRegions};
+use polarization::ParticleStokes;
 use reading::{Quantity, TallyPart};
 use recorder::Recorder;
 use records::RecordLayout;
@@ -107,6 +109,7 @@ impl Meter {
             regions: regions.count(),
             tagged: self.tags_records(),
             flows: regions.flows(),
+            stokes: self.has_stokes(),
         };
         let records = self.most_records().map_or(0, |most| layout.memory(most));
         let sums = Tally::memory(self.cells().saturating_mul(channels));
@@ -143,6 +146,14 @@ impl Meter {
         match self {
             Meter::Fluence(meter) => meter.sidebands.as_ref(),
             Meter::Irradiance(meter) => meter.sidebands.as_ref(),
+        }
+    }
+
+    /// True if it asks for Stokes parameters.
+    pub fn has_stokes(&self) -> bool {
+        match self {
+            Meter::Fluence(_) => false,
+            Meter::Irradiance(meter) => meter.stokes,
         }
     }
 
@@ -280,6 +291,8 @@ impl<'a> Setup<'a> {
         let asked = Asked::by(self.meters);
         let tagging = self.sound.clone();
         let mut tagging = tagging.map(|sound| Tagging::new(sound, asked));
+        let has_stokes = self.meters.iter().any(Meter::has_stokes);
+        let mut stokes = has_stokes.then(|| ParticleStokes::new(self.scene, self.channels));
         let mut records = vec![RecordRows::default(); self.meters.len()];
         for number in particles {
             ws.stats.paths += 1;
@@ -289,6 +302,9 @@ impl<'a> Setup<'a> {
             }
             if let Some(tagging) = &mut tagging {
                 tagging.start();
+            }
+            if let Some(stokes) = &mut stokes {
+                stokes.start(self.scene.at(number));
             }
             let mut recorder = Recorder {
                 meters: self.meters,
@@ -301,6 +317,7 @@ impl<'a> Setup<'a> {
                 particle: number,
                 histories: histories.as_mut(),
                 tagging: tagging.as_mut(),
+                stokes: stokes.as_mut(),
                 records: &mut records,
             };
             let particle = self.follow(number, &mut recorder, &mut sampler, ws);
@@ -319,15 +336,16 @@ impl<'a> Setup<'a> {
     /// Room for the records of each meter that keeps any.
     pub(crate) fn records(&self) -> Vec<Option<Records>> {
         let regions = self.regions.as_ref();
-        let layout = |tagged| RecordLayout {
+        let layout = |meter: &Meter| RecordLayout {
             channels: self.channels,
             regions: regions.map_or(0, HistoryRegions::count),
-            tagged,
+            tagged: meter.tags_records(),
             flows: regions.is_some_and(HistoryRegions::flows),
+            stokes: meter.has_stokes(),
         };
         let records = |meter: &Meter| {
             let most = meter.most_records()?;
-            Some(Records::new(layout(meter.tags_records()), most))
+            Some(Records::new(layout(meter), most))
         };
         self.meters.iter().map(records).collect()
     }

@@ -81,6 +81,9 @@ pub(super) struct Quantity {
     pub first: usize,
     /// Measures of cells, such as volumes: those of the fastest axes, repeated over the others.
     pub measures: Vec<f64>,
+    /// If values have either sign: the number of its first cells, whose values are not negative. The errors of the other cells are to be trusted
+    /// where those of the first ones are.
+    pub signed_after: Option<usize>,
 }
 
 impl Quantity {
@@ -107,6 +110,7 @@ impl Quantity {
                 axes,
                 first,
                 measures: self.measures.clone(),
+                signed_after: None,
             })
         };
         names.into_iter().zip(parts).filter_map(quantity).collect()
@@ -130,6 +134,7 @@ impl Quantity {
             effective: Sparse::new(bins, 0.0),
             few: Sparse::new(bins, false),
         };
+        let unsigned = self.signed_after.map_or(bins, |cells| cells * channels);
         let (mut from, end) = (start, start + bins);
         while from < end {
             let to = (from + 1).next_multiple_of(SLOTS_AT_ONCE).min(end);
@@ -139,7 +144,11 @@ impl Quantity {
                 *reading.mean.get_mut(i) = tally.mean(slot) / measure;
                 *reading.error.get_mut(i) = tally.error(slot) / measure;
                 *reading.effective.get_mut(i) = tally.effective(slot);
-                *reading.few.get_mut(i) = tally.few(slot);
+                *reading.few.get_mut(i) = if i < unsigned {
+                    tally.few(slot)
+                } else {
+                    reading.few.get(i % unsigned)
+                };
             }
             if forget {
                 tally.forget(from..to);

@@ -3,6 +3,7 @@
 use super::flight::{Collision, Flight, Passing, flights, free_legs};
 use super::fluence::{Cuts, Scoring, Slots};
 use super::history::Histories;
+use super::polarization::ParticleStokes;
 use super::records::{Detected, RecordRows};
 use super::stay::Stay;
 use super::tagging::Tagging;
@@ -35,6 +36,8 @@ pub(super) struct Recorder<'r, 'm> {
     pub histories: Option<&'r mut Histories>,
     /// What sound does to its phase, if any records say so.
     pub tagging: Option<&'r mut Tagging>,
+    /// Polarisation, if any meter asks for it.
+    pub stokes: Option<&'r mut ParticleStokes<'m>>,
     /// Records of each meter.
     pub records: &'r mut [RecordRows],
 }
@@ -43,12 +46,7 @@ impl Observer for Recorder<'_, '_> {
     const ALONG_SPANS: bool = true;
 
     fn arrive(&mut self, event: &WalkEvent, _ws: &mut Workspace) -> ControlFlow<()> {
-        if let Some(histories) = &mut self.histories {
-            histories.resume();
-        }
-        if let Some(tagging) = &mut self.tagging {
-            tagging.resume();
-        }
+        self.resume(event.ray);
         if let Some(last) = self.fly_along(event) {
             self.end(event, &last);
         }
@@ -56,7 +54,7 @@ impl Observer for Recorder<'_, '_> {
     }
 
     fn sees_free_flights(&self) -> bool {
-        self.histories.is_none()
+        self.histories.is_none() && self.stokes.is_none()
     }
 
     fn fly_freely(&mut self, event: &FreeFlightEvent) {
@@ -76,7 +74,7 @@ impl Observer for Recorder<'_, '_> {
     }
 
     fn sees_voxels(&self, volume: &VoxelVolume) -> bool {
-        self.tagging.is_none() && voxels_suffice(self.meters, volume)
+        self.tagging.is_none() && self.stokes.is_none() && voxels_suffice(self.meters, volume)
     }
 
     #[inline]
@@ -93,20 +91,40 @@ impl Observer for Recorder<'_, '_> {
         if let Some(tagging) = &mut self.tagging {
             tagging.go_on(copies);
         }
+        if let Some(stokes) = &mut self.stokes {
+            stokes.go_on(copies);
+        }
     }
 
     fn cut(&mut self, event: &WalkEvent, _ws: &mut Workspace) {
+        self.resume(event.ray);
         self.fly_along(event);
     }
 }
 
 impl Recorder<'_, '_> {
+    /// Goes on with the copy of the particle that was put aside last, along its next edge.
+    fn resume(&mut self, ray: &WalkRay) {
+        if let Some(histories) = &mut self.histories {
+            histories.resume();
+        }
+        if let Some(tagging) = &mut self.tagging {
+            tagging.resume();
+        }
+        if let Some(stokes) = &mut self.stokes {
+            stokes.resume(ray.start.direction);
+        }
+    }
+
     /// Scores the flights along an edge, and the crossings of smooth surfaces between them. Returns the last flight.
     fn fly_along<'e>(&mut self, event: &'e WalkEvent) -> Option<Flight<'e>> {
         let mut last = None;
         for (i, flight) in flights(event).enumerate() {
             self.fly(&flight);
             if let Some(next) = event.edge.spans.get(i + 1) {
+                if let Some(stokes) = &mut self.stokes {
+                    stokes.pass(flight.span, next);
+                }
                 self.surface(&flight, Some(Beyond::along(&flight, next)));
             }
             last = Some(flight);
@@ -117,6 +135,9 @@ impl Recorder<'_, '_> {
     /// Scores the end of an edge, to which the last flight leads.
     fn end(&mut self, event: &WalkEvent, last: &Flight) {
         let onward = event.onward;
+        if let (Some(stokes), Some(vertex), Some(ray)) = (&mut self.stokes, event.vertex, onward) {
+            stokes.turn(vertex, ray.start.direction, ray.specular);
+        }
         match event.edge.end {
             End::Collision(point) => {
                 if let (Some(histories), Some(ray)) = (&mut self.histories, onward) {
@@ -184,6 +205,9 @@ impl Recorder<'_, '_> {
         if let Some(tagging) = &mut self.tagging {
             tagging.fly(flight);
         }
+        if let Some(stokes) = &mut self.stokes {
+            stokes.fly(&flight.span.arc, flight.theta_end);
+        }
         self.each_fluence(|meter, scoring| meter.fly(flight, scoring));
     }
 
@@ -207,7 +231,9 @@ impl Recorder<'_, '_> {
         let total = modulation.map(|modulation| modulation.total());
         for (meter, records) in self.meters.iter().zip(&mut *self.records) {
             if let Meter::Irradiance(meter) = meter
-                && let Some(side) = meter.pass(passing, total, &mut slots)
+                && let stokes = self.stokes.as_deref().filter(|_| meter.stokes)
+                && let stokes = stokes.map(|stokes| passing.stokes(stokes))
+                && let Some(side) = meter.pass(passing, total, stokes.as_ref(), &mut slots)
                 && meter.most_records.is_some()
                 && let Some(histories) = &self.histories
             {
@@ -219,6 +245,7 @@ impl Recorder<'_, '_> {
                     optical_length_rate: histories.optical_length_rate(),
                     channels: self.channels,
                     modulation: modulation.filter(|_| meter.tagged),
+                    stokes,
                 });
             }
             slots.first += meter.cells() * self.channels;

@@ -8,6 +8,7 @@ use super::flight::Passing;
 use super::history::RegionHistory;
 use crate::Spectrum;
 use crate::medium::Velocity;
+use crate::mueller::STOKES_PARAMETERS;
 use crate::sampling::is_among;
 use crate::scene::Scene;
 use crate::tagging::PathModulation;
@@ -59,6 +60,9 @@ pub(crate) struct RecordLayout {
     pub tagged: bool,
     /// Whether they say what flow does to it.
     pub flows: bool,
+    /// True if they have Stokes parameters.
+    #[serde(default)]
+    pub stokes: bool,
 }
 
 /// Position, direction, optical path length and side.
@@ -71,7 +75,17 @@ const TAGGED: usize = 4;
 impl RecordLayout {
     fn width(self) -> usize {
         let tagged = if self.tagged { TAGGED } else { 0 };
-        self.channels + FIXED + PER_REGION * self.regions + tagged + usize::from(self.flows)
+        let flows = usize::from(self.flows);
+        self.channels + FIXED + PER_REGION * self.regions + tagged + flows + self.stokes()
+    }
+
+    /// Number of Stokes parameters of all channels.
+    fn stokes(self) -> usize {
+        if self.stokes {
+            STOKES_PARAMETERS * self.channels
+        } else {
+            0
+        }
     }
 
     /// Bytes of so many records.
@@ -114,6 +128,10 @@ impl RecordRows {
                 .extend([index.x, index.y, displacement.x, displacement.y]);
         }
         self.values.extend(detected.optical_length_rate);
+        for parameter in detected.stokes.iter().flatten() {
+            let power = passing.power * *parameter;
+            self.values.extend(&power.0[..detected.channels]);
+        }
     }
 
     /// Adds rows of a width whose particles are wanted.
@@ -159,6 +177,8 @@ pub(super) struct Detected<'a> {
     pub channels: usize,
     /// What sound does to its way, if records say so.
     pub modulation: Option<PathModulation>,
+    /// Stokes parameters per unit of power, if records have them.
+    pub stokes: Option<[Spectrum; 4]>,
 }
 
 /// The records of one meter, at most so many.
@@ -248,6 +268,7 @@ impl Records {
             regions,
             tagged,
             flows,
+            ..
         } = self.layout;
         let rows = &self.rows;
         let is_kept = |number: u64| is_among(number, halvings);
@@ -275,11 +296,13 @@ impl Records {
                 Vec::new()
             }
         };
+        let stokes = self.layout.stokes();
         let rate = if flows {
-            columns(width - 1, 1)
+            columns(width - stokes - 1, 1)
         } else {
             Vec::new()
         };
+        let stokes = columns(width - stokes, stokes).into_iter();
         RecordTable {
             regions: RecordRegion::of(scene, channels),
             particles,
@@ -295,6 +318,7 @@ impl Records {
             index_modulation: modulation(0),
             displacement_modulation: modulation(2),
             optical_length_rate: rate,
+            stokes: stokes.map(|s| s / particles as f64).collect(),
         }
     }
 }
@@ -335,6 +359,10 @@ pub struct RecordTable {
     /// How fast the flow of what scatters it changes the optical length of its way, in scene units per second, by record. Empty if no medium
     /// has a velocity.
     pub optical_length_rate: Vec<f64>,
+    /// Stokes parameters of the power, by record, parameter and channel, over the number of particles as [`weight`](Self::weight). Empty unless the
+    /// meter [asks for them](super::IrradianceMeter::stokes).
+    #[serde(default)]
+    pub stokes: Vec<f64>,
 }
 
 impl RecordTable {
@@ -345,7 +373,9 @@ impl RecordTable {
         let mut first = 0;
         let mut whole: Option<RecordTable> = None;
         for (mut table, channels) in groups {
-            table.weight = padded(&table.weight, channels, first, all);
+            for values in [&mut table.weight, &mut table.stokes] {
+                *values = padded(values, channels, first, all);
+            }
             first += channels;
             match &mut whole {
                 None => whole = Some(table),
@@ -375,6 +405,7 @@ impl RecordTable {
             &mut self.index_modulation,
             &mut self.displacement_modulation,
             &mut self.optical_length_rate,
+            &mut self.stokes,
         ];
         for column in columns {
             let width = column.len() / order.len();
@@ -404,6 +435,7 @@ impl RecordTable {
         self.displacement_modulation
             .extend(other.displacement_modulation);
         self.optical_length_rate.extend(other.optical_length_rate);
+        self.stokes.extend(other.stokes);
     }
 }
 

@@ -62,9 +62,19 @@ impl<'a> StokesFold<'a> {
         }
     }
 
+    /// Enters a scene at an instant, with the same surfaces.
+    pub(crate) fn enter(&mut self, scene: &'a Scene) {
+        self.scene = scene;
+    }
+
+    /// Unpolarised light in a direction.
+    pub(crate) fn unpolarized(&self, direction: DVec3) -> StokesState {
+        StokesState::Light(StokesInFrame::unpolarized(direction, self.count))
+    }
+
     /// Begins the paths of a sample with a sensor ray.
     pub(crate) fn begin(&mut self, scene: &'a Scene, ray: &SensorRay) {
-        self.scene = scene;
+        self.enter(scene);
         self.direction = ray.direction;
         self.up = scene.sensor().to_world().matrix3.y_axis;
         self.found.clear();
@@ -121,7 +131,7 @@ impl<'a> StokesFold<'a> {
 
 impl StokesState {
     /// Follows an arc up to θ.
-    fn carry(&mut self, arc: &Arc, theta: f64) {
+    pub(crate) fn carry(&mut self, arc: &Arc, theta: f64) {
         match self {
             StokesState::Sensor(path) => path.carry(arc, theta),
             StokesState::Light(light) => light.carry(arc, 0.0, theta),
@@ -169,7 +179,7 @@ impl Fold for StokesFold<'_> {
     }
 
     fn emit(&mut self, ray: &EmittedRay) -> StokesState {
-        StokesState::Light(StokesInFrame::unpolarized(ray.direction, self.count))
+        self.unpolarized(ray.direction)
     }
 
     fn follow(

@@ -13,4 +13,5 @@ mod frame;
 mod transported;
 
 pub use check::{depolarizing, problems};
-pub(crate) use fold::StokesFold;
+pub(crate) use fold::{StokesFold, StokesState};
+pub(crate) use transported::Transported;

@@ -84,7 +84,7 @@ pub(crate) struct Transported {
 impl Transported {
     /// At the sensor, for a path in the unit direction `leaving`. The first axis of the sensor's frame is horizontal, across the path
     /// and `up`.
-    pub(super) fn at_sensor(leaving: DVec3, up: DVec3, count: usize) -> Self {
+    pub(crate) fn at_sensor(leaving: DVec3, up: DVec3, count: usize) -> Self {
         Transported {
             axis: Axis::across(leaving, leaving.cross(up)),
             leaving,
@@ -124,7 +124,7 @@ impl Transported {
     }
 
     /// The Stokes parameters at the sensor of light that arrives here against the direction in which the path goes on, by channel.
-    pub(super) fn of(&self, light: &StokesInFrame) -> [Spectrum; 4] {
+    pub(crate) fn of(&self, light: &StokesInFrame) -> [Spectrum; 4] {
         let rotation = light.axis.to(self.axis, -self.leaving);
         let last = light.count - 1;
         let vectors = light.vectors.map(|vector| rotation.of(vector));

@@ -60,6 +60,9 @@ pub fn meter_derivatives(
     if meters.iter().any(|meter| meter.sidebands().is_some()) {
         return Err(DerivativeError::Tagged);
     }
+    if meters.iter().any(Meter::has_stokes) {
+        return Err(DerivativeError::Polarized);
+    }
     let scene = scenes.first().expect(NO_SCENE);
     check_meters(meters, scene)?;
     let film = scene.film();

@@ -18,6 +18,6 @@ mod records;
 mod reproducible;
 mod sidebands;
 mod slabs;
-mod support;
+pub mod support;
 mod tagged;
 mod tallies;

@@ -88,6 +88,35 @@ fn weights_add_up_to_power() {
     }
 }
 
+/// Particles that are divided, some of whose copies reach the largest depth: the lengths of each record in its regions are its optical length.
+#[test]
+fn copies_keep_their_own_ways_where_paths_are_cut() {
+    const N: f64 = 1.3;
+    let medium = fog(Constant::new(N), 4.0, 0.95, 0.3);
+    let mut parts = ball_of(medium, beam(DVec3::Z * -2.0, DVec3::Z, 0.3));
+    parts.media[0] = Medium::transparent("around", Constant::new(N));
+    let mut meter = through(&parts.objects, 0, [1, 1], false);
+    meter.most_records = Some(1_000_000);
+    let gates = Bins {
+        min: 0.0,
+        max: 30.0,
+        count: 10,
+    };
+    (meter.optical_length, meter.weight_windows) = (Some(gates), true);
+    let options = MeasureOptions {
+        max_depth: Some(14),
+        ..options(3_000, 3)
+    };
+    let measured = run(parts, &[Meter::Irradiance(meter)], &options);
+    let table = table(&measured);
+    let divided = table.particle.windows(2).filter(|w| w[0] == w[1]).count();
+    assert!(divided > 1_000, "{divided}");
+    for (row, length) in table.optical_length.iter().enumerate() {
+        let way: f64 = table.path_length[2 * row..2 * row + 2].iter().sum();
+        assert!((N * way - length).abs() < 1e-9 * length, "{way} {length}");
+    }
+}
+
 /// Four comparisons, the largest |z| of 1.4: false alarms 4 × 2.7e-4 at 3.6.
 #[test]
 fn other_absorption_is_a_factor() {

@@ -32,7 +32,7 @@ pub fn square(name: &str, center: DVec3, turn: DQuat, element: FilterElement) ->
 }
 
 /// Stokes parameters of unit light from behind filters that are met one after the other, the last nearest to the sensor.
-fn behind(filters: Vec<(FilterElement, DQuat)>) -> [f64; 4] {
+pub fn behind(filters: Vec<(FilterElement, DQuat)>) -> [f64; 4] {
     let camera = Camera::orthographic(DVec3::Z * 9.0, DVec3::ZERO, 1e-3).with_up(DVec3::Y);
     let mut scene = Scene::builder().film(1, 1).channels(1).camera(camera);
     for (i, (element, turn)) in filters.into_iter().enumerate() {

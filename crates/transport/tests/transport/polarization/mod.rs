@@ -9,6 +9,7 @@ mod field;
 mod filters;
 mod haze;
 mod invariants;
+mod meters;
 mod mie;
 mod panes;
 mod rayleigh;
