@@ -3,7 +3,7 @@
 use super::context::Context;
 use super::surface_texture::transmittances;
 use crate::diagnostic::Location;
-use crate::query::{Query, unknown_plugin};
+use crate::query::{Query, misplaced_plugin};
 use crate::scene::{ObjectDescription, ObjectId, PluginKind};
 use std::ops::Bound;
 use std::sync::Arc;
@@ -111,7 +111,7 @@ fn part(q: &mut Query, name: &str, details: &[&str]) -> bool {
 
 fn picture(bitmap: &ObjectDescription, context: &mut Context) -> Option<ApertureShape> {
     if bitmap.plugin != "bitmap" {
-        unknown_plugin(bitmap, &["bitmap"], context.diagnostics);
+        misplaced_plugin(bitmap, &["bitmap"], context.diagnostics);
         return None;
     }
     let ([width, height], shares) = transmittances(bitmap, context)?;

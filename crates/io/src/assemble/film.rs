@@ -68,7 +68,7 @@ pub(super) fn build(object: Option<&ObjectDescription>, context: &mut Context) -
         return film;
     };
     if object.plugin != "hdrfilm" {
-        unknown_plugin(object, &["hdrfilm"], context.diagnostics);
+        unknown_plugin(object, context.diagnostics);
         return film;
     }
     let mut q = Query::new(object, context.diagnostics);
@@ -113,16 +113,6 @@ fn crop(spec: &mut FilmSpec, q: &mut Query) {
     }
 }
 
-/// Names of filters.
-const FILTERS: [&str; 6] = [
-    "box",
-    "tent",
-    "gaussian",
-    "mitchell",
-    "catmullrom",
-    "lanczos",
-];
-
 fn filter(object: &ObjectDescription, context: &mut Context) -> Filter {
     let mut q = Query::new(object, context.diagnostics);
     let filter = match object.plugin.as_str() {
@@ -143,7 +133,7 @@ fn filter(object: &ObjectDescription, context: &mut Context) -> Filter {
             Filter::Signed(SignedFilter::lanczos(lobes as u8))
         }
         _ => {
-            unknown_plugin(object, &FILTERS, context.diagnostics);
+            unknown_plugin(object, context.diagnostics);
             return Filter::Box;
         }
     };

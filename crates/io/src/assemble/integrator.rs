@@ -365,9 +365,7 @@ fn plugin(object: &ObjectDescription, context: &mut Context) -> Option<Kind> {
         return None;
     }
     if known.is_none() {
-        let mut known: Vec<&str> = KNOWN.iter().map(|(name, _)| *name).collect();
-        known.extend(HOLDERS.iter().filter(|name| find(name).is_none()));
-        unknown_plugin(object, &known, context.diagnostics);
+        unknown_plugin(object, context.diagnostics);
     }
     known
 }

@@ -18,8 +18,6 @@ use transport::phase::Phase;
 use transport::scene::MediumId;
 use transport::volume::VolumeTexture;
 
-const KNOWN: [&str; 3] = ["homogeneous", "heterogeneous", "transparent"];
-
 /// The medium that an object describes; the same one for every reference to it.
 pub(super) fn medium(object: &ObjectDescription, context: &mut Context) -> MediumId {
     if let Some(id) = context.known_medium(object.number) {
@@ -50,7 +48,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> (Mediu
             Medium::transparent(name, index)
         }
         _ => {
-            unknown_plugin(object, &KNOWN, context.diagnostics);
+            unknown_plugin(object, context.diagnostics);
             Medium::transparent(name, index)
         }
     };

@@ -10,7 +10,7 @@ use super::sensor::SensorParts;
 use super::tagging;
 use super::transforms::affine;
 use crate::diagnostic::Diagnostic;
-use crate::query::{POSITIVE, Query, unknown_plugin};
+use crate::query::{POSITIVE, Query, misplaced_plugin, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind};
 use eikonal::Aabb;
 use glam::{DAffine3, DVec3};
@@ -128,7 +128,7 @@ fn instrument(
     context: &mut Context,
 ) -> (Option<Instrument>, Samples) {
     if !is_meter(object) {
-        unknown_plugin(object, &["irradiancemeter"], context.diagnostics);
+        misplaced_plugin(object, &["irradiancemeter"], context.diagnostics);
         return (None, Samples::default());
     }
     let mut q = Query::new(object, context.diagnostics);
@@ -198,7 +198,7 @@ fn instrument(
 /// A meter's film has channels, but no pixels; on surfaces, where Mitsuba has such meters, too, they are accepted.
 fn film(object: &ObjectDescription, on_surface: bool, context: &mut Context) {
     if object.plugin != "hdrfilm" {
-        unknown_plugin(object, &["hdrfilm"], context.diagnostics);
+        unknown_plugin(object, context.diagnostics);
         return;
     }
     let shared = context.channels.names();

@@ -10,33 +10,6 @@ use transport::Spectrum;
 use transport::phase::{Phase, PhaseError};
 use transport::volume::VolumeTexture;
 
-const KNOWN: [&str; 8] = [
-    "isotropic",
-    "hg",
-    "vmf",
-    "rayleigh",
-    "tabphase",
-    "mie",
-    "blendphase",
-    "mixturephase",
-];
-
-/// Phase functions that are not modelled, and what to do about it.
-const UNMODELLED: [(&str, &str); 3] = [
-    (
-        "sggx",
-        "flakes are not modelled, as what scatters here has no direction: use 'hg' or 'tabphase'",
-    ),
-    (
-        "microflake",
-        "flakes are not modelled, as what scatters here has no direction: use 'hg' or 'tabphase'",
-    ),
-    (
-        "kkay",
-        "fibres are not modelled, as what scatters here has no direction: use 'hg' or 'tabphase'",
-    ),
-];
-
 /// The phase function that an object describes; isotropic after an error.
 pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Phase {
     let mut query = Query::new(object, context.diagnostics);
@@ -50,20 +23,12 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Phase 
         "blendphase" => return blend(object, context),
         "mixturephase" => return mixture(object, context),
         _ => {
-            unknown(object, context);
+            unknown_plugin(object, context.diagnostics);
             return Phase::isotropic();
         }
     };
     query.finish(&[]);
     accepted(object, phase, context)
-}
-
-fn unknown(object: &ObjectDescription, context: &mut Context) {
-    let known = UNMODELLED.iter().find(|(name, _)| *name == object.plugin);
-    match known {
-        Some((_, message)) => context.error_at(&object.plugin_location, *message),
-        None => unknown_plugin(object, &KNOWN, context.diagnostics),
-    }
 }
 
 fn accepted(

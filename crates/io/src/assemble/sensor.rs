@@ -2,14 +2,15 @@
 
 use super::aperture::{Opening, SHAPES};
 use super::context::Context;
-use super::described::{diffracts, is_meter};
+use super::described::{METERS, diffracts, is_meter};
 use super::film::{self, FilmParts};
 use super::medium;
 use super::sampler::{self, Samples};
 use super::transforms::affine;
 use crate::diagnostic::Diagnostic;
-use crate::query::{POSITIVE, Query, unknown_plugin};
+use crate::query::{POSITIVE, Query, misplaced_plugin};
 use crate::scene::{ObjectDescription, PluginKind, Property};
+use crate::schema;
 use eikonal::Aabb;
 use glam::{DAffine3, DMat3, DVec3};
 use std::ops::{Bound, RangeBounds, RangeInclusive};
@@ -19,14 +20,6 @@ use transport::sensor::{
     ApertureStop, Batch, Orthographic, Perspective, Sensor, Telecentric, ThinLens,
 };
 
-const KNOWN: [&str; 6] = [
-    "perspective",
-    "thinlens",
-    "orthographic",
-    "telecentric",
-    "batch",
-    "radiancemeter",
-];
 /// Samples per pixel, unless a sampler says otherwise.
 const SAMPLES: i64 = 64;
 /// Mitsuba's clipping planes.
@@ -145,7 +138,10 @@ fn view(object: &ObjectDescription, context: &mut Context) -> Option<View> {
 
 /// Reports a plugin that is no camera.
 fn unknown(object: &ObjectDescription, context: &mut Context) -> Option<View> {
-    unknown_plugin(object, &KNOWN, context.diagnostics);
+    let plugins = schema::plugins(PluginKind::Sensor).iter();
+    let names = plugins.map(|plugin| plugin.name);
+    let cameras: Vec<&str> = names.filter(|name| !METERS.contains(name)).collect();
+    misplaced_plugin(object, &cameras, context.diagnostics);
     None
 }
 

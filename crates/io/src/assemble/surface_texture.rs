@@ -19,30 +19,6 @@ use transport::texture::{
 };
 use transport::volume::VolumeTexture;
 
-const KNOWN: [&str; 5] = [
-    "bitmap",
-    "checkerboard",
-    "mesh_attribute",
-    "scale",
-    "volume",
-];
-
-/// Textures that are not modelled, and what to do about it.
-const UNMODELLED: [(&str, &str); 3] = [
-    (
-        "gridtexture",
-        "lines of a grid are not modelled: use a 'bitmap' of one cell, which repeats",
-    ),
-    (
-        "wireframe",
-        "edges of triangles are not modelled: use a 'bitmap'",
-    ),
-    (
-        "curvature",
-        "curvature is not modelled: use a 'mesh_attribute' of the vertices",
-    ),
-];
-
 /// The mesh that is to be covered, with its attributes.
 pub(super) type Vertices = Option<(Arc<Mesh>, Attributes)>;
 
@@ -104,17 +80,9 @@ fn nested(
         "scale" => Some(scaled(asked, object, vertices, context)),
         "volume" => volume(object, role, context),
         _ => {
-            unknown(object, context);
+            unknown_plugin(object, context.diagnostics);
             None
         }
-    }
-}
-
-fn unknown(object: &ObjectDescription, context: &mut Context) {
-    let known = UNMODELLED.iter().find(|(name, _)| *name == object.plugin);
-    match known {
-        Some((_, message)) => context.error_at(&object.plugin_location, *message),
-        None => unknown_plugin(object, &KNOWN, context.diagnostics),
     }
 }
 

@@ -10,7 +10,7 @@ use super::texture_role::Role;
 use super::transforms::affine;
 use super::volume_source::{SOURCE, Source, read};
 use crate::diagnostic::Location;
-use crate::query::{Input, Query, unknown_plugin};
+use crate::query::{Input, Query, misplaced_plugin};
 use crate::scene::{ObjectDescription, SpectrumValue};
 use crate::volume::Volume;
 use eikonal::Shown;
@@ -139,7 +139,7 @@ pub(super) fn sampled(
     context: &mut Context,
 ) -> Option<Sampled> {
     if object.plugin != "gridvolume" {
-        unknown_plugin(object, known, context.diagnostics);
+        misplaced_plugin(object, known, context.diagnostics);
         return None;
     }
     let (volume, source) = read::<f32>(object, context);

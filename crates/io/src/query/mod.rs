@@ -270,8 +270,17 @@ enum Lookup<'a, T> {
     Absent,
 }
 
-/// Reports that an object's `type` is not one of the `known` ones.
-pub fn unknown_plugin(object: &ObjectDescription, known: &[&str], diagnostics: &mut Diagnostics) {
+/// Reports that an object's `type` is none of its kind.
+pub fn unknown_plugin(object: &ObjectDescription, diagnostics: &mut Diagnostics) {
+    let known: Vec<&str> = schema::plugins(object.kind)
+        .iter()
+        .map(|plugin| plugin.name)
+        .collect();
+    misplaced_plugin(object, &known, diagnostics);
+}
+
+/// Reports that an object's `type` is none of those that may be in its place.
+pub fn misplaced_plugin(object: &ObjectDescription, known: &[&str], diagnostics: &mut Diagnostics) {
     let listed = |name: &&str| schema::find(object.kind, name).is_some();
     debug_assert!(
         known.iter().all(listed),

@@ -5,17 +5,6 @@ use super::{Input, Lookup, POSITIVE, Query, unknown_plugin};
 use crate::scene::{PluginKind, SpectrumValue, Value};
 use crate::schema;
 
-/// The plugins that compute a spectrum.
-const KNOWN: [&str; 7] = [
-    "d65",
-    "blackbody",
-    "regular",
-    "irregular",
-    "uniform",
-    "srgb",
-    "rawconstant",
-];
-
 /// After an error.
 const HARMLESS: SpectrumValue = SpectrumValue::Uniform(1.0);
 
@@ -69,7 +58,7 @@ impl<'a> Query<'a, '_> {
     /// What a plugin in the place of a parameter computes, if it is one of spectra: Mitsuba's are textures, too.
     pub(super) fn computed_spectrum(&mut self, name: &str) -> Option<Input<'a>> {
         let object = &self.named_child(name)?.object;
-        let known = KNOWN.contains(&object.plugin.as_str());
+        let known = schema::find(PluginKind::Spectrum, &object.plugin).is_some();
         let is_texture = schema::find(PluginKind::Texture, &object.plugin).is_some();
         match object.kind {
             PluginKind::Texture if known => {}
@@ -80,7 +69,7 @@ impl<'a> Query<'a, '_> {
         if known {
             return Some(self.nested(object, |q| q.computed()));
         }
-        unknown_plugin(object, &KNOWN, self.diagnostics);
+        unknown_plugin(object, self.diagnostics);
         Some(Input::Spectrum(HARMLESS))
     }
 

@@ -155,14 +155,28 @@ const MEASURED: &str = "tables of measured reflectances are not read: fit a 'pri
 const ELLIPSOIDS: &str =
     "Gaussian splats are not read: media take their extinction from a 'gridvolume'";
 
-/// Plugins of Mitsuba that morgana does not have, each with advice on substitutes.
+/// Advice on phase functions of oriented flakes.
+const FLAKES: &str =
+    "flakes are not modelled, because scatterers have no direction: use 'hg' or 'tabphase'";
+
+/// Plugins of Mitsuba, of this version or earlier ones, that morgana does not have, each with advice on substitutes.
 const ABSENT: &[(PluginKind, &str, &str)] = &[
     (PluginKind::Bsdf, "measured", MEASURED),
     (PluginKind::Bsdf, "measured_polarized", MEASURED),
     (
         PluginKind::Bsdf,
         "hair",
-        "use 'roughplastic' or 'principled' on curves",
+        "hairs are not modelled: use 'roughplastic', or 'principled' with spec_trans, on curves",
+    ),
+    (
+        PluginKind::Bsdf,
+        "hk",
+        "a thin scattering layer is a medium here: give a thin shape the bsdf 'null', or 'dielectric', and an interior",
+    ),
+    (
+        PluginKind::Bsdf,
+        "irawan",
+        "woven cloth is not modelled: use 'roughdiffuse', or 'principled' with sheen",
     ),
     (
         PluginKind::Emitter,
@@ -189,10 +203,12 @@ const ABSENT: &[(PluginKind, &str, &str)] = &[
     (PluginKind::Integrator, "prbvolpath", DERIVATIVES),
     (PluginKind::Integrator, "prb_projective", DERIVATIVES),
     (PluginKind::Integrator, "direct_projective", DERIVATIVES),
+    (PluginKind::Phase, "sggx", FLAKES),
+    (PluginKind::Phase, "microflake", FLAKES),
     (
         PluginKind::Phase,
-        "sggx",
-        "media of oriented flakes are not available: use 'hg' or 'tabphase'",
+        "kkay",
+        "fibres are not modelled, because scatterers have no direction: use 'hg' or 'tabphase'",
     ),
     (
         PluginKind::Sensor,
@@ -201,6 +217,21 @@ const ABSENT: &[(PluginKind, &str, &str)] = &[
     ),
     (PluginKind::Shape, "ellipsoids", ELLIPSOIDS),
     (PluginKind::Shape, "ellipsoidsmesh", ELLIPSOIDS),
+    (
+        PluginKind::Texture,
+        "gridtexture",
+        "lines of a grid are not modelled: use a 'bitmap' of one cell, which repeats",
+    ),
+    (
+        PluginKind::Texture,
+        "wireframe",
+        "edges of triangles are not modelled: use a 'bitmap'",
+    ),
+    (
+        PluginKind::Texture,
+        "curvature",
+        "curvature is not modelled: use a 'mesh_attribute' of the vertices",
+    ),
 ];
 
 /// Returns advice on a plugin that Mitsuba has and morgana does not: which plugins to use in its place.

@@ -319,7 +319,7 @@ fn mistakes_have_places_and_help() {
         &integrator("metropolis", ""),
         None,
         &[
-            "known types: auto, path, volpath, volpathmis, direct, particle, ptracer, bdpt, vcm, aov, photon, sppm, moment, stokes, tagged\n",
+            "known types: auto, path, volpath, volpathmis, direct, particle, ptracer, bdpt, vcm, aov, moment, stokes, tagged, photon, sppm\n",
         ],
     );
     refused(

@@ -2,7 +2,7 @@
 
 use crate::common::{child, object, read};
 use glam::{DMat4, DVec3};
-use morgana_io::query::{Input, POSITIVE, unknown_plugin};
+use morgana_io::query::{Input, POSITIVE, misplaced_plugin};
 use morgana_io::{Diagnostics, FileRegistry, PluginKind, Query, Severity, SpectrumValue, xml};
 
 /// Asks an object and returns the messages as `line:column severity message | help`.
@@ -237,8 +237,8 @@ fn a_volume_or_a_spectrum() {
 fn unknown_plugins_get_a_suggestion() {
     let object = object("<shape type='spere'/>");
     let mut diagnostics = Diagnostics::new();
-    unknown_plugin(&object, &["cube", "sphere"], &mut diagnostics);
-    unknown_plugin(&object, &["obj", "ply"], &mut diagnostics);
+    misplaced_plugin(&object, &["cube", "sphere"], &mut diagnostics);
+    misplaced_plugin(&object, &["obj", "ply"], &mut diagnostics);
     let found: Vec<_> = diagnostics.iter().collect();
     assert_eq!(found[0].message, "unknown shape type 'spere'");
     let help = "did you mean 'sphere'? known types: cube, sphere";

@@ -1,7 +1,7 @@
 //! What typical mistakes look like on a terminal.
 
 use morgana_io::diagnostic::Style;
-use morgana_io::query::{POSITIVE, unknown_plugin};
+use morgana_io::query::{POSITIVE, misplaced_plugin};
 use morgana_io::{
     Diagnostic, Diagnostics, ObjectDescription, PluginKind, Query, SpectrumValue, xml,
 };
@@ -27,7 +27,7 @@ fn ask(object: &ObjectDescription, diagnostics: &mut Diagnostics) {
             query.child(PluginKind::Phase);
             query.finish(&[]);
         }
-        _ => unknown_plugin(object, &["homogeneous", "heterogeneous"], diagnostics),
+        _ => misplaced_plugin(object, &["homogeneous", "heterogeneous"], diagnostics),
     }
 }
 

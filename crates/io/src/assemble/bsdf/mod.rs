@@ -24,35 +24,6 @@ use transport::bsdf::{
 };
 use transport::texture::Texture;
 
-const KNOWN: [&str; 26] = [
-    "null",
-    "diffuse",
-    "dielectric",
-    "roughdielectric",
-    "thindielectric",
-    "conductor",
-    "roughconductor",
-    "plastic",
-    "roughplastic",
-    "pplastic",
-    "principled",
-    "principledthin",
-    "polarizer",
-    "retarder",
-    "circular",
-    "roughdiffuse",
-    "phong",
-    "ward",
-    "coating",
-    "roughcoating",
-    "blendbsdf",
-    "mixturebsdf",
-    "mask",
-    "twosided",
-    "bumpmap",
-    "normalmap",
-];
-
 /// A surface's scattering, and what it says of the indices on its sides.
 pub(super) struct Surface {
     pub bsdf: Bsdf,
@@ -93,7 +64,7 @@ pub(super) fn build(
             make(raw, object, vertices, context)
         }
         None => {
-            unknown(object, context);
+            unknown_plugin(object, context.diagnostics);
             None
         }
     };
@@ -179,38 +150,6 @@ pub(super) fn default(emits: bool) -> Bsdf {
 /// The bsdf of a shape, if it names one.
 pub(super) fn of_shape(shape: &mut Query) -> Option<Arc<ObjectDescription>> {
     shape.child(PluginKind::Bsdf).cloned()
-}
-
-/// Bsdfs that are not modelled, and what to do about it.
-const UNMODELLED: [(&str, &str); 5] = [
-    (
-        "hk",
-        "a thin scattering layer is a medium here: give a thin shape the bsdf 'null', or 'dielectric', and an interior",
-    ),
-    (
-        "irawan",
-        "woven cloth is not modelled: use 'roughdiffuse', or 'principled' with sheen",
-    ),
-    (
-        "measured",
-        "measured reflectances are not read: fit 'roughconductor' or 'principled' to them",
-    ),
-    (
-        "measured_polarized",
-        "measured reflectances are not read: fit 'roughconductor' or 'principled' to them",
-    ),
-    (
-        "hair",
-        "hairs are not modelled: use 'roughplastic', or 'principled' with spec_trans",
-    ),
-];
-
-fn unknown(object: &ObjectDescription, context: &mut Context) {
-    let known = UNMODELLED.iter().find(|(name, _)| *name == object.plugin);
-    match known {
-        Some((_, message)) => context.error_at(&object.plugin_location, *message),
-        None => unknown_plugin(object, &KNOWN, context.diagnostics),
-    }
 }
 
 /// Parameters as written, before they are turned into channels.

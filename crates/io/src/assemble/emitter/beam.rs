@@ -4,7 +4,7 @@ use super::super::context::Context;
 use super::super::surface_texture::screen;
 use super::super::transforms::{axis, pose};
 use super::{check_medium, light};
-use crate::query::{POSITIVE, Query, unknown_plugin};
+use crate::query::{POSITIVE, Query, misplaced_plugin};
 use crate::scene::{ObjectDescription, PluginKind};
 use eikonal::{Aabb, Shown};
 use glam::DVec3;
@@ -175,7 +175,7 @@ impl Across {
                 image: Some(image),
             } => {
                 if image.plugin != "bitmap" {
-                    unknown_plugin(image, &["bitmap"], context.diagnostics);
+                    misplaced_plugin(image, &["bitmap"], context.diagnostics);
                     return None;
                 }
                 let slide = screen(image, context)?;

@@ -9,7 +9,7 @@ use super::light;
 use crate::diagnostic::shown;
 use crate::ies;
 use crate::image::RgbImage;
-use crate::query::{Input, Query, unknown_plugin};
+use crate::query::{Input, Query, misplaced_plugin};
 use crate::scene::{ObjectDescription, SpectrumValue};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -83,7 +83,7 @@ pub(super) fn projector(object: &ObjectDescription, context: &mut Context) -> Op
         },
         Input::Object(image) if image.plugin == "bitmap" => screen(image, context)?,
         Input::Object(image) => {
-            unknown_plugin(image, &["bitmap"], context.diagnostics);
+            misplaced_plugin(image, &["bitmap"], context.diagnostics);
             return None;
         }
     };

@@ -12,28 +12,13 @@ use super::context::Context;
 use super::medium;
 use super::surface_texture::{Role, Vertices, texture};
 use super::transforms::axis;
-use crate::query::{Input, Query, unknown_plugin};
+use crate::query::{Input, Query, misplaced_plugin, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 use transport::emitter::{Emitter, Environment, TexturedArea};
 use transport::scene::Parts;
 use transport::shape::Shape;
-
-const KNOWN: [&str; 12] = [
-    "point",
-    "spot",
-    "projector",
-    "ies",
-    "directional",
-    "constant",
-    "envmap",
-    "sunsky",
-    "collimated",
-    "fiber",
-    "volumelight",
-    "area",
-];
 
 /// Adds an emitter of the scene.
 pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
@@ -65,7 +50,7 @@ pub(super) fn add_area(
     context: &mut Context,
 ) -> Option<usize> {
     if object.plugin != "area" {
-        unknown_plugin(object, &["area"], context.diagnostics);
+        misplaced_plugin(object, &["area"], context.diagnostics);
         return None;
     }
     let mut query = Query::new(object, context.diagnostics);
@@ -172,7 +157,7 @@ fn build(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
             Emitter::Environment(Environment::Constant(radiance))
         }
         _ => {
-            unknown_plugin(object, &KNOWN, context.diagnostics);
+            unknown_plugin(object, context.diagnostics);
             return None;
         }
     };

@@ -21,8 +21,9 @@ use super::context::Context;
 use super::described::DISPERSION_LAWS;
 use super::reach::{Placed, Quantity};
 use super::transforms::affine;
-use crate::query::{INDEX, POSITIVE, Query, unknown_plugin};
+use crate::query::{INDEX, POSITIVE, Query, misplaced_plugin};
 use crate::scene::{ObjectDescription, PluginKind};
+use crate::schema;
 use eikonal::Field;
 use eikonal::field::{
     Affine, Constant, FieldError, Fisheye, Gaussian, LinearIndex, LinearSquare, Luneburg, Selfoc,
@@ -30,26 +31,8 @@ use eikonal::field::{
 };
 use glam::{DAffine3, DVec3};
 
-const KNOWN: [&str; 18] = [
-    "constant",
-    "linear",
-    "linear_square",
-    "luneburg",
-    "selfoc",
-    "fisheye",
-    "gaussian",
-    "acoustic",
-    "expression",
-    "profile",
-    "standard_atmosphere",
-    "bspline",
-    "gladstone_dale",
-    "pressure",
-    "transducer",
-    "sum",
-    "cauchy",
-    "sellmeier",
-];
+/// Volumes that are no index by themselves.
+const NO_INDEX: [&str; 3] = ["mode", "gridvolume", "constvolume"];
 
 /// The index that an object has under a name, a number or a nested volume; `None` without one, or after an error.
 pub(super) fn named(
@@ -105,7 +88,10 @@ fn built(object: &ObjectDescription, context: &mut Context) -> Option<Field> {
         _ => match analytic(object, &mut query) {
             Some(field) => Some(field),
             None => {
-                unknown_plugin(object, &KNOWN, context.diagnostics);
+                let plugins = schema::plugins(object.kind).iter();
+                let names = plugins.map(|plugin| plugin.name);
+                let known: Vec<&str> = names.filter(|name| !NO_INDEX.contains(name)).collect();
+                misplaced_plugin(object, &known, context.diagnostics);
                 return None;
             }
         },

@@ -14,6 +14,7 @@ use super::{bsdf, emitter, medium};
 use crate::diagnostic::Diagnostic;
 use crate::query::{POSITIVE, Query, unknown_plugin};
 use crate::scene::{FileRegistry, ObjectDescription, ObjectId, PluginKind, descendants};
+use crate::schema;
 use glam::{DAffine3, DVec3};
 pub(super) use instance::fit;
 use mesh::mesh;
@@ -21,27 +22,6 @@ use std::collections::HashMap;
 use transport::bsdf::Bsdf;
 use transport::meter::MeterSurface;
 use transport::shape::{Cube, Cylinder, Disk, Rectangle, Shape, ShapeError, Sphere};
-
-const KNOWN: [&str; 18] = [
-    "sphere",
-    "cube",
-    "rectangle",
-    "disk",
-    "cylinder",
-    "obj",
-    "ply",
-    "mesh",
-    "serialized",
-    "gltf",
-    "bsplinecurve",
-    "linearcurve",
-    "hair",
-    "sdfgrid",
-    "labels",
-    "merge",
-    "shapegroup",
-    "instance",
-];
 
 /// Adds a shape of the scene.
 pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
@@ -108,8 +88,8 @@ fn add_at(object: &ObjectDescription, place: Option<DAffine3>, context: &mut Con
     {
         return leave_out(object, context);
     }
-    if geometry.is_none() && !KNOWN.contains(&object.plugin.as_str()) {
-        unknown(object, context);
+    if geometry.is_none() && schema::find(PluginKind::Shape, &object.plugin).is_none() {
+        unknown_plugin(object, context.diagnostics);
     }
     let vertices = match &geometry {
         Some(Ok((Shape::Mesh(mesh), colours))) => Some((mesh.clone(), colours.clone())),
@@ -190,17 +170,6 @@ fn warn_without_uvs(
     context
         .diagnostics
         .push(Diagnostic::warning(message).help(help).at(&object.location));
-}
-
-fn unknown(object: &ObjectDescription, context: &mut Context) {
-    match object.plugin.as_str() {
-        "ellipsoids" | "ellipsoidsmesh" => {
-            let message = "clouds of ellipsoids are for integrators of volumetric primitives, which there are none of: \
-                           use spheres";
-            context.error_at(&object.plugin_location, message);
-        }
-        _ => unknown_plugin(object, &KNOWN, context.diagnostics),
-    }
 }
 
 fn push(

@@ -97,6 +97,6 @@ fn merged_shapes_are_those_that_it_holds() {
 fn ellipsoids_are_refused() {
     refused(
         "<shape type='ellipsoids'><string name='filename' value='a.ply'/></shape>",
-        &["clouds of ellipsoids"],
+        &["Gaussian splats are not read"],
     );
 }
