@@ -71,6 +71,7 @@ use crate::shape::Site;
 use crate::spectrum::Spectrum;
 use error::{check_eta, check_index, factor};
 use glam::DVec3;
+use std::slice;
 
 /// A direction drawn from a BSDF.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -264,18 +265,31 @@ impl Bsdf {
         }
     }
 
+    /// The bsdfs of which it is made; none unless it is a mask, a normal map, a coating, a blend or two-sided.
+    pub fn children(&self) -> &[Bsdf] {
+        match self {
+            Bsdf::Mask(b) => slice::from_ref(b.nested()),
+            Bsdf::NormalMap(b) => slice::from_ref(b.nested()),
+            Bsdf::Coating(b) => slice::from_ref(b.nested()),
+            Bsdf::Blend(b) => b.pair(),
+            Bsdf::TwoSided(b) => b.sides(),
+            _ => &[],
+        }
+    }
+
+    /// True if a fact holds of one of its children.
+    fn has_child(&self, fact: impl Fn(&Bsdf) -> bool) -> bool {
+        self.children().iter().any(fact)
+    }
+
     /// Whether every event is a delta. Others may have some, too: a rough dielectric where its two indices
     /// match, the coat of plastic. Go by [`BsdfSample::delta`] there.
     pub fn is_delta(&self) -> bool {
         match self {
             Bsdf::Null | Bsdf::Dielectric(_) | Bsdf::Conductor(_) | Bsdf::ThinDielectric(_) => true,
             Bsdf::Filter(_) => true,
-            Bsdf::Mask(b) => b.nested().is_delta(),
-            Bsdf::NormalMap(b) => b.nested().is_delta(),
-            Bsdf::Coating(b) => b.is_smooth() && b.nested().is_delta(),
-            Bsdf::Blend(b) => b.pair().iter().all(Bsdf::is_delta),
-            Bsdf::TwoSided(b) => b.sides().iter().all(Bsdf::is_delta),
-            _ => false,
+            Bsdf::Coating(b) if !b.is_smooth() => false,
+            _ => !self.children().is_empty() && self.children().iter().all(Bsdf::is_delta),
         }
     }
 
@@ -283,12 +297,8 @@ impl Bsdf {
     pub fn is_mirror(&self) -> bool {
         match self {
             Bsdf::Conductor(_) | Bsdf::Plastic(_) | Bsdf::ThinDielectric(_) => true,
-            Bsdf::Mask(b) => b.nested().is_mirror(),
-            Bsdf::NormalMap(b) => b.nested().is_mirror(),
-            Bsdf::Coating(b) => b.is_smooth() || b.nested().is_mirror(),
-            Bsdf::Blend(b) => b.pair().iter().any(Bsdf::is_mirror),
-            Bsdf::TwoSided(b) => b.sides().iter().any(Bsdf::is_mirror),
-            _ => false,
+            Bsdf::Coating(b) if b.is_smooth() => true,
+            _ => self.has_child(Bsdf::is_mirror),
         }
     }
 
@@ -302,24 +312,13 @@ impl Bsdf {
             Bsdf::GlossyDiffuse(b) => b.is_anisotropic(),
             Bsdf::Principled(b) => b.is_anisotropic(),
             Bsdf::PrincipledThin(b) => b.is_anisotropic(),
-            Bsdf::Mask(b) => b.nested().uses_tangents(),
-            Bsdf::Coating(b) => b.nested().uses_tangents(),
-            Bsdf::Blend(b) => b.pair().iter().any(Bsdf::uses_tangents),
-            Bsdf::TwoSided(b) => b.sides().iter().any(Bsdf::uses_tangents),
-            _ => false,
+            _ => self.has_child(Bsdf::uses_tangents),
         }
     }
 
     /// Whether it, or a part of it, scatters by normals of its own.
     pub(crate) fn turns_normals(&self) -> bool {
-        match self {
-            Bsdf::NormalMap(_) => true,
-            Bsdf::Mask(b) => b.nested().turns_normals(),
-            Bsdf::Coating(b) => b.nested().turns_normals(),
-            Bsdf::Blend(b) => b.pair().iter().any(Bsdf::turns_normals),
-            Bsdf::TwoSided(b) => b.sides().iter().any(Bsdf::turns_normals),
-            _ => false,
-        }
+        matches!(self, Bsdf::NormalMap(_)) || self.has_child(Bsdf::turns_normals)
     }
 
     /// Whether light passes it by the geometry of the surface alone: connections through smooth interfaces are about that.

@@ -12,20 +12,14 @@ impl Bsdf {
     pub fn polarizes_by_channel(&self) -> bool {
         match self {
             Bsdf::Conductor(_) | Bsdf::RoughConductor(_) => true,
-            Bsdf::Mask(b) => b.nested().polarizes_by_channel(),
-            Bsdf::NormalMap(b) => b.nested().polarizes_by_channel(),
-            Bsdf::TwoSided(b) => b.sides().iter().any(Bsdf::polarizes_by_channel),
-            _ => false,
+            Bsdf::Coating(_) | Bsdf::Blend(_) => false,
+            _ => self.has_child(Bsdf::polarizes_by_channel),
         }
     }
 
     /// Whether it holds a thin pane of whose light only a part passes straight on by the pane's matrix.
     pub fn holds_pane(&self) -> bool {
-        match self {
-            Bsdf::Mask(b) => b.nested().is_pane() || b.nested().holds_pane(),
-            Bsdf::NormalMap(b) => b.nested().is_pane() || b.nested().holds_pane(),
-            _ => false,
-        }
+        self.has_child(|child| child.is_pane() || child.holds_pane())
     }
 
     fn is_pane(&self) -> bool {
@@ -42,9 +36,9 @@ impl Bsdf {
             | Bsdf::Conductor(_)
             | Bsdf::RoughConductor(_)
             | Bsdf::Filter(_) => false,
-            Bsdf::Mask(b) => b.nested().depolarizes(),
-            Bsdf::NormalMap(b) => b.nested().depolarizes(),
-            Bsdf::TwoSided(b) => b.sides().iter().any(Bsdf::depolarizes),
+            Bsdf::Mask(_) | Bsdf::NormalMap(_) | Bsdf::TwoSided(_) => {
+                self.has_child(Bsdf::depolarizes)
+            }
             _ => true,
         }
     }
