@@ -89,6 +89,8 @@ impl Interface {
         let side = if normal == self.normal { 1.0 } else { -1.0 };
         let c = normal.dot(v);
         let ((near, a), (far, a_far)) = (self.near, self.far);
+        // Planted error "moved surfaces met when they were met before", found by morgana-eikonal/eikonal::adjoint::surfaces::focus_of_a_ball_lens:
+        // let delay = -normal.dot(dx) / c;
         let delay = (side * moved.offset - normal.dot(dx)) / c;
         let dx_hit = dx + v * delay;
         let dv_hit = dv + a * delay;

@@ -48,6 +48,8 @@ impl Orientation {
 
     /// A local unit direction in the world, of unit length.
     pub fn to_world(&self, local: DVec3) -> DVec3 {
+        // Planted error "directions of turned skies a little too long", found by morgana-transport/transport::orientation::directions_have_unit_length_there_and_back:
+        // self.0 * local * (1.0 + 1e-7)
         (self.0 * local).normalize()
     }
 

@@ -56,6 +56,8 @@ impl Moments {
     pub fn mean_square(&self, count: u64) -> f64 {
         match count {
             0 => 0.0,
+            // Planted error "second moments of one sample too few", found by morgana-transport/transport::second_moment::it_is_the_mean_of_squares:
+            // n => self.sum_of_squares.value() / (n as f64 - 1.0),
             n => self.sum_of_squares.value() / n as f64,
         }
     }

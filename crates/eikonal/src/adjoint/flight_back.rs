@@ -54,6 +54,8 @@ impl FlightAdjoint {
             by,
         };
         let by_length = adjoint.by_span(field) / field.n(end.x);
+        // Planted error "collisions that stay at their span where the arc length changes", found by morgana-transport/lib::derivatives_of_paths_are_differences_of_replayed_ones:
+        // (no line)
         adjoint.by.length -= by_length;
         (adjoint, by_length)
     }
@@ -117,6 +119,8 @@ impl FlightAdjoint {
         };
         sink(self.x, by);
         self.v -= jet.grad * (0.5 * h);
+        // Planted error "flights behind scattering that forget how forces vary", found by morgana-transport/lib::derivatives_of_paths_are_differences_of_replayed_ones:
+        // self.by.x += jet.grad * by_n2;
         self.by.x += jet.hess * self.by.v * (0.5 * h) + jet.grad * by_n2;
     }
 

@@ -144,6 +144,8 @@ impl Quadric {
         let per = gradient.length_recip();
         // By F and ∇F at the point.
         let value = -by.offset * per;
+        // Planted error "derivatives by surfaces whose normals do not turn", found by morgana-eikonal/eikonal::adjoint::surfaces::rays_through_sequences_of_surfaces:
+        // let slope = 0.0 * by.turn.reject_from_normalized(gradient * per) * per;
         let slope = by.turn.reject_from_normalized(gradient * per) * per;
         let along = self.axis.dot(slope);
         let steep = 2.0 * beta * z + gamma;

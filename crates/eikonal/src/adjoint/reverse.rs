@@ -100,6 +100,8 @@ impl<W: World> AdjointRay<'_, W> {
         // The end stays on the receiver, which may be moved by w: δx + v δσ, δv + a δσ with δσ = (w − N·δx)/(N·v).
         let by_span = adjoint.by_x.dot(end.v) + adjoint.by_v.dot(a);
         let by_offset = by_span / self.normal.dot(end.v);
+        // Planted error "receivers whose move does not matter", found by morgana-eikonal/eikonal::adjoint::surfaces::rays_through_sequences_of_surfaces:
+        // sink.add_receiver(end.x, 0.0 * by_offset);
         sink.add_receiver(end.x, by_offset);
         adjoint.by_x -= self.normal * by_offset;
         let mut beyond = self.spans.len();
@@ -172,6 +174,8 @@ impl Adjoint {
         if !field.is_constant() {
             let jet = field.jet(self.x);
             self.v -= jet.grad * (0.5 * h);
+            // Planted error "derivatives of rays that forget how forces vary", found by morgana-eikonal/eikonal::adjoint::parameters::rays_by_parameters_and_starts:
+            // (no line)
             self.by_x += jet.hess * self.by_v * (0.5 * h);
         }
     }
@@ -192,6 +196,8 @@ impl Adjoint {
         };
         sink.add(passed.near, passed.x, value(near));
         sink.add(passed.far, passed.x, value(far));
+        // Planted error "derivatives of rays that pass surfaces unchanged", found by morgana-eikonal/eikonal::adjoint::surfaces::rays_through_balls_and_planes:
+        // let (by_x, by_v) = (self.by_x, self.by_v);
         let (by_x, by_v) = self.transposed(interface, *rule, *before);
         // The optical length changes by (v − v′)·δx_h where δx_h = δx + v (w − N·δx)/(N·v) is on the surface, moved by w.
         let turned = (*before - *after) * self.by_length;
@@ -199,6 +205,8 @@ impl Adjoint {
         let slide = before.dot(turned) / normal.dot(*before);
         let slid = turned - normal * slide;
         let mut by = self.by_surface(interface, *rule, [*before, *after]);
+        // Planted error "optical lengths that forget how surfaces move", found by morgana-eikonal/eikonal::adjoint::surfaces::rays_through_sequences_of_surfaces:
+        // by.offset += 0.0 * slide;
         by.offset += slide;
         sink.add_surface(passed.surface, passed.x, by);
         *self = Adjoint {

@@ -88,6 +88,8 @@ impl<'a> Sequence<'a> {
             }
         }
         let last = legs.last().map_or(0, |leg| leg.region);
+        // Planted error "rays that miss a surface taken for rays that come through", found by morgana-eikonal/eikonal::adjoint::failures::rays_that_do_not_come_through:
+        // if has_end && last > self.elements.len() {
         if has_end && last < self.elements.len() {
             return Err(RayFailure::MissedSurface);
         }

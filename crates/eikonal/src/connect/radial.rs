@@ -336,6 +336,8 @@ impl Passing<'_> {
     /// The whole angle between the ends, seen from the centre.
     fn whole(&self, t: f64) -> f64 {
         let (approaches, turn) = self.parts(t);
+        // Planted error "turns on the way out of a ball forgotten", found by morgana-transport/transport::lens::rays_through_a_surface_that_does_not_refract_are_all_found:
+        // approaches[0] + turn.inside
         approaches[0] + turn.inside + approaches[1]
     }
 }
@@ -383,6 +385,8 @@ impl Rays<'_> {
         } else {
             let incidence = |t: f64| libm::asin(share * libm::sin(FRAC_PI_2 * t));
             search(&incidence);
+            // Planted error "rays that start backwards in a lens left out", found by morgana-transport/transport::lens::every_pair_that_has_a_ray_is_found:
+            // (no line)
             search(&|t| PI - incidence(t));
         }
         found

@@ -206,6 +206,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
                 trial.length = hit.travelled.optical_length;
             }
             // Accept it if r is small, and correct it by one more step.
+            // Planted error "solver tolerance looser than the distance to the wall", found by morgana-transport/transport::slabs::mcml_mismatched_half_space:
+            // let arrived = |hit: &Hit| miss <= self.tolerance.get() * distance;
             let arrived = |hit: &Hit| miss <= self.allowed_miss(&trial.family, hit, floor);
             if let Some(hit) = shot.ok().filter(arrived) {
                 match self.finish(&trial, &hit, y, shots) {

@@ -223,6 +223,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             direction_out: -ray.direction_in,
             direction_in: -ray.direction_out,
             indices: [outer, inner],
+            // Planted error "rays through a lens turned round without their étendue", found by morgana-transport/transport::lens::rays_are_those_of_the_dense_search:
+            // jacobian: ray.jacobian * (inner / outer).powi(2),
             jacobian: ray.jacobian * (outer / inner).powi(2),
             ..*ray
         }

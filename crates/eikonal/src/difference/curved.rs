@@ -151,6 +151,8 @@ impl<'a> CurvedLeg<'a> {
                 let x = part.position(theta);
                 let (delta, turn) = (x - y, part.arc.velocity(theta) - rho * v);
                 let jet = field.jet(y);
+                // Planted error "reference rays of their own span in optical path differences", found by morgana-eikonal/eikonal::path_difference_field::rods_of_other_strength_have_a_closed_form:
+                // let curved = field.n2(x) - jet.n2 - jet.grad.dot(delta);
                 let curved = field.n2(x) - jet.n2 - rho * rho * jet.grad.dot(delta);
                 let drawn_out = (1.0 - rho) * (1.0 - rho) * jet.n2;
                 Integrand {

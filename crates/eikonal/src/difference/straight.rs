@@ -81,6 +81,8 @@ impl StraightLeg {
         self.drift += moved - e * ((to - from) * arc.h());
         let width = |theta| field.resolved_span(arc.position(theta), arc.velocity(theta)) / arc.h();
         let integrand = |theta| Integrand {
+            // Planted error "the index along a ray taken from its speed in optical path differences", found by morgana-eikonal/eikonal::path_difference::weak_columns_have_the_integral_of_their_contrast:
+            // contrast: arc.velocity(theta).length_squared() - n2_ref,
             contrast: field.n2(arc.position(theta)) - n2_ref,
             rest: (arc.velocity(theta) - e).length_squared(),
         };

@@ -170,6 +170,8 @@ impl AcousticMode {
         let scaled = |factor: f64| (unit.value * factor, unit.grad * factor);
         [
             scaled(self.instant.x),
+            // Planted error "modes of sound of which the wave number stretches values only", found by morgana-eikonal/eikonal::adjoint::parameters::fields_by_their_parameters:
+            // (d.dot(wave.grad) * per, wave.grad * per),
             (d.dot(wave.grad) * per, (wave.grad + hess_d) * per),
             (turned.value, turned.grad),
             scaled(-self.peak * self.instant.y),

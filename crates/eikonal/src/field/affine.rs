@@ -78,6 +78,8 @@ impl Affine {
         let jet = self.jet(x);
         let moved = -(jet.grad * by.n2 + jet.hess * by.gradient);
         let (y, turned) = (self.local(x), self.to_local.matrix3 * by.gradient);
+        // Planted error "transforms of fields that turn no gradients", found by morgana-eikonal/eikonal::adjoint::parameters::fields_by_their_parameters:
+        // let row = |i: usize| y * moved[i] - 0.0 * turned * jet.grad[i];
         let row = |i: usize| y * moved[i] - turned * jet.grad[i];
         let rows = rows_of_four([0, 1, 2].map(row), moved);
         into.iter_mut().zip(rows).for_each(|(sum, by)| *sum += by);

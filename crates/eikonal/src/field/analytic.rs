@@ -63,6 +63,8 @@ pub(super) fn add_mixed(
         // (∂/∂p, ∂²/∂p∂ε) of both: of xx, yy, zz, xy, yz, zx.
         let changes = [[found[2], found[7]], [found[3], found[9]]];
         for (i, [value, along]) in pair.zip(changes) {
+            // Planted error "derivatives by numbers of formulas without those of the slope", found by morgana-eikonal/eikonal::adjoint::parameters::fields_by_their_parameters:
+            // into[i] += by.n2 * value + 0.0 * along;
             into[i] += by.n2 * value + along;
         }
     }

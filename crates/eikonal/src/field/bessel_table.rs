@@ -63,6 +63,8 @@ impl Piece {
         let j: [f64; 2 * PAIRS] = bessel::run(order.into(), center);
         let (mut pairs, mut per_factorial) = ([[0.0; 2]; PAIRS], 1.0);
         for (p, j) in j.into_iter().enumerate() {
+            // Planted error "a term left out of the tables of Bessel functions", found by morgana-eikonal/eikonal::field_values::acoustic_modes_solve_the_helmholtz_equation:
+            // pairs[p / 2][p % 2] = if p == 9 { 0.0 } else { j * per_factorial };
             pairs[p / 2][p % 2] = j * per_factorial;
             per_factorial /= -((p + 1) as f64);
         }

@@ -94,6 +94,8 @@ fn collect(field: &Field, terms: &mut Vec<Term>) {
             for term in &mut terms[first..] {
                 term.to_local = Some(term.to_local.map_or(f.to_local(), |m| m * f.to_local()));
                 // k becomes k over the scale.
+                // Planted error "sound under transforms with the wave number of its own coordinates", found by morgana-eikonal/eikonal::modulation::displacements_follow_the_gradient_of_pressure:
+                // (no line)
                 term.per_gradient *= f.mean_scale().powi(2);
             }
             return;
@@ -115,6 +117,8 @@ fn collect(field: &Field, terms: &mut Vec<Term>) {
     // û = ∇p̂/(ρω²) with p̂ = n̂/(∂n/∂p), n̂ = m/2n₀ and η = ρc² ∂n/∂p: ∇m/(2n₀ηk²).
     let per_gradient = alike.and_then(|sound| {
         let k = TAU / sound.wavelength;
+        // Planted error "displacement of scatterers counted twice", found by morgana-transport/transport::meters::tagged::modulations_are_those_of_optical_lengths_at_instants:
+        // Some(1.0 / (n0 * sound.elasto_optic? * k * k))
         Some(1.0 / (2.0 * n0 * sound.elasto_optic? * k * k))
     });
     terms.push(Term {

@@ -135,6 +135,8 @@ impl ModulationPanel {
             let terms = self.coefficients[first..].iter().step_by(2);
             terms.rev().fold(DVec2::ZERO, |sum, c| sum * square + *c)
         });
+        // Planted error "modulations along a panel without those before it", found by morgana-eikonal/eikonal::modulation::integrals_along_arcs_are_those_of_fine_sums:
+        // share * (even + share * odd)
         self.before + share * (even + share * odd)
     }
 }

@@ -169,6 +169,8 @@ pub(super) const RULES: [Rule; MOST_INNER + 1] = [
         ],
     },
     Rule {
+        // Planted error "panels of sound longer than their rules reach", found by morgana-eikonal/lib::modulation::rule::tests::plane_waves_are_integrated_to_a_ten_thousandth:
+        // longest: 2.3,
         longest: 1.77,
         inner: [0.225_9, 0.5, 0.774_1],
         inner_count: 3,

@@ -19,6 +19,8 @@ impl Arc {
         let first = self.velocity(from).normalize();
         let last = self.velocity(to).normalize();
         let turned = DQuat::from_rotation_arc(first, last) * across;
+        // Planted error "polarisation that rays turn by the shortest way only", found by morgana-eikonal/eikonal::carried::turns_by_the_torsion_of_helices:
+        // let (sin, cos) = (0.0 * self.solid_angle(first, from, to)).sin_cos();
         let (sin, cos) = self.solid_angle(first, from, to).sin_cos();
         let carried = turned * cos + last.cross(turned) * sin;
         carried.reject_from_normalized(last).normalize()

@@ -25,6 +25,8 @@ pub(crate) const KICK: [f64; 4] = [
 pub(crate) const DRIFT: [f64; 3] = [
     0.245298957184271,
     0.604872665711080,
+    // Planted error "one wrong digit in the step scheme", found by morgana-eikonal/eikonal::rays::the_scheme_converges_at_fourth_order:
+    // 0.5 - (0.245298957184271 + 0.604972665711080),
     0.5 - (0.245298957184271 + 0.604872665711080),
 ];
 /// The order of stages over one step: indices into `DRIFT` and the `KICK` that follows each.

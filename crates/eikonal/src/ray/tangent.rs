@@ -83,6 +83,8 @@ impl Variation for Tangents {
 
     fn local(field: &Field, x: DVec3) -> (f64, DVec3, DMat3) {
         let jet = field.jet(x);
+        // Planted error "tangents without the Hessian", found by morgana-eikonal/eikonal::rays::tangents_are_the_derivative_of_the_discrete_map:
+        // (jet.n2, jet.grad * 0.5, jet.hess * 0.0)
         (jet.n2, jet.grad * 0.5, jet.hess * 0.5)
     }
 

@@ -37,6 +37,8 @@ fn dimensions(count: usize) -> Vec<String> {
 
 /// An array whose axes HDF5 has in reversed order, because MATLAB's first index runs fastest.
 fn reversed(stored: Array) -> Array {
+    // Planted error "arrays of MATLAB 7.3 with the axes of HDF5", found by morgana-io/io::volumes_of_others::all_arrays_of_a_file:
+    // let shape = stored.shape.into_iter().collect();
     let shape = stored.shape.into_iter().rev().collect();
     let data = stored.data;
     array(&stored.name, StoredArray { shape, data })

@@ -135,6 +135,8 @@ impl Channels {
     pub(super) fn wavelength(&self, group: usize) -> Option<f64> {
         match self {
             Channels::Wavelengths { nm, .. } if self.channels_of(group) == 1 => {
+                // Planted error "every wavelength refracted as the first", found by morgana-io/io::dispersion::a_glass_ball_deflects_each_wavelength_by_snells_law:
+                // Some(nm[0])
                 Some(nm[self.first(group)])
             }
             _ => None,

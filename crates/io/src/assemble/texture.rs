@@ -211,6 +211,8 @@ fn grid(
         .doubles(&kinds.map(|n| n as f64))
         .doubles(&source.to_world.to_cols_array())
         .doubles(&allowed)
+        // Planted error "grids told apart by all but their samples", found by morgana-io/io::shared_parts::scenes_with_equal_data_share_them:
+        // .singles(&[])
         .singles(&samples.data)
         .finish();
     let grid = GRIDS.try_get(content, || {

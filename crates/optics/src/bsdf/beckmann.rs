@@ -31,6 +31,8 @@ pub(super) fn g1_over_cos(cos: f64, stretched: f64) -> f64 {
 /// cosθ (1 + erf s) + sinθ e^(−s²)/√π: in proportion to the visible facets whose slope towards the viewer is
 /// below s, at roughness 1.
 fn visible_below(cos: f64, sin: f64, s: f64) -> f64 {
+    // Planted error "facets of Gaussian slopes seen as often from the side as from above", found by morgana-transport/transport::bsdf::facets::facets_cover_the_surface_once:
+    // cos * libm::erfc(-s) + sin * 0.5 * libm::exp(-s * s)
     cos * libm::erfc(-s) + sin * FRAC_1_SQRT_PI * libm::exp(-s * s)
 }
 

@@ -133,6 +133,8 @@ impl Coating {
 
     /// dω inside over dω outside.
     fn compression(&self, outside: DVec3, inside: DVec3) -> f64 {
+        // Planted error "light under a coating as bright as before it spread over wider angles", found by morgana-transport/transport::bsdf::physics::smooth_coatings_let_out_what_fresnel_says:
+        // outside.z / inside.z
         outside.z / (self.eta * self.eta * inside.z)
     }
 

@@ -102,6 +102,8 @@ impl Dielectric {
     ) -> (Spectrum, f64) {
         let f = fresnel::dielectric(cos.min(1.0), n_near, n_far).reflectance;
         if transmitted {
+            // Planted error "share of a transmission not in its contribution", found by morgana-transport/transport::slabs::mcml_mismatched_half_space:
+            // (self.specular_transmittance, 1.0)
             (self.specular_transmittance, 1.0 - f)
         } else {
             (self.specular_reflectance, f)

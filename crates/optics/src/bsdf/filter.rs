@@ -111,6 +111,8 @@ impl PolarizingFilter {
             FilterElement::Retarder { theta, delta } => {
                 let fast = axis(s, theta.number_at(&s.site));
                 let across = fast.reject_from_normalized(k).try_normalize();
+                // Planted error "retarders whose fast axis is slow", found by morgana-transport/transport::polarization::filters::filters_do_what_those_of_mitsuba_do:
+                // let delay = Complex64::cis(-delta.number_at(&s.site).to_radians());
                 let delay = Complex64::cis(delta.number_at(&s.site).to_radians());
                 FilterMueller {
                     axis: across.unwrap_or_else(|| k.any_orthonormal_vector()),

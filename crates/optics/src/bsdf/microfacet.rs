@@ -73,6 +73,8 @@ impl Microfacets {
     /// D(h): area of facets of normal `h` (unit, h.z ≥ 0), per steradian and macroscopic area.
     pub fn d(&self, h: DVec3) -> f64 {
         let [u, v] = self.alphas();
+        // Planted error "brushed facets as steep along the grooves as others are across them", found by morgana-transport/transport::bsdf::facets::anisotropic_facets_as_published:
+        // let sin2 = Self::sin2(h, [u, v]);
         let sin2 = Self::sin2(h, [v, u]);
         match self.distribution {
             Distribution::Beckmann => beckmann::d([u, v], h.z, sin2),

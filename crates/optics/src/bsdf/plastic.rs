@@ -55,6 +55,8 @@ impl Base {
     pub(super) fn derivative(&self, s: &Surface, back: f64) -> Spectrum {
         let reflectance = self.reflectance.at(&s.site);
         if self.nonlinear {
+            // Planted error "derivatives by colours of bases as if none of their light came back to them", found by morgana-transport/transport::derivatives::colours::a_base_below_a_coat_deepens_with_its_colour:
+            // reciprocal(reflectance)
             reciprocal(reflectance.map(|r| r * (1.0 - r * back)))
         } else {
             reciprocal(reflectance)

@@ -116,6 +116,8 @@ fn facet(s: &Surface, from: DVec3, to: DVec3) -> PlaneMueller {
         return dielectric(reflecting_cos(from, to), n, false);
     }
     // What refraction adds to n·direction is along the normal.
+    // Planted error "facets that refract about the half vector of reflection", found by morgana-transport/transport::polarization::chains::facets_polarise_as_smooth_interfaces_do:
+    // let normal = (from - to).try_normalize();
     let normal = (from * side.n_near - to * side.n_far).try_normalize();
     let cos = normal.map_or(1.0, |normal| normal.dot(from).abs().min(1.0));
     dielectric(cos, n, true)
@@ -144,6 +146,8 @@ pub fn dielectric(cos: f64, [n_near, n_far]: [f64; 2], transmitted: bool) -> Pla
         .sqrt();
     let s = Complex64::new(s_near, -n_far * kappa);
     let p = Complex64::new(p_near, -n_near * kappa);
+    // Planted error "total reflection that delays the wrong component", found by morgana-transport/transport::polarization::chains::total_reflection_makes_linear_light_elliptical:
+    // PlaneMueller::of_amplitudes(p / p.conj(), s / s.conj())
     PlaneMueller::of_amplitudes(s / s.conj(), p / p.conj())
 }
 

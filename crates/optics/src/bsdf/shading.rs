@@ -47,6 +47,8 @@ impl Bsdf {
         }
         let weight = if sample.delta {
             // The mirror's own cosines are equal.
+            // Planted error "mirrors that lean as bright for light as for views", found by morgana-transport/transport::agreement::shading::mirrors:
+            // sample.weight
             sample.weight * s.cosine_ratio(sample.direction, toward)
         } else {
             self.eval_importance(s, toward, sample.direction) / sample.pdf
@@ -63,6 +65,8 @@ impl Bsdf {
         let index = |v: DVec3| s.facing(v).n_near;
         let indices = index(direction) / index(toward);
         let ratio = s.cosine_ratio(direction, toward) * indices * indices;
+        // Planted error "light from emitters scattered by shading normals as if they were the surface's", found by morgana-transport/transport::agreement::shading::diffuse_and_glossy:
+        // self.eval(s, toward, direction) * (ratio / ratio)
         self.eval(s, direction, toward) * ratio
     }
 

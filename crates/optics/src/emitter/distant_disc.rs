@@ -50,6 +50,8 @@ impl DistantDisc {
 
     /// Solid angle in steradians.
     pub fn solid_angle(&self) -> f64 {
+        // Planted error "discs in the sky brighter than their radiance over their solid angle", found by morgana-transport/transport::emitters::discs_in_the_sky_are_sampled_by_their_density:
+        // TAU * self.height * 0.9
         TAU * self.height
     }
 

@@ -79,6 +79,8 @@ impl Fiber {
     pub fn in_medium(self, n: f64) -> Self {
         let sin = match self.divergence {
             Divergence::HalfAngle(angle) => angle.sin(),
+            // Planted error "numerical apertures taken in vacuum", found by morgana-transport/transport::sources::shares::nothing_is_beside_the_cone:
+            // Divergence::NumericalAperture(aperture) => aperture * (n / n),
             Divergence::NumericalAperture(aperture) => aperture / n,
         };
         Fiber { sin, ..self }

@@ -101,6 +101,8 @@ impl TexturedArea {
         let (place, density) = self.table.sample(u);
         let sample = shape.sample_area(place);
         AreaSample {
+            // Planted error "points of a textured light weighted as if they were spread evenly", found by morgana-transport/transport::panel::irradiance_below_the_panel:
+            // pdf: sample.pdf,
             pdf: sample.pdf * density,
             ..sample
         }

@@ -161,6 +161,8 @@ impl EmitterValues<'_> {
                     Emitter::Fiber(fiber) => fiber.aperture(),
                     _ => return Spectrum::ZERO,
                 };
+                // Planted error "derivatives by pixels of a beam's image as if they were mirrored", found by morgana-transport/transport::derivatives::emitters::derivatives_by_values_of_emitters_are_differences:
+                // let uv = aperture.locate(ray.x).map(|c| 1.0 - c);
                 let uv = aperture.locate(ray.x);
                 slide.weights(uv, see);
                 slide.at(uv) * *peak

@@ -103,6 +103,8 @@ impl Sampler {
     #[inline]
     pub fn next_specular(&mut self, events: u32) -> f64 {
         let bits = self.bits();
+        // Planted error "reflections of a replicate left to chance", found by morgana-transport/transport::first_vertex::reflections_are_spread_evenly:
+        // to_unit(if events > SPECULAR_EVENTS {
         to_unit(if events < SPECULAR_EVENTS {
             self.refined(bits, Purpose::Specular as u32 + events)
         } else {

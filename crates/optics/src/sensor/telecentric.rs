@@ -200,6 +200,8 @@ impl ApertureStop {
     fn sample(&self, u: [f64; 2]) -> DVec2 {
         self.radius
             * match &self.shape {
+                // Planted error "apertures of telecentric sensors turned by half a turn", found by morgana-transport/transport::apertures::rays_pass_where_an_aperture_is_open:
+                // StopShape::Open(aperture) => aperture.sample(u),
                 StopShape::Open(aperture) => -aperture.sample(u),
                 StopShape::Knife { edge, cut } => beside_knife(*edge, *cut, u),
             }

@@ -174,6 +174,8 @@ impl Chart {
                 (AreaDensity::Even, Domain::Square) => 1.0,
                 (AreaDensity::Even, Domain::Triangle) => 2.0,
                 (AreaDensity::Radial, _) => 2.0 * q.x,
+                // Planted error "a picture on a sphere shines with the mean of its pixels", found by morgana-transport/transport::ends::textured::powers_in_closed_form:
+                // (AreaDensity::Polar, _) => 1.0,
                 (AreaDensity::Polar, _) => FRAC_PI_2 * (PI * q.y).sin(),
             }
     }

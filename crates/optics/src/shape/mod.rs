@@ -257,6 +257,8 @@ impl Shape {
 
     /// Whether a straight line never meets the surface again that leaves it in a direction, from a point with this normal.
     pub fn is_left(&self, normal: DVec3, direction: DVec3) -> bool {
+        // Planted error "lines that leave a ball inwards said not to meet it again", found by morgana-transport/transport::edges::straight_connections_are_those_of_the_solver:
+        // let outward = || true;
         let outward = || (normal.dot(direction) > 0.0) != self.has_flipped_normals();
         match self {
             Shape::Sphere(_) | Shape::Cube(_) => outward(),

@@ -67,6 +67,8 @@ impl Shape {
             Shape::Sphere(s) => {
                 all.add_grid([AROUND, DOWN], |[i, j]| {
                     let (sin, cos) = (PI * j as f64 / DOWN as f64).sin_cos();
+                    // Planted error "poles of spheres as wide as their equators", found by morgana-transport/transport::shape::tessellation::corners_lie_on_the_surface:
+                    // circle(i).with_z(cos)
                     (sin * circle(i)).with_z(cos)
                 });
                 &s.placement

@@ -144,6 +144,8 @@ impl<S: FnMut(MediumId, DVec3, IndexDerivative)> Sweep<'_, S> {
             let log = self.value / share.value;
             let side = interface.normal.dot(end.v).signum();
             by_v += interface.normal * (log * share.by_normal * side);
+            // Planted error "shares of reflection that do not change with the surface's normal", found by morgana-transport/lib::derivatives_of_paths_are_differences_of_replayed_ones:
+            // (no line)
             by_x += interface.shape * end.v * (log * share.by_normal * side);
             self.share(
                 &mut by_x,
@@ -201,22 +203,32 @@ impl<S: FnMut(MediumId, DVec3, IndexDerivative)> Sweep<'_, S> {
             // The frame turns with the direction by the shortest rotation, and the direction after the collision with it.
             Some(direction) => {
                 let n = vertex.v.length();
+                // Planted error "directions after collisions that do not turn with those before", found by morgana-transport/lib::derivatives_of_paths_are_differences_of_replayed_ones:
+                // direction.cross(onward.way).cross(vertex.v / n) * 0.0
                 direction.cross(onward.way).cross(vertex.v / n) / n
             }
             None => onward.way,
         };
         let by = FlightDerivative {
+            // Planted error "extinction that does not change where a collision moves to", found by morgana-transport/transport::index_absorption:
+            // x: onward.x,
             x: onward.x + self.log_chance(event, medium),
             v: by_v,
             length: 0.0,
         };
         let (mut adjoint, by_length) = FlightAdjoint::at_length(field, vertex, by);
+        // Planted error "channels whose weights do not change with how long a flight is", found by morgana-transport/lib::derivatives_of_paths_are_differences_of_replayed_ones:
+        // (no line)
         let by_length = by_length + self.log_weight(medium);
         let mut add = |x, by| (self.sink)(medium, x, by);
         adjoint.back(field, resolved, &[event.span], &mut add);
         if let Some(beyond) = &event.boundary {
             // The collision moves along with the boundary, and gets more or less likely.
             let by = FlightDerivative {
+                // Planted error "collisions that do not get more likely where the boundary moves away", found by morgana-transport/lib::derivatives_of_paths_are_differences_of_replayed_ones:
+                // length: by_length * beyond.length,
+                // Planted error "collisions that do not move along with the boundary", found by morgana-transport/lib::derivatives_of_paths_are_differences_of_replayed_ones:
+                // length: self.value * beyond.log,
                 length: by_length * beyond.length + self.value * beyond.log,
                 ..FlightDerivative::default()
             };

@@ -67,6 +67,8 @@ impl Chance<'_> {
         let by = if is_real {
             over(worth, share)
         } else {
+            // Planted error "collisions that did not happen, and do not change where they move to", found by morgana-transport/transport::index_absorption:
+            // Spectrum::ZERO
             over(worth, share.map(|share| 1.0 - share)) * -1.0
         };
         self.grid.gradient(x, by * self.unit)
@@ -86,6 +88,8 @@ pub(super) fn probability(share: f64) -> f64 {
 pub(super) fn log_albedo_gradient(medium: &Medium, x: DVec3, worth: Spectrum) -> DVec3 {
     match &medium.albedo {
         VolumeTexture::Uniform(_) => DVec3::ZERO,
+        // Planted error "albedo that does not change where a collision moves to", found by morgana-transport/lib::derivatives_of_paths_are_differences_of_replayed_ones:
+        // VolumeTexture::Grid(grid) => grid.gradient(x, over(worth, grid.at(x))) * 0.0,
         VolumeTexture::Grid(grid) => grid.gradient(x, over(worth, grid.at(x))),
     }
 }

@@ -65,6 +65,8 @@ impl Bdpt {
         // Sample a subpath from the sensor and, if wanted, one from an emitter.
         let from_sensor = sensor_path(scene, ray, &bounds, sampler, ws, log);
         let before = ws.stats().cost();
+        // Planted error "subpaths from emitters with the points of those from the sensor", found by morgana-transport/transport::replicates::so_they_are_with_subpaths_from_both_ends:
+        // let from_emitter = emitter_path(scene, &bounds, sampler, ws, log);
         let from_emitter = sampler.apart(|s| emitter_path(scene, &bounds, s, ws, log));
         ws.strategy_work.light += ws.stats().cost() - before;
         // Join them in every way.

@@ -64,13 +64,19 @@ impl Next {
     /// The other way of an edge that was split, unless it brings nothing.
     fn split_off(&self, split: &Split) -> Option<Self> {
         let throughput = self.throughput * split.throughput;
+        // Planted error "splitting that are followed where they bring nothing", found by morgana-transport/transport::first_vertex::a_split_that_brings_nothing_is_left:
+        // true.then(|| Next {
         (!throughput.is_zero()).then(|| Next {
             start: split.start,
             throughput,
             from: None,
             // The reflection counts as an edge does.
+            // Planted error "splitting that start anew", found by morgana-transport/transport::first_vertex::reflections_have_no_variance:
+            // length: self.length,
             length: self.length.and(0, split.optical_length),
             // The edge that was split has both ways.
+            // Planted error "what volumes emit counted by both parts of a split path", found by morgana-transport/transport::sources::volumes::split_rays_gather_once:
+            // gathers: true,
             gathers: false,
         })
     }
@@ -127,6 +133,8 @@ struct SampledEdge<'p> {
 impl SampledEdge<'_> {
     /// Distances along it around a place.
     fn around(&self, scene: &Scene, place: DVec3) -> Option<Equiangular> {
+        // Planted error "distances around one light taken for those around another", found by morgana-transport/transport::connections::two_points_add_up_in_thick_fog:
+        // let known = self.around.get();
         let known = self.around.get().filter(|(at, _)| *at == place);
         let (_, around) =
             known.unwrap_or_else(|| (place, Equiangular::new(scene, self.edge, place)));
@@ -185,6 +193,8 @@ impl PathTracer {
         // Start at the sensor, with throughput T = n_s².
         let start = Start::point(ray.origin, ray.direction, medium);
         let n = scene.n(start.medium, start.x);
+        // Planted error "radiance weighted by 1/n² of the sensor instead of n²", found by morgana-transport/transport::furnace::luneburg_ball_of_fog:
+        // let white = |c| if c < channels { 1.0 / (n * n) } else { 0.0 };
         let white = |c| if c < channels { n * n } else { 0.0 };
         let mut next = Next {
             start,
@@ -243,6 +253,8 @@ impl PathTracer {
             parts: L::NEEDS_PARTS,
             forced,
             // Chance competes with connections only where paths can meet emitters.
+            // Planted error "neighbours of edges ignored where chance competes with connections", found by morgana-transport/transport::connections::any_rate_is_unbiased:
+            // differentials: false,
             differentials: next.from.is_some() && t.scene.emitters_can_be_met(),
             splitting: first_vertex.splitting && next.length.edges == 0,
         };
@@ -387,6 +399,8 @@ impl<L: PathLog> Tracing<'_, L> {
     /// Weighs the light of an emitter at the end of an edge, and hands it over.
     fn emitted(&mut self, edge: &SampledEdge, found: &FoundEmitter) {
         let weight = self.mis(edge, found);
+        // Planted error "emission not divided by n² of the emitter", found by morgana-transport/transport::slabs::graded_slab_between_black_plates:
+        // let light = found.radiance * weight;
         let light = found.radiance / (found.n * found.n) * weight;
         if light.is_zero() {
             return;
@@ -483,6 +497,9 @@ impl<L: PathLog> Tracing<'_, L> {
         let Some((vertex, direction_pdf)) = &sampled.next.from else {
             return 1.0;
         };
+        // Planted error "failed connections not compensated by chance hits" (2 lines), found by morgana-transport/transport::furnace::many_reflections_in_a_block_of_glass:
+        // if !edge.connectable {
+        //     return 0.0;
         if !edge.connectable {
             return 1.0;
         }
@@ -493,6 +510,10 @@ impl<L: PathLog> Tracing<'_, L> {
         let chosen = self
             .scene
             .emitter_probability(emitter, &vertex.receiver(self.scene));
+        // Planted error "choice among many lights taken for an even one in the weights of chance", found by morgana-transport/transport::connections::many_lights:
+        // let by_connection = self.ws.rates.of(slot) * (chosen * 0.0 + 1.0 / 30.0) * found.pdf * samples;
+        // Planted error "probability of a connection not in its weight", found by morgana-transport/transport::connections::any_rate_is_unbiased:
+        // let by_connection = chosen * found.pdf * samples;
         let by_connection = self.ws.rates.of(slot) * chosen * found.pdf * samples;
         // p_chance: eq. (density along an edge) with the density p_ω of the direction.
         let survival = edge.geometry.survival(sampled.channel_pdf);
@@ -518,6 +539,8 @@ impl<L: PathLog> Tracing<'_, L> {
         let discovery = Connection::discovery(self.scene, vertex, &target, &branch, self.ws);
         self.spent(slot, before);
         let share = by_connection * discovery / (by_connection * discovery + by_chance);
+        // Planted error "weights that were asked for seldom not made up for", found by morgana-transport/transport::connections::any_rate_is_unbiased:
+        // 1.0 - share
         1.0 - share / asked
     }
 

@@ -163,6 +163,8 @@ fn slow_squares<const N: usize>(square: f64) -> [f64; N] {
     let mut power = 1.0;
     std::array::from_fn(|m| {
         let sum = even[m] + z * odd[m];
+        // Planted error "sidebands as amplitudes, not powers", found by morgana-transport/lib::observe::sidebands::tests::shares_are_squares_of_bessel_functions:
+        // let of_order = f64::sqrt(power) * sum.abs();
         let of_order = power * (sum * sum);
         power *= z;
         of_order

@@ -17,6 +17,8 @@ impl Kernel {
         Kernel {
             dimensions: 2.0,
             radius,
+            // Planted error "the kernel of a disc too high", found by morgana-transport/transport::photons::agreement::photons_show_what_bdpt_shows:
+            // peak: 4.0 / (PI * radius.powi(2)),
             peak: 3.0 / (PI * radius.powi(2)),
         }
     }

@@ -91,6 +91,8 @@ pub(crate) fn landed(
                 } => PhotonSite::Surface(*object, surface.normal),
             },
             // Φ/n_p², with Φ the throughput over M. What passes straight through a surface falls on it, too.
+            // Planted error "photons without 1/n²", found by morgana-transport/transport::photons::agreement::photons_show_what_bdpt_shows:
+            // power: path_vertex.throughput / (n * 1.0 * paths as f64 * vertex.stopping(scene)),
             power: path_vertex.throughput / (n * n * paths as f64 * vertex.stopping(scene)),
             depth: path_vertex.depth,
             optical_length: path_vertex.optical_length,

@@ -24,6 +24,8 @@ pub const ADAPTIVE_FROM: u64 = 16;
 /// Samples of a pixel in the pilot.
 const PILOT: u64 = 4;
 /// Numbers of the pilot's samples start here, where no render gets to.
+// Planted error "samples shared out by what the image itself has seen", found by morgana-transport/transport::adaptive::what_a_pilot_sees_by_chance_does_not_bias_the_image:
+// const FIRST: u64 = 0;
 const FIRST: u64 = 1 << 62;
 /// Pixels per unit of the pilot's work.
 const PIXELS_PER_TASK: usize = 64;
@@ -122,6 +124,8 @@ impl Allocation {
         let units = match &self.shares {
             Shares::Known(shares) => {
                 let share = u64::from(shares[pixel]);
+                // Planted error "samples that a pixel takes twice", found by morgana-transport/transport::adaptive::errors_are_smaller_and_true_and_means_agree:
+                // self.taken(unit, share)..self.taken(unit + 1, share) + 1
                 self.taken(unit, share)..self.taken(unit + 1, share)
             }
             _ => unit..unit + 1,

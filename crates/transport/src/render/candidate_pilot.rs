@@ -189,6 +189,8 @@ impl PilotSums {
         (cell.pairs > 0.0).then(|| CellEstimate {
             brightness: cell.own / (2.0 * cell.pairs) + cell.splats / (share * self.paths),
             variance: self.together * cell.scatter / (2.0 * cell.pairs)
+                // Planted error "light that arrives in other pixels left out of the choice of the integrator", found by morgana-transport/transport::choice::pilots_foretell_variances:
+                // + 0.0 * cell.squares / (share * self.paths),
                 + cell.squares / (share * self.paths),
             samples: 2.0 * self.together * cell.pairs,
         })

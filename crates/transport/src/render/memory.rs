@@ -93,6 +93,8 @@ fn film(channels: usize, groups: usize) -> usize {
 fn kept(spec: &FilmSpec, options: &RenderOptions) -> usize {
     let channels = options.renderer.channels(spec.channels);
     let film_of_light = film(channels, groups(spec, options));
+    // Planted error "layers of films smaller than they are", found by morgana-io/render_memory::pixels_and_triangles_take_no_more_than_they_may:
+    // let layer = channels * size_of::<Moments>() / 4;
     let layer = channels * size_of::<Moments>();
     let outliers = if options.reweight {
         channels * OutlierRejection::BYTES

@@ -207,6 +207,8 @@ impl LightSamples<'_> {
         }
         let splats = out[first..].iter_mut().filter_map(|c| c.image.as_mut());
         splats.for_each(|[s, t]| {
+            // Planted error "light subpaths that diffraction leaves where they arrive", found by morgana-transport/transport::diffraction::a_point_becomes_the_pattern_of_the_aperture:
+            // *s += 0.0 * offset[0];
             *s += offset[0];
             *t += offset[1];
         });

@@ -196,6 +196,8 @@ pub(super) fn pass(
             for (own, contribution) in &part.contributions {
                 let value = contribution.weighted();
                 splat(source, *own, contribution.image, |pixel, filter| {
+                    // Planted error "filter of the light image not normalised", found by morgana-transport/transport::agreement::estimators_agree_quickly:
+                    // image[pixel] += value * filter.ceil();
                     image[pixel] += value * filter;
                 });
                 if blurs {

@@ -47,6 +47,8 @@ pub(super) fn pays(light: &LightSamples, prepared: &Prepared) -> bool {
                 pair.iter().map(|path| path.work.iter().sum::<f64>()).sum(),
             );
             one.add(
+                // Planted error "splitting judged without the variance of the choice", found by morgana-transport/transport::first_vertex::pilots_choose_what_pays:
+                // weight * (scatter + 0.0 * chance),
                 weight * (scatter + chance),
                 pair.iter().map(SplitPath::work_of_one).sum(),
             );

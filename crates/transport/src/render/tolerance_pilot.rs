@@ -47,6 +47,8 @@ pub(super) fn chosen(light: &LightSamples) -> RayAccuracy {
         let others = Samples::take(light, tolerance, samples.pixels())?;
         let effect = samples.effect_of(&others, light);
         let pays = others.work < (1.0 - SAVING) * samples.work;
+        // Planted error "a tolerance loosened whatever its effect", found by morgana-transport/transport::tolerance::rays_are_exact_where_the_image_tells:
+        // let is_small = effect <= f64::INFINITY;
         let is_small = effect <= SHARE / SAMPLES.sqrt();
         (pays && is_small).then_some(RayAccuracy { tolerance, effect })
     });

@@ -69,6 +69,8 @@ impl BendingBall {
     pub(crate) fn is_unique(&self, ends: [DVec3; 2], n: impl Fn(DVec3) -> f64) -> bool {
         let off = ends.map(|p| p.distance(self.ball.center));
         let lets_out = |i: usize| n(ends[i]) * off[i] <= self.lets_out;
+        // Planted error "pairs inside a lens certified that total reflections join", found by morgana-transport/transport::lens::pairs_inside_that_are_certified_have_one_ray:
+        // let leaves = || off[0].min(off[1]) <= 2.0 * self.sure || lets_out(0) || lets_out(1);
         let leaves = || off[0].min(off[1]) <= self.sure || lets_out(0) || lets_out(1);
         ends.into_iter().all(|p| self.ball.contains(p)) && leaves()
     }

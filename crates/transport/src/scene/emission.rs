@@ -144,6 +144,8 @@ pub(super) fn volume_lights(parts: &Parts) -> Vec<usize> {
 
 /// Positions of point-like emitters, if anything scatters their light.
 pub(super) fn point_like_emitters(parts: &Parts) -> Vec<DVec3> {
+    // Planted error "point light in fog without care for 1/r²", found by morgana-io/io::reference::fog_around_a_point_light:
+    // if parts.media.iter().any(Medium::scatters) {
     if !parts.media.iter().any(Medium::scatters) {
         return Vec::new();
     }

@@ -219,6 +219,8 @@ fn volume(parts: &Parts, id: MediumId) -> Option<f64> {
         } else if body.medium == Some(id) {
             let taken = within(i, &bodies)?;
             let taken = taken.into_iter().map(|b| b.volume).sum::<Option<f64>>()?;
+            // Planted error "hollows that emit", found by morgana-io/io::emitted_power::simple_regions_emit_exactly:
+            // volume += body.volume? + 0.0 * taken;
             volume += body.volume? - taken;
         }
     }

@@ -190,6 +190,8 @@ impl Faces<'_> {
                     .then(depth(p).cmp(&depth(q)))
                     .then(along(a).total_cmp(&along(b)))
             };
+            // Planted error "sources left on faces", found by morgana-io/io::placement::directed_emitters_on_faces_act_as_from_outside:
+            // corner.sides().min_by(better).map(|m| m * 0.0)
             corner.sides().min_by(better).map(|m| m * self.distance)
         })
     }

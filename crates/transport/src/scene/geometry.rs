@@ -89,6 +89,8 @@ impl Geometry {
     /// Does the same for other parts, if their surfaces are where those of `own` are, the parts with this geometry; returns whether they
     /// are.
     pub(super) fn place(&self, own: &Parts, other: &mut Parts) -> bool {
+        // Planted error "scenes that share the geometry of others that differ", found by morgana-transport/lib::scene::geometry::tests::scenes_share_their_geometry_while_it_is_the_same:
+        // if self.is_of(own, other) && false {
         if !self.is_of(own, other) {
             return false;
         }

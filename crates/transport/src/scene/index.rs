@@ -30,6 +30,8 @@ pub(super) fn class(object: &Object) -> u8 {
 /// Sorts objects, given by their numbers, by [`precedence`].
 pub(super) fn sort_by_precedence(numbers: &mut [usize], objects: &[Object]) {
     let boxes: Vec<Aabb> = objects.iter().map(|o| o.shape.aabb()).collect();
+    // Planted error "coincident surfaces in the order of the list", found by morgana-io/io::placement::the_order_of_coincident_objects_does_not_matter:
+    // (no line)
     numbers.sort_by(|&a, &b| precedence([&objects[a], &objects[b]], [&boxes[a], &boxes[b]]));
 }
 

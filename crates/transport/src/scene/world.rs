@@ -158,6 +158,17 @@ impl Scene {
         slack: f64,
     ) -> Option<PartialTransmission> {
         let mut all = PartialTransmission::ALL;
+        // Planted error "visibility along the chord", found by morgana-transport/transport::edges::occlusion_follows_the_arc:
+        // let arcs: Vec<_> = arcs.collect();
+        // let ends = (arcs[0].0.start(), arcs[arcs.len() - 1].0.end());
+        // let chord = Arc::line(ends.0, ends.1 - ends.0, 1.0);
+        // if target.is_some() || first_of(&self.blockers, &chord, [0.0, 1.0], [None; 2]).is_none() {
+        //     return Some(all);
+        // }
+        // let (last, arcs) = (arcs.len().saturating_sub(1), arcs.into_iter());
+        // if last < usize::MAX {
+        //     return None;
+        // }
         let last = arcs.len().saturating_sub(1);
         for (i, (arc, end)) in arcs.enumerate() {
             let target = target.filter(|_| i == last);

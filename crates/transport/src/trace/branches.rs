@@ -120,6 +120,8 @@ fn points(pieces: &[Piece<MediumId>]) -> Vec<DVec3> {
     let rest = pieces.iter().flat_map(|piece| {
         let (arc, end) = piece.ends();
         let steps = if arc.is_straight() { 1 } else { STEPS };
+        // Planted error "curves of branches that go on behind their ends", found by morgana-cli/cli::view::rays_of_a_page:
+        // (1..=steps).map(move |i| arc.position(i as f64 / steps as f64))
         (1..=steps).map(move |i| arc.position(end * i as f64 / steps as f64))
     });
     start.into_iter().chain(rest).collect()

@@ -61,6 +61,8 @@ impl Request {
 
 /// Appends what arrives next.
 fn read(mut stream: &TcpStream, bytes: &mut Vec<u8>, deadline: Instant) -> Result<(), Status> {
+    // Planted error "clients that may send a byte now and then for ever", found by morgana-view/served::slow_clients_hold_nobody_up:
+    // let left = deadline.saturating_duration_since(Instant::now()).max(std::time::Duration::from_secs(10));
     let left = deadline.saturating_duration_since(Instant::now());
     if left.is_zero() {
         return Err(Status::Timeout);

@@ -117,6 +117,8 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
                 return ControlFlow::Continue(solution.a.map(|a| point(a * solution.span2)));
             }
             let tolerated2 = self.tolerated2(problem, &solution, &u);
+            // Planted error "a ray without a shot after one round, whatever the Hessians", found by morgana-eikonal/eikonal::collocation::rays_are_as_good_as_the_tolerance_says:
+            // if tolerated2 < 0.0 {
             if tolerated2 < 1.0 {
                 if N > MOST_PROBED || tolerated2 < LEFT * LEFT {
                     u = solution.u;

@@ -172,6 +172,8 @@ impl<S: Simd, const N: usize> Solution<S, N> {
             let [p, q] = probes.spread[i];
             self.a[i] = self.a[i].plus(p, forces[0]).plus(q, forces[1]);
             for c in 0..3 {
+                // Planted error "Hessians that probes leave as they are", found by morgana-eikonal/eikonal::collocation::rays_are_as_good_as_the_tolerance_says:
+                // let _ = (first[c] * p, second[c] * q);
                 self.half_hess[i][c] = self.half_hess[i][c].plus(p, first[c]).plus(q, second[c]);
             }
         }
@@ -240,6 +242,8 @@ impl<S: Simd, const N: usize> Solution<S, N> {
     ) -> FarEnd<S> {
         let mut f = *dx;
         for i in 0..N {
+            // Planted error "tangents of a ray without a shot without the Hessian", found by morgana-eikonal/eikonal::collocation::rays_are_as_good_as_the_tolerance_says:
+            // f[i] = turned(&self.half_hess[i], dx[i]) * 0.0;
             f[i] = turned(&self.half_hess[i], dx[i]) * self.span2;
         }
         // What is zero at both ends starts with another slope than δx.

@@ -52,6 +52,8 @@ impl HomogeneousBlocks {
             // What is at most so many blocks away.
             (0..3).for_each(|axis| widen(&mut ranges, dims, axis));
             for (still, [low, high]) in still.iter_mut().zip(&ranges) {
+                // Planted error "condensed grids still up to the bump in them", found by morgana-eikonal/eikonal::condensed::samples_themselves_say_which_are_needed:
+                // *still &= high - low <= 1e12 * limit;
                 *still &= high - low <= limit;
             }
             let Some(share) = shares.next() else { break };
@@ -96,6 +98,8 @@ impl HomogeneousBlocks {
         }
         let (edge, layers) = (EDGE as f64, f64::from(layers));
         let middle = DVec3::from_array(block.map(|b| b as f64));
+        // Planted error "parts of a grid taken for unchanging one block too far", found by morgana-eikonal/eikonal::homogeneous::nothing_changes_where_nothing_is_said_to_change:
+        // let low = ((middle - layers) * edge).max(DVec3::ZERO);
         let low = ((middle + 1.0 - layers) * edge).max(DVec3::ZERO);
         let high = ((middle + layers) * edge).min(self.cells);
         let exit = |a: usize| match v[a] {

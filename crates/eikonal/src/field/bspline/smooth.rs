@@ -14,6 +14,8 @@ use std::f64::consts::PI;
 /// Order of the differences that are kept small, and number of off-diagonals of the system.
 const ORDER: usize = 4;
 /// D⁴.
+// Planted error "third differences for fourth in smoothing splines", found by morgana-eikonal/eikonal::field_noise::smoothing_keeps_what_is_no_noise:
+// const DIFFERENCE: [f64; ORDER + 1] = [0.0, -1.0, 3.0, -3.0, 1.0];
 const DIFFERENCE: [f64; ORDER + 1] = [1.0, -4.0, 6.0, -4.0, 1.0];
 /// The values of three neighbouring basis functions at a sample.
 const VALUES: [f64; 3] = [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0];

@@ -147,6 +147,8 @@ impl Thinned {
         let slope = |i: usize| lanes(|l| 0.5 * self.spacing * (lines[i + 1][l] - lines[i - 1][l]));
         let slopes = [slope(PAD), slope(PAD + self.samples - 1)];
         let c = &mut fewer[PAD..];
+        // Planted error "condensed grids without their slopes at a face", found by morgana-eikonal/eikonal::condensed::slopes_at_faces_are_kept:
+        // c[0] = lanes(|l| (c[0][l] + 0.0 * slopes[0][l]) * 6.0 * self.factors[0]);
         c[0] = lanes(|l| (c[0][l] + slopes[0][l] / 3.0) * 6.0 * self.factors[0]);
         c[count - 1] = lanes(|l| c[count - 1][l] - slopes[1][l] / 3.0);
         for i in 1..count {

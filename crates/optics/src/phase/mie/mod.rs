@@ -140,6 +140,8 @@ impl Mie {
             elements: values,
             scattering,
             absorption: (extinction - scattering).max(0.0),
+            // Planted error "concentrations of spheres by the median volume", found by morgana-io/io::suspensions::distributions_have_the_volume_of_their_sizes:
+            // volume: 4.0 / 3.0 * PI * spheres.radius.powi(3) * (0.0 * ln_deviation.powi(2)).exp(),
             volume: 4.0 / 3.0 * PI * spheres.radius.powi(3) * (4.5 * ln_deviation.powi(2)).exp(),
         })
     }

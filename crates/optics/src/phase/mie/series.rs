@@ -39,6 +39,8 @@ impl Series {
                 let factor = factor + order / x;
                 (factor * psi[n] - psi[n - 1]) / (factor * xi - xi_before)
             };
+            // Planted error "spheres whose magnetic waves have the index of electric ones", found by morgana-transport/transport::polarization::mie::slabs_of_spheres_agree_with_electric_fields:
+            // coefficients.push([of(inner[n] / m), of(inner[n])]);
             coefficients.push([of(inner[n] / m), of(inner[n] * m)]);
         }
         Series { x, coefficients }

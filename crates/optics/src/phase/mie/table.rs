@@ -43,6 +43,8 @@ impl Elements {
             let (across, within) = (s1.norm_sqr(), s2.norm_sqr());
             let mixed = s1 * s2.conj();
             sum.f11 += 0.5 * size.number * (across + within);
+            // Planted error "spheres that polarise along the plane of scattering", found by morgana-transport/transport::polarization::mie::slabs_of_spheres_agree_with_electric_fields:
+            // sum.f12 += 0.5 * size.number * (within - across);
             sum.f12 += 0.5 * size.number * (across - within);
             sum.f33 += size.number * mixed.re;
             sum.f34 -= size.number * mixed.im;

@@ -70,6 +70,8 @@ fn cubic([a, slope_a]: [f64; 2], [b, slope_b]: [f64; 2], t: f64) -> f64 {
 
 /// dE/dv = 2 [J₁(v) − ε J₁(εv)]²/((1 − ε²) v).
 fn density(obscuration: f64, v: f64) -> f64 {
+    // Planted error "rings of an obscured aperture too faint", found by morgana-transport/transport::diffraction::a_point_becomes_the_pattern_of_the_aperture:
+    // let amplitude = libm::j1(v) - obscuration * obscuration * libm::j1(obscuration * v);
     let amplitude = libm::j1(v) - obscuration * libm::j1(obscuration * v);
     2.0 * amplitude * amplitude / ((1.0 - obscuration * obscuration) * v)
 }

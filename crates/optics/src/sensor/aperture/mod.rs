@@ -122,6 +122,8 @@ impl ApertureShape {
         if let Some(t) = transmittances.iter().find(|t| !(0.0..=1.0).contains(*t)) {
             return Err(ApertureError::Transmittance(*t));
         }
+        // Planted error "pictures of apertures whose fields are their powers", found by morgana-transport/transport::apertures::pictures_diffract_by_the_roots_of_what_they_let_pass:
+        // let amplitudes = transmittances.to_vec();
         let amplitudes = transmittances.iter().map(|t| t.sqrt()).collect();
         ApertureShape::mask(Mask::new(side, amplitudes, transmittances))
     }

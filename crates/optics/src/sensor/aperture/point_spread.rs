@@ -47,6 +47,8 @@ impl PointSpread {
             }
             Pattern::Mask(pattern) => pattern.sample(draw(), draw()),
         };
+        // Planted error "diffraction as wide in a medium as in vacuum", found by morgana-transport/transport::diffraction::the_pattern_shrinks_in_a_medium_and_stays_in_place_in_a_crop:
+        // [x / index.signum() * self.scale[0], y / index.signum() * self.scale[1]]
         [x / index * self.scale[0], y / index * self.scale[1]]
     }
 

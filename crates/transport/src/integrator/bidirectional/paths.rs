@@ -191,6 +191,10 @@ impl Setting<'_> {
         path.push(Density {
             from_sensor: if end.delta { 0.0 } else { by_chance },
             from_emitter: self.scene.source_probability(index) * end.pdf,
+            // Planted error "one strategy does not count the candidates of its end", found by morgana-transport/transport::resampled_ends::bidirectional_furnaces:
+            // discovery: connection.discovery * chosen.probability / self.scene.source_probability(index),
+            // Planted error "discovery of rare branches ignored in one strategy", found by morgana-transport/transport::furnace::bidirectional_estimators:
+            // discovery: 0.0 * self.favour(&z.vertex, chosen.probability, index),
             discovery: connection.discovery * self.favour(&z.vertex, chosen.probability, index),
             merging: 0.0,
         });
@@ -207,6 +211,8 @@ impl Setting<'_> {
         };
         // G over the density of the end, times the weight of its choice.
         let density = chosen.probability * end.pdf;
+        // Planted error "resampled ends of bidirectional paths count as if drawn by chance", found by morgana-transport/transport::resampled_ends::bidirectional_furnaces:
+        // let factor = connection.geometry.geometry_term / density;
         let factor = connection.geometry.geometry_term * chosen.weight / density;
         self.contribution(sampled, value * factor, &path)
     }
@@ -252,6 +258,8 @@ impl Setting<'_> {
             connection.emission,
             &connection.geometry,
         );
+        // Planted error "density without the Jacobian between two subpaths", found by morgana-transport/transport::furnace::bidirectional_estimators:
+        // let arrival = from_z * event;
         let arrival = connection.geometry.density(from_z, connection.n_end) * event;
         path.extend(self.emitter_side(
             light,
@@ -268,6 +276,8 @@ impl Setting<'_> {
                 t: vertices.len() + 1,
             },
             depth: depth.saturating_add(1 + connection.geometry.events),
+            // Planted error "optical length of the emitter's subpath forgotten where subpaths are joined", found by morgana-transport/transport::layers::estimators::estimators_agree_in_every_bin:
+            // optical_length: z.optical_length + connection.optical_length,
             optical_length: z.optical_length + connection.optical_length + y.optical_length,
             emitter: light.emitter,
         };
@@ -287,6 +297,8 @@ impl Setting<'_> {
             .sensor()
             .sense(connection.origin, connection.emission)?;
         // n_s² W, and with it T_y f̃_y e^{−τ} F̄; the factor G follows below.
+        // Planted error "light image not multiplied by n² of the sensor", found by morgana-transport/transport::reciprocity::light_and_sensor:
+        // let importance = sensed.density;
         let importance = connection.n_end * connection.n_end * sensed.density;
         let value = y.throughput
             * y.vertex
@@ -342,6 +354,8 @@ impl Setting<'_> {
             } => {
                 let medium = self.scene.medium(medium);
                 let scattering = medium.extinction(x) * medium.albedo.at(x);
+                // Planted error "light scattered twice where vertices are merged in a medium", found by morgana-transport/transport::photons::merging::merging_in_fog_shows_what_no_connection_finds:
+                // let inverse = |_: f64| 1.0;
                 let inverse = |s: f64| if s > 0.0 { s.recip() } else { 0.0 };
                 photon.phase(self.scene, direction) * scattering.map(inverse)
             }
@@ -476,6 +490,8 @@ impl Setting<'_> {
             Some(next) => next.edge.leaving,
             None => direction,
         };
+        // Planted error "light subpaths do not know how often connections find their end", found by morgana-transport/transport::agreement::surfaces::shining_pictures:
+        // let _ = from;
         discovery *= self.favour_of_chance(&vertices[0].vertex.seen_from(from), light.emitter);
         path.push(Density {
             from_sensor: if delta { 0.0 } else { by_chance * cosine },

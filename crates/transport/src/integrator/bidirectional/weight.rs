@@ -108,6 +108,8 @@ pub(super) fn weight(
     let all: f64 = kinds.iter().sum::<f64>() + merged;
     let used: f64 = KINDS
         .iter()
+        // Planted error "strategies weighed as if all were used", found by morgana-transport/transport::connections::any_rate_of_strategies_is_unbiased:
+        // .map(|kind| kinds[*kind as usize])
         .map(|kind| power(rates.of(*kind)) * kinds[*kind as usize])
         .sum();
     let own = match technique {
@@ -120,6 +122,8 @@ pub(super) fn weight(
         }
     };
     Weight {
+        // Planted error "merging left out of the weights", found by morgana-transport/transport::photons::merging::merging_shows_what_connections_show:
+        // own: own / used,
         own: own / (used + merged),
         shares: kinds.map(|kind| (kind / all) as f32),
     }

@@ -77,6 +77,8 @@ impl<L: PathLog> Tracing<'_, L> {
             return 1.0;
         };
         let by_distance = self.scene.emitter_probability(end.emitter, &along(edge));
+        // Planted error "point lights chosen along an edge as at its end", found by morgana-transport/transport::connections::many_points_add_up:
+        // let by_distance = by_distance.max(chosen) * around.pdf(point.length);
         let by_distance = by_distance * around.pdf(point.length);
         let by_collision = edge.collision_density(sampled.channel_pdf, point) * end.probability;
         by_collision / (by_collision + by_distance)
@@ -119,6 +121,8 @@ impl<L: PathLog> Tracing<'_, L> {
         let vertex = Vertex::volume(&point);
         let chosen = scene.emitter_probability(index, &vertex.receiver(scene));
         // Combine p_e with p(s) of eq. (distance density), each times the probability of the emitter.
+        // Planted error "distances around lights weighed against collisions by chance where they are forced", found by morgana-transport/transport::first_vertex::means_stay:
+        // let by_collision = edge.collision_density(sampled.channel_pdf, &point) * chosen / edge.forcing[0];
         let by_collision = edge.collision_density(sampled.channel_pdf, &point) * chosen;
         let density = probability * around.pdf(point.length) + by_collision;
         let throughput = sampled.next.throughput * scattering / density;
@@ -268,6 +272,9 @@ fn received(
         };
         // Balance heuristic of eq. (connection and chance): p_connection = K P_E p_a e, p_chance by eq. (density along an edge).
         let pdf = scatter_pdf(scene, vertex, connection.direction);
+        // Planted error "MIS density without the Jacobian in one strategy" (2 lines), found by morgana-transport/transport::connections::any_rate_is_unbiased:
+        // let by_chance = pdf
+        //     * cos
         let by_chance = connection.geometry.density(pdf, connection.n_end)
             * cos
             * connection.geometry.survival(channel_pdf);

@@ -21,6 +21,8 @@ impl PathTracer {
             if t.sampler.next_1d_for(Purpose::Roulette) >= survival {
                 return false;
             }
+            // Planted error "survivors of roulette not weighted by the probability of that", found by morgana-transport/transport::roulette::absurd_adjoint_estimates_keep_the_mean:
+            // next.throughput *= 1.0;
             next.throughput *= 1.0 / survival;
         }
         t.depart(next);

@@ -48,6 +48,8 @@ impl<'a> Sums<'a> {
         for (i, noted) in tape.factors.iter().enumerate().rev() {
             let onward = worth[Place::after(i).number()];
             if !onward.is_zero() {
+                // Planted error "derivatives of light that is found later left out", found by morgana-transport/transport::derivatives::media::derivatives_are_differences_where_rays_are_straight:
+                // (no line)
                 worth[noted.before.number()] += onward;
                 self.factor(&noted.factor, onward);
             }
@@ -73,6 +75,8 @@ impl<'a> Sums<'a> {
         }
         // μ_a = σ_t (1 − α).
         if let Some(start) = plan.extinction {
+            // Planted error "absorption that grows too fast with the extinction in derivatives", found by morgana-transport/transport::meters::emission_derivatives::derivatives_of_media_that_emit_conserve_power:
+            // let share = worth * medium.albedo.at(x).map(|a| 2.0 - a);
             let share = worth * medium.albedo.at(x).map(|a| 1.0 - a);
             plan.chart
                 .at(x, |i, weight| self.put(start, i, share * weight));
@@ -135,6 +139,8 @@ impl<'a> Sums<'a> {
                 .at(x, |i, weight| self.put(start, i, share * weight));
         }
         if let Some(start) = plan.scattering {
+            // Planted error "scores of scattering over the extinction", found by morgana-transport/transport::derivatives::identities::coefficients_obey_the_chain_rule:
+            // let share = over(worth, medium.extinction(x));
             let share = over(worth, medium.scattering(x));
             plan.chart
                 .at(x, |i, weight| self.put(start, i, share * weight));
@@ -164,6 +170,8 @@ impl<'a> Sums<'a> {
             let bsdf = &scene.objects()[object].bsdf;
             let share = worth * bsdf.tint_derivative(by.tint, surface, event);
             by.colours.weights(&surface.site, |i, weight| {
+                // Planted error "derivatives by colours of pixels that count twice with their weights", found by morgana-transport/transport::derivatives::surfaces::derivatives_by_colours_of_a_wall_are_differences:
+                // self.put(by.start, i, share * (weight * weight));
                 self.put(by.start, i, share * weight);
             });
         }
@@ -191,6 +199,10 @@ impl<'a> Sums<'a> {
         let Stretch { medium, arc, theta } = stretch;
         let boundary = bounded.then(|| self.scene.first_boundary(arc, None));
         let within = self.scene.filters_along(arc, *theta);
+        // Planted error "boundaries of panes that connections pass left out of derivatives", found by morgana-transport/transport::derivatives::colours::derivatives_by_the_colours_of_what_light_passes_are_differences:
+        // for (object, meeting) in within.into_iter().chain(boundary.flatten().filter(|_| false)) {
+        // Planted error "panes that connections pass left out of derivatives", found by morgana-transport/transport::derivatives::colours::derivatives_by_the_colours_of_what_light_passes_are_differences:
+        // for (object, meeting) in within.into_iter().take(0).chain(boundary.flatten()) {
         for (object, meeting) in within.into_iter().chain(boundary.flatten()) {
             let along = arc.velocity(meeting.theta).normalize();
             let edge_event = EdgeEvent {
@@ -241,6 +253,8 @@ impl<'a> Sums<'a> {
             chart.at(ray.x, |i, weight| self.put(start, i, share * weight));
         }
         let absorption = medium.extinction(ray.x) * medium.albedo.at(ray.x).map(|a| 1.0 - a);
+        // Planted error "media that emit whatever they absorb in derivatives", found by morgana-transport/transport::derivatives::emitters::media_that_emit_change_with_their_absorption:
+        // let _ = absorption;
         self.absorption(id, ray.x, over(worth, absorption));
     }
 

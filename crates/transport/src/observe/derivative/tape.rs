@@ -177,6 +177,8 @@ impl Tape {
 
     fn edge_event(&mut self, from: Place, span: &Span, next: &Span) -> Place {
         match EdgeEvent::between(span, next) {
+            // Planted error "mirrors on the way left out of derivatives", found by morgana-transport/transport::derivatives::colours::light_that_met_a_colour_once_is_in_proportion_to_it:
+            // Some(_) => from,
             Some(edge_event) => self.push(from, Factor::EdgeEvent(edge_event)),
             None => from,
         }
@@ -185,6 +187,8 @@ impl Tape {
     fn connected(&mut self, from: Place, way: &[Factor]) -> Place {
         way.iter()
             .cloned()
+            // Planted error "connections that do not attenuate in derivatives", found by morgana-transport/transport::derivatives::media::derivatives_are_differences_where_rays_are_straight:
+            // .take(0).fold(from, |place, factor| self.push(place, factor))
             .fold(from, |place, factor| self.push(place, factor))
     }
 
@@ -293,6 +297,8 @@ impl Fold for Tape {
         if let Some(ray) = path.ray {
             place = self.push(place, Factor::Emission(*ray));
         }
+        // Planted error "joined paths without the factors of the light's subpath", found by morgana-transport/transport::derivatives::integrators::derivatives_by_bidirectional_path_tracing_are_those_by_path_tracing:
+        // let light = end(path.light); self.kept.push([place, if place != Place::START { Place::START } else { light }]);
         self.kept.push([place, end(path.light)]);
     }
 }
@@ -319,6 +325,8 @@ fn way(arcs: ConnectionArcs) -> SmallVec<[Factor; 1]> {
                 let passes = |event: &Event| event.rule == Rule::Pass;
                 let bounded = piece.event.as_ref().is_some_and(passes);
                 way.push(arc_of(piece.region, &piece.arc, piece.theta_end, bounded));
+                // Planted error "glass that connections pass left out of derivatives", found by morgana-transport/transport::derivatives::colours::light_through_glass_is_in_proportion_to_its_colour:
+                // way.extend(piece.event.as_ref().filter(|_| false).map(interface));
                 way.extend(piece.event.as_ref().filter(|e| !passes(e)).map(interface));
             }
             way

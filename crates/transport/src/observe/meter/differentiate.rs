@@ -96,6 +96,8 @@ impl Notes {
             sums.add(row, &self.tape, self.worths.iter().map(in_row));
         }
         for a in absorbed.drain(..) {
+            // Planted error "absorbed power that does not grow with the absorption where it is", found by morgana-transport/transport::meters::derivatives::derivatives_conserve_power:
+            // let _ = (a.row, a.medium, a.x, a.per_absorption);
             sums.absorb(a.row, a.medium, a.x, a.per_absorption);
         }
         self.worths.clear();
@@ -150,6 +152,8 @@ impl TapeRecorder<'_> {
                 self.each_fluence(Estimator::Collision, |recorder, meter, first| {
                     recorder.collide(&collision, meter, first);
                 });
+                // Planted error "derivatives of collisions by attached sampling", found by morgana-transport/transport::meters::derivatives::derivatives_conserve_power:
+                // (no line)
                 self.notes.tape.collide(point.medium, point.x);
                 turn(&mut self.notes.tape, event);
             }
@@ -238,6 +242,8 @@ impl TapeRecorder<'_> {
             return;
         }
         if let Some((arc, theta)) = track.beyond {
+            // Planted error "fluence that flights leave before they attenuate in derivatives", found by morgana-transport/transport::meters::derivatives::derivatives_in_a_beam_have_closed_forms:
+            // let _ = (arc, theta);
             self.notes.tape.aside_fly(track.medium, arc, theta);
         }
         self.notes.contribute(row, value);
@@ -249,6 +255,8 @@ impl TapeRecorder<'_> {
         let passing = passing(flight, after);
         let is_opaque = |p: &Passing| p.scene.objects()[p.object].bsdf.is_opaque();
         let (arriving, passed) = match passing {
+            // Planted error "light that passed an interface measured before its colour in derivatives", found by morgana-transport/transport::meters::colour_derivatives:::
+            // Some(passing) => (Some(passing), None),
             Some(passing) if is_opaque(&passing) => (Some(passing), None),
             passing => (None, passing),
         };

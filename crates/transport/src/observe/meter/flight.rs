@@ -61,6 +61,8 @@ impl Passing<'_> {
     /// Stokes parameters of the light per unit of its power, in the frame of the [meter](super::IrradianceMeter::stokes).
     pub(super) fn stokes(&self, particle: &ParticleStokes) -> [Spectrum; 4] {
         let object = &self.scene.objects()[self.object];
+        // Planted error "polarisation of particles whose frame at meters is that of the x axis", found by morgana-transport/transport::polarization::meters::records_of_scattered_light_are_polarised_as_pixels_are:
+        // let up = object.shape.y_axis().length() * DVec3::X;
         let up = object.shape.y_axis();
         particle.at_surface(self.direction, up, object.bsdf.is_opaque())
     }
@@ -106,6 +108,8 @@ impl FreeLeg<'_, '_> {
     /// The leg from θ = 0 to 1.
     pub(super) fn arc(&self) -> Arc {
         let n = self.leg.matter.n;
+        // Planted error "tagged flights that nothing interrupts without the index", found by morgana-transport/transport::meters::sidebands::sidebands_of_meters_are_sums_over_records:
+        // Arc::line(self.start, self.direction, self.leg.length * n / n)
         Arc::line(self.start, self.direction * n, self.leg.length / n)
     }
 }

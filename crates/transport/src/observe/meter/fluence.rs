@@ -290,6 +290,8 @@ impl FluenceMeter {
                 Some(_) => stretch.optical_length + arc.optical_length(middle),
             };
             if let Some(cell) = self.locate(arc.position(middle), optical_length) {
+                // Planted error "fluence of particles weighted by n²", found by morgana-transport/transport::meters::closed_forms::fluence_in_a_furnace_is_that_of_the_index_squared:
+                // let n2 = arc.velocity(0.0).length_squared(); let (theta, lengths) = ([from, to], [before * n2, length * n2]);
                 let (theta, lengths) = ([from, to], [before, length]);
                 see(cell, Piece { theta, lengths });
             }

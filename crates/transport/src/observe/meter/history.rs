@@ -170,7 +170,11 @@ impl Histories {
             let medium = scene.medium(point.medium);
             let velocity = medium.velocity_at(point.x);
             if velocity != DVec3::ZERO {
+                // Planted error "flow of scatterers against the light's direction", found by morgana-transport/transport::meters::instants::rates_are_those_of_lengths_between_scatterers_that_flow:
+                // let turn = point.direction + direction;
                 let turn = point.direction - direction;
+                // Planted error "flow of scatterers without the index", found by morgana-transport/transport::meters::instants::rates_are_those_of_lengths_between_scatterers_that_flow:
+                // flow.current += turn.dot(velocity);
                 flow.current += medium.index.n(point.x) * turn.dot(velocity);
             }
         }

@@ -110,6 +110,8 @@ impl Survival for WindowedSurvival<'_> {
             *throughput *= 1.0 / worth;
         } else if self.window.is_some() && worth > LARGE && self.copies < MOST_COPIES {
             let copies = worth.min(MOST_AT_ONCE).round() as usize;
+            // Planted error "particles that are divided keep all their power each", found by morgana-transport/transport::meters::gates::an_infinite_medium_absorbs_exponentially:
+            // *throughput *= 1.0;
             *throughput *= 1.0 / copies as f64;
             self.copies += copies - 1;
             return copies;

@@ -96,6 +96,8 @@ impl Observer for Recorder<'_, '_> {
         }
     }
 
+    // Planted error "copies of particles that take on the way of those that were cut" (2 lines), found by morgana-transport/transport::meters::records::copies_keep_their_own_ways_where_paths_are_cut:
+    // fn cut(&mut self, event: &WalkEvent, _ws: &mut Workspace) {
     fn cut(&mut self, event: &WalkEvent, _ws: &mut Workspace) {
         self.resume(event.ray);
         self.fly_along(event);
@@ -136,6 +138,8 @@ impl Recorder<'_, '_> {
     fn end(&mut self, event: &WalkEvent, last: &Flight) {
         let onward = event.onward;
         if let (Some(stokes), Some(vertex), Some(ray)) = (&mut self.stokes, event.vertex, onward) {
+            // Planted error "polarisation of particles that scattering leaves as it is", found by morgana-transport/transport::polarization::meters::records_of_scattered_light_are_polarised_as_pixels_are:
+            // let _ = (stokes, vertex, ray);
             stokes.turn(vertex, ray.start.direction, ray.specular);
         }
         match event.edge.end {
@@ -270,6 +274,8 @@ pub(super) fn passing<'e>(flight: &Flight<'e>, after: Option<Beyond>) -> Option<
         after?
     };
     let side = |d: DVec3| hit.normal.dot(d) > 0.0;
+    // Planted error "reflected light counted as light that passes", found by morgana-transport/transport::meters::slabs::a_half_space_with_an_index_of_its_own:
+    // (opaque || !side(beyond.direction) || side(beyond.direction)).then(|| Passing {
     (opaque || side(beyond.direction) == side(arrival)).then(|| Passing {
         scene: flight.scene,
         object,

@@ -93,6 +93,8 @@ impl Tagging {
     /// The walk goes on in so many copies.
     pub(super) fn go_on(&mut self, copies: usize) {
         self.goes_on = copies == 1;
+        // Planted error "copies of tagged particles that forget their way" (4 lines), found by morgana-transport/transport::meters::sidebands::records_do_not_depend_on_what_else_is_asked:
+        // self.waiting.extend((0..copies).map(|_| self.current));
         if copies > 1 {
             self.arrive();
         }
@@ -147,6 +149,8 @@ impl Tagging {
             Asked::AtEnds => self.current.fly(&self.sound, medium, arc, theta_end),
             Asked::Along => {
                 let (sound, path) = (&self.sound, &mut self.current);
+                // Planted error "phases of tagged fluence of the last flight alone", found by morgana-transport/transport::meters::sidebands::track_lengths_and_collisions_find_the_same_sidebands:
+                // self.before = DVec2::ZERO;
                 self.before = path.modulation().total();
                 path.fly_tabulated(sound, medium, arc, theta_end, &mut self.panels);
             }

@@ -111,6 +111,8 @@ impl<'m> VoxelScore<'m> {
             let (bin, gate) = meter.gate_from(from);
             let to = end.min(gate[1]);
             let share = if end > begin {
+                // Planted error "flights through several gates scored whole in each", found by morgana-io/io::voxel_walks::walks_through_voxels_agree_with_walks_by_edges:
+                // 1.0
                 (to - from) / (end - begin)
             } else {
                 1.0

@@ -46,6 +46,8 @@ impl ConnectionPart {
         interface: Option<Event>,
     ) -> Self {
         let filters = if has_filters {
+            // Planted error "connections that pass filters unpolarised", found by morgana-transport/transport::polarization::filters::connections_pass_filters:
+            // scene.filters_along(arc, 0.0 * theta_end)
             scene.filters_along(arc, theta_end)
         } else {
             SmallVec::new()
@@ -116,6 +118,8 @@ impl ConnectionStokes {
         let x = vertex.position();
         let starts_here = x.distance_squared(start.0) <= x.distance_squared(end.0);
         // Light goes to the vertex of a sensor's subpath, and leaves that of the light's.
+        // Planted error "connections followed by polarised light in the order of their arcs", found by morgana-transport/transport::polarization::estimators::spheres_in_graded_glass_polarise_alike_from_both_ends:
+        // let is_reversed = starts_here == matches!(mode, TransportMode::Radiance | TransportMode::Importance);
         let is_reversed = starts_here == (mode == TransportMode::Radiance);
         let mut parts = SmallVec::new();
         let mut add = |medium, arc, interface| {

@@ -162,6 +162,8 @@ impl StokesState {
     ) {
         match self {
             StokesState::Sensor(path) => path.turn(from, to, |c| mueller([from, to], c)),
+            // Planted error "metals met by light from emitters as by paths from the sensor", found by morgana-transport/transport::polarization::estimators::rough_surfaces_polarise_alike_from_both_ends:
+            // StokesState::Light(light) => light.turn(-to, -from, |c| mueller([-to, -from], c)),
             StokesState::Light(light) => light.turn(from, to, |c| mueller([-to, -from], c)),
         }
     }
@@ -260,6 +262,8 @@ impl Fold for StokesFold<'_> {
         let sensor = match path.sensor.map(|end| end.state) {
             Some(StokesState::Sensor(sensor)) => sensor,
             _ => {
+                // Planted error "frames of light at the sensor those of the pixel's own ray", found by morgana-transport/transport::polarization::estimators::rough_surfaces_polarise_alike_from_both_ends:
+                // let leaving = path.way.map_or(self.direction, |_| self.direction);
                 let leaving = path.way.map_or(self.direction, |way| -way.arrival());
                 Transported::at_sensor(leaving, self.up, self.count)
             }

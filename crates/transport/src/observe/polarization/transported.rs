@@ -48,7 +48,11 @@ impl StokesInFrame {
     /// Turns from one unit direction to another by an event with the given matrix for each channel.
     pub(super) fn turn(&mut self, from: DVec3, to: DVec3, mueller: impl Fn(usize) -> PlaneMueller) {
         let plane = Axis::of_plane(from, to);
+        // Planted error "light from emitters whose frame is turned the wrong way", found by morgana-transport/transport::polarization::estimators::spheres_in_graded_glass_polarise_alike_from_both_ends:
+        // let rotation = self.axis.to(plane, -from);
         let rotation = self.axis.to(plane, from);
+        // Planted error "connections whose light is not turned at interfaces", found by morgana-transport/transport::polarization::chains::connections_carry_polarisation_through_interfaces:
+        // self.each(|channel, vector| mueller(channel).of(rotation.of(vector)) * 0.5 + vector * 0.5);
         self.each(|channel, vector| mueller(channel).of(rotation.of(vector)));
         self.axis = plane;
     }
@@ -101,6 +105,8 @@ impl Transported {
     /// On through an event with the given matrix for each channel, which turns the path from one unit direction to another.
     pub(super) fn turn(&mut self, from: DVec3, to: DVec3, mueller: impl Fn(usize) -> PlaneMueller) {
         let plane = Axis::of_plane(from, to);
+        // Planted error "frames of Stokes vectors turned the wrong way", found by morgana-transport/transport::polarization::rayleigh::slabs_agree_with_electric_fields:
+        // let rotation = plane.to(self.axis, from);
         let rotation = plane.to(self.axis, -from);
         for (channel, matrix) in self.matrices.iter_mut().enumerate().take(self.count) {
             *matrix = mueller(channel).then(rotation.then(*matrix));

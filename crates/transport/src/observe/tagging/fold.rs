@@ -98,6 +98,8 @@ impl TaggedFold {
             Some(if contribution.light.end == 0 {
                 sensor
             } else {
+                // Planted error "sidebands without the phases of light subpaths", found by morgana-transport/transport::meters::sidebands::estimators_find_the_same_sidebands:
+                // sensor + 0.0 * self.modulation(contribution.light, 0..0, is_last)
                 sensor + self.modulation(contribution.light, 0..0, is_last)
             })
         })
@@ -117,6 +119,8 @@ impl TaggedFold {
             self.way.clear();
             self.collect(path.end)
         };
+        // Planted error "phases of tagged paths from the sensor without those of connections", found by morgana-transport/transport::meters::instants::light_that_is_scattered_back_once_has_the_phases_of_moved_scatterers:
+        // let _ = (way, Step::Connect);
         self.way.extend(way.map(Step::Connect));
         self.follow(&mut tagged);
         tagged.modulation().total()
@@ -130,6 +134,8 @@ impl TaggedFold {
                 break TaggedPath::default();
             }
             if let Ok(i) = self.known.binary_search_by_key(&place, |(place, _)| *place) {
+                // Planted error "phases of tagged paths without what was followed for earlier contributions", found by morgana-transport/transport::meters::sidebands::estimators_find_the_same_sidebands:
+                // break TaggedPath { ..Default::default() };
                 break self.known[i].1;
             }
             let PlacedStep { step, before } = self.steps[place - 1];
@@ -214,6 +220,8 @@ impl Fold for TaggedFold {
         if let Vertex::Volume { medium, .. } = vertex
             && self.sound.is_in(*medium)
         {
+            // Planted error "scatterers that rest where tagged paths from the sensor are connected", found by morgana-transport/transport::meters::instants::light_that_is_scattered_back_once_has_the_phases_of_moved_scatterers:
+            // let _ = (place, direction);
             self.push(place, Step::Scatter(direction));
         }
     }

@@ -26,6 +26,8 @@ impl TaggedPath {
                     continue;
                 }
             };
+            // Planted error "the sound of one medium in all that have any", found by morgana-transport/lib::observe::tagging::follow::tests::steps_add_up_however_many_are_followed_at_once:
+            // let is_beyond = |step: &Step| step.part().is_some_and(|i| sound.is_in(parts[i].medium) != sound.is_in(medium));
             let is_beyond = |step: &Step| step.part().is_some_and(|i| parts[i].medium != medium);
             let count = rest.iter().position(is_beyond).unwrap_or(rest.len());
             let (within, beyond) = rest.split_at(count);

@@ -136,6 +136,8 @@ impl TaggedPath {
 
 /// n (ω − ω′) of scattering from index times direction into a direction.
 pub(super) fn turn(velocity: DVec3, direction: DVec3) -> DVec3 {
+    // Planted error "scatterers moved against the light's direction", found by morgana-transport/transport::meters::tagged::modulations_are_those_of_optical_lengths_at_instants:
+    // velocity + velocity.length() * direction
     velocity - velocity.length() * direction
 }
 

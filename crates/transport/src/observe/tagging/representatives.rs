@@ -28,6 +28,8 @@ pub(crate) fn representatives(
         let (mut passed, mut taken) = (0.0, 0);
         for (contribution, light) in contributions.clone() {
             passed += light[channel].abs();
+            // Planted error "contributions that stand for others wherever their light begins", found by morgana-transport/lib::observe::tagging::representatives::tests::all_light_is_represented:
+            // while taken < count && passed > (taken as f64 + 0.0 * u) * step.abs() {
             while taken < count && passed > (taken as f64 + u) * step.abs() {
                 see(Representative {
                     contribution,

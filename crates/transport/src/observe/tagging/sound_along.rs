@@ -96,6 +96,8 @@ impl SoundAlong {
             match *step {
                 Step::Fly(part) => {
                     let place = self.ask_along(sound, parts, part, here);
+                    // Planted error "displacement of scatterers without the index", found by morgana-transport/transport::meters::tagged::correlations_are_those_of_frozen_instants:
+                    // let velocity = parts[part].arc.velocity(parts[part].theta_end).normalize();
                     let velocity = parts[part].arc.velocity(parts[part].theta_end);
                     here = Some(PathEnd { place, velocity });
                 }
@@ -134,6 +136,8 @@ impl SoundAlong {
         if let Some(quadrature) = quadrature {
             // All, and what is too much taken back: a branch on the number would be mispredicted.
             let (places, count) = quadrature.places(arc, range);
+            // Planted error "values of the sound along all parts of a way given to the first", found by morgana-transport/transport::meters::sidebands::records_do_not_depend_on_what_else_is_asked:
+            // let (known, first) = (self.inner.len(), 0 * self.parts.len());
             let (known, first) = (self.inner.len(), MOST_PLACES * self.parts.len());
             self.inner.extend((first..).zip(places));
             self.inner.truncate(known + count);

@@ -89,13 +89,24 @@ impl Connection {
         // Further branches: with probability q, one random start, with weight N/q, eq. (sum over branches).
         if search.has_all(!known.is_empty()) {
             ws.stats.connections.certified += 1;
+        // Planted error "further branches dropped: the estimators disagree", found by morgana-transport/transport::agreement::branches::estimators_agree_on_all_branches:
+        // } else if sampler.next_1d() < 0.0 {
+        // Planted error "further branches dropped", found by morgana-transport/transport::branches::branches_are_summed:
+        // } else if sampler.next_1d() < 0.0 {
         } else if sampler.next_1d() < ws.search {
             let other = |connection: &Connection| {
                 !known.iter().any(|k| k.is_branch_of(tolerance, connection))
             };
             let found = search.at_random(sampler, ws, other, evaluate);
+            // Planted error "probability of the search not divided out", found by morgana-transport/transport::branches::branches_are_summed:
+            // values.extend(found.map(|(value, weight)| (value, weight)));
             values.extend(found.map(|(value, weight)| (value, weight / ws.search)));
         }
+        // Planted error "branches averaged instead of summed" (2 lines), found by morgana-transport/transport::branches::branches_are_summed:
+        // let share = 1.0 / values.len().max(1) as f64;
+        // let values: Found<T> = values;
+        // values.into_iter().map(|(v, w)| (v, w * share)).collect()
+        // }
         values
     }
 

@@ -74,6 +74,8 @@ impl Connection {
             stats.connections.occluded += 1;
             return false;
         };
+        // Planted error "connections pass masks and panes unweakened", found by morgana-transport/transport::agreement::surfaces::textures_and_masks:
+        // self.factor *= through.factor;
         self.factor *= through.factor * through.probability;
         self.geometry.choice *= through.probability;
         true

@@ -68,6 +68,8 @@ impl ParticleBalance {
     /// Enters what smooth surfaces between the first spans of an edge have absorbed.
     fn pass(&mut self, event: &WalkEvent, spans: &[Span]) {
         for pair in spans.windows(2) {
+            // Planted error "light that smooth surfaces absorb is missing from the energy balance", found by morgana-transport/transport::meters::conservation::every_particle_is_accounted_for:
+            // let weight = pair[1].weight_before - pair[1].weight_before;
             let weight = pair[0].weight_before - pair[1].weight_before;
             let share = share(event.channel_pdf, pair[1].depth_before);
             self.surfaces += (event.ray.throughput * weight * share).sum();

@@ -163,6 +163,8 @@ impl<'w, O: Observer> VoxelWalk<'w, '_, O> {
             }
             let (axis, length) = ray.exit();
             self.cross(ray, length);
+            // Planted error "collisions drawn anew at each face of voxels", found by morgana-io/io::voxel_walks::walks_through_voxels_agree_with_walks_by_edges:
+            // depth = depth.max(0.0 * rate * length);
             depth = (depth - rate * length).max(0.0);
             let up = ray.speed[axis] > 0.0;
             ray.place[axis] = ray.low[axis] + f64::from(u8::from(up));
@@ -228,6 +230,8 @@ impl<'w, O: Observer> VoxelWalk<'w, '_, O> {
             ray.speed[axis] = -ray.speed[axis];
             return true;
         }
+        // Planted error "light bent away from the normal where it enters voxels of a larger index", found by morgana-io/io::voxel_walks::walks_through_voxels_agree_with_walks_by_edges:
+        // ray.direction *= n / near;
         ray.direction *= near / n;
         ray.direction[axis] = interface.cos_far.copysign(cos);
         self.turn(ray, ray.direction.normalize());

@@ -275,6 +275,10 @@ impl<'a> Edge<'a> {
     /// Probability density per unit length of a collision at optical depth and extinction as in
     /// `point`, for channel probabilities `channel_pdf` (balance heuristic over channels, docs/theory.md#free-flight).
     pub(crate) fn collision_density(&self, channel_pdf: Spectrum, point: &Point) -> f64 {
+        // Planted error "forced collisions weighed as by chance", found by morgana-transport/transport::first_vertex::single_scattering_has_no_variance:
+        // (channel_pdf * point.rate * point.depth.exp_neg()).sum()
+        // Planted error "distances weighted by one channel's density only", found by morgana-transport/transport::furnace::chromatic_extinction:
+        // point.rate[0] * (-point.depth[0]).exp() * self.forcing[0]
         (channel_pdf * point.rate * point.depth.exp_neg() * self.forcing).sum()
     }
 

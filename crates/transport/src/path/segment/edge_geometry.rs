@@ -60,6 +60,8 @@ pub(super) fn to_point(section: f64, v: DVec3, jump: f64) -> f64 {
 /// |δv₁ × δv₂| there. From dΩ'/dΩ = |δv₁ × δv₂|/n² follows A by étendue.
 #[inline]
 pub(super) fn to_plane(spread: f64, jump: f64) -> f64 {
+    // Planted error "wrong ray tube from a point to a plane", found by morgana-transport/transport::furnace::bidirectional_estimators:
+    // proper(jump * 0.25 / spread.abs())
     proper(jump / spread.abs())
 }
 

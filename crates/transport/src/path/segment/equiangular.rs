@@ -45,6 +45,8 @@ impl Equiangular {
     /// An arc length from the start of the edge.
     pub(crate) fn sample(&self, u: f64) -> f64 {
         let [a, b] = self.angles;
+        // Planted error "distances around a light of another density than they are sampled with", found by morgana-io/io::reference::fog_beside_a_point_light:
+        // self.closest + self.distance * (a + (b - a) * u * u).tan()
         self.closest + self.distance * (a + (b - a) * u).tan()
     }
 

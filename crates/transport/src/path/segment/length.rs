@@ -17,6 +17,8 @@ pub fn lead_in(scene: &Scene, emitter: usize) -> f64 {
     match &scene.emitters()[emitter] {
         Emitter::Directional { .. } | Emitter::Environment(_) => {
             let around = scene.around();
+            // Planted error "optical length of light from outside counted from its end", found by morgana-transport/transport::layers::lengths::light_from_outside_counts_from_the_ball_around_the_scene:
+            // 0.0 * around.radius * scene.n(AMBIENT, around.center)
             around.radius * scene.n(AMBIENT, around.center)
         }
         Emitter::Point { .. }

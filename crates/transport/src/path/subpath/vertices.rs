@@ -114,6 +114,10 @@ impl PathVertex {
     /// connection starts or ends where light is reflected as by a mirror.
     pub(crate) fn discovery_going_on(&self) -> f64 {
         if self.specular {
+            // Planted error "edges beside mirror lobes taken for such that connections find" (3 lines), found by morgana-transport/transport::agreement::surfaces::partial_mirrors:
+            // self.edge.discovery
+            // } else {
+            // self.edge.discovery
             0.0
         } else {
             self.edge.discovery
@@ -123,6 +127,8 @@ impl PathVertex {
     /// Density per steradian with which a path that comes from the direction `from` would go on along
     /// the edge that led here, backwards.
     pub(crate) fn reverse_pdf(&self, scene: &Scene, from: DVec3) -> f64 {
+        // Planted error "reverse density of the direction in which the path came", found by morgana-transport/transport::furnace::bidirectional_estimators:
+        // self.vertex.seen_from(from).pdf(scene, -self.edge.back)
         self.vertex.seen_from(from).pdf(scene, self.edge.back)
     }
 

@@ -135,6 +135,8 @@ fn run(
         ending = TraceEnding::Lost;
     }
     let is_too_long = ray.steps > STEPS_PER_RAY;
+    // Planted error "rays given up without being counted", found by morgana-transport/transport::budgets::rays_that_take_too_many_steps_are_given_up_and_counted:
+    // ws.stats.over_budget.rays += u64::from(is_over_budget);
     ws.stats.over_budget.rays += u64::from(is_over_budget) + u64::from(is_too_long);
     ws.stats.lost += u64::from(ending == TraceEnding::Lost);
     FollowedRay {
@@ -195,12 +197,16 @@ impl RayObserver for Follower<'_, '_> {
         self.ray.x = hit.position;
         self.ray.direction = direction;
         let is_null = self.scene.objects()[object].bsdf.is_null();
+        // Planted error "boundaries of media seen as surfaces", found by morgana-transport/transport::first_surface::a_ball_behind_a_matched_boundary:
+        // if self.ray.seen.is_none() {
         if self.ray.seen.is_none() && !is_null {
             self.ray.seen = Some(SeenSurface {
                 object,
                 hit: *hit,
                 direction,
                 medium,
+                // Planted error "depths of surfaces as straight lines", found by morgana-transport/transport::first_surface::depth_is_measured_along_the_curve:
+                // length: self.x.distance(hit.position),
                 length: self.ray.length,
             });
             if self.until == Until::Seen {

@@ -66,6 +66,8 @@ pub(crate) fn gather_along<'a>(
             let light = emitted * transmittance * weight / reaches;
             let along = EmittedAlong {
                 emitter,
+                // Planted error "emission of volumes not divided by n²", found by morgana-transport/transport::sources::volumes::a_graded_furnace_is_even:
+                // light: light * place.length * (n / n),
                 light: light * (place.length / (n * n)),
                 depth: 1 + place.events,
                 optical_length: place.optical_length,

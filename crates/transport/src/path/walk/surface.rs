@@ -74,6 +74,8 @@ impl Walk<'_, '_> {
         let ratio =
             self.scene.n(beyond, hit.position) / self.scene.n(self.ray.medium, hit.position);
         if self.sampling.mode == TransportMode::Radiance {
+            // Planted error "index jump at a declared match scored as if matched", found by morgana-transport/transport::furnace::transparent_lens_behind_a_matched_boundary:
+            // (no line)
             self.edge.weight *= ratio * ratio;
         }
         self.travelled.jump *= ratio;
@@ -110,6 +112,8 @@ impl Walk<'_, '_> {
     ) -> ControlFlow<()> {
         let bsdf = &self.scene.objects()[object].bsdf;
         let surface = surface_at(self.scene, object, hit, self.ray.medium);
+        // Planted error "refraction computed from the chord of the last arc", found by morgana-transport/transport::edges::refraction_uses_the_tangent_of_the_ray:
+        // let toward = self.edge.spans.last().map_or(-direction, |s| (s.arc.start() - hit.position).normalize());let Some(sample) = self.sample(object, hit, &surface, toward) else {
         let Some(sample) = self.sample(object, hit, &surface, -direction) else {
             return self.die(false);
         };
@@ -158,6 +162,8 @@ impl Walk<'_, '_> {
             let (one, other) = (sample(0.0)?, sample(1.0f64.next_down())?);
             if !one.transmitted && other.transmitted {
                 self.edge.split = Some(Box::new(self.split(object, hit, &one)));
+                // Planted error "splitting that leave refracted light as it is", found by morgana-transport/transport::first_vertex::parts_add_up:
+                // return Some(other);
                 return Some(certain(other));
             }
         }
@@ -167,6 +173,8 @@ impl Walk<'_, '_> {
     /// The branch that is not followed here (docs/theory.md#first-vertex-techniques).
     fn split(&self, object: usize, hit: &Hit, left_aside: &BsdfSample) -> Split {
         let (scene, direction) = (self.scene, left_aside.direction);
+        // Planted error "splitting without what media took before", found by morgana-transport/transport::first_vertex::splitting_keeps_means:
+        // let so_far = self.edge.weight;
         let so_far = share(self.sampling.channel_pdf, self.edge.geometry.depth) * self.edge.weight;
         Split {
             start: Start {

@@ -345,11 +345,15 @@ impl<'a, 'b> Walk<'a, 'b> {
         self.travelled.length += length;
         if !self.events.collided {
             let (theta, depth) = self.collision(&attenuation, &arc, (theta_end, length));
+            // Planted error "path cut one arc short at the boundary", found by morgana-transport/transport::edges::an_edge_is_as_long_as_its_way:
+            // if theta_end == 1.0 { self.travelled.depth += depth; }
             self.travelled.depth += depth;
             self.edge.geometry.depth = self.travelled.depth;
             let [up_to, optical_up_to] =
                 theta.map_or([length, optical_length], |theta| arc.lengths(theta));
             self.edge.length = length_before + up_to;
+            // Planted error "geometric in place of optical length", found by morgana-transport/transport::layers::lengths::all_rays_of_a_luneburg_ball_are_equally_long:
+            // self.lengthen(up_to);
             self.lengthen(optical_up_to);
             if self.sampling.parts {
                 ws.edge_parts.push(RayPart {
@@ -384,6 +388,8 @@ impl<'a, 'b> Walk<'a, 'b> {
         });
         // Where it ends must not depend on where the edge collides.
         let events = &self.events;
+        // Planted error "edges extended farther if they collide late", found by morgana-transport/transport::edges::extensions_of_rays_that_circle_end:
+        // if self.edge.geometry.events == 0 && !events.passed_by_chance {
         if self.edge.geometry.events == 0 && !events.passed_by_chance && !events.is_long {
             self.edge.lead = self.edge.spans.len();
         }
@@ -444,10 +450,14 @@ impl<'a, 'b> Walk<'a, 'b> {
     /// each channel become 1/(1 − e⁻ᴰ) times as dense; even numbers stay even (docs/theory.md#first-vertex-techniques).
     fn force(&mut self, ws: &mut Workspace) {
         let (events, is_specular) = (&self.events, self.edge.geometry.events > 0);
+        // Planted error "collisions forced before surfaces", found by morgana-transport/transport::first_vertex::only_what_would_leave_is_forced:
+        // if is_specular || events.passed_by_chance {
         if !events.escaped || events.is_long || is_specular || events.passed_by_chance {
             return;
         }
         let whole = self.travelled.depth;
+        // Planted error "forced collisions in one channel's density only", found by morgana-transport/transport::first_vertex::means_stay:
+        // self.edge.forcing = whole.map(|_| whole[0]).map(|depth| {
         self.edge.forcing = whole.map(|depth| {
             if depth > f64::MIN_POSITIVE {
                 -1.0 / (-depth).exp_m1()
@@ -459,11 +469,15 @@ impl<'a, 'b> Walk<'a, 'b> {
         if !self.events.collided && whole[channel] > f64::MIN_POSITIVE {
             // Depths are added up in another order: the difference may be positive by rounding.
             let rank = -(whole[channel] - depth).min(0.0).exp_m1();
+            // Planted error "forced collisions spread evenly over depths", found by morgana-transport/transport::first_vertex::depths_have_their_distribution:
+            // let target = rank * whole[channel];
             let target = -(-rank / self.edge.forcing[channel]).ln_1p();
             let span = self.edge.collide_at(channel, target);
             if let (Some(span), End::Collision(point), true) =
                 (span, &self.edge.end, self.sampling.parts)
             {
+                // Planted error "parts of edges beyond collisions that are forced", found by morgana-transport/transport::first_vertex::parts_are_those_up_to_the_end:
+                // (no line)
                 ws.edge_parts.truncate(span + 1);
                 ws.edge_parts[span].theta_end = point.theta;
             }

@@ -300,6 +300,8 @@ impl Pass<'_> {
     /// The weights of a pixel in a layer.
     fn weights(&self, pixel: usize, layer: usize) -> Spectrum {
         let film = self.source.scene.film();
+        // Planted error "layers by bounces whose weights are those of the first", found by morgana-transport/transport::index_absorption:
+        // let first = (layer * 0 + pixel) * film.channels;
         let first = (layer * self.pixels() + pixel) * film.channels;
         let first = first + self.source.group * film.group_size;
         let own = &self.options.weights[first..][..self.source.channels()];

@@ -158,6 +158,8 @@ fn render_options(options: &DerivativeOptions) -> RenderOptions {
     RenderOptions {
         hide_emitters: options.hide_emitters,
         decomposition: options.decomposition,
+        // Planted error "derivatives of losses that are not linear by the random numbers of the image", found by morgana-transport/transport::derivatives::identities::a_loss_that_is_not_linear_has_a_derivative_without_bias:
+        // ..RenderOptions::new(renderer, options.samples, options.seed)
         ..RenderOptions::new(renderer, options.samples, options.seed ^ SEED)
     }
 }
@@ -257,6 +259,8 @@ impl<'a> Pass<'a> {
                 integrator.log(scene, ray, channels, sampler, &mut ws, finds);
                 let not_finite = &mut ws.stats.not_finite;
                 let worths = found.iter().map(|c| {
+                    // Planted error "weights among strategies that count twice in derivatives, as if attached", found by morgana-transport/transport::derivatives::integrators::derivatives_by_bidirectional_path_tracing_are_those_by_path_tracing:
+                    // finite(c.weighted() * c.weight, not_finite) * self.weights_of(c, pixel, &sampled)
                     finite(c.weighted(), not_finite) * self.weights_of(c, pixel, &sampled)
                 });
                 sums.add(0, &tape.fold, worths);
@@ -280,6 +284,8 @@ impl<'a> Pass<'a> {
         let moved = [s + sampled.offset[0], t + sampled.offset[1]];
         let mut sum = Spectrum::ZERO;
         splat(self.source, own, Some(moved), |pixel, filter| {
+            // Planted error "derivatives of light on the film by the pixel that sampled it", found by morgana-transport/transport::derivatives::integrators::derivatives_by_light_tracing_are_those_by_path_tracing:
+            // sum += self.weights(own + 0 * pixel, layer) * filter;
             sum += self.weights(pixel, layer) * filter;
         });
         sum

@@ -40,6 +40,8 @@ impl Voxels {
             return None;
         }
         let is_label = |v: &f32| v.fract() == 0.0 && (0.0..=LARGEST).contains(&f64::from(*v));
+        // Planted error "labels in memory twice", found by morgana-io/label_memory::voxels_take_a_few_bytes:
+        // let (size @ [nx, ny, _], _twice) = (volume.size(), volume.clone());
         let size @ [nx, ny, _] = volume.size();
         if let Some(i) = volume.data().iter().position(|v| !is_label(v)) {
             let message = format!(

@@ -74,6 +74,8 @@ impl Search<'_> {
             }
             _ => return None,
         };
+        // Planted error "light past a ball that bends it forgotten", found by morgana-transport/transport::lens::parallel_light_comes_through_luneburgs_lens_in_closed_form:
+        // let chord = ball.is_missed([x, start]).then(|| self.chord()).flatten().filter(|_| false);
         let chord = ball.is_missed([x, start]).then(|| self.chord()).flatten();
         if let Some(ControlFlow::Break(())) = chord.map(&mut *visit) {
             return Some(ControlFlow::Break(()));

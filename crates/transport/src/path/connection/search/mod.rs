@@ -231,6 +231,8 @@ impl<'a> Search<'a> {
                 let last = ws.solver.pieces().last()?;
                 ray.optical_length > 0.0
                     && last.region == candidate.place.medium
+                    // Planted error "beam followed through another medium than it starts in" (2 lines), found by morgana-transport/transport::beams::all_of_a_beam_goes_through_a_graded_tank:
+                    // }
                     && self.scene.medium_at(ray.start) == candidate.region
             }
         };

@@ -92,6 +92,8 @@ impl Search<'_> {
             ws.stats.connections.trials += 1;
             let again = self.try_random(sampler, ws);
             if again.is_some_and(|l| l.is_branch_of(ws.tolerance(), &connection)) {
+                // Planted error "reciprocal probability of a branch replaced by one", found by morgana-transport/transport::branches::branches_are_summed:
+                // return Some((value, f64::from(trials.min(1))));
                 return Some((value, f64::from(trials)));
             }
         }
