@@ -68,7 +68,7 @@ fn run(command: &Command) -> Result<ExitCode, CommandError> {
         Command::Compare(args) => commands::compare(args),
         Command::Tonemap(args) => commands::tonemap(args),
         Command::Denoise(args) => commands::denoise(args),
-        Command::Schema => commands::schema(),
+        Command::Schema { format } => commands::schema(format),
         Command::Completions { shell } => commands::completions(*shell),
         Command::Man { folder } => commands::man(folder),
     }

@@ -150,11 +150,16 @@ pub enum Command {
         of all parameters; with -o FILE.json, a dictionary. What only morgana has, such as the 'ior' of a medium, \
         stays, and is listed: Mitsuba refuses it. Names of data files are those seen from the new file.")]
     Export(ExportArgs),
-    /// Print the JSON Schema of scenes in JSON, by which editors complete and check them.
-    #[command(after_help = "Example:\n  \
-        morgana schema > scene.schema.json\n\n\
-        A scene names it by \"$schema\": \"scene.schema.json\" (docs/scene-format.md).")]
-    Schema,
+    /// Print the schema of scenes, by which editors complete and check them.
+    #[command(after_help = "Examples:\n  \
+        morgana schema > scene.schema.json\n  \
+        morgana schema --format xsd > scene.xsd\n\n\
+        A scene in JSON names it by \"$schema\": \"scene.schema.json\"; editors of XML have a setting for it (docs/scene-format.md).")]
+    Schema {
+        /// Format: json for scenes in JSON, xsd for scenes in XML.
+        #[arg(long, value_name = "FORMAT", default_value = "json", value_parser = ["json", "xsd"])]
+        format: String,
+    },
     /// Print a script that completes command lines in a shell.
     #[command(after_help = "Example:\n  \
         morgana completions bash > ~/.local/share/bash-completion/completions/morgana")]

@@ -3,6 +3,13 @@
 use crate::support::Folder;
 
 #[test]
+fn the_schema_of_xml_is_xml() {
+    let schema = Folder::with_scene("").succeed("schema --format xsd");
+    let schema = roxmltree::Document::parse(&schema).unwrap();
+    assert_eq!(schema.root_element().tag_name().name(), "schema");
+}
+
+#[test]
 fn the_schema_is_json() {
     let schema = Folder::with_scene("").succeed("schema");
     let schema: serde_json::Value = serde_json::from_str(&schema).unwrap();

@@ -18,11 +18,13 @@ mod element;
 mod loader;
 mod numbers;
 mod properties;
+mod schema;
 mod spectra;
 mod tags;
 mod transforms;
 mod write;
 
+pub use schema::xml_schema;
 pub use write::{ArrayInXml, write};
 
 use std::path::Path;

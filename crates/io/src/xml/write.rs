@@ -212,7 +212,7 @@ fn is_real(object: &ObjectDescription, name: &str) -> bool {
 }
 
 /// Text as an attribute holds it.
-fn escaped(text: &str) -> String {
+pub(super) fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {

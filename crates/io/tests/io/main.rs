@@ -85,3 +85,4 @@ mod voxel_walks;
 mod vtk_of_others;
 mod xml_bad;
 mod xml_good;
+mod xml_schema;

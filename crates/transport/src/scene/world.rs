@@ -162,7 +162,7 @@ impl Scene {
         // let arcs: Vec<_> = arcs.collect();
         // let ends = (arcs[0].0.start(), arcs[arcs.len() - 1].0.end());
         // let chord = Arc::line(ends.0, ends.1 - ends.0, 1.0);
-        // if target.is_some() || first_of(&self.blockers, &chord, [0.0, 1.0], [None; 2]).is_none() {
+        // if target.is_some() || first_of(&self.geometry.blockers, &chord, [0.0, 1.0], [None; 2]).is_none() {
         //     return Some(all);
         // }
         // let (last, arcs) = (arcs.len().saturating_sub(1), arcs.into_iter());
