@@ -78,7 +78,7 @@ impl<L: PathLog> Tracing<'_, L> {
         };
         let by_distance = self.scene.emitter_probability(end.emitter, &along(edge));
         // Planted error "point lights chosen along an edge as at its end", found by morgana-transport/transport::connections::many_points_add_up:
-        // let by_distance = by_distance.max(chosen) * around.pdf(point.length);
+        // let by_distance = by_distance.max(end.probability) * around.pdf(point.length);
         let by_distance = by_distance * around.pdf(point.length);
         let by_collision = edge.collision_density(sampled.channel_pdf, point) * end.probability;
         by_collision / (by_collision + by_distance)

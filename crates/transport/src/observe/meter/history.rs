@@ -1,6 +1,7 @@
 //! What has happened to particles on their way, region by region: how far they have flown, how often they were scattered, and
 //! by how much (docs/theory.md#records); and what flow does to the optical length of their way (docs/theory.md#flow).
 
+use super::copies::Copies;
 use super::flight::Flight;
 use super::grid::{Coordinates, MeterGrid};
 use crate::medium::{Medium, MediumLabels};
@@ -73,29 +74,29 @@ pub(super) struct RegionHistory {
     pub momentum_transfer: f64,
 }
 
-/// How fast flow changes the optical length of ways, Σ n (ω − ω')·v.
-#[derive(Clone, Debug, Default)]
-struct Flow {
-    waiting: Vec<f64>,
-    current: f64,
+/// What has happened to a particle.
+#[derive(Clone, Debug)]
+struct History {
+    regions: Vec<RegionHistory>,
+    /// How fast flow changes the optical length of its way, Σ n (ω − ω')·v.
+    flow: f64,
 }
 
-/// The histories of a particle and of its copies that wait to be followed, one after the other.
+/// The histories of a particle and of its copies.
 #[derive(Clone, Debug)]
 pub(super) struct Histories {
     regions: HistoryRegions,
-    waiting: Vec<RegionHistory>,
-    current: Vec<RegionHistory>,
-    flow: Option<Flow>,
+    copies: Copies<History>,
     cuts: Vec<f64>,
 }
 
 impl Histories {
     pub(super) fn new(regions: HistoryRegions) -> Self {
         Histories {
-            flow: regions.flows().then(Flow::default),
-            current: vec![RegionHistory::default(); regions.count()],
-            waiting: Vec::new(),
+            copies: Copies::new(History {
+                regions: vec![RegionHistory::default(); regions.count()],
+                flow: 0.0,
+            }),
             cuts: Vec::new(),
             regions,
         }
@@ -103,51 +104,39 @@ impl Histories {
 
     /// A particle starts.
     pub(super) fn start(&mut self) {
-        self.waiting.clear();
-        let empty = RegionHistory::default();
-        self.waiting.resize(self.regions.count(), empty);
-        if let Some(flow) = &mut self.flow {
-            flow.waiting.clear();
-            flow.waiting.push(0.0);
-        }
+        self.copies.start(|history| {
+            history.regions.fill(RegionHistory::default());
+            history.flow = 0.0;
+        });
     }
 
-    /// The copy that was put aside last takes its next edge.
+    /// The next copy takes its next edge.
     pub(super) fn resume(&mut self) {
-        self.current.clear();
-        let rest = self.waiting.len().saturating_sub(self.regions.count());
-        self.current.extend(self.waiting.drain(rest..));
-        if let Some(flow) = &mut self.flow {
-            flow.current = flow.waiting.pop().unwrap_or(0.0);
-        }
+        self.copies.resume();
     }
 
     /// The walk goes on in so many copies.
     pub(super) fn go_on(&mut self, copies: usize) {
-        for _ in 0..copies {
-            self.waiting.extend_from_slice(&self.current);
-        }
-        if let Some(flow) = &mut self.flow {
-            flow.waiting.extend((0..copies).map(|_| flow.current));
-        }
+        self.copies.go_on(copies);
     }
 
     /// What has happened to the particle so far.
     pub(super) fn current(&self) -> &[RegionHistory] {
-        &self.current
+        &self.copies.current.regions
     }
 
     /// How fast flow changes the optical length of its way so far, if anything flows.
     pub(super) fn optical_length_rate(&self) -> Option<f64> {
-        self.flow.as_ref().map(|flow| flow.current)
+        self.regions.flows().then_some(self.copies.current.flow)
     }
 
     /// The particle flies.
     pub(super) fn fly(&mut self, flight: &Flight) {
         let (arc, medium) = (&flight.span.arc, flight.span.medium);
+        let current = &mut self.copies.current.regions;
         let Some((_, cells)) = &self.regions.media[medium].labels else {
             let region = self.regions.media[medium].first;
-            self.current[region].length += arc.arc_length(flight.theta_end);
+            current[region].length += arc.arc_length(flight.theta_end);
             return;
         };
         // Cut the arc where it passes from voxel to voxel, and add the length of each piece to the label of its middle.
@@ -159,14 +148,15 @@ impl Histories {
         for &to in &self.cuts {
             let length = arc.arc_length(to);
             let region = self.regions.at(medium, arc.position(0.5 * (from + to)));
-            self.current[region].length += length - before;
+            current[region].length += length - before;
             (from, before) = (to, length);
         }
     }
 
     /// The particle is scattered into a direction.
     pub(super) fn scatter(&mut self, scene: &Scene, point: &Point, direction: DVec3) {
-        if let Some(flow) = &mut self.flow {
+        let current = &mut self.copies.current;
+        if self.regions.flows() {
             let medium = scene.medium(point.medium);
             let velocity = medium.velocity_at(point.x);
             if velocity != DVec3::ZERO {
@@ -175,11 +165,11 @@ impl Histories {
                 let turn = point.direction - direction;
                 // Planted error "flow of scatterers without the index", found by morgana-transport/transport::meters::instants::rates_are_those_of_lengths_between_scatterers_that_flow:
                 // flow.current += turn.dot(velocity);
-                flow.current += medium.index.n(point.x) * turn.dot(velocity);
+                current.flow += medium.index.n(point.x) * turn.dot(velocity);
             }
         }
         let region = self.regions.at(point.medium, point.x);
-        let history = &mut self.current[region];
+        let history = &mut current.regions[region];
         history.scatterings += 1.0;
         history.momentum_transfer += 1.0 - point.direction.dot(direction);
     }

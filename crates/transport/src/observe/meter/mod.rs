@@ -7,6 +7,7 @@
 
 mod acceptance;
 mod check;
+mod copies;
 mod differentiate;
 mod flight;
 mod fluence;

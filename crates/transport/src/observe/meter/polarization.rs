@@ -1,5 +1,6 @@
 //! Stokes vectors of particles (docs/theory.md#stokes-vectors).
 
+use super::copies::Copies;
 use crate::Spectrum;
 use crate::observe::fold::Fold;
 use crate::path::{Span, TransportMode, Vertex};
@@ -12,60 +13,62 @@ use glam::DVec3;
 #[derive(Debug)]
 pub(super) struct ParticleStokes<'a> {
     fold: StokesFold<'a>,
-    /// Copies, the last of which is followed next.
-    waiting: Vec<StokesState>,
-    current: StokesState,
+    /// `None` before the first edge.
+    copies: Copies<Option<StokesState>>,
     /// Before the last surface.
-    arriving: StokesState,
+    arriving: Option<StokesState>,
 }
 
 impl<'a> ParticleStokes<'a> {
     /// For particles of a number of channels.
     pub(super) fn new(scene: &'a Scene, channels: usize) -> Self {
-        let fold = StokesFold::new(scene, channels);
-        let current = fold.unpolarized(DVec3::Z);
         ParticleStokes {
-            fold,
-            waiting: Vec::new(),
-            current,
-            arriving: current,
+            fold: StokesFold::new(scene, channels),
+            copies: Copies::new(None),
+            arriving: None,
         }
     }
 
     /// Starts a particle in a scene at an instant.
     pub(super) fn start(&mut self, scene: &'a Scene) {
         self.fold.enter(scene);
-        self.waiting.clear();
+        self.copies.start(|state| *state = None);
     }
 
-    /// Goes on with the copy that was put aside last, or starts with the unpolarised light of an emitter in a direction.
+    /// Goes on with the next copy; the first has the unpolarised light of an emitter in a direction.
     pub(super) fn resume(&mut self, direction: DVec3) {
-        let next = self.waiting.pop();
-        self.current = next.unwrap_or_else(|| self.fold.unpolarized(direction));
-        self.arriving = self.current;
+        self.copies.resume();
+        let state = &mut self.copies.current;
+        state.get_or_insert_with(|| self.fold.unpolarized(direction));
+        self.arriving = *state;
     }
 
-    /// Puts copies of the particle aside.
+    /// Divides the particle into copies.
     pub(super) fn go_on(&mut self, copies: usize) {
-        self.waiting.extend((0..copies).map(|_| self.current));
+        self.copies.go_on(copies);
     }
 
     /// Follows an arc up to θ.
     pub(super) fn fly(&mut self, arc: &Arc, theta: f64) {
-        self.current.carry(arc, theta);
-        self.arriving = self.current;
+        if let Some(state) = &mut self.copies.current {
+            state.carry(arc, theta);
+        }
+        self.arriving = self.copies.current;
     }
 
     /// Passes a surface between two arcs, or is reflected there.
     pub(super) fn pass(&mut self, span: &Span, next: &Span) {
-        self.fold.pass(&mut self.current, span, next);
+        if let Some(state) = &mut self.copies.current {
+            self.fold.pass(state, span, next);
+        }
     }
 
     /// Turns at a vertex, perhaps along a specular lobe.
     pub(super) fn turn(&mut self, vertex: &Vertex, direction: DVec3, specular: bool) {
-        let mode = TransportMode::Importance;
-        self.fold
-            .turn(&mut self.current, mode, vertex, direction, specular);
+        if let Some(state) = &mut self.copies.current {
+            let mode = TransportMode::Importance;
+            self.fold.turn(state, mode, vertex, direction, specular);
+        }
     }
 
     /// Stokes parameters of light in the unit direction `k` beyond the last surface, or in front of it if the light `arrives` there. The
@@ -74,11 +77,11 @@ impl<'a> ParticleStokes<'a> {
         let light = if arrives {
             &self.arriving
         } else {
-            &self.current
+            &self.copies.current
         };
         match light {
-            StokesState::Light(light) => Transported::at_sensor(-k, up, 1).of(light),
-            StokesState::Sensor(_) => [Spectrum::ZERO; 4],
+            Some(StokesState::Light(light)) => Transported::at_sensor(-k, up, 1).of(light),
+            _ => [Spectrum::ZERO; 4],
         }
     }
 }

@@ -1,5 +1,6 @@
 //! What sound does to the optical lengths of particles' ways (docs/theory.md#tagged-light).
 
+use super::copies::Copies;
 use super::flight::Flight;
 use super::{Estimator, Meter};
 use crate::path::RayPart;
@@ -45,15 +46,12 @@ impl Asked {
 #[derive(Clone, Debug)]
 pub(super) struct Tagging {
     sound: SoundInMedia,
-    waiting: Vec<TaggedPath>,
-    current: TaggedPath,
+    copies: Copies<TaggedPath>,
     asked: Asked,
     /// How the current one has gone on since its modulation was last found.
     steps: Vec<Step>,
     parts: Vec<RayPart>,
     along: SoundAlong,
-    /// Whether the copy that was put aside last goes on from there.
-    goes_on: bool,
     /// That before the last flight, and along it.
     before: DVec2,
     panels: Vec<ModulationPanel>,
@@ -67,9 +65,7 @@ impl Tagging {
             steps: Vec::new(),
             parts: Vec::new(),
             along: SoundAlong::default(),
-            goes_on: false,
-            waiting: Vec::new(),
-            current: TaggedPath::default(),
+            copies: Copies::new(TaggedPath::default()),
             before: DVec2::ZERO,
             panels: Vec::new(),
         }
@@ -77,39 +73,38 @@ impl Tagging {
 
     /// A particle starts.
     pub(super) fn start(&mut self) {
-        self.waiting.clear();
-        self.goes_on = false;
-        self.waiting.push(TaggedPath::default());
+        self.copies.start(|path| *path = TaggedPath::default());
+        self.forget();
     }
 
-    /// The copy that was put aside last takes its next edge.
+    /// The next copy takes its next edge.
     pub(super) fn resume(&mut self) {
-        self.current = self.waiting.pop().unwrap_or_default();
-        if !std::mem::take(&mut self.goes_on) {
+        if !self.copies.resume() {
             self.forget();
         }
     }
 
     /// The walk goes on in so many copies.
     pub(super) fn go_on(&mut self, copies: usize) {
-        self.goes_on = copies == 1;
-        // Planted error "copies of tagged particles that forget their way" (4 lines), found by morgana-transport/transport::meters::sidebands::records_do_not_depend_on_what_else_is_asked:
-        // self.waiting.extend((0..copies).map(|_| self.current));
+        // Planted error "copies of tagged particles that forget their way" (3 lines), found by morgana-transport/transport::meters::sidebands::records_do_not_depend_on_what_else_is_asked:
+        // (no line)
         if copies > 1 {
             self.arrive();
         }
-        self.waiting.extend((0..copies).map(|_| self.current));
+        self.copies.go_on(copies);
     }
 
     /// That of the particle's way so far, where flights end if that is asked for.
     pub(super) fn path(&self) -> PathModulation {
-        self.current.modulation()
+        self.copies.current.modulation()
     }
 
     /// The same where it has come to, whatever is asked for.
     pub(super) fn arrive(&mut self) -> PathModulation {
         let (steps, along) = (&self.steps, &mut self.along);
-        self.current.go(&self.sound, &self.parts, steps, along);
+        self.copies
+            .current
+            .go(&self.sound, &self.parts, steps, along);
         self.forget();
         self.path()
     }
@@ -146,9 +141,9 @@ impl Tagging {
                     medium,
                 });
             }
-            Asked::AtEnds => self.current.fly(&self.sound, medium, arc, theta_end),
+            Asked::AtEnds => self.copies.current.fly(&self.sound, medium, arc, theta_end),
             Asked::Along => {
-                let (sound, path) = (&self.sound, &mut self.current);
+                let (sound, path) = (&self.sound, &mut self.copies.current);
                 // Planted error "phases of tagged fluence of the last flight alone", found by morgana-transport/transport::meters::sidebands::track_lengths_and_collisions_find_the_same_sidebands:
                 // self.before = DVec2::ZERO;
                 self.before = path.modulation().total();
@@ -161,7 +156,7 @@ impl Tagging {
     pub(super) fn scatter(&mut self, direction: DVec3) {
         match self.asked {
             Asked::OnArrival => self.step(|_| Step::Scatter(direction)),
-            Asked::AtEnds | Asked::Along => self.current.scatter(&self.sound, direction),
+            Asked::AtEnds | Asked::Along => self.copies.current.scatter(&self.sound, direction),
         }
     }
 

@@ -103,8 +103,8 @@ impl Connection {
             values.extend(found.map(|(value, weight)| (value, weight / ws.search)));
         }
         // Planted error "branches averaged instead of summed" (2 lines), found by morgana-transport/transport::branches::branches_are_summed:
+        // let values: Weighted<T> = values;
         // let share = 1.0 / values.len().max(1) as f64;
-        // let values: Found<T> = values;
         // values.into_iter().map(|(v, w)| (v, w * share)).collect()
         // }
         values

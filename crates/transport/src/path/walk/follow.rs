@@ -206,7 +206,7 @@ impl RayObserver for Follower<'_, '_> {
                 direction,
                 medium,
                 // Planted error "depths of surfaces as straight lines", found by morgana-transport/transport::first_surface::depth_is_measured_along_the_curve:
-                // length: self.x.distance(hit.position),
+                // length: self.scene.sensor().position().distance(hit.position),
                 length: self.ray.length,
             });
             if self.until == Until::Seen {

@@ -15,7 +15,7 @@ impl Search<'_> {
         let throughput = ConnectionThroughput::new(self.scene, ws.solver.pieces());
         // The ray is followed from the vertex to a point, but from a plane to the vertex.
         // Planted error "chord directions in the scattering function", found by morgana-transport/transport::edges::connections_follow_the_harmonic_orbit:
-        // let near = (candidate.end_point - ray.start).normalize(); let far = -near;
+        // let near = ws.solver.pieces().last().map_or(ray.start, |p| p.arc.position(p.theta_end) - ray.start).normalize(); let far = -near;
         let (near, far) = (ray.direction_out, -ray.direction_in);
         let from_vertex = matches!(target.end, ConnectionEnd::Point { .. });
         let against_light = from_vertex == (target.mode == TransportMode::Radiance);
@@ -35,9 +35,9 @@ impl Search<'_> {
             emission,
             geometry: EdgeGeometry {
                 // Planted error "1/d² as geometry term: the estimators disagree", found by morgana-transport/transport::agreement::branches::estimators_agree_on_all_branches:
-                // geometry_term: throughput.jump / (ray.start.distance_squared(candidate.end_point) * n_last * n_last),
+                // geometry_term: throughput.jump / (ws.solver.pieces().last().map_or(1.0, |p| p.arc.position(p.theta_end).distance_squared(ray.start)) * n_last * n_last),
                 // Planted error "1/d² as geometry term", found by morgana-transport/transport::tallies::irradiance_of_a_luneburg_ball_around_a_point_source:
-                // geometry_term: throughput.jump / (ray.start.distance_squared(candidate.end_point) * n_last * n_last),
+                // geometry_term: throughput.jump / (ws.solver.pieces().last().map_or(1.0, |p| p.arc.position(p.theta_end).distance_squared(ray.start)) * n_last * n_last),
                 geometry_term: throughput.jump / (ray.jacobian * n_last * n_last),
                 depth: throughput.depth,
                 choice: throughput.choice,
