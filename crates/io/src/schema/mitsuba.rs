@@ -124,6 +124,7 @@ const PARAMETERS: &[(PluginKind, &[&str])] = &[
             "parts",
             "radius",
             "records",
+            "stokes",
             "tagged",
             "vane_angle",
             "vane_width",
