@@ -168,7 +168,7 @@ def test_polarised_light_is_refused():
     """The picture of the integrator stokes is another one, also where it is not told apart."""
     scene = load({**foggy(), "integrator": {"type": "stokes", "nested": {"type": "path"}}})
     for name in ["fog.ior", "fog.sigma_a"]:
-        with pytest.raises(morgana.RenderError, match="leave the integrator stokes out"):
+        with pytest.raises(morgana.RenderError, match="leave out the integrator stokes"):
             morgana.derivatives(scene, [name], weights(), spp=2)
 
 
