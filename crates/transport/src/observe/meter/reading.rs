@@ -14,7 +14,7 @@ const SLOTS_AT_ONCE: usize = 1 << 12;
 /// One axis of an array of bins.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReadingAxis {
-    /// Its name: `x`, `y`, `z`, `r`, `opl`, `cosine`, `side`, `part`, `u`, `v`, `order`, `delay`.
+    /// Its name: `x`, `y`, `z`, `r`, `opl`, `cosine`, `side`, `part`, `u`, `v`, `order`, `delay`, `stokes`.
     pub name: Cow<'static, str>,
     /// The ends of its bins, one more than there are bins.
     pub edges: Vec<f64>,

@@ -27,7 +27,7 @@ fn estimators() -> [Integrator; 3] {
 }
 
 /// All estimators with a longest path.
-fn bounded(max_depth: u32) -> [Integrator; 3] {
+pub fn bounded(max_depth: u32) -> [Integrator; 3] {
     let max_depth = Some(max_depth);
     [
         Integrator::Path(PathTracer {

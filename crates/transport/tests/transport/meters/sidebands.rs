@@ -2,6 +2,7 @@
 //!
 //! Statistical tests have a family-wise false-alarm rate of 1e-3 each.
 
+use crate::layers::bounded;
 use crate::meters::free_flights::{hull, net};
 use crate::meters::support::*;
 use crate::meters::tagged::{N0, cases, sound, water};
@@ -10,7 +11,7 @@ use eikonal::field::{Constant, Placement, SampledSound, SoundSamples};
 use glam::{DAffine3, DMat3, DVec3};
 use morgana_transport::bsdf::Bsdf;
 use morgana_transport::film::{Decomposition, Film, LightParts};
-use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer, PathTracer};
+use morgana_transport::integrator::{Integrator, PathTracer};
 use morgana_transport::medium::Medium;
 use morgana_transport::meter::{Coordinates, Estimator, FluenceMeter, Meter};
 use morgana_transport::render::{RenderOptions, Rendering};
@@ -163,27 +164,15 @@ fn estimators_find_the_same_sidebands() {
     let parts_of_layers = 1 + sidebands().parts();
     for (name, parts) in cases() {
         let parts = pictured(at_rest(parts));
-        let max_depth = Some(5);
-        let path = PathTracer {
-            max_depth,
-            ..PathTracer::default()
-        };
-        let particle = ParticleTracer {
-            max_depth,
-            ..ParticleTracer::default()
-        };
-        let both = Bdpt {
-            max_depth,
-            ..Bdpt::default()
-        };
+        let [path, particle, both] = bounded(5);
         let film = |integrator: Integrator, samples| {
             let samples = particles(samples);
             tagged_film_by(integrator, parts.clone(), Some(sidebands()), samples).film
         };
-        let path = film(path.into(), 6_000);
+        let path = film(path, 6_000);
         for (other, film) in [
-            ("particle", film(particle.into(), 12_000)),
-            ("bdpt", film(both.into(), 6_000)),
+            ("particle", film(particle, 12_000)),
+            ("bdpt", film(both, 6_000)),
         ] {
             let (mut light, mut square) = (0.0, 0.0);
             for layer in 0..parts_of_layers {

@@ -5,13 +5,13 @@
 
 use super::filters::{polarizer, square};
 use super::polarized_by;
+use crate::layers::bounded;
 use eikonal::field::{Constant, LinearSquare};
 use glam::{DAffine3, DQuat, DVec3};
 use morgana_transport::bsdf::{
     Bsdf, Dielectric, Distribution, RoughConductor, RoughDielectric, Roughness,
 };
 use morgana_transport::emitter::Emitter;
-use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer, PathTracer};
 use morgana_transport::medium::Medium;
 use morgana_transport::phase::{Phase, Spheres};
 use morgana_transport::scene::{Object, ObjectBuilder, SceneBuilder};
@@ -33,30 +33,12 @@ fn total(all: &[Estimate]) -> Estimate {
     (sum, variance.sqrt())
 }
 
-fn estimators(max_depth: u32) -> [Integrator; 3] {
-    let max_depth = Some(max_depth);
-    [
-        Integrator::Path(PathTracer {
-            max_depth,
-            ..PathTracer::default()
-        }),
-        Integrator::Particle(ParticleTracer {
-            max_depth,
-            ..ParticleTracer::default()
-        }),
-        Integrator::Bdpt(Bdpt {
-            max_depth,
-            ..Bdpt::default()
-        }),
-    ]
-}
-
 /// Asserts that estimators find the same Stokes parameters, and that light is polarised in all ways that are `expected`: the
 /// least share of Q, U and V in the image.
 fn assert_agree(scene: &Scene, max_depth: u32, samples: [u64; 3], expected: [f64; 3]) {
     let pixels = scene.film().width * scene.film().height;
     let [path, particle, both] = std::array::from_fn(|i| {
-        let integrator = estimators(max_depth)[i];
+        let integrator = bounded(max_depth)[i];
         let film = polarized_by(integrator, scene, samples[i], 7 + i as u64).film;
         let at = |layer: usize, channel: usize, pixel: usize| {
             let mean = f64::from(film.mean_at(Some(layer), channel, pixel));
