@@ -136,7 +136,7 @@ pub fn bytes(n: u64) -> String {
     format!("{value:.1} EiB")
 }
 
-/// What is needed, and the most that is allowed: to the byte where they would read the same otherwise.
+/// Texts of a needed and of an allowed amount of memory: to the byte if they would read alike in larger units.
 pub fn beyond(needed: u64, most: u64) -> [String; 2] {
     let rounded = [needed, most].map(bytes);
     if rounded[0] == rounded[1] {

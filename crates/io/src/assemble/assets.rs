@@ -24,7 +24,7 @@ pub(super) type Attributes = Arc<Vec<MeshAttribute>>;
 /// A mesh before it is placed.
 #[derive(Clone)]
 pub(super) struct Original {
-    /// What it was built from.
+    /// Hash of the data from which the mesh was built.
     pub content: ContentHasher,
     pub mesh: Arc<Mesh>,
     pub attributes: Attributes,
@@ -44,7 +44,7 @@ pub(super) struct Assets {
     pub originals: HashMap<ObjectId, Original>,
     /// Parts that other scenes share as long as these are held.
     pub held: Vec<Held>,
-    /// How many voxels of a volume have each label.
+    /// Number of voxels of each label, by volume.
     pub label_counts: HashMap<ObjectId, Arc<LabelCounts>>,
     /// Volumes of labels, divided.
     pub divisions: HashMap<(ObjectId, Places), Arc<Division>>,

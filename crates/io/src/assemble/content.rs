@@ -84,7 +84,7 @@ impl ContentHasher {
 /// Labels of voxels in their place, shared with scenes that hold equal ones.
 ///
 /// # Errors
-/// Those of [`LabelGrid::new`].
+/// Errors are those of [`LabelGrid::new`].
 pub(super) fn label_grid(
     size: [usize; 3],
     labels: Vec<u8>,

@@ -47,7 +47,7 @@ pub(super) struct Parts {
 pub(super) struct Surfaces {
     /// Parts of voxels in their place, if the surfaces are faces of voxels.
     pub grid: Option<Arc<LabelGrid>>,
-    /// One surface for each two parts that touch.
+    /// Surfaces between parts: one for each pair of parts that touch.
     pub list: Vec<Surface>,
 }
 

@@ -162,7 +162,7 @@ struct Grid {
 }
 
 impl Grid {
-    /// What the field of samples depends on.
+    /// Hash of everything on which the field of samples depends.
     fn content(&self, samples: &Samples, law: Option<&Law>) -> Content {
         let Grid {
             size,
