@@ -147,7 +147,7 @@ def value_type(schema: Schema) -> str:
     if "anyOf" in schema:
         ways = [value_type(way) for way in schema["anyOf"] if way.get("$ref") != "#/$defs/parameter"]
         return " or ".join(ways)
-    return {"string": "string", "array": "array"}[schema["type"]]
+    return {"string": "string", "array": "array", "number": "float", "integer": "integer"}[schema["type"]]
 
 
 def referred(schema: Schema) -> str:

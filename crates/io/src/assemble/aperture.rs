@@ -5,12 +5,9 @@ use super::surface_texture::transmittances;
 use crate::diagnostic::Location;
 use crate::query::{Query, misplaced_plugin};
 use crate::scene::{ObjectDescription, ObjectId, PluginKind};
-use std::ops::Bound;
 use std::sync::Arc;
 use transport::sensor::{ApertureShape, Iris};
 
-/// Largest obscuration: less of an aperture than its rim lets hardly any light pass.
-const MOST_OBSCURED: f64 = 0.95;
 /// The nested bitmap.
 const PICTURE: &str = "aperture";
 /// What says of an aperture that it is not a disc.
@@ -81,19 +78,18 @@ impl Opening {
 fn iris(q: &mut Query) -> Iris {
     let open = Iris::default();
     let mut iris = Iris {
-        obscuration: q.float_in("obscuration", 0.0..=MOST_OBSCURED, 0.0),
+        obscuration: q.float("obscuration"),
         ..open
     };
     if part(q, "blades", &["blade_angle"]) {
         // After an error, one is enough.
-        iris.blades = q.integer_in("blades", 3..=100, None).max(3) as u32;
-        iris.blade_angle = q.float_or("blade_angle", 0.0).to_radians();
+        iris.blades = q.integer("blades").max(3) as u32;
+        iris.blade_angle = q.float("blade_angle").to_radians();
     }
     if part(q, "vanes", &["vane_width", "vane_angle"]) {
-        iris.vanes = q.integer_in("vanes", 1..=100, None) as u32;
-        let width = (Bound::Excluded(0.0), Bound::Included(1.0));
-        iris.vane_width = q.float_in("vane_width", width, None);
-        iris.vane_angle = q.float_or("vane_angle", 0.0).to_radians();
+        iris.vanes = q.integer("vanes") as u32;
+        iris.vane_width = q.float("vane_width");
+        iris.vane_angle = q.float("vane_angle").to_radians();
     }
     iris
 }

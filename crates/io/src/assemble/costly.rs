@@ -1,6 +1,6 @@
 //! Media through which rays take very many steps, and indices that no medium has: known before the render.
 
-use crate::query::INDEX;
+use crate::schema::Limits;
 use eikonal::budget::STEPS_PER_RAY;
 use eikonal::ray::steps_between;
 use eikonal::{Aabb, Field};
@@ -153,14 +153,14 @@ fn out_of_range(scene: &Scene, medium: usize) -> Option<SceneProblem> {
     // An index that is not positive is spoken of elsewhere.
     let n = places
         .map(|x| field.n(x))
-        .find(|n| *n > 0.0 && !INDEX.contains(n))?;
+        .find(|n| *n > 0.0 && !Limits::INDEX.contains(*n))?;
     let name = &scene.medium(medium).name;
-    let [low, high] = [INDEX.start(), INDEX.end()];
     Some(SceneProblem {
         severity: ProblemSeverity::Error,
         subject: Subject::Medium(medium),
         message: format!(
-            "the index of medium '{name}' is {n:.1e} in places: no medium has one outside of {low} to {high}"
+            "the index of medium '{name}' is {n:.1e} in places: no medium has one outside of {}",
+            Limits::INDEX
         ),
         help: format!("check {} against the size of the medium", parameter(field)),
     })

@@ -2,11 +2,11 @@
 
 use super::described::is_meter;
 use super::quantities::asks_for_surfaces;
-use super::sensor::{FAR_CLIP, NEAR_CLIP};
 use crate::diagnostic::difference::*;
 use crate::scene::{
     ObjectDescription, ObjectId, PluginKind, SceneDescription, SpectrumValue, Value, descendants,
 };
+use crate::schema;
 use glam::{DMat3, DVec3};
 use std::collections::{BTreeSet, HashSet};
 use transport::emitter::Emitter;
@@ -347,14 +347,21 @@ fn of_camera(known: &Known) -> Vec<Difference> {
     ])
 }
 
+/// A number that an object gives, or the default of the parameter; zero without either.
+fn number_or_default(object: &ObjectDescription, name: &str) -> f64 {
+    let plugin = schema::find(object.kind, &object.plugin);
+    let default = || plugin?.parameter(name)?.default.number();
+    number(object, name).or_else(default).unwrap_or_default()
+}
+
 /// Whether Mitsuba's clipping planes would cut something of the scene: boxes that do not hold the camera are told.
 fn is_clipped(sensor: &ObjectDescription, scene: &Scene) -> bool {
     let eye = match value(sensor, "to_world") {
         Some(Value::Transform(m)) => m.w_axis.truncate(),
         _ => DVec3::ZERO,
     };
-    let near = number(sensor, "near_clip").unwrap_or(NEAR_CLIP);
-    let far = number(sensor, "far_clip").unwrap_or(FAR_CLIP);
+    let near = number_or_default(sensor, "near_clip");
+    let far = number_or_default(sensor, "far_clip");
     scene.objects().iter().any(|object| {
         let aabb = object.shape.aabb();
         let nearest = eye.distance(eye.clamp(aabb.min, aabb.max));

@@ -2,22 +2,15 @@
 
 use super::context::Context;
 use crate::diagnostic::suggest;
-use crate::query::{POSITIVE, Query, unknown_plugin};
+use crate::query::{Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind};
 use eikonal::Shown;
-use std::ops::RangeInclusive;
 use transport::Bins;
 use transport::film::{Decomposition, Filter, SignedFilter};
 use transport::scene::{FilmSpec, FilmWindow};
 
-/// At most so many pixels along a side.
-const LARGEST_SIDE: i64 = 1 << 16;
 /// At most so many bins.
 const MOST_BINS: f64 = 65536.0;
-/// Parameters of Mitchell's filter: others have lobes without end.
-const SHARES: RangeInclusive<f64> = -4.0..=4.0;
-/// At most so many lobes of Lanczos' filter.
-const MOST_LOBES: i64 = 16;
 /// How closely the width must divide the range of bins, relative to a bin: a user's ten digits.
 const DIVISION: f64 = 1e-6;
 
@@ -72,19 +65,19 @@ pub(super) fn build(object: Option<&ObjectDescription>, context: &mut Context) -
         return film;
     }
     let mut q = Query::new(object, context.diagnostics);
-    film.spec.width = q.integer_in("width", 1..=LARGEST_SIDE, 768) as usize;
-    film.spec.height = q.integer_in("height", 1..=LARGEST_SIDE, 576) as usize;
+    film.spec.width = q.integer("width") as usize;
+    film.spec.height = q.integer("height") as usize;
     crop(&mut film.spec, &mut q);
-    q.one_of("pixel_format", &["rgb", "luminance", "spectral"]);
+    q.word("pixel_format");
     q.has("wavelengths");
     // Light from beyond the image's edge always counts.
-    q.boolean_or("sample_border", true);
+    q.boolean("sample_border");
     // How files are written is the command's business; Mitsuba's scene files say it here.
-    q.boolean_or("compensate", false);
-    q.string_or("file_format", "openexr");
-    q.string_or("component_format", "float32");
+    q.boolean("compensate");
+    q.has("file_format");
+    q.has("component_format");
     film.layering = layering(&mut q);
-    film.reweight = q.boolean_or("reweight", false);
+    film.reweight = q.boolean("reweight");
     let filter = q.child(PluginKind::Rfilter).cloned();
     q.finish(&BOUNDS);
     if let Some(object) = filter {
@@ -97,9 +90,9 @@ pub(super) fn build(object: Option<&ObjectDescription>, context: &mut Context) -
 fn crop(spec: &mut FilmSpec, q: &mut Query) {
     let image = [spec.width, spec.height];
     let mut side = |[offset, size]: [&str; 2], whole: usize| {
-        let offset = q.integer_in(offset, 0..=whole as i64 - 1, 0) as usize;
+        let offset = q.integer_within(offset, 0..=whole as i64 - 1, 0) as usize;
         let left = whole.saturating_sub(offset).max(1);
-        let size = q.integer_in(size, 1..=left as i64, left as i64) as usize;
+        let size = q.integer_within(size, 1..=left as i64, left as i64) as usize;
         [offset, size]
     };
     let [x, width] = side(["crop_offset_x", "crop_width"], spec.width);
@@ -118,18 +111,18 @@ fn filter(object: &ObjectDescription, context: &mut Context) -> Filter {
     let filter = match object.plugin.as_str() {
         "box" => Filter::Box,
         "tent" => Filter::Tent {
-            radius: q.float_in("radius", POSITIVE, 1.0),
+            radius: q.float("radius"),
         },
         "gaussian" => Filter::Gaussian {
-            stddev: q.float_in("stddev", POSITIVE, 0.5),
+            stddev: q.float("stddev"),
         },
         "mitchell" => {
-            let [b, c] = ["B", "C"].map(|name| q.float_in(name, SHARES, 1.0 / 3.0));
+            let [b, c] = ["B", "C"].map(|name| q.float(name));
             Filter::Signed(SignedFilter::cubic(b, c))
         }
         "catmullrom" => Filter::Signed(SignedFilter::cubic(0.0, 0.5)),
         "lanczos" => {
-            let lobes = q.integer_in("lobes", 1..=MOST_LOBES, 3);
+            let lobes = q.integer("lobes");
             Filter::Signed(SignedFilter::lanczos(lobes as u8))
         }
         _ => {
@@ -182,17 +175,13 @@ fn layering(q: &mut Query) -> Layering {
         q.error("decomposition", message);
     }
     if by_time {
-        layering.speed_of_light = Some(q.float_in("speed_of_light", POSITIVE, None));
+        layering.speed_of_light = Some(q.float("speed_of_light"));
     }
     if by_length || by_time {
         layering.decomposition.length = bins(q, layering.speed_of_light.unwrap_or(1.0));
     }
     if has("bounce") {
-        let most = q.integer_in(
-            "max_bounces",
-            0..=i64::from(Decomposition::MOST_BOUNCES),
-            None,
-        );
+        let most = q.integer("max_bounces");
         layering.decomposition.bounces = Some(most as u32);
     }
     if has("light") {
@@ -204,9 +193,9 @@ fn layering(q: &mut Query) -> Layering {
 
 /// Bins of length from bounds that are given in other units, of which `unit` is the length.
 pub(super) fn bins(q: &mut Query, unit: f64) -> Option<Bins> {
-    let min = q.float_or("min_bound", 0.0);
-    let max = q.float_in("max_bound", .., None);
-    let width = q.float_in("bin_width", POSITIVE, None);
+    let min = q.float("min_bound");
+    let max = q.float("max_bound");
+    let width = q.float("bin_width");
     if !(q.has("max_bound") && q.has("bin_width")) {
         return None;
     }

@@ -6,7 +6,7 @@ use super::options::LoadOptions;
 use super::quantities::{AskedQuantities, NamedQuantity, Setting, asks_for_colour, square_of};
 use super::tagging::sidebands;
 use crate::diagnostic::{Diagnostic, Diagnostics, suggest};
-use crate::query::{POSITIVE, Query, unknown_plugin};
+use crate::query::{Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind, Value};
 use eikonal::Tolerance;
 use transport::aov::AovTracer;
@@ -41,11 +41,6 @@ const HOLDERS: [&str; 4] = ["moment", "stokes", "tagged", "aov"];
 const AOV: [&str; 3] = ["aovs", "wavelength", "reference_index"];
 /// Edges of a path that scatters once: from the emitter to the surface to the sensor.
 const DIRECT_DEPTH: u32 = 2;
-/// What connections can keep track of.
-const MOST_REFLECTIONS: i64 = 28;
-/// More light subpaths than a map has memory for.
-const MOST_PHOTONS: i64 = 1_000_000_000;
-
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     /// Whichever of several a pilot finds best.
@@ -388,29 +383,33 @@ fn read(object: &ObjectDescription, kind: Kind, context: &mut Context) -> Parame
     let mut query = Query::new(object, context.diagnostics);
     let max_depth = match kind {
         Kind::Direct => i64::from(DIRECT_DEPTH),
-        _ => query.integer_in("max_depth", -1..=1_000_000, -1),
+        _ => query.integer("max_depth"),
     };
-    let rr_depth = query.integer_in("rr_depth", 1..=1_000_000, i64::from(bdpt.rr_depth));
+    let rr_depth = query.integer("rr_depth");
     let is_named = query.has("tolerance");
-    let tolerance = query.float_in("tolerance", 1e-12..=1e-4, Tolerance::default().get());
-    let reflections = query.integer_in("reflections", 0..=MOST_REFLECTIONS, 0);
-    let hide_emitters = query.boolean_or("hide_emitters", false);
+    let tolerance = query.float("tolerance");
+    let reflections = query.integer("reflections");
+    let hide_emitters = query.boolean("hide_emitters");
     // How work is divided; Mitsuba's scene files have them.
-    query.float_or("timeout", -1.0);
+    query.has("timeout");
     query.has("samples_per_pass");
     query.has("block_size");
     if kind == Kind::Direct {
         for name in ["shading_samples", "emitter_samples", "bsdf_samples"] {
-            query.integer_in(name, 0..=1_000_000, 1);
+            query.integer(name);
         }
     }
     bdpt.max_depth = u32::try_from(max_depth).ok();
     bdpt.rr_depth = rr_depth as u32;
     if matches!(kind, Kind::Bdpt | Kind::Vcm | Kind::Auto) {
-        let heuristics = [Heuristic::Balance, Heuristic::Power];
-        bdpt.heuristic = heuristics[query.one_of("heuristic", &["balance", "power"])];
-        let connections = [Connections::Resampled, Connections::All];
-        bdpt.connections = connections[query.one_of("connections", &["resampled", "all"])];
+        bdpt.heuristic = match query.word("heuristic") {
+            "power" => Heuristic::Power,
+            _ => Heuristic::Balance,
+        };
+        bdpt.connections = match query.word("connections") {
+            "all" => Connections::All,
+            _ => Connections::Resampled,
+        };
     }
     if kind == Kind::Aov {
         AOV.iter().for_each(|name| _ = query.has(name));
@@ -437,17 +436,17 @@ fn read(object: &ObjectDescription, kind: Kind, context: &mut Context) -> Parame
 fn photons(query: &mut Query) -> PhotonMapping {
     let mut photon = PhotonMapping::default();
     if query.has("photons") {
-        photon.photons = Some(query.integer_in("photons", 1..=MOST_PHOTONS, 1) as usize);
+        photon.photons = Some(query.integer("photons") as usize);
     }
     photon.radius = radius(query);
-    let queries = [PhotonQuery::Beam, PhotonQuery::Point];
-    photon.query = queries[query.one_of("query", &["beam", "point"])];
+    photon.query = match query.word("query") {
+        "point" => PhotonQuery::Point,
+        _ => PhotonQuery::Beam,
+    };
     photon
 }
 
 /// Radius within which photons count first, if it is given.
 fn radius(query: &mut Query) -> Option<f64> {
-    query
-        .has("radius")
-        .then(|| query.float_in("radius", POSITIVE, 1.0))
+    query.float_if_given("radius")
 }

@@ -9,7 +9,7 @@ use super::velocity::Written;
 use super::{field, phase, texture, tissue};
 use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
-use crate::schema::substance::{TURBID, TURBID_NAMES, Turbid};
+use crate::schema::substance::{TURBID, Turbid};
 use eikonal::Field;
 use eikonal::field::Constant;
 use transport::Spectrum;
@@ -64,13 +64,12 @@ fn scattering(
     let mut query = Query::new(object, context.diagnostics);
     query.has("ior");
     // How Mitsuba samples.
-    query.boolean_or("sample_emitters", true);
-    query.boolean_or("has_spectral_extinction", true);
-    let scale = query.float_in("scale", 0.0.., 1.0);
+    query.boolean("sample_emitters");
+    query.boolean("has_spectral_extinction");
+    let scale = query.float("scale");
     let velocity = Written::of(&mut query);
     let concentration = suspension::concentration(&mut query);
     let by_parts = concentration.is_some() || query.has("sigma_s") || query.has("sigma_a");
-    let zero = SpectrumValue::Uniform(0.0);
     let material = material(&mut query, context.channels);
     if let Some(named) = tissue::named(&mut query) {
         query.finish(&[]);
@@ -84,8 +83,8 @@ fn scattering(
         let [s, a] = [turbid.scattering, turbid.absorption].map(SpectrumValue::Rgb);
         (None, Some((s, a)))
     } else if by_parts {
-        let s = query.spectrum_or("sigma_s", zero.clone());
-        let a = query.spectrum_or("sigma_a", zero);
+        let s = query.spectrum("sigma_s");
+        let a = query.spectrum("sigma_a");
         if query.has("sigma_t") || query.has("albedo") {
             query.error(
                 "sigma_t",
@@ -94,10 +93,9 @@ fn scattering(
         }
         (None, Some((s, a)))
     } else {
-        let default = SpectrumValue::Uniform(1.0);
         let inputs = (
-            query.volume_or_spectrum("sigma_t", default),
-            query.volume_or_spectrum("albedo", SpectrumValue::Uniform(0.75)),
+            query.volume_or_spectrum("sigma_t"),
+            query.volume_or_spectrum("albedo"),
         );
         (Some(inputs), None)
     };
@@ -113,7 +111,7 @@ fn scattering(
         query.error("material", message);
     }
     let emits = query.has("emission");
-    let emission = query.volume_or_spectrum("emission", SpectrumValue::Uniform(0.0));
+    let emission = query.volume_or_spectrum("emission");
     query.finish(&["sigma_t", "albedo", "emission"]);
     let velocity = velocity.and_then(|written| written.build(context));
     let far = f64::MAX;
@@ -163,7 +161,8 @@ fn emission_of(input: Input, object: &ObjectDescription, context: &mut Context) 
 
 /// The substance that a medium is made of, if it names one and says nothing else of its coefficients.
 fn material(query: &mut Query, channels: &Channels) -> Option<&'static Turbid> {
-    let k = query.one_of("material", &TURBID_NAMES).checked_sub(1)?;
+    let name = query.word("material");
+    let material = TURBID.iter().find(|turbid| turbid.name == name)?;
     if matches!(channels, Channels::Wavelengths { .. }) {
         let message =
             "materials are known in red, green and blue; a spectral film needs sigma_s and sigma_a";
@@ -174,7 +173,7 @@ fn material(query: &mut Query, channels: &Channels) -> Option<&'static Turbid> {
     if let Some(name) = own.into_iter().find(|name| query.has(name)) {
         query.error(name, "give coefficients or a material, not both");
     }
-    Some(&TURBID[k])
+    Some(material)
 }
 
 /// σ_s and σ_a in the channels of the film.

@@ -10,7 +10,7 @@ use super::sensor::SensorParts;
 use super::tagging;
 use super::transforms::affine;
 use crate::diagnostic::Diagnostic;
-use crate::query::{POSITIVE, Query, misplaced_plugin, unknown_plugin};
+use crate::query::{Query, misplaced_plugin, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind};
 use eikonal::Aabb;
 use glam::{DAffine3, DVec3};
@@ -26,11 +26,6 @@ use transport::sidebands::Sidebands;
 
 /// Particles, unless a sampler says otherwise.
 const PARTICLES: i64 = 1_000_000;
-/// Most bins along an axis.
-const MOST_BINS: i64 = 1 << 20;
-/// Most records, unless the meter says otherwise.
-const MOST_RECORDS: i64 = 1_000_000;
-
 /// The meters of the scene and of its shapes, and what stands for the camera; `None` after an error.
 pub(super) fn build(
     meters: &[&ObjectDescription],
@@ -134,15 +129,17 @@ fn instrument(
     let mut q = Query::new(object, context.diagnostics);
     let film = q.child(PluginKind::Film).cloned();
     let sampler = q.child(PluginKind::Sampler).cloned();
-    let words = [Normalization::Absolute, Normalization::PerWatt];
-    let normalization = words[q.one_of("normalization", &["absolute", "per_watt"])];
+    let normalization = match q.word("normalization") {
+        "per_watt" => Normalization::PerWatt,
+        _ => Normalization::Absolute,
+    };
     let lengths = lengths(&mut q);
     let weight_windows = weight_windows(&mut q, lengths.is_some());
     let (mut meter, mut pressure) = (None, None);
     match (object.plugin.as_str(), place) {
         ("fluencemeter", None) => {
             pressure = gruneisen(&mut q);
-            let sidebands = q.boolean_or("tagged", false);
+            let sidebands = q.boolean("tagged");
             let sidebands = sidebands.then(|| tagging::sidebands(&mut q, context.channels));
             let sidebands = sidebands.flatten();
             meter = grid(&mut q).map(|(grid, estimator)| {
@@ -168,7 +165,7 @@ fn instrument(
                 most_records: records(&mut q),
                 tagged,
                 sidebands,
-                stokes: q.boolean_or("stokes", false),
+                stokes: q.boolean("stokes"),
             }));
             q.finish(&[]);
         }
@@ -213,11 +210,11 @@ fn film(object: &ObjectDescription, on_surface: bool, context: &mut Context) {
         context.diagnostics.push(warning.at(&object.location));
     }
     let mut q = Query::new(object, context.diagnostics);
-    q.one_of("pixel_format", &["rgb", "luminance", "spectral"]);
+    q.word("pixel_format");
     q.has("wavelengths");
     if on_surface {
         q.child(PluginKind::Rfilter);
-        let pixels = ["width", "height"].map(|name| q.integer_in(name, 1.., 1));
+        let pixels = ["width", "height"].map(|name| q.integer_or(name, 1));
         if pixels != [1, 1] {
             let message = "a meter has no pixels: 'nu' and 'nv' of the meter divide its surface";
             q.warning("width", message);
@@ -226,18 +223,13 @@ fn film(object: &ObjectDescription, on_surface: bool, context: &mut Context) {
     q.finish(&[]);
 }
 
-fn count(q: &mut Query, name: &str, default: impl Into<Option<i64>>) -> usize {
-    q.integer_in(name, 1..=MOST_BINS, default) as usize
-}
-
 /// Cells and estimator of a fluence meter.
 fn grid(q: &mut Query) -> Option<(MeterGrid, Estimator)> {
-    let words = [
-        Coordinates::Cartesian,
-        Coordinates::Cylindrical,
-        Coordinates::Spherical,
-    ];
-    let coordinates = words[q.one_of("coordinates", &["cartesian", "cylindrical", "spherical"])];
+    let coordinates = match q.word("coordinates") {
+        "cylindrical" => Coordinates::Cylindrical,
+        "spherical" => Coordinates::Spherical,
+        _ => Coordinates::Cartesian,
+    };
     let names = match coordinates {
         Coordinates::Cartesian => ["nx", "ny", "nz"],
         Coordinates::Cylindrical => ["nr", "", "nz"],
@@ -245,7 +237,7 @@ fn grid(q: &mut Query) -> Option<(MeterGrid, Estimator)> {
     };
     let size = names.map(|name| match name {
         "" => 1,
-        name => count(q, name, None),
+        name => q.integer(name) as usize,
     });
     let matrix = q.transform("to_world");
     let to_world = affine(matrix, "to_world", q);
@@ -256,8 +248,10 @@ fn grid(q: &mut Query) -> Option<(MeterGrid, Estimator)> {
             "the meter's transform is singular: a scale of zero?",
         );
     }
-    let estimators = [Estimator::TrackLength, Estimator::Collision];
-    let estimator = estimators[q.one_of("estimator", &["track_length", "collision"])];
+    let estimator = match q.word("estimator") {
+        "collision" => Estimator::Collision,
+        _ => Estimator::TrackLength,
+    };
     Some((grid?, estimator))
 }
 
@@ -273,7 +267,7 @@ fn lengths(q: &mut Query) -> Option<Bins> {
 /// Reads `weight_windows`; warns if there are no bins of optical path length to profit from them.
 fn weight_windows(q: &mut Query, has_lengths: bool) -> bool {
     let name = "weight_windows";
-    let wanted = q.boolean_or(name, false);
+    let wanted = q.boolean(name);
     if wanted && !has_lengths {
         let message = "'weight_windows' changes nothing without bins of optical path length: give 'max_bound' and 'bin_width'";
         q.warning(name, message);
@@ -286,8 +280,8 @@ fn positions(place: &MeterPlace, objects: &[Object], q: &mut Query) -> Positions
     let shapes = place.surfaces.iter().map(|s| &objects[s.object].shape);
     match (place.is_shape, &place.surfaces[..]) {
         (true, [surface]) => {
-            let resolution = ["nu", "nv"].map(|name| count(q, name, 1));
-            let parts = q.boolean_or("parts", false);
+            let resolution = ["nu", "nv"].map(|name| q.integer(name) as usize);
+            let parts = q.boolean("parts");
             Positions::new(&objects[surface.object].shape, resolution, parts)
         }
         _ => Positions::whole(shapes),
@@ -299,34 +293,28 @@ fn acceptance(q: &mut Query) -> Acceptance {
     let names = ["center", "radius"];
     let patch = names.iter().any(|name| q.has(name)).then(|| Patch {
         center: q.point("center"),
-        radius: q.float_in("radius", POSITIVE, None),
+        radius: q.float("radius"),
     });
     let aperture = "numerical_aperture";
     Acceptance {
         patch,
-        numerical_aperture: q
-            .has(aperture)
-            .then(|| q.float_in(aperture, POSITIVE, None)),
+        numerical_aperture: q.float_if_given(aperture),
     }
 }
 
 /// The most records to keep, if any are wanted.
 fn records(q: &mut Query) -> Option<usize> {
-    let wanted = q.boolean_or("records", false);
-    let most = if wanted {
-        q.integer_in("max_records", 1.., MOST_RECORDS)
-    } else {
-        0
-    };
+    let wanted = q.boolean("records");
+    let most = if wanted { q.integer("max_records") } else { 0 };
     wanted.then_some(most as usize)
 }
 
 /// Whether records say what sound does to phases, and how power is told apart by that.
 fn tagged(q: &mut Query, channels: &Channels) -> (bool, Option<Sidebands>) {
-    if !q.boolean_or("tagged", false) {
+    if !q.boolean("tagged") {
         return (false, None);
     }
-    let records = q.boolean_or("records", false);
+    let records = q.boolean("records");
     if q.has("wavelength") {
         return (records, tagging::sidebands(q, channels));
     }
@@ -342,7 +330,7 @@ fn cosines(q: &mut Query) -> Option<Cosines> {
     if axis.is_none() && !q.has("cosine_bins") {
         return None;
     }
-    let count = count(q, "cosine_bins", None);
+    let count = q.integer("cosine_bins") as usize;
     let unit = axis.and_then(DVec3::try_normalize);
     if axis.is_some() && unit.is_none() {
         q.error("cosine_axis", "the axis must not be zero");
@@ -352,8 +340,8 @@ fn cosines(q: &mut Query) -> Option<Cosines> {
 
 fn gruneisen(q: &mut Query) -> Option<Gruneisen> {
     q.has("gruneisen").then(|| Gruneisen {
-        parameter: q.float_in("gruneisen", 0.0.., None),
-        pulse_energy: q.float_in("pulse_energy", POSITIVE, 1.0),
-        metres_per_unit: q.float_in("metres_per_unit", POSITIVE, 1.0),
+        parameter: q.float("gruneisen"),
+        pulse_energy: q.float("pulse_energy"),
+        metres_per_unit: q.float("metres_per_unit"),
     })
 }

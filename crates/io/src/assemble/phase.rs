@@ -16,7 +16,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Phase 
     let phase = match object.plugin.as_str() {
         "isotropic" => Ok(Phase::isotropic()),
         "hg" => return henyey_greenstein(object, context),
-        "vmf" => Phase::von_mises_fisher(query.float_in("kappa", 0.0.., None)),
+        "vmf" => Phase::von_mises_fisher(query.float("kappa")),
         "rayleigh" => Ok(Phase::rayleigh()),
         "tabphase" => tabulated(&mut query),
         "mie" => return suspension::mie(object, context),
@@ -46,7 +46,7 @@ fn henyey_greenstein(object: &ObjectDescription, context: &mut Context) -> Phase
     let mut query = Query::new(object, context.diagnostics);
     let volume = query.stand_in(PluginKind::Volume, "g");
     let g = if volume.is_none() {
-        query.float_or("g", 0.8)
+        query.float("g")
     } else {
         0.0
     };
@@ -108,7 +108,7 @@ fn blend(object: &ObjectDescription, context: &mut Context) -> Phase {
     let volume = query.stand_in(PluginKind::Volume, "weight");
     let weight = match volume {
         Some(_) => 0.0,
-        None => query.float_in("weight", 0.0..=1.0, None),
+        None => query.float("weight"),
     };
     let nested = query.children(PluginKind::Phase);
     query.finish(&[]);

@@ -4,7 +4,7 @@ use super::channels::Channels;
 use super::context::Context;
 use super::field;
 use crate::diagnostic::suggest;
-use crate::query::{POSITIVE, Query};
+use crate::query::Query;
 use crate::scene::ObjectDescription;
 use glam::DVec3;
 use std::collections::HashSet;
@@ -126,9 +126,7 @@ impl Asked {
 impl AskedQuantities {
     /// Those of one `aov`: all of the way if it has no list.
     pub(super) fn of(query: &mut Query, setting: &Setting) -> Self {
-        let wavelength = query
-            .has("wavelength")
-            .then(|| query.float_in("wavelength", POSITIVE, None));
+        let wavelength = query.float_if_given("wavelength");
         query.has("reference_index");
         let list = if query.has("aovs") {
             listed(query, setting.squared)

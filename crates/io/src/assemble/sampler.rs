@@ -10,9 +10,6 @@ use transport::renderer::Renderer;
 use transport::sampling::Replicates;
 use transport::scene::{ProblemSeverity, Scene, SceneProblem, Subject};
 
-/// Each instant has a scene of its own in memory; a period needs few of them.
-const MOST_INSTANTS: i64 = 256;
-
 /// Samplers of Mitsuba that spread samples evenly, too.
 const EVEN: [&str; 6] = [
     "stratified",
@@ -121,7 +118,7 @@ pub(super) fn build(
     let mut q = Query::new(object, context.diagnostics);
     let replicates = match replicates {
         Replicates::Single => replicates,
-        _ => match q.integer_in("set", 8..=64, 8) {
+        _ => match q.integer("set") {
             64 => Replicates::OfSixtyFour,
             8 => replicates,
             other => {
@@ -130,14 +127,14 @@ pub(super) fn build(
             }
         },
     };
-    let count = q.integer_in("sample_count", 1..=i64::MAX, default);
-    let instants = q.integer_in("phases", 1..=MOST_INSTANTS, 1);
-    let bending = q.boolean_or("bending", true);
+    let count = q.integer_or("sample_count", default);
+    let instants = q.integer("phases");
+    let bending = q.boolean("bending");
     if !bending && instants > 1 {
         let message = "where sound does not bend rays, all instants are alike: leave 'phases' out";
         q.error("phases", message);
     }
-    let adaptive = q.boolean_or("adaptive", false);
+    let adaptive = q.boolean("adaptive");
     q.has("seed");
     if EVEN.contains(&name) {
         q.has("jitter");

@@ -8,12 +8,12 @@ use super::medium;
 use super::sampler::{self, Samples};
 use super::transforms::affine;
 use crate::diagnostic::Diagnostic;
-use crate::query::{POSITIVE, Query, misplaced_plugin};
+use crate::query::{Query, misplaced_plugin};
 use crate::scene::{ObjectDescription, PluginKind, Property};
 use crate::schema;
 use eikonal::Aabb;
 use glam::{DAffine3, DMat3, DVec3};
-use std::ops::{Bound, RangeBounds, RangeInclusive};
+use std::ops::Bound;
 use std::sync::Arc;
 use transport::scene::{FilmSpec, FilmWindow, MediumId};
 use transport::sensor::{
@@ -22,14 +22,6 @@ use transport::sensor::{
 
 /// Samples per pixel, unless a sampler says otherwise.
 const SAMPLES: i64 = 64;
-/// Mitsuba's clipping planes.
-pub(super) const NEAR_CLIP: f64 = 0.01;
-pub(super) const FAR_CLIP: f64 = 1e4;
-/// Offsets of principal points.
-const SHIFTS: RangeInclusive<f64> = -100.0..=100.0;
-/// Cones of telecentric sensors are narrow: lenses gather no wider ones.
-const WIDEST_STOP: f64 = 45.0;
-
 /// A sensor with its film and sampler.
 pub(super) struct SensorParts {
     pub sensor: Sensor,
@@ -181,18 +173,17 @@ fn view_of(object: &ObjectDescription, wavelength: Option<f64>, mut q: Query) ->
         _ => None,
     };
     let shift = if object.plugin == "perspective" {
-        ["principal_point_offset_x", "principal_point_offset_y"]
-            .map(|name| q.float_in(name, SHIFTS, 0.0))
+        ["principal_point_offset_x", "principal_point_offset_y"].map(|name| q.float(name))
     } else {
         [0.0; 2]
     };
     // Straight segments start at the sensor whatever the clipping planes: Mitsuba's scene files have
     // them for the sake of its own intersection tests.
-    q.float_or("near_clip", NEAR_CLIP);
-    q.float_or("far_clip", FAR_CLIP);
+    q.float("near_clip");
+    q.float("far_clip");
     // Nothing moves.
-    q.float_or("shutter_open", 0.0);
-    q.float_or("shutter_close", 0.0);
+    q.float("shutter_open");
+    q.float("shutter_close");
     if q.has("srf") {
         let message = "sensors have no spectral response: render a film of 'wavelengths', and weigh its channels";
         q.error("srf", message);
@@ -211,7 +202,7 @@ const SHEAR: f64 = 1e-6;
 
 /// The wavelength of light that the aperture diffracts, in scene units, if it does: `wavelength` is that of the channel in nm.
 fn diffraction(wavelength: Option<f64>, frame: &DAffine3, q: &mut Query) -> Option<f64> {
-    if !q.boolean_or("diffraction", false) {
+    if !q.boolean("diffraction") {
         let is_boolean = |p: &Property| p.name != "diffraction" || p.value.type_name() == "boolean";
         if q.has("metres_per_unit") && q.object().properties.iter().all(is_boolean) {
             let message = "the length of a scene unit matters to 'diffraction' only: set that, or leave this out";
@@ -219,7 +210,7 @@ fn diffraction(wavelength: Option<f64>, frame: &DAffine3, q: &mut Query) -> Opti
         }
         return None;
     }
-    let metres = q.float_in("metres_per_unit", POSITIVE, None);
+    let metres = q.float("metres_per_unit");
     let axes = [
         frame.matrix3.x_axis,
         frame.matrix3.y_axis,
@@ -283,7 +274,7 @@ pub(super) fn absent(context: &mut Context) -> SensorParts {
     let film = film::build(None, context);
     let fov = Fov {
         angle: DEFAULT_FOV.to_radians(),
-        axis: 0,
+        axis: "x",
     };
     let aspect = film.spec.width as f64 / film.spec.height as f64;
     let pinhole = fov.pinhole(DAffine3::from_translation(eye), aspect);
@@ -319,15 +310,11 @@ struct Lens {
 /// A full angle in radians along an axis of the image.
 pub(super) struct Fov {
     angle: f64,
-    axis: usize,
+    axis: &'static str,
 }
 
-const AXES: [&str; 5] = ["x", "y", "smaller", "larger", "diagonal"];
 /// A frame of 35 mm film, 36 mm × 24 mm: what focal lengths are stated for.
 const FRAME: [f64; 2] = [36.0, 24.0];
-/// Focal length in mm of a camera that says nothing of its field of view.
-const FOCAL_LENGTH: &str = "50mm";
-
 fn optics(object: &ObjectDescription, frame: &DAffine3, q: &mut Query) -> Option<Optics> {
     Some(match object.plugin.as_str() {
         "perspective" => {
@@ -336,32 +323,29 @@ fn optics(object: &ObjectDescription, frame: &DAffine3, q: &mut Query) -> Option
         }
         "thinlens" => {
             let fov = fov(q);
-            let radius = q.float_in("aperture_radius", POSITIVE, None);
-            let far = q.float_or("far_clip", FAR_CLIP);
+            let radius = q.float("aperture_radius");
+            let far = q.float("far_clip");
             Optics::ThinLens(Lens {
                 fov,
                 radius,
                 opening: Opening::read(object, q),
-                focus_distance: focus(frame, POSITIVE, far, q),
+                focus_distance: focus(frame, far, q),
             })
         }
         "orthographic" => Optics::Orthographic,
         "radiancemeter" => Optics::Pinhole(Fov {
             angle: RAY.to_radians(),
-            axis: 0,
+            axis: "x",
         }),
-        "telecentric" => {
-            let all = (Bound::Included(0.0), Bound::Unbounded);
-            Optics::Telecentric(focus(frame, all, 0.0, q), stop(object, q))
-        }
+        "telecentric" => Optics::Telecentric(focus(frame, 0.0, q), stop(object, q)),
         _ => return None,
     })
 }
 
 /// Where the plane of focus is along the axis, in local units: by its distance, or by a point of it in the world.
-fn focus(frame: &DAffine3, range: (Bound<f64>, Bound<f64>), default: f64, q: &mut Query) -> f64 {
+fn focus(frame: &DAffine3, default: f64, q: &mut Query) -> f64 {
     if !q.has("focus_point") {
-        return q.float_in("focus_distance", range, default);
+        return q.float_or("focus_distance", default);
     }
     if q.has("focus_distance") {
         let message = "give focus_distance, or focus_point, not both";
@@ -369,7 +353,7 @@ fn focus(frame: &DAffine3, range: (Bound<f64>, Bound<f64>), default: f64, q: &mu
     }
     let point = q.point("focus_point");
     let distance = frame.inverse().transform_point3(point).z;
-    if range.contains(&distance) {
+    if q.limits("focus_distance").contains(distance) {
         return distance;
     }
     q.error("focus_point", "the point must be in front of the sensor");
@@ -378,11 +362,7 @@ fn focus(frame: &DAffine3, range: (Bound<f64>, Bound<f64>), default: f64, q: &mu
 
 /// The stop of a telecentric sensor, and the knife edge in it.
 fn stop(object: &ObjectDescription, q: &mut Query) -> Stop {
-    let angle = q.float_in(
-        "acceptance_angle",
-        (Bound::Excluded(0.0), Bound::Included(WIDEST_STOP)),
-        None,
-    );
+    let angle = q.float("acceptance_angle");
     let radius = angle.to_radians().tan();
     let opening = Opening::read(object, q);
     if !q.has("knife_edge") {
@@ -410,7 +390,7 @@ fn stop(object: &ObjectDescription, q: &mut Query) -> Stop {
         return Stop::Open { radius, opening };
     }
     let open = (Bound::Excluded(-angle), Bound::Included(angle));
-    let cut = q.float_in("knife_angle", open, 0.0).to_radians().tan();
+    let cut = q.float_within("knife_angle", open, 0.0).to_radians().tan();
     Stop::Knife(ApertureStop::with_knife(radius, edge.truncate(), cut))
 }
 
@@ -420,8 +400,8 @@ pub(super) fn fov(q: &mut Query) -> Fov {
         if q.has("focal_length") {
             q.error("focal_length", "give fov, or focal_length, not both");
         }
-        let angle = q.float_in("fov", 1e-3..=179.0, None).to_radians();
-        let axis = q.one_of("fov_axis", &AXES);
+        let angle = q.float("fov").to_radians();
+        let axis = q.word("fov_axis");
         return Fov { angle, axis };
     }
     if q.has("fov_axis") {
@@ -430,7 +410,7 @@ pub(super) fn fov(q: &mut Query) -> Fov {
             "a focal_length is about the diagonal: 'fov_axis' needs 'fov'",
         );
     }
-    let text = q.string_or("focal_length", FOCAL_LENGTH);
+    let text = q.string("focal_length");
     let number = text.strip_suffix("mm").unwrap_or(&text).trim().parse();
     let focal = number.ok().filter(|f: &f64| *f > 0.0 && f.is_finite());
     if focal.is_none() {
@@ -440,7 +420,7 @@ pub(super) fn fov(q: &mut Query) -> Fov {
     }
     Fov {
         angle: 2.0 * (FRAME[0].hypot(FRAME[1]) / (2.0 * focal.unwrap_or(1.0))).atan(),
-        axis: AXES.len() - 1,
+        axis: "diagonal",
     }
 }
 
@@ -451,11 +431,11 @@ impl Fov {
 
     /// The horizontal angle for an aspect ratio, width over height.
     pub(super) fn horizontal(&self, aspect: f64) -> f64 {
-        if AXES[self.axis] == "diagonal" {
+        if self.axis == "diagonal" {
             let half = (0.5 * self.angle).tan() / (1.0 + aspect.powi(-2)).sqrt();
             return 2.0 * half.atan();
         }
-        let vertical = match AXES[self.axis] {
+        let vertical = match self.axis {
             "y" => true,
             "smaller" => aspect > 1.0,
             "larger" => aspect < 1.0,

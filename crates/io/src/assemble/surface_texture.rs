@@ -94,7 +94,7 @@ fn scaled(
     context: &mut Context,
 ) -> Texture {
     let mut q = Query::new(object, context.diagnostics);
-    let factor = q.spectrum_or("scale", SpectrumValue::Uniform(1.0));
+    let factor = q.spectrum("scale");
     let input = match q.child(PluginKind::Texture) {
         Some(texture) => Input::Object(texture),
         None => Input::Spectrum(q.spectrum("value")),
@@ -178,8 +178,7 @@ fn checkerboard(
     context: &mut Context,
 ) -> Texture {
     let mut q = Query::new(object, context.diagnostics);
-    let colours = [("color0", 0.4), ("color1", 0.2)]
-        .map(|(name, v)| (name, q.texture_or_spectrum(name, SpectrumValue::Uniform(v))));
+    let colours = ["color0", "color1"].map(|name| (name, q.texture_or_spectrum(name)));
     let to_uv = to_uv(&mut q);
     q.finish(&[]);
     let colours =
@@ -195,7 +194,7 @@ fn attribute(
 ) -> Option<Texture> {
     let mut q = Query::new(object, context.diagnostics);
     let name = q.string("name");
-    let scale = q.float_or("scale", 1.0);
+    let scale = q.float("scale");
     let attributes = vertices.as_ref().map(|(_, attributes)| &attributes[..]);
     let found = attributes.into_iter().flatten().find(|a| a.name == name);
     if found.is_none() && q.has("name") {
@@ -358,7 +357,7 @@ struct Picture {
 }
 
 fn picture(q: &mut Query, files: &mut FileRegistry) -> Option<Picture> {
-    let raw = q.boolean_or("raw", false);
+    let raw = q.boolean("raw");
     if q.has("data") {
         if q.has("filename") {
             q.error("data", "give the pixels or a file with them, not both");
@@ -381,18 +380,21 @@ fn picture(q: &mut Query, files: &mut FileRegistry) -> Option<Picture> {
     })
 }
 
-/// How Mitsuba holds images, which rounds their numbers at most.
-const FORMATS: [&str; 5] = ["auto", "variant", "float16", "fp16", "uint8"];
-
 fn filter(q: &mut Query) -> BitmapFilter {
-    q.one_of("format", &FORMATS);
-    let filter = q.one_of("filter_type", &["bilinear", "nearest"]);
-    [BitmapFilter::Bilinear, BitmapFilter::Nearest][filter]
+    // How Mitsuba holds images, which rounds their numbers at most.
+    q.word("format");
+    match q.word("filter_type") {
+        "nearest" => BitmapFilter::Nearest,
+        _ => BitmapFilter::Bilinear,
+    }
 }
 
 fn wrap(q: &mut Query) -> Wrap {
-    let wrap = q.one_of("wrap_mode", &["repeat", "mirror", "clamp"]);
-    [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp][wrap]
+    match q.word("wrap_mode") {
+        "mirror" => Wrap::Mirror,
+        "clamp" => Wrap::Clamp,
+        _ => Wrap::Repeat,
+    }
 }
 
 /// Channels and values of an image.

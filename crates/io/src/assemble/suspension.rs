@@ -2,7 +2,7 @@
 
 use super::colour;
 use super::context::Context;
-use crate::query::{POSITIVE, Query};
+use crate::query::Query;
 use crate::scene::{ObjectDescription, SpectrumValue};
 use transport::Spectrum;
 use transport::phase::{Mie, Phase, PhaseError, Spheres};
@@ -13,9 +13,6 @@ const UM_PER_MM: f64 = 1e3;
 const UM_PER_NM: f64 = 1e-3;
 /// Spheres that fill more of the volume than this scatter together, not each by itself.
 const DILUTE: f64 = 0.1;
-/// Shares of the volume that spheres of one size fill at most, in a dense packing.
-const PACKED: f64 = 0.741;
-
 /// The phase function of type `mie`, at the wavelength of the group's channel.
 pub(super) fn mie(object: &ObjectDescription, context: &mut Context) -> Phase {
     let channel = context.wavelength();
@@ -28,13 +25,12 @@ pub(super) fn mie(object: &ObjectDescription, context: &mut Context) -> Phase {
             q.error("wavelength", message);
             None
         }
-        (true, _) => Some(q.float_in("wavelength", POSITIVE, None)),
+        (true, _) => Some(q.float("wavelength")),
     };
-    let radius = q.float_in("radius", POSITIVE, None);
-    let deviations = 1.0..=Spheres::MOST_DEVIATION;
-    let geometric_deviation = q.float_in("geometric_deviation", deviations, 1.0);
+    let radius = q.float("radius");
+    let geometric_deviation = q.float("geometric_deviation");
     let eta = q.spectrum("eta");
-    let k = q.spectrum_or("k", SpectrumValue::Uniform(0.0));
+    let k = q.spectrum("k");
     let exterior = q.spectrum("ext_eta");
     q.finish(&[]);
     let Some(wavelength) = wavelength else {
@@ -119,13 +115,9 @@ pub(super) fn concentration(q: &mut Query) -> Option<Concentration> {
         );
     }
     if !fraction {
-        return Some(Concentration::Number(q.float_in(
-            "number_density",
-            0.0..=1e18,
-            None,
-        )));
+        return Some(Concentration::Number(q.float("number_density")));
     }
-    let share = q.float_in("volume_fraction", 0.0..=PACKED, None);
+    let share = q.float("volume_fraction");
     if share > DILUTE {
         let message = format!(
             "spheres are taken to scatter each by itself, which those that fill more than {DILUTE} of the volume do not"

@@ -1,7 +1,7 @@
 //! Tagged light: which sidebands and delays are asked for, and what is needed of the sound in a scene (docs/theory.md#tagged-light).
 
 use super::channels::Channels;
-use crate::query::{POSITIVE, Query};
+use crate::query::Query;
 use eikonal::field::Sound;
 use transport::Scene;
 use transport::scene::{ProblemSeverity, SceneProblem, Subject};
@@ -22,9 +22,9 @@ pub(super) fn sidebands(q: &mut Query, channels: &Channels) -> Option<Sidebands>
             "tagged light has one wavelength, the film has several: list one in its 'wavelengths'";
         q.error("wavelength", message);
     }
-    let wavelength = q.float_in("wavelength", POSITIVE, None);
-    let orders = q.integer_in("orders", 0..=i64::from(Sidebands::MOST_ORDERS), 1);
-    let delays = q.integer_in("delays", 0..=i64::from(Sidebands::MOST_DELAYS), 0);
+    let wavelength = q.float("wavelength");
+    let orders = q.integer("orders");
+    let delays = q.integer("delays");
     Sidebands::new(wavelength, orders as u32, delays as u32)
 }
 

@@ -147,21 +147,24 @@ pub(super) fn sampled(
     for known in SOURCE {
         query.has(known);
     }
-    let (scale, offset) = (query.float_or("scale", 1.0), query.float_or("offset", 0.0));
-    let filter = query.one_of("filter_type", &["trilinear", "nearest"]);
+    let (scale, offset) = (query.float("scale"), query.float("offset"));
+    let filter = match query.word("filter_type") {
+        "nearest" => GridFilter::Nearest,
+        _ => GridFilter::Trilinear,
+    };
     // Beyond the grid there is nothing in a medium, or what its edge has.
-    query.one_of("wrap_mode", &["clamp", "repeat", "mirror"]);
+    query.word("wrap_mode");
     // Values are always used as they are, and there is nothing to accelerate: both are accepted
     // because Mitsuba's scene files have them.
-    query.boolean_or("raw", true);
-    query.boolean_or("accel", true);
+    query.boolean("raw");
+    query.boolean("accel");
     query.finish(&[]);
     let volume = context.accept(&object.location, volume?.scaled(scale, offset))?;
     Some(Sampled {
         volume,
-        placement: [Placement::Centers, Placement::Nodes][source.placement],
+        placement: source.placement,
         source,
-        filter: [GridFilter::Trilinear, GridFilter::Nearest][filter],
+        filter,
     })
 }
 

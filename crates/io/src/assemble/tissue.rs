@@ -3,7 +3,7 @@
 use super::context::Context;
 use crate::query::Query;
 use crate::scene::{ObjectDescription, PluginKind};
-use crate::tissue::{Content, MEAN_COSINE, NAMES, Tissue};
+use crate::tissue::{Content, MEAN_COSINE, Tissue};
 use eikonal::Field;
 use transport::Spectrum;
 use transport::medium::Medium;
@@ -19,8 +19,8 @@ pub(super) struct Named {
 
 /// The tissue that a medium names, if it does.
 pub(super) fn named(query: &mut Query) -> Option<Named> {
-    let index = query.one_of("tissue", &NAMES);
-    let tissue = Tissue::of(index)?;
+    let name = query.word("tissue");
+    let tissue = Tissue::of(name)?;
     let others = ["sigma_t", "albedo", "sigma_s", "sigma_a", "material"];
     if let Some(other) = others.into_iter().find(|name| query.has(name)) {
         query.error(
@@ -37,21 +37,18 @@ pub(super) fn named(query: &mut Query) -> Option<Named> {
     if matches!(tissue, Tissue::Measured(_)) {
         let contents = ["blood", "saturation", "water"];
         if let Some(name) = contents.into_iter().find(|name| query.has(name)) {
-            let message = format!(
-                "the absorption of '{}' is measured: leave it out",
-                NAMES[index]
-            );
+            let message = format!("the absorption of '{}' is measured: leave it out", name);
             query.error(name, message);
         }
     }
-    let mut share = |name: &str| query.float_in(name, 0.0..=1.0, 0.0);
+    let mut share = |name: &str| query.float(name);
     let content = Content {
         blood: share("blood"),
         saturation: share("saturation"),
         water: share("water"),
     };
     Some(Named {
-        name: NAMES[index],
+        name,
         tissue,
         content,
     })

@@ -9,6 +9,7 @@ use crate::scene::{FileRegistry, ObjectDescription};
 use crate::volume::series::{Plan, Series};
 use crate::volume::{AxisOrder, Format, Options, Sample, Volume, VolumeFrame, nrrd};
 use eikonal::Shown;
+use eikonal::field::Placement;
 use glam::DAffine3;
 use std::path::PathBuf;
 
@@ -30,7 +31,7 @@ const FILL: &str = "every sample needs a value: fill those in solids, or outside
 /// Where the samples of a volume file belong.
 pub(super) struct Source {
     /// 0: voxel centres, 1: nodes on the bounds.
-    pub placement: usize,
+    pub placement: Placement,
     /// From the unit cube, by way of the file's own coordinates if it has any.
     pub to_world: DAffine3,
     /// Who says where they belong, but for the scene's `to_world`.
@@ -44,7 +45,7 @@ impl Source {
             plugin: object.plugin.clone(),
             file: file_of(object),
             size,
-            nodes: self.placement == 1,
+            nodes: self.placement == Placement::Nodes,
             to_world: self.to_world,
             placed_by: self.placed_by,
             frequency: None,
@@ -127,23 +128,31 @@ fn read_by<T: Sample>(
     let mut query = Query::new(object, context.diagnostics);
     let volume = read(&mut query, context.files);
     let chosen = query.has("placement");
-    let mut placement = query.one_of("placement", &["centers", "nodes"]);
+    let mut placement = match query.word("placement") {
+        "nodes" => Placement::Nodes,
+        _ => Placement::Centers,
+    };
     let matrix = query.transform("to_world");
-    let boxed = query.boolean_or("use_grid_bbox", false);
+    let boxed = query.boolean("use_grid_bbox");
     let mut to_world = affine(matrix, "to_world", &mut query);
     let mut placed_by = FactSource::Scene;
     if let Some((volume, frame)) = volume.as_ref().and_then(|v| Some((v, v.frame()?))) {
-        if chosen && placement != usize::from(frame.nodes) {
+        let own = if frame.nodes {
+            Placement::Nodes
+        } else {
+            Placement::Centers
+        };
+        if chosen && placement != own {
             query.error(
                 "placement",
                 "the file says otherwise: leave 'placement' out",
             );
         }
-        placement = usize::from(frame.nodes);
+        placement = own;
         to_world *= frame.to_file(volume.size());
         placed_by = FactSource::File;
     } else if let (Some(volume), true) = (&volume, boxed) {
-        to_world *= own_box(volume, placement == 1, &mut query);
+        to_world *= own_box(volume, placement == Placement::Nodes, &mut query);
         placed_by = FactSource::File;
     }
     let source = Source {

@@ -1,6 +1,5 @@
 //! Nested objects.
 
-use std::ops::RangeBounds;
 use std::sync::Arc;
 
 use super::Query;
@@ -89,39 +88,27 @@ impl<'a> Query<'a, '_> {
         None
     }
 
-    /// A spectrum or a nested volume by the name `name`, or `default`; with the default `None` it
-    /// must be there. After an error, the default, or else 1.
-    pub fn volume_or_spectrum(
-        &mut self,
-        name: &str,
-        default: impl Into<Option<SpectrumValue>>,
-    ) -> Input<'a> {
-        self.input(PluginKind::Volume, name, default.into())
+    /// A spectrum or a nested volume. Without it, the default of its row; where there is none, it must be given. After
+    /// an error, the default, or else 1.
+    pub fn volume_or_spectrum(&mut self, name: &str) -> Input<'a> {
+        self.input(PluginKind::Volume, name)
     }
 
-    /// A spectrum or a nested texture by the name `name`, or `default`; with the default `None` it
-    /// must be there. After an error, the default, or else 1.
-    pub fn texture_or_spectrum(
-        &mut self,
-        name: &str,
-        default: impl Into<Option<SpectrumValue>>,
-    ) -> Input<'a> {
-        self.input(PluginKind::Texture, name, default.into())
+    /// A spectrum or a nested texture. Without it, the default of its row; where there is none, it must be given.
+    /// After an error, the default, or else 1.
+    pub fn texture_or_spectrum(&mut self, name: &str) -> Input<'a> {
+        self.input(PluginKind::Texture, name)
     }
 
-    /// A number in a range or a nested texture by the name `name`, or `default`. After an error, the default.
-    pub(crate) fn texture_or_float_in(
-        &mut self,
-        name: &str,
-        range: impl RangeBounds<f64>,
-        default: f64,
-    ) -> Input<'a> {
+    /// A number within the limits of its row or a nested texture. Without it and after an error, the default of its
+    /// row.
+    pub(crate) fn texture_or_float(&mut self, name: &str) -> Input<'a> {
         if let Some(input) = self.computed_spectrum(name) {
             return input;
         }
         match self.stand_in(PluginKind::Texture, name) {
             Some(texture) => Input::Object(texture),
-            None => Input::Spectrum(SpectrumValue::Uniform(self.float_in(name, range, default))),
+            None => Input::Spectrum(SpectrumValue::Uniform(self.float(name))),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Asking an object for its parameters and children.
 //!
-//! A [`Query`] answers questions such as "the float `g`, between −1 and 1, by default 0". What is
-//! missing, of the wrong type or out of range is reported where it was written, and a harmless
+//! A [`Query`] answers questions such as "the float `g`", whose limits and default stand in the table of plugins
+//! ([`schema`](crate::schema)). What is missing, of the wrong type or out of range is reported where it was written, and a harmless
 //! value is returned, so that one pass finds every mistake. [`Query::finish`] reports what nobody
 //! asked for: the misspelt names.
 //!
@@ -13,9 +13,9 @@
 //! let scene = xml::parse(text, "scene.xml", &[], &mut diagnostics).unwrap();
 //!
 //! let mut query = Query::new(&scene.root.children[0].object, &mut diagnostics);
-//! let g = query.float_in("g", -1.0..=1.0, 0.0);
+//! let g = query.float("g");
 //! query.finish(&[]);
-//! assert_eq!(g, 0.0);
+//! assert_eq!(g, 0.8);
 //! assert!(diagnostics.to_string().contains("did you mean 'g'?"));
 //! ```
 
@@ -26,7 +26,6 @@ mod unused;
 mod values;
 
 pub use children::Input;
-pub use numbers::{INDEX, POSITIVE};
 pub(crate) use values::resolve;
 
 use std::collections::BTreeSet;

@@ -1,18 +1,12 @@
 //! Numbers, flags and texts.
 
 use eikonal::Shown;
-use std::ops::{Bound, RangeBounds, RangeInclusive};
+use std::ops::{Bound, RangeBounds};
 
 use super::{Lookup, Query};
 use crate::diagnostic::{Diagnostic, suggest};
 use crate::scene::Value;
-
-/// The range of positive numbers, for [`Query::float_in`].
-pub const POSITIVE: (Bound<f64>, Bound<f64>) = (Bound::Excluded(0.0), Bound::Unbounded);
-
-/// The range of refractive indices, for [`Query::float_in`]: those of all substances, of metals and at all wavelengths, lie well
-/// within.
-pub const INDEX: RangeInclusive<f64> = 1e-3..=1e3;
+use crate::schema::{self, Default, Limits, Parameter, Type};
 
 fn as_float(value: &Value) -> Option<f64> {
     match value {
@@ -37,101 +31,131 @@ fn as_string(value: &Value) -> Option<String> {
 }
 
 impl<'a> Query<'a, '_> {
-    /// A number that must be there; after an error, 1.
+    /// Row of the table for a parameter of this object: its limits and its default. Types that the table does not list
+    /// take the row of another type of their kind.
+    pub(super) fn row(&self, name: &str) -> Parameter {
+        let kind = self.object.kind;
+        let row = match schema::find(kind, &self.object.plugin) {
+            Some(plugin) => plugin.parameter(name),
+            None => schema::plugins(kind)
+                .iter()
+                .find_map(|plugin| plugin.parameter(name)),
+        };
+        row.copied().unwrap_or(Parameter::UNLISTED)
+    }
+
+    /// Limits of a parameter, by its row.
+    pub(crate) fn limits(&self, name: &str) -> Limits {
+        self.row(name).limits
+    }
+
+    /// A number within the limits of its row. Without it, the default of its row; where that is no number, the
+    /// parameter must be given. After an error, the default, or else 1.
     pub fn float(&mut self, name: &str) -> f64 {
-        self.float_in(name, .., None)
+        let row = self.row(name);
+        self.float_within(name, row.limits, row.default.number())
     }
 
-    /// A number, or `default` if it is not there.
+    /// A number within the limits of its row, or a default that depends on other parameters.
     pub fn float_or(&mut self, name: &str, default: f64) -> f64 {
-        self.float_in(name, .., default)
+        self.float_within(name, self.row(name).limits, default)
     }
 
-    /// A number in a range, or `default` if it is not there; with the default `None` it must be
-    /// there. After an error, the default, or else 1.
-    pub fn float_in(
+    /// A number within the limits of its row, if it is given; after an error, the default of its row, or else 1.
+    pub fn float_if_given(&mut self, name: &str) -> Option<f64> {
+        self.has(name).then(|| self.float(name))
+    }
+
+    /// A number within limits that depend on other parameters; with the default `None` it must be given. After an
+    /// error, the default, or else 1.
+    pub fn float_within(
         &mut self,
         name: &str,
-        range: impl RangeBounds<f64>,
+        limits: impl RangeBounds<f64>,
         default: impl Into<Option<f64>>,
     ) -> f64 {
         let lookup = self.convert(name, "float", as_float);
-        let lookup = self.in_range(name, lookup, range, |v| Shown(*v).to_string());
+        let lookup = self.in_range(name, lookup, limits, |v| Shown(*v).to_string());
         self.settle(name, "float", lookup, default.into(), 1.0)
     }
 
-    /// A whole number that must be there; after an error, 1.
+    /// A whole number within the limits of its row. Without it, the default of its row; where that is no number, the
+    /// parameter must be given. After an error, the default, or else 1.
     pub fn integer(&mut self, name: &str) -> i64 {
-        self.integer_in(name, .., None)
+        let row = self.row(name);
+        let default = row.default.number().map(|number| number as i64);
+        self.integer_within(name, whole(row.limits), default)
     }
 
-    /// A whole number, or `default` if it is not there.
+    /// A whole number within the limits of its row, or a default that depends on other parameters.
     pub fn integer_or(&mut self, name: &str, default: i64) -> i64 {
-        self.integer_in(name, .., default)
+        self.integer_within(name, whole(self.row(name).limits), default)
     }
 
-    /// A whole number in a range, or `default` if it is not there; with the default `None` it must
-    /// be there. After an error, the default, or else 1.
-    pub fn integer_in(
+    /// A whole number within limits that depend on other parameters; with the default `None` it must be given. After
+    /// an error, the default, or else 1.
+    pub fn integer_within(
         &mut self,
         name: &str,
-        range: impl RangeBounds<i64>,
+        limits: impl RangeBounds<i64>,
         default: impl Into<Option<i64>>,
     ) -> i64 {
         let lookup = self.convert(name, "integer", as_integer);
-        let lookup = self.in_range(name, lookup, range, i64::to_string);
+        let lookup = self.in_range(name, lookup, limits, i64::to_string);
         self.settle(name, "integer", lookup, default.into(), 1)
     }
 
-    /// True or false, or `default` if it is not there.
+    /// True or false. Without it, the default of its row; where that is no flag, it must be given. After an error,
+    /// the default, or else false.
+    pub fn boolean(&mut self, name: &str) -> bool {
+        let default = match self.row(name).default {
+            Default::Flag(flag) => Some(flag),
+            _ => None,
+        };
+        let lookup = self.boolean_lookup(name);
+        self.settle(
+            name,
+            "boolean",
+            lookup,
+            default,
+            default.unwrap_or_default(),
+        )
+    }
+
+    /// True or false, or a default that depends on other parameters.
     pub fn boolean_or(&mut self, name: &str, default: bool) -> bool {
         let lookup = self.boolean_lookup(name);
         self.settle(name, "boolean", lookup, Some(default), default)
     }
 
-    /// True or false, which must be given; after an error, false.
-    pub fn boolean(&mut self, name: &str) -> bool {
-        let lookup = self.boolean_lookup(name);
-        self.settle(name, "boolean", lookup, None, false)
-    }
-
-    /// A text that must be there; after an error, the empty one.
+    /// A text. Without it, the default of its row; where that is no text, it must be given. After an error, the
+    /// empty text.
     pub fn string(&mut self, name: &str) -> String {
+        let default = self.row(name).default.text().map(str::to_owned);
         let lookup = self.convert(name, "string", as_string);
-        self.settle(name, "string", lookup, None, String::new())
+        self.settle(name, "string", lookup, default, String::new())
     }
 
-    /// A text, or `default` if it is not there.
-    pub fn string_or(&mut self, name: &str, default: &str) -> String {
-        let lookup = self.convert(name, "string", as_string);
-        self.settle(
-            name,
-            "string",
-            lookup,
-            Some(default.to_owned()),
-            String::new(),
-        )
-    }
-
-    /// One of a few words, the first of which is the default; returns its index in `words`.
-    ///
-    /// `words` must not be empty.
-    pub fn one_of(&mut self, name: &str, words: &[&str]) -> usize {
-        let Lookup::Found(text, location) = self.convert(name, "string", as_string) else {
-            return 0;
+    /// One of the words of its row. Without it and after an error, the default of its row, or else the first word.
+    pub fn word(&mut self, name: &str) -> &'static str {
+        let row = self.row(name);
+        let words = match row.value {
+            Type::Word(words) | Type::NumberOrWord(words) => words,
+            _ => &[""][..],
         };
-        self.listed(name, |plugin| plugin.allows(name, words));
-        words
-            .iter()
-            .position(|word| *word == text)
-            .unwrap_or_else(|| {
-                let message = format!("'{name}' cannot be '{text}'");
-                let help = suggest(&text, words.iter().copied())
-                    .unwrap_or_else(|| format!("it is one of: {}", words.join(", ")));
-                self.diagnostics
-                    .push(Diagnostic::error(message).help(help).at(location));
-                0
-            })
+        let default = row.default.text().unwrap_or(words[0]);
+        let Lookup::Found(text, location) = self.convert(name, "string", as_string) else {
+            return default;
+        };
+        if let Some(word) = words.iter().find(|word| **word == text) {
+            return word;
+        }
+        let message = format!("'{name}' cannot be '{text}'");
+        let help = suggest(&text, words.iter().copied())
+            .unwrap_or_else(|| format!("it is one of: {}", words.join(", ")));
+        self.diagnostics
+            .push(Diagnostic::error(message).help(help).at(location));
+        default
     }
 
     fn boolean_lookup(&mut self, name: &str) -> Lookup<'a, bool> {
@@ -159,6 +183,11 @@ impl<'a> Query<'a, '_> {
             other => other,
         }
     }
+}
+
+/// Limits of whole numbers.
+fn whole(limits: Limits) -> (Bound<i64>, Bound<i64>) {
+    (limits.low.map(|v| v as i64), limits.high.map(|v| v as i64))
 }
 
 /// A range in words, for example `at least 0 and less than 1`.

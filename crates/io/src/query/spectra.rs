@@ -1,25 +1,20 @@
 //! Spectra, given as values or by plugins that compute them.
 
 use super::values::as_spectrum;
-use super::{Input, Lookup, POSITIVE, Query, unknown_plugin};
+use super::{Input, Lookup, Query, unknown_plugin};
 use crate::scene::{PluginKind, SpectrumValue, Value};
 use crate::schema;
+
+/// Ends of the range of wavelengths.
+const ENDS: [&str; 2] = ["wavelength_min", "wavelength_max"];
 
 /// After an error.
 const HARMLESS: SpectrumValue = SpectrumValue::Uniform(1.0);
 
 impl<'a> Query<'a, '_> {
-    /// A spectrum, colour or plain number that must be there; after an error, 1.
+    /// A spectrum, colour or plain number. Without it, the default of its row; where there is none, it must be given.
+    /// After an error, the default, or else 1.
     pub fn spectrum(&mut self, name: &str) -> SpectrumValue {
-        self.constant(name, None)
-    }
-
-    /// A spectrum, colour or plain number, or `default` if it is not there.
-    pub fn spectrum_or(&mut self, name: &str, default: SpectrumValue) -> SpectrumValue {
-        self.constant(name, Some(default))
-    }
-
-    fn constant(&mut self, name: &str, default: Option<SpectrumValue>) -> SpectrumValue {
         match self.computed_spectrum(name) {
             Some(Input::Spectrum(value)) => value,
             Some(Input::Object(_)) => {
@@ -31,19 +26,19 @@ impl<'a> Query<'a, '_> {
             }
             None => {
                 let lookup = self.convert(name, "spectrum", as_spectrum);
-                self.settle(name, "spectrum", lookup, default, HARMLESS)
+                self.settle(name, "spectrum", lookup, self.uniform(name), HARMLESS)
             }
         }
     }
 
-    /// A spectrum, or a nested object of a kind, by the name `name`, or `default`; with the default `None` it must be
-    /// there. After an error, the default, or else 1.
-    pub(super) fn input(
-        &mut self,
-        kind: PluginKind,
-        name: &str,
-        default: Option<SpectrumValue>,
-    ) -> Input<'a> {
+    /// Default of a spectrum, by its row.
+    fn uniform(&self, name: &str) -> Option<SpectrumValue> {
+        self.row(name).default.number().map(SpectrumValue::Uniform)
+    }
+
+    /// A spectrum, or a nested object of a kind. Without it, the default of its row; where there is none, it must be
+    /// given. After an error, the default, or else 1.
+    pub(super) fn input(&mut self, kind: PluginKind, name: &str) -> Input<'a> {
         if let Some(input) = self.computed_spectrum(name) {
             return input;
         }
@@ -52,7 +47,7 @@ impl<'a> Query<'a, '_> {
         }
         let expected = format!("{kind} or spectrum");
         let lookup: Lookup<'a, _> = self.convert(name, &expected, as_spectrum);
-        Input::Spectrum(self.settle(name, "spectrum", lookup, default, HARMLESS))
+        Input::Spectrum(self.settle(name, "spectrum", lookup, self.uniform(name), HARMLESS))
     }
 
     /// What a plugin in the place of a parameter computes, if it is one of spectra: Mitsuba's are textures, too.
@@ -75,15 +70,12 @@ impl<'a> Query<'a, '_> {
 
     /// The spectrum that this plugin computes.
     fn computed(&mut self) -> Input<'a> {
-        let range = |q: &mut Self| {
-            let ends = [("wavelength_min", 360.0), ("wavelength_max", 830.0)];
-            ends.map(|(name, default)| q.float_in(name, POSITIVE, default))
-        };
+        let range = |q: &mut Self| ENDS.map(|name| q.float(name));
         Input::Spectrum(match self.object.plugin.as_str() {
             "d65" => return self.daylight(),
             "blackbody" => SpectrumValue::Blackbody {
-                temperature: self.float_in("temperature", POSITIVE, None),
-                scale: self.float_or("scale", 1.0),
+                temperature: self.float("temperature"),
+                scale: self.float("scale"),
                 range: range(self),
             },
             "regular" => self.regular(),
@@ -93,7 +85,7 @@ impl<'a> Query<'a, '_> {
                 SpectrumValue::Uniform(self.float("value"))
             }
             "srgb" => {
-                let unbounded = self.boolean_or("unbounded", false);
+                let unbounded = self.boolean("unbounded");
                 let color = self.spectrum("color");
                 let outside = |v: &f64| !(0.0..=1.0).contains(v);
                 if !unbounded && color.values().iter().any(outside) {
@@ -108,7 +100,7 @@ impl<'a> Query<'a, '_> {
 
     /// D65, or it times a colour or texture: white of a colour film is D65.
     fn daylight(&mut self) -> Input<'a> {
-        let scale = self.float_or("scale", 1.0);
+        let scale = self.float("scale");
         let texture = self.child(PluginKind::Texture);
         let coloured = self.has("color");
         if let Some(texture) = texture {
@@ -133,8 +125,7 @@ impl<'a> Query<'a, '_> {
 
     /// Values at even distances.
     fn regular(&mut self) -> SpectrumValue {
-        let ends = ["wavelength_min", "wavelength_max"];
-        let [min, max] = ends.map(|name| self.float_in(name, POSITIVE, None));
+        let [min, max] = ENDS.map(|name| self.float(name));
         let values = self.numbers("values");
         if min >= max || values.len() < 2 {
             let message = "a regular spectrum has two values at least, from a 'wavelength_min' to a larger \

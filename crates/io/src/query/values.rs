@@ -34,25 +34,31 @@ fn as_transform(value: &Value) -> Option<DMat4> {
 }
 
 impl Query<'_, '_> {
-    /// A position that must be there; after an error, the origin.
+    /// A position. Without it, the default of its row; where there is none, it must be given. After an error, the
+    /// default, or else the origin.
     pub fn point(&mut self, name: &str) -> DVec3 {
-        let lookup = self.convert(name, "point", as_triple);
-        self.settle(name, "point", lookup, None, DVec3::ZERO)
+        self.triple(name, "point", DVec3::ZERO)
     }
 
-    /// A position, or `default` if it is not there.
+    /// A direction or displacement. Without it, the default of its row; where there is none, it must be given. After
+    /// an error, the default, or else the z axis.
+    pub fn vector(&mut self, name: &str) -> DVec3 {
+        self.triple(name, "vector", DVec3::Z)
+    }
+
+    fn triple(&mut self, name: &str, expected: &str, harmless: DVec3) -> DVec3 {
+        let default = self.row(name).default.triple();
+        let lookup = self.convert(name, expected, as_triple);
+        self.settle(name, expected, lookup, default, harmless)
+    }
+
+    /// A position, or a default that depends on other parameters.
     pub fn point_or(&mut self, name: &str, default: DVec3) -> DVec3 {
         let lookup = self.convert(name, "point", as_triple);
         self.settle(name, "point", lookup, Some(default), default)
     }
 
-    /// A direction or displacement that must be there; after an error, the z axis.
-    pub fn vector(&mut self, name: &str) -> DVec3 {
-        let lookup = self.convert(name, "vector", as_triple);
-        self.settle(name, "vector", lookup, None, DVec3::Z)
-    }
-
-    /// A direction or displacement, or `default` if it is not there.
+    /// A direction or displacement, or a default that depends on other parameters.
     pub fn vector_or(&mut self, name: &str, default: DVec3) -> DVec3 {
         let lookup = self.convert(name, "vector", as_triple);
         self.settle(name, "vector", lookup, Some(default), default)

@@ -1,50 +1,43 @@
 //! Bsdfs.
 
 use super::metals::METAL_NAMES;
-use super::row::{boolean, float, index, list, many, one, plugin, role, spectrum, texture, word};
+use super::parameter::{boolean, float, index, list, spectrum, word};
+use super::row::{many, one, plugin, role, texture};
 use super::{Parameter, Plugin, Slot};
 use crate::scene::PluginKind::{Bsdf, Texture};
 
 const INDICES: &[Parameter] = &[
-    index(
-        "int_ior",
-        "(see the index rules)",
-        "index inside: a number > 0 or a substance",
-    ),
-    index(
-        "ext_ior",
-        "(see the index rules)",
-        "index outside: a number > 0 or a substance",
-    ),
+    index("int_ior", "index inside: a number or a substance").or_computed("see the index rules"),
+    index("ext_ior", "index outside: a number or a substance").or_computed("see the index rules"),
 ];
 
 const PANE: &[Parameter] = &[
-    index("int_ior", "1.5046", "index of the pane"),
-    index("ext_ior", "\"air\"", "index around it"),
+    index("int_ior", "index of the pane").or(1.5046),
+    index("ext_ior", "index around it").or_text("air"),
 ];
 
 const COAT: &[Parameter] = &[
-    index("int_ior", "1.49", "index of the coat"),
-    index("ext_ior", "\"air\"", "index outside"),
-    spectrum("diffuse_reflectance", "0.5", "of the base, 0 to 1"),
+    index("int_ior", "index of the coat").or(1.49),
+    index("ext_ior", "index outside").or_text("air"),
+    spectrum("diffuse_reflectance", "of the base, 0 to 1").or(0.5),
     boolean(
         "nonlinear",
-        "false",
+        false,
         "whether colours deepen with each reflection below the coat",
     ),
 ];
 
 const REFLECTANCE: &[Parameter] = &[spectrum(
     "specular_reflectance",
-    "1",
     "factor of what is reflected, 0 to 1",
-)];
+)
+.or(1.0)];
 
 const TRANSMITTANCE: &[Parameter] = &[spectrum(
     "specular_transmittance",
-    "1",
     "factor of what is transmitted, 0 to 1",
-)];
+)
+.or(1.0)];
 
 const FACETS: &[Parameter] = &[
     word(
@@ -52,118 +45,114 @@ const FACETS: &[Parameter] = &[
         &["beckmann", "ggx"],
         "of the normals of microfacets",
     ),
-    boolean("sample_visible", "true", "accepted and ignored"),
+    boolean("sample_visible", true, "accepted and ignored"),
 ];
 
 const LOSSLESS: &[Parameter] = &[boolean(
     "lossless",
-    "false",
+    false,
     "whether the base gets what facets send to their neighbours",
 )];
 
 const METAL: &[Parameter] = &[
     spectrum(
         "eta",
-        "0",
         "real part of the index, ≥ 0; a mirror without eta, k and material",
-    ),
-    spectrum("k", "1", "imaginary part of the index, ≥ 0"),
+    )
+    .or(0.0),
+    spectrum("k", "imaginary part of the index, ≥ 0").or(1.0),
     word("material", &METAL_NAMES, "a metal, in place of eta and k"),
-    index("ext_eta", "1", "what eta and k are divided by"),
+    index("ext_eta", "what eta and k are divided by").or(1.0),
 ];
 
 const PRINCIPLED: &[Parameter] = &[
-    spectrum("base_color", "0.5", "0 to 1"),
-    spectrum("roughness", "0.5", "0 to 1"),
+    spectrum("base_color", "0 to 1").or(0.5),
+    spectrum("roughness", "0 to 1").or(0.5),
     spectrum(
         "anisotropic",
-        "0",
         "how much rougher facets are along u than along v, 0 to 1",
-    ),
-    spectrum("spec_trans", "0", "share that lets light through, 0 to 1"),
-    spectrum("spec_tint", "0", "colour of highlights, 0 to 1"),
-    spectrum("sheen", "0", "at grazing angles, 0 to 1"),
-    spectrum("sheen_tint", "0", "colour of the sheen, 0 to 1"),
+    )
+    .or(0.0),
+    spectrum("spec_trans", "share that lets light through, 0 to 1").or(0.0),
+    spectrum("spec_tint", "colour of highlights, 0 to 1").or(0.0),
+    spectrum("sheen", "at grazing angles, 0 to 1").or(0.0),
+    spectrum("sheen_tint", "colour of the sheen, 0 to 1").or(0.0),
     spectrum(
         "flatness",
-        "0",
         "share that looks like scattering below the surface, 0 to 1",
-    ),
-    float(
-        "diffuse_reflectance_sampling_rate",
-        "1",
-        "accepted and ignored",
-    ),
+    )
+    .or(0.0),
+    float("diffuse_reflectance_sampling_rate", "accepted and ignored").or(1.0),
 ];
 
 const PRINCIPLED_SOLID: &[Parameter] = &[
-    spectrum("metallic", "0", "share of metal, 0 to 1"),
-    spectrum("clearcoat", "0", "a coat over all, 0 to 1"),
-    spectrum("clearcoat_gloss", "0", "how smooth the coat is, 0 to 1"),
-    float("specular", "0.5", "0 to 1"),
+    spectrum("metallic", "share of metal, 0 to 1").or(0.0),
+    spectrum("clearcoat", "a coat over all, 0 to 1").or(0.0),
+    spectrum("clearcoat_gloss", "how smooth the coat is, 0 to 1").or(0.0),
+    float("specular", "strength of highlights")
+        .within(0.0, 1.0)
+        .or(0.5),
     float(
         "eta",
-        "",
         "index inside over that outside, in place of specular",
-    ),
-    float("main_specular_sampling_rate", "1", "accepted and ignored"),
-    float("clearcoat_sampling_rate", "1", "accepted and ignored"),
+    )
+    .positive(),
+    float("main_specular_sampling_rate", "accepted and ignored").or(1.0),
+    float("clearcoat_sampling_rate", "accepted and ignored").or(1.0),
 ];
 
 const PRINCIPLED_THIN: &[Parameter] = &[
     spectrum(
         "diff_trans",
-        "0",
         "twice the share of diffuse light that passes, 0 to 2",
-    ),
-    float("eta", "1.5", "index of the sheet"),
-    float(
-        "specular_reflectance_sampling_rate",
-        "1",
-        "accepted and ignored",
-    ),
+    )
+    .or(0.0),
+    float("eta", "index of the sheet").positive().or(1.5),
+    float("specular_reflectance_sampling_rate", "accepted and ignored").or(1.0),
     float(
         "specular_transmittance_sampling_rate",
-        "1",
         "accepted and ignored",
-    ),
+    )
+    .or(1.0),
     float(
         "diffuse_transmittance_sampling_rate",
-        "1",
         "accepted and ignored",
-    ),
+    )
+    .or(1.0),
 ];
 
 const GLOSSY: &[Parameter] = &[
-    spectrum("diffuse_reflectance", "0.5", "of the diffuse part, 0 to 1"),
-    spectrum("specular_reflectance", "0.2", "of the glossy part, 0 to 1"),
+    spectrum("diffuse_reflectance", "of the diffuse part, 0 to 1").or(0.5),
+    spectrum("specular_reflectance", "of the glossy part, 0 to 1").or(0.2),
 ];
 
 const ALPHAS: &[Parameter] = &[
-    float("alpha", "0.1", "roughness, 1e-4 to 1"),
+    float("alpha", "roughness").within(1e-4, 1.0).or(0.1),
     float(
         "alpha_u",
-        "",
         "roughness along u, in place of alpha, with alpha_v",
-    ),
-    float("alpha_v", "", "roughness across that, along v"),
+    )
+    .within(1e-4, 1.0),
+    float("alpha_v", "roughness across that, along v").within(1e-4, 1.0),
 ];
 
 const COAT_ALPHAS: &[Parameter] = &[
-    float("alpha", "0.1", "roughness, 1e-4 to 1"),
-    float("alpha_u", "", "in place of alpha, with an equal alpha_v"),
-    float("alpha_v", "", "see alpha_u"),
+    float("alpha", "roughness").within(1e-4, 1.0).or(0.1),
+    float("alpha_u", "in place of alpha, with an equal alpha_v").within(1e-4, 1.0),
+    float("alpha_v", "in place of alpha, with an equal alpha_u").within(1e-4, 1.0),
 ];
 
 const LAYER: &[Parameter] = &[
-    index("int_ior", "1.5046", "index of the layer"),
-    index("ext_ior", "\"air\"", "index outside"),
-    spectrum("sigma_a", "0", "absorption coefficient of the layer, ≥ 0"),
-    float("thickness", "1", "in inverse units of sigma_a, ≥ 0"),
+    index("int_ior", "index of the layer").or(1.5046),
+    index("ext_ior", "index outside").or_text("air"),
+    spectrum("sigma_a", "absorption coefficient of the layer, ≥ 0").or(0.0),
+    float("thickness", "in inverse units of sigma_a")
+        .at_least(0.0)
+        .or(1.0),
 ];
 
-const FILTER: &[Parameter] = &[spectrum("transmittance", "1", "factor, 0 to 1")];
-const ANGLE: &[Parameter] = &[spectrum("theta", "0", "angle of its axis, degrees")];
+const FILTER: &[Parameter] = &[spectrum("transmittance", "factor, 0 to 1").or(1.0)];
+const ANGLE: &[Parameter] = &[spectrum("theta", "angle of its axis, degrees").or(0.0)];
 
 const REFLECTED: Slot = texture("specular_reflectance");
 const TRANSMITTED: Slot = texture("specular_transmittance");
@@ -175,12 +164,12 @@ const BASE: Slot = texture("diffuse_reflectance");
 const TURNED_NORMALS: &[Parameter] = &[
     boolean(
         "flip_invalid_normals",
-        "true",
+        true,
         "whether normals that face away from the viewer are turned by half a turn",
     ),
     boolean(
         "use_shadowing_function",
-        "true",
+        true,
         "whether bumps dim light from low directions",
     ),
 ];
@@ -190,7 +179,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "diffuse",
         "A Lambertian surface.",
-        &[&[spectrum("reflectance", "0.5", "0 to 1")]],
+        &[&[spectrum("reflectance", "0 to 1").or(0.5)]],
         &[texture("reflectance")],
     ),
     plugin(
@@ -274,14 +263,10 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "A diffuse base that light reaches through a smooth surface, under facets.",
         &[
             &[
-                index("int_ior", "1.49", "index inside"),
-                index("ext_ior", "\"air\"", "index outside"),
-                float(
-                    "eta",
-                    "",
-                    "index inside over that outside, in place of both",
-                ),
-                spectrum("diffuse_reflectance", "0.5", "of the base, 0 to 1"),
+                index("int_ior", "index inside").or(1.49),
+                index("ext_ior", "index outside").or_text("air"),
+                float("eta", "index inside over that outside, in place of both").positive(),
+                spectrum("diffuse_reflectance", "of the base, 0 to 1").or(0.5),
             ],
             REFLECTANCE,
             ALPHAS,
@@ -297,7 +282,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
             ANGLE,
             &[boolean(
                 "polarizing",
-                "true",
+                true,
                 "false for a filter that lets half of any light pass",
             )],
         ],
@@ -308,7 +293,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "A filter that lets circular light pass: half of unpolarised light.",
         &[
             FILTER,
-            &[boolean("left_handed", "false", "which light passes")],
+            &[boolean("left_handed", false, "which light passes")],
         ],
         &[],
     ),
@@ -318,7 +303,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[
             FILTER,
             ANGLE,
-            &[spectrum("delta", "90", "delay of phase, degrees")],
+            &[spectrum("delta", "delay of phase, degrees").or(90.0)],
         ],
         &[texture("theta"), texture("delta")],
     ),
@@ -326,15 +311,11 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "roughdiffuse",
         "Cavities with Lambertian walls.",
         &[&[
-            spectrum("reflectance", "0.5", "0 to 1"),
-            spectrum(
-                "alpha",
-                "0.2",
-                "√2 times the standard deviation of slopes, ≥ 0",
-            ),
+            spectrum("reflectance", "0 to 1").or(0.5),
+            spectrum("alpha", "√2 times the standard deviation of slopes, ≥ 0").or(0.2),
             boolean(
                 "use_fast_approx",
-                "false",
+                false,
                 "whether light between the walls is left out",
             ),
         ]],
@@ -344,7 +325,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "phong",
         "A diffuse part, and a lobe around the mirror's direction.",
         &[
-            &[spectrum("exponent", "30", "of the lobe's cosine, ≥ 0")],
+            &[spectrum("exponent", "of the lobe's cosine, ≥ 0").or(30.0)],
             GLOSSY,
         ],
         &[texture("exponent"), BASE, REFLECTED],
@@ -381,21 +362,21 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "A mixture of any number of bsdfs.",
         &[&[list(
             "weights",
-            "required",
             "their shares, ≥ 0; what is missing from 1 is black",
-        )]],
+        )
+        .required()]],
         &[many(Bsdf, "As many as there are shares, opaque.")],
     ),
     plugin(
         "blendbsdf",
         "A mixture of two bsdfs.",
-        &[&[spectrum("weight", "0.5", "of the second, 0 to 1")]],
+        &[&[spectrum("weight", "of the second, 0 to 1").or(0.5)]],
         &[texture("weight"), many(Bsdf, "The two.")],
     ),
     plugin(
         "mask",
         "A bsdf on a share of the surface.",
-        &[&[spectrum("opacity", "0.5", "the share, 0 to 1")]],
+        &[&[spectrum("opacity", "the share, 0 to 1").or(0.5)]],
         &[texture("opacity"), one(Bsdf, "What covers the share.")],
     ),
     plugin(
@@ -408,7 +389,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "bumpmap",
         "A bsdf whose shading normals a height map turns; smooth interfaces keep theirs.",
         &[
-            &[float("scale", "1", "a factor of the heights")],
+            &[float("scale", "a factor of the heights").or(1.0)],
             TURNED_NORMALS,
         ],
         &[

@@ -1,9 +1,7 @@
 //! Emitters.
 
-use super::row::{
-    TO_WORLD, boolean, float, integer, one, plugin, point, role, spectrum, text, texture, vector,
-    word,
-};
+use super::parameter::{TO_WORLD, boolean, float, integer, point, spectrum, text, vector, word};
+use super::row::{one, plugin, role, texture};
 use super::{Parameter, Plugin, Slot};
 use crate::scene::PluginKind::{Medium, Texture, Volume};
 
@@ -12,13 +10,17 @@ const PLACED: &[Parameter] = &[TO_WORLD];
 const INSIDE: &[Slot] = &[one(Medium, "Accepted: containment decides.")];
 
 const SPOT: &[Parameter] = &[
-    spectrum("intensity", "1", "on the axis, W/sr, ≥ 0"),
-    float("cutoff_angle", "20", "degrees, > 0 and at most 180"),
+    spectrum("intensity", "on the axis, W/sr, ≥ 0").or(1.0),
+    float("cutoff_angle", "degrees")
+        .positive()
+        .at_most(180.0)
+        .or(20.0),
     float(
         "beam_width",
-        "(¾ of the cut-off)",
-        "degrees of full intensity, 0 to cutoff_angle",
-    ),
+        "degrees of full intensity, at most cutoff_angle",
+    )
+    .at_least(0.0)
+    .or_computed("¾ of the cut-off"),
 ];
 
 const APERTURE: &[Parameter] = &[
@@ -27,36 +29,32 @@ const APERTURE: &[Parameter] = &[
         &["disc", "gaussian", "rectangle"],
         "irradiance across the beam",
     ),
-    float(
-        "radius",
-        "(a thousandth of the scene)",
-        "of a disc or Gaussian, scene units, > 0",
-    ),
-    float(
-        "width",
-        "(a thousandth of the scene)",
-        "of a rectangle along local x, scene units, > 0",
-    ),
-    float(
-        "height",
-        "(a thousandth of the scene)",
-        "of a rectangle along local y, scene units, > 0",
-    ),
+    float("radius", "of a disc or Gaussian, scene units")
+        .positive()
+        .or_computed("a thousandth of the scene"),
+    float("width", "of a rectangle along local x, scene units")
+        .positive()
+        .or_computed("a thousandth of the scene"),
+    float("height", "of a rectangle along local y, scene units")
+        .positive()
+        .or_computed("a thousandth of the scene"),
 ];
 
 const BEAM: &[Parameter] = &[
-    spectrum("power", "", "W, ≥ 0; this or the irradiance is required"),
-    spectrum("irradiance", "", "on the axis, W/m², ≥ 0"),
+    spectrum("power", "W, ≥ 0; this or the irradiance is required"),
+    spectrum("irradiance", "on the axis, W/m², ≥ 0"),
 ];
 
 const FIBER: &[Parameter] = &[
-    spectrum("power", "required", "W, ≥ 0"),
+    spectrum("power", "W, ≥ 0").required(),
     float(
         "numerical_aperture",
-        "",
-        "n sin θ₀, > 0 and at most the index at the end; this or the cutoff_angle is required",
-    ),
-    float("cutoff_angle", "", "θ₀ in degrees, > 0 and at most 90"),
+        "n sin θ₀, at most the index at the end; this or the cutoff_angle is required",
+    )
+    .positive(),
+    float("cutoff_angle", "θ₀ in degrees")
+        .positive()
+        .at_most(90.0),
     word(
         "angular_profile",
         &["uniform", "lambertian", "gaussian"],
@@ -64,7 +62,6 @@ const FIBER: &[Parameter] = &[
     ),
     float(
         "focus",
-        "",
         "distance of the point to which the axes of all cones go, or, < 0, from which they come",
     ),
 ];
@@ -81,51 +78,63 @@ const BEHIND_PICTURE: &[Slot] = &[
 const ENVMAP: &[Parameter] = &[
     text(
         "filename",
-        "required",
         ".exr, .hdr or .pfm; .png, .jpg, .bmp or .tga in sRGB",
-    ),
-    float("scale", "1", "factor, ≥ 0"),
-    boolean("mis_compensation", "false", "accepted and ignored"),
+    )
+    .required(),
+    float("scale", "factor").at_least(0.0).or(1.0),
+    boolean("mis_compensation", false, "accepted and ignored"),
     TO_WORLD,
 ];
 
 const SUNSKY: &[Parameter] = &[
-    float("turbidity", "3", "haze, 1 (none) to 10"),
-    spectrum("albedo", "0.3", "of the ground, 0 to 1"),
-    vector(
-        "sun_direction",
-        "(by place and time)",
-        "towards the sun, in the world",
-    ),
-    float("latitude", "35.6894", "degrees, northern > 0"),
-    float("longitude", "139.6917", "degrees, eastern > 0"),
-    float("timezone", "9", "hours ahead of universal time"),
-    integer("year", "2010", "of the date"),
-    integer("month", "7", "1 to 12"),
-    integer("day", "10", "1 to 31"),
-    float("hour", "15", "of local time"),
-    float("minute", "0", "of local time"),
-    float("second", "0", "of local time"),
-    float("sun_scale", "1", "factor of the sun, ≥ 0"),
-    float("sky_scale", "1", "factor of the sky, ≥ 0"),
+    float("turbidity", "haze; 1 for none")
+        .within(1.0, 10.0)
+        .or(3.0),
+    spectrum("albedo", "of the ground, 0 to 1").or(0.3),
+    vector("sun_direction", "towards the sun, in the world").or_computed("by place and time"),
+    float("latitude", "degrees, northern > 0")
+        .within(-90.0, 90.0)
+        .or(35.6894),
+    float("longitude", "degrees, eastern > 0")
+        .within(-180.0, 360.0)
+        .or(139.6917),
+    float("timezone", "hours ahead of universal time")
+        .within(-24.0, 24.0)
+        .or(9.0),
+    integer("year", "of the date")
+        .within(-4000.0, 9999.0)
+        .or(2010.0),
+    integer("month", "of the date").within(1.0, 12.0).or(7.0),
+    integer("day", "of the date").within(1.0, 31.0).or(10.0),
+    float("hour", "of local time").or(15.0),
+    float("minute", "of local time").or(0.0),
+    float("second", "of local time").or(0.0),
+    float("sun_scale", "factor of the sun")
+        .at_least(0.0)
+        .or(1.0),
+    float("sky_scale", "factor of the sky")
+        .at_least(0.0)
+        .or(1.0),
     float(
         "sun_aperture",
-        "0.5358",
-        "diameter of the sun in degrees, > 0 and < 90; its power stays",
-    ),
-    boolean("complex_sun", "false", "accepted and ignored"),
+        "diameter of the sun in degrees; its power stays",
+    )
+    .positive()
+    .below(90.0)
+    .or(0.5358),
+    boolean("complex_sun", false, "accepted and ignored"),
     TO_WORLD,
 ];
 
 const PROJECTOR: &[Parameter] = &[
-    spectrum("irradiance", "1", "at unit distance, ≥ 0"),
-    float("scale", "1", "factor, ≥ 0"),
+    spectrum("irradiance", "at unit distance, ≥ 0").or(1.0),
+    float("scale", "factor").at_least(0.0).or(1.0),
     TO_WORLD,
 ];
 
 const IES: &[Parameter] = &[
-    text("filename", "required", "an LM-63 file of type C"),
-    spectrum("scale", "1", "factor of the file's intensities, ≥ 0"),
+    text("filename", "an LM-63 file of type C").required(),
+    spectrum("scale", "factor of the file's intensities, ≥ 0").or(1.0),
     TO_WORLD,
 ];
 
@@ -135,8 +144,8 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "The same intensity in all directions.",
         &[
             &[
-                point("position", "[0, 0, 0]", "in place of to_world"),
-                spectrum("intensity", "1", "W/sr, ≥ 0"),
+                point("position", "in place of to_world").or_computed("by to_world"),
+                spectrum("intensity", "W/sr, ≥ 0").or(1.0),
             ],
             PLACED,
         ],
@@ -167,8 +176,8 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "Parallel light from outside.",
         &[
             &[
-                spectrum("irradiance", "1", "across the direction, W/m², ≥ 0"),
-                vector("direction", "[0, 0, 1]", "in place of to_world"),
+                spectrum("irradiance", "across the direction, W/m², ≥ 0").or(1.0),
+                vector("direction", "in place of to_world").or_computed("by to_world"),
             ],
             PLACED,
         ],
@@ -177,7 +186,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "constant",
         "The same radiance from everywhere.",
-        &[&[spectrum("radiance", "1", "≥ 0")], PLACED],
+        &[&[spectrum("radiance", "≥ 0").or(1.0)], PLACED],
         INSIDE,
     ),
     plugin(
@@ -211,14 +220,10 @@ pub(super) const PLUGINS: &[Plugin] = &[
             &[
                 spectrum(
                     "radiance",
-                    "1",
                     "per length, W/(m³ sr), ≥ 0: all over the unit cube",
-                ),
-                spectrum(
-                    "power",
-                    "",
-                    "total, W, ≥ 0: in place of what the radiance says",
-                ),
+                )
+                .or(1.0),
+                spectrum("power", "total, W, ≥ 0: in place of what the radiance says"),
             ],
             PLACED,
         ],
@@ -234,7 +239,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "area",
         "Light from the shape that it belongs to, the same in all directions.",
-        &[&[spectrum("radiance", "1", "≥ 0")]],
+        &[&[spectrum("radiance", "≥ 0").or(1.0)]],
         &[texture("radiance")],
     ),
 ];

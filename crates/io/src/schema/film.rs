@@ -1,12 +1,13 @@
 //! Films, filters and samplers.
 
-use super::row::{boolean, float, integer, list, one, plugin, text, word};
+use super::parameter::{boolean, float, integer, list, text, word};
+use super::row::{one, plugin};
 use super::{Parameter, Plugin};
 use crate::scene::PluginKind::Rfilter;
 
 const HDRFILM: &[Parameter] = &[
-    integer("width", "768", "pixels, 1 to 65536"),
-    integer("height", "576", "pixels, 1 to 65536"),
+    integer("width", "pixels").within(1.0, 65536.0).or(768.0),
+    integer("height", "pixels").within(1.0, 65536.0).or(576.0),
     word(
         "pixel_format",
         &["rgb", "luminance", "spectral"],
@@ -14,40 +15,38 @@ const HDRFILM: &[Parameter] = &[
     ),
     list(
         "wavelengths",
-        "",
         "nm, at most 4096; required if pixel_format is spectral",
     ),
     list(
         "decomposition",
-        "",
         "what light is separated by: length, time, bounce, light",
     ),
-    float(
-        "min_bound",
-        "0",
-        "of length or time: start of the first bin",
-    ),
-    float("max_bound", "", "of length or time: end of the last bin"),
-    float("bin_width", "", "of length or time: width of a bin, > 0"),
-    float(
-        "speed_of_light",
-        "",
-        "of time: scene units per unit of time, > 0",
-    ),
-    integer("max_bounces", "", "of bounce: the last layer, 0 to 1000"),
+    float("min_bound", "of length or time: start of the first bin").or(0.0),
+    float("max_bound", "of length or time: end of the last bin"),
+    float("bin_width", "of length or time: width of a bin").positive(),
+    float("speed_of_light", "of time: scene units per unit of time").positive(),
+    integer("max_bounces", "of bounce: the last layer").within(0.0, 1000.0),
     boolean(
         "reweight",
-        "false",
+        false,
         "adds an image with less weight for rare bright samples",
     ),
-    integer("crop_offset_x", "0", "columns left out at the left"),
-    integer("crop_offset_y", "0", "rows left out at the top"),
-    integer("crop_width", "the rest", "columns of the picture"),
-    integer("crop_height", "the rest", "rows of the picture"),
-    boolean("sample_border", "true", "accepted and ignored"),
-    boolean("compensate", "false", "accepted and ignored"),
-    text("file_format", "", "accepted and ignored"),
-    text("component_format", "", "accepted and ignored"),
+    integer("crop_offset_x", "columns left out at the left")
+        .at_least(0.0)
+        .or(0.0),
+    integer("crop_offset_y", "rows left out at the top")
+        .at_least(0.0)
+        .or(0.0),
+    integer("crop_width", "columns of the picture")
+        .at_least(1.0)
+        .or_computed("the rest"),
+    integer("crop_height", "rows of the picture")
+        .at_least(1.0)
+        .or_computed("the rest"),
+    boolean("sample_border", true, "accepted and ignored"),
+    boolean("compensate", false, "accepted and ignored"),
+    text("file_format", "accepted and ignored"),
+    text("component_format", "accepted and ignored"),
 ];
 
 pub(super) const PLUGINS: &[Plugin] = &[plugin(
@@ -62,19 +61,26 @@ pub(super) const FILTERS: &[Plugin] = &[
     plugin(
         "tent",
         "A linear fall-off.",
-        &[&[float("radius", "1", "pixels, > 0")]],
+        &[&[float("radius", "pixels").positive().or(1.0)]],
         &[],
     ),
     plugin(
         "gaussian",
         "A bell, cut off at four standard deviations.",
-        &[&[float("stddev", "0.5", "pixels, > 0")]],
+        &[&[float("stddev", "pixels").positive().or(0.5)]],
         &[],
     ),
     plugin(
         "mitchell",
         "Mitchell and Netravali's cubics, negative in places.",
-        &[&[float("B", "1/3", "-4 to 4"), float("C", "1/3", "-4 to 4")]],
+        &[&[
+            float("B", "weight of the first cubic")
+                .within(-4.0, 4.0)
+                .or(1.0 / 3.0),
+            float("C", "weight of the second cubic")
+                .within(-4.0, 4.0)
+                .or(1.0 / 3.0),
+        ]],
         &[],
     ),
     plugin(
@@ -86,7 +92,7 @@ pub(super) const FILTERS: &[Plugin] = &[
     plugin(
         "lanczos",
         "A sinc in the window of a wider one, negative in places.",
-        &[&[integer("lobes", "3", "on either side, 1 to 16")]],
+        &[&[integer("lobes", "on either side").within(1.0, 16.0).or(3.0)]],
         &[],
     ),
 ];
@@ -123,24 +129,24 @@ const fn even(name: &'static str) -> Plugin {
 }
 
 const JITTER: &[Parameter] = &[
-    boolean("jitter", "true", "accepted and ignored"),
-    integer("strength", "2", "accepted and ignored"),
+    boolean("jitter", true, "accepted and ignored"),
+    integer("strength", "accepted and ignored").or(2.0),
 ];
 
-const REPLICATES: &[Parameter] = &[integer("set", "8", "points of a replicate, 8 or 64")];
+const REPLICATES: &[Parameter] = &[integer("set", "points of a replicate, 8 or 64").or(8.0)];
 
 const SAMPLES: &[Parameter] = &[
-    integer(
-        "sample_count",
-        "(64 per pixel; 1 000 000 particles)",
-        "samples per pixel, or particles in all, ≥ 1",
-    ),
-    integer("phases", "1", "instants of a period of sound, 1 to 256"),
-    boolean("bending", "true", "whether sound bends rays"),
+    integer("sample_count", "samples per pixel, or particles in all")
+        .at_least(1.0)
+        .or_computed("64 per pixel; 1 000 000 particles"),
+    integer("phases", "instants of a period of sound")
+        .within(1.0, 256.0)
+        .or(1.0),
+    boolean("bending", true, "whether sound bends rays"),
     boolean(
         "adaptive",
-        "false",
+        false,
         "whether noisy pixels get more samples, with the integrator path",
     ),
-    integer("seed", "", "accepted and ignored"),
+    integer("seed", "accepted and ignored"),
 ];

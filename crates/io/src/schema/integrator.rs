@@ -1,45 +1,52 @@
 //! Integrators.
 
-use super::row::{boolean, float, integer, list, many, plugin, role, word};
+use super::parameter::{boolean, float, integer, list, word};
+use super::row::{many, plugin, role};
 use super::{Parameter, Plugin};
 use crate::PluginKind::{Integrator, Volume};
 
-const DEPTH: &[Parameter] = &[integer(
-    "max_depth",
-    "-1",
-    "longest path in edges, ≥ -1; -1 for no limit",
-)];
+const DEPTH: &[Parameter] = &[
+    integer("max_depth", "longest path in edges; -1 for no limit")
+        .within(-1.0, 1e6)
+        .or(-1.0),
+];
 
 const COMMON: &[Parameter] = &[
-    integer(
-        "rr_depth",
-        "5",
-        "edges after which Russian roulette begins, ≥ 1",
-    ),
+    integer("rr_depth", "edges after which Russian roulette begins")
+        .within(1.0, 1e6)
+        .or(5.0),
     float(
         "tolerance",
-        "1e-6",
-        "position error of a ray per unit of its length, 1e-12 to 1e-4",
-    ),
+        "position error of a ray per unit of its length",
+    )
+    .within(1e-12, 1e-4)
+    .or(1e-6),
     integer(
         "reflections",
-        "0",
-        "reflections at smooth dielectrics that connections may take, 0 to 28",
-    ),
+        "reflections at smooth dielectrics that connections may take",
+    )
+    .within(0.0, 28.0)
+    .or(0.0),
     boolean(
         "hide_emitters",
-        "false",
+        false,
         "whether light straight from emitters is left out",
     ),
-    float("timeout", "", "accepted and ignored: see --time"),
-    integer("samples_per_pass", "", "accepted and ignored"),
-    integer("block_size", "", "accepted and ignored"),
+    float("timeout", "accepted and ignored: see --time"),
+    integer("samples_per_pass", "accepted and ignored"),
+    integer("block_size", "accepted and ignored"),
 ];
 
 const DIRECT: &[Parameter] = &[
-    integer("shading_samples", "", "accepted and ignored"),
-    integer("emitter_samples", "", "accepted and ignored"),
-    integer("bsdf_samples", "", "accepted and ignored"),
+    integer("shading_samples", "accepted and ignored")
+        .within(0.0, 1e6)
+        .or(1.0),
+    integer("emitter_samples", "accepted and ignored")
+        .within(0.0, 1e6)
+        .or(1.0),
+    integer("bsdf_samples", "accepted and ignored")
+        .within(0.0, 1e6)
+        .or(1.0),
 ];
 
 const BDPT: &[Parameter] = &[
@@ -58,49 +65,53 @@ const BDPT: &[Parameter] = &[
 const AOV: &[Parameter] = &[
     list(
         "aovs",
-        "(all of the way)",
         "quantities to show: `TYPE`, or `NAME:TYPE` as in Mitsuba",
-    ),
+    )
+    .or_computed("all of the way"),
     float(
         "reference_index",
-        "(that of the surroundings)",
-        "index of which optical path differences are taken, > 0",
-    ),
+        "index of which optical path differences are taken",
+    )
+    .as_index()
+    .or_computed("that of the surroundings"),
     float(
         "wavelength",
-        "",
-        "in vacuum, scene units, > 0: what is counted as a wave",
-    ),
+        "in vacuum, scene units: what is counted as a wave",
+    )
+    .positive(),
 ];
 
 /// What is told apart of tagged light.
 pub(super) const TAGGED: &[Parameter] = &[
-    float("wavelength", "", "of the light in vacuum, scene units, > 0"),
-    integer("orders", "1", "the last sideband, 0 to 100"),
+    float("wavelength", "of the light in vacuum, scene units").positive(),
+    integer("orders", "the last sideband")
+        .within(0.0, 100.0)
+        .or(1.0),
     integer(
         "delays",
-        "0",
-        "steps of the delay of correlations up to half a period of the sound, 0 to 1000",
-    ),
+        "steps of the delay of correlations up to half a period of the sound",
+    )
+    .within(0.0, 1000.0)
+    .or(0.0),
 ];
 
 const MERGING: &[Parameter] = &[float(
     "radius",
-    "(automatic)",
-    "how close vertices are that are merged in the first sample, scene units, > 0",
-)];
+    "how close vertices are that are merged in the first sample, scene units",
+)
+.positive()
+.or_computed("automatic")];
 
 const PHOTONS: &[Parameter] = &[
-    integer(
-        "photons",
-        "(number of pixels)",
-        "light paths of each map, 1 to 1e9",
-    ),
+    integer("photons", "light paths of each map")
+        .within(1.0, 1e9)
+        .or_computed("number of pixels"),
     float(
         "radius",
-        "(automatic)",
-        "how far from where they fell photons count, scene units, > 0",
-    ),
+        "how far from where they fell photons count, scene units",
+    )
+    .positive()
+    .or_computed("automatic"),
     word(
         "query",
         &["beam", "point"],

@@ -1,14 +1,16 @@
 //! The table as JSON Schema, for editors and validators.
 
-use super::{Parameter, Plugin, Slot, Type, find, plugins};
+use super::parameter::number_in_json;
+use super::{Limits, Parameter, Plugin, Slot, Type, find, plugins};
 use crate::scene::PluginKind;
 use serde_json::{Map, Value, json};
+use std::ops::Bound;
 
 /// The definition of plugins that compute spectra.
 const SPECTRA: &str = "spectrum-plugin";
 
-/// A JSON Schema (draft 2020-12) of scenes in JSON. It knows names, types and words, but no ranges and no
-/// rules that involve several parameters.
+/// A JSON Schema (draft 2020-12) of scenes in JSON. It knows names, types, words and limits of numbers, but no
+/// limits of spectra and no rules that involve several parameters.
 pub fn json_schema() -> String {
     let mut definitions = values();
     for kind in PluginKind::ALL {
@@ -70,7 +72,7 @@ fn object(plugin: &Plugin) -> Value {
         let value = json!({"description": slot.help, "anyOf": ways});
         properties.insert(role.into(), value);
     }
-    let required = plugin.parameters().filter(|p| p.default == "required");
+    let required = plugin.parameters().filter(|p| p.is_required());
     let required: Vec<&str> = std::iter::once("type")
         .chain(required.map(|p| p.name))
         .collect();
@@ -160,35 +162,46 @@ fn choice(kinds: &[PluginKind]) -> Value {
 /// A parameter's values, with what is to be known of it.
 fn described(parameter: &Parameter) -> Value {
     let mut schema = match parameter.value {
-        Type::Float => reference("number"),
-        Type::Integer => reference("integer"),
+        Type::Float => limited("number", parameter.limits),
+        Type::Integer => limited("integer", parameter.limits),
         Type::Boolean => reference("boolean"),
         Type::Text => json!({"type": "string"}),
         Type::Word(words) => json!({"anyOf": [{"enum": words}, reference("parameter")]}),
-        Type::NumberOrWord(words) => json!({"anyOf": [reference("number"), {"enum": words}]}),
+        Type::NumberOrWord(words) => {
+            json!({"anyOf": [limited("number", parameter.limits), {"enum": words}]})
+        }
         Type::List => reference("list"),
         Type::Spectrum => reference("spectrum"),
         Type::Point | Type::Vector => reference("point"),
         Type::Transform => reference("transform"),
         Type::Tensor => json!({"type": "array"}),
     };
-    let default = match (parameter.default, parameter.value) {
-        ("" | "required", _) => None,
-        (word, Type::Word(_)) => Some(Value::from(word)),
-        (word, Type::NumberOrWord(words)) if words.contains(&word) => Some(Value::from(word)),
-        (text, _) => text.parse().ok(),
-    };
-    let words = parameter.default.starts_with('(');
-    let help = if words {
-        format!("{}; default: {}", parameter.help, parameter.default)
-    } else {
-        parameter.help.to_owned()
-    };
-    schema["description"] = help.into();
-    if let Some(default) = default {
+    schema["description"] = parameter.description().into();
+    if let Some(default) = parameter.default.json() {
         schema["default"] = default;
     }
     schema
+}
+
+/// A number within limits, or a text with a parameter of the scene.
+fn limited(kind: &str, limits: Limits) -> Value {
+    let mut number = Map::new();
+    let ends = [
+        (limits.low, "minimum", "exclusiveMinimum"),
+        (limits.high, "maximum", "exclusiveMaximum"),
+    ];
+    for (end, included, excluded) in ends {
+        match end {
+            Bound::Included(value) => number.insert(included.into(), number_in_json(value)),
+            Bound::Excluded(value) => number.insert(excluded.into(), number_in_json(value)),
+            Bound::Unbounded => None,
+        };
+    }
+    if number.is_empty() {
+        return reference(kind);
+    }
+    number.insert("type".into(), kind.into());
+    json!({"anyOf": [number, reference("parameter")]})
 }
 
 fn reference(name: &str) -> Value {

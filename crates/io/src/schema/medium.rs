@@ -1,21 +1,24 @@
 //! Media and phase functions.
 
-use super::row::{boolean, float, list, many, one, plugin, role, spectrum, vector, word};
+use super::parameter::{boolean, float, list, spectrum, vector, word};
+use super::row::{many, one, plugin, role};
 use super::{Parameter, Plugin, Slot, substance};
 use crate::scene::PluginKind::{Phase, Volume};
 use crate::tissue;
 
-const INDEX: &[Parameter] = &[float("ior", "(see the index rules)", "index, > 0")];
+const INDEX: &[Parameter] = &[float("ior", "index")
+    .as_index()
+    .or_computed("see the index rules")];
 
 const SCATTERING: &[Parameter] = &[
-    spectrum("sigma_t", "1", "extinction per scene unit, ≥ 0"),
-    spectrum("albedo", "0.75", "share that is scattered, 0 to 1"),
+    spectrum("sigma_t", "extinction per scene unit, ≥ 0").or(1.0),
+    spectrum("albedo", "share that is scattered, 0 to 1").or(0.75),
     spectrum(
         "sigma_s",
-        "",
         "scattering per scene unit, ≥ 0; with sigma_a instead of sigma_t and albedo",
-    ),
-    spectrum("sigma_a", "", "absorption per scene unit, ≥ 0"),
+    )
+    .or(0.0),
+    spectrum("sigma_a", "absorption per scene unit, ≥ 0").or(0.0),
     word(
         "material",
         &substance::TURBID_NAMES,
@@ -24,38 +27,44 @@ const SCATTERING: &[Parameter] = &[
     word(
         "tissue",
         &tissue::NAMES,
-        "in place of coefficients and a phase function, for films of wavelengths and scenes in millimetres",
+        "in place of coefficients and a phase function, for films of wavelengths and scenes in \
+         millimetres",
     ),
-    float("blood", "0", "share of a tissue's volume, 0 to 1"),
-    float(
-        "saturation",
-        "0",
-        "share of its haemoglobin with oxygen, 0 to 1",
-    ),
-    float("water", "0", "share of a tissue's volume, 0 to 1"),
+    float("blood", "share of a tissue's volume")
+        .within(0.0, 1.0)
+        .or(0.0),
+    float("saturation", "share of its haemoglobin with oxygen")
+        .within(0.0, 1.0)
+        .or(0.0),
+    float("water", "share of a tissue's volume")
+        .within(0.0, 1.0)
+        .or(0.0),
     float(
         "volume_fraction",
-        "",
-        "share of the volume that the spheres of a phase function mie fill, 0 to 0.741, in place of coefficients; for scenes in millimetres",
-    ),
+        "share of the volume that the spheres of a phase function mie fill, in place of \
+         coefficients; for scenes in millimetres",
+    )
+    .within(0.0, 0.741),
     float(
         "number_density",
-        "",
-        "the same as their number in a cubic millimetre, ≥ 0",
-    ),
-    float("scale", "1", "factor of the extinction, ≥ 0"),
+        "number of spheres in a cubic millimetre, in place of volume_fraction",
+    )
+    .within(0.0, 1e18),
+    float("scale", "factor of the extinction")
+        .at_least(0.0)
+        .or(1.0),
     spectrum(
         "emission",
-        "0",
         "radiance in vacuum of a black body as warm as the medium, ≥ 0",
-    ),
+    )
+    .or(0.0),
     vector(
         "velocity",
-        "0, 0, 0",
-        "of what scatters light, in scene units per second, for records of detected light",
-    ),
-    boolean("sample_emitters", "true", "accepted and ignored"),
-    boolean("has_spectral_extinction", "true", "accepted and ignored"),
+        "of what scatters light, in scene units per second, for records of light",
+    )
+    .or_triple([0.0, 0.0, 0.0]),
+    boolean("sample_emitters", true, "accepted and ignored"),
+    boolean("has_spectral_extinction", true, "accepted and ignored"),
 ];
 
 const FIELD: Slot = role(Volume, "ior", "The index where it varies.");
@@ -94,13 +103,13 @@ pub(super) const PHASES: &[Plugin] = &[
     plugin(
         "hg",
         "Henyey–Greenstein.",
-        &[&[float("g", "0.8", "mean cosine, between -1 and 1")]],
+        &[&[float("g", "mean cosine, between -1 and 1").or(0.8)]],
         &[role(Volume, "g", "A mean cosine that varies in space.")],
     ),
     plugin(
         "vmf",
         "von Mises–Fisher.",
-        &[&[float("kappa", "required", "concentration, ≥ 0")]],
+        &[&[float("kappa", "concentration").at_least(0.0).required()]],
         &[],
     ),
     plugin(
@@ -115,29 +124,32 @@ pub(super) const PHASES: &[Plugin] = &[
         &[&[
             float(
                 "radius",
-                "required",
-                "of spheres, or the median of a log-normal distribution, µm, > 0",
-            ),
+                "of spheres, or the median of a log-normal distribution, µm",
+            )
+            .positive()
+            .required(),
             float(
                 "geometric_deviation",
-                "1",
-                "geometric standard deviation of radii, 1 to 4",
-            ),
-            spectrum("eta", "required", "index of spheres, > 0"),
-            spectrum("k", "0", "imaginary part of their index, ≥ 0"),
-            spectrum("ext_eta", "required", "index of the medium around, > 0"),
+                "geometric standard deviation of radii",
+            )
+            .within(1.0, 4.0)
+            .or(1.0),
+            spectrum("eta", "index of spheres, > 0").required(),
+            spectrum("k", "imaginary part of their index, ≥ 0").or(0.0),
+            spectrum("ext_eta", "index of the medium around, > 0").required(),
             float(
                 "wavelength",
-                "(that of the channel)",
-                "in vacuum, nm, > 0; required unless the film has wavelengths",
-            ),
+                "in vacuum, nm; required unless the film has wavelengths",
+            )
+            .positive()
+            .or_computed("that of the channel"),
         ]],
         &[],
     ),
     plugin(
         "blendphase",
         "A mixture of two phase functions.",
-        &[&[float("weight", "required", "of the second, 0 to 1")]],
+        &[&[float("weight", "of the second").within(0.0, 1.0).required()]],
         &[
             many(Phase, "The two."),
             role(Volume, "weight", "A weight that varies in space."),
@@ -146,17 +158,13 @@ pub(super) const PHASES: &[Plugin] = &[
     plugin(
         "mixturephase",
         "A mixture of any number of phase functions.",
-        &[&[list("weights", "required", "their shares, ≥ 0")]],
+        &[&[list("weights", "their shares, ≥ 0").required()]],
         &[many(Phase, "As many as there are shares.")],
     ),
     plugin(
         "tabphase",
         "Values at equally spaced cosines.",
-        &[&[list(
-            "values",
-            "required",
-            "two or more numbers ≥ 0, from cosine -1 to 1",
-        )]],
+        &[&[list("values", "two or more numbers ≥ 0, from cosine -1 to 1").required()]],
         &[],
     ),
 ];

@@ -12,6 +12,7 @@ mod json;
 mod medium;
 mod metals;
 pub(crate) mod mitsuba;
+mod parameter;
 mod row;
 mod sensor;
 mod shape;
@@ -21,8 +22,9 @@ mod texture;
 mod volume;
 
 pub use json::json_schema;
+pub use parameter::{Default, Limits, Parameter, Type};
 
-pub(crate) use metals::{METAL_NAMES, METALS};
+pub(crate) use metals::METALS;
 
 use crate::scene::PluginKind;
 use row::{many, plugin};
@@ -38,48 +40,6 @@ pub struct Plugin {
     children: &'static [Slot],
     /// What a parameter of any other name is, if there may be such.
     others: Option<&'static Parameter>,
-}
-
-/// A parameter of a plugin.
-#[derive(Debug)]
-pub struct Parameter {
-    /// Its name.
-    pub name: &'static str,
-    /// What its value may be.
-    pub value: Type,
-    /// The value without it, as JSON or in words; `required`, or empty if nothing takes its place.
-    pub default: &'static str,
-    /// What it is, with unit and range, in a line.
-    pub help: &'static str,
-}
-
-/// What a value may be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Type {
-    /// A number.
-    Float,
-    /// A whole number.
-    Integer,
-    /// True or false.
-    Boolean,
-    /// Any text.
-    Text,
-    /// One of some words.
-    Word(&'static [&'static str]),
-    /// A number, or one of some words.
-    NumberOrWord(&'static [&'static str]),
-    /// A text with a list, of numbers or words separated by commas.
-    List,
-    /// A number, a colour or a spectrum.
-    Spectrum,
-    /// A position.
-    Point,
-    /// A direction or displacement.
-    Vector,
-    /// An affine map.
-    Transform,
-    /// An array of numbers in any number of axes.
-    Tensor,
 }
 
 /// A place for children of one kind.

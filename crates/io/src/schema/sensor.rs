@@ -1,32 +1,24 @@
 //! Cameras and meters.
 
 use super::integrator::TAGGED;
-use super::row::{
-    TO_WORLD, boolean, choice, float, integer, many, one, plugin, point, role, spectrum, text,
-    vector, word,
-};
+use super::parameter::{TO_WORLD, boolean, float, integer, point, spectrum, text, vector, word};
+use super::row::{many, one, plugin, role};
 use super::{Parameter, Plugin, Slot};
 use crate::scene::PluginKind::{Film, Medium, Rfilter, Sampler, Sensor, Texture};
 
 const CAMERA: &[Parameter] = &[
     TO_WORLD,
-    float("near_clip", "0.01", "cuts nothing"),
-    float(
-        "far_clip",
-        "10000",
-        "cuts nothing; the focus distance without any",
-    ),
-    float("shutter_open", "0", "accepted and ignored: nothing moves"),
-    float("shutter_close", "0", "accepted and ignored"),
-    spectrum("srf", "", "not modelled: use a film of wavelengths"),
+    float("near_clip", "cuts nothing").or(0.01),
+    float("far_clip", "cuts nothing; the focus distance without any").or(1e4),
+    float("shutter_open", "accepted and ignored: nothing moves").or(0.0),
+    float("shutter_close", "accepted and ignored").or(0.0),
+    spectrum("srf", "not modelled: use a film of wavelengths"),
 ];
 
 pub(super) const VIEW: &[Parameter] = &[
-    float(
-        "fov",
-        "(by focal_length)",
-        "field of view in degrees, 0.001 to 179",
-    ),
+    float("fov", "field of view in degrees")
+        .within(1e-3, 179.0)
+        .or_computed("by focal_length"),
     word(
         "fov_axis",
         &["x", "y", "smaller", "larger", "diagonal"],
@@ -34,116 +26,120 @@ pub(super) const VIEW: &[Parameter] = &[
     ),
     text(
         "focal_length",
-        "\"50mm\"",
         "in place of fov: that of a lens for 35 mm film",
-    ),
+    )
+    .or_text("50mm"),
 ];
 
 const PINHOLE: &[Parameter] = &[
-    float(
-        "focus_distance",
-        "",
-        "accepted and ignored: all is in focus",
-    ),
+    float("focus_distance", "accepted and ignored: all is in focus"),
     float(
         "principal_point_offset_x",
-        "0",
-        "how far to the right the picture is taken from, in its width, -100 to 100",
-    ),
-    float(
-        "principal_point_offset_y",
-        "0",
-        "how far down, in its height, -100 to 100",
-    ),
+        "how far to the right the picture is taken from, in its width",
+    )
+    .within(-100.0, 100.0)
+    .or(0.0),
+    float("principal_point_offset_y", "how far down, in its height")
+        .within(-100.0, 100.0)
+        .or(0.0),
 ];
 
 const FOCUS_POINT: Parameter = point(
     "focus_point",
-    "",
     "in place of focus_distance: a point of the plane in focus, in the world",
 );
 
 const APERTURE: &[Parameter] = &[
     integer(
         "blades",
-        "",
-        "number of straight blades of an iris, 3 to 100: a polygon with corners on the rim; else a disc",
-    ),
+        "number of straight blades of an iris: a polygon with corners on the rim; else a disc",
+    )
+    .within(3.0, 100.0),
     float(
         "blade_angle",
-        "0",
         "where one corner is, from local x towards y, degrees",
-    ),
+    )
+    .or(0.0),
     float(
         "obscuration",
-        "0",
-        "share of the aperture's radius that is covered in its middle, 0 to 0.95",
-    ),
+        "share of the aperture's radius that is covered in its middle",
+    )
+    .within(0.0, 0.95)
+    .or(0.0),
     integer(
         "vanes",
-        "",
-        "straight bars from the middle to the rim that cover the aperture, 1 to 100",
-    ),
+        "straight bars from the middle to the rim that cover the aperture",
+    )
+    .within(1.0, 100.0),
     float(
         "vane_width",
-        "required with vanes",
-        "as a share of the aperture's radius, > 0 and at most 1",
-    ),
+        "as a share of the aperture's radius; required with vanes",
+    )
+    .positive()
+    .at_most(1.0),
     float(
         "vane_angle",
-        "0",
         "where one vane is, from local x towards y, degrees",
-    ),
+    )
+    .or(0.0),
     boolean(
         "diffraction",
-        "false",
+        false,
         "whether the aperture diffracts; needs a film of wavelengths",
     ),
     float(
         "metres_per_unit",
-        "required with diffraction",
-        "length of a scene unit, > 0",
-    ),
+        "length of a scene unit; required with diffraction",
+    )
+    .positive(),
 ];
 
 const LENS: &[Parameter] = &[
-    float("aperture_radius", "required", "local units, > 0"),
+    float("aperture_radius", "local units")
+        .positive()
+        .required(),
     float(
         "focus_distance",
-        "(far_clip)",
-        "of the plane in focus, along the axis, local units, > 0",
-    ),
+        "of the plane in focus, along the axis, local units",
+    )
+    .positive()
+    .or_computed("far_clip"),
     FOCUS_POINT,
 ];
 
 const RAY: &[Parameter] = &[
-    point("origin", "", "in place of to_world, with direction"),
-    vector("direction", "", "in place of to_world, not zero"),
+    point("origin", "in place of to_world, with direction"),
+    vector("direction", "in place of to_world, not zero"),
 ];
 
 const TELECENTRIC: &[Parameter] = &[
     float(
         "acceptance_angle",
-        "required",
-        "half the angle of the cone of directions, degrees, > 0 and at most 45",
-    ),
+        "half the angle of the cone of directions, degrees",
+    )
+    .positive()
+    .at_most(45.0)
+    .required(),
     float(
         "focus_distance",
-        "0",
-        "of the plane in focus, along the axis, local units, ≥ 0",
-    ),
+        "of the plane in focus, along the axis, local units",
+    )
+    .at_least(0.0)
+    .or(0.0),
     FOCUS_POINT,
     vector(
         "knife_edge",
-        "",
         "towards the covered side, [x, y, 0] in local axes",
     ),
     float(
         "knife_angle",
-        "0",
         "where the knife cuts, degrees, within the acceptance angle",
-    ),
+    )
+    .or(0.0),
 ];
+
+/// Largest number of bins along an axis of a meter.
+const MOST_BINS: f64 = 1048576.0;
 
 const READING: &[Parameter] = &[
     word(
@@ -153,90 +149,85 @@ const READING: &[Parameter] = &[
     ),
     float(
         "min_bound",
-        "0",
         "least optical path length of the bins, scene units",
-    ),
-    float("max_bound", "", "greatest optical path length"),
-    float("bin_width", "", "width of a bin, > 0"),
+    )
+    .or(0.0),
+    float("max_bound", "greatest optical path length"),
+    float("bin_width", "width of a bin").positive(),
     boolean(
         "weight_windows",
-        "false",
+        false,
         "divides and terminates particles so that late bins are as accurate as early ones; particles take longer",
     ),
 ];
 
 const CELLS: &[Parameter] = &[
-    choice(
+    word(
         "coordinates",
         &["cartesian", "cylindrical", "spherical"],
-        "cartesian",
         "shape of the cells",
     ),
     TO_WORLD,
-    integer("nx", "", "cells along x, ≥ 1; required if cartesian"),
-    integer("ny", "", "cells along y, ≥ 1; required if cartesian"),
-    integer("nz", "", "cells along z, ≥ 1; required unless spherical"),
-    integer("nr", "", "rings or shells, ≥ 1; required unless cartesian"),
+    integer("nx", "cells along x; required if cartesian").within(1.0, MOST_BINS),
+    integer("ny", "cells along y; required if cartesian").within(1.0, MOST_BINS),
+    integer("nz", "cells along z; required unless spherical").within(1.0, MOST_BINS),
+    integer("nr", "rings or shells; required unless cartesian").within(1.0, MOST_BINS),
     word(
         "estimator",
         &["track_length", "collision"],
         "by the track lengths of particles, or by their collisions",
     ),
-    float("gruneisen", "", "Γ ≥ 0; adds the initial pressure p0"),
-    float("pulse_energy", "1", "for p0, J, > 0"),
-    float(
-        "metres_per_unit",
-        "1",
-        "for p0, length of a scene unit, > 0",
-    ),
+    float("gruneisen", "Γ; adds the initial pressure p0").at_least(0.0),
+    float("pulse_energy", "for p0, J").positive().or(1.0),
+    float("metres_per_unit", "for p0, length of a scene unit")
+        .positive()
+        .or(1.0),
 ];
 
 const SURFACE: &[Parameter] = &[
-    integer("nu", "1", "bins of position along u, ≥ 1"),
-    integer("nv", "1", "bins of position along v, ≥ 1"),
+    integer("nu", "bins of position along u")
+        .within(1.0, MOST_BINS)
+        .or(1.0),
+    integer("nv", "bins of position along v")
+        .within(1.0, MOST_BINS)
+        .or(1.0),
     boolean(
         "parts",
-        "false",
+        false,
         "whether the sides of the shape are separate",
     ),
-    integer("cosine_bins", "", "bins of the cosine, ≥ 1"),
-    vector(
-        "cosine_axis",
-        "(the normal)",
-        "axis of the cosine, not zero",
-    ),
-    vector("center", "", "accepts light within a radius of this point"),
-    float("radius", "", "the radius, > 0"),
+    integer("cosine_bins", "bins of the cosine").within(1.0, MOST_BINS),
+    vector("cosine_axis", "axis of the cosine, not zero").or_computed("the normal"),
+    vector("center", "accepts light within a radius of this point"),
+    float("radius", "the radius").positive(),
     float(
         "numerical_aperture",
-        "",
-        "accepts light with n sin θ up to this, > 0",
-    ),
+        "accepts light with n sin θ up to this",
+    )
+    .positive(),
     boolean(
         "records",
-        "false",
+        false,
         "whether to keep a record of each particle that is accepted",
     ),
-    integer(
-        "max_records",
-        "1000000",
-        "the most records that are kept, ≥ 1",
-    ),
+    integer("max_records", "the most records that are kept")
+        .at_least(1.0)
+        .or(1e6),
     boolean(
         "tagged",
-        "false",
+        false,
         "whether records say what sound does to phases, and power is told apart by that",
     ),
     boolean(
         "stokes",
-        "false",
+        false,
         "measures the Stokes parameters of power, and of records",
     ),
 ];
 
 const TAGS: &[Parameter] = &[boolean(
     "tagged",
-    "false",
+    false,
     "whether fluence is told apart by what sound does to its phase",
 )];
 

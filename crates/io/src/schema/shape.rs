@@ -1,34 +1,29 @@
 //! Shapes.
 
-use super::row::{
-    TO_WORLD, boolean, float, integer, many, one, plugin, point, role, tensor, text, word,
-};
+use super::parameter::{TO_WORLD, boolean, float, integer, point, tensor, text, word};
+use super::row::{many, one, plugin, role};
 use super::{Parameter, Plugin, Slot};
 use crate::scene::PluginKind::{Bsdf, Emitter, Medium, Sensor, Shape};
 
 const COMMON: &[Parameter] = &[
     TO_WORLD,
-    boolean(
-        "flip_normals",
-        "false",
-        "turns the normals to the other side",
-    ),
+    boolean("flip_normals", false, "turns the normals to the other side"),
 ];
 
 const MESH: &[Parameter] = &[
-    text("filename", "required", "the file with the triangles"),
+    text("filename", "the file with the triangles").required(),
     FACE_NORMALS,
 ];
 
 const FACE_NORMALS: Parameter = boolean(
     "face_normals",
-    "false",
+    false,
     "whether each triangle is shaded by its own normal, not by those of its corners",
 );
 
 const DISTANCES: &[Parameter] = &[
-    text("filename", "", "a volume file of one channel; this or grid"),
-    tensor("grid", "", "distances, (z, y, x, 1), negative inside"),
+    text("filename", "a volume file of one channel; this or grid"),
+    tensor("grid", "distances, (z, y, x, 1), negative inside"),
     word(
         "normals",
         &["smooth", "analytic"],
@@ -37,43 +32,37 @@ const DISTANCES: &[Parameter] = &[
 ];
 
 const CURVE: &[Parameter] = &[
-    text("filename", "required", "the file with the control points"),
-    float("silhouette_sampling_weight", "1", "accepted and ignored"),
+    text("filename", "the file with the control points").required(),
+    float("silhouette_sampling_weight", "accepted and ignored").or(1.0),
 ];
 
 const HAIR: &[Parameter] = &[
-    text("filename", "required", "the file with the strands"),
-    float(
-        "radius",
-        "0.025",
-        "of all strands, scaled as local z is, > 0",
-    ),
-    float("angle_threshold", "1", "accepted and ignored"),
-    float("reduction", "0", "accepted and ignored"),
+    text("filename", "the file with the strands").required(),
+    float("radius", "of all strands, scaled as local z is")
+        .positive()
+        .or(0.025),
+    float("angle_threshold", "accepted and ignored").or(1.0),
+    float("reduction", "accepted and ignored").or(0.0),
 ];
 
 const ARRAYS: &[Parameter] = &[
-    tensor("vertex_positions", "required", "positions, (n, 3)"),
+    tensor("vertex_positions", "positions, (n, 3)").required(),
     tensor(
         "faces",
-        "required",
         "numbers of vertices from 0, (m, 3), counter-clockwise when seen from the front",
-    ),
-    tensor("vertex_texcoords", "", "texture coordinates, (n, 2)"),
+    )
+    .required(),
+    tensor("vertex_texcoords", "texture coordinates, (n, 2)"),
     tensor(
         "vertex_normals",
-        "",
         "normals for shading, (n, 3), of any length",
     ),
-    tensor("vertex_color", "", "linear colours, (n, 3)"),
+    tensor("vertex_color", "linear colours, (n, 3)"),
     FACE_NORMALS,
 ];
 
-const FLIP: Parameter = boolean(
-    "flip_tex_coords",
-    "(true for obj and for corners in ply, else false)",
-    "whether v becomes 1 − v",
-);
+const FLIP: Parameter = boolean("flip_tex_coords", false, "whether v becomes 1 − v")
+    .or_computed("true for obj and for corners in ply, else false");
 
 const CHILDREN: &[Slot] = &[
     one(
@@ -93,14 +82,12 @@ const CHILDREN: &[Slot] = &[
 const LABELS: &[Parameter] = &[
     text(
         "filename",
-        "",
         "a volume file of labels, whole numbers ≥ 0; this or data",
     ),
-    tensor("data", "", "the labels, (z, y, x)"),
-    text("dataset", "", "which of the file's arrays"),
+    tensor("data", "the labels, (z, y, x)"),
+    text("dataset", "which of the file's arrays"),
     text(
         "axis_order",
-        "",
         "which axis of an array runs along which axis of space",
     ),
     word(
@@ -110,7 +97,7 @@ const LABELS: &[Parameter] = &[
     ),
     boolean(
         "use_grid_bbox",
-        "false",
+        false,
         "whether the box of a .vol file takes the place of the unit cube",
     ),
     TO_WORLD,
@@ -121,12 +108,11 @@ const LABELS: &[Parameter] = &[
     ),
     boolean(
         "refraction",
-        "true",
+        true,
         "whether light is refracted and reflected where the index jumps",
     ),
     tensor(
         "properties",
-        "",
         "mu_a, mu_s, g, n of labels 0, 1, ...: (labels, 4); in place of media",
     ),
 ];
@@ -145,15 +131,15 @@ const LABEL_CHILDREN: &[Slot] = &[
 ];
 
 const SPHERE: &[Parameter] = &[
-    point("center", "[0, 0, 0]", "local units"),
-    float("radius", "1", "local units, > 0"),
+    point("center", "local units").or_triple([0.0, 0.0, 0.0]),
+    float("radius", "local units").positive().or(1.0),
 ];
 
 const CYLINDER: &[Parameter] = &[
-    point("p0", "[0, 0, 0]", "one end of the axis"),
-    point("p1", "[0, 0, 1]", "the other end"),
-    float("radius", "1", "local units, > 0"),
-    boolean("capped", "false", "whether the ends are closed"),
+    point("p0", "one end of the axis").or_triple([0.0, 0.0, 0.0]),
+    point("p1", "the other end").or_triple([0.0, 0.0, 1.0]),
+    float("radius", "local units").positive().or(1.0),
+    boolean("capped", false, "whether the ends are closed"),
 ];
 
 pub(super) const PLUGINS: &[Plugin] = &[
@@ -205,11 +191,9 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "A mesh of Mitsuba's own format.",
         &[
             MESH,
-            &[integer(
-                "shape_index",
-                "0",
-                "which of the file's meshes, ≥ 0",
-            )],
+            &[integer("shape_index", "which of the file's meshes")
+                .at_least(0.0)
+                .or(0.0)],
             COMMON,
         ],
         CHILDREN,

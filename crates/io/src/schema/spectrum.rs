@@ -1,20 +1,21 @@
 //! Spectra that plugins compute.
 
-use super::row::{boolean, float, list, one, plugin, spectrum, vector};
+use super::parameter::{boolean, float, list, spectrum, vector};
+use super::row::{one, plugin};
 use super::{Parameter, Plugin};
 use crate::scene::PluginKind;
 
 const RANGE: &[Parameter] = &[
-    float("wavelength_min", "360", "nm"),
-    float("wavelength_max", "830", "nm"),
+    float("wavelength_min", "nm").positive().or(360.0),
+    float("wavelength_max", "nm").positive().or(830.0),
 ];
 pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "d65",
         "Daylight: the illuminant D65, white on a colour film.",
         &[&[
-            float("scale", "1", "luminance"),
-            spectrum("color", "", "an RGB value, times D65"),
+            float("scale", "luminance").or(1.0),
+            spectrum("color", "an RGB value, times D65"),
         ]],
         &[one(PluginKind::Texture, "A texture, times D65.")],
     ),
@@ -23,8 +24,8 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "Thermal radiation by Planck's law, W/(m² sr nm).",
         &[
             &[
-                float("temperature", "required", "K, > 0"),
-                float("scale", "1", "a factor"),
+                float("temperature", "K").positive().required(),
+                float("scale", "a factor").or(1.0),
             ],
             RANGE,
         ],
@@ -34,9 +35,13 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "regular",
         "Values at wavelengths of equal distance.",
         &[&[
-            float("wavelength_min", "required", "of the first, nm"),
-            float("wavelength_max", "required", "of the last, nm"),
-            list("values", "required", "two or more"),
+            float("wavelength_min", "of the first, nm")
+                .positive()
+                .required(),
+            float("wavelength_max", "of the last, nm")
+                .positive()
+                .required(),
+            list("values", "two or more").required(),
         ]],
         &[],
     ),
@@ -44,30 +49,30 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "irregular",
         "Values at wavelengths.",
         &[&[
-            list("wavelengths", "required", "nm, increasing"),
-            list("values", "required", "as many"),
+            list("wavelengths", "nm, increasing").required(),
+            list("values", "as many").required(),
         ]],
         &[],
     ),
     plugin(
         "uniform",
         "A number, the same in every channel.",
-        &[&[float("value", "required", "the number")], RANGE],
+        &[&[float("value", "the number").required()], RANGE],
         &[],
     ),
     plugin(
         "srgb",
         "A colour.",
         &[&[
-            spectrum("color", "required", "an RGB value"),
-            boolean("unbounded", "false", "whether it may lie outside [0, 1]"),
+            spectrum("color", "an RGB value").required(),
+            boolean("unbounded", false, "whether it may lie outside [0, 1]"),
         ]],
         &[],
     ),
     plugin(
         "rawconstant",
         "A number, or red, green and blue.",
-        &[&[vector("value", "required", "one number or three")]],
+        &[&[vector("value", "one number or three").required()]],
         &[],
     ),
 ];

@@ -1,25 +1,24 @@
 //! Textures of surfaces.
 
-use super::row::{boolean, float, one, plugin, spectrum, tensor, text, texture, transform, word};
+use super::parameter::{boolean, float, spectrum, tensor, text, transform, word};
+use super::row::{one, plugin, texture};
 use super::{Parameter, Plugin};
 use crate::scene::PluginKind::{Texture, Volume};
 
-const TO_UV: Parameter = transform("to_uv", "[]", "applied to (u, v) first");
+const TO_UV: Parameter = transform("to_uv", "applied to (u, v) first");
 
 const BITMAP: &[Parameter] = &[
     text(
         "filename",
-        "",
         ".exr, .hdr, .pfm, .png, .jpg, .bmp or .tga; this, or data",
     ),
     tensor(
         "data",
-        "",
         "the pixels themselves, linear: (rows, columns), or three axes with one or three channels",
     ),
     boolean(
         "raw",
-        "false",
+        false,
         "whether the file's numbers are not decoded from sRGB",
     ),
     word(
@@ -42,8 +41,8 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "checkerboard",
         "Two by two fields in each unit square.",
         &[&[
-            spectrum("color0", "0.4", "of one field"),
-            spectrum("color1", "0.2", "of the other"),
+            spectrum("color0", "of one field").or(0.4),
+            spectrum("color1", "of the other").or(0.2),
             TO_UV,
         ]],
         &[texture("color0"), texture("color1")],
@@ -52,8 +51,8 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "mesh_attribute",
         "Colours, or another quantity, of the vertices or faces of a mesh.",
         &[&[
-            text("name", "required", "vertex_color, face_color, ..."),
-            float("scale", "1", "a factor"),
+            text("name", "vertex_color, face_color, ...").required(),
+            float("scale", "a factor").or(1.0),
         ]],
         &[],
     ),
@@ -61,8 +60,8 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "scale",
         "A texture times a factor.",
         &[&[
-            spectrum("scale", "1", "the factor, ≥ 0"),
-            spectrum("value", "", "in place of the texture"),
+            spectrum("scale", "the factor, ≥ 0").or(1.0),
+            spectrum("value", "in place of the texture"),
         ]],
         &[one(Texture, "The texture.")],
     ),

@@ -1,55 +1,56 @@
 //! Volumes: refractive indices, and what else varies in space.
 
-use super::row::{
-    TO_WORLD, boolean, choice, float, integer, list, many, number_or_word, one, plugin, point,
-    spectrum, tensor, text, vector, word,
+use super::parameter::{
+    TO_WORLD, boolean, float, integer, list, number_or_word, point, spectrum, tensor, text, vector,
+    word,
 };
+use super::row::{many, one, plugin};
 use super::{Parameter, Plugin};
 use crate::scene::PluginKind::Volume;
 
 const PLACED: &[Parameter] = &[TO_WORLD];
 
 const FILE: &[Parameter] = &[
-    text("filename", "", "the file with the samples; this, or data"),
+    text("filename", "the file with the samples; this, or data"),
     tensor(
         "data",
-        "",
         "the samples themselves: an array of 3 axes, or 4 with channels",
     ),
-    text("dataset", "", "which of a file's arrays; required for HDF5"),
+    text("dataset", "which of a file's arrays; required for HDF5"),
     text(
         "axis_order",
-        "",
         "which axis of the array is which, such as zyx; required where the format does not say; zyx for data",
     ),
-    choice(
+    word(
         "placement",
         &["centers", "nodes"],
-        "",
         "where samples sit; required for an index, unless the file says it",
-    ),
+    )
+    .or_nothing(),
     TO_WORLD,
     boolean(
         "use_grid_bbox",
-        "false",
+        false,
         "whether the bounding box of a .vol file takes the place of the unit cube",
     ),
 ];
 
 const NUMBERS: &[Parameter] = &[
-    float("scale", "1", "factor of the file's numbers"),
-    float("offset", "0", "added to them"),
+    float("scale", "factor of the file's numbers").or(1.0),
+    float("offset", "added to them").or(0.0),
 ];
 
 const SMOOTHING: &[Parameter] = &[
     number_or_word(
         "smoothing",
         &["none", "auto"],
-        "standard deviation of the samples' noise, by which the spline may pass them, >= 0; or auto: that of their rounding",
-    ),
+        "standard deviation of the samples' noise, by which the spline may pass \
+         them; or auto: that of their rounding",
+    )
+    .at_least(0.0),
     boolean(
         "condense",
-        "true",
+        true,
         "whether a grid that is finer than its field is held by fewer samples, which change it by its rounding at most",
     ),
 ];
@@ -61,135 +62,114 @@ const GRID: &[Parameter] = &[
         &["clamp", "repeat", "mirror"],
         "accepted: the outermost samples continue",
     ),
-    boolean("raw", "true", "accepted and ignored"),
-    boolean("accel", "true", "accepted and ignored"),
+    boolean("raw", true, "accepted and ignored"),
+    boolean("accel", true, "accepted and ignored"),
 ];
 
 const LAW: &[Parameter] = &[
-    float(
-        "reference",
-        "0",
-        "density or pressure at which the index is n0",
-    ),
-    float("scale", "1", "factor of the samples' effect"),
+    float("reference", "density or pressure at which the index is n0").or(0.0),
+    float("scale", "factor of the samples' effect").or(1.0),
 ];
 
-const N0: Parameter = float("n0", "required", "index, > 0");
-const ORIGIN: Parameter = point(
-    "origin",
-    "[0, 0, 0]",
-    "a point on the axis, or where n = n0",
-);
-const CENTER: Parameter = point("center", "[0, 0, 0]", "the middle");
-const DIRECTION: Parameter = vector("direction", "[0, 0, 1]", "of the axis");
-const SLOPE: Parameter = vector("slope", "required", "gradient per scene unit");
-const DN_DP: Parameter = float(
-    "dn_dp",
-    "",
-    "index per pascal, at most 1e-6; needed with a pressure",
-);
+const N0: Parameter = float("n0", "index").as_index().required();
+const ORIGIN: Parameter =
+    point("origin", "a point on the axis, or where n = n0").or_triple([0.0, 0.0, 0.0]);
+const CENTER: Parameter = point("center", "the middle").or_triple([0.0, 0.0, 0.0]);
+const DIRECTION: Parameter = vector("direction", "of the axis").or_triple([0.0, 0.0, 1.0]);
+const SLOPE: Parameter = vector("slope", "gradient per scene unit").required();
+const DN_DP: Parameter =
+    float("dn_dp", "index per pascal; needed with a pressure").within(-1e-6, 1e-6);
 
 const ELASTO_OPTIC: &[Parameter] = &[float(
     "elasto_optic",
-    "",
-    "ρc² ∂n/∂p of the medium, > 0; needed for tagged light. Samples are those of sound where a frequency is given",
-)];
+    "ρc² ∂n/∂p of the medium; needed for tagged light. Samples are those of sound where a \
+     frequency is given",
+)
+.positive()];
 
 const MODE: &[Parameter] = &[
-    float("amplitude", "", "of the index; this, or pressure and dn_dp"),
-    float("pressure", "", "amplitude, Pa"),
+    float("amplitude", "of the index; this, or pressure and dn_dp"),
+    float("pressure", "amplitude, Pa"),
     DN_DP,
-    integer("order", "0", "m, 0 to 64"),
-    float("phase", "0", "of the azimuth, radians"),
-    float("time_phase", "0", "radians"),
+    integer("order", "m").within(0.0, 64.0).or(0.0),
+    float("phase", "of the azimuth, radians").or(0.0),
+    float("time_phase", "radians").or(0.0),
     float(
         "wave_number",
-        "",
-        "radians per scene unit, > 0; this, or frequency and sound_speed",
-    ),
-    float("frequency", "", "Hz, > 0"),
-    float("sound_speed", "", "scene units per second, > 0"),
+        "radians per scene unit; this, or frequency and sound_speed",
+    )
+    .positive(),
+    float("frequency", "Hz").positive(),
+    float("sound_speed", "scene units per second").positive(),
 ];
 
 const IN_TIME: &[Parameter] = &[
     float(
         "frequency",
-        "",
-        "Hz, > 0: samples are complex amplitudes, or a series in time",
-    ),
+        "Hz: samples are complex amplitudes, or a series in time",
+    )
+    .positive(),
     float(
         "sound_speed",
-        "",
-        "scene units per second, > 0; required with frequency",
-    ),
-    float("time_phase", "0", "with frequency: radians"),
-    float(
-        "time_step",
-        "(the file's)",
-        "s, > 0: the channels are instants",
-    ),
-    float(
-        "periods",
-        "(those of the second half)",
-        "the last so many are fitted, > 0",
-    ),
-    integer("frame", "", "the channel that is taken, ≥ 0"),
+        "scene units per second; required with frequency",
+    )
+    .positive(),
+    float("time_phase", "with frequency: radians").or(0.0),
+    float("time_step", "s: the channels are instants")
+        .positive()
+        .or_computed("the file's"),
+    float("periods", "the last so many are fitted")
+        .positive()
+        .or_computed("those of the second half"),
+    integer("frame", "the channel that is taken").at_least(0.0),
 ];
 
 const SOURCE: &[Parameter] = &[
-    choice(
+    word(
         "aperture",
         &["bowl", "piston", "linear_array", "ring_array"],
-        "required",
         "the surface that moves",
-    ),
+    )
+    .required(),
     float(
         "radius",
-        "",
-        "of curvature of a bowl, or of the ring, scene units, > 0",
-    ),
-    float(
-        "diameter",
-        "",
-        "of a bowl's rim or a piston, scene units, > 0",
-    ),
+        "of curvature of a bowl, or of the ring, scene units",
+    )
+    .positive(),
+    float("diameter", "of a bowl's rim or a piston, scene units").positive(),
     float(
         "pressure",
-        "required",
         "density times speed of sound times velocity of the surface, Pa",
-    ),
-    float("frequency", "required", "Hz, > 0"),
-    float("sound_speed", "required", "scene units per second, > 0"),
-    float("time_phase", "0", "radians"),
+    )
+    .required(),
+    float("frequency", "Hz").positive().required(),
+    float("sound_speed", "scene units per second")
+        .positive()
+        .required(),
+    float("time_phase", "radians").or(0.0),
     ORIGIN,
     DIRECTION,
     vector(
         "reference",
-        "(x, or y if the direction is nearly x)",
         "along a linear array, to the first element of a ring",
-    ),
+    )
+    .or_computed("x, or y if the direction is nearly x"),
 ];
 
 const ELEMENTS: &[Parameter] = &[
-    integer("elements", "", "number of elements of an array, ≥ 1"),
+    integer("elements", "number of elements of an array").within(1.0, 1048576.0),
     float(
         "pitch",
-        "",
-        "from an element of a linear array to the next, scene units, > 0",
-    ),
-    float(
-        "width",
-        "(all that there is)",
-        "of an element, along the array, scene units, > 0",
-    ),
-    float(
-        "height",
-        "",
-        "of an element, across the array, scene units, > 0",
-    ),
-    point("focus", "", "where all elements are in phase"),
-    list("delays", "0", "of the elements, s; in place of a focus"),
-    list("apodization", "1", "factors of the elements' amplitudes"),
+        "from an element of a linear array to the next, scene units",
+    )
+    .positive(),
+    float("width", "of an element, along the array, scene units")
+        .positive()
+        .or_computed("all that there is"),
+    float("height", "of an element, across the array, scene units").positive(),
+    point("focus", "where all elements are in phase"),
+    list("delays", "of the elements, s; in place of a focus").or(0.0),
+    list("apodization", "factors of the elements' amplitudes").or(1.0),
 ];
 
 const REGION: &[Parameter] = &[
@@ -197,36 +177,38 @@ const REGION: &[Parameter] = &[
     DN_DP,
     point(
         "min",
-        "required",
         "least corner of the box in which the sound is computed",
-    ),
-    point("max", "required", "its greatest corner"),
-    float(
-        "spacing",
-        "(a tenth of a wavelength)",
-        "of samples at most, scene units, > 0",
-    ),
+    )
+    .required(),
+    point("max", "its greatest corner").required(),
+    float("spacing", "of samples at most, scene units")
+        .positive()
+        .or_computed("a tenth of a wavelength"),
 ];
 
 const COORDINATES: &[&str] = &["r", "rho", "x", "y", "z"];
 
-const OF_FORMULA: &Parameter = &float(
-    "(any name)",
-    "",
-    "a number that the formula uses by this name",
-);
+const OF_FORMULA: &Parameter = &float("(any name)", "a number that the formula uses by this name");
+
+/// Wavelengths in vacuum for which the formula of the index of air was fitted.
+const OF_AIR: Parameter = float("wavelength", "of air, nm")
+    .within(230.0, 1690.0)
+    .or_computed("the channel's");
+/// Gladstone and Dale's constant in place of air's.
+const OF_GAS: Parameter =
+    float("constant", "K in m³/kg, instead of the wavelength").within(0.0, 0.1);
 
 const DISPERSION: &[Parameter] = &[float(
     "reference_wavelength",
-    "",
-    "nm, > 0: where a nested volume gives the index; required with it",
-)];
+    "nm: where a nested volume gives the index; required with it",
+)
+.positive()];
 
 pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "constant",
         "The same index everywhere.",
-        &[&[float("value", "required", "> 0")], PLACED],
+        &[&[float("value", "index").as_index().required()], PLACED],
         &[],
     ),
     plugin(
@@ -246,9 +228,9 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "n² = n_exterior² (2 − r²/radius²).",
         &[
             &[
-                float("n_exterior", "1", "> 0"),
+                float("n_exterior", "index at the rim").as_index().or(1.0),
                 CENTER,
-                float("radius", "1", "scene units, > 0"),
+                float("radius", "scene units").positive().or(1.0),
             ],
             PLACED,
         ],
@@ -260,7 +242,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[
             &[
                 N0,
-                float("alpha", "required", "per scene unit, ≥ 0"),
+                float("alpha", "per scene unit").at_least(0.0).required(),
                 ORIGIN,
                 DIRECTION,
             ],
@@ -273,9 +255,9 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "n = n0/(1 + r²/radius²).",
         &[
             &[
-                float("n0", "2", "> 0"),
+                float("n0", "index in the middle").as_index().or(2.0),
                 CENTER,
-                float("radius", "1", "scene units, > 0"),
+                float("radius", "scene units").positive().or(1.0),
             ],
             PLACED,
         ],
@@ -287,9 +269,9 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[
             &[
                 N0,
-                float("delta", "required", "height"),
+                float("delta", "height").required(),
                 CENTER,
-                float("width", "required", "scene units, > 0"),
+                float("width", "scene units").positive().required(),
             ],
             PLACED,
         ],
@@ -303,7 +285,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
                 N0,
                 ORIGIN,
                 DIRECTION,
-                vector("reference", "(any)", "where the azimuth is 0"),
+                vector("reference", "where the azimuth is 0").or_computed("any"),
             ],
             MODE,
             ELASTO_OPTIC,
@@ -317,8 +299,8 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "An index by a formula in x, y, z, r and rho.",
         &[
             &[
-                text("n", "", "formula of the index; this, or n2"),
-                text("n2", "", "formula of its square"),
+                text("n", "formula of the index; this, or n2"),
+                text("n2", "formula of its square"),
             ],
             PLACED,
         ],
@@ -330,24 +312,21 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "An index that varies with one coordinate, by a table.",
         &[
             &[
-                choice(
+                word(
                     "coordinate",
                     COORDINATES,
-                    "required",
-                    "what it varies with: the distance from the origin or from the z axis, or a coordinate",
-                ),
-                list(
-                    "table",
-                    "",
-                    "pairs: coordinate, index; this, data or filename",
-                ),
-                tensor("data", "", "the same as an array of two columns"),
-                text("filename", "", "a text file with two columns"),
+                    "what it varies with: the distance from the origin or from the z axis, or a \
+                     coordinate",
+                )
+                .required(),
+                list("table", "pairs: coordinate, index; this, data or filename"),
+                tensor("data", "the same as an array of two columns"),
+                text("filename", "a text file with two columns"),
                 float(
                     "shift",
-                    "0",
                     "added to the table's coordinates, such as a radius to heights",
-                ),
+                )
+                .or(0.0),
             ],
             PLACED,
         ],
@@ -358,10 +337,12 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "The index of the US Standard Atmosphere of 1976, above the plane z = 0 or around a sphere.",
         &[
             &[
-                float("radius", "", "of the sphere around the origin, > 0"),
-                float("metres_per_unit", "1", "metres in a scene unit, > 0"),
-                float("wavelength", "(the channel's)", "of air, nm, 230 to 1690"),
-                float("constant", "", "K in m³/kg, instead of the wavelength"),
+                float("radius", "of the sphere around the origin").positive(),
+                float("metres_per_unit", "metres in a scene unit")
+                    .positive()
+                    .or(1.0),
+                OF_AIR,
+                OF_GAS,
             ],
             PLACED,
         ],
@@ -379,9 +360,9 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[
             FILE,
             &[
-                float("n0", "1", "index at the reference, > 0"),
-                float("wavelength", "(the channel's)", "of air, nm, 230 to 1690"),
-                float("constant", "", "K in m³/kg, instead of the wavelength"),
+                float("n0", "index at the reference").as_index().or(1.0),
+                OF_AIR,
+                OF_GAS,
             ],
             LAW,
             SMOOTHING,
@@ -403,7 +384,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "sum",
         "Perturbations of a reference index, added in n².",
-        &[&[float("reference", "1", "index, > 0")], PLACED],
+        &[&[float("reference", "index").as_index().or(1.0)], PLACED],
         &[many(Volume, "The terms.")],
     ),
     plugin(
@@ -411,9 +392,9 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "n = a + b/λ² + c/λ⁴, λ in µm.",
         &[
             &[
-                float("a", "required", "> 0"),
-                float("b", "0", "µm²"),
-                float("c", "0", "µm⁴"),
+                float("a", "no unit").positive().required(),
+                float("b", "µm²").or(0.0),
+                float("c", "µm⁴").or(0.0),
             ],
             DISPERSION,
         ],
@@ -424,12 +405,12 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "n² = 1 + Σ bᵢλ²/(λ² − cᵢ), λ in µm.",
         &[
             &[
-                float("b1", "required", "no unit"),
-                float("c1", "required", "µm², ≥ 0"),
-                float("b2", "0", "no unit"),
-                float("c2", "0", "µm², ≥ 0"),
-                float("b3", "0", "no unit"),
-                float("c3", "0", "µm², ≥ 0"),
+                float("b1", "no unit").required(),
+                float("c1", "µm²").at_least(0.0).required(),
+                float("b2", "no unit").or(0.0),
+                float("c2", "µm²").at_least(0.0).or(0.0),
+                float("b3", "no unit").or(0.0),
+                float("c3", "µm²").at_least(0.0).or(0.0),
             ],
             DISPERSION,
         ],
@@ -445,7 +426,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "constvolume",
         "The same extinction or albedo everywhere.",
         &[&[
-            spectrum("value", "required", "as the quantity that it stands for"),
+            spectrum("value", "as the quantity that it stands for").required(),
             TO_WORLD,
         ]],
         &[],

@@ -79,14 +79,14 @@ pub(crate) struct Content {
 }
 
 impl Tissue {
-    /// The tissue of a name, by its place in [`NAMES`].
-    pub(crate) fn of(index: usize) -> Option<Self> {
-        match NAMES.get(index).copied() {
-            Some("soft tissue") => Some(SOFT),
-            Some("fatty tissue") => Some(FATTY),
-            Some("bone") => Some(BONE),
-            Some("gray matter") => Some(Tissue::Measured(&GRAY_MATTER)),
-            Some("white matter") => Some(Tissue::Measured(&WHITE_MATTER)),
+    /// The tissue of one of the [`NAMES`]; `None` for the first.
+    pub(crate) fn of(name: &str) -> Option<Self> {
+        match name {
+            "soft tissue" => Some(SOFT),
+            "fatty tissue" => Some(FATTY),
+            "bone" => Some(BONE),
+            "gray matter" => Some(Tissue::Measured(&GRAY_MATTER)),
+            "white matter" => Some(Tissue::Measured(&WHITE_MATTER)),
             _ => None,
         }
     }

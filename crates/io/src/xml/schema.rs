@@ -33,7 +33,7 @@ const OTHERS: [(&str, &[&str]); 6] = [
 ];
 
 /// An XML Schema (1.0) of scenes in XML, in the names of Mitsuba 3. It knows the types of each kind of object, and all parameters of a kind, but not
-/// which type has which parameters, nor ranges.
+/// which type has which parameters. Limits stand in the texts that explain parameters.
 pub fn xml_schema() -> String {
     let mut schema = String::from(
         "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n\
@@ -95,12 +95,12 @@ fn names(kind: PluginKind) -> String {
 }
 
 fn described(plugin: &Plugin, parameter: &Parameter) -> String {
-    let default = match parameter.default {
-        "" => String::new(),
-        "required" => "; required".into(),
-        default => format!("; default: {default}"),
+    let default = match (parameter.is_required(), parameter.default.json()) {
+        (true, _) => "; required".into(),
+        (false, Some(default)) => format!("; default: {default}"),
+        (false, None) => String::new(),
     };
-    format!("{}: {}{default}", plugin.name, parameter.help)
+    format!("{}: {}{default}", plugin.name, parameter.description())
 }
 
 /// One of some words, or a text with a parameter of the scene; any text if it `is_open`.

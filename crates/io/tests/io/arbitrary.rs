@@ -21,9 +21,9 @@ fn exercise(text: &str) {
         query.integer("b");
         query.spectrum("c");
         query.transform("d");
-        query.one_of("e", &["f"]);
+        query.word("e");
         query.path("filename", &mut FileRegistry::new());
-        query.volume_or_spectrum("a", None);
+        query.volume_or_spectrum("a");
         query.required_child(PluginKind::Bsdf);
         query.finish(&["f"]);
     }

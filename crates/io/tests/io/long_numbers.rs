@@ -55,7 +55,7 @@ fn objects(plugin: &Plugin) -> Vec<Value> {
     for parameter in plugin.parameters() {
         for number in NUMBERS {
             let mut object = json!({"type": plugin.name});
-            for other in plugin.parameters().filter(|p| p.default == "required") {
+            for other in plugin.parameters().filter(|p| p.is_required()) {
                 if let Some(value) = value(other.value, 1.0) {
                     object[other.name] = value;
                 }

@@ -2,7 +2,8 @@
 
 use crate::common::{child, object, read};
 use glam::{DMat4, DVec3};
-use morgana_io::query::{Input, POSITIVE, misplaced_plugin};
+use morgana_io::query::{Input, misplaced_plugin};
+use morgana_io::schema::Limits;
 use morgana_io::{Diagnostics, FileRegistry, PluginKind, Query, Severity, SpectrumValue, xml};
 
 /// Asks an object and returns the messages as `line:column severity message | help`.
@@ -33,13 +34,12 @@ fn values_that_are_there() {
     let messages = ask(text, |mut q| {
         assert_eq!(q.float("f"), 0.5);
         assert_eq!(q.float("i"), 3.0);
-        assert_eq!(q.float_in("f", POSITIVE, None), 0.5);
-        assert_eq!(q.float_in("f", -1.0..=1.0, 9.0), 0.5);
+        assert_eq!(q.float_within("f", Limits::POSITIVE, None), 0.5);
+        assert_eq!(q.float_within("f", -1.0..=1.0, 9.0), 0.5);
         assert_eq!(q.integer("i"), 3);
-        assert_eq!(q.integer_in("i", 0..4, 9), 3);
+        assert_eq!(q.integer_within("i", 0..4, 9), 3);
         assert!(q.boolean("b"));
         assert_eq!(q.string("s"), "b");
-        assert_eq!(q.one_of("s", &["a", "b"]), 1);
         assert_eq!(q.point("p"), DVec3::new(1.0, 2.0, 3.0));
         assert_eq!(q.vector("v"), DVec3::new(4.0, 5.0, 6.0));
         assert_eq!(q.spectrum("c"), SpectrumValue::Rgb([1.0, 2.0, 3.0]));
@@ -55,21 +55,49 @@ fn values_that_are_there() {
 fn defaults_for_values_that_are_not_there() {
     let messages = ask("<phase type='x'/>", |mut q| {
         assert_eq!(q.float_or("f", 0.25), 0.25);
-        assert_eq!(q.float_in("f", 0.0..1.0, 0.5), 0.5);
+        assert_eq!(q.float_within("f", 0.0..1.0, 0.5), 0.5);
+        assert_eq!(q.float_if_given("f"), None);
         assert_eq!(q.integer_or("i", -1), -1);
         assert!(q.boolean_or("b", true));
-        assert_eq!(q.string_or("s", "x"), "x");
-        assert_eq!(q.one_of("s", &["a", "b"]), 0);
         assert_eq!(q.point_or("p", DVec3::X), DVec3::X);
         assert_eq!(q.vector_or("v", DVec3::Y), DVec3::Y);
         assert_eq!(q.transform("t"), DMat4::IDENTITY);
-        let rgb = SpectrumValue::Rgb([1.0, 0.0, 0.0]);
-        assert_eq!(q.spectrum_or("c", rgb.clone()), rgb);
         assert!(q.child(PluginKind::Phase).is_none());
         assert!(q.role(PluginKind::Medium, "interior").is_none());
         q.finish(&[]);
     });
     assert_eq!(messages, [""; 0]);
+}
+
+/// Defaults of parameters stand in the table of plugins.
+#[test]
+fn defaults_of_the_table() {
+    let messages = ask("<film type='hdrfilm'/>", |mut q| {
+        assert_eq!(q.integer("width"), 768);
+        assert_eq!(q.word("pixel_format"), "rgb");
+        assert!(q.boolean("sample_border") && !q.boolean("reweight"));
+        // Depends on other parameters: what asks knows it.
+        assert_eq!(q.integer_or("crop_width", 7), 7);
+    });
+    assert_eq!(messages, [""; 0]);
+    let messages = ask("<shape type='cylinder'/>", |mut q| {
+        assert_eq!(q.point("p1"), DVec3::Z);
+        assert_eq!(q.float("radius"), 1.0);
+    });
+    assert_eq!(messages, [""; 0]);
+    let messages = ask("<bsdf type='diffuse'/>", |mut q| {
+        assert_eq!(q.spectrum("reflectance"), SpectrumValue::Uniform(0.5));
+    });
+    assert_eq!(messages, [""; 0]);
+}
+
+/// After an error the default takes the place of the value.
+#[test]
+fn limits_of_the_table() {
+    let text = "<shape type='cylinder'><float name='radius' value='0'/></shape>";
+    let messages = ask(text, |mut q| assert_eq!(q.float("radius"), 1.0));
+    let expected = "52 error 'radius' is 0 but must be greater than 0 | ";
+    assert_eq!(messages, [expected]);
 }
 
 #[test]
@@ -105,7 +133,7 @@ fn wrong_types_are_reported_at_the_value() {
         assert_eq!(q.float("h"), 1.0);
         assert!(q.role(PluginKind::Medium, "h").is_none());
         assert!(q.role(PluginKind::Medium, "g").is_none());
-        q.texture_or_spectrum("h", None);
+        q.texture_or_spectrum("h");
         q.finish(&[]);
     });
     assert_eq!(
@@ -124,10 +152,10 @@ fn wrong_types_are_reported_at_the_value() {
 fn values_out_of_range_are_reported() {
     let text = "<phase type='x'><float name='a' value='2'/><integer name='i' value='-7'/></phase>";
     let messages = ask(text, |mut q| {
-        assert_eq!(q.float_in("a", 1e-4..=1.0, 0.1), 0.1);
-        assert_eq!(q.float_in("a", ..0.0, None), 1.0);
-        assert_eq!(q.float_in("i", POSITIVE, None), 1.0);
-        assert_eq!(q.integer_in("i", -1.., 8), 8);
+        assert_eq!(q.float_within("a", 1e-4..=1.0, 0.1), 0.1);
+        assert_eq!(q.float_within("a", ..0.0, None), 1.0);
+        assert_eq!(q.float_within("i", Limits::POSITIVE, None), 1.0);
+        assert_eq!(q.integer_within("i", -1.., 8), 8);
     });
     assert_eq!(
         messages,
@@ -142,16 +170,17 @@ fn values_out_of_range_are_reported() {
 
 #[test]
 fn unknown_words_get_a_suggestion() {
-    let text = "<volume type='x'><string name='filter_type' value='trilinar'/></volume>";
+    let text = "<volume type='gridvolume'><string name='filter_type' value='trilinar'/>\
+                <string name='wrap_mode' value='a'/></volume>";
     let messages = ask(text, |mut q| {
-        assert_eq!(q.one_of("filter_type", &["trilinear", "nearest"]), 0);
-        assert_eq!(q.one_of("filter_type", &["a", "b"]), 0);
+        assert_eq!(q.word("filter_type"), "trilinear");
+        assert_eq!(q.word("wrap_mode"), "clamp");
     });
     assert_eq!(
         messages,
         [
-            "52 error 'filter_type' cannot be 'trilinar' | did you mean 'trilinear'?",
-            "52 error 'filter_type' cannot be 'trilinar' | it is one of: a, b",
+            "61 error 'filter_type' cannot be 'trilinar' | did you mean 'trilinear'?",
+            "104 error 'wrap_mode' cannot be 'a' | it is one of: clamp, repeat, mirror",
         ]
     );
 }
@@ -161,8 +190,8 @@ fn unused_parameters_and_children_are_reported() {
     let text = "<medium type='homogeneous'><float name='sigma_tt' value='1'/><float name='foo' value='1'/>\
                 <float name='scale' value='1'/><bsdf type='null'/><volume name='albdo' type='v'/></medium>";
     let messages = ask(text, |mut q| {
-        q.volume_or_spectrum("albedo", SpectrumValue::Uniform(0.5));
-        q.spectrum_or("sigma_t", SpectrumValue::Uniform(1.0));
+        q.volume_or_spectrum("albedo");
+        q.spectrum("sigma_t");
         q.finish(&["scale"]);
     });
     let label = "<medium type=\"homogeneous\">";
@@ -213,15 +242,15 @@ fn a_volume_or_a_spectrum() {
     let text =
         "<medium type='m'><volume name='a' type='grid'/><float name='b' value='2'/></medium>";
     let messages = ask(text, |mut q| {
-        let Input::Object(volume) = q.volume_or_spectrum("a", None) else {
+        let Input::Object(volume) = q.volume_or_spectrum("a") else {
             panic!()
         };
         assert_eq!(volume.plugin, "grid");
-        let Input::Spectrum(value) = q.volume_or_spectrum("b", None) else {
+        let Input::Spectrum(value) = q.volume_or_spectrum("b") else {
             panic!()
         };
         assert_eq!(value, SpectrumValue::Uniform(2.0));
-        let Input::Spectrum(value) = q.volume_or_spectrum("c", None) else {
+        let Input::Spectrum(value) = q.volume_or_spectrum("c") else {
             panic!()
         };
         assert_eq!(value, SpectrumValue::Uniform(1.0));

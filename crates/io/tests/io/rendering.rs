@@ -1,10 +1,8 @@
 //! What typical mistakes look like on a terminal.
 
 use morgana_io::diagnostic::Style;
-use morgana_io::query::{POSITIVE, misplaced_plugin};
-use morgana_io::{
-    Diagnostic, Diagnostics, ObjectDescription, PluginKind, Query, SpectrumValue, xml,
-};
+use morgana_io::query::misplaced_plugin;
+use morgana_io::{Diagnostic, Diagnostics, ObjectDescription, PluginKind, Query, xml};
 
 /// A small scene with mistakes in plugin, parameters and values, and the messages about it.
 fn render(text: &str, style: Style) -> String {
@@ -21,9 +19,9 @@ fn ask(object: &ObjectDescription, diagnostics: &mut Diagnostics) {
     match object.plugin.as_str() {
         "homogeneous" => {
             let mut query = Query::new(object, diagnostics);
-            query.volume_or_spectrum("sigma_t", None);
-            query.volume_or_spectrum("albedo", SpectrumValue::Uniform(0.75));
-            query.float_in("scale", POSITIVE, 1.0);
+            query.volume_or_spectrum("sigma_t");
+            query.volume_or_spectrum("albedo");
+            query.float("scale");
             query.child(PluginKind::Phase);
             query.finish(&[]);
         }

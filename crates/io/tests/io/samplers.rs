@@ -69,7 +69,7 @@ fn replicates_may_be_larger() {
     assert_eq!(loaded.replicates, Replicates::OfSixtyFour);
     for (sampler, points, said) in [
         ("ldsampler", 16, "16 is neither 8 nor 64"),
-        ("ldsampler", 128, "must be at least 8 and at most 64"),
+        ("ldsampler", 128, "128 is neither 8 nor 64"),
         ("independent", 64, "'set'"),
     ] {
         let set = format!(r#"<integer name="set" value="{points}"/>"#);

@@ -2,8 +2,9 @@
 //!
 //! That the table lists all that is asked for is checked by every other test: `Query` asserts it.
 
-use morgana_io::schema::{self, Parameter, Plugin, Type};
+use morgana_io::schema::{self, Limits, Parameter, Plugin, Type};
 use morgana_io::{Diagnostics, LoadOptions, PluginKind, json};
+use std::ops::Bound;
 
 /// A scene that holds an object where it belongs.
 fn scene(kind: PluginKind, plugin: &str, object: &str) -> String {
@@ -73,7 +74,9 @@ fn complaints(text: &str) -> Vec<String> {
 fn value(parameter: &Parameter, variant: usize) -> String {
     match parameter.value {
         Type::NumberOrWord(words) if variant > 0 => format!("\"{}\"", words[variant % words.len()]),
-        Type::Float | Type::Integer | Type::Spectrum | Type::NumberOrWord(_) => "1".into(),
+        Type::Float | Type::Integer | Type::Spectrum | Type::NumberOrWord(_) => {
+            number(parameter.limits).to_string()
+        }
         Type::Boolean => "true".into(),
         Type::Text => "\"x\"".into(),
         Type::Word(words) => format!("\"{}\"", words[variant % words.len()]),
@@ -82,6 +85,15 @@ fn value(parameter: &Parameter, variant: usize) -> String {
         Type::Point | Type::Vector => "[1, 0, 0]".into(),
         Type::Transform => "[]".into(),
         Type::Tensor => "[[0, 0, 0], [1, 0, 0], [0, 1, 0]]".into(),
+    }
+}
+
+/// A number within limits: 1, or the end that is nearest to it.
+fn number(limits: Limits) -> f64 {
+    match (limits.low, limits.high) {
+        (Bound::Included(low), _) if low > 1.0 => low,
+        (_, Bound::Included(high)) if high < 1.0 => high,
+        _ => 1.0,
     }
 }
 
@@ -134,6 +146,85 @@ fn every_parameter_of_the_table_is_one() {
             );
         }
     }
+}
+
+/// Numbers just outside the limits of the table are refused, by name, in one variant at least: others rule the
+/// parameter out.
+#[test]
+fn limits_of_the_table_are_those_of_scenes() {
+    let (mut count, mut accepted) = (0, Vec::new());
+    for kind in PluginKind::ALL {
+        for plugin in schema::plugins(kind) {
+            for parameter in plugin.parameters() {
+                for outside in outside(parameter) {
+                    let refused = |object: String| {
+                        let complaints = complaints(&scene(kind, plugin.name, &object));
+                        let start = format!("'{}' is ", parameter.name);
+                        complaints
+                            .iter()
+                            .any(|m| m.starts_with(&start) && m.contains(" but must be "))
+                    };
+                    let among_all = |variant| {
+                        let name = format!("\"{}\": ", parameter.name);
+                        let usual = format!("{name}{}", value(parameter, variant));
+                        object(plugin, variant).replace(&usual, &format!("{name}{outside}"))
+                    };
+                    count += 1;
+                    if !refused(alone(plugin, parameter, outside))
+                        && !(0..8).map(among_all).any(refused)
+                    {
+                        accepted.push(format!("{kind} {}: {}", plugin.name, parameter.name));
+                    }
+                }
+            }
+        }
+    }
+    assert!(count > 200, "{count}");
+    accepted.dedup();
+    // Read only with a nested integrator, mode or volume.
+    let unread = [
+        "integrator tagged: wavelength",
+        "integrator tagged: orders",
+        "integrator tagged: delays",
+        "volume acoustic: wave_number",
+        "volume cauchy: reference_wavelength",
+        "volume sellmeier: reference_wavelength",
+    ];
+    assert_eq!(accepted, unread);
+}
+
+/// An object with a number and with what it needs besides.
+fn alone(plugin: &Plugin, parameter: &Parameter, number: f64) -> String {
+    let needed = plugin
+        .parameters()
+        .filter(|p| p.is_required() && p.name != parameter.name);
+    let needed: String = needed
+        .map(|p| format!(", \"{}\": {}", p.name, value(p, 0)))
+        .collect();
+    format!(
+        "{{\"type\": \"{}\"{needed}, \"{}\": {number}}}",
+        plugin.name, parameter.name
+    )
+}
+
+/// Numbers that lie just outside a parameter's limits.
+fn outside(parameter: &Parameter) -> Vec<f64> {
+    let limits = parameter.limits;
+    let step = |end: f64| match parameter.value {
+        Type::Integer => 1.0,
+        _ => 1e-9 * end.abs().max(1e-300),
+    };
+    let low = match limits.low {
+        Bound::Included(low) => Some(low - step(low)),
+        Bound::Excluded(low) => Some(low),
+        Bound::Unbounded => None,
+    };
+    let high = match limits.high {
+        Bound::Included(high) => Some(high + step(high)),
+        Bound::Excluded(high) => Some(high),
+        Bound::Unbounded => None,
+    };
+    low.into_iter().chain(high).collect()
 }
 
 #[test]
@@ -310,6 +401,10 @@ mod json_schema {
             "maxProperties" => value
                 .as_object()
                 .is_none_or(|a| a.len() as u64 <= rule.as_u64().unwrap()),
+            "minimum" => value.as_f64().is_none_or(|v| v >= rule.as_f64().unwrap()),
+            "maximum" => value.as_f64().is_none_or(|v| v <= rule.as_f64().unwrap()),
+            "exclusiveMinimum" => value.as_f64().is_none_or(|v| v > rule.as_f64().unwrap()),
+            "exclusiveMaximum" => value.as_f64().is_none_or(|v| v < rule.as_f64().unwrap()),
             "then" | "$schema" | "$defs" | "title" | "description" | "default" => true,
             other => panic!("unknown keyword {other}"),
         };

@@ -3,7 +3,7 @@
 use super::parameters::index;
 use crate::query::Query;
 use crate::scene::SpectrumValue;
-use crate::schema::{METAL_NAMES, METALS};
+use crate::schema::METALS;
 
 /// Real and imaginary part of the index, and that of the dielectric against which they are meant.
 pub(super) struct Optics {
@@ -17,14 +17,14 @@ pub(super) fn optics(q: &mut Query) -> Optics {
     let surroundings = index(q, "ext_eta").unwrap_or(1.0);
     let optical = q.has("eta") || q.has("k");
     if q.has("material") {
-        let chosen = q.one_of("material", &METAL_NAMES);
+        let chosen = q.word("material");
         if optical {
             q.error(
                 "material",
                 "give the name of a metal, or eta and k, not both",
             );
         }
-        if let Some((_, eta, k)) = chosen.checked_sub(1).map(|i| METALS[i]) {
+        if let Some((_, eta, k)) = METALS.into_iter().find(|(name, ..)| *name == chosen) {
             return Optics {
                 eta: SpectrumValue::Rgb(eta),
                 k: SpectrumValue::Rgb(k),
@@ -34,8 +34,8 @@ pub(super) fn optics(q: &mut Query) -> Optics {
     }
     if optical {
         Optics {
-            eta: q.spectrum_or("eta", SpectrumValue::Uniform(0.0)),
-            k: q.spectrum_or("k", SpectrumValue::Uniform(1.0)),
+            eta: q.spectrum("eta"),
+            k: q.spectrum("k"),
             surroundings,
         }
     } else {

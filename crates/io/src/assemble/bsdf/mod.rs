@@ -12,7 +12,7 @@ use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
 use metal::{Optics, optics};
 use parameters::{
     Alphas, Coated, Element, Facets, Layer, Quantity, TINTS, alphas, coated, colour, eta, facets,
-    filter, glossy, index, layer, nested, number, polarized_eta, tints, weights,
+    filter, index, layer, nested, number, polarized_eta, reflectances, tints, weights,
 };
 use std::sync::Arc;
 use transport::Spectrum;
@@ -85,11 +85,7 @@ fn mapped(
 ) -> Option<Surface> {
     let mut q = Query::new(object, context.diagnostics);
     let is_bump = object.plugin == "bumpmap";
-    let scale = if is_bump {
-        q.float_or("scale", 1.0)
-    } else {
-        1.0
-    };
+    let scale = if is_bump { q.float("scale") } else { 1.0 };
     let input = if is_bump {
         let heights = q.child(PluginKind::Texture);
         if let Some(other) = heights.filter(|h| !is_image(h)) {
@@ -100,16 +96,15 @@ fn mapped(
             Input::Object(h)
         })
     } else {
-        let flat = SpectrumValue::Rgb([0.5, 0.5, 1.0]);
         // Mitsuba 0.6 asks for no name.
         let unnamed = (!q.has("normalmap")).then(|| q.child(PluginKind::Texture));
         match unnamed.flatten() {
             Some(map) => Input::Object(map),
-            None => q.texture_or_spectrum("normalmap", flat),
+            None => q.texture_or_spectrum("normalmap"),
         }
     };
     let [flips, shadows] =
-        ["flip_invalid_normals", "use_shadowing_function"].map(|name| q.boolean_or(name, true));
+        ["flip_invalid_normals", "use_shadowing_function"].map(|name| q.boolean(name));
     let nested = nested(&mut q, 1..=1);
     q.finish(&[]);
     let surface = build(nested.first()?, vertices, context);
@@ -181,24 +176,18 @@ enum Raw<'a> {
 fn raw<'a>(object: &'a ObjectDescription, q: &mut Query<'a, '_>) -> Option<Raw<'a>> {
     Some(match object.plugin.as_str() {
         "null" => Raw::Null,
-        "diffuse" => Raw::Diffuse(colour(q, "reflectance", 0.5)),
-        "dielectric" => {
-            Raw::Dielectric(TINTS.map(|name| q.spectrum_or(name, SpectrumValue::Uniform(1.0))))
-        }
+        "diffuse" => Raw::Diffuse(colour(q, "reflectance")),
+        "dielectric" => Raw::Dielectric(TINTS.map(|name| q.spectrum(name))),
         "roughdielectric" => Raw::RoughDielectric(facets(q), tints(q)),
         "thindielectric" => Raw::ThinDielectric(eta(q, BK7), tints(q)),
-        "conductor" => Raw::Conductor(optics(q), colour(q, TINTS[0], 1.0)),
-        "roughconductor" => Raw::RoughConductor(facets(q), optics(q), colour(q, TINTS[0], 1.0)),
+        "conductor" => Raw::Conductor(optics(q), colour(q, TINTS[0])),
+        "roughconductor" => Raw::RoughConductor(facets(q), optics(q), colour(q, TINTS[0])),
         "plastic" => Raw::Plastic(coated(q)),
         "roughplastic" => {
-            let coat = (facets(q), q.boolean_or("lossless", false));
+            let coat = (facets(q), q.boolean("lossless"));
             Raw::RoughPlastic(coat, coated(q))
         }
-        "pplastic" => {
-            let reflectances = [("diffuse_reflectance", 0.5), (TINTS[0], 1.0)];
-            let reflectances = reflectances.map(|(name, default)| colour(q, name, default));
-            Raw::PolarizedPlastic(facets(q), polarized_eta(q), reflectances)
-        }
+        "pplastic" => Raw::PolarizedPlastic(facets(q), polarized_eta(q), reflectances(q)),
         "principled" => Raw::Principled(principled::solid(q)),
         "principledthin" => Raw::PrincipledThin(principled::thin(q)),
         "polarizer" | "circular" | "retarder" => {
@@ -206,11 +195,11 @@ fn raw<'a>(object: &'a ObjectDescription, q: &mut Query<'a, '_>) -> Option<Raw<'
             Raw::Filter(element, transmittance)
         }
         "roughdiffuse" => {
-            let quantities = [colour(q, "reflectance", 0.5), number(q, "alpha", 0.2)];
-            Raw::RoughDiffuse(quantities, q.boolean_or("use_fast_approx", false))
+            let quantities = [colour(q, "reflectance"), number(q, "alpha")];
+            Raw::RoughDiffuse(quantities, q.boolean("use_fast_approx"))
         }
-        "phong" => Raw::Phong(number(q, "exponent", 30.0), glossy(q)),
-        "ward" => Raw::Ward(alphas(q), glossy(q)),
+        "phong" => Raw::Phong(number(q, "exponent"), reflectances(q)),
+        "ward" => Raw::Ward(alphas(q), reflectances(q)),
         "coating" => Raw::Coating(None, layer(q, BK7), nested(q, 1..=1)),
         "roughcoating" => Raw::Coating(Some(facets(q)), layer(q, BK7), nested(q, 1..=1)),
         "mixturebsdf" => {
@@ -218,8 +207,8 @@ fn raw<'a>(object: &'a ObjectDescription, q: &mut Query<'a, '_>) -> Option<Raw<'
             let nested = nested(q, weights.len()..=weights.len());
             Raw::Mixture(weights, nested)
         }
-        "blendbsdf" => Raw::Blend(number(q, "weight", 0.5), nested(q, 2..=2)),
-        "mask" => Raw::Mask(number(q, "opacity", 0.5), nested(q, 1..=1)),
+        "blendbsdf" => Raw::Blend(number(q, "weight"), nested(q, 2..=2)),
+        "mask" => Raw::Mask(number(q, "opacity"), nested(q, 1..=1)),
         "twosided" => Raw::TwoSided(nested(q, 1..=2)),
         _ => return None,
     })
@@ -305,7 +294,7 @@ fn make(
         }
         Raw::Phong(exponent, reflectances) => {
             let lobe = GlossyLobe::Phong(maker.texture(exponent));
-            maker.glossy(lobe, reflectances)
+            maker.reflectances(lobe, reflectances)
         }
         Raw::Ward(alphas, reflectances) => {
             let distribution = Distribution::Beckmann;
@@ -313,7 +302,7 @@ fn make(
                 distribution,
                 alphas,
             });
-            roughness.and_then(|alpha| maker.glossy(GlossyLobe::Ward(alpha), reflectances))
+            roughness.and_then(|alpha| maker.reflectances(GlossyLobe::Ward(alpha), reflectances))
         }
         Raw::Coating(facets, layer, nested) => {
             let nested = maker.nested(nested.first()?);
@@ -375,7 +364,11 @@ impl Maker<'_, '_> {
         parts.map(|value| self.spectrum(&value, Role::Coefficient) * against.recip())
     }
 
-    fn glossy(&mut self, lobe: GlossyLobe, reflectances: [Quantity; 2]) -> Result<Bsdf, BsdfError> {
+    fn reflectances(
+        &mut self,
+        lobe: GlossyLobe,
+        reflectances: [Quantity; 2],
+    ) -> Result<Bsdf, BsdfError> {
         let [diffuse, specular] = reflectances.map(|r| self.texture(r));
         GlossyDiffuse::new(lobe, diffuse, specular).map(|b| Bsdf::GlossyDiffuse(Box::new(b)))
     }

@@ -1,17 +1,15 @@
 //! Parameters that several bsdfs have.
 
 use super::super::surface_texture::Role;
-use crate::query::{INDEX, Input, POSITIVE, Query};
+use crate::query::{Input, Query};
 use crate::scene::{ObjectDescription, PluginKind, SpectrumValue, Value};
-use crate::schema::substance::{INDICES, NAMES};
+use crate::schema::substance::INDICES;
 use std::ops::RangeInclusive;
 use transport::bsdf::Distribution;
 
 /// A parameter that may be a texture, with its name.
 pub(super) struct Quantity<'a>(pub &'static str, pub Role, pub Input<'a>);
 
-/// Smallest roughness that is not better called smooth.
-const LEAST_ALPHA: f64 = 1e-4;
 /// Index of air, and of the substance that Mitsuba's plastic is made of by default.
 const AIR: f64 = 1.000277;
 const POLYPROPYLENE: f64 = 1.49;
@@ -23,20 +21,22 @@ pub(super) fn index(query: &mut Query, name: &str) -> Option<f64> {
     }
     let property = query.object().properties.iter().find(|p| p.name == name)?;
     if !matches!(property.value, Value::String(_)) {
-        return Some(query.float_in(name, INDEX, 1.0));
+        return Some(query.float(name));
     }
-    Some(INDICES[query.one_of(name, &NAMES)].1)
+    let substance = query.word(name);
+    let known = INDICES.iter().find(|(name, _)| *name == substance);
+    known.map(|(_, n)| *n)
 }
 
 /// A spectrum or a texture.
-pub(super) fn colour<'a>(q: &mut Query<'a, '_>, name: &'static str, default: f64) -> Quantity<'a> {
-    let input = q.texture_or_spectrum(name, SpectrumValue::Uniform(default));
+pub(super) fn colour<'a>(q: &mut Query<'a, '_>, name: &'static str) -> Quantity<'a> {
+    let input = q.texture_or_spectrum(name);
     Quantity(name, Role::Reflectance, input)
 }
 
 /// A number or a texture.
-pub(super) fn number<'a>(q: &mut Query<'a, '_>, name: &'static str, default: f64) -> Quantity<'a> {
-    let input = q.texture_or_spectrum(name, SpectrumValue::Uniform(default));
+pub(super) fn number<'a>(q: &mut Query<'a, '_>, name: &'static str) -> Quantity<'a> {
+    let input = q.texture_or_spectrum(name);
     Quantity(name, Role::Number, input)
 }
 
@@ -44,7 +44,7 @@ pub(super) fn number<'a>(q: &mut Query<'a, '_>, name: &'static str, default: f64
 pub(super) const TINTS: [&str; 2] = ["specular_reflectance", "specular_transmittance"];
 
 pub(super) fn tints<'a>(q: &mut Query<'a, '_>) -> [Quantity<'a>; 2] {
-    TINTS.map(|name| colour(q, name, 1.0))
+    TINTS.map(|name| colour(q, name))
 }
 
 /// Microfacets, with their roughness.
@@ -60,28 +60,25 @@ pub(super) enum Alphas<'a> {
 }
 
 pub(super) fn facets<'a>(q: &mut Query<'a, '_>) -> Facets<'a> {
-    let distribution = q.one_of("distribution", &["beckmann", "ggx"]);
+    let distribution = match q.word("distribution") {
+        "ggx" => Distribution::Ggx,
+        _ => Distribution::Beckmann,
+    };
     // How directions are drawn is no part of the scene.
-    q.boolean_or("sample_visible", true);
+    q.boolean("sample_visible");
     Facets {
-        distribution: [Distribution::Beckmann, Distribution::Ggx][distribution],
+        distribution,
         alphas: alphas(q),
     }
 }
 
-/// Roughness where none is given.
-const ALPHA: f64 = 0.1;
-
 pub(super) fn alphas<'a>(q: &mut Query<'a, '_>) -> Alphas<'a> {
     let names = ["alpha_u", "alpha_v"];
-    let mut alpha = |name| {
-        let input = q.texture_or_float_in(name, LEAST_ALPHA..=1.0, ALPHA);
-        Quantity(name, Role::Number, input)
-    };
-    let (alike, apart) = (alpha("alpha"), names.map(alpha));
+    let alpha =
+        |q: &mut Query<'a, '_>, name| Quantity(name, Role::Number, q.texture_or_float(name));
     let given = names.map(|name| q.has(name));
     if given == [false; 2] {
-        return Alphas::Alike(alike);
+        return Alphas::Alike(alpha(q, "alpha"));
     }
     if q.has("alpha") {
         q.error(
@@ -90,13 +87,14 @@ pub(super) fn alphas<'a>(q: &mut Query<'a, '_>) -> Alphas<'a> {
         );
     } else if given != [true; 2] {
         q.error(names[0], "give both 'alpha_u' and 'alpha_v'");
+        return Alphas::Alike(alpha(q, "alpha"));
     }
-    Alphas::Apart(apart)
+    Alphas::Apart(names.map(|name| alpha(q, name)))
 }
 
-/// Reflectances of Phong's and Ward's surfaces, diffuse and glossy.
-pub(super) fn glossy<'a>(q: &mut Query<'a, '_>) -> [Quantity<'a>; 2] {
-    [("diffuse_reflectance", 0.5), (TINTS[0], 0.2)].map(|(name, default)| colour(q, name, default))
+/// Reflectances of the diffuse and of the glossy part.
+pub(super) fn reflectances<'a>(q: &mut Query<'a, '_>) -> [Quantity<'a>; 2] {
+    ["diffuse_reflectance", TINTS[0]].map(|name| colour(q, name))
 }
 
 /// A layer over another surface.
@@ -114,10 +112,10 @@ pub(super) fn layer<'a>(q: &mut Query<'a, '_>, inside: f64) -> Layer<'a> {
         sigma_a: Quantity(
             "sigma_a",
             Role::Coefficient,
-            q.texture_or_spectrum("sigma_a", SpectrumValue::Uniform(0.0)),
+            q.texture_or_spectrum("sigma_a"),
         ),
-        thickness: q.float_in("thickness", 0.0.., 1.0),
-        specular_reflectance: colour(q, TINTS[0], 1.0),
+        thickness: q.float("thickness"),
+        specular_reflectance: colour(q, TINTS[0]),
     }
 }
 
@@ -152,7 +150,7 @@ pub(super) fn polarized_eta(q: &mut Query) -> f64 {
     if q.has("int_ior") || q.has("ext_ior") {
         q.error("eta", "give 'eta', or 'int_ior' and 'ext_ior', not both");
     }
-    q.float_in("eta", POSITIVE, None)
+    q.float("eta")
 }
 
 /// What a filter of polarised light does to it.
@@ -165,15 +163,15 @@ pub(super) enum Element<'a> {
 
 /// A filter of polarised light, and the transmittance of its matter.
 pub(super) fn filter<'a>(q: &mut Query<'a, '_>) -> (Element<'a>, SpectrumValue) {
-    let transmittance = q.spectrum_or("transmittance", SpectrumValue::Uniform(1.0));
+    let transmittance = q.spectrum("transmittance");
     let element = match q.object().plugin.as_str() {
         "circular" => Element::Circular {
-            left_handed: q.boolean_or("left_handed", false),
+            left_handed: q.boolean("left_handed"),
         },
-        "retarder" => Element::Retarder([number(q, "theta", 0.0), number(q, "delta", 90.0)]),
+        "retarder" => Element::Retarder([number(q, "theta"), number(q, "delta")]),
         _ => {
-            let theta = number(q, "theta", 0.0);
-            if q.boolean_or("polarizing", true) {
+            let theta = number(q, "theta");
+            if q.boolean("polarizing") {
                 Element::Polarizer(theta)
             } else {
                 Element::Neutral
@@ -187,9 +185,8 @@ pub(super) fn filter<'a>(q: &mut Query<'a, '_>) -> (Element<'a>, SpectrumValue) 
 pub(super) struct Coated<'a>(pub f64, pub [Quantity<'a>; 2], pub bool);
 
 pub(super) fn coated<'a>(q: &mut Query<'a, '_>) -> Coated<'a> {
-    let reflectances = [("diffuse_reflectance", 0.5), (TINTS[0], 1.0)];
-    let reflectances = reflectances.map(|(name, default)| colour(q, name, default));
-    let nonlinear = q.boolean_or("nonlinear", false);
+    let reflectances = reflectances(q);
+    let nonlinear = q.boolean("nonlinear");
     Coated(eta(q, POLYPROPYLENE), reflectances, nonlinear)
 }
 

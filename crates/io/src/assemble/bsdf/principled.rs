@@ -4,7 +4,7 @@ use super::super::surface_texture::Role;
 use super::super::wish::Indices;
 use super::Maker;
 use super::parameters::{Quantity, colour, number};
-use crate::query::{Input, POSITIVE, Query};
+use crate::query::{Input, Query};
 use transport::bsdf::{
     Bsdf, BsdfError, Principled, PrincipledParameters, PrincipledThin, PrincipledThinParameters,
 };
@@ -52,30 +52,28 @@ const THIN_RATES: [&str; 4] = [
     "diffuse_transmittance_sampling_rate",
 ];
 
-/// Of a sheet.
-const THIN_ETA: f64 = 1.5;
 /// Surfaces that let light through have at least this index, and as large a `specular`, lest nothing be there.
 const LEAST_ETA: f64 = 1.001;
 const LEAST_SPECULAR: f64 = 1e-3;
 
 fn common<'a>(q: &mut Query<'a, '_>) -> Common<'a> {
-    let base_color = colour(q, "base_color", 0.5);
+    let base_color = colour(q, "base_color");
     Common {
         luminance: Quantity("base_color", Role::Number, base_color.2.clone()),
         base_color,
-        roughness: number(q, "roughness", 0.5),
-        anisotropic: number(q, "anisotropic", 0.0),
-        spec_trans: number(q, "spec_trans", 0.0),
-        spec_tint: number(q, "spec_tint", 0.0),
-        sheen: number(q, "sheen", 0.0),
-        sheen_tint: number(q, "sheen_tint", 0.0),
-        flatness: number(q, "flatness", 0.0),
+        roughness: number(q, "roughness"),
+        anisotropic: number(q, "anisotropic"),
+        spec_trans: number(q, "spec_trans"),
+        spec_tint: number(q, "spec_tint"),
+        sheen: number(q, "sheen"),
+        sheen_tint: number(q, "sheen_tint"),
+        flatness: number(q, "flatness"),
     }
 }
 
 fn ignore(q: &mut Query, rates: &[&str]) {
     for rate in rates {
-        q.float_or(rate, 1.0);
+        q.float(rate);
     }
 }
 
@@ -94,7 +92,7 @@ pub(super) fn solid<'a>(q: &mut Query<'a, '_>) -> Solid<'a> {
         if q.has("specular") {
             q.error("specular", "give 'eta' or 'specular', not both");
         }
-        let eta = q.float_in("eta", POSITIVE, None);
+        let eta = q.float("eta");
         if transmits && eta == 1.0 {
             LEAST_ETA
         } else {
@@ -102,13 +100,13 @@ pub(super) fn solid<'a>(q: &mut Query<'a, '_>) -> Solid<'a> {
         }
     } else {
         let least = if transmits { LEAST_SPECULAR } else { 0.0 };
-        PrincipledParameters::eta_of(q.float_in("specular", 0.0..=1.0, 0.5).max(least))
+        PrincipledParameters::eta_of(q.float("specular").max(least))
     };
     Solid {
         common,
-        metallic: number(q, "metallic", 0.0),
-        clearcoat: number(q, "clearcoat", 0.0),
-        clearcoat_gloss: number(q, "clearcoat_gloss", 0.0),
+        metallic: number(q, "metallic"),
+        clearcoat: number(q, "clearcoat"),
+        clearcoat_gloss: number(q, "clearcoat_gloss"),
         eta,
         transmits,
     }
@@ -118,8 +116,8 @@ pub(super) fn thin<'a>(q: &mut Query<'a, '_>) -> Thin<'a> {
     ignore(q, &THIN_RATES);
     Thin {
         common: common(q),
-        diff_trans: number(q, "diff_trans", 0.0),
-        eta: q.float_in("eta", POSITIVE, THIN_ETA),
+        diff_trans: number(q, "diff_trans"),
+        eta: q.float("eta"),
     }
 }
 

@@ -4,11 +4,10 @@ use super::super::context::Context;
 use super::super::surface_texture::screen;
 use super::super::transforms::{axis, pose};
 use super::{check_medium, light};
-use crate::query::{POSITIVE, Query, misplaced_plugin};
+use crate::query::{Query, misplaced_plugin};
 use crate::scene::{ObjectDescription, PluginKind};
 use eikonal::{Aabb, Shown};
 use glam::DVec3;
-use std::ops::Bound;
 use std::sync::Arc;
 use transport::emitter::{
     AngularProfile, Aperture, BeamProfile, Collimated, Divergence, Emitter, Fiber,
@@ -56,13 +55,12 @@ pub(super) fn fiber(object: &ObjectDescription, context: &mut Context) -> Option
     let inside = q.child(PluginKind::Medium).cloned();
     let across = Across::read(&mut q, thin);
     let divergence = divergence(&mut q);
-    let profiles = [
-        AngularProfile::Uniform,
-        AngularProfile::Lambertian,
-        AngularProfile::Gaussian,
-    ];
-    let profile = profiles[q.one_of("angular_profile", &["uniform", "lambertian", "gaussian"])];
-    let focus = q.has("focus").then(|| q.float("focus"));
+    let profile = match q.word("angular_profile") {
+        "lambertian" => AngularProfile::Lambertian,
+        "gaussian" => AngularProfile::Gaussian,
+        _ => AngularProfile::Uniform,
+    };
+    let focus = q.float_if_given("focus");
     if focus == Some(0.0) {
         q.error("focus", "the focus must not lie in the aperture");
     }
@@ -85,7 +83,7 @@ fn divergence(q: &mut Query) -> Divergence {
     const ANGLE: &str = "cutoff_angle";
     const APERTURE: &str = "numerical_aperture";
     if !q.has(ANGLE) {
-        return Divergence::NumericalAperture(q.float_in(APERTURE, POSITIVE, None));
+        return Divergence::NumericalAperture(q.float(APERTURE));
     }
     if q.has(APERTURE) {
         q.error(
@@ -93,8 +91,7 @@ fn divergence(q: &mut Query) -> Divergence {
             "give the numerical aperture or the cutoff_angle, not both",
         );
     }
-    let most = (POSITIVE.0, Bound::Included(90.0));
-    Divergence::HalfAngle(q.float_in(ANGLE, most, None).to_radians())
+    Divergence::HalfAngle(q.float(ANGLE).to_radians())
 }
 
 /// Where light starts, as a scene says.
@@ -121,9 +118,9 @@ enum Way {
 impl Across {
     /// What `to_world` and the profile say; `None` after an error.
     fn read(q: &mut Query, thin: f64) -> Option<Self> {
-        let profile = q.one_of("profile", &["disc", "gaussian", "rectangle"]);
+        let profile = q.word("profile");
         let image = q.role(PluginKind::Texture, TEXTURE).cloned();
-        if profile == 2 {
+        if profile == "rectangle" {
             let pose = pose(q, "a rectangle of light");
             let size = OF_RECTANGLES.map(|name| thin_or(q, name, 2.0 * thin));
             let (origin, orientation) = pose?;
@@ -140,8 +137,8 @@ impl Across {
         let place = axis(q);
         let radius = thin_or(q, OF_DISCS[0], thin);
         let profile = match profile {
-            0 => BeamProfile::Disc { radius },
-            _ => BeamProfile::Gaussian { waist: radius },
+            "gaussian" => BeamProfile::Gaussian { waist: radius },
+            _ => BeamProfile::Disc { radius },
         };
         let (origin, direction) = place?;
         let way = Way::Round { direction, profile };
@@ -241,5 +238,5 @@ fn thin_or(q: &mut Query, name: &str, thin: f64) -> f64 {
         );
         q.note("type", message);
     }
-    q.float_in(name, POSITIVE, thin)
+    q.float_or(name, thin)
 }

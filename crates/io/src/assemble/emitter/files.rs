@@ -20,9 +20,9 @@ use transport::texture::{BitmapFilter, Wrap};
 pub(super) fn envmap(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
     let mut q = Query::new(object, context.diagnostics);
     let path = q.path("filename", context.files);
-    let scale = q.float_in("scale", 0.0.., 1.0);
+    let scale = q.float("scale");
     // How directions are drawn is no part of the scene.
-    q.boolean_or("mis_compensation", false);
+    q.boolean("mis_compensation");
     let pose = pose(&mut q, "an environment");
     let image = RgbImage::read_within(&path, context.files.limits())
         .map_err(|e| q.file_error("filename", &e));
@@ -71,8 +71,8 @@ pub(super) fn projector(object: &ObjectDescription, context: &mut Context) -> Op
     let mut q = Query::new(object, context.diagnostics);
     let pose = pose(&mut q, "a projector");
     let fov = fov(&mut q);
-    let scale = q.float_in("scale", 0.0.., 1.0);
-    let image = q.texture_or_spectrum("irradiance", SpectrumValue::Uniform(1.0));
+    let scale = q.float("scale");
+    let image = q.texture_or_spectrum("irradiance");
     q.finish(&[]);
     let mut slide = match image {
         Input::Spectrum(value) => Slide {
@@ -102,7 +102,7 @@ pub(super) fn projector(object: &ObjectDescription, context: &mut Context) -> Op
 pub(super) fn luminaire(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
     let mut q = Query::new(object, context.diagnostics);
     let pose = pose(&mut q, "a photometric emitter");
-    let scale = q.spectrum_or("scale", SpectrumValue::Uniform(1.0));
+    let scale = q.spectrum("scale");
     let path = q.path("filename", context.files);
     let luminaire = ies::read(&path).map_err(|e| q.file_error("filename", &e));
     q.finish(&[]);

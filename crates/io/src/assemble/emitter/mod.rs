@@ -13,7 +13,7 @@ use super::medium;
 use super::surface_texture::{Role, Vertices, texture};
 use super::transforms::axis;
 use crate::query::{Input, Query, misplaced_plugin, unknown_plugin};
-use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
+use crate::scene::{ObjectDescription, PluginKind};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 use transport::emitter::{Emitter, Environment, TexturedArea};
@@ -54,7 +54,7 @@ pub(super) fn add_area(
         return None;
     }
     let mut query = Query::new(object, context.diagnostics);
-    let radiance = query.texture_or_spectrum("radiance", SpectrumValue::Uniform(1.0));
+    let radiance = query.texture_or_spectrum("radiance");
     query.finish(&[]);
     let emitter = match radiance {
         Input::Spectrum(value) => Emitter::Area {
@@ -130,7 +130,7 @@ fn build(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
         "point" => {
             instead_of_transform("position", &mut q);
             let position = q.point_or("position", origin);
-            let intensity = q.spectrum_or("intensity", SpectrumValue::Uniform(1.0));
+            let intensity = q.spectrum("intensity");
             q.finish(&[]);
             Emitter::Point {
                 position,
@@ -138,7 +138,7 @@ fn build(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
             }
         }
         "directional" => {
-            let irradiance = q.spectrum_or("irradiance", SpectrumValue::Uniform(1.0));
+            let irradiance = q.spectrum("irradiance");
             instead_of_transform("direction", &mut q);
             let direction = q.vector_or("direction", axis).try_normalize();
             if direction.is_none() {
@@ -151,7 +151,7 @@ fn build(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
             }
         }
         "constant" => {
-            let radiance = q.spectrum_or("radiance", SpectrumValue::Uniform(1.0));
+            let radiance = q.spectrum("radiance");
             q.finish(&[]);
             let radiance = light(&radiance, "radiance", object, context);
             Emitter::Environment(Environment::Constant(radiance))

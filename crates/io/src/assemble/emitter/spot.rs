@@ -4,10 +4,9 @@ use super::super::context::Context;
 use super::super::surface_texture::{Role, texture};
 use super::super::transforms::{axis, pose};
 use super::{check_medium, light};
-use crate::query::{Input, POSITIVE, Query};
-use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
+use crate::query::{Input, Query};
+use crate::scene::{ObjectDescription, PluginKind};
 use glam::DVec3;
-use std::ops::Bound;
 use transport::emitter::{Emitter, Spot};
 
 pub(super) fn spot(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
@@ -26,10 +25,9 @@ pub(super) fn spot(object: &ObjectDescription, context: &mut Context) -> Option<
             (origin, orientation.to_world(DVec3::Z), Some(orientation))
         }
     };
-    let intensity = q.spectrum_or("intensity", SpectrumValue::Uniform(1.0));
-    let most = (POSITIVE.0, Bound::Included(180.0));
-    let cutoff = q.float_in("cutoff_angle", most, 20.0);
-    let beam = q.float_in("beam_width", 0.0..=cutoff, 0.75 * cutoff);
+    let intensity = q.spectrum("intensity");
+    let cutoff = q.float("cutoff_angle");
+    let beam = q.float_within("beam_width", 0.0..=cutoff, 0.75 * cutoff);
     q.finish(&[]);
     let intensity = light(&intensity, "intensity", object, context);
     check_medium(inside, context);

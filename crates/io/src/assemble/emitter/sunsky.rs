@@ -11,7 +11,6 @@ use eikonal::Shown;
 use glam::{DMat3, DVec3};
 use hw_skymodel::rgb::{SkyParams, SkyState};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use std::ops::Bound;
 use transport::Orientation;
 use transport::emitter::{DistantDisc, Environment};
 
@@ -20,9 +19,6 @@ const WIDTH: usize = 512;
 const HEIGHT: usize = 513;
 /// The integral of the eye's response ȳ in nm, by which Mitsuba divides spectra that become colours.
 const CIE_Y: f64 = 106.750_259_4;
-/// Diameter of the sun, degrees.
-const APERTURE: f64 = 0.5358;
-
 /// What a scene says of the sun and the sky.
 struct Sunsky {
     turbidity: f64,
@@ -60,13 +56,12 @@ pub(super) fn environments(
 
 fn read(object: &ObjectDescription, context: &mut Context) -> Option<Sunsky> {
     let mut q = Query::new(object, context.diagnostics);
-    let turbidity = q.float_in("turbidity", 1.0..=10.0, 3.0);
-    let albedo = q.spectrum_or("albedo", SpectrumValue::Uniform(0.3));
-    let scales = ["sun_scale", "sky_scale"].map(|name| q.float_in(name, 0.0.., 1.0));
-    let open = (Bound::Excluded(0.0), Bound::Excluded(90.0));
-    let aperture = q.float_in("sun_aperture", open, APERTURE);
+    let turbidity = q.float("turbidity");
+    let albedo = q.spectrum("albedo");
+    let scales = ["sun_scale", "sky_scale"].map(|name| q.float(name));
+    let aperture = q.float("sun_aperture");
     // Limb darkening: the power is the same.
-    q.boolean_or("complex_sun", false);
+    q.boolean("complex_sun");
     let pose = pose(&mut q, "an environment");
     let given = given_sun(&mut q);
     let observer = observer(&mut q);
@@ -139,15 +134,15 @@ fn given_sun(q: &mut Query) -> Option<DVec3> {
 
 /// Place and time: an afternoon of July in Tokyo, unless given.
 fn observer(q: &mut Query) -> Observer {
-    let minutes = q.float_or("minute", 0.0) + q.float_or("second", 0.0) / 60.0;
+    let minutes = q.float("minute") + q.float("second") / 60.0;
     Observer {
-        latitude: q.float_in("latitude", -90.0..=90.0, 35.6894),
-        longitude: q.float_in("longitude", -180.0..=360.0, 139.6917),
-        timezone: q.float_in("timezone", -24.0..=24.0, 9.0),
-        year: q.integer_in("year", -4000..=9999, 2010),
-        month: q.integer_in("month", 1..=12, 7),
-        day: q.integer_in("day", 1..=31, 10),
-        hours: q.float_or("hour", 15.0) + minutes / 60.0,
+        latitude: q.float("latitude"),
+        longitude: q.float("longitude"),
+        timezone: q.float("timezone"),
+        year: q.integer("year"),
+        month: q.integer("month"),
+        day: q.integer("day"),
+        hours: q.float("hour") + minutes / 60.0,
     }
 }
 

@@ -6,7 +6,7 @@ use super::super::transforms::affine;
 use super::{check_medium, light};
 use crate::diagnostic::Location;
 use crate::query::{Input, Query};
-use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
+use crate::scene::{ObjectDescription, PluginKind};
 use eikonal::field::Placement;
 use glam::DAffine3;
 use std::sync::Arc;
@@ -21,9 +21,8 @@ const ALLOWED: [f64; 2] = [0.0, f64::MAX];
 pub(super) fn volumelight(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
     let mut q = Query::new(object, context.diagnostics);
     let inside = q.child(PluginKind::Medium).cloned();
-    let radiance = q.volume_or_spectrum(RADIANCE, SpectrumValue::Uniform(1.0));
-    let given = q.has("power");
-    let power = q.spectrum_or("power", SpectrumValue::Uniform(0.0));
+    let radiance = q.volume_or_spectrum(RADIANCE);
+    let power = q.has("power").then(|| q.spectrum("power"));
     let cube = match radiance {
         Input::Spectrum(_) => {
             let matrix = q.transform("to_world");
@@ -42,9 +41,9 @@ pub(super) fn volumelight(object: &ObjectDescription, context: &mut Context) -> 
         (Input::Object(nested), _) => from_volume(nested, object, context)?,
         (Input::Spectrum(_), None) => return None,
     };
-    if !given {
+    let Some(power) = power else {
         return Some(Emitter::Volume(Arc::new(volume)));
-    }
+    };
     let power = light(&power, "power", object, context);
     let volume = with_power(volume, power, &object.location, context)?;
     Some(Emitter::Volume(Arc::new(volume)))

@@ -1,16 +1,15 @@
 //! Standing ultrasound, by its amplitude in index or in pressure.
 
-use crate::query::{INDEX, POSITIVE, Query};
+use crate::query::Query;
 use crate::scene::PluginKind;
 use eikonal::Field;
 use eikonal::field::{Acoustic, AcousticMode, FieldError};
-use glam::DVec3;
 
 /// The field that a volume describes.
 pub(super) fn build(q: &mut Query) -> Result<Field, FieldError> {
-    let n0 = q.float_in("n0", INDEX, None);
-    let origin = q.point_or("origin", DVec3::ZERO);
-    let direction = q.vector_or("direction", DVec3::Z);
+    let n0 = q.float("n0");
+    let origin = q.point("origin");
+    let direction = q.vector("direction");
     let perpendicular = direction.any_orthogonal_vector();
     let reference = q.vector_or("reference", perpendicular);
     let elasto_optic = super::elasto_optic(q);
@@ -45,12 +44,12 @@ pub(super) fn build(q: &mut Query) -> Result<Field, FieldError> {
 /// One mode; its wave number is given as such, or by frequency and speed of sound.
 fn mode(q: &mut Query) -> Result<AcousticMode, FieldError> {
     let amplitude = amplitude(q);
-    let order = q.integer_in("order", 0..=64, 0) as u16;
-    let phase = q.float_or("phase", 0.0);
-    let time_phase = q.float_or("time_phase", 0.0);
+    let order = q.integer("order") as u16;
+    let phase = q.float("phase");
+    let time_phase = q.float("time_phase");
     if q.has("frequency") || q.has("sound_speed") {
-        let frequency = q.float_in("frequency", POSITIVE, None);
-        let speed = q.float_in("sound_speed", POSITIVE, None);
+        let frequency = q.float("frequency");
+        let speed = q.float("sound_speed");
         if q.has("wave_number") {
             q.error(
                 "wave_number",
@@ -60,13 +59,7 @@ fn mode(q: &mut Query) -> Result<AcousticMode, FieldError> {
         let mode = AcousticMode::from_frequency(amplitude, order, frequency, speed, phase)?;
         return mode.with_time_phase(time_phase);
     }
-    AcousticMode::new(
-        amplitude,
-        order,
-        q.float_in("wave_number", POSITIVE, None),
-        phase,
-    )?
-    .with_time_phase(time_phase)
+    AcousticMode::new(amplitude, order, q.float("wave_number"), phase)?.with_time_phase(time_phase)
 }
 
 /// The amplitude of the index: as such, or that of the pressure times dn/dp.

@@ -1,10 +1,6 @@
 //! The refractive index of air and its density.
 
 use crate::query::Query;
-use std::ops::RangeInclusive;
-
-/// Wavelengths in nm, in vacuum, for which the formula was fitted.
-const VALID: RangeInclusive<f64> = 230.0..=1690.0;
 
 /// Density of dry air of 15 °C and 101 325 Pa with 450 ppm CO₂, kg/m³ (P. E. Ciddor, "Refractive index of
 /// air: new equations for the visible and near infrared", Appl. Opt. 35, 1996, eq. 4).
@@ -28,18 +24,18 @@ fn gladstone_dale(nm: f64) -> f64 {
 pub(super) fn constant(channel: Option<f64>, q: &mut Query) -> f64 {
     match (q.has("constant"), q.has("wavelength")) {
         (false, false) if let Some(nm) = channel => {
-            if !VALID.contains(&nm) {
-                let (least, most) = (VALID.start(), VALID.end());
+            let known = q.limits("wavelength");
+            if !known.contains(nm) {
                 let message = format!(
-                    "the index of air is known from {least} to {most} nm, not at the film's {nm} nm: give \
+                    "the index of air is known from {known} nm, not at the film's {nm} nm: give \
                      a 'wavelength' or a 'constant'"
                 );
                 q.error("filename", message);
             }
             gladstone_dale(nm)
         }
-        (true, false) => q.float_in("constant", 0.0..=0.1, None),
-        (false, true) => gladstone_dale(q.float_in("wavelength", VALID, None)),
+        (true, false) => q.float("constant"),
+        (false, true) => gladstone_dale(q.float("wavelength")),
         (false, false) => {
             let message = "the index of air needs a 'wavelength' in nm, or \
                            a 'constant', K in m³/kg";

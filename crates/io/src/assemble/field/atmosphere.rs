@@ -1,7 +1,7 @@
 //! The index of the US Standard Atmosphere of 1976 (docs/scene-format.md#the-standard-atmosphere).
 
 use super::air;
-use crate::query::{POSITIVE, Query};
+use crate::query::Query;
 use eikonal::Field;
 use eikonal::field::{Coordinate, FieldError, IndexProfile};
 
@@ -38,10 +38,8 @@ const SETTLING: f64 = 1e4;
 /// The field of a volume of type `standard_atmosphere`, at the wavelength `nm` of the channel if it has one.
 pub(super) fn build(q: &mut Query, nm: Option<f64>) -> Option<Result<Field, FieldError>> {
     let slope = air::constant(nm, q);
-    let metres_per_unit = q.float_in("metres_per_unit", POSITIVE, 1.0);
-    let radius = q
-        .has("radius")
-        .then(|| q.float_in("radius", POSITIVE, None));
+    let metres_per_unit = q.float("metres_per_unit");
+    let radius = q.float_if_given("radius");
     let depth = radius.map_or(f64::MAX, |r| r * metres_per_unit);
     let sample = |[height, density]: [f64; 2]| [height / metres_per_unit, 1.0 + slope * density];
     let mut samples: Vec<[f64; 2]> = densities()

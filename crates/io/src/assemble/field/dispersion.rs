@@ -1,7 +1,7 @@
 //! Indices that depend on the wavelength.
 
 use super::super::context::Context;
-use crate::query::{POSITIVE, Query};
+use crate::query::Query;
 use crate::scene::{ObjectDescription, PluginKind};
 use eikonal::Field;
 use eikonal::Shown;
@@ -22,15 +22,11 @@ enum Law {
 impl Law {
     fn read(plugin: &str, q: &mut Query) -> Law {
         match plugin {
-            "cauchy" => Law::Cauchy([
-                q.float_in("a", POSITIVE, None),
-                q.float_or("b", 0.0),
-                q.float_or("c", 0.0),
-            ]),
+            "cauchy" => Law::Cauchy([q.float("a"), q.float("b"), q.float("c")]),
             _ => Law::Sellmeier([
-                (q.float("b1"), q.float_in("c1", 0.0.., None)),
-                (q.float_or("b2", 0.0), q.float_in("c2", 0.0.., 0.0)),
-                (q.float_or("b3", 0.0), q.float_in("c3", 0.0.., 0.0)),
+                (q.float("b1"), q.float("c1")),
+                (q.float("b2"), q.float("c2")),
+                (q.float("b3"), q.float("c3")),
             ]),
         }
     }
@@ -57,7 +53,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     let nested = q.child(PluginKind::Volume).cloned();
     let reference = match (&nested, q.has("reference_wavelength")) {
         (Some(_), given) => {
-            let nm = q.float_in("reference_wavelength", POSITIVE, None);
+            let nm = q.float("reference_wavelength");
             given.then_some(nm)
         }
         (None, false) => None,

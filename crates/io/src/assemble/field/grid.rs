@@ -11,14 +11,12 @@ use super::rounding::Rounding;
 use super::wave::{Asked, Wave, only};
 use super::{air, placed};
 use crate::diagnostic::Diagnostic;
-use crate::query::{INDEX, Query};
+use crate::query::Query;
 use crate::scene::{ObjectDescription, Value};
 use crate::volume::{Sample, Volume};
 use eikonal::field::{Bspline, FieldError, NoiseShares, Placement};
 use eikonal::{Aabb, Field, Shown};
 
-/// More than any liquid or gas has, in 1/Pa; water has 1.4e-10.
-const LARGEST_DN_DP: f64 = 1e-6;
 /// An index below this is a mistake of units: no matter that light passes has one.
 const LEAST_INDEX: f64 = 0.9;
 
@@ -97,7 +95,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
         .is_none_or(|s| each!(s, v => v.frame().is_some()));
     let law = rest(says, object, nm, &mut query);
     let smoothing = smoothing(&mut query);
-    let may_condense = query.boolean_or("condense", true);
+    let may_condense = query.boolean("condense");
     query.finish(&[]);
     let samples = samples?;
     let (channels, size) = each!(&samples, v => (v.channels(), v.size()));
@@ -120,7 +118,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
         source.to_world,
         &object.location,
     ));
-    let placement = [Placement::Centers, Placement::Nodes][source.placement];
+    let placement = source.placement;
     let (bounds, rest) = in_place(source.to_world);
     if let Some(law) = &law {
         each!(&samples, v => check(law, v.data(), object, context)?);
@@ -324,9 +322,12 @@ fn smoothing(query: &mut Query) -> Smoothing {
     }
     let property = query.object().properties.iter().find(|p| p.name == name);
     if property.is_some_and(|p| matches!(p.value, Value::String(_))) {
-        [Smoothing::None, Smoothing::Auto][query.one_of(name, &["none", "auto"])]
+        match query.word(name) {
+            "auto" => Smoothing::Auto,
+            _ => Smoothing::None,
+        }
     } else {
-        match query.float_in(name, 0.0.., 0.0) {
+        match query.float(name) {
             0.0 => Smoothing::None,
             deviation => Smoothing::Noise(deviation),
         }
@@ -368,23 +369,23 @@ fn warn_of_noise(
 fn law(object: &ObjectDescription, nm: Option<f64>, q: &mut Query) -> Option<Law> {
     let law = match object.plugin.as_str() {
         "gladstone_dale" => Law {
-            n0: q.float_in("n0", INDEX, 1.0),
+            n0: q.float("n0"),
             slope: air::constant(nm, q),
-            reference: q.float_or("reference", 0.0),
+            reference: q.float("reference"),
         },
         "pressure" => Law {
-            n0: q.float_in("n0", INDEX, None),
+            n0: q.float("n0"),
             slope: dn_dp(q),
-            reference: q.float_or("reference", 0.0),
+            reference: q.float("reference"),
         },
         _ if q.has("scale") || q.has("offset") => Law {
-            n0: q.float_or("offset", 0.0),
+            n0: q.float("offset"),
             slope: 1.0,
             reference: 0.0,
         },
         _ => return None,
     };
-    let scale = q.float_or("scale", 1.0);
+    let scale = q.float("scale");
     Some(Law {
         slope: law.slope * scale,
         ..law
@@ -393,7 +394,7 @@ fn law(object: &ObjectDescription, nm: Option<f64>, q: &mut Query) -> Option<Law
 
 /// The change of the index with pressure, per pascal.
 pub(super) fn dn_dp(q: &mut Query) -> f64 {
-    q.float_in("dn_dp", -LARGEST_DN_DP..=LARGEST_DN_DP, None)
+    q.float("dn_dp")
 }
 
 impl Law {

@@ -21,7 +21,7 @@ use super::context::Context;
 use super::described::DISPERSION_LAWS;
 use super::reach::{Placed, Quantity};
 use super::transforms::affine;
-use crate::query::{INDEX, POSITIVE, Query, misplaced_plugin};
+use crate::query::{Query, misplaced_plugin};
 use crate::scene::{ObjectDescription, PluginKind};
 use crate::schema;
 use eikonal::Field;
@@ -29,7 +29,7 @@ use eikonal::field::{
     Affine, Constant, FieldError, Fisheye, Gaussian, LinearIndex, LinearSquare, Luneburg, Selfoc,
     Sum,
 };
-use glam::{DAffine3, DVec3};
+use glam::DAffine3;
 
 /// Volumes that are no index by themselves.
 const NO_INDEX: [&str; 3] = ["mode", "gridvolume", "constvolume"];
@@ -52,7 +52,7 @@ pub(super) fn named(
         let volume = query.role(PluginKind::Volume, name)?;
         return build(volume, context);
     }
-    Some(Constant::new(query.float_in(name, INDEX, 1.0)).into())
+    Some(Constant::new(query.float(name)).into())
 }
 
 /// The field that a volume describes; `None` after an error.
@@ -109,7 +109,7 @@ fn built(object: &ObjectDescription, context: &mut Context) -> Option<Field> {
 /// η = ρc² ∂n/∂p of a sound, if the scene says it.
 fn elasto_optic(q: &mut Query) -> Option<f64> {
     let name = "elasto_optic";
-    q.has(name).then(|| q.float_in(name, POSITIVE, None))
+    q.float_if_given(name)
 }
 
 fn placed(
@@ -128,41 +128,37 @@ fn placed(
 
 /// Fields given by formulas; `None` if the type is not known.
 fn analytic(object: &ObjectDescription, q: &mut Query) -> Option<Result<Field, FieldError>> {
-    let origin = DVec3::ZERO;
     Some(match object.plugin.as_str() {
-        "constant" => Ok(Constant::new(q.float_in("value", INDEX, None)).into()),
+        "constant" => Ok(Constant::new(q.float("value")).into()),
         "linear" => {
-            let (n0, slope) = (q.float_in("n0", INDEX, None), q.vector("slope"));
-            LinearIndex::new(n0, slope, q.point_or("origin", origin)).map(Field::from)
+            let (n0, slope) = (q.float("n0"), q.vector("slope"));
+            LinearIndex::new(n0, slope, q.point("origin")).map(Field::from)
         }
         "linear_square" => {
-            let (n0, slope) = (q.float_in("n0", INDEX, None), q.vector("slope"));
-            LinearSquare::new(n0, slope, q.point_or("origin", origin)).map(Field::from)
+            let (n0, slope) = (q.float("n0"), q.vector("slope"));
+            LinearSquare::new(n0, slope, q.point("origin")).map(Field::from)
         }
         "luneburg" => {
-            let n = q.float_in("n_exterior", INDEX, 1.0);
-            let center = q.point_or("center", origin);
-            Luneburg::new(n, center, q.float_in("radius", POSITIVE, 1.0)).map(Field::from)
+            let n = q.float("n_exterior");
+            let center = q.point("center");
+            Luneburg::new(n, center, q.float("radius")).map(Field::from)
         }
         "selfoc" => {
-            let n0 = q.float_in("n0", INDEX, None);
-            let alpha = q.float_in("alpha", 0.0.., None);
-            let (o, d) = (
-                q.point_or("origin", origin),
-                q.vector_or("direction", DVec3::Z),
-            );
+            let n0 = q.float("n0");
+            let alpha = q.float("alpha");
+            let (o, d) = (q.point("origin"), q.vector("direction"));
             Selfoc::new(n0, alpha, o, d).map(Field::from)
         }
         "fisheye" => {
-            let n0 = q.float_in("n0", INDEX, 2.0);
-            let center = q.point_or("center", origin);
-            Fisheye::new(n0, center, q.float_in("radius", POSITIVE, 1.0)).map(Field::from)
+            let n0 = q.float("n0");
+            let center = q.point("center");
+            Fisheye::new(n0, center, q.float("radius")).map(Field::from)
         }
         "gaussian" => {
-            let n0 = q.float_in("n0", INDEX, None);
+            let n0 = q.float("n0");
             let delta = q.float("delta");
-            let center = q.point_or("center", origin);
-            Gaussian::new(n0, delta, center, q.float_in("width", POSITIVE, None)).map(Field::from)
+            let center = q.point("center");
+            Gaussian::new(n0, delta, center, q.float("width")).map(Field::from)
         }
         "acoustic" => acoustic::build(q),
         _ => return None,
@@ -171,7 +167,7 @@ fn analytic(object: &ObjectDescription, q: &mut Query) -> Option<Result<Field, F
 
 fn sum(object: &ObjectDescription, context: &mut Context) -> Option<Field> {
     let mut query = Query::new(object, context.diagnostics);
-    let reference = query.float_in("reference", INDEX, 1.0);
+    let reference = query.float("reference");
     let terms = query.children(PluginKind::Volume);
     let has_transform = query.has("to_world");
     let matrix = query.transform("to_world");

@@ -7,9 +7,6 @@ use eikonal::Field;
 use eikonal::field::{Coordinate, FieldError, IndexProfile};
 use glam::{DAffine3, DVec3};
 
-/// Names of coordinates, in the order of the schema.
-const NAMES: [&str; 5] = ["r", "rho", "x", "y", "z"];
-
 /// As far as a box reaches along axes along which an index does not vary.
 const FAR: f64 = 1e100;
 
@@ -20,7 +17,7 @@ pub(super) fn build(
     files: &mut FileRegistry,
 ) -> Option<(Result<Field, FieldError>, DAffine3)> {
     let coordinate = coordinate(q);
-    let shift = q.float_or("shift", 0.0);
+    let shift = q.float("shift");
     let samples = samples(q, files)?;
     let coordinate = coordinate?;
     let ends = [samples.first(), samples.last()].map(|end| end.map_or(0.0, |[u, _]| u + shift));
@@ -49,9 +46,9 @@ fn coordinate(q: &mut Query) -> Option<Coordinate> {
         q.error("coordinate", message);
         return None;
     }
-    let name = NAMES[q.one_of("coordinate", &NAMES)];
+    let name = q.word("coordinate");
     let mut all = Coordinate::ALL.into_iter();
-    all.find(|(known, _)| *known == name)
+    all.find(|(known, _)| known == &name)
         .map(|(_, coordinate)| coordinate)
 }
 

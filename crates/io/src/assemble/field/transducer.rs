@@ -6,7 +6,7 @@ use super::super::transforms::affine;
 use super::elasto_optic;
 use super::grid;
 use super::oscillating::{Amplitudes, oscillating};
-use crate::query::{INDEX, POSITIVE, Query};
+use crate::query::Query;
 use crate::scene::ObjectDescription;
 use crate::transducer::{
     ArrayLayout, ElementArray, Places, SoundAperture, Transducer, TransducerError,
@@ -19,12 +19,6 @@ use std::f64::consts::TAU;
 const SAMPLES: f64 = 10.0;
 /// Bytes of a sample while it is computed: the amplitude in double precision, those of the field, and the coefficient.
 const BYTES: u64 = 40;
-/// The most elements of an array.
-const MOST_ELEMENTS: i64 = 1 << 20;
-
-/// Names of apertures, in the order of the schema.
-const APERTURES: [&str; 4] = ["bowl", "piston", "linear_array", "ring_array"];
-
 /// Parameters that some apertures have.
 const OF_APERTURES: [&str; 9] = [
     "radius",
@@ -98,8 +92,8 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
 
 impl Description {
     fn read(q: &mut Query) -> Option<Self> {
-        let frequency = q.float_in("frequency", POSITIVE, None);
-        let wavelength = q.float_in("sound_speed", POSITIVE, None) / frequency;
+        let frequency = q.float("frequency");
+        let wavelength = q.float("sound_speed") / frequency;
         let pressure = q.float("pressure");
         let place = place(q);
         let aperture = aperture(q, frequency);
@@ -109,16 +103,16 @@ impl Description {
                 "the box of the sound is empty: 'max' must be larger than 'min' along each axis";
             q.error("max", message);
         }
-        let spacing = q.float_in("spacing", POSITIVE, wavelength / SAMPLES);
+        let spacing = q.float_or("spacing", wavelength / SAMPLES);
         if spacing > 0.5 * wavelength {
             let message = format!(
                 "samples {spacing:.3e} apart cannot tell waves of {wavelength:.3e}: leave 'spacing' out, or make it at most half of that"
             );
             q.error("spacing", message);
         }
-        let n0 = q.float_in("n0", INDEX, None);
+        let n0 = q.float("n0");
         let dn_dp = grid::dn_dp(q);
-        let time_phase = q.float_or("time_phase", 0.0);
+        let time_phase = q.float("time_phase");
         let elasto_optic = elasto_optic(q);
         let (aperture, focus) = aperture?;
         Some(Description {
@@ -186,8 +180,8 @@ impl Description {
 
 /// Where the transducer is: its z axis along `direction`, its x axis along the part of `reference` across it.
 fn place(q: &mut Query) -> DAffine3 {
-    let translation = q.point_or("origin", DVec3::ZERO);
-    let direction = q.vector_or("direction", DVec3::Z).try_normalize();
+    let translation = q.point("origin");
+    let direction = q.vector("direction").try_normalize();
     let z = direction.unwrap_or_else(|| {
         q.error("direction", "'direction' must not be zero");
         DVec3::Z
@@ -221,28 +215,27 @@ fn aperture(q: &mut Query, frequency: f64) -> Option<(SoundAperture, Option<DVec
         }
         return None;
     }
-    let size = |q: &mut Query, name| q.float_in(name, POSITIVE, None);
-    Some(match q.one_of("aperture", &APERTURES) {
-        0 => (
+    Some(match q.word("aperture") {
+        "bowl" => (
             SoundAperture::Bowl {
-                radius: size(q, "radius"),
-                diameter: size(q, "diameter"),
+                radius: q.float("radius"),
+                diameter: q.float("diameter"),
             },
             None,
         ),
-        1 => (
+        "piston" => (
             SoundAperture::Disc {
-                diameter: size(q, "diameter"),
+                diameter: q.float("diameter"),
             },
             None,
         ),
-        2 => {
-            let pitch = size(q, "pitch");
+        "linear_array" => {
+            let pitch = q.float("pitch");
             array(q, frequency, ArrayLayout::Line { pitch }, pitch)
         }
         _ => {
-            let radius = size(q, "radius");
-            let elements = q.integer_in("elements", 1..=MOST_ELEMENTS, None) as f64;
+            let radius = q.float("radius");
+            let elements = q.integer("elements") as f64;
             // Sides of a polygon around the circle.
             let side = 2.0 * radius * (0.5 * TAU / elements.max(3.0)).tan();
             array(q, frequency, ArrayLayout::Ring { radius }, side)
@@ -271,9 +264,9 @@ fn array(
     let delays = numbers(q, "delays");
     let array = ElementArray {
         layout,
-        elements: q.integer_in("elements", 1..=MOST_ELEMENTS, None) as usize,
-        width: q.float_in("width", POSITIVE, width),
-        height: q.float_in("height", POSITIVE, None),
+        elements: q.integer("elements") as usize,
+        width: q.float_or("width", width),
+        height: q.float("height"),
         lags: delays.iter().map(|delay| TAU * frequency * delay).collect(),
         weights: numbers(q, "apodization"),
     };

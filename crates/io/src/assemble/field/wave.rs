@@ -4,7 +4,7 @@ use super::super::sound_record::{FactSource, SeriesRecord};
 use super::elasto_optic;
 use super::wave_fit::{Oscillation, WaveFit, basis};
 use crate::error::Problem;
-use crate::query::{POSITIVE, Query};
+use crate::query::Query;
 use crate::volume::series::{FrameSums, Series, SeriesShape};
 use glam::DVec3;
 
@@ -82,9 +82,7 @@ impl Asked {
 
     /// What a scene asks for, if it is more than pressure at rest.
     pub(super) fn of(q: &mut Query) -> Option<Self> {
-        let frame = q
-            .has("frame")
-            .then(|| q.integer_in("frame", 0.., None) as usize);
+        let frame = q.has("frame").then(|| q.integer("frame") as usize);
         if !q.has("frequency") {
             return frame.map(Asked::Frame);
         }
@@ -98,15 +96,15 @@ impl Asked {
                 q.error(name, message);
             }
         }
-        let frequency = q.float_in("frequency", POSITIVE, None);
-        let speed = q.float_in("sound_speed", POSITIVE, None);
-        let positive = |q: &mut Query, name| q.has(name).then(|| q.float_in(name, POSITIVE, None));
+        let frequency = q.float("frequency");
+        let speed = q.float("sound_speed");
+        let positive = |q: &mut Query, name| q.float_if_given(name);
         Some(Asked::Wave(Wave {
             frequency,
             wavelength: speed / frequency,
             time_step: positive(q, "time_step"),
             periods: positive(q, "periods").map(|n| n.min(MOST_PERIODS)),
-            time_phase: q.float_or("time_phase", 0.0),
+            time_phase: q.float("time_phase"),
             elasto_optic: elasto_optic(q),
         }))
     }

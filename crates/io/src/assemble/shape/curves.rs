@@ -1,7 +1,7 @@
 //! Curves from files.
 
 use crate::mesh::{curves, hair};
-use crate::query::{POSITIVE, Query};
+use crate::query::Query;
 use crate::scene::{FileRegistry, ObjectDescription};
 use glam::DAffine3;
 use transport::shape::{Mesh, ShapeError};
@@ -19,7 +19,7 @@ pub(super) fn geometry(
     }
     let path = q.path("filename", files);
     // Only what follows gradients needs it.
-    q.float_or("silhouette_sampling_weight", 1.0);
+    q.float("silhouette_sampling_weight");
     let read = curves::read(&path, files.limits());
     let read = read.map_err(|e| q.file_error("filename", &e)).ok()?;
     let curves = curves::moved(read, frame);
@@ -32,9 +32,6 @@ pub(super) fn geometry(
     Some(super::mesh::built(mesh, false))
 }
 
-/// Radius of hair that does not say otherwise.
-const HAIR: f64 = 0.025;
-
 /// Strands as balls that are swept along them. Transforms scale their radius as they scale local z.
 fn hair(
     frame: DAffine3,
@@ -42,10 +39,10 @@ fn hair(
     files: &mut FileRegistry,
 ) -> Option<Result<Mesh, ShapeError>> {
     let path = q.path("filename", files);
-    let radius = q.float_in("radius", POSITIVE, HAIR);
+    let radius = q.float("radius");
     // How many of the segments are left out.
-    q.float_or("angle_threshold", 1.0);
-    if q.float_or("reduction", 0.0) > 0.0 {
+    q.float("angle_threshold");
+    if q.float("reduction") > 0.0 {
         q.warning("reduction", "all strands are kept: 'reduction' is ignored");
     }
     let read = hair::read(&path, files.limits());

@@ -106,10 +106,10 @@ enum Normals {
 impl Normals {
     fn of(object: &ObjectDescription, q: &mut Query) -> Self {
         if object.plugin == "sdfgrid" {
-            q.one_of("normals", &["smooth", "analytic"]);
+            q.word("normals");
             return Normals::Smooth;
         }
-        match (q.boolean_or("face_normals", false), object.plugin.as_str()) {
+        match (q.boolean("face_normals"), object.plugin.as_str()) {
             (true, _) => Normals::Faces,
             (false, "mesh" | "gltf") => Normals::Given,
             (false, _) => Normals::Smooth,
@@ -156,7 +156,7 @@ impl Source {
             }
         }
         Some(match object.plugin.as_str() {
-            "serialized" => Source::OneOf(path, q.integer_in("shape_index", 0.., 0) as usize),
+            "serialized" => Source::OneOf(path, q.integer("shape_index") as usize),
             "sdfgrid" => Source::Distances(Grid::File(path)),
             _ => Source::File(path),
         })

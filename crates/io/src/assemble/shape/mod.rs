@@ -12,10 +12,10 @@ use super::transforms::affine;
 use super::wish::Wish;
 use super::{bsdf, emitter, medium};
 use crate::diagnostic::Diagnostic;
-use crate::query::{POSITIVE, Query, unknown_plugin};
+use crate::query::{Query, unknown_plugin};
 use crate::scene::{FileRegistry, ObjectDescription, ObjectId, PluginKind, descendants};
 use crate::schema;
-use glam::{DAffine3, DVec3};
+use glam::DAffine3;
 pub(super) use instance::fit;
 use mesh::mesh;
 use std::collections::HashMap;
@@ -61,7 +61,7 @@ fn add_at(object: &ObjectDescription, place: Option<DAffine3>, context: &mut Con
         .into_iter()
         .cloned()
         .collect();
-    let flip = q.boolean_or("flip_normals", false);
+    let flip = q.boolean("flip_normals");
     let matrix = q.transform("to_world");
     let frame = affine(matrix, "to_world", &mut q);
     let turned =
@@ -220,8 +220,8 @@ fn geometry(
     let frame = place.unwrap_or(DAffine3::IDENTITY) * own;
     let analytic = match object.plugin.as_str() {
         "sphere" => {
-            let center = q.point_or("center", DVec3::ZERO);
-            let radius = q.float_in("radius", POSITIVE, 1.0);
+            let center = q.point("center");
+            let radius = q.float("radius");
             let local = Sphere::frame(center, radius);
             local.and_then(|l| Sphere::new(frame * l)).map(Shape::from)
         }
@@ -229,9 +229,9 @@ fn geometry(
         "rectangle" => Rectangle::new(frame).map(Shape::from),
         "disk" => Disk::new(frame).map(Shape::from),
         "cylinder" => {
-            let (p0, p1) = (q.point_or("p0", DVec3::ZERO), q.point_or("p1", DVec3::Z));
-            let radius = q.float_in("radius", POSITIVE, 1.0);
-            let capped = q.boolean_or("capped", false);
+            let (p0, p1) = (q.point("p0"), q.point("p1"));
+            let radius = q.float("radius");
+            let capped = q.boolean("capped");
             let local = Cylinder::frame(p0, p1, radius);
             local
                 .and_then(|l| Cylinder::new(frame * l, capped))

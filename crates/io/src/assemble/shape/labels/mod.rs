@@ -35,8 +35,8 @@ pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
     for known in SOURCE {
         q.has(known);
     }
-    let smooth = q.one_of("surface", &["voxels", "smooth"]) == 1;
-    let refraction = q.boolean_or("refraction", true);
+    let smooth = q.word("surface") == "smooth";
+    let refraction = q.boolean("refraction");
     let exterior = q.role(PluginKind::Medium, "exterior").cloned();
     let table = Table::of(object, &mut q);
     let meters: Vec<_> = q

@@ -5,6 +5,7 @@ use super::super::super::context::Context;
 use super::super::super::division::{Division, LabelCounts, Parts, Place, Places, SurfacesError};
 use super::super::super::volume_source::read;
 use crate::scene::ObjectDescription;
+use eikonal::field::Placement;
 use glam::DAffine3;
 use std::collections::BTreeMap;
 
@@ -26,7 +27,7 @@ impl Voxels {
         let location = &object.location;
         let (volume, source) = read::<f32>(object, context);
         let volume = volume?;
-        if source.placement != 0 {
+        if source.placement != Placement::Centers {
             let message = "labels are those of voxels: their placement is 'centers'";
             context.error_at(location, message);
             return None;
