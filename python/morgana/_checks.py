@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import operator
 import reprlib
-from typing import Any, Dict, Mapping, Optional
+from typing import Any, Dict, List, Mapping, Optional
 
 import numpy as np
 
@@ -87,6 +87,14 @@ def text(value: Any, name: str) -> Optional[str]:
     if value is not None and not isinstance(value, str):
         raise TypeError(f"{name} is {value!r} but must be a text")
     return value
+
+
+def texts(value: Any, name: str) -> List[str]:
+    """A text, or several."""
+    values = [value] if isinstance(value, str) else list(value)
+    if not all(isinstance(item, str) for item in values):
+        raise TypeError(f"{name} is {shown(value)} but must be texts")
+    return values
 
 
 def truth(value: Any, name: str) -> bool:

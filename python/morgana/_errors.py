@@ -16,9 +16,12 @@ class Diagnostic(NamedTuple):
     """What to do about it."""
     where: Optional[str]
     """File, line and column, or a place in a dictionary such as ``scene["ball"]["radius"]``."""
+    check: Optional[str] = None
+    """Name of the check that found it, which ``silence`` of :func:`load_file` takes; none of errors."""
 
     def __str__(self) -> str:
-        lines = [f"{self.severity}: {self.message}"]
+        check = "" if self.check is None else f"[{self.check}]"
+        lines = [f"{self.severity}{check}: {self.message}"]
         if self.where is not None:
             lines.append(f"  at {self.where}")
         if self.help is not None:
@@ -36,7 +39,7 @@ class SceneError(Error, ValueError):
     diagnostics: List[Diagnostic]
     """Everything that is wrong, and what else is doubtful, a :class:`Diagnostic` each."""
 
-    def __init__(self, diagnostics: Iterable[Tuple[str, str, Optional[str], Optional[str]]]) -> None:
+    def __init__(self, diagnostics: Iterable[Tuple[str, str, Optional[str], Optional[str], Optional[str]]]) -> None:
         self.diagnostics = [Diagnostic(*fields) for fields in diagnostics]
         super().__init__("\n".join(str(d) for d in self.diagnostics))
 

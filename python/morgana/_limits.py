@@ -15,6 +15,8 @@ class Instead(TypedDict):
     sampler: Optional[str]
     adaptive: bool
     undisturbed: bool
+    silence: List[str]
+    """Names of checks that do not warn."""
     memory: Optional[int]
     """Bytes that each data file may take."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from typing import Any, Dict, List, Mapping, Optional, Tuple, TypeVar, Union
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, TypeVar, Union
 
 import numpy as np
 
@@ -26,6 +26,7 @@ def load_file(
     sampler: Optional[str] = None,
     adaptive: bool = False,
     undisturbed: bool = False,
+    silence: Union[str, Sequence[str]] = (),
     memory: Optional[int] = None,
     **parameters: Define,
 ) -> Scene:
@@ -47,6 +48,8 @@ def load_file(
     undisturbed : bool, optional
         Whether media whose index varies get a constant one: that against which the volume tells it (``n0``, ``reference``), or else that of
         what is around where the boundary does not refract, or else the mean of the index over the boundary. The scene without its flow.
+    silence : str or sequence of str, optional
+        Checks whose warnings are left out, by the name in their brackets, such as ``"thin_beam"``.
     memory : int, optional
         Bytes that each data file may take once it is read, however small it is. By default 2 GiB, or ten times the file and
         64 MiB if that is more (docs/security.md).
@@ -67,7 +70,7 @@ def load_file(
     --------
     >>> scene = morgana.load_file("scenes/grid_lens.xml", width=96, height=72)
     """
-    instead = _instead(integrator, sampler, adaptive, undisturbed, memory)
+    instead = _instead(integrator, sampler, adaptive, undisturbed, silence, memory)
     scene = _morgana.load_file(os.fspath(path), _defines(parameters), instead)
     return _warned(scene)
 
@@ -80,6 +83,7 @@ def load_dict(
     sampler: Optional[str] = None,
     adaptive: bool = False,
     undisturbed: bool = False,
+    silence: Union[str, Sequence[str]] = (),
     memory: Optional[int] = None,
     **parameters: Define,
 ) -> Scene:
@@ -101,6 +105,8 @@ def load_dict(
     adaptive : bool, optional
         As for :func:`load_file`.
     undisturbed : bool, optional
+        As for :func:`load_file`.
+    silence : str or sequence of str, optional
         As for :func:`load_file`.
     memory : int, optional
         As for :func:`load_file`.
@@ -129,7 +135,7 @@ def load_dict(
     ...     "sky": {"type": "constant"},
     ... })
     """
-    instead = _instead(integrator, sampler, adaptive, undisturbed, memory)
+    instead = _instead(integrator, sampler, adaptive, undisturbed, silence, memory)
     return _warned(_morgana.load_dict(checks.mapping(scene, "a scene"), _defines(parameters), instead))
 
 
@@ -256,13 +262,19 @@ def _defines(parameters: Dict[str, Define]) -> List[Tuple[str, str]]:
 
 
 def _instead(
-    integrator: Optional[str], sampler: Optional[str], adaptive: bool, undisturbed: bool, memory: Optional[int]
+    integrator: Optional[str],
+    sampler: Optional[str],
+    adaptive: bool,
+    undisturbed: bool,
+    silence: Union[str, Sequence[str]],
+    memory: Optional[int],
 ) -> Instead:
     return {
         "integrator": checks.text(integrator, "integrator"),
         "sampler": checks.text(sampler, "sampler"),
         "adaptive": checks.truth(adaptive, "adaptive"),
         "undisturbed": checks.truth(undisturbed, "undisturbed"),
+        "silence": checks.texts(silence, "silence"),
         "memory": checks.optional_whole(memory, "memory", 1),
     }
 

@@ -349,3 +349,18 @@ class Swizzled:
 def test_points_of_mitsuba_are_three_numbers():
     field = morgana.load_field({"type": "linear", "n0": 1.3, "slope": Swizzled()})
     assert field.n([[0.0, 0.0, 0.01]])[0] == pytest.approx(1.33)
+
+
+def test_checks_are_silenced_by_name(recwarn):
+    scene = {"type": "scene", "sensor": {"type": "perspective", "fov": 40}}
+    with pytest.warns(morgana.SceneWarning, match=r"^warning\[no_emitter\]: "):
+        loaded = morgana.load_dict(scene)
+    assert [doubt.check for doubt in loaded.warnings] == ["no_emitter"]
+    recwarn.clear()
+    for silence in ("no_emitter", ["no_emitter", "thin_beam"]):
+        assert morgana.load_dict(scene, silence=silence).warnings == []
+    assert not recwarn.list
+    with pytest.raises(ValueError, match="did you mean 'no_emitter'"):
+        morgana.load_dict(scene, silence="no_emiter")
+    with pytest.raises(TypeError, match="silence is"):
+        morgana.load_dict(scene, silence=[1])

@@ -73,7 +73,7 @@ def test_info_is_as_pages_show_it(command, printed, tmp_path):
     path = {**os.environ, "PATH": f"{PROGRAM.parent}{os.pathsep}{os.environ['PATH']}"}
     done = subprocess.run(command, shell=True, cwd=tmp_path, env=path, capture_output=True, text=True, check=True)
     # Pages leave notes about Mitsuba out.
-    assert done.stdout.split("\n\nnote: ")[0].rstrip() == printed.rstrip()
+    assert done.stdout.split("\n\nnote[")[0].rstrip() == printed.rstrip()
 
 
 def prose(path):

@@ -10,6 +10,7 @@ use io::{Limits, LoadOptions, Loaded, Run};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use transport::render::{Measure, Target};
+use transport::scene::Lint;
 
 /// A scene and the options of the command line that decide what is computed.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -36,6 +37,9 @@ pub struct Job {
     pub target: Option<Measure>,
     /// Whether strategies are told apart.
     pub strategies: bool,
+    /// Checks of the scene that do not warn; they change no result.
+    #[serde(skip)]
+    pub silenced: Vec<Lint>,
 }
 
 impl Job {
@@ -53,6 +57,7 @@ impl Job {
             target_error: args.target_error,
             target: args.target,
             strategies: args.outputs.strategies.is_some(),
+            silenced: args.scene.silence.clone(),
         }
     }
 
@@ -84,6 +89,7 @@ impl Job {
             samples: self.spp.or(self.particles),
             sampler: self.sampler.clone(),
             adaptive: self.adaptive,
+            silenced: self.silenced.clone(),
             limits,
             ..LoadOptions::default()
         }

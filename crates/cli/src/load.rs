@@ -57,6 +57,7 @@ pub fn read(
 ) -> Result<SceneDescription, CommandError> {
     check_defines(&args.defines)?;
     let scene = io::read_scene(&args.path, &args.defines, args.memory.limits(), diagnostics);
+    diagnostics.silence(&args.silence);
     scene.ok_or_else(|| std::mem::take(diagnostics).into())
 }
 
@@ -69,6 +70,7 @@ pub fn load_as_it_is(args: &SceneArgs) -> Result<Loaded, CommandError> {
 pub fn options(args: &SceneArgs) -> LoadOptions {
     LoadOptions {
         defines: args.defines.clone(),
+        silenced: args.silence.clone(),
         limits: args.memory.limits(),
         ..LoadOptions::default()
     }

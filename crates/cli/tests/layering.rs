@@ -21,6 +21,15 @@ fn refuses(room: &str, forbidden: &[&str]) {
     }
 }
 
+/// Every warning of a scene has a check, by whose name users silence it.
+#[test]
+fn warnings_of_scenes_have_names() {
+    for room in ["assemble", "draft", "json", "query", "xml"] {
+        let nameless = ["Diagnostic::warning(", "Diagnostic::note("];
+        refuses(&format!("io/src/{room}"), &nameless);
+    }
+}
+
 #[test]
 fn crates_depend_downwards_only() {
     refuses(

@@ -14,15 +14,22 @@ mod raised {
     import_exception!(morgana._errors, RenderError);
 }
 
-/// Severity, message, help and place, as Python's `Diagnostic` takes them.
-type Fields = (String, String, Option<String>, Option<String>);
+/// Severity, message, help, place and name of the check, as Python's `Diagnostic` takes them.
+type Fields = (
+    String,
+    String,
+    Option<String>,
+    Option<String>,
+    Option<String>,
+);
 
 /// Messages about a scene, for Python to wrap.
 fn fields(diagnostics: &Diagnostics) -> Vec<Fields> {
     let fields = |d: &Diagnostic| {
         let place = d.location.as_ref().map(|l| l.to_string());
         let severity = d.severity.to_string();
-        (severity, d.message.clone(), d.help.clone(), place)
+        let check = d.lint.map(|lint| lint.to_string());
+        (severity, d.message.clone(), d.help.clone(), place, check)
     };
     diagnostics.iter().map(fields).collect()
 }

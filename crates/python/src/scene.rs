@@ -5,6 +5,7 @@ use crate::errors;
 use crate::field::Field;
 use crate::watch;
 use io::assemble::Instrument;
+use io::diagnostic::lints;
 use io::features::Features;
 use io::rendered::Naming;
 use io::{Diagnostics, Limits, LoadOptions, Loaded, SceneDescription, WriteError, json};
@@ -42,12 +43,18 @@ pub struct Instead {
     sampler: Option<String>,
     adaptive: bool,
     undisturbed: bool,
+    silence: Vec<String>,
     memory: Option<u64>,
 }
 
 impl Instead {
-    fn options(self) -> LoadOptions {
-        LoadOptions {
+    fn options(self) -> PyResult<LoadOptions> {
+        let silenced = self.silence.iter().map(|name| lints::named(name));
+        let silenced = silenced
+            .collect::<Result<_, _>>()
+            .map_err(PyValueError::new_err)?;
+        Ok(LoadOptions {
+            silenced,
             integrator: self.integrator,
             sampler: self.sampler,
             adaptive: self.adaptive,
@@ -56,7 +63,7 @@ impl Instead {
                 memory: self.memory,
             },
             ..LoadOptions::default()
-        }
+        })
     }
 }
 
@@ -72,7 +79,7 @@ pub fn load_file(
     let recipe = ("file", source, defines.clone(), instead.clone()).into_py_any(py)?;
     let options = LoadOptions {
         defines,
-        ..instead.extract::<Instead>()?.options()
+        ..instead.extract::<Instead>()?.options()?
     };
     let name = path.file_name().unwrap_or(path.as_os_str()).to_owned();
     let loading = options.loading.clone();
@@ -94,7 +101,7 @@ pub fn load_dict(
 ) -> PyResult<Scene> {
     let recipe = ("dict", scene.clone(), defines.clone(), instead.clone()).into_py_any(py)?;
     let item = dict::scene(scene)?;
-    let options = instead.extract::<Instead>()?.options();
+    let options = instead.extract::<Instead>()?.options()?;
     let loading = options.loading.clone();
     let loaded = watch::loaded(py, &loading, move || {
         let mut diagnostics = Diagnostics::new();

@@ -14,6 +14,7 @@ mod volumes;
 
 use clap::{Args as ClapArgs, Parser, Subcommand};
 use std::path::PathBuf;
+use transport::scene::Lint;
 
 pub use denoise::DenoiseArgs;
 pub use figures::{FigureArgs, PlotArgs};
@@ -53,7 +54,7 @@ pub enum Command {
         an NPZ file if the scene has meters in place of a camera (docs/meters.md). \
         Ctrl-C stops the render and writes what there is; the same seed always gives the same image, \
         whatever the number of threads, and however often it was interrupted and resumed (docs/clusters.md).")]
-    Render(RenderArgs),
+    Render(Box<RenderArgs>),
     /// Put the parts of a render together.
     #[command(after_help = "Example:\n  \
         morgana merge fog.0-of-2.part fog.1-of-2.part -o fog.exr -o fog.png\n\n\
@@ -185,6 +186,9 @@ pub struct SceneArgs {
     /// Set a parameter that the scene declares; may be repeated.
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
     pub defines: Vec<(String, String)>,
+    /// Leave out the warnings of a check, by the name in their brackets; may be repeated.
+    #[arg(long, value_name = "CHECK", value_parser = io::diagnostic::lints::named)]
+    pub silence: Vec<Lint>,
     #[command(flatten)]
     pub memory: MemoryArgs,
 }

@@ -57,10 +57,33 @@ fn shows_warnings_with_their_place() {
     );
     let text = folder.succeed("info scene.xml");
     assert!(
-        text.contains("warning: ") && text.contains("--> scene.xml:"),
+        text.contains("warning[") && text.contains("--> scene.xml:"),
         "{text}"
     );
     assert!(text.contains("index      1.5: straight rays"), "{text}");
+}
+
+/// `--silence` leaves out the warnings of a check.
+#[test]
+fn silences_checks_by_name() {
+    let folder = Folder::with_scene(r#"<medium type="homogeneous" id="m"/>"#);
+    let silenced = "--silence unreferenced --silence differs_from_mitsuba";
+    for command in ["check scene.xml", "render scene.xml --spp 1"] {
+        let told = folder.run(command).stderr;
+        assert!(told.contains("note[unreferenced]: "), "{told}");
+        let told = folder.run(&format!("{command} {silenced}")).stderr;
+        assert!(
+            !told.contains("unreferenced") && !told.contains("Mitsuba"),
+            "{told}"
+        );
+    }
+    let told = folder.run("check scene.xml --silence unreferencd");
+    assert_eq!(told.status, Some(2));
+    assert!(
+        told.stderr.contains("did you mean 'unreferenced'?"),
+        "{}",
+        told.stderr
+    );
 }
 
 #[test]
@@ -69,7 +92,7 @@ fn says_where_mitsuba_renders_otherwise() {
     for command in ["check scene.xml", "render scene.xml --spp 1"] {
         let told = folder.run(command).stderr;
         assert!(
-            told.contains("note: not as in Mitsuba 3 (ext_ior): "),
+            told.contains("note[differs_from_mitsuba]: not as in Mitsuba 3 (ext_ior): "),
             "{told}"
         );
         assert!(told.contains("docs/mitsuba.md"), "{told}");

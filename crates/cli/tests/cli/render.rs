@@ -212,7 +212,7 @@ fn without_a_terminal_there_is_no_progress_bar() {
     // Nothing but notes.
     let blocks = outcome.stderr.trim().split("\n\n");
     assert!(
-        blocks.clone().all(|b| b.starts_with("note: ")),
+        blocks.clone().all(|b| b.starts_with("note[")),
         "{}",
         outcome.stderr
     );

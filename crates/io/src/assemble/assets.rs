@@ -3,7 +3,7 @@
 use super::CondensedGrid;
 use super::content::ContentHasher;
 use super::division::{Division, LabelCounts, Places};
-use super::reach::Placed;
+use super::placed_grid::Placed;
 use super::sound_record::SoundRecord;
 use super::texture_role::Role;
 use crate::mesh::MeshAttribute;

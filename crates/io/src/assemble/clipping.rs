@@ -1,7 +1,7 @@
 //! Values that lie outside of what they may be: those within rounding are clipped, with a note.
 
 use super::texture_role::{Asked, Role};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, lints};
 use crate::volume::place;
 use eikonal::Shown;
 use transport::Spectrum;
@@ -23,7 +23,7 @@ pub(super) fn reflectance(value: &mut Spectrum) -> Option<Diagnostic> {
         let limit = v.clamp(0.0, 1.0);
         if *v != limit && (*v - limit).abs() <= ROUNDING {
             let message = format!("{} is clipped to {limit}: rounding", Shown(*v));
-            note = Some(Diagnostic::note(message));
+            note = Some(lints::note(lints::CLIPPED_VALUES, message));
             *v = limit;
         }
     }
@@ -120,12 +120,15 @@ impl Pixels {
         let is_rounded = role == Role::Reflectance || role == Role::Number;
         let above = is_rounded && self.above > 0 && self.largest <= 1.0 + ROUNDING;
         Ok(above.then(|| {
-            Diagnostic::note(format!(
-                "{name}: {} of {} pixels exceed 1, up to {}: rounding, clipped to 1",
-                self.above,
-                self.count,
-                Shown(self.largest)
-            ))
+            lints::note(
+                lints::CLIPPED_VALUES,
+                format!(
+                    "{name}: {} of {} pixels exceed 1, up to {}: rounding, clipped to 1",
+                    self.above,
+                    self.count,
+                    Shown(self.largest)
+                ),
+            )
         }))
     }
 
@@ -138,7 +141,10 @@ impl Pixels {
         );
         let share = self.lost / self.light;
         if self.least >= -NEGATIVE * self.largest && share <= NEGATIVE {
-            return Ok(Diagnostic::note(format!("{found}: rounding, clipped to 0")));
+            return Ok(lints::note(
+                lints::CLIPPED_VALUES,
+                format!("{found}: rounding, clipped to 0"),
+            ));
         }
         if role == Role::Emission && share <= MOST_LOST {
             let percent = Shown(
@@ -149,7 +155,7 @@ impl Pixels {
             let message = format!("{found}: clipped to 0, which adds {percent} % to its light");
             let help = "pictures by the filters 'lanczos', 'mitchell' and 'catmullrom' have such pixels, those by \
                         'gaussian' have none";
-            return Ok(Diagnostic::warning(message).help(help.to_owned()));
+            return Ok(lints::warning(lints::CLIPPED_VALUES, message).help(help.to_owned()));
         }
         let help = match role {
             Role::Emission => {
@@ -202,9 +208,10 @@ pub(super) fn samples(
     for v in data.iter_mut() {
         *v = v.clamp(low as f32, high as f32);
     }
-    Ok(Some(Diagnostic::note(format!(
-        "{found}: rounding, clipped"
-    ))))
+    Ok(Some(lints::note(
+        lints::CLIPPED_VALUES,
+        format!("{found}: rounding, clipped"),
+    )))
 }
 
 fn range(low: f64, high: f64) -> String {

@@ -5,12 +5,12 @@ use super::assets::{Assets, Made, Table};
 use super::channels::Channels;
 use super::clipping;
 use super::colour;
-use super::reach;
+use super::placed_grid;
 use super::sound_record::SoundRecord;
 use super::texture_role::Role;
 use super::wish::Wish;
 use crate::diagnostic::Difference;
-use crate::diagnostic::{Diagnostic, Diagnostics, Location};
+use crate::diagnostic::{Diagnostic, Diagnostics, Location, lints};
 use crate::query::resolve;
 use crate::scene::{FileRegistry, ObjectDescription, ObjectId, SpectrumValue};
 use crate::spd;
@@ -60,7 +60,7 @@ pub(super) struct Context<'a> {
     /// Number of triangles of all copies.
     pub copied: usize,
     /// Grids, and where they lie.
-    pub grids: Vec<reach::Placed>,
+    pub grids: Vec<placed_grid::Placed>,
     /// What volumes of sound are made of.
     pub sounds: Vec<SoundRecord>,
     /// Which grids of the index are held by fewer samples.
@@ -177,7 +177,7 @@ impl<'a> Context<'a> {
         let value = self.loaded(value, location);
         let seen = self.channels.seen(&value, role);
         if let Ok(Some(rgb)) = seen.as_ref().map(|seen| seen.clipped) {
-            let warning = Diagnostic::warning(colour::clipping(rgb, role));
+            let warning = lints::warning(lints::CLIPPED_VALUES, colour::clipping(rgb, role));
             self.diagnostics.push(warning.at(location));
         }
         let mut spectrum = seen

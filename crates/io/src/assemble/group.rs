@@ -10,12 +10,9 @@ use super::options::LoadOptions;
 use super::sensor::{self, SensorParts};
 use super::sound_record::SoundRecord;
 use super::undisturbed;
-use super::{
-    costly, coverage, emitter, entry, meter, non_terminating, overlaps, reach, sampler, shape,
-    sides, tagging,
-};
+use super::{emitter, lint, meter, sampler, shape, sides, tagging};
 use crate::diagnostic::Difference;
-use crate::diagnostic::{Diagnostic, Diagnostics, Location};
+use crate::diagnostic::{Diagnostic, Diagnostics, Location, lints};
 use crate::loading::Loading;
 use crate::query::Query;
 use crate::scene::{ObjectDescription, PluginKind, SceneDescription, descendants};
@@ -27,7 +24,7 @@ use transport::polarization;
 use transport::render::ADAPTIVE_FROM;
 use transport::renderer::Renderer;
 use transport::sampling::Replicates;
-use transport::scene::{Parts, ProblemSeverity, Scene, SceneProblem, Subject};
+use transport::scene::{Parts, Scene, SceneProblem, Subject};
 use transport::sensor::Sensor;
 use transport::sidebands::Sidebands;
 
@@ -78,8 +75,8 @@ impl Group {
         let view = children.view(&mut context);
         loading.begin("finding the media beside all surfaces");
         sides::settle(&mut context);
-        overlaps::note(&mut context);
-        reach::warnings(&context.grids, &context.objects, context.diagnostics);
+        lint::overlaps(&mut context);
+        lint::reach(&context.grids, &context.objects, context.diagnostics);
         let mut view = view?;
         view.sensor.samples.replace(options, context.diagnostics);
         let path = matches!(method.renderer, Renderer::Light(Integrator::Path(_)));
@@ -112,14 +109,16 @@ impl Group {
                 "{samples} samples are taken instead of {wanted}: a multiple of the sampler's {}",
                 reasons.join(" and of its ")
             );
-            diagnostics.push(Diagnostic::warning(message));
+            diagnostics.push(lints::warning(lints::SAMPLE_COUNT, message));
         }
         let even = ADAPTIVE_FROM.next_multiple_of(self.scene.whole_periods(1, self.replicates));
         if self.adaptive && samples <= even {
             let message = format!(
                 "{samples} samples are too few for adaptive sampling, which begins after the first {even}"
             );
-            diagnostics.push(Diagnostic::warning(message).help(String::from("take more samples")));
+            diagnostics.push(
+                lints::warning(lints::FEW_SAMPLES, message).help(String::from("take more samples")),
+            );
         }
         samples
     }
@@ -237,7 +236,7 @@ impl<'a> Children<'a> {
             "nothing refers to these, which are not read and may have errors: {}",
             names.join(", ")
         );
-        Some(Diagnostic::note(message).at(&first.location))
+        Some(lints::note(lints::UNREFERENCED, message).at(&first.location))
     }
 
     /// How the scene is to be rendered.
@@ -283,7 +282,7 @@ impl<'a> Children<'a> {
             [sensor] => sensor::build(sensor, context)?,
             [] => {
                 let message = "the scene has no sensor: a perspective camera of 45° looks at all of it, along +z";
-                let note = Diagnostic::note(message).at(&self.root.location);
+                let note = lints::note(lints::NO_SENSOR, message).at(&self.root.location);
                 context.diagnostics.push(note);
                 sensor::absent(context)
             }
@@ -292,7 +291,7 @@ impl<'a> Children<'a> {
                     "the scene has {} cameras: the first one is rendered",
                     1 + others.len()
                 );
-                let warning = Diagnostic::warning(message).at(&first.location);
+                let warning = lints::warning(lints::SEVERAL_CAMERAS, message).at(&first.location);
                 context.diagnostics.push(warning);
                 sensor::build(first, context)?
             }
@@ -376,11 +375,11 @@ impl<'a> Children<'a> {
                 return None;
             }
             if let Some(doubt) = tagging::doubt(&scene, &tagged) {
-                let doubt = Diagnostic::warning(doubt).at(&self.root.location);
+                let doubt = lints::warning(lints::TAGGED_WAVELENGTH, doubt).at(&self.root.location);
                 report.diagnostics.push(doubt);
             }
             if let Some(note) = tagging::note(&scene) {
-                let note = Diagnostic::note(note).at(&self.root.location);
+                let note = lints::note(lints::SOUND_FREQUENCIES, note).at(&self.root.location);
                 report.diagnostics.push(note);
             }
             transport::tagging::prepare(&scene);
@@ -393,12 +392,12 @@ impl<'a> Children<'a> {
                 return None;
             }
             if let Some(note) = stokes_note(polarization::depolarizing(&scene)) {
-                let note = Diagnostic::note(note).at(&self.root.location);
+                let note = lints::note(lints::DEPOLARIZING, note).at(&self.root.location);
                 report.diagnostics.push(note);
             }
         }
         let candidates = if method.is_open && instruments.is_empty() {
-            coverage::complete(
+            lint::complete(
                 &scene,
                 method.parameters.candidates(),
                 sensor.samples.adaptive,
@@ -425,7 +424,7 @@ impl<'a> Children<'a> {
             sampler::is_adaptive(&sensor.samples, incompatibility, |p: &SceneProblem| {
                 report.add(p)
             });
-        report.doubts(&scene, &method, &instruments);
+        report.all(&lint::doubts(&scene, &method, &instruments));
         if let (Some(medium), [camera, ..]) = (sensor.medium, &self.cameras[..])
             && medium != scene.sensor_medium()
         {
@@ -475,11 +474,7 @@ impl Report<'_> {
             Subject::Object(i) => self.places.objects.get(i),
             Subject::Emitter(i) => self.places.emitters.get(i),
         };
-        let diagnostic = match problem.severity {
-            ProblemSeverity::Error => Diagnostic::error(problem.message.clone()),
-            ProblemSeverity::Warning => Diagnostic::warning(problem.message.clone()),
-        };
-        let diagnostic = diagnostic.help(problem.help.clone());
+        let diagnostic = lints::of_scene(problem);
         self.diagnostics.push(match location {
             Some(location) => diagnostic.at(location),
             None => diagnostic,
@@ -488,23 +483,6 @@ impl Report<'_> {
 
     fn all<'p>(&mut self, problems: impl IntoIterator<Item = &'p SceneProblem>) {
         problems.into_iter().for_each(|problem| self.add(problem));
-    }
-
-    /// What is doubtful about a scene that can be rendered.
-    fn doubts(&mut self, scene: &Scene, method: &Method, instruments: &[Instrument]) {
-        // Without light a picture is black, but other quantities are not.
-        let matters = |p: &&SceneProblem| !(method.is_aov() && p.subject == Subject::Scene);
-        self.all(scene.warnings().iter().filter(matters));
-        self.all(&scene.at_all_instants(costly::problems));
-        self.all(&entry::warnings(scene));
-        if let Some(integrator) = method.renderer.integrator() {
-            self.all(&non_terminating::warnings(scene, integrator));
-            if instruments.is_empty() {
-                self.all(&coverage::warnings(scene, integrator));
-            }
-        }
-        let doubts = instruments.iter().filter_map(|i| i.doubt(scene));
-        doubts.for_each(|problem| self.add(&problem));
     }
 }
 

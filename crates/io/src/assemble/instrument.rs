@@ -1,8 +1,9 @@
 //! A meter with what becomes of its readings.
 
+use crate::diagnostic::lints;
 use transport::Scene;
 use transport::meter::{Estimator, Meter};
-use transport::scene::{ProblemSeverity, SceneProblem, Subject};
+use transport::scene::{SceneProblem, Subject};
 
 /// Most cells at whose middles a meter's surroundings are probed.
 const PROBES: usize = 1 << 12;
@@ -79,11 +80,11 @@ impl Instrument {
             ),
             _ => return None,
         };
-        Some(SceneProblem {
-            severity: ProblemSeverity::Warning,
-            subject: Subject::Sensor,
-            message: format!("the meter '{}' {message}", self.name),
-            help: help.into(),
-        })
+        Some(SceneProblem::warning(
+            lints::METER_IN_THE_CLEAR,
+            Subject::Sensor,
+            format!("the meter '{}' {message}", self.name),
+            help,
+        ))
     }
 }

@@ -1,14 +1,14 @@
 //! A scene that is ready to render, and how.
 
 use super::CondensedGrid;
-use super::coverage;
 use super::film::Layering;
 use super::instrument::Instrument;
 use super::integrator::{self, AUTO, Kind};
+use super::lint;
 use super::quantities::NamedQuantity;
 use super::sound_record::SoundRecord;
 use crate::diagnostic::Difference;
-use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::diagnostic::{Diagnostic, Diagnostics, lints};
 use crate::scene::SceneHash;
 use eikonal::Reference;
 use std::any::Any;
@@ -124,12 +124,12 @@ impl Loaded {
 
     /// Notes of where Mitsuba would render it otherwise.
     pub fn notes_of_differences(&self) -> Diagnostics {
-        let mut notes = Diagnostics::new();
+        let mut notes = self.warnings.emptied();
         for (i, Difference { topic, text }) in self.differences.iter().enumerate() {
             let last = i + 1 == self.differences.len();
             let help = last.then(|| String::from("docs/mitsuba.md says how much it matters"));
             let message = format!("not as in Mitsuba 3 ({topic}): {text}");
-            notes.push(Diagnostic::note(message).help(help));
+            notes.push(lints::note(lints::DIFFERS_FROM_MITSUBA, message).help(help));
         }
         notes
     }
@@ -168,15 +168,14 @@ impl Loaded {
         }
         let mut candidates = Vec::new();
         if kind == Kind::Auto {
-            candidates =
-                coverage::complete(self.scene(), self.estimators.candidates(), self.adaptive);
+            candidates = lint::complete(self.scene(), self.estimators.candidates(), self.adaptive);
             renderer = candidates.first().map_or(renderer, |i| Renderer::Light(*i));
         }
         let problems = renderer
             .integrator()
-            .map(|i| coverage::warnings(self.scene(), i));
+            .map(|i| lint::missing_light(self.scene(), i));
         for problem in problems.into_iter().flatten() {
-            diagnostics.push(Diagnostic::warning(problem.message).help(problem.help));
+            diagnostics.push(lints::of_scene(&problem));
         }
         Ok(NamedRenderer {
             renderer,

@@ -9,7 +9,7 @@ use super::sampler::{self, Samples};
 use super::sensor::SensorParts;
 use super::tagging;
 use super::transforms::affine;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::lints;
 use crate::query::{Query, misplaced_plugin, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind};
 use eikonal::Aabb;
@@ -47,7 +47,7 @@ pub(super) fn build(
             "tagged" => "take the integrator 'particle', and set 'tagged' of the meters",
             _ => "take the integrator 'particle'",
         };
-        let warning = Diagnostic::warning(message).help(help.to_owned());
+        let warning = lints::warning(lints::METER_INTEGRATOR, message).help(help.to_owned());
         context
             .diagnostics
             .push(warning.at(&object.plugin_location));
@@ -206,7 +206,7 @@ fn film(object: &ObjectDescription, on_surface: bool, context: &mut Context) {
         );
         let help =
             "give the first meter a film with the channels that you want, and the others none";
-        let warning = Diagnostic::warning(message).help(help.to_owned());
+        let warning = lints::warning(lints::METER_FILM, message).help(help.to_owned());
         context.diagnostics.push(warning.at(&object.location));
     }
     let mut q = Query::new(object, context.diagnostics);
@@ -217,7 +217,7 @@ fn film(object: &ObjectDescription, on_surface: bool, context: &mut Context) {
         let pixels = ["width", "height"].map(|name| q.integer_or(name, 1));
         if pixels != [1, 1] {
             let message = "a meter has no pixels: 'nu' and 'nv' of the meter divide its surface";
-            q.warning("width", message);
+            q.warning(lints::METER_FILM, "width", message);
         }
     }
     q.finish(&[]);
@@ -270,7 +270,7 @@ fn weight_windows(q: &mut Query, has_lengths: bool) -> bool {
     let wanted = q.boolean(name);
     if wanted && !has_lengths {
         let message = "'weight_windows' changes nothing without bins of optical path length: give 'max_bound' and 'bin_width'";
-        q.warning(name, message);
+        q.warning(lints::IGNORED, name, message);
     }
     wanted
 }

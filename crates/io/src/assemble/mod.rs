@@ -11,27 +11,22 @@ mod clipping;
 mod colour;
 mod content;
 mod context;
-mod costly;
-mod coverage;
 mod described;
-mod differences;
 mod division;
 mod emitter;
-mod entry;
 mod field;
 mod film;
 mod group;
 mod instrument;
 mod integrator;
+mod lint;
 mod loaded;
 mod medium;
 mod meter;
-mod non_terminating;
 mod options;
-mod overlaps;
 mod phase;
+mod placed_grid;
 mod quantities;
-mod reach;
 mod sampler;
 mod sensor;
 mod shape;
@@ -51,11 +46,10 @@ mod volume_source;
 mod wish;
 
 pub use crate::diagnostic::Difference;
-pub use costly::steps_across;
-pub use coverage::Walls;
 pub use field::CondensedGrid;
 pub use film::Layering;
 pub use instrument::{Gruneisen, Instrument, Normalization};
+pub use lint::{Walls, steps_across};
 pub use loaded::{Loaded, NamedRenderer};
 pub use options::LoadOptions;
 pub use quantities::NamedQuantity;
@@ -96,6 +90,7 @@ pub fn assemble(
     options: &LoadOptions,
     mut diagnostics: Diagnostics,
 ) -> Result<Loaded, Diagnostics> {
+    diagnostics.silence(&options.silenced);
     let without = options
         .undisturbed
         .then(|| undisturbed::undisturbed(description));
@@ -139,14 +134,14 @@ pub fn assemble(
         return Err(diagnostics);
     };
     let emitter_names = std::mem::take(&mut first.emitter_names);
-    let known = differences::Known {
+    let known = lint::Known {
         description,
         scene: &first.scene,
         counted: options.samples.is_some(),
     };
     let mut met = std::mem::take(&mut first.differences);
     met.extend(diagnostics.differences());
-    let differences = differences::of(&known, &met);
+    let differences = lint::differences(&known, &met);
     let (renderer, estimators) = (first.method.renderer, first.method.parameters);
     let samples = first.whole_periods(&mut diagnostics);
     let (layering, reweight) = (first.layering, first.reweight);

@@ -2,6 +2,7 @@
 
 use crate::input::Limits;
 use crate::loading::Loading;
+use transport::scene::Lint;
 
 /// What a caller may change about a scene file.
 #[derive(Clone, Debug, Default)]
@@ -19,6 +20,8 @@ pub struct LoadOptions {
     pub adaptive: bool,
     /// Whether media whose index varies get the index against which it is told, or that of what is around: the scene without its flow.
     pub undisturbed: bool,
+    /// Checks whose warnings and notes are left out.
+    pub silenced: Vec<Lint>,
     /// How much memory each data file may take.
     pub limits: Limits,
     /// Progress of loading, for threads that watch it or end it.

@@ -2,13 +2,13 @@
 
 use super::context::Context;
 use super::options::LoadOptions;
-use crate::diagnostic::{Diagnostic, Diagnostics, suggest};
+use crate::diagnostic::{Diagnostic, Diagnostics, lints, suggest};
 use crate::query::Query;
 use crate::scene::ObjectDescription;
 use transport::integrator::Integrator;
 use transport::renderer::Renderer;
 use transport::sampling::Replicates;
-use transport::scene::{ProblemSeverity, Scene, SceneProblem, Subject};
+use transport::scene::{Scene, SceneProblem, Subject};
 
 /// Samplers of Mitsuba that spread samples evenly, too.
 const EVEN: [&str; 6] = [
@@ -113,7 +113,7 @@ pub(super) fn build(
     let unlike = named.is_none().then(|| {
         let used = replicates.name();
         let message = format!("sampler '{name}' is not available; '{used}' is used instead");
-        Diagnostic::warning(message).at(&object.plugin_location)
+        lints::warning(lints::REPLACED_SAMPLER, message).at(&object.plugin_location)
     });
     let mut q = Query::new(object, context.diagnostics);
     let replicates = match replicates {
@@ -177,7 +177,9 @@ pub(super) fn replicates(
         return replicates;
     }
     let name = renderer.name();
-    report(&warning(
+    report(&SceneProblem::warning(
+        lints::REPLACED_SAMPLER,
+        Subject::Sensor,
         format!(
             "samples of '{name}' are independent here: only the integrators 'path' and 'bdpt' take those of 'ldsampler'"
         ),
@@ -220,19 +222,12 @@ pub(super) fn is_adaptive(
     mut report: impl FnMut(&SceneProblem),
 ) -> bool {
     if let (true, Some(incompatibility)) = (samples.adaptive, &incompatibility) {
-        report(&warning(
+        report(&SceneProblem::warning(
+            lints::IGNORED,
+            Subject::Sensor,
             format!("adaptive sampling has no effect {incompatibility}"),
             "leave out what asks for it: the sampler's 'adaptive', or the option",
         ));
     }
     samples.adaptive && incompatibility.is_none()
-}
-
-fn warning(message: String, help: &str) -> SceneProblem {
-    SceneProblem {
-        severity: ProblemSeverity::Warning,
-        subject: Subject::Sensor,
-        message,
-        help: help.into(),
-    }
 }

@@ -7,7 +7,7 @@ use super::film::{self, FilmParts};
 use super::medium;
 use super::sampler::{self, Samples};
 use super::transforms::affine;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::lints;
 use crate::query::{Query, misplaced_plugin};
 use crate::scene::{ObjectDescription, PluginKind, Property};
 use crate::schema;
@@ -55,7 +55,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     let medium = inside.map(|m| medium::medium(&m, context));
     if object.plugin == "radiancemeter" && film.spec.width * film.spec.height > 1 {
         let message = "a radiancemeter sees along one ray: all pixels of its film show nearly the same; give it 1 x 1";
-        let warning = Diagnostic::warning(message).at(&object.location);
+        let warning = lints::warning(lints::POINT_SENSOR, message).at(&object.location);
         context.diagnostics.push(warning);
     }
     let views = views?;

@@ -7,7 +7,7 @@
 use super::context::{Context, IndexSource};
 use super::wish::Wish;
 use crate::diagnostic::difference;
-use crate::diagnostic::{Diagnostic, Location};
+use crate::diagnostic::{Diagnostic, Location, lints};
 use eikonal::field::Constant;
 use eikonal::{Aabb, Shown};
 use glam::DVec3;
@@ -217,7 +217,7 @@ fn meets_other_glass(object: usize, n: f64, exterior: MediumId, context: &mut Co
         Shown(own)
     );
     let help = "where two shapes share a place, the smaller one counts; move them apart if they are not meant to share one, or leave ext_ior out";
-    let warning = Diagnostic::warning(message).help(help.to_owned());
+    let warning = lints::warning(lints::GLASS_IN_GLASS, message).help(help.to_owned());
     context
         .diagnostics
         .push(warning.at(&context.places.objects[object]));
@@ -249,7 +249,10 @@ fn set_index(id: MediumId, n: f64, name: &'static str, location: &Location, cont
         (Some(own), Some(source)) => {
             let own = format!("{}, by {} at {}", Shown(own), source.name, source.location);
             if off < ALIKE {
-                Diagnostic::warning(format!("{name} {said} is taken as {own}"))
+                lints::warning(
+                    lints::CONTRADICTING_INDEX,
+                    format!("{name} {said} is taken as {own}"),
+                )
             } else {
                 Diagnostic::error(format!(
                     "{name} is {said}, but the index on that side is {own}"

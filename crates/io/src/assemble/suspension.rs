@@ -2,6 +2,7 @@
 
 use super::colour;
 use super::context::Context;
+use crate::diagnostic::lints;
 use crate::query::Query;
 use crate::scene::{ObjectDescription, SpectrumValue};
 use transport::Spectrum;
@@ -122,7 +123,7 @@ pub(super) fn concentration(q: &mut Query) -> Option<Concentration> {
         let message = format!(
             "spheres are taken to scatter each by itself, which those that fill more than {DILUTE} of the volume do not"
         );
-        q.warning("volume_fraction", message);
+        q.warning(lints::DENSE_SPHERES, "volume_fraction", message);
     }
     Some(Concentration::Fraction(share))
 }

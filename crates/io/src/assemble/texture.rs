@@ -4,7 +4,7 @@ use super::assets::GridKey;
 use super::clipping;
 use super::content::{ContentHasher, GRIDS};
 use super::context::Context;
-use super::reach;
+use super::placed_grid;
 use super::sound_record::file_of;
 use super::texture_role::Role;
 use super::transforms::affine;
@@ -76,10 +76,10 @@ fn bounded(
         channels,
         data: value.0[..channels].iter().map(|v| *v as f32).collect(),
     };
-    let quantity = reach::Quantity::Extinction;
+    let quantity = placed_grid::Quantity::Extinction;
     context
         .grids
-        .push(reach::Placed::new(quantity, cube, location));
+        .push(placed_grid::Placed::new(quantity, cube, location));
     let grid = VolumeGrid::new(
         samples,
         cube,
@@ -197,8 +197,8 @@ fn grid(
         }
     }
     if name == "sigma_t" {
-        let quantity = reach::Quantity::Extinction;
-        context.grids.push(reach::Placed::new(
+        let quantity = placed_grid::Quantity::Extinction;
+        context.grids.push(placed_grid::Placed::new(
             quantity,
             source.to_world,
             &object.location,

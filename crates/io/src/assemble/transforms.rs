@@ -1,5 +1,6 @@
 //! What transforms are turned into: affine maps, orientations, axes.
 
+use crate::diagnostic::lints;
 use crate::query::Query;
 use glam::{DAffine3, DMat4, DVec3, DVec4};
 use transport::Orientation;
@@ -45,7 +46,7 @@ pub(super) fn pose(query: &mut Query, thing: &str) -> Option<(DVec3, Orientation
              takes the nearest rotation",
             percent(error)
         );
-        query.warning(NAME, message);
+        query.warning(lints::NOT_A_ROTATION, NAME, message);
     }
     Some((map.translation, orientation))
 }

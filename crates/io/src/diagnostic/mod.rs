@@ -1,6 +1,7 @@
 //! Messages to the user: what is wrong, where it was written, and what may have been meant.
 
 pub(crate) mod difference;
+pub mod lints;
 mod render;
 mod source;
 mod suggest;
@@ -14,6 +15,7 @@ pub use suggest::{closest, suggest};
 
 use std::collections::BTreeSet;
 use std::fmt;
+use transport::scene::Lint;
 
 /// Diagnostics kept in a [`Diagnostics`]; later ones are only counted.
 const CAPACITY: usize = 100;
@@ -50,6 +52,8 @@ pub struct Diagnostic {
     pub help: Option<String>,
     /// Where it was written.
     pub location: Option<Location>,
+    /// Check that found it, for warnings and notes that users can silence.
+    pub lint: Option<Lint>,
 }
 
 impl From<formats::FileError> for Diagnostic {
@@ -66,6 +70,7 @@ impl Diagnostic {
             message: message.into(),
             help: None,
             location: None,
+            lint: None,
         }
     }
 
@@ -83,6 +88,12 @@ impl Diagnostic {
             severity: Severity::Note,
             ..Self::error(message)
         }
+    }
+
+    /// The message as one of a check, by whose name users silence it.
+    pub fn of(mut self, lint: Lint) -> Self {
+        self.lint = Some(lint);
+        self
     }
 
     /// The same message at `location`.
@@ -107,6 +118,7 @@ pub struct Diagnostics {
     errors: usize,
     dropped: usize,
     differences: BTreeSet<Difference>,
+    silenced: BTreeSet<Lint>,
 }
 
 impl Diagnostics {
@@ -115,10 +127,29 @@ impl Diagnostics {
         Self::default()
     }
 
-    /// Adds a message, unless it is there.
+    /// Removes the messages of some checks, and takes no more of them.
+    pub fn silence(&mut self, lints: &[Lint]) {
+        self.silenced.extend(lints);
+        let silenced = &self.silenced;
+        self.items
+            .retain(|d| d.lint.is_none_or(|lint| !silenced.contains(&lint)));
+    }
+
+    /// An empty collection that silences the same checks.
+    pub fn emptied(&self) -> Self {
+        Diagnostics {
+            silenced: self.silenced.clone(),
+            ..Self::default()
+        }
+    }
+
+    /// Adds a message, unless it is there or its check is silenced.
     pub fn push(&mut self, diagnostic: impl Into<Diagnostic>) {
         let diagnostic = diagnostic.into();
-        if self.items.contains(&diagnostic) {
+        let silenced = diagnostic
+            .lint
+            .is_some_and(|lint| self.silenced.contains(&lint));
+        if silenced || self.items.contains(&diagnostic) {
             return;
         }
         self.errors += usize::from(diagnostic.severity == Severity::Error);

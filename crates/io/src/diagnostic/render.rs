@@ -41,7 +41,11 @@ pub(super) fn diagnostic(out: &mut String, diagnostic: &Diagnostic, style: Style
         Severity::Warning => "1;33",
         Severity::Note => "1;36",
     };
-    let severity = style.paint(colour, &diagnostic.severity.to_string());
+    let severity = match diagnostic.lint {
+        Some(lint) => format!("{}[{lint}]", diagnostic.severity),
+        None => diagnostic.severity.to_string(),
+    };
+    let severity = style.paint(colour, &severity);
     let message = style.paint("1", &escaped(&diagnostic.message));
     out.push_str(&format!("{severity}: {message}\n"));
     let margin = diagnostic

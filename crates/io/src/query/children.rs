@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Query;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, lints};
 use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
 
 /// A quantity given as a spectrum, or as an object (a volume or texture) that computes it.
@@ -130,7 +130,7 @@ impl<'a> Query<'a, '_> {
     pub(crate) fn ignored_child(&mut self, child: &ObjectDescription, why: &str) {
         let message = format!("{} {why}", child.label());
         self.diagnostics
-            .push(Diagnostic::warning(message).at(&child.location));
+            .push(lints::warning(lints::IGNORED, message).at(&child.location));
     }
 
     /// Takes note that the child in this role was asked for.

@@ -31,10 +31,11 @@ pub(crate) use values::resolve;
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use crate::diagnostic::{Diagnostic, Diagnostics, Location, closest, suggest, words};
+use crate::diagnostic::{Diagnostic, Diagnostics, Location, closest, lints, suggest, words};
 use crate::error::FileError;
 use crate::scene::{Child, ObjectDescription, PluginKind, Property, Value};
 use crate::schema;
+use transport::scene::Lint;
 
 /// Questions to one object. Call [`Query::finish`] at the end.
 #[derive(Debug)]
@@ -115,18 +116,18 @@ impl<'a, 'd> Query<'a, 'd> {
         self.diagnostics.push(error.help(help));
     }
 
-    /// Reports a warning at the value of a parameter, or at the object if it has none by that name.
-    pub fn warning(&mut self, name: &str, message: impl Into<String>) {
+    /// Reports a warning of a check at the value of a parameter, or at the object if it has none by that name.
+    pub fn warning(&mut self, lint: Lint, name: &str, message: impl Into<String>) {
         let location = self.location_of(name).clone();
         self.diagnostics
-            .push(Diagnostic::warning(message).at(&location));
+            .push(lints::warning(lint, message).at(&location));
     }
 
-    /// Takes note of something at the value of a parameter, or at the object if it has none by that name.
-    pub(crate) fn note(&mut self, name: &str, message: impl Into<String>) {
+    /// Reports a note of a check at the value of a parameter, or at the object if it has none by that name.
+    pub(crate) fn note(&mut self, lint: Lint, name: &str, message: impl Into<String>) {
         let location = self.location_of(name).clone();
         self.diagnostics
-            .push(Diagnostic::note(message).at(&location));
+            .push(lints::note(lint, message).at(&location));
     }
 
     /// Reports a data file that failed to load, at the parameter that names it.

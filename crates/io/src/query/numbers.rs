@@ -6,7 +6,7 @@ use std::ops::{Bound, RangeBounds};
 use super::{Lookup, Query};
 use crate::diagnostic::{Diagnostic, suggest};
 use crate::scene::Value;
-use crate::schema::{self, Default, Limits, Parameter, Type};
+use crate::schema::{self, Default, NumberRange, Parameter, Type};
 
 fn as_float(value: &Value) -> Option<f64> {
     match value {
@@ -44,8 +44,8 @@ impl<'a> Query<'a, '_> {
         row.copied().unwrap_or(Parameter::UNLISTED)
     }
 
-    /// Limits of a parameter, by its row.
-    pub(crate) fn limits(&self, name: &str) -> Limits {
+    /// NumberRange of a parameter, by its row.
+    pub(crate) fn limits(&self, name: &str) -> NumberRange {
         self.row(name).limits
     }
 
@@ -185,8 +185,8 @@ impl<'a> Query<'a, '_> {
     }
 }
 
-/// Limits of whole numbers.
-fn whole(limits: Limits) -> (Bound<i64>, Bound<i64>) {
+/// NumberRange of whole numbers.
+fn whole(limits: NumberRange) -> (Bound<i64>, Bound<i64>) {
     (limits.low.map(|v| v as i64), limits.high.map(|v| v as i64))
 }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::Query;
-use crate::diagnostic::{Diagnostic, suggest};
+use crate::diagnostic::{Diagnostic, lints, suggest};
 use crate::scene::{Child, Property};
 use crate::schema;
 
@@ -48,7 +48,7 @@ impl Query<'_, '_> {
         let label = self.object.label();
         if also_known.contains(&name) {
             let message = format!("'{name}' has no effect in this {label}");
-            return Diagnostic::warning(message).at(&property.name_location);
+            return lints::warning(lints::IGNORED, message).at(&property.name_location);
         }
         let plugin = schema::find(self.object.kind, &self.object.plugin);
         if let Some(known) = plugin.and_then(|p| p.parameters().find(|p| p.name == name)) {

@@ -1,7 +1,7 @@
 //! The table as JSON Schema, for editors and validators.
 
 use super::parameter::number_in_json;
-use super::{Limits, Parameter, Plugin, Slot, Type, find, plugins};
+use super::{NumberRange, Parameter, Plugin, Slot, Type, find, plugins};
 use crate::scene::PluginKind;
 use serde_json::{Map, Value, json};
 use std::ops::Bound;
@@ -184,7 +184,7 @@ fn described(parameter: &Parameter) -> Value {
 }
 
 /// A number within limits, or a text with a parameter of the scene.
-fn limited(kind: &str, limits: Limits) -> Value {
+fn limited(kind: &str, limits: NumberRange) -> Value {
     let mut number = Map::new();
     let ends = [
         (limits.low, "minimum", "exclusiveMinimum"),

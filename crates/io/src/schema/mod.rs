@@ -22,7 +22,7 @@ mod texture;
 mod volume;
 
 pub use json::json_schema;
-pub use parameter::{Default, Limits, Parameter, Type};
+pub use parameter::{Default, NumberRange, Parameter, Type};
 
 pub(crate) use metals::METALS;
 

@@ -12,8 +12,8 @@ pub struct Parameter {
     pub name: &'static str,
     /// Type of its values.
     pub value: Type,
-    /// Limits of its numbers; unbounded for other types. [`Query`](crate::Query) refuses values outside.
-    pub limits: Limits,
+    /// NumberRange of its numbers; unbounded for other types. [`Query`](crate::Query) refuses values outside.
+    pub limits: NumberRange,
     /// Value where a scene does not give the parameter.
     pub default: Default,
     /// Meaning and unit, in a line.
@@ -51,41 +51,41 @@ pub enum Type {
 
 /// A range of numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
+pub struct NumberRange {
     /// Lower end.
     pub low: Bound<f64>,
     /// Upper end.
     pub high: Bound<f64>,
 }
 
-impl Limits {
+impl NumberRange {
     /// All numbers.
-    pub const NONE: Limits = Limits {
+    pub const NONE: NumberRange = NumberRange {
         low: Bound::Unbounded,
         high: Bound::Unbounded,
     };
 
     /// Positive numbers.
-    pub const POSITIVE: Limits = Limits {
+    pub const POSITIVE: NumberRange = NumberRange {
         low: Bound::Excluded(0.0),
         high: Bound::Unbounded,
     };
 
     /// Refractive indices: those of all substances, of metals and at all wavelengths, lie well within.
-    pub const INDEX: Limits = Limits {
+    pub const INDEX: NumberRange = NumberRange {
         low: Bound::Included(1e-3),
         high: Bound::Included(1e3),
     };
 }
 
-impl Limits {
+impl NumberRange {
     /// Whether a number lies within them.
     pub fn contains(&self, number: f64) -> bool {
         RangeBounds::contains(self, &number)
     }
 }
 
-impl RangeBounds<f64> for Limits {
+impl RangeBounds<f64> for NumberRange {
     fn start_bound(&self) -> Bound<&f64> {
         self.low.as_ref()
     }
@@ -96,7 +96,7 @@ impl RangeBounds<f64> for Limits {
 }
 
 /// The limits as help texts state them, such as `> 0` or `0 to 1`.
-impl fmt::Display for Limits {
+impl fmt::Display for NumberRange {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let at_most = |v: &f64| format!("at most {v}");
         match (&self.low, &self.high) {
@@ -214,7 +214,7 @@ impl Parameter {
         Parameter {
             name,
             value,
-            limits: Limits::NONE,
+            limits: NumberRange::NONE,
             default: Default::Absent,
             help,
         }
@@ -254,18 +254,18 @@ impl Parameter {
         self.with(Default::Required)
     }
 
-    const fn limited(self, limits: Limits) -> Self {
+    const fn limited(self, limits: NumberRange) -> Self {
         Parameter { limits, ..self }
     }
 
     /// The parameter with positive numbers only.
     pub(super) const fn positive(self) -> Self {
-        self.limited(Limits::POSITIVE)
+        self.limited(NumberRange::POSITIVE)
     }
 
     /// The parameter with numbers from `low` on.
     pub(super) const fn at_least(self, low: f64) -> Self {
-        self.limited(Limits {
+        self.limited(NumberRange {
             low: Bound::Included(low),
             high: self.limits.high,
         })
@@ -273,7 +273,7 @@ impl Parameter {
 
     /// The parameter with numbers up to `high`.
     pub(super) const fn at_most(self, high: f64) -> Self {
-        self.limited(Limits {
+        self.limited(NumberRange {
             low: self.limits.low,
             high: Bound::Included(high),
         })
@@ -281,7 +281,7 @@ impl Parameter {
 
     /// The parameter with numbers less than `high`.
     pub(super) const fn below(self, high: f64) -> Self {
-        self.limited(Limits {
+        self.limited(NumberRange {
             low: self.limits.low,
             high: Bound::Excluded(high),
         })
@@ -294,7 +294,7 @@ impl Parameter {
 
     /// The parameter with refractive indices only.
     pub(super) const fn as_index(self) -> Self {
-        self.limited(Limits::INDEX)
+        self.limited(NumberRange::INDEX)
     }
 }
 

@@ -9,7 +9,7 @@ use roxmltree::Node;
 use super::element::{self, Element};
 use super::tags::{self, Tag};
 use super::{document, properties, transforms};
-use crate::diagnostic::{Diagnostic, Diagnostics, Location, SourceFile, shown, suggest};
+use crate::diagnostic::{Diagnostic, Diagnostics, Location, SourceFile, lints, shown, suggest};
 use crate::draft::{
     self, Alias, Dialect, Draft, DraftChild, Drafts, MAX_DEPTH, Parameters, Target,
 };
@@ -363,7 +363,7 @@ impl Loader<'_> {
         };
         let message = "nothing moves here: the animation stays at its first transform";
         self.diagnostics
-            .push(Diagnostic::note(message).at(&element.location));
+            .push(lints::note(lints::ANIMATION, message).at(&element.location));
         let (value, location) = (Value::Transform(matrix), element.location.clone());
         properties::named(element, value, location, self.diagnostics)
     }

@@ -68,7 +68,7 @@ fn environments_are_clipped_at_black() {
     let note = "image.exr: 1 of 4 pixels are negative, down to -1e-7: rounding, clipped to 0";
     accepted(
         with_image(&[1.0, 0.5, -1e-7, 0.25], ENVIRONMENT),
-        &["note: ", note],
+        &["note[clipped_values]: ", note],
     );
     let light = |values: &[f32]| {
         let loaded = with_image(values, ENVIRONMENT).unwrap();
@@ -86,7 +86,7 @@ fn environments_are_clipped_at_black() {
     let warning = "image.exr: 1 of 4 pixels are negative, down to -0.1: clipped to 0, which adds 5.7 % to its light";
     accepted(
         with_image(&[1.0, 0.5, -0.1, 0.25], ENVIRONMENT),
-        &["warning: ", warning, "lanczos"],
+        &["warning[clipped_values]: ", warning, "lanczos"],
     );
     refused(
         with_image(&[1.0, 0.5, -0.2, 0.25], ENVIRONMENT),
@@ -173,7 +173,7 @@ fn numbers_of_a_scene_are_clipped_at_their_limits() {
     };
     accepted(
         medium("1.0000001, 1, 1"),
-        &["note: 1.0000001 is clipped to 1: rounding"],
+        &["note[clipped_values]: 1.0000001 is clipped to 1: rounding"],
     );
     refused(medium("1.001, 1, 1"), &["'albedo' is 1.001"]);
     let surface = |value: &str| {
@@ -183,7 +183,7 @@ fn numbers_of_a_scene_are_clipped_at_their_limits() {
     };
     accepted(
         surface("0.5, 0.5, -1e-9"),
-        &["note: -1e-9 is clipped to 0: rounding"],
+        &["note[clipped_values]: -1e-9 is clipped to 0: rounding"],
     );
     refused(
         surface("0.5, 0.5, -1e-3"),
@@ -211,7 +211,7 @@ fn grids_are_clipped_at_their_limits() {
     accepted(
         grid(&folder, [0.5, above], DVec3::ONE),
         &[
-            "note: grid.vol: 1 of 2 samples are outside of [0, 1]",
+            "note[clipped_values]: grid.vol: 1 of 2 samples are outside of [0, 1]",
             "rounding, clipped",
         ],
     );

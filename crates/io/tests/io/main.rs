@@ -33,6 +33,7 @@ mod integrators;
 mod json;
 mod json_arbitrary;
 mod labels;
+mod lints;
 mod locks;
 mod long_numbers;
 mod mcx;

@@ -2,8 +2,9 @@
 
 use crate::common::{child, object, read};
 use glam::{DMat4, DVec3};
+use morgana_io::diagnostic::lints;
 use morgana_io::query::{Input, misplaced_plugin};
-use morgana_io::schema::Limits;
+use morgana_io::schema::NumberRange;
 use morgana_io::{Diagnostics, FileRegistry, PluginKind, Query, Severity, SpectrumValue, xml};
 
 /// Asks an object and returns the messages as `line:column severity message | help`.
@@ -34,7 +35,7 @@ fn values_that_are_there() {
     let messages = ask(text, |mut q| {
         assert_eq!(q.float("f"), 0.5);
         assert_eq!(q.float("i"), 3.0);
-        assert_eq!(q.float_within("f", Limits::POSITIVE, None), 0.5);
+        assert_eq!(q.float_within("f", NumberRange::POSITIVE, None), 0.5);
         assert_eq!(q.float_within("f", -1.0..=1.0, 9.0), 0.5);
         assert_eq!(q.integer("i"), 3);
         assert_eq!(q.integer_within("i", 0..4, 9), 3);
@@ -103,9 +104,9 @@ fn limits_of_the_table() {
 #[test]
 fn missing_values_are_reported_at_the_object() {
     let messages = ask(
-        "<phase type='xy'><float name='gg' value='1'/></phase>",
+        "<phase type='xy'><float name='qq' value='1'/></phase>",
         |mut q| {
-            assert_eq!(q.float("g"), 1.0);
+            assert_eq!(q.float("q"), 1.0);
             assert_eq!(q.spectrum("c"), SpectrumValue::Uniform(1.0));
             assert_eq!(
                 q.path("file", &mut FileRegistry::new()),
@@ -117,7 +118,7 @@ fn missing_values_are_reported_at_the_object() {
     assert_eq!(
         messages,
         [
-            "2 error <phase type=\"xy\"> needs <float name=\"g\"> | is 'gg' meant for it?",
+            "2 error <phase type=\"xy\"> needs <float name=\"q\"> | is 'qq' meant for it?",
             "2 error <phase type=\"xy\"> needs <spectrum name=\"c\"> | ",
             "2 error <phase type=\"xy\"> needs <string name=\"file\"> | ",
             "2 error <phase type=\"xy\"> needs a <film> | ",
@@ -154,7 +155,7 @@ fn values_out_of_range_are_reported() {
     let messages = ask(text, |mut q| {
         assert_eq!(q.float_within("a", 1e-4..=1.0, 0.1), 0.1);
         assert_eq!(q.float_within("a", ..0.0, None), 1.0);
-        assert_eq!(q.float_within("i", Limits::POSITIVE, None), 1.0);
+        assert_eq!(q.float_within("i", NumberRange::POSITIVE, None), 1.0);
         assert_eq!(q.integer_within("i", -1.., 8), 8);
     });
     assert_eq!(
@@ -282,7 +283,7 @@ fn messages_of_the_caller_are_located() {
     let messages = ask(text, |mut q| {
         let error = morgana_io::Problem::Malformed("broken".into()).at("a.obj".as_ref());
         q.file_error("filename", &error);
-        q.warning("radius", "odd");
+        q.warning(lints::SMALL_GRID, "radius", "odd");
     });
     let expected = ["50 error a.obj: broken | ", "2 warning odd | "];
     assert_eq!(messages, expected);

@@ -290,7 +290,10 @@ fn a_scene_without_a_sensor_is_seen() {
     let edge = sensor.ray([0.0, 0.5], [0.5; 2]).direction;
     assert!(((edge.x / edge.z).abs() - 22.5f64.to_radians().tan()).abs() < 1e-12);
     let note = loaded.warnings.to_string();
-    assert!(note.contains("note: the scene has no sensor"), "{note}");
+    assert!(
+        note.contains("note[no_sensor]: the scene has no sensor"),
+        "{note}"
+    );
     let empty = load(LIGHT);
     let origin = empty.scene().sensor().ray([0.5; 2], [0.5; 2]).origin;
     assert_eq!(origin, glam::DVec3::ZERO);

@@ -2,7 +2,7 @@
 //!
 //! That the table lists all that is asked for is checked by every other test: `Query` asserts it.
 
-use morgana_io::schema::{self, Limits, Parameter, Plugin, Type};
+use morgana_io::schema::{self, NumberRange, Parameter, Plugin, Type};
 use morgana_io::{Diagnostics, LoadOptions, PluginKind, json};
 use std::ops::Bound;
 
@@ -89,7 +89,7 @@ fn value(parameter: &Parameter, variant: usize) -> String {
 }
 
 /// A number within limits: 1, or the end that is nearest to it.
-fn number(limits: Limits) -> f64 {
+fn number(limits: NumberRange) -> f64 {
     match (limits.low, limits.high) {
         (Bound::Included(low), _) if low > 1.0 => low,
         (_, Bound::Included(high)) if high < 1.0 => high,

@@ -1,6 +1,7 @@
 //! What can be wrong with a scene whose parts are each valid.
 
 use super::Scene;
+use super::lint::{self, Lint};
 use super::parts::{AMBIENT, Object, Partition, Sides};
 use crate::bsdf::Bsdf;
 use crate::emitter::{Emitter, Fiber};
@@ -16,8 +17,8 @@ use glam::DVec3;
 pub enum ProblemSeverity {
     /// The scene cannot be rendered.
     Error,
-    /// It can, but the picture may not be what was meant.
-    Warning,
+    /// The scene can be rendered, but the picture may not be what was meant.
+    Warning(Lint),
 }
 
 /// The part of the scene that a problem is about; indices as in [`super::Parts`].
@@ -87,7 +88,7 @@ pub(super) fn check(scene: &Scene, stop: &Stop) -> Vec<SceneProblem> {
         problems.extend(check_exterior(scene, i, object));
     }
     problems.extend(check_emitters(scene));
-    problems.sort_by_key(|p| p.severity == ProblemSeverity::Warning);
+    problems.sort_by_key(|p| p.severity != ProblemSeverity::Error);
     problems
 }
 
@@ -100,10 +101,20 @@ pub(super) fn error(subject: Subject, message: String, help: &str) -> SceneProbl
     }
 }
 
-fn warning(subject: Subject, message: String, help: &str) -> SceneProblem {
-    SceneProblem {
-        severity: ProblemSeverity::Warning,
-        ..error(subject, message, help)
+impl SceneProblem {
+    /// A warning of a check.
+    pub fn warning(
+        lint: Lint,
+        subject: Subject,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Self {
+        SceneProblem {
+            severity: ProblemSeverity::Warning(lint),
+            subject,
+            message: message.into(),
+            help: help.into(),
+        }
     }
 }
 
@@ -163,7 +174,8 @@ fn check_sound(scene: &Scene, id: usize) -> Option<SceneProblem> {
         () if shortest * SOUND < size => shortest,
         () => return None,
     };
-    Some(warning(
+    Some(SceneProblem::warning(
+        lint::SOUND_WAVELENGTH,
         Subject::Medium(id),
         format!(
             "the sound in medium '{}' has a wavelength of {length:.3e}, but the medium is {size:.3e} across \
@@ -246,7 +258,8 @@ fn check_match(scene: &Scene, i: usize, object: &Object) -> Option<SceneProblem>
     let sides = object.sides.filter(|_| passes)?;
     let jump = jump(scene, object, sides);
     (jump > MATCHED).then(|| {
-        warning(
+        SceneProblem::warning(
+            lint::INDEX_JUMP,
             Subject::Object(i),
             format!(
                 "the boundary of '{}' is declared index-matched (bsdf null, mask or thindielectric), but the index \
@@ -267,21 +280,24 @@ fn check_facets(scene: &Scene, i: usize, object: &Object) -> Option<SceneProblem
     }
     let jump = object.sides.map_or(0.0, |sides| jump(scene, object, sides));
     let help = "make its bsdf 'null', or give the sides indices that differ more";
-    let problem = |severe: fn(_, _, _) -> _, what: &str| {
-        let message = format!("the rough interface of '{}' {what}", object.name);
-        Some(severe(Subject::Object(i), message, help))
-    };
+    let subject = Subject::Object(i);
+    let message = |what: &str| format!("the rough interface of '{}' {what}", object.name);
     match jump {
-        j if j < MATCHED => problem(
-            error,
-            "has the same index on both sides: light passes it as if it were not there",
-        ),
+        j if j < MATCHED => {
+            let what = "has the same index on both sides: light passes it as if it were not there";
+            Some(error(subject, message(what), help))
+        }
         j if j < FAINT => {
             let what = format!(
                 "has nearly the same index on both sides, up to {j:.1e} apart: light passes it almost straight, and \
                  what connections find of it is rare and bright"
             );
-            problem(warning, &what)
+            Some(SceneProblem::warning(
+                lint::FAINT_INTERFACE,
+                subject,
+                message(&what),
+                help,
+            ))
         }
         _ => None,
     }
@@ -299,7 +315,8 @@ fn check_closed(scene: &Scene, i: usize, object: &Object) -> Option<SceneProblem
     if object.shape.is_closed() || sides.interior == AMBIENT || partition_of(scene, i).is_some() {
         return None;
     }
-    Some(warning(
+    Some(SceneProblem::warning(
+        lint::OPEN_SHAPE,
         Subject::Object(i),
         format!(
             "'{}' has medium '{}' on its inner side but does not enclose a volume",
@@ -352,9 +369,10 @@ fn check_exterior(scene: &Scene, i: usize, object: &Object) -> Option<SceneProbl
 
 fn check_emitters(scene: &Scene) -> Vec<SceneProblem> {
     if scene.emitters().is_empty() {
-        return vec![warning(
+        return vec![SceneProblem::warning(
+            lint::NO_EMITTER,
             Subject::Scene,
-            "the scene has no emitter: the picture will be black".into(),
+            "the scene has no emitter: the picture will be black",
             "add an emitter",
         )];
     }
@@ -419,7 +437,8 @@ fn check_beam(scene: &Scene, i: usize, beam: &Emitter) -> Option<SceneProblem> {
     });
     let (all, elsewhere) = starts.fold((0, 0), |(n, m), other| (n + 1, m + u32::from(other)));
     (elsewhere > 0).then(|| {
-        warning(
+        SceneProblem::warning(
+            lint::BEAM_ACROSS_MEDIA,
             Subject::Emitter(i),
             format!(
                 "about {:.0} % of the beam starts outside of medium '{}', in which its centre starts: connections do not \

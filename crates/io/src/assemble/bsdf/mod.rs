@@ -7,6 +7,7 @@ mod principled;
 use super::context::Context;
 use super::surface_texture::{Role, Vertices, texture};
 use super::wish::Indices;
+use crate::diagnostic::lints;
 use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
 use metal::{Optics, optics};
@@ -90,7 +91,7 @@ fn mapped(
         let heights = q.child(PluginKind::Texture);
         if let Some(other) = heights.filter(|h| !is_image(h)) {
             let message = format!("heights of a {} have no slope: use a bitmap", other.plugin);
-            q.warning("scale", message);
+            q.warning(lints::FLAT_HEIGHTS, "scale", message);
         }
         heights.map_or(Input::Spectrum(SpectrumValue::Uniform(0.0)), |h| {
             Input::Object(h)

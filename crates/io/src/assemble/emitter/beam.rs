@@ -4,6 +4,7 @@ use super::super::context::Context;
 use super::super::surface_texture::screen;
 use super::super::transforms::{axis, pose};
 use super::{check_medium, light};
+use crate::diagnostic::lints;
 use crate::query::{Query, misplaced_plugin};
 use crate::scene::{ObjectDescription, PluginKind};
 use eikonal::{Aabb, Shown};
@@ -236,7 +237,7 @@ fn thin_or(q: &mut Query, name: &str, thin: f64) -> f64 {
             "a beam without a '{name}' is as thin as a thousandth of the scene: {}",
             Shown::rounded(thin)
         );
-        q.note("type", message);
+        q.note(lints::THIN_BEAM, "type", message);
     }
     q.float_or(name, thin)
 }

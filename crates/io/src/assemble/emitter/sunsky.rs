@@ -5,6 +5,7 @@ use super::super::texture_role::Role;
 use super::super::transforms::pose;
 use super::sun::{self, Observer};
 use crate::diagnostic::difference::SUNSKY;
+use crate::diagnostic::lints;
 use crate::query::Query;
 use crate::scene::{ObjectDescription, SpectrumValue};
 use eikonal::Shown;
@@ -89,6 +90,7 @@ fn read(object: &ObjectDescription, context: &mut Context) -> Option<Sunsky> {
             "type"
         };
         q.warning(
+            lints::SUN_BELOW_HORIZON,
             name,
             "the sun is below the horizon: neither it nor the sky shines",
         );

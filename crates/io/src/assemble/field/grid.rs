@@ -4,13 +4,13 @@ use super::super::content::{Content, ContentHasher, SPLINES};
 use super::super::context::Context;
 use super::super::sound_record::{FactSource, SeriesRecord, SoundRecord};
 use super::super::volume_source::{SOURCE, Source, read, read_series};
-use super::super::{reach, units};
+use super::super::{placed_grid, units};
 use super::condense;
 use super::oscillating::{Amplitudes, in_place, oscillating};
 use super::rounding::Rounding;
 use super::wave::{Asked, Wave, only};
 use super::{air, placed};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::lints;
 use crate::query::Query;
 use crate::scene::{ObjectDescription, Value};
 use crate::volume::{Sample, Volume};
@@ -113,8 +113,8 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     };
     let range = samples.range();
     doubt_units(range, law.as_ref(), object, context);
-    context.grids.push(reach::Placed::new(
-        reach::Quantity::Index,
+    context.grids.push(placed_grid::Placed::new(
+        placed_grid::Quantity::Index,
         source.to_world,
         &object.location,
     ));
@@ -287,7 +287,8 @@ fn sound(
         .iter()
         .flat_map(|record| wave.doubts(record, of_file))
     {
-        let warning = Diagnostic::warning(doubt.message).help(doubt.help.map(String::from));
+        let warning =
+            lints::warning(lints::SOUND_SAMPLES, doubt.message).help(doubt.help.map(String::from));
         context.diagnostics.push(warning.at(&object.location));
     }
     let amplitudes = Amplitudes {
@@ -361,7 +362,7 @@ fn warn_of_noise(
     );
     let help = "give the samples in float64, or as contrasts (morgana convert --contrast), or set 'smoothing' to \
                 \"auto\"";
-    let warning = Diagnostic::warning(message).at(&object.location);
+    let warning = lints::warning(lints::ROUNDED_SAMPLES, message).at(&object.location);
     context.diagnostics.push(warning.help(help.to_owned()));
 }
 
@@ -457,7 +458,7 @@ fn doubt_units(
         }),
     };
     if let Some((message, advice)) = found {
-        let warning = Diagnostic::warning(message).help(String::from(advice));
+        let warning = lints::warning(lints::IMPLAUSIBLE_INDEX, message).help(String::from(advice));
         context.diagnostics.push(warning.at(&object.location));
     }
 }

@@ -19,7 +19,7 @@ pub use condense::CondensedGrid;
 
 use super::context::Context;
 use super::described::DISPERSION_LAWS;
-use super::reach::{Placed, Quantity};
+use super::placed_grid::{Placed, Quantity};
 use super::transforms::affine;
 use crate::query::{Query, misplaced_plugin};
 use crate::scene::{ObjectDescription, PluginKind};

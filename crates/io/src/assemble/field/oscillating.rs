@@ -2,9 +2,9 @@
 
 use super::super::context::Context;
 use super::super::sound_record::SoundRecord;
-use super::super::{reach, units};
+use super::super::{placed_grid, units};
 use super::{placed, sampled_waves};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::lints;
 use crate::scene::ObjectDescription;
 use eikonal::field::{Placement, SampledSound, SoundSamples};
 use eikonal::{Aabb, Field};
@@ -50,7 +50,7 @@ pub(super) fn oscillating(
             "transducer" => "check 'pressure' and 'dn_dp'",
             _ => "check the units of the file, 'dn_dp' and 'scale'",
         };
-        let warning = Diagnostic::warning(message).help(help.to_owned());
+        let warning = lints::warning(lints::IMPLAUSIBLE_INDEX, message).help(help.to_owned());
         context.diagnostics.push(warning.at(&object.location));
     }
     let SoundRecord {
@@ -59,8 +59,8 @@ pub(super) fn oscillating(
         to_world,
         ..
     } = samples.record;
-    let quantity = reach::Quantity::Index;
-    let grid = reach::Placed::new(quantity, to_world, &object.location);
+    let quantity = placed_grid::Quantity::Index;
+    let grid = placed_grid::Placed::new(quantity, to_world, &object.location);
     context.grids.push(grid);
     context.sounds.push(SoundRecord {
         frequency: Some(samples.frequency),

@@ -1,7 +1,7 @@
 //! Whether samples of sound are of waves as long as its frequency and speed say, and close enough to tell.
 
 use super::super::sound_record::SoundRecord;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, lints};
 use glam::DVec3;
 use std::f64::consts::TAU;
 
@@ -43,7 +43,7 @@ pub(super) fn doubt(
     } else {
         "check the units of both, and 'to_world': the displacement of what scatters light depends on them".to_owned()
     };
-    Some(Diagnostic::warning(message).help(help))
+    Some(lints::warning(lints::SOUND_SAMPLES, message).help(help))
 }
 
 /// An axis of a grid along which samples have two neighbours.

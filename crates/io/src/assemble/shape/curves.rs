@@ -1,5 +1,6 @@
 //! Curves from files.
 
+use crate::diagnostic::lints;
 use crate::mesh::{curves, hair};
 use crate::query::Query;
 use crate::scene::{FileRegistry, ObjectDescription};
@@ -43,7 +44,11 @@ fn hair(
     // How many of the segments are left out.
     q.float("angle_threshold");
     if q.float("reduction") > 0.0 {
-        q.warning("reduction", "all strands are kept: 'reduction' is ignored");
+        q.warning(
+            lints::IGNORED,
+            "reduction",
+            "all strands are kept: 'reduction' is ignored",
+        );
     }
     let read = hair::read(&path, files.limits());
     let strands = read.map_err(|e| q.file_error("filename", &e)).ok()?;

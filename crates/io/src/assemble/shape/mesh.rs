@@ -3,6 +3,7 @@
 use super::super::assets::{Attributes, Original};
 use super::super::content::{ContentHasher, MESHES};
 use super::Sources;
+use crate::diagnostic::lints;
 use crate::error::FileError;
 use crate::input::Limits;
 use crate::mesh::isosurface::Distances;
@@ -188,7 +189,7 @@ impl Source {
                 "faces of fewer than three corners are left out: there are {}",
                 mesh.skipped_faces
             );
-            q.warning("filename", message);
+            q.warning(lints::SKIPPED_FACES, "filename", message);
         }
         Some(mesh)
     }

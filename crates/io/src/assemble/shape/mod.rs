@@ -11,7 +11,7 @@ use super::surface_texture::Vertices;
 use super::transforms::affine;
 use super::wish::Wish;
 use super::{bsdf, emitter, medium};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::lints;
 use crate::query::{Query, unknown_plugin};
 use crate::scene::{FileRegistry, ObjectDescription, ObjectId, PluginKind, descendants};
 use crate::schema;
@@ -142,7 +142,7 @@ fn leave_out(object: &ObjectDescription, context: &mut Context) {
     let name = object.id.as_ref().unwrap_or(&object.plugin);
     let message = format!("the mesh '{name}' has no triangle of positive area and is left out");
     let help = "check the file, and the scale of to_world";
-    let warning = Diagnostic::warning(message).help(help.to_owned());
+    let warning = lints::warning(lints::EMPTY_MESH, message).help(help.to_owned());
     context.diagnostics.push(warning.at(&object.location));
 }
 
@@ -169,9 +169,11 @@ fn warn_without_uvs(
     );
     let help =
         "give the mesh texture coordinates, or use a 'mesh_attribute' of its vertices".to_owned();
-    context
-        .diagnostics
-        .push(Diagnostic::warning(message).help(help).at(&object.location));
+    context.diagnostics.push(
+        lints::warning(lints::NO_TEXTURE_COORDINATES, message)
+            .help(help)
+            .at(&object.location),
+    );
 }
 
 fn push(

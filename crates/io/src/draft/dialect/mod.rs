@@ -7,7 +7,7 @@ mod rules;
 mod special;
 mod textures;
 
-use crate::diagnostic::{Diagnostic, Diagnostics, Location};
+use crate::diagnostic::{Diagnostics, Location, lints};
 use crate::draft::{Draft, DraftChild};
 use crate::scene::{PluginKind, Property, SpectrumValue, Value};
 use rules::RULES;
@@ -193,8 +193,10 @@ impl Dialect {
         let ignored =
             (!self.ignored.is_empty()).then(|| format!("ignored: {}", self.ignored.join(", ")));
         let done: Vec<String> = [read, ignored].into_iter().flatten().collect();
-        let note =
-            Diagnostic::note("the scene says some things in another form, or for other programs");
+        let note = lints::note(
+            lints::OTHER_DIALECT,
+            "the scene says some things in another form, or for other programs",
+        );
         let help = (!done.is_empty()).then(|| done.join("; "));
         diagnostics.push(note.help(help).at(first));
     }

@@ -1,7 +1,7 @@
 //! What cannot be said by other names alone.
 
 use super::{Draft, Implied, imply, number, textures};
-use crate::diagnostic::{Diagnostic, Diagnostics, Location};
+use crate::diagnostic::{Diagnostic, Diagnostics, Location, lints};
 use crate::scene::{PluginKind, Value};
 use glam::{DMat4, DVec3};
 
@@ -238,5 +238,5 @@ fn daylight(draft: &mut Draft, diagnostics: &mut Diagnostics) {
     draft.set("to_world", Value::Transform(before * OLDER_SKY));
     let message =
         format!("'{plugin}' is read as the 'sunsky' of Mitsuba 3, whose sun is another model");
-    diagnostics.push(Diagnostic::note(message).at(&draft.plugin_location));
+    diagnostics.push(lints::note(lints::OTHER_DIALECT, message).at(&draft.plugin_location));
 }

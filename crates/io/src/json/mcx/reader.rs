@@ -4,7 +4,7 @@ use super::super::tree::{Entry, Json, Node};
 use super::super::values::{get, value};
 use super::detectors::Recording;
 use super::{SESSION, Settings, node};
-use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::diagnostic::{Diagnostic, Diagnostics, lints};
 use crate::input::Limits;
 use crate::scene::{Numbers, Tensor, Value as Held};
 use crate::schema::Type;
@@ -221,7 +221,7 @@ impl Reader<'_> {
                 let message = "DoSpecular 0 changes nothing: light that enters from outside is reflected in part, and \
                                refracted, where the index jumps";
                 let help = "start it in the medium to avoid that, or say DoMismatch 0";
-                let warning = Diagnostic::warning(message).help(help.to_owned());
+                let warning = lints::warning(lints::IGNORED, message).help(help.to_owned());
                 self.diagnostics.push(warning.at(&node.location));
             }
             _ => {}
@@ -246,7 +246,7 @@ impl Reader<'_> {
         let message =
             format!("OutputType changes nothing: values are the fluence per joule; {instead}");
         self.diagnostics
-            .push(Diagnostic::warning(message).at(&node.location));
+            .push(lints::warning(lints::IGNORED, message).at(&node.location));
     }
 }
 

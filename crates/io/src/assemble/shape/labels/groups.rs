@@ -3,7 +3,7 @@
 use super::super::super::context::Context;
 use super::super::super::division::{LabelCounts, Place, Places};
 use super::table::{LabelMedium, Sameness, Table};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::lints;
 use crate::scene::ObjectDescription;
 use std::sync::Arc;
 use transport::Spectrum;
@@ -45,7 +45,7 @@ impl Groups {
             let message = format!("no voxel has label {}", absent.join(", "));
             context
                 .diagnostics
-                .push(Diagnostic::warning(message).at(&object.location));
+                .push(lints::warning(lints::ABSENT_LABELS, message).at(&object.location));
         }
         let mut groups: Vec<Group> = Vec::new();
         let mut places = Places::new();

@@ -207,7 +207,7 @@ fn of_row(label: u32, [mu_a, mu_s, g, n]: [f64; 4]) -> Result<LabelMedium, RowEr
             return Err(RowError::Range(label, name, value, coefficient));
         }
     }
-    if !crate::schema::Limits::INDEX.contains(n) {
+    if !crate::schema::NumberRange::INDEX.contains(n) {
         return Err(RowError::Range(label, "n", n, "from 0.001 to 1000"));
     }
     // With g = 1 light goes straight on, as if it were not scattered.

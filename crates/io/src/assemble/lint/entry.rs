@@ -1,6 +1,7 @@
 //! Media that no light can enter: the opaque hull is most often a forgotten `null`.
 
-use transport::scene::{AMBIENT, MediumId, ProblemSeverity, Scene, SceneProblem, Subject};
+use crate::diagnostic::lints;
+use transport::scene::{AMBIENT, MediumId, Scene, SceneProblem, Subject};
 
 /// A warning for each closed, opaque shape that shuts a medium off from all light.
 pub(super) fn warnings(scene: &Scene) -> Vec<SceneProblem> {
@@ -63,14 +64,13 @@ fn lit(scene: &Scene) -> Vec<bool> {
 }
 
 fn warning(object: usize, name: &str, medium: &str) -> SceneProblem {
-    SceneProblem {
-        severity: ProblemSeverity::Warning,
-        subject: Subject::Object(object),
-        message: format!(
+    SceneProblem::warning(
+        lints::NO_LIGHT_ENTERS,
+        Subject::Object(object),
+        format!(
             "no light can enter medium '{medium}': the surface of '{name}' around it is opaque"
         ),
-        help: "give the shape <bsdf type=\"null\"/> if only the medium is meant, or a dielectric; a shape without a \
-               bsdf is diffuse"
-            .into(),
-    }
+        "give the shape <bsdf type=\"null\"/> if only the medium is meant, or a dielectric; a shape without a \
+               bsdf is diffuse",
+    )
 }

@@ -1,8 +1,9 @@
 //! Paths that hardly ever end: in a medium that is too dense to leave and absorbs next to nothing.
 
+use crate::diagnostic::lints;
 use transport::integrator::Integrator;
 use transport::medium::Medium;
-use transport::scene::{ProblemSeverity, Region, Scene, SceneProblem, Subject};
+use transport::scene::{Region, Scene, SceneProblem, Subject};
 
 /// Collisions of a path at which a render is likely to be a mistake: it takes a tenth of a second.
 const MANY: f64 = 1e6;
@@ -37,13 +38,12 @@ fn collisions(medium: &Medium, region: &Region) -> f64 {
 }
 
 fn warning(medium: usize, name: &str, number: f64) -> SceneProblem {
-    SceneProblem {
-        severity: ProblemSeverity::Warning,
-        subject: Subject::Medium(medium),
-        message: format!(
+    SceneProblem::warning(
+        lints::LONG_PATHS,
+        Subject::Medium(medium),
+        format!(
             "light that enters medium '{name}' collides some {number:.0e} times there: its paths take very long"
         ),
-        help: "check the units of its coefficients, or end paths by the integrator's 'max_depth'"
-            .into(),
-    }
+        "check the units of its coefficients, or end paths by the integrator's 'max_depth'",
+    )
 }

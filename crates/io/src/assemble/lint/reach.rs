@@ -1,47 +1,20 @@
 //! Grids and tables that end before the shape does whose medium they describe.
 
-use crate::diagnostic::{Diagnostic, Diagnostics, Location};
+use super::super::placed_grid::{Placed, Quantity};
+use crate::diagnostic::{Diagnostic, Diagnostics, lints};
 use eikonal::Aabb;
 use glam::{DAffine3, DVec3};
-use transport::scene::{MediumId, Object};
+use transport::scene::Object;
 
 /// By what share of the largest side a shape may reach beyond a grid without a word: roundings of files.
 const BEYOND: f64 = 1e-3;
 
-/// What a grid says.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Quantity {
-    Index,
-    /// The index, by one coordinate.
-    Table,
-    Extinction,
-}
-
-/// A grid, and where it lies.
-#[derive(Clone)]
-pub(super) struct Placed {
-    pub quantity: Quantity,
-    /// The medium, once it is known.
-    pub medium: Option<MediumId>,
-    /// From the unit cube.
-    pub to_world: DAffine3,
-    pub location: Location,
-}
-
-impl Placed {
-    /// A grid of a medium that is not known yet.
-    pub(super) fn new(quantity: Quantity, to_world: DAffine3, location: &Location) -> Self {
-        Placed {
-            quantity,
-            medium: None,
-            to_world,
-            location: location.clone(),
-        }
-    }
-}
-
 /// Warns of grids that a shape with their medium reaches beyond, each once.
-pub(super) fn warnings(grids: &[Placed], objects: &[Object], diagnostics: &mut Diagnostics) {
+pub(in super::super) fn warnings(
+    grids: &[Placed],
+    objects: &[Object],
+    diagnostics: &mut Diagnostics,
+) {
     for grid in grids {
         let inside = |o: &&Object| o.interior() == grid.medium && o.shape.is_closed();
         let beyond = |o: &&Object| is_beyond(&o.shape.aabb(), &grid.to_world);
@@ -86,6 +59,6 @@ fn warning(grid: &Placed, shape: &str) -> Diagnostic {
             "let the table reach as far as the shape: what is beyond is no measurement",
         ),
     };
-    let warning = Diagnostic::warning(message).help(String::from(help));
+    let warning = lints::warning(lints::SMALL_GRID, message).help(String::from(help));
     warning.at(&grid.location)
 }

@@ -1,7 +1,7 @@
 //! Closed shapes of different media that share a part of space, where one medium has to be chosen.
 
-use super::context::Context;
-use crate::diagnostic::Diagnostic;
+use super::super::context::Context;
+use crate::diagnostic::lints;
 use transport::sampling::Sampler;
 use transport::scene::Object;
 
@@ -13,7 +13,7 @@ const DEPTH: f64 = 1e-6;
 const MOST_PAIRS: usize = 1000;
 
 /// Notes the first two shapes whose media overlap, and which medium counts.
-pub(super) fn note(context: &mut Context) {
+pub(in super::super) fn note(context: &mut Context) {
     let Some([a, b]) = first(context) else {
         return;
     };
@@ -31,7 +31,7 @@ pub(super) fn note(context: &mut Context) {
         named(outer)
     );
     let help = "where closed shapes overlap, the one with the smallest bounding box counts, and of equal ones the first by name";
-    let note = Diagnostic::note(message).help(help.to_owned());
+    let note = lints::note(lints::OVERLAPPING_MEDIA, message).help(help.to_owned());
     context
         .diagnostics
         .push(note.at(&context.places.objects[inner]));

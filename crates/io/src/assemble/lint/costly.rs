@@ -1,6 +1,7 @@
 //! Media through which rays take very many steps, and indices that no medium has: known before the render.
 
-use crate::schema::Limits;
+use crate::diagnostic::lints;
+use crate::schema::NumberRange;
 use eikonal::budget::STEPS_PER_RAY;
 use eikonal::ray::steps_between;
 use eikonal::{Aabb, Field};
@@ -121,14 +122,14 @@ fn costly(scene: &Scene, medium: usize) -> Option<SceneProblem> {
     } else {
         "the render takes very long".into()
     };
-    (steps > MANY).then(|| SceneProblem {
-        severity: ProblemSeverity::Warning,
-        subject: Subject::Medium(medium),
-        message: format!(
-            "a ray across medium '{name}' takes some {steps:.0e} steps, where lenses take ten: {fate}"
-        ),
-        help: format!("check {what} against the size of the medium; a larger 'tolerance' of the integrator takes fewer steps"),
-    })
+    let message = format!(
+        "a ray across medium '{name}' takes some {steps:.0e} steps, where lenses take ten: {fate}"
+    );
+    let help = format!(
+        "check {what} against the size of the medium; a larger 'tolerance' of the integrator takes fewer steps"
+    );
+    let subject = Subject::Medium(medium);
+    (steps > MANY).then(|| SceneProblem::warning(lints::MANY_STEPS, subject, message, help))
 }
 
 /// The parameter that says how fine a field is.
@@ -153,14 +154,14 @@ fn out_of_range(scene: &Scene, medium: usize) -> Option<SceneProblem> {
     // An index that is not positive is spoken of elsewhere.
     let n = places
         .map(|x| field.n(x))
-        .find(|n| *n > 0.0 && !Limits::INDEX.contains(*n))?;
+        .find(|n| *n > 0.0 && !NumberRange::INDEX.contains(*n))?;
     let name = &scene.medium(medium).name;
     Some(SceneProblem {
         severity: ProblemSeverity::Error,
         subject: Subject::Medium(medium),
         message: format!(
             "the index of medium '{name}' is {n:.1e} in places: no medium has one outside of {}",
-            Limits::INDEX
+            NumberRange::INDEX
         ),
         help: format!("check {} against the size of the medium", parameter(field)),
     })

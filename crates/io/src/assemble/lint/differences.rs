@@ -1,7 +1,7 @@
 //! Which deliberate differences from Mitsuba 3.9.1 a scene meets.
 
-use super::described::is_meter;
-use super::quantities::asks_for_surfaces;
+use super::super::described::is_meter;
+use super::super::quantities::asks_for_surfaces;
 use crate::diagnostic::difference::*;
 use crate::scene::{
     ObjectDescription, ObjectId, PluginKind, SceneDescription, SpectrumValue, Value, descendants,
@@ -14,7 +14,7 @@ use transport::scene::{AMBIENT, Scene};
 use transport::shape::Shape;
 
 /// What is known when a scene is assembled.
-pub(super) struct Known<'a> {
+pub(in super::super) struct Known<'a> {
     pub description: &'a SceneDescription,
     pub scene: &'a Scene,
     /// Whether the caller says how many samples there are.
@@ -22,7 +22,7 @@ pub(super) struct Known<'a> {
 }
 
 /// The differences that a scene meets, besides those `met` while it was assembled.
-pub(super) fn of(known: &Known, met: &BTreeSet<Difference>) -> Vec<Difference> {
+pub(in super::super) fn of(known: &Known, met: &BTreeSet<Difference>) -> Vec<Difference> {
     let mut all = met.clone();
     let mut seen = HashSet::new();
     visit(&known.description.root, &mut seen, &mut |object| {

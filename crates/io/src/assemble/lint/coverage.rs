@@ -1,10 +1,11 @@
 //! Light that an estimator does not find: connections do not follow every edge, and where nothing else
 //! can find one, its light is missing.
 
+use crate::diagnostic::lints;
 use transport::bsdf::Bsdf;
 use transport::emitter::{Class, Emitter};
 use transport::integrator::{Integrator, RequiredConnection};
-use transport::scene::{Object, ProblemSeverity, Scene, SceneProblem, Subject, TOTAL_REFLECTIONS};
+use transport::scene::{Object, Scene, SceneProblem, Subject, TOTAL_REFLECTIONS};
 use transport::sensor::Sensor;
 
 /// Surfaces of a scene that send light where connections do not look for it.
@@ -42,7 +43,7 @@ impl<'a> Walls<'a> {
 
 /// A warning for each kind of light that is missing. A limit of reflections that the scene sets is
 /// taken as meant.
-pub(super) fn warnings(scene: &Scene, integrator: &Integrator) -> Vec<SceneProblem> {
+pub(in super::super) fn warnings(scene: &Scene, integrator: &Integrator) -> Vec<SceneProblem> {
     let walls = Walls::of(scene);
     let mut problems = Vec::new();
     for (i, emitter) in scene.emitters().iter().enumerate() {
@@ -68,7 +69,7 @@ pub(super) fn warnings(scene: &Scene, integrator: &Integrator) -> Vec<SceneProbl
 /// the most.
 ///
 /// With `adaptive` samples, those whose samples belong to single pixels.
-pub(super) fn complete(
+pub(in super::super) fn complete(
     scene: &Scene,
     known: impl Iterator<Item = Integrator>,
     adaptive: bool,
@@ -93,12 +94,7 @@ pub(super) fn complete(
 }
 
 fn warning(subject: Subject, message: String, help: String) -> SceneProblem {
-    SceneProblem {
-        severity: ProblemSeverity::Warning,
-        subject,
-        message,
-        help,
-    }
+    SceneProblem::warning(lints::MISSING_LIGHT, subject, message, help)
 }
 
 fn from_emitter(walls: &Walls, subject: Subject, kind: &str) -> Vec<SceneProblem> {
