@@ -287,7 +287,7 @@ impl<'a> Run<'a> {
             .integrator()
             .into_iter()
             .chain(&self.candidates);
-        if self.strategies && !integrators.any(Integrator::tells_strategies_apart) {
+        if self.strategies && !integrators.any(Integrator::separates_strategies) {
             return Err(Refusal::OneStrategy(self.renderer.name()));
         }
         let is_unlimited = self.target.is_some() && self.total.is_none() && self.time.is_none();

@@ -20,6 +20,7 @@ mod conductor;
 mod dielectric;
 mod diffuse;
 mod error;
+mod facts;
 mod filter;
 pub mod fresnel;
 mod ggx;
@@ -256,15 +257,6 @@ impl Bsdf {
         }
     }
 
-    /// Whether [`Bsdf::through`] says that some light passes.
-    pub fn is_partial(&self) -> bool {
-        match self {
-            Bsdf::Mask(_) | Bsdf::ThinDielectric(_) | Bsdf::Filter(_) => true,
-            Bsdf::NormalMap(b) => b.nested().is_partial(),
-            _ => false,
-        }
-    }
-
     /// The bsdfs of which it is made; none unless it is a mask, a normal map, a coating, a blend or two-sided.
     pub fn children(&self) -> &[Bsdf] {
         match self {
@@ -274,97 +266,6 @@ impl Bsdf {
             Bsdf::Blend(b) => b.pair(),
             Bsdf::TwoSided(b) => b.sides(),
             _ => &[],
-        }
-    }
-
-    /// True if a fact holds of one of its children.
-    fn has_child(&self, fact: impl Fn(&Bsdf) -> bool) -> bool {
-        self.children().iter().any(fact)
-    }
-
-    /// Whether every event is a delta. Others may have some, too: a rough dielectric where its two indices
-    /// match, the coat of plastic. Go by [`BsdfSample::delta`] there.
-    pub fn is_delta(&self) -> bool {
-        match self {
-            Bsdf::Null | Bsdf::Dielectric(_) | Bsdf::Conductor(_) | Bsdf::ThinDielectric(_) => true,
-            Bsdf::Filter(_) => true,
-            Bsdf::Coating(b) if !b.is_smooth() => false,
-            _ => !self.children().is_empty() && self.children().iter().all(Bsdf::is_delta),
-        }
-    }
-
-    /// Whether some light is reflected as by a mirror, where connections do not look for it.
-    pub fn is_mirror(&self) -> bool {
-        match self {
-            Bsdf::Conductor(_) | Bsdf::Plastic(_) | Bsdf::ThinDielectric(_) => true,
-            Bsdf::Coating(b) if b.is_smooth() => true,
-            _ => self.has_child(Bsdf::is_mirror),
-        }
-    }
-
-    /// Whether it asks for [`Surface::tangents`].
-    pub fn uses_tangents(&self) -> bool {
-        match self {
-            Bsdf::NormalMap(_) | Bsdf::Filter(_) => true,
-            Bsdf::RoughConductor(b) => b.is_anisotropic(),
-            Bsdf::RoughDielectric(b) => b.is_anisotropic(),
-            Bsdf::PolarizedPlastic(b) => b.is_anisotropic(),
-            Bsdf::GlossyDiffuse(b) => b.is_anisotropic(),
-            Bsdf::Principled(b) => b.is_anisotropic(),
-            Bsdf::PrincipledThin(b) => b.is_anisotropic(),
-            _ => self.has_child(Bsdf::uses_tangents),
-        }
-    }
-
-    /// Whether it, or a part of it, scatters by normals of its own.
-    pub(crate) fn turns_normals(&self) -> bool {
-        matches!(self, Bsdf::NormalMap(_)) || self.has_child(Bsdf::turns_normals)
-    }
-
-    /// Whether light passes it by the geometry of the surface alone: connections through smooth interfaces are about that.
-    pub(crate) fn keeps_true_surface(&self) -> bool {
-        matches!(
-            self,
-            Bsdf::Null | Bsdf::Dielectric(_) | Bsdf::ThinDielectric(_) | Bsdf::Filter(_)
-        )
-    }
-
-    /// Whether light passes undeflected.
-    pub fn is_null(&self) -> bool {
-        matches!(self, Bsdf::Null)
-    }
-
-    /// Whether facets refract light between the media on the two sides.
-    pub fn is_rough_interface(&self) -> bool {
-        match self {
-            Bsdf::RoughDielectric(_) => true,
-            Bsdf::Principled(b) => b.transmits(),
-            Bsdf::NormalMap(b) => b.nested().is_rough_interface(),
-            _ => false,
-        }
-    }
-
-    /// Whether no light passes from one side to the other.
-    pub fn is_opaque(&self) -> bool {
-        match self {
-            Bsdf::Null | Bsdf::Dielectric(_) | Bsdf::RoughDielectric(_) => false,
-            Bsdf::Mask(_) | Bsdf::ThinDielectric(_) | Bsdf::Filter(_) => false,
-            Bsdf::Diffuse(_) | Bsdf::Conductor(_) | Bsdf::RoughConductor(_) => true,
-            Bsdf::Plastic(_) | Bsdf::RoughPlastic(_) | Bsdf::PolarizedPlastic(_) => true,
-            Bsdf::Principled(b) => !b.transmits(),
-            Bsdf::PrincipledThin(_) => false,
-            Bsdf::RoughDiffuse(_) | Bsdf::GlossyDiffuse(_) | Bsdf::Coating(_) => true,
-            Bsdf::Blend(_) | Bsdf::TwoSided(_) => true,
-            Bsdf::NormalMap(b) => b.nested().is_opaque(),
-        }
-    }
-
-    /// Itself, to be nested in an `outer` one, if it is opaque.
-    fn opaque(self, outer: &'static str) -> Result<Self, BsdfError> {
-        if self.is_opaque() {
-            Ok(self)
-        } else {
-            Err(BsdfError::NotOpaque { outer })
         }
     }
 }

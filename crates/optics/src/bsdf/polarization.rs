@@ -8,44 +8,9 @@ use glam::{DMat4, DVec3};
 use num_complex::Complex64;
 
 impl Bsdf {
-    /// Whether the matrices of its reflections differ among channels.
-    pub fn polarizes_by_channel(&self) -> bool {
-        match self {
-            Bsdf::Conductor(_) | Bsdf::RoughConductor(_) => true,
-            Bsdf::Coating(_) | Bsdf::Blend(_) => false,
-            _ => self.has_child(Bsdf::polarizes_by_channel),
-        }
-    }
-
-    /// Whether it holds a thin pane of whose light only a part passes straight on by the pane's matrix.
-    pub fn holds_pane(&self) -> bool {
-        self.has_child(|child| child.is_pane() || child.holds_pane())
-    }
-
-    fn is_pane(&self) -> bool {
-        matches!(self, Bsdf::ThinDielectric(_))
-    }
-
-    /// Whether whatever it scatters is taken as unpolarised.
-    pub fn depolarizes(&self) -> bool {
-        match self {
-            Bsdf::Null
-            | Bsdf::Dielectric(_)
-            | Bsdf::RoughDielectric(_)
-            | Bsdf::ThinDielectric(_)
-            | Bsdf::Conductor(_)
-            | Bsdf::RoughConductor(_)
-            | Bsdf::Filter(_) => false,
-            Bsdf::Mask(_) | Bsdf::NormalMap(_) | Bsdf::TwoSided(_) => {
-                self.has_child(Bsdf::depolarizes)
-            }
-            _ => true,
-        }
-    }
-
     /// Whether polarised light that passes straight on is changed.
     pub fn changes_what_passes(&self) -> bool {
-        self.is_pane() || self.filter().is_some()
+        matches!(self, Bsdf::ThinDielectric(_)) || self.filter().is_some()
     }
 
     fn filter(&self) -> Option<&PolarizingFilter> {

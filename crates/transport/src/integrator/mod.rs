@@ -111,20 +111,54 @@ impl Integrator {
         }
     }
 
-    /// Whether contributions go to other pixels than that of the sample.
+    /// The integrator's properties.
+    fn facts(&self) -> Facts {
+        match self {
+            Integrator::Path(i) => Facts {
+                takes_replicates: true,
+                ..Facts::new("path", i.max_depth, i.rr_depth)
+            },
+            Integrator::Particle(i) => Facts {
+                splats: true,
+                separates_strategies: true,
+                ..Facts::new("particle", i.max_depth, i.rr_depth)
+            },
+            Integrator::Bdpt(i) => Facts {
+                splats: true,
+                separates_strategies: true,
+                takes_replicates: true,
+                ..Facts::new("bdpt", i.max_depth, i.rr_depth)
+            },
+            Integrator::Vcm(i) => Facts {
+                splats: true,
+                shares_light_paths: true,
+                blurs: true,
+                ..Facts::new("vcm", i.max_depth, i.rr_depth)
+            },
+            Integrator::Photon(i) => Facts {
+                blurs: true,
+                converges: i.progressive,
+                ..Facts::new(
+                    if i.progressive { "sppm" } else { "photon" },
+                    i.max_depth,
+                    i.rr_depth,
+                )
+            },
+        }
+    }
+
+    /// Returns whether contributions go to other pixels than the sample's own.
     pub fn splats(&self) -> bool {
-        matches!(
-            self,
-            Integrator::Particle(_) | Integrator::Bdpt(_) | Integrator::Vcm(_)
-        )
+        self.facts().splats
     }
 
-    /// Whether it tells apart what its strategies find.
-    pub fn tells_strategies_apart(&self) -> bool {
-        matches!(self, Integrator::Particle(_) | Integrator::Bdpt(_))
+    /// Returns whether the integrator can show what each of its strategies finds.
+    pub fn separates_strategies(&self) -> bool {
+        self.facts().separates_strategies
     }
 
-    /// Whether it tells strategies apart, and has that which samples `s` vertices from the emitter and `t` from the sensor.
+    /// Returns whether the integrator separates strategies, and has the one that samples `s` vertices from the emitter and `t` from
+    /// the sensor.
     pub(crate) fn has_strategy(&self, s: u32, t: u32) -> bool {
         match self {
             Integrator::Path(_) | Integrator::Photon(_) | Integrator::Vcm(_) => false,
@@ -133,53 +167,66 @@ impl Integrator {
         }
     }
 
-    /// Whether all pixels of a sample share light subpaths, which are followed first, and contribute to one another.
+    /// Returns whether all pixels of a sample share light subpaths, which are followed first, and contribute to one another.
     pub(crate) fn shares_light_paths(&self) -> bool {
-        matches!(self, Integrator::Vcm(_))
+        self.facts().shares_light_paths
     }
 
-    /// Whether light is blurred, so that its mean is biased.
+    /// Returns whether light is blurred, so that its mean is biased.
     pub fn blurs(&self) -> bool {
-        matches!(self, Integrator::Photon(_) | Integrator::Vcm(_))
+        self.facts().blurs
     }
 
-    /// How its samples of a pixel belong together: as is wanted if each has a path from the
-    /// sensor. Paths from emitters contribute all over the image.
+    /// How samples of a pixel belong together: as `wanted` if each has a path from the sensor. Paths from emitters
+    /// contribute all over the image.
     pub fn replicates(&self, wanted: Replicates) -> Replicates {
-        match self {
-            Integrator::Path(_) | Integrator::Bdpt(_) => wanted,
-            _ => Replicates::Single,
+        if self.facts().takes_replicates {
+            wanted
+        } else {
+            Replicates::Single
         }
     }
 
-    /// Whether its error becomes as small as one likes with enough samples.
+    /// Returns whether the error becomes as small as one likes with enough samples.
     pub fn converges(&self) -> bool {
-        match self {
-            Integrator::Photon(photon) => photon.progressive,
-            _ => true,
-        }
+        self.facts().converges
     }
 
-    /// Longest path, `None` for no limit, and where Russian roulette begins.
+    /// Longest path, `None` for no limit, and the number of edges after which Russian roulette begins.
     pub fn depths(&self) -> (Option<u32>, u32) {
-        match self {
-            Integrator::Path(i) => (i.max_depth, i.rr_depth),
-            Integrator::Particle(i) => (i.max_depth, i.rr_depth),
-            Integrator::Bdpt(i) => (i.max_depth, i.rr_depth),
-            Integrator::Vcm(i) => (i.max_depth, i.rr_depth),
-            Integrator::Photon(i) => (i.max_depth, i.rr_depth),
-        }
+        self.facts().depths
     }
 
     /// Name, as scene files and command lines use it.
     pub fn name(&self) -> &'static str {
-        match self {
-            Integrator::Path(_) => "path",
-            Integrator::Particle(_) => "particle",
-            Integrator::Bdpt(_) => "bdpt",
-            Integrator::Vcm(_) => "vcm",
-            Integrator::Photon(photon) if photon.progressive => "sppm",
-            Integrator::Photon(_) => "photon",
+        self.facts().name
+    }
+}
+
+/// Properties of an integrator by which renders treat it: the methods of [`Integrator`] explain them.
+struct Facts {
+    name: &'static str,
+    depths: (Option<u32>, u32),
+    splats: bool,
+    separates_strategies: bool,
+    shares_light_paths: bool,
+    blurs: bool,
+    takes_replicates: bool,
+    converges: bool,
+}
+
+impl Facts {
+    /// An unbiased integrator whose samples contribute to their own pixels.
+    fn new(name: &'static str, max_depth: Option<u32>, rr_depth: u32) -> Self {
+        Facts {
+            name,
+            depths: (max_depth, rr_depth),
+            splats: false,
+            separates_strategies: false,
+            shares_light_paths: false,
+            blurs: false,
+            takes_replicates: false,
+            converges: true,
         }
     }
 }

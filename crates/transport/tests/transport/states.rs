@@ -55,7 +55,7 @@ fn options(integrator: Integrator) -> RenderOptions {
         parts: None,
     };
     RenderOptions {
-        strategies: integrator.tells_strategies_apart(),
+        strategies: integrator.separates_strategies(),
         decomposition,
         reweight: true,
         quantities: Some(AovTracer::new(&Aov::ALL)),

@@ -72,7 +72,7 @@ fn film_memory(loaded: &Loaded) -> (usize, Option<usize>) {
         ..image.clone()
     };
     let integrator = loaded.renderer.integrator();
-    let has_strategies = integrator.is_some_and(Integrator::tells_strategies_apart);
+    let has_strategies = integrator.is_some_and(Integrator::separates_strategies);
     (
         memory(loaded.scene(), &image.options()),
         has_strategies.then(|| memory(loaded.scene(), &strategies.options())),

@@ -1,0 +1,244 @@
+//! Properties of bsdfs by which paths, connections and scenes treat them.
+
+use super::{Bsdf, BsdfError};
+
+/// Properties of a bsdf, the same at every point of a surface.
+#[derive(Clone, Copy, Debug)]
+struct Facts {
+    /// No light passes from one side to the other.
+    opaque: bool,
+    /// Every event is a delta.
+    delta: bool,
+    /// Some light is reflected as by a mirror.
+    mirror: bool,
+    /// Some light passes straight on: [`Bsdf::through`] says how much.
+    partial: bool,
+    /// Facets refract light between the media on the two sides.
+    rough_interface: bool,
+    /// Light passes by the geometry of the surface alone.
+    true_surface: bool,
+    /// The bsdf, or a part of it, scatters by normals of its own.
+    turns_normals: bool,
+    /// The bsdf asks for [`Surface::tangents`](super::Surface::tangents).
+    tangents: bool,
+    /// Whatever the bsdf scatters is taken as unpolarised.
+    depolarizes: bool,
+    /// Matrices of its reflections differ among channels.
+    polarizes_by_channel: bool,
+    /// A part is a thin pane, of whose light only some passes straight on by the pane's matrix.
+    holds_pane: bool,
+}
+
+impl Facts {
+    const CLEAR: Facts = Facts {
+        opaque: false,
+        delta: false,
+        mirror: false,
+        partial: false,
+        rough_interface: false,
+        true_surface: false,
+        turns_normals: false,
+        tangents: false,
+        depolarizes: true,
+        polarizes_by_channel: false,
+        holds_pane: false,
+    };
+
+    const OPAQUE: Facts = Facts {
+        opaque: true,
+        ..Facts::CLEAR
+    };
+
+    const INTERFACE: Facts = Facts {
+        delta: true,
+        true_surface: true,
+        depolarizes: false,
+        ..Facts::CLEAR
+    };
+
+    const METAL: Facts = Facts {
+        depolarizes: false,
+        polarizes_by_channel: true,
+        ..Facts::OPAQUE
+    };
+
+    /// An opaque surface that shows each of its parts somewhere.
+    fn of_parts(parts: &[Bsdf]) -> Self {
+        let mut facts = Facts {
+            delta: true,
+            depolarizes: false,
+            ..Facts::OPAQUE
+        };
+        for part in parts {
+            facts.holds_pane |= matches!(part, Bsdf::ThinDielectric(_));
+            let part = part.facts();
+            facts.delta &= part.delta;
+            facts.mirror |= part.mirror;
+            facts.turns_normals |= part.turns_normals;
+            facts.tangents |= part.tangents;
+            facts.depolarizes |= part.depolarizes;
+            facts.polarizes_by_channel |= part.polarizes_by_channel;
+            facts.holds_pane |= part.holds_pane;
+        }
+        facts
+    }
+}
+
+impl Bsdf {
+    /// The bsdf's properties.
+    fn facts(&self) -> Facts {
+        match self {
+            Bsdf::Null | Bsdf::Dielectric(_) => Facts::INTERFACE,
+            Bsdf::ThinDielectric(_) => Facts {
+                partial: true,
+                mirror: true,
+                ..Facts::INTERFACE
+            },
+            Bsdf::Filter(_) => Facts {
+                partial: true,
+                tangents: true,
+                ..Facts::INTERFACE
+            },
+            Bsdf::RoughDielectric(b) => Facts {
+                rough_interface: true,
+                depolarizes: false,
+                tangents: b.is_anisotropic(),
+                ..Facts::CLEAR
+            },
+            Bsdf::Diffuse(_) | Bsdf::RoughDiffuse(_) | Bsdf::RoughPlastic(_) => Facts::OPAQUE,
+            Bsdf::Conductor(_) => Facts {
+                delta: true,
+                mirror: true,
+                ..Facts::METAL
+            },
+            Bsdf::RoughConductor(b) => Facts {
+                tangents: b.is_anisotropic(),
+                ..Facts::METAL
+            },
+            Bsdf::Plastic(_) => Facts {
+                mirror: true,
+                ..Facts::OPAQUE
+            },
+            Bsdf::PolarizedPlastic(b) => Facts {
+                tangents: b.is_anisotropic(),
+                ..Facts::OPAQUE
+            },
+            Bsdf::GlossyDiffuse(b) => Facts {
+                tangents: b.is_anisotropic(),
+                ..Facts::OPAQUE
+            },
+            Bsdf::Principled(b) => Facts {
+                opaque: !b.transmits(),
+                rough_interface: b.transmits(),
+                tangents: b.is_anisotropic(),
+                ..Facts::CLEAR
+            },
+            Bsdf::PrincipledThin(b) => Facts {
+                tangents: b.is_anisotropic(),
+                ..Facts::CLEAR
+            },
+            Bsdf::Mask(_) => Facts {
+                opaque: false,
+                partial: true,
+                ..Facts::of_parts(self.children())
+            },
+            Bsdf::NormalMap(b) => {
+                let nested = b.nested().facts();
+                Facts {
+                    opaque: nested.opaque,
+                    partial: nested.partial,
+                    rough_interface: nested.rough_interface,
+                    turns_normals: true,
+                    tangents: true,
+                    ..Facts::of_parts(self.children())
+                }
+            }
+            Bsdf::Coating(b) => {
+                let parts = Facts::of_parts(self.children());
+                Facts {
+                    delta: parts.delta && b.is_smooth(),
+                    mirror: parts.mirror || b.is_smooth(),
+                    depolarizes: true,
+                    polarizes_by_channel: false,
+                    ..parts
+                }
+            }
+            Bsdf::Blend(_) => Facts {
+                depolarizes: true,
+                polarizes_by_channel: false,
+                ..Facts::of_parts(self.children())
+            },
+            Bsdf::TwoSided(_) => Facts::of_parts(self.children()),
+        }
+    }
+
+    /// Returns whether every event is a delta. Others may have some, too: a rough dielectric where its two indices
+    /// match, the coat of plastic. Go by [`BsdfSample::delta`](super::BsdfSample::delta) there.
+    pub fn is_delta(&self) -> bool {
+        self.facts().delta
+    }
+
+    /// Returns whether some light is reflected as by a mirror, where connections do not look for it.
+    pub fn is_mirror(&self) -> bool {
+        self.facts().mirror
+    }
+
+    /// Returns whether some light passes straight on: [`Bsdf::through`] says how much.
+    pub fn is_partial(&self) -> bool {
+        self.facts().partial
+    }
+
+    /// Returns whether the bsdf asks for [`Surface::tangents`](super::Surface::tangents).
+    pub fn uses_tangents(&self) -> bool {
+        self.facts().tangents
+    }
+
+    /// Returns whether the bsdf, or a part of it, scatters by normals of its own.
+    pub(crate) fn turns_normals(&self) -> bool {
+        self.facts().turns_normals
+    }
+
+    /// Returns whether light passes by the geometry of the surface alone: connections through smooth interfaces are about that.
+    pub(crate) fn keeps_true_surface(&self) -> bool {
+        self.facts().true_surface
+    }
+
+    /// Returns whether light passes undeflected.
+    pub fn is_null(&self) -> bool {
+        matches!(self, Bsdf::Null)
+    }
+
+    /// Returns whether facets refract light between the media on the two sides.
+    pub fn is_rough_interface(&self) -> bool {
+        self.facts().rough_interface
+    }
+
+    /// Returns whether no light passes from one side to the other.
+    pub fn is_opaque(&self) -> bool {
+        self.facts().opaque
+    }
+
+    /// Returns whether whatever the bsdf scatters is taken as unpolarised.
+    pub fn depolarizes(&self) -> bool {
+        self.facts().depolarizes
+    }
+
+    /// Returns whether the matrices of its reflections differ among channels.
+    pub fn polarizes_by_channel(&self) -> bool {
+        self.facts().polarizes_by_channel
+    }
+
+    /// Returns whether a part is a thin pane, of whose light only some passes straight on by the pane's matrix.
+    pub fn holds_pane(&self) -> bool {
+        self.facts().holds_pane
+    }
+
+    /// The bsdf, to be nested in an `outer` one, if it is opaque.
+    pub(super) fn opaque(self, outer: &'static str) -> Result<Self, BsdfError> {
+        if self.is_opaque() {
+            Ok(self)
+        } else {
+            Err(BsdfError::NotOpaque { outer })
+        }
+    }
+}
