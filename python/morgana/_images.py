@@ -120,7 +120,7 @@ def read(path: Path, *, memory: Optional[int] = None) -> Image:
     except FileError as error:
         if not name.lower().endswith(OF_METERS):
             raise
-        raise FileError(f"{error}; what meters have measured is for morgana.Reading.load and morgana.Records.load, which read .npz files") from None
+        raise FileError(f"{error}; what meters have measured is for morgana.Reading.load and morgana.Records.load, which read .npz and .h5 files") from None
     values = {name: array for name, _, array in layers}
     return Image(values, {name: channels for name, channels, _ in layers}, dict(attributes))
 

@@ -99,7 +99,7 @@ class Records(NamedTuple):
 
     @classmethod
     def load(cls, path: Union[str, "os.PathLike[str]"], meter: Optional[str] = None) -> "Records":
-        """Read the records in an NPZ file that ``morgana render`` or :meth:`Result.write` has written.
+        """Read the records in an NPZ or HDF5 file that ``morgana render`` or :meth:`Result.write` has written.
 
         Parameters
         ----------
@@ -116,7 +116,7 @@ class Records(NamedTuple):
         Raises
         ------
         FileError
-            A file without records of this meter, or of another format: HDF5 is not read.
+            A file without records of this meter, or of another format.
 
         Examples
         --------

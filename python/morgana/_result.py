@@ -76,7 +76,7 @@ class Reading(NamedTuple):
 
     @classmethod
     def load(cls, path: Union[str, "os.PathLike[str]"], name: str) -> "Reading":
-        """Read what a meter has measured from an NPZ file that ``morgana render`` or :meth:`Result.write` has written.
+        """Read what a meter has measured from an NPZ or HDF5 file that ``morgana render`` or :meth:`Result.write` has written.
 
         Parameters
         ----------
@@ -93,7 +93,7 @@ class Reading(NamedTuple):
         Raises
         ------
         FileError
-            A file without this reading, or of another format: HDF5 is not read.
+            A file without this reading, or of another format.
 
         Examples
         --------

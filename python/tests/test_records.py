@@ -124,20 +124,20 @@ def test_too_few_particles_have_no_error(measured, particles):
     assert np.isinf(found.error).all() and found.mean[0, 0] == records.weight.sum()
 
 
-def test_files_keep_records(measured, tmp_path):
-    measured.write(tmp_path / "skin.npz")
-    assert morgana.Records.load(tmp_path / "skin.npz") == measured.records["skin"]
+@pytest.mark.parametrize("end", ["npz", "h5"])
+def test_files_keep_records(measured, tmp_path, end):
+    path = tmp_path / f"skin.{end}"
+    measured.write(path)
+    assert morgana.Records.load(path) == measured.records["skin"]
     with pytest.raises(morgana.FileError, match=r"records are those of \['skin'\], not of 'hair'"):
-        morgana.Records.load(tmp_path / "skin.npz", "hair")
-    (tmp_path / "text.npz").write_text("no archive")
-    with pytest.raises(morgana.FileError, match="not a file of readings"):
-        morgana.Records.load(tmp_path / "text.npz")
+        morgana.Records.load(path, "hair")
 
 
 def test_files_keep_readings(measured, tmp_path):
-    measured.write(tmp_path / "skin.npz")
-    for name, reading in measured.meters.items():
-        assert morgana.Reading.load(tmp_path / "skin.npz", name) == reading
+    for end in ("h5", "npz"):
+        measured.write(tmp_path / f"skin.{end}")
+        for name, reading in measured.meters.items():
+            assert morgana.Reading.load(tmp_path / f"skin.{end}", name) == reading
     with pytest.raises(morgana.FileError, match="skin.npz: readings are irradiance, optical_moment, power, not 'fluence'"):
         morgana.Reading.load(tmp_path / "skin.npz", "fluence")
     two = scene(min_bound=0, max_bound=40, bin_width=10), scene(records=False)
@@ -150,17 +150,26 @@ def test_files_keep_readings(measured, tmp_path):
 
 
 def test_other_files_say_what_to_do(measured, tmp_path):
-    measured.write(tmp_path / "skin.h5")
+    measured.write(tmp_path / "whole.npz")
+    whole = (tmp_path / "whole.npz").read_bytes()
+    (tmp_path / "half.npz").write_bytes(whole[: len(whole) // 2])
+    middle = whole.index(b"\x93NUMPY")
+    (tmp_path / "damaged.npz").write_bytes(whole[:middle] + b"\0" + whole[middle + 1 :])
     np.save(tmp_path / "array.npy", np.zeros(3))
     np.savez(tmp_path / "other.npz", a=1)
     np.savez(tmp_path / "metadata.npz", metadata="[]")
-    whole = (tmp_path / "other.npz").read_bytes()
-    (tmp_path / "half.npz").write_bytes(whole[: len(whole) // 2])
-    for load in (morgana.Records.load, lambda path: morgana.Reading.load(path, "power")):
-        with pytest.raises(morgana.FileError, match=r"skin.h5: HDF5 is not read here: write an NPZ file \('-o skin.npz'.*h5py"):
-            load(tmp_path / "skin.h5")
-        for name in ("array.npy", "other.npz", "metadata.npz", "half.npz", "missing.npz"):
-            with pytest.raises(morgana.FileError, match=f"{name}: not a file of readings"):
+    (tmp_path / "text.npz").write_text("no archive")
+    for name, said in [
+        ("array.npy", "not a readings file: write all that meters have read to an .npz or .h5 file"),
+        ("damaged.npz", "the array 'emitted': "),
+        ("half.npz", "this archive of arrays"),
+        ("metadata.npz", "files without arrays of numbers"),
+        ("missing.npz", "cannot read"),
+        ("other.npz", "not a readings file"),
+        ("text.npz", "this archive of arrays"),
+    ]:
+        for load in (morgana.Records.load, lambda path: morgana.Reading.load(path, "power")):
+            with pytest.raises(morgana.FileError, match=f"{name}: .*{said}"):
                 load(tmp_path / name)
 
 

@@ -41,7 +41,7 @@ mod _morgana {
     #[pymodule_export]
     use crate::index_derivative::{check_index_derivatives, differentiate_index};
     #[pymodule_export]
-    use crate::measure::{Measured, measure};
+    use crate::measure::{Measured, measure, read_measurement};
     #[pymodule_export]
     use crate::numbers::refuse_masked;
     #[pymodule_export]

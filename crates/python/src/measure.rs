@@ -6,7 +6,7 @@ use crate::limits::Limits;
 use crate::numbers::array;
 use crate::scene::Scene;
 use crate::watch::watched;
-use io::arrays::{Array, ArrayFormat, Context, Quality, arrays, attributes, list};
+use io::arrays::{Array, ArrayFormat, Arrays, Context, Quality, arrays, attributes, list};
 use io::assemble::Instrument;
 use io::clock::{Clock, Stopped};
 use io::{Loaded, Refusal, report};
@@ -97,6 +97,22 @@ fn meters(measurement: &Measurement, loaded: &Loaded) -> Value {
     };
     loaded.instruments.iter().zip(read).map(meter).collect()
 }
+
+/// Reads an NPZ or HDF5 file of readings: its arrays, and what else it says, as JSON.
+#[pyfunction]
+pub fn read_measurement(
+    py: Python<'_>,
+    path: PathBuf,
+) -> PyResult<(Vec<(Outline, ArrayOfNumbers<'_>)>, String)> {
+    let read = py.detach(|| Arrays::read_measurement(&path, io::Limits::default()));
+    let read = read.map_err(|e| errors::file(&e))?;
+    let found = |a: Array| Ok(((a.name, a.unit, a.axes), array(py, a.data, &a.shape)?));
+    let list: PyResult<_> = read.list.into_iter().map(found).collect();
+    Ok((list?, Value::from_iter(read.attributes).to_string()))
+}
+
+/// Numbers of an array.
+type ArrayOfNumbers<'py> = Bound<'py, PyArrayDyn<f64>>;
 
 /// Name, unit and names of the axes of an array.
 type Outline = (String, String, Vec<String>);

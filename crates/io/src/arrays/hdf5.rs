@@ -46,13 +46,20 @@ fn dataset(array: &Array) -> Result<DatasetBuilder, Error> {
 pub(super) fn read(path: &Path, limits: Limits) -> Result<Read, Problem> {
     let found = hdf5::numbers(path, limits)?;
     let mut read = Read {
-        attributes: found.attributes,
+        attributes: found.attributes.into_iter().map(structured).collect(),
         ..Read::default()
     };
     for (name, stored) in found.datasets {
         read.add(&name, stored.map(|stored| array(&name, stored)));
     }
     Ok(read)
+}
+
+/// An attribute with the array or object that [`write`] has written as a text in JSON; other texts stay as they are.
+fn structured((name, value): (String, Value)) -> (String, Value) {
+    let json = value.as_str().filter(|text| text.starts_with(['[', '{']));
+    let parsed = json.and_then(|json| serde_json::from_str(json).ok());
+    (name, parsed.unwrap_or(value))
 }
 
 fn array(name: &str, stored: StoredNumbers) -> Array {

@@ -220,6 +220,28 @@ impl Arrays {
             .map_err(|problem| problem.at(path))
     }
 
+    /// Reads everything that a measurement has found, from an NPZ or HDF5 file that [`Arrays::write`] has written.
+    ///
+    /// # Errors
+    ///
+    /// As [`Arrays::read`], and an array that cannot be read, and a file of something else.
+    pub fn read_measurement(path: &Path, limits: Limits) -> Result<Self, FileError> {
+        let mut read = Self::read(path, limits)?;
+        if let Some((name, why)) = read.left_out.pop() {
+            return Err(Problem::Malformed(format!("the array '{name}': {why}")).at(path));
+        }
+        if read
+            .list
+            .iter()
+            .all(|array| array.name != readings::EMITTED)
+        {
+            let reason = "write all that meters have read to an .npz or .h5 file".into();
+            let format = "readings";
+            return Err(Problem::WrongFormat { format, reason }.at(path));
+        }
+        Ok(read)
+    }
+
     /// The array of a format that holds one.
     fn single(&self) -> Result<&Array, Problem> {
         let array = self.main.and_then(|i| self.list.get(i));

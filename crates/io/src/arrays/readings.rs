@@ -114,11 +114,14 @@ fn few(readings: &[Reading]) -> String {
     readings.iter().map(share).collect::<Vec<_>>().join(", ")
 }
 
+/// Name of the array that all measurements have: the power of all emitters.
+pub(super) const EMITTED: &str = "emitted";
+
 /// Power of all emitters, per channel.
 fn emitted(context: &Context) -> Array {
     let power = &context.measurement.emitted;
     Array {
-        name: "emitted".into(),
+        name: EMITTED.into(),
         axes: vec!["channel".into()],
         shape: vec![power.len()],
         unit: "W".into(),

@@ -421,7 +421,12 @@ fn files_give_back_what_was_written() {
         let seed = back.attributes.iter().find(|(name, _)| name == "seed");
         let seed = seed.unwrap().1.clone();
         assert!(seed == 1 || seed == "1", "{seed}");
+        let balance = back.attributes.iter().find(|(name, _)| name == "balance");
+        assert_eq!(balance.unwrap().1["escaped"]["mean"], 0.5, "{name}");
+        assert!(Arrays::read_measurement(&folder.join(name), Limits::default()).is_ok());
     }
+    let error = Arrays::read_measurement(&folder.join("a.nrrd"), Limits::default()).unwrap_err();
+    assert!(error.to_string().contains("not a readings file"), "{error}");
     let volume = array(&read("a.nrrd"), "volume").clone();
     assert_eq!(
         (&volume.shape, &volume.data, &volume.axes),
