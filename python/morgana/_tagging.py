@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _checks as checks
+from . import _morgana
 from ._bins import mean_and_variance
 from ._correlation import Correlation
 from ._records import Records
@@ -20,14 +21,8 @@ if TYPE_CHECKING:
 
 Doubles = NDArray[np.float64]
 Floats = NDArray[np.float32]
-CHUNK = 1 << 12
-"""Records whose Bessel functions are computed at once."""
 MOST_ORDERS = 100
 """The last sideband that may be asked for."""
-SMALL = 40.0
-"""Phases up to which Bessel functions are integrals; beyond, with those by which orders are more, their recurrence is stable."""
-TERMS = 12
-"""Terms of Hankel's expansion: the next is below 1e-15 there."""
 LARGEST = 1e12
 """Phase in radians that numbers in double precision know to 1e-4."""
 
@@ -155,7 +150,7 @@ def tagged(records: Records, *, wavelength: ArrayLike, orders: int = 1, where: O
     orders = checks.whole(orders, "orders", 1, MOST_ORDERS)
     phase = _phases(records, wavelength)
     weight, particles = records.weight, records.particles
-    sums = np.stack([_sums(records, weight * of_order**2) for of_order in _bessel(orders, phase)])
+    sums = np.stack([_sums(records, weight * share) for share in _morgana.order_shares(phase, orders)])
     power = _sums(records, weight)
     mean = sums.sum(axis=1)
     error = np.stack([error_of(of_order, particles) for of_order in sums])
@@ -207,7 +202,7 @@ def correlate_tagged(
     shape = (len(times), records.weight.shape[1])
     mean, error, ratio, ratio_error = (np.zeros(shape) for _ in range(4))
     for i, angle in enumerate(turn):
-        sums = _sums(records, records.weight * _bessel(0, 2 * phase * abs(np.sin(angle / 2)))[0])
+        sums = _sums(records, records.weight * _morgana.phase_correlation(phase, angle / 2))
         mean[i], error[i] = sums.sum(axis=0), error_of(sums, records.particles)
         ratio[i] = np.divide(mean[i], total, out=np.full_like(total, np.nan), where=total > 0)
         ratio_error[i] = error_of(sums - ratio[i] * power, records.particles) / np.where(total > 0, total, np.nan)
@@ -235,40 +230,3 @@ def _phases(records: Records, wavelength: ArrayLike) -> Doubles:
 def _sums(records: Records, weight: Doubles) -> Doubles:
     """Sums of weights over the records of each particle, (particles, channels)."""
     return by_particle(records._replace(weight=weight), np.ones((len(records.particle), 1)))[:, 0]
-
-
-def _bessel(orders: int, z: Doubles) -> Doubles:
-    """J_m(z) of the orders 0 to ``orders``, the first axis, for z ≥ 0; the work does not grow with z."""
-    flat = np.ravel(z)
-    found = np.empty((orders + 1, len(flat)))
-    for first in range(0, len(flat), CHUNK):
-        part = slice(first, first + CHUNK)
-        small = flat[part] <= SMALL + 1.25 * orders
-        found[:, part][:, small] = _by_integral(orders, flat[part][small])
-        found[:, part][:, ~small] = _by_recurrence(orders, flat[part][~small])
-    return found.reshape(orders + 1, *z.shape)
-
-
-def _by_integral(orders: int, z: Doubles) -> Doubles:
-    """The trapezoidal rule of Bessel's integral, which is exact to rounding once a period, of which one half is like the other, has more nodes
-    than z + m + 80."""
-    nodes = (int(z.max(initial=0.0)) + orders + 82) // 2
-    angle = np.pi * (np.arange(nodes) + 0.5) / nodes
-    turned = np.outer(np.arange(orders + 1), angle)
-    phase = np.outer(np.sin(angle), z)
-    return np.asarray((np.cos(turned) @ np.cos(phase) + np.sin(turned) @ np.sin(phase)) / nodes)
-
-
-def _by_recurrence(orders: int, z: Doubles) -> Doubles:
-    """Hankel's expansion of J₀ and J₁ for large z, then J_{m+1} = 2m/z J_m − J_{m−1}, which is stable up to m = z."""
-    found = np.empty((max(orders, 1) + 1, len(z)))
-    cosine, sine = (np.cos(z) + np.sin(z)) / np.sqrt(2), (np.sin(z) - np.cos(z)) / np.sqrt(2)
-    for order, (c, s) in enumerate([(cosine, sine), (sine, -cosine)]):
-        term, parts = np.ones_like(z), [np.zeros_like(z), np.zeros_like(z)]
-        for k in range(TERMS):
-            parts[k % 2] += term * (-1) ** (k // 2)
-            term = term * (4 * order**2 - (2 * k + 1) ** 2) / (8 * (k + 1) * z)
-        found[order] = np.sqrt(2 / (np.pi * z)) * (parts[0] * c - parts[1] * s)
-    for order in range(1, orders):
-        found[order + 1] = 2 * order / z * found[order] - found[order - 1]
-    return found[: orders + 1]

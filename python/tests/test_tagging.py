@@ -7,8 +7,7 @@ import morgana
 import numpy as np
 import pytest
 from conftest import load
-from morgana import correlation
-from morgana._tagging import _bessel
+from morgana import _morgana, correlation
 
 WAVELENGTH = 500e-6
 
@@ -50,12 +49,13 @@ def measure(**changes):
 def test_bessel_functions():
     known = {(0, 1): 0.7651976865579666, (1, 1): 0.4400505857449335, (2, 3): 0.4860912605858911, (0, 10): -0.2459357644513483}
     for (order, z), value in {**known, (1, 50): -0.09751182812517514, (3, 0): 0.0}.items():
-        assert _bessel(order, np.array([[float(z)]]))[order, 0, 0] == pytest.approx(value, abs=1e-13)
+        assert _morgana.order_shares(np.array([[float(z)]]), order)[order, 0, 0] == pytest.approx(value**2, abs=1e-13)
     special = pytest.importorskip("scipy.special")
     z = np.concatenate([np.linspace(0, 300, 2001), 10.0 ** np.linspace(2, 7, 200)])
     for orders in (0, 1, 100):
-        np.testing.assert_allclose(_bessel(orders, z), special.jv(np.arange(orders + 1)[:, None], z), atol=2e-13)
-    assert _bessel(3, np.zeros(0)).shape == (4, 0)
+        np.testing.assert_allclose(_morgana.order_shares(z, orders), special.jv(np.arange(orders + 1)[:, None], z) ** 2, atol=2e-13)
+    np.testing.assert_allclose(_morgana.phase_correlation(z, 0.7), special.j0(2 * z * np.sin(0.7)), atol=2e-13)
+    assert _morgana.order_shares(np.zeros(0), 3).shape == (4, 0)
 
 
 def test_large_phases_take_no_longer():

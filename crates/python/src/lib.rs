@@ -17,6 +17,7 @@ mod numbers;
 mod part;
 mod render;
 mod scene;
+mod tagging;
 mod trace;
 mod view;
 mod watch;
@@ -50,6 +51,8 @@ mod _morgana {
     use crate::render::{Rendered, render};
     #[pymodule_export]
     use crate::scene::{Scene, export_dict, export_file, load_dict, load_file};
+    #[pymodule_export]
+    use crate::tagging::{order_shares, phase_correlation};
     #[pymodule_export]
     use crate::trace::{Traced, trace};
     #[pymodule_export]

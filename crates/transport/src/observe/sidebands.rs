@@ -105,21 +105,44 @@ impl Sidebands {
         if orders < ORDERS && self.delays == 0 && square <= SLOW {
             return SmallVec::from_slice(&slow_squares::<ORDERS>(square)[..=orders]);
         }
-        let of_slow = (square <= SLOW).then(|| slow_squares::<ORDERS>(square));
         let phase = square.sqrt();
-        let of_order = |order: usize| match (order, of_slow) {
-            (0..ORDERS, Some(squares)) => squares[order],
-            (0, None) => libm::j0(phase).powi(2),
-            (1, None) => libm::j1(phase).powi(2),
-            _ => libm::jn(order as i32, phase).powi(2),
-        };
-        let at_delay = |i: u32| {
+        let at_delay = |i| {
             let half_turn = 0.5 * PI * f64::from(i) / f64::from(self.delays);
-            libm::j0(2.0 * phase * half_turn.sin())
+            correlation(phase, half_turn)
         };
-        let orders = (0..=orders).map(of_order);
+        let orders = squares(square, self.orders);
         orders.chain((1..=self.delays).map(at_delay)).collect()
     }
+}
+
+/// Shares J_m(|Φ|)² of the orders m from 0 to `orders` in light whose phase has the amplitude `phase`.
+///
+/// ```
+/// use morgana_transport::sidebands::order_shares;
+///
+/// let shares: Vec<f64> = order_shares(0.7, 20).collect();
+/// let all = shares[0] + 2.0 * shares[1..].iter().sum::<f64>();
+/// assert!((all - 1.0).abs() < 1e-14);
+/// ```
+pub fn order_shares(phase: f64, orders: u32) -> impl Iterator<Item = f64> {
+    squares(phase * phase, orders)
+}
+
+/// Autocorrelation J₀(2|Φ| sin(ωτ/2)) of light whose phase has the amplitude `phase`, at a delay τ that turns the sound by twice `half_turn`.
+pub fn correlation(phase: f64, half_turn: f64) -> f64 {
+    libm::j0(2.0 * phase * half_turn.sin())
+}
+
+/// J_m(x)² of the orders from 0 to `orders`, from x².
+fn squares(square: f64, orders: u32) -> impl Iterator<Item = f64> {
+    let of_slow = (square <= SLOW).then(|| slow_squares::<ORDERS>(square));
+    let x = square.sqrt();
+    (0..=orders).map(move |order| match (order as usize, of_slow) {
+        (m @ 0..ORDERS, Some(squares)) => squares[m],
+        (0, None) => libm::j0(x).powi(2),
+        (1, None) => libm::j1(x).powi(2),
+        _ => libm::jn(order as i32, x).powi(2),
+    })
 }
 
 /// Up to this square of x, J_m of so many orders are sums of so many terms.
