@@ -17,12 +17,6 @@ from ._numbers import numbers
 from ._result import Floats, Result, thumbnail
 from ._values import comparable
 
-ALBEDOS = ("albedo",)
-NORMALS = ("sh_normal", "geo_normal")
-"""Names of layers that guide the denoiser."""
-FAR = 3.0
-"""Beyond so many standard errors noise hardly explains a difference."""
-
 
 @comparable
 class Denoised(NamedTuple):
@@ -138,35 +132,32 @@ def denoise(
     oidn = _oidn()
     if isinstance(image, (str, os.PathLike)):
         image = read(image)
+    if isinstance(image, Denoised):
+        image = Image({"": image.image}, {"": image.channels}, image.attributes)
     attributes = dict(image.attributes) if isinstance(image, Image) else {}
-    _refuse(image, attributes)
     layers = {name: (channels, np.asarray(values)) for name, channels, values in _layers(image)}
-    if "" not in layers:
-        raise RenderError(f"the image has no main layer, only {', '.join(layers)}")
-    channels, values = layers[""]
-    if not np.isfinite(values).all():
-        raise RenderError("the image has values that are not finite")
     if isinstance(image, Result):
+        attributes = {} if image._rendered.is_light() else {"integrator": "aov"}
         layers.update((name, (layer.channels, layer.mean)) for name, layer in image.layers.items())
-    named = truth(guides, "guides")
-    used, names = {}, []
-    for what, given, usual in (("albedo", albedo, ALBEDOS), ("normal", normal, NORMALS)):
-        if given is not None:
-            used[what] = _fitting(given, f"the {what}", (*values.shape[:2], 3))
-            names.append(what)
-        elif named and (found := _guide(layers, usual)) is not None:
-            name, used[what] = found
-            names.append(name)
-    if "albedo" not in used:
-        if normal is not None:
-            raise RenderError("Open Image Denoise takes normals only beside an albedo: give albedo, too")
-        used, names = {}, []
-    denoised = _answer(oidn, channels, values, used)
-    known = _errors(error, layers, channels, values)
-    difference, beyond, unknown = (None, None, None) if known is None else _moved(denoised, values, known)
-    attributes.pop("trust", None)
-    attributes["denoised"] = f"by Open Image Denoise (pyoidn){' with ' + ', '.join(names) if names else ' without guides'}"
-    return Denoised(denoised, difference, beyond, unknown, list(channels), attributes)
+    channels, values = layers.get("", next(iter(layers.values())))
+    given = {
+        what: (list("RGB"), _fitting(guide, f"the {what}", (*values.shape[:2], 3)))
+        for what, guide in (("albedo", albedo), ("normal", normal))
+        if guide is not None
+    }
+    if error is not None:
+        shape = values.shape[:2] if values.shape[2] == 1 and np.ndim(error) == 2 else values.shape
+        given["error"] = channels, _fitting(error, "the error", shape).reshape(values.shape)
+    layers.update(given)
+    denoised, difference, moved, told = _morgana.denoise(
+        [(name, *layer) for name, layer in layers.items()],
+        list(attributes.items()),
+        list(given),
+        truth(guides, "guides"),
+        lambda colours, guided: oidn.denoise(colours, **guided, hdr=True),
+    )
+    beyond, unknown = moved or (None, None)
+    return Denoised(denoised, difference, beyond, unknown, list(channels), dict(told))
 
 
 def _oidn() -> Any:
@@ -176,68 +167,8 @@ def _oidn() -> Any:
         raise ImportError('morgana.denoise needs Open Image Denoise: pip install "morgana-render[denoise]"') from missing
 
 
-def _refuse(image: Any, attributes: Dict[str, str]) -> None:
-    if isinstance(image, Denoised) or "denoised" in attributes:
-        raise RenderError("the image is denoised already: denoise the estimate")
-    is_light = image._rendered.is_light() if isinstance(image, Result) else attributes.get("integrator") != "aov"
-    if not is_light:
-        raise RenderError("the image has quantities of rays, not light: nest an integrator of light in the aov")
-
-
 def _fitting(given: ArrayLike, what: str, shape: Tuple[int, ...]) -> Floats:
     values = numbers(given, what, np.float32)
     if values.shape != shape:
         raise RenderError(f"{what} must have shape {shape}, that of the image, but has {values.shape}")
     return np.ascontiguousarray(values)
-
-
-def _guide(layers: Dict[str, Tuple[List[str], Any]], usual: Tuple[str, ...]) -> Optional[Tuple[str, Floats]]:
-    for name in usual:
-        if name in layers:
-            channels, values = layers[name]
-            for wanted in ("RGB", "XYZ"):
-                if set(wanted) <= set(channels):
-                    order = [channels.index(c) for c in wanted]
-                    return name, np.ascontiguousarray(values[:, :, order], dtype=np.float32)
-    return None
-
-
-def _answer(oidn: Any, channels: List[str], values: Floats, guides: Dict[str, Floats]) -> Floats:
-    """Red, green and blue together, other channels one by one, as grey."""
-    colours = [channels.index(c) for c in "RGB"] if set("RGB") <= set(channels) else []
-    parts = [colours] if colours else []
-    parts += [[c] for c in range(len(channels)) if c not in colours]
-    denoised = np.empty_like(values)
-    for part in parts:
-        noisy = np.repeat(values[:, :, part], 3 // len(part), axis=2)
-        # The denoiser takes very small radiances for black.
-        gain = np.float32(2.0 ** np.clip(np.round(_morgana.exposure([("", list("RGB"), noisy)])), -126, 126))
-        answer = np.asarray(oidn.denoise(np.ascontiguousarray(noisy * gain), **guides, hdr=True))
-        if answer.shape != noisy.shape or not np.isfinite(answer).all():
-            raise RenderError("Open Image Denoise returned no image")
-        answer = answer / gain
-        denoised[:, :, part] = answer if len(part) == 3 else answer.mean(axis=2, keepdims=True)
-    return denoised
-
-
-def _errors(
-    error: Optional[ArrayLike], layers: Dict[str, Tuple[List[str], Any]], channels: List[str], values: Floats
-) -> Optional[Floats]:
-    if error is not None:
-        shape = values.shape[:2] if values.shape[2] == 1 and np.ndim(error) == 2 else values.shape
-        return _fitting(error, "the error", shape).reshape(values.shape)
-    names, variance = layers.get("variance", ([], None))
-    if variance is None or not set(channels) <= set(names):
-        return None
-    root: Floats = np.sqrt(variance[:, :, [names.index(c) for c in channels]])
-    return root
-
-
-def _moved(denoised: Floats, estimate: Floats, error: Floats) -> Tuple[Floats, float, float]:
-    difference = denoised.astype(float) - estimate
-    known = (error > 0) & np.isfinite(error)
-    z = np.where(difference == 0, 0.0, np.nan)
-    np.divide(difference, error, out=z, where=known & (difference != 0))
-    unknown = np.isnan(z)
-    beyond = np.count_nonzero(np.abs(z) > FAR) / max(int(np.count_nonzero(~unknown)), 1)
-    return z.astype(np.float32), float(beyond), float(unknown.mean())

@@ -14,6 +14,7 @@ __all__ = [
     "Field",
     "load_field",
     "compare_images",
+    "denoise",
     "encode_png",
     "exposure",
     "export_dict",
@@ -299,6 +300,13 @@ def read_image(path: str, memory: Optional[int]) -> Tuple[List[Tuple[str, List[s
 def write_image(
     path: str, layers: List[Tuple[str, List[str], ArrayLike]], attributes: List[Tuple[str, str]], exposure: Optional[float]
 ) -> None: ...
+def denoise(
+    layers: List[Tuple[str, List[str], ArrayLike]],
+    attributes: List[Tuple[str, str]],
+    given: List[str],
+    guides: bool,
+    denoiser: Callable[[NDArray[np.float32], Dict[str, NDArray[np.float32]]], ArrayLike],
+) -> Tuple[NDArray[np.float32], Optional[NDArray[np.float32]], Optional[Tuple[float, float]], List[Tuple[str, str]]]: ...
 def encode_png(layers: List[Tuple[str, List[str], ArrayLike]]) -> bytes: ...
 def exposure(layers: List[Tuple[str, List[str], ArrayLike]]) -> float: ...
 def compare_images(

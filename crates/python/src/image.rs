@@ -16,14 +16,16 @@ use serde_json::json;
 use std::path::PathBuf;
 
 /// Layers of an image: name, names of channels, values (height, width, channels).
-type Given<'py> = Vec<(String, Vec<String>, PyArrayLike3<'py, f32, AllowTypeChange>)>;
+pub type Given<'py> = Vec<(String, Vec<String>, PyArrayLike3<'py, f32, AllowTypeChange>)>;
+/// Values of a layer, (height, width, channels).
+pub type Values<'py> = Bound<'py, PyArrayDyn<f32>>;
 /// The same as they are returned.
-type LayerArrays<'py> = Vec<(String, Vec<String>, Bound<'py, PyArrayDyn<f32>>)>;
+type LayerArrays<'py> = Vec<(String, Vec<String>, Values<'py>)>;
 /// Bytes for each value of an image while it is written or compared: as it is copied, in double precision, and as
 /// compressed or filtered.
 const BYTES_PER_VALUE: usize = size_of::<f32>() + 2 * size_of::<f64>();
 /// Texts by name.
-type Attributes = Vec<(String, String)>;
+pub type Attributes = Vec<(String, String)>;
 
 /// Reads all layers and attributes of an image.
 #[pyfunction]
@@ -34,16 +36,26 @@ pub fn read_image(
 ) -> PyResult<(LayerArrays<'_>, Attributes)> {
     let image = py.detach(|| ImageLayers::read_within(&path, Limits { memory }));
     let image = image.map_err(|e| errors::file(&e))?;
-    let size = (image.height, image.width);
+    let size = [image.height, image.width];
     let found = |layer: Layer| {
-        let (names, planes): (Vec<_>, Vec<_>) = layer.channels.into_iter().unzip();
-        let pixels = 0..size.0 * size.1;
-        let values = pixels.flat_map(|i| planes.iter().map(move |plane| plane[i]));
-        let shape = [size.0, size.1, names.len()];
-        Ok((layer.name, names, array(py, values.collect(), &shape)?))
+        let values = layer_values(py, size, &layer)?;
+        let names = layer.channels.into_iter().map(|(name, _)| name);
+        Ok((layer.name, names.collect(), values))
     };
     let layers: PyResult<LayerArrays> = image.layers.into_iter().map(found).collect();
     Ok((layers?, image.attributes))
+}
+
+/// Values of a layer of so many rows and pixels per row.
+pub fn layer_values<'py>(
+    py: Python<'py>,
+    [height, width]: [usize; 2],
+    layer: &Layer,
+) -> PyResult<Values<'py>> {
+    let planes = layer.channels.iter();
+    let pixel = |i: usize| planes.clone().map(move |(_, plane)| plane[i]);
+    let values = (0..height * width).flat_map(pixel).collect();
+    array(py, values, &[height, width, layer.channels.len()])
 }
 
 /// Writes an image: all layers to an `.exr` file, the first to an `.npy` or `.png` file, brightened by so many stops, or as many
@@ -126,7 +138,8 @@ fn finite(v: f64) -> Option<f64> {
     v.is_finite().then_some(v)
 }
 
-fn image(layers: &Given<'_>) -> PyResult<ImageLayers> {
+/// Layers of an image, without attributes.
+pub fn image(layers: &Given<'_>) -> PyResult<ImageLayers> {
     let count = layers.iter().map(|(_, _, values)| values.len()).sum();
     ask_for_memory(count, BYTES_PER_VALUE, "image")?;
     let shape = layers

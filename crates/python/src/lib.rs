@@ -2,6 +2,7 @@
 //! them. Everything that Python does as well, such as bars of progress, is Python: `python/morgana`.
 
 mod connect;
+mod denoise;
 mod derivative;
 mod dict;
 mod ends;
@@ -29,6 +30,8 @@ use pyo3::prelude::*;
 mod _morgana {
     #[pymodule_export]
     use crate::connect::{Ray, connect};
+    #[pymodule_export]
+    use crate::denoise::denoise;
     #[pymodule_export]
     use crate::derivative::{check_derivatives, differentiate, jacobian};
     #[pymodule_export]

@@ -6,9 +6,9 @@ use crate::load::file_name;
 use crate::oidn::Oidn;
 use crate::output::say;
 use crate::{config, numbers};
-use io::image::denoised::{ALBEDOS, DENOISED, Moved, NORMALS};
+use io::image::denoised::{DenoiseOptions, Denoising, Moved};
 use io::image::exposure::Exposure;
-use io::image::{ImageLayers, RgbImage, exr};
+use io::image::{ImageLayers, exr};
 use std::process::ExitCode;
 
 /// Writes what a denoiser makes of an image, and how far it moved it.
@@ -16,26 +16,25 @@ pub fn denoise(args: &DenoiseArgs) -> Result<ExitCode, CommandError> {
     let files = config::denoised(&args.output)?;
     let image = ImageLayers::read_within(&args.image, args.memory.limits())?;
     let usage = |problem: io::Problem| CommandError::Usage(problem.at(&args.image).to_string());
-    refuse(&image, args)?;
+    let options = DenoiseOptions {
+        layer: args.layer.clone(),
+        albedo: args.albedo.clone(),
+        normal: args.normal.clone(),
+        errors: None,
+        usual_guides: !args.no_guides,
+    };
+    let denoising = Denoising::new(image, &options).map_err(usage)?;
     let mut oidn = Oidn::new(args.oidn.as_deref(), args.memory.limits())?;
-    let guides = guides(&image, args)?;
-    for guide in &guides {
-        oidn.guide(guide.option, &guide.image)?;
+    for (option, guide) in [("--alb", &denoising.albedo), ("--nrm", &denoising.normal)] {
+        if let Some(guide) = guide {
+            oidn.guide(option, &guide.image)?;
+        }
     }
-    let image = image.focused(&args.layer).map_err(usage)?;
-    let answer = |noisy: io::image::denoised::Noisy| {
-        let answer = oidn.denoise(&noisy.image)?;
-        Ok((noisy, answer))
-    };
-    let parts = image.noisy().map_err(usage)?.into_iter();
-    let answers: Result<Vec<_>, CommandError> = parts.map(answer).collect();
-    let with = with(&guides);
-    let layer = match &args.layer[..] {
-        "" => String::new(),
-        layer => format!("the layer {layer} "),
-    };
-    let by = format!("{layer}by Open Image Denoise (oidnDenoise --hdr){with}");
-    let found = image.denoised(&answers?, &by).map_err(usage)?;
+    let parts = denoising.parts.iter();
+    let answers: Result<Vec<_>, _> = parts.map(|part| oidn.denoise(&part.image)).collect();
+    let guides = denoising.guides();
+    let by = "Open Image Denoise (oidnDenoise --hdr)";
+    let found = denoising.finish(&answers?, by).map_err(usage)?;
     let mut shown = None;
     for (path, format) in &files {
         match format {
@@ -49,7 +48,7 @@ pub fn denoise(args: &DenoiseArgs) -> Result<ExitCode, CommandError> {
         }
     }
     if !args.quiet {
-        let mut parts = vec![format!("denoised{with}")];
+        let mut parts = vec![format!("denoised {guides}")];
         parts.extend(moved(found.moved));
         parts.extend(shown.filter(|stops| *stops != 0.0).map(numbers::exposure));
         say(&parts.join(" · "))?;
@@ -62,73 +61,6 @@ pub fn denoise(args: &DenoiseArgs) -> Result<ExitCode, CommandError> {
         }
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// A layer that guides the denoiser.
-struct Guide {
-    option: &'static str,
-    layer: String,
-    image: RgbImage,
-}
-
-/// What is no noisy light.
-fn refuse(image: &ImageLayers, args: &DenoiseArgs) -> Result<(), CommandError> {
-    let name = file_name(&args.image);
-    let why = if image.attribute(DENOISED).is_some() {
-        "is denoised already: denoise the estimate"
-    } else if image.attribute("integrator") == Some("aov") {
-        "has quantities of rays, not light: nest an integrator of light in the aov"
-    } else {
-        return Ok(());
-    };
-    Err(CommandError::Usage(format!("'{name}' {why}")))
-}
-
-/// The layers to use: those asked for, or else those that are there. Normals need an albedo.
-fn guides(image: &ImageLayers, args: &DenoiseArgs) -> Result<Vec<Guide>, CommandError> {
-    if args.no_guides {
-        return Ok(Vec::new());
-    }
-    let guide = |option, asked: &Option<String>, usual: &[&str]| match asked {
-        Some(layer) => match image.guide(layer) {
-            Some(image) => Ok(Some(Guide {
-                option,
-                layer: layer.clone(),
-                image,
-            })),
-            None => Err(CommandError::Usage(format!(
-                "'{}' has no layer '{layer}' with the channels R, G, B or X, Y, Z: render it with an integrator aov \
-                 (docs/images.md)",
-                file_name(&args.image)
-            ))),
-        },
-        None => Ok(usual.iter().find_map(|layer| {
-            Some(Guide {
-                option,
-                layer: (*layer).to_owned(),
-                image: image.guide(layer)?,
-            })
-        })),
-    };
-    let albedo = guide("--alb", &args.albedo, &ALBEDOS)?;
-    let normal = guide("--nrm", &args.normal, &NORMALS)?;
-    if albedo.is_none() && args.normal.is_some() {
-        let message = "Open Image Denoise takes normals only beside an albedo: give --albedo, too";
-        return Err(CommandError::Usage(message.into()));
-    }
-    let normal = normal.filter(|_| albedo.is_some());
-    Ok([albedo, normal].into_iter().flatten().collect())
-}
-
-/// The guides in a few words.
-fn with(guides: &[Guide]) -> String {
-    match guides {
-        [] => " without guides".into(),
-        guides => {
-            let names: Vec<&str> = guides.iter().map(|g| g.layer.as_str()).collect();
-            format!(" with the layers {}", names.join(", "))
-        }
-    }
 }
 
 /// How far values were moved, in a few words.

@@ -4,7 +4,7 @@
 //! the main layer, beside how far it moved each value in terms of the standard error.
 
 use super::exposure::Exposure;
-use super::{ImageLayers, Layer, RgbImage};
+use super::{ImageLayers, Layer, RgbImage, variance_of};
 use crate::error::Problem;
 
 /// The attribute of denoised images, which says what denoised them.
@@ -13,10 +13,9 @@ pub const DENOISED: &str = "denoised";
 pub const LAYER: &str = "denoised";
 /// The layer with (denoised − estimate) / standard error.
 pub const DIFFERENCE: &str = "difference";
-/// Names of layers that guide denoisers, those to be preferred first.
-pub const ALBEDOS: [&str; 1] = ["albedo"];
-/// As [`ALBEDOS`], of normals.
-pub const NORMALS: [&str; 2] = ["sh_normal", "geo_normal"];
+/// Layers that guide denoisers unless the user names others, those to be preferred first.
+const ALBEDOS: [&str; 1] = ["albedo"];
+const NORMALS: [&str; 2] = ["sh_normal", "geo_normal"];
 
 /// Channels that are denoised together.
 const COLOURS: [&str; 3] = ["R", "G", "B"];
@@ -25,11 +24,55 @@ const OF_ESTIMATES: [&str; 1] = ["trust"];
 /// Beyond so many standard errors noise hardly explains a difference.
 const FAR: f64 = 3.0;
 
+/// The layers that denoising takes of an image.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DenoiseOptions {
+    /// Layer to denoise; empty for the main layer.
+    pub layer: String,
+    /// Layer with the albedo of first surfaces.
+    pub albedo: Option<String>,
+    /// Layer with the normals of first surfaces.
+    pub normal: Option<String>,
+    /// Layer with standard errors of the denoised layer; the roots of its variances by default.
+    pub errors: Option<String>,
+    /// Whether layers with usual names guide the denoiser where none is named.
+    pub usual_guides: bool,
+}
+
+/// Name and values of a channel.
+type Channel = (String, Vec<f32>);
+
+/// A layer that guides a denoiser.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DenoiseGuide {
+    /// Name of the layer.
+    pub name: String,
+    /// Its red, green and blue, or X, Y and Z.
+    pub image: RgbImage,
+}
+
+/// An image that is being denoised: what a denoiser needs of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Denoising {
+    /// Albedo of first surfaces.
+    pub albedo: Option<DenoiseGuide>,
+    /// Normals of first surfaces, never without an albedo.
+    pub normal: Option<DenoiseGuide>,
+    /// Images to denoise, one after the other.
+    pub parts: Vec<Noisy>,
+    /// The layer to denoise and its variances.
+    image: ImageLayers,
+    /// Name of that layer.
+    layer: String,
+    /// Standard errors of all its channels, in their order, if they are known.
+    errors: Option<Vec<Channel>>,
+}
+
 /// An image as a denoiser takes it: colours around 1, and what to undo afterwards.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Noisy {
     /// The channels that its red, green and blue are: three, or one that is all of them.
-    pub channels: Vec<String>,
+    channels: Vec<String>,
     /// Values times `gain`.
     pub image: RgbImage,
     /// A power of two.
@@ -55,27 +98,167 @@ pub struct Moved {
     pub unknown: f64,
 }
 
+impl DenoiseOptions {
+    /// Whether denoising looks at the layer `name`.
+    pub fn uses(&self, name: &str) -> bool {
+        let named = [&self.albedo, &self.normal, &self.errors];
+        name == self.layer
+            || name == variance_of(&self.layer)
+            || named.into_iter().flatten().any(|n| n == name)
+            || self.usual_guides && ALBEDOS.iter().chain(&NORMALS).any(|n| *n == name)
+    }
+}
+
+impl Denoising {
+    /// Takes what a denoiser needs out of an image: red, green and blue together, every other channel on its own.
+    ///
+    /// # Errors
+    ///
+    /// An image that is denoised already, or of quantities other than light; layers that it does not have; normals without an
+    /// albedo; and values that are not finite.
+    pub fn new(image: ImageLayers, options: &DenoiseOptions) -> Result<Self, Problem> {
+        if image.attribute(DENOISED).is_some() {
+            let message = "the image is denoised already: denoise the estimate";
+            return Err(Problem::Malformed(message.into()));
+        }
+        if image.attribute("integrator") == Some("aov") {
+            let message = "the image has quantities of rays, not light: nest an integrator of light in the aov";
+            return Err(Problem::Malformed(message.into()));
+        }
+        let guide = |named: &Option<String>, usual: &[&str]| match named {
+            Some(name) => image.named_guide(name).map(Some),
+            None if options.usual_guides => Ok(usual.iter().find_map(|name| image.guide(name))),
+            None => Ok(None),
+        };
+        let albedo = guide(&options.albedo, &ALBEDOS)?;
+        if albedo.is_none() && options.normal.is_some() {
+            let message =
+                "Open Image Denoise takes normals only beside an albedo: give an albedo, too";
+            return Err(Problem::Malformed(message.into()));
+        }
+        let normal = guide(&options.normal, &NORMALS)?.filter(|_| albedo.is_some());
+        let named = options.errors.as_deref();
+        let errors = named.and_then(|name| image.layer(name)).cloned();
+        let image = image.focused(&options.layer)?;
+        let errors = match (errors, image.layer("variance")) {
+            (Some(errors), _) => image.errors(&errors, |error| error),
+            (None, Some(variances)) => image.errors(variances, f32::sqrt),
+            (None, None) => None,
+        };
+        Ok(Denoising {
+            albedo,
+            normal,
+            parts: image.noisy()?,
+            image,
+            layer: options.layer.clone(),
+            errors,
+        })
+    }
+
+    /// The guides in a few words.
+    pub fn guides(&self) -> String {
+        let guides = [&self.albedo, &self.normal].into_iter().flatten();
+        let names: Vec<&str> = guides.map(|guide| guide.name.as_str()).collect();
+        match &names[..] {
+            [] => "without guides".into(),
+            names => format!("with {}", names.join(", ")),
+        }
+    }
+
+    /// Makes a denoised image of a denoiser's answers to all [parts](Denoising::parts), in their order. `by` names the denoiser.
+    ///
+    /// # Errors
+    ///
+    /// Answers of another size, and values that are not finite.
+    pub fn finish(self, answers: &[RgbImage], by: &str) -> Result<Denoised, Problem> {
+        let of_layer = match &*self.layer {
+            "" => String::new(),
+            layer => format!("the layer {layer} "),
+        };
+        let by = format!("{of_layer}by {by} {}", self.guides());
+        let ImageLayers { width, height, .. } = self.image;
+        let mut channels = Vec::new();
+        for (noisy, answer) in self.parts.iter().zip(answers) {
+            answer.check_finite()?;
+            if [answer.width, answer.height] != [width, height] {
+                return Err(Problem::Mismatch {
+                    expected: format!("{width} x {height} pixels"),
+                    found: format!("{} x {}", answer.width, answer.height),
+                });
+            }
+            channels.extend(noisy.planes(answer));
+        }
+        let estimate = self.image.layer("").into_iter();
+        let estimate: Vec<_> = estimate.flat_map(|layer| &layer.channels).collect();
+        channels.sort_by_key(|(name, _)| estimate.iter().position(|(other, _)| name == other));
+        let mut counts = Counts::default();
+        let differences = self.errors.as_ref().map(|errors| {
+            let channels = channels.iter().zip(&estimate).zip(errors);
+            let of = |((denoised, estimate), errors): ((&Channel, &&Channel), &Channel)| {
+                let z = |i: usize| counts.take(denoised.1[i], estimate.1[i], errors.1[i]);
+                (denoised.0.clone(), (0..denoised.1.len()).map(z).collect())
+            };
+            channels.map(of).collect()
+        });
+        let moved = differences.is_some().then(|| counts.moved());
+        let layer = |name: &str, channels| Layer {
+            name: name.into(),
+            channels,
+        };
+        let mut layers = vec![layer(LAYER, channels)];
+        layers.extend(differences.map(|channels| layer(DIFFERENCE, channels)));
+        let attributes = self.image.attributes.into_iter();
+        let mut attributes: Vec<_> = attributes
+            .filter(|(name, _)| !OF_ESTIMATES.contains(&name.as_str()))
+            .collect();
+        attributes.push((DENOISED.into(), by));
+        let image = ImageLayers {
+            width,
+            height,
+            layers,
+            attributes,
+        };
+        Ok(Denoised { image, moved })
+    }
+}
+
 impl ImageLayers {
     /// Red, green and blue, or X, Y and Z, of a layer that is to guide a denoiser.
-    pub fn guide(&self, layer: &str) -> Option<RgbImage> {
-        let layer = self.layer(layer)?;
+    fn guide(&self, name: &str) -> Option<DenoiseGuide> {
+        let layer = self.layer(name)?;
         let of = |names: [&str; 3]| {
             let [a, b, c] = names.map(|name| layer.channel(name));
             Some([a?, b?, c?])
         };
         let planes = of(COLOURS).or_else(|| of(["X", "Y", "Z"]))?;
-        Some(self.joined(planes, 1.0))
+        Some(DenoiseGuide {
+            name: name.to_owned(),
+            image: self.joined(planes, 1.0),
+        })
     }
 
-    /// The main layer as a denoiser takes it: red, green and blue together, every other channel on its own.
-    ///
-    /// # Errors
-    ///
-    /// No main layer, and values that are not finite.
-    pub fn noisy(&self) -> Result<Vec<Noisy>, Problem> {
-        let none = || Problem::Empty("the image has no main layer".into());
-        let main = self.layer("").ok_or_else(none)?;
-        for (name, values) in &main.channels {
+    fn named_guide(&self, name: &str) -> Result<DenoiseGuide, Problem> {
+        self.guide(name).ok_or_else(|| {
+            Problem::Malformed(format!(
+                "no layer '{name}' with the channels R, G, B or X, Y, Z: render it with an integrator aov (docs/images.md)"
+            ))
+        })
+    }
+
+    /// Standard errors of all channels of the main layer, in their order, which `error` makes of the values of another layer.
+    fn errors(&self, layer: &Layer, error: impl Fn(f32) -> f32) -> Option<Vec<Channel>> {
+        let channels = self.layer("")?.channels.iter().map(|(name, _)| {
+            let values = layer.channel(name)?.iter();
+            Some((name.clone(), values.map(|v| error(*v)).collect()))
+        });
+        channels.collect()
+    }
+
+    /// The main layer as a denoiser takes it.
+    fn noisy(&self) -> Result<Vec<Noisy>, Problem> {
+        let main = self.layer("");
+        let mut others: Vec<&Channel> = main.iter().flat_map(|main| &main.channels).collect();
+        for (name, values) in &others {
             if let Some(i) = values.iter().position(|v| !v.is_finite()) {
                 let [x, y] = [i % self.width, i / self.width];
                 return Err(Problem::NotFinite {
@@ -85,9 +268,8 @@ impl ImageLayers {
             }
         }
         let mut parts = Vec::new();
-        let mut others: Vec<&(String, Vec<f32>)> = main.channels.iter().collect();
-        if let [Some(r), Some(g), Some(b)] = COLOURS.map(|name| main.channel(name)) {
-            parts.push((COLOURS.map(str::to_owned).to_vec(), [r, g, b]));
+        if let Some(planes) = main.and_then(Layer::colours) {
+            parts.push((COLOURS.map(str::to_owned).to_vec(), planes));
             others.retain(|(name, _)| !COLOURS.contains(&name.as_str()));
         }
         for (name, values) in others {
@@ -114,52 +296,6 @@ impl ImageLayers {
             pixels: (0..self.width * self.height).map(pixel).collect(),
         }
     }
-
-    /// What a denoiser made of this image: its answers to [`ImageLayers::noisy`], in that order. `by` says what it is and which
-    /// guides it had.
-    ///
-    /// # Errors
-    ///
-    /// Answers of another size, and values that are not finite.
-    pub fn denoised(&self, answers: &[(Noisy, RgbImage)], by: &str) -> Result<Denoised, Problem> {
-        let mut denoised = layer(LAYER);
-        for (noisy, answer) in answers {
-            answer.check_finite()?;
-            if [answer.width, answer.height] != [self.width, self.height] {
-                return Err(Problem::Mismatch {
-                    expected: format!("{} x {} pixels", self.width, self.height),
-                    found: format!("{} x {}", answer.width, answer.height),
-                });
-            }
-            denoised.channels.extend(noisy.planes(answer));
-        }
-        let mut counts = Counts::default();
-        let variance = self.layer("variance");
-        let differences = denoised.channels.iter().map(|(name, values)| {
-            let estimate = self.layer("")?.channel(name)?;
-            let variance = variance?.channel(name)?;
-            let of = |i: usize| counts.take(values[i], estimate[i], variance[i]);
-            Some((name.clone(), (0..values.len()).map(of).collect()))
-        });
-        let differences: Option<Vec<_>> = differences.collect();
-        let attributes = self.attributes.iter();
-        let attributes = attributes.filter(|(name, _)| !OF_ESTIMATES.contains(&name.as_str()));
-        let mut image = ImageLayers {
-            width: self.width,
-            height: self.height,
-            layers: vec![denoised],
-            attributes: attributes.cloned().collect(),
-        };
-        image.attributes.push((DENOISED.into(), by.into()));
-        let moved = differences.map(|channels| {
-            image.layers.push(Layer {
-                channels,
-                ..layer(DIFFERENCE)
-            });
-            counts.moved()
-        });
-        Ok(Denoised { image, moved })
-    }
 }
 
 impl Noisy {
@@ -181,13 +317,6 @@ impl Noisy {
     }
 }
 
-fn layer(name: &str) -> Layer {
-    Layer {
-        name: name.into(),
-        channels: Vec::new(),
-    }
-}
-
 /// Values that were counted.
 #[derive(Debug, Default)]
 struct Counts {
@@ -198,9 +327,9 @@ struct Counts {
 
 impl Counts {
     /// The difference of a value from its estimate by the standard error; NaN if it was moved but has none.
-    fn take(&mut self, denoised: f32, estimate: f32, variance: f32) -> f32 {
+    fn take(&mut self, denoised: f32, estimate: f32, error: f32) -> f32 {
         let difference = f64::from(denoised) - f64::from(estimate);
-        let error = f64::from(variance).sqrt();
+        let error = f64::from(error);
         self.all += 1;
         let z = if difference == 0.0 {
             0.0
@@ -245,14 +374,15 @@ mod tests {
 
     /// A denoiser that adds `shift` to what it is given.
     fn shifted(image: &ImageLayers, shift: f32) -> Denoised {
-        let answer = |noisy: Noisy| {
+        let answer = |noisy: &Noisy| {
             let mut shown = noisy.image.clone();
             let by = shift * noisy.gain;
             shown.pixels.iter_mut().flatten().for_each(|v| *v += by);
-            (noisy, shown)
+            shown
         };
-        let answers: Vec<_> = image.noisy().unwrap().into_iter().map(answer).collect();
-        image.denoised(&answers, "a test").unwrap()
+        let denoising = Denoising::new(image.clone(), &DenoiseOptions::default()).unwrap();
+        let answers: Vec<_> = denoising.parts.iter().map(answer).collect();
+        denoising.finish(&answers, "a test").unwrap()
     }
 
     /// Standard errors of 0.25 and a shift of 1: four everywhere, but where none is known.
@@ -282,7 +412,10 @@ mod tests {
         let found = shifted(&image(&[("Y", [1e-9; 4])], None), 1e-9);
         assert!(found.image.layer("").is_none() && found.image.layer(DIFFERENCE).is_none());
         assert_eq!(found.moved, None);
-        assert_eq!(found.image.attribute(DENOISED), Some("a test"));
+        assert_eq!(
+            found.image.attribute(DENOISED),
+            Some("by a test without guides")
+        );
         assert_eq!(found.image.attribute("seed"), Some("7"));
         assert_eq!(found.image.attribute("trust"), None);
         let values = found.image.layer(LAYER).unwrap().channel("Y").unwrap();

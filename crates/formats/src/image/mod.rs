@@ -46,6 +46,14 @@ pub struct Layer {
     pub channels: Vec<(String, Vec<f32>)>,
 }
 
+/// Name of the layer with the variances of another.
+fn variance_of(layer: &str) -> String {
+    match layer {
+        "" => "variance".to_owned(),
+        _ => format!("variance.{layer}"),
+    }
+}
+
 impl Layer {
     /// The channel with this name.
     pub fn channel(&self, name: &str) -> Option<&[f32]> {

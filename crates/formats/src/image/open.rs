@@ -6,7 +6,7 @@ use super::denoised::DENOISED;
 use super::exposure::Exposure;
 use super::png::Depth;
 use super::tone::{Curve, Tone};
-use super::{ImageLayers, Layer, RgbImage, exr, png};
+use super::{ImageLayers, Layer, RgbImage, exr, png, variance_of};
 use crate::atomic;
 use crate::error::{FileError, Problem};
 use crate::input::Limits;
@@ -101,10 +101,7 @@ impl ImageLayers {
     ///
     /// A layer that the image does not have.
     pub fn focused(mut self, layer: &str) -> Result<Self, Problem> {
-        let variance = match layer {
-            "" => "variance".to_owned(),
-            _ => format!("variance.{layer}"),
-        };
+        let variance = variance_of(layer);
         if self.layer(layer).is_none() {
             return Err(Problem::Unsupported(self.missing(layer)));
         }
