@@ -29,6 +29,7 @@ __all__ = [
     "push_forward",
     "read_image",
     "write_image",
+    "write_volume",
     "Measured",
     "measure",
     "read_measurement",
@@ -307,6 +308,9 @@ def denoise(
     guides: bool,
     denoiser: Callable[[NDArray[np.float32], Dict[str, NDArray[np.float32]]], ArrayLike],
 ) -> Tuple[NDArray[np.float32], Optional[NDArray[np.float32]], Optional[Tuple[float, float]], List[Tuple[str, str]]]: ...
+def write_volume(
+    path: str, values: NDArray[np.float64], origin: Tuple[float, float, float], spacing: Tuple[float, float, float], name: str
+) -> None: ...
 def encode_png(layers: List[Tuple[str, List[str], ArrayLike]]) -> bytes: ...
 def exposure(layers: List[Tuple[str, List[str], ArrayLike]]) -> float: ...
 def compare_images(

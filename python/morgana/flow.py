@@ -24,9 +24,10 @@ from urllib.parse import unquote
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from . import _morgana
 from ._errors import Error, FileError
+from ._flow_cases import is_decomposed
 from ._flow_cells import dimension, visible, without
-from ._flow_files import WRITERS, is_decomposed
 from ._flow_frame import FlowError, Frame, frame_of
 from ._morgana import load_field
 from ._numbers import numbers
@@ -153,15 +154,14 @@ class Sampled(NamedTuple):
         return {"type": "cube", "to_world": place, "bsdf": {"type": "null"}, "interior": dict(interior)}
 
     def write(self, path: Path) -> None:
-        """Write a file that scenes read, in double precision, completely or not at all.
-
-        ``morgana convert`` turns it into other formats, such as HDF5.
+        """Write a file that scenes read, completely or not at all.
 
         Parameters
         ----------
         path : path_like
-            The file: ``.vti`` or ``.nrrd``, which keep the place and say what a scene must not, or ``.npy``, of which a scene says the
-            ``axis_order``, ``zyx``, the ``placement``, ``nodes``, and the place.
+            The file: any volume that ``morgana convert`` writes (docs/scene-format.md#volume-files), in double precision except ``.vol``.
+            ``.vti`` and ``.nrrd`` keep the place, so that a scene need not give it. For ``.npy``, ``.npz`` and ``.h5`` a scene gives the
+            ``axis_order`` ``zyx``, the ``placement`` ``nodes``, and the place.
 
         Raises
         ------
@@ -172,14 +172,7 @@ class Sampled(NamedTuple):
         --------
         >>> jet.write("jet.vti")
         """
-        name = os.fspath(path)
-        writer = WRITERS.get(os.path.splitext(name)[1].lower())
-        if writer is None:
-            raise FileError(f"{name}: samples are written to {', '.join(WRITERS)}, which morgana convert turns into other formats")
-        try:
-            writer(name, self)
-        except OSError as error:
-            raise FileError(f"{name}: cannot be written: {error.strerror or error}") from error
+        _morgana.write_volume(os.fspath(path), self.values, self.origin, self.spacing, self.name)
 
 
 def read(path: Path, *, time: Optional[float] = None) -> Any:
@@ -628,7 +621,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     parser.add_argument("--revolve", choices=["x", "y", "z"], help="axis about which a planar mesh, or a wedge, is revolved")
     parser.add_argument("--thickness", type=float, help="how far the field of a planar mesh goes on across it")
     parser.add_argument("--time", type=float, help="instant of a series in time; the last if not given")
-    parser.add_argument("-o", "--output", help="the .vti, .nrrd or .npy file; without it, only the error is printed")
+    parser.add_argument("-o", "--output", help="the .vti, .nrrd, .npy or other volume file; without it, only the error is printed")
     given = parser.parse_args(arguments)
     try:
         mesh = read(given.mesh, time=given.time)

@@ -426,9 +426,9 @@ def test_files_keep_samples_and_place(box, tmp_path, program):
         assert "21 x 25 x 31 voxels, float64" in told
         assert "spacing   0.1 x 0.08 x 0.05\n  first     (-1, -0.96, 0); samples at nodes" in told
         np.testing.assert_array_equal(np.load(tmp_path / f"{extension}.npy"), sampled.values)
-    with pytest.raises(morgana.FileError, match="cannot be written"):
+    with pytest.raises(morgana.FileError, match="cannot write"):
         sampled.write(tmp_path / "none" / "jet.vti")
-    assert list(tmp_path.rglob("*.part")) == []
+    assert not (tmp_path / "none").exists()
 
 
 def test_boxes_hold_the_samples(box):
@@ -484,8 +484,8 @@ def test_mistakes_are_named(box, tmp_path):
     with pytest.raises(morgana.FileError, match="text.vtu"):
         flow.read(tmp_path / "text.vtu")
     assert flow.sample(box, "rho/rho0%20%28%25%29", spacing=0.2).name == "rho/rho0 (%)"
-    with pytest.raises(morgana.FileError, match="written to .vti, .nrrd, .npy, which morgana convert"):
-        flow.sample(box, "rho/rho0 (%)", spacing=0.2).write(tmp_path / "jet.h5")
+    with pytest.raises(morgana.FileError, match="volumes are .vol, .npy, .npz"):
+        flow.sample(box, "rho/rho0 (%)", spacing=0.2).write(tmp_path / "jet.txt")
 
 
 def test_the_command(box, tmp_path, capsys):

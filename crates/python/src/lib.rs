@@ -21,6 +21,7 @@ mod scene;
 mod tagging;
 mod trace;
 mod view;
+mod volume;
 mod watch;
 
 use pyo3::prelude::*;
@@ -60,6 +61,8 @@ mod _morgana {
     use crate::trace::{Traced, trace};
     #[pymodule_export]
     use crate::view::Viewer;
+    #[pymodule_export]
+    use crate::volume::write_volume;
 
     use pyo3::prelude::*;
 
