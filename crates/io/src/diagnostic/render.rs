@@ -2,6 +2,7 @@
 
 use super::{Diagnostic, Location, Severity};
 use formats::escape::{drives, escaped};
+use unicode_width::UnicodeWidthStr;
 
 /// Characters of a source line shown at most.
 const WIDTH: usize = 120;
@@ -76,16 +77,18 @@ fn snippet(out: &mut String, location: &Location, margin: usize, colour: &str, s
     let covered = location.text().lines().next().unwrap_or("").chars().count();
     let length = covered.min(line.len() - column).max(1);
     let from = window_start(column, length, line.len());
-    let shown: String = line.iter().skip(from).take(WIDTH).collect();
+    let part = |from, length| printable(line.iter().skip(from).take(length));
     let length = length.min(WIDTH - (column - from).min(WIDTH - 1));
-    let carets = style.paint(colour, &"^".repeat(length));
-    let (number, indent) = (location.line(), column - from);
+    // Characters of Chinese, Japanese and Korean take two cells.
+    let covered = part(column, length).width().max(1);
+    let carets = style.paint(colour, &"^".repeat(covered));
+    let (number, indent) = (location.line(), part(from, column - from).width());
     let bar = blue("|");
     out.push_str(&format!("{:margin$} {bar}\n", ""));
     out.push_str(&format!(
         "{} {bar} {}\n",
         blue(&number.to_string()),
-        printable(&shown).trim_end()
+        part(from, WIDTH).trim_end()
     ));
     out.push_str(&format!("{:margin$} {bar} {:indent$}{carets}\n", "", ""));
 }
@@ -101,8 +104,6 @@ fn window_start(column: usize, length: usize, total: usize) -> usize {
 }
 
 /// Control characters become blanks: a scene file must not be able to drive the terminal, and carets point at characters.
-fn printable(text: &str) -> String {
-    text.chars()
-        .map(|c| if drives(c) { ' ' } else { c })
-        .collect()
+fn printable<'a>(text: impl Iterator<Item = &'a char>) -> String {
+    text.map(|c| if drives(*c) { ' ' } else { *c }).collect()
 }

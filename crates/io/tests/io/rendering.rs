@@ -96,6 +96,17 @@ fn long_lines_are_cut_around_the_place() {
 }
 
 #[test]
+fn carets_are_below_wide_characters() {
+    let text = plain("<!-- 光の屈折 --><shap type='球'/>");
+    let lines: Vec<&str> = text.lines().collect();
+    let marks = lines.iter().position(|line| line.contains('^')).unwrap();
+    let before = lines[marks - 1].split("shap").next().unwrap();
+    // Four characters take two cells each.
+    let cells = before.chars().count() + 4;
+    assert_eq!(lines[marks].find('^'), Some(cells), "{text}");
+}
+
+#[test]
 fn control_characters_do_not_reach_the_terminal() {
     let mut diagnostics = Diagnostics::new();
     diagnostics.push(Diagnostic::error("a \x1b[31m name").help("b\x07".to_owned()));
