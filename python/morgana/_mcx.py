@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import json
-import warnings
 from typing import Any, Dict, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
+from . import _morgana
 from ._checks import mapping, real, shown
-from ._errors import SceneWarning
 from ._morgana import Scene
 from ._numbers import in_order, numbers
-from ._scene import load_dict
+from ._scene import _instead, _warned
 
 SOURCE = {
     "srctype": "Type", "srcpos": "Pos", "srcdir": "Dir", "srcparam1": "Param1", "srcparam2": "Param2", "srcid": "ID", "srcnum": "SrcNum",
@@ -22,12 +21,14 @@ SOURCE = {
 
 FORWARD = {"tstart": "T0", "tend": "T1", "tstep": "Dt"}
 
-OUTPUT = {
-    "flux": "the fluence rate is 'fluence' over the width of a time gate in seconds",
-    "fluence": "",
-    "energy": "the energy density is 'absorbed'",
+OUTPUT = ("flux", "fluence", "energy")
+"""Values of ``outputtype``."""
+
+SESSION = {
+    "isnormalized": "DoNormalize", "isreflect": "DoMismatch", "isspecular": "DoSpecular", "maxdetphoton": "MaxDetPhoton", "nphoton": "Photons",
+    "outputtype": "OutputType",
 }
-"""Values of ``outputtype``, and how they follow from what is measured."""
+"""Keys of a configuration, and of ``Session``."""
 
 ARRAYS = {"detpos", "prop", "srcdir", "srcparam1", "srcparam2", "srcpattern", "srcpos", "vol"}
 
@@ -86,11 +87,10 @@ def load_mcx(cfg: Mapping[str, Any], /, *, weight_windows: bool = False) -> Scen
     (60, 60, 60)
     """
     left = {key: value for key, value in mapping(cfg, "a configuration").items() if key not in IGNORED}
-    if left.pop("isnormalized", 1) != 1:
-        raise ValueError("isnormalized is 1: values are fluence per joule")
-    _check_output(left.pop("outputtype", "fluence"))
+    kind = left.get("outputtype", "fluence")
+    if kind not in OUTPUT:
+        raise ValueError(f"outputtype is {kind!r} but must be one of {', '.join(OUTPUT)}: morgana returns the fluence per joule, and records of detectors")
     _check_photons(left)
-    _check_entry(left)
     _check_boundaries(left)
     for key in ARRAYS & left.keys():
         if getattr(getattr(left[key], "dtype", None), "kind", "") == "c":
@@ -109,22 +109,15 @@ def load_mcx(cfg: Mapping[str, Any], /, *, weight_windows: bool = False) -> Scen
         domain["Volume"] = _labels(left.pop("vol"))
     if "prop" in left:
         domain["Media"] = np.asarray(left.pop("prop"))
-    session = _taken(left, {"nphoton": "Photons", "isreflect": "DoMismatch", "maxdetphoton": "MaxDetPhoton"})
+    session = _taken(left, SESSION)
     optode: Dict[str, Any] = {"Source": source}
     if "detpos" in left:
         optode["Detector"] = _detectors(left.pop("detpos"))
     shapes = {"Shapes": _shapes(left.pop("shapes"))} if "shapes" in left else {}
     if left:
         raise ValueError(f"keys of the configuration that are not read: {', '.join(sorted(left))}")
-    return load_dict({"Session": session, "Forward": forward, "Optode": optode, "Domain": domain, **shapes})
-
-
-def _check_output(kind: Any) -> None:
-    """Says where values are that MCX would put in place of the fluence."""
-    if kind not in OUTPUT:
-        raise ValueError(f"outputtype is {kind!r} but must be one of {', '.join(OUTPUT)}: morgana returns the fluence per joule, and records of detectors")
-    if OUTPUT[kind]:
-        warnings.warn(f"outputtype {kind!r} changes nothing: morgana returns the fluence per joule; {OUTPUT[kind]}", SceneWarning, stacklevel=3)
+    tree = {"Session": session, "Forward": forward, "Optode": optode, "Domain": domain, **shapes}
+    return _warned(_morgana.load_dict(tree, [], _instead(None, None, False, False, None)))
 
 
 def _check_photons(left: Dict[str, Any]) -> None:
@@ -141,16 +134,6 @@ def _check_photons(left: Dict[str, Any]) -> None:
         raise ValueError("seed is an array, but photons are not replayed: leave it out, and give render a number")
     if "R" in str(left.pop("debuglevel", "")).upper():
         raise ValueError("debuglevel R asks for random numbers in place of the fluence: leave it out")
-
-
-def _check_entry(left: Dict[str, Any]) -> None:
-    """What becomes of light that enters from outside follows from ``isreflect`` alone."""
-    is_given, is_specular, is_reflected = "isspecular" in left, bool(left.pop("isspecular", False)), bool(left.get("isreflect", True))
-    if is_specular and not is_reflected:
-        raise ValueError("isspecular 1 reflects light that enters, which isreflect 0 lets pass straight on: give isreflect 1 or isspecular 0")
-    if is_given and is_reflected and not is_specular:
-        message = "isspecular 0 changes nothing: light that enters from outside is reflected in part, and refracted, where the index jumps"
-        warnings.warn(f"{message}, unless isreflect is 0; start it in the medium to avoid that", SceneWarning, stacklevel=3)
 
 
 def _check_boundaries(left: Dict[str, Any]) -> None:

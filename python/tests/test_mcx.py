@@ -70,7 +70,7 @@ def test_named_axes_are_put_in_order():
 
 def test_output_is_the_fluence():
     assert morgana.load_mcx(configuration(outputtype="fluence")) == morgana.load_mcx(configuration())
-    with pytest.warns(morgana.SceneWarning, match="outputtype 'energy' changes nothing: morgana returns the fluence per joule; .* 'absorbed'"):
+    with pytest.warns(morgana.SceneWarning, match=r"\(outputtype\) changes nothing: values are the fluence per joule; .* 'absorbed'"):
         morgana.load_mcx(configuration(outputtype="energy"))
     with pytest.warns(morgana.SceneWarning, match="over the width of a time gate"):
         morgana.load_mcx(configuration(outputtype="flux"))
@@ -112,7 +112,7 @@ def test_devices_files_and_messages_change_nothing():
     gates = {"tstart": 0, "tend": 5e-9, "tstep": 5e-10}
     assert morgana.load_mcx(configuration(**gates, **everything)) == morgana.load_mcx(configuration(**gates))
     assert morgana.load_mcx(configuration(nphoton=np.float64(1e3))) == morgana.load_mcx(configuration(nphoton=1000))
-    with pytest.warns(morgana.SceneWarning, match="isspecular 0 changes nothing: light that enters from outside is reflected in part"):
+    with pytest.warns(morgana.SceneWarning, match=r"\(isspecular\) 0 changes nothing: light that enters from outside is reflected in part"):
         morgana.load_mcx(configuration(isspecular=0))
 
 
@@ -133,7 +133,7 @@ def test_sides_may_be_said_twice(given):
         ({"seed": np.zeros((16, 5), "uint8")}, "photons are not replayed"),
         ({"debuglevel": "PR"}, "random numbers in place of the fluence"),
         ({"maxgate": 3, "tend": 5e-9, "tstep": 1e-9}, "maxgate is 3, less than there are time gates: leave it out"),
-        ({"isspecular": 1, "isreflect": 0}, "give isreflect 1 or isspecular 0"),
+        ({"isspecular": 1, "isreflect": 0}, "give DoMismatch 1 or DoSpecular 0"),
         *[({"bc": flags}, f"bc is '{flags}', but sides") for flags in ("cccccc", "_____m", "aaaaaa", "______001000")],
         ({"bc": "rrrrrr", "isreflect": 0}, "bc is 'rrrrrr', but sides"),
         ({"bc": 5}, "bc is 5, but sides"),

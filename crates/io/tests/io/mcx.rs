@@ -132,7 +132,7 @@ fn other_outputs_are_told() {
         ("F", None),
         (
             "X",
-            Some("the fluence rate is that over the width of a time gate"),
+            Some("the fluence rate is 'fluence' over the width of a time gate"),
         ),
         ("energy", Some("the energy density is 'absorbed'")),
         ("J", Some("nothing else is measured")),
@@ -159,7 +159,10 @@ fn light_that_enters_is_reflected_as_all_other_light() {
         assert!(!told.contains("DoSpecular"), "{told}");
     }
     let told = with(1, json!(0)).unwrap();
-    assert!(told.contains("DoSpecular 0 changes nothing"), "{told}");
+    assert!(
+        told.contains("DoSpecular (isspecular) 0 changes nothing"),
+        "{told}"
+    );
     let refused = with(0, json!(1)).unwrap_err();
     assert!(
         refused.contains("give DoMismatch 1 or DoSpecular 0"),

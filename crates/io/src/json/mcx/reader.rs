@@ -164,7 +164,10 @@ impl Reader<'_> {
         self.output(session);
         self.known(forward, &["T0", "T1", "Dt", "WeightWindows"], &[]);
         if self.number_or(session, "DoNormalize", 1.0) != 1.0 {
-            self.error(session, "DoNormalize is 1: values are fluence per joule");
+            self.error(
+                session,
+                "DoNormalize (isnormalized) is 1: values are fluence per joule",
+            );
         }
         let photons = self.number_or(session, "Photons", 1e6);
         if photons.fract() != 0.0 {
@@ -214,13 +217,13 @@ impl Reader<'_> {
         match (self.number_or(session, "DoSpecular", 0.0) != 0.0, refraction) {
             (true, false) => self.error(
                 node,
-                "DoSpecular 1 reflects light that enters, which DoMismatch 0 lets pass straight on: give DoMismatch 1 or \
-                 DoSpecular 0",
+                "DoSpecular (isspecular) 1 reflects light that enters, which DoMismatch (isreflect) 0 lets pass straight on: give \
+                 DoMismatch 1 or DoSpecular 0",
             ),
             (false, true) => {
-                let message = "DoSpecular 0 changes nothing: light that enters from outside is reflected in part, and \
+                let message = "DoSpecular (isspecular) 0 changes nothing: light that enters from outside is reflected in part, and \
                                refracted, where the index jumps";
-                let help = "start it in the medium to avoid that, or say DoMismatch 0";
+                let help = "start it in the medium to avoid that, or say DoMismatch (isreflect) 0";
                 let warning = lints::warning(lints::IGNORED, message).help(help.to_owned());
                 self.diagnostics.push(warning.at(&node.location));
             }
@@ -239,12 +242,15 @@ impl Reader<'_> {
         };
         let instead = match kind.as_str() {
             "f" | "fluence" => return,
-            "x" | "flux" => "the fluence rate is that over the width of a time gate in seconds",
+            "x" | "flux" => {
+                "the fluence rate is 'fluence' over the width of a time gate in seconds"
+            }
             "e" | "energy" => "the energy density is 'absorbed'",
             _ => "nothing else is measured",
         };
-        let message =
-            format!("OutputType changes nothing: values are the fluence per joule; {instead}");
+        let message = format!(
+            "OutputType (outputtype) changes nothing: values are the fluence per joule; {instead}"
+        );
         self.diagnostics
             .push(lints::warning(lints::IGNORED, message).at(&node.location));
     }
