@@ -117,7 +117,7 @@ def load_mcx(cfg: Mapping[str, Any], /, *, weight_windows: bool = False) -> Scen
     if left:
         raise ValueError(f"keys of the configuration that are not read: {', '.join(sorted(left))}")
     tree = {"Session": session, "Forward": forward, "Optode": optode, "Domain": domain, **shapes}
-    return _warned(_morgana.load_dict(tree, [], _instead(None, None, False, False, None)))
+    return _warned(_morgana.load_dict(tree, [], _instead(None, None, False, False, (), None)))
 
 
 def _check_photons(left: Dict[str, Any]) -> None:
