@@ -16,7 +16,7 @@ use transport::sampling::Replicates;
 
 const MAGIC: &[u8; 8] = b"morgana\x1a";
 /// Grows with every change of what is stored.
-const FORMAT: u32 = 11;
+const FORMAT: u32 = 12;
 /// Name of the setting which integrator rendered it.
 pub(crate) const INTEGRATOR: &str = "integrator";
 /// Name of the setting why that was chosen.

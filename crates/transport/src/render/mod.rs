@@ -1,5 +1,6 @@
 //! Rendering: samples spread over threads, with results that depend on the seed alone.
 
+mod accumulator;
 mod allocation;
 mod aov;
 mod bias;
@@ -9,12 +10,15 @@ mod derivative;
 mod followed;
 mod handle;
 mod measure;
+mod measurement;
 mod memory;
 mod passes;
 mod photons;
+mod picture;
 mod pilot;
 mod pilot_pixels;
 mod pixels;
+mod prepared;
 mod ranges;
 mod results;
 mod shared;
@@ -27,6 +31,7 @@ mod strategy_pilot;
 mod target;
 mod tolerance_pilot;
 
+pub use accumulator::{Accumulator, MergeError};
 pub use allocation::ADAPTIVE_FROM;
 pub use aov::Quantities;
 pub use bias::Debiased;
@@ -37,11 +42,14 @@ pub use derivative::{
     index_derivatives, meter_derivatives,
 };
 pub use handle::{GRACE, Handle};
-pub use measure::{MeasureError, MeasureOptions, MeasureState, Measurement, measure};
+pub use measure::{MeasureState, Readings, measure};
+pub use measurement::{MeasureError, MeasureOptions, Measurement};
 pub use memory::memory;
+pub use picture::Picture;
+pub use prepared::RayAccuracy;
 pub use ranges::{Ranges, UnsoundRanges};
 pub use results::{RESULTS, results};
-pub use state::{MergeError, State};
+pub use state::State;
 pub use strategies::StrategyImage;
 pub use target::{Measure, Target};
 
@@ -50,12 +58,12 @@ pub use crate::path::{EnergyBalance, FirstVertexTechniques, Share};
 use crate::aov::AovTracer;
 use crate::film::{Decomposition, Film};
 use crate::integrator::Integrator;
-use crate::path::{AdjointEstimate, NeeRates, StrategyRates};
 use crate::renderer::Renderer;
 use crate::sampling::Replicates;
 use crate::scene::Scene;
 use crate::stats::Stats;
 use crate::sum::ReproducibleSum;
+use prepared::Prepared;
 use serde::{Deserialize, Serialize};
 use source::Source;
 use std::ops::{ControlFlow, Range};
@@ -244,50 +252,6 @@ pub fn render_watched(
     state.into_rendering(scenes)
 }
 
-/// What is found out about a group of channels before its first sample.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Prepared {
-    /// Probability with which connections are searched for further branches.
-    search: f64,
-    /// Probabilities with which vertices are connected to emitters.
-    rates: NeeRates,
-    /// Probabilities with which strategies of bidirectional estimators are used.
-    strategies: StrategyRates,
-    /// What paths may still bring.
-    adjoint: AdjointEstimate,
-    /// How paths begin.
-    first_vertex: FirstVertexTechniques,
-    /// Radius of the first photon map, or of the first merging; zero if there is none.
-    radius: f64,
-    /// How accurate rays are.
-    accuracy: RayAccuracy,
-}
-
-/// How accurate the rays of a render are.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct RayAccuracy {
-    /// Relative position error per unit of arc length: see [`Tolerance`](eikonal::Tolerance).
-    pub tolerance: f64,
-    /// What a looser tolerance than the scene's does to a pixel's mean, at most, in standard deviations of one sample: by a pilot, a mean over
-    /// the image. Zero if the tolerance is that of the scene.
-    pub effect: f64,
-}
-
-impl RayAccuracy {
-    /// That which a scene asks for.
-    fn of(scene: &Scene) -> Self {
-        RayAccuracy {
-            tolerance: scene.tolerance().get(),
-            effect: 0.0,
-        }
-    }
-
-    /// The effect in standard errors of a pixel of so many samples.
-    pub fn effect_beside_noise(&self, samples: u64) -> f64 {
-        self.effect * (samples as f64).sqrt()
-    }
-}
-
 /// Finds it out, for every group, by pilots of so much work at most, if less than usual; worthless if the handle has stopped it.
 fn prepare(
     scenes: &[Scene],
@@ -296,15 +260,7 @@ fn prepare(
     handle: &Handle,
 ) -> Vec<Prepared> {
     let groups = scenes.iter().enumerate().map(|(group, scene)| {
-        let mut prepared = Prepared {
-            search: 1.0,
-            rates: NeeRates::default(),
-            strategies: StrategyRates::default(),
-            adjoint: AdjointEstimate::default(),
-            first_vertex: FirstVertexTechniques::default(),
-            radius: 0.0,
-            accuracy: RayAccuracy::of(scene),
-        };
+        let mut prepared = Prepared::new(scene);
         let mut source = Source::new(scene, group, options, prepared.clone(), handle);
         source.pilot_work = work.map_or(source.pilot_work, |w| w.min(source.pilot_work));
         match options.renderer {
