@@ -9,6 +9,7 @@ mod draft;
 pub mod features;
 pub mod json;
 pub mod loading;
+mod outcome;
 pub mod part;
 pub mod query;
 mod read;
@@ -31,6 +32,7 @@ pub use formats::{
     npy, packed, spd, volume,
 };
 use formats::{binary, cie, npz, table};
+pub use outcome::Outcome;
 pub use query::Query;
 pub use read::{is_json, read_scene};
 pub use run::{Refusal, Run};

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
 use std::ops::Range;
 use std::path::Path;
+use transport::Film;
 use transport::render::{MeasureState, MergeError, Ranges, State};
 use transport::sampling::Replicates;
 
@@ -158,12 +159,14 @@ fn share(total: u64, index: u64, count: u64) -> u64 {
 }
 
 impl Body {
-    /// The samples, or particles, that were taken.
+    /// Numbers of the samples, or particles, that were taken.
     pub fn done(&self) -> &Ranges {
-        match self {
-            Body::Image(state) => state.done(),
-            Body::Meters(state) => state.done(),
-        }
+        BodyRef::of(self).done()
+    }
+
+    /// Returns whether a picture has reached its target error.
+    pub fn reached(&self) -> bool {
+        matches!(self, Body::Image(state) if state.reached())
     }
 }
 
@@ -272,10 +275,27 @@ pub enum BodyRef<'a> {
 }
 
 impl<'a> BodyRef<'a> {
-    fn of(body: &'a Body) -> Self {
+    /// Refers to a body.
+    pub fn of(body: &'a Body) -> Self {
         match body {
             Body::Image(state) => BodyRef::Image(state),
             Body::Meters(state) => BodyRef::Meters(state),
+        }
+    }
+
+    /// Numbers of the samples, or particles, that were taken.
+    pub fn done(self) -> &'a Ranges {
+        match self {
+            BodyRef::Image(state) => state.done(),
+            BodyRef::Meters(state) => state.done(),
+        }
+    }
+
+    /// The picture so far; none of meters.
+    pub fn film(self) -> Option<&'a Film> {
+        match self {
+            BodyRef::Image(state) => Some(state.film()),
+            BodyRef::Meters(_) => None,
         }
     }
 }
