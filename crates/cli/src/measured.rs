@@ -1,32 +1,23 @@
 //! What is reported of a measurement: as text, in the attributes of files, and as JSON.
 
 use crate::balance;
-use crate::job::Job;
 use crate::load::file_name;
 use crate::numbers;
+use crate::report::RunRecord;
 use io::arrays::Quality;
 use io::clock::Stopped;
-use io::{Loaded, report};
+use io::report;
 use serde_json::{Value, json};
-use std::time::Duration;
 use transport::meter::{Reading, RecordTable};
 use transport::render::Measurement;
 
 /// A measurement that is done.
 #[derive(Debug)]
 pub struct Measured<'a> {
-    /// What was asked for.
-    pub job: &'a Job,
-    /// The scene.
-    pub loaded: &'a Loaded,
+    /// How it was done.
+    pub record: &'a RunRecord<'a>,
     /// The result.
     pub measurement: &'a Measurement,
-    /// How long it took.
-    pub elapsed: Duration,
-    /// Number of threads; none if parts were put together.
-    pub threads: Option<usize>,
-    /// Why it ended early, if it did.
-    pub stopped: Option<Stopped>,
 }
 
 /// How well the bins of a reading are known, in a few words.
@@ -59,7 +50,7 @@ fn text(quality: &Quality) -> String {
 impl Measured<'_> {
     fn rate(&self) -> f64 {
         let particles = self.measurement.stats.paths as f64;
-        particles / self.elapsed.as_secs_f64().max(1e-9)
+        particles / self.record.elapsed.as_secs_f64().max(1e-9)
     }
 
     /// Meters that have received nothing.
@@ -74,7 +65,13 @@ impl Measured<'_> {
     }
 
     fn meters(&self) -> impl Iterator<Item = (&str, &Vec<Reading>)> {
-        let names = self.loaded.instruments.iter().map(|i| i.name.as_str());
+        let names = self
+            .record
+            .run
+            .loaded
+            .instruments
+            .iter()
+            .map(|i| i.name.as_str());
         names.zip(&self.measurement.readings)
     }
 
@@ -91,13 +88,13 @@ impl Measured<'_> {
     /// The lines at the end of a measurement: what was done, each meter's readings, and where the
     /// light went.
     pub fn text(&self) -> String {
-        let stopped = match self.stopped {
+        let stopped = match self.record.stopped {
             Some(Stopped::Interrupted) => "interrupted: ",
             _ => "",
         };
         let mut lines = vec![format!(
             "{stopped}{} · {} particles · {} particles/s",
-            numbers::duration(self.elapsed),
+            numbers::duration(self.record.elapsed),
             numbers::count(self.measurement.particles as f64),
             numbers::count(self.rate()),
         )];
@@ -128,12 +125,12 @@ impl Measured<'_> {
     pub fn attributes(&self) -> Vec<(String, Value)> {
         let stats = &self.measurement.stats;
         let pairs = [
-            ("scene", file_name(&self.job.scene).into()),
-            ("scene_hash", self.loaded.hash.to_string().into()),
+            ("scene", file_name(&self.record.job.scene).into()),
+            ("scene_hash", self.record.run.loaded.hash.to_string().into()),
             ("morgana_version", env!("CARGO_PKG_VERSION").into()),
-            ("seed", self.job.seed.into()),
+            ("seed", self.record.job.seed.into()),
             ("particles", self.measurement.particles.into()),
-            ("options", self.job.command_line().into()),
+            ("options", self.record.job.command_line().into()),
             ("balance", report::balance(&self.measurement.balance)),
             ("lost", stats.lost.into()),
             ("over_budget", report::over_budget(stats)),
@@ -152,16 +149,16 @@ impl Measured<'_> {
         };
         json!({
             "version": env!("CARGO_PKG_VERSION"),
-            "scene": file_name(&self.job.scene),
-            "scene_hash": self.loaded.hash.to_string(),
-            "options": self.job.command_line(),
-            "seed": self.job.seed,
+            "scene": file_name(&self.record.job.scene),
+            "scene_hash": self.record.run.loaded.hash.to_string(),
+            "options": self.record.job.command_line(),
+            "seed": self.record.job.seed,
             "particles": measurement.particles,
-            "stopped": self.stopped.map(Stopped::name),
-            "threads": self.threads,
-            "seconds": self.elapsed.as_secs_f64(),
+            "stopped": self.record.stopped.map(Stopped::name),
+            "threads": self.record.threads,
+            "seconds": self.record.elapsed.as_secs_f64(),
             "particles_per_second": self.rate(),
-            "channels": self.loaded.channel_names,
+            "channels": self.record.run.loaded.channel_names,
             "emitted": measurement.emitted,
             "emitted_error": measurement.emitted_error,
             "balance": report::balance(&measurement.balance),

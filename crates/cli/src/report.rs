@@ -17,16 +17,14 @@ use transport::stats::ConnectionCounts;
 /// Effects of tolerances that are worth a word, beside the noise of a pixel.
 const EFFECT: f64 = 0.1;
 
-/// A render that is done.
+/// How a run was done.
 #[derive(Debug)]
-pub struct Report<'a> {
+pub struct RunRecord<'a> {
     /// What was asked for.
     pub job: &'a Job,
     /// What was computed, and of which scene.
     pub run: &'a Run<'a>,
-    /// The result.
-    pub rendering: &'a Rendering,
-    /// Samples per pixel asked for, if there was a limit.
+    /// Samples per pixel, or particles, asked for, if there was a limit.
     pub requested: Option<u64>,
     /// How long it took.
     pub elapsed: Duration,
@@ -36,10 +34,19 @@ pub struct Report<'a> {
     pub stopped: Option<Stopped>,
 }
 
+/// A render that is done.
+#[derive(Debug)]
+pub struct Report<'a> {
+    /// How it was done.
+    pub record: &'a RunRecord<'a>,
+    /// The result.
+    pub rendering: &'a Rendering,
+}
+
 impl Report<'_> {
     /// Samples taken per second.
     fn rate(&self) -> f64 {
-        self.rendering.film.samples() as f64 / self.elapsed.as_secs_f64().max(1e-9)
+        self.rendering.film.samples() as f64 / self.record.elapsed.as_secs_f64().max(1e-9)
     }
 
     /// The number of samples per pixel, and between which limits it is a mean.
@@ -54,12 +61,12 @@ impl Report<'_> {
     /// The line at the end of a render, with the exposure that was chosen for its PNG files, and that of the energy balance if
     /// there is one.
     pub fn line(&self, exposure: Option<f64>) -> String {
-        let stopped = match self.stopped {
+        let stopped = match self.record.stopped {
             Some(Stopped::Interrupted) => "interrupted: ",
             _ => "",
         };
         let mut parts = vec![
-            format!("{stopped}{}", numbers::duration(self.elapsed)),
+            format!("{stopped}{}", numbers::duration(self.record.elapsed)),
             self.spp(),
             format!("{} samples/s", numbers::count(self.rate())),
             self.outcome(),
@@ -74,7 +81,7 @@ impl Report<'_> {
             parts.push(bias(stats.connections.capped));
         }
         parts.extend(report::possible_bias(stats));
-        let naming = Naming::of(self.run.loaded);
+        let naming = Naming::of(self.record.run.loaded);
         let outside = naming.map_or(0.0, |n| n.outside(&self.rendering.film));
         if outside > 0.0 {
             parts.push(format!("{} outside of all bins", numbers::percent(outside)));
@@ -103,8 +110,11 @@ impl Report<'_> {
 
     /// Which integrator was chosen, and why, if it was left open.
     fn choice(&self) -> Option<String> {
-        let reason = self.run.reason.as_ref()?;
-        Some(format!("integrator {}: {reason}", self.run.renderer.name()))
+        let reason = self.record.run.reason.as_ref()?;
+        Some(format!(
+            "integrator {}: {reason}",
+            self.record.run.renderer.name()
+        ))
     }
 
     /// What the image shows on the whole.
@@ -112,7 +122,7 @@ impl Report<'_> {
         if self.rendering.samples == 0 {
             return "no sample of the whole image was completed: the image is empty".into();
         }
-        if !self.run.renderer.is_light() {
+        if !self.record.run.renderer.is_light() {
             let stats = &self.rendering.stats;
             let valid = stats.paths.saturating_sub(stats.lost);
             return format!(
@@ -129,18 +139,28 @@ impl Report<'_> {
     /// What to think of the error of the mean, if it is not to be trusted.
     fn doubt(&self) -> Option<String> {
         let film = &self.rendering.film;
-        if self.run.renderer.is_light() && self.rendering.samples > 0 && film.summary().0 == 0.0 {
+        if self.record.run.renderer.is_light()
+            && self.rendering.samples > 0
+            && film.summary().0 == 0.0
+        {
             let advice = "does light get to the sensor? morgana check says what may be in the way";
             return Some(format!("no sample found any light: {advice}"));
         }
         // An error that is not known is said to be so.
         let is_known = film.summary().1.is_finite();
-        (self.run.renderer.is_light() && is_known && film.few_in_all(None)).then(|| {
-            let advice = match self.run.renderer {
+        (self.record.run.renderer.is_light() && is_known && film.few_in_all(None)).then(|| {
+            let advice = match self.record.run.renderer {
                 // A pilot has tried the others, or none carries what the light is told apart by.
                 Renderer::Light(Integrator::Path(_))
-                    if self.run.reason.is_none()
-                        && self.run.loaded.layering.decomposition.parts.is_none() =>
+                    if self.record.run.reason.is_none()
+                        && self
+                            .record
+                            .run
+                            .loaded
+                            .layering
+                            .decomposition
+                            .parts
+                            .is_none() =>
                 {
                     "take more samples, or try the integrator bdpt"
                 }
@@ -164,16 +184,16 @@ impl Report<'_> {
     pub fn attributes(&self) -> Vec<(String, String)> {
         let stats = &self.rendering.stats;
         let pairs = [
-            ("scene", file_name(&self.job.scene)),
-            ("scene_hash", self.run.loaded.hash.to_string()),
+            ("scene", file_name(&self.record.job.scene)),
+            ("scene_hash", self.record.run.loaded.hash.to_string()),
             ("morgana_version", env!("CARGO_PKG_VERSION").into()),
-            ("integrator", self.run.renderer.name().into()),
-            ("seed", self.job.seed.to_string()),
+            ("integrator", self.record.run.renderer.name().into()),
+            ("seed", self.record.job.seed.to_string()),
             ("spp", self.rendering.samples.to_string()),
-            ("options", self.job.command_line()),
+            ("options", self.record.job.command_line()),
             (
                 "branches",
-                report::branches(self.run.loaded.scene()).to_string(),
+                report::branches(self.record.run.loaded.scene()).to_string(),
             ),
             (
                 "connections",
@@ -183,11 +203,12 @@ impl Report<'_> {
             ("over_budget", report::over_budget(stats).to_string()),
             ("not_finite", stats.not_finite.to_string()),
         ];
-        let naming = Naming::of(self.run.loaded);
+        let naming = Naming::of(self.record.run.loaded);
         let axes = naming.map(|n| ("decomposition", Value::from(n.axes()).to_string()));
-        let trust = report::trust(self.run.loaded, &self.rendering.film);
+        let trust = report::trust(self.record.run.loaded, &self.rendering.film);
         let trust = trust.map(|trust| ("trust", trust.to_string()));
         let choice = self
+            .record
             .run
             .reason
             .clone()
@@ -200,8 +221,8 @@ impl Report<'_> {
 
     /// The error that was wanted, and what became of it.
     fn target(&self) -> Option<Value> {
-        let measure = self.job.target.unwrap_or_default();
-        self.job.target_error.map(|wanted| {
+        let measure = self.record.job.target.unwrap_or_default();
+        self.record.job.target_error.map(|wanted| {
             let error = self.rendering.error(measure);
             json!({
                 "measure": measure.name(),
@@ -215,8 +236,8 @@ impl Report<'_> {
 
     /// The same in a few words.
     fn target_line(&self) -> Option<String> {
-        let wanted = self.job.target_error?;
-        let measure = self.job.target.unwrap_or_default();
+        let wanted = self.record.job.target_error?;
+        let measure = self.record.job.target.unwrap_or_default();
         let error = self.rendering.error(measure);
         let outcome = if self.rendering.reached {
             "reached: slight bias by stopping".into()
@@ -257,7 +278,7 @@ impl Report<'_> {
             return None;
         }
         if photons.in_media + photons.on_surfaces == 0 {
-            let only = match self.run.renderer.integrator() {
+            let only = match self.record.run.renderer.integrator() {
                 Some(Integrator::Vcm(_)) => "light that connections find is seen",
                 _ => "emitters are seen",
             };
@@ -273,24 +294,24 @@ impl Report<'_> {
         let film = &self.rendering.film;
         let run = json!({
             "version": env!("CARGO_PKG_VERSION"),
-            "scene": file_name(&self.job.scene),
-            "integrator": self.run.renderer.name(),
-            "integrator_choice": self.run.reason,
-            "options": self.job.command_line(),
-            "seed": self.job.seed,
-            "spp_requested": self.requested,
-            "stopped": self.stopped.map(Stopped::name),
-            "threads": self.threads,
-            "seconds": self.elapsed.as_secs_f64(),
+            "scene": file_name(&self.record.job.scene),
+            "integrator": self.record.run.renderer.name(),
+            "integrator_choice": self.record.run.reason,
+            "options": self.record.job.command_line(),
+            "seed": self.record.job.seed,
+            "spp_requested": self.record.requested,
+            "stopped": self.record.stopped.map(Stopped::name),
+            "threads": self.record.threads,
+            "seconds": self.record.elapsed.as_secs_f64(),
             "samples_per_second": self.rate(),
             "width": film.width(),
             "height": film.height(),
-            "channels": self.run.loaded.channel_names,
+            "channels": self.record.run.loaded.channel_names,
             "mean": mean,
             "standard_error": error,
             "target": self.target(),
         });
-        report::render(self.run.loaded, self.rendering, run)
+        report::render(self.record.run.loaded, self.rendering, run)
     }
 }
 

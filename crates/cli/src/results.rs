@@ -1,28 +1,116 @@
-//! Writing what a render has found.
+//! Files of results, and what is said of them.
 
 use crate::args::{OutputArgs, ToneArgs};
 use crate::command_error::{CommandError, show};
-use crate::config::ImageFormat;
+use crate::config::{self, ImageFormat};
 use crate::measured::Measured;
-use crate::report::Report;
+use crate::report::{Report, RunRecord};
 use io::arrays::{ArrayFormat, Context, arrays};
 use io::image::exposure::Exposure;
 use io::image::exr;
 use io::rendered::{self, Picture};
-use io::{Diagnostic, Diagnostics, FileError};
+use io::{Diagnostic, Diagnostics, FileError, Loaded, Outcome};
 use serde_json::Value;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-/// Writes every file of a picture that can be written before complaining of those that cannot. Returns the exposure of PNG
+/// Files that a run writes, besides its statistics.
+#[derive(Debug)]
+pub enum Files {
+    /// Images of a picture, and of its strategies.
+    Images(Vec<(PathBuf, ImageFormat)>),
+    /// Arrays of readings.
+    Readings(Vec<(PathBuf, ArrayFormat)>),
+    /// No files: a shard is kept as a part.
+    Shard,
+}
+
+impl Files {
+    /// Files that a command asks for, or else those named after the scene. All of them can be written as far as can be told now.
+    pub fn of(args: &OutputArgs, scene: &Path, loaded: &Loaded) -> Result<Self, CommandError> {
+        let meters = loaded.instruments.len();
+        if meters > 0 {
+            return Ok(Files::Readings(config::readings(args, scene, meters)?));
+        }
+        let mut images = config::images(args, scene)?;
+        check_colours(&args.output, loaded, &mut images)?;
+        Ok(Files::Images(images))
+    }
+
+    /// Paths of the files, except those of strategies.
+    pub fn paths(&self) -> Vec<PathBuf> {
+        match self {
+            Files::Images(images) => images.iter().map(|(path, _)| path.clone()).collect(),
+            Files::Readings(arrays) => arrays.iter().map(|(path, _)| path.clone()).collect(),
+            Files::Shard => Vec::new(),
+        }
+    }
+
+    /// Writes every file that can be written before complaining of those that cannot. Returns the text to show at the end of the run.
+    pub fn write(
+        &self,
+        args: &OutputArgs,
+        record: &RunRecord,
+        outcome: &Outcome,
+    ) -> Result<String, CommandError> {
+        match outcome {
+            Outcome::Picture(rendering) => {
+                let report = Report { record, rendering };
+                let exposure = match self {
+                    Files::Images(images) => write_images(args, images, &report)?,
+                    _ => failures(stats(args, || report.json())).map(|()| None)?,
+                };
+                Ok(report.line(exposure))
+            }
+            Outcome::Readings(measurement) => {
+                let measured = Measured {
+                    record,
+                    measurement,
+                };
+                match self {
+                    Files::Readings(files) => write_readings(args, files, &measured)?,
+                    _ => failures(stats(args, || measured.json()))?,
+                }
+                if !args.quiet {
+                    warn_of_dark(&measured);
+                }
+                Ok(measured.text())
+            }
+        }
+    }
+}
+
+/// Refuses PNG files of quantities other than light, which have no colours, or leaves them out if nobody asked for them.
+fn check_colours(
+    asked: &[PathBuf],
+    loaded: &Loaded,
+    images: &mut Vec<(PathBuf, ImageFormat)>,
+) -> Result<(), CommandError> {
+    let is_png = |(_, format): &(PathBuf, ImageFormat)| *format == ImageFormat::Png;
+    if loaded.renderer.is_light() {
+        return Ok(());
+    }
+    if !asked.is_empty() && images.iter().any(is_png) {
+        let message = "the integrator aov has no colours to show in a PNG: write .exr or .npy";
+        return Err(CommandError::Usage(message.into()));
+    }
+    images.retain(|image| !is_png(image));
+    Ok(())
+}
+
+/// Writes a picture and its statistics. Returns the exposure of PNG
 /// files, in stops, if it was chosen for the picture.
-pub fn write_images(
+fn write_images(
     args: &OutputArgs,
     images: &[(PathBuf, ImageFormat)],
     report: &Report,
 ) -> Result<Option<f64>, CommandError> {
-    let names = &report.run.loaded.channel_names;
-    let picture = Picture::new(report.rendering, report.run.loaded, report.attributes());
+    let names = &report.record.run.loaded.channel_names;
+    let picture = Picture::new(
+        report.rendering,
+        report.record.run.loaded,
+        report.attributes(),
+    );
     let is_shown = images.iter().any(|(_, f)| *f == ImageFormat::Png);
     let ToneArgs { exposure, tone_map } = args.tone;
     let tone = is_shown.then(|| picture.tone(exposure, tone_map));
@@ -41,16 +129,17 @@ pub fn write_images(
     Ok(chosen.map(|tone| tone.exposure))
 }
 
-/// Writes every file of readings that can be written before complaining of those that cannot.
-pub fn write_readings(
+/// Writes readings and their statistics.
+fn write_readings(
     args: &OutputArgs,
     files: &[(PathBuf, ArrayFormat)],
     measured: &Measured,
 ) -> Result<(), CommandError> {
+    let loaded = measured.record.run.loaded;
     let context = Context {
-        instruments: &measured.loaded.instruments,
+        instruments: &loaded.instruments,
         measurement: measured.measurement,
-        channels: &measured.loaded.channel_names,
+        channels: &loaded.channel_names,
     };
     let readings = arrays(&context, measured.attributes());
     let readings = files
@@ -60,7 +149,7 @@ pub fn write_readings(
 }
 
 /// Says which meters have received nothing.
-pub fn warn_of_dark(measured: &Measured) {
+fn warn_of_dark(measured: &Measured) {
     let mut warnings = Diagnostics::new();
     for name in measured.dark() {
         let message = format!("the meter '{name}' received no light");
@@ -68,11 +157,6 @@ pub fn warn_of_dark(measured: &Measured) {
         warnings.push(Diagnostic::warning(message).help(help));
     }
     show(&warnings);
-}
-
-/// Writes the statistics alone, if they are asked for.
-pub fn write_stats(args: &OutputArgs, json: impl Fn() -> Value) -> Result<(), CommandError> {
-    failures(stats(args, json))
 }
 
 fn stats(

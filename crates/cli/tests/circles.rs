@@ -9,8 +9,6 @@ use std::path::{Path, PathBuf};
 
 /// Circles that are meant, as folder and modules.
 const ALLOWED: &[(&str, &[&str])] = &[
-    // `render` hands scenes with meters to `measure`, which opens and names files as `render` does.
-    ("cli/commands", &["measure", "render"]),
     // The smoothing solver works on the prefilter's lines.
     ("eikonal/field/bspline", &["prefilter", "smooth"]),
     // Values may be transforms, which are made of values.

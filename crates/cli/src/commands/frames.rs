@@ -1,6 +1,6 @@
 //! `morgana render --frames`: the frames of a sequence, one after the other.
 
-use super::render::picture;
+use super::render::render_once;
 use crate::args::{Frames, PLACEHOLDER, RenderArgs};
 use crate::command_error::CommandError;
 use crate::interrupt::Interrupt;
@@ -12,7 +12,7 @@ use std::process::ExitCode;
 pub fn render(args: &RenderArgs) -> Result<ExitCode, CommandError> {
     let interrupt = Interrupt::watch()?;
     match args.frames {
-        None => picture(args, &mut None, &interrupt),
+        None => render_once(args, &mut None, &interrupt),
         Some(frames) => sequence(args, frames, &interrupt),
     }
 }
@@ -34,7 +34,7 @@ fn sequence(
         if !args.outputs.quiet {
             say(&format!("frame {number}"))?;
         }
-        let code = picture(&frame, &mut chosen, interrupt)?;
+        let code = render_once(&frame, &mut chosen, interrupt)?;
         if interrupt.asked() {
             return Ok(code);
         }

@@ -1,21 +1,17 @@
 //! `morgana merge`.
 
-use super::render::check_colours;
 use crate::args::MergeArgs;
 use crate::command_error::CommandError;
+use crate::config;
 use crate::job::Job;
-use crate::measured::Measured;
 use crate::output::say;
-use crate::report::Report;
-use crate::{config, results};
+use crate::report::RunRecord;
+use crate::results::Files;
 use io::diagnostic::shown;
 use io::part::{Body, Header, Part};
-use io::{Loaded, Refusal, Run};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
-use transport::meter::Meter;
-use transport::render::{MeasureState, State};
 
 /// Puts parts together, and writes what a render in one piece would have.
 pub fn merge(args: &MergeArgs) -> Result<ExitCode, CommandError> {
@@ -46,10 +42,31 @@ pub fn merge(args: &MergeArgs) -> Result<ExitCode, CommandError> {
             shown(&job.scene)
         ))
     })?;
-    match body {
-        Body::Image(state) => merged_image(args, &job, &run, &header, *state),
-        Body::Meters(state) => merged_readings(args, &job, &loaded, &header, *state),
+    let files = Files::of(&args.outputs, &job.scene, &loaded)?;
+    let is_picture = !run.has_meters();
+    if is_picture && args.outputs.strategies.is_some() && !job.strategies {
+        let message = "the parts do not separate strategies: render them with --strategies";
+        return Err(CommandError::Usage(message.into()));
     }
+    if !run.fits(&body) {
+        // The header agrees, but not what follows: only a forged file is like this.
+        let message = "the contents of the parts are not those of their scene";
+        return Err(CommandError::Usage(message.into()));
+    }
+    let outcome = run.finish(body)?;
+    let record = RunRecord {
+        job: &job,
+        run: &run,
+        requested: header.total,
+        elapsed: Duration::try_from_secs_f64(header.seconds).unwrap_or_default(),
+        threads: None,
+        stopped: None,
+    };
+    let text = files.write(&args.outputs, &record, &outcome)?;
+    if !args.outputs.quiet {
+        say(&text)?;
+    }
+    Ok(ExitCode::SUCCESS)
 }
 
 /// Writes one part.
@@ -104,77 +121,4 @@ fn check_scene(job: &Job, args: &MergeArgs) -> Result<(), CommandError> {
         "the scene is no longer at '{}': give its place with --scene",
         shown(&job.scene)
     )))
-}
-
-fn merged_image(
-    args: &MergeArgs,
-    job: &Job,
-    run: &Run,
-    header: &Header,
-    state: State,
-) -> Result<ExitCode, CommandError> {
-    let loaded = run.loaded;
-    let mut images = config::images(&args.outputs, &job.scene)?;
-    check_colours(&args.outputs.output, loaded, &mut images)?;
-    if args.outputs.strategies.is_some() && !job.strategies {
-        let message = "the parts do not separate strategies: render them with --strategies";
-        return Err(CommandError::Usage(message.into()));
-    }
-    if !state.fits(&loaded.groups, &run.options()) {
-        return Err(misfit());
-    }
-    let rendering = state.into_rendering(&loaded.groups);
-    let report = Report {
-        job,
-        run,
-        rendering: &rendering,
-        requested: header.total,
-        elapsed: elapsed(header),
-        threads: None,
-        stopped: None,
-    };
-    let exposure = results::write_images(&args.outputs, &images, &report)?;
-    if !args.outputs.quiet {
-        say(&report.line(exposure))?;
-    }
-    Ok(ExitCode::SUCCESS)
-}
-
-fn merged_readings(
-    args: &MergeArgs,
-    job: &Job,
-    loaded: &Loaded,
-    header: &Header,
-    state: MeasureState,
-) -> Result<ExitCode, CommandError> {
-    let files = config::readings(&args.outputs, &job.scene, loaded.instruments.len())?;
-    let meters: Vec<Meter> = loaded.instruments.iter().map(|i| i.meter.clone()).collect();
-    if !state.fits(&loaded.groups, &meters) {
-        return Err(misfit());
-    }
-    let measurement = state.into_measurement(&loaded.groups, &meters);
-    let measured = Measured {
-        job,
-        loaded,
-        measurement: &measurement.map_err(Refusal::Meters)?,
-        elapsed: elapsed(header),
-        threads: None,
-        stopped: None,
-    };
-    results::write_readings(&args.outputs, &files, &measured)?;
-    if !args.outputs.quiet {
-        results::warn_of_dark(&measured);
-        say(&measured.text())?;
-    }
-    Ok(ExitCode::SUCCESS)
-}
-
-/// The time of all parts together.
-fn elapsed(header: &Header) -> Duration {
-    Duration::try_from_secs_f64(header.seconds).unwrap_or_default()
-}
-
-/// The header agrees, but not what follows: only a forged file is like this.
-fn misfit() -> CommandError {
-    CommandError::Usage("the contents of the parts are not those of their scene".into())
 }

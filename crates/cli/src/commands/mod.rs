@@ -8,7 +8,6 @@ mod denoise;
 mod export;
 mod frames;
 mod info;
-mod measure;
 mod merge;
 mod plot;
 mod render;

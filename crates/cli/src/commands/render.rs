@@ -1,9 +1,7 @@
 //! `morgana render`.
 
-use super::measure::measure;
 use crate::args::RenderArgs;
 use crate::command_error::{CommandError, warn};
-use crate::config::ImageFormat;
 use crate::driver::{Driver, TimeLimit};
 use crate::interrupt::Interrupt;
 use crate::job::Job;
@@ -11,23 +9,23 @@ use crate::keeper::{self, Keeper, Kept};
 use crate::output::say;
 use crate::preview::{Canvas, Preview};
 use crate::progress::ProgressGoal;
-use crate::report::Report;
+use crate::report::RunRecord;
+use crate::results::Files;
 use crate::shard::Shard;
 use crate::watched::Watched;
-use crate::{config, load, overwrites, results};
+use crate::{load, overwrites};
 use io::clock::Stopped;
+use io::image::exposure::Exposure;
 use io::part::{Body, BodyRef, Header};
-use io::{Loaded, Run};
+use io::{Loaded, Outcome, Run};
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::Instant;
-use transport::render::{Progress, RenderOptions, State};
+use std::time::{Duration, Instant};
 use view::LiveProgress;
 
-/// Renders a scene and writes its images, or its part; or measures. What is left open is chosen as it was for another render, if there was one, and
-/// what was chosen stays in `chosen`.
-pub fn picture(
+/// Renders a scene, or reads its meters, and writes the result, or the part of it. What is left open is chosen as it was for another run, if there
+/// was one, and what was chosen stays in `chosen`.
+pub fn render_once(
     args: &RenderArgs,
     chosen: &mut Option<Header>,
     interrupt: &Interrupt,
@@ -43,23 +41,19 @@ pub fn picture(
         interrupt,
         quiet: args.outputs.quiet,
     };
-    if !loaded.instruments.is_empty() {
-        return measure(args, &job, &loaded, shard, &driver, &time);
-    }
-    if args.particles.is_some() {
-        let message = "--particles is for scenes with meters; for a camera it is --spp";
-        return Err(CommandError::Usage(message.into()));
-    }
-    let images = images(args, &loaded, shard)?;
-    let written: Vec<PathBuf> = images.iter().map(|(path, _)| path.clone()).collect();
-    overwrites::check_read(&written, &loaded.files)?;
+    check_kind(args, &loaded)?;
+    let files = match shard {
+        None => Files::of(&args.outputs, &args.scene.path, &loaded)?,
+        Some(_) => Files::Shard,
+    };
+    overwrites::check_read(&files.paths(), &loaded.files)?;
     if !args.outputs.quiet {
         load::warn(&loaded);
     }
     // Other limits replace the scene's number of samples, but not that of the command line.
     let requested = match (args.time, args.target_error, shard) {
         (None, None, _) | (.., Some(_)) => Some(loaded.samples),
-        _ => args.spp.map(|_| loaded.samples),
+        _ => args.spp.or(args.particles).map(|_| loaded.samples),
     };
     let mut run = Run {
         total: requested,
@@ -68,7 +62,9 @@ pub fn picture(
         ..job.run(&loaded)
     };
     let started = Instant::now();
-    run.check(limits)?;
+    if !run.has_meters() {
+        run.check(limits)?;
+    }
     let kept = kept(args, shard)?;
     match kept.as_ref().and_then(Kept::header).or(chosen.as_ref()) {
         Some(header) => run.choose_as(header),
@@ -78,62 +74,53 @@ pub fn picture(
         }
         None => {}
     }
-    run.check(limits)?;
-    let options = run.options();
+    if !run.has_meters() {
+        run.check(limits)?;
+    }
     let header = chosen.insert(job.header(&run)).clone();
-    let (mut keeper, state) = keep(kept, header, |keeper, body| match body {
-        Body::Image(state) if state.fits(&loaded.groups, &options) => Ok(*state),
-        _ => Err(keeper.misfit()),
-    })?;
+    let (mut keeper, body) = keep(kept, header, &run)?;
     let mut preview = preview(args, &loaded)?;
     let watched = watched(args, &loaded, interrupt)?;
-    let mut state = state.unwrap_or_else(|| State::new(&loaded.groups, &options));
-    let goal = ProgressGoal {
-        // The choice of the integrator counts, too.
-        time: time.left(),
-        ..progress_goal(args, &options, &state, &loaded)
-    };
-    let ((), stopped) = driver.drive(goal, |handle, clock| {
-        state.advance(&loaded.groups, &options, handle, |progress| {
-            if let Some(preview) = &mut preview {
-                preview.update(progress.film);
+    let mut body = body.map_or_else(|| run.start(), Ok)?;
+    // The choice of the integrator counts, too.
+    let goal = progress_goal(&run, &body, time.left());
+    let (advanced, stopped) = driver.drive(goal, |handle, clock| {
+        run.advance(&mut body, handle, clock, |body| {
+            if let (Some(preview), Some(film)) = (&mut preview, body.film()) {
+                preview.update(film);
             }
-            if let Some(watched) = &watched {
-                watched.update(progress.film, live_progress(progress, &goal));
+            if let (Some(watched), Some(film)) = (&watched, body.film()) {
+                watched.update(film, live_progress(body, &goal));
             }
             if let Some(keeper) = &mut keeper {
-                keeper.update(BodyRef::Image(progress.state));
+                keeper.update(body);
             }
-            clock.look(progress.done >= progress.total)
-        });
+        })
     });
-    let stopped = stopped.or(state.reached().then_some(Stopped::Target));
+    advanced?;
+    let stopped = stopped.or(body.reached().then_some(Stopped::Target));
     let saved = keeper
         .iter_mut()
-        .try_for_each(|k| k.save(BodyRef::Image(&state)));
-    let rendering = state.into_rendering(&loaded.groups);
-    let report = Report {
+        .try_for_each(|k| k.save(BodyRef::of(&body)));
+    let outcome = run.finish(body)?;
+    let record = RunRecord {
         job: &job,
         run: &run,
-        rendering: &rendering,
         requested,
         elapsed: keeper.map_or(started.elapsed(), |k| k.elapsed()),
         threads: Some(pool.current_num_threads()),
         stopped,
     };
-    let written = match shard {
-        None => results::write_images(&args.outputs, &images, &report),
-        Some(_) => results::write_stats(&args.outputs, || report.json()).map(|()| None),
-    };
-    if let Some(preview) = preview {
+    let written = files.write(&args.outputs, &record, &outcome);
+    if let (Some(preview), Outcome::Picture(rendering)) = (preview, &outcome) {
         preview.finish(&rendering.film);
     }
-    let exposure = written?;
+    let text = written?;
     saved?;
     if !args.outputs.quiet {
-        say(&format!("{}{}", name(shard), report.line(exposure)))?;
+        say(&format!("{}{text}", name(shard)))?;
     }
-    if let Some(watched) = watched {
+    if let (Some(watched), Outcome::Picture(rendering)) = (watched, &outcome) {
         watched.finish(&rendering.film);
     }
     Ok(match stopped {
@@ -160,44 +147,32 @@ fn shard(args: &RenderArgs, loaded: &Loaded) -> Result<Option<[u64; 2]>, Command
 }
 
 /// Where a run is to be kept, if it is, and what was kept of it before.
-pub fn kept(args: &RenderArgs, shard: Option<[u64; 2]>) -> Result<Option<Kept>, CommandError> {
+fn kept(args: &RenderArgs, shard: Option<[u64; 2]>) -> Result<Option<Kept>, CommandError> {
     let path = keeper::path(&args.keep, &args.outputs.output, &args.scene.path, shard)?;
     path.map(|path| Kept::open(path, &args.keep)).transpose()
 }
 
-/// What keeps the run from now on, and what was kept of it before; `fitting` takes what fits.
-pub fn keep<S>(
+/// What keeps the run from now on, and what was kept of it before.
+fn keep(
     kept: Option<Kept>,
     header: Header,
-    fitting: impl Fn(&Keeper, Body) -> Result<S, CommandError>,
-) -> Result<(Option<Keeper>, Option<S>), CommandError> {
+    run: &Run,
+) -> Result<(Option<Keeper>, Option<Body>), CommandError> {
     let Some(kept) = kept else {
         return Ok((None, None));
     };
     let (keeper, body) = kept.keep(header)?;
-    let state = body.map(|body| fitting(&keeper, body)).transpose()?;
-    Ok((Some(keeper), state))
+    match body {
+        Some(body) if !run.fits(&body) => Err(keeper.misfit()),
+        body => Ok((Some(keeper), body)),
+    }
 }
 
 /// How a report of a shard begins.
-pub fn name(shard: Option<[u64; 2]>) -> String {
+fn name(shard: Option<[u64; 2]>) -> String {
     shard.map_or(String::new(), |[index, count]| {
         format!("shard {index} of {count}: ")
     })
-}
-
-/// The images to write: none of a shard.
-fn images(
-    args: &RenderArgs,
-    loaded: &Loaded,
-    shard: Option<[u64; 2]>,
-) -> Result<Vec<(PathBuf, ImageFormat)>, CommandError> {
-    if shard.is_some() {
-        return Ok(Vec::new());
-    }
-    let mut images = config::images(&args.outputs, &args.scene.path)?;
-    check_colours(&args.outputs.output, loaded, &mut images)?;
-    Ok(images)
 }
 
 /// The viewer that is to show the render, if there is one.
@@ -226,30 +201,12 @@ fn watched(
 }
 
 /// How far a render has got, for those who watch it.
-fn live_progress(progress: &Progress, goal: &ProgressGoal) -> LiveProgress {
+fn live_progress(body: BodyRef, goal: &ProgressGoal) -> LiveProgress {
     LiveProgress {
-        done: progress.done as f64,
+        done: body.done().count() as f64,
         total: goal.spp.map(|spp| spp as f64),
         time: goal.time,
     }
-}
-
-/// Quantities other than light have no colours: nobody gets a PNG of them.
-pub fn check_colours(
-    asked: &[PathBuf],
-    loaded: &Loaded,
-    images: &mut Vec<(PathBuf, ImageFormat)>,
-) -> Result<(), CommandError> {
-    let is_png = |(_, format): &(PathBuf, ImageFormat)| *format == ImageFormat::Png;
-    if loaded.renderer.is_light() {
-        return Ok(());
-    }
-    if !asked.is_empty() && images.iter().any(is_png) {
-        let message = "the integrator aov has no colours to show in a PNG: write .exr or .npy";
-        return Err(CommandError::Usage(message.into()));
-    }
-    images.retain(|image| !is_png(image));
-    Ok(())
 }
 
 fn pool(threads: Option<usize>) -> Result<ThreadPool, CommandError> {
@@ -260,19 +217,60 @@ fn pool(threads: Option<usize>) -> Result<ThreadPool, CommandError> {
         .map_err(|e| CommandError::Runtime(format!("cannot start threads: {e}")))
 }
 
-/// How far the render of a state has to go.
-fn progress_goal(
-    args: &RenderArgs,
-    options: &RenderOptions,
-    state: &State,
-    loaded: &Loaded,
-) -> ProgressGoal {
-    let film = loaded.scene().film();
+/// How far a run has to go.
+fn progress_goal(run: &Run, body: &Body, time: Option<Duration>) -> ProgressGoal {
+    let film = run.loaded.scene().film();
+    let (places, unit) = if run.has_meters() {
+        (1, "particles")
+    } else {
+        (film.width * film.height, "spp")
+    };
+    let samples = run.options().samples;
     ProgressGoal {
-        samples_per_spp: (film.width * film.height * loaded.groups.len()) as u64,
-        spp: (options.samples < u64::MAX).then_some(options.samples),
-        before: state.done().count(),
-        unit: "spp",
-        time: args.time,
+        samples_per_spp: (places * run.loaded.groups.len()) as u64,
+        spp: (samples < u64::MAX).then_some(samples),
+        before: body.done().count(),
+        unit,
+        time,
+    }
+}
+
+/// Refuses options that are for pictures if the scene has meters, and the other way round.
+fn check_kind(args: &RenderArgs, loaded: &Loaded) -> Result<(), CommandError> {
+    if loaded.instruments.is_empty() {
+        if args.particles.is_some() {
+            let message = "--particles is for scenes with meters; for a camera it is --spp";
+            return Err(CommandError::Usage(message.into()));
+        }
+        return Ok(());
+    }
+    let wrong = [
+        (
+            args.spp.is_some(),
+            "--spp",
+            ": the number of particles is --particles",
+        ),
+        (
+            args.integrator.is_some(),
+            "--integrator",
+            ": meters follow particles",
+        ),
+        (args.sampler.is_some(), "--sampler", ""),
+        (args.adaptive, "--adaptive", ""),
+        (args.outputs.strategies.is_some(), "--strategies", ""),
+        (args.target_error.is_some(), "--target-error", ""),
+        (
+            args.outputs.tone.exposure != Exposure::Auto,
+            "--exposure",
+            "",
+        ),
+        (args.tev.is_some(), "--tev", ""),
+        (args.view, "--view", ""),
+    ];
+    match wrong.iter().find(|(given, ..)| *given) {
+        Some((_, option, why)) => Err(CommandError::Usage(format!(
+            "{option} is for pictures, but the scene has meters in place of a camera{why}"
+        ))),
+        None => Ok(()),
     }
 }
