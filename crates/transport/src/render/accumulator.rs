@@ -31,9 +31,6 @@ pub(super) trait Sampling {
     /// Result of a pass.
     type Found;
 
-    /// Number of samples of the first pass.
-    const FIRST_PASS: u64;
-
     /// Prepares for the pass that starts with sample `at`. Breaks if the run ends before that pass.
     fn prepare_pass(
         &self,
@@ -153,7 +150,7 @@ impl<T: Accumulated> Accumulator<T> {
         handle: &Handle,
         mut on_pass: impl FnMut(&Self) -> ControlFlow<()>,
     ) {
-        let mut passes = Passes::over(self.done.gaps(range), S::FIRST_PASS);
+        let mut passes = Passes::over(self.done.gaps(range));
         while let Some(at) = passes.at() {
             if sampling.prepare_pass(self, at, &mut on_pass).is_break() {
                 return;

@@ -152,7 +152,7 @@ impl Allocation {
         let film = lights[0].source.scene.film();
         let tasks = (film.width * film.height).div_ceil(PIXELS_PER_TASK);
         let mut forecasts = Vec::with_capacity(film.width * film.height);
-        let mut passes = Passes::over(std::iter::once(0..tasks as u64), 1);
+        let mut passes = Passes::over(std::iter::once(0..tasks as u64));
         while let Some(at) = passes.at() {
             if at > 0 {
                 between()?;

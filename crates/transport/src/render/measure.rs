@@ -219,8 +219,6 @@ impl Sampling for ParticlePasses<'_> {
     type Sums = Readings;
     type Found = Vec<Pass>;
 
-    const FIRST_PASS: u64 = TASK;
-
     fn pass_size(&self, _: &MeasureState, _: u64, next: u64) -> u64 {
         next.next_multiple_of(TASK).min(MOST_TASKS * TASK)
     }

@@ -87,24 +87,13 @@ pub(super) fn join(mut groups: Vec<(Vec<Vec<Reading>>, usize)>) -> Vec<Vec<Readi
     };
     let joined = |(meter, readings): (usize, &Vec<Reading>)| {
         let each = readings.iter().enumerate().map(|(k, reading)| {
-            let parts = || groups.iter().map(move |(r, n)| (&r[meter][k], *n));
+            let parts = groups.iter().map(|(r, n)| (&r[meter][k], *n));
+            let parts: Vec<(&Reading, usize)> = parts.collect();
             Reading {
-                mean: interleave(
-                    reading.mean.rest(),
-                    parts().map(|(r, n)| (&r.mean, n)).collect(),
-                ),
-                error: interleave(
-                    reading.error.rest(),
-                    parts().map(|(r, n)| (&r.error, n)).collect(),
-                ),
-                effective: interleave(
-                    reading.effective.rest(),
-                    parts().map(|(r, n)| (&r.effective, n)).collect(),
-                ),
-                few: interleave(
-                    reading.few.rest(),
-                    parts().map(|(r, n)| (&r.few, n)).collect(),
-                ),
+                mean: interleave(&parts, |r| &r.mean),
+                error: interleave(&parts, |r| &r.error),
+                effective: interleave(&parts, |r| &r.effective),
+                few: interleave(&parts, |r| &r.few),
                 ..reading.clone()
             }
         });
@@ -113,13 +102,17 @@ pub(super) fn join(mut groups: Vec<(Vec<Vec<Reading>>, usize)>) -> Vec<Vec<Readi
     first.iter().enumerate().map(joined).collect()
 }
 
-/// The values of several groups, each with its number of channels, cell by cell; `rest` where no group has any.
-fn interleave<T: Copy>(rest: T, groups: Vec<(&Sparse<T>, usize)>) -> Sparse<T> {
-    let all = groups.iter().map(|(values, _)| values.len()).sum();
+/// Values of the readings of several groups, each with its number of channels, cell by cell.
+fn interleave<T: Copy>(
+    groups: &[(&Reading, usize)],
+    values: impl Fn(&Reading) -> &Sparse<T>,
+) -> Sparse<T> {
+    let all = groups.iter().map(|(reading, _)| values(reading).len());
     let channels: usize = groups.iter().map(|(_, n)| n).sum();
-    let mut joined = Sparse::new(all, rest);
+    let mut joined = Sparse::new(all.sum(), values(groups[0].0).rest());
     let mut first = 0;
-    for (values, n) in groups {
+    for (reading, n) in groups {
+        let values = values(reading);
         for (i, value) in values.written(0..values.len()) {
             *joined.get_mut(i / n * channels + first + i % n) = value;
         }

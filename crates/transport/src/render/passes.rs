@@ -19,13 +19,13 @@ pub(super) struct Passes {
 }
 
 impl Passes {
-    /// Over ranges in ascending order; the first pass has `first` samples.
-    pub(super) fn over(gaps: impl IntoIterator<Item = Range<u64>>, first: u64) -> Self {
+    /// Over ranges in ascending order; the first pass takes one sample, or as few as possible.
+    pub(super) fn over(gaps: impl IntoIterator<Item = Range<u64>>) -> Self {
         let mut gaps: Vec<Range<u64>> = gaps.into_iter().filter(|gap| !gap.is_empty()).collect();
         gaps.reverse();
         Passes {
             gaps,
-            next: first,
+            next: 1,
             started: Instant::now(),
         }
     }
@@ -77,7 +77,7 @@ mod tests {
 
     #[test]
     fn passes_cover_what_is_missing_once_and_in_order() {
-        let mut passes = Passes::over([3..10, 12..12, 20..150], 1);
+        let mut passes = Passes::over([3..10, 12..12, 20..150]);
         let mut covered = Vec::new();
         while let Some(at) = passes.at() {
             let pass = passes.begin(|next| next.min(50));

@@ -164,8 +164,6 @@ impl Sampling for RenderPasses<'_> {
     type Sums = Picture;
     type Found = FoundByGroup;
 
-    const FIRST_PASS: u64 = 1;
-
     /// Finds out the shares of the pixels before the first sample that needs them.
     fn prepare_pass(
         &self,
