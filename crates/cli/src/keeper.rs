@@ -4,6 +4,7 @@ use crate::args::KeepArgs;
 use crate::command_error::{CommandError, warn};
 use crate::config;
 use crate::load::named_after;
+use io::Run;
 use io::diagnostic::shown;
 use io::lock::{Lock, LockError};
 use io::part::{Body, BodyRef, Header, Part};
@@ -88,7 +89,7 @@ impl Kept {
     }
 
     /// Goes on with it as a part of a run, which must be the one that it is of.
-    pub fn keep(self, header: Header) -> Result<(Keeper, Option<Body>), CommandError> {
+    pub fn keep(self, header: Header, run: &Run) -> Result<(Keeper, Option<Body>), CommandError> {
         let path = self.path;
         let refuse = |why: String| {
             CommandError::Usage(format!("'{}' cannot be resumed: {why}", shown(&path)))
@@ -111,6 +112,10 @@ impl Kept {
                     "it has {done} samples already, more than {wanted}"
                 )));
             }
+            // The header agrees, but not what follows: only a forged file is like this.
+            if !run.fits(&kept.body) {
+                return Err(refuse("its contents are not those of this scene".into()));
+            }
         }
         let now = Instant::now();
         let keeper = Keeper {
@@ -128,14 +133,6 @@ impl Kept {
 }
 
 impl Keeper {
-    /// That what was found is of another render although its header agrees: only a forged file is.
-    pub fn misfit(&self) -> CommandError {
-        let path = shown(&self.path);
-        CommandError::Usage(format!(
-            "'{path}' cannot be resumed: its contents are not those of this scene"
-        ))
-    }
-
     /// Time spent so far, that of earlier runs included.
     pub fn elapsed(&self) -> Duration {
         self.started.elapsed() + Duration::from_secs_f64(self.before.max(0.0))

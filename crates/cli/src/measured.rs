@@ -3,22 +3,13 @@
 use crate::balance;
 use crate::load::file_name;
 use crate::numbers;
-use crate::report::RunRecord;
+use crate::report::Report;
 use io::arrays::Quality;
 use io::clock::Stopped;
 use io::report;
 use serde_json::{Value, json};
 use transport::meter::{Reading, RecordTable};
 use transport::render::Measurement;
-
-/// A measurement that is done.
-#[derive(Debug)]
-pub struct Measured<'a> {
-    /// How it was done.
-    pub record: &'a RunRecord<'a>,
-    /// The result.
-    pub measurement: &'a Measurement,
-}
 
 /// How well the bins of a reading are known, in a few words.
 fn text(quality: &Quality) -> String {
@@ -47,10 +38,10 @@ fn text(quality: &Quality) -> String {
     format!("{bins}{empty}{error}{few}")
 }
 
-impl Measured<'_> {
+impl Report<'_, Measurement> {
     fn rate(&self) -> f64 {
-        let particles = self.measurement.stats.paths as f64;
-        particles / self.record.elapsed.as_secs_f64().max(1e-9)
+        let particles = self.result.stats.paths as f64;
+        particles / self.elapsed.as_secs_f64().max(1e-9)
     }
 
     /// Meters that have received nothing.
@@ -65,21 +56,15 @@ impl Measured<'_> {
     }
 
     fn meters(&self) -> impl Iterator<Item = (&str, &Vec<Reading>)> {
-        let names = self
-            .record
-            .run
-            .loaded
-            .instruments
-            .iter()
-            .map(|i| i.name.as_str());
-        names.zip(&self.measurement.readings)
+        let names = self.run.loaded.instruments.iter().map(|i| i.name.as_str());
+        names.zip(&self.result.readings)
     }
 
     /// How many records were kept.
     fn recorded(&self, table: &RecordTable) -> String {
         let count = numbers::count(table.particle.len() as f64);
         let particles = numbers::count(table.particles as f64);
-        if table.particles == self.measurement.particles {
+        if table.particles == self.result.particles {
             return format!("{count} records");
         }
         format!("{count} records, those of {particles} particles: raise max_records for more")
@@ -88,17 +73,17 @@ impl Measured<'_> {
     /// The lines at the end of a measurement: what was done, each meter's readings, and where the
     /// light went.
     pub fn text(&self) -> String {
-        let stopped = match self.record.stopped {
+        let stopped = match self.stopped {
             Some(Stopped::Interrupted) => "interrupted: ",
             _ => "",
         };
         let mut lines = vec![format!(
             "{stopped}{} · {} particles · {} particles/s",
-            numbers::duration(self.record.elapsed),
-            numbers::count(self.measurement.particles as f64),
+            numbers::duration(self.elapsed),
+            numbers::count(self.result.particles as f64),
             numbers::count(self.rate()),
         )];
-        for ((name, readings), records) in self.meters().zip(&self.measurement.records) {
+        for ((name, readings), records) in self.meters().zip(&self.result.records) {
             let each = readings
                 .iter()
                 .map(|r| format!("{} ({})", r.name, text(&Quality::of(r))));
@@ -107,8 +92,8 @@ impl Measured<'_> {
                 .collect();
             lines.push(format!("{name}: {}", all.join("; ")));
         }
-        lines.push(balance::text(&self.measurement.balance));
-        let stats = &self.measurement.stats;
+        lines.push(balance::text(&self.result.balance));
+        let stats = &self.result.stats;
         for (count, what) in [
             (stats.lost, "rays lost"),
             (stats.not_finite, "scores not finite"),
@@ -123,15 +108,15 @@ impl Measured<'_> {
 
     /// Attributes for files. They depend on what was computed, not on when, where or how fast.
     pub fn attributes(&self) -> Vec<(String, Value)> {
-        let stats = &self.measurement.stats;
+        let stats = &self.result.stats;
         let pairs = [
-            ("scene", file_name(&self.record.job.scene).into()),
-            ("scene_hash", self.record.run.loaded.hash.to_string().into()),
+            ("scene", file_name(&self.job.scene).into()),
+            ("scene_hash", self.run.loaded.hash.to_string().into()),
             ("morgana_version", env!("CARGO_PKG_VERSION").into()),
-            ("seed", self.record.job.seed.into()),
-            ("particles", self.measurement.particles.into()),
-            ("options", self.record.job.command_line().into()),
-            ("balance", report::balance(&self.measurement.balance)),
+            ("seed", self.job.seed.into()),
+            ("particles", self.result.particles.into()),
+            ("options", self.job.command_line().into()),
+            ("balance", report::balance(&self.result.balance)),
             ("lost", stats.lost.into()),
             ("over_budget", report::over_budget(stats)),
             ("not_finite", stats.not_finite.into()),
@@ -141,7 +126,7 @@ impl Measured<'_> {
 
     /// Everything, as JSON.
     pub fn json(&self) -> Value {
-        let measurement = self.measurement;
+        let measurement = self.result;
         let reading = |r: &Reading| Quality::of(r).json(&r.name);
         let meter = |((name, readings), records): ((&str, &Vec<Reading>), &Option<RecordTable>)| {
             let readings: Vec<Value> = readings.iter().map(reading).collect();
@@ -149,16 +134,16 @@ impl Measured<'_> {
         };
         json!({
             "version": env!("CARGO_PKG_VERSION"),
-            "scene": file_name(&self.record.job.scene),
-            "scene_hash": self.record.run.loaded.hash.to_string(),
-            "options": self.record.job.command_line(),
-            "seed": self.record.job.seed,
+            "scene": file_name(&self.job.scene),
+            "scene_hash": self.run.loaded.hash.to_string(),
+            "options": self.job.command_line(),
+            "seed": self.job.seed,
             "particles": measurement.particles,
-            "stopped": self.record.stopped.map(Stopped::name),
-            "threads": self.record.threads,
-            "seconds": self.record.elapsed.as_secs_f64(),
+            "stopped": self.stopped.map(Stopped::name),
+            "threads": self.threads,
+            "seconds": self.elapsed.as_secs_f64(),
             "particles_per_second": self.rate(),
-            "channels": self.record.run.loaded.channel_names,
+            "channels": self.run.loaded.channel_names,
             "emitted": measurement.emitted,
             "emitted_error": measurement.emitted_error,
             "balance": report::balance(&measurement.balance),

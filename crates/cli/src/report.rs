@@ -17,13 +17,15 @@ use transport::stats::ConnectionCounts;
 /// Effects of tolerances that are worth a word, beside the noise of a pixel.
 const EFFECT: f64 = 0.1;
 
-/// How a run was done.
+/// A run that is done, with its result.
 #[derive(Debug)]
-pub struct RunRecord<'a> {
+pub struct Report<'a, T> {
     /// What was asked for.
     pub job: &'a Job,
     /// What was computed, and of which scene.
     pub run: &'a Run<'a>,
+    /// The result.
+    pub result: &'a T,
     /// Samples per pixel, or particles, asked for, if there was a limit.
     pub requested: Option<u64>,
     /// How long it took.
@@ -34,25 +36,31 @@ pub struct RunRecord<'a> {
     pub stopped: Option<Stopped>,
 }
 
-/// A render that is done.
-#[derive(Debug)]
-pub struct Report<'a> {
-    /// How it was done.
-    pub record: &'a RunRecord<'a>,
-    /// The result.
-    pub rendering: &'a Rendering,
+impl<'a, T> Report<'a, T> {
+    /// Reports a part of the result.
+    pub fn of<U>(&self, result: &'a U) -> Report<'a, U> {
+        Report {
+            job: self.job,
+            run: self.run,
+            result,
+            requested: self.requested,
+            elapsed: self.elapsed,
+            threads: self.threads,
+            stopped: self.stopped,
+        }
+    }
 }
 
-impl Report<'_> {
+impl Report<'_, Rendering> {
     /// Samples taken per second.
     fn rate(&self) -> f64 {
-        self.rendering.film.samples() as f64 / self.record.elapsed.as_secs_f64().max(1e-9)
+        self.result.film.samples() as f64 / self.elapsed.as_secs_f64().max(1e-9)
     }
 
     /// The number of samples per pixel, and between which limits it is a mean.
     fn spp(&self) -> String {
-        let mean = self.rendering.samples;
-        match self.rendering.film.least_and_most() {
+        let mean = self.result.samples;
+        match self.result.film.least_and_most() {
             [least, most] if least < most => format!("{mean} spp ({least} to {most})"),
             _ => format!("{mean} spp"),
         }
@@ -61,12 +69,12 @@ impl Report<'_> {
     /// The line at the end of a render, with the exposure that was chosen for its PNG files, and that of the energy balance if
     /// there is one.
     pub fn line(&self, exposure: Option<f64>) -> String {
-        let stopped = match self.record.stopped {
+        let stopped = match self.stopped {
             Some(Stopped::Interrupted) => "interrupted: ",
             _ => "",
         };
         let mut parts = vec![
-            format!("{stopped}{}", numbers::duration(self.record.elapsed)),
+            format!("{stopped}{}", numbers::duration(self.elapsed)),
             self.spp(),
             format!("{} samples/s", numbers::count(self.rate())),
             self.outcome(),
@@ -76,17 +84,17 @@ impl Report<'_> {
         parts.extend(self.target_line());
         parts.extend(self.tolerance_line());
         parts.extend(self.doubt());
-        let stats = &self.rendering.stats;
+        let stats = &self.result.stats;
         if stats.connections.capped > 0 {
             parts.push(bias(stats.connections.capped));
         }
         parts.extend(report::possible_bias(stats));
-        let naming = Naming::of(self.record.run.loaded);
-        let outside = naming.map_or(0.0, |n| n.outside(&self.rendering.film));
+        let naming = Naming::of(self.run.loaded);
+        let outside = naming.map_or(0.0, |n| n.outside(&self.result.film));
         if outside > 0.0 {
             parts.push(format!("{} outside of all bins", numbers::percent(outside)));
         }
-        let quantities = self.rendering.quantities.as_ref();
+        let quantities = self.result.quantities.as_ref();
         let lost = quantities.map_or(0, |quantities| quantities.stats.lost);
         for (count, what) in [
             (stats.lost, "rays lost"),
@@ -103,64 +111,51 @@ impl Report<'_> {
                 .filter(|stops| *stops != 0.0)
                 .map(numbers::exposure),
         );
-        let balance = self.rendering.balance.iter().map(balance::text);
+        let balance = self.result.balance.iter().map(balance::text);
         let lines = std::iter::once(parts.join(" · ")).chain(balance);
         lines.collect::<Vec<_>>().join("\n")
     }
 
     /// Which integrator was chosen, and why, if it was left open.
     fn choice(&self) -> Option<String> {
-        let reason = self.record.run.reason.as_ref()?;
-        Some(format!(
-            "integrator {}: {reason}",
-            self.record.run.renderer.name()
-        ))
+        let reason = self.run.reason.as_ref()?;
+        Some(format!("integrator {}: {reason}", self.run.renderer.name()))
     }
 
     /// What the image shows on the whole.
     fn outcome(&self) -> String {
-        if self.rendering.samples == 0 {
+        if self.result.samples == 0 {
             return "no sample of the whole image was completed: the image is empty".into();
         }
-        if !self.record.run.renderer.is_light() {
-            let stats = &self.rendering.stats;
+        if !self.run.renderer.is_light() {
+            let stats = &self.result.stats;
             let valid = stats.paths.saturating_sub(stats.lost);
             return format!(
                 "{} of the rays valid",
                 numbers::percent(valid as f64 / stats.paths.max(1) as f64)
             );
         }
-        let (mean, error) = self.rendering.film.summary();
+        let (mean, error) = self.result.film.summary();
         let mean = numbers::with_error(mean, error);
-        let connections = failures(&self.rendering.stats.connections);
+        let connections = failures(&self.result.stats.connections);
         format!("mean {mean} · {connections}")
     }
 
     /// What to think of the error of the mean, if it is not to be trusted.
     fn doubt(&self) -> Option<String> {
-        let film = &self.rendering.film;
-        if self.record.run.renderer.is_light()
-            && self.rendering.samples > 0
-            && film.summary().0 == 0.0
-        {
+        let film = &self.result.film;
+        if self.run.renderer.is_light() && self.result.samples > 0 && film.summary().0 == 0.0 {
             let advice = "does light get to the sensor? morgana check says what may be in the way";
             return Some(format!("no sample found any light: {advice}"));
         }
         // An error that is not known is said to be so.
         let is_known = film.summary().1.is_finite();
-        (self.record.run.renderer.is_light() && is_known && film.few_in_all(None)).then(|| {
-            let advice = match self.record.run.renderer {
+        (self.run.renderer.is_light() && is_known && film.few_in_all(None)).then(|| {
+            let advice = match self.run.renderer {
                 // A pilot has tried the others, or none carries what the light is told apart by.
                 Renderer::Light(Integrator::Path(_))
-                    if self.record.run.reason.is_none()
-                        && self
-                            .record
-                            .run
-                            .loaded
-                            .layering
-                            .decomposition
-                            .parts
-                            .is_none() =>
+                    if self.run.reason.is_none()
+                        && self.run.loaded.layering.decomposition.parts.is_none() =>
                 {
                     "take more samples, or try the integrator bdpt"
                 }
@@ -182,33 +177,32 @@ impl Report<'_> {
     /// Attributes for images. They depend on what was computed, not on when, where or how fast:
     /// equal renders give equal files.
     pub fn attributes(&self) -> Vec<(String, String)> {
-        let stats = &self.rendering.stats;
+        let stats = &self.result.stats;
         let pairs = [
-            ("scene", file_name(&self.record.job.scene)),
-            ("scene_hash", self.record.run.loaded.hash.to_string()),
+            ("scene", file_name(&self.job.scene)),
+            ("scene_hash", self.run.loaded.hash.to_string()),
             ("morgana_version", env!("CARGO_PKG_VERSION").into()),
-            ("integrator", self.record.run.renderer.name().into()),
-            ("seed", self.record.job.seed.to_string()),
-            ("spp", self.rendering.samples.to_string()),
-            ("options", self.record.job.command_line()),
+            ("integrator", self.run.renderer.name().into()),
+            ("seed", self.job.seed.to_string()),
+            ("spp", self.result.samples.to_string()),
+            ("options", self.job.command_line()),
             (
                 "branches",
-                report::branches(self.record.run.loaded.scene()).to_string(),
+                report::branches(self.run.loaded.scene()).to_string(),
             ),
             (
                 "connections",
-                report::connections(stats, self.rendering.search).to_string(),
+                report::connections(stats, self.result.search).to_string(),
             ),
             ("lost", stats.lost.to_string()),
             ("over_budget", report::over_budget(stats).to_string()),
             ("not_finite", stats.not_finite.to_string()),
         ];
-        let naming = Naming::of(self.record.run.loaded);
+        let naming = Naming::of(self.run.loaded);
         let axes = naming.map(|n| ("decomposition", Value::from(n.axes()).to_string()));
-        let trust = report::trust(self.record.run.loaded, &self.rendering.film);
+        let trust = report::trust(self.run.loaded, &self.result.film);
         let trust = trust.map(|trust| ("trust", trust.to_string()));
         let choice = self
-            .record
             .run
             .reason
             .clone()
@@ -221,25 +215,25 @@ impl Report<'_> {
 
     /// The error that was wanted, and what became of it.
     fn target(&self) -> Option<Value> {
-        let measure = self.record.job.target.unwrap_or_default();
-        self.record.job.target_error.map(|wanted| {
-            let error = self.rendering.error(measure);
+        let measure = self.job.target.unwrap_or_default();
+        self.job.target_error.map(|wanted| {
+            let error = self.result.error(measure);
             json!({
                 "measure": measure.name(),
                 "wanted": wanted,
                 "error": error.is_finite().then_some(error),
-                "reached": self.rendering.reached,
-                "possible_bias": self.rendering.reached.then_some("stopping by measured error"),
+                "reached": self.result.reached,
+                "possible_bias": self.result.reached.then_some("stopping by measured error"),
             })
         })
     }
 
     /// The same in a few words.
     fn target_line(&self) -> Option<String> {
-        let wanted = self.record.job.target_error?;
-        let measure = self.record.job.target.unwrap_or_default();
-        let error = self.rendering.error(measure);
-        let outcome = if self.rendering.reached {
+        let wanted = self.job.target_error?;
+        let measure = self.job.target.unwrap_or_default();
+        let error = self.result.error(measure);
+        let outcome = if self.result.reached {
             "reached: slight bias by stopping".into()
         } else if error <= wanted {
             // Small enough by now, but it may have been so by chance.
@@ -259,8 +253,8 @@ impl Report<'_> {
 
     /// What rays that are not as accurate as they might be do to long renders.
     fn tolerance_line(&self) -> Option<String> {
-        let accuracy = self.rendering.accuracy;
-        let effect = accuracy.effect_beside_noise(self.rendering.samples);
+        let accuracy = self.result.accuracy;
+        let effect = accuracy.effect_beside_noise(self.result.samples);
         (effect > EFFECT).then(|| {
             format!(
                 "tolerance {:e}: bias up to {} of the noise of pixels; name a smaller one in the scene",
@@ -272,46 +266,46 @@ impl Report<'_> {
 
     /// The same in a few words.
     fn photon_line(&self) -> Option<String> {
-        let debiased = self.rendering.debiased.as_ref()?;
-        let photons = &self.rendering.stats.photons;
-        if self.rendering.samples == 0 {
+        let debiased = self.result.debiased.as_ref()?;
+        let photons = &self.result.stats.photons;
+        if self.result.samples == 0 {
             return None;
         }
         if photons.in_media + photons.on_surfaces == 0 {
-            let only = match self.record.run.renderer.integrator() {
+            let only = match self.run.renderer.integrator() {
                 Some(Integrator::Vcm(_)) => "light that connections find is seen",
                 _ => "emitters are seen",
             };
             return Some(format!("no photon fell on anything: only {only}"));
         }
-        let film = &self.rendering.film;
+        let film = &self.result.film;
         Some(about_bias(debiased.bias(film), film.summary().0))
     }
 
     /// Everything, as JSON.
     pub fn json(&self) -> Value {
-        let (mean, error) = self.rendering.film.summary();
-        let film = &self.rendering.film;
+        let (mean, error) = self.result.film.summary();
+        let film = &self.result.film;
         let run = json!({
             "version": env!("CARGO_PKG_VERSION"),
-            "scene": file_name(&self.record.job.scene),
-            "integrator": self.record.run.renderer.name(),
-            "integrator_choice": self.record.run.reason,
-            "options": self.record.job.command_line(),
-            "seed": self.record.job.seed,
-            "spp_requested": self.record.requested,
-            "stopped": self.record.stopped.map(Stopped::name),
-            "threads": self.record.threads,
-            "seconds": self.record.elapsed.as_secs_f64(),
+            "scene": file_name(&self.job.scene),
+            "integrator": self.run.renderer.name(),
+            "integrator_choice": self.run.reason,
+            "options": self.job.command_line(),
+            "seed": self.job.seed,
+            "spp_requested": self.requested,
+            "stopped": self.stopped.map(Stopped::name),
+            "threads": self.threads,
+            "seconds": self.elapsed.as_secs_f64(),
             "samples_per_second": self.rate(),
             "width": film.width(),
             "height": film.height(),
-            "channels": self.record.run.loaded.channel_names,
+            "channels": self.run.loaded.channel_names,
             "mean": mean,
             "standard_error": error,
             "target": self.target(),
         });
-        report::render(self.record.run.loaded, self.rendering, run)
+        report::render(self.run.loaded, self.result, run)
     }
 }
 

@@ -3,8 +3,7 @@
 use crate::args::{OutputArgs, ToneArgs};
 use crate::command_error::{CommandError, show};
 use crate::config::{self, ImageFormat};
-use crate::measured::Measured;
-use crate::report::{Report, RunRecord};
+use crate::report::Report;
 use io::arrays::{ArrayFormat, Context, arrays};
 use io::image::exposure::Exposure;
 use io::image::exr;
@@ -13,6 +12,7 @@ use io::{Diagnostic, Diagnostics, FileError, Loaded, Outcome};
 use serde_json::Value;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use transport::render::{Measurement, Rendering};
 
 /// Files that a run writes, besides its statistics.
 #[derive(Debug)]
@@ -50,12 +50,11 @@ impl Files {
     pub fn write(
         &self,
         args: &OutputArgs,
-        record: &RunRecord,
-        outcome: &Outcome,
+        report: &Report<Outcome>,
     ) -> Result<String, CommandError> {
-        match outcome {
+        match report.result {
             Outcome::Picture(rendering) => {
-                let report = Report { record, rendering };
+                let report = report.of(&**rendering);
                 let exposure = match self {
                     Files::Images(images) => write_images(args, images, &report)?,
                     _ => failures(stats(args, || report.json())).map(|()| None)?,
@@ -63,18 +62,15 @@ impl Files {
                 Ok(report.line(exposure))
             }
             Outcome::Readings(measurement) => {
-                let measured = Measured {
-                    record,
-                    measurement,
-                };
+                let report = report.of(&**measurement);
                 match self {
-                    Files::Readings(files) => write_readings(args, files, &measured)?,
-                    _ => failures(stats(args, || measured.json()))?,
+                    Files::Readings(files) => write_readings(args, files, &report)?,
+                    _ => failures(stats(args, || report.json()))?,
                 }
                 if !args.quiet {
-                    warn_of_dark(&measured);
+                    warn_of_dark(&report);
                 }
-                Ok(measured.text())
+                Ok(report.text())
             }
         }
     }
@@ -103,14 +99,10 @@ fn check_colours(
 fn write_images(
     args: &OutputArgs,
     images: &[(PathBuf, ImageFormat)],
-    report: &Report,
+    report: &Report<Rendering>,
 ) -> Result<Option<f64>, CommandError> {
-    let names = &report.record.run.loaded.channel_names;
-    let picture = Picture::new(
-        report.rendering,
-        report.record.run.loaded,
-        report.attributes(),
-    );
+    let names = &report.run.loaded.channel_names;
+    let picture = Picture::new(report.result, report.run.loaded, report.attributes());
     let is_shown = images.iter().any(|(_, f)| *f == ImageFormat::Png);
     let ToneArgs { exposure, tone_map } = args.tone;
     let tone = is_shown.then(|| picture.tone(exposure, tone_map));
@@ -120,7 +112,7 @@ fn write_images(
         ImageFormat::Png => picture.write_png(path, tone.unwrap_or_default()),
     });
     let strategies = args.strategies.iter().map(|path| {
-        let image = rendered::strategies(report.rendering, names, report.attributes());
+        let image = rendered::strategies(report.result, names, report.attributes());
         exr::write(path, &image)
     });
     let stats = stats(args, || report.json());
@@ -133,25 +125,25 @@ fn write_images(
 fn write_readings(
     args: &OutputArgs,
     files: &[(PathBuf, ArrayFormat)],
-    measured: &Measured,
+    report: &Report<Measurement>,
 ) -> Result<(), CommandError> {
-    let loaded = measured.record.run.loaded;
+    let loaded = report.run.loaded;
     let context = Context {
         instruments: &loaded.instruments,
-        measurement: measured.measurement,
+        measurement: report.result,
         channels: &loaded.channel_names,
     };
-    let readings = arrays(&context, measured.attributes());
+    let readings = arrays(&context, report.attributes());
     let readings = files
         .iter()
         .map(|(path, format)| readings.write(path, *format));
-    failures(readings.chain(stats(args, || measured.json())))
+    failures(readings.chain(stats(args, || report.json())))
 }
 
 /// Says which meters have received nothing.
-fn warn_of_dark(measured: &Measured) {
+fn warn_of_dark(report: &Report<Measurement>) {
     let mut warnings = Diagnostics::new();
-    for name in measured.dark() {
+    for name in report.dark() {
         let message = format!("the meter '{name}' received no light");
         let help = "check where it is, and whether light can get there".to_owned();
         warnings.push(Diagnostic::warning(message).help(help));

@@ -5,7 +5,7 @@ use crate::command_error::CommandError;
 use crate::config;
 use crate::job::Job;
 use crate::output::say;
-use crate::report::RunRecord;
+use crate::report::Report;
 use crate::results::Files;
 use io::diagnostic::shown;
 use io::part::{Body, Header, Part};
@@ -54,15 +54,16 @@ pub fn merge(args: &MergeArgs) -> Result<ExitCode, CommandError> {
         return Err(CommandError::Usage(message.into()));
     }
     let outcome = run.finish(body)?;
-    let record = RunRecord {
+    let report = Report {
         job: &job,
         run: &run,
+        result: &outcome,
         requested: header.total,
         elapsed: Duration::try_from_secs_f64(header.seconds).unwrap_or_default(),
         threads: None,
         stopped: None,
     };
-    let text = files.write(&args.outputs, &record, &outcome)?;
+    let text = files.write(&args.outputs, &report)?;
     if !args.outputs.quiet {
         say(&text)?;
     }

@@ -5,11 +5,11 @@ use crate::command_error::{CommandError, warn};
 use crate::driver::{Driver, TimeLimit};
 use crate::interrupt::Interrupt;
 use crate::job::Job;
-use crate::keeper::{self, Keeper, Kept};
+use crate::keeper::{self, Kept};
 use crate::output::say;
 use crate::preview::{Canvas, Preview};
 use crate::progress::ProgressGoal;
-use crate::report::RunRecord;
+use crate::report::Report;
 use crate::results::Files;
 use crate::shard::Shard;
 use crate::watched::Watched;
@@ -65,7 +65,8 @@ pub fn render_once(
     if !run.has_meters() {
         run.check(limits)?;
     }
-    let kept = kept(args, shard)?;
+    let path = keeper::path(&args.keep, &args.outputs.output, &args.scene.path, shard)?;
+    let kept = path.map(|path| Kept::open(path, &args.keep)).transpose()?;
     match kept.as_ref().and_then(Kept::header).or(chosen.as_ref()) {
         Some(header) => run.choose_as(header),
         None if driver.choose(&mut run).is_break() => {
@@ -78,10 +79,11 @@ pub fn render_once(
         run.check(limits)?;
     }
     let header = chosen.insert(job.header(&run)).clone();
-    let (mut keeper, body) = keep(kept, header, &run)?;
+    let kept = kept.map(|kept| kept.keep(header, &run)).transpose()?;
+    let (mut keeper, body) = kept.unzip();
     let mut preview = preview(args, &loaded)?;
     let watched = watched(args, &loaded, interrupt)?;
-    let mut body = body.map_or_else(|| run.start(), Ok)?;
+    let mut body = body.flatten().map_or_else(|| run.start(), Ok)?;
     // The choice of the integrator counts, too.
     let goal = progress_goal(&run, &body, time.left());
     let (advanced, stopped) = driver.drive(goal, |handle, clock| {
@@ -103,15 +105,16 @@ pub fn render_once(
         .iter_mut()
         .try_for_each(|k| k.save(BodyRef::of(&body)));
     let outcome = run.finish(body)?;
-    let record = RunRecord {
+    let report = Report {
         job: &job,
         run: &run,
+        result: &outcome,
         requested,
         elapsed: keeper.map_or(started.elapsed(), |k| k.elapsed()),
         threads: Some(pool.current_num_threads()),
         stopped,
     };
-    let written = files.write(&args.outputs, &record, &outcome);
+    let written = files.write(&args.outputs, &report);
     if let (Some(preview), Outcome::Picture(rendering)) = (preview, &outcome) {
         preview.finish(&rendering.film);
     }
@@ -143,28 +146,6 @@ fn shard(args: &RenderArgs, loaded: &Loaded) -> Result<Option<[u64; 2]>, Command
             loaded.samples
         ))),
         shard => Ok(shard),
-    }
-}
-
-/// Where a run is to be kept, if it is, and what was kept of it before.
-fn kept(args: &RenderArgs, shard: Option<[u64; 2]>) -> Result<Option<Kept>, CommandError> {
-    let path = keeper::path(&args.keep, &args.outputs.output, &args.scene.path, shard)?;
-    path.map(|path| Kept::open(path, &args.keep)).transpose()
-}
-
-/// What keeps the run from now on, and what was kept of it before.
-fn keep(
-    kept: Option<Kept>,
-    header: Header,
-    run: &Run,
-) -> Result<(Option<Keeper>, Option<Body>), CommandError> {
-    let Some(kept) = kept else {
-        return Ok((None, None));
-    };
-    let (keeper, body) = kept.keep(header)?;
-    match body {
-        Some(body) if !run.fits(&body) => Err(keeper.misfit()),
-        body => Ok((Some(keeper), body)),
     }
 }
 
