@@ -85,8 +85,6 @@ def render(
     checks.scene(scene)
     wanted = limits(scene, spp, particles, seed, integrator, threads, time, target_error, target)
     with Bar(scene, wanted["samples"], time, progress) as tick:
-        if scene.meters:
-            return Result(scene, _morgana.measure(scene, wanted, tick))
         return Result(scene, _morgana.render(scene, wanted, integrator, tick))
 
 

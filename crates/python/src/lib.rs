@@ -17,6 +17,7 @@ mod measure;
 mod numbers;
 mod part;
 mod render;
+mod run;
 mod scene;
 mod tagging;
 mod trace;
@@ -46,13 +47,15 @@ mod _morgana {
     #[pymodule_export]
     use crate::index_derivative::{check_index_derivatives, differentiate_index};
     #[pymodule_export]
-    use crate::measure::{Measured, measure, read_measurement};
+    use crate::measure::{Measured, read_measurement};
     #[pymodule_export]
     use crate::numbers::refuse_masked;
     #[pymodule_export]
     use crate::part::{Parts, render_part};
     #[pymodule_export]
-    use crate::render::{Rendered, render};
+    use crate::render::Rendered;
+    #[pymodule_export]
+    use crate::run::render;
     #[pymodule_export]
     use crate::scene::{Scene, export_dict, export_file, load_dict, load_file};
     #[pymodule_export]

@@ -1,64 +1,25 @@
-//! Measuring: what meters read.
+//! Results of meters.
 
 use crate::errors;
 use crate::finished::{Finished, Pickled, RunRecord};
-use crate::limits::Limits;
 use crate::numbers::array;
 use crate::scene::Scene;
-use crate::watch::watched;
 use io::arrays::{Array, ArrayFormat, Arrays, Context, Quality, arrays, attributes, list};
 use io::assemble::Instrument;
-use io::clock::{Clock, Stopped};
-use io::{Loaded, Refusal, report};
+use io::{Loaded, report};
 use numpy::PyArrayDyn;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 use serde_json::{Value, json};
 use std::path::PathBuf;
-use std::time::Instant;
 use transport::meter::{Reading, RecordTable};
-use transport::render::{self, Measurement};
+use transport::render::Measurement;
 
 /// What meters have read.
 #[pyclass(frozen, module = "morgana._morgana")]
 #[derive(Debug)]
 pub struct Measured(Finished<Measurement>);
-
-/// Follows particles through a scene with meters. `tick` is called now and then with the number of particles followed
-/// so far.
-#[pyfunction]
-pub fn measure(
-    py: Python<'_>,
-    scene: Py<Scene>,
-    limits: Limits,
-    tick: Option<Py<PyAny>>,
-) -> PyResult<Measured> {
-    let loaded = &scene.get().loaded;
-    let asked = limits.run(loaded);
-    let (options, meters) = (asked.measure_options(), loaded.meters());
-    let (pool, started) = (limits.pool()?, Instant::now());
-    let ((measurement, stopped), _) = watched(py, tick.as_ref(), limits.time(), |shared| {
-        let asked = || shared.asked();
-        let mut clock = Clock::start(limits.time(), &asked);
-        let on_pass = |done| clock.look(done == options.particles);
-        let handle = &shared.handle;
-        let measurement =
-            pool.install(|| render::measure(&loaded.groups, &meters, &options, handle, on_pass));
-        (measurement, clock.end(handle))
-    })?;
-    let measurement = measurement.map_err(|e| errors::refusal(&Refusal::Meters(e)))?;
-    let run = RunRecord {
-        renderer: loaded.renderer,
-        reason: None,
-        seed: limits.seed,
-        requested: limits.samples,
-        stopped: stopped.map(Stopped::name),
-        threads: Some(pool.current_num_threads()),
-        seconds: started.elapsed().as_secs_f64(),
-    };
-    Ok(Measured::new(measurement, scene, run))
-}
 
 impl Measured {
     pub fn new(measurement: Measurement, scene: Py<Scene>, run: RunRecord) -> Self {

@@ -1,14 +1,11 @@
-//! Rendering.
+//! Rendered pictures.
 
 use crate::errors;
 use crate::finished::{Finished, Pickled, RunRecord};
 use crate::image::exposed;
-use crate::limits::Limits;
 use crate::numbers::array;
 use crate::scene::Scene;
-use crate::watch::watched;
 use io::assemble::NamedQuantity;
-use io::clock::{Clock, Stopped};
 use io::rendered::{Naming, Picture};
 use io::report;
 use numpy::{Element, PyArrayDyn};
@@ -17,54 +14,13 @@ use pyo3::types::PyType;
 use serde_json::{Value, json};
 use std::ops::Range;
 use std::path::PathBuf;
-use std::time::Instant;
 use transport::Film;
-use transport::render::{Rendering, render_watched};
+use transport::render::Rendering;
 
 /// A picture that has been rendered.
 #[pyclass(frozen, module = "morgana._morgana")]
 #[derive(Debug)]
 pub struct Rendered(Finished<Rendering>);
-
-/// Renders a scene with a camera. `tick` is called now and then with the number of samples taken so far.
-#[pyfunction]
-pub fn render(
-    py: Python<'_>,
-    scene: Py<Scene>,
-    limits: Limits,
-    integrator: Option<&str>,
-    tick: Option<Py<PyAny>>,
-) -> PyResult<Rendered> {
-    let loaded = &scene.get().loaded;
-    let mut run = limits.run_by(loaded, integrator)?;
-    run.check(io::Limits::default())
-        .map_err(|e| errors::refusal(&e))?;
-    let (pool, started) = (limits.pool()?, Instant::now());
-    let ((rendering, stopped), _) = watched(py, tick.as_ref(), limits.time(), |shared| {
-        let asked = || shared.asked();
-        let mut clock = Clock::start(limits.time(), &asked);
-        let rendering = pool.install(|| {
-            run.choose(&shared.handle);
-            let options = run.options();
-            render_watched(&loaded.groups, &options, &shared.handle, |progress| {
-                clock.look(progress.done == progress.total)
-            })
-        });
-        let target = rendering.reached.then_some(Stopped::Target);
-        let stopped = clock.end(&shared.handle).or(target);
-        (rendering, stopped)
-    })?;
-    let run = RunRecord {
-        renderer: run.renderer,
-        reason: run.reason,
-        seed: limits.seed,
-        requested: limits.samples,
-        stopped: stopped.map(Stopped::name),
-        threads: Some(pool.current_num_threads()),
-        seconds: started.elapsed().as_secs_f64(),
-    };
-    Ok(Rendered::new(rendering, scene, run))
-}
 
 impl Rendered {
     pub fn new(rendering: Rendering, scene: Py<Scene>, run: RunRecord) -> Self {
