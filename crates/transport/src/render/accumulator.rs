@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use std::fmt::Debug;
 use std::ops::{ControlFlow, Range};
 
-/// Sums that a run accumulates: a [`Picture`](super::Picture), or [`Readings`](super::Readings) of meters.
+/// Sums that a run accumulates: [`Films`](super::Films) of a picture, or [`Readings`](super::Readings) of meters.
 pub trait Accumulated: Clone + Debug + Serialize + DeserializeOwned {
     /// Data about a group of channels that a pilot finds before the first sample.
     type Learnt: Clone + Debug + PartialEq + Serialize + DeserializeOwned;

@@ -7,6 +7,7 @@ mod bias;
 mod candidate_pilot;
 mod choice;
 mod derivative;
+mod films;
 mod followed;
 mod handle;
 mod measure;
@@ -14,7 +15,6 @@ mod measurement;
 mod memory;
 mod passes;
 mod photons;
-mod picture;
 mod pilot;
 mod pilot_pixels;
 mod pixels;
@@ -41,11 +41,11 @@ pub use derivative::{
     MeterDerivativeOptions, ReadingFunctional, check_indices, check_parameters, derivatives,
     index_derivatives, meter_derivatives,
 };
+pub use films::Films;
 pub use handle::{GRACE, Handle};
 pub use measure::{MeasureState, Readings, measure};
 pub use measurement::{MeasureError, MeasureOptions, Measurement};
 pub use memory::memory;
-pub use picture::Picture;
 pub use prepared::RayAccuracy;
 pub use ranges::{Ranges, UnsoundRanges};
 pub use results::{RESULTS, results};

@@ -1,8 +1,8 @@
 //! States of renders: their samples so far.
 
 use super::accumulator::{Accumulator, Sampling};
+use super::films::Films;
 use super::memory;
-use super::picture::Picture;
 use super::prepared::Prepared;
 use super::source::{LightSamples, Source};
 use super::splats::{FoundImages, ImageFilms};
@@ -34,7 +34,7 @@ use std::ops::{ControlFlow, Range};
 /// let rendering = whole.into_rendering(scenes);
 /// # }
 /// ```
-pub type State = Accumulator<Picture>;
+pub type State = Accumulator<Films>;
 
 impl State {
     /// Starts without samples.
@@ -44,7 +44,7 @@ impl State {
     /// [`MOST_BOUNCES`](crate::film::Decomposition::MOST_BOUNCES) bounces, or another number of emitters than the scenes.
     pub fn new(scenes: &[Scene], options: &RenderOptions) -> Self {
         let first = scenes.first().expect(NO_SCENE);
-        Accumulator::empty(scenes.len(), Picture::new(first, options))
+        Accumulator::empty(scenes.len(), Films::new(first, options))
     }
 
     /// The image so far.
@@ -161,7 +161,7 @@ struct RenderPasses<'a> {
 }
 
 impl Sampling for RenderPasses<'_> {
-    type Sums = Picture;
+    type Sums = Films;
     type Found = FoundByGroup;
 
     /// Finds out the shares of the pixels before the first sample that needs them.
@@ -194,7 +194,7 @@ impl Sampling for RenderPasses<'_> {
         size.min(state.sums.allocation.ready(at))
     }
 
-    fn pass(&self, sums: &Picture, samples: Range<u64>) -> FoundByGroup {
+    fn pass(&self, sums: &Films, samples: Range<u64>) -> FoundByGroup {
         // All groups have the same sensor rays, unless the index depends on the wavelength: then these are the first one's.
         let quantities = sums
             .quantities
@@ -244,12 +244,7 @@ impl Sampling for RenderPasses<'_> {
 }
 
 impl RenderPasses<'_> {
-    fn pass_of_group(
-        &self,
-        sums: &Picture,
-        source: &Source,
-        samples: Range<u64>,
-    ) -> (Found, Stats) {
+    fn pass_of_group(&self, sums: &Films, source: &Source, samples: Range<u64>) -> (Found, Stats) {
         let film = &sums.film;
         match &self.options.renderer {
             Renderer::Quantities(tracer) => {

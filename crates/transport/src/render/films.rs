@@ -1,4 +1,4 @@
-//! Pictures: the films of a render, and data about its pixels.
+//! Films of a render, and data about its pixels.
 
 use super::accumulator::Accumulated;
 use super::allocation::Allocation;
@@ -50,7 +50,7 @@ impl Shapes {
 
 /// Films of a render, and data about its pixels.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Picture {
+pub struct Films {
     pub(super) film: Film,
     pub(super) quantities: Option<Quantities>,
     pub(super) strategies: Option<Strategies>,
@@ -59,10 +59,10 @@ pub struct Picture {
     pub(super) allocation: Allocation,
 }
 
-impl Picture {
+impl Films {
     pub(super) fn new(scene: &Scene, options: &RenderOptions) -> Self {
         let shapes = Shapes::of(scene, options);
-        Picture {
+        Films {
             film: Film::of(shapes.film),
             quantities: shapes.quantities.map(Quantities::new),
             strategies: options.strategies.then(Strategies::default),
@@ -104,10 +104,10 @@ impl Picture {
     }
 }
 
-impl Accumulated for Picture {
+impl Accumulated for Films {
     type Learnt = Prepared;
 
-    fn is_like(&self, other: &Picture) -> bool {
+    fn is_like(&self, other: &Films) -> bool {
         let shapes = Shapes {
             film: self.film.shape(),
             debiased: self.debiased.as_ref().map(|d| d.film.shape()),
@@ -119,7 +119,7 @@ impl Accumulated for Picture {
             && self.strategies.is_some() == other.strategies.is_some()
     }
 
-    fn merge(&mut self, other: &Picture) {
+    fn merge(&mut self, other: &Films) {
         self.film.merge(&other.film);
         self.allocation.learn(&other.allocation);
         if let (Some(quantities), Some(other)) = (&mut self.quantities, &other.quantities) {
