@@ -13,7 +13,7 @@ os.environ.setdefault("MPLBACKEND", "Agg")
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCENES = ROOT / "scenes"
 OPTIONAL = ("torch", "pyoidn")
-"""Packages that ``./test`` does not install, for their size: tests that need them may be skipped."""
+"""Packages that ``./test`` installs with ``--long`` only, for their size: otherwise tests that need them may be skipped."""
 PROGRAM = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "debug/morgana"
 """The program that results are compared with."""
 

@@ -62,9 +62,7 @@ pub fn render_once(
         ..job.run(&loaded)
     };
     let started = Instant::now();
-    if !run.has_meters() {
-        run.check(limits)?;
-    }
+    run.check(limits)?;
     let path = keeper::path(&args.keep, &args.outputs.output, &args.scene.path, shard)?;
     let kept = path.map(|path| Kept::open(path, &args.keep)).transpose()?;
     match kept.as_ref().and_then(Kept::header).or(chosen.as_ref()) {

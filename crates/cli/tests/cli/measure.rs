@@ -29,6 +29,17 @@ const TANK: &str = r#"<sensor type="fluencemeter" id="tank">
     <string name="coordinates" value="spherical"/><integer name="nr" value="4"/>
   </sensor>"#;
 
+/// `--memory` limits what meters take, as it limits films.
+#[test]
+fn meters_keep_within_the_memory() {
+    let folder = folder(&TANK.replace("\"4\"", "\"1000\""));
+    for command in ["check scene.xml", "render scene.xml --particles 64"] {
+        let error = folder.refuse(&format!("{command} --memory 1K"));
+        assert!(error.contains("more than the limit of 1.0 KiB"), "{error}");
+        folder.succeed(&format!("{command} --memory 1M"));
+    }
+}
+
 /// Of a disk that is full, the error and nothing else is printed, whether the directory of the archive or an array does not fit.
 #[cfg(unix)]
 #[test]
