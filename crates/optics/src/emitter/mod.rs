@@ -14,6 +14,7 @@ mod environment_map;
 mod fiber;
 mod luminaire;
 mod picture;
+mod placement;
 mod point_on_face;
 mod power;
 mod projector;
@@ -251,29 +252,6 @@ impl Emitter {
             self,
             Emitter::Environment(Environment::Image(_)) | Emitter::Textured(_)
         )
-    }
-
-    /// A point where it is, if it starts somewhere in the scene, but on no object.
-    pub fn position(&self) -> Option<DVec3> {
-        match self {
-            Emitter::Collimated(beam) => Some(beam.origin()),
-            Emitter::Volume(volume) => Some(volume.sample([0.5; 2])),
-            _ => self.singularity(),
-        }
-    }
-
-    /// The point, or the middle of the points, from which a point-like emitter radiates: distances are sampled around them,
-    /// since their light falls off as 1/r².
-    pub fn singularity(&self) -> Option<DVec3> {
-        match self {
-            Emitter::Point { position, .. } => Some(*position),
-            Emitter::PointOnFace(point) => Some(point.position()),
-            Emitter::Spot(spot) => Some(spot.position()),
-            Emitter::Projector(projector) => Some(projector.position()),
-            Emitter::Luminaire(luminaire) => Some(luminaire.position()),
-            Emitter::Fiber(fiber) => Some(fiber.origin()),
-            _ => None,
-        }
     }
 
     /// Whether connections have a choice of points at which to end, each of which its light falls off around as 1/r².

@@ -10,7 +10,7 @@ use super::coincident::{LAYER, TOUCH};
 use super::containment::{Bodies, Containment};
 use super::index::Index;
 use super::parts::{Object, Parts};
-use crate::emitter::{Aperture, Emitter, PointOnFace};
+use crate::emitter::{Emitter, PointOnFace};
 use crate::sampling::evenly_spread;
 use crate::sensor::{Batch, Sensor};
 use crate::shape::DIRECTIONS;
@@ -107,39 +107,14 @@ impl Faces<'_> {
                     Emitter::PointOnFace(Arc::new(point))
                 }
             },
-            Emitter::Spot(spot) => match self.shift([spot.position()], spot.axis()) {
-                None => emitter.clone(),
-                Some(shift) => Emitter::Spot(spot.clone().moved(shift)),
-            },
-            Emitter::Projector(projector) => {
-                match self.shift([projector.position()], projector.axis()) {
-                    None => emitter.clone(),
-                    Some(shift) => {
-                        Emitter::Projector(Arc::new(projector.as_ref().clone().moved(shift)))
-                    }
-                }
-            }
-            Emitter::Luminaire(luminaire) => {
-                match self.shift([luminaire.position()], luminaire.axis()) {
-                    None => emitter.clone(),
-                    Some(shift) => {
-                        Emitter::Luminaire(Arc::new(luminaire.as_ref().clone().moved(shift)))
-                    }
-                }
-            }
-            Emitter::Collimated(beam) => match self.shift_of_aperture(beam.aperture()) {
-                None => emitter.clone(),
-                Some(shift) => Emitter::Collimated(beam.clone().moved(shift)),
-            },
-            Emitter::Fiber(fiber) => match self.shift_of_aperture(fiber.aperture()) {
-                None => emitter.clone(),
-                Some(shift) => Emitter::Fiber(fiber.clone().moved(shift)),
-            },
-            Emitter::Area { .. } | Emitter::Textured(_) | Emitter::PointOnFace(_) => {
-                emitter.clone()
-            }
-            Emitter::Directional { .. } | Emitter::Environment(_) | Emitter::Volume(_) => {
-                emitter.clone()
+            _ => {
+                let apertures = emitter.aperture().into_iter();
+                let starts = apertures.flat_map(|aperture| {
+                    evenly_spread(APERTURE_POINTS).map(|u| aperture.sample(u))
+                });
+                let points = emitter.position().into_iter().chain(starts);
+                let shift = emitter.axis().and_then(|axis| self.shift(points, axis));
+                shift.map_or_else(|| emitter.clone(), |shift| emitter.moved(shift))
             }
         }
     }
@@ -161,12 +136,6 @@ impl Faces<'_> {
                 }
             }
         }
-    }
-
-    fn shift_of_aperture(&self, aperture: &Aperture) -> Option<DVec3> {
-        let points = evenly_spread(APERTURE_POINTS).map(|u| aperture.sample(u));
-        let points = std::iter::once(aperture.origin()).chain(points);
-        self.shift(points, aperture.direction())
     }
 
     /// Displacement of an emitter or sensor that looks along a unit `axis`, if one of its points lies on a face.

@@ -7,31 +7,19 @@
 //!
 //! Theory: docs/theory.md#layers.
 
-use crate::emitter::Emitter;
 use crate::scene::{AMBIENT, Scene};
 use glam::DVec3;
 
 /// Optical length by which an end at an emitter lies behind the place where its paths count from:
 /// the ends of light from outside are planes two radii from the centre of the ball.
 pub fn lead_in(scene: &Scene, emitter: usize) -> f64 {
-    match &scene.emitters()[emitter] {
-        Emitter::Directional { .. } | Emitter::Environment(_) => {
-            let around = scene.around();
-            // Planted error "optical length of light from outside counted from its end", found by morgana-transport/transport::layers::lengths::light_from_outside_counts_from_the_ball_around_the_scene:
-            // 0.0 * around.radius * scene.n(AMBIENT, around.center)
-            around.radius * scene.n(AMBIENT, around.center)
-        }
-        Emitter::Point { .. }
-        | Emitter::PointOnFace(_)
-        | Emitter::Spot(_)
-        | Emitter::Projector(_)
-        | Emitter::Luminaire(_)
-        | Emitter::Area { .. }
-        | Emitter::Textured(_)
-        | Emitter::Collimated(_)
-        | Emitter::Fiber(_)
-        | Emitter::Volume(_) => 0.0,
+    if !scene.emitters()[emitter].is_at_infinity() {
+        return 0.0;
     }
+    let around = scene.around();
+    // Planted error "optical length of light from outside counted from its end", found by morgana-transport/transport::layers::lengths::light_from_outside_counts_from_the_ball_around_the_scene:
+    // 0.0 * around.radius * scene.n(AMBIENT, around.center)
+    around.radius * scene.n(AMBIENT, around.center)
 }
 
 /// Optical length from `x`, in surroundings of index `n`, to the plane where light that comes from the

@@ -122,11 +122,7 @@ impl Problems {
 /// Where an emitter is, and in which direction it radiates.
 fn geometry(emitter: &Emitter) -> [DVec3; 2] {
     match emitter {
-        Emitter::Point { position, .. } => [*position, DVec3::ZERO],
-        Emitter::Spot(spot) => [spot.position(), spot.axis()],
-        Emitter::Collimated(beam) => [beam.origin(), beam.direction()],
-        Emitter::Fiber(fiber) => [fiber.origin(), fiber.aperture().direction()],
         Emitter::Directional { direction, .. } => [*direction, DVec3::ZERO],
-        _ => [emitter.position().unwrap_or_default(), DVec3::ZERO],
+        _ => [emitter.position(), emitter.axis()].map(Option::unwrap_or_default),
     }
 }
