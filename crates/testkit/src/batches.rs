@@ -91,6 +91,26 @@ mod tests {
         assert!(welch_z((f64::NAN, 1.0), (0.0, 1.0), 32).is_nan());
     }
 
+    /// p-values of SciPy 1.16: `ttest_ind` with unequal variances and sizes, `ttest_ind_from_stats`, `ttest_1samp`.
+    #[test]
+    fn p_values_are_those_of_another_library() {
+        let (a, b) = ([1.0, 2.0, 4.0, 8.0], [2.0, 3.0, 9.0, 11.0, 17.0]);
+        assert!((welch(&a, &b, 0.0) - 0.190_061_758_867_440_1).abs() < 1e-9);
+        let z = welch_z((3.0, 0.5), (1.5, 0.25), 8);
+        assert!((z - 2.282_996_811_949_641_5).abs() < 1e-9, "{z}");
+        assert!((one_sample(&a, 2.5, 0.0) - 0.478_430_170_110_334_3).abs() < 1e-9);
+    }
+
+    /// Differences of the mean within the stated share of it are none, and larger ones are some.
+    #[test]
+    fn differences_by_rounding_are_none() {
+        let near = |mean: f64| [mean, mean, mean, mean];
+        assert_eq!(welch(&near(10.0), &near(10.1), 0.02), 1.0);
+        assert_eq!(welch(&near(10.0), &near(10.1), 0.005), 0.0);
+        assert_eq!(one_sample(&near(10.1), 10.0, 0.02), 1.0);
+        assert_eq!(one_sample(&near(10.1), 10.0, 0.005), 0.0);
+    }
+
     /// 4000 comparisons of 16 with 16 batches of different spread: rejections at 1 % and 0.1 % within 4
     /// standard deviations of the binomial.
     #[test]

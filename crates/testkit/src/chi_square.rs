@@ -271,6 +271,64 @@ mod tests {
         assert!(lossy.p_value > 1e-3, "{lossy:?}");
     }
 
+    /// Absorbed samples are a cell of their own: a wrong share of them is found.
+    #[test]
+    fn finds_a_wrong_share_of_absorbed_samples() {
+        let test = |lost| {
+            let pdf = |[x, _]: [f64; 2]| 1.6 * x;
+            let report = table().test(7, 100_000, Mass::Exactly(0.8), |r| ramp(r, lost), pdf);
+            report.unwrap()
+        };
+        assert_eq!(test(0.2).dof, 96);
+        assert!(test(0.22).p_value < 1e-6);
+    }
+
+    #[test]
+    fn masses_keep_to_their_tolerance() {
+        let test = |table: Table, mass: f64, declared: Mass| {
+            table.test(8, 1000, declared, |r| ramp(r, 0.0), |[x, _]| 2.0 * mass * x)
+        };
+        assert!(test(table(), 1.000_05, Mass::AtMostOne).is_ok());
+        assert!(test(table(), 1.000_2, Mass::AtMostOne).is_err());
+        assert!(test(table(), 0.999, Mass::Exactly(1.0)).is_err());
+        let loose = table().with_mass_tolerance(0.01);
+        assert!(test(loose, 0.999, Mass::Exactly(1.0)).is_ok());
+    }
+
+    #[test]
+    fn bins_hold_their_lower_edges_and_the_last_one_both() {
+        let edges = [0.0, 1.0, 2.0];
+        let bins = [0.0, 0.5, 1.0, 2.0].map(|x| bin_of(&edges, x));
+        assert_eq!(bins, [Some(0), Some(0), Some(1), Some(1)]);
+        assert_eq!(bin_of(&edges, 2.1).or(bin_of(&edges, -0.1)), None);
+    }
+
+    /// Cells that expect fewer than five samples are one, which takes in larger ones until it expects five. By hand.
+    #[test]
+    fn small_cells_are_pooled() {
+        let three = vec![
+            (20.0, 18.0),
+            (1.0, 2.0),
+            (3.0, 4.0),
+            (2.0, 1.0),
+            (10.0, 12.0),
+        ];
+        let (statistic, dof) = pooled_statistic(three).unwrap();
+        assert!((statistic - (4.0 / 20.0 + 4.0 / 10.0 + 1.0 / 6.0)).abs() < 1e-12);
+        assert_eq!(dof, 2);
+        let taken = vec![
+            (1.0, 1.0),
+            (2.0, 2.0),
+            (10.0, 12.0),
+            (20.0, 18.0),
+            (30.0, 31.0),
+        ];
+        let (statistic, dof) = pooled_statistic(taken).unwrap();
+        assert!((statistic - (4.0 / 20.0 + 1.0 / 30.0 + 4.0 / 13.0)).abs() < 1e-12);
+        assert_eq!(dof, 2);
+        assert_eq!(pooled_statistic(vec![(4.0, 1.0), (9.0, 1.0)]), None);
+    }
+
     #[test]
     fn p_values_are_uniform_under_the_null() {
         let mut p: Vec<f64> = (0..200)

@@ -89,10 +89,13 @@ mod tests {
     #[test]
     fn names_the_member_that_fails() {
         let mut family = Family::new(1e-3);
+        assert!(family.is_empty() && family.check().is_err());
         family.push("good", 0.4);
+        assert!(!family.is_empty());
         assert!(family.check().is_ok());
         family.push("bad", 1e-6);
         family.push("undefined", f64::NAN);
+        assert_eq!(family.len(), 3);
         let message = family.check().unwrap_err();
         assert!(
             message.contains("bad") && message.contains("undefined") && !message.contains("good")
