@@ -92,6 +92,10 @@ def load_mcx(cfg: Mapping[str, Any], /, *, weight_windows: bool = False) -> Scen
         raise ValueError(f"outputtype is {kind!r} but must be one of {', '.join(OUTPUT)}: morgana returns the fluence per joule, and records of detectors")
     _check_photons(left)
     _check_boundaries(left)
+    if not isinstance(left.get("srctype", ""), str):
+        raise TypeError(f"cfg['srctype'] is {left['srctype']!r} but must be a text, such as 'pencil'")
+    for key in left.keys() & {"vol", "prop"}:
+        _morgana.refuse_masked(left[key], f"cfg[{key!r}]")
     for key in ARRAYS & left.keys():
         if getattr(getattr(left[key], "dtype", None), "kind", "") == "c":
             raise TypeError(f"cfg[{key!r}] has complex numbers but must be an array of real ones")

@@ -1,5 +1,7 @@
 """Records of detected light: they say what meters say, in files too, and know of other absorption."""
 
+import zipfile
+
 import morgana
 import numpy as np
 import pytest
@@ -171,6 +173,22 @@ def test_other_files_say_what_to_do(measured, tmp_path):
         for load in (morgana.Records.load, lambda path: morgana.Reading.load(path, "power")):
             with pytest.raises(morgana.FileError, match=f"{name}: .*{said}"):
                 load(tmp_path / name)
+
+
+@pytest.mark.parametrize("compressed", [False, True])
+def test_damaged_archives_are_refused(tmp_path, compressed):
+    measured = morgana.render(scene(), particles=64, seed=1)
+    morgana.write(tmp_path / "whole.npz", measured)
+    whole = dict(np.load(tmp_path / "whole.npz"))
+    (np.savez_compressed if compressed else np.savez)(tmp_path / "own.npz", **whole)
+    with zipfile.ZipFile(tmp_path / "own.npz") as archive:
+        member = archive.getinfo("record_weight.npy")
+    data = bytearray((tmp_path / "own.npz").read_bytes())
+    middle = member.header_offset + 30 + len(member.filename) + 20 + (30 + member.compress_size) // 2
+    data[middle] ^= 1
+    (tmp_path / "damaged.npz").write_bytes(data)
+    with pytest.raises(morgana.FileError, match="record_weight"):
+        morgana.Records.load(tmp_path / "damaged.npz")
 
 
 def test_no_more_than_asked_for():

@@ -1,7 +1,7 @@
 //! NPZ: ZIP archives of NumPy's arrays, written without compression. <https://numpy.org/doc/stable/reference/generated/numpy.savez.html>
 
 use std::fs::File;
-use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use zip::result::ZipError;
@@ -9,7 +9,7 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
 use crate::atomic;
-use crate::error::FileError;
+use crate::error::{FileError, Problem};
 
 /// Members beyond this need the 64 bit extension, which must be announced.
 const LARGE: usize = 1 << 30;
@@ -46,6 +46,19 @@ impl Npz<'_> {
     }
 }
 
+/// Reads a member of an archive by `read`, and then what is left of it: only at its end its checksum is compared.
+///
+/// # Errors
+/// Errors of `read`, and a checksum that is not the member's.
+pub fn checked<R: Read, T>(
+    mut member: R,
+    read: impl FnOnce(&mut R) -> Result<T, Problem>,
+) -> Result<T, Problem> {
+    let found = read(&mut member)?;
+    io::copy(&mut member, &mut io::sink()).map_err(Problem::Read)?;
+    Ok(found)
+}
+
 fn plain(error: ZipError) -> io::Error {
     match error {
         ZipError::Io(error) => error,
@@ -57,6 +70,8 @@ fn plain(error: ZipError) -> io::Error {
 /// and would print that this, too, fails.
 struct OneError<W> {
     file: W,
+    /// Position in the file; after an error, where it would be.
+    position: u64,
     failed: bool,
 }
 
@@ -64,6 +79,7 @@ impl<W> OneError<W> {
     fn new(file: W) -> Self {
         OneError {
             file,
+            position: 0,
             failed: false,
         }
     }
@@ -80,7 +96,9 @@ impl<W> OneError<W> {
 
 impl<W: Write> Write for OneError<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.first(bytes.len(), |file| file.write(bytes))
+        let written = self.first(bytes.len(), |file| file.write(bytes))?;
+        self.position += written as u64;
+        Ok(written)
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -90,6 +108,7 @@ impl<W: Write> Write for OneError<W> {
 
 impl<W: Seek> Seek for OneError<W> {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        self.first(0, |file| file.seek(to))
+        self.position = self.first(self.position, |file| file.seek(to))?;
+        Ok(self.position)
     }
 }

@@ -66,7 +66,10 @@ fn report(args: &CheckArgs) -> Result<ExitCode, CommandError> {
     lines.extend(section("otherwise than in Mitsuba", approximated));
     lines.extend(section("missing", missing));
     let doubts = diagnostics.iter().filter(|d| d.severity != Severity::Error);
-    let doubts = doubts.map(|d| format!("{}: {}", d.severity, d.message));
+    let doubts = doubts.map(|d| {
+        let check = d.lint.map(|lint| format!("[{lint}]")).unwrap_or_default();
+        format!("{}{check}: {}", d.severity, d.message)
+    });
     lines.extend(section("doubtful", doubts.collect()));
     let name = shown(&args.scene.path);
     let verdict = if can_be_used {

@@ -42,6 +42,11 @@ pub fn merge(args: &MergeArgs) -> Result<ExitCode, CommandError> {
             shown(&job.scene)
         ))
     })?;
+    run.check(args.memory.limits())?;
+    if run.has_meters() && args.outputs.strategies.is_some() {
+        let message = "--strategies is for pictures, but the parts are of meters";
+        return Err(CommandError::Usage(message.into()));
+    }
     let files = Files::of(&args.outputs, &job.scene, &loaded)?;
     let is_picture = !run.has_meters();
     if is_picture && args.outputs.strategies.is_some() && !job.strategies {

@@ -38,6 +38,11 @@ fn meters_keep_within_the_memory() {
         assert!(error.contains("more than the limit of 1.0 KiB"), "{error}");
         folder.succeed(&format!("{command} --memory 1M"));
     }
+    folder.succeed("render scene.xml --particles 64 --shard 0/1 -o a.part");
+    let error = folder.refuse("merge a.part -o b.npz --memory 1K");
+    assert!(error.contains("more than the limit of 1.0 KiB"), "{error}");
+    let error = folder.refuse("merge a.part -o b.npz --strategies s.exr");
+    assert!(error.contains("--strategies is for pictures"), "{error}");
 }
 
 /// Of a disk that is full, the error and nothing else is printed, whether the directory of the archive or an array does not fit.
@@ -64,6 +69,33 @@ fn a_limit_on_the_size_of_files_is_one_error() {
             "{text}"
         );
         assert_eq!(text.trim().lines().count(), 1, "{text}");
+    }
+}
+
+/// Of a file that ends early, too, one error is printed, and other outputs are written.
+#[cfg(unix)]
+#[test]
+fn other_outputs_are_written_where_one_fails() {
+    let folder = folder(&TANK.replace("\"4\"", "\"5000\""));
+    folder.succeed("render scene.xml --particles 64 -o whole.npz");
+    let blocks = folder.read("whole.npz").len() / 1024;
+    for limit in [blocks / 4, blocks / 2, 3 * blocks / 4] {
+        let command = "render scene.xml --particles 64 -o a.npz --stats s.json -q";
+        let script = format!("ulimit -f {limit}; exec \"$MORGANA\" {command}");
+        let output = Command::new("bash")
+            .args(["-c", &script])
+            .env("MORGANA", program())
+            .current_dir(folder.path("."))
+            .output()
+            .unwrap();
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{text}");
+        assert_eq!(
+            text.trim(),
+            "error: a.npz: cannot write: File too large (os error 27)"
+        );
+        assert!(folder.files().contains(&"s.json".to_owned()));
+        std::fs::remove_file(folder.path("s.json")).unwrap();
     }
 }
 

@@ -53,9 +53,13 @@ fn numbers<R: Read + Seek>(
     name: &str,
     count: usize,
 ) -> Option<Vec<f64>> {
-    let mut file = archive.by_name(&format!("{name}.npy")).ok()?;
+    let file = archive.by_name(&format!("{name}.npy")).ok()?;
     let size = file.size();
-    let header = crate::npy::NpyHeader::read(&mut file, size).ok()?;
+    npz::checked(file, |file| Ok(numbers_of(file, size, count))).ok()?
+}
+
+fn numbers_of(file: &mut impl Read, size: u64, count: usize) -> Option<Vec<f64>> {
+    let header = crate::npy::NpyHeader::read(file, size).ok()?;
     if header.fortran_order
         || header
             .shape
@@ -66,7 +70,7 @@ fn numbers<R: Read + Seek>(
         return None;
     }
     let mut numbers = Vec::new();
-    let read = header.encoding.read(&mut file, count, |v| numbers.push(v));
+    let read = header.encoding.read(file, count, |v| numbers.push(v));
     read.ok()?;
     numbers.iter().all(|v| v.is_finite()).then_some(numbers)
 }
@@ -111,7 +115,7 @@ fn with_array<T, R: Read + Seek>(
     size: u64,
     read: impl FnOnce(&mut ZipFile<'_, R>, u64) -> Result<T, Problem>,
 ) -> Result<T, Problem> {
-    let mut file = archive.by_name(&format!("{name}.npy")).map_err(bad)?;
+    let file = archive.by_name(&format!("{name}.npy")).map_err(bad)?;
     let length = file.size();
     // Nothing is set aside for more than the archive can become.
     if length > size.saturating_mul(INFLATION) {
@@ -120,7 +124,7 @@ fn with_array<T, R: Read + Seek>(
             found: size,
         });
     }
-    read(&mut file, length)
+    npz::checked(file, |file| read(file, length))
 }
 
 /// Writes a volume as the array `name` of an archive, not compressed, in the order of [`npy::write`].

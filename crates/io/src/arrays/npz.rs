@@ -9,6 +9,7 @@ use serde_json::{Map, Value, json};
 use std::io::{self, Read as _, Seek};
 use std::path::Path;
 use zip::ZipArchive;
+use zip::result::ZipError;
 
 /// Bytes of metadata that are read, at most.
 const METADATA: u64 = 64 << 20;
@@ -95,8 +96,9 @@ fn refuse_overlaps<R: io::Read + Seek>(
 fn metadata_of<R: io::Read + Seek>(archive: &mut ZipArchive<R>) -> Result<Value, Problem> {
     let file = archive.by_name("metadata.npy").map_err(foreign)?;
     let mut bytes = Vec::new();
-    let read = file.take(METADATA).read_to_end(&mut bytes);
-    read.map_err(Problem::Read)?;
+    npz::checked(file.take(METADATA), |file| {
+        file.read_to_end(&mut bytes).map_err(Problem::Read)
+    })?;
     let text = npy::parse_text(&bytes)?;
     serde_json::from_str(&text).map_err(foreign)
 }
@@ -108,13 +110,17 @@ fn member<R: io::Read + Seek>(
     budget: &mut Budget,
     size: u64,
 ) -> Result<Array, Problem> {
-    let mut file = archive.by_name(&format!("{name}.npy")).map_err(foreign)?;
+    let file = archive.by_name(&format!("{name}.npy"));
+    let file = file.map_err(|error| match error {
+        ZipError::FileNotFound => Problem::Malformed("it is not in the archive".into()),
+        error => foreign(error),
+    })?;
     let length = file.size();
     if length > size.saturating_mul(INFLATION) {
         let (expected, found) = (length, size);
         return Err(Problem::Truncated { expected, found });
     }
-    npy_file::read_from(name, &mut file, length, budget)
+    npz::checked(file, |file| npy_file::read_from(name, file, length, budget))
 }
 
 /// An array of which the metadata say something.

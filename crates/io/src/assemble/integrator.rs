@@ -391,7 +391,7 @@ fn read(object: &ObjectDescription, kind: Kind, context: &mut Context) -> Parame
     let reflections = query.integer("reflections");
     let hide_emitters = query.boolean("hide_emitters");
     // How work is divided; Mitsuba's scene files have them.
-    query.has("timeout");
+    query.float("timeout");
     query.has("samples_per_pass");
     query.has("block_size");
     if kind == Kind::Direct {

@@ -1,7 +1,7 @@
 //! Asking an object for its parameters and children.
 //!
 //! A [`Query`] answers questions such as "the float `g`", whose limits and default stand in the table of plugins
-//! ([`schema`](crate::schema)). What is missing, of the wrong type or out of range is reported where it was written, and a harmless
+//! ([`crate::schema`]). What is missing, of the wrong type or out of range is reported where it was written, and a harmless
 //! value is returned, so that one pass finds every mistake. [`Query::finish`] reports what nobody
 //! asked for: the misspelt names.
 //!

@@ -5,7 +5,7 @@ use std::ops::{Bound, RangeBounds};
 
 use super::{Lookup, Query};
 use crate::diagnostic::{Diagnostic, suggest};
-use crate::scene::Value;
+use crate::scene::{PluginKind, Value};
 use crate::schema::{self, Default, NumberRange, Parameter, Type};
 
 fn as_float(value: &Value) -> Option<f64> {
@@ -35,7 +35,10 @@ impl<'a> Query<'a, '_> {
     /// take the row of another type of their kind.
     pub(super) fn row(&self, name: &str) -> Parameter {
         let kind = self.object.kind;
-        let row = match schema::find(kind, &self.object.plugin) {
+        // Spectra may be written as textures.
+        let plugin = schema::find(kind, &self.object.plugin)
+            .or_else(|| schema::find(PluginKind::Spectrum, &self.object.plugin));
+        let row = match plugin {
             Some(plugin) => plugin.parameter(name),
             None => schema::plugins(kind)
                 .iter()

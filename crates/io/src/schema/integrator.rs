@@ -32,7 +32,7 @@ const COMMON: &[Parameter] = &[
         false,
         "whether light straight from emitters is left out",
     ),
-    float("timeout", "accepted and ignored: see --time"),
+    float("timeout", "accepted and ignored: see --time").or(-1.0),
     integer("samples_per_pass", "accepted and ignored"),
     integer("block_size", "accepted and ignored"),
 ];

@@ -103,7 +103,7 @@ pub(super) const PHASES: &[Plugin] = &[
     plugin(
         "hg",
         "Henyey–Greenstein.",
-        &[&[float("g", "mean cosine, between -1 and 1").or(0.8)]],
+        &[&[float("g", "mean cosine").above(-1.0).below(1.0).or(0.8)]],
         &[role(Volume, "g", "A mean cosine that varies in space.")],
     ),
     plugin(

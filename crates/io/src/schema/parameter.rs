@@ -271,6 +271,14 @@ impl Parameter {
         })
     }
 
+    /// The parameter with numbers greater than `low`.
+    pub(super) const fn above(self, low: f64) -> Self {
+        self.limited(NumberRange {
+            low: Bound::Excluded(low),
+            high: self.limits.high,
+        })
+    }
+
     /// The parameter with numbers up to `high`.
     pub(super) const fn at_most(self, high: f64) -> Self {
         self.limited(NumberRange {

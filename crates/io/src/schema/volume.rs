@@ -174,7 +174,7 @@ const ELEMENTS: &[Parameter] = &[
 
 const REGION: &[Parameter] = &[
     N0,
-    DN_DP,
+    DN_DP.required(),
     point(
         "min",
         "least corner of the box in which the sound is computed",
@@ -242,7 +242,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[
             &[
                 N0,
-                float("alpha", "per scene unit").at_least(0.0).required(),
+                float("alpha", "per scene unit").positive().required(),
                 ORIGIN,
                 DIRECTION,
             ],
@@ -372,7 +372,14 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "pressure",
         "The index of a liquid from samples of the pressure, Pa.",
-        &[FILE, &[N0, DN_DP], LAW, SMOOTHING, IN_TIME, ELASTO_OPTIC],
+        &[
+            FILE,
+            &[N0, DN_DP.required()],
+            LAW,
+            SMOOTHING,
+            IN_TIME,
+            ELASTO_OPTIC,
+        ],
         &[],
     ),
     plugin(

@@ -93,6 +93,7 @@ fn number(limits: NumberRange) -> f64 {
     match (limits.low, limits.high) {
         (Bound::Included(low), _) if low > 1.0 => low,
         (_, Bound::Included(high)) if high < 1.0 => high,
+        (_, Bound::Excluded(high)) if high <= 1.0 => 0.5 * high,
         _ => 1.0,
     }
 }

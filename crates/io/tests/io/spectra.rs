@@ -106,6 +106,16 @@ fn light_on_colour_films_is_that_of_mitsuba() {
             [3.0; 3],
         ),
         (
+            r#"<texture name="radiance" type="uniform"><float name="value" value="3"/></texture>"#
+                .into(),
+            [3.0; 3],
+        ),
+        (
+            r#"<texture name="radiance" type="srgb"><rgb name="color" value="0.3, 0, 1"/></texture>"#
+                .into(),
+            [0.3, 0.0, 1.0],
+        ),
+        (
             r#"<spectrum name="radiance" type="srgb"><rgb name="color" value="0.3, 0, 1"/></spectrum>"#
                 .into(),
             [0.3, 0.0, 1.0],
