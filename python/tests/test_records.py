@@ -191,6 +191,17 @@ def test_damaged_archives_are_refused(tmp_path, compressed):
         morgana.Records.load(tmp_path / "damaged.npz")
 
 
+def test_statistics_have_the_shape_of_their_values(tmp_path):
+    morgana.write(tmp_path / "whole.npz", morgana.render(scene(), particles=64, seed=1))
+    arrays = dict(np.load(tmp_path / "whole.npz"))
+    arrays["power_error"] = arrays["power_error"][:1]
+    # Metadata tell the axes of each array.
+    del arrays["metadata"]
+    np.savez(tmp_path / "cut.npz", **arrays)
+    with pytest.raises(morgana.FileError, match="'power_error' has the shape"):
+        morgana.Reading.load(tmp_path / "cut.npz", "power")
+
+
 def test_no_more_than_asked_for():
     measured = morgana.render(scene(max_records=500), particles=PARTICLES, seed=4)
     records = measured.records["skin"]

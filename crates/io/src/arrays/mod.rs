@@ -239,7 +239,25 @@ impl Arrays {
             let format = "readings";
             return Err(Problem::WrongFormat { format, reason }.at(path));
         }
+        read.check_statistics()
+            .map_err(|problem| problem.at(path))?;
         Ok(read)
+    }
+
+    /// Refuses errors and other statistics whose shape is not that of the values that they are about.
+    fn check_statistics(&self) -> Result<(), Problem> {
+        for array in &self.list {
+            let ends = readings::STATISTICS.iter();
+            let about = ends.filter_map(|end| array.name.strip_suffix(end)).next();
+            let values = self.list.iter().find(|a| Some(a.name.as_str()) == about);
+            if let Some(values) = values.filter(|values| values.shape != array.shape) {
+                return Err(Problem::Malformed(format!(
+                    "the array '{}' has the shape {:?}, but '{}' has {:?}",
+                    array.name, array.shape, values.name, values.shape
+                )));
+            }
+        }
+        Ok(())
     }
 
     /// The array of a format that holds one.

@@ -6,6 +6,12 @@ use serde_json::Value;
 use transport::meter::{Coordinates, Meter, Reading, RecordTable};
 use transport::render::Measurement;
 
+/// Ends of the names of the arrays with statistics of another array.
+pub(super) const STATISTICS: [&str; 3] = [ERROR, EFFECTIVE, FEW];
+const ERROR: &str = "_error";
+const EFFECTIVE: &str = "_effective";
+const FEW: &str = "_few";
+
 /// A measurement and what it was made with.
 #[derive(Clone, Copy, Debug)]
 pub struct Context<'a> {
@@ -261,9 +267,9 @@ impl Scribe<'_> {
         let few = |_, few: bool| f64::from(u8::from(few));
         [
             array("", unit, &|| reading.mean.dense(mean)),
-            array("_error", unit, &|| reading.error.dense(error)),
-            array("_effective", "", &|| reading.effective.dense(|_, n| n)),
-            array("_few", "", &|| reading.few.dense(few)),
+            array(ERROR, unit, &|| reading.error.dense(error)),
+            array(EFFECTIVE, "", &|| reading.effective.dense(|_, n| n)),
+            array(FEW, "", &|| reading.few.dense(few)),
         ]
     }
 

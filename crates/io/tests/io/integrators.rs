@@ -381,7 +381,7 @@ fn light_that_nothing_finds_draws_a_warning() {
     ] {
         let text = warnings(kind, 0, &things.concat());
         assert!(text.contains(expected), "{kind}: {text}");
-        assert_eq!(text.matches("warning:").count(), 1, "{kind}: {text}");
+        assert_eq!(text.matches("warning[").count(), 1, "{kind}: {text}");
         assert!(text.contains("scene.xml:"), "{kind}: {text}");
     }
 }
