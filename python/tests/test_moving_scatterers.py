@@ -11,7 +11,7 @@ import pytest
 from morgana import correlation
 
 # Light leaves without refraction, so that its direction outside is that of its last flight.
-pytestmark = pytest.mark.filterwarnings("ignore:warning. the boundary of 'haze' is declared index-matched:morgana.SceneWarning")
+pytestmark = pytest.mark.filterwarnings("ignore:warning.index_jump.. the boundary of 'haze' is declared index-matched:morgana.SceneWarning")
 
 INDEX = 1.33
 VELOCITY = np.array([0.3, -0.5, 2.0])
