@@ -45,6 +45,24 @@ fn meters_keep_within_the_memory() {
     assert!(error.contains("--strategies is for pictures"), "{error}");
 }
 
+/// Renders with files of at most so many blocks, which must fail; returns the error.
+#[cfg(unix)]
+fn fails_within(folder: &Folder, blocks: usize, outputs: &str) -> String {
+    let command = format!("render scene.xml --particles 64 {outputs} -q");
+    let output = Command::new("bash")
+        .args([
+            "-c",
+            &format!("ulimit -f {blocks}; exec \"$MORGANA\" {command}"),
+        ])
+        .env("MORGANA", program())
+        .current_dir(folder.path("."))
+        .output()
+        .unwrap();
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    text
+}
+
 /// Of a disk that is full, the error and nothing else is printed, whether the directory of the archive or an array does not fit.
 #[cfg(unix)]
 #[test]
@@ -53,17 +71,7 @@ fn a_limit_on_the_size_of_files_is_one_error() {
     folder.succeed("render scene.xml --particles 64");
     let blocks = folder.read("scene.npz").len() / 1024;
     for limit in [0, blocks] {
-        let script = format!(
-            "ulimit -f {limit}; exec \"$MORGANA\" render scene.xml --particles 64 -o a.npz -q"
-        );
-        let output = Command::new("bash")
-            .args(["-c", &script])
-            .env("MORGANA", program())
-            .current_dir(folder.path("."))
-            .output()
-            .unwrap();
-        let text = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(1), "{text}");
+        let text = fails_within(&folder, limit, "-o a.npz");
         assert!(
             text.starts_with("error: a.npz: cannot write: File too large"),
             "{text}"
@@ -80,16 +88,7 @@ fn other_outputs_are_written_where_one_fails() {
     folder.succeed("render scene.xml --particles 64 -o whole.npz");
     let blocks = folder.read("whole.npz").len() / 1024;
     for limit in [blocks / 4, blocks / 2, 3 * blocks / 4] {
-        let command = "render scene.xml --particles 64 -o a.npz --stats s.json -q";
-        let script = format!("ulimit -f {limit}; exec \"$MORGANA\" {command}");
-        let output = Command::new("bash")
-            .args(["-c", &script])
-            .env("MORGANA", program())
-            .current_dir(folder.path("."))
-            .output()
-            .unwrap();
-        let text = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(1), "{text}");
+        let text = fails_within(&folder, limit, "-o a.npz --stats s.json");
         assert_eq!(
             text.trim(),
             "error: a.npz: cannot write: File too large (os error 27)"
