@@ -196,7 +196,7 @@ fn pool(threads: Option<usize>) -> Result<ThreadPool, CommandError> {
         .map_err(|e| CommandError::Runtime(format!("cannot start threads: {e}")))
 }
 
-/// How far a run has to go.
+/// Goal of a run's progress bar: samples or particles, or the time.
 fn progress_goal(run: &Run, body: &Body, time: Option<Duration>) -> ProgressGoal {
     let film = run.loaded.scene().film();
     let (places, unit) = if run.has_meters() {

@@ -117,16 +117,10 @@ filler"
 fn a_checkpoint_that_cannot_be_written_is_said_and_the_image_is_not_lost() {
     let folder = Folder::with_fog();
     folder.succeed("render scene.xml --spp 4 -o whole.npy");
-    let script =
-        "ulimit -f 2; exec \"$MORGANA\" render scene.xml --spp 4 --checkpoint c.part -o a.npy -q";
-    let output = Command::new("sh")
-        .args(["-c", script])
-        .env("MORGANA", program())
-        .current_dir(folder.path("."))
-        .output()
-        .unwrap();
-    let text = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{text}");
+    let text = folder.fail_within(
+        2,
+        "render scene.xml --spp 4 --checkpoint c.part -o a.npy -q",
+    );
     assert!(
         text.contains("c.part: cannot write: File too large"),
         "{text}"

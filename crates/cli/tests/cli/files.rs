@@ -265,15 +265,7 @@ fn pipes_and_devices_are_refused_at_once() {
 #[test]
 fn a_limit_on_the_size_of_files_is_an_error_with_a_message() {
     let folder = Folder::with_fog();
-    let script = "ulimit -f 0; exec \"$MORGANA\" render scene.xml -o a.npy -q";
-    let output = Command::new("bash")
-        .args(["-c", script])
-        .env("MORGANA", program())
-        .current_dir(folder.path("."))
-        .output()
-        .unwrap();
-    let text = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{text}");
+    let text = folder.fail_within(0, "render scene.xml -o a.npy -q");
     assert!(
         text.contains("a.npy: cannot write: File too large"),
         "{text}"

@@ -1,8 +1,6 @@
 //! `morgana render` for scenes with meters in place of a camera.
 
-use crate::support::{Folder, program};
-#[cfg(unix)]
-use std::process::Command;
+use crate::support::Folder;
 
 /// A ball of haze in a beam, with a meter inside and one far away.
 fn folder(meters: &str) -> Folder {
@@ -45,24 +43,6 @@ fn meters_keep_within_the_memory() {
     assert!(error.contains("--strategies is for pictures"), "{error}");
 }
 
-/// Renders with files of at most so many blocks, which must fail; returns the error.
-#[cfg(unix)]
-fn fails_within(folder: &Folder, blocks: usize, outputs: &str) -> String {
-    let command = format!("render scene.xml --particles 64 {outputs} -q");
-    let output = Command::new("bash")
-        .args([
-            "-c",
-            &format!("ulimit -f {blocks}; exec \"$MORGANA\" {command}"),
-        ])
-        .env("MORGANA", program())
-        .current_dir(folder.path("."))
-        .output()
-        .unwrap();
-    let text = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{text}");
-    text
-}
-
 /// Of a disk that is full, the error and nothing else is printed, whether the directory of the archive or an array does not fit.
 #[cfg(unix)]
 #[test]
@@ -71,7 +51,7 @@ fn a_limit_on_the_size_of_files_is_one_error() {
     folder.succeed("render scene.xml --particles 64");
     let blocks = folder.read("scene.npz").len() / 1024;
     for limit in [0, blocks] {
-        let text = fails_within(&folder, limit, "-o a.npz");
+        let text = folder.fail_within(limit, "render scene.xml --particles 64 -o a.npz -q");
         assert!(
             text.starts_with("error: a.npz: cannot write: File too large"),
             "{text}"
@@ -80,7 +60,7 @@ fn a_limit_on_the_size_of_files_is_one_error() {
     }
 }
 
-/// Of a file that ends early, too, one error is printed, and other outputs are written.
+/// Where a file cannot be written to its end, one error is printed, and other outputs are written.
 #[cfg(unix)]
 #[test]
 fn other_outputs_are_written_where_one_fails() {
@@ -88,7 +68,10 @@ fn other_outputs_are_written_where_one_fails() {
     folder.succeed("render scene.xml --particles 64 -o whole.npz");
     let blocks = folder.read("whole.npz").len() / 1024;
     for limit in [blocks / 4, blocks / 2, 3 * blocks / 4] {
-        let text = fails_within(&folder, limit, "-o a.npz --stats s.json");
+        let text = folder.fail_within(
+            limit,
+            "render scene.xml --particles 64 -o a.npz --stats s.json -q",
+        );
         assert_eq!(
             text.trim(),
             "error: a.npz: cannot write: File too large (os error 27)"

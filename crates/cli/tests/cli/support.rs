@@ -124,6 +124,21 @@ impl Folder {
         outcome.stderr
     }
 
+    /// Runs the program with files of at most so many blocks, which must fail, and returns its standard error.
+    #[cfg(unix)]
+    pub fn fail_within(&self, blocks: usize, arguments: &str) -> String {
+        let script = format!("ulimit -f {blocks}; exec \"$MORGANA\" {arguments}");
+        let output = Command::new("bash")
+            .args(["-c", &script])
+            .env("MORGANA", program())
+            .current_dir(self.0.path())
+            .output()
+            .unwrap();
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{text}");
+        text
+    }
+
     /// Runs the program, which must refuse its input, and returns its standard error.
     pub fn refuse(&self, arguments: &str) -> String {
         let outcome = self.run(arguments);

@@ -35,7 +35,7 @@ pub struct DenoiseOptions {
     pub normal: Option<String>,
     /// Layer with standard errors of the denoised layer; the roots of its variances by default.
     pub errors: Option<String>,
-    /// Whether layers with usual names guide the denoiser where none is named.
+    /// True if layers with usual names guide the denoiser where none is named.
     pub usual_guides: bool,
 }
 
@@ -99,7 +99,7 @@ pub struct Moved {
 }
 
 impl DenoiseOptions {
-    /// Whether denoising looks at the layer `name`.
+    /// Returns whether denoising looks at the layer `name`.
     pub fn uses(&self, name: &str) -> bool {
         let named = [&self.albedo, &self.normal, &self.errors];
         name == self.layer

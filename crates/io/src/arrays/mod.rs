@@ -224,7 +224,8 @@ impl Arrays {
     ///
     /// # Errors
     ///
-    /// As [`Arrays::read`], and an array that cannot be read, and a file of something else.
+    /// Errors of [`Arrays::read`], an array that cannot be read, statistics of another shape than their values, and a file of
+    /// something else.
     pub fn read_measurement(path: &Path, limits: Limits) -> Result<Self, FileError> {
         let mut read = Self::read(path, limits)?;
         if let Some((name, why)) = read.left_out.pop() {

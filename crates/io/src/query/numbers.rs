@@ -139,7 +139,7 @@ impl<'a> Query<'a, '_> {
         self.settle(name, "string", lookup, default, String::new())
     }
 
-    /// One of the words of its row. Without it and after an error, the default of its row, or else the first word.
+    /// A word among the words of its row. Without it and after an error, the default of its row, or else the first word.
     pub fn word(&mut self, name: &str) -> &'static str {
         let row = self.row(name);
         let words = match row.value {

@@ -31,7 +31,7 @@ pub enum Type {
     Boolean,
     /// Any text.
     Text,
-    /// One of some words.
+    /// A word of a list.
     Word(&'static [&'static str]),
     /// A number, or one of some words.
     NumberOrWord(&'static [&'static str]),
@@ -79,7 +79,7 @@ impl NumberRange {
 }
 
 impl NumberRange {
-    /// Whether a number lies within them.
+    /// Returns whether a number lies within the range.
     pub fn contains(&self, number: f64) -> bool {
         RangeBounds::contains(self, &number)
     }
@@ -191,7 +191,7 @@ impl Parameter {
     /// Any number that must be given: stands for parameters of objects that the table does not list.
     pub(crate) const UNLISTED: Parameter = Self::new("", Type::Float, "").required();
 
-    /// Whether a scene must give it.
+    /// Returns whether a scene must give the parameter.
     pub fn is_required(&self) -> bool {
         self.default == Default::Required
     }
@@ -336,7 +336,7 @@ pub(super) const fn transform(name: &'static str, help: &'static str) -> Paramet
     Parameter::new(name, Type::Transform, help).with(Default::Identity)
 }
 
-/// One of some words, the first of which is the default.
+/// A word of a list, whose first word is the default.
 pub(super) const fn word(
     name: &'static str,
     words: &'static [&'static str],
