@@ -12,13 +12,13 @@ pub struct Aabb {
 }
 
 impl Aabb {
-    /// The box that contains nothing; the identity of [`Aabb::union`].
+    /// Empty box; the identity of [`Aabb::union`].
     pub const EMPTY: Aabb = Aabb {
         min: DVec3::INFINITY,
         max: DVec3::NEG_INFINITY,
     };
 
-    /// The box between two opposite corners, given in any order.
+    /// Returns the box between two opposite corners, given in any order.
     pub fn new(a: DVec3, b: DVec3) -> Self {
         Aabb {
             min: a.min(b),
@@ -26,12 +26,12 @@ impl Aabb {
         }
     }
 
-    /// The smallest box around some points; [`Aabb::EMPTY`] for none.
+    /// Returns the smallest box around some points; [`Aabb::EMPTY`] for none.
     pub fn around(points: impl IntoIterator<Item = DVec3>) -> Self {
         points.into_iter().fold(Aabb::EMPTY, Aabb::include)
     }
 
-    /// This box grown to include `p`.
+    /// Returns this box grown to include `p`.
     pub fn include(self, p: DVec3) -> Self {
         Aabb {
             min: self.min.min(p),
@@ -39,7 +39,7 @@ impl Aabb {
         }
     }
 
-    /// The smallest box that contains both.
+    /// Returns the smallest box that contains both boxes.
     pub fn union(self, other: Aabb) -> Self {
         Aabb {
             min: self.min.min(other.min),
@@ -47,7 +47,7 @@ impl Aabb {
         }
     }
 
-    /// The common part, empty if there is none.
+    /// Returns the common part of both boxes, empty if there is none.
     pub fn intersection(self, other: Aabb) -> Self {
         Aabb {
             min: self.min.max(other.min),
@@ -55,22 +55,22 @@ impl Aabb {
         }
     }
 
-    /// Whether no point lies inside.
+    /// True if no point lies inside.
     pub fn is_empty(&self) -> bool {
         !(self.min.cmple(self.max).all())
     }
 
-    /// Whether `p` lies inside or on the boundary.
+    /// True if `p` lies inside or on the boundary.
     pub fn contains(&self, p: DVec3) -> bool {
         p.cmpge(self.min).all() && p.cmple(self.max).all()
     }
 
-    /// Whether the two boxes share a point.
+    /// True if the two boxes share a point.
     pub fn overlaps(&self, other: &Aabb) -> bool {
         self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
     }
 
-    /// This box grown by `margin` on every side.
+    /// Returns this box grown by `margin` on every side.
     pub fn grown(&self, margin: f64) -> Self {
         Aabb {
             min: self.min - DVec3::splat(margin),
@@ -104,7 +104,7 @@ impl Aabb {
         })
     }
 
-    /// The point of the box nearest to `p`.
+    /// Returns the point of the box nearest to `p`.
     pub fn clamp(&self, p: DVec3) -> DVec3 {
         p.clamp(self.min, self.max)
     }
@@ -130,9 +130,9 @@ impl Aabb {
 
 /// Conservative bounds of a field over a box: every value in the box lies within them.
 ///
-/// They are kept on n², which is what fields supply and what adds up; the quantities that the
-/// uniqueness certificate uses (docs/theory.md#bounds) follow by [`FieldBounds::kappa`] and
-/// [`FieldBounds::neg_hess_ln_n`].
+/// The bounds are of n², because fields supply n² and sums of fields add n². [`FieldBounds::kappa`]
+/// and [`FieldBounds::neg_hess_ln_n`] compute from them the quantities of the uniqueness
+/// certificate (docs/theory.md#bounds).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FieldBounds {
     /// Lower bound of n² (not positive if the field is invalid somewhere, or if the bound is loose).
@@ -159,7 +159,7 @@ impl FieldBounds {
         }
     }
 
-    /// Bounds that hold wherever either holds.
+    /// Returns bounds that hold wherever either of two bounds holds.
     pub fn union(self, o: Self) -> Self {
         FieldBounds {
             n2_min: self.n2_min.min(o.n2_min),
@@ -180,8 +180,8 @@ impl FieldBounds {
         self.n2_max.sqrt()
     }
 
-    /// κ ≥ max |∇ ln n| = max |∇n²| / (2n²), the largest curvature a ray can have; infinite if
-    /// n² is not bounded away from zero.
+    /// Returns κ ≥ max |∇ ln n| = max |∇n²| / (2n²), the largest possible curvature of a ray. κ is
+    /// infinite if n² is not bounded away from zero.
     pub fn kappa(&self) -> f64 {
         match self.grad_max {
             0.0 => 0.0,
@@ -190,11 +190,10 @@ impl FieldBounds {
         }
     }
 
-    /// Upper bound (≥ 0) of the largest eigenvalue of
-    /// −Hess ln n = −Hess n²/(2n²) + ∇n²⊗∇n²/(2n⁴).
+    /// Upper bound (≥ 0) of the largest eigenvalue of −Hess ln n = −Hess n²/(2n²) + ∇n²⊗∇n²/(2n⁴).
     pub fn neg_hess_ln_n(&self) -> f64 {
         let kappa = self.kappa();
-        // NaN, not zero, if nothing is known of the Hessian.
+        // NaN, not zero, if the Hessian is unbounded and n² may be infinite.
         let bend = if self.hess_min >= 0.0 {
             0.0
         } else {
@@ -204,7 +203,7 @@ impl FieldBounds {
     }
 }
 
-/// Bounds of n itself and its derivatives over a box, for fields whose closed form gives n.
+/// Bounds of n and its derivatives over a box, for fields with a closed form of n.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IndexBounds {
     /// Lower bound of n.
@@ -220,8 +219,8 @@ pub struct IndexBounds {
 }
 
 impl IndexBounds {
-    /// The bounds of n² that follow: ∇n² = 2n∇n and Hess n² = 2n Hess n + 2∇n⊗∇n, whose last
-    /// term has eigenvalues between 0 and 2|∇n|².
+    /// Converts to bounds of n² by ∇n² = 2n∇n and Hess n² = 2n Hess n + 2∇n⊗∇n. The last term has
+    /// eigenvalues between 0 and 2|∇n|².
     pub fn squared(self) -> FieldBounds {
         let n = [self.n_min, self.n_max];
         let n_hess = product(n, [self.hess_min, self.hess_max]);
@@ -241,12 +240,12 @@ impl IndexBounds {
     }
 }
 
-/// a·b with 0·∞ = 0, as the bound of a product needs it.
+/// Returns a·b with 0·∞ = 0, as bounds of products need it.
 pub(crate) fn mul(a: f64, b: f64) -> f64 {
     if a == 0.0 || b == 0.0 { 0.0 } else { a * b }
 }
 
-/// Range of a·b over two intervals.
+/// Returns the range of a·b over two intervals.
 fn product(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
     let p = [
         mul(a[0], b[0]),
@@ -260,10 +259,11 @@ fn product(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
     ]
 }
 
-/// Eigenvalues of a symmetric matrix in ascending order, by cyclic Jacobi rotations: unlike the
-/// closed form these keep full accuracy when eigenvalues coincide, as they do on axes of symmetry.
+/// Eigenvalues of a symmetric matrix in ascending order, by cyclic Jacobi rotations. Unlike the
+/// closed form, rotations keep full accuracy when eigenvalues coincide, as they do on axes of
+/// symmetry.
 pub fn symmetric_eigenvalues(m: DMat3) -> [f64; 3] {
-    // Each sweep squares the relative size of what lies off the diagonal, so that six suffice.
+    // Each sweep squares the relative size of the off-diagonal entries, so that six sweeps suffice.
     let mut a = m;
     for _ in 0..6 {
         for (p, q) in [(0, 1), (0, 2), (1, 2)] {
@@ -275,7 +275,7 @@ pub fn symmetric_eigenvalues(m: DMat3) -> [f64; 3] {
     values
 }
 
-/// RᵀaR with the rotation R in the plane (p, q) that makes the entry (p, q) vanish.
+/// Returns RᵀaR with the rotation R in the plane (p, q) that makes the entry (p, q) vanish.
 fn jacobi_rotation(a: DMat3, p: usize, q: usize) -> DMat3 {
     let off = a.col(q)[p];
     if off == 0.0 {
@@ -292,13 +292,13 @@ fn jacobi_rotation(a: DMat3, p: usize, q: usize) -> DMat3 {
     r.transpose() * a * r
 }
 
-/// Conservative range of the eigenvalues of all symmetric matrices with entries between `low`
-/// and `high`: those of the middle matrix, widened by the largest eigenvalue of the radius
+/// Conservative range of the eigenvalues of all symmetric matrices with entries between `low` and
+/// `high`: the eigenvalues of the middle matrix, widened by the largest eigenvalue of the radius
 /// matrix (Weyl's inequality and Perron–Frobenius).
 pub(crate) fn interval_eigenvalues(low: DMat3, high: DMat3) -> [f64; 2] {
     let [min, _, max] = symmetric_eigenvalues((low + high) * 0.5);
     let [_, _, radius] = symmetric_eigenvalues((high - low) * 0.5);
-    // Covers the rounding of the rotations.
+    // Cover the rounding of the rotations.
     let slack = 1e-14 * (min.abs() + max.abs() + radius);
     [min - radius - slack, max + radius + slack]
 }

@@ -1,24 +1,25 @@
-//! When no two points of a medium can be connected by more than one ray (docs/theory.md#certificate).
+//! Certificates that at most one ray connects any two points of a medium
+//! (docs/theory.md#certificate).
 
 use crate::bounds::{Aabb, FieldBounds};
 use crate::field::Field;
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// A convex medium and what is known of its field.
+/// A convex medium with bounds of its field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Uniqueness {
-    /// A convex region that contains the medium.
+    /// Convex region that contains the medium.
     region: Aabb,
     /// Largest distance between two points of the medium.
     diameter: f64,
-    /// Bounds over the region with a margin around it.
+    /// Bounds of the field over the region with a margin around it.
     bounds: FieldBounds,
 }
 
 impl Uniqueness {
-    /// For a medium of the given diameter inside `region`. `bounds` must hold over the region and a
-    /// margin around it, into which the field continues.
+    /// Creates the certificate of a medium of the given diameter inside `region`. `bounds` must
+    /// hold over the region and over a margin around it, into which the field continues.
     pub fn new(region: Aabb, diameter: f64, bounds: FieldBounds) -> Self {
         Uniqueness {
             region,
@@ -32,27 +33,29 @@ impl Uniqueness {
         &self.bounds
     }
 
-    /// Longest arc that a ray inside the medium can have; infinite if the bound says nothing.
+    /// Length of the longest possible arc of a ray inside the medium; infinite if the bounds do not
+    /// limit it.
     pub fn longest_ray(&self) -> f64 {
         longest_arc(self.bounds.kappa(), self.diameter)
     }
 
-    /// Whether every pair of points of the medium is connected by at most one ray that stays inside.
+    /// True if every pair of points of the medium is connected by at most one ray that stays
+    /// inside.
     pub fn whole_medium(&self) -> bool {
         self.criterion() < 1.0
     }
 
-    /// n_max·ℓ·√K/π of the whole medium: below one it is certified, and the less the weaker its field
-    /// is. Infinite if nothing is known.
+    /// Returns n_max·ℓ·√K/π of the whole medium. The medium is certified below one; weaker fields
+    /// give smaller values. Infinite if the bounds do not limit it.
     pub fn criterion(&self) -> f64 {
         criterion(&self.bounds, self.longest_ray())
     }
 
-    /// Whether the pair `x`, `y` is connected by at most one ray that stays inside.
+    /// True if at most one ray that stays inside connects `x` and `y`.
     ///
-    /// No ray of the medium is longer than π/κ (by [`Uniqueness::longest_ray`]), so Schur's
-    /// comparison bounds the rays of this pair by its own distance. The curvature then needs to be
-    /// bounded only where geodesics no longer than that can get from `x` or `y`.
+    /// By [`Uniqueness::longest_ray`], no ray of the medium is longer than π/κ. Schur's comparison
+    /// therefore bounds the rays of this pair by the distance between `x` and `y`. Geodesics of at
+    /// most this length reach only points near `x` or `y`, so the curvature is bounded only there.
     pub fn pair(&self, field: &Field, x: DVec3, y: DVec3) -> bool {
         if !self.longest_ray().is_finite() {
             return false;
@@ -65,8 +68,8 @@ impl Uniqueness {
     }
 }
 
-/// Schur's comparison: an arc of curvature at most κ over a chord `d` is no longer than the circle's,
-/// provided that κd < 2.
+/// Maximum length of an arc of curvature at most `kappa` over a chord `d`, by Schur's comparison:
+/// the length of the circular arc, provided that κd < 2. Infinite otherwise.
 fn longest_arc(kappa: f64, d: f64) -> f64 {
     if kappa == 0.0 {
         d
@@ -77,8 +80,8 @@ fn longest_arc(kappa: f64, d: f64) -> f64 {
     }
 }
 
-/// Klingenberg's criterion n_max·ℓ < π/√K for the optical metric, as the ratio of the two sides. Its
-/// sectional curvature K is at most 2·max(0, −λ_min(Hess ln n))/n².
+/// Ratio of the two sides of Klingenberg's criterion n_max·ℓ < π/√K for the optical metric. The
+/// sectional curvature K of the optical metric is at most 2·max(0, −λ_min(Hess ln n))/n².
 fn criterion(bounds: &FieldBounds, longest: f64) -> f64 {
     if !(bounds.n2_min > 0.0 && longest.is_finite()) {
         return f64::INFINITY;

@@ -1,8 +1,9 @@
-//! Unit vectors along directions of any length.
+//! Unit vectors along vectors of any length.
 
 use glam::DVec3;
 
-/// The unit vector along a finite `direction` that is not zero. A power of two first brings it to a length whose square is a number too.
+/// Returns the unit vector along a finite `direction` that is not zero, otherwise `None`. Scaling
+/// by a power of two first keeps the square of the length representable.
 pub(crate) fn unit(direction: DVec3) -> Option<DVec3> {
     let (_, exponent) = libm::frexp(direction.abs().max_element());
     direction

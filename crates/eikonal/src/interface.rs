@@ -1,44 +1,44 @@
-//! What a surface does to a ray and its tangents (docs/theory.md#interfaces).
+//! Maps of rays and their tangents at surfaces (docs/theory.md#interfaces).
 
 use crate::ray::{Tangents, Variation};
 use glam::{DMat3, DVec3};
 
-/// How a ray goes on at an interface.
+/// Event at an interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rule {
     /// Snell refraction.
     Refract,
-    /// Mirror reflection.
+    /// Index-matched by declaration: the direction stays, whatever the indices are.
     Reflect,
     /// Index-matched by declaration: the direction stays, whatever the indices.
     Pass,
 }
 
-/// A point of a surface, and the field on either side of it.
+/// A point of a surface, with the field on either side of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interface {
     /// Unit normal; its sign is immaterial.
     pub normal: DVec3,
     /// Shape operator S: δN = S·δx for displacements δx along the surface.
     pub shape: DMat3,
-    /// n² and ½∇n² on the side the ray comes from.
+    /// n² and ½∇n² on the side from which the ray comes.
     pub near: (f64, DVec3),
-    /// n² and ½∇n² on the side beyond.
+    /// n² and ½∇n² on the far side.
     pub far: (f64, DVec3),
 }
 
-/// How a surface moves when what describes it changes.
+/// Displacement of a surface when its parameters change.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Displacement {
-    /// By how much it moves along its normal.
+    /// Displacement along the normal.
     pub offset: f64,
-    /// By how much the normal turns at a fixed place.
+    /// Change of the normal at a fixed position.
     pub turn: DVec3,
 }
 
 impl Interface {
-    /// The velocity after the interface, |v| = n on the side where the ray goes on; `None` for
-    /// total internal reflection.
+    /// Returns the velocity after the interface, with |v| = n on the side where the ray continues;
+    /// `None` for total internal reflection.
     pub fn velocity(&self, rule: Rule, v: DVec3) -> Option<DVec3> {
         let normal = self.along(v);
         let c = normal.dot(v);
@@ -52,10 +52,12 @@ impl Interface {
         }
     }
 
-    /// The tangents after the interface, for the same rule and incoming velocity `v`.
+    /// Returns the tangents after the interface, for the given rule and the incoming velocity `v`;
+    /// `None` for total internal reflection.
     ///
-    /// Perturbed rays reach the surface earlier or later by δσ*; columns are moved onto the surface,
-    /// through it, and back to equal σ. The maps of refraction and reflection are symplectic.
+    /// Perturbed rays reach the surface earlier or later by δσ*. The map moves columns onto the
+    /// surface, through it, and back to equal σ. The maps of refraction and reflection are
+    /// symplectic.
     pub fn tangents(&self, rule: Rule, v: DVec3, tangents: &Tangents) -> Option<Tangents> {
         let after = self.velocity(rule, v)?;
         let mut out = *tangents;
@@ -67,7 +69,8 @@ impl Interface {
         Some(out)
     }
 
-    /// What a displacement of the surface adds to the tangents after it, at equal σ, for the velocities before and after.
+    /// Returns the tangents (δx, δv) behind a displaced surface, at equal σ, that the displacement
+    /// causes, given the velocities before and after the surface.
     pub(crate) fn displaced(
         &self,
         rule: Rule,
@@ -113,7 +116,7 @@ impl Interface {
         (dx_hit - after * delay, dv_after - a_after * delay)
     }
 
-    /// The normal turned to point along `v`.
+    /// Returns the normal turned to point along `v`.
     fn along(&self, v: DVec3) -> DVec3 {
         if self.normal.dot(v) < 0.0 {
             -self.normal
@@ -123,10 +126,10 @@ impl Interface {
     }
 }
 
-/// What a ray carries and interfaces change.
+/// A quantity that rays carry along and that interfaces change.
 pub trait Mapped: Variation {
-    /// The variation after an interface, for the rule and the incoming velocity `v`; `None` where the
-    /// rule cannot apply.
+    /// Returns the variation after an interface, for the rule and the incoming velocity `v`; `None`
+    /// where the rule cannot apply.
     fn mapped(&self, interface: &Interface, rule: Rule, v: DVec3) -> Option<Self>;
 }
 

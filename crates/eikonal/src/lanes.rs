@@ -1,14 +1,16 @@
-//! Which vector instructions are used, and sums by them.
+//! Selection of vector instructions, and sums that use them.
 //!
-//! Products in sums are not rounded on their own by processors that fuse them with additions: those of x86-64 since 2013, if a
-//! virtual machine does not hide it, and ARM's. All of these give the same bits, whatever other instructions they have.
+//! Processors with fused multiply-add do not round the products in sums separately. x86-64
+//! processors have fused multiply-add since 2013, unless a virtual machine hides it; ARM processors
+//! have it too. All processors with fused multiply-add give identical bits, whatever other
+//! instructions they have.
 
 use fearless_simd::{Level, Simd, SimdFloat, f32x4, f32x8, f64x4};
 use glam::DVec3;
 use std::ops::{Add, Mul, Sub};
 
-/// The vector instructions to use: the widest that this processor has, up to four lanes. With eight the
-/// additions take less time and the moves between lanes more.
+/// Returns the vector instructions to use: the widest of this processor, up to four lanes. With
+/// eight lanes, additions take less time but moves between lanes take more.
 pub(crate) fn level() -> Level {
     let widest = Level::new();
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
@@ -16,18 +18,18 @@ pub(crate) fn level() -> Level {
     widest
 }
 
-/// What sums with weights of type `W` are taken of.
+/// A value that sums with weights of type `W` can add up.
 pub(crate) trait Summand<W = f64>:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<W, Output = Self>
 {
-    /// `self` + `weight`·`of`.
+    /// Returns `self` + `weight`·`of`.
     #[inline(always)]
     fn plus(self, weight: W, of: Self) -> Self {
         self + of * weight
     }
 }
 
-/// Vectors outside of the functions that are compiled for given instructions: the product is rounded.
+/// Vectors outside the functions that are compiled for given instructions: the product is rounded.
 impl Summand for DVec3 {}
 impl Summand for f64 {}
 
@@ -52,8 +54,8 @@ impl<S: Simd> Summand<f32> for f32x8<S> {
     }
 }
 
-/// Asserts that all vector instructions of this processor give the same values: the same bits if they fuse products and sums, the
-/// same within `rounding` if they do not.
+/// Asserts that all vector instructions of this processor give equal values: identical bits if they
+/// fuse products and sums, otherwise equal within `rounding`.
 #[cfg(all(test, any(target_arch = "x86", target_arch = "x86_64")))]
 pub(crate) fn assert_agree(rounding: f64, values: impl Fn(Level) -> Vec<f64>) {
     let widest = Level::new();

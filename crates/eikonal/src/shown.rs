@@ -3,16 +3,16 @@
 use glam::DVec3;
 use std::fmt;
 
-/// Magnitudes that are short when written in full.
+/// Magnitudes that are short when written with all digits.
 const SHORT: std::ops::Range<f64> = 1e-5..1e16;
 
-/// Shows a number, or the components of a vector, as people write it: all digits that it has, with an exponent where
-/// hundreds of zeros would be needed otherwise.
+/// Displays a number, or the components of a vector, with all its digits, and with an exponent
+/// where it would otherwise need hundreds of zeros.
 #[derive(Clone, Copy, Debug)]
 pub struct Shown<T>(pub T);
 
 impl Shown<f64> {
-    /// The number to six significant digits.
+    /// Returns the number rounded to six significant digits.
     pub fn rounded(number: f64) -> Self {
         Shown(format!("{number:.5e}").parse().unwrap_or(number))
     }

@@ -1,4 +1,4 @@
-//! From the ray of a family to a start of Newton's method.
+//! Initial guesses for Newton's method from the closest approaches of a ray.
 
 use super::closest::{Nearest, minima};
 use super::family::RayFamily;
@@ -8,20 +8,21 @@ use super::world::World;
 use crate::ray::Tolerance;
 use glam::DVec3;
 
-/// Starts need no more than this: Newton's method corrects them.
+/// Smallest tolerance of rays that only yield initial guesses. Newton's method corrects their
+/// errors.
 const SCOUT: f64 = 1e-4;
 
 impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
-    /// A start at a closest approach to `y` of the ray of a family, and the unit direction in which
-    /// the ray arrives there.
+    /// Returns an initial guess at a closest approach to `y` of the ray of a family, and the unit
+    /// direction of the ray there.
     ///
-    /// The ray is followed over `reach.optical_length`, or until `reach.bounces` reflections of any kind are
-    /// exceeded. At each encounter with an interface where it could be refracted or reflected, it is
-    /// reflected if `uniform`, independent uniform numbers in [0, 1), gives less than ½, until
-    /// `reach.reflections` are used up. Of the local closest approaches one is chosen in inverse
-    /// proportion to its distance: the ray of a branch may pass by `y` before it is reflected, so the
-    /// closest of all must not be the only one that counts. `None` if the ray is lost, or nowhere closer
-    /// to `y` than at its start.
+    /// The ray is traced over `reach.optical_length`, or until it exceeds `reach.bounces`
+    /// reflections of any kind. At each interface where it could be refracted or reflected, it is
+    /// reflected if `uniform` gives less than ½, until `reach.reflections` are used up. `uniform`
+    /// supplies independent uniform numbers in [0, 1). One of the local closest approaches is
+    /// chosen with probability in inverse proportion to its distance: the ray of a branch may pass
+    /// by `y` before it is reflected, so the closest approach must not be the only candidate.
+    /// `None` if the ray is lost, or is nowhere closer to `y` than at its start.
     pub fn approach<W: World<Region = R>>(
         &mut self,
         world: &W,
@@ -49,19 +50,19 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         Some((nearest.start(family, region), nearest.direction))
     }
 
-    /// The tolerance of rays along which starts are looked for.
+    /// Tolerance of rays traced to find initial guesses.
     pub(super) fn scouting(&self) -> Tolerance {
         Tolerance::new(self.tolerance().get().max(SCOUT))
     }
 }
 
-/// One of several approaches, the closest first, in inverse proportion to their distances.
+/// Chooses one of several approaches, sorted by distance, in inverse proportion to their distances.
 fn choose<'a>(minima: &'a [Nearest], uniform: &mut dyn FnMut() -> f64) -> Option<&'a Nearest> {
     let (first, others) = minima.split_first()?;
     if others.is_empty() {
         return Some(first);
     }
-    // Relative to the closest, so that one that is met exactly does not divide by zero.
+    // Take distances relative to the closest one, so that an exact hit does not divide by zero.
     let weight =
         |n: &Nearest| first.distance.max(f64::MIN_POSITIVE) / n.distance.max(f64::MIN_POSITIVE);
     let mut left = uniform() * minima.iter().map(weight).sum::<f64>();

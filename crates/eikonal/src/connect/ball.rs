@@ -1,21 +1,22 @@
-//! All rays between a point inside a ball and one outside, where the index is constant on either side.
+//! All rays between a point inside a ball and a point outside, for a constant index on either side.
 //!
-//! A ray lies in a plane through the centre, and n·r·sin(angle to the radius) is the same all along it
-//! (Bouguer's formula). It meets the sphere at one angle again and again, so that one that is reflected
-//! totally never leaves, and one that is refracted out never returns. Seen from the centre, a ray that leaves
-//! the inner point at the angle θ to the radius has turned by
+//! A ray lies in a plane through the centre, and n·r·sin(angle to the radius) is constant along it
+//! (Bouguer's formula). A ray meets the sphere at the same angle every time. A totally reflected
+//! ray therefore never leaves, and a refracted ray never returns. Consider a ray that leaves the
+//! inner point at the angle θ to the radius. Seen from the centre, it has turned by
 //!
 //! η = θ − asin(s sin θ) + asin(ms sin θ) − asin(kms sin θ)
 //!
-//! when it meets the outer point: m = n_inside/n_outside, s and 1/k are the distances of the points from the
-//! centre in radii.
+//! when it meets the outer point. Here m = n_inside/n_outside; s and 1/k are the distances of the
+//! points from the centre, in radii.
 //!
-//! * **ms ≤ 1**: all rays leave. η grows from 0 to π with θ, as c cos θ/√(1 − c² sin² θ), the derivative
-//!   of asin(c sin θ), grows with c and is at most 1 for c ≤ 1: there is one ray.
-//! * **ms > 1**: rays leave at angles τ to the normal, sin τ = ms sin θ, ahead (θ < π/2) or back. Ahead, η = τ +
-//!   asin(sin τ/(ms)) − asin(sin τ/m) − asin(k sin τ) grows with τ: there is one ray, or none. Back, π − η =
-//!   asin(sin τ/(ms)) + asin(sin τ/m) + asin(k sin τ) − τ is concave: it takes a value twice at most,
-//!   and one below 0, on the other side of the axis, once.
+//! * **ms ≤ 1**: all rays leave. The derivative of asin(c sin θ), c cos θ/√(1 − c² sin² θ), grows
+//!   with c and is at most 1 for c ≤ 1. Hence η grows with θ from 0 to π: there is one ray.
+//! * **ms > 1**: rays leave at angles τ to the normal, sin τ = ms sin θ, forwards (θ < π/2) or
+//!   backwards. Forwards, η = τ + asin(sin τ/(ms)) − asin(sin τ/m) − asin(k sin τ) grows with τ:
+//!   there is one ray, or none. Backwards, π − η = asin(sin τ/(ms)) + asin(sin τ/m) + asin(k sin τ)
+//!   − τ is concave: it takes a value at most twice. A value below 0, on the other side of the
+//!   axis, it takes once.
 //!
 //! Theory: docs/theory.md#through-a-ball.
 
@@ -23,13 +24,14 @@ use crate::ray::perpendicular_basis;
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Directions that differ by less, in radians, are one: round-off would decide about the plane that they lie in.
+/// Smallest angle between two directions that defines their common plane, in radians. At smaller
+/// angles round-off would determine the plane.
 const ALIGNED: f64 = 1e-9;
-/// Newton's steps below this, in radians, are the last.
+/// Size of the Newton step, in radians, below which the iteration stops.
 const SETTLED: f64 = 1e-6;
-/// Of angles.
+/// Round-off of angles, in radians.
 const ROUND_OFF: f64 = 1e-12;
-/// More rounds than even a double root needs.
+/// Maximum number of iterations; more than even a double root needs.
 const ROUNDS: usize = 60;
 
 /// A ball of constant index in surroundings of constant index.
@@ -48,25 +50,25 @@ pub struct Ball {
 pub enum Outside {
     /// A point outside.
     Point(DVec3),
-    /// Infinitely far away in this unit direction, in which the rays leave.
+    /// Infinitely far away in this unit direction, which is the direction of the leaving rays.
     Direction(DVec3),
 }
 
 impl Ball {
-    /// Whether a point lies inside.
+    /// True if the point `x` lies inside.
     pub fn contains(&self, x: DVec3) -> bool {
         x.distance_squared(self.center) < self.radius * self.radius
     }
 
-    /// Whether every ray leaves that passes through the point `x` inside.
+    /// True if every ray through the inner point `x` leaves the ball.
     pub fn lets_out(&self, x: DVec3) -> bool {
         self.ratio * x.distance(self.center) <= self.radius
     }
 
-    /// Where the rays cross the sphere that go from `x`, inside, to an end outside and are refracted there:
-    /// all of them, in radians seen from the centre to 1e-6 or better. There are no others that are
-    /// not reflected where they could be refracted. If both ends lie on a line through the centre, one of
-    /// each cone of rays stands for all.
+    /// Returns the points where rays from `x`, inside, to an end outside are refracted at the
+    /// sphere: all of them, to 1e-6 radians seen from the centre or better. Every other ray to this
+    /// end is reflected where it could be refracted. If both ends lie on a line through the centre,
+    /// one ray represents each cone of rays.
     pub fn crossings(&self, x: DVec3, to: Outside) -> impl Iterator<Item = DVec3> + use<> {
         let Ball { center, radius, .. } = *self;
         let (toward, k) = match to {
@@ -83,7 +85,8 @@ impl Ball {
         })
     }
 
-    /// The crossings' angles to the axis from the centre to the inner point, for the outer one at `goal`.
+    /// Returns the angles of the crossings to the axis from the centre to the inner point, for an
+    /// outer point at the angle `goal`.
     fn angles(&self, s: f64, k: f64, goal: f64) -> [Option<f64>; 4] {
         let m = self.ratio;
         if m * s <= 1.0 {
@@ -108,7 +111,8 @@ impl Ball {
     }
 }
 
-/// The unit vector across an axis in the plane of it and of another unit vector.
+/// Returns a unit vector perpendicular to `axis` in the plane of `axis` and `toward`, both unit
+/// vectors.
 pub(super) fn across(axis: DVec3, toward: DVec3) -> DVec3 {
     let across = toward - axis * axis.dot(toward);
     if across.length() > ALIGNED {
@@ -126,7 +130,7 @@ fn arc_sine(c: f64, t: f64) -> f64 {
 struct Turn(f64, [(f64, f64); 3]);
 
 impl Turn {
-    /// Value and derivative.
+    /// Returns value and derivative.
     fn at(&self, t: f64) -> (f64, f64) {
         let (sin, cos) = libm::sincos(t);
         let Turn(linear, terms) = *self;
@@ -139,8 +143,8 @@ impl Turn {
         (value, slope)
     }
 
-    /// Where a function that rises from 0 over an interval reaches `goal` > 0: Newton's method, kept inside by
-    /// bisection. `None` if it does not.
+    /// Solves for the place where a function that rises from 0 over an interval reaches `goal` > 0,
+    /// by Newton's method with bisection as safeguard. `None` if it does not reach `goal`.
     fn rise(&self, [mut low, mut high]: [f64; 2], goal: f64) -> Option<f64> {
         let top = self.at(high).0;
         if goal > top + ROUND_OFF {
@@ -169,9 +173,10 @@ impl Turn {
         Some(t)
     }
 
-    /// Where a concave function reaches `goal` first, seen from an end of [0, π/2] at which it is lower: as its
-    /// tangents lie above it, Newton's method comes closer from one side, or finds that the function falls
-    /// before it gets there.
+    /// Solves for the first place where a concave function reaches `goal`, starting at an `end` of
+    /// [0, π/2] where it is lower. Tangents of a concave function lie above it. Newton's method
+    /// therefore approaches from one side, or finds that the function falls before it reaches
+    /// `goal`.
     fn climb(&self, end: f64, goal: f64) -> Option<f64> {
         let inward = if end > 0.0 { -1.0 } else { 1.0 };
         let mut t = end;

@@ -1,4 +1,5 @@
-//! Primary branches: along the chord, bent by the one field on it that bends rays (docs/theory.md#collocation).
+//! Primary branches: rays close to the chord, where one field on the chord bends rays
+//! (docs/theory.md#collocation).
 
 use super::bend::{BentChord, Guess, bent};
 use super::collocate::{Collocation, collocated};
@@ -13,16 +14,21 @@ use crate::interface::Rule;
 use crate::ray::Arc;
 use glam::DVec3;
 
-/// A first direction is good enough if it would not change by more than this many tolerances.
+/// Largest further change of an initial direction that is accurate enough, in units of the
+/// tolerance.
 const ENOUGH: f64 = 3.0;
-/// Most pieces of a chord that is looked at.
+/// Maximum number of pieces of a chord that are examined.
 const MOST_PIECES: usize = 8;
 
 impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
-    /// The primary branch to `y` from a point or plane in `region`, whose family's direction points along the chord: by
-    /// collocation if nothing but one field lies between two points and bends the ray mildly. Otherwise that to which
-    /// Newton's method converges from the chord, bent as the field bends rays: if one region on the chord does, and
-    /// interfaces on it are index-matched by declaration; refracted wherever that is possible.
+    /// Returns the primary branch to `y` from a point or plane in `region`. The direction of
+    /// `family` must point along the chord.
+    ///
+    /// If only one field lies between two points and bends the ray mildly, collocation finds the
+    /// branch. Otherwise Newton's method converges to it from an initial guess along the chord,
+    /// refracted wherever that is possible. If exactly one region on the chord bends rays, and
+    /// interfaces on the chord are index-matched by declaration, the guess is bent as the field
+    /// bends rays.
     ///
     /// # Errors
     ///
@@ -35,7 +41,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         y: DVec3,
     ) -> Result<ConnectingRay, Failure> {
         let x = family.x();
-        // Collocation, if the whole chord lies in one field.
+        // Use collocation if the whole chord lies in one field.
         let within = only_bending_region(world, x, region, y);
         if let (Some((only, line)), RayFamily::Point { .. }) = (&within, family)
             && *only == region
@@ -44,7 +50,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         {
             return Ok(found);
         }
-        // Else Newton's method from the bent chord …
+        // Otherwise use Newton's method from the bent chord.
         let straight = InitialGuess {
             family,
             region,
@@ -53,7 +59,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         };
         let bent = self.bent(world, &straight, within.as_ref());
         let found = self.solve(world, &bent, y);
-        // … and, if that fails, from the shortest path.
+        // If that fails, start from the shortest path.
         if let (Err(Failure::NotConverged), Some((region, line))) = (found, &within)
             && let Some(guess) = shortest(world.field(*region), line, is_plane(&straight))
         {
@@ -63,7 +69,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         found
     }
 
-    /// The branch from `x` to `y` by collocation, with its pieces, if it stays within the region.
+    /// Returns the branch from `x` to `y` by collocation, and stores its pieces, if it stays within
+    /// the region.
     fn collocated<W: World<Region = R>>(
         &mut self,
         world: &W,
@@ -108,8 +115,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         })
     }
 
-    /// The start bent as the ray to first order and beyond, given the region that bends rays and the line through
-    /// it; as it is if there is none.
+    /// Returns the initial guess bent by the region `within`, given with the line through it; the
+    /// unchanged guess if there is no such region.
     fn bent<W: World<Region = R>>(
         &mut self,
         world: &W,
@@ -126,7 +133,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         }
     }
 
-    /// A start with what a guess says of its ray.
+    /// Returns the initial guess with the direction, place and optical length of `guess`.
     fn guessed(&mut self, start: &InitialGuess<R>, guess: &Guess) -> InitialGuess<R> {
         self.work.evaluations += guess.evaluations;
         let family = match start.family {
@@ -151,8 +158,9 @@ fn is_plane<R>(start: &InitialGuess<R>) -> bool {
     matches!(start.family, RayFamily::Plane { .. })
 }
 
-/// The only region on the chord from a point to `y` whose field bends rays, and the chord as it sees
-/// it; `None` if there is none or more than one, or an interface that refracts.
+/// Finds the only region on the chord from `start` to `y` whose field bends rays, with the chord
+/// and its part in this region. `None` if no region or more than one bends rays, or if an interface
+/// refracts.
 fn only_bending_region<W: World>(
     world: &W,
     start: DVec3,
@@ -204,7 +212,7 @@ mod tests {
     use crate::ray::Tolerance;
     use glam::DMat3;
 
-    /// A layer between z = 0 and 1 in which n² grows along x, in air.
+    /// Layer between z = 0 and 1, in which n² grows along x, in air.
     struct Layer([Field; 2], Rule);
 
     impl World for Layer {
@@ -261,7 +269,7 @@ mod tests {
         solver.bent(world, start, within.as_ref())
     }
 
-    /// The start's direction or place is closer to the ray's than a straight one by so much.
+    /// Largest error of the bent guess, relative to the error of the straight guess.
     const CLOSER: f64 = 0.02;
 
     #[test]

@@ -1,11 +1,12 @@
-//! The chord between two points, bent by the field: where Newton's method starts.
+//! Initial guesses for Newton's method: the chord between two points, bent by the field.
 //!
-//! With the distance z along the chord as variable, from 0 to d, a ray is displaced from it by u(z), with
-//! u″ = (1 + u′²)(g⊥ − u′g∥), g = ∇ ln n, and u = 0 at both ends. The equation is solved by collocation at the
-//! nodes of Gauss–Legendre quadrature, few for rough guesses, and iteration from u = 0, of which the first round is the
-//! perturbation of first order. Only gradients are needed, at positions that do not wait for one another.
-//! Where only a part of the chord bends rays, nodes lie in that part, and the ray is straight outside; from a
-//! plane, it starts with u′ = 0 instead.
+//! Let z be the distance along the chord, from 0 to d. A ray is displaced from the chord by u(z),
+//! with u″ = (1 + u′²)(g⊥ − u′g∥), g = ∇ ln n, and u = 0 at both ends. The equation is solved by
+//! collocation at the nodes of Gauss–Legendre quadrature, and iteration from u = 0. Rough guesses
+//! use few nodes. The first round is first-order perturbation theory. Only gradients are needed,
+//! and the evaluations in a round are independent of one another. Where only a part of the chord
+//! bends rays, the nodes lie in this part, and the ray is straight outside. A ray from a plane
+//! starts with u′ = 0 instead.
 //!
 //! Theory: docs/theory.md#the-bent-chord.
 
@@ -13,30 +14,32 @@ use super::collocate::{QuadratureRule, sum};
 use crate::field::Field;
 use glam::DVec3;
 
-/// Most rounds. Each makes the error smaller by a factor of some ten where a ray is bent mildly.
+/// Maximum number of rounds. Each round reduces the error by a factor of about ten where the field
+/// bends rays mildly.
 const ROUNDS: usize = 3;
-/// Radians by which the last round may change the direction: Newton's method converges from there.
+/// Largest change of the direction in the last round, in radians. Newton's method converges from
+/// smaller errors.
 const SETTLED: f64 = 0.03;
 
-/// The accuracy, in radians, up to which four nodes are enough.
+/// Smallest accuracy, in radians, for which four nodes are enough.
 const ROUGH: f64 = 1e-4;
 
 const COARSE: QuadratureRule<4> = QuadratureRule::new();
 const FINE: QuadratureRule<5> = QuadratureRule::new();
 
-/// A straight line of which one part bends rays.
+/// A straight line, one part of which bends rays.
 pub(super) struct BentChord {
-    /// Its start.
+    /// Start of the line.
     pub x: DVec3,
-    /// From its start to its end.
+    /// Vector from start to end.
     pub chord: DVec3,
-    /// Where the part begins and ends, in units of the chord.
+    /// Begin and end of the bending part, in units of the chord.
     pub part: [f64; 2],
-    /// Optical path length of what comes before and after.
+    /// Optical path lengths of the line before and after the bending part.
     pub optical: [f64; 2],
 }
 
-/// A guess of a ray.
+/// Approximate ray.
 pub(super) struct Guess {
     /// Unit direction at the start.
     pub direction: DVec3,
@@ -44,14 +47,17 @@ pub(super) struct Guess {
     pub offset: DVec3,
     /// Optical path length.
     pub optical_length: f64,
-    /// Field evaluations that it took.
+    /// Number of field evaluations used.
     pub evaluations: u64,
 }
 
-/// The ray along a line through a field, from the line's first point or, if `is_plane`, in its direction from the
-/// plane across it: with a direction (in radians; for planes that of arrival) that would hardly change by more
-/// than `accuracy` in a further round, or after the last one. `None` where the iteration does not converge,
-/// or the ray turns away from the chord by more than 45°.
+/// Approximates the ray along a line through a field.
+///
+/// The ray starts at the first point of the line. If `is_plane`, it starts in the direction of the
+/// line from the plane across it. The iteration ends after the last round, or when a further round
+/// would hardly change the direction by more than `accuracy` (in radians; for planes the direction
+/// of arrival). `None` if the iteration does not converge, or the ray turns away from the chord by
+/// more than 45°.
 pub(super) fn bent(
     field: &Field,
     line: &BentChord,
@@ -65,10 +71,10 @@ pub(super) fn bent(
     }
 }
 
-/// A straight line added to the solution that is zero at both ends of the part, so that the ray, straight
-/// before and after it, begins and ends where it should.
+/// Linear correction to a solution that is zero at both ends of the bending part. With the
+/// correction, the ray, straight outside this part, begins and ends at the ends of the line.
 struct Ends {
-    /// At the beginning of the part.
+    /// Correction at the beginning of the part.
     offset: DVec3,
     slope: DVec3,
     /// Slopes of the ray before and after the part.
@@ -76,7 +82,8 @@ struct Ends {
 }
 
 impl Ends {
-    /// For slopes `first` and `last` of the solution at both ends of the part.
+    /// Computes the correction from the slopes `first` and `last` of the solution at both ends of
+    /// the part.
     fn new(line: &BentChord, is_plane: bool, [first, last]: [DVec3; 2]) -> Self {
         let ([a, b], d) = (line.part, line.chord.length());
         let slope = if is_plane {
@@ -95,7 +102,7 @@ impl Ends {
 }
 
 impl<const N: usize> QuadratureRule<N> {
-    /// See [`bent`].
+    /// Implements [`bent`] with `N` nodes.
     fn solve(
         &self,
         field: &Field,
@@ -130,7 +137,7 @@ impl<const N: usize> QuadratureRule<N> {
             if !(change < last && turn.length_squared() < 1.0) {
                 return None;
             }
-            // Rounds converge geometrically: by so much the next one would change the direction.
+            // Predict the change of direction in the next round: rounds converge geometrically.
             let ratio = if last.is_finite() { change / last } else { 1.0 };
             if change * ratio < accuracy || round == ROUNDS {
                 let stretch = |slope: DVec3| (1.0 + slope.length_squared()).sqrt();

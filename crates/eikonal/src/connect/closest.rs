@@ -1,4 +1,4 @@
-//! Where along a ray it comes close to a point: starts for connections.
+//! Closest approaches of rays to a point, as initial guesses for connections.
 
 use super::connection::Failure;
 use super::family::RayFamily;
@@ -11,20 +11,20 @@ use crate::interface::Mapped;
 use crate::ray::{Node, Work};
 use glam::DVec3;
 
-/// A piece of a ray with what came before it.
+/// A piece of a ray, with the optical length and the pattern before it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Leg<R> {
     pub piece: Piece<R>,
-    /// Optical path length.
+    /// Optical path length before the piece.
     pub before: f64,
-    /// Reflections by choice.
+    /// Reflections by choice before the piece.
     pub pattern: Pattern,
 }
 
 impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
-    /// Follows the ray of a family, without tangents, as far as the reach goes; `visit` sees every
-    /// piece. Where refraction is possible `reflect`, given the number of the encounter, says whether to
-    /// reflect all the same.
+    /// Traces the ray of a family, without tangents, as far as `reach` allows, and calls `visit`
+    /// with every piece. Where refraction is possible, `reflect` receives the number of the
+    /// encounter and returns true to reflect the ray instead.
     ///
     /// # Errors
     ///
@@ -50,9 +50,9 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
 }
 
 impl<W: World, V: Mapped> Trajectory<'_, W, V> {
-    /// Follows the ray, with its tangents or without, through at most the bounces of the reach; `visit` sees every
-    /// piece and the node at its start. Where refraction is possible `reflect`, given the number of the encounter,
-    /// says whether to reflect all the same.
+    /// Traces the ray, with or without tangents, through at most `reach.bounces` reflections. Calls
+    /// `visit` with every piece and the node at its start. Where refraction is possible, `reflect`
+    /// receives the number of the encounter and returns true to reflect the ray instead.
     ///
     /// # Errors
     ///
@@ -84,24 +84,24 @@ impl<W: World, V: Mapped> Trajectory<'_, W, V> {
     }
 }
 
-/// Where a piece of a ray comes closest to a point.
+/// Closest approach of a piece of a ray to a point.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Nearest {
     pub distance: f64,
     /// Parameter of the piece's arc.
     pub theta: f64,
-    /// Along the whole ray.
+    /// Optical path length along the whole ray.
     pub optical_length: f64,
-    /// Reflections by choice until then.
+    /// Reflections by choice up to the closest approach.
     pub pattern: Pattern,
     /// Unit direction of the ray.
     pub direction: DVec3,
-    /// Whether it is the first or the last point of the piece.
+    /// True if the closest approach is at the first or the last point of the piece, respectively.
     pub ends: [bool; 2],
 }
 
 impl<R> Leg<R> {
-    /// Where this piece is closest to `y`.
+    /// Returns the closest approach of this piece to `y`.
     pub(super) fn nearest(&self, y: DVec3) -> Nearest {
         let arc = &self.piece.arc;
         let theta = arc.closest_approach(y).min(self.piece.theta_end);
@@ -117,7 +117,7 @@ impl<R> Leg<R> {
 }
 
 impl Nearest {
-    /// The start of a connection here, on the ray of a family.
+    /// Returns the initial guess of a connection at this approach, on the ray of a family.
     pub(super) fn start<R>(&self, family: RayFamily, region: R) -> InitialGuess<R> {
         InitialGuess {
             family,
@@ -128,9 +128,9 @@ impl Nearest {
     }
 }
 
-/// Where the distance has a local minimum along a ray, from the closest points of consecutive pieces:
-/// inside a piece, or where two of them meet (once for each pattern), with the numbers of the pieces. The start of the ray is
-/// none.
+/// Returns the local minima of the distance along a ray, with the indices of their pieces, from the
+/// closest approaches of consecutive pieces. A minimum lies inside a piece, or where two pieces
+/// meet (counted once for each pattern). The start of the ray is not a minimum.
 pub(super) fn minima(all: &[Nearest]) -> Vec<(usize, Nearest)> {
     let before = |i: usize| i.checked_sub(1).and_then(|i| all.get(i));
     let minimum = |i: usize, nearest: &Nearest| match nearest.ends {

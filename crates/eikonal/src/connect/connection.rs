@@ -1,4 +1,4 @@
-//! What a connection is, and why there is none.
+//! Connections, and why they fail.
 
 use super::pattern::Pattern;
 use glam::DVec3;
@@ -6,13 +6,13 @@ use glam::DVec3;
 /// A ray between two points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConnectingRay {
-    /// Start of the ray; the point asked for, or the point of the plane that was found.
+    /// Start of the ray: the given point, or the point found on the plane.
     pub start: DVec3,
     /// Unit direction in which the ray leaves its start.
     pub direction_out: DVec3,
-    /// Unit direction in which it arrives at the target.
+    /// Unit direction in which the ray arrives at the target.
     pub direction_in: DVec3,
-    /// The index at the start and at the target, to the tolerance of the ray.
+    /// Refractive indices at the start and at the target, to the tolerance of the ray.
     pub indices: [f64; 2],
     /// Geometric arc length.
     pub arc_length: f64,
@@ -22,20 +22,21 @@ pub struct ConnectingRay {
     pub sigma: f64,
     /// Ray-tube cross section at the target: J = dA⊥/dΩ for a point family, A = dA⊥/dA for a plane.
     pub jacobian: f64,
-    /// How far from the target the ray passes for which the lengths and the Jacobian hold.
+    /// Distance from the target at which the ray passes. The lengths and the Jacobian are those
+    /// along this ray.
     pub miss: f64,
-    /// The ray's reflections where it could have been refracted.
+    /// Reflections of the ray where it could have been refracted.
     pub pattern: Pattern,
-    /// Rays shot.
+    /// Number of rays traced.
     pub shots: u32,
 }
 
 impl ConnectingRay {
-    /// Whether two connections between the same ends are the same ray.
+    /// True if two connections between the same ends are the same ray.
     ///
-    /// Their directions (radians) at the start and their starts, seen from the distance of the arc
-    /// length, must agree to `angle`, and their optical path lengths to the relative `length`. Rays
-    /// from one point differ in the first, rays from a plane in the second.
+    /// Their directions at the start, and their starts seen from the distance of the arc length,
+    /// must agree to `angle` (radians), and their optical path lengths to the relative `length`.
+    /// Rays from one point differ in direction, rays from a plane in their starts.
     pub fn same_branch(&self, other: &ConnectingRay, angle: f64, length: f64) -> bool {
         self.direction_out.distance(other.direction_out) <= angle
             && self.start.distance(other.start) <= angle * self.arc_length
@@ -44,22 +45,22 @@ impl ConnectingRay {
     }
 }
 
-/// Why there is no connection.
+/// Reason why there is no connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Failure {
     /// The two points coincide.
     #[error("the two points coincide")]
     Coincident,
-    /// The square of the distance of the two points is too large for a number, or not a number.
+    /// The square of the distance between the two points overflows or is not a number.
     #[error("the two points are too far apart")]
     TooFar,
-    /// Newton's method did not converge within its budget of shots.
+    /// Newton's method did not converge within its budget of rays.
     #[error("the iteration did not converge")]
     NotConverged,
-    /// A shot left every region's field.
+    /// A ray left every region's field.
     #[error("a ray left the field")]
     RayLost,
-    /// A shot, or all together, took more steps than they [may](crate::budget).
+    /// A ray, or all rays together, took more steps than the [budget](crate::budget) allows.
     #[error("rays took more steps than their budget allows")]
     OverBudget,
     /// The target lies on a caustic: the ray tube has no cross section there.

@@ -1,4 +1,5 @@
-//! Directions close to those in which rays just touch an interface, or just are reflected totally.
+//! Directions close to the directions of rays that graze an interface, or are at the critical angle
+//! of total reflection.
 
 use super::family::RayFamily;
 use super::solver::Solver;
@@ -7,25 +8,30 @@ use super::world::World;
 use crate::interface::Rule;
 use glam::DVec3;
 
-/// Neighbours of a direction between which and it edges are looked for.
+/// Number of neighbours of a direction, between which and the direction edges are searched.
 const NEIGHBOURS: usize = 6;
-/// Each halves the interval in which an edge lies; then it is known to some 1e-9.
+/// Number of halvings of the interval that contains an edge; they locate the edge to about 1e-9.
 const HALVINGS: usize = 26;
-/// Starts on either side of an edge, each closer to it by this factor: Newton's method finds a ray that
-/// grazes an interface from starts at up to four times its own distance from the edge.
+/// Ratio of the distances from an edge of consecutive initial guesses on either side of it.
+/// Newton's method finds a grazing ray from guesses at up to four times the ray's own distance from
+/// the edge.
 const CLOSER: f64 = 1.0 / 3.0;
-/// The closest are at 1e-6 of the distance between directions.
+/// Number of guesses on each side of an edge; the closest are at 1e-6 of the distance between
+/// directions.
 const SIDES: i32 = 13;
 
-/// Events in the last part of the reach may be beyond it for a ray close by.
+/// Fraction of the reach in which the events of two rays must agree. Events in the last part may
+/// lie beyond the reach of a neighbouring ray.
 const SURE: f64 = 0.8;
-/// Where rays are scattered by so many surfaces that there are edges everywhere, a part of them does.
+/// Maximum number of edges that are refined. Where many surfaces scatter rays there are edges
+/// everywhere, and this number of them suffices.
 const MOST_EDGES: usize = 400;
 
-/// What a ray meets: how far along it, which surface, and what it does there.
+/// Interfaces that a ray meets: optical length before the interface, its surface, and the event
+/// there.
 type History = Vec<(f64, usize, Rule)>;
 
-/// Whether the rays do the same, as far as can be seen.
+/// True if two rays have the same events, except near the end of their reach.
 fn same(a: &History, b: &History, reach: &Reach) -> bool {
     let (short, long) = if a.len() < b.len() { (a, b) } else { (b, a) };
     let (common, more) = long.split_at(short.len());
@@ -34,9 +40,9 @@ fn same(a: &History, b: &History, reach: &Reach) -> bool {
 }
 
 impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
-    /// Directions that crowd against the edges between rays from `x` in `region` that meet different interfaces,
-    /// or go on from them differently. At such an edge rays bend infinitely fast with their direction,
-    /// so that an even grid finds few of the branches close to it.
+    /// Returns directions that accumulate at the edges between rays from `x` in `region` that meet
+    /// different interfaces, or leave them differently. At an edge, rays bend infinitely fast with
+    /// their direction, so that an even grid finds few of the branches close to it.
     pub(super) fn edges<W: World<Region = R>>(
         &mut self,
         world: &W,
@@ -81,7 +87,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     ) -> History {
         let mut history = History::new();
         let family = RayFamily::Point { x, direction };
-        // A ray that is lost counts as far as it went.
+        // Keep the events of a lost ray up to its end.
         let _ = self.follow(world, family, region, reach, &mut |_| false, |leg| {
             history.extend(leg.piece.event.map(|e| (leg.before, e.surface, e.rule)));
         });
@@ -89,7 +95,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     }
 }
 
-/// Pairs of directions that are close to each other.
+/// Returns pairs of directions that are close to each other.
 fn neighbours(directions: &[DVec3]) -> Vec<(usize, usize)> {
     let mut pairs = Vec::new();
     for (i, d) in directions.iter().enumerate() {

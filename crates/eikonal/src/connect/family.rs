@@ -1,10 +1,10 @@
-//! Where a shot starts, and the two numbers that Newton's method varies (docs/theory.md#connections).
+//! Starts of rays, and the two parameters that Newton's method varies (docs/theory.md#connections).
 
 use crate::field::Field;
 use crate::ray::{Node, Tangents, perpendicular_basis};
 use glam::{DVec2, DVec3};
 
-/// A family of rays with two parameters.
+/// A two-parameter family of rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RayFamily {
     /// All directions from the point `x`; Newton varies the direction.
@@ -18,7 +18,7 @@ pub enum RayFamily {
     Plane {
         /// Start.
         x: DVec3,
-        /// Unit direction, the same for the whole family.
+        /// Unit direction of all rays of the family.
         direction: DVec3,
     },
 }
@@ -38,7 +38,7 @@ impl RayFamily {
         }
     }
 
-    /// The first node of the ray, with the tangents of unit changes of the two parameters.
+    /// Returns the first node of the ray, with the tangents of unit changes of the two parameters.
     pub(super) fn node(&self, field: &Field) -> Node<Tangents> {
         let basis = perpendicular_basis(self.direction());
         let unset = Tangents::lateral(1.0, DVec3::ZERO, DVec3::ZERO, basis);
@@ -53,7 +53,7 @@ impl RayFamily {
         node
     }
 
-    /// The family with its parameters changed by `step`, radians or lengths.
+    /// Returns the family with its parameters changed by `step`, in radians or lengths.
     pub(super) fn moved(&self, step: DVec2) -> Self {
         let [t1, t2] = perpendicular_basis(self.direction());
         let offset = t1 * step.x + t2 * step.y;
@@ -69,7 +69,8 @@ impl RayFamily {
         }
     }
 
-    /// How far apart the ends of straight rays of this length are per unit of the parameters.
+    /// Distance between the ends of straight rays of length `arc_length`, per unit of the
+    /// parameters.
     pub(super) fn spread(&self, arc_length: f64) -> f64 {
         match self {
             RayFamily::Point { .. } => arc_length,
@@ -77,8 +78,8 @@ impl RayFamily {
         }
     }
 
-    /// The longest change of the parameters that one Newton step may make, for a target at
-    /// distance `d`.
+    /// Largest change of the parameters that one Newton step may make, for a target at distance
+    /// `d`.
     pub(super) fn longest_step(&self, d: f64) -> f64 {
         match self {
             RayFamily::Point { .. } => 0.5,

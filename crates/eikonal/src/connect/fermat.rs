@@ -1,10 +1,11 @@
-//! The path of least optical length between two points, as a chain of straight pieces: where Newton's method starts if it does not
-//! get to the target from the chord.
+//! Path of least optical length between two points, as a chain of straight pieces. Newton's method
+//! starts from it if it does not converge from the chord.
 //!
-//! Near a steep change of the index, rays shot along the chord may be reflected totally, and miss ever so far; but a
-//! shortest path always exists (Fermat). Its nodes are evenly spaced along the chord; their displacements across it are found by Newton's
-//! method for the sum of the pieces' lengths, each times the index at its middle, with damping that makes every step
-//! one downhill. The matrix is block tridiagonal.
+//! Near a steep change of the index, rays traced along the chord may be reflected totally, and miss
+//! the target by any distance. A shortest path always exists (Fermat). Its nodes are evenly spaced
+//! along the chord. Newton's method finds their displacements across it, by minimising the sum of
+//! the lengths of the pieces, each times the index at its middle. Damping makes every step a
+//! descent step. The matrix is block tridiagonal.
 //!
 //! Theory: docs/theory.md#the-shortest-path.
 
@@ -13,26 +14,27 @@ use crate::field::Field;
 use crate::ray::perpendicular_basis;
 use glam::{DMat2, DVec2, DVec3};
 
-/// Pieces of the chain: over a lens each is a small part, over the finest grids a few cells.
+/// Number of pieces of the chain. Across a lens each piece is a small part, across the finest grids
+/// a few cells.
 const PIECES: usize = 64;
-/// Most steps.
+/// Maximum number of steps.
 const ROUNDS: usize = 40;
-/// The path is found when no node moves by more than this share of the chord.
+/// Largest move of a node at convergence, as a fraction of the chord.
 const SETTLED: f64 = 1e-7;
-/// Damping, in units of the index over the length of a piece: at first, its growth after a step that did not go downhill and its decay
-/// after one that did, and the most.
+/// Damping, in units of the index over the length of a piece: initial value, factor after a step
+/// that did not descend, factor after a step that did, and maximum.
 const DAMPING: (f64, f64, f64, f64) = (1e-3, 8.0, 0.125, 1e6);
 
 /// Displacements of the nodes.
 type Shape = [DVec2; PIECES + 1];
 
-/// The chord and what is known along it.
+/// The chord and the field along it.
 struct Chain<'a> {
     field: &'a Field,
     line: &'a BentChord,
-    /// Across the chord.
+    /// Unit vectors across the chord.
     across: [DVec3; 2],
-    /// Index before and after the part that bends rays.
+    /// Index before and after the bending part.
     outside: [f64; 2],
     /// Length of a piece of the chord.
     piece: f64,
@@ -41,16 +43,17 @@ struct Chain<'a> {
     evaluations: u64,
 }
 
-/// Derivatives of the optical length.
+/// Optical length of the chain and its derivatives.
 struct System {
     length: f64,
     gradient: Shape,
     diagonal: [DMat2; PIECES + 1],
-    /// Derivative by a node and the next.
+    /// Second derivatives by a node and the next node.
     next: [DMat2; PIECES],
 }
 
-/// The shortest path from the line's first point or, if `is_plane`, from the plane across it. `None` if it is not found.
+/// Finds the shortest path from the line's first point or, if `is_plane`, from the plane across it.
+/// `None` if the iteration does not converge.
 pub(super) fn shortest(field: &Field, line: &BentChord, is_plane: bool) -> Option<Guess> {
     let d = line.chord.length();
     let index = |optical: f64, share: f64| {
@@ -104,7 +107,7 @@ impl Chain<'_> {
             + self.across[1] * shape[i].y
     }
 
-    /// Index with its derivatives across the chord at the middle of a piece.
+    /// Returns the index at the middle of a piece, with its derivatives across the chord.
     fn index(&mut self, shape: &Shape, i: usize) -> (f64, DVec2, DMat2) {
         let along = (i as f64 + 0.5) / PIECES as f64;
         let [begin, end] = self.line.part;
@@ -152,7 +155,7 @@ impl Chain<'_> {
         system
     }
 
-    /// Newton's step with damping; `None` if it is not one to a minimum.
+    /// Returns Newton's step with damping; `None` if it does not lead to a minimum.
     fn step(&self, system: &System, damping: f64) -> Option<Shape> {
         let mut pivots = [DMat2::ZERO; PIECES];
         let mut step = [DVec2::ZERO; PIECES + 1];
@@ -196,7 +199,7 @@ impl Chain<'_> {
     }
 }
 
-/// abᵀ.
+/// Returns abᵀ.
 fn outer(a: DVec2, b: DVec2) -> DMat2 {
     DMat2::from_cols(a * b.x, a * b.y)
 }
@@ -206,7 +209,8 @@ mod tests {
     use super::*;
     use crate::field::LinearSquare;
 
-    /// In n² = a + b·x rays are parabolas, x + vσ + bσ²/4; with steps of h the chain is off by a share of (h/d)².
+    /// In n² = a + b·x rays are parabolas, x + vσ + bσ²/4. The relative error of a chain with
+    /// pieces of length h is (h/d)².
     #[test]
     fn the_shortest_path_along_a_parabola_is_found() {
         let slope = DVec3::new(0.8, -0.9, 0.3);

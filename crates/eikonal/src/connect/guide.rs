@@ -1,4 +1,4 @@
-//! A reference ray: where connections to the points near it start.
+//! A reference ray, along which connections to nearby points start.
 
 use super::closest::{Leg, Nearest, minima};
 use super::connection::Failure;
@@ -9,27 +9,29 @@ use super::world::{Piece, World};
 use crate::ray::{EVALUATIONS_PER_STEP, Tolerance, Work};
 use glam::DVec3;
 
-/// More starts than a point near a beam that bounces about can need.
+/// Maximum number of initial guesses; more than a point near a beam that is reflected many times
+/// can need.
 const MOST_STARTS: usize = 8;
 
-/// A ray that stands for those around it: that from the centre of a beam's aperture, or one from a
-/// point.
+/// Reference ray for the rays around it: the ray from the centre of a beam's aperture, or a ray
+/// from a point.
 ///
-/// A beam that bends, or bounces inside a tank, passes a point several times. Each local minimum of
-/// the distance between the point and this ray is one start for a connection.
+/// A beam that bends, or is reflected inside a tank, passes a point several times. Each local
+/// minimum of the distance between the point and this ray gives one initial guess for a connection.
 #[derive(Clone, Debug)]
 pub struct Guide<R> {
     start: InitialGuess<R>,
-    /// With the nodes from which they begin.
+    /// Pieces of the ray, with the nodes at their starts.
     legs: Vec<(Leg<R>, EndState)>,
 }
 
 impl<R: Copy + PartialEq + std::fmt::Debug> Guide<R> {
-    /// Follows the ray of a start over its optical path length.
+    /// Traces the ray of an initial guess over its optical path length.
     ///
     /// # Errors
     ///
-    /// [`Failure::RayLost`] if the ray leaves its field or takes too many steps.
+    /// [`Failure::RayLost`] if the ray leaves its field, [`Failure::OverBudget`] if it takes too
+    /// many steps.
     pub fn new<W: World<Region = R>>(
         world: &W,
         start: InitialGuess<R>,
@@ -52,7 +54,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Guide<R> {
         Ok(Guide { start, legs })
     }
 
-    /// The start of the ray.
+    /// Initial guess that this ray follows.
     pub fn start(&self) -> &InitialGuess<R> {
         &self.start
     }
@@ -62,8 +64,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Guide<R> {
         self.legs.iter().map(|(leg, _)| &leg.piece)
     }
 
-    /// Starts at the ray's local closest approaches to `y`, nearest first, at most eight; none at the
-    /// very start of the ray.
+    /// Returns initial guesses at the ray's local closest approaches to `y`, nearest first, at most
+    /// eight. The start of the ray is not among them.
     pub fn starts<W: World<Region = R>>(&self, world: &W, y: DVec3) -> Vec<Followed<R>> {
         let nearest: Vec<Nearest> = self.legs.iter().map(|(leg, _)| leg.nearest(y)).collect();
         let mut minima = minima(&nearest);

@@ -1,9 +1,10 @@
 //! Connections: the rays between two given points (docs/theory.md#connections).
 //!
-//! A connection is a *branch*: a family and an optical path length whose ray ends at the target, going
-//! through or off the interfaces that it meets in a [`Pattern`]. [`Solver`] finds the primary one, that
-//! to which damped Newton iteration converges from a deterministic start, and those to which it converges
-//! from other starts: random ones, or those along a [`Guide`]. Through the surface of a [`Ball`] all are known.
+//! A connection is a *branch*: a ray of a family with an optical path length at which it ends at
+//! the target. The ray is refracted or reflected at interfaces according to a [`Pattern`].
+//! [`Solver`] finds the primary branch, to which damped Newton iteration converges from a
+//! deterministic initial guess. It finds other branches from other guesses: random ones, or points
+//! along a [`Guide`]. For the surface of a [`Ball`], all branches are known.
 
 mod approach;
 mod ball;

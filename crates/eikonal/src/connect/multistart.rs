@@ -1,4 +1,4 @@
-//! Every branch between two points, by a dense search.
+//! Dense search for every branch between two points.
 
 use super::closest::{Nearest, minima};
 use super::connection::{ConnectingRay, Failure};
@@ -11,42 +11,45 @@ use crate::ray::{Tolerance, perpendicular_basis};
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// Directions over the whole sphere: 6° apart.
+/// Number of directions over the whole sphere: 6° apart.
 const SPHERE: usize = 1000;
-/// Directions in a cone about the chord: 2° apart. Behind a lens there are branches that only rays
-/// close to them lead to.
+/// Number of directions in a cone about the chord: 2° apart. Behind a lens, some branches are found
+/// only from rays close to them.
 const CONE: usize = 500;
-/// Half-angle of that cone, in radians.
+/// Half-angle of the cone about the chord, in radians.
 const HALF_ANGLE: f64 = 25.0 * PI / 180.0;
 
-/// Most starts along one ray through one pattern. Rays that creep along inside a curved interface come
-/// close to a point at it very often.
+/// Maximum number of initial guesses along one ray through one pattern. Rays that creep along
+/// inside a curved interface come close to a point at the interface very often.
 const MOST_STARTS: usize = 32;
 
-/// Branches are told apart at this tolerance, then solved to that which is asked for.
+/// Tolerance of the search, which only separates branches. The branches are then solved to the
+/// requested tolerance.
 const SEARCH: f64 = 1e-6;
 
-/// Found branches closer than this, in radians and in relative optical path length, are one, and
-/// closer than this multiple of the tolerance.
+/// Largest difference of two results that are the same branch, in radians and in relative optical
+/// path length, and the smallest such difference in units of the tolerance.
 const SAME: (f64, f64) = (1e-4, 100.0);
 
-/// What a dense search finds.
+/// Result of a dense search.
 #[derive(Clone, Debug)]
 pub struct All<R> {
-    /// The branches, the shortest optical path first, each with the start from which it is found at once.
+    /// Branches, shortest optical path first, each with an initial guess from which one ray finds
+    /// it.
     pub branches: Vec<(InitialGuess<R>, ConnectingRay)>,
-    /// Why one that was found at a coarser tolerance is not among them: the last one, if there are several.
+    /// Reason why a branch that was found at the search tolerance is not among the branches; the
+    /// last reason, if there are several.
     pub lost: Option<Failure>,
 }
 
 impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
-    /// Every branch from point `x` in `region` to `y` that a dense search finds.
+    /// Returns every branch from point `x` in `region` to `y` that a dense search finds.
     ///
     /// Newton's method starts from the chord, and from every local closest approach to `y` of about
-    /// 1500 rays from `x` in all directions, and of more where rays only just meet an interface, each
-    /// followed through every pattern of at most `reach.reflections` reflections that it can take. None
-    /// of this is random. The search takes thousands of shots, and is exhaustive in practice, not by
-    /// proof; branches that graze an interface within some 3° can be missed.
+    /// 1500 rays from `x` in all directions. More rays are added where rays graze an interface.
+    /// Each ray is followed through every possible pattern of at most `reach.reflections`
+    /// reflections. The search is not random. It traces thousands of rays, and is exhaustive in
+    /// practice, not by proof; it can miss branches that graze an interface within about 3°.
     pub fn all<W: World<Region = R>>(
         &mut self,
         world: &W,
@@ -94,7 +97,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         }
     }
 
-    /// All directions that the search follows.
+    /// Returns all directions of the search.
     fn directions<W: World<Region = R>>(
         &mut self,
         world: &W,
@@ -112,8 +115,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         directions
     }
 
-    /// Starts at all local closest approaches to `y` of the ray of a family, through every pattern that
-    /// it can take.
+    /// Returns initial guesses at all local closest approaches to `y` of the ray of a family,
+    /// through every pattern that the ray can take.
     fn starts<W: World<Region = R>>(
         &mut self,
         world: &W,
@@ -131,11 +134,12 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
                 choices.push(i);
                 pattern.reflects(i)
             };
-            // A ray that is lost counts as far as it went.
+            // Keep the pieces of a lost ray up to its end.
             let _ = self.follow(world, family, region, reach, &mut reflect, |leg| {
                 nearest.push(leg.nearest(y));
             });
-            // What comes before the last reflection has been seen without it.
+            // Skip the part before the last reflection: the pattern without this reflection has
+            // covered it.
             nearest = minima(&nearest).into_iter().map(|(_, n)| n).collect();
             nearest.retain(|n| n.pattern == pattern);
             nearest.sort_by(|a, b| a.distance.total_cmp(&b.distance));
@@ -149,15 +153,15 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         starts
     }
 
-    /// Whether the branch that was last solved for is looked for.
+    /// True if the branch solved for last lies within `reach`.
     fn within(&self, branch: &ConnectingRay, reach: &Reach) -> bool {
         let bounces = self.pieces().iter().filter(|p| p.is_reflected()).count();
         let reflections = branch.pattern.reflections();
         reach.includes(branch.optical_length, reflections, bounces as u32)
     }
 
-    /// Whether two connections between the same ends are one branch, as far as rays of this tolerance
-    /// can tell: to 1e-4 in direction (radians) and in relative optical path length, or to 100 times the
+    /// True if two connections between the same ends are one branch, within the accuracy of this
+    /// tolerance: 1e-4 in direction (radians) and in relative optical path length, or 100 times the
     /// tolerance if that is more.
     pub fn is_same_branch(&self, a: &ConnectingRay, b: &ConnectingRay) -> bool {
         let same = SAME.0.max(SAME.1 * self.tolerance().get());
@@ -172,7 +176,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
 }
 
 impl ConnectingRay {
-    /// A start that leads to this branch in one shot.
+    /// Returns an initial guess from which one ray finds this branch.
     fn again<R>(&self, region: R) -> InitialGuess<R> {
         InitialGuess {
             family: RayFamily::Point {
@@ -186,7 +190,8 @@ impl ConnectingRay {
     }
 }
 
-/// Unit vectors evenly spread over the cap of a half-angle about an axis: a Fibonacci spiral.
+/// Returns `count` unit vectors evenly spread over the cap of a half-angle about an axis: a
+/// Fibonacci spiral.
 fn fibonacci(axis: DVec3, count: usize, half_angle: f64) -> impl Iterator<Item = DVec3> {
     let golden = PI * (3.0 - 5f64.sqrt());
     let [t1, t2] = perpendicular_basis(axis);

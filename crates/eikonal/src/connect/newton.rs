@@ -1,26 +1,27 @@
-//! One step of Newton's method (docs/theory.md#damping-and-trust-region).
+//! A step of Newton's method (docs/theory.md#damping-and-trust-region).
 
 use super::connection::Failure;
 use super::family::RayFamily;
 use crate::ray::{Node, Tangents};
 use glam::{DMat3, DVec2, DVec3};
 
-/// Where a shot ended, with its tangents.
+/// End of a traced ray, with its tangents.
 pub(super) type EndState = Node<Tangents>;
 
-/// The three unknowns: two of the family, and the optical path length.
+/// The three unknowns: two parameters of the family, and the optical path length.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Iterate {
     pub family: RayFamily,
     pub length: f64,
 }
 
-/// Growth of the damping from trial to trial, beginning at the first, and the number of trials.
+/// Damping of the first trial, its growth from trial to trial, and the number of trials.
 const DAMPINGS: (f64, f64, usize) = (1e-4, 4.0, 20);
 
 impl Iterate {
-    /// The next iterate, and the [size](Self::size) of the step: Newton's, damped in the manner of Levenberg and Marquardt until the
-    /// family changes by no more than `radius` allows. The length's change is cut off there.
+    /// Returns the next iterate, and the [size](Self::size) of the step. The step is Newton's, with
+    /// Levenberg–Marquardt damping that increases until the family changes by no more than `radius`
+    /// allows. The change of the length is clamped.
     pub(super) fn stepped(
         &self,
         end_state: &EndState,
@@ -36,7 +37,7 @@ impl Iterate {
         let mut step = if regular {
             matrix.inverse() * miss
         } else {
-            // At least a trace of damping: near a caustic the plain system is singular.
+            // Damp slightly: near a caustic the undamped system is singular.
             damped(&normal, 1e-8) * (matrix.transpose() * miss)
         };
         let (mut damping, growth, trials) = DAMPINGS;
@@ -61,7 +62,8 @@ impl Iterate {
         Ok((next, self.size(step, longest)))
     }
 
-    /// Change of the family over the `longest`, and that of the length over itself.
+    /// Returns the change of the family relative to `longest`, and of the length relative to the
+    /// length.
     fn size(&self, step: DVec3, longest: f64) -> DVec2 {
         DVec2::new(
             step.truncate().length() / longest,
@@ -74,8 +76,8 @@ fn damped(normal: &DMat3, damping: f64) -> DMat3 {
     (*normal + DMat3::from_diagonal(normal.diagonal() * damping)).inverse()
 }
 
-/// Derivative of the end of the ray with respect to the family's parameters and the optical path
-/// length: at equal optical length the tangents are perpendicular to the ray (Malus and Dupin).
+/// Derivative of the ray's end with respect to the parameters of the family and the optical path
+/// length. At equal optical length the tangents are perpendicular to the ray (Malus and Dupin).
 pub(super) fn system(end_state: &EndState) -> DMat3 {
     let n2 = end_state.v.length_squared();
     let across = |dx: DVec3| dx - end_state.v * (end_state.v.dot(dx) / n2);

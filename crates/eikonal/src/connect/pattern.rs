@@ -1,10 +1,10 @@
-//! Which way a ray goes where it could go either way (docs/theory.md#connections).
+//! Choices between refraction and reflection along a ray (docs/theory.md#connections).
 
 /// Encounters with refracting interfaces at which a ray is reflected although refraction is possible.
 ///
-/// Encounters are counted 0, 1, 2, … along the ray, total reflections among them, declared index
-/// matches not. A total reflection is no choice: it happens whatever the pattern says, and no pattern
-/// lists it.
+/// Encounters are counted 0, 1, 2, … along the ray. Total reflections count; interfaces that are
+/// index-matched by declaration do not. A total reflection is no choice: it happens whatever the
+/// pattern says, and no pattern lists it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Pattern(u32);
 
@@ -12,20 +12,22 @@ impl Pattern {
     /// Refraction wherever it is possible.
     pub const REFRACT: Pattern = Pattern(0);
 
-    /// Encounters beyond this number are never reflections by choice.
+    /// Number of encounters that a pattern can list. At later encounters the ray is never reflected
+    /// by choice.
     pub const ENCOUNTERS: u32 = u32::BITS;
 
-    /// Whether the ray is reflected at encounter `i`.
+    /// True if the ray is reflected at encounter `i`.
     pub fn reflects(self, i: u32) -> bool {
         i < Self::ENCOUNTERS && self.0 >> i & 1 == 1
     }
 
-    /// This pattern with a reflection at encounter `i`; `None` if that is too far along the ray.
+    /// Returns this pattern with a reflection at encounter `i`; `None` if `i` is not below
+    /// [`Self::ENCOUNTERS`].
     pub fn with(self, i: u32) -> Option<Self> {
         (i < Self::ENCOUNTERS).then(|| Pattern(self.0 | 1 << i))
     }
 
-    /// The last encounter at which the ray is reflected.
+    /// Last encounter at which the ray is reflected; `None` if there is none.
     pub(super) fn last(self) -> Option<u32> {
         self.0.checked_ilog2()
     }

@@ -1,20 +1,23 @@
-//! All rays from outside or inside a ball to points outside, where the index inside depends on the distance from the
-//! centre alone, or nearly so, and is constant outside.
+//! All rays to points outside a ball from points outside or inside, where the index inside depends,
+//! at least nearly, on the distance from the centre alone, and is constant outside.
 //!
-//! Along a ray, b = n·r·sin(angle to the radius) is constant (Bouguer's formula). With q = n·r, which must grow with r (Q at the
-//! surface), w = d ln r/d ln q and T = ±√(q² − b²), negative before the ray is closest to the centre, a ray turns, seen from the
-//! centre, by
+//! Along a ray, b = n·r·sin(angle to the radius) is constant (Bouguer's formula). Let q = n·r,
+//! which must grow with r (Q at the surface), w = d ln r/d ln q, and T = ±√(q² − b²), negative
+//! before the ray is closest to the centre. Seen from the centre, a ray turns by Ψ over the optical
+//! length L:
 //!
-//! Ψ = ∫ b w/q² dT,   over the optical length   L = ∫ w dT.
+//! Ψ = ∫ b w/q² dT, L = ∫ w dT.
 //!
-//! Where w = 1 these are what straight lines do, in closed form. w − 1 vanishes as q² at the centre, and is at most as large as
-//! 1/y at the surface, y = √(1 − q²/Q²), even where q has its maximum there, as in Luneburg's lens. With h = y (w − 1)/q², and
-//! s = T/T_max = 1 − (1 − s₀)u², the rest from s₀ ≥ 0 to the surface is
+//! Where w = 1, the integrals are the closed forms of straight lines. w − 1 vanishes as q² at
+//! the centre, and is at most as large as 1/y at the surface, y = √(1 − q²/Q²), even where q has
+//! its maximum there, as in Luneburg's lens. With h = y (w − 1)/q², and s = T/T_max = 1 − (1 −
+//! s₀)u², the remainder from s₀ ≥ 0 to the surface is
 //!
-//! 2bQ√(1 − s₀) ∫ h/√(1 + s) du   and   2Q√(1 − s₀) ∫ q² h/√(1 + s) du,   0 < u < 1,   y = (T_max/Q) √(1 − s²),
+//! 2bQ√(1 − s₀) ∫ h/√(1 + s) du and 2Q√(1 − s₀) ∫ q² h/√(1 + s) du, 0 < u < 1, y = (T_max/Q) √(1 −
+//! s²),
 //!
-//! so that Gauss's rule sees smooth functions only. Of a field that is not quite radial the mean over spheres is taken: what is
-//! found are then first guesses of its rays.
+//! so that Gauss's rule integrates smooth functions only. A field that is not quite radial is
+//! replaced by its mean over spheres; the results are then first guesses of its rays.
 //!
 //! Theory: docs/theory.md#through-a-lens.
 
@@ -25,47 +28,49 @@ use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::{Add, Mul};
 
-/// Values of tables, evenly spaced in squares of radii: linear interpolation errs by some 1e-5 of the field's contrast.
+/// Number of intervals of tables, evenly spaced in squared radii. The error of linear interpolation
+/// is about 1e-5 of the field's contrast.
 const TABLE: usize = 512;
-/// Least dq/dr over n and y: where it is zero inside, rays circle.
+/// Smallest allowed value of (dq/dr)/(n y). Where dq/dr vanishes inside, rays circle.
 const STEEPEST: f64 = 0.05;
-/// Intervals of angles in which at most one ray is expected to be, unless the angle turns back in between.
+/// Number of intervals of angles. At most one ray is expected in each, except where the angle turns
+/// back within it.
 const INTERVALS: usize = 6;
-/// Of angles, in radians.
+/// Accuracy of angles, in radians, at which root finding stops.
 const SETTLED: f64 = 1e-6;
-/// More rounds than regula falsi needs.
+/// Maximum number of iterations; more than regula falsi needs.
 const ROUNDS: usize = 40;
-/// Each halves the interval in which angles turn back.
+/// Number of halvings of an interval in which angles turn back.
 const HALVINGS: usize = 6;
-/// Rays are tried as well that miss by so many radians, per relative deviation of n² from its mean over spheres: the field
-/// may have them.
+/// Largest miss, in radians, of a ray that is kept as a candidate, per relative deviation of n²
+/// from its mean over spheres. The actual field may have this ray.
 const SLACK_PER_DEVIATION: f64 = 4.0;
-/// The least slack.
+/// Smallest miss up to which candidates are kept, in radians.
 const SLACK: f64 = 1e-4;
 
 static RULE: QuadratureRule<10> = QuadratureRule::new();
 
-/// A ball whose index depends on the radius.
+/// A ball with an index that depends on the radius.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RadialBall {
     center: DVec3,
     radius: f64,
-    /// Index outside.
+    /// Index outside the ball.
     outside: f64,
     /// q at the surface.
     rim: f64,
-    /// n² at evenly spaced r².
+    /// Values of n² at evenly spaced r².
     n2: Vec<f64>,
-    /// h at evenly spaced y.
+    /// Values of h at evenly spaced y.
     bend: Vec<f64>,
     /// Largest relative deviation of n² from its mean over spheres.
     deviation: f64,
 }
 
-/// A ray from a point inside a ball to one outside.
+/// A ray from a point inside a ball to a point outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BallRay {
-    /// Where it crosses the surface.
+    /// Point where the ray crosses the surface.
     pub crossing: DVec3,
     /// Unit direction at the inner point.
     pub direction: DVec3,
@@ -76,35 +81,36 @@ pub struct BallRay {
 /// A ray from one point outside a ball to another, through the ball.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PassingRay {
-    /// Where it enters the ball.
+    /// Point where the ray enters the ball.
     pub entry: DVec3,
-    /// Where it leaves it.
+    /// Point where the ray leaves the ball.
     pub exit: DVec3,
-    /// Optical length between the two.
+    /// Optical length between entry and exit.
     pub optical_length: f64,
 }
 
-/// Rays from the inner point, by the angle between them and the radius.
+/// Rays from the inner point, parametrised by their angle to the radius.
 struct Rays<'a> {
     ball: &'a RadialBall,
     /// q at the inner point.
     q: f64,
-    /// 1 over the distance of the outer point from the centre.
+    /// Reciprocal distance of the outer point from the centre; 0 for a direction.
     k: f64,
 }
 
-/// Of a part of a ray inside.
+/// Turn and optical length of a part of a ray inside the ball.
 #[derive(Clone, Copy)]
 struct Turn {
-    /// Ψ.
+    /// Angle Ψ by which the ray turns, seen from the centre.
     inside: f64,
-    /// L.
+    /// Optical length L.
     optical_length: f64,
 }
 
 impl RadialBall {
-    /// The ball of the mean of a field over spheres, in surroundings of the index `outside`. `None` if n·r does not
-    /// grow with r everywhere, or the radius or an index is not positive and finite.
+    /// Creates the ball from the mean of a field over spheres, in surroundings of the index
+    /// `outside`. `None` if n·r does not grow with r everywhere, or the radius or an index is not
+    /// positive and finite.
     pub fn new(field: &Field, center: DVec3, radius: f64, outside: f64) -> Option<Self> {
         if ![radius, outside].iter().all(|v| *v > 0.0 && v.is_finite()) {
             return None;
@@ -122,7 +128,7 @@ impl RadialBall {
         if !n2.iter().all(|n2| *n2 > 0.0 && n2.is_finite()) {
             return None;
         }
-        // At the surface, where y = 0, h is extrapolated.
+        // Extrapolate h to the surface, where y = 0.
         let last = TABLE;
         let rim2 = n2[last] * radius * radius;
         let slope = |i: usize| {
@@ -161,12 +167,12 @@ impl RadialBall {
         self.deviation
     }
 
-    /// See [`SLACK_PER_DEVIATION`].
+    /// Largest miss of candidates; see [`SLACK_PER_DEVIATION`].
     fn slack(&self) -> f64 {
         SLACK + SLACK_PER_DEVIATION * self.deviation
     }
 
-    /// The ball, as if its index were that at its surface.
+    /// Returns a ball of constant index, the index at the surface of this ball.
     pub fn surface(&self) -> Ball {
         Ball {
             center: self.center,
@@ -175,8 +181,9 @@ impl RadialBall {
         }
     }
 
-    /// The rays from `x`, inside, to an end outside, refracted at the surface: to some 1e-5 in the mean field. Some may not
-    /// exist, where they nearly do. If both ends lie on a line through the centre, one of each cone of rays stands for all.
+    /// Returns the rays from `x`, inside, to an end outside, refracted at the surface, to about
+    /// 1e-5 in the mean field. A ray that only nearly exists may be among them. If both ends lie on
+    /// a line through the centre, one ray represents each cone of rays.
     pub fn rays(&self, x: DVec3, to: Outside) -> Vec<BallRay> {
         let (toward, k) = match to {
             Outside::Point(y) => ((y - self.center).normalize(), 1.0 / y.distance(self.center)),
@@ -207,7 +214,7 @@ impl RadialBall {
 }
 
 impl RadialBall {
-    /// The part of a ray with the invariant b from a value of T to the surface.
+    /// Integrates the part of a ray with the invariant `b` from T = `start` to the surface.
     fn turn(&self, b: f64, start: f64) -> Turn {
         let most = self.largest(b);
         let straight = Turn {
@@ -222,7 +229,7 @@ impl RadialBall {
         }
     }
 
-    /// The whole of a ray through the ball: twice a half.
+    /// Integrates a whole ray through the ball: twice a half.
     fn whole_turn(&self, b: f64) -> Turn {
         let most = self.largest(b);
         let straight = Turn {
@@ -232,12 +239,13 @@ impl RadialBall {
         (straight + self.bent(b, most, 0.0)) * 2.0
     }
 
-    /// T at the surface.
+    /// Value of T at the surface.
     fn largest(&self, b: f64) -> f64 {
         (self.rim * self.rim - b * b).max(0.0).sqrt()
     }
 
-    /// What bending adds to a straight line from a share s₀ ≥ 0 of the largest T to that.
+    /// Integrates the difference from a straight line, from the fraction s₀ = `first` ≥ 0 of the
+    /// largest T, `most`, to the surface.
     fn bent(&self, b: f64, most: f64, first: f64) -> Turn {
         let root = (1.0 - first).sqrt();
         let mut sums = [0.0; 2];
@@ -277,9 +285,10 @@ impl Mul<f64> for Turn {
 }
 
 impl RadialBall {
-    /// The rays from one end outside, through the ball, to another: to some 1e-5 in the mean field. The first end may lie
-    /// infinitely far away in the direction of an [`Outside::Direction`]. Some may not exist, where they nearly do. If both ends lie
-    /// on a line through the centre, one of each cone of rays stands for all.
+    /// Returns the rays from one end outside, through the ball, to another, to about 1e-5 in the
+    /// mean field. The first end may lie infinitely far away in the direction of an
+    /// [`Outside::Direction`]. A ray that only nearly exists may be among them. If both ends lie on
+    /// a line through the centre, one ray represents each cone of rays.
     pub fn passing(&self, from: Outside, y: DVec3) -> Vec<PassingRay> {
         let far = |p: DVec3| 1.0 / p.distance(self.center);
         let (axis, k) = match from {
@@ -315,15 +324,15 @@ impl RadialBall {
     }
 }
 
-/// Rays through the ball, by the share t of a quarter turn that is the angle of incidence.
+/// Rays through the ball, parametrised by the angle of incidence as a fraction `t` of π/2.
 struct Passing<'a> {
     ball: &'a RadialBall,
-    /// 1 over the distances of the ends from the centre.
+    /// Reciprocal distances of the ends from the centre.
     k: [f64; 2],
 }
 
 impl Passing<'_> {
-    /// By how much a ray turns before and behind the ball, and inside.
+    /// Returns the angles by which a ray turns before and behind the ball, and the turn inside.
     fn parts(&self, t: f64) -> ([f64; 2], Turn) {
         let ball = self.ball;
         let incidence = FRAC_PI_2 * t;
@@ -333,7 +342,7 @@ impl Passing<'_> {
         (self.k.map(approach), ball.whole_turn(b))
     }
 
-    /// The whole angle between the ends, seen from the centre.
+    /// Returns the whole angle between the ends, seen from the centre.
     fn whole(&self, t: f64) -> f64 {
         let (approaches, turn) = self.parts(t);
         // Planted error "turns on the way out of a ball forgotten", found by morgana-transport/transport::lens::rays_through_a_surface_that_does_not_refract_are_all_found:
@@ -343,7 +352,7 @@ impl Passing<'_> {
 }
 
 impl Rays<'_> {
-    /// b of the ray at an angle.
+    /// Invariant b of the ray at an angle.
     fn invariant(&self, theta: f64) -> f64 {
         let most = self.ball.rim.min(self.ball.radius * self.ball.outside);
         (self.q * libm::sin(theta)).clamp(0.0, most)
@@ -358,17 +367,19 @@ impl Rays<'_> {
         self.ball.turn(b, start)
     }
 
-    /// The whole angle by which a ray has turned when it meets the outer point.
+    /// Returns the whole angle by which a ray has turned when it meets the outer point.
     fn whole(&self, theta: f64) -> f64 {
         let impact = self.invariant(theta) / self.ball.outside;
         let surface = libm::asin((impact / self.ball.radius).min(1.0));
         self.turn(theta).inside + surface - libm::asin((impact * self.k).min(1.0))
     }
 
-    /// The angles of all rays that turn by `goal`, or come round on the other side, each with the side.
+    /// Returns the angles of all rays that turn by `goal`, or by 2π − `goal` on the other side,
+    /// each with its side.
     fn angles(&self, goal: f64, across: DVec3) -> Vec<(f64, DVec3)> {
         let limit = self.ball.radius * self.ball.outside;
-        // By angles of refraction where some rays are reflected: there, angles of incidence crowd.
+        // Where some rays are reflected, search by angles of refraction: there, angles of incidence
+        // lie close together.
         let share = limit / self.q;
         let mut found = Vec::new();
         let mut search = |range: &dyn Fn(f64) -> f64| {
@@ -393,8 +404,9 @@ impl Rays<'_> {
     }
 }
 
-/// Where a function on [0, 1] that is known at evenly spaced places takes a value, and where it nearly does at an end
-/// or where it turns back.
+/// Finds the places in [0, 1] where a function takes the value `goal`, given its `values` at evenly
+/// spaced places. Also finds places where it comes within `slack` of `goal` at an end or at an
+/// extremum.
 fn roots(
     at: &dyn Fn(f64) -> f64,
     values: &[f64; INTERVALS + 1],
@@ -433,8 +445,9 @@ fn roots(
     }
 }
 
-/// Where a function turns back close to a value, around a place from which it is known at a distance `h` on either side, and
-/// how much it is off there: at the closest, or beyond.
+/// Finds the extremum of a function near `t` that comes close to `goal`, given its offsets from
+/// `goal` at t − h, t and t + h. Returns the place and the offset there: at the extremum, or at a
+/// place beyond `goal`.
 fn turning(
     at: &dyn Fn(f64) -> f64,
     goal: f64,
@@ -445,7 +458,7 @@ fn turning(
     let sign = b.signum();
     for _ in 0..HALVINGS {
         let turns = b * sign <= (a * sign).min(c * sign) && a * sign > 0.0 && c * sign > 0.0;
-        // By the parabola through the three.
+        // Estimate the extremum by the parabola through the three points.
         let curvature = a - 2.0 * b + c;
         let closest = (b - (c - a).powi(2) / (8.0 * curvature)) * sign;
         if !turns || closest > slack + 0.5 * curvature.abs() {
@@ -467,7 +480,8 @@ fn turning(
     Some((t, b))
 }
 
-/// The root between two places of different sign: regula falsi, after Illinois.
+/// Finds the root between two places with values of different sign: regula falsi, the Illinois
+/// variant.
 fn between(at: &dyn Fn(f64) -> f64, goal: f64, place: [f64; 2], off: [f64; 2]) -> f64 {
     let ([mut a, mut b], [mut fa, mut fb]) = (place, off);
     for _ in 0..ROUNDS {
@@ -486,7 +500,7 @@ fn between(at: &dyn Fn(f64) -> f64, goal: f64, place: [f64; 2], off: [f64; 2]) -
     b
 }
 
-/// Values at evenly spaced places from 0 to the last of given (place, value), places ascending.
+/// Resamples (place, value) pairs, in ascending places, at evenly spaced places from 0 to the last.
 fn evenly(known: &[(f64, f64)]) -> Vec<f64> {
     let last = known.len() - 1;
     let mut i = 1;
@@ -502,7 +516,7 @@ fn evenly(known: &[(f64, f64)]) -> Vec<f64> {
         .collect()
 }
 
-/// The value of a table at a share of its range.
+/// Interpolates a table linearly at a fraction `share` of its range.
 #[inline]
 fn interpolated(table: &[f64], share: f64) -> f64 {
     let place = share.clamp(0.0, 1.0) * (table.len() - 1) as f64;
@@ -510,7 +524,7 @@ fn interpolated(table: &[f64], share: f64) -> f64 {
     table[i] + (table[i + 1] - table[i]) * (place - i as f64)
 }
 
-/// Where means over spheres are taken: at the faces and corners of a cube.
+/// Directions for means over spheres: the faces and corners of a cube.
 const DIRECTIONS: [DVec3; 14] = [
     DVec3::X,
     DVec3::NEG_X,
@@ -533,10 +547,11 @@ mod tests {
     use super::*;
     use crate::field::{Constant, Gaussian, Luneburg};
 
-    /// Two rays close to a caustic are known to the square root of what their angles are known to.
+    /// Accuracy of the results. Near a caustic, two rays are known only to the square root of the
+    /// accuracy of their angles.
     const CLOSE: f64 = 3e-4;
 
-    /// Of a constant index the rays are those of [`Ball`], which knows them in closed form.
+    /// With a constant index, the rays agree with the closed form of [`Ball`].
     #[test]
     fn rays_of_a_constant_index_are_those_in_closed_form() {
         let (center, radius) = (DVec3::new(0.3, -0.2, 0.1), 1.2);
@@ -567,7 +582,7 @@ mod tests {
                 assert!((ray.optical_length - 1.5 * x.distance(*p)).abs() < 2.0 * CLOSE);
                 assert!(ray.direction.distance((*p - x).normalize()) < 10.0 * CLOSE);
             }
-            // No more but where one nearly exists.
+            // At most one more, which nearly exists.
             assert!(found.len() <= expected.len() + 1);
             counts[found.len()] += 1;
         }
@@ -577,8 +592,8 @@ mod tests {
         );
     }
 
-    /// Rays that come parallel to an axis all leave Luneburg's lens at its far pole, at the angle asin β to the axis, after an
-    /// optical length of π/2 + √(1 − β²) inside.
+    /// Rays that come parallel to an axis all leave Luneburg's lens at its far pole, at the angle
+    /// asin β to the axis, after an optical length of π/2 + √(1 − β²) inside.
     #[test]
     fn luneburgs_lens_focuses() {
         let lens = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap();
@@ -600,7 +615,8 @@ mod tests {
         }
     }
 
-    /// Rays through a ball of constant index: from closed forms, π − asin(b/s) − asin(b/d) + 2 (asin(b/R) − asin(b/(mR))).
+    /// Rays through a ball of constant index turn, in closed form, by
+    /// π − asin(b/s) − asin(b/d) + 2 (asin(b/R) − asin(b/(mR))).
     #[test]
     fn rays_through_a_glass_ball_turn_as_in_closed_form() {
         let glass = RadialBall::new(&Constant::new(1.5).into(), DVec3::ZERO, 1.0, 1.0).unwrap();
@@ -611,7 +627,7 @@ mod tests {
             for ray in glass.passing(Outside::Point(x), y) {
                 let [before, inside, behind] = [ray.entry - x, ray.exit - ray.entry, y - ray.exit];
                 assert!((ray.optical_length - 1.5 * inside.length()).abs() < CLOSE);
-                // Snell's law, by the components along the surface.
+                // Check Snell's law by the components along the surface.
                 for (p, a, b) in [(ray.entry, before, inside), (ray.exit, behind, inside)] {
                     let along = |v: DVec3| v.normalize().cross(p).length();
                     assert!((along(a) - 1.5 * along(b)).abs() < 10.0 * CLOSE);
@@ -620,13 +636,15 @@ mod tests {
         }
     }
 
-    /// Beyond the rays that graze Luneburg's lens there is shadow: nothing from far away gets there, past the lens or through it.
+    /// Rays that graze Luneburg's lens bound a shadow, which no ray from far away reaches, past the
+    /// lens or through it.
     #[test]
     fn there_is_shadow_beside_luneburgs_lens() {
         let lens = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap();
         let ball = RadialBall::new(&lens.into(), DVec3::ZERO, 1.0, 1.0).unwrap();
         for i in 0..20 {
-            // Rays leave the pole at up to a right angle to the axis: only beside it, close to the lens, are there none.
+            // Rays leave the pole at up to a right angle to the axis, so that the shadow lies only
+            // beside it, close to the lens.
             let y = DVec3::new(1.0001, 0.0, -0.9 + 0.09 * f64::from(i));
             let found = ball.passing(Outside::Direction(DVec3::NEG_Z), y);
             assert!(found.is_empty(), "{y} {found:?}");

@@ -1,23 +1,24 @@
-//! Random starts of rays, as functions of uniform numbers.
+//! Random initial directions and positions of rays, as functions of uniform numbers.
 //!
-//! Both densities are positive everywhere, so that every branch with a neighbourhood from which
-//! Newton's method converges to it is found with positive probability; and both favour the
-//! surroundings of the chord, on all scales: branches behind a lens often lie close together.
+//! Both densities are positive everywhere. Newton's method therefore finds, with positive
+//! probability, every branch to which it converges from some neighbourhood. Both densities favour
+//! the surroundings of the chord, on all scales, because branches behind a lens often lie close
+//! together.
 
 use crate::ray::perpendicular_basis;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
-/// Share of starts around the chord; the others are uniform.
+/// Fraction of initial rays around the chord; the others are uniform.
 const NEAR: f64 = 0.75;
 /// Smallest angle to the chord, in radians, and smallest distance from the foot in units of the
-/// radius, of the starts around the chord.
+/// radius, of the rays around the chord.
 const CLOSEST: f64 = 1e-3;
-/// Largest distance from the foot of the starts around it, in units of the radius.
+/// Largest distance from the foot, in units of the radius, of the starts around it.
 const FARTHEST: f64 = 2.0;
 
-/// A random unit direction: with probability 3/4 at an angle to `chord` that is log-uniform in
-/// [1e-3, π], otherwise uniform on the sphere.
+/// Returns a random unit direction: with probability 3/4 at an angle to `chord` that is log-uniform
+/// in [1e-3, π], otherwise uniform on the sphere.
 ///
 /// `u` are independent and uniform in [0, 1). The chord may have any length; if it is zero or not
 /// finite, all directions are uniform.
@@ -35,9 +36,9 @@ pub fn random_direction(chord: DVec3, u: [f64; 3]) -> DVec3 {
     (axis * cos + around(axis, azimuth) * sin).normalize()
 }
 
-/// A random point of the plane through `foot` perpendicular to the unit `direction`: with
+/// Returns a random point of the plane through `foot` perpendicular to the unit `direction`: with
 /// probability 3/4 at a distance from the foot that is log-uniform in [1e-3, 2]·`radius`, otherwise
-/// uniform in the disc of that radius around the projection of `center`.
+/// uniform in the disc of this radius around the projection of `center`.
 ///
 /// `u` are independent and uniform in [0, 1).
 pub fn random_foot(
@@ -57,7 +58,7 @@ pub fn random_foot(
     }
 }
 
-/// The unit vector perpendicular to `axis` at a share `u` of a full turn.
+/// Returns the unit vector perpendicular to `axis` at the fraction `u` of a full turn.
 fn around(axis: DVec3, u: f64) -> DVec3 {
     let [t1, t2] = perpendicular_basis(axis);
     let (sin, cos) = (TAU * u).sin_cos();
