@@ -1,27 +1,29 @@
-//! Surfaces between two flights, on the way back (docs/theory.md#derivatives-by-the-index-behind-scattering).
+//! Surfaces between two flights, in reverse mode
+//! (docs/theory.md#derivatives-by-the-index-behind-scattering).
 
 use super::reverse::Adjoint;
 use crate::interface::{Interface, Rule};
 use glam::DVec3;
 
-/// A surface that a path passes, or that reflects it.
+/// A surface that refracts, passes or reflects a path.
 #[derive(Clone, Copy, Debug)]
 pub struct FlightCrossing {
-    /// Where it is met.
+    /// Point where the path meets the surface.
     pub x: DVec3,
-    /// The surface, and the fields on either side.
+    /// Surface with the fields on either side.
     pub interface: Interface,
-    /// What it does.
+    /// Event at the surface.
     pub rule: Rule,
-    /// Velocity before.
+    /// Velocity before the surface.
     pub before: DVec3,
-    /// Velocity after.
+    /// Velocity after the surface.
     pub after: DVec3,
 }
 
 impl FlightCrossing {
-    /// From the derivative of a loss by position and velocity after the surface, that by those before it, of rays that end on it; and those by n²
-    /// on the near and on the far side.
+    /// Takes the derivatives of a loss back through the surface, for rays that end on it. Given the
+    /// derivatives by position and velocity after the surface, returns the derivatives by position
+    /// and velocity before it, and by n² on the near and on the far side.
     pub fn back(&self, by_x: DVec3, by_v: DVec3) -> (DVec3, DVec3, [f64; 2]) {
         let after = Adjoint {
             x: self.x,

@@ -1,4 +1,4 @@
-//! A field in a box, in surroundings of a constant index.
+//! A field in a box, in surroundings of constant index.
 
 use super::receiver::{entering, leaving};
 use crate::bounds::Aabb;
@@ -8,10 +8,11 @@ use crate::interface::Rule;
 use crate::ray::Arc;
 use glam::DMat3;
 
-/// Rays start this far off the faces, in units of the box's diagonal.
+/// Distance from the faces at which rays start, in units of the box's diagonal.
 const EPSILON: f64 = 1e-12;
 
-/// A field in a box, surrounded by a constant index. Its faces match both by declaration: rays keep their direction there.
+/// A field in a box, surrounded by a constant index. The faces are index-matched by declaration:
+/// rays keep their direction there.
 #[derive(Clone, Debug)]
 pub struct Embedded<'a> {
     field: &'a Field,
@@ -20,7 +21,7 @@ pub struct Embedded<'a> {
 }
 
 impl<'a> Embedded<'a> {
-    /// `field` in the box `region`, and the index `ambient` > 0 around it.
+    /// Creates `field` in the box `region`, with the index `ambient` > 0 around it.
     pub fn new(field: &'a Field, region: Aabb, ambient: f64) -> Self {
         Embedded {
             field,
@@ -31,14 +32,14 @@ impl<'a> Embedded<'a> {
 }
 
 impl Embedded<'_> {
-    /// The field in the box.
+    /// Returns the field in the box.
     pub(super) fn inside(&self) -> &Field {
         self.field
     }
 }
 
 impl World for Embedded<'_> {
-    /// Whether it is the inside.
+    /// True for the inside.
     type Region = bool;
 
     fn field(&self, inside: bool) -> &Field {

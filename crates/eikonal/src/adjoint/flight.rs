@@ -1,5 +1,6 @@
-//! Flights: rays through one field that end on a surface or at an arc length, followed and taken back one at a time, for paths that are
-//! scattered between them (docs/theory.md#derivatives-by-the-index-behind-scattering).
+//! Flights: rays through one field that end on a surface or at an arc length, for paths that are
+//! scattered between them. Flights are traced and taken back one at a time
+//! (docs/theory.md#derivatives-by-the-index-behind-scattering).
 
 use super::follow::RayFailure;
 use crate::budget::STEPS_PER_RAY;
@@ -7,17 +8,18 @@ use crate::field::Field;
 use crate::ray::{Arc, Flow, Node, Step, Tolerance, Variation, Work};
 use glam::DVec3;
 
-/// As for rays from end to end: no coefficient is without effect.
+/// Longest step in units of the field's resolved span, as for whole rays: every coefficient of the
+/// field has an effect.
 const PER_RESOLVED_SPAN: f64 = 1.5;
-/// Corrections of a last step, each of which squares what is missing.
+/// Maximum number of corrections of a last step; each squares the error.
 const CORRECTIONS: usize = 3;
 
-/// ∫n dσ by the kicks of the scheme.
+/// Arc length ∫n dσ, summed over the kicks of the scheme.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct ArcLength(f64);
 
 impl Variation for ArcLength {
-    /// n.
+    /// Index n.
     type Local = f64;
 
     fn local(field: &Field, x: DVec3) -> (f64, DVec3, f64) {
@@ -31,7 +33,7 @@ impl Variation for ArcLength {
 
     fn drift(&mut self, _: f64) {}
 
-    /// By the cubic that has the indices as slopes.
+    /// Interpolates by the cubic that has the indices as slopes.
     fn interpolate(start: &Self, first: &f64, end: &Self, last: &f64, h: f64, t: f64) -> Self {
         let (whole, first, last) = (end.0 - start.0, first * h, last * h);
         let (b, c) = (3.0 * whole - 2.0 * first - last, first + last - 2.0 * whole);
@@ -39,16 +41,16 @@ impl Variation for ArcLength {
     }
 }
 
-/// Where a surface is met on an arc, and what it is.
+/// Intersection of an arc with a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct FlightMeeting<M> {
     /// Parameter of the arc.
     pub theta: f64,
-    /// The point, on the surface to round-off.
+    /// Intersection point, on the surface to round-off.
     pub position: DVec3,
     /// Unit normal there, of either sign.
     pub normal: DVec3,
-    /// What is met.
+    /// Data of the surface.
     pub what: M,
 }
 
@@ -57,7 +59,7 @@ pub struct FlightMeeting<M> {
 pub struct FlightPoint {
     /// Position.
     pub x: DVec3,
-    /// Velocity dx/dσ, of which the length is the index up to the tolerance.
+    /// Velocity dx/dσ; its length is the index up to the tolerance.
     pub v: DVec3,
     /// Arc length from the start.
     pub length: f64,
@@ -73,18 +75,18 @@ impl FlightPoint {
     }
 }
 
-/// How flights are followed.
+/// Parameters with which flights are traced.
 #[derive(Clone, Copy, Debug)]
 pub struct FlightLimits {
-    /// Of the steps.
+    /// Tolerance of the steps.
     pub tolerance: Tolerance,
-    /// Whether steps see every sample of a grid, as derivatives by them must.
+    /// True if steps must see every sample of a grid, as derivatives by the samples require.
     pub resolved: bool,
-    /// Arc length at which a flight ends that has met nothing.
+    /// Arc length at which a flight ends that has met no surface.
     pub length: f64,
 }
 
-/// A flight, step by step. It can follow one after another in the same memory.
+/// A flight, step by step. It can trace one flight after another in the same memory.
 #[derive(Clone, Debug, Default)]
 pub struct Flight {
     nodes: Vec<Node<ArcLength>>,
@@ -92,15 +94,17 @@ pub struct Flight {
 }
 
 impl Flight {
-    /// Spans of σ of the steps.
+    /// Returns the spans of σ of the steps.
     pub fn spans(&self) -> &[f64] {
         &self.spans
     }
 
-    /// Follows the ray from `x` with velocity `v` to the first surface, or to the end of the step on which it gets as long as it may.
+    /// Traces the ray from `x` with velocity `v` to the first surface, or to the end of the step on
+    /// which it reaches the length limit.
     ///
     /// # Errors
-    /// It is lost, or takes too many steps.
+    ///
+    /// The ray is lost, or takes too many steps.
     pub fn follow<M>(
         &mut self,
         field: &Field,
@@ -131,7 +135,7 @@ impl Flight {
             } else {
                 f64::INFINITY
             };
-            // A little more than is left, lest rounding leaves a rest.
+            // Exceed the remaining length slightly, so that rounding leaves no remainder.
             let mut step = flow.advance(((1.0 + 1e-9) * left).min(resolved), work);
             self.nodes.push(step.start);
             if let Some(met) = meets(&step.arc) {
@@ -152,7 +156,8 @@ impl Flight {
         }
     }
 
-    /// The point at an arc length of the flight that was followed last; the number of the step on which it lies, and the span from its start.
+    /// Returns the point at an arc length of the flight traced last, the index of its step, and the
+    /// span from the start of this step.
     pub fn at(&self, field: &Field, resolved: bool, length: f64) -> (FlightPoint, usize, f64) {
         let beyond = self.nodes.partition_point(|n| n.variation.0 <= length);
         let step = beyond.saturating_sub(1);
@@ -172,12 +177,12 @@ impl Flight {
     }
 }
 
-/// Whether a flight is one straight step, of which only the value of the index is wanted.
+/// True if a flight is one straight step that needs only the value of the index.
 pub(super) fn is_line(field: &Field, resolved: bool, [x, v]: [DVec3; 2]) -> bool {
     field.is_constant() && !(resolved && field.resolved_span(x, v).is_finite())
 }
 
-/// The node a span `h` further by one step.
+/// Returns the node a span `h` further by one step.
 fn advanced(field: &Field, is_line: bool, start: &Node<ArcLength>, h: f64) -> Node<ArcLength> {
     if !is_line {
         return start.advanced(field, h);
@@ -188,7 +193,7 @@ fn advanced(field: &Field, is_line: bool, start: &Node<ArcLength>, h: f64) -> No
     node
 }
 
-/// The end of a step on the surface that it meets, and its span.
+/// Returns the end of a step on the surface that it meets, and the span up to it.
 fn reach<M>(
     field: &Field,
     is_line: bool,

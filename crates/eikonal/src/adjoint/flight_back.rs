@@ -1,4 +1,4 @@
-//! Flights on the way back (docs/theory.md#derivatives-by-the-index-behind-scattering).
+//! Flights in reverse mode (docs/theory.md#derivatives-by-the-index-behind-scattering).
 
 use super::flight::{FlightPoint, is_line};
 use super::reverse::StartDerivative;
@@ -6,30 +6,30 @@ use crate::field::{Field, IndexDerivative};
 use crate::ray::{DRIFT, KICK, STAGES};
 use glam::DVec3;
 
-/// Derivative of a loss by a point of a flight.
+/// Derivative of a loss with respect to a point of a flight.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FlightDerivative {
-    /// By the position.
+    /// Derivative with respect to the position.
     pub x: DVec3,
-    /// By the velocity.
+    /// Derivative with respect to the velocity.
     pub v: DVec3,
-    /// By the arc length from the start.
+    /// Derivative with respect to the arc length from the start.
     pub length: f64,
 }
 
-/// A point of a flight on the way back, and the derivative of a loss by it at equal σ.
+/// A point of a flight in reverse mode, and the derivative of a loss with respect to it at equal σ.
 #[derive(Clone, Copy, Debug)]
 pub struct FlightAdjoint {
     /// Position.
     pub x: DVec3,
     /// Velocity.
     pub v: DVec3,
-    /// The derivative.
+    /// Derivative of the loss.
     pub by: FlightDerivative,
 }
 
 impl FlightAdjoint {
-    /// At the end of a flight, on a surface with this normal: the end stays on it.
+    /// Starts at the end of a flight that stays on a surface with this normal.
     pub fn on_surface(
         field: &Field,
         end: &FlightPoint,
@@ -46,7 +46,8 @@ impl FlightAdjoint {
         adjoint
     }
 
-    /// At the end of a flight of given arc length, and the derivative by that length.
+    /// Starts at the end of a flight of given arc length; also returns the derivative with respect
+    /// to this length.
     pub fn at_length(field: &Field, end: &FlightPoint, by: FlightDerivative) -> (Self, f64) {
         let mut adjoint = FlightAdjoint {
             x: end.x,
@@ -60,14 +61,15 @@ impl FlightAdjoint {
         (adjoint, by_length)
     }
 
-    /// By the span of σ up to here.
+    /// Derivative with respect to the span of σ up to this point.
     fn by_span(&self, field: &Field) -> f64 {
         let (n2, grad) = field.gradient(self.x);
         let by = &self.by;
         by.x.dot(self.v) + by.v.dot(grad) * 0.5 + by.length * n2.sqrt()
     }
 
-    /// Back over steps of a flight, the last first. What it says of the field goes to `sink`.
+    /// Goes back over the steps of a flight, the last first. Passes derivatives with respect to the
+    /// field to `sink`.
     pub fn back(
         &mut self,
         field: &Field,
@@ -96,20 +98,20 @@ impl FlightAdjoint {
         }
     }
 
-    /// Back over x += h v.
+    /// Goes back over x += h v.
     fn drift(&mut self, h: f64) {
         self.x -= self.v * h;
         self.by.v += self.by.x * h;
     }
 
-    /// Back over an arc length of n h.
+    /// Goes back over an arc length of n h.
     fn lengthen(&self, n2: f64, h: f64, sink: &mut impl FnMut(DVec3, IndexDerivative)) {
         let n2 = self.by.length * h / (2.0 * n2.sqrt());
         let gradient = DVec3::ZERO;
         sink(self.x, IndexDerivative { n2, gradient });
     }
 
-    /// Back over v += ½h∇n² and an arc length of n h.
+    /// Goes back over v += ½h∇n² and an arc length of n h.
     fn kick(&mut self, field: &Field, h: f64, sink: &mut impl FnMut(DVec3, IndexDerivative)) {
         let jet = field.jet(self.x);
         let by_n2 = self.by.length * h / (2.0 * jet.n2.sqrt());
@@ -124,7 +126,8 @@ impl FlightAdjoint {
         self.by.x += jet.hess * self.by.v * (0.5 * h) + jet.grad * by_n2;
     }
 
-    /// At the start of a flight in a unit direction, v = n·direction: the derivative by the position and the direction.
+    /// Ends at the start of a flight in a unit direction, v = n·direction: returns the derivative
+    /// with respect to position and direction.
     pub fn start(
         &self,
         field: &Field,

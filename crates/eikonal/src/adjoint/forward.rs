@@ -1,4 +1,5 @@
-//! Derivatives on their way forward along a ray: how its end changes with everything before it (docs/theory.md#derivatives-of-rays).
+//! Forward mode: the change of the end of a ray with everything before it
+//! (docs/theory.md#derivatives-of-rays).
 
 use super::follow::{AdjointRay, Leg, Passed};
 use crate::connect::World;
@@ -7,46 +8,46 @@ use crate::interface::{Displacement, Interface, Rule};
 use crate::ray::{DRIFT, KICK, STAGES, Tangents};
 use glam::DVec3;
 
-/// A change of what rays go through.
+/// A change of the world that rays travel through.
 pub trait WorldChange<R> {
-    /// Of n² and ∇n² at `x`.
+    /// Returns the change of n² and ∇n² at `x`.
     fn index(&self, region: R, x: DVec3) -> IndexChange;
 
-    /// Of the surface that the world calls `surface`, at `x`.
+    /// Returns the displacement of the surface with the identifier `surface`, at `x`.
     fn surface(&self, surface: usize, x: DVec3) -> Displacement {
         let _ = (surface, x);
         Displacement::default()
     }
 
-    /// Of the receiver along its normal, where a ray ends at `x`.
+    /// Returns the displacement of the receiver along its normal, where a ray ends at `x`.
     fn receiver(&self, x: DVec3) -> f64 {
         let _ = x;
         0.0
     }
 }
 
-/// A change of where a ray starts.
+/// A change of the start of a ray.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StartChange {
-    /// Of the position.
+    /// Change of the position.
     pub x: DVec3,
-    /// Of the unit direction, perpendicular to it.
+    /// Change of the unit direction, perpendicular to it.
     pub direction: DVec3,
 }
 
-/// A change of where a ray ends, on the receiver.
+/// A change of the end of a ray on the receiver.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EndChange {
-    /// Of the position.
+    /// Change of the position.
     pub x: DVec3,
-    /// Of the velocity.
+    /// Change of the velocity.
     pub v: DVec3,
-    /// Of the optical path length.
+    /// Change of the optical path length.
     pub optical_length: f64,
 }
 
 impl EndChange {
-    /// That of the unit direction v/|v|.
+    /// Returns the change of the unit direction v/|v|.
     pub fn direction(&self, v: DVec3) -> DVec3 {
         self.v.reject_from(v) / v.length()
     }
@@ -62,8 +63,8 @@ struct Changed {
 }
 
 impl<W: World> AdjointRay<'_, W> {
-    /// How the end of the ray that was followed last changes with its start and what it goes through: the transpose of
-    /// [`AdjointRay::pull_back`]. `None` if that ray has no end.
+    /// Returns the change of the end of the ray traced last, for changes of its start and of the
+    /// world: the transpose of [`AdjointRay::pull_back`]. `None` if the ray has no end.
     pub fn push_forward(
         &self,
         start: &StartChange,
@@ -106,7 +107,7 @@ impl<W: World> AdjointRay<'_, W> {
 }
 
 impl Changed {
-    /// Over the steps of a leg, up to that before number `beyond`.
+    /// Advances over the steps of a segment, up to the step before index `beyond`.
     fn leg<W: World>(
         &mut self,
         ray: &AdjointRay<W>,
@@ -147,7 +148,7 @@ impl Changed {
         }
     }
 
-    /// Through a surface.
+    /// Advances through a surface.
     fn pass<W: World>(
         &mut self,
         ray: &AdjointRay<W>,
@@ -176,7 +177,7 @@ impl Changed {
     }
 }
 
-/// Change of the velocity after a surface with n² on the near and on the far side.
+/// Change of the velocity behind a surface with n² on the near and on the far side.
 fn of_indices<R>(interface: &Interface, passed: &Passed<R>, [near, far]: [f64; 2]) -> DVec3 {
     let (normal, after) = (interface.normal, passed.after);
     match passed.rule {

@@ -1,4 +1,5 @@
-//! What rays go through whose derivatives are wanted, and sums of these derivatives (docs/theory.md#derivatives-of-rays).
+//! Arrangements of media and surfaces, and sums of derivatives with respect to them
+//! (docs/theory.md#derivatives-of-rays).
 
 use super::embedded::Embedded;
 use super::follow::{AdjointRay, RayEnd, RayFailure, RayStart};
@@ -13,17 +14,17 @@ use crate::interface::Displacement;
 use crate::ray::Arc;
 use glam::DVec3;
 
-/// Regions that rays go through, by numbers.
+/// Regions that rays pass, identified by numbers.
 #[derive(Clone, Debug)]
 pub enum Layout<'a> {
-    /// A field in a box, 1, and what surrounds it, 0.
+    /// A field in a box, region 1, and its surroundings, region 0.
     Boxed(Box<Embedded<'a>>),
-    /// Media between surfaces: the number of elements that a ray has passed.
+    /// Media between surfaces. The region is the number of elements that a ray has passed.
     Sequence(Sequence<'a>),
 }
 
 impl Layout<'_> {
-    /// The number of the medium of a region; `None` for surroundings.
+    /// Returns the index of the medium of a region; `None` for surroundings.
     fn medium(&self, region: usize) -> Option<usize> {
         match self {
             Layout::Boxed(_) => region.checked_sub(1),
@@ -31,7 +32,7 @@ impl Layout<'_> {
         }
     }
 
-    /// The fields by which derivatives are.
+    /// Returns the fields with respect to which derivatives are computed.
     pub fn media(&self) -> &[Field] {
         match self {
             Layout::Boxed(embedded) => std::slice::from_ref(embedded.inside()),
@@ -39,7 +40,7 @@ impl Layout<'_> {
         }
     }
 
-    /// Number of surfaces by which derivatives are.
+    /// Number of surfaces with respect to which derivatives are computed.
     pub fn surface_count(&self) -> usize {
         match self {
             Layout::Boxed(_) => 0,
@@ -85,10 +86,12 @@ impl World for Layout<'_> {
 }
 
 impl AdjointRay<'_, Layout<'_>> {
-    /// As [`AdjointRay::follow`], and through all elements of a sequence.
+    /// Traces a ray like [`AdjointRay::follow`], and requires that it passes all elements of a
+    /// sequence.
     ///
     /// # Errors
-    /// Why it has no end, or does not come to it by all elements.
+    ///
+    /// The reason why the ray has no end, or has not passed all elements.
     pub fn follow_through(&mut self, start: RayStart<usize>) -> Result<RayEnd, RayFailure> {
         let end = self.follow(start);
         let Layout::Sequence(sequence) = self.world else {
@@ -103,21 +106,22 @@ impl AdjointRay<'_, Layout<'_>> {
     }
 }
 
-/// Sums of derivatives by all that a layout and a receiver consist of.
+/// Sums of derivatives with respect to all parts of a layout and a receiver.
 #[derive(Clone, Debug)]
 pub struct LayoutDerivative<'a> {
     layout: &'a Layout<'a>,
     receiver: Receiver,
-    /// Those by each medium, of which [`Field::parameter_derivative`] makes derivatives by its parameters.
+    /// Sums for each medium; [`Field::parameter_derivative`] converts them to derivatives with
+    /// respect to its parameters.
     pub media: Vec<Vec<f64>>,
-    /// Of each element.
+    /// Sums for each element.
     pub surfaces: Vec<QuadricDerivative>,
-    /// By the point and the unit normal of a plane.
+    /// Sums for the point and the unit normal of a plane.
     pub exit: [f64; 6],
 }
 
 impl<'a> LayoutDerivative<'a> {
-    /// Zero.
+    /// Creates sums of zero.
     pub fn new(layout: &'a Layout<'a>, receiver: Receiver) -> Self {
         let media = layout.media().iter();
         LayoutDerivative {
@@ -129,7 +133,7 @@ impl<'a> LayoutDerivative<'a> {
         }
     }
 
-    /// Adds another one.
+    /// Adds other sums.
     pub fn merge(&mut self, other: &LayoutDerivative) {
         let media = self.media.iter_mut().flatten();
         let rest = self.surfaces.iter_mut().flatten().chain(&mut self.exit);
@@ -165,21 +169,21 @@ impl IndexSink<usize> for LayoutDerivative<'_> {
     }
 }
 
-/// A change of all that a layout and a receiver consist of.
+/// A change of all parts of a layout and a receiver.
 #[derive(Clone, Debug)]
 pub struct LayoutChange<'a> {
     layout: &'a Layout<'a>,
     receiver: Receiver,
-    /// Of each medium, as [`Field::parameter_change`] gives it.
+    /// Change of each medium, as [`Field::parameter_change`] returns it.
     pub media: Vec<Vec<f64>>,
-    /// Of each element.
+    /// Change of each element.
     pub surfaces: Vec<QuadricDerivative>,
-    /// Of the point and the unit normal of a plane.
+    /// Change of the point and the unit normal of a plane.
     pub exit: [f64; 6],
 }
 
 impl<'a> LayoutChange<'a> {
-    /// None.
+    /// Creates a change of zero.
     pub fn new(layout: &'a Layout<'a>, receiver: Receiver) -> Self {
         let zero = LayoutDerivative::new(layout, receiver);
         LayoutChange {

@@ -1,9 +1,10 @@
-//! Reverse mode: derivatives of the ends of rays with respect to their starts and to the fields that they go through
-//! (docs/theory.md#derivatives-of-rays).
+//! Reverse mode: derivatives of the ends of rays with respect to their starts and to the fields
+//! that they pass (docs/theory.md#derivatives-of-rays).
 //!
-//! [`AdjointRay::follow`] follows a ray and records the spans of its steps and the surfaces that it meets;
-//! [`AdjointRay::pull_back`] goes back over the same steps. States are computed again by the reversed scheme, so that a
-//! ray takes eight bytes for each of its steps, and these as long as it is at work. [`AdjointRay::push_forward`] is the transpose.
+//! [`AdjointRay::follow`] traces a ray and records the spans of its steps and the surfaces that it
+//! meets. [`AdjointRay::pull_back`] goes back over these steps. The reversed scheme recomputes the
+//! states, so that a ray stores only eight bytes per step, and only while it is in use.
+//! [`AdjointRay::push_forward`] is the transpose.
 
 mod action;
 mod crossing;

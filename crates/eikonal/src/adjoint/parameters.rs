@@ -1,20 +1,21 @@
-//! Derivatives of a loss by the parameters of one field.
+//! Derivatives of a loss with respect to the parameters of one field.
 
 use super::reverse::IndexSink;
 use crate::field::{Field, IndexDerivative};
 use glam::DVec3;
 
-/// Sums of derivatives by the field of one region, of which [`Field::parameter_derivative`] makes those by its parameters.
+/// Sums of derivatives with respect to the field of one region. [`Field::parameter_derivative`]
+/// converts them to derivatives with respect to its parameters.
 #[derive(Clone, Debug)]
 pub struct ParameterDerivative<'a, R> {
     region: R,
     field: &'a Field,
-    /// The sums.
+    /// Sums of derivatives.
     pub values: Vec<f64>,
 }
 
 impl<'a, R> ParameterDerivative<'a, R> {
-    /// Zero, for the `field` of a `region`.
+    /// Creates sums of zero, for the `field` of a `region`.
     pub fn new(region: R, field: &'a Field) -> Self {
         ParameterDerivative {
             region,

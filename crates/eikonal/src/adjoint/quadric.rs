@@ -1,4 +1,5 @@
-//! Surfaces of the second degree, with their derivatives by what describes them (docs/theory.md#derivatives-of-rays).
+//! Surfaces of the second degree, with derivatives with respect to their parameters
+//! (docs/theory.md#derivatives-of-rays).
 
 use super::reverse::SurfaceDerivative;
 use crate::interface::Displacement;
@@ -6,26 +7,28 @@ use crate::ray::Arc;
 use crate::ray::bernstein::{first_root, height, product};
 use glam::{DMat3, DVec3};
 
-/// Roots of a polynomial of degree ten at most.
+/// Maximum number of roots of a polynomial of degree ten.
 const MOST_ROOTS: usize = 10;
 
-/// Where F = α|d|² + βz² + γz + δ is zero, with d = x − `point` and z = `axis`·d: planes, spheres, cylinders, conics of revolution. Where
+/// Zero set of F = α|d|² + βz² + γz + δ, with d = x − `point` and z = `axis`·d: planes, spheres,
+/// cylinders, conics of revolution. If γ is not zero, only the sheet through `point` counts, on
+/// which F is monotonic along the axis.
 /// γ is not zero, only the sheet through `point`, on which F is monotonic along the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quadric {
-    /// A point of the axis.
+    /// Point of the axis.
     pub point: DVec3,
-    /// Unit vector.
+    /// Unit vector along the axis.
     pub axis: DVec3,
-    /// α, β, γ, δ.
+    /// Coefficients α, β, γ, δ.
     pub form: [f64; 4],
 }
 
-/// Derivatives by the point, the axis and the form of a [`Quadric`].
+/// Derivatives with respect to the point, the axis and the form of a [`Quadric`].
 pub type QuadricDerivative = [f64; 10];
 
 impl Quadric {
-    /// The plane through `point` with the unit normal `normal`.
+    /// Creates the plane through `point` with the unit normal `normal`.
     pub fn plane(point: DVec3, normal: DVec3) -> Self {
         Quadric {
             point,
@@ -34,7 +37,7 @@ impl Quadric {
         }
     }
 
-    /// Where an arc first meets it, in (0, 1].
+    /// Returns the θ in (0, 1] at which an arc first meets the surface.
     pub(super) fn first(&self, arc: &Arc) -> Option<f64> {
         let [alpha, beta, gamma, delta] = self.form;
         let control = arc.control();
@@ -62,27 +65,28 @@ impl Quadric {
         None
     }
 
-    /// Whether a point is on the sheet that counts.
+    /// True if a point lies on the sheet that counts.
     fn holds(&self, x: DVec3) -> bool {
         let [alpha, beta, gamma, _] = self.form;
         let z = self.axis.dot(x - self.point);
         gamma == 0.0 || (2.0 * (alpha + beta) * z + gamma) * gamma > 0.0
     }
 
-    /// ∇F.
+    /// Gradient ∇F.
     fn gradient(&self, x: DVec3) -> DVec3 {
         let [alpha, beta, gamma, _] = self.form;
         let d = x - self.point;
         d * (2.0 * alpha) + self.axis * (2.0 * beta * self.axis.dot(d) + gamma)
     }
 
-    /// Hess F times a vector.
+    /// Returns Hess F times a vector.
     fn bent(&self, v: DVec3) -> DVec3 {
         let [alpha, beta, ..] = self.form;
         v * (2.0 * alpha) + self.axis * (2.0 * beta * self.axis.dot(v))
     }
 
-    /// The unit normal ∇F/|∇F| at a point, and its derivatives by the place.
+    /// Returns the unit normal ∇F/|∇F| at a point, and its derivatives with respect to the
+    /// position.
     pub(super) fn normal(&self, x: DVec3) -> (DVec3, DMat3) {
         let gradient = self.gradient(x);
         let per = gradient.length_recip();
@@ -92,12 +96,13 @@ impl Quadric {
         (normal, DMat3::from_cols(a, b, c))
     }
 
-    /// Distance of a point from the axis.
+    /// Returns the distance of a point from the axis.
     pub(super) fn distance_from_axis(&self, x: DVec3) -> f64 {
         (x - self.point).reject_from_normalized(self.axis).length()
     }
 
-    /// How far it extends from the origin, roughly: what round-off of points on it is in proportion to.
+    /// Returns roughly the largest distance of the surface from the origin, which scales the
+    /// round-off of points on it.
     pub(super) fn extent(&self) -> f64 {
         let [alpha, _, _, delta] = self.form;
         let radius = if alpha == 0.0 {
@@ -108,7 +113,7 @@ impl Quadric {
         self.point.length() + radius
     }
 
-    /// How a change of what describes it moves it at a point.
+    /// Returns the displacement of the surface at a point for a change of its parameters.
     pub fn displacement(&self, x: DVec3, change: &QuadricDerivative) -> Displacement {
         let [_, beta, gamma, _] = self.form;
         let [point, axis] = [&change[..3], &change[3..6]].map(DVec3::from_slice);
@@ -130,7 +135,8 @@ impl Quadric {
         }
     }
 
-    /// The transpose: adds the derivative by what describes it, given that by its displacement at a point.
+    /// Adds the derivative with respect to the parameters, given the derivative with respect to the
+    /// displacement at a point: the transpose of [`Quadric::displacement`].
     pub(super) fn add_derivative(
         &self,
         x: DVec3,
@@ -142,7 +148,7 @@ impl Quadric {
         let z = self.axis.dot(d);
         let gradient = self.gradient(x);
         let per = gradient.length_recip();
-        // By F and ∇F at the point.
+        // Compute the derivatives with respect to F and ∇F at the point.
         let value = -by.offset * per;
         // Planted error "derivatives by surfaces whose normals do not turn", found by morgana-eikonal/eikonal::adjoint::surfaces::rays_through_sequences_of_surfaces:
         // let slope = 0.0 * by.turn.reject_from_normalized(gradient * per) * per;

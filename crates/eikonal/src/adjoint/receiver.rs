@@ -1,11 +1,11 @@
-//! Where rays end whose derivatives are wanted.
+//! Receivers: surfaces at which rays end.
 
 use crate::bounds::Aabb;
 use crate::ray::Arc;
 use crate::ray::bernstein::{first_root, height};
 use glam::DVec3;
 
-/// Relative to the diagonal of a box.
+/// Round-off of positions, relative to the diagonal of a box.
 const ROUND_OFF: f64 = 1e-11;
 
 /// A surface on which rays end.
@@ -13,16 +13,16 @@ const ROUND_OFF: f64 = 1e-11;
 pub enum Receiver {
     /// A plane through a point, reached from either side.
     Plane {
-        /// A point of it.
+        /// Point of the plane.
         point: DVec3,
         /// Unit normal.
         normal: DVec3,
     },
-    /// Where rays leave a box; those that start outside enter it first.
+    /// Faces of a box, where rays leave it. Rays that start outside enter it first.
     Leaving(Aabb),
 }
 
-/// A point of a plane that an arc meets.
+/// Intersection of an arc with a plane.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Met {
     pub theta: f64,
@@ -41,7 +41,8 @@ impl Met {
 }
 
 impl Receiver {
-    /// The first place where an arc meets it. `inside` says whether the arc starts within the box.
+    /// Returns the first intersection of an arc with the receiver. An arc meets the faces of a box
+    /// only if it starts in the box.
     pub(super) fn first(&self, arc: &Arc) -> Option<Met> {
         match self {
             Receiver::Plane { point, normal } => plane(arc, *point, *normal),
@@ -53,20 +54,20 @@ impl Receiver {
     }
 }
 
-/// Where an arc meets a plane.
+/// Returns the first intersection of an arc with a plane.
 fn plane(arc: &Arc, point: DVec3, normal: DVec3) -> Option<Met> {
     let heights = height(&arc.control(), point, normal);
     let theta = first_root(&heights, 0.0, 1.0, [0.0; 2])?;
     Some(Met::at(arc, theta, normal))
 }
 
-/// By how much round-off may put the end of a step beyond a face.
+/// Distance by which round-off may put the end of a step beyond a face.
 fn reach(region: &Aabb) -> f64 {
     ROUND_OFF * region.diagonal()
 }
 
-/// Where an arc that starts in a box leaves it. A step that ended on a face, beyond it by round-off, has not met it: the next one leaves where
-/// it starts.
+/// Returns the point where an arc that starts in a box leaves it. If the previous step ended on a
+/// face, beyond it by round-off but without meeting it, the arc leaves the box at its start.
 pub(super) fn leaving(arc: &Arc, region: &Aabb) -> Option<Met> {
     let ends = arc.aabb();
     let (start, step) = (arc.start(), arc.end() - arc.start());
@@ -93,7 +94,7 @@ pub(super) fn leaving(arc: &Arc, region: &Aabb) -> Option<Met> {
     first
 }
 
-/// Where a straight arc that starts outside of a box enters it.
+/// Returns the point where a straight arc that starts outside a box enters it.
 pub(super) fn entering(arc: &Arc, region: &Aabb) -> Option<Met> {
     let (x, step) = (arc.start(), arc.end() - arc.start());
     let (mut near, mut far, mut normal) = (f64::NEG_INFINITY, f64::INFINITY, DVec3::ZERO);

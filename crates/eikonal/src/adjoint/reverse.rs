@@ -1,4 +1,4 @@
-//! Derivatives on their way back along a ray (docs/theory.md#derivatives-of-rays).
+//! Reverse mode: derivatives taken back along a ray (docs/theory.md#derivatives-of-rays).
 
 use super::follow::{AdjointRay, Leg, Passed};
 use crate::connect::World;
@@ -7,19 +7,20 @@ use crate::interface::{Displacement, Interface, Rule};
 use crate::ray::{DRIFT, KICK, STAGES, Tangents};
 use glam::DVec3;
 
-/// Derivative of a loss by the end of a ray on the receiver.
+/// Derivative of a loss with respect to the end of a ray on the receiver.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EndDerivative {
-    /// By the position.
+    /// Derivative with respect to the position.
     pub x: DVec3,
-    /// By the velocity.
+    /// Derivative with respect to the velocity.
     pub v: DVec3,
-    /// By the optical path length.
+    /// Derivative with respect to the optical path length.
     pub optical_length: f64,
 }
 
 impl EndDerivative {
-    /// That of a loss of the unit direction v/|v| instead of the velocity.
+    /// Creates the derivative of a loss that depends on the unit direction v/|v| instead of the
+    /// velocity.
     pub fn of_direction(x: DVec3, direction: DVec3, optical_length: f64, v: DVec3) -> Self {
         let n = v.length();
         let unit = v / n;
@@ -31,46 +32,49 @@ impl EndDerivative {
     }
 }
 
-/// Derivative of a loss by the start of a ray.
+/// Derivative of a loss with respect to the start of a ray.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StartDerivative {
-    /// By the position, at a fixed direction.
+    /// Derivative with respect to the position, at a fixed direction.
     pub x: DVec3,
-    /// By the unit direction, perpendicular to it.
+    /// Derivative with respect to the unit direction, perpendicular to it.
     pub direction: DVec3,
 }
 
-/// Derivative of a loss by the [`Displacement`] of a surface.
+/// Derivative of a loss with respect to the [`Displacement`] of a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SurfaceDerivative {
-    /// By the offset along the normal.
+    /// Derivative with respect to the offset along the normal.
     pub offset: f64,
-    /// By the turn of the normal.
+    /// Derivative with respect to the turn of the normal.
     pub turn: DVec3,
 }
 
-/// What takes derivatives of a loss by the fields of regions, and by surfaces if it wants them.
+/// Destination for derivatives of a loss with respect to the fields of regions and, optionally, to
+/// surfaces.
 pub trait IndexSink<R> {
-    /// Takes the derivative by n² and ∇n² at `x`.
+    /// Adds the derivative with respect to n² and ∇n² at `x`.
     fn add(&mut self, region: R, x: DVec3, by: IndexDerivative);
 
-    /// Takes the derivative by the surface that the world calls `surface`, which the ray meets at `x`.
+    /// Adds the derivative with respect to the surface with the identifier `surface`, which the ray
+    /// meets at `x`.
     fn add_surface(&mut self, surface: usize, x: DVec3, by: SurfaceDerivative) {
         let _ = (surface, x, by);
     }
 
-    /// Takes the derivative by the offset of the receiver along its normal, where the ray ends at `x`.
+    /// Adds the derivative with respect to the offset of the receiver along its normal, where the
+    /// ray ends at `x`.
     fn add_receiver(&mut self, x: DVec3, by_offset: f64) {
         let _ = (x, by_offset);
     }
 }
 
-/// Takes no account of fields.
+/// Ignores all derivatives.
 impl<R> IndexSink<R> for () {
     fn add(&mut self, _: R, _: DVec3, _: IndexDerivative) {}
 }
 
-/// A state of the ray and the derivative of the loss by it, at equal σ.
+/// A state of the ray and the derivative of the loss with respect to it, at equal σ.
 #[derive(Clone, Copy)]
 pub(super) struct Adjoint {
     pub(super) x: DVec3,
@@ -81,8 +85,9 @@ pub(super) struct Adjoint {
 }
 
 impl<W: World> AdjointRay<'_, W> {
-    /// Takes the derivative of a loss by the end of the ray that was followed last back to its start, and gives those by the fields on its
-    /// way to `sink`. `None` if that ray has no end.
+    /// Takes the derivative of a loss with respect to the end of the ray traced last back to its
+    /// start. Passes derivatives with respect to the fields on the way to `sink`. `None` if the ray
+    /// has no end.
     pub fn pull_back(
         &self,
         loss: &EndDerivative,
@@ -97,7 +102,8 @@ impl<W: World> AdjointRay<'_, W> {
             by_v: loss.v,
             by_length: loss.optical_length,
         };
-        // The end stays on the receiver, which may be moved by w: δx + v δσ, δv + a δσ with δσ = (w − N·δx)/(N·v).
+        // Keep the end on the receiver, which may be moved by w: δx + v δσ, δv + a δσ with δσ = (w
+        // − N·δx)/(N·v).
         let by_span = adjoint.by_x.dot(end.v) + adjoint.by_v.dot(a);
         let by_offset = by_span / self.normal.dot(end.v);
         // Planted error "receivers whose move does not matter", found by morgana-eikonal/eikonal::adjoint::surfaces::rays_through_sequences_of_surfaces:
@@ -129,7 +135,8 @@ impl<W: World> AdjointRay<'_, W> {
 }
 
 impl Adjoint {
-    /// Back over the steps of a leg, from that before number `beyond`. The last kick of a step and the first of the next are one.
+    /// Goes back over the steps of a segment, from the step before index `beyond`. The last kick of
+    /// a step and the first kick of the next step are combined.
     fn leg<W: World>(
         &mut self,
         ray: &AdjointRay<W>,
@@ -151,13 +158,13 @@ impl Adjoint {
         }
     }
 
-    /// Back over x += h v.
+    /// Goes back over x += h v.
     fn drift(&mut self, h: f64) {
         self.x -= self.v * h;
         self.by_v += self.by_x * h;
     }
 
-    /// Back over v += ½h∇n², and what n² adds to the optical length.
+    /// Goes back over v += ½h∇n², and over the contribution of n² to the optical length.
     fn kick<W: World>(
         &mut self,
         ray: &AdjointRay<W>,
@@ -180,7 +187,7 @@ impl Adjoint {
         }
     }
 
-    /// Back through a surface.
+    /// Goes back through a surface.
     fn pass<R: Copy>(&mut self, passed: &Passed<R>, sink: &mut impl IndexSink<R>) {
         let Passed {
             interface,
@@ -199,7 +206,8 @@ impl Adjoint {
         // Planted error "derivatives of rays that pass surfaces unchanged", found by morgana-eikonal/eikonal::adjoint::surfaces::rays_through_balls_and_planes:
         // let (by_x, by_v) = (self.by_x, self.by_v);
         let (by_x, by_v) = self.transposed(interface, *rule, *before);
-        // The optical length changes by (v − v′)·δx_h where δx_h = δx + v (w − N·δx)/(N·v) is on the surface, moved by w.
+        // Add the change of the optical length by (v − v′)·δx_h, where δx_h = δx + v (w −
+        // N·δx)/(N·v) is on the surface, moved by w.
         let turned = (*before - *after) * self.by_length;
         let normal = interface.normal;
         let slide = before.dot(turned) / normal.dot(*before);
@@ -218,7 +226,8 @@ impl Adjoint {
         };
     }
 
-    /// Derivatives by n² on the near and on the far side, from that by the velocity after the surface.
+    /// Returns the derivatives with respect to n² on the near and on the far side, from the
+    /// derivative with respect to the velocity behind the surface.
     pub(super) fn by_indices(
         &self,
         interface: &Interface,
@@ -242,7 +251,7 @@ impl Adjoint {
         }
     }
 
-    /// The transpose of what a displacement of the surface does, column by column.
+    /// Transposes the map from a displacement of the surface to the tangents, column by column.
     fn by_surface(
         &self,
         interface: &Interface,
@@ -263,7 +272,7 @@ impl Adjoint {
         }
     }
 
-    /// The transpose of the map of tangents, column by column.
+    /// Transposes the map of tangents through the surface, column by column.
     pub(super) fn transposed(
         &self,
         interface: &Interface,
@@ -276,7 +285,7 @@ impl Adjoint {
                 dx: [unit, DVec3::ZERO],
                 dv: [DVec3::ZERO, unit],
             };
-            // The rule has been applied before: it is possible.
+            // The rule is possible: it has been applied before.
             if let Some(mapped) = interface.tangents(rule, before, &columns) {
                 for (k, by) in by.iter_mut().enumerate() {
                     by[axis] = mapped.dx[k].dot(self.by_x) + mapped.dv[k].dot(self.by_v);

@@ -1,4 +1,5 @@
-//! Media between surfaces that rays meet one after another, as in a lens (docs/theory.md#derivatives-of-rays).
+//! Media between surfaces that rays meet in a fixed order, as in a lens
+//! (docs/theory.md#derivatives-of-rays).
 
 use super::follow::{Leg, RayFailure};
 use super::quadric::Quadric;
@@ -7,20 +8,21 @@ use crate::field::Field;
 use crate::interface::Rule;
 use crate::ray::Arc;
 
-/// Rays start this far off a surface, in units of the extent of all.
+/// Distance from a surface at which rays start, in units of the largest extent of all surfaces.
 const EPSILON: f64 = 1e-12;
 
-/// What rays meet in a [`Sequence`].
+/// An element of a [`Sequence`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SequenceElement {
     /// A surface between two media, at which rays refract.
     Refracting(Quadric),
-    /// The opening of an otherwise opaque plane within one medium: around its point, of the radius.
+    /// Opening in an otherwise opaque plane within one medium: a disc around the plane's point,
+    /// with this radius.
     Aperture(Quadric, f64),
 }
 
 impl SequenceElement {
-    /// Its surface.
+    /// Returns the surface of the element.
     pub fn surface(&self) -> &Quadric {
         match self {
             SequenceElement::Refracting(surface) | SequenceElement::Aperture(surface, _) => surface,
@@ -28,19 +30,20 @@ impl SequenceElement {
     }
 }
 
-/// Elements in the order in which rays meet them, and the media before, between and behind those that refract. A region is the number
-/// of elements that a ray has passed.
+/// Elements in the order in which rays meet them, and the media before, between and behind the
+/// refracting elements. A region is the number of elements that a ray has passed.
 #[derive(Clone, Debug)]
 pub struct Sequence<'a> {
     elements: &'a [SequenceElement],
     media: &'a [Field],
-    /// That of each region.
+    /// Index of the medium of each region.
     numbers: Vec<usize>,
     ray_epsilon: f64,
 }
 
 impl<'a> Sequence<'a> {
-    /// `None` unless there is one medium more than there are refracting elements.
+    /// Creates a sequence; `None` unless there is one medium more than there are refracting
+    /// elements.
     pub fn new(elements: &'a [SequenceElement], media: &'a [Field]) -> Option<Self> {
         let mut numbers = vec![0];
         for element in elements {
@@ -57,22 +60,22 @@ impl<'a> Sequence<'a> {
         })
     }
 
-    /// The number of the medium of a region.
+    /// Returns the index of the medium of a region.
     pub fn medium(&self, region: usize) -> usize {
         self.numbers[region]
     }
 
-    /// All elements; crossings name them by number.
+    /// Returns all elements; crossings identify them by index.
     pub fn elements(&self) -> &[SequenceElement] {
         self.elements
     }
 
-    /// All media.
+    /// Returns all media.
     pub fn media(&self) -> &[Field] {
         self.media
     }
 
-    /// What keeps a ray of such legs from its end, or from having come to it by all elements.
+    /// Returns the reason why a ray with these segments has no end, or has not passed all elements.
     pub(super) fn verdict(&self, legs: &[Leg<usize>], has_end: bool) -> Result<(), RayFailure> {
         for passed in legs.iter().filter_map(|leg| leg.passed) {
             match self.elements[passed.surface] {

@@ -1,6 +1,7 @@
-//! Reverse mode is the transpose of forward mode, to round-off: ⟨λ, F′δ⟩ = ⟨F′ᵀλ, δ⟩ for the discrete map of a ray, with starts
-//! and parameters perturbed at random. Forward mode is written here on its own, from the tangents of steps and interfaces; that of the
-//! crate agrees with it.
+//! Reverse mode is the transpose of forward mode, to round-off: ⟨λ, F′δ⟩ = ⟨F′ᵀλ, δ⟩ for the
+//! discrete map of a ray, with random perturbations of starts and parameters. The tests implement
+//! forward mode separately, from the tangents of steps and interfaces, and compare it with the
+//! forward mode of the crate.
 
 use super::{
     AdjointRay, EndDerivative, IndexSink, Layout, LayoutChange, LayoutDerivative,
@@ -18,9 +19,9 @@ use crate::ray::{Arc, DRIFT, KICK, STAGES, Tangents, Tolerance};
 use glam::{DMat3, DVec3};
 use testkit::Rng;
 
-/// A ball of index-graded glass in a graded surrounding.
+/// A ball of index-graded glass in graded surroundings.
 struct BallLens {
-    /// Outside, inside.
+    /// Fields outside and inside.
     fields: [Field; 2],
     rule: Rule,
 }
@@ -78,7 +79,7 @@ struct Perturbation {
 }
 
 impl Perturbation {
-    /// Changes of n² and ∇n² at a point.
+    /// Returns the changes of n² and ∇n² at a point.
     fn of_index(&self, world: &BallLens, region: usize, x: DVec3) -> (f64, DVec3) {
         let by = |by| {
             let field = world.field(region);
@@ -100,7 +101,7 @@ impl Perturbation {
     }
 }
 
-/// A perturbation of the world that it belongs to.
+/// A world and its perturbation.
 struct Perturbed<'a>(&'a BallLens, &'a Perturbation);
 
 impl WorldChange<usize> for Perturbed<'_> {
@@ -113,7 +114,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// (δx, δv, δS) at the end, by forward mode over the steps that were recorded.
+/// Computes (δx, δv, δS) at the end, by forward mode over the recorded steps.
 fn forward(ray: &AdjointRay<BallLens>, by: &Perturbation) -> (DVec3, DVec3, f64) {
     let (world, start) = (ray.world, ray.start.unwrap());
     let (n2, grad) = world.field(start.region).gradient(start.x);
@@ -169,7 +170,8 @@ fn forward(ray: &AdjointRay<BallLens>, by: &Perturbation) -> (DVec3, DVec3, f64)
     (dx, dv + a * span, ds + v.dot(dx))
 }
 
-/// Change of the velocity after an interface with n² on either side, by a difference of [`Interface::velocity`].
+/// Change of the velocity after an interface with n² on either side, by a difference of
+/// [`Interface::velocity`].
 fn of_indices(interface: &Interface, rule: Rule, before: DVec3, change: [f64; 2]) -> DVec3 {
     let after = |step: f64| {
         let mut changed = *interface;
@@ -177,7 +179,8 @@ fn of_indices(interface: &Interface, rule: Rule, before: DVec3, change: [f64; 2]
         changed.far.0 += step * change[1];
         changed.velocity(rule, before).unwrap()
     };
-    // Complex steps are not at hand: Richardson's extrapolation of central differences is good to 1e-12.
+    // Extrapolate central differences by Richardson's method, to 1e-12; complex steps are not
+    // available.
     let central = |h: f64| (after(h) - after(-h)) / (2.0 * h);
     let h = 1e-3;
     let [a, b, c] = [h, h / 2.0, h / 4.0].map(central);
@@ -218,7 +221,7 @@ fn reverse_mode_is_the_transpose_of_forward_mode() {
         for _ in 0..8 {
             let mut ray = AdjointRay::new(world, receiver, Tolerance::default(), 20.0);
             let direction = (DVec3::Z + 0.2 * vector(&mut rng)).normalize();
-            // Mirrors are met from within.
+            // Mirrors are met from inside.
             let inside = world.rule == Rule::Reflect;
             let x = if inside {
                 DVec3::Z * 0.3
@@ -278,7 +281,8 @@ fn reverse_mode_is_the_transpose_of_forward_mode() {
     assert!(passed > 100, "{passed} surfaces");
 }
 
-/// A lens of graded glass between a conic and a sphere, a stop within it, a cylinder and a plane behind it.
+/// A lens of graded glass between a conic and a sphere, with a stop inside, followed by a cylinder
+/// and a plane.
 fn train() -> ([SequenceElement; 5], [Field; 5]) {
     let cube = Aabb::new(DVec3::splat(-1.5), DVec3::splat(1.5));
     let waves = |x: DVec3| 1.5 + 0.03 * (2.0 * x.x + x.y).sin() * (1.5 * x.z - 0.5 * x.y).cos();

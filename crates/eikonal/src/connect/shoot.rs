@@ -1,4 +1,5 @@
-//! Shots: rays through several regions and the interfaces between them (docs/theory.md#connections).
+//! Trajectories: rays through several regions and the interfaces between them
+//! (docs/theory.md#connections).
 
 use super::connection::Failure;
 use super::pattern::Pattern;
@@ -9,26 +10,26 @@ use crate::interface::{Interface, Mapped, Rule};
 use crate::ray::{Arc, Flow, Node, Step, Tolerance, Variation, Work};
 use glam::DVec3;
 
-/// The last step goes this far beyond the target by what the start of the step lets expect, so that it
-/// reaches it; where the ray ends is then found on the arc.
+/// Factor by which the last step exceeds the span estimated at its start, so that it reaches the
+/// target. The end of the ray is then found on the arc.
 const OVERSHOOT: f64 = 1.05;
 
-/// What is left of an optical path length is nothing if it is less than this share of what has been travelled: a step over it would have
-/// no direction but that of round-off.
+/// Fraction of the travelled optical path length below which the remainder counts as zero.
+/// Round-off would determine the direction of a step over this remainder.
 const ROUND_OFF: f64 = 1e-14;
 
-/// How far a ray has come.
+/// Lengths travelled along a ray.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Travelled {
     pub arc_length: f64,
     pub optical_length: f64,
     /// Span of σ.
     pub sigma: f64,
-    /// Arc length since the last interface, or of the leg that one has just ended.
+    /// Arc length since the last interface, or of the segment that an interface has just ended.
     pub leg: f64,
 }
 
-/// A ray as it is followed: with tangents, or alone.
+/// A ray that is being traced, with or without tangents.
 pub(super) struct Trajectory<'w, W: World, V: Mapped> {
     world: &'w W,
     region: W::Region,
@@ -36,10 +37,10 @@ pub(super) struct Trajectory<'w, W: World, V: Mapped> {
     flow: Option<Flow<'w, V>>,
     tolerance: Tolerance,
     end: Node<V>,
-    /// Optical path length that is left.
+    /// Remaining optical path length.
     left: f64,
     travelled: Travelled,
-    /// Whether the next piece begins a leg.
+    /// True if the next piece begins a segment.
     new_leg: bool,
     pieces: usize,
     crossings: u32,
@@ -48,7 +49,7 @@ pub(super) struct Trajectory<'w, W: World, V: Mapped> {
 }
 
 impl<'w, W: World, V: Mapped> Trajectory<'w, W, V> {
-    /// Starts a ray that is to be followed over an optical path length.
+    /// Starts a ray over an optical path length.
     pub(super) fn new(
         world: &'w W,
         node: Node<V>,
@@ -74,28 +75,29 @@ impl<'w, W: World, V: Mapped> Trajectory<'w, W, V> {
         }
     }
 
-    /// Where the ray has got to.
+    /// Returns the current end of the ray.
     pub(super) fn end(&self) -> &Node<V> {
         &self.end
     }
 
-    /// The node from which the next piece begins.
+    /// Returns the node at which the next piece begins.
     pub(super) fn node(&self) -> Node<V> {
         self.flow.as_ref().map_or(self.end, |flow| *flow.node())
     }
 
-    /// How far the ray has come.
+    /// Returns the lengths travelled so far.
     pub(super) fn travelled(&self) -> Travelled {
         self.travelled
     }
 
-    /// The reflections so far at which refraction was possible.
+    /// Returns the reflections so far at which refraction was possible.
     pub(super) fn pattern(&self) -> Pattern {
         self.pattern
     }
 
-    /// The next piece of the ray; `None` if no optical path length is left. Where refraction is
-    /// possible `reflect`, given the number of the encounter, says whether to reflect all the same.
+    /// Advances to the next piece of the ray; `None` if no optical path length is left. Where
+    /// refraction is possible, `reflect` receives the number of the encounter and returns true to
+    /// reflect the ray instead.
     pub(super) fn advance(
         &mut self,
         reflect: &mut dyn FnMut(u32) -> bool,
@@ -120,7 +122,7 @@ impl<'w, W: World, V: Mapped> Trajectory<'w, W, V> {
         piece.map(Some)
     }
 
-    /// The next piece where the index is constant: one line, to an interface or to the end.
+    /// Returns the next piece where the index is constant: one line, to an interface or to the end.
     fn line(
         &mut self,
         reflect: &mut dyn FnMut(u32) -> bool,
@@ -149,7 +151,8 @@ impl<'w, W: World, V: Mapped> Trajectory<'w, W, V> {
         Ok(piece)
     }
 
-    /// The next piece where the index varies: the part of a step up to an interface or the end.
+    /// Returns the next piece where the index varies: the part of a step up to an interface or the
+    /// end.
     fn curve(
         &mut self,
         reflect: &mut dyn FnMut(u32) -> bool,
@@ -158,7 +161,7 @@ impl<'w, W: World, V: Mapped> Trajectory<'w, W, V> {
         let lost = Failure::RayLost;
         let flow = self.flow.as_mut().ok_or(lost)?;
         let &Node { n2, a, v, .. } = flow.node();
-        // The optical path length of a span h is n²h + (a·v)h² to second order.
+        // Estimate the span: the optical path length of a span h is n²h + (a·v)h² to second order.
         let h = self.left / n2;
         let change = (a.dot(v) * h / n2).clamp(-0.25, 0.25);
         let span = h * (1.0 + change) / (1.0 + 2.0 * change);
@@ -199,8 +202,9 @@ impl<'w, W: World, V: Mapped> Trajectory<'w, W, V> {
         Ok(piece)
     }
 
-    /// Where on a step no optical path length is left, given that of the whole step, and the lengths up to
-    /// there: by a guess, if that is good to the tolerance. What counts then is where it is, not where it should be.
+    /// Finds the end of the ray on a step, given the optical path length of the `whole` step.
+    /// Returns θ and the lengths up to it. A guess of θ is used if it is accurate to the tolerance;
+    /// the lengths always belong to the returned θ.
     fn end_on(&self, step: &Step<V>, whole: f64) -> (f64, [f64; 2]) {
         let theta = step.theta_at_optical_length(self.left, whole);
         let lengths = step.arc.lengths(theta);
@@ -211,7 +215,7 @@ impl<'w, W: World, V: Mapped> Trajectory<'w, W, V> {
         (theta, step.arc.lengths(theta))
     }
 
-    /// Counts a piece as travelled, given its arc length and optical path length.
+    /// Adds a piece to the travelled lengths, given its arc length and optical path length.
     fn count(&mut self, piece: &Piece<W::Region>, [arc_length, optical_length]: [f64; 2]) {
         let so_far = &mut self.travelled;
         so_far.arc_length += arc_length;
@@ -269,7 +273,7 @@ impl<'w, W: World, V: Mapped> Trajectory<'w, W, V> {
         })
     }
 
-    /// Refraction or reflection, given what refraction would give, if it is possible.
+    /// Chooses refraction or reflection, given the refracted velocity if refraction is possible.
     fn choose(&mut self, refracted: Option<DVec3>, reflect: &mut dyn FnMut(u32) -> bool) -> Rule {
         let encounter = self.encounters;
         self.encounters += 1;
@@ -286,7 +290,7 @@ impl<'w, W: World, V: Mapped> Trajectory<'w, W, V> {
     }
 }
 
-/// The flow from a node on, where rays bend.
+/// Starts the flow from a node if the field bends rays.
 fn flow<'w, V: Variation>(
     field: &'w Field,
     node: &Node<V>,

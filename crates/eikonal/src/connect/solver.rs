@@ -1,4 +1,4 @@
-//! Newton's method on the shot (docs/theory.md#damping-and-trust-region).
+//! Newton's method for trajectories (docs/theory.md#damping-and-trust-region).
 
 use super::connection::{ConnectingRay, Failure};
 use super::family::RayFamily;
@@ -11,36 +11,37 @@ use crate::budget::{SHOTS_PER_CONNECTION, STEPS_PER_CONNECTION};
 use crate::ray::{Arc, Tolerance, Work};
 use glam::{DVec2, DVec3};
 
-/// A ray that misses by this many tolerances is corrected to first order instead of being shot again,
-/// unless its tube is narrow: the square of such a miss is below the tolerance, and the Jacobian changes
-/// by no more than that many tolerances. Where steps are rejected, rays jump by a tolerance or so, and no
-/// shot would do better.
+/// Largest miss, in tolerances, that is corrected to first order instead of tracing another ray,
+/// unless the ray tube is narrow. The square of this miss is below the tolerance, and the Jacobian
+/// changes by at most this many tolerances. Where steps are rejected, rays jump by about a
+/// tolerance, and another ray would be no better.
 const LAST_CORRECTION: f64 = 10.0;
-/// The ray is shot once more if the last correction may change the Jacobian by more tolerances than this, as where the field varies within a
-/// small part of the ray's length.
+/// Largest change of the Jacobian by the last correction, in tolerances. Beyond it another ray is
+/// traced, as where the field varies within a small part of the ray's length.
 const STEADY: f64 = 10.0;
-/// Misses of less than this many tolerances of the ray's length are corrected without asking how fine the field is.
+/// Largest miss, in tolerances of the ray's length, that is corrected without regard to the field's
+/// length scale.
 const NEAR: f64 = 0.1;
-/// Of the third derivatives that length scales allow everywhere, rays meet such a share.
+/// Typical third derivative along a ray, relative to the bound that the length scale implies.
 const MET: f64 = 2e-3;
-/// Share of the longest step that the last correction may make.
+/// Largest last correction, as a fraction of the longest step.
 const SMALL: f64 = 0.1;
-/// A tube is too narrow if straight rays would diverge to its width over this many tolerances: rays may meet in half the
-/// arc's length, and the ray may miss the focus by the tolerance.
+/// Smallest width of a ray tube, in tolerances of the divergence of straight rays. Rays may meet
+/// within half the arc's length, and the ray may miss the focus by the tolerance.
 const NARROW: f64 = 2.0;
-/// After a step that did not reduce the miss the next one is at most so much of it;
+/// Largest next step after a step that did not reduce the miss, relative to this step.
 const SHORTER: f64 = 0.5;
-/// after one that left less than this share of it,
+/// Largest ratio of successive misses at which the trust region may grow.
 const GOOD: f64 = 0.5;
-/// at most this multiple of it.
+/// Largest next step after a step that reduced the miss well, relative to this step.
 const LONGER: f64 = 3.0;
-/// Steps below this size show that the iteration has come to a local minimum of the miss.
+/// Step size below which the iteration has reached a local minimum of the miss.
 const STUCK: f64 = 1e-3;
 
-/// The end of a shot.
+/// The end of a traced ray.
 #[derive(Clone, Copy)]
 pub(super) struct Hit {
-    /// The index where the ray starts.
+    /// Index at the start of the ray.
     pub first_index: f64,
     pub end_state: EndState,
     pub travelled: Travelled,
@@ -49,28 +50,28 @@ pub(super) struct Hit {
 }
 
 impl Hit {
-    /// |J| or |A| there.
+    /// Returns |J| or |A| at the end.
     fn jacobian(&self) -> f64 {
         let EndState { v, variation, .. } = &self.end_state;
         variation.cross_section(*v).abs()
     }
 }
 
-/// Finds connections; holds the storage that they reuse.
+/// Finder of connections, with storage that connections reuse.
 #[derive(Clone, Debug)]
 pub struct Solver<R> {
     pub(super) tolerance: Tolerance,
     pub(super) pieces: Vec<Piece<R>>,
-    /// Those of a ray that is looked at.
+    /// Arcs of a ray under examination.
     pub(super) arcs: Vec<Arc>,
     /// Work done so far.
     pub work: Work,
 }
 
 impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
-    /// A solver that accepts a ray when it passes the target within ten times `tolerance` times the length
-    /// of its last leg (from the last interface, or from the start), and corrects directions and lengths
-    /// to first order for what remains.
+    /// Creates a solver. It accepts a ray that passes the target within ten times `tolerance` times
+    /// the length of the ray's last segment (from the last interface, or from the start).
+    /// Directions and lengths are corrected to first order for the remaining miss.
     pub fn new(tolerance: Tolerance) -> Self {
         Solver {
             tolerance,
@@ -80,18 +81,18 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         }
     }
 
-    /// The tolerance of rays.
+    /// Tolerance of rays.
     pub fn tolerance(&self) -> Tolerance {
         self.tolerance
     }
 
-    /// The pieces of the ray that was last found, in order.
+    /// Returns the pieces of the ray found last, in order.
     pub fn pieces(&self) -> &[Piece<R>] {
         &self.pieces
     }
 
-    /// The [primary](Self::primary) branch from point `x` in `region` to `y`, started along the chord; refracted
-    /// wherever that is possible.
+    /// Returns the [primary](Self::primary) branch from point `x` in `region` to `y`, searched from
+    /// the chord; refracted wherever that is possible.
     ///
     /// # Errors
     ///
@@ -107,12 +108,14 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         self.primary(world, RayFamily::Point { x, direction }, region, y)
     }
 
-    /// The [primary](Self::primary) branch from the plane through `x` perpendicular to `direction`, of any length, to `y`, started at
-    /// the foot of `y` on the plane; refracted wherever that is possible.
+    /// Returns the [primary](Self::primary) branch from the plane through `x` perpendicular to
+    /// `direction`, of any length, to `y`. The search starts at the foot of `y` on the plane; the
+    /// ray is refracted wherever that is possible.
     ///
     /// # Errors
     ///
-    /// [`Failure::Coincident`] if `y` is not in front of the plane, or the direction is zero; see [`Failure`].
+    /// [`Failure::Coincident`] if `y` is not in front of the plane, or the direction is zero;
+    /// otherwise see [`Failure`].
     pub fn connect_plane<W: World<Region = R>>(
         &mut self,
         world: &W,
@@ -134,16 +137,16 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         self.primary(world, family, region, y)
     }
 
-    /// The branch to which Newton's method converges from a start.
+    /// Returns the branch to which Newton's method converges from an initial guess.
     ///
-    /// The unknowns are the family's two parameters and the optical path length ℓ, the residual is
-    /// x(ℓ) − y; steps are those of Levenberg and Marquardt within a trust region, which shrinks where they do not reduce it.
-    /// With ℓ rather than σ the family's points at equal parameter form a wavefront, which near a focus
-    /// closes in on it from one side.
+    /// The unknowns are the two parameters of the family and the optical path length ℓ; the
+    /// residual is x(ℓ) − y. Steps are Levenberg–Marquardt steps within a trust region, which
+    /// shrinks where steps do not reduce the residual. Points of the family at equal ℓ (rather than
+    /// σ) form a wavefront, which approaches a focus from one side.
     ///
     /// # Errors
     ///
-    /// See [`Failure`]. What is not finite, or no length above zero, does not converge.
+    /// See [`Failure`]. A guess that is not finite, or has no positive length, does not converge.
     pub fn solve<W: World<Region = R>>(
         &mut self,
         world: &W,
@@ -153,7 +156,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         self.refine(world, start, None, y)
     }
 
-    /// The same from a start whose ray has been followed before: one shot less.
+    /// Like [`Self::solve`], from a guess whose ray has been traced before; this saves one ray.
     ///
     /// # Errors
     ///
@@ -196,16 +199,16 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         let mut failure = Failure::NotConverged;
         let before = self.work.steps;
         for shots in 1..=SHOTS_PER_CONNECTION {
-            // Shoot the ray, with its tangents: the miss is r of eq. (Newton step).
+            // Trace the ray with its tangents: the miss is r of eq. (Newton step).
             let shot = self.shoot(world, &trial, start);
             let miss = shot.map_or(f64::INFINITY, |hit| hit.end_state.x.distance(y));
-            // Where the ray has ended counts, not where it should have.
+            // Take the length at which the ray has ended, not the requested one.
             if let Ok(hit) = &shot
                 && hit.travelled.optical_length > 0.0
             {
                 trial.length = hit.travelled.optical_length;
             }
-            // Accept it if r is small, and correct it by one more step.
+            // Accept the ray if r is small, and correct it by one more step.
             // Planted error "solver tolerance looser than the distance to the wall", found by morgana-transport/transport::slabs::mcml_mismatched_half_space:
             // let arrived = |hit: &Hit| miss <= self.tolerance.get() * distance;
             let arrived = |hit: &Hit| miss <= self.allowed_miss(&trial.family, hit, floor);
@@ -251,15 +254,16 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         Err(failure)
     }
 
-    /// Positions are no better than round-off, nor than the distance by which rays are kept off interfaces.
+    /// Smallest miss that can be demanded: positions are limited by round-off, and by the distance
+    /// by which rays are kept off interfaces.
     pub(super) fn least_miss<W: World<Region = R>>(&self, world: &W, x: DVec3, y: DVec3) -> f64 {
         1e-13 * (x.distance(y) + y.length()) + 10.0 * world.ray_epsilon()
     }
 
-    /// How close to the target a ray must pass: on the scale of its length since the last interface,
-    /// since a target just behind a wall that is lit from far away must be met on the scale of its
-    /// distance to the wall. Where the ray tube is narrow, directions and the Jacobian depend on the
-    /// target the more.
+    /// Largest miss with which a ray is accepted, relative to its length since the last interface:
+    /// a target just behind a wall that is lit from far away must be hit on the scale of its
+    /// distance to the wall. Where the ray tube is narrow, directions and the Jacobian depend more
+    /// strongly on the target, so that less is allowed.
     pub(super) fn allowed_miss(&self, family: &RayFamily, hit: &Hit, floor: f64) -> f64 {
         let straight = family.spread(hit.travelled.arc_length).powi(2);
         let correctable = (LAST_CORRECTION * hit.jacobian() / straight).clamp(1.0, LAST_CORRECTION);
@@ -269,8 +273,9 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         )
     }
 
-    /// Whether the last correction hardly changes the Jacobian: judged by how it has changed since the iterate before, or else by
-    /// how fine the field is (docs/theory.md#second-shots).
+    /// True if the last correction hardly changes the Jacobian. The estimate uses the change of the
+    /// Jacobian since the previous iterate or, without one, the field's length scale
+    /// (docs/theory.md#second-shots).
     fn is_steady<W: World<Region = R>>(
         &self,
         world: &W,
@@ -300,7 +305,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         change * correction <= allowed * step
     }
 
-    /// Shoots the ray of an iterate with tangents; keeps its pieces.
+    /// Traces the ray of an iterate with tangents, and stores its pieces.
     fn shoot<W: World<Region = R>>(
         &mut self,
         world: &W,
@@ -323,8 +328,9 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         })
     }
 
-    /// The ray of an iterate, corrected to first order for its remaining miss: unless that is no small
-    /// correction, or the ray tube at the target is narrower than the tolerance (docs/theory.md#acceptance).
+    /// Returns the ray of an iterate, corrected to first order for its remaining miss. Fails with
+    /// [`Failure::Caustic`] if the correction is not small, or the ray tube at the target is
+    /// narrower than the tolerance (docs/theory.md#acceptance).
     pub(super) fn finish(
         &self,
         iterate: &Iterate,
@@ -349,7 +355,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             return Err(Failure::Caustic);
         }
         let family = iterate.family.moved(step.truncate());
-        // The end moves sideways by the tangents at equal σ and along the ray by what is left of the miss.
+        // Move the end sideways by the tangents at equal σ, and along the ray by the rest of the
+        // miss.
         let at_equal_sigma =
             end_state.variation.dx[0] * step.x + end_state.variation.dx[1] * step.y;
         let shift = end_state.v.dot(miss - at_equal_sigma) / end_state.v.length_squared();
@@ -374,8 +381,9 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     }
 }
 
-/// The trust region after a step that did not reduce the miss: a shorter step is one in the same direction, but along the
-/// ray where the family hardly changed. `None` after the shortest.
+/// Shrinks the trust region after a step that did not reduce the miss. It shortens the step in the
+/// same direction, but only along the ray if the family hardly changed. `None` if the step was
+/// already shortest.
 fn shortened(radius: DVec2, tried: DVec2) -> Option<DVec2> {
     let tried = SHORTER * tried;
     match (tried.x < STUCK, tried.y < STUCK) {
@@ -385,7 +393,7 @@ fn shortened(radius: DVec2, tried: DVec2) -> Option<DVec2> {
     }
 }
 
-/// The unit direction from one point to another.
+/// Returns the unit direction from one point to another.
 pub(super) fn chord(x: DVec3, y: DVec3) -> Result<DVec3, Failure> {
     let failure = if (y - x).length().is_finite() {
         Failure::Coincident

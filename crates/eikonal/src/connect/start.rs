@@ -1,52 +1,53 @@
-//! Where Newton's method starts, and how far branches are looked for.
+//! Initial guesses of Newton's method, and limits of the search for branches.
 
 use super::family::RayFamily;
 use super::pattern::Pattern;
 use crate::ray::{Node, Tangents};
 
-/// A start of Newton's method: a ray and how far along it the target is taken to be.
+/// Initial guess of Newton's method: a ray, and the length along it at which the target is assumed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InitialGuess<R> {
     /// First point and direction of the ray.
     pub family: RayFamily,
-    /// The region in which it starts.
+    /// Region in which the ray starts.
     pub region: R,
     /// Optical path length ∫n ds, positive.
     pub optical_length: f64,
-    /// Which way the ray goes at refracting interfaces; the iteration keeps to it.
+    /// Choices of the ray at refracting interfaces; the iteration keeps them.
     pub pattern: Pattern,
 }
 
-/// A start whose ray has been followed before.
+/// An initial guess whose ray has been traced before.
 #[derive(Clone, Copy, Debug)]
 pub struct Followed<R> {
-    /// The start.
+    /// Initial guess.
     pub start: InitialGuess<R>,
-    /// Where the ray gets, with its tangents.
+    /// End of the ray, with its tangents.
     pub end: Node<Tangents>,
-    /// Field evaluations that it took to find that.
+    /// Number of field evaluations that tracing took.
     pub evaluations: u64,
 }
 
-/// How far, and through how many reflections, branches are looked for.
+/// Limits of the search for branches: length and number of reflections.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reach {
-    /// Longest optical path length ∫n ds; no more than a million times the distance of the points counts.
+    /// Longest optical path length ∫n ds; at most a million times the distance between the points
+    /// has an effect.
     pub optical_length: f64,
-    /// Most reflections at places where refraction is possible; at most [`Pattern::ENCOUNTERS`]
-    /// matter.
+    /// Maximum number of reflections where refraction is possible; at most [`Pattern::ENCOUNTERS`]
+    /// have an effect.
     pub reflections: u32,
-    /// Most reflections in all, total ones included.
+    /// Maximum number of all reflections, total reflections included.
     pub bounces: u32,
 }
 
-/// How many times the distance of the points branches are looked for at most.
+/// Largest optical path length of a search, relative to the distance between the points.
 const FARTHEST: f64 = 1e6;
 
 impl Reach {
-    /// As much of it as counts for points at a distance: rays are not followed without end.
+    /// Limits the reach for points at a distance, so that rays are not traced without end.
     pub(super) fn within(self, distance: f64) -> Self {
-        // Not a number is no length.
+        // Replace NaN by zero length.
         let optical_length = self.optical_length.max(0.0).min(FARTHEST * distance);
         Reach {
             optical_length,
@@ -54,8 +55,8 @@ impl Reach {
         }
     }
 
-    /// Whether a branch is looked for that has this optical path length, takes `reflections` by choice
-    /// and `bounces` in all.
+    /// True if the reach includes a branch of this optical path length, with `reflections` by
+    /// choice and `bounces` in total.
     pub fn includes(&self, optical_length: f64, reflections: u32, bounces: u32) -> bool {
         optical_length <= self.optical_length
             && reflections <= self.reflections

@@ -1,13 +1,15 @@
-//! Rays through one smooth interface from a field that bends them to a region of constant index, by collocation
-//! (docs/theory.md#through-a-lens).
+//! Rays through one smooth interface from a field that bends rays to a region of constant index, by
+//! collocation (docs/theory.md#through-a-lens).
 //!
-//! The unknown is the point of the interface. From there to the inner end [collocation](super::collocate) knows the ray, to the
-//! outer one it is straight; by Fermat's principle the optical length of both is stationary:
+//! The unknown is the point of the interface. From this point to the inner end,
+//! [collocation](super::collocate) finds the ray; to the outer end the ray is straight. By Fermat's
+//! principle the total optical length is stationary:
 //!
 //! g = v − n′e has no component along the interface,
 //!
-//! with v the velocity at which the ray arrives there, and e the direction from there to the outer end. That is Snell's
-//! law, but smooth even where rays graze the interface, and beyond. Tangents give its derivatives.
+//! where v is the velocity of the arriving ray at the interface, and e the direction from there to
+//! the outer end. This is Snell's law, but smooth even where rays graze the interface, and beyond.
+//! The tangents give the derivatives of g.
 
 use super::collocate::{Collocation, collocated};
 use super::connection::ConnectingRay;
@@ -21,25 +23,25 @@ use crate::interface::{Interface, Rule};
 use crate::ray::{Arc, Node, Tangents, Variation, perpendicular_basis};
 use glam::{DMat2, DMat3, DVec2, DVec3};
 
-/// Rounds of Newton's method.
+/// Maximum number of rounds of Newton's method.
 const ROUNDS: usize = 8;
-/// A step goes no further than this share of the way from the inner point.
+/// Longest step, as a fraction of the distance to the inner point.
 const FARTHEST: f64 = 0.5;
-/// Lines to the interface are prolonged by this share to be sure to meet it.
+/// Fraction by which lines to the interface are extended, so that they meet it.
 const BEYOND: f64 = 0.5;
 
-/// Where to look for a ray between a point in a field and one where the index is constant.
+/// Initial guess of a ray between a point in a field and a point where the index is constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WallGuess<R> {
-    /// The end in the field.
+    /// End of the ray in the field.
     pub inner: DVec3,
     /// The region of the field.
     pub region: R,
-    /// The other end.
+    /// End of the ray where the index is constant.
     pub outer: DVec3,
-    /// About where the ray crosses the interface.
+    /// Approximate point where the ray crosses the interface.
     pub crossing: DVec3,
-    /// Whether the ray is wanted from the inner end to the outer one.
+    /// True for the ray from the inner to the outer end, false for the reverse ray.
     pub outward: bool,
 }
 
@@ -48,17 +50,18 @@ struct Inside<R> {
     crossing: Crossing<R>,
     /// Unit normal on the side of the outer end.
     normal: DVec3,
-    /// First velocity.
+    /// Velocity at the inner end.
     first: DVec3,
-    /// At the interface, just before it.
+    /// Node at the interface, just before it.
     node: Node<Tangents>,
     travelled: Travelled,
     interface: Interface,
 }
 
 impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
-    /// The ray near a guess, whose [pieces](Self::pieces) are kept: none of it shot. `None` if it is not found, if collocation does
-    /// not know the part inside, or if anything else than the one interface lies on the way.
+    /// Returns the ray near a guess and stores its [pieces](Self::pieces), without tracing rays.
+    /// `None` if the ray is not found, if collocation cannot find the part inside, or if anything
+    /// except the one interface lies on the way.
     pub fn through_wall<W: World<Region = R>>(
         &mut self,
         world: &W,
@@ -79,7 +82,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         None
     }
 
-    /// The ray from the inner end to where the line towards `aim` meets the interface.
+    /// Returns the ray from the inner end to the point where the line towards `aim` meets the
+    /// interface.
     fn inside<W: World<Region = R>>(
         &mut self,
         world: &W,
@@ -124,7 +128,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         })
     }
 
-    /// The ray that goes on from inside by refraction, if it passes the outer end closely enough, and nothing else lies on its way.
+    /// Continues the ray by refraction to the outer end. `None` if it misses the outer end by too
+    /// much, or if anything else lies on the way.
     fn refracted<W: World<Region = R>>(
         &mut self,
         world: &W,
@@ -203,7 +208,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         self.pieces.push(piece(inside.crossing.beyond, *line));
     }
 
-    /// The same ray from the outer end to the inner one: J over n² at the start is the same either way (étendue is conserved).
+    /// Returns the ray in the reverse direction, from the outer end to the inner one. J over n² at
+    /// the start is equal in both directions (étendue is conserved).
     fn turned_round(&mut self, guess: &WallGuess<R>, ray: &ConnectingRay) -> ConnectingRay {
         let event = self.pieces.iter().find_map(|piece| piece.event);
         self.pieces.reverse();
@@ -232,14 +238,16 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
 }
 
 impl<R> Inside<R> {
-    /// The point of the interface to which a step of Newton's method leads; `None` where that is none.
+    /// Returns the point of the interface to which a step of Newton's method leads; `None` if the
+    /// step is not finite.
     fn next(&self, guess: &WallGuess<R>, n_far: f64) -> Option<DVec3> {
         let (p, node) = (self.crossing.position, &self.node);
         let to_outer = guess.outer - p;
         let distance = to_outer.length();
         let e = to_outer / distance;
         let g = node.v - e * n_far;
-        // Changes of v with p: the ray's neighbours, at equal σ, and the ray itself.
+        // Compute the change of v with p from the neighbouring rays, at equal σ, and from the ray
+        // itself.
         let [a, b] = node.variation.dx;
         let places = DMat3::from_cols(a, b, node.v);
         let [da, db] = node.variation.dv;

@@ -1,13 +1,14 @@
-//! A leg of a ray against the ray in another field that joins its ends.
+//! A segment of a ray against the ray in another field that connects its ends.
 //!
-//! With γ(σ) the ray, of span Σ, y(σ) the reference ray drawn out from its own span ρΣ to that of γ, δ = γ − y, and the
-//! equation of motion y″ = ½ρ²∇n_r²(y) used on ∫y′·δ′,
+//! Let γ(σ) be the ray, with span Σ, and y(σ) the reference ray, stretched from its own span ρΣ to
+//! the span of γ. With δ = γ − y, and the equation of motion y″ = ½ρ²∇n_r²(y) used on ∫y′·δ′,
 //!
 //! ```text
 //! S − S_r = ½ ∫ [ n²(γ) − n_r²(γ) + n_r²(γ) − n_r²(y) − ρ²∇n_r²(y)·δ + (1 − ρ)² n_r²(y) + |δ′|² ] dσ
 //! ```
 //!
-//! The first two terms are the contrast, what follows is of second order in it (docs/theory.md#optical-path-difference).
+//! The first two terms are the contrast; all other terms are of second order in it
+//! (docs/theory.md#optical-path-difference).
 
 use super::quadrature::{Integrand, Quadrature};
 use crate::connect::{InitialGuess, Pattern, Piece, RayFamily, Solver, Unbounded};
@@ -15,19 +16,19 @@ use crate::field::Field;
 use crate::ray::{Arc, Tolerance, Work};
 use glam::DVec3;
 
-/// Tolerance of the reference ray. Its error counts in second order.
+/// Tolerance of the reference ray. Its error has a second-order effect.
 const TOLERANCE: f64 = 1e-9;
 
 /// A ray since its start or its last reflection.
 #[derive(Clone, Debug)]
 pub(super) struct CurvedLeg<'a> {
     reference: &'a Field,
-    /// The direction in which it started.
+    /// Direction in which the ray started.
     toward: DVec3,
     parts: Vec<Part>,
-    /// ∫ (n² − n_r²) dσ.
+    /// Integral ∫ (n² − n_r²) dσ.
     contrast: f64,
-    /// ∫n ds.
+    /// Optical length ∫n ds.
     optical_length: f64,
 }
 
@@ -37,9 +38,10 @@ struct Part {
     arc: Arc,
     from: f64,
     to: f64,
-    /// What moves its start to the end of the part before: rays start somewhat beyond the surfaces that they cross.
+    /// Shift of the part's start to the end of the previous part: rays start slightly beyond the
+    /// surfaces that they cross.
     shift: DVec3,
-    /// σ at its start.
+    /// Parameter σ at the start of the part.
     sigma: f64,
 }
 
@@ -52,7 +54,7 @@ impl Part {
         self.position(self.to)
     }
 
-    /// σ from the leg's start.
+    /// Returns σ from the start of the segment.
     fn sigma(&self, theta: f64) -> f64 {
         self.sigma + (theta - self.from) * self.arc.h()
     }
@@ -69,7 +71,7 @@ impl<'a> CurvedLeg<'a> {
         }
     }
 
-    /// That of a reflected ray.
+    /// Starts the segment of a reflected ray.
     pub(super) fn reflected(&self, toward: DVec3) -> Self {
         CurvedLeg::new(self.reference, toward)
     }
@@ -103,7 +105,7 @@ impl<'a> CurvedLeg<'a> {
         self.parts.push(part);
     }
 
-    /// S − S_r; NaN if no reference ray is found.
+    /// Returns S − S_r; NaN if no reference ray is found.
     pub(super) fn value(&self, quadrature: &mut Quadrature, work: &mut Work) -> f64 {
         let (Some(first), Some(last)) = (self.parts.first(), self.parts.last()) else {
             return 0.0;
@@ -121,7 +123,7 @@ impl<'a> CurvedLeg<'a> {
         }
     }
 
-    /// The reference ray, looked for near the ray itself, then near the chord.
+    /// Finds the reference ray, from the ray itself or else from the chord.
     fn reference_ray(&self, x: DVec3, y: DVec3, work: &mut Work) -> Option<ReferenceRay> {
         let mut solver = Solver::new(Tolerance::new(TOLERANCE));
         let world = Unbounded(self.reference);
@@ -140,7 +142,7 @@ impl<'a> CurvedLeg<'a> {
         found.ok().map(|_| ReferenceRay::new(solver.pieces()))
     }
 
-    /// What is of second order in the contrast, twice.
+    /// Returns twice the terms of second order in the contrast.
     fn second_order(&self, ray: &ReferenceRay, span: f64, quadrature: &mut Quadrature) -> f64 {
         let rho = ray.span / span;
         let field = self.reference;
@@ -170,19 +172,19 @@ impl<'a> CurvedLeg<'a> {
     }
 }
 
-/// A span of σ over which a field has no feature that a quadrature with 15 points would miss.
+/// Span of σ over which a field has no feature that a quadrature with 15 points would miss.
 fn span_of(field: &Field, x: DVec3, v: DVec3) -> f64 {
     field
         .resolved_span(x, v)
         .min(field.length_scale(x) / v.length())
 }
 
-/// The arcs of a reference ray.
+/// Arcs of a reference ray.
 struct ReferenceRay {
     arcs: Vec<Arc>,
-    /// σ at their starts.
+    /// Parameter σ at the starts of the arcs.
     starts: Vec<f64>,
-    /// σ at the end.
+    /// Parameter σ at the end.
     span: f64,
 }
 
@@ -198,7 +200,7 @@ impl ReferenceRay {
         ReferenceRay { arcs, starts, span }
     }
 
-    /// Position and velocity at σ.
+    /// Returns position and velocity at σ.
     fn at(&self, sigma: f64) -> (DVec3, DVec3) {
         let i = self.starts.partition_point(|start| *start <= sigma).max(1) - 1;
         let arc = &self.arcs[i];

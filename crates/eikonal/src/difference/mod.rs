@@ -1,9 +1,11 @@
-//! Optical path differences: how much longer, or shorter, a ray is than the rays of a reference that join its ends.
+//! Optical path differences: the optical length of a ray minus the optical length of reference rays
+//! between its ends.
 //!
-//! What is integrated is as small as the contrast, so that nothing cancels. It is Hamilton's action less that of the
-//! reference ray, hence stationary in the path between the ends: an error of the path counts in second order only.
-//! Steps are chosen for positions, and in weak fields are far longer than what the contrast varies over, so the
-//! integral has an error control of its own.
+//! The integrand is as small as the contrast, so that nothing cancels. The integral is Hamilton's
+//! action minus the action of the reference ray. It is stationary in the path between the ends, so
+//! that an error of the path has only a second-order effect. Steps of rays are chosen for
+//! positions, and in weak fields are far longer than the scale on which the contrast varies. The
+//! integral therefore has its own error control.
 //!
 //! Theory: docs/theory.md#optical-path-difference.
 
@@ -18,23 +20,23 @@ use glam::DVec3;
 use quadrature::Quadrature;
 use straight::StraightLeg;
 
-/// What optical path differences are taken against.
+/// Reference of optical path differences.
 #[derive(Clone, Copy, Debug)]
 pub enum Reference<'a> {
-    /// An index > 0 that is the same everywhere: the rays of the reference are straight.
+    /// A constant index > 0: the rays of the reference are straight.
     Index(f64),
     /// A field that fills all of space.
     Field(&'a Field),
 }
 
-/// The optical path difference of a ray, arc by arc: its optical length less that of the rays of a reference that join
-/// its start, the points where it was reflected, and its end.
+/// Optical path difference of a ray, arc by arc: its optical length minus the optical length of the
+/// reference rays that connect its start, its points of reflection, and its end.
 ///
-/// The error is about 1e-7 of the largest contrast |n − n_r| on the ray times the length, whatever the tolerance of
-/// the ray, and rounding, 2e-16 of the length.
+/// The error is about 1e-7 of the largest contrast |n − n_r| on the ray times the length, whatever
+/// the tolerance of the ray, plus rounding, 2e-16 of the length.
 #[derive(Clone, Debug)]
 pub struct PathDifference<'a> {
-    /// Of the legs that have ended.
+    /// Path difference of the completed segments.
     done: f64,
     leg: Leg<'a>,
     quadrature: Quadrature,
@@ -48,7 +50,7 @@ enum Leg<'a> {
 }
 
 impl<'a> PathDifference<'a> {
-    /// Of a ray that starts in the unit direction `toward`.
+    /// Starts the path difference of a ray in the unit direction `toward`.
     pub fn new(reference: Reference<'a>, toward: DVec3) -> Self {
         PathDifference {
             done: 0.0,
@@ -60,7 +62,8 @@ impl<'a> PathDifference<'a> {
         }
     }
 
-    /// So far, in units of length, if it is at hand: against an index that is the same everywhere.
+    /// Returns the path difference so far, in units of length, if it is known without a search:
+    /// against a constant index.
     pub fn so_far(&self) -> Option<f64> {
         match &self.leg {
             Leg::Straight(leg) => Some(self.done + leg.value()),
@@ -68,8 +71,9 @@ impl<'a> PathDifference<'a> {
         }
     }
 
-    /// So far, in units of length. Against a field this looks for the reference ray: one of those that join the ends,
-    /// that to which the ray itself leads, or the chord; NaN if there is none, or if it was given up.
+    /// Returns the path difference so far, in units of length. Against a field, this searches for
+    /// the reference ray between the ends: the ray to which a search from the ray itself, or else
+    /// from the chord, converges. NaN if there is none, or if the computation was abandoned.
     pub fn value(&mut self, work: &mut Work) -> f64 {
         let leg = match &self.leg {
             Leg::Straight(leg) => leg.value(),
@@ -83,12 +87,12 @@ impl<'a> PathDifference<'a> {
         self.done + leg
     }
 
-    /// Whether it was given up, because a field is too fine: it is NaN then.
+    /// True if the computation was abandoned because a field is too fine; the value is then NaN.
     pub fn is_over_budget(&self) -> bool {
         self.quadrature.is_over_budget()
     }
 
-    /// The ray is reflected into the unit direction `toward`, and so are those of the reference.
+    /// Reflects the ray, and the reference rays, into the unit direction `toward`.
     pub fn reflect(&mut self, toward: DVec3, work: &mut Work) {
         self.done = self.value(work);
         self.leg = match &self.leg {

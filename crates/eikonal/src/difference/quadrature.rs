@@ -1,9 +1,9 @@
-//! Quadrature of what is as small as the contrast, whatever the steps of the ray.
+//! Quadrature of integrands as small as the contrast, independent of the steps of the ray.
 
 use crate::budget::EVALUATIONS_PER_DIFFERENCE;
 
-/// Nodes of the quadrature of Kronrod with 15 points on [−1, 1], from the end to the middle. Every second is one of Gauss's
-/// with 7 points.
+/// Nodes of Kronrod's quadrature with 15 points on [−1, 1], from the end to the middle. Every
+/// second node is a node of Gauss's quadrature with 7 points.
 const NODES: [f64; 8] = [
     0.991_455_371_120_812_6,
     0.949_107_912_342_758_5,
@@ -25,57 +25,59 @@ const KRONROD: [f64; 8] = [
     0.204_432_940_075_298_9,
     0.209_482_141_084_727_82,
 ];
-/// Gauss's weights, of every second node.
+/// Gauss's weights, for every second node.
 const GAUSS: [f64; 4] = [
     0.129_484_966_168_869_7,
     0.279_705_391_489_276_64,
     0.381_830_050_505_118_9,
     0.417_959_183_673_469_4,
 ];
-/// Evaluations of a panel.
+/// Number of evaluations of a panel.
 const POINTS: u64 = 15;
-/// Difference of the two quadratures over a panel at which it is accepted, relative to the largest contrast so far: that of
-/// Kronrod is an order of magnitude better.
+/// Largest accepted difference of the two quadratures over a panel, relative to the largest
+/// contrast so far. Kronrod's quadrature is an order of magnitude better than this.
 const TOLERANCE: f64 = 1e-6;
-/// Likewise relative to squared indices of which the contrast is a difference: there it is rounding.
+/// Rounding error of a contrast, relative to the squared indices that are subtracted.
 const ROUNDING: f64 = 1e-15;
-/// Panels are halved at most so often.
+/// Maximum number of times that a panel is halved.
 const MOST_HALVINGS: u32 = 12;
-/// No panel is a smaller part of an arc, lest a field without any scale take for ever.
+/// Smallest panel, as a fraction of an arc, so that a field without any scale does not take for
+/// ever.
 const LEAST_PANEL: f64 = 1e-6;
 
-/// What is integrated, at a place: the difference of squared indices there, and all else.
+/// Integrand at a place: the difference of squared indices, and all other terms.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Integrand {
-    /// n² − n_r².
+    /// Contrast n² − n_r².
     pub contrast: f64,
-    /// What is added to it.
+    /// All other terms.
     pub rest: f64,
 }
 
 /// Integrals to 1e-7 of the largest contrast met so far.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Quadrature {
-    /// Largest |n² − n_r²|.
+    /// Largest contrast |n² − n_r²| so far.
     contrast: f64,
-    /// What is rounding.
+    /// Absolute difference below which only rounding remains.
     rounding: f64,
-    /// Evaluations of the integrand.
+    /// Number of evaluations of the integrand.
     pub evaluations: u64,
 }
 
 impl Quadrature {
-    /// Takes note of a contrast.
+    /// Records a contrast.
     pub(super) fn meet(&mut self, contrast: f64) {
         self.contrast = self.contrast.max(contrast.abs());
     }
 
-    /// Takes note of squared indices of this size, whose differences are rounded.
+    /// Records the size of squared indices that are subtracted, which sets the rounding error.
     pub(super) fn subtract(&mut self, n2: f64) {
         self.rounding = self.rounding.max(ROUNDING * n2);
     }
 
-    /// ∫ f dθ from θ to θ, in panels whose widths are at most `width`(θ) at their starts.
+    /// Integrates f over θ, in panels with widths of at most `width`(θ) at their starts; NaN if
+    /// over budget.
     pub(super) fn integrate(
         &mut self,
         [from, to]: [f64; 2],
@@ -92,7 +94,7 @@ impl Quadrature {
         if self.is_over_budget() { f64::NAN } else { sum }
     }
 
-    /// Whether it was given up, so that integrals are not known.
+    /// True if the computation was abandoned, so that integrals are unknown.
     pub(super) fn is_over_budget(&self) -> bool {
         self.evaluations > EVALUATIONS_PER_DIFFERENCE
     }
@@ -116,7 +118,7 @@ impl Quadrature {
             }
         }
         self.evaluations += POINTS;
-        // What is not finite does not become so by halving.
+        // Accept values that are not finite: halving would not help.
         let poor = (kronrod - gauss).abs() > (TOLERANCE * self.contrast).max(self.rounding);
         if !poor || halvings == 0 || self.is_over_budget() {
             return kronrod * half;

@@ -1,30 +1,32 @@
-//! A leg of a ray against the straight ray in a constant index that joins its ends.
+//! A segment of a ray against the straight ray in a constant index that connects its ends.
 //!
-//! With S = ∫n² dσ the optical length of a ray, c and u the length and the unit direction of the chord of its ends, and
-//! c = ∫v·u dσ,
+//! Let S = ∫n² dσ be the optical length of a ray, c the length and u the unit direction of the
+//! chord between its ends. As c = ∫v·u dσ,
 //!
 //! ```text
 //! S − n_r c = ½ ∫ [(n² − n_r²) + |v − n_r u|²] dσ        (|v|² = n² on the ray)
 //! ```
 //!
-//! Nothing cancels here: both terms are as small as the contrast (docs/theory.md#optical-path-difference).
+//! Nothing cancels here: both terms are as small as the contrast
+//! (docs/theory.md#optical-path-difference).
 
 use super::quadrature::{Integrand, Quadrature};
 use crate::field::Field;
 use crate::ray::Arc;
 use glam::DVec3;
 
-/// A ray since its start or its last reflection. `w` is v − n_r e for the unit direction e in which it started.
+/// A ray since its start or its last reflection. Here w = v − n_r e, for the unit direction e in
+/// which the ray started.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct StraightLeg {
     n_ref: f64,
-    /// e.
+    /// Unit direction e.
     toward: DVec3,
-    /// ∫ (n² − n_r² + |w|²) dσ.
+    /// Integral ∫ (n² − n_r² + |w|²) dσ.
     action: f64,
-    /// ∫ w dσ.
+    /// Integral ∫ w dσ.
     drift: DVec3,
-    /// ∫ dσ.
+    /// Integral ∫ dσ.
     span: f64,
 }
 
@@ -39,12 +41,13 @@ impl StraightLeg {
         }
     }
 
-    /// That of a reflected ray.
+    /// Starts the segment of a reflected ray.
     pub(super) fn reflected(&self, toward: DVec3) -> Self {
         StraightLeg::new(self.n_ref, toward)
     }
 
-    /// S − n_r c. With the chord's direction u = e + t, ∫|v − n_r u|² = ∫|w|² − 2n_r t·∫w + n_r²|t|²∫dσ.
+    /// Returns S − n_r c. With the chord's direction u = e + t, ∫|v − n_r u|² = ∫|w|² − 2n_r t·∫w +
+    /// n_r²|t|²∫dσ.
     pub(super) fn value(&self) -> f64 {
         let n_ref = self.n_ref;
         let chord = self.toward * (n_ref * self.span) + self.drift;
@@ -68,7 +71,7 @@ impl StraightLeg {
         let n2_ref = self.n_ref * self.n_ref;
         self.span += (to - from) * arc.h();
         if arc.is_straight() {
-            // Where the index does not change.
+            // Use the closed form where the index is constant.
             let (span, w) = ((to - from) * arc.h(), arc.velocity(from) - e);
             let contrast = field.n2(arc.position(from)) - n2_ref;
             quadrature.meet(contrast);

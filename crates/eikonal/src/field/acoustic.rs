@@ -10,31 +10,32 @@ use super::{IndexDerivative, Jet};
 use crate::bounds::{Aabb, FieldBounds, IndexBounds};
 use glam::{DVec2, DVec3};
 
-/// n(x) = n₀ + Σ Δn J_m(kr) cos(mφ + φ₀), (r, φ) polar coordinates around an axis: a snapshot of
-/// standing ultrasound in a cylindrical transducer, a virtual light guide.
+/// Index n(x) = n₀ + Σ Δn J_m(kr) cos(mφ + φ₀), with polar coordinates (r, φ) around an axis: a
+/// snapshot of standing ultrasound in a cylindrical transducer, a virtual light guide.
 ///
-/// φ = 0 lies along the transverse part of a reference direction e₁, and φ grows from there
+/// The angle φ is 0 along the transverse part of a reference direction e₁, and grows from there
 /// towards axis × e₁.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Acoustic {
     n0: f64,
     axis: Axis,
     modes: Vec<AcousticMode>,
-    /// Of each mode; those of one order share theirs.
+    /// Tables of the modes; modes of one order share a table.
     tables: Vec<Option<BesselTable>>,
     lengths: Lengths,
-    /// See [`Sound::elasto_optic`].
+    /// Elasto-optic coefficient, see [`Sound::elasto_optic`].
     elasto_optic: Option<f64>,
 }
 
 impl Acoustic {
-    /// Mean index `n0` > 0 around an axis through `origin` along `direction`; `reference` is not
-    /// parallel to it. The sum of the peaks of the modes, at whatever instant, stays below `n0`.
+    /// Creates a field of mean index `n0` > 0 around an axis through `origin` along `direction`;
+    /// `reference` must not be parallel to it. The sum of the peaks of the modes, at any instant,
+    /// must stay below `n0`.
     ///
     /// # Errors
     ///
-    /// A mean index that is not positive and finite, or not above the sum of the peaks; an origin or direction that is not finite, a direction of
-    /// zero, or a reference along the axis.
+    /// A mean index that is not positive and finite, or not above the sum of the peaks; an origin
+    /// or direction that is not finite, a direction of zero, or a reference along the axis.
     pub fn new(
         n0: f64,
         origin: DVec3,
@@ -55,7 +56,8 @@ impl Acoustic {
         })
     }
 
-    /// The field with the elasto-optic coefficient η = ρc² ∂n/∂p > 0, which says how far sound moves what scatters (0.32 in water).
+    /// Returns the field with the elasto-optic coefficient η = ρc² ∂n/∂p > 0 (0.32 in water), which
+    /// determines how far sound moves scatterers.
     ///
     /// # Errors
     ///
@@ -77,17 +79,17 @@ impl Acoustic {
         tables.map(BesselTable::memory).sum()
     }
 
-    /// The field at the phase ωt of the sound, in radians.
+    /// Returns the field at the phase ωt of the sound, in radians.
     pub(super) fn at_phase(&self, phase: f64) -> Self {
         self.over(self.modes.iter().map(|m| m.at_phase(phase)).collect())
     }
 
-    /// See [`Field::at_rest`](super::Field::at_rest).
+    /// Returns the field without sound, see [`Field::at_rest`](super::Field::at_rest).
     pub(super) fn at_rest(&self) -> Self {
         self.over(self.modes.iter().map(|m| m.at_rest()).collect())
     }
 
-    /// The same modes at another instant.
+    /// Returns this field with its modes at another instant.
     fn over(&self, modes: Vec<AcousticMode>) -> Self {
         Acoustic {
             lengths: Lengths::new(self.n0, &modes),
@@ -97,7 +99,7 @@ impl Acoustic {
         }
     }
 
-    /// Those of the modes, of the wavelengths 2π/k.
+    /// Returns the sounds of the modes, with wavelengths 2π/k.
     pub(super) fn sounds(&self) -> impl Iterator<Item = Sound> {
         let elasto_optic = self.elasto_optic;
         self.modes.iter().map(move |mode| Sound {
@@ -106,13 +108,13 @@ impl Acoustic {
         })
     }
 
-    /// The modes at their peaks, and e^{iτ} of each.
+    /// Returns the field with its modes at their peaks, and e^{iτ} of each mode.
     pub(super) fn peaks_in_time(&self) -> (Self, Vec<DVec2>) {
         let (modes, turns) = self.modes.iter().map(AcousticMode::peak_in_time).unzip();
         (self.over(modes), turns)
     }
 
-    /// The modes, turned in time, as amplitudes of n²: the value and the gradient at `x`.
+    /// Returns the amplitudes of n² of the modes, turned in time: value and gradient at `x`.
     pub(super) fn amplitudes(&self, turns: &[DVec2], x: DVec3) -> SoundAmplitude {
         let d = self.axis.transverse(x);
         let (mut value, mut re, mut im) = (DVec2::ZERO, DVec2::ZERO, DVec2::ZERO);
@@ -129,7 +131,7 @@ impl Acoustic {
         }
     }
 
-    /// Values alone, of [`Acoustic::amplitudes`].
+    /// Returns only the value of [`Acoustic::amplitudes`].
     pub(super) fn values(&self, turns: &[DVec2], x: DVec3) -> DVec2 {
         let d = self.axis.transverse(x);
         let modes = self.modes.iter().zip(&self.tables).zip(turns);
@@ -137,19 +139,20 @@ impl Acoustic {
         waves.sum::<DVec2>() * (2.0 * self.n0)
     }
 
-    /// Largest amplitude of n² that there can be.
+    /// Largest possible amplitude of n².
     pub(super) fn largest_amplitude(&self) -> f64 {
         let peaks = self.modes.iter().map(|m| m.loudest().limits(EVERYWHERE)[0]);
         2.0 * self.n0 * peaks.sum::<f64>()
     }
 
-    /// n₀.
+    /// Mean index n₀.
     pub(super) fn n0(&self) -> f64 {
         self.n0
     }
 
-    /// Names and numbers of its parameters. Those of several modes are numbered. The axis and the reference direction are unit vectors, the
-    /// latter across the axis.
+    /// Returns names and values of the parameters. Parameters of several modes are numbered. The
+    /// axis and the reference direction are unit vectors; the reference direction is perpendicular
+    /// to the axis.
     pub(super) fn parameters(&self) -> Vec<(String, Vec<f64>)> {
         let (axis, [reference, _]) = (&self.axis, self.axis.basis());
         let vector = |name: &str, v: DVec3| (name.to_owned(), v.to_array().to_vec());
@@ -175,17 +178,17 @@ impl Acoustic {
         10 + MODE_PARAMETERS.len() * self.modes.len()
     }
 
-    /// Adds derivatives by these parameters.
+    /// Adds derivatives with respect to the parameters.
     pub(super) fn add_parameter_derivative(&self, x: DVec3, by: IndexDerivative, into: &mut [f64]) {
         let d = self.axis.transverse(x);
         let jet = self.jet(x);
         let n = jet.n2.sqrt();
-        // n² and ∇n² change by 2n δn and 2(∇n δn + n ∇δn).
+        // Derive by n: n² and ∇n² change by 2n δn and 2(∇n δn + n ∇δn).
         let by_value = 2.0 * n * by.n2 + jet.grad.dot(by.gradient) / n;
         let by_slope = self.axis.across(by.gradient) * (2.0 * n);
         into[0] += by_value;
         let moved = -(jet.grad * by.n2 + jet.hess * by.gradient);
-        // Of a rotation about the origin.
+        // Derive by a rotation about the origin.
         let from = x - self.axis.origin();
         let torque = from.cross(moved) + jet.grad.cross(by.gradient);
         let (axis, [_, e2]) = (self.axis.direction(), self.axis.basis());
@@ -204,7 +207,7 @@ impl Acoustic {
         }
     }
 
-    /// The modes that change something at this instant, with their tables.
+    /// Returns the modes that are not silent at this instant, with their tables.
     fn heard(&self) -> impl Iterator<Item = (&AcousticMode, Option<&BesselTable>)> {
         let modes = self.modes.iter().zip(&self.tables);
         let heard = modes.filter(|(mode, _)| !mode.is_silent());
@@ -233,7 +236,7 @@ impl Acoustic {
     pub(super) fn jet(&self, x: DVec3) -> Jet {
         let w = self.wave(self.axis.transverse(x));
         let (n, grad) = (self.n0 + w.value, w.grad);
-        // ½ Hess n² = n Hess n + ∇n⊗∇n, in the transverse plane.
+        // Compute ½ Hess n² = n Hess n + ∇n⊗∇n, in the transverse plane.
         let [xx, xy, yy] = [
             n * w.xx + grad.x * grad.x,
             n * w.xy + grad.x * grad.y,
@@ -246,21 +249,21 @@ impl Acoustic {
         }
     }
 
-    /// Limits of the modes over the distances to the axis found in the box; in a small box a Taylor
-    /// expansion about its middle is better.
+    /// Computes bounds from the limits of the modes over the range of distances to the axis in the
+    /// box. In a small box, a Taylor expansion about its middle is tighter.
     pub(super) fn bounds(&self, region: &Aabb) -> FieldBounds {
         let radii = self.axis.radius_range(region);
         let sum = |of: &dyn Fn(&AcousticMode) -> [f64; 3]| {
             let each = self.modes.iter().map(of);
             each.fold([0.0; 3], |sum, v| std::array::from_fn(|p| sum[p] + v[p]))
         };
-        // The field is off by so much from the functions of which the limits are.
+        // Add the errors of the tables, because the limits are those of exact functions.
         let errors = sum(&AcousticMode::errors);
         let exact = sum(&|mode| mode.limits(radii));
         let limits: [f64; 3] = std::array::from_fn(|p| exact[p] + errors[p]);
         let third: f64 = self.modes.iter().map(AcousticMode::third_limit).sum();
 
-        // The limit gives an unbounded box a middle.
+        // Clamp an unbounded box, so that it has a middle.
         let far = DVec2::splat(1e100);
         let [min, max] = self.axis.transverse_range(region);
         let (min, max) = (min.clamp(-far, far), max.clamp(-far, far));
@@ -268,7 +271,7 @@ impl Acoustic {
         let reach = half.length();
         let middle = self.wave(0.5 * (min + max));
 
-        // Zero is the eigenvalue along the axis.
+        // Include zero, the eigenvalue along the axis.
         let [low, high] = middle.curvatures();
         let change = third * reach + 2.0 * errors[2];
         let hess_min = (low - change).max(-limits[2]).min(0.0);
@@ -286,12 +289,12 @@ impl Acoustic {
         .squared()
     }
 
-    /// See [`Lengths::of_any_direction`].
+    /// Length scale, see [`Lengths::of_any_direction`].
     pub(super) fn length_scale(&self, _: DVec3) -> f64 {
         self.lengths.of_any_direction
     }
 
-    /// See [`Lengths::along`].
+    /// Length scale for a velocity, see [`Lengths::along`].
     pub(super) fn step_scale(&self, v: DVec3) -> f64 {
         let crossed = self.axis.across(v);
         self.lengths
@@ -303,17 +306,18 @@ impl Acoustic {
     }
 }
 
-/// How long steps of rays may be.
+/// Length scales, by which steps of rays are chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Lengths {
+    /// Length scale for rays of any direction.
     of_any_direction: f64,
     /// Bound of the fourth derivatives of the index, over n₀.
     fourth: f64,
-    /// The square of that of the second ones.
+    /// Squared bound of the second derivatives of the index, over n₀.
     turning: f64,
-    /// The most by which the share of a direction across the axis grows in the field, as a square.
+    /// Largest growth, within the field, of the squared transverse part of a ray's direction.
     swing: f64,
-    /// The largest k.
+    /// Largest wave number k.
     wave_number: f64,
 }
 
@@ -334,10 +338,11 @@ impl Lengths {
         }
     }
 
-    /// The length that makes the fifth derivative of a ray by σ n⁵L⁻⁴, by the fourth derivative of the index, which is at most
-    /// 3/8 Δn k⁴ of each mode; no more than 6/k of the shortest wave, so that it is seen. All this along a direction of
-    /// which the square of the part across the axis is `crossed2`: the fourth derivatives count times its square for the
-    /// tangents of a ray. Second derivatives count whatever the direction.
+    /// Length scale L along a direction with the squared transverse part `crossed2`. The fifth
+    /// derivative of a ray with respect to σ is n⁵L⁻⁴. It follows from the fourth derivative of the
+    /// index, at most 3/8 Δn k⁴ for each mode, and from second derivatives. For the tangents of a
+    /// ray, fourth derivatives count times the squared transverse part; second derivatives count
+    /// for every direction. L is at most 6/k of the shortest wave, so that steps resolve the wave.
     fn along(&self, crossed2: f64) -> f64 {
         let crossed2 = (crossed2 + self.swing).min(1.0);
         let fifth = self.fourth * crossed2 + self.turning;
@@ -347,7 +352,7 @@ impl Lengths {
     }
 }
 
-/// A table for each mode that can have one.
+/// Returns a table for each mode that can have one.
 fn tables(modes: &[AcousticMode]) -> Vec<Option<BesselTable>> {
     let mut tables: Vec<Option<BesselTable>> = Vec::new();
     for (i, mode) in modes.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! One mode of the sound in a field (docs/theory.md#sound).
+//! Modes of the sound in a field (docs/theory.md#sound).
 
 use super::bessel;
 use super::bessel_table::{BesselTable, ERROR, Piece};
@@ -7,28 +7,28 @@ use super::sound::Sound;
 use glam::DVec2;
 use std::f64::consts::{FRAC_2_PI, PI, TAU};
 
-/// One cylindrical mode of standing sound, Δn J_m(kr) cos(mφ + φ₀) cos(ωt + τ), at an instant t.
+/// A cylindrical mode of standing sound, Δn J_m(kr) cos(mφ + φ₀) cos(ωt + τ), at an instant t.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AcousticMode {
-    /// Δn.
+    /// Peak amplitude Δn.
     peak: f64,
-    /// τ.
+    /// Phase τ in time.
     time_phase: f64,
-    /// e^{i(ωt + τ)}; zero without sound.
+    /// Complex instant e^{i(ωt + τ)}; zero without sound.
     instant: DVec2,
-    /// Δn cos(ωt + τ).
+    /// Amplitude Δn cos(ωt + τ).
     amplitude: f64,
     order: u16,
     wave_number: f64,
-    /// e^{iφ₀}.
+    /// Azimuthal phase e^{iφ₀}.
     turn: DVec2,
-    /// In Hz, if it was given.
+    /// Frequency in Hz, if it was given.
     frequency: Option<f64>,
 }
 
 impl AcousticMode {
-    /// A mode of `amplitude` Δn (any sign), azimuthal `order` m, `wave_number` k > 0 in radians
-    /// per scene unit and azimuthal `phase` φ₀ in radians, at t = 0 and with τ = 0.
+    /// Creates a mode of `amplitude` Δn (any sign), azimuthal `order` m, `wave_number` k > 0 in
+    /// radians per scene unit and azimuthal `phase` φ₀ in radians, at t = 0 and with τ = 0.
     ///
     /// # Errors
     ///
@@ -52,12 +52,12 @@ impl AcousticMode {
         })
     }
 
-    /// As [`AcousticMode::new`] with k = 2πf/c from `frequency` f > 0 in Hz and `sound_speed`
-    /// c > 0 in scene units per second.
+    /// Creates a mode like [`AcousticMode::new`], with k = 2πf/c from `frequency` f > 0 in Hz and
+    /// `sound_speed` c > 0 in scene units per second.
     ///
     /// # Errors
     ///
-    /// As [`AcousticMode::new`]; a frequency or speed that is not positive and finite.
+    /// Errors of [`AcousticMode::new`]; a frequency or speed that is not positive and finite.
     pub fn from_frequency(
         amplitude: f64,
         order: u16,
@@ -74,8 +74,8 @@ impl AcousticMode {
         })
     }
 
-    /// The mode with the phase in time τ = `time_phase`, in radians, at t = 0. Two modes with τ = 0 and −π/2 and
-    /// φ₀ = 0 and −π/2 are one that turns, cos(mφ − ωt).
+    /// Returns the mode with the phase in time τ = `time_phase`, in radians, at t = 0. Two modes
+    /// with τ = 0 and −π/2 and φ₀ = 0 and −π/2 form a rotating mode, cos(mφ − ωt).
     ///
     /// # Errors
     ///
@@ -86,17 +86,17 @@ impl AcousticMode {
         Ok(mode.at_phase(0.0))
     }
 
-    /// m.
+    /// Azimuthal order m.
     pub(super) fn order(&self) -> u16 {
         self.order
     }
 
-    /// k.
+    /// Wave number k.
     pub(super) fn wave_number(&self) -> f64 {
         self.wave_number
     }
 
-    /// Whether it changes nothing at this instant.
+    /// True if the mode does not change the index at this instant.
     pub(super) fn is_silent(&self) -> bool {
         self.amplitude == 0.0
     }
@@ -109,7 +109,7 @@ impl AcousticMode {
         }
     }
 
-    /// The mode without sound.
+    /// Returns the mode without sound.
     pub(super) fn at_rest(self) -> Self {
         AcousticMode {
             instant: DVec2::ZERO,
@@ -118,12 +118,12 @@ impl AcousticMode {
         }
     }
 
-    /// The mode at its peak, and e^{iτ}.
+    /// Returns the mode at its peak, and e^{iτ}.
     pub(super) fn peak_in_time(&self) -> (Self, DVec2) {
         (self.loudest(), DVec2::from_angle(self.time_phase))
     }
 
-    /// The mode at the instant when it changes the index most.
+    /// Returns the mode at the instant when it changes the index most.
     pub(super) fn loudest(self) -> Self {
         AcousticMode {
             instant: DVec2::X,
@@ -132,7 +132,7 @@ impl AcousticMode {
         }
     }
 
-    /// The mode at the phase ωt.
+    /// Returns the mode at the phase ωt.
     pub(super) fn at_phase(self, phase: f64) -> Self {
         let instant = DVec2::from_angle(phase + self.time_phase);
         AcousticMode {
@@ -142,7 +142,7 @@ impl AcousticMode {
         }
     }
 
-    /// Numbers that describe it, in the order of [`MODE_PARAMETERS`].
+    /// Returns the parameters of the mode, in the order of [`MODE_PARAMETERS`].
     pub(super) fn numbers(&self) -> [f64; 4] {
         [
             self.peak,
@@ -152,7 +152,8 @@ impl AcousticMode {
         ]
     }
 
-    /// Changes of value and gradient at transverse position `d` by these numbers.
+    /// Returns the derivatives of value and gradient at the transverse position `d` with respect to
+    /// these parameters.
     pub(super) fn changes(&self, d: DVec2, table: Option<&BesselTable>) -> [(f64, DVec2); 4] {
         let of = |amplitude: f64, turn: DVec2| {
             let mode = AcousticMode {
@@ -178,11 +179,11 @@ impl AcousticMode {
         ]
     }
 
-    /// Upper bounds over all radii r in `range` of |value|, |gradient| and |curvature|.
+    /// Upper bounds of |value|, |gradient| and |curvature| over all radii r in `range`.
     ///
-    /// J_m(kr)e^{imφ} is a mean of plane waves of wave number k over all directions, so its p-th
-    /// derivative along any line is at most kᵖ times the mean of |cos|ᵖ: 2/π, 1/2, 4/(3π). As a
-    /// sum of neighbouring orders (see `wave`) it is at most the sum of their peaks.
+    /// J_m(kr)e^{imφ} is a mean of plane waves of wave number k over all directions. Its p-th
+    /// derivative along any line is thus at most kᵖ times the mean of |cos|ᵖ: 2/π, 1/2, 4/(3π). As
+    /// a sum of neighbouring orders (see `wave`) it is at most the sum of their peaks.
     pub(super) fn limits(&self, range: [f64; 2]) -> [f64; 3] {
         let x = range.map(|r| self.wave_number * r);
         let m = i32::from(self.order);
@@ -198,7 +199,7 @@ impl AcousticMode {
         ]
     }
 
-    /// Upper bounds of the errors of |value|, |gradient| and |curvature|, as far as tables reach.
+    /// Upper bounds of the errors of |value|, |gradient| and |curvature| within the tables.
     pub(super) fn errors(&self) -> [f64; 3] {
         [0, 1, 2].map(|p| ERROR * self.amplitude.abs() * self.wave_number.powi(p))
     }
@@ -213,23 +214,24 @@ impl AcousticMode {
         0.375 * self.amplitude.abs() * self.wave_number.powi(4)
     }
 
-    /// Value and derivatives at transverse position `d`, with the table of the order, if there is one.
+    /// Returns value and derivatives at the transverse position `d`, given the table of the order,
+    /// if there is one.
     pub(super) fn wave(&self, d: DVec2, table: Option<&BesselTable>) -> Wave {
         self.inline_wave(d, table)
     }
 
-    /// Value and gradient alone: as [`AcousticMode::wave`] has them.
+    /// Returns value and gradient, bit-identical to [`AcousticMode::wave`].
     pub(super) fn gradient(&self, d: DVec2, table: Option<&BesselTable>) -> (f64, DVec2) {
         let wave = self.inline_wave(d, table);
         (wave.value, wave.grad)
     }
 
-    /// Value alone.
+    /// Returns the value alone.
     pub(super) fn value(&self, d: DVec2, table: Option<&BesselTable>) -> f64 {
         self.inline_wave(d, table).value
     }
 
-    /// What is not asked for is not computed, once this is in line.
+    /// Computes the wave. Inlined, so that the compiler removes the unused parts.
     #[inline(always)]
     fn inline_wave(&self, d: DVec2, table: Option<&BesselTable>) -> Wave {
         let rho2 = d.length_squared() * (self.wave_number * self.wave_number);
@@ -239,7 +241,8 @@ impl AcousticMode {
         }
     }
 
-    /// With z = k(x + iy)/ρ_c the mode is Re(e^{iφ₀} zᵐ) times a function of η, of which ∇η = kz and Hess η = k²/ρ_c.
+    /// Evaluates the mode from a table. With z = k(x + iy)/ρ_c the mode is Re(e^{iφ₀} zᵐ) times a
+    /// function of η, with ∇η = kz and Hess η = k²/ρ_c.
     #[inline(always)]
     fn tabulated(&self, piece: &Piece, d: DVec2, rho2: f64) -> Wave {
         let [value, first, second] = piece.at(rho2).map(|v| v * self.amplitude);
@@ -259,14 +262,15 @@ impl AcousticMode {
         }
     }
 
-    /// Of P = Re(e^{iφ₀} zᵐ) with z = `per`(x + iy): P in the first component, ∇P, and (∂²P/∂x², −∂²P/∂x∂y).
+    /// Returns P = Re(e^{iφ₀} zᵐ), with z = `per`(x + iy), and its derivatives: P in the first
+    /// component, ∇P, and (∂²P/∂x², −∂²P/∂x∂y).
     #[inline(always)]
     fn angular(&self, z: DVec2, per: f64) -> [DVec2; 3] {
         if self.order == 0 {
             return [self.turn, DVec2::ZERO, DVec2::ZERO];
         }
         let m = f64::from(self.order);
-        // The power m − 2, if it is negative, counts for nothing.
+        // Clamp the power m − 2: a negative power has no effect.
         let least = self.turn.rotate(power(z, self.order.saturating_sub(2)));
         let below = if self.order > 1 {
             z.rotate(least)
@@ -277,8 +281,9 @@ impl AcousticMode {
         [z.rotate(below), slope, least * (m * (m - 1.0) * per * per)]
     }
 
-    /// Without a table. With E_p = e^{iφ₀} J_p(kr) e^{ipφ} the mode is Re E_m, and (∂x ± i∂y) E_p = ∓k E_{p±1}, so
-    /// that every derivative is a sum of such terms, smooth on the axis.
+    /// Evaluates the mode without a table. With E_p = e^{iφ₀} J_p(kr) e^{ipφ} the mode is Re E_m,
+    /// and (∂x ± i∂y) E_p = ∓k E_{p±1}. Every derivative is thus a sum of such terms, smooth on the
+    /// axis.
     #[cold]
     fn computed(&self, d: DVec2) -> Wave {
         let r = d.length();
@@ -300,13 +305,13 @@ impl AcousticMode {
     }
 }
 
-/// Names of the numbers of a mode, as in scenes.
+/// Names of the parameters of a mode, as in scenes.
 pub(super) const MODE_PARAMETERS: [&str; 4] = ["amplitude", "wave_number", "phase", "time_phase"];
 
-/// All distances to the axis.
+/// Range of all distances to the axis.
 pub(super) const EVERYWHERE: [f64; 2] = [0.0, f64::INFINITY];
 
-/// `z`ᵐ of a complex number.
+/// Returns `z`ᵐ of a complex number.
 fn power(z: DVec2, m: u16) -> DVec2 {
     let (mut result, mut square, mut rest) = (DVec2::X, z, m);
     while rest > 0 {
@@ -340,7 +345,7 @@ impl Wave {
         }
     }
 
-    /// Eigenvalues of the Hessian.
+    /// Returns the eigenvalues of the Hessian.
     pub(super) fn curvatures(&self) -> [f64; 2] {
         let middle = 0.5 * (self.xx + self.yy);
         let spread = (0.5 * (self.xx - self.yy)).hypot(self.xy);
@@ -352,7 +357,7 @@ impl Wave {
 mod tests {
     use super::*;
 
-    /// Value and derivatives in units of Δn and 1/k.
+    /// Returns value and derivatives in units of Δn and 1/k.
     fn numbers(wave: Wave, k: f64) -> [f64; 6] {
         let (grad, k2) = (wave.grad / k, k * k);
         [

@@ -1,17 +1,17 @@
-//! A field moved, rotated, scaled or sheared.
+//! Fields that are moved, rotated, scaled or sheared.
 
 use super::error::{FieldError, finite_vector};
 use super::{Field, IndexDerivative, Jet};
 use crate::bounds::{Aabb, FieldBounds, symmetric_eigenvalues};
 use glam::{DAffine3, DMat3, DVec3};
 
-/// n²(x) = f(M x + b): a field given in local coordinates, M and b the inverse of the map from
+/// Field n²(x) = f(M x + b), given in local coordinates. M and b are the inverse of the map from
 /// local coordinates to the world.
 #[derive(Clone, Debug)]
 pub struct Affine {
     field: Box<Field>,
     to_local: DAffine3,
-    /// Smallest and largest |M u| of a unit vector u.
+    /// Smallest and largest |M u| for unit vectors u.
     stretch: [f64; 2],
 }
 
@@ -20,17 +20,18 @@ impl Affine {
         self.field.memory()
     }
 
-    /// `field` moved by `to_world`.
+    /// Creates `field` moved by `to_world`.
     ///
     /// # Errors
     ///
-    /// A transform that is not finite, or that cannot be inverted: one that stretches 1e14 times as much along one direction as along another.
+    /// A transform that is not finite, or that cannot be inverted: one that stretches 1e14 times as
+    /// much along one direction as along another.
     pub fn new(field: Field, to_world: DAffine3) -> Result<Self, FieldError> {
         finite_vector("translation of the transform", to_world.translation)?;
         let largest = largest_singular_value(to_world.matrix3);
         let to_local = to_world.inverse();
         let smallest = 1.0 / largest_singular_value(to_local.matrix3);
-        // A worse condition than this leaves no correct digit in the inverse.
+        // Reject worse conditions: they leave no correct digit in the inverse.
         let invertible = to_local.matrix3.is_finite() && smallest > 1e-14 * largest;
         if !invertible {
             let smallest = if smallest.is_nan() { 0.0 } else { smallest };
@@ -44,17 +45,17 @@ impl Affine {
         })
     }
 
-    /// The field in local coordinates.
+    /// Returns the field in local coordinates.
     pub(super) fn inner(&self) -> &Field {
         &self.field
     }
 
-    /// The map from the world to local coordinates.
+    /// Returns the map from the world to local coordinates.
     pub(super) fn to_local(&self) -> DAffine3 {
         self.to_local
     }
 
-    /// A point, and a derivative by n² and ∇n² there, in local coordinates.
+    /// Returns a point, and a derivative with respect to n² and ∇n² there, in local coordinates.
     pub(super) fn local_derivative(
         &self,
         x: DVec3,
@@ -64,7 +65,7 @@ impl Affine {
         (self.local(x), IndexDerivative { gradient, ..by })
     }
 
-    /// The map to the world, its matrix and then its translation, in rows of four.
+    /// Returns the map to the world, its matrix and then its translation, in rows of four.
     pub(super) fn to_world_rows(&self) -> [f64; 12] {
         let to_world = self.to_local.inverse();
         let rows = to_world.matrix3.transpose();
@@ -72,8 +73,8 @@ impl Affine {
         rows_of_four(rows, to_world.translation)
     }
 
-    /// Adds derivatives by the map to the world. A change (δA, δt) moves a point that is y in local coordinates by δAy + δt, and turns
-    /// ∇n² by −(δA M)ᵀ∇n².
+    /// Adds derivatives with respect to the map to the world. A change (δA, δt) moves a point with
+    /// the local coordinates y by δAy + δt, and turns ∇n² by −(δA M)ᵀ∇n².
     pub(super) fn add_map_derivative(&self, x: DVec3, by: IndexDerivative, into: &mut [f64]) {
         let jet = self.jet(x);
         let moved = -(jet.grad * by.n2 + jet.hess * by.gradient);
@@ -85,7 +86,7 @@ impl Affine {
         into.iter_mut().zip(rows).for_each(|(sum, by)| *sum += by);
     }
 
-    /// Another field under the same transform.
+    /// Returns another field under this transform.
     pub(super) fn over(&self, field: Field) -> Self {
         Affine {
             field: Box::new(field),
@@ -93,7 +94,7 @@ impl Affine {
         }
     }
 
-    /// Length in the world of a unit of local length, as a mean over directions.
+    /// Length in the world of a unit of local length, averaged over directions.
     pub(super) fn mean_scale(&self) -> f64 {
         self.to_local.matrix3.determinant().abs().cbrt().recip()
     }
@@ -106,13 +107,13 @@ impl Affine {
         self.field.n2(self.local(x))
     }
 
-    /// ∇n² = Mᵀ∇f.
+    /// Returns n² and its gradient, ∇n² = Mᵀ∇f.
     pub(super) fn gradient(&self, x: DVec3) -> (f64, DVec3) {
         let (n2, grad) = self.field.gradient(self.local(x));
         (n2, self.to_local.matrix3.transpose() * grad)
     }
 
-    /// Hess n² = Mᵀ Hess f M.
+    /// Returns the jet, with Hess n² = Mᵀ Hess f M.
     pub(super) fn jet(&self, x: DVec3) -> Jet {
         let local = self.field.jet(self.local(x));
         let m = self.to_local.matrix3;
@@ -123,8 +124,8 @@ impl Affine {
         }
     }
 
-    /// uᵀMᵀHMu lies between the extreme eigenvalues of H times |Mu|², which is largest or smallest
-    /// according to the sign of the eigenvalue.
+    /// Computes bounds. uᵀMᵀHMu lies between the extreme eigenvalues of H times |Mu|², for which
+    /// the largest or smallest value is taken according to the sign of the eigenvalue.
     pub(super) fn bounds(&self, region: &Aabb) -> FieldBounds {
         let local = self.field.bounds(&self.local_box(region));
         let [small, large] = self.stretch;
@@ -143,7 +144,7 @@ impl Affine {
         }
     }
 
-    /// The smallest box in local coordinates around a box in the world.
+    /// Returns the smallest box in local coordinates around a box in the world.
     pub(super) fn local_box(&self, region: &Aabb) -> Aabb {
         let rows = self.to_local.matrix3.transpose();
         let [x, y, z] = [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| region.project(row));
@@ -154,12 +155,12 @@ impl Affine {
         }
     }
 
-    /// Scaled by the direction in which the transform stretches least.
+    /// Length scale, scaled by the direction that the transform stretches least.
     pub(super) fn length_scale(&self, x: DVec3) -> f64 {
         self.field.length_scale(self.local(x)) / self.stretch[1]
     }
 
-    /// The same.
+    /// Length scale for a velocity, scaled by the direction that the transform stretches least.
     pub(super) fn step_scale(&self, x: DVec3, v: DVec3) -> f64 {
         let scale = self
             .field

@@ -1,31 +1,33 @@
-//! Derivatives of n² by the parameters of fields that formulas describe: the formula is evaluated once more in numbers that carry mixed
-//! derivatives along (docs/theory.md#derivatives-of-rays).
+//! Derivatives of n² with respect to the parameters of fields with a formula. The formula is
+//! evaluated again with numbers that carry mixed derivatives (docs/theory.md#derivatives-of-rays).
 
 use super::IndexDerivative;
 use super::formula::{HESSIAN, Number, Spatial};
 use glam::DVec3;
 
-/// Parameters of a field of a formula, at most.
+/// Maximum number of parameter values of a field with a formula.
 pub(super) const MOST: usize = 8;
 
-/// A field of which n² is a formula of the place and of a few numbers.
+/// A field with n² as a formula of the position and of a few numbers.
 pub(super) trait Analytic {
-    /// Names of the parameters, as in scenes, and how many numbers each has: `MOST` in all at most.
+    /// Names of the parameters, as in scenes, and the number of values of each: at most `MOST`
+    /// values in total.
     const PARAMETERS: &'static [(&'static str, usize)];
 
-    /// Their numbers, one after another; what is beyond them does not count.
+    /// Returns the parameter values, one after another; later entries have no effect.
     fn numbers(&self) -> [f64; MOST];
 
-    /// n² at a place.
+    /// Returns n² at a position.
     fn squared<N: Number>(x: [N; 3], p: &[N]) -> N;
 }
 
-/// How many numbers the parameters have.
+/// Number of parameter values.
 pub(super) fn count<A: Analytic>() -> usize {
     A::PARAMETERS.iter().map(|(_, count)| count).sum()
 }
 
-/// Adds the derivatives of a loss by all numbers of a field, given that by n² and ∇n² at `x`.
+/// Adds the derivatives of a loss with respect to all parameter values of a field, given the
+/// derivative with respect to n² and ∇n² at `x`.
 pub(super) fn add_derivative<A: Analytic>(
     field: &A,
     x: DVec3,
@@ -36,11 +38,12 @@ pub(super) fn add_derivative<A: Analytic>(
     add_mixed(&numbers[..count::<A>()], x, by, A::squared, into);
 }
 
-/// A number with derivatives by three variables up to the second.
+/// A number with derivatives up to second order by three variables.
 pub(super) type Mixed = Spatial<f64, HESSIAN>;
 
-/// Adds the derivatives of by·(f, ∇f) by the numbers of f, two at a time: the first variable leads along the derivative by ∇f, the
-/// others are the two numbers.
+/// Adds the derivatives of by·(f, ∇f) with respect to the parameter values of f, two at a time. The
+/// first variable moves along the derivative with respect to ∇f, the others are the two parameter
+/// values.
 pub(super) fn add_mixed(
     numbers: &[f64],
     x: DVec3,
@@ -60,7 +63,7 @@ pub(super) fn add_mixed(
             p[i] = Mixed::coordinate(1 + i - first, numbers[i]);
         }
         let found = f(place, &p).0;
-        // (∂/∂p, ∂²/∂p∂ε) of both: of xx, yy, zz, xy, yz, zx.
+        // Select (∂/∂p, ∂²/∂p∂ε) of both, from the order xx, yy, zz, xy, yz, zx.
         let changes = [[found[2], found[7]], [found[3], found[9]]];
         for (i, [value, along]) in pair.zip(changes) {
             // Planted error "derivatives by numbers of formulas without those of the slope", found by morgana-eikonal/eikonal::adjoint::parameters::fields_by_their_parameters:
@@ -70,7 +73,7 @@ pub(super) fn add_mixed(
     }
 }
 
-/// a·b.
+/// Returns a·b.
 pub(super) fn dot<N: Number>(a: &[N], b: &[N]) -> N {
     let products = a.iter().zip(b).map(|(a, b)| a.mul(b));
     products
@@ -78,7 +81,7 @@ pub(super) fn dot<N: Number>(a: &[N], b: &[N]) -> N {
         .unwrap_or(N::constant(0.0))
 }
 
-/// a − b.
+/// Returns a − b.
 pub(super) fn difference<N: Number>(a: [N; 3], b: &[N]) -> [N; 3] {
     std::array::from_fn(|i| a[i].sub(&b[i]))
 }

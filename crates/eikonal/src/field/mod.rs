@@ -61,16 +61,16 @@ use glam::{DMat3, DVec3};
 /// Value and derivatives of n² at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Jet {
-    /// n².
+    /// Square of the index, n².
     pub n2: f64,
-    /// ∇n².
+    /// Gradient ∇n².
     pub grad: DVec3,
-    /// Hess n² (symmetric).
+    /// Hessian Hess n² (symmetric).
     pub hess: DMat3,
 }
 
 impl Jet {
-    /// The jet of the constant field n² = `n2`.
+    /// Returns the jet of the constant field n² = `n2`.
     pub fn constant(n2: f64) -> Self {
         Jet {
             n2,
@@ -79,7 +79,7 @@ impl Jet {
         }
     }
 
-    /// The jet of n² from n, ∇n and Hess n.
+    /// Returns the jet of n² from n, ∇n and Hess n.
     pub(crate) fn from_index(n: f64, grad: DVec3, hess: DMat3) -> Self {
         Jet {
             n2: n * n,
@@ -89,7 +89,7 @@ impl Jet {
     }
 }
 
-/// a⊗a.
+/// Returns a⊗a.
 fn outer(a: DVec3) -> DMat3 {
     DMat3::from_cols(a * a.x, a * a.y, a * a.z)
 }
@@ -97,11 +97,11 @@ fn outer(a: DVec3) -> DMat3 {
 /// A refractive-index field, a smooth function of position in scene units.
 #[derive(Clone, Debug)]
 pub enum Field {
-    /// The same index everywhere.
+    /// A constant index.
     Constant(Constant),
-    /// n linear in position.
+    /// Index n linear in position.
     LinearIndex(LinearIndex),
-    /// n² linear in position.
+    /// Squared index n² linear in position.
     LinearSquare(LinearSquare),
     /// The Luneburg lens.
     Luneburg(Luneburg),
@@ -115,7 +115,7 @@ pub enum Field {
     Acoustic(Acoustic),
     /// Samples on a grid, interpolated by tricubic B-splines.
     Bspline(Bspline),
-    /// Sound, sampled on a grid.
+    /// Sound sampled on a grid.
     SampledSound(Box<SampledSound>),
     /// A formula in three coordinates.
     Expression(Expression),
@@ -125,11 +125,11 @@ pub enum Field {
     Sum(Sum),
     /// A field under an affine transform.
     Affine(Affine),
-    /// A field times a constant.
+    /// A field scaled by a constant.
     Scaled(Scaled),
 }
 
-/// Calls the same method on whichever field this is.
+/// Calls a method of the variant of a field.
 macro_rules! each {
     ($self:expr, $f:ident => $e:expr) => {
         match $self {
@@ -152,7 +152,7 @@ macro_rules! each {
     };
 }
 
-/// Makes `Field::from` take each variant's own type.
+/// Implements `From` for the type of each variant.
 macro_rules! into_field {
     ($($name:ident),*) => {$(
         impl From<$name> for Field {
@@ -180,7 +180,8 @@ into_field!(
     Scaled
 );
 
-/// A profile where the formula depends on one coordinate, which is faster and has tighter bounds.
+/// Creates a profile if the formula depends on one coordinate, which is faster and has tighter
+/// bounds.
 impl From<Formula> for Field {
     fn from(formula: Formula) -> Self {
         match (formula.constant(), formula.domain) {
@@ -192,11 +193,11 @@ impl From<Formula> for Field {
 }
 
 impl Field {
-    /// n² at `x`.
+    /// Returns n² at `x`.
     #[inline]
     pub fn n2(&self, x: DVec3) -> f64 {
         match self {
-            // Asked at every turn where rays are straight: not worth a call.
+            // Avoid a call: straight rays need this value very often.
             Field::Constant(f) => f.n2(x),
             _ => self.varying_n2(x),
         }
@@ -206,7 +207,7 @@ impl Field {
         each!(self, f => f.n2(x))
     }
 
-    /// The index n at `x`; NaN where n² < 0.
+    /// Returns the index n at `x`; NaN where n² < 0.
     #[inline]
     pub fn n(&self, x: DVec3) -> f64 {
         match self {
@@ -215,31 +216,31 @@ impl Field {
         }
     }
 
-    /// n² and ∇n² at `x`.
+    /// Returns n² and ∇n² at `x`.
     pub fn gradient(&self, x: DVec3) -> (f64, DVec3) {
         each!(self, f => f.gradient(x))
     }
 
-    /// n², ∇n² and Hess n² at `x`.
+    /// Returns n², ∇n² and Hess n² at `x`.
     pub fn jet(&self, x: DVec3) -> Jet {
         each!(self, f => f.jet(x))
     }
 
-    /// Conservative bounds over a box.
+    /// Returns conservative bounds over a box.
     pub fn bounds(&self, region: &Aabb) -> FieldBounds {
         each!(self, f => f.bounds(region))
     }
 
-    /// The local length scale L, by which steps are chosen: the field turns rays no faster than once in L,
-    /// and makes their fifth derivative by σ about n⁵L⁻⁴, so that in weak fields it is long. A step of a
-    /// fraction of it cannot jump over a feature of the field. A 1-Lipschitz function of position;
-    /// infinite for constant fields.
+    /// Local length scale L, by which steps are chosen. The field turns rays no faster than once in
+    /// L, and the fifth derivative of rays with respect to σ is about n⁵L⁻⁴, so that L is long in
+    /// weak fields. A step of a fraction of L cannot jump over a feature of the field. L is a
+    /// 1-Lipschitz function of position, and infinite for constant fields.
     pub fn length_scale(&self, x: DVec3) -> f64 {
         each!(self, f => f.length_scale(x))
     }
 
-    /// The length scale at `x` for a ray with velocity `v`: at least [`Field::length_scale`], longer where the field hardly changes
-    /// along `v`.
+    /// Length scale at `x` for a ray with velocity `v`: at least [`Field::length_scale`], and
+    /// longer where the field hardly changes along `v`.
     pub(crate) fn step_scale(&self, x: DVec3, v: DVec3) -> f64 {
         match self {
             Field::Acoustic(f) => f.step_scale(v),
@@ -250,8 +251,9 @@ impl Field {
         }
     }
 
-    /// The same field with what tracing inside a region can know beforehand: the length scales of formulas and tables, whose
-    /// search is otherwise made at each step. Fields that need none, and regions without a finite extent, change nothing.
+    /// Returns this field with length scales of formulas and tables precomputed for tracing inside
+    /// a region; otherwise every step searches for them. Fields that need no preparation are
+    /// unchanged, and so are all fields if the region has no finite extent.
     pub fn prepared(&self, region: &Aabb) -> Field {
         let extent = region.diagonal();
         if region.is_empty() || !(extent > 0.0 && extent.is_finite()) {
@@ -267,8 +269,9 @@ impl Field {
         }
     }
 
-    /// How far a ray that leaves `x` with velocity `v` = dx/dσ is a straight line because nothing changes around
-    /// it, as a span of σ: at least so far. Zero where the field changes, or is not known not to.
+    /// Lower bound of the span of σ over which a ray that leaves `x` with velocity `v` = dx/dσ is
+    /// straight, because the field is constant around it. Zero where the field varies, or is not
+    /// known to be constant.
     pub fn homogeneous_span(&self, x: DVec3, v: DVec3) -> f64 {
         match self {
             Field::Constant(_) => f64::INFINITY,
@@ -281,8 +284,9 @@ impl Field {
         }
     }
 
-    /// A span of σ along the line from `x` with velocity `v` in which samples, however weak, have no feature that a
-    /// quadrature with 15 points would miss. Infinite for formulas, whose length scale shows their features.
+    /// Span of σ along the line from `x` with velocity `v` in which samples, however weak, have no
+    /// feature that a quadrature with 15 points would miss. Infinite for formulas, because their
+    /// length scale shows their features.
     pub(crate) fn resolved_span(&self, x: DVec3, v: DVec3) -> f64 {
         match self {
             Field::Bspline(f) => f.resolved_span(v),
@@ -294,7 +298,7 @@ impl Field {
         }
     }
 
-    /// Bytes held by samples and tables.
+    /// Number of bytes held by samples and tables.
     pub fn memory(&self) -> usize {
         match self {
             Field::Acoustic(f) => f.memory(),
@@ -309,13 +313,14 @@ impl Field {
         }
     }
 
-    /// Whether the index is the same everywhere, so that rays are straight.
+    /// True if the index is constant, so that rays are straight.
     #[inline]
     pub fn is_constant(&self) -> bool {
         matches!(self, Field::Constant(_)) || self.is_evened_out()
     }
 
-    /// Whether the index is the same everywhere all the same, as that of a sum of such.
+    /// True if the index of a composed field is constant, for example the index of a sum of
+    /// constant fields.
     fn is_evened_out(&self) -> bool {
         each!(self, f => f.is_constant())
     }

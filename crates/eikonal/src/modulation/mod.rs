@@ -1,4 +1,5 @@
-//! What sound does to optical lengths of arcs, to first order in the sound, with an error control of its own (docs/theory.md#tagged-light).
+//! Modulation of optical lengths of arcs by sound, to first order in the sound, with its own error
+//! control (docs/theory.md#tagged-light).
 
 mod panel;
 mod rule;
@@ -11,24 +12,25 @@ use glam::{DVec2, DVec3};
 use panel::{Node, Panel};
 use rule::{MOST_INNER, RULES, Rule, TABULATED};
 
-/// Where there is less than this share of the largest modulation, accuracy is relative to that.
+/// Fraction of the largest modulation below which the accuracy is relative to this fraction.
 const FAINT: f64 = 1e-3;
-/// Panels are halved at most so often.
+/// Maximum number of times that a panel is halved.
 const MOST_HALVINGS: u32 = 12;
-/// The longest arc, in wavelengths of the sound: more than a second takes. A sound that needs more is too fine for the way.
+/// Longest arc, in wavelengths of the sound; it takes more than a second. If an arc is longer, the
+/// sound is too fine for it.
 const LONGEST: f64 = 5e5;
 
-/// What panels are for.
+/// Purpose of panels.
 #[derive(Clone, Copy)]
 enum Purpose {
-    /// The modulation of the whole length.
+    /// Modulation over the whole length.
     Total,
-    /// And up to every place.
+    /// Modulation over the whole length and up to every place.
     Within,
 }
 
 impl Purpose {
-    /// The rules, with how long their panels may be.
+    /// Returns the rules, and the function that returns their longest panel.
     #[inline]
     fn rules(self) -> (&'static [Rule], fn(&Rule) -> f64) {
         match self {
@@ -37,17 +39,19 @@ impl Purpose {
         }
     }
 
-    /// The rule with the fewest nodes for one panel of a length in wavelengths of the sound; `None` if that is too long.
+    /// Returns the rule with the fewest nodes for one panel of a length in wavelengths of the
+    /// sound; `None` if the panel is too long.
     #[inline]
     fn rule(self, wavelengths: f64) -> Option<&'static Rule> {
         let (rules, longest) = self.rules();
-        // Lengths are random: branches would be mispredicted.
+        // Count without branches: lengths are random, and branches would be mispredicted.
         let suffices = |rule| usize::from(wavelengths <= longest(rule));
         let few = rules.len() - rules.iter().map(suffices).sum::<usize>();
         rules.get(few)
     }
 
-    /// The fewest panels for an arc of a length in wavelengths of the sound, with the rule that has the fewest nodes.
+    /// Returns the smallest number of panels for an arc of a length in wavelengths of the sound,
+    /// and the rule with the fewest nodes for them.
     fn panels(self, wavelengths: f64) -> (&'static Rule, u64) {
         if let Some(rule) = self.rule(wavelengths) {
             return (rule, 1);
@@ -65,10 +69,11 @@ impl Purpose {
 pub struct ModulationQuadrature(&'static Rule);
 
 impl ModulationQuadrature {
-    /// The most places between the ends of a part.
+    /// Maximum number of places between the ends of a part.
     pub const MOST_PLACES: usize = MOST_INNER;
 
-    /// Places between the ends of the part where it takes values of the sound, and how many of them count.
+    /// Returns the places between the ends of the part at which the quadrature needs values of the
+    /// sound, and the number of valid places.
     #[inline]
     pub fn places(self, arc: &Arc, [from, to]: [f64; 2]) -> ([DVec3; MOST_INNER], usize) {
         let place = |share| arc.position(from + share * (to - from));
@@ -77,23 +82,27 @@ impl ModulationQuadrature {
 }
 
 impl Modulation {
-    /// The amplitude of the optical length of the part of an arc between two θ: ∫ n̂ ds = ½ ∫ m dσ along it, where `ends` are the amplitudes
-    /// at its ends. The error is below 1e-4 of the largest |m| on a panel, of at most two wavelengths, times its length; of noise that is finer than
-    /// sound, it is of the order of that noise. NaN if the sound is too fine for the length of the arc.
+    /// Returns the amplitude of the optical length of the part of an arc between two θ, ∫ n̂ ds = ½
+    /// ∫ m dσ, given the amplitudes `ends` at its ends. On each panel, of at most two wavelengths,
+    /// the error is below 1e-4 of the largest |m| times the panel's length. For noise finer than
+    /// the sound, the error is of the order of the noise. NaN if the sound is too fine for the
+    /// length of the arc.
     pub fn along(&self, arc: &Arc, range: [f64; 2], ends: &[SoundAmplitude; 2]) -> DVec2 {
         self.panels(arc, range, ends, Purpose::Total, |_, _| ())
     }
 
-    /// How [`Modulation::along`] would find the modulation of a part of an arc from values of the sound, so that those of many parts can be found
-    /// at once; `None` if the part is long, and must be divided.
+    /// Returns the quadrature by which [`Modulation::along`] computes the modulation of a part of
+    /// an arc from values of the sound, so that values for many parts can be computed together.
+    /// `None` if the part is too long, and must be divided.
     #[inline]
     pub fn quadrature(&self, arc: &Arc, range: [f64; 2]) -> Option<ModulationQuadrature> {
         let wavelengths = length_estimate(arc, range) * self.per_wavelength;
         Purpose::Total.rule(wavelengths).map(ModulationQuadrature)
     }
 
-    /// [`Modulation::along`] by a quadrature for this part of the arc and the [values](Modulation::value) at its [places](ModulationQuadrature::places),
-    /// zero at those that do not count.
+    /// Computes [`Modulation::along`] with a quadrature for this part of the arc and the
+    /// [values](Modulation::value) at its [places](ModulationQuadrature::places), zero at invalid
+    /// places.
     #[inline]
     pub fn along_by(
         &self,
@@ -111,8 +120,9 @@ impl Modulation {
         0.5 * arc.h() * sum
     }
 
-    /// As [`Modulation::along`], and the panels in turn, by which it is known up to every place between: within a panel to 1e-3 of the largest
-    /// |m| there times its length.
+    /// Computes [`Modulation::along`], and passes the panels in turn to `see`. Within a panel they
+    /// give the modulation up to every place, to 1e-3 of the largest |m| there times the panel's
+    /// length.
     pub fn tabulate(
         &self,
         arc: &Arc,
@@ -125,7 +135,8 @@ impl Modulation {
         })
     }
 
-    /// The amplitude along a part of an arc; `see` gets that before each panel, and the panel.
+    /// Computes the amplitude along a part of an arc; `see` receives the amplitude before each
+    /// panel, and the panel.
     fn panels(
         &self,
         arc: &Arc,
@@ -135,7 +146,7 @@ impl Modulation {
         mut see: impl FnMut(DVec2, &Panel),
     ) -> DVec2 {
         let wavelengths = length_estimate(arc, [from, to]) * self.per_wavelength;
-        // It may be negative by rounding.
+        // The estimate may be negative by rounding.
         if !(-LONGEST..LONGEST).contains(&wavelengths) {
             return DVec2::NAN;
         }
@@ -160,7 +171,8 @@ impl Modulation {
         Node::new(arc, theta, &self.at(arc.position(theta)))
     }
 
-    /// A panel by a rule, if m is as smooth along it as a wave of the sound's length is; else finer ones.
+    /// Integrates a panel by a rule if m is as smooth along it as a wave of the sound's length,
+    /// otherwise finer panels.
     #[inline]
     fn panel(
         &self,
@@ -180,7 +192,7 @@ impl Modulation {
         self.accept(arc, &Panel::new(ends, inner, rule), halvings, see);
     }
 
-    /// Takes a panel if it is smooth, else finer ones.
+    /// Accepts a panel if it is smooth, otherwise refines it.
     #[inline]
     fn accept(&self, arc: &Arc, panel: &Panel, halvings: u32, see: &mut impl FnMut(&Panel)) {
         if halvings == 0 || panel.is_smooth(FAINT * self.largest) {
@@ -190,7 +202,7 @@ impl Modulation {
         }
     }
 
-    /// The panel with an inner value, or its halves.
+    /// Refines a panel: adds an inner value, or halves the panel.
     #[cold]
     fn finer(
         &self,
@@ -210,7 +222,8 @@ impl Modulation {
     }
 }
 
-/// About the length of a part of an arc, exactly if it is straight: by the larger of the speeds at its ends.
+/// Estimates the length of a part of an arc, by the larger of the speeds at its ends; exact if the
+/// arc is straight.
 fn length_estimate(arc: &Arc, [from, to]: [f64; 2]) -> f64 {
     if arc.is_straight() {
         return arc.arc_length(to) - arc.arc_length(from);

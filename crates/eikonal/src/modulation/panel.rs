@@ -8,27 +8,28 @@ use glam::DVec2;
 /// A part of an arc along which the modulation of its optical length is known at every place.
 #[derive(Clone, Copy, Debug)]
 pub struct ModulationPanel {
-    /// θ where it starts and ends.
+    /// Start and end of the panel in θ.
     range: [f64; 2],
-    /// Amplitude of the optical length from the start of the arc's part to that of the panel.
+    /// Amplitude of the optical length from the start of the arc's part to the start of the panel.
     before: DVec2,
-    /// 1 over the range.
+    /// Reciprocal width of the range.
     per_range: f64,
-    /// What is added to that before, over the share of the panel, as a polynomial of that share.
+    /// Polynomial in the fraction of the panel: the amplitude added since the panel's start,
+    /// divided by this fraction.
     coefficients: [DVec2; COEFFICIENTS],
 }
 
-/// m at the places of a quadrature on a part of an arc.
+/// Values of m at the places of a quadrature on a part of an arc.
 pub(super) struct Panel {
     pub ends: [Node; 2],
-    /// At inner places, and zeros.
+    /// Values at inner places, padded with zeros.
     pub inner: [DVec2; MOST_INNER],
     pub rule: &'static Rule,
-    /// ∫ m dθ.
+    /// Integral ∫ m dθ.
     pub integral: DVec2,
 }
 
-/// m and dm/dθ at a θ.
+/// Values of m and dm/dθ at a θ.
 #[derive(Clone, Copy)]
 pub(super) struct Node {
     pub theta: f64,
@@ -68,7 +69,8 @@ impl Panel {
         self.ends[1].theta - self.ends[0].theta
     }
 
-    /// Whether m is as smooth as its rule takes for granted, of |m| or of the least that counts. What is not finite does not become so.
+    /// True if m is as smooth as its rule requires, relative to the largest |m| or to `least`.
+    /// Values that are not finite count as smooth, because refinement would not help.
     #[inline]
     pub(super) fn is_smooth(&self, least: f64) -> bool {
         let [start, end] = &self.ends;
@@ -83,7 +85,7 @@ impl Panel {
         !rough
     }
 
-    /// By the polynomials of its rule.
+    /// Tabulates the panel by the polynomials of its rule.
     #[inline]
     pub(super) fn tabulated(&self, before: DVec2, arc: &Arc) -> ModulationPanel {
         let ([start, end], width) = (&self.ends, self.width());
@@ -96,7 +98,7 @@ impl Panel {
             first,
             second,
         ];
-        // ∫ n̂ ds = ½ ∫ m dσ.
+        // Scale by ∫ n̂ ds = ½ ∫ m dσ.
         let scale = 0.5 * arc.h() * width;
         let mut coefficients = [DVec2::ZERO; COEFFICIENTS];
         for (value, powers) in known.iter().zip(&self.rule.within) {
@@ -114,23 +116,24 @@ impl Panel {
     }
 }
 
-/// The sum of values times their weights.
+/// Returns the weighted sum of values.
 #[inline]
 fn weighted([a, b, c]: &[DVec2; MOST_INNER], weights: &[f64; MOST_INNER]) -> DVec2 {
     *a * weights[0] + *b * weights[1] + *c * weights[2]
 }
 
 impl ModulationPanel {
-    /// θ where it ends.
+    /// Returns the θ at the end of the panel.
     pub fn end(&self) -> f64 {
         self.range[1]
     }
 
-    /// The amplitude of the optical length from the start of the arc's part to a θ on the panel.
+    /// Returns the amplitude of the optical length from the start of the arc's part to a θ on the
+    /// panel.
     pub fn until(&self, theta: f64) -> DVec2 {
         let share = ((theta - self.range[0]) * self.per_range).clamp(0.0, 1.0);
         let square = share * share;
-        // Even and odd powers do not wait for each other.
+        // Evaluate even and odd powers separately, so that neither waits for the other.
         let [even, odd] = [0, 1].map(|first| {
             let terms = self.coefficients[first..].iter().step_by(2);
             terms.rev().fold(DVec2::ZERO, |sum, c| sum * square + *c)

@@ -1,42 +1,47 @@
-//! Quadratures along panels, from values and derivatives at both ends and inner values. Their weights have the least largest error over plane waves that are
-//! no shorter along the panel than the wavelength of the sound (docs/theory.md#tagged-light). `scripts/fit_quadratures.py` finds the numbers.
+//! Quadratures along panels, from values and derivatives at both ends and inner values. Their
+//! weights minimise the largest error over plane waves that are no shorter along the panel than the
+//! wavelength of the sound (docs/theory.md#tagged-light). `scripts/fit_quadratures.py` computes the
+//! numbers.
 
-/// The most inner values.
+/// Maximum number of inner values.
 pub(super) const MOST_INNER: usize = 3;
-/// So many of the rules are fine enough for what is asked for within panels.
+/// Number of rules that are accurate enough within panels.
 pub(super) const TABULATED: usize = 3;
-/// The most coefficients of the polynomials within panels.
+/// Maximum number of coefficients of the polynomials within panels.
 pub(super) const COEFFICIENTS: usize = TABULATED + 3;
 
 /// A quadrature on [0, 1].
 #[derive(Debug)]
 pub(super) struct Rule {
-    /// The longest panel, in wavelengths: a plane wave is integrated along it to 1e-4.
+    /// Longest panel, in wavelengths, along which the rule integrates a plane wave to 1e-4.
     pub longest: f64,
-    /// Inner places, and zeros.
+    /// Inner places, padded with zeros.
     pub inner: [f64; MOST_INNER],
-    /// The number of inner places.
+    /// Number of inner places.
     pub inner_count: usize,
-    /// Their weights, and zeros.
+    /// Weights of the inner places, padded with zeros.
     pub weights: [f64; MOST_INNER],
-    /// Weight of both ends, and of the difference of the derivatives there.
+    /// Weight of both end values, and weight of the difference of the derivatives at the ends.
     pub ends: f64,
     pub slopes: f64,
-    /// The weights of the same places without derivatives.
+    /// Weights of these places in a quadrature without derivatives.
     pub plain_weights: [f64; MOST_INNER],
     pub plain_ends: f64,
-    /// By how much, in units of m, the two differ at most if m is as smooth as a wave: half as much again as along the longest panel.
+    /// Largest difference of the two quadratures, in units of m, if m is as smooth as a wave: 1.5
+    /// times the difference along the longest panel.
     pub allowed: f64,
-    /// The longest panel along which a plane wave is integrated up to any place x to 1e-3, in wavelengths: 0 for rules that are not used so.
+    /// Longest panel, in wavelengths, along which the rule integrates a plane wave up to any place
+    /// x to 1e-3; 0 for rules that are not used within panels.
     pub longest_within: f64,
-    /// ∫₀ˣ over x as a polynomial, by the coefficients of its powers for value and derivative at the start, the same at the end, and inner values.
+    /// Coefficients of the integral ∫₀ˣ over x as a polynomial in x, for the value and the
+    /// derivative at the start, the value and the derivative at the end, and the inner values.
     pub within: Polynomials,
 }
 
-/// Coefficients of powers of x, for each of what is known.
+/// Coefficients of powers of x, for each known value.
 type Polynomials = [[f64; COEFFICIENTS]; COEFFICIENTS];
 
-/// By the number of inner values.
+/// Rules by their number of inner values.
 pub(super) const RULES: [Rule; MOST_INNER + 1] = [
     Rule {
         longest: 0.12,
@@ -197,7 +202,7 @@ mod tests {
     }
 
     impl Wave {
-        /// Of all wavelengths that a panel can be long, in several phases.
+        /// Waves of all wavelengths up to the longest panel, in several phases.
         fn all(longest: f64) -> impl Iterator<Item = Wave> {
             (0..=200).flat_map(move |i| {
                 let k = TAU * longest * f64::from(i) / 200.0;

@@ -3,14 +3,14 @@
 use crate::bounds::Aabb;
 use glam::DVec3;
 
-/// A step of Newton's method that changes θ by less than this is the last one: the next would be about its square.
+/// Change of θ below which a Newton step is the last: the next change would be about its square.
 const LAST_STEP: f64 = 1e-5;
 
 /// A piece of a ray over a span `h` of σ: x(θ), θ ∈ [0, 1], σ = σ₀ + hθ.
 ///
 /// A curved piece is the quintic that matches position, velocity and acceleration at both ends
-/// (Hermite), held as six Bézier control points: it lies in their convex hull, so boxes and
-/// intersection tests made from them are conservative. Of a straight one all is known in closed form.
+/// (Hermite), stored as six Bézier control points. It lies in their convex hull, so that boxes and
+/// intersection tests made from them are conservative. A straight piece has closed forms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arc {
     curve: Curve,
@@ -19,14 +19,14 @@ pub struct Arc {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Curve {
-    /// From a point, by a step of a length.
+    /// Straight: start, step to the end, and length of the step.
     Line(DVec3, DVec3, f64),
-    /// With these control points.
+    /// Curved: Bézier control points.
     Quintic([DVec3; 6]),
 }
 
 impl Arc {
-    /// The straight piece x + v·hθ.
+    /// Returns the straight piece x + v·hθ.
     #[inline]
     pub fn line(x: DVec3, v: DVec3, h: f64) -> Self {
         let step = v * h;
@@ -36,7 +36,8 @@ impl Arc {
         }
     }
 
-    /// The quintic with position, velocity dx/dσ and acceleration d²x/dσ² given at both ends.
+    /// Returns the quintic with position, velocity dx/dσ and acceleration d²x/dσ² given at both
+    /// ends.
     pub fn hermite(start: [DVec3; 3], end: [DVec3; 3], h: f64) -> Self {
         let [x0, v0, a0] = start;
         let [x1, v1, a1] = end;
@@ -54,7 +55,7 @@ impl Arc {
         }
     }
 
-    /// The same piece from its end to its start.
+    /// Returns the piece from its end to its start.
     pub fn reversed(&self) -> Self {
         let curve = match self.curve {
             Curve::Line(start, step, length) => Curve::Line(start + step, -step, length),
@@ -66,7 +67,8 @@ impl Arc {
         Arc { curve, h: self.h }
     }
 
-    /// The Bézier control points, first and last on the curve: evenly spaced if it is straight.
+    /// Returns the Bézier control points, first and last on the curve; evenly spaced if it is
+    /// straight.
     pub fn control(&self) -> [DVec3; 6] {
         match self.curve {
             Curve::Line(start, step, _) => std::array::from_fn(|i| start + step * (i as f64 / 5.0)),
@@ -80,7 +82,7 @@ impl Arc {
         self.h
     }
 
-    /// Whether the piece is a straight segment.
+    /// True if the piece is straight.
     #[inline]
     pub fn is_straight(&self) -> bool {
         matches!(self.curve, Curve::Line(..))
@@ -104,7 +106,7 @@ impl Arc {
         }
     }
 
-    /// A box that contains the whole piece.
+    /// Returns a box that contains the whole piece.
     pub fn aabb(&self) -> Aabb {
         match &self.curve {
             Curve::Line(..) => Aabb::new(self.start(), self.end()),
@@ -132,7 +134,7 @@ impl Arc {
         }
     }
 
-    /// dx/dθ at θ.
+    /// Derivative dx/dθ at θ.
     #[inline]
     pub fn derivative(&self, theta: f64) -> DVec3 {
         match &self.curve {
@@ -171,7 +173,7 @@ impl Arc {
         }
     }
 
-    /// Arc length and optical path length from the start to θ.
+    /// Returns arc length and optical path length from the start to θ.
     pub fn lengths(&self, theta: f64) -> [f64; 2] {
         match &self.curve {
             Curve::Line(..) => [self.arc_length(theta), self.optical_length(theta)],
@@ -183,17 +185,19 @@ impl Arc {
         }
     }
 
-    /// θ at which the arc length from the start is `s`; 1 if the piece is shorter.
+    /// Returns the θ at which the arc length from the start is `s`; 1 if the piece is shorter.
     pub fn theta_at_length(&self, s: f64) -> f64 {
         self.theta_at(s, f64::sqrt)
     }
 
-    /// θ at which the optical path length from the start is `s`; 1 if the piece is shorter.
+    /// Returns the θ at which the optical path length from the start is `s`; 1 if the piece is
+    /// shorter.
     pub fn theta_at_optical_length(&self, s: f64) -> f64 {
         self.theta_at(s, |square| square)
     }
 
-    /// The same between two θ at which the arc lengths are known; the first of them where nothing lies between.
+    /// Returns the θ at which the arc length is `s`, between two θ with known arc lengths; the
+    /// first of them if the lengths do not differ.
     pub fn theta_between(&self, theta: [f64; 2], lengths: [f64; 2], s: f64) -> f64 {
         let length = lengths[1] - lengths[0];
         let share = if length > 0.0 {
@@ -210,7 +214,7 @@ impl Arc {
         }
     }
 
-    /// θ at which ∫f(|v|²) dσ from the start reaches `target`.
+    /// Returns the θ at which ∫f(|v|²) dσ from the start reaches `target`.
     fn theta_at(&self, target: f64, f: impl Fn(f64) -> f64) -> f64 {
         let control = match &self.curve {
             Curve::Line(_, step, _) => {
@@ -229,7 +233,8 @@ impl Arc {
         self.by_newton(control, guess, target, &f)
     }
 
-    /// The same by Newton's method from a guess.
+    /// Returns the θ at which ∫f(|v|²) dσ from the start reaches `target`, by Newton's method from
+    /// a guess.
     fn by_newton(
         &self,
         control: &[DVec3; 6],
@@ -250,7 +255,7 @@ impl Arc {
         theta
     }
 
-    /// θ in [0, 1] nearest to `y`: the first local minimum of the distance, or an end.
+    /// Returns the θ in [0, 1] nearest to `y`: the first local minimum of the distance, or an end.
     pub fn closest_approach(&self, y: DVec3) -> f64 {
         let control = match &self.curve {
             Curve::Line(start, step, _) => {
@@ -268,7 +273,8 @@ impl Arc {
         if f_high <= 0.0 {
             return high;
         }
-        // Newton's method on the slope of half the square of the distance, by halves where it would leave the bracket.
+        // Apply Newton's method to the derivative of half the squared distance; bisect where a step
+        // would leave the bracket.
         let second: [DVec3; 4] = std::array::from_fn(|i| differences[i + 1] - differences[i]);
         let mut theta = f_low / (f_low - f_high);
         for _ in 0..64 {
@@ -296,13 +302,13 @@ impl Arc {
         theta
     }
 
-    /// ∫ f(|v|²) dσ from the start of a curve to θ. The speed |v| of the dense output stands for the index, so no
-    /// field evaluation is needed.
+    /// Integrates f(|v|²) dσ from the start of a curve to θ. The speed |v| of the dense output
+    /// replaces the index, so that the field is not evaluated.
     fn integrate(&self, control: &[DVec3; 6], theta: f64, f: impl Fn(f64) -> f64) -> f64 {
         weighted(self.squares(control, theta).map(f)) * theta * self.h
     }
 
-    /// |v|² at the nodes of the quadrature from the start of a curve to θ.
+    /// Returns |v|² at the quadrature nodes between the start of a curve and θ.
     fn squares(&self, control: &[DVec3; 6], theta: f64) -> [f64; 4] {
         let differences = differences(control);
         let square = |weights: [f64; 5]| combined(&weights, &differences).length_squared();
@@ -314,7 +320,7 @@ impl Arc {
     }
 }
 
-/// From each control point to the next.
+/// Returns the differences of consecutive control points.
 fn differences(control: &[DVec3; 6]) -> [DVec3; 5] {
     std::array::from_fn(|i| control[i + 1] - control[i])
 }
@@ -327,11 +333,11 @@ pub(super) const NODES: [f64; 4] = [
     0.930_568_155_797_026_3,
 ];
 
-/// Their weights; the same from either end.
+/// Weights of the outer and inner nodes of this quadrature.
 const OUTER: f64 = 0.173_927_422_568_726_9;
 const INNER: f64 = 0.326_072_577_431_273_1;
 
-/// Bernstein's polynomials at the nodes.
+/// Bernstein polynomials at the nodes.
 const QUARTICS: [[f64; 5]; 4] = [
     quartic(NODES[0]),
     quartic(NODES[1]),
@@ -339,13 +345,13 @@ const QUARTICS: [[f64; 5]; 4] = [
     quartic(NODES[3]),
 ];
 
-/// Gauss–Legendre quadrature over [0, 1] from the values at the nodes.
+/// Integrates over [0, 1] by Gauss–Legendre quadrature, from the values at the nodes.
 pub(super) fn weighted([a, b, c, d]: [f64; 4]) -> f64 {
     OUTER * (a + d) + INNER * (b + c)
 }
 
-/// Where in [0, 1] a function that is 0 and `total` at the ends, with these slopes, reaches `target`, if it is
-/// cubic and nearly linear.
+/// Returns the place in [0, 1] where a function reaches `target`. The function is 0 and `total` at
+/// the ends, has the slopes `first` and `last` there, and is taken as cubic and nearly linear.
 fn inverse(first: f64, total: f64, last: f64, target: f64) -> f64 {
     let (b, c) = (3.0 * total - 2.0 * first - last, first + last - 2.0 * total);
     let mut t = target / total;
@@ -356,7 +362,7 @@ fn inverse(first: f64, total: f64, last: f64, target: f64) -> f64 {
     t
 }
 
-/// Bernstein's polynomials of degree five.
+/// Bernstein polynomials of degree five.
 fn quintic(t: f64) -> [f64; 6] {
     let u = 1.0 - t;
     let (t2, u2) = (t * t, u * u);
@@ -371,7 +377,7 @@ fn quintic(t: f64) -> [f64; 6] {
     ]
 }
 
-/// Bernstein's polynomials of degree four.
+/// Bernstein polynomials of degree four.
 const fn quartic(t: f64) -> [f64; 5] {
     let u = 1.0 - t;
     let (t2, u2) = (t * t, u * u);
@@ -379,13 +385,13 @@ const fn quartic(t: f64) -> [f64; 5] {
     [u2 * u2, middle * u2, 6.0 * t2 * u2, middle * t2, t2 * t2]
 }
 
-/// Bernstein's polynomials of degree three.
+/// Bernstein polynomials of degree three.
 fn cubic(t: f64) -> [f64; 4] {
     let u = 1.0 - t;
     [u * u * u, 3.0 * u * u * t, 3.0 * u * t * t, t * t * t]
 }
 
-/// Σ wᵢpᵢ.
+/// Returns Σ wᵢpᵢ.
 fn combined<const N: usize>(weights: &[f64; N], points: &[DVec3; N]) -> DVec3 {
     let mut sum = points[0] * weights[0];
     for i in 1..N {

@@ -1,25 +1,25 @@
 //! Polynomials in Bernstein form on [0, 1], and their first root.
 //!
-//! The Bernstein coefficients of a polynomial are the heights of its Bézier control points: the
-//! polynomial lies within their range, and it has at most as many roots in the open interval as
-//! the coefficients change sign (G. Farin, *Curves and Surfaces for CAGD*, §5). Both facts survive
+//! The Bernstein coefficients of a polynomial are the heights of its Bézier control points. The
+//! polynomial lies within their range, and it has at most as many roots in the open interval as the
+//! coefficients change sign (G. Farin, *Curves and Surfaces for CAGD*, §5). Both facts survive
 //! subdivision by de Casteljau's algorithm, which only takes convex combinations and is therefore
-//! stable, so roots are found without ever leaving this basis.
+//! stable. Roots are thus found without leaving this basis.
 //!
 //! Theory: docs/theory.md#dense-output.
 
 use glam::DVec3;
 use std::ops::{Add, Mul, Sub};
 
-/// Below this width an interval is taken for a point.
+/// Width below which an interval counts as a point.
 const MIN_WIDTH: f64 = 1.0 / (1u64 << 50) as f64;
 
-/// Rounding error, relative to the largest coefficient, of a value reached by subdivision; it
-/// also covers the error left in a root from which a search continues.
+/// Rounding error of a value reached by subdivision, relative to the largest coefficient. It also
+/// covers the error of a root from which a search continues.
 const SPLIT_NOISE: f64 = 64.0 * f64::EPSILON;
 
-/// Splits a polynomial (or Bézier curve) at `t`: the coefficients of its restrictions to [0, t]
-/// and to [t, 1], each on a unit interval of its own (de Casteljau).
+/// Splits a polynomial (or Bézier curve) at `t`. Returns the coefficients of its restrictions to
+/// [0, t] and to [t, 1], each on a unit interval of its own (de Casteljau).
 pub fn split<T, const N: usize>(c: &[T; N], t: f64) -> ([T; N], [T; N])
 where
     T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f64, Output = T>,
@@ -37,7 +37,7 @@ where
     (left, right)
 }
 
-/// The coefficients of the restriction to [a, b] ⊂ [0, 1].
+/// Returns the coefficients of the restriction to [a, b] ⊂ [0, 1].
 pub fn restrict<T, const N: usize>(c: &[T; N], a: f64, b: f64) -> [T; N]
 where
     T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f64, Output = T>,
@@ -46,7 +46,7 @@ where
     if a > 0.0 { split(&c, a / b).1 } else { c }
 }
 
-/// Value and derivative at `t`.
+/// Returns value and derivative at `t`.
 pub fn evaluate<T, const N: usize>(c: &[T; N], t: f64) -> (T, T)
 where
     T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f64, Output = T>,
@@ -62,12 +62,13 @@ where
     (c[0] + slope * t, slope * (N - 1) as f64)
 }
 
-/// The signed height n·(x − p) of a Bézier curve over the plane through `p` with normal `n`.
+/// Returns the signed height n·(x − p) of a Bézier curve over the plane through `p` with normal
+/// `n`.
 pub fn height<const K: usize>(control: &[DVec3; K], p: DVec3, n: DVec3) -> [f64; K] {
     std::array::from_fn(|i| n.dot(control[i] - p))
 }
 
-/// The product of two polynomials, of degree (A − 1) + (B − 1).
+/// Returns the product of two polynomials, of degree (A − 1) + (B − 1).
 pub fn product<const A: usize, const B: usize, const C: usize>(
     a: &[f64; A],
     b: &[f64; B],
@@ -110,14 +111,14 @@ const fn binomial(n: usize, k: usize) -> f64 {
     b
 }
 
-/// The first root in (t_min, t_max] ⊂ [0, 1], accurate to about 1e-15.
+/// Returns the first root in (t_min, t_max] ⊂ [0, 1], accurate to about 1e-15.
 ///
-/// `noise` bounds the error of the polynomial's value at `t_min` and at `t_max`. A value below it
-/// counts as zero: a root there, which the half-open interval leaves out at `t_min` and includes
-/// at `t_max`. Hence no root is lost or counted twice between consecutive arcs or when a search
-/// continues from a root found before, as long as both sides use the same noise. Roots of even
-/// multiplicity, where the curve touches and turns back, may be missed, and a polynomial that is
-/// zero throughout has none; the work is bounded.
+/// `noise` bounds the error of the polynomial's value at `t_min` and at `t_max`. A smaller value
+/// counts as a root, which the half-open interval excludes at `t_min` and includes at `t_max`.
+/// Hence no root is lost or counted twice between consecutive arcs, or when a search continues from
+/// a root found before, as long as both sides use equal noise. Roots of even multiplicity, where
+/// the curve touches zero and turns back, may be missed. A polynomial that is zero throughout has
+/// no root. The work is bounded.
 pub fn first_root<const N: usize>(
     c: &[f64; N],
     t_min: f64,
@@ -151,19 +152,19 @@ pub fn first_root<const N: usize>(
     }
     let floor = f64::EPSILON * largest;
     let root = search(&c, t_min, t_max, floor);
-    // Rounding can put an isolated root on the end that does not belong to the interval.
+    // Clamp: rounding can put an isolated root on the end that does not belong to the interval.
     root.or(ends.then_some(t_max))
         .map(|t| t.clamp(t_min.next_up(), t_max))
 }
 
-/// Whether all coefficients lie on one side of zero by more than the noise, so that there is no
-/// root (convex hull); also if one is not a number.
+/// True if all coefficients lie on one side of zero by more than the noise, so that there is no
+/// root (convex hull). Also true if a coefficient is not a number.
 fn clear<const N: usize>(c: &[f64; N], noise: f64) -> bool {
     c.iter().all(|&x| x > noise) || c.iter().all(|&x| x < -noise) || c.iter().any(|x| x.is_nan())
 }
 
-/// The first root in the open interval (a, b) whose Bernstein coefficients are `c`; zero
-/// coefficients at the ends stand for roots at `a` or `b`, which are not reported.
+/// Returns the first root in the open interval (a, b) of the polynomial with Bernstein coefficients
+/// `c` there. Zero coefficients at the ends mean roots at `a` or `b`, which are not reported.
 fn search<const N: usize>(c: &[f64; N], a: f64, b: f64, floor: f64) -> Option<f64> {
     let (changes, sign) = sign_changes(c);
     match changes {
@@ -181,7 +182,7 @@ fn search<const N: usize>(c: &[f64; N], a: f64, b: f64, floor: f64) -> Option<f6
         .or_else(|| search(&right, m, b, floor))
 }
 
-/// Number of sign changes, zeros left out, and the first sign.
+/// Returns the number of sign changes, ignoring zeros, and the first sign.
 fn sign_changes<const N: usize>(c: &[f64; N]) -> (usize, f64) {
     let (mut changes, mut first, mut last) = (0, 0.0, 0.0);
     for x in c.iter().filter(|x| **x != 0.0) {
@@ -196,8 +197,8 @@ fn sign_changes<const N: usize>(c: &[f64; N]) -> (usize, f64) {
     (changes, first)
 }
 
-/// The only root in (0, 1) of a polynomial that has sign `first` before it: Newton's method,
-/// kept inside a shrinking bracket by bisection. `width` scales the tolerance.
+/// Returns the only root in (0, 1) of a polynomial that has the sign `first` before it: Newton's
+/// method, safeguarded by bisection of a shrinking bracket. `width` scales the tolerance.
 fn polish<const N: usize>(c: &[f64; N], first: f64, width: f64) -> f64 {
     let scaled = Scaled::new(c);
     let (mut lo, mut hi) = (0.0, 1.0);
@@ -213,12 +214,13 @@ fn polish<const N: usize>(c: &[f64; N], first: f64, width: f64) -> f64 {
         } else {
             hi = t;
         }
-        // Newton's steps must shrink and stay inside, or the bracket is halved instead.
+        // Bisect unless Newton's steps shrink and stay inside the bracket.
         let good = newton > lo && newton < hi && (newton - t).abs() < 0.5 * last;
         let next = if good { newton } else { 0.5 * (lo + hi) };
         let size = (next - t).abs();
         t = next;
-        // Newton's steps are as the squares of those before; a thousand times what that leaves is kept for safety.
+        // Estimate the error: Newton's steps decrease quadratically, and a factor of a thousand is
+        // kept for safety.
         let left = if good && newton_before {
             size.min(1e3 * size * (size / last).powi(2))
         } else {
@@ -232,7 +234,8 @@ fn polish<const N: usize>(c: &[f64; N], first: f64, width: f64) -> f64 {
     t
 }
 
-/// About where a polynomial has its only root in (0, 1): that of the cubic with the same values and slopes at the ends.
+/// Approximates the only root in (0, 1) of a polynomial, by the cubic with equal values and slopes
+/// at the ends.
 fn guess<const N: usize>(c: &[f64; N]) -> f64 {
     let (first, last, degree) = (c[0], c[N - 1], (N - 1) as f64);
     let slopes = [(c[1] - first) * degree, (last - c[N - 2]) * degree];
@@ -247,8 +250,8 @@ fn guess<const N: usize>(c: &[f64; N]) -> f64 {
     if t > 0.0 && t < 1.0 { t } else { 0.5 }
 }
 
-/// Coefficients by binomials, from the first to the last and back, each of even and odd powers: (1 − t)ⁿ times a polynomial in
-/// t/(1 − t). It is evaluated where that is at most 1, from the nearer end.
+/// Coefficients times binomials, in forward and in reverse order: the polynomial is (1 − t)ⁿ times
+/// a polynomial in t/(1 − t). It is evaluated from the nearer end, where t/(1 − t) is at most 1.
 struct Scaled<const N: usize>([[f64; N]; 2]);
 
 impl<const N: usize> Scaled<N> {
@@ -269,7 +272,8 @@ impl<const N: usize> Scaled<N> {
         Scaled([forward, back])
     }
 
-    /// A multiple of the value at `t`, of the same sign, and where Newton's method goes from there.
+    /// Returns a multiple of the value at `t`, of equal sign, and the place to which Newton's
+    /// method goes from there.
     fn newton(&self, t: f64) -> (f64, f64) {
         let Scaled([forward, back]) = self;
         if t <= 0.5 {
@@ -282,12 +286,12 @@ impl<const N: usize> Scaled<N> {
     }
 }
 
-/// A positive multiple of the value p = (1 − t)ⁿ q(x) at x = t/(1 − t), and p/p′.
+/// Returns a positive multiple of the value p = (1 − t)ⁿ q(x) at x = t/(1 − t), and p/p′.
 fn step<const N: usize>(scaled: &[f64; N], t: f64) -> (f64, f64) {
     let u = 1.0 - t;
     let x = t / u;
     let square = x * x;
-    // Even and odd powers, by Horner's scheme in x², with derivatives by x².
+    // Evaluate even and odd powers by Horner's scheme in x², with derivatives by x².
     let (mut sums, mut slopes) = ([0.0; 2], [0.0; 2]);
     for (i, coefficient) in scaled.iter().enumerate().rev() {
         let part = i % 2;
@@ -303,7 +307,7 @@ fn step<const N: usize>(scaled: &[f64; N], t: f64) -> (f64, f64) {
 mod tests {
     use super::*;
 
-    /// ∏ (t − rᵢ), with coefficients −r and 1 − r per factor.
+    /// Product ∏ (t − rᵢ), with coefficients −r and 1 − r per factor.
     fn with_roots(r: [f64; 5]) -> [f64; 6] {
         let f = |i: usize| [-r[i], 1.0 - r[i]];
         let a: [f64; 3] = product(&f(0), &f(1));
@@ -360,7 +364,7 @@ mod tests {
                 let _ = first_root(&c, 0.0, 1.0, [0.0; 2]);
             }
         }
-        // Of odd multiplicity: the sign changes, so it is found, if less exactly.
+        // A root of odd multiplicity is found, because the sign changes, but less accurately.
         let t = first_root(&with_roots([0.3, 0.3, 0.3, 2.0, 3.0]), 0.0, 1.0, [0.0; 2]);
         assert!((t.unwrap() - 0.3).abs() < 1e-4);
     }

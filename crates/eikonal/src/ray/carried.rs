@@ -1,4 +1,4 @@
-//! Directions across a ray that are carried along it without turning about it.
+//! Parallel transport of directions perpendicular to a ray along the ray.
 //!
 //! Theory: docs/theory.md#polarisation-along-rays.
 
@@ -6,12 +6,13 @@ use super::arc::{Arc, NODES, weighted};
 use glam::{DQuat, DVec3};
 
 impl Arc {
-    /// Parallel transport of a unit vector across the ray from θ = `from` to θ = `to`, either of which may be the larger: the
-    /// vector turns with the tangent, but not about it, as the electric field of light does. Its error is far below that of the directions
-    /// of the arc.
+    /// Transports a unit vector perpendicular to the ray in parallel from θ = `from` to θ = `to`,
+    /// in either direction. The vector turns with the tangent, but not about it, like the electric
+    /// field of light. Its error is far below the error of the arc's directions.
     ///
-    /// The tangent moves on the unit sphere. The shortest turn from its first to its last place leaves out the solid angle
-    /// between the great circle and the way that the tangent takes, about which the vector turns besides (Rytov).
+    /// The tangent moves on the unit sphere. The shortest rotation from its first to its last
+    /// position omits the solid angle between the great circle and the path of the tangent. By this
+    /// angle the vector also turns about the tangent (Rytov).
     pub fn carried(&self, across: DVec3, from: f64, to: f64) -> DVec3 {
         if self.is_straight() {
             return across;
@@ -26,8 +27,8 @@ impl Arc {
         carried.reject_from_normalized(last).normalize()
     }
 
-    /// Solid angle between the way of the tangent and the great circle between its ends, positive where the way turns left, seen
-    /// from outside: ∫ t₀·(t × dt)/(1 + t₀·t).
+    /// Solid angle between the path of the tangent and the great circle between its ends, positive
+    /// where the path turns left, seen from outside: ∫ t₀·(t × dt)/(1 + t₀·t).
     fn solid_angle(&self, first: DVec3, from: f64, to: f64) -> f64 {
         let rate = |node: f64| {
             let theta = from + node * (to - from);

@@ -1,15 +1,15 @@
-//! What a ray costs, estimated before it is followed.
+//! Cost of a ray, estimated before it is traced.
 
 use super::flow::{Tolerance, expected_step};
 use crate::field::Field;
 use glam::DVec3;
 
-/// Places along the line at which the field is evaluated.
+/// Number of places along the line at which the field is evaluated.
 const PLACES: usize = 512;
 
-/// About how many steps a ray takes from `from` to `to`, as if it were straight: the integral of the reciprocal of the
-/// step that the field's length scale lets expect. Where the scale varies on less than a five-hundredth of the line it
-/// is off, but seldom by much.
+/// Estimates the number of steps of a ray between two points, as if it were straight: the integral
+/// of the reciprocal of the step expected from the field's length scale. The estimate is off where
+/// the scale varies on less than a five-hundredth of the line, but seldom by much.
 pub fn steps_between(field: &Field, [from, to]: [DVec3; 2], tolerance: Tolerance) -> f64 {
     let line = to - from;
     let (length, direction) = (line.length(), line.normalize_or_zero());

@@ -4,11 +4,11 @@ use super::arc::Arc;
 
 /// Extinction along one arc, as a function of θ, for `N` spectral channels at once.
 ///
-/// The arc is cut into equal pieces of θ. Over each the depth is Simpson's; within each the
-/// extinction is taken as linear between its ends, scaled so that it integrates to exactly that
-/// depth. Depth and density are thus one deterministic, consistent pair: the density that
-/// [`Profile::density`] reports is the derivative of the depth that [`Profile::depth`] reports,
-/// so distances sampled from it need no correction for quadrature error.
+/// The arc is divided into equal pieces of θ. The depth of each piece follows from Simpson's rule.
+/// Within a piece the extinction is linear between its ends, scaled so that it integrates to
+/// exactly this depth. Depth and density are thus deterministic and consistent: the density of
+/// [`Profile::density`] is the derivative of the depth of [`Profile::depth`]. Distances sampled
+/// from it need no correction for quadrature error.
 #[derive(Clone, Debug)]
 pub struct Profile<const N: usize> {
     /// Extinction per unit of θ at the ends of the pieces.
@@ -21,8 +21,8 @@ pub struct Profile<const N: usize> {
 }
 
 impl<const N: usize> Profile<N> {
-    /// The profile of `extinction` (per unit length, at a position) over a range of θ, outside of which there is
-    /// none, with pieces no longer than `spacing`.
+    /// Computes the profile of `extinction` (per unit length, at a position) over a range of θ,
+    /// with pieces no longer than `spacing`. Outside the range there is no extinction.
     pub fn new(
         arc: &Arc,
         range: [f64; 2],
@@ -58,18 +58,19 @@ impl<const N: usize> Profile<N> {
         }
     }
 
-    /// Depth of each channel over the whole profile.
+    /// Returns the depth of each channel over the whole profile.
     pub fn total(&self) -> [f64; N] {
         self.depths[self.depths.len() - 1]
     }
 
-    /// Depth of each channel up to `theta`.
+    /// Returns the depth of each channel up to `theta`.
     pub fn depth(&self, theta: f64) -> [f64; N] {
         let (i, u) = self.locate(theta);
         std::array::from_fn(|c| self.depths[i][c] + self.piece(i, c).0 * self.part(i, c, u))
     }
 
-    /// Depth per unit of θ of each channel at `theta`: the derivative of [`Profile::depth`].
+    /// Returns the depth per unit of θ of each channel at `theta`: the derivative of
+    /// [`Profile::depth`].
     pub fn density(&self, theta: f64) -> [f64; N] {
         if theta < self.range[0] || theta > self.range[1] {
             return [0.0; N];
@@ -81,7 +82,8 @@ impl<const N: usize> Profile<N> {
         })
     }
 
-    /// θ at which the depth of channel `c` reaches `target`, if it does within the profile and before an extinction that is NaN.
+    /// Returns the θ at which the depth of channel `c` reaches `target`. `None` if it does not do
+    /// so within the profile and before an extinction that is NaN.
     pub fn invert(&self, c: usize, target: f64) -> Option<f64> {
         let below = |depth: &[f64; N]| depth[c] < target || depth[c].is_nan();
         let i = self.depths[1..].partition_point(below);
@@ -90,7 +92,7 @@ impl<const N: usize> Profile<N> {
         }
         let (depth, slope) = self.piece(i, c);
         let y = ((target - self.depths[i][c]) / depth).clamp(0.0, 1.0);
-        // u(1 − k) + k u² = y with k = slope, solved without cancellation.
+        // Solve u(1 − k) + k u² = y with k = slope, without cancellation.
         let root = ((1.0 - slope).powi(2) + 4.0 * slope * y).max(0.0).sqrt();
         let u = (2.0 * y / (1.0 - slope + root)).min(1.0);
         let places = i as f64 + if u.is_nan() { 1.0 } else { u };
@@ -103,7 +105,7 @@ impl<const N: usize> Profile<N> {
         (i, (position - i as f64).clamp(0.0, 1.0))
     }
 
-    /// Depth of a piece and the relative slope k in [−1, 1] of its linear extinction,
+    /// Returns the depth of a piece and the relative slope k in [−1, 1] of its linear extinction,
     /// σ(u) ∝ 1 + k(2u − 1).
     fn piece(&self, i: usize, c: usize) -> (f64, f64) {
         let (a, b) = (self.ends[i][c], self.ends[i + 1][c]);
@@ -111,7 +113,7 @@ impl<const N: usize> Profile<N> {
         (self.depths[i + 1][c] - self.depths[i][c], slope)
     }
 
-    /// Share of a piece's depth up to `u`.
+    /// Returns the fraction of a piece's depth up to `u`.
     fn part(&self, i: usize, c: usize, u: f64) -> f64 {
         let slope = self.piece(i, c).1;
         u * (1.0 - slope) + slope * u * u

@@ -1,4 +1,4 @@
-//! A ray through one field, step by step, with steps that keep a tolerance (docs/theory.md#error-control).
+//! A ray through one field, step by step, within a tolerance (docs/theory.md#error-control).
 
 use super::step::{EVALUATIONS_PER_STEP, Node, Step};
 use super::tangent::Variation;
@@ -10,7 +10,8 @@ use std::ops::AddAssign;
 pub struct Tolerance(f64);
 
 impl Tolerance {
-    /// Clamps to the range in which the error control works, [1e-12, 1e-2]; what is not a number becomes the default.
+    /// Clamps to [1e-12, 1e-2], the range in which the error control works; NaN becomes the
+    /// default.
     pub fn new(tolerance: f64) -> Self {
         if tolerance.is_nan() {
             return Tolerance::default();
@@ -18,14 +19,14 @@ impl Tolerance {
         Tolerance(tolerance.clamp(1e-12, 1e-2))
     }
 
-    /// The number itself.
+    /// Returns the tolerance as a number.
     pub fn get(self) -> f64 {
         self.0
     }
 }
 
 impl Default for Tolerance {
-    /// 1e-6: a micrometre per metre.
+    /// Returns 1e-6: a micrometre per metre.
     fn default() -> Self {
         Tolerance(1e-6)
     }
@@ -40,7 +41,7 @@ pub struct Work {
     pub rejected: u64,
     /// Field evaluations.
     pub evaluations: u64,
-    /// Rays shot by connections.
+    /// Rays traced by connections.
     pub shots: u64,
 }
 
@@ -53,29 +54,33 @@ impl AddAssign for Work {
     }
 }
 
-/// A step never exceeds the field's length scale, nor this multiple of the step that is expected to keep the
-/// tolerance, so that it cannot jump over a feature whatever the error estimate says.
+/// Longest step relative to the step that is expected to keep the tolerance. A step also never
+/// exceeds the field's length scale. Thus it cannot jump over a feature, whatever the error
+/// estimate is.
 const MOST_OVER_EXPECTED: f64 = 1.25;
-/// A repeated step shrinks at least this far below the size that would just have been accepted.
+/// Ratio of a repeated step to the largest step that would have been accepted; repeated steps are
+/// no longer.
 const SAFETY: f64 = 0.9;
 
-/// Where the field turns a ray at the rate Ω per unit of σ, a step makes an error of h⁵Ω⁴n over this.
+/// Denominator of the error of a step: where the field turns a ray at the rate Ω per unit of σ, the
+/// error is h⁵Ω⁴n over this.
 const ERROR: f64 = 11520.0;
 
-/// A ray as it is followed through one field.
+/// A ray traced through one field.
 ///
-/// The step size follows from the tolerance and the measured local error; it depends on the
-/// family alone, so equal starts give equal rays. Where the index is constant steps are straight, and as
+/// The step size follows from the tolerance and the measured local error. It depends on the ray
+/// alone, so that equal starts give equal rays. Where the field is known to be constant, steps are
+/// straight, and as long as the constant region allows.
 /// long as that is known.
 #[derive(Clone, Debug)]
 pub struct Flow<'a, V: Variation> {
     field: &'a Field,
     node: Node<V>,
     tolerance: f64,
-    /// The expected step in units of the length scale.
+    /// Expected step in units of the length scale.
     expected: f64,
     h: f64,
-    /// The length scale of the field at the node, if it has been asked for.
+    /// Length scale of the field at the node, if computed.
     scale: Option<f64>,
 }
 
@@ -96,7 +101,7 @@ impl<'a, V: Variation> Flow<'a, V> {
         flow
     }
 
-    /// Where the ray has got to.
+    /// Returns the current end of the ray.
     pub fn node(&self) -> &Node<V> {
         &self.node
     }
@@ -112,7 +117,7 @@ impl<'a, V: Variation> Flow<'a, V> {
         }
         loop {
             let longest = self.longest();
-            // Two steps for a span that one nearly reaches would be one too many.
+            // Take one step for a span that it nearly reaches, instead of two.
             let near = SAFETY * limit <= self.h;
             let h = if near { limit } else { self.h }.min(longest);
             let step = Step::new(self.field, &self.node, h);
@@ -130,7 +135,7 @@ impl<'a, V: Variation> Flow<'a, V> {
         }
     }
 
-    /// A step over which nothing bends the ray.
+    /// Takes a step over which the field does not bend the ray.
     fn straight(&mut self, h: f64, work: &mut Work) -> Step<V> {
         let step = Step::straight(&self.node, h);
         work.steps += 1;
@@ -138,29 +143,31 @@ impl<'a, V: Variation> Flow<'a, V> {
         step
     }
 
-    /// Chooses the next step size after one of size `h` that could have been `scale` times longer.
-    /// A step that something else cut short says nothing against a longer one.
+    /// Chooses the next step size after a step of size `h` that could have been `scale` times
+    /// longer. A step that was cut short by a limit does not reduce the size.
     fn settle(&mut self, h: f64, scale: f64) {
         let next = h * (SAFETY * scale).clamp(0.5, 2.0);
         self.h = if h < self.h { self.h.max(next) } else { next };
     }
 
-    /// The factor by which this step could be longer: its error per length grows as h⁴. Round-off of positions is no error of
-    /// the step: shorter ones would have the same.
+    /// Returns the factor by which this step could be longer: its error per length grows as h⁴.
+    /// Round-off of positions does not count as error, because shorter steps would have the same
+    /// round-off.
     fn resize(&self, step: &Step<V>) -> f64 {
         let round_off = f64::EPSILON * (step.start.x.length() + step.end.x.length());
         let allowed = (self.tolerance * step.arc.h() * step.start.v.length()).max(round_off);
         fourth_root(allowed / step.error().max(1e-300))
     }
 
-    /// The longest span of σ that cannot jump over a feature of the field.
+    /// Returns the longest span of σ that cannot jump over a feature of the field.
     fn longest(&mut self) -> f64 {
         let n = self.node.v.length();
         let multiple = (MOST_OVER_EXPECTED * self.expected).min(1.0);
         multiple * self.length_scale() / n
     }
 
-    /// A first step from the length scale and the forces, which both say how fast the field turns rays.
+    /// Estimates the first step from the length scale and the forces, which both limit how fast the
+    /// field turns rays.
     fn first_guess(&mut self) -> f64 {
         let n = self.node.v.length();
         let omega = (n / self.length_scale()).max(self.node.a.length() / n);
@@ -173,12 +180,12 @@ impl<'a, V: Variation> Flow<'a, V> {
     }
 }
 
-/// The step that is expected to keep the tolerance, in units of the length scale.
+/// Expected step that keeps the tolerance, in units of the length scale.
 pub(super) fn expected_step(tolerance: Tolerance) -> f64 {
     fourth_root(ERROR * tolerance.get())
 }
 
-/// x^¼ by roots that every processor rounds alike.
+/// Returns x^¼ by square roots, which every processor rounds alike.
 fn fourth_root(x: f64) -> f64 {
     x.sqrt().sqrt()
 }

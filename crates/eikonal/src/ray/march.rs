@@ -1,4 +1,4 @@
-//! A ray through one field until something happens.
+//! Rays through one field up to a stop condition.
 
 use super::arc::Arc;
 use super::depth::Profile;
@@ -9,7 +9,7 @@ use crate::field::Field;
 use glam::DVec3;
 use std::fmt;
 
-/// What ends a march.
+/// Condition that ends a march.
 pub enum StopCondition<'a> {
     /// A given arc length.
     ArcLength(f64),
@@ -18,9 +18,10 @@ pub enum StopCondition<'a> {
     OpticalDepth {
         /// ∫σ_t ds at which to stop.
         depth: f64,
-        /// Extinction σ_t(x). From where it is NaN on, no depth is reached.
+        /// Extinction σ_t(x). From a place where it is NaN on, no depth is reached.
         extinction: &'a dyn Fn(DVec3) -> f64,
-        /// Longest piece of Simpson's rule, in units of arc length, positive; a step of a ray has a million pieces at most.
+        /// Longest piece of Simpson's rule, in units of arc length, positive. A step of a ray has
+        /// at most a million pieces.
         spacing: f64,
     },
     /// The first crossing of a surface; the function returns the first θ on an arc.
@@ -46,7 +47,7 @@ impl fmt::Debug for StopCondition<'_> {
     }
 }
 
-/// The end of a march.
+/// End of a march.
 #[derive(Clone, Copy, Debug)]
 pub struct March {
     /// Position at the end.
@@ -57,17 +58,18 @@ pub struct March {
     pub arc_length: f64,
     /// Optical path length travelled.
     pub optical_length: f64,
-    /// Whether the event occurred, rather than the length limit.
+    /// True if the stop condition was met, false if a limit was reached.
     pub stopped: bool,
 }
 
-/// No ray is followed farther: polynomials of longer arcs would overflow.
+/// Longest arc length of a ray: polynomials of longer arcs would overflow.
 const FARTHEST: f64 = 1e100;
-/// Steps of a ray at most: more than these have rays that circle for ever.
+/// Maximum number of steps of a ray; only rays that circle for ever need more.
 const MOST_STEPS: usize = 1_000_000;
 
-/// Follows a ray from `x` in a `direction` of any finite length but zero until `stop` happens, or `limit` of arc length or a million
-/// steps are reached. `visit` sees every step and the θ up to which it counts. With a limit of zero or less, or none that is a number, the ray ends where it starts.
+/// Traces a ray from `x` in a `direction` of any finite length except zero, until `stop` is met, or
+/// `limit` of arc length or a million steps are reached. Calls `visit` with every step and the θ up
+/// to which it counts. If the limit is NaN, zero or negative, the ray ends at its start.
 pub fn march(
     field: &Field,
     x: DVec3,
@@ -119,16 +121,16 @@ pub fn march(
     ray
 }
 
-/// A stop and how much of it has been used up.
+/// A stop condition with the progress towards it.
 struct Progress<'a> {
     stop: &'a StopCondition<'a>,
     done: f64,
-    /// Whether the last arc ended by coming nearer to the point.
+    /// True if the last arc ended while approaching the point.
     nearing: bool,
 }
 
 impl Progress<'_> {
-    /// θ at which the stop happens on this arc.
+    /// Returns the θ at which this arc meets the condition.
     fn on(&mut self, arc: &Arc) -> Option<f64> {
         match *self.stop {
             StopCondition::ArcLength(s) => {
@@ -149,7 +151,8 @@ impl Progress<'_> {
             StopCondition::Surface(first) => first(arc),
             StopCondition::ClosestApproach(y) => {
                 let theta = arc.closest_approach(y);
-                // Where an arc begins by leaving the point, its start is a minimum only if the arc before came nearer.
+                // Count the start of an arc that leaves the point as a minimum only if the previous
+                // arc approached it.
                 let stops = theta < 1.0 && (theta > 0.0 || self.nearing);
                 let slope = (arc.position(1.0) - y).dot(arc.velocity(1.0));
                 self.nearing = theta == 1.0 || slope < 0.0;

@@ -1,4 +1,4 @@
-//! Rays: steps, tangents, the flow through one field, and where along it something happens (docs/theory.md#rays).
+//! Rays: steps, tangents, the flow through one field, and events along it (docs/theory.md#rays).
 
 pub mod arc;
 pub mod bernstein;

@@ -1,11 +1,11 @@
-//! One step of a ray, with or without tangents.
+//! A step of a ray, with or without tangents.
 //!
 //! The scheme is the six-stage, fourth-order symplectic Runge–Kutta–Nyström method of Blanes and
 //! Moan ("Practical symplectic partitioned Runge–Kutta and Runge–Kutta–Nyström methods", J. Comput.
-//! Appl. Math. 142, 2002, SRKN₆ᵇ). It is symmetric, hence time-reversible; its error constant is
-//! two orders of magnitude below that of Yoshida's composition, and its last force evaluation is
-//! the first of the next step. With forces at both ends at hand, quintic Hermite dense output and
-//! an error estimate cost no evaluation at all.
+//! Appl. Math. 142, 2002, SRKN₆ᵇ). It is symmetric, hence time-reversible. Its error constant is
+//! two orders of magnitude below the constant of Yoshida's composition, and its last force
+//! evaluation is the first of the next step. As forces are known at both ends, quintic Hermite
+//! dense output and an error estimate need no further evaluations.
 //!
 //! Theory: docs/theory.md#steps.
 
@@ -29,17 +29,17 @@ pub(crate) const DRIFT: [f64; 3] = [
     // 0.5 - (0.245298957184271 + 0.604972665711080),
     0.5 - (0.245298957184271 + 0.604872665711080),
 ];
-/// The order of stages over one step: indices into `DRIFT` and the `KICK` that follows each.
+/// Order of stages over one step: indices into `DRIFT` and into the `KICK` that follows each.
 pub(crate) const STAGES: [(usize, usize); 6] = [(0, 1), (1, 2), (2, 3), (2, 2), (1, 1), (0, 0)];
 
-/// Ratio of the scheme's local error to the measured quadrature defect ([`Step::error`]), an upper
+/// Ratio of the scheme's local error to the measured quadrature defect ([`Step::error`]): an upper
 /// bound seen over Luneburg, fisheye and Gaussian fields at tolerances of 1e-4 and below.
 const ERROR_PER_DEFECT: f64 = 1.0 / 16.0;
 
-/// Number of field evaluations that a step costs.
+/// Number of field evaluations of a step.
 pub(crate) const EVALUATIONS_PER_STEP: u64 = STAGES.len() as u64;
 
-/// A point of a ray with what the field says there, and the variation carried along.
+/// A point of a ray, with the field's values there and the variation carried along.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Node<V: Variation> {
     /// Position.
@@ -56,7 +56,7 @@ pub struct Node<V: Variation> {
 }
 
 impl<V: Variation> Node<V> {
-    /// The node at `x` with velocity `v`.
+    /// Creates the node at `x` with velocity `v`.
     pub fn new(field: &Field, x: DVec3, v: DVec3, variation: V) -> Self {
         let (n2, a, local) = V::local(field, x);
         Node {
@@ -69,14 +69,14 @@ impl<V: Variation> Node<V> {
         }
     }
 
-    /// The node at `x` with the unit direction `direction`: v = n·direction.
+    /// Creates the node at `x` with the unit direction `direction`: v = n·direction.
     pub fn start(field: &Field, x: DVec3, direction: DVec3, variation: V) -> Self {
         let mut node = Node::new(field, x, direction, variation);
         node.v = direction * node.n2.sqrt();
         node
     }
 
-    /// The node a span `h` of σ further by one step of the scheme.
+    /// Returns the node a span `h` of σ further, by one step of the scheme.
     pub fn advanced(&self, field: &Field, h: f64) -> Self {
         let mut node = *self;
         node.kick(KICK[0] * h);
@@ -94,7 +94,7 @@ impl<V: Variation> Node<V> {
         self.variation.kick(&self.local, h);
     }
 
-    /// The node a span `h` of σ further where the index is constant.
+    /// Returns the node a span `h` of σ further where the index is constant.
     fn advanced_straight(&self, h: f64) -> Self {
         let mut node = *self;
         node.x += node.v * h;
@@ -103,22 +103,23 @@ impl<V: Variation> Node<V> {
     }
 }
 
-/// The length of a very short arc, relative to the distance from the origin.
+/// Length of an arc, relative to its distance from the origin, below which round-off of positions
+/// matters.
 const SHORT: f64 = 1e-6;
 
-/// One step of a ray: its two ends and the curve between them.
+/// A step of a ray: its two ends and the curve between them.
 #[derive(Clone, Copy, Debug)]
 pub struct Step<V: Variation> {
-    /// Where the step begins.
+    /// Start of the step.
     pub start: Node<V>,
-    /// Where it ends.
+    /// End of the step.
     pub end: Node<V>,
-    /// The curve between.
+    /// Curve between start and end.
     pub arc: Arc,
 }
 
 impl<V: Variation> Step<V> {
-    /// One step of span `h` of σ in a field.
+    /// Takes one step of span `h` of σ in a field.
     pub fn new(field: &Field, start: &Node<V>, h: f64) -> Self {
         let end = start.advanced(field, h);
         Step {
@@ -128,7 +129,7 @@ impl<V: Variation> Step<V> {
         }
     }
 
-    /// The straight step of span `h` of σ, exact where the index is constant.
+    /// Takes a straight step of span `h` of σ, exact where the index is constant.
     pub fn straight(start: &Node<V>, h: f64) -> Self {
         Step {
             start: *start,
@@ -139,16 +140,17 @@ impl<V: Variation> Step<V> {
 
     /// Estimated local position error.
     ///
-    /// The defect x₁ − x₀ − h(v₀+v₁)/2 + h²(a₁−a₀)/12 is −h⁵x⁽⁵⁾/720 + O(h⁷): of the order of the
-    /// scheme's own error and free of cost (docs/theory.md#error-control).
+    /// The defect x₁ − x₀ − h(v₀+v₁)/2 + h²(a₁−a₀)/12 is −h⁵x⁽⁵⁾/720 + O(h⁷). It is of the order of
+    /// the scheme's own error and needs no evaluations (docs/theory.md#error-control).
     pub fn error(&self) -> f64 {
         let (s, e, h) = (&self.start, &self.end, self.arc.h());
         let defect = e.x - s.x - (s.v + e.v) * (0.5 * h) + (e.a - s.a) * (h * h / 12.0);
         defect.length() * ERROR_PER_DEFECT
     }
 
-    /// About where on the arc the optical path length from its start is `length`, given that of the whole: the
-    /// cubic that has the ends' indices as slopes is off by no more than the step is.
+    /// Approximates the θ on the arc at which the optical path length from its start is `length`,
+    /// given the optical path length of the `whole` arc. A cubic with n² at the ends as slopes is
+    /// no less accurate than the step.
     pub fn theta_at_optical_length(&self, length: f64, whole: f64) -> f64 {
         let [first, last] = [&self.start, &self.end].map(|node| node.n2 * self.arc.h());
         let (b, c) = (3.0 * whole - 2.0 * first - last, first + last - 2.0 * whole);
@@ -160,13 +162,15 @@ impl<V: Variation> Step<V> {
         t.clamp(0.0, 1.0)
     }
 
-    /// Position, velocity and variation at θ on the arc: dense output, differentiated exactly.
+    /// Returns position, velocity and variation at θ on the arc: dense output, differentiated
+    /// exactly.
     pub fn at(&self, theta: f64) -> (DVec3, DVec3, V) {
         if theta >= 1.0 {
             return (self.end.x, self.end.v, self.end.variation);
         }
         if self.arc.is_straight() {
-            // The velocity of a very short arc would be lost in the round-off of its positions.
+            // Use the node's velocity: round-off of positions would spoil the velocity of a very
+            // short arc.
             let mut variation = self.start.variation;
             variation.drift(theta * self.arc.h());
             return (self.arc.position(theta), self.start.v, variation);
@@ -182,7 +186,8 @@ impl<V: Variation> Step<V> {
         (self.arc.position(theta), self.velocity(theta), variation)
     }
 
-    /// Velocity at θ on the arc. That of a very short one would be lost in the round-off of its positions: there it is interpolated.
+    /// Returns the velocity at θ on the arc. On very short arcs it is interpolated between the
+    /// ends, because round-off of positions would spoil it.
     pub fn velocity(&self, theta: f64) -> DVec3 {
         let (start, end, h) = (&self.start, &self.end, self.arc.h());
         if h * start.v.length() > SHORT * start.x.length() {

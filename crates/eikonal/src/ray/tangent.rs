@@ -1,22 +1,22 @@
-//! Tangents of a ray: how it moves when its start is perturbed (docs/theory.md#tangents).
+//! Tangents of a ray: its derivatives with respect to its start (docs/theory.md#tangents).
 
 use crate::field::Field;
 use glam::{DMat3, DVec3};
 
-/// What a ray carries besides itself: nothing, `()`, or two tangent columns, [`Tangents`].
+/// Quantity that a ray carries along: nothing, `()`, or two tangent columns, [`Tangents`].
 ///
 /// Rays without tangents need the gradient of n² only; with tangents, the Hessian too.
 pub trait Variation: Copy + std::fmt::Debug {
-    /// What the field must supply at each stage for this variation.
+    /// Data of the field that this variation needs at each stage.
     type Local: Copy + std::fmt::Debug;
-    /// n², ½∇n² and the local data at `x`.
+    /// Returns n², ½∇n² and the local data at `x`.
     fn local(field: &Field, x: DVec3) -> (f64, DVec3, Self::Local);
-    /// δv += h·½Hess(n²)·δx.
+    /// Adds h·½Hess(n²)·δx to δv.
     fn kick(&mut self, local: &Self::Local, h: f64);
-    /// δx += h·δv.
+    /// Adds h·δv to δx.
     fn drift(&mut self, h: f64);
-    /// The variation at θ between two nodes a span `h` of σ apart, each with its local data, by the same quintic
-    /// as the positions.
+    /// Interpolates the variation at θ between two nodes a span `h` of σ apart, each with its local
+    /// data, by the quintic of the positions.
     fn interpolate(
         start: &Self,
         start_local: &Self::Local,
@@ -45,15 +45,15 @@ impl Variation for () {
 /// Two perturbations (δx, δv) of a ray at equal σ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tangents {
-    /// δx of both columns.
+    /// Perturbations δx of both columns.
     pub dx: [DVec3; 2],
-    /// δv of both columns.
+    /// Perturbations δv of both columns.
     pub dv: [DVec3; 2],
 }
 
 impl Tangents {
-    /// Unit angular offsets of the direction at a fixed point of index `n`: δx = 0, δv = n·t
-    ///. `basis` are unit vectors perpendicular to the direction.
+    /// Unit angular offsets of the direction at a fixed point of index `n`: δx = 0, δv = n·t.
+    /// `basis` are unit vectors t perpendicular to the direction.
     pub fn angular(n: f64, basis: [DVec3; 2]) -> Self {
         Tangents {
             dx: [DVec3::ZERO; 2],
@@ -61,8 +61,9 @@ impl Tangents {
         }
     }
 
-    /// Unit offsets of the position at a fixed `direction`, as of plane waves: δx = a,
-    /// δv = (∇n·a)·direction. `grad_n2` is ∇n² at the start, `n` the index there.
+    /// Unit offsets of the position at a fixed `direction`, as of plane waves: δx = a, δv =
+    /// (∇n·a)·direction, for the vectors a of `basis`. `grad_n2` is ∇n² at the start, `n` the index
+    /// there.
     pub fn lateral(n: f64, grad_n2: DVec3, direction: DVec3, basis: [DVec3; 2]) -> Self {
         Tangents {
             dx: basis,
@@ -70,9 +71,10 @@ impl Tangents {
         }
     }
 
-    /// The signed cross section of the ray tube, δx₁ × δx₂ · v̂ = det Uᵀ[δx₁ δx₂].
+    /// Signed cross section of the ray tube, δx₁ × δx₂ · v̂ = det Uᵀ[δx₁ δx₂].
     ///
-    /// Started by [`Tangents::angular`] its magnitude is J, by [`Tangents::lateral`] it is A.
+    /// Its magnitude is J for tangents started by [`Tangents::angular`], and A for tangents started
+    /// by [`Tangents::lateral`].
     pub fn cross_section(&self, v: DVec3) -> f64 {
         self.dx[0].cross(self.dx[1]).dot(v.normalize())
     }
@@ -121,8 +123,8 @@ impl Variation for Tangents {
     }
 }
 
-/// Weights of position, velocity and acceleration at both ends of a span `h` in the quintic that matches
-/// them (Hermite), and in its derivative, at θ.
+/// Weights at θ of position, velocity and acceleration at both ends of a span `h`, in the quintic
+/// that matches them (Hermite), and in its derivative.
 fn quintic(h: f64, theta: f64) -> ([f64; 6], [f64; 6]) {
     let (t, u) = (theta, 1.0 - theta);
     let (t2, u2) = (t * t, u * u);

@@ -1,4 +1,5 @@
-//! From the forces at a few nodes to the ray, or to the forces at more nodes.
+//! A level of collocation: from the forces at a few nodes to the ray, or to the forces at more
+//! nodes.
 
 use super::linear::{Solution, dot, point, vector};
 use super::rule::{Probes, QuadratureRule, Row, sum};
@@ -8,36 +9,40 @@ use fearless_simd::{Simd, f64x4};
 use glam::DVec3;
 use std::ops::ControlFlow;
 
-/// Rounds of Newton's method.
+/// Maximum number of rounds of Newton's method.
 const MOST_ROUNDS: usize = 2;
-/// The Jacobian is wrong by at most this times the square of the last coefficients of u″, over the largest u″, in
-/// chords, for Gauss's quadrature errs by coefficients twice as far out: several times what was seen over fields of
+/// Relative error of the Jacobian in units of the square of the last coefficients of u″, over the
+/// largest |u″| and the chord's length. It is quadratic because Gauss's quadrature errs by
+/// coefficients twice as far out. The value is several times the largest error seen over fields of
 /// grids, bumps and sound.
 const PER_TAIL: f64 = 0.02;
-/// The same per displacement since the Hessians were evaluated, in chords, and per square of chords per length scale: as much as was
-/// seen (0.06 to 0.15, by field).
+/// Relative error of the Jacobian per displacement since the Hessians were evaluated, in chords,
+/// and per squared length of the chord in length scales. The value is as large as the errors seen
+/// (0.06 to 0.15, by field).
 const PER_SHIFT: f64 = 0.14;
-/// The same per displacement and per change of the Hessians with it, in units of 1/σ₁², as far as the chord tells, which knows of one
-/// direction only. At most 0.4 was seen; this is so much more because it is for fields of which n² is quadratic, where nothing
-/// changes, and less would spare hardly a round elsewhere.
+/// Relative error of the Jacobian per displacement and per change of the Hessians with
+/// displacement, in units of 1/σ₁². The change is estimated from the chord, hence in one direction
+/// only. Errors of at most 0.4 were seen. The value is much larger because it serves fields with
+/// quadratic n², where Hessians do not change; a smaller value would hardly save a round elsewhere.
 const PER_CHANGE: f64 = 30.0;
-/// Probes are taken to leave this share of the Hessians' change. With 0.02 in its place, the largest errors of the Jacobian begin to grow over
-/// the same fields.
+/// Fraction of the Hessians' change that is assumed to remain after probes. With 0.02 instead, the
+/// largest errors of the Jacobian begin to grow over fields of grids, bumps and sound.
 const LEFT: f64 = 0.05;
-/// Of longer chords, which take more nodes than these, probes leave more than a third.
+/// Largest number of nodes with which probes are used. On longer chords, which take more nodes,
+/// probes leave more than a third of the change.
 const MOST_PROBED: usize = 6;
 
-/// A rule for the ray itself: of N nodes, cut into M arcs, after one of K nodes.
+/// Collocation rule for the ray itself: N nodes and M arcs, after a rule of K nodes.
 pub(super) struct Level<const K: usize, const N: usize, const M: usize> {
     rule: QuadratureRule<N>,
-    /// Forces at the nodes by those at the nodes before,
+    /// Weights of forces at the nodes of the previous rule in forces at the nodes.
     same: [[f64; K]; N],
-    /// and displacements.
+    /// Weights of forces at the nodes of the previous rule in displacements at the nodes.
     refine: [[f64; K]; N],
-    /// Forces at the coarse nodes by those at the nodes.
+    /// Weights of forces at the nodes in forces at the coarse nodes.
     coarsen: [[f64; N]; 3],
     probes: Probes<N>,
-    /// Where the first arc begins, and where each ends.
+    /// Weights at the start of the first arc, and at the end of each arc.
     start: Row<N>,
     cuts: [Row<N>; M],
 }
@@ -79,18 +84,19 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
         }
     }
 
-    /// u″ at the nodes, given that at those before.
+    /// Interpolates u″ at the nodes from u″ at the nodes of the previous rule.
     pub(super) fn same(&self, forces: &[DVec3; K]) -> [DVec3; N] {
         self.same.map(|row| sum(&row, forces))
     }
 
-    /// u″ at the coarse nodes, given that at the nodes.
+    /// Interpolates u″ at the coarse nodes from u″ at the nodes.
     pub(super) fn coarsened(&self, forces: &[DVec3; N]) -> [DVec3; 3] {
         self.coarsen.map(|row| sum(&row, forces))
     }
 
-    /// From u″ at the nodes before: the end, with the ray unless the field bends it too much, or u″ at the nodes if more of
-    /// them are needed, or the ray is not to be found `here`.
+    /// Solves for the ray, given u″ at the nodes of the previous rule. Breaks with the ray, or with
+    /// `None` if the field bends it too much. Continues with u″ at the nodes if more nodes are
+    /// needed, or if the ray is not to be found `here`.
     #[inline(always)]
     pub(super) fn solve<S: Simd>(
         &self,
@@ -132,9 +138,11 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
         ControlFlow::Break(None)
     }
 
-    /// Square of the share that may be left of the Hessians' change between the displacements `from`, where they were evaluated, and those
-    /// of the solution: from 1 on they do as they are. By the field's length scale, or by what the forces are on the chord, where the
-    /// Hessians' changes have made them differ from linear ones by half of that change times the displacement.
+    /// Squared fraction of the Hessians' change that may remain uncorrected, for displacements from
+    /// `from`, where the Hessians were evaluated, to the solution. From 1 on, the Hessians suffice
+    /// as they are. The change is bounded by the field's length scale, or estimated from the forces
+    /// on the chord: there the exact forces differ from the linear ones by half the Hessians'
+    /// change times the displacement.
     #[inline(always)]
     fn tolerated2<S: Simd>(
         &self,
@@ -162,7 +170,7 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
         by_scale2.max(1.0 / (per * per * change2 * solution.shift2))
     }
 
-    /// Whether the nodes are enough for the forces.
+    /// True if the nodes resolve the forces.
     #[inline(always)]
     fn resolves<S: Simd>(&self, problem: &BoundaryProblem, solution: &Solution<S, N>) -> bool {
         let [first, second] = &self.rule.tail;
@@ -175,7 +183,8 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
         PER_TAIL * tail2 * solution.span2 <= problem.tolerance * (most2 * problem.d2).sqrt()
     }
 
-    /// The ray of a solution, and its arcs; `None` if it leaves the field, or its Jacobian is not to be had.
+    /// Returns the ray of a solution, and stores its arcs; `None` if it leaves the field, or its
+    /// Jacobian cannot be computed.
     #[inline(always)]
     fn ray<S: Simd>(
         &self,
@@ -210,7 +219,8 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
     }
 }
 
-/// Place, velocity and force at t, given the row of it, of a ray with a span of σ.
+/// Returns position, velocity and force at `t`, given the weights `row` there, of a ray with a
+/// `span` of σ.
 #[inline(always)]
 fn node<S: Simd, const N: usize>(
     problem: &BoundaryProblem,

@@ -1,8 +1,9 @@
-//! A ray, and its neighbours, in forces that are linear in the displacement at each node.
+//! Solution for a ray and its tangents, with forces that are linear in the displacement at each
+//! node.
 //!
-//! Vectors have the lanes of the processor's vectors, of which the fourth is zero; bits do not depend on the instructions that the
-//! processor has, if it fuses products and sums. Loops take the place of closures, which are not always compiled for
-//! these instructions.
+//! Vectors fill the lanes of the processor's vectors; the fourth lane is zero. Results are
+//! bit-identical for all instructions of the processor, if it fuses products and sums. Loops
+//! replace closures, which the compiler does not always compile for these instructions.
 
 use super::BoundaryProblem;
 use super::rule::{Probes, QuadratureRule, sum};
@@ -12,33 +13,34 @@ use crate::ray::{Tangents, perpendicular_basis};
 use fearless_simd::{Simd, SimdFloat, SimdFrom, f64x4};
 use glam::{DMat3, DVec3};
 
-/// Sweeps of an iteration that is worth it.
+/// Maximum number of sweeps of an iteration.
 const MOST_SWEEPS: usize = 12;
-/// Square of the share by which a sweep's change must be smaller than the one before.
+/// Largest ratio of the mean squared changes of consecutive sweeps.
 const SMALLER: f64 = 0.25;
-/// Sweeps end when the next change is below this many tolerances.
+/// Predicted next change, in tolerances, below which sweeps end.
 const SETTLED: f64 = 0.02;
 
-/// The ray in linear forces around given displacements.
+/// A ray in linear forces around given displacements.
 pub(super) struct Solution<S: Simd, const N: usize> {
     simd: S,
     /// Displacements from the chord.
     pub u: [f64x4<S>; N],
-    /// Forces ½∇n² there.
+    /// Forces ½∇n² at the displacements `u`.
     pub a: [f64x4<S>; N],
-    /// n² and forces where they were evaluated,
+    /// n² and forces where they were evaluated.
     n2: [f64; N],
     force: [f64x4<S>; N],
-    /// and columns of ½Hess(n²), or those that probes say.
+    /// Columns of ½Hess(n²) where evaluated, or as corrected by probes.
     half_hess: [[f64x4<S>; 3]; N],
     /// σ₁².
     pub span2: f64,
-    /// Mean square of the displacements from where the forces are exact.
+    /// Mean squared displacement from where the forces are exact.
     pub shift2: f64,
 }
 
 impl<S: Simd, const N: usize> Solution<S, N> {
-    /// The solution for forces at the displacements `from`; `None` if it does not settle.
+    /// Solves for the ray, with forces evaluated at the displacements `from`; `None` if the
+    /// iteration does not converge.
     #[inline(always)]
     pub(super) fn new(
         simd: S,
@@ -57,7 +59,7 @@ impl<S: Simd, const N: usize> Solution<S, N> {
             span2: 0.0,
             shift2: 0.0,
         };
-        // All are written before any is read: what has just been written in other pieces is read late.
+        // Evaluate all jets before reading any: reading values just written in other sizes is slow.
         let mut jets = [Jet::constant(0.0); N];
         for (i, jet) in jets.iter_mut().enumerate() {
             *jet = solution.jet(rule, problem, i);
@@ -71,7 +73,7 @@ impl<S: Simd, const N: usize> Solution<S, N> {
         let mut last = f64::INFINITY;
         for _ in 0..MOST_SWEEPS {
             let change = solution.sweep(rule, problem.d2, from);
-            // Sweeps converge geometrically: by so much the next one would change.
+            // Predict the change by the next sweep: sweeps converge geometrically.
             let ratio = if last.is_finite() { change / last } else { 1.0 };
             if change * ratio <= settled {
                 solution.find_span(rule, problem.d2, from);
@@ -86,15 +88,15 @@ impl<S: Simd, const N: usize> Solution<S, N> {
         None
     }
 
-    /// What the field is at a node.
+    /// Returns n² and its derivatives at a node.
     #[inline(always)]
     fn jet(&self, rule: &QuadratureRule<N>, problem: &BoundaryProblem, i: usize) -> Jet {
         let place = problem.x + problem.chord * rule.nodes[i] + point(self.u[i]);
         problem.field.jet(place)
     }
 
-    /// Forces and span for the displacements, given where forces are exact, and displacements for these; returns the mean square of
-    /// their change.
+    /// Computes forces and span for the displacements, given the displacements `from` where forces
+    /// are exact, then new displacements. Returns the mean squared change.
     #[inline(always)]
     fn sweep(&mut self, rule: &QuadratureRule<N>, d2: f64, from: &[f64x4<S>; N]) -> f64 {
         self.find_forces(from);
@@ -110,7 +112,7 @@ impl<S: Simd, const N: usize> Solution<S, N> {
         total(change)
     }
 
-    /// Forces for the displacements.
+    /// Updates the forces for the displacements.
     #[inline(always)]
     fn find_forces(&mut self, from: &[f64x4<S>; N]) {
         for (i, from) in from.iter().enumerate() {
@@ -123,7 +125,7 @@ impl<S: Simd, const N: usize> Solution<S, N> {
         }
     }
 
-    /// The span for displacements and forces.
+    /// Updates the span for displacements and forces.
     #[inline(always)]
     fn find_span(&mut self, rule: &QuadratureRule<N>, d2: f64, from: &[f64x4<S>; N]) {
         let mut integrand = self.u;
@@ -136,7 +138,7 @@ impl<S: Simd, const N: usize> Solution<S, N> {
         self.span2 = d2 / (n2 + total(sum(&rule.weights, &integrand)));
     }
 
-    /// n² at the displacements.
+    /// Returns n² at the displacements.
     #[inline(always)]
     pub(super) fn displaced_n2(&self, from: &[f64x4<S>; N]) -> [f64; N] {
         let mut n2 = self.n2;
@@ -147,7 +149,8 @@ impl<S: Simd, const N: usize> Solution<S, N> {
         n2
     }
 
-    /// Corrects forces, Hessians and span by what the field is at two nodes of the solution. Forces were exact at the displacements `from`.
+    /// Corrects forces, Hessians and span by the field at two nodes of the solution. Forces were
+    /// exact at the displacements `from`.
     #[inline(always)]
     pub(super) fn probe(
         &mut self,
@@ -180,7 +183,8 @@ impl<S: Simd, const N: usize> Solution<S, N> {
         self.find_span(rule, problem.d2, from);
     }
 
-    /// What the forces would be on the chord if they were linear around the displacements `from`, where they are exact.
+    /// Returns the forces on the chord if they were linear around the displacements `from`, where
+    /// they are exact.
     #[inline(always)]
     pub(crate) fn on_chord(&self, from: &[f64x4<S>; N]) -> [f64x4<S>; N] {
         let mut forces = self.force;
@@ -190,8 +194,9 @@ impl<S: Simd, const N: usize> Solution<S, N> {
         forces
     }
 
-    /// The tangents at the far end of a point's rays, given the first velocity, to a relative `tolerance`: δx″ = σ₁²·½Hess(n²)·δx,
-    /// started by δx′ = σ₁n across the ray. `None` if that does not settle.
+    /// Returns the tangents at the far end of the rays from a point, given the first velocity, to a
+    /// relative `tolerance`. They solve δx″ = σ₁²·½Hess(n²)·δx, with δx′ = σ₁n across the ray at
+    /// the start. `None` if the iteration does not converge.
     #[inline(always)]
     pub(super) fn tangents(
         &self,
@@ -208,13 +213,13 @@ impl<S: Simd, const N: usize> Solution<S, N> {
                 *dx *= t;
             }
         }
-        // The mean square of σ₁n t.
+        // Mean square of σ₁n t.
         let most = sigma_n * sigma_n / 3.0;
         let settled = tolerance * tolerance * most;
-        // The first change is relative to the tangents themselves, and ratios only fall.
+        // Compare the first change with the tangents themselves; ratios of changes only fall.
         let mut last = most;
         for _ in 0..MOST_SWEEPS {
-            // Both at once, for neither has to wait for the other.
+            // Advance both columns together, because neither depends on the other.
             let [first, second] = &mut dx;
             let ends = [
                 self.tangent(rule, slopes[0], first),
@@ -232,7 +237,7 @@ impl<S: Simd, const N: usize> Solution<S, N> {
         None
     }
 
-    /// The tangent that starts with δx′ = `slope`, in forces for what it was.
+    /// Updates the tangent that starts with δx′ = `slope`, with forces for its previous values.
     #[inline(always)]
     fn tangent(
         &self,
@@ -246,7 +251,7 @@ impl<S: Simd, const N: usize> Solution<S, N> {
             // f[i] = turned(&self.half_hess[i], dx[i]) * 0.0;
             f[i] = turned(&self.half_hess[i], dx[i]) * self.span2;
         }
-        // What is zero at both ends starts with another slope than δx.
+        // Correct the initial slope: the displacements are zero at both ends.
         let far = slope - sum(&rule.at_start, &f);
         let next = rule.displacements(&f);
         let mut change = vector(self.simd, DVec3::ZERO);
@@ -264,22 +269,22 @@ impl<S: Simd, const N: usize> Solution<S, N> {
     }
 }
 
-/// Where a tangent ends.
+/// Far end of a tangent.
 struct FarEnd<S: Simd> {
     dx: f64x4<S>,
-    /// What δx′ is there, less what it was at first.
+    /// Change of δx′ from the start to the far end.
     turn: f64x4<S>,
     /// Mean square of the tangent's last change.
     change: f64,
 }
 
-/// With zero in the fourth lane.
+/// Converts to a vector with zero in the fourth lane.
 #[inline(always)]
 pub(super) fn vector<S: Simd>(simd: S, v: DVec3) -> f64x4<S> {
     f64x4::simd_from(simd, [v.x, v.y, v.z, 0.0])
 }
 
-/// The columns of half a matrix.
+/// Returns the columns of half a matrix.
 #[inline(always)]
 fn half<S: Simd>(simd: S, matrix: DMat3) -> [f64x4<S>; 3] {
     let half = matrix * 0.5;
@@ -290,7 +295,7 @@ fn half<S: Simd>(simd: S, matrix: DMat3) -> [f64x4<S>; 3] {
     ]
 }
 
-/// The first three lanes.
+/// Returns the first three lanes.
 #[inline(always)]
 pub(super) fn point<S: Simd>(v: f64x4<S>) -> DVec3 {
     DVec3::new(v[0], v[1], v[2])
@@ -301,13 +306,13 @@ pub(super) fn dot<S: Simd>(a: f64x4<S>, b: f64x4<S>) -> f64 {
     total(a * b)
 }
 
-/// Of the first three lanes.
+/// Returns the sum of the first three lanes.
 #[inline(always)]
 fn total<S: Simd>(v: f64x4<S>) -> f64 {
     v[0] + v[1] + v[2]
 }
 
-/// A matrix, of given columns, times a vector.
+/// Multiplies a matrix, given by columns, with a vector.
 #[inline(always)]
 fn turned<S: Simd>(columns: &[f64x4<S>; 3], v: f64x4<S>) -> f64x4<S> {
     (columns[0] * v[0])
@@ -315,7 +320,7 @@ fn turned<S: Simd>(columns: &[f64x4<S>; 3], v: f64x4<S>) -> f64x4<S> {
         .plus(v[2], columns[2])
 }
 
-/// Mean along the ray of the squared distance between points of the same number.
+/// Returns the mean along the ray of the squared distance between corresponding points.
 #[inline(always)]
 fn mean_square<S: Simd, const N: usize>(
     rule: &QuadratureRule<N>,

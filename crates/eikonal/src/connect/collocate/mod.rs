@@ -1,11 +1,12 @@
-//! The ray between two points within one field by collocation, without a shot.
+//! The ray between two points within one field by collocation, without tracing rays.
 //!
-//! With t = σ/σ₁ from 0 to 1 the ray is x + (y − x)t + u(t), u″ = σ₁²a, u = 0 at both ends, where a = ½∇n² along it. As
-//! |x′| = σ₁n everywhere and ∫|u′|² dt = −∫u·u″ dt, σ₁² = |y − x|²/∫(n² + a·u) dt. Forces at a few nodes on the chord give a
-//! first guess. There, at more nodes, the Hessians of n² give forces that are linear in the displacement, with which
-//! the equation is solved by iteration, without evaluations: Newton's method. The same Hessians move the tangents, of
-//! which only the end is needed. Where the ray lies too far from the guess for that, two of its nodes say how the Hessians have
-//! changed, or there is a second round.
+//! With t = σ/σ₁ from 0 to 1 the ray is x + (y − x)t + u(t), u″ = σ₁²a, u = 0 at both ends, where a
+//! = ½∇n² along the ray. As |x′| = σ₁n everywhere and ∫|u′|² dt = −∫u·u″ dt, σ₁² = |y − x|²/∫(n² +
+//! a·u) dt. Forces at a few nodes on the chord give a first guess. At the displaced nodes of a
+//! finer rule, Hessians of n² give forces that are linear in the displacement. With these forces
+//! the equation is solved by iteration, without further evaluations: this is Newton's method. The
+//! Hessians also propagate the tangents, of which only the end is needed. If the ray lies too far
+//! from the guess, two of its nodes measure the change of the Hessians, or there is a second round.
 //!
 //! Theory: docs/theory.md#collocation.
 
@@ -23,52 +24,54 @@ use glam::DVec3;
 use level::Level;
 use std::ops::ControlFlow;
 
-/// On the chord: no place is further from a node than a fifth of it.
+/// Rule for the chord: no point of the chord is further from a node than a fifth of the chord.
 const COARSE: QuadratureRule<3> = QuadratureRule::new();
 static SHORTEST: Level<3, 4, 1> = Level::new();
 static SHORT: Level<3, 6, 2> = Level::new();
 static MIDDLE: Level<6, 8, 3> = Level::new();
 static LONG: Level<8, 12, 4> = Level::new();
 
-/// Chords of up to so many length scales, at the tolerance 1e-4, for each level: beyond that a feature might be missed.
+/// Longest chord for each level, in length scales, at the tolerance 1e-4. Longer chords might miss
+/// a feature.
 const SPANNED: [f64; 4] = [1.5, 3.5, 4.5, 7.0];
 
-/// A ray that was found.
+/// A ray found by collocation.
 pub(super) struct CollocatedRay {
     /// Velocities dx/dσ at the ends.
     pub v: [DVec3; 2],
     pub arc_length: f64,
     pub optical_length: f64,
     pub sigma: f64,
-    /// J at the far end.
+    /// Cross section J at the far end.
     pub jacobian: f64,
-    /// Tangents there, of unit changes of the first direction.
+    /// Tangents at the far end, of unit changes of the first direction.
     pub tangents: Tangents,
 }
 
-/// What is kept of a search.
+/// Output of a search.
 pub(super) struct Collocation<'a> {
-    /// The ray, piece by piece, if there is one.
+    /// Pieces of the ray, if there is one.
     pub arcs: &'a mut Vec<Arc>,
-    /// Grows with every evaluation of the field.
+    /// Counter of field evaluations.
     pub evaluations: &'a mut u64,
 }
 
-/// What is asked for.
+/// Boundary-value problem to solve.
 struct BoundaryProblem<'a> {
     field: &'a Field,
     x: DVec3,
     chord: DVec3,
-    /// Square of the chord's length.
+    /// Squared length of the chord.
     d2: f64,
     tolerance: f64,
-    /// The chord in length scales.
+    /// Length of the chord in length scales.
     spanned: f64,
     /// Forces at the coarse nodes on the chord.
     on_chord: [DVec3; 3],
 }
 
-/// The ray from `x` over `chord`, to a relative `tolerance`. `None` if it bends too much or the field changes too fast.
+/// Finds the ray from `x` over `chord`, to a relative `tolerance`. `None` if the field bends it too
+/// much or changes too fast.
 pub(super) fn collocated(
     field: &Field,
     x: DVec3,
@@ -79,7 +82,7 @@ pub(super) fn collocated(
     collocated_by(lanes::level(), field, x, chord, tolerance, found)
 }
 
-/// The same, with given vector instructions.
+/// Implements [`collocated`] with the given vector instructions.
 fn collocated_by(
     lanes: Lanes,
     field: &Field,
@@ -99,7 +102,8 @@ fn collocated_by(
         spanned: chord.length() / scales.into_iter().fold(f64::INFINITY, f64::min),
         on_chord: [DVec3::ZERO; 3],
     };
-    // Errors fall with the sixth (of arcs) to sixteenth power of what is spanned.
+    // Scale the limits: errors fall with the sixth (of arcs) to sixteenth power of the chord in
+    // length scales.
     let most = (1e4 * tolerance).sqrt().sqrt().sqrt();
     let level = |spanned: f64| SPANNED.iter().position(|s| spanned <= s * most);
     let first = level(problem.spanned).or_else(|| {
@@ -115,7 +119,8 @@ fn collocated_by(
         .flatten()
 }
 
-/// Breaks with the end of the search, level by level from the `first`, given u″ at the coarse nodes.
+/// Searches level by level from the `first`, given u″ at the coarse nodes, and breaks with the
+/// result.
 fn solved(
     lanes: Lanes,
     problem: &BoundaryProblem,
@@ -127,7 +132,7 @@ fn solved(
         let forces = dispatch!(lanes, simd => SHORTEST.solve(simd, problem, &coarse, true, found))?;
         coarse = SHORTEST.coarsened(&forces);
     }
-    // One level only betters the first guess for the next, which saves that a second round.
+    // Only refine the first guess at one level: this saves the next level a second round.
     let (forces, here) = if first < 3 {
         let here = first < 2;
         let forces = dispatch!(lanes, simd => SHORT.solve(simd, problem, &coarse, here, found))?;
@@ -141,12 +146,12 @@ fn solved(
 }
 
 impl BoundaryProblem<'_> {
-    /// u″ at the coarse nodes, given n² there on the chord.
+    /// Returns u″ at the coarse nodes, given n² at these nodes on the chord.
     fn first_order(&self, mut n2: [f64; 3]) -> [DVec3; 3] {
         let a = self.on_chord;
         let straight = self.d2 / sum(&COARSE.weights, &n2);
         for (i, n2) in n2.iter_mut().enumerate() {
-            // 2a·u from n² at the displaced point, and a·u.
+            // Add 2a·u, for n² at the displaced point, and a·u.
             let u = sum(&COARSE.rows[i].displacement, &a) * straight;
             *n2 += 3.0 * a[i].dot(u);
         }
@@ -160,7 +165,7 @@ mod tests {
     use super::*;
     use crate::field::Gaussian;
 
-    /// What is known of rays over chords that take 4, 6, 8 and 12 nodes.
+    /// Values of rays over chords that take 4, 6, 8 and 12 nodes.
     fn values(lanes: Lanes) -> Vec<f64> {
         let field = Field::from(Gaussian::new(1.33, 0.1, DVec3::ZERO, 0.4).unwrap());
         let ray = |length: f64| {

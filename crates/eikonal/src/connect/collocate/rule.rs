@@ -1,40 +1,43 @@
-//! Collocation at the nodes of Gauss–Legendre quadrature: u″ = f on [0, 1] with u(0) = u(1) = 0, for the
-//! polynomial f through values at the nodes.
+//! Collocation at the nodes of Gauss–Legendre quadrature: u″ = f on [0, 1] with u(0) = u(1) = 0,
+//! for the polynomial f through values at the nodes.
 //!
-//! The polynomial is Σₖ cₖPₖ(2t − 1) with cₖ = (2k + 1) Σᵢ wᵢ Pₖ(2tᵢ − 1) fᵢ, for the quadrature is exact for products of
-//! such polynomials; Legendre's polynomials are integrated by (2k + 1)Pₖ = (Pₖ₊₁ − Pₖ₋₁)′.
+//! The polynomial is Σₖ cₖPₖ(2t − 1) with cₖ = (2k + 1) Σᵢ wᵢ Pₖ(2tᵢ − 1) fᵢ, because the
+//! quadrature is exact for products of these polynomials. Legendre polynomials are integrated by
+//! (2k + 1)Pₖ = (Pₖ₊₁ − Pₖ₋₁)′.
 
 use crate::lanes::Summand;
 
-/// More than any rule's degree and two.
+/// Number of Legendre polynomials computed; more than the degree of any rule plus two.
 const DEGREES: usize = 16;
-/// Of Newton's method on Legendre polynomials, from the right: far more than needed.
+/// Number of iterations of Newton's method on Legendre polynomials, from the right: far more than
+/// needed.
 const ROUNDS: usize = 100;
 
 /// The rule of N nodes on [0, 1].
 pub(crate) struct QuadratureRule<const N: usize> {
-    /// From 0 to 1.
+    /// Nodes, ascending from 0 to 1.
     pub nodes: [f64; N],
-    /// Of the quadrature.
+    /// Quadrature weights.
     pub weights: [f64; N],
-    /// Of values in u′(0) = −∫(1 − t)f dt.
+    /// Weights of values at the nodes in u′(0) = −∫(1 − t)f dt.
     pub at_start: [f64; N],
-    /// What values at the nodes say there.
+    /// Weights of values at the nodes in f, u′ and u at each node.
     pub rows: [Row<N>; N],
-    /// Weights of the values in the last two of the coefficients cₖ.
+    /// Weights of values at the nodes in the last two of the coefficients cₖ.
     pub tail: [[f64; N]; 2],
-    /// Weights in u at the first half of the nodes of what is even about the middle, and of what is odd.
+    /// Weights, in u at the first half of the nodes, of the even and of the odd part about the
+    /// middle.
     halves: [[[f64; N]; N]; 2],
 }
 
-/// Weights of values at the nodes of a rule.
+/// Weights of values at the nodes of a rule, at one place.
 #[derive(Clone, Copy)]
 pub(crate) struct Row<const N: usize> {
-    /// In f.
+    /// Weights in f.
     pub value: [f64; N],
-    /// In u′.
+    /// Weights in u′.
     pub slope: [f64; N],
-    /// In u.
+    /// Weights in u.
     pub displacement: [f64; N],
 }
 
@@ -77,8 +80,8 @@ impl<const N: usize> QuadratureRule<N> {
         rule
     }
 
-    /// u at the nodes, for an even number of them: nodes lie evenly about the middle, so that what is even and what is odd about it do
-    /// not know of one another, which halves the work.
+    /// Returns u at the nodes, for an even number of nodes. The nodes are symmetric about the
+    /// middle, so that the even and the odd part of f are independent; using both halves the work.
     #[inline(always)]
     pub(crate) fn displacements<T: Summand>(&self, f: &[T; N]) -> [T; N] {
         const { assert!(N.is_multiple_of(2)) };
@@ -103,7 +106,7 @@ impl<const N: usize> QuadratureRule<N> {
         u
     }
 
-    /// What values at the nodes say at `t`.
+    /// Returns the weights of values at the nodes in f, u′ and u at `t`.
     pub(crate) const fn row(&self, t: f64) -> Row<N> {
         let at = legendre(2.0 * t - 1.0);
         let mut row = Row::ZERO;
@@ -125,12 +128,14 @@ impl<const N: usize> QuadratureRule<N> {
     }
 }
 
-/// The two middle nodes, which tell how the field has changed under a ray that moved with its ends in place. They are next to ½ ± 1/√28,
-/// by which ∫ (t(1 − t))²f dt over [0, 1] is exact for cubics f: J changes by about ∫ t(1 − t) of a change that is itself t(1 − t) times
-/// a smooth one.
+/// The two middle nodes, which measure the change of the field along a ray that moved with its ends
+/// fixed. They are next to ½ ± 1/√28, with which ∫ (t(1 − t))²f dt over [0, 1] is exact for cubic
+/// f. The change of J is about ∫ t(1 − t) times a change that is itself t(1 − t) times a smooth
+/// function.
 pub(crate) struct Probes<const N: usize> {
     pub nodes: [usize; 2],
-    /// What changes there say about each node: t(1 − t) times what is linear in t.
+    /// Weights of changes at the two nodes in the change at each node: t(1 − t) times a linear
+    /// function of t.
     pub spread: [[f64; 2]; N],
 }
 
@@ -159,7 +164,7 @@ impl<const N: usize> Row<N> {
     };
 }
 
-/// u′ and u for f = Pₖ(2t − 1), given Legendre's polynomials there.
+/// Returns u′ and u for f = Pₖ(2t − 1), given the Legendre polynomials `p` at 2t − 1.
 const fn integrals(k: usize, t: f64, p: &[f64; DEGREES]) -> [f64; 2] {
     match k {
         0 => [t - 0.5, 0.5 * t * (t - 1.0)],
@@ -174,7 +179,7 @@ const fn integrals(k: usize, t: f64, p: &[f64; DEGREES]) -> [f64; 2] {
     }
 }
 
-/// Legendre's polynomials at z.
+/// Returns Legendre polynomials at `z`.
 const fn legendre(z: f64) -> [f64; DEGREES] {
     let mut p = [1.0; DEGREES];
     p[1] = z;
@@ -187,8 +192,8 @@ const fn legendre(z: f64) -> [f64; DEGREES] {
     p
 }
 
-/// The roots of P_N(2t − 1), from the last to the first by Newton's method on what is left of the polynomial
-/// when the roots that are known are divided out: from their right it comes down to each.
+/// Roots of P_N(2t − 1), from the last to the first. Newton's method is applied to the polynomial
+/// with the known roots divided out; from the right it descends to each root.
 const fn roots<const N: usize>() -> [f64; N] {
     let mut roots = [0.0; N];
     let mut known = 0;
@@ -256,7 +261,7 @@ mod tests {
         }
     }
 
-    /// Of all nodes, two tell a change that grows from both ends, and changes linearly besides.
+    /// Two of the nodes determine a change that is t(1 − t) times a linear function of t.
     #[test]
     fn probes_say_what_changes_in_proportion_to_displacements() {
         let rule = QuadratureRule::<6>::new();
@@ -275,7 +280,8 @@ mod tests {
         solves_powers_exactly::<8>();
     }
 
-    /// Beyond N powers the quadrature is exact up to 2N − 1, and the tail sees the last two.
+    /// The quadrature is exact up to the power 2N − 1, and the tail consists of the last two
+    /// coefficients.
     #[test]
     fn quadrature_is_gausss_and_the_tail_is_the_end_of_legendres_series() {
         let rule = QuadratureRule::<6>::new();
