@@ -1,4 +1,4 @@
-//! Rays on their way forward, recorded so that derivatives can go back.
+//! Rays traced forward, and recorded for derivatives in reverse mode.
 
 use super::action::Action;
 use super::receiver::{Met, Receiver};
@@ -9,61 +9,62 @@ use crate::interface::{Interface, Rule};
 use crate::ray::{Flow, Node, Step, Tolerance, Variation, Work};
 use glam::DVec3;
 
-/// Steps are no longer than this multiple of the span that grids resolve (two cells): six kicks see three cells, so that no
-/// coefficient is without effect, however weak a field is.
+/// Longest step, in units of the span that grids resolve (two cells). Six kicks then see three
+/// cells, so that every coefficient has an effect, however weak a field is.
 const PER_RESOLVED_SPAN: f64 = 1.5;
-/// Corrections of the last step before a surface, each of which squares what is missing.
+/// Maximum number of corrections of the last step before a surface; each squares the error.
 const CORRECTIONS: usize = 3;
 
-/// Where a ray starts.
+/// Start of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayStart<R> {
     /// Position.
     pub x: DVec3,
-    /// Direction, of any length but zero. Derivatives are by its unit vector.
+    /// Direction, of any length except zero. Derivatives are with respect to its unit vector.
     pub direction: DVec3,
-    /// The region in which it starts.
+    /// Region in which the ray starts.
     pub region: R,
 }
 
-/// Where a ray ends, on the receiver.
+/// End of a ray, on the receiver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayEnd {
     /// Position.
     pub x: DVec3,
-    /// Velocity dx/dσ, of which the length is the index up to the tolerance.
+    /// Velocity dx/dσ; its length is the index up to the tolerance.
     pub v: DVec3,
-    /// ∫n ds from the start, in units of length.
+    /// Optical path length ∫n ds from the start, in units of length.
     pub optical_length: f64,
 }
 
-/// Why a ray has no end.
+/// Reason why a ray has no end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RayFailure {
-    /// It has not met the receiver within the length that it may take.
+    /// The ray has not met the receiver within its maximum length.
     #[error("did not reach the receiver")]
     Missed,
     /// The index is not positive, or not finite.
     #[error("left the field")]
     Lost,
-    /// It takes too many steps, or meets too many surfaces.
+    /// The ray takes too many steps, or meets too many surfaces.
     #[error("takes too much work")]
     OverBudget,
-    /// It has come to the receiver without one of the surfaces of a [`Sequence`](super::Sequence).
+    /// The ray has reached the receiver without meeting one of the surfaces of a
+    /// [`Sequence`](super::Sequence).
     #[error("missed a surface")]
     MissedSurface,
-    /// A surface of a sequence has reflected it totally.
+    /// A surface of a sequence has reflected the ray totally.
     #[error("was totally reflected")]
     Reflected,
-    /// It does not pass an aperture of a sequence.
+    /// The ray does not pass an aperture of a sequence.
     #[error("was stopped by an aperture")]
     Stopped,
 }
 
-/// A surface that a ray has met, with what its derivatives need.
+/// A surface that a ray has met, with the data that derivatives need.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Passed<R> {
-    /// Of the world.
+    /// Identifier of the surface in the world.
     pub surface: usize,
     pub interface: Interface,
     pub rule: Rule,
@@ -74,37 +75,40 @@ pub(super) struct Passed<R> {
     pub far: R,
 }
 
-/// Steps in one region, which begins where a surface was passed, but for the first.
+/// Steps in one region. Except for the first segment, a segment starts at a surface that the ray
+/// has passed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Leg<R> {
     pub region: R,
-    /// Number of its first step.
+    /// Index of the first step of the segment.
     pub first: usize,
-    /// What it begins with.
+    /// Surface at which the segment starts.
     pub passed: Option<Passed<R>>,
 }
 
-/// A ray that is followed to a receiver and recorded on the way. It can follow one ray after another in the same memory.
+/// A ray that is traced to a receiver and recorded. It can trace one ray after another in the same
+/// memory.
 #[derive(Debug)]
 pub struct AdjointRay<'w, W: World> {
     pub(super) world: &'w W,
     pub(super) receiver: Receiver,
     tolerance: Tolerance,
-    /// In units of length.
+    /// Maximum length of a ray, in units of length.
     max_length: f64,
     /// Spans of σ of the steps.
     pub(super) spans: Vec<f64>,
     pub(super) legs: Vec<Leg<W::Region>>,
     pub(super) start: Option<RayStart<W::Region>>,
     pub(super) end: Option<RayEnd>,
-    /// Normal of the receiver where the ray ends.
+    /// Normal of the receiver at the end of the ray.
     pub(super) normal: DVec3,
-    /// What has been done for all rays.
+    /// Work done for all rays.
     pub work: Work,
 }
 
 impl<'w, W: World> AdjointRay<'w, W> {
-    /// Rays in `world` that end on `receiver`, or fail after `max_length`, in units of length.
+    /// Creates rays in `world` that end on `receiver`, or fail after `max_length`, in units of
+    /// length.
     pub fn new(world: &'w W, receiver: Receiver, tolerance: Tolerance, max_length: f64) -> Self {
         AdjointRay {
             world,
@@ -120,10 +124,11 @@ impl<'w, W: World> AdjointRay<'w, W> {
         }
     }
 
-    /// Follows a ray, and forgets the one before.
+    /// Traces a ray, and discards the previous one.
     ///
     /// # Errors
-    /// Why it has no end.
+    ///
+    /// The reason why the ray has no end.
     pub fn follow(&mut self, start: RayStart<W::Region>) -> Result<RayEnd, RayFailure> {
         self.spans.clear();
         self.legs.clear();
@@ -161,7 +166,7 @@ impl<'w, W: World> AdjointRay<'w, W> {
         }
     }
 
-    /// Steps through one region, up to what ends it.
+    /// Steps through one region, up to the receiver or a surface.
     fn leg(
         &mut self,
         leg: &Leg<W::Region>,
@@ -198,7 +203,8 @@ impl<'w, W: World> AdjointRay<'w, W> {
         }
     }
 
-    /// The end of a step that meets something, on it; its span; and what it meets.
+    /// Returns the end of a step that meets the receiver or a surface, the span up to there, and
+    /// what it meets. `None` if it meets neither.
     fn met(
         &self,
         region: W::Region,
@@ -230,7 +236,7 @@ impl<'w, W: World> AdjointRay<'w, W> {
         Some((node, h, end))
     }
 
-    /// The start of the next leg, beyond a surface or reflected by it.
+    /// Returns the start of the next segment, beyond a surface or reflected by it.
     fn pass(
         &self,
         leg: &Leg<W::Region>,
@@ -285,13 +291,13 @@ impl<'w, W: World> AdjointRay<'w, W> {
     }
 }
 
-/// What ends a leg.
+/// End of a segment.
 enum End<R> {
     Receiver(Met),
     Surface(Crossing<R>),
 }
 
-/// How far a ray has come.
+/// Lengths travelled along a ray.
 #[derive(Default)]
 struct Progressed {
     length: f64,

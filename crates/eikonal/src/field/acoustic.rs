@@ -257,7 +257,7 @@ impl Acoustic {
             let each = self.modes.iter().map(of);
             each.fold([0.0; 3], |sum, v| std::array::from_fn(|p| sum[p] + v[p]))
         };
-        // Add the errors of the tables, because the limits are those of exact functions.
+        // Add the errors of the tables, because the limits hold for exact functions.
         let errors = sum(&AcousticMode::errors);
         let exact = sum(&|mode| mode.limits(radii));
         let limits: [f64; 3] = std::array::from_fn(|p| exact[p] + errors[p]);

@@ -2,8 +2,8 @@
 
 use std::f64::consts::FRAC_2_PI;
 
-/// J₍m₋₂₎(x) … J₍m₊₂₎(x) for x ≥ 0, with J₋ₚ = (−1)ᵖ Jₚ: what an order-m mode and its first two
-/// derivatives need.
+/// Values J₍m₋₂₎(x) … J₍m₊₂₎(x) for x ≥ 0, with J₋ₚ = (−1)ᵖ Jₚ, for a mode of order m and its first
+/// two derivatives.
 pub(super) fn around(m: u16, x: f64) -> [f64; 5] {
     let j: [f64; 5] = run(u32::from(m).saturating_sub(2), x);
     match m {
@@ -13,11 +13,11 @@ pub(super) fn around(m: u16, x: f64) -> [f64; 5] {
     }
 }
 
-/// J_low(x) … J_{low+N−1}(x) for x ≥ 0.
+/// Values J_low(x) … J_{low+N−1}(x) for x ≥ 0.
 ///
-/// The recurrence J₍p₊₁₎ = (2p/x) Jₚ − J₍p₋₁₎ is stable upwards while p < x. Above, the ratios
-/// rₚ = Jₚ/J₍p₋₁₎ = x/(2p − x r₍p₊₁₎) are stable downwards (Gautschi 1967), and nothing is divided
-/// by a small x in either range.
+/// The recurrence J₍p₊₁₎ = (2p/x) Jₚ − J₍p₋₁₎ is stable upwards while p < x. Above, the ratios rₚ =
+/// Jₚ/J₍p₋₁₎ = x/(2p − x r₍p₊₁₎) are stable downwards (Gautschi 1967). Neither range divides by a
+/// small x.
 pub(super) fn run<const N: usize>(low: u32, x: f64) -> [f64; N] {
     let high = low + N as u32 - 1;
     let mut out = [0.0; N];
@@ -44,9 +44,9 @@ pub(super) fn run<const N: usize>(low: u32, x: f64) -> [f64; N] {
     out
 }
 
-/// J_q(x)/J_p(x) for the orders q = low … low+N−1 above p ≥ x, none for the others.
+/// Ratios J_q(x)/J_p(x) for the orders q = low … low+N−1 above p ≥ x; `None` for the other orders.
 fn ratios<const N: usize>(low: u32, p: u32, x: f64) -> [Option<f64>; N] {
-    // The error of starting with r = 0 falls with (J_start/J_p)².
+    // Start high enough: the error of starting with r = 0 falls with (J_start/J_p)².
     let start = low + N as u32 + 7 + x as u32;
     let mut product: [Option<f64>; N] =
         std::array::from_fn(|i| (low + i as u32 > p).then_some(1.0));
@@ -91,7 +91,8 @@ mod tests {
                     let largest = steps.map(|x| libm::jn(p, x).abs()).fold(0.0, f64::max);
                     let bound = limit(p as u32, [low, low + width]);
                     assert!(bound >= largest, "J_{p} at {low}: {bound} < {largest}");
-                    // Well inside the turning point all is small and the series bound loose.
+                    // Skip arguments well inside the turning point, where all values are small and
+                    // the series bound is loose.
                     let oscillates = width == 20.0 && low + width > f64::from(p);
                     assert!(!oscillates || bound < 2.0 * largest, "J_{p} at {low}");
                 }
@@ -118,7 +119,7 @@ mod tests {
 
     #[test]
     fn small_arguments_follow_the_leading_term() {
-        // J_m(x) → (x/2)^m / m!
+        // Leading term: J_m(x) → (x/2)^m / m!
         for x in [1e-300_f64, 1e-100, 1e-20, 1e-8] {
             let j = around(3, x);
             let half = 0.5 * x;

@@ -1,47 +1,51 @@
-//! Bessel functions of one order and their derivatives from a table (docs/theory.md#sound).
+//! Tables of Bessel functions of one order and their derivatives (docs/theory.md#sound).
 //!
-//! By the multiplication theorem (DLMF 10.23.1), (ρ_c/ρ)^m J_m(ρ) = Σ_j (−η)^j/j! J_{m+j}(ρ_c) with η = (ρ² − ρ_c²)/(2ρ_c).
-//! The table holds the first terms about centers ρ_c that lie so close that the next ones are below rounding.
+//! By the multiplication theorem (DLMF 10.23.1), (ρ_c/ρ)^m J_m(ρ) = Σ_j (−η)^j/j! J_{m+j}(ρ_c) with
+//! η = (ρ² − ρ_c²)/(2ρ_c). The table holds the first terms about centres ρ_c that lie so close
+//! together that the next terms are below rounding.
 
 use super::bessel;
 use std::sync::Arc;
 
-/// Pieces per unit of ρ: |η| ≤ 1/6 in each.
+/// Number of pieces per unit of ρ: |η| ≤ 1/6 in each piece.
 const PER_UNIT: f64 = 3.0;
-/// Where the table ends.
+/// Largest ρ of the table.
 const REACH: f64 = 512.0;
-/// Higher orders have no table: (ρ/ρ_c)^m would exceed the range of numbers near the axis.
+/// Largest order with a table: for higher orders, (ρ/ρ_c)^m would exceed the range of numbers near
+/// the axis.
 const MOST_ORDER: u16 = 256;
-/// Of even and odd powers of η. The first power left out, η¹², adds less than 5e-15 to second derivatives.
+/// Number of pairs of even and odd powers of η. The first omitted power, η¹², adds less than 5e-15
+/// to second derivatives.
 const PAIRS: usize = 6;
-/// Bounds the error of J_m(ρ) e^{imφ}, in units of its largest value, 1, and of its first and second derivatives by Cartesian
-/// coordinates in ρ: rounding, above all that of ρ up to [`REACH`].
+/// Bound of the error of J_m(ρ) e^{imφ}, in units of its largest value, 1, and of its first and
+/// second derivatives by Cartesian coordinates in ρ. The error is rounding, above all rounding of ρ
+/// up to [`REACH`].
 pub(super) const ERROR: f64 = 1e-12;
 
-/// J_m for ρ up to [`REACH`], shared by copies.
+/// Table of J_m for ρ up to [`REACH`], shared by copies.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct BesselTable(Arc<[Piece]>);
 
-/// (ρ_c/ρ)^m J_m(ρ) as a polynomial in η.
+/// Piece of a table: (ρ_c/ρ)^m J_m(ρ) as a polynomial in η.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Piece {
-    /// ρ_c.
+    /// Centre ρ_c.
     center: f64,
-    /// 1/ρ_c.
+    /// Reciprocal centre 1/ρ_c.
     per_center: f64,
     /// Coefficients of η^{2i} and η^{2i+1}.
     pairs: [[f64; 2]; PAIRS],
 }
 
 impl BesselTable {
-    /// Of `order` m; none for orders that are too high.
+    /// Creates the table of `order` m; `None` for orders that are too high.
     pub(super) fn new(order: u16) -> Option<Self> {
         let count = (REACH * PER_UNIT) as usize;
         (order <= MOST_ORDER)
             .then(|| BesselTable((0..count).map(|i| Piece::new(order, i)).collect()))
     }
 
-    /// The piece for ρ² = `rho2`, if the table reaches so far.
+    /// Returns the piece for ρ² = `rho2`; `None` beyond the end of the table.
     #[inline(always)]
     pub(super) fn piece(&self, rho2: f64) -> Option<&Piece> {
         let reached = rho2 < REACH * REACH;
@@ -56,7 +60,7 @@ impl BesselTable {
 }
 
 impl Piece {
-    /// The piece number `i` of order m, whose middle is that of ρ².
+    /// Creates the piece with index `i` of order m. Its centre is the middle of the range in ρ².
     fn new(order: u16, i: usize) -> Self {
         let [low, high] = [i, i + 1].map(|i| i as f64 / PER_UNIT);
         let center = (0.5 * (low * low + high * high)).sqrt();
@@ -75,21 +79,21 @@ impl Piece {
         }
     }
 
-    /// 1/ρ_c.
+    /// Returns 1/ρ_c.
     #[inline(always)]
     pub(super) fn per_center(&self) -> f64 {
         self.per_center
     }
 
-    /// The polynomial at ρ² = `rho2`, and its first and second derivatives by η.
+    /// Returns the polynomial at ρ² = `rho2`, and its first and second derivatives by η.
     ///
-    /// With w = η² it is E(w) + η O(w). Both are evaluated at once.
+    /// With w = η² the polynomial is E(w) + η O(w). Both parts are evaluated together.
     #[inline(always)]
     pub(super) fn at(&self, rho2: f64) -> [f64; 3] {
         let eta = 0.5 * (rho2 * self.per_center - self.center);
         let w = eta * eta;
         let times_w_plus = |a: [f64; 2], b: [f64; 2]| [a[0] * w + b[0], a[1] * w + b[1]];
-        // Values, first derivatives by w, and halves of second ones.
+        // Evaluate values, first derivatives by w, and halves of second derivatives.
         let (mut value, mut first, mut half) = (self.pairs[PAIRS - 1], [0.0; 2], [0.0; 2]);
         for pair in self.pairs[..PAIRS - 1].iter().rev() {
             half = times_w_plus(half, first);
@@ -110,14 +114,15 @@ impl Piece {
 mod tests {
     use super::*;
 
-    /// J_m, J_m′ and J_m″ by libm alone, from neighbouring orders.
+    /// Values J_m, J_m′ and J_m″ by libm alone, from neighbouring orders.
     fn expected(m: i32, x: f64) -> [f64; 3] {
         let j = |p: i32| libm::jn(m + p, x);
         let second = 0.25 * (j(-2) - 2.0 * j(0) + j(2));
         [j(0), 0.5 * (j(-1) - j(1)), second]
     }
 
-    /// The same by the table, by the chain rule: J = (ρ/ρ_c)^m g(η), dη/dρ = ρ/ρ_c.
+    /// Values J_m, J_m′ and J_m″ by the table and the chain rule: J = (ρ/ρ_c)^m g(η), dη/dρ =
+    /// ρ/ρ_c.
     fn found(table: &BesselTable, m: i32, x: f64) -> [f64; 3] {
         let piece = table.piece(x * x).unwrap();
         let [g, first, second] = piece.at(x * x);
@@ -138,7 +143,7 @@ mod tests {
         for m in [0, 1, 2, 3, 5, 10, 31, 64, 200] {
             let table = BesselTable::new(m).unwrap();
             for step in 1..30_000 {
-                // Irrational, so that places lie anywhere in pieces.
+                // Take irrational steps, so that places lie anywhere in pieces.
                 let x = f64::from(step) * 0.017_016_994_374_947_4;
                 let pairs = found(&table, m.into(), x)
                     .into_iter()

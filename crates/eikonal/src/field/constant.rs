@@ -1,19 +1,20 @@
-//! n(x) = n₀.
+//! Constant index, n(x) = n₀.
 
 use super::Jet;
 use crate::bounds::{Aabb, FieldBounds};
 use glam::{DMat3, DVec3};
 
-/// The same index everywhere.
+/// A field of constant index.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Constant {
     n2: f64,
-    /// √n², for it is asked for at every turn where rays are straight.
+    /// Index √n², stored because straight rays need it very often.
     n: f64,
 }
 
 impl Constant {
-    /// The field n(x) = `n`, positive and finite. The square of a negative one is negative: scenes refuse it, and no ray finds a way.
+    /// Creates the field n(x) = `n`, positive and finite. A negative `n` makes n² negative; scenes
+    /// reject it, and no ray can be traced.
     pub fn new(n: f64) -> Self {
         let n2 = n * n.abs();
         Constant { n2, n: n2.sqrt() }

@@ -1,4 +1,4 @@
-//! What can be wrong with the parameters of a field.
+//! Errors in the parameters of fields.
 
 use crate::Shown;
 use crate::direction::unit;
@@ -13,7 +13,7 @@ pub enum FieldError {
     NotFinite {
         /// Name of the parameter.
         what: &'static str,
-        /// Its value.
+        /// Value of the parameter.
         value: f64,
     },
     /// A number that must be positive is not.
@@ -21,7 +21,7 @@ pub enum FieldError {
     NotPositive {
         /// Name of the parameter.
         what: &'static str,
-        /// Its value.
+        /// Value of the parameter.
         value: f64,
     },
     /// A number that may be zero is negative.
@@ -29,7 +29,7 @@ pub enum FieldError {
     Negative {
         /// Name of the parameter.
         what: &'static str,
-        /// Its value.
+        /// Value of the parameter.
         value: f64,
     },
     /// A vector has a component that is NaN or infinite.
@@ -37,7 +37,7 @@ pub enum FieldError {
     VectorNotFinite {
         /// Name of the parameter.
         what: &'static str,
-        /// Its value.
+        /// Value of the parameter.
         value: DVec3,
     },
     /// A direction has no length.
@@ -45,7 +45,7 @@ pub enum FieldError {
     ZeroVector {
         /// Name of the parameter.
         what: &'static str,
-        /// Its value.
+        /// Value of the parameter.
         value: DVec3,
     },
     /// The direction of φ = 0 lies along the axis.
@@ -62,7 +62,7 @@ pub enum FieldError {
         /// Number of samples along x, y, z.
         dims: [usize; 3],
     },
-    /// A grid that cannot be addressed.
+    /// A grid too large to be addressed.
     #[error("a grid of {dims:?} samples is too large to be held in memory")]
     GridTooLarge {
         /// Number of samples along x, y, z.
@@ -80,12 +80,12 @@ pub enum FieldError {
         /// Largest corner.
         max: DVec3,
     },
-    /// The number of samples is not that of the grid.
+    /// The number of samples differs from the size of the grid.
     #[error("a grid of {dims:?} needs {expected} samples, but {actual} are given")]
     SampleCount {
         /// Number of samples along x, y, z.
         dims: [usize; 3],
-        /// Their product.
+        /// Product of the numbers of samples along the axes.
         expected: usize,
         /// Number of samples given.
         actual: usize,
@@ -95,21 +95,21 @@ pub enum FieldError {
     BadSample {
         /// Position of the sample along x, y, z, from zero.
         index: [usize; 3],
-        /// Its value.
+        /// Value of the sample.
         value: f64,
     },
-    /// A table with hardly any samples.
+    /// A table with fewer than two samples.
     #[error("a table must have at least two samples, but has {0}")]
     FewSamples(usize),
-    /// A table out of order.
+    /// A table with places that do not ascend.
     #[error("the places in a table must ascend, but after {} comes {}", Shown(*.0), Shown(*.1))]
     NotAscending(f64, f64),
     /// A sample of a table is not an index.
     #[error("the index at {} must be positive and finite, but is {}", Shown(*at), Shown(*value))]
     BadTableIndex {
-        /// Its place.
+        /// Place of the sample.
         at: f64,
-        /// Its value.
+        /// Value of the sample.
         value: f64,
     },
     /// A transform that cannot be inverted.
@@ -126,7 +126,7 @@ pub enum FieldError {
     },
 }
 
-/// `value`, if it is finite.
+/// Returns `value`, if it is finite.
 pub(super) fn finite(what: &'static str, value: f64) -> Result<f64, FieldError> {
     if value.is_finite() {
         Ok(value)
@@ -135,7 +135,7 @@ pub(super) fn finite(what: &'static str, value: f64) -> Result<f64, FieldError> 
     }
 }
 
-/// `value`, if it is positive and finite.
+/// Returns `value`, if it is positive and finite.
 pub(super) fn positive(what: &'static str, value: f64) -> Result<f64, FieldError> {
     if value.is_finite() && value > 0.0 {
         Ok(value)
@@ -144,7 +144,7 @@ pub(super) fn positive(what: &'static str, value: f64) -> Result<f64, FieldError
     }
 }
 
-/// `value`, if it is zero or positive, and finite.
+/// Returns `value`, if it is zero or positive, and finite.
 pub(super) fn not_negative(what: &'static str, value: f64) -> Result<f64, FieldError> {
     if value.is_finite() && value >= 0.0 {
         Ok(value)
@@ -153,7 +153,7 @@ pub(super) fn not_negative(what: &'static str, value: f64) -> Result<f64, FieldE
     }
 }
 
-/// `value`, if all its components are finite.
+/// Returns `value`, if all its components are finite.
 pub(super) fn finite_vector(what: &'static str, value: DVec3) -> Result<DVec3, FieldError> {
     if value.is_finite() {
         Ok(value)
@@ -162,7 +162,7 @@ pub(super) fn finite_vector(what: &'static str, value: DVec3) -> Result<DVec3, F
     }
 }
 
-/// The unit vector along `value`.
+/// Returns the unit vector along `value`.
 pub(super) fn direction(what: &'static str, value: DVec3) -> Result<DVec3, FieldError> {
     unit(finite_vector(what, value)?).ok_or(FieldError::ZeroVector { what, value })
 }

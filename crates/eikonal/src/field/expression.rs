@@ -1,4 +1,4 @@
-//! An index by a formula in three coordinates (docs/theory.md#formulas).
+//! Fields with a formula in three coordinates (docs/theory.md#formulas).
 
 use super::analytic::add_mixed;
 use super::formula::{
@@ -12,18 +12,20 @@ use glam::{DMat3, DVec3};
 use std::array::from_fn;
 use std::sync::Arc;
 
-/// Cells for which a length scale is kept, unless the formula is long.
+/// Maximum number of cells with a stored length scale; fewer if the formula is long.
 const CELLS: f64 = 2048.0;
-/// Operations in all cells together that that may take: it is done before a render begins.
+/// Maximum number of operations in all cells together, spent on length scales before a render
+/// begins.
 const MOST_OPERATIONS: f64 = 131_072.0;
-/// Length scales are at least this share of a region: shorter steps follow from the errors that are measured.
+/// Smallest length scale, as a fraction of the region's diagonal. Shorter steps follow from the
+/// measured errors.
 const SHORTEST: f64 = 1e-4;
 
-/// n² by a program.
+/// Field with a program for n².
 #[derive(Clone, Debug)]
 pub struct Expression {
     program: Arc<Program>,
-    /// The same with its parameters free.
+    /// Program with the parameters as inputs.
     free: Option<Arc<Free>>,
     scales: Option<Arc<Scales>>,
 }
@@ -37,12 +39,12 @@ impl Expression {
         }
     }
 
-    /// The formula with its parameters free.
+    /// Returns the program with the parameters as inputs.
     pub(super) fn free(&self) -> Option<&Free> {
         self.free.as_deref()
     }
 
-    /// Adds derivatives by the parameters of the formula.
+    /// Adds derivatives with respect to the parameters of the formula.
     pub(super) fn add_parameter_derivative(&self, x: DVec3, by: IndexDerivative, into: &mut [f64]) {
         if let Some(free) = &self.free {
             let squared = |x: [_; 3], p: &[_]| free.run(&x, p);
@@ -69,14 +71,14 @@ impl Expression {
         }
     }
 
-    /// Values and derivatives over a box, by intervals: they grow with the box.
+    /// Encloses values and derivatives over a box by intervals, which grow with the box.
     fn natural(&self, region: &Aabb) -> [Interval; HESSIAN] {
         let inputs: [_; 3] = from_fn(|i| Spatial::coordinate(i, range(region, i)));
         self.program.run(inputs).0
     }
 
-    /// Values and derivatives over a box: by intervals, and from the middle by the mean value theorem, which is
-    /// better in small boxes.
+    /// Encloses values and derivatives over a box, by intervals and by the mean value theorem about
+    /// the middle, which is better in small boxes.
     fn over(&self, region: &Aabb) -> [Interval; HESSIAN] {
         let mut found = self.natural(region);
         let middle = region.center();
@@ -108,7 +110,7 @@ impl Expression {
         }
     }
 
-    /// Bounds of derivatives over a box.
+    /// Bounds derivatives over a box.
     fn steepness(&self, region: &Aabb) -> Steepness {
         let found = self.natural(region);
         let squares = (4..HESSIAN).map(|i| {
@@ -127,7 +129,7 @@ impl Expression {
         };
         Steepness {
             first: gradient(&found),
-            // The Frobenius norm: unlike bounds of eigenvalues it cannot fall as the box grows.
+            // Use the Frobenius norm: unlike bounds of eigenvalues it cannot fall as the box grows.
             second: squares.sum::<f64>().sqrt(),
             fourth: (0..3).map(along).fold(0.0, f64::max),
         }
@@ -142,7 +144,7 @@ impl Expression {
         }
     }
 
-    /// The same, with length scales for a region at hand.
+    /// Returns this field with precomputed length scales for a region.
     pub(super) fn prepared(&self, region: &Aabb) -> Self {
         Expression {
             program: Arc::clone(&self.program),
@@ -160,15 +162,15 @@ impl Expression {
     }
 }
 
-/// The entries of the Hessian in rows.
+/// Indices of the entries of the Hessian, in rows.
 const ROWS: [[usize; 3]; 3] = [[4, 7, 9], [7, 5, 8], [9, 8, 6]];
 
-/// The range of a coordinate in a box.
+/// Returns the range of a coordinate in a box.
 fn range(region: &Aabb, axis: usize) -> Interval {
     Interval::new(region.min[axis], region.max[axis])
 }
 
-/// A point as inputs of a program.
+/// Converts a point to inputs of a program.
 #[inline(always)]
 fn point<const N: usize>(x: DVec3) -> [Spatial<f64, N>; 3] {
     from_fn(|i| Spatial::coordinate(i, x[i]))
@@ -185,7 +187,7 @@ fn gradient(found: &[Interval; HESSIAN]) -> f64 {
     DVec3::new(largest(1), largest(2), largest(3)).length()
 }
 
-/// A range of the eigenvalues of the Hessian.
+/// Returns a range of the eigenvalues of the Hessian.
 fn eigenvalues(found: &[Interval; HESSIAN]) -> [f64; 2] {
     let [low, high] = [found.map(|i| i.low), found.map(|i| i.high)].map(|ends| symmetric(&ends));
     if low.is_finite() && high.is_finite() {
@@ -195,7 +197,7 @@ fn eigenvalues(found: &[Interval; HESSIAN]) -> [f64; 2] {
     }
 }
 
-/// Length scales over a region: at each node the least of the cells around it.
+/// Length scales over a region: at each node, the smallest length scale of the cells around it.
 #[derive(Debug)]
 struct Scales {
     origin: DVec3,
@@ -206,7 +208,7 @@ struct Scales {
 impl Scales {
     fn new(field: &Expression, region: &Aabb) -> Self {
         let diagonal = region.diagonal();
-        // A flat region has some extent, too.
+        // Give a flat region some extent.
         let size = region.size().max(DVec3::splat(1e-3 * diagonal));
         let affordable = MOST_OPERATIONS / field.program.len() as f64;
         let edge = (size.element_product() / affordable.clamp(1.0, CELLS)).cbrt();

@@ -7,8 +7,8 @@ use super::{Jet, radial};
 use crate::bounds::{Aabb, FieldBounds};
 use glam::DVec3;
 
-/// n(x) = n₀/(1 + r²/R²), r = |x − c|: every ray is a circle, and all rays from x meet again at
-/// c − (x − c)R²/r² (J. C. Maxwell, 1854; Born and Wolf, *Principles of Optics*, §4.2.2).
+/// Index n(x) = n₀/(1 + r²/R²), r = |x − c|: every ray is a circle, and all rays from x meet again
+/// at c − (x − c)R²/r² (J. C. Maxwell, 1854; Born and Wolf, *Principles of Optics*, §4.2.2).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fisheye {
     n2_center: f64,
@@ -17,11 +17,12 @@ pub struct Fisheye {
 }
 
 impl Fisheye {
-    /// Index `n0` > 0 at the centre, half of it at distance `radius` > 0.
+    /// Creates a fisheye of index `n0` > 0 at the centre, and half of `n0` at distance `radius` >
+    /// 0.
     ///
     /// # Errors
     ///
-    /// An index or radius that is not positive and finite; a center that is not finite.
+    /// An index or radius that is not positive and finite; a centre that is not finite.
     pub fn new(n0: f64, center: DVec3, radius: f64) -> Result<Self, FieldError> {
         let n0 = positive("refractive index at the center", n0)?;
         Ok(Fisheye {
@@ -31,7 +32,7 @@ impl Fisheye {
         })
     }
 
-    /// x − c and q = 1 + r²/R².
+    /// Returns x − c and q = 1 + r²/R².
     fn offset(&self, x: DVec3) -> (DVec3, f64) {
         let d = x - self.center;
         (d, 1.0 + d.length_squared() / (self.radius * self.radius))
@@ -56,12 +57,12 @@ impl Fisheye {
         radial::jet(d, [f, f1, -3.0 * f1 * per_area])
     }
 
-    /// With u = r²/R² everything has one extremum: |∇n²| ∝ √u (1+u)⁻³ a maximum at u = 1/5, the
-    /// radial eigenvalue of the Hessian ∝ (5u − 1)(1+u)⁻⁴ one at u = 3/5, and the tangential one
-    /// ∝ −(1+u)⁻³ increases.
+    /// Computes bounds from single extrema, with u = r²/R². |∇n²| ∝ √u (1+u)⁻³ has a maximum at u =
+    /// 1/5. The radial eigenvalue of the Hessian ∝ (5u − 1)(1+u)⁻⁴ has a maximum at u = 3/5. The
+    /// tangential eigenvalue ∝ −(1+u)⁻³ increases.
     pub(super) fn bounds(&self, region: &Aabb) -> FieldBounds {
         let range = radial::distance_range(self.center, region);
-        // The cap keeps the powers of an unbounded box finite.
+        // Cap the radii, so that powers stay finite for an unbounded box.
         let [near, far] = range.map(|r| (r / self.radius).min(1e30).powi(2));
         let grad = |u: f64| 4.0 * u.sqrt() / (1.0 + u).powi(3);
         let across = |u: f64| -4.0 / (1.0 + u).powi(3);
@@ -78,7 +79,7 @@ impl Fisheye {
         }
     }
 
-    /// R, and half the distance to the centre from 2R on, since there n ∝ r⁻².
+    /// Length scale R; from 2R on, half the distance to the centre, because n ∝ r⁻² there.
     pub(super) fn length_scale(&self, x: DVec3) -> f64 {
         self.radius.max(0.5 * (x - self.center).length())
     }

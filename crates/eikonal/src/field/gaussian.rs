@@ -7,7 +7,7 @@ use super::{Jet, radial};
 use crate::bounds::{Aabb, FieldBounds, IndexBounds};
 use glam::DVec3;
 
-/// n(x) = n₀ + Δn exp(−r²/(2w²)), r = |x − c|: a warm or cold, dense or dilute spot.
+/// Index n(x) = n₀ + Δn exp(−r²/(2w²)), r = |x − c|: a warm or cold, dense or dilute spot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gaussian {
     n0: f64,
@@ -17,12 +17,13 @@ pub struct Gaussian {
 }
 
 impl Gaussian {
-    /// Index `n0` > 0 far away and `n0 + delta` > 0 at `center`; `width` w > 0 is the standard
-    /// deviation in scene units.
+    /// Creates a bump with the index `n0` > 0 far away and `n0 + delta` > 0 at `center`; `width` w
+    /// > 0 is the standard deviation in scene units.
     ///
     /// # Errors
     ///
-    /// An index, far away or at the center, or a width that is not positive and finite; a center that is not finite.
+    /// An index, far away or at the centre, or a width that is not positive and finite; a centre
+    /// that is not finite.
     pub fn new(n0: f64, delta: f64, center: DVec3, width: f64) -> Result<Self, FieldError> {
         finite("change of the index at the center", delta)?;
         positive("refractive index at the center", n0 + delta)?;
@@ -34,7 +35,7 @@ impl Gaussian {
         })
     }
 
-    /// x − c and Δn exp(−r²/(2w²)).
+    /// Returns x − c and Δn exp(−r²/(2w²)).
     fn offset(&self, x: DVec3) -> (DVec3, f64) {
         let d = x - self.center;
         let u = d.length_squared() / (self.width * self.width);
@@ -61,12 +62,13 @@ impl Gaussian {
         radial::jet(d, [n * n, f1, f2])
     }
 
-    /// With r in units of w the gradient of the bump r e^(−r²/2) has its maximum at r = 1; the
-    /// eigenvalues of its Hessian are −e^(−r²/2) across, which increases, and (r² − 1)e^(−r²/2)
-    /// along the radius, with a maximum at r = √3.
+    /// Computes bounds from extrema, with r in units of w. The gradient of the bump, r e^(−r²/2),
+    /// has its maximum at r = 1. The eigenvalues of its Hessian are −e^(−r²/2) across the radius,
+    /// which increases, and (r² − 1)e^(−r²/2) along the radius, with a maximum at r = √3.
     pub(super) fn bounds(&self, region: &Aabb) -> FieldBounds {
         let range = radial::distance_range(self.center, region);
-        // At 100 w all terms have underflowed: the cap keeps an unbounded box free of 0·∞.
+        // Cap the radii at 100 w, where all terms underflow, so that an unbounded box yields no
+        // 0·∞.
         let [near, far] = range.map(|r| (r / self.width).min(100.0));
         let bump = |r: f64| (-0.5 * r * r).exp();
         let along = |r: f64| (r * r - 1.0) * bump(r);
@@ -88,9 +90,9 @@ impl Gaussian {
         .squared()
     }
 
-    /// The length that makes the fifth derivative of a ray by σ n⁵L⁻⁴, by the fourth derivative of n² at the centre,
-    /// 6nΔn/w⁴; no more than 3w, so that the bump is seen. Far away half the distance to the centre: no
-    /// step can reach the bump from afar.
+    /// Length scale that makes the fifth derivative of a ray with respect to σ n⁵L⁻⁴, from the
+    /// fourth derivative of n² at the centre, 6nΔn/w⁴. It is at most 3w, so that steps resolve the
+    /// bump. Far away it is half the distance to the centre: no step can reach the bump from afar.
     pub(super) fn length_scale(&self, x: DVec3) -> f64 {
         let contrast = self.delta.abs() / self.n0.min(self.n0 + self.delta);
         let widths = (1.0 / (3.0 * contrast)).sqrt().sqrt().min(3.0);
@@ -118,7 +120,7 @@ impl Analytic for Gaussian {
     }
 }
 
-/// The interval `factor`·[a, b].
+/// Returns the interval `factor`·[a, b].
 fn scaled(factor: f64, [a, b]: [f64; 2]) -> [f64; 2] {
     let (p, q) = (factor * a, factor * b);
     [p.min(q), p.max(q)]

@@ -3,19 +3,20 @@
 use super::cells;
 use glam::DVec3;
 
-/// Lengths at nodes, whose slopes are limited so that the interpolant is 1-Lipschitz.
+/// Length scales at nodes, with limited slopes, so that the interpolant is 1-Lipschitz.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Lengths {
-    /// At least two along each axis.
+    /// Number of nodes along each axis, at least two.
     nodes: [usize; 3],
-    /// The last place, in units of the spacing from node 0, just within the last cell.
+    /// Last place, in units of the spacing from node 0, just within the last cell.
     last: DVec3,
-    /// x fastest.
+    /// Length scales of the nodes, x fastest.
     lengths: Vec<f64>,
 }
 
 impl Lengths {
-    /// Lengths at nodes this far apart along each axis; those that neighbours do not allow are shortened.
+    /// Stores lengths at nodes with the given spacing along each axis. Lengths that exceed the
+    /// slopes allowed by their neighbours are shortened.
     pub(super) fn new(nodes: [usize; 3], spacing: DVec3, lengths: Vec<f64>) -> Self {
         let last = DVec3::from_array(nodes.map(|n| (n - 1) as f64));
         let mut lengths = Lengths {
@@ -29,8 +30,8 @@ impl Lengths {
         lengths
     }
 
-    /// Limits the slope along an axis to 1/√3, with nodes this far apart; along the diagonal it is then at
-    /// most 1.
+    /// Limits the slope along an axis to 1/√3, with nodes at distance `apart`. The slope along the
+    /// diagonal is then at most 1.
     fn limit(&mut self, axis: usize, apart: f64) {
         let [x, y, _] = self.nodes;
         let stride = [1, x, x * y][axis];
@@ -48,7 +49,8 @@ impl Lengths {
         }
     }
 
-    /// At a position in units of the spacing from node 0; beyond the nodes that of the nearest place among them.
+    /// Interpolates at a position in units of the spacing from node 0; beyond the nodes, at the
+    /// nearest place among them.
     #[inline(always)]
     pub(super) fn at(&self, t: DVec3) -> f64 {
         let [x, y, _] = self.nodes;

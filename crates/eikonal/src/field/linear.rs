@@ -1,4 +1,4 @@
-//! Fields that change linearly along one direction, in n or in n².
+//! Fields with n or n² linear in position.
 
 use super::Jet;
 use super::analytic::{Analytic, MOST, difference, dot};
@@ -7,10 +7,10 @@ use super::formula::Number;
 use crate::bounds::{Aabb, FieldBounds, IndexBounds};
 use glam::{DMat3, DVec3};
 
-/// n(x) = n₀ + g·(x − x₀): the usual first-order model of stratified air or water.
+/// Index n(x) = n₀ + g·(x − x₀): the usual first-order model of stratified air or water.
 ///
-/// Rays are catenaries. n² is the square of this expression everywhere, so that past the plane
-/// n = 0 the index grows again.
+/// Rays are catenaries. n² is the square of this expression everywhere, so that the index grows
+/// again beyond the plane n = 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearIndex {
     n0: f64,
@@ -19,7 +19,8 @@ pub struct LinearIndex {
 }
 
 impl LinearIndex {
-    /// Index `n0` > 0 at `origin`, with gradient `slope` = ∇n in inverse scene units.
+    /// Creates a field of index `n0` > 0 at `origin`, with gradient `slope` = ∇n in inverse scene
+    /// units.
     ///
     /// # Errors
     ///
@@ -54,7 +55,7 @@ impl LinearIndex {
         let [low, high] = region.project(self.slope);
         let at_zero = self.n0 - self.slope.dot(self.origin);
         let slope = self.slope.length();
-        // The Hessian is 2g⊗g: exact, where `squared` would only know its norm.
+        // Use the exact Hessian, 2g⊗g; `squared` knows only its norm.
         FieldBounds {
             hess_min: 0.0,
             hess_max: 2.0 * slope * slope,
@@ -69,7 +70,7 @@ impl LinearIndex {
         }
     }
 
-    /// The distance over which the index changes by n₀.
+    /// Length scale: the distance over which the index changes by n₀.
     pub(super) fn length_scale(&self, _: DVec3) -> f64 {
         self.n0 / self.slope.length()
     }
@@ -79,9 +80,9 @@ impl LinearIndex {
     }
 }
 
-/// n²(x) = n₀² + g·(x − x₀). Rays are parabolas in σ (docs/theory.md#rays).
+/// Squared index n²(x) = n₀² + g·(x − x₀). Rays are parabolas in σ (docs/theory.md#rays).
 ///
-/// n² is negative, hence the field invalid, on the far side of the plane where it vanishes.
+/// Beyond the plane where n² vanishes it is negative, and the field is invalid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearSquare {
     n2: f64,
@@ -90,7 +91,8 @@ pub struct LinearSquare {
 }
 
 impl LinearSquare {
-    /// Index `n0` > 0 at `origin`, with gradient `slope` = ∇n² in inverse scene units.
+    /// Creates a field of index `n0` > 0 at `origin`, with gradient `slope` = ∇n² in inverse scene
+    /// units.
     ///
     /// # Errors
     ///
@@ -132,7 +134,7 @@ impl LinearSquare {
         }
     }
 
-    /// The distance over which n² changes by n₀².
+    /// Length scale: the distance over which n² changes by n₀².
     pub(super) fn length_scale(&self, _: DVec3) -> f64 {
         self.n2 / self.slope.length()
     }

@@ -7,12 +7,12 @@ use super::{Jet, radial};
 use crate::bounds::{Aabb, FieldBounds};
 use glam::DVec3;
 
-/// n²(x) = n_ext² (2 − r²/R²), r = |x − c|: a ball of radius R that focuses parallel light on its
-/// far pole and matches the index n_ext outside (R. K. Luneburg, *Mathematical Theory of Optics*,
-/// 1944).
+/// Luneburg lens n²(x) = n_ext² (2 − r²/R²), r = |x − c|: a ball of radius R that focuses parallel
+/// light on its far pole and matches the index n_ext outside (R. K. Luneburg, *Mathematical Theory
+/// of Optics*, 1944).
 ///
-/// The formula continues outside the ball, where n² falls below n_ext², and is invalid from
-/// r = √2 R on; a scene bounds the medium by the ball.
+/// The formula continues outside the ball, where n² falls below n_ext², and is invalid from r = √2
+/// R on. A scene bounds the medium by the ball.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Luneburg {
     n2_ext: f64,
@@ -21,11 +21,11 @@ pub struct Luneburg {
 }
 
 impl Luneburg {
-    /// A lens of `radius` > 0 for an outside of index `n_ext` > 0.
+    /// Creates a lens of `radius` > 0 for an outside of index `n_ext` > 0.
     ///
     /// # Errors
     ///
-    /// An index or radius that is not positive and finite; a center that is not finite.
+    /// An index or radius that is not positive and finite; a centre that is not finite.
     pub fn new(n_ext: f64, center: DVec3, radius: f64) -> Result<Self, FieldError> {
         let n_ext = positive("refractive index outside", n_ext)?;
         Ok(Luneburg {
@@ -35,7 +35,7 @@ impl Luneburg {
         })
     }
 
-    /// n_ext²/R², minus the derivative of n² by r².
+    /// Returns n_ext²/R², minus the derivative of n² by r².
     fn fall(&self) -> f64 {
         self.n2_ext / (self.radius * self.radius)
     }

@@ -1,4 +1,5 @@
-//! What sound does to the phase of light, to first order in the sound (docs/theory.md#tagged-light).
+//! Modulation of the phase of light by sound, to first order in the sound
+//! (docs/theory.md#tagged-light).
 
 use super::sampled_amplitude::SampledAmplitude;
 use super::sound_amplitude::SoundAmplitude;
@@ -7,37 +8,39 @@ use glam::{DAffine3, DVec2, DVec3};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// The sound of one frequency in a field: n²(x, t) = n₀²(x) + Re(m(x) e^{iωt}) to first order, and how far it moves what is in the medium.
-/// Complex numbers are vectors of their real and imaginary parts.
+/// Sound of one frequency in a field: n²(x, t) = n₀²(x) + Re(m(x) e^{iωt}) to first order, and the
+/// displacement of scatterers in the medium. Complex numbers are vectors of their real and
+/// imaginary parts.
 #[derive(Clone, Debug)]
 pub struct Modulation {
     terms: Vec<Term>,
-    /// 1 over the shortest wavelength.
+    /// Reciprocal of the shortest wavelength.
     pub(crate) per_wavelength: f64,
-    /// Largest |m| that there can be, or about so.
+    /// Largest possible |m|, approximately.
     pub(crate) largest: f64,
 }
 
-/// One sound, in coordinates of its own.
+/// A sound in its own local coordinates.
 #[derive(Clone, Debug)]
 struct Term {
     wave: Wave,
     to_local: Option<DAffine3>,
-    /// By which squared indices are multiplied.
+    /// Factor of squared indices.
     square: f64,
-    /// û over ∇m.
+    /// Ratio of the displacement û to ∇m.
     per_gradient: f64,
 }
 
 #[derive(Clone, Debug)]
 enum Wave {
-    /// At their peaks, and e^{iτ} of each.
+    /// Modes at their peaks, and e^{iτ} of each mode.
     Modes(Acoustic, Vec<DVec2>),
     Sampled(Arc<SampledAmplitude>),
 }
 
 impl Modulation {
-    /// That of the sound in a field, at whatever instant the field is; `None` without sound.
+    /// Returns the modulation by the sound in a field, at any instant of the field; `None` without
+    /// sound.
     pub fn of(field: &Field) -> Option<Self> {
         let mut terms = Vec::new();
         collect(field, &mut terms);
@@ -49,7 +52,7 @@ impl Modulation {
         })
     }
 
-    /// The amplitude at a place.
+    /// Returns the amplitude at a place.
     #[inline]
     pub fn at(&self, x: DVec3) -> SoundAmplitude {
         match &self.terms[..] {
@@ -60,14 +63,15 @@ impl Modulation {
         }
     }
 
-    /// m alone, of [`Modulation::at`].
+    /// Returns only the value m of [`Modulation::at`].
     #[inline]
     pub fn value(&self, x: DVec3) -> DVec2 {
         self.terms.iter().map(|term| term.value(x)).sum()
     }
 
-    /// Real and imaginary parts of the displacement û of what moves with the medium, at a place with an amplitude; NaN where the elasto-optic
-    /// coefficient is not known, or modes of one field have several wavelengths.
+    /// Returns real and imaginary parts of the displacement û of scatterers that move with the
+    /// medium, at a place with the given amplitude. NaN where the elasto-optic coefficient is
+    /// unknown, or modes of one field have different wavelengths.
     pub fn displacement(&self, x: DVec3, amplitude: &SoundAmplitude) -> [DVec3; 2] {
         match &self.terms[..] {
             [term] => amplitude.gradient.map(|g| g * term.per_gradient),
@@ -93,7 +97,7 @@ fn collect(field: &Field, terms: &mut Vec<Term>) {
             collect(f.inner(), terms);
             for term in &mut terms[first..] {
                 term.to_local = Some(term.to_local.map_or(f.to_local(), |m| m * f.to_local()));
-                // k becomes k over the scale.
+                // Divide k by the scale.
                 // Planted error "sound under transforms with the wave number of its own coordinates", found by morgana-eikonal/eikonal::modulation::displacements_follow_the_gradient_of_pressure:
                 // (no line)
                 term.per_gradient *= f.mean_scale().powi(2);
@@ -114,7 +118,7 @@ fn collect(field: &Field, terms: &mut Vec<Term>) {
     let sounds = field.sounds();
     let first = sounds.first();
     let alike = first.filter(|first| sounds.iter().all(|s| s.wavelength == first.wavelength));
-    // û = ∇p̂/(ρω²) with p̂ = n̂/(∂n/∂p), n̂ = m/2n₀ and η = ρc² ∂n/∂p: ∇m/(2n₀ηk²).
+    // Use û = ∇p̂/(ρω²) with p̂ = n̂/(∂n/∂p), n̂ = m/2n₀ and η = ρc² ∂n/∂p, hence û = ∇m/(2n₀ηk²).
     let per_gradient = alike.and_then(|sound| {
         let k = TAU / sound.wavelength;
         // Planted error "displacement of scatterers counted twice", found by morgana-transport/transport::meters::tagged::modulations_are_those_of_optical_lengths_at_instants:

@@ -1,23 +1,24 @@
-//! Derivatives by the parameters of fields (docs/theory.md#derivatives-of-rays).
+//! Derivatives with respect to the parameters of fields (docs/theory.md#derivatives-of-rays).
 //!
-//! While rays are followed, sums are made by what is at hand there: a spline's coefficients in place of its samples. Afterwards
-//! [`Field::parameter_derivative`] makes of them those by the parameters.
+//! While rays are traced, sums are formed with respect to quantities that are available there, such
+//! as the coefficients of a spline instead of its samples. Afterwards
+//! [`Field::parameter_derivative`] converts the sums to derivatives with respect to the parameters.
 
 use super::analytic::{self, Analytic};
 use super::{Bspline, Field};
 use glam::DVec3;
 
-/// Derivative of a loss by n² and ∇n² at a point.
+/// Derivative of a loss with respect to n² and ∇n² at a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct IndexDerivative {
-    /// By n².
+    /// Derivative with respect to n².
     pub n2: f64,
-    /// By ∇n².
+    /// Derivative with respect to ∇n².
     pub gradient: DVec3,
 }
 
 impl IndexDerivative {
-    /// Of a change of n² and of ∇n².
+    /// Returns the change of the loss for a change of n² and of ∇n².
     fn of(&self, n2: f64, gradient: DVec3) -> f64 {
         self.n2 * n2 + self.gradient.dot(gradient)
     }
@@ -26,9 +27,9 @@ impl IndexDerivative {
 /// Change of n² and ∇n² at a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct IndexChange {
-    /// Of n².
+    /// Change of n².
     pub n2: f64,
-    /// Of ∇n².
+    /// Change of ∇n².
     pub gradient: DVec3,
 }
 
@@ -46,11 +47,11 @@ impl std::ops::Add for IndexChange {
 /// A parameter of a field.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldParameter {
-    /// Its name, as in scenes; those of a term of a sum begin with `terms[i].`.
+    /// Name, as in scenes. Names of parameters of a term of a sum begin with `terms[i].`.
     pub name: String,
-    /// Of its numbers; empty for a single one.
+    /// Shape of the values; empty for a single value.
     pub shape: Vec<usize>,
-    /// Its numbers, in rows.
+    /// Values, in rows.
     pub values: Vec<f64>,
 }
 
@@ -63,7 +64,7 @@ impl FieldParameter {
         }
     }
 
-    /// A number, or a vector.
+    /// Creates a parameter with one value, or with a vector.
     fn of(name: impl Into<String>, values: Vec<f64>) -> Self {
         let shape = [values.len()];
         let shape = if values.len() == 1 { &[] } else { &shape[..] };
@@ -71,7 +72,7 @@ impl FieldParameter {
     }
 }
 
-/// Calls a function for a field of a formula that is built in, in place of `$other` for another.
+/// Evaluates an expression for a field with a built-in formula, and `$other` for all other fields.
 macro_rules! analytic {
     ($self:expr, $f:ident => $e:expr, $other:expr) => {
         match $self {
@@ -86,7 +87,7 @@ macro_rules! analytic {
     };
 }
 
-/// Names and numbers of the parameters of a formula that is built in.
+/// Returns names and values of the parameters of a built-in formula.
 fn named<A: Analytic>(field: &A) -> Vec<FieldParameter> {
     let numbers = field.numbers();
     let mut rest = &numbers[..];
@@ -98,18 +99,19 @@ fn named<A: Analytic>(field: &A) -> Vec<FieldParameter> {
     each.collect()
 }
 
-/// Number of a field's parameters.
+/// Number of parameter values of a field.
 fn count<A: Analytic>(_: &A) -> usize {
     analytic::count::<A>()
 }
 
-/// Shape of the samples of a grid, z first.
+/// Returns the shape of the samples of a grid, z first.
 fn shape(grid: &Bspline) -> [usize; 3] {
     let [x, y, z] = grid.dims();
     [z, y, x]
 }
 
-/// Derivatives by the samples of n from those by coefficients of n².
+/// Converts derivatives with respect to coefficients of n² to derivatives with respect to the
+/// samples of n.
 fn by_samples(grid: &Bspline, by: Vec<f64>) -> Vec<f64> {
     let by_squares = grid.sample_derivative(by).into_iter();
     let indices = grid.samples().into_iter();
@@ -119,7 +121,8 @@ fn by_samples(grid: &Bspline, by: Vec<f64>) -> Vec<f64> {
         .collect()
 }
 
-/// The transpose: changes of coefficients of n² from those of the samples of n.
+/// Converts changes of the samples of n to changes of coefficients of n²: the transpose of
+/// `by_samples`.
 fn of_samples(grid: &Bspline, change: &[f64]) -> Vec<f64> {
     let indices = grid.samples().into_iter();
     let squares = change.iter().zip(indices).map(|(of, n)| of * 2.0 * n);
@@ -127,7 +130,8 @@ fn of_samples(grid: &Bspline, change: &[f64]) -> Vec<f64> {
 }
 
 impl Field {
-    /// The grid whose samples its first parameters are, if it is one: moved or multiplied, but no sum.
+    /// Returns the grid whose samples are the field's first parameters, if there is one: a grid,
+    /// transformed or scaled, but not in a sum.
     pub fn grid(&self) -> Option<&Bspline> {
         match self {
             Field::Bspline(f) => Some(f),
@@ -137,7 +141,7 @@ impl Field {
         }
     }
 
-    /// The parameters by which derivatives can be taken:
+    /// Returns the parameters with respect to which derivatives can be computed:
     ///
     /// | field | parameters |
     /// |---|---|
@@ -155,7 +159,7 @@ impl Field {
     /// | `Affine` | those of the field within; to_world, (3, 4): matrix and translation |
     /// | `Scaled` | those of the field within; factor |
     ///
-    /// A formula so long that its numbers find no register has none.
+    /// A formula that is too long for its parameters to fit into registers has none.
     pub fn parameters(&self) -> Vec<FieldParameter> {
         match self {
             Field::Constant(f) => vec![FieldParameter::of("value", vec![f.n()])],
@@ -199,7 +203,7 @@ impl Field {
         }
     }
 
-    /// Number of sums that derivatives need while rays are followed.
+    /// Number of sums that derivatives need while rays are traced.
     pub fn sum_count(&self) -> usize {
         match self {
             Field::Constant(_) => 1,
@@ -215,7 +219,7 @@ impl Field {
         }
     }
 
-    /// Number of numbers of all parameters.
+    /// Number of values of all parameters.
     pub fn parameter_count(&self) -> usize {
         match self {
             Field::Bspline(f) => f.dims().iter().product(),
@@ -231,7 +235,8 @@ impl Field {
         }
     }
 
-    /// Adds the derivatives of a loss to [`Field::sum_count`] sums, given that by n² and ∇n² at `x`.
+    /// Adds the derivatives of a loss to [`Field::sum_count`] sums, given its derivative with
+    /// respect to n² and ∇n² at `x`.
     ///
     /// # Panics
     ///
@@ -270,7 +275,8 @@ impl Field {
         }
     }
 
-    /// Derivatives by the parameters, in their order, from the [`Field::sum_count`] sums.
+    /// Converts the [`Field::sum_count`] sums to derivatives with respect to the parameters, in
+    /// their order.
     ///
     /// # Panics
     ///
@@ -295,11 +301,12 @@ impl Field {
         }
     }
 
-    /// The transpose of [`Field::parameter_derivative`]: a change of what sums are by, for one of the [`Field::parameter_count`] numbers.
+    /// Converts a change of the [`Field::parameter_count`] values to a change of the quantities
+    /// that sums refer to: the transpose of [`Field::parameter_derivative`].
     ///
     /// # Panics
     ///
-    /// May panic if there are fewer numbers.
+    /// May panic if there are fewer values.
     pub fn parameter_change(&self, change: &[f64]) -> Vec<f64> {
         match self {
             Field::Bspline(f) => of_samples(f, change),
@@ -320,12 +327,12 @@ impl Field {
         }
     }
 
-    /// The change of n² and ∇n² at `x` for a change as [`Field::parameter_change`] gives it: the transpose of
-    /// [`Field::add_parameter_derivative`].
+    /// Returns the change of n² and ∇n² at `x` for a change from [`Field::parameter_change`]: the
+    /// transpose of [`Field::add_parameter_derivative`].
     ///
     /// # Panics
     ///
-    /// May panic if the change has fewer numbers than [`Field::sum_count`].
+    /// May panic if the change has fewer values than [`Field::sum_count`].
     pub fn index_change(&self, x: DVec3, change: &[f64]) -> IndexChange {
         match self {
             Field::Bspline(f) => f.coefficient_change(x, change),
@@ -371,7 +378,8 @@ impl Field {
     }
 }
 
-/// The change of n² and ∇n² with that of a few numbers, from the derivatives by them.
+/// Returns the change of n² and ∇n² for a change of a few values, from the derivatives with respect
+/// to them.
 fn by_columns(change: &[f64], add: impl Fn(IndexDerivative, &mut [f64])) -> IndexChange {
     let of = |n2: f64, gradient: DVec3| {
         let mut sums = vec![0.0; change.len()];
@@ -391,7 +399,7 @@ fn of_formula(free: Option<&super::formula::Free>) -> Vec<FieldParameter> {
         .collect()
 }
 
-/// The parameters of a field with a prefix to their names.
+/// Returns the parameters of a field, with a prefix before their names.
 fn within(prefix: &str, field: &Field) -> impl Iterator<Item = FieldParameter> {
     let each = field.parameters().into_iter();
     each.map(move |p| FieldParameter {
@@ -400,14 +408,14 @@ fn within(prefix: &str, field: &Field) -> impl Iterator<Item = FieldParameter> {
     })
 }
 
-/// The parameters of the field within another, and the other's own.
+/// Returns the parameters of a wrapped field, followed by its wrapper's own parameter.
 fn followed_by(inner: &Field, own: FieldParameter) -> Vec<FieldParameter> {
     let taken = inner.parameters().iter().any(|p| p.name == own.name);
     let prefix = if taken { "within." } else { "" };
     within(prefix, inner).chain([own]).collect()
 }
 
-/// [`Field::parameter_derivative`] for the field within another, whose own sums come last.
+/// Applies [`Field::parameter_derivative`] to a wrapped field; the wrapper's own sums come last.
 fn outside(inner: &Field, mut sums: Vec<f64>) -> Vec<f64> {
     let own = sums.split_off(inner.sum_count());
     let mut all = inner.parameter_derivative(sums);
@@ -415,7 +423,7 @@ fn outside(inner: &Field, mut sums: Vec<f64>) -> Vec<f64> {
     all
 }
 
-/// [`Field::parameter_change`] for the field within another, whose own changes come last.
+/// Applies [`Field::parameter_change`] to a wrapped field; the wrapper's own changes come last.
 fn changed(inner: &Field, change: &[f64]) -> Vec<f64> {
     let (within, own) = change.split_at(inner.parameter_count());
     let mut all = inner.parameter_change(within);

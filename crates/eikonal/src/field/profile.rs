@@ -1,5 +1,5 @@
-//! An index that varies with one coordinate alone: along z, with the distance from an axis, or from a point
-//! (docs/theory.md#formulas).
+//! Fields that vary with one coordinate alone: along an axis, with the distance from an axis, or
+//! from a point (docs/theory.md#formulas).
 
 use super::analytic::{Mixed, add_mixed, dot};
 use super::error::FieldError;
@@ -12,30 +12,33 @@ use crate::bounds::{Aabb, FieldBounds};
 use glam::{DMat3, DVec3};
 use std::sync::Arc;
 
-/// Pieces of a range that are bounded one by one, unless the formula is long.
+/// Maximum number of pieces of a range that are bounded separately; fewer if the formula is long.
 const PIECES: usize = 16;
-/// Operations in all pieces together that bounds may take.
+/// Maximum number of operations in all pieces together, spent on bounds.
 const MOST_OPERATIONS_OF_BOUNDS: usize = 512;
-/// Pieces of a region for which a length scale is kept, unless the formula is long.
+/// Maximum number of pieces of a region with a stored length scale; fewer if the formula is long.
 const CELLS: usize = 2048;
-/// Operations in all cells together that that may take: it is done before a render begins.
+/// Maximum number of operations in all cells together, spent on length scales before a render
+/// begins.
 const MOST_OPERATIONS_OF_CELLS: usize = 131_072;
-/// Length scales are at least this share of a region: shorter steps follow from the errors that are measured.
+/// Smallest length scale, as a fraction of the region's diagonal. Shorter steps follow from the
+/// measured errors.
 const SHORTEST: f64 = 1e-4;
 
-/// n² as a function f(u) of one coordinate u.
+/// Field with n² as a function f(u) of one coordinate u.
 #[derive(Clone, Debug)]
 pub struct IndexProfile {
     curve: Arc<Curve>,
     coordinate: Coordinate,
-    /// Whether f′(0) is zero, so that a function of a distance is smooth where that is zero.
+    /// True if f′(0) is zero, so that a function of a distance is smooth where the distance is
+    /// zero.
     is_even: bool,
-    /// The formula with its parameters free.
+    /// Program with the parameters as inputs.
     free: Option<Arc<Free>>,
     scales: Option<Arc<Scales>>,
 }
 
-/// A function n² of one variable.
+/// Function n² of one variable.
 #[derive(Debug)]
 enum Curve {
     Formula(Program),
@@ -46,7 +49,7 @@ enum Curve {
     },
 }
 
-/// Length scales at places that are evenly spaced.
+/// Length scales at evenly spaced places.
 #[derive(Debug)]
 struct Scales {
     start: f64,
@@ -55,7 +58,7 @@ struct Scales {
 }
 
 impl Curve {
-    /// The Taylor coefficients at a place.
+    /// Returns the Taylor coefficients at a place.
     #[inline]
     fn at<const K: usize>(&self, u: f64) -> [f64; K] {
         match self {
@@ -64,7 +67,7 @@ impl Curve {
         }
     }
 
-    /// A range of the Taylor coefficients over an interval.
+    /// Returns a range of the Taylor coefficients over an interval.
     fn over<const K: usize>(&self, u: Interval) -> [Interval; K] {
         match self {
             Curve::Formula(program) => program.run([Series::variable(u)]).0,
@@ -83,7 +86,7 @@ impl Curve {
         }
     }
 
-    /// The largest fourth derivative over an interval.
+    /// Returns the largest fourth derivative over an interval.
     fn fourth(&self, u: Interval) -> f64 {
         match self {
             Curve::Formula(_) => 24.0 * self.over::<5>(u)[4].magnitude(),
@@ -96,7 +99,8 @@ impl Curve {
     }
 }
 
-/// Ranges of n² and of its derivatives by the coordinate: the first, the second, and the first over a distance.
+/// Ranges of n² and of its derivatives by the coordinate: the first, the second, and the first over
+/// the distance.
 struct Ranges {
     n2: Interval,
     slope: Interval,
@@ -112,10 +116,12 @@ impl IndexProfile {
         }
     }
 
-    /// The profile through samples: pairs of the coordinate less `shift`, ascending, and the index n > 0 there. A cubic spline,
-    /// smooth on the axis or in the centre where samples begin there, and continued as a parabola beyond them.
+    /// Creates the profile through samples: pairs of the coordinate less `shift`, ascending, and
+    /// the index n > 0 there. The profile is a cubic spline. If the samples begin on the axis or in
+    /// the centre, it is smooth there; beyond the samples it continues as a parabola.
     ///
     /// # Errors
+    ///
     /// Too few samples, places that do not ascend, or indices that are not positive.
     pub fn table(
         coordinate: Coordinate,
@@ -144,12 +150,12 @@ impl IndexProfile {
         }
     }
 
-    /// The formula with its parameters free.
+    /// Returns the program with the parameters as inputs.
     pub(super) fn free(&self) -> Option<&Free> {
         self.free.as_deref()
     }
 
-    /// The indices of the table.
+    /// Returns the indices of the table.
     pub(super) fn table_values(&self) -> Option<Vec<f64>> {
         match &*self.curve {
             Curve::Formula(_) => None,
@@ -157,7 +163,8 @@ impl IndexProfile {
         }
     }
 
-    /// Number of sums of derivatives: by the parameters of the formula, or by the coefficients of the table's cubics.
+    /// Number of sums of derivatives: with respect to the parameters of the formula, or to the
+    /// coefficients of the table's cubics.
     pub(super) fn parameter_count(&self) -> usize {
         match &*self.curve {
             Curve::Formula(_) => self.free.as_ref().map_or(0, |free| free.values().len()),
@@ -165,7 +172,8 @@ impl IndexProfile {
         }
     }
 
-    /// Derivatives by the indices of a table from those by coefficients.
+    /// Converts derivatives with respect to coefficients to derivatives with respect to the indices
+    /// of a table.
     pub(super) fn value_derivative(&self, by: Vec<f64>) -> Vec<f64> {
         match &*self.curve {
             Curve::Formula(_) => by,
@@ -173,7 +181,7 @@ impl IndexProfile {
         }
     }
 
-    /// Changes of coefficients from those of the indices of a table.
+    /// Converts changes of the indices of a table to changes of coefficients.
     pub(super) fn coefficient_change(&self, change: &[f64]) -> Vec<f64> {
         match &*self.curve {
             Curve::Formula(_) => change.to_vec(),
@@ -181,7 +189,8 @@ impl IndexProfile {
         }
     }
 
-    /// Adds derivatives by the parameters of the formula, or by the coefficients of the table's cubics.
+    /// Adds derivatives with respect to the parameters of the formula, or to the coefficients of
+    /// the table's cubics.
     pub(super) fn add_parameter_derivative(&self, x: DVec3, by: IndexDerivative, into: &mut [f64]) {
         match (&*self.curve, &self.free) {
             (Curve::Formula(_), Some(free)) => {
@@ -198,14 +207,14 @@ impl IndexProfile {
                 };
                 let along = by.gradient.dot(d) * per;
                 let [n, slope] = spline.at::<2>(u - shift).0;
-                // n² and its slope change by 2n δn and 2n′δn + 2n δn′.
+                // Derive by n and its slope: n² and its slope change by 2n δn and 2n′δn + 2n δn′.
                 let value = 2.0 * (by.n2 * n + along * slope);
                 spline.add_coefficient_derivative(u - shift, [value, 2.0 * along * n], into);
             }
         }
     }
 
-    /// The coordinate of a point that carries derivatives.
+    /// Returns the coordinate of a point that carries derivatives.
     fn mixed(&self, [x, y, z]: [Mixed; 3]) -> Mixed {
         match self.coordinate {
             Coordinate::X => x,
@@ -216,7 +225,8 @@ impl IndexProfile {
         }
     }
 
-    /// The coordinate of a point, and the vector that it is the length of, or that points along it.
+    /// Returns the coordinate of a point, and a vector: of this length for a distance, otherwise
+    /// the unit vector along the coordinate.
     #[inline]
     fn coordinate(&self, x: DVec3) -> (f64, DVec3) {
         match self.coordinate {
@@ -248,8 +258,8 @@ impl IndexProfile {
         }
     }
 
-    /// Of a distance with the unit vector d̂ the Hessian is f″ d̂⊗d̂ + f′/u (P − d̂⊗d̂), P the projection on the
-    /// directions in which the distance varies.
+    /// Returns the jet. For a distance with the unit vector d̂, the Hessian is f″ d̂⊗d̂ + f′/u (P −
+    /// d̂⊗d̂), with P the projection on the directions in which the distance varies.
     pub(super) fn jet(&self, x: DVec3) -> Jet {
         let (u, d) = self.coordinate(x);
         let [n2, slope, half] = self.curve.at(u);
@@ -276,7 +286,7 @@ impl IndexProfile {
         }
     }
 
-    /// The range of the coordinate over a box.
+    /// Returns the range of the coordinate over a box.
     fn range(&self, region: &Aabb) -> Interval {
         let [low, high] = match self.coordinate {
             Coordinate::X => [region.min.x, region.max.x],
@@ -292,8 +302,8 @@ impl IndexProfile {
         Interval::new(low, high)
     }
 
-    /// Over a range of the coordinate. Slopes and values also follow from the middle by the mean value theorem, and where f is
-    /// even f′/u is a mean of f″ over what lies below.
+    /// Returns the ranges over a range of the coordinate. The mean value theorem about the middle
+    /// also bounds slopes and values. If f is even, f′/u is a mean of f″ over smaller coordinates.
     fn ranges(&self, u: Interval) -> Ranges {
         let [n2, slope, half] = self.curve.over(u);
         let bend = half + half;
@@ -315,7 +325,8 @@ impl IndexProfile {
             if u.low > 0.0 {
                 ranges.across = ranges.slope / u;
             }
-            // Far from the centre it tells nothing new, and a table would be searched from there.
+            // Skip this far from the centre: it does not improve the bound, and a table would be
+            // searched from the centre.
             let is_near = matches!(*self.curve, Curve::Formula(_)) || u.low < 0.5 * u.high;
             if self.is_even && is_near {
                 let [_, _, half] = self.curve.over(Interval::new(0.0, u.high));
@@ -325,7 +336,7 @@ impl IndexProfile {
         ranges
     }
 
-    /// The eigenvalues of the Hessian.
+    /// Returns a range of the eigenvalues of the Hessian.
     fn eigenvalues(&self, ranges: &Ranges) -> Interval {
         let zero = Interval::new(0.0, 0.0);
         match self.coordinate {
@@ -373,7 +384,7 @@ impl IndexProfile {
         }
     }
 
-    /// A range grown by a radius; distances are not negative.
+    /// Returns a range grown by a radius; distances do not become negative.
     fn grown(&self, u: Interval, radius: f64) -> Interval {
         let least = if is_distance(self.coordinate) {
             0.0
@@ -383,7 +394,7 @@ impl IndexProfile {
         Interval::new((u.low - radius).max(least), u.high + radius)
     }
 
-    /// That of the coordinate, which is a 1-Lipschitz function of position.
+    /// Length scale of the coordinate, which is a 1-Lipschitz function of position.
     pub(super) fn length_scale(&self, x: DVec3) -> f64 {
         let (u, _) = self.coordinate(x);
         if let Some(scales) = &self.scales {
@@ -395,11 +406,11 @@ impl IndexProfile {
         length_at(n2, |radius| self.steepness(self.grown(at, radius)))
     }
 
-    /// The same, with length scales for a region at hand.
+    /// Returns this field with precomputed length scales for a region.
     pub(super) fn prepared(&self, region: &Aabb) -> Self {
         let whole = self.range(region);
         let size = region.diagonal();
-        // A flat region has some extent, too.
+        // Give a flat region some extent.
         let affordable = MOST_OPERATIONS_OF_CELLS / self.curve.operations();
         let cells = affordable.clamp(1, CELLS);
         let spacing = (whole.high - whole.low).max(1e-3 * size) / cells as f64;
@@ -417,7 +428,7 @@ impl IndexProfile {
         let scales = Scales {
             start: whole.low,
             per_spacing: 1.0 / spacing,
-            // Slopes of one are allowed here: there is one direction only.
+            // Compensate the limit of slopes: with one direction, slopes of one are allowed.
             lengths: Lengths::new([cells + 1, 2, 2], DVec3::splat(spacing * 3f64.sqrt()), four),
         };
         IndexProfile {
@@ -438,7 +449,7 @@ impl IndexProfile {
     }
 }
 
-/// Whether a coordinate is a distance, and not negative.
+/// True if a coordinate is a distance, hence not negative.
 fn is_distance(coordinate: Coordinate) -> bool {
     matches!(coordinate, Coordinate::R | Coordinate::Rho)
 }

@@ -1,21 +1,22 @@
-//! The amplitude of sound that is sampled on a grid (docs/theory.md#tagged-light).
+//! Amplitude of sound that is sampled on a grid (docs/theory.md#tagged-light).
 
 use super::Bspline;
 use super::bspline::ComplexBspline;
 use super::sound_amplitude::SoundAmplitude;
 use glam::{DVec2, DVec3};
 
-/// m as a spline.
+/// Amplitude m as a spline.
 #[derive(Clone, Debug)]
 pub(super) struct SampledAmplitude {
-    /// `None` without sound.
+    /// Spline of m; `None` without sound.
     spline: Option<ComplexBspline>,
     /// Largest |m|.
     largest: f64,
 }
 
 impl SampledAmplitude {
-    /// Of splines of n₀² + ½ Re m and of n₀² + ½ Im m, unless these are zero.
+    /// Creates the amplitude from splines of n₀² + ½ Re m and of n₀² + ½ Im m; `None` for a part
+    /// that is zero.
     pub(super) fn new(parts: [Option<Bspline>; 2], n2: f64, largest: f64) -> Self {
         SampledAmplitude {
             spline: ComplexBspline::above(n2, parts, 2.0),
@@ -31,7 +32,7 @@ impl SampledAmplitude {
         self.spline.as_ref().map_or(0, ComplexBspline::memory)
     }
 
-    /// The value alone.
+    /// Returns the value alone.
     pub(super) fn value(&self, x: DVec3) -> DVec2 {
         let spline = self.spline.as_ref();
         spline.map_or(DVec2::ZERO, |spline| spline.value(x))

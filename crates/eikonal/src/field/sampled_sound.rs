@@ -8,47 +8,49 @@ use crate::bounds::{Aabb, FieldBounds};
 use glam::{DVec2, DVec3};
 use std::sync::{Arc, OnceLock};
 
-/// n(x) = n₀ + Re(A(x) e^{iωt}) at an instant of the sound's period, with samples of the complex amplitude A: between them
-/// n² is a B-spline, as that of an index sampled at that instant.
+/// Index n(x) = n₀ + Re(A(x) e^{iωt}) at an instant of the sound's period, with samples of the
+/// complex amplitude A. Between samples, n² is a B-spline, as for an index sampled at this instant.
 #[derive(Clone, Debug)]
 pub struct SampledSound {
     instant: Bspline,
-    /// e^{iωt}; zero without sound.
+    /// Complex instant e^{iωt}; zero without sound.
     turn: DVec2,
     wave: Arc<SoundSamples>,
-    /// Made when phases of light are first asked for. Shared by copies of the field.
+    /// Amplitude, computed when phases of light are first needed. Copies of the field share it.
     amplitude: Arc<OnceLock<Arc<SampledAmplitude>>>,
-    /// See [`Sound::elasto_optic`].
+    /// Elasto-optic coefficient, see [`Sound::elasto_optic`].
     elasto_optic: Option<f64>,
 }
 
-/// Samples of the amplitude of sound, in index.
+/// Samples of the amplitude of sound, in units of index.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SoundSamples {
     /// Number of samples along x, y, z.
     pub size: [usize; 3],
-    /// Where they are.
+    /// Box of the samples.
     pub bounds: Aabb,
-    /// How they lie in the bounds.
+    /// Placement of the samples in the box.
     pub placement: Placement,
     /// Real and imaginary parts of A, x fastest.
     pub amplitude: Vec<[f32; 2]>,
-    /// n₀, positive.
+    /// Mean index n₀, positive.
     pub n0: f64,
-    /// Of the sound in Hz, positive.
+    /// Frequency of the sound in Hz, positive.
     pub frequency: f64,
-    /// Of the sound in scene units, positive.
+    /// Wavelength of the sound in scene units, positive.
     pub wavelength: f64,
-    /// Standard deviation of the noise of samples in index, which the spline may smooth away.
+    /// Standard deviation of the noise of samples, in units of index, which the spline may smooth
+    /// away.
     pub noise: f64,
 }
 
 impl SampledSound {
-    /// The field at phase 0.
+    /// Creates the field at phase 0.
     ///
     /// # Errors
     ///
-    /// No samples or another number of them, an index that is not positive at some instant, values that are not finite.
+    /// No samples or a wrong number of samples, an index that is not positive at some instant,
+    /// values that are not finite.
     pub fn new(samples: SoundSamples) -> Result<Self, FieldError> {
         positive("frequency of sound", samples.frequency)?;
         positive("wavelength of sound", samples.wavelength)?;
@@ -65,7 +67,8 @@ impl SampledSound {
         })
     }
 
-    /// The field with the elasto-optic coefficient η = ρc² ∂n/∂p > 0, which says how far sound moves what scatters (0.32 in water).
+    /// Returns the field with the elasto-optic coefficient η = ρc² ∂n/∂p > 0 (0.32 in water), which
+    /// determines how far sound moves scatterers.
     ///
     /// # Errors
     ///
@@ -78,10 +81,11 @@ impl SampledSound {
         })
     }
 
-    /// See [`Field::at_phase`].
+    /// Returns the field at another phase, see [`Field::at_phase`].
     pub(super) fn at_phase(&self, phase: f64) -> Self {
         let wave = self.wave.clone();
-        // Indices are positive at all instants, and samples as many as they were.
+        // Ignore errors: indices are positive at all instants, and the number of samples does not
+        // change.
         let instant = wave
             .at_phase(phase)
             .unwrap_or_else(|_| self.instant.clone());
@@ -94,7 +98,7 @@ impl SampledSound {
         }
     }
 
-    /// See [`Field::at_rest`].
+    /// Returns the field without sound, see [`Field::at_rest`].
     pub(super) fn at_rest(&self) -> Self {
         let instant = self.wave.spline(|_| self.wave.n0 * self.wave.n0);
         SampledSound {
@@ -106,7 +110,8 @@ impl SampledSound {
         }
     }
 
-    /// Derivatives by n₀ and by the real and imaginary parts of all samples, from those by samples of the index.
+    /// Converts derivatives with respect to samples of the index to derivatives with respect to n₀
+    /// and the real and imaginary parts of all samples.
     pub(super) fn sample_derivative(&self, by_index: &[f64]) -> Vec<f64> {
         let parts = by_index
             .iter()
@@ -114,7 +119,8 @@ impl SampledSound {
         [by_index.iter().sum()].into_iter().chain(parts).collect()
     }
 
-    /// The transpose: changes of samples of the index.
+    /// Converts changes of the parameters to changes of samples of the index: the transpose of
+    /// `sample_derivative`.
     pub(super) fn sample_change(&self, change: &[f64]) -> Vec<f64> {
         let parts = change[1..].chunks_exact(2);
         let of = |part: &[f64]| change[0] + part[0] * self.turn.x - part[1] * self.turn.y;
@@ -125,7 +131,7 @@ impl SampledSound {
         &self.wave
     }
 
-    /// The amplitude at all places.
+    /// Returns the amplitude at all places, computed on first use.
     pub(super) fn amplitude(&self) -> Arc<SampledAmplitude> {
         let made = self.amplitude.get_or_init(|| Arc::new(self.wave.splines()));
         made.clone()
@@ -139,7 +145,7 @@ impl SampledSound {
         }
     }
 
-    /// The field at the instant.
+    /// Returns the field at the instant.
     pub(super) fn instant(&self) -> &Bspline {
         &self.instant
     }
@@ -175,7 +181,7 @@ impl SampledSound {
 }
 
 impl SoundSamples {
-    /// The index at the phase ωt.
+    /// Returns the index at the phase ωt.
     fn at_phase(&self, phase: f64) -> Result<Bspline, FieldError> {
         let (sin, cos) = phase.sin_cos();
         self.spline(|[re, im]| (self.n0 + re * cos - im * sin).powi(2))
@@ -185,7 +191,8 @@ impl SoundSamples {
         let n2 = self.n0 * self.n0;
         let part = |i: usize| {
             let silent = self.amplitude.iter().all(|parts| parts[i] == 0.0);
-            // As many samples as the field has, all positive, for |A| < n₀.
+            // Ignore errors: the number of samples is right, and all are positive, because |A| <
+            // n₀.
             let spline = || self.spline(|parts| n2 + self.n0 * parts[i]).ok();
             (!silent).then(spline).flatten()
         };
@@ -194,7 +201,7 @@ impl SoundSamples {
         SampledAmplitude::new([part(0), part(1)], n2, 2.0 * self.n0 * most)
     }
 
-    /// The spline of n² = `square`(real and imaginary part of A).
+    /// Creates the spline of n² = `square`(real and imaginary part of A).
     pub(super) fn spline(&self, square: impl Fn([f64; 2]) -> f64) -> Result<Bspline, FieldError> {
         let index = |parts: &[f32; 2]| square(parts.map(f64::from)).sqrt();
         let indices: Vec<f64> = self.amplitude.iter().map(index).collect();

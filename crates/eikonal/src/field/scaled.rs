@@ -5,19 +5,20 @@ use super::{Field, IndexDerivative, Jet};
 use crate::bounds::{Aabb, FieldBounds};
 use glam::DVec3;
 
-/// n(x) = s n_0(x): a medium at another wavelength, if all of it disperses alike.
+/// Index n(x) = s n_0(x): a medium at another wavelength, if all parts of it have equal relative
+/// dispersion.
 ///
-/// ∇ ln n does not change, so that rays within the medium keep their shape; what changes is refraction
-/// where it ends, and optical lengths.
+/// ∇ ln n does not change, so that rays within the medium keep their shape. Refraction at the
+/// boundary of the medium and optical lengths change.
 #[derive(Clone, Debug)]
 pub struct Scaled {
     field: Box<Field>,
-    /// s².
+    /// Squared factor s².
     square: f64,
 }
 
 impl Scaled {
-    /// The index of `field` times `factor` > 0.
+    /// Creates the index of `field` times `factor` > 0.
     ///
     /// # Errors
     ///
@@ -30,17 +31,18 @@ impl Scaled {
         })
     }
 
-    /// The field that is scaled.
+    /// Returns the unscaled field.
     pub(super) fn inner(&self) -> &Field {
         &self.field
     }
 
-    /// s².
+    /// Returns s².
     pub(super) fn square(&self) -> f64 {
         self.square
     }
 
-    /// A derivative by n² and ∇n² as one by those of the field within.
+    /// Converts a derivative with respect to n² and ∇n² to a derivative with respect to n² and ∇n²
+    /// of the unscaled field.
     pub(super) fn unscaled(&self, by: IndexDerivative) -> IndexDerivative {
         IndexDerivative {
             n2: by.n2 * self.square,
@@ -48,7 +50,7 @@ impl Scaled {
         }
     }
 
-    /// The same factor over another field.
+    /// Returns another field scaled by this factor.
     pub(super) fn over(&self, field: Field) -> Self {
         Scaled {
             field: Box::new(field),

@@ -8,9 +8,9 @@ use super::formula::Number;
 use crate::bounds::{Aabb, FieldBounds};
 use glam::DVec3;
 
-/// n²(x) = n₀² (1 − α²r²), r the distance to an axis: a GRIN rod ("SELFOC") or parabolic-profile
-/// fibre, in which meridional rays are sinusoidal (Ghatak and Thyagarajan, *Optical
-/// Electronics*, §1.4).
+/// Squared index n²(x) = n₀² (1 − α²r²), with r the distance to an axis: a GRIN rod ("SELFOC") or
+/// parabolic-profile fibre, in which meridional rays are sinusoidal (Ghatak and Thyagarajan,
+/// *Optical Electronics*, §1.4).
 ///
 /// The field is invalid from r = 1/α on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,12 +21,13 @@ pub struct Selfoc {
 }
 
 impl Selfoc {
-    /// Index `n0` > 0 on the axis through `origin` along `direction` (of any length); `alpha` > 0
-    /// in inverse scene units.
+    /// Creates a rod of index `n0` > 0 on the axis through `origin` along `direction` (of any
+    /// length); `alpha` > 0 in inverse scene units.
     ///
     /// # Errors
     ///
-    /// An index or `alpha` that is not positive and finite; an origin or direction that is not finite, or a direction of zero.
+    /// An index or `alpha` that is not positive and finite; an origin or direction that is not
+    /// finite, or a direction of zero.
     pub fn new(n0: f64, alpha: f64, origin: DVec3, direction: DVec3) -> Result<Self, FieldError> {
         let n0 = positive("refractive index on the axis", n0)?;
         Ok(Selfoc {
@@ -36,7 +37,7 @@ impl Selfoc {
         })
     }
 
-    /// n₀²α², minus the derivative of n² by r².
+    /// Returns n₀²α², minus the derivative of n² by r².
     fn fall(&self) -> f64 {
         self.n2_axis * self.alpha * self.alpha
     }

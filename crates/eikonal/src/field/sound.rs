@@ -1,22 +1,24 @@
-//! What sound does to a field: its period, and the index at another instant of it (docs/theory.md#sound). Fields without sound
-//! stay as they are.
+//! Sound in fields: its frequency and wavelength, and the index at any instant of its period
+//! (docs/theory.md#sound). Fields without sound do not change.
 
 use super::Field;
 
 /// A sound in a field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sound {
-    /// In Hz, if it is known.
+    /// Frequency in Hz, if known.
     pub frequency: Option<f64>,
-    /// In scene units. Under a transform that stretches directions differently, a mean of them.
+    /// Wavelength in scene units. Under a transform that stretches directions differently, a mean
+    /// over directions.
     pub wavelength: f64,
-    /// η = ρc² ∂n/∂p, of a medium of density ρ and speed of sound c, if it is known.
+    /// Elasto-optic coefficient η = ρc² ∂n/∂p of a medium of density ρ and speed of sound c, if
+    /// known.
     pub elasto_optic: Option<f64>,
 }
 
 impl Field {
-    /// The field at the phase `phase` = ωt of its sound, in radians; the field itself if there is no sound
-    /// in it. Phase 0 is the field as it was made.
+    /// Returns the field at the phase `phase` = ωt of its sound, in radians; a field without sound
+    /// is unchanged. Phase 0 is the phase of the field as created.
     pub fn at_phase(&self, phase: f64) -> Field {
         match self {
             Field::Acoustic(f) => f.at_phase(phase).into(),
@@ -28,7 +30,8 @@ impl Field {
         }
     }
 
-    /// The field without its sound, which is still in it: [`Field::at_phase`] brings it back.
+    /// Returns the field with its sound silent. The sound is still stored: [`Field::at_phase`]
+    /// restores it.
     pub fn at_rest(&self) -> Field {
         match self {
             Field::Acoustic(f) => f.at_rest().into(),
@@ -40,7 +43,7 @@ impl Field {
         }
     }
 
-    /// The sounds in the field, whatever their amplitudes.
+    /// Returns the sounds in the field, whatever their amplitudes.
     pub fn sounds(&self) -> Vec<Sound> {
         match self {
             Field::Acoustic(f) => f.sounds().collect(),
@@ -58,7 +61,8 @@ impl Field {
         }
     }
 
-    /// Shortest and longest wavelength of the sounds in the field, in scene units; `None` without sound.
+    /// Returns the shortest and the longest wavelength of the sounds in the field, in scene units;
+    /// `None` without sound.
     pub fn sound_wavelengths(&self) -> Option<[f64; 2]> {
         let sounds = self.sounds().into_iter();
         sounds

@@ -1,18 +1,18 @@
-//! The amplitude of sound at a place.
+//! Amplitude of sound at a place.
 
 use glam::{DVec2, DVec3};
 
-/// The amplitude of sound at a place. Complex numbers are vectors of their real and imaginary parts.
+/// Amplitude of sound at a place. Complex numbers are vectors of their real and imaginary parts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SoundAmplitude {
-    /// m: that of n².
+    /// Amplitude m of n².
     pub n2: DVec2,
     /// Real and imaginary parts of ∇m.
     pub gradient: [DVec3; 2],
 }
 
 impl SoundAmplitude {
-    /// The sum of both.
+    /// Returns the sum of two amplitudes.
     pub(super) fn plus(self, other: SoundAmplitude) -> Self {
         let [re, im] = self.gradient;
         SoundAmplitude {

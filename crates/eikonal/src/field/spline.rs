@@ -5,38 +5,41 @@ use super::formula::{Interval, Number, Series};
 
 /// A twice continuously differentiable function through samples: a cubic between neighbours.
 ///
-/// At either end the third derivative does not jump at the last sample but one ("not a knot"), so that cubics are
-/// reproduced; or the slope is zero, for samples that begin on an axis or in a centre of symmetry. Beyond the samples the
-/// function goes on as a parabola (C. de Boor, *A Practical Guide to Splines*, 2001, ch. IV).
+/// At either end the third derivative does not jump at the second-outermost sample ("not a knot"),
+/// so that cubics are reproduced. Alternatively the slope at the start is zero, for samples that
+/// begin on an axis or in a centre of symmetry. Beyond the samples the function continues as a
+/// parabola (C. de Boor, *A Practical Guide to Splines*, 2001, ch. IV).
 #[derive(Clone, Debug)]
 pub(super) struct Spline {
     start: Start,
-    /// Where samples are, ascending.
+    /// Places of the samples, ascending.
     knots: Vec<f64>,
-    /// Coefficients of powers of the distance from the knot at the left; before the first, and from each on.
+    /// Coefficients of powers of the distance from the knot at the left: for the piece before the
+    /// first knot, and for the piece after each knot.
     cubics: Vec<[f64; 4]>,
-    /// Jumps of the third derivative at knots, over the spacing there: what a fourth derivative would be.
+    /// Jumps of the third derivative at knots, divided by the spacing there: an estimate of the
+    /// fourth derivative.
     fourth: Vec<f64>,
-    /// Ranges of the Taylor coefficients over so many pieces that follow one another.
+    /// Ranges of the Taylor coefficients over blocks of [`BLOCK`] consecutive pieces.
     blocks: Vec<Series<Interval, BLOCK_ORDERS>>,
 }
 
-/// Pieces in a block: ranges over long intervals look at blocks in place of pieces.
+/// Number of pieces in a block. Ranges over long intervals use blocks instead of pieces.
 const BLOCK: usize = 32;
-/// Taylor coefficients that are asked for, at most.
+/// Maximum number of Taylor coefficients that blocks store.
 const BLOCK_ORDERS: usize = 5;
 
-/// What is known of the first end.
+/// Condition at the first end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Start {
-    /// Nothing.
+    /// No condition.
     Free,
-    /// The function is even there: its slope is zero.
+    /// Zero slope: the function is even there.
     Even,
 }
 
 impl Spline {
-    /// Through at least two samples at ascending places.
+    /// Creates the spline through at least two samples at ascending places.
     pub(super) fn new(samples: &[[f64; 2]], start: Start) -> Result<Self, FieldError> {
         check(samples)?;
         let knots: Vec<f64> = samples.iter().map(|s| s[0]).collect();
@@ -60,7 +63,8 @@ impl Spline {
         Ok(spline)
     }
 
-    /// A range of the Taylor coefficients over whole pieces between two knots, the first and the last of which are given.
+    /// Returns a range of the Taylor coefficients over whole pieces, from the `first` to the
+    /// `last`.
     fn pieces<const K: usize>(&self, first: usize, last: usize) -> Series<Interval, K> {
         let piece = |k: usize| {
             let (low, high) = (self.knots[k - 1], self.knots[k]);
@@ -70,7 +74,7 @@ impl Spline {
         (first + 1..=last).fold(piece(first), |all, k| union(&all, &piece(k)))
     }
 
-    /// The values at the samples.
+    /// Returns the values at the samples.
     pub(super) fn values(&self) -> impl Iterator<Item = f64> {
         self.cubics[1..].iter().map(|cubic| cubic[0])
     }
@@ -80,7 +84,8 @@ impl Spline {
         4 * self.cubics.len()
     }
 
-    /// Adds derivatives by the coefficients, given those by the value and by the slope at a place.
+    /// Adds derivatives with respect to the coefficients, given the derivatives with respect to
+    /// value and slope at a place.
     pub(super) fn add_coefficient_derivative(
         &self,
         u: f64,
@@ -95,12 +100,14 @@ impl Spline {
         }
     }
 
-    /// Changes of coefficients from those of the values, on which they depend linearly.
+    /// Converts changes of the values to changes of the coefficients, which depend on the values
+    /// linearly.
     pub(super) fn coefficient_change(&self, values: &[f64]) -> Vec<f64> {
         cubics(&self.knots, values, self.start).into_flattened()
     }
 
-    /// The transpose: derivatives by the values from those by the coefficients.
+    /// Converts derivatives with respect to the coefficients to derivatives with respect to the
+    /// values: the transpose of `coefficient_change`.
     pub(super) fn value_derivative(&self, by_coefficients: &[f64]) -> Vec<f64> {
         let mut unit = vec![0.0; self.knots.len()];
         let mut found = Vec::new();
@@ -114,17 +121,17 @@ impl Spline {
         found
     }
 
-    /// Number of the piece that holds a place.
+    /// Returns the index of the piece that contains a place.
     fn piece(&self, u: f64) -> usize {
         self.knots.partition_point(|knot| *knot <= u)
     }
 
-    /// Where the cubic of a piece is developed.
+    /// Returns the place about which the cubic of a piece is expanded.
     fn origin(&self, piece: usize) -> f64 {
         self.knots[piece.saturating_sub(1)]
     }
 
-    /// The Taylor coefficients at a place.
+    /// Returns the Taylor coefficients at a place.
     #[inline]
     pub(super) fn at<const K: usize>(&self, u: f64) -> Series<f64, K> {
         let piece = self.piece(u);
@@ -132,7 +139,7 @@ impl Spline {
         horner(t, self.cubics[piece])
     }
 
-    /// A range of the Taylor coefficients over an interval.
+    /// Returns a range of the Taylor coefficients over an interval.
     pub(super) fn over<const K: usize>(&self, u: Interval) -> Series<Interval, K> {
         let (first, last) = (self.piece(u.low), self.piece(u.high));
         let of = |piece: usize| {
@@ -173,10 +180,10 @@ impl Spline {
         all
     }
 
-    /// What stands for the largest fourth derivative over an interval.
+    /// Estimates the largest fourth derivative over an interval.
     pub(super) fn fourth(&self, u: Interval) -> f64 {
         let (first, last) = (self.piece(u.low), self.piece(u.high));
-        // The knots of all pieces that are touched.
+        // Take the knots of all pieces that the interval touches.
         let (from, to) = (first.saturating_sub(1), (last + 1).min(self.fourth.len()));
         self.fourth[from..to].iter().copied().fold(0.0, f64::max)
     }
@@ -189,7 +196,7 @@ impl Spline {
     }
 }
 
-/// The cubics through values at knots.
+/// Returns the cubics through values at knots.
 fn cubics(knots: &[f64], values: &[f64], start: Start) -> Vec<[f64; 4]> {
     let bends = second_derivatives(knots, values, start);
     let mut cubics = vec![[0.0; 4]];
@@ -200,10 +207,10 @@ fn cubics(knots: &[f64], values: &[f64], start: Start) -> Vec<[f64; 4]> {
         cubics.push([values[i], slope, 0.5 * m, (next - m) / (6.0 * h)]);
     }
     if start == Start::Even {
-        // Free of rounding, lest there be a kink.
+        // Set the slope exactly, so that rounding leaves no kink.
         cubics[1][1] = 0.0;
     }
-    // Beyond both ends with the value, slope and bend there.
+    // Continue beyond both ends with the value, slope and second derivative there.
     let [a, b, c, d] = cubics[knots.len() - 1];
     let h = knots[knots.len() - 1] - knots[knots.len() - 2];
     let slope = b + h * (2.0 * c + h * 3.0 * d);
@@ -218,7 +225,7 @@ fn union<const K: usize>(a: &Series<Interval, K>, b: &Series<Interval, K>) -> Se
     Series(std::array::from_fn(|k| a.0[k].union(b.0[k])))
 }
 
-/// a + bt + ct² + dt³.
+/// Returns a + bt + ct² + dt³.
 #[inline(always)]
 fn horner<N: Number>(t: N, [a, b, c, d]: [f64; 4]) -> N {
     let inner = t.times(d).plus(c);
@@ -249,12 +256,13 @@ fn check(samples: &[[f64; 2]]) -> Result<(), FieldError> {
     }
 }
 
-/// Second derivatives at the knots, by one tridiagonal solve.
+/// Computes second derivatives at the knots, by one tridiagonal solve.
 fn second_derivatives(knots: &[f64], values: &[f64], start: Start) -> Vec<f64> {
     let n = knots.len();
     let h = |i: usize| knots[i + 1] - knots[i];
     let secant = |i: usize| (values[i + 1] - values[i]) / h(i);
-    // Three samples have no inner knot to spare: the parabola through them; two the line.
+    // Use a parabola through three samples and a line through two: there are too few inner knots
+    // for the end conditions.
     let free = n > 3;
     let (mut diagonal, mut upper, mut right) = (vec![1.0; n], vec![0.0; n], vec![0.0; n]);
     let mut lower = vec![0.0; n];
@@ -264,7 +272,7 @@ fn second_derivatives(knots: &[f64], values: &[f64], start: Start) -> Vec<f64> {
         upper[i] = h(i);
         right[i] = 6.0 * (secant(i) - secant(i - 1));
     }
-    // The ends: m₀ = m₁ + (m₁ − m₂)h₀/h₁ is put into the equation of the first inner knot.
+    // Insert the end condition m₀ = m₁ + (m₁ − m₂)h₀/h₁ into the equation of the first inner knot.
     let even = start == Start::Even;
     if even {
         (diagonal[0], upper[0], right[0]) = (2.0 * h(0), h(0), 6.0 * secant(0));
@@ -281,7 +289,7 @@ fn second_derivatives(knots: &[f64], values: &[f64], start: Start) -> Vec<f64> {
         lower[n - 2] -= a * a / b;
         upper[n - 2] = 0.0;
     } else if even {
-        // Two samples: a parabola.
+        // Use a parabola through two samples.
         lower[1] = -1.0;
     }
     let mut m = solve(&lower, diagonal, &upper, right);
@@ -298,7 +306,8 @@ fn second_derivatives(knots: &[f64], values: &[f64], start: Start) -> Vec<f64> {
     m
 }
 
-/// The solution of a tridiagonal system without pivots: its matrix is diagonally dominant, or nearly so at the ends.
+/// Solves a tridiagonal system without pivoting: its matrix is diagonally dominant, or nearly so at
+/// the ends.
 fn solve(lower: &[f64], mut diagonal: Vec<f64>, upper: &[f64], mut right: Vec<f64>) -> Vec<f64> {
     let n = right.len();
     for i in 1..n {
@@ -322,8 +331,8 @@ mod tests {
         Spline::new(&samples, start).unwrap()
     }
 
-    /// Ranges over many pieces are those of the values in them, however the interval begins and ends; and no wider than by what pieces
-    /// are bounded with.
+    /// Ranges over many pieces contain all values in them, for any ends of the interval, and exceed
+    /// them by no more than the bounds of single pieces do.
     #[test]
     fn ranges_over_many_pieces_hold_all_values() {
         let places: Vec<f64> = (0..200).map(f64::from).collect();
@@ -338,7 +347,8 @@ mod tests {
             (7.0, 7.5),
         ] {
             let range = spline.over::<3>(Interval::new(low, high));
-            // What interval arithmetic adds to c₀ + t (c₁ + t c₂) over a part t of a piece: t² |f″|/2 at most, and so for derivatives.
+            // Excess of interval arithmetic in c₀ + t (c₁ + t c₂) over a part t of a piece: at most
+            // t² |f″|/2, and correspondingly for derivatives.
             let excess = |k: i32| 0.5 * (high - low).min(1.0).powi(2) * 0.13f64.powi(k + 2);
             let mut seen = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
             for i in 0..=20_000 {
@@ -361,7 +371,7 @@ mod tests {
         }
     }
 
-    /// Cubics, and parabolas and lines by as many samples as they need, are reproduced.
+    /// Cubics are reproduced; so are parabolas and lines, from as many samples as determine them.
     #[test]
     fn polynomials_are_reproduced() {
         let places = [0.0, 0.3, 0.7, 1.5, 2.0, 2.2, 4.0];
@@ -390,7 +400,8 @@ mod tests {
         }
     }
 
-    /// Value, slope and bend are continuous at all knots, the ends included; slopes are zero where they should.
+    /// Value, slope and second derivative are continuous at all knots, the ends included; slopes
+    /// are zero where required.
     #[test]
     fn splines_are_smooth() {
         let places = [0.0, 0.4, 0.5, 1.3, 2.0, 3.5];
@@ -411,7 +422,7 @@ mod tests {
         }
     }
 
-    /// Fourth order, the ends included.
+    /// Errors are of fourth order, also at the ends.
     #[test]
     fn errors_fall_with_the_fourth_power() {
         let error = |count: i32| {

@@ -1,6 +1,7 @@
-//! Length scales of fields that are known by bounds of their derivatives alone (docs/theory.md#formulas).
+//! Length scales of fields for which only bounds of derivatives are known
+//! (docs/theory.md#formulas).
 
-/// Bounds of the derivatives of n² over a region: of |∇n²|, of the eigenvalues of Hess n², and of fourth derivatives.
+/// Bounds over a region of |∇n²|, of the eigenvalues of Hess n², and of fourth derivatives of n².
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Steepness {
     pub first: f64,
@@ -8,19 +9,21 @@ pub(super) struct Steepness {
     pub fourth: f64,
 }
 
-/// Lengths are this many times those that make the fifth derivative of a ray by σ n⁵L⁻⁴: bounds over a ball of that radius
-/// are larger than what rays meet.
+/// Ratio of length scales to the length that makes the fifth derivative of a ray with respect to σ
+/// n⁵L⁻⁴. It exceeds one because bounds over a ball of this radius exceed the derivatives that rays
+/// meet.
 const FOURTH: f64 = 2.0;
-/// Doublings or halvings of a radius in the search for a length.
+/// Maximum number of steps that enlarge or shrink a radius in the search for a length.
 const MOST_STEPS: usize = 60;
-/// Bisections, until no bit changes.
+/// Number of bisections; enough that no bit changes.
 const BISECTIONS: usize = 60;
-/// No length is shorter, in scene units: where n² is not positive there are no rays.
+/// Smallest length, in scene units: where n² is not positive there are no rays.
 const LEAST: f64 = 1e-9;
 
 impl Steepness {
-    /// The length in which derivatives of this size change n² by no more than itself, or turn a ray by no more than
-    /// once, or make its fifth derivative by σ about n⁵L⁻⁴.
+    /// Length over which derivatives of this size change n² by at most its own value and turn a ray
+    /// by at most about one radian, and for which the fifth derivative of a ray with respect to σ
+    /// is about n⁵L⁻⁴: the smallest of the three.
     fn length(self, n2: f64) -> f64 {
         let ratio = |derivative: f64| match derivative {
             0.0 => f64::INFINITY,
@@ -32,9 +35,10 @@ impl Steepness {
     }
 }
 
-/// The length scale at a place with a value n²: the largest radius L about it within which derivatives allow L. `around` bounds
-/// them within a radius. Of two places a distance d apart, a ball about the one is within a ball about the other whose radius
-/// is larger by d, so that L is 1-Lipschitz.
+/// Length scale at a place with a value n²: the largest radius L about the place for which the
+/// derivatives within L allow the length L. `around` bounds the derivatives within a radius. For
+/// two places at a distance d, a ball about one place lies within a ball about the other place with
+/// a radius larger by d, so that L is 1-Lipschitz.
 pub(super) fn length_at(n2: f64, around: impl Fn(f64) -> Steepness) -> f64 {
     let allows = |radius: f64| around(radius).length(n2) >= radius;
     let (mut low, mut high) = (0.0, 1.0);
@@ -66,8 +70,8 @@ pub(super) fn length_at(n2: f64, around: impl Fn(f64) -> Steepness) -> f64 {
     low.max(LEAST)
 }
 
-/// A length that is at most the length scale anywhere in a region with values n² of at least `n2`, between `least` and `most`.
-/// `around` bounds derivatives within a radius around the region.
+/// Length that is at most the length scale anywhere in a region with values n² of at least `n2`,
+/// between `least` and `most`. `around` bounds derivatives within a radius around the region.
 pub(super) fn length_within(
     n2: f64,
     [least, most]: [f64; 2],

@@ -5,9 +5,9 @@ use super::{Field, Jet};
 use crate::bounds::{Aabb, FieldBounds};
 use glam::DVec3;
 
-/// n²(x) = n_ref² + Σ (n_i²(x) − n_ref²): perturbations of a common background n_ref.
+/// Squared index n²(x) = n_ref² + Σ (n_i²(x) − n_ref²): perturbations of a common background n_ref.
 ///
-/// It is n², not n, that adds up, so that bounds and derivatives do too.
+/// n² is added, not n, so that bounds and derivatives add up too.
 #[derive(Clone, Debug)]
 pub struct Sum {
     n2_ref: f64,
@@ -19,11 +19,11 @@ impl Sum {
         self.terms.iter().map(Field::memory).sum()
     }
 
-    /// The superposition of `terms`, each a perturbation of the index `n_ref` > 0.
+    /// Creates the superposition of `terms`, each a perturbation of the index `n_ref` > 0.
     ///
     /// # Errors
     ///
-    /// An index of reference that is not positive and finite.
+    /// A reference index that is not positive and finite.
     pub fn new(n_ref: f64, terms: Vec<Field>) -> Result<Self, FieldError> {
         let n_ref = positive("refractive index of reference", n_ref)?;
         Ok(Sum {
@@ -32,17 +32,17 @@ impl Sum {
         })
     }
 
-    /// n_ref.
+    /// Returns n_ref.
     pub(super) fn reference(&self) -> f64 {
         self.n2_ref.sqrt()
     }
 
-    /// The terms.
+    /// Returns the terms.
     pub(super) fn terms(&self) -> impl Iterator<Item = &Field> {
         self.terms.iter()
     }
 
-    /// The same with other terms.
+    /// Returns a sum with `f` applied to each term.
     pub(super) fn map(&self, f: impl Fn(&Field) -> Field) -> Self {
         Sum {
             n2_ref: self.n2_ref,
@@ -75,7 +75,8 @@ impl Sum {
         })
     }
 
-    /// The extreme eigenvalues of a sum lie between the sums of the extreme ones (Weyl).
+    /// Computes bounds: the extreme eigenvalues of a sum lie between the sums of the extreme
+    /// eigenvalues (Weyl).
     pub(super) fn bounds(&self, region: &Aabb) -> FieldBounds {
         let start = FieldBounds::constant(self.n2_ref);
         self.terms.iter().fold(start, |sum, t| {
@@ -90,25 +91,25 @@ impl Sum {
         })
     }
 
-    /// The smallest of all.
+    /// Returns the smallest length scale of all terms.
     pub(super) fn length_scale(&self, x: DVec3) -> f64 {
         let terms = self.terms.iter();
         terms.fold(f64::INFINITY, |l, t| l.min(t.length_scale(x)))
     }
 
-    /// The smallest of all.
+    /// Returns the smallest length scale of all terms for a velocity.
     pub(super) fn step_scale(&self, x: DVec3, v: DVec3) -> f64 {
         let terms = self.terms.iter();
         terms.fold(f64::INFINITY, |l, t| l.min(t.step_scale(x, v)))
     }
 
-    /// As far as for all.
+    /// Returns the shortest homogeneous span of all terms.
     pub(super) fn homogeneous_span(&self, x: DVec3, v: DVec3) -> f64 {
         let terms = self.terms.iter();
         terms.fold(f64::INFINITY, |span, t| span.min(t.homogeneous_span(x, v)))
     }
 
-    /// The shortest of all.
+    /// Returns the shortest resolved span of all terms.
     pub(super) fn resolved_span(&self, x: DVec3, v: DVec3) -> f64 {
         let terms = self.terms.iter();
         terms.fold(f64::INFINITY, |span, t| span.min(t.resolved_span(x, v)))

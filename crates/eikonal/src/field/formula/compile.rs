@@ -1,4 +1,5 @@
-//! From the tree of a formula to its program: names get their values, and what the formula depends on is found out.
+//! Compiler from the tree of a formula to its program: resolves names, and determines which inputs
+//! the formula depends on.
 
 use super::error::{FormulaError, FormulaErrorKind as Kind};
 use super::function::{Function, NAMED};
@@ -12,7 +13,7 @@ use std::f64::consts::PI;
 
 /// Functions of two arguments.
 const BINARY: [&str; 2] = ["pow", "atan2"];
-/// Functions that rays cannot pass, and what takes their place.
+/// Functions that are not smooth, so that rays cannot pass, with advice on replacements.
 const NOT_SMOOTH: [(&str, &str); 10] = [
     ("abs", "sqrt(u^2 + a^2) rounds the kink off over a length a"),
     ("min", "use a smooth transition, such as one with tanh"),
@@ -32,7 +33,7 @@ const NOT_SMOOTH: [(&str, &str); 10] = [
     ("clamp", "use a smooth transition, such as one with tanh"),
 ];
 
-/// What becomes of a text.
+/// Result of compiling a text.
 pub(super) struct Compiled {
     pub program: Program,
     pub domain: Domain,
@@ -41,7 +42,7 @@ pub(super) struct Compiled {
     pub free: Option<Program>,
 }
 
-/// All names that have a meaning.
+/// Returns all names that have a meaning.
 pub(super) fn names() -> impl Iterator<Item = &'static str> {
     let coordinates = Coordinate::ALL.into_iter().map(|(name, _)| name);
     let functions = NAMED.into_iter().map(|(name, _)| name);
@@ -94,7 +95,8 @@ fn inputs(domain: Domain) -> usize {
     if domain == Domain::Space { 3 } else { 1 }
 }
 
-/// The program with parameters as further inputs; `None` without any, or if registers do not suffice.
+/// Returns the program with parameters as further inputs; `None` without parameters, or if there
+/// are too few registers.
 fn free(tree: &Expr, quantity: Quantity, fixed: &Compiler, parameters: &[&str]) -> Option<Program> {
     if parameters.is_empty() {
         return None;
@@ -128,7 +130,7 @@ fn check(parameters: &[(&str, f64)]) -> Result<(), Kind> {
     Ok(())
 }
 
-/// The names that a tree holds, but for those of functions.
+/// Collects the names in a tree, except names of functions.
 fn collect<'a>(tree: &'a Expr, found: &mut BTreeSet<&'a str>) {
     match &tree.kind {
         ExprKind::Number(_) => {}
@@ -149,12 +151,12 @@ struct Compiler<'a> {
     graph: Graph,
     domain: Domain,
     parameters: &'a [(&'a str, f64)],
-    /// Parameters that are inputs, in place of their values.
+    /// Parameters that are inputs instead of constants.
     free: Vec<&'a str>,
 }
 
 impl Compiler<'_> {
-    /// The node of n².
+    /// Returns the node of n².
     fn square(&mut self, tree: &Expr, quantity: Quantity) -> Result<Id, FormulaError> {
         let value = self.node(tree)?;
         Ok(match quantity {
@@ -163,7 +165,7 @@ impl Compiler<'_> {
         })
     }
 
-    /// The node of a part of the tree with the values of all parameters.
+    /// Returns the node of a part of the tree, with the values of all parameters as constants.
     fn fixed(&mut self, tree: &Expr) -> Result<Id, FormulaError> {
         let free = std::mem::take(&mut self.free);
         let id = self.node(tree);
@@ -171,8 +173,9 @@ impl Compiler<'_> {
         id
     }
 
-    /// A power. A number in an exponent, when it is an input, leaves the power as it is and turns it by a factor: so negative bases keep
-    /// their whole powers.
+    /// Returns the node of a power. If a parameter in the exponent is an input, the power with the
+    /// parameter's value is multiplied by a factor for the change of the exponent. Negative bases
+    /// thus keep their integer powers.
     fn power(&mut self, base: Id, exponent: &Expr) -> Result<Id, FormulaError> {
         let at = |kind| FormulaError {
             kind,
@@ -191,7 +194,7 @@ impl Compiler<'_> {
         Ok(self.graph.mul(power, factor))
     }
 
-    /// The node of a part of the tree.
+    /// Returns the node of a part of the tree.
     fn node(&mut self, tree: &Expr) -> Result<Id, FormulaError> {
         let at = |kind| FormulaError {
             kind,
@@ -273,7 +276,7 @@ impl Compiler<'_> {
         }
     }
 
-    /// Whether a function takes so many arguments.
+    /// Checks that a function exists and takes `found` arguments.
     fn known(&self, name: &str, found: usize) -> Result<(), Kind> {
         let name = name.to_owned();
         let not_smooth = NOT_SMOOTH.iter().find(|(known, _)| *known == name);

@@ -1,4 +1,4 @@
-//! The functions of one argument that formulas know.
+//! Functions of one argument in formulas.
 
 /// A smooth function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -18,7 +18,7 @@ pub(in crate::field) enum Function {
     Erf,
 }
 
-/// Names in formulas.
+/// Names of the functions in formulas.
 pub(super) const NAMED: [(&str, Function); 13] = [
     ("sqrt", Function::Sqrt),
     ("exp", Function::Exp),

@@ -1,4 +1,5 @@
-//! Formulas as graphs: equal parts are shared, constants folded, and powers of whole numbers multiplied.
+//! Formulas as graphs: equal parts are shared, constants are folded, and integer powers are
+//! multiplied out.
 
 use super::error::FormulaErrorKind;
 use super::function::Function;
@@ -20,7 +21,7 @@ impl Bits {
     }
 }
 
-/// Place of a node; arguments come before what uses them.
+/// Index of a node; arguments come before the nodes that use them.
 pub(super) type Id = usize;
 
 /// A value of a formula.
@@ -34,7 +35,7 @@ pub(super) enum Node {
     Div(Id, Id),
     Square(Id),
     SignedSquare(Id),
-    /// The first times the second, plus the third.
+    /// First argument times the second, plus the third.
     Affine(Id, Bits, Bits),
     IntegerPower(Id, i32),
     RealPower(Id, Bits),
@@ -43,7 +44,7 @@ pub(super) enum Node {
 }
 
 impl Node {
-    /// The nodes that it needs.
+    /// Returns the arguments of the node.
     pub(super) fn arguments(self) -> [Option<Id>; 2] {
         match self {
             Node::Constant(_) | Node::Input(_) => [None; 2],
@@ -57,15 +58,15 @@ impl Node {
     }
 }
 
-/// Whole exponents at most.
+/// Largest integer exponent.
 const LARGEST_EXPONENT: f64 = 1024.0;
 
-/// Nodes, each once.
+/// Nodes without duplicates.
 #[derive(Debug, Default)]
 pub(super) struct Graph {
     nodes: Vec<Node>,
     known: HashMap<Node, Id>,
-    /// Distances, and their squares, which are polynomials and therefore smooth.
+    /// Distances with their squares, which are polynomials and therefore smooth.
     distances: Vec<(Id, Id)>,
 }
 
@@ -93,7 +94,7 @@ impl Graph {
         self.push(Node::Input(index))
     }
 
-    /// The value of a node that does not depend on inputs.
+    /// Returns the value of a node that does not depend on inputs.
     pub(super) fn value(&self, id: Id) -> Option<f64> {
         match self.nodes[id] {
             Node::Constant(bits) => Some(bits.value()),
@@ -101,7 +102,7 @@ impl Graph {
         }
     }
 
-    /// The square root of a sum of squares of inputs.
+    /// Returns the square root of a sum of squares of inputs.
     pub(super) fn distance(&mut self, inputs: impl IntoIterator<Item = usize>) -> Id {
         let squares = inputs.into_iter().map(|i| {
             let x = self.input(i);
@@ -151,7 +152,8 @@ impl Graph {
         }
     }
 
-    /// Factors are drawn together, but not over a constant that is added: differences of large numbers keep their digits.
+    /// Multiplies by a constant. Factors are combined, but not across an added constant, so that
+    /// differences of large numbers keep their digits.
     pub(super) fn times(&mut self, a: Id, c: f64) -> Id {
         match self.nodes[a] {
             Node::Constant(value) => self.constant(value.value() * c),
@@ -176,7 +178,7 @@ impl Graph {
     pub(super) fn div(&mut self, a: Id, b: Id) -> Id {
         match (self.value(a), self.value(b)) {
             (Some(a), Some(b)) => self.constant(a / b),
-            // The reciprocal of a constant is rounded once more, but multiplies faster.
+            // Multiply by the reciprocal of a constant: it is rounded once more, but faster.
             (None, Some(0.0)) => self.constant(f64::NAN),
             (None, Some(c)) if (1.0 / c).is_finite() => self.times(a, 1.0 / c),
             (Some(c), None) => {
@@ -187,7 +189,7 @@ impl Graph {
         }
     }
 
-    /// The square; that of a distance is a polynomial.
+    /// Returns the square; the square of a distance is a polynomial.
     pub(super) fn square(&mut self, a: Id) -> Id {
         if let Some(value) = self.value(a) {
             return self.constant(value * value);
@@ -203,7 +205,8 @@ impl Graph {
         }
     }
 
-    /// n² of an index n, negative where n is, so that no such place can pass for a medium.
+    /// Returns n² of an index n, with the sign of n, so that a negative index is not mistaken for a
+    /// medium.
     pub(super) fn signed_square(&mut self, a: Id) -> Id {
         match self.value(a) {
             Some(n) => self.constant(n * n.abs()),

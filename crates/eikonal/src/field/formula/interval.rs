@@ -1,31 +1,32 @@
-//! Arithmetic of intervals: every result holds what each choice of numbers in the arguments gives, rounding included
-//! (docs/theory.md#formulas).
+//! Interval arithmetic: every result contains the values for all choices of numbers in the
+//! arguments, rounding included (docs/theory.md#formulas).
 
 use super::real::Real;
 use crate::bounds::mul;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// The numbers from `low` to `high`; all of them where nothing is known, or where a function has no value.
+/// Numbers from `low` to `high`. The interval contains all numbers if nothing is known, or if a
+/// function has no value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::field) struct Interval {
     pub low: f64,
     pub high: f64,
 }
 
-/// Arguments of this size have lost their place in the period of a wave.
+/// Size of arguments whose phase in a period is lost to rounding.
 const LOST: f64 = 1e9;
-/// Share of an argument by which the place of an extremum may be missed.
+/// Relative error of an argument within which an extremum may be missed.
 const NEAR: f64 = 1e-12;
 
 impl Interval {
-    /// Everything.
+    /// Interval of all numbers.
     pub(in crate::field) const ALL: Interval = Interval {
         low: f64::NEG_INFINITY,
         high: f64::INFINITY,
     };
 
-    /// From `low` to `high`; everything if either is no number.
+    /// Creates the interval from `low` to `high`; all numbers if either is NaN.
     pub(in crate::field) fn new(low: f64, high: f64) -> Self {
         if low.is_nan() || high.is_nan() {
             Interval::ALL
@@ -34,14 +35,15 @@ impl Interval {
         }
     }
 
-    /// The same, widened by how far sums, products and roots may be rounded.
+    /// Creates an interval, widened by the rounding of sums, products and roots.
     fn rounded(low: f64, high: f64) -> Self {
         let down = if low == 0.0 { 0.0 } else { low.next_down() };
         let up = if high == 0.0 { 0.0 } else { high.next_up() };
         Interval::new(down, up)
     }
 
-    /// The same, widened by the errors of other functions: a few units in the last place.
+    /// Creates an interval, widened by the errors of other functions: a few units in the last
+    /// place.
     fn computed(low: f64, high: f64) -> Self {
         let error = |v: f64| {
             if v.is_finite() {
@@ -53,7 +55,8 @@ impl Interval {
         Interval::new(low - error(low), high + error(high))
     }
 
-    /// What both hold. Both are known to hold the result, so that nothing but rounding can leave it empty.
+    /// Returns the intersection. Both intervals must contain the result, so that only rounding can
+    /// make the intersection empty.
     pub(in crate::field) fn intersection(self, other: Self) -> Self {
         let (low, high) = (self.low.max(other.low), self.high.min(other.high));
         if low <= high {
@@ -63,32 +66,32 @@ impl Interval {
         }
     }
 
-    /// The smallest interval around both.
+    /// Returns the smallest interval around both.
     pub(in crate::field) fn union(self, other: Self) -> Self {
         Interval::new(self.low.min(other.low), self.high.max(other.high))
     }
 
-    /// The largest absolute value.
+    /// Returns the largest absolute value.
     pub(in crate::field) fn magnitude(self) -> f64 {
         self.low.abs().max(self.high.abs())
     }
 
-    /// Whether it holds a number.
+    /// True if the interval contains a number.
     pub(in crate::field) fn contains(self, v: f64) -> bool {
         self.low <= v && v <= self.high
     }
 
-    /// The range of an increasing function.
+    /// Returns the range of an increasing function.
     fn increasing(self, f: impl Fn(f64) -> f64) -> Self {
         Interval::computed(f(self.low), f(self.high))
     }
 
-    /// Bounded to what the function's values can be.
+    /// Restricts the interval to the possible values of a function.
     fn within(self, low: f64, high: f64) -> Self {
         Interval::new(self.low.max(low), self.high.min(high))
     }
 
-    /// The range of cos(x − `at`).
+    /// Returns the range of cos(x − `at`).
     fn wave(self, at: f64, f: impl Fn(f64) -> f64) -> Self {
         let largest = self.magnitude();
         if self.high - self.low >= TAU || largest > LOST {
@@ -258,7 +261,7 @@ impl Real for Interval {
         self.increasing(libm::erf).within(-1.0, 1.0)
     }
 
-    /// Extreme at corners, unless the box touches the negative x axis.
+    /// Takes extrema at the corners, unless the box touches the negative x axis.
     fn atan2(self, x: Self) -> Self {
         if self.is_cut(x) {
             return Interval::computed(-PI, PI);
@@ -274,7 +277,7 @@ impl Real for Interval {
 }
 
 impl Interval {
-    /// Everything, unless it is `valid`.
+    /// Returns all numbers, unless `valid` is true.
     fn valid(self, valid: bool) -> Self {
         if valid { self } else { Interval::ALL }
     }

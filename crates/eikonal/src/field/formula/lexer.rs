@@ -1,27 +1,27 @@
-//! Words of a formula.
+//! Tokens of a formula.
 
 use super::error::{FormulaError, FormulaErrorKind};
 use std::ops::Range;
 
-/// A word.
+/// Token of a formula.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Token {
     Number(f64),
     Name(String),
-    /// One of + − * / ^ ( ) and the comma.
+    /// Symbol + − * / ^ ( ) or the comma.
     Symbol(char),
     End,
 }
 
-/// A word and its place.
+/// A token and its place.
 pub(super) type Placed = (Token, Range<usize>);
 
-/// Signs as books print them.
+/// Operators as printed in books, and their plain forms.
 const PRINTED: [(char, char); 5] = [('−', '-'), ('·', '*'), ('×', '*'), ('⋅', '*'), ('÷', '/')];
-/// Letters as books print them.
+/// Letters as printed in books, and their names.
 const LETTERS: [(char, &str); 2] = [('π', "pi"), ('ρ', "rho")];
 
-/// All words; the last is the end.
+/// Splits a text into tokens; the last token is the end.
 pub(super) fn words(text: &str) -> Result<Vec<Placed>, FormulaError> {
     let mut words = Vec::new();
     let mut at = 0;
@@ -53,7 +53,8 @@ pub(super) fn words(text: &str) -> Result<Vec<Placed>, FormulaError> {
     Ok(words)
 }
 
-/// Whether a parameter may be called so: letters, digits and underscores, a letter first.
+/// True if the text is a valid name of a parameter: letters, digits and underscores, not starting
+/// with a digit.
 pub(super) fn is_name(text: &str) -> bool {
     let (token, length) = name(text);
     length == text.len()
@@ -68,7 +69,7 @@ fn name(text: &str) -> (Token, usize) {
     (Token::Name(text[..length].to_owned()), length)
 }
 
-/// Digits with a point and an exponent, if there are any.
+/// Reads digits with an optional point and exponent.
 fn number(text: &str, at: usize) -> Result<(Token, usize), FormulaError> {
     let rest = &text.as_bytes()[at..];
     let digits = |from: usize| {

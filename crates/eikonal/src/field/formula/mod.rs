@@ -1,5 +1,5 @@
-//! Formulas of the index in coordinates: parsed, compiled, and evaluated with derivatives, for points and for boxes
-//! (docs/theory.md#formulas).
+//! Formulas of the index in coordinates: parser, compiler, and evaluation with derivatives, for
+//! points and for boxes (docs/theory.md#formulas).
 
 mod compile;
 mod error;
@@ -25,32 +25,32 @@ pub(super) use spatial::{GRADIENT, HESSIAN, Spatial, VALUE};
 
 use compile::Compiled;
 
-/// What a formula gives.
+/// Quantity that a formula computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
-    /// The index n.
+    /// Index n.
     Index,
-    /// Its square n².
+    /// Squared index n².
     SquaredIndex,
 }
 
-/// A coordinate by which an index may vary.
+/// A coordinate with which an index may vary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Coordinate {
-    /// x.
+    /// Cartesian coordinate x.
     X,
-    /// y.
+    /// Cartesian coordinate y.
     Y,
-    /// z.
+    /// Cartesian coordinate z.
     Z,
-    /// r, the distance from the origin.
+    /// Distance r from the origin.
     R,
-    /// ρ, the distance from the z axis.
+    /// Distance ρ from the z axis.
     Rho,
 }
 
 impl Coordinate {
-    /// All of them, with their names in formulas.
+    /// All coordinates, with their names in formulas.
     pub const ALL: [(&'static str, Coordinate); 5] = [
         ("x", Coordinate::X),
         ("y", Coordinate::Y),
@@ -79,37 +79,39 @@ pub(in crate::field) struct Free {
 }
 
 impl Free {
-    /// Names and values of the parameters.
+    /// Returns names and values of the parameters.
     pub(in crate::field) fn parameters(&self) -> impl Iterator<Item = (&str, f64)> {
         let names = self.names.iter().map(String::as_str);
         names.zip(self.values.iter().copied())
     }
 
-    /// The values of the parameters.
+    /// Returns the values of the parameters.
     pub(in crate::field) fn values(&self) -> &[f64] {
         &self.values
     }
 
-    /// n² by coordinates and parameters.
+    /// Evaluates n² from coordinates and parameters.
     pub(in crate::field) fn run<N: Number>(&self, coordinates: &[N], parameters: &[N]) -> N {
         self.program.run_slice(&[coordinates, parameters].concat())
     }
 }
 
-/// The inputs of a program.
+/// Coordinate inputs of a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Domain {
-    /// One coordinate, which is all that it depends on.
+    /// A single coordinate, the only one that the formula depends on.
     Line(Coordinate),
-    /// x, y and z.
+    /// Coordinates x, y and z.
     Space,
 }
 
 impl Formula {
-    /// The formula that a text gives of a quantity, in `x`, `y`, `z`, `r`, `rho`, `pi` and parameters: names and values.
+    /// Parses a formula for a quantity, in `x`, `y`, `z`, `r`, `rho`, `pi` and parameters, given by
+    /// names and values.
     ///
     /// # Errors
-    /// What is wrong with it, and where.
+    ///
+    /// The error in the text, and its place.
     ///
     /// ```
     /// use morgana_eikonal::field::{Formula, Quantity};
@@ -150,17 +152,17 @@ impl Formula {
         })
     }
 
-    /// n² of a formula that depends on no coordinate.
+    /// Returns n² of a formula that depends on no coordinate.
     pub(super) fn constant(&self) -> Option<f64> {
         self.constant
     }
 
-    /// Whether the value of a parameter counts.
+    /// True if the formula uses the parameter.
     pub fn uses(&self, parameter: &str) -> bool {
         self.used.iter().any(|name| name == parameter)
     }
 
-    /// What formulas know besides parameters: coordinates, constants and functions.
+    /// Returns the built-in names of formulas: coordinates, constants and functions.
     pub fn names() -> impl Iterator<Item = &'static str> {
         compile::names()
     }

@@ -1,4 +1,4 @@
-//! What a program of a formula computes with: values that carry derivatives along.
+//! Numbers of formula programs: values that carry derivatives.
 
 use super::function::Function;
 
@@ -22,12 +22,12 @@ pub(in crate::field) trait Number: Copy {
     fn plus(self, constant: f64) -> Self;
     /// The product with a constant.
     fn times(self, constant: f64) -> Self;
-    /// A power of a whole number, of either sign.
+    /// Integer power, of either sign.
     fn integer_power(&self, k: i32) -> Self;
-    /// Another power, of what is positive.
+    /// Real power of a positive value.
     fn real_power(&self, p: f64) -> Self;
-    /// A function of it.
+    /// Value of a function.
     fn apply(&self, function: Function) -> Self;
-    /// The angle of the point (`x`, `self`).
+    /// Angle of the point (`x`, `self`).
     fn atan2(&self, x: &Self) -> Self;
 }

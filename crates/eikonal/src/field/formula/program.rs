@@ -1,14 +1,14 @@
-//! Graphs as programs of a few registers, which run without allocation.
+//! Programs of graphs: instructions on a few registers, which run without allocation.
 
 use super::error::FormulaErrorKind;
 use super::function::Function;
 use super::graph::{Graph, Id, Node};
 use super::number::Number;
 
-/// Registers of small programs, and of large ones: powers of two.
+/// Numbers of registers of small and of large programs: powers of two.
 const REGISTERS: [usize; 2] = [8, 64];
 
-/// An operation; its operands are numbers of registers, besides that of the instruction.
+/// An operation. Its operands are register numbers, in addition to the register of the instruction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Operation {
     Constant(f64),
@@ -25,7 +25,7 @@ enum Operation {
     Atan2(u8),
 }
 
-/// What is done to register `from`, and where the result goes.
+/// An operation on the register `from`, with the result in the register `to`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Instruction {
     operation: Operation,
@@ -33,7 +33,7 @@ struct Instruction {
     to: u8,
 }
 
-/// A formula, ready to be evaluated. The first registers hold the inputs.
+/// Program of a formula, ready to be evaluated. The first registers hold the inputs.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::field) struct Program {
     instructions: Vec<Instruction>,
@@ -42,7 +42,7 @@ pub(in crate::field) struct Program {
 }
 
 impl Program {
-    /// The program of a node of a graph with so many inputs.
+    /// Compiles the program of a node of a graph with `inputs` inputs.
     pub(super) fn new(graph: &Graph, root: Id, inputs: usize) -> Result<Self, FormulaErrorKind> {
         if inputs > REGISTERS[1] {
             return Err(FormulaErrorKind::TooComplicated);
@@ -92,7 +92,7 @@ impl Program {
         self.instructions.len()
     }
 
-    /// The value for given inputs.
+    /// Evaluates the program for the inputs.
     #[inline]
     pub(in crate::field) fn run<N: Number, const I: usize>(&self, inputs: [N; I]) -> N {
         if self.is_large {
@@ -107,7 +107,7 @@ impl Program {
         self.run_in::<N, I, { REGISTERS[1] }>(inputs)
     }
 
-    /// The same for any number of inputs, at least one.
+    /// Evaluates the program for any number of inputs, at least one.
     pub(in crate::field) fn run_slice<N: Number>(&self, inputs: &[N]) -> N {
         let mut registers = [inputs[0]; REGISTERS[1]];
         registers[..inputs.len()].copy_from_slice(inputs);
@@ -123,7 +123,7 @@ impl Program {
 
     #[inline(always)]
     fn run_on<N: Number, const R: usize>(&self, mut registers: [N; R]) -> N {
-        // The remainder shows the compiler that the register is there.
+        // Take the remainder, so that the compiler knows that the register exists.
         let at = |i: u8| usize::from(i) % R;
         for instruction in &self.instructions {
             let (a, to) = (at(instruction.from), at(instruction.to));
@@ -148,7 +148,7 @@ impl Program {
     }
 }
 
-/// Which register holds what, and which are free.
+/// Assignment of registers to nodes, and free registers.
 struct Allocation {
     of: Vec<u8>,
     free: Vec<u8>,
@@ -156,7 +156,7 @@ struct Allocation {
 }
 
 impl Allocation {
-    /// With the inputs in the first registers.
+    /// Creates an allocation with the inputs in the first registers.
     fn new(nodes: usize, inputs: usize) -> Self {
         Allocation {
             of: vec![0; nodes],
@@ -177,8 +177,8 @@ impl Allocation {
     }
 }
 
-/// The nodes that a node needs, each after its arguments, itself last. Of two arguments the one with more below it comes first,
-/// lest the other wait for it in a register.
+/// Orders the nodes that a node needs, each after its arguments, the node itself last. The argument
+/// with the higher subtree comes first, so that the other does not occupy a register meanwhile.
 fn order(graph: &Graph, root: Id) -> Vec<Id> {
     let mut height = vec![0; graph.len()];
     for id in 0..graph.len() {
@@ -205,10 +205,10 @@ fn order(graph: &Graph, root: Id) -> Vec<Id> {
     order
 }
 
-/// A node as an operation on registers.
+/// Translates a node to an operation on registers.
 fn translated(node: Node, of: &[u8]) -> (Operation, u8) {
     match node {
-        // Inputs are there.
+        // Inputs are in registers already.
         Node::Input(index) => (Operation::Affine(1.0, 0.0), index as u8),
         Node::Constant(value) => (Operation::Constant(value.value()), 0),
         Node::Add(a, b) => (Operation::Add(of[b]), of[a]),

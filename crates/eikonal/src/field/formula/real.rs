@@ -1,9 +1,9 @@
-//! What formulas are evaluated in: numbers, or intervals that hold all numbers of a range.
+//! Domains of evaluation of formulas: numbers, or intervals that contain all numbers of a range.
 
 use std::f64::consts::FRAC_2_SQRT_PI;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A number or an interval, with the functions that formulas know.
+/// A number or an interval, with the functions of formulas.
 pub(in crate::field) trait Real:
     Copy
     + Add<Output = Self>
@@ -14,22 +14,23 @@ pub(in crate::field) trait Real:
 {
     /// A constant.
     fn of(value: f64) -> Self;
-    /// The same, where a root or a quotient of it is taken: a zero that is known exactly becomes the least number
-    /// whose powers do not overflow, so that derivatives by the distance from a centre have their limits there.
+    /// Value for the argument of a root or a divisor. An exact zero becomes the smallest number
+    /// whose powers do not overflow, so that derivatives by the distance from a centre have their
+    /// limits there.
     fn off_zero(self) -> Self;
-    /// 1 or −1 with the sign of x.
+    /// Sign of x, 1 or −1.
     fn sign(self) -> Self;
-    /// x².
+    /// Square x².
     fn square(self) -> Self;
-    /// xᵏ.
+    /// Integer power xᵏ.
     fn integer_power(self, k: i32) -> Self;
-    /// xᵖ of x > 0.
+    /// Real power xᵖ of x > 0.
     fn real_power(self, p: f64) -> Self;
-    /// √x.
+    /// Square root √x.
     fn sqrt(self) -> Self;
-    /// eˣ.
+    /// Exponential eˣ.
     fn exp(self) -> Self;
-    /// ln x.
+    /// Logarithm ln x.
     fn ln(self) -> Self;
     /// sin x.
     fn sin(self) -> Self;
@@ -49,18 +50,18 @@ pub(in crate::field) trait Real:
     fn cosh(self) -> Self;
     /// tanh x.
     fn tanh(self) -> Self;
-    /// The error function.
+    /// Error function erf x.
     fn erf(self) -> Self;
-    /// The angle of the point (`x`, `self`), between −π and π.
+    /// Angle of the point (`x`, `self`), between −π and π.
     fn atan2(self, x: Self) -> Self;
-    /// Whether that angle may jump.
+    /// True if the angle of the point (`x`, `self`) may jump.
     fn is_cut(self, x: Self) -> bool;
 }
 
-/// 2/√π, the slope of erf at zero.
+/// Slope of erf at zero, 2/√π.
 pub(super) const ERF_SLOPE: f64 = FRAC_2_SQRT_PI;
 
-/// Squares of it divide without overflow.
+/// Replacement for zero, whose square divides without overflow.
 const LEAST: f64 = 1e-100;
 
 impl Real for f64 {
