@@ -151,13 +151,13 @@ impl Field {
     /// | `Selfoc` | n0, alpha, origin, direction (a unit vector) |
     /// | `Fisheye` | n0, center, radius |
     /// | `Gaussian` | n0, delta, center, width |
-    /// | `Acoustic` | n0, origin, direction, reference (unit vectors); of each mode amplitude, wave_number, phase, time_phase |
-    /// | `Bspline` | samples of n, (z, y, x), which the spline interpolates |
+    /// | `Acoustic` | n0, origin, direction, reference (unit vectors); for each mode amplitude, wave_number, phase, time_phase |
+    /// | `Bspline` | samples of n, (z, y, x), through which the spline passes |
     /// | `SampledSound` | n0; amplitude, (z, y, x, 2): real and imaginary parts, in index |
-    /// | `Expression`, `IndexProfile` | the numbers that the formula uses by names; or the samples of the table, in index |
-    /// | `Sum` | reference; those of its terms |
-    /// | `Affine` | those of the field within; to_world, (3, 4): matrix and translation |
-    /// | `Scaled` | those of the field within; factor |
+    /// | `Expression`, `IndexProfile` | named parameters that the formula uses; or the samples of the table, in index |
+    /// | `Sum` | reference; parameters of its terms |
+    /// | `Affine` | parameters of the transformed field; to_world, (3, 4): matrix and translation |
+    /// | `Scaled` | parameters of the unscaled field; factor |
     ///
     /// A formula that is too long for its parameters to fit into registers has none.
     pub fn parameters(&self) -> Vec<FieldParameter> {

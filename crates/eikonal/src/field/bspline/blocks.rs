@@ -1,33 +1,36 @@
-//! Bounds over blocks of cells, kept so that those over large boxes need not look at every coefficient.
+//! Bounds over blocks of cells, stored so that bounds over large boxes need not visit every
+//! coefficient.
 
 use super::Bspline;
 use super::lattice::PAD;
 use crate::bounds::FieldBounds;
 
-/// Cells of the smallest blocks along each axis; of larger grids so many more that [`FINEST`] blocks hold an axis.
+/// Smallest number of cells of a block along each axis. Blocks of larger grids have more cells, so
+/// that [`FINEST`] blocks cover an axis.
 const EDGE: usize = 8;
-/// Most of the smallest blocks along an axis, but for those outside.
+/// Maximum number of the smallest blocks along an axis, except blocks outside the samples.
 const FINEST: usize = 32;
-/// Blocks of cells outside the samples, at either end of each axis.
+/// Number of blocks of cells outside the samples, at either end of each axis.
 const OUTSIDE: usize = 2;
-/// Boxes of fewer cells are bounded exactly.
+/// Largest number of cells that are bounded exactly.
 const FEW: usize = 1000;
-/// Larger ones are put together of at most this many blocks along each axis: of the smallest that do.
+/// Maximum number of blocks along each axis in a union, which determines the size of the blocks.
 const MOST: usize = 16;
 
 /// A range of cells along each axis, both ends included.
 pub(super) type Cells = [[isize; 2]; 3];
 
-/// Blocks of several sizes, each twice the one before.
+/// Blocks of several sizes, each twice as large as the previous.
 #[derive(Clone, Debug)]
 pub(super) struct Blocks {
-    /// Samples of the grid.
+    /// Number of samples of the grid.
     samples: [usize; 3],
     levels: Vec<Level>,
 }
 
-/// Equal blocks of the cells between samples, x fastest. At both ends of each axis come two more: the
-/// first cell beyond, where the spline is continued, and those where the field bends to a constant.
+/// Equal blocks of the cells between samples, x fastest. At both ends of each axis there are two
+/// more: the first cell beyond, where the spline is continued, and the cells where the field bends
+/// to a constant.
 #[derive(Clone, Debug)]
 struct Level {
     edge: usize,
@@ -36,13 +39,13 @@ struct Level {
 }
 
 impl Blocks {
-    /// Whether a range of cells is so large that blocks pay.
+    /// True if a range of cells is so large that blocks pay off.
     pub(super) fn pay(cells: &Cells) -> bool {
         let count: usize = cells.iter().map(|[a, b]| (b - a + 1) as usize).product();
         count > FEW
     }
 
-    /// Of a grid.
+    /// Computes the blocks of a grid.
     pub(super) fn new(grid: &Bspline, samples: [usize; 3]) -> Self {
         let longest = samples.into_iter().max().unwrap_or(1);
         let edge = EDGE.max(longest.div_ceil(FINEST).next_power_of_two());
@@ -69,7 +72,7 @@ impl Blocks {
         Blocks { samples, levels }
     }
 
-    /// Bounds over a range of cells, and over what else is in their blocks.
+    /// Returns bounds over a range of cells, and over the rest of the blocks that contain them.
     pub(super) fn bounds(&self, cells: &Cells) -> Option<FieldBounds> {
         let span = |level: &Level| level.span(cells, self.samples);
         let fits = |level: &&Level| span(level).iter().all(|[a, b]| b - a < MOST);
@@ -95,7 +98,7 @@ impl Level {
         }
     }
 
-    /// Blocks of twice the size; those beyond the samples stay.
+    /// Merges blocks to twice the size; blocks beyond the samples stay.
     fn coarser(&self) -> Level {
         let dims = self
             .dims
@@ -117,7 +120,7 @@ impl Level {
         })
     }
 
-    /// The blocks that hold a range of cells, along each axis.
+    /// Returns the blocks that contain a range of cells, along each axis.
     fn span(&self, cells: &Cells, samples: [usize; 3]) -> [[usize; 2]; 3] {
         std::array::from_fn(|axis| {
             let (end, blocks) = (samples[axis] as isize - 1, self.dims[axis]);

@@ -1,7 +1,8 @@
 //! Conservative bounds of the spline over a box, from the convex hull of coefficients.
 //!
-//! A spline lies within the range of the coefficients that reach a point. Its derivatives are splines
-//! of lower degree whose coefficients are differences, double differences for mixed ones.
+//! A spline lies within the range of the coefficients that act at a point. Its derivatives are
+//! splines of lower degree, whose coefficients are differences, or double differences for mixed
+//! derivatives.
 //!
 //! Theory: docs/theory.md#sampled-fields.
 
@@ -26,7 +27,7 @@ impl Bspline {
         bounds.unwrap_or_else(|| self.bounds_in(&cells))
     }
 
-    /// Bounds over a range of cells.
+    /// Returns bounds over a range of cells.
     pub(super) fn bounds_in(&self, cells: &Cells) -> FieldBounds {
         let s = self.lattice.per_spacing();
         let c = self.coefficients_in(cells);
@@ -62,18 +63,18 @@ impl Bspline {
         }
     }
 
-    /// The cells that a box meets.
+    /// Returns the cells that intersect a box.
     fn cells(&self, region: &Aabb) -> Cells {
         let low = self.lattice.coordinates(region.min);
         let high = self.lattice.coordinates(region.max);
         std::array::from_fn(|a| {
             let start = cell(low[a]);
-            // A box that ends on a knot needs nothing of the cell beyond it.
+            // Skip the next cell if the box ends on a knot.
             [start, start.max(high[a].ceil() as isize - 1)]
         })
     }
 
-    /// The coefficients that act in a range of cells.
+    /// Returns the coefficients that act in a range of cells.
     fn coefficients_in(&self, cells: &Cells) -> Array {
         let [xs, ys, zs]: [Vec<usize>; 3] = std::array::from_fn(|a| {
             let [start, end] = cells[a];
@@ -94,11 +95,11 @@ impl Bspline {
     }
 }
 
-/// Values handled at once.
+/// Number of values in a vector.
 const LANES: usize = 4;
 type Lanes = [f64; LANES];
 
-/// Which range of [`Array::ranges`] is that of what: of the value and its differences.
+/// Indices into [`Array::ranges`]: the value and its differences.
 const N2: usize = 0;
 const X: usize = 1;
 const Y: usize = 2;
@@ -110,7 +111,8 @@ const XY: usize = 7;
 const XZ: usize = 8;
 const YZ: usize = 9;
 
-/// Numbers on a grid, x fastest. Rows are filled up by NaN, which no range knows of, and so are their differences.
+/// Numbers on a grid, x fastest. Rows are padded with NaN, which ranges ignore; differences with
+/// NaN are NaN.
 struct Array {
     dims: [usize; 3],
     stride: usize,
@@ -132,7 +134,7 @@ impl Array {
         &self.values[start..start + self.stride]
     }
 
-    /// Ranges of the values and of their first and second differences.
+    /// Returns ranges of the values and of their first and second differences.
     #[inline(always)]
     fn ranges(&self) -> [Range; 10] {
         let [_, y, z] = self.dims;
@@ -145,7 +147,7 @@ impl Array {
         ranges
     }
 
-    /// Adds those that begin in one row.
+    /// Adds the ranges of differences that begin in one row.
     #[inline(always)]
     fn row_ranges(&self, j: usize, k: usize, ranges: &mut [Range; 10]) {
         let [x, y, z] = self.dims;
@@ -195,7 +197,7 @@ fn minus(a: Lanes, b: Lanes) -> Lanes {
     std::array::from_fn(|l| a[l] - b[l])
 }
 
-/// The least and the greatest, lane by lane.
+/// Smallest and largest numbers, lane by lane.
 #[derive(Clone, Copy)]
 struct Range {
     low: Lanes,
@@ -208,7 +210,7 @@ impl Range {
         high: [f64::NEG_INFINITY; LANES],
     };
 
-    /// Takes numbers in; NaN are passed over.
+    /// Includes numbers; NaN is ignored.
     #[inline(always)]
     fn put(&mut self, values: Lanes) {
         for (l, v) in values.into_iter().enumerate() {

@@ -1,7 +1,8 @@
 //! Splines of complex values (docs/theory.md#tagged-light).
 //!
-//! Real and imaginary parts of a coefficient are neighbours, so that a vector holds a row of four. Sums are taken in single precision: these
-//! values are not followed by rays, but integrated. As in `evaluate.rs` they are the same, bit by bit, on all processors that fuse products and sums.
+//! The real and imaginary parts of a coefficient are adjacent, so that a vector holds a row of four
+//! coefficients. Sums are in single precision: these values do not guide rays, but are integrated.
+//! As in `evaluate.rs`, results are bit-identical on all processors that fuse products and sums.
 
 use super::lattice::{Lattice, Layout};
 use super::{Bspline, weights};
@@ -9,10 +10,11 @@ use crate::lanes::Summand;
 use fearless_simd::{Level, Simd, SimdBase, dispatch, f32x4, f32x8};
 use glam::{DVec2, DVec3};
 
-/// Numbers of a row: four coefficients of two parts.
+/// Number of values in a row: four coefficients of two parts.
 const ROW: usize = 8;
 
-/// Coefficients of 1, t, t², t³ of the basis functions, and of their first derivatives.
+/// Coefficients of 1, t, t², t³ of the basis functions, and of their first derivatives, in single
+/// precision.
 const VALUE: [[f32; 4]; 4] = single(&weights::VALUE);
 const FIRST: [[f32; 4]; 3] = single(&weights::FIRST);
 
@@ -20,7 +22,7 @@ const FIRST: [[f32; 4]; 3] = single(&weights::FIRST);
 #[derive(Clone, Debug)]
 pub(in crate::field) struct ComplexBspline {
     lattice: Lattice,
-    /// Pairs of parts in the order of the lattice.
+    /// Pairs of real and imaginary parts, in the order of the lattice.
     coefficients: Vec<f32>,
     level: Level,
 }
@@ -29,7 +31,8 @@ pub(in crate::field) struct ComplexBspline {
 type Planes<S> = [f32x8<S>; 4];
 
 impl ComplexBspline {
-    /// `scale` times what two splines of the same lattice are above `level`; a part is zero without a spline. `None` without any.
+    /// Creates the spline of `scale` times the excess of two splines on one lattice over `level`. A
+    /// part without a spline is zero; `None` without any spline.
     pub(in crate::field) fn above(
         level: f64,
         parts: [Option<Bspline>; 2],
@@ -39,7 +42,7 @@ impl ComplexBspline {
         let mut coefficients = vec![0.0; 2 * any.coefficients.len()];
         for (at, part) in parts.iter().enumerate() {
             let Some(part) = part else { continue };
-            // Basis functions add up to one.
+            // Add the constant to every coefficient: basis functions add up to one.
             let constant = part.n2_ref - level;
             let places = coefficients[at..].iter_mut().step_by(2);
             for (place, c) in places.zip(part.coefficients.iter()) {
@@ -61,7 +64,7 @@ impl ComplexBspline {
         dispatch!(self.level, simd => self.value_by(simd, x))
     }
 
-    /// The value, and the gradients of both parts.
+    /// Returns the value, and the gradients of both parts.
     pub(in crate::field) fn gradient(&self, x: DVec3) -> (DVec2, [DVec3; 2]) {
         dispatch!(self.level, simd => self.gradient_by(simd, x))
     }
@@ -91,7 +94,8 @@ impl ComplexBspline {
         (n2, [re, im])
     }
 
-    /// Sums over the rows of each plane of coefficients from the first ones on, with several weights of rows.
+    /// Returns sums over the rows of each plane of coefficients, starting at `first`, with several
+    /// weights of rows.
     #[inline(always)]
     fn along_y<S: Simd, const N: usize>(
         &self,
@@ -112,7 +116,8 @@ impl ComplexBspline {
         along_rows(simd, from, strides.map(|stride| stride as u32), weights)
     }
 
-    /// Those of columns, or near the end, where the outermost stand for all beyond them.
+    /// Gathers coefficients from columns, or near the end, where the outermost coefficients replace
+    /// all coefficients beyond.
     #[cold]
     #[inline(never)]
     fn gather(&self, first: [isize; 3]) -> [f32; 16 * ROW] {
@@ -130,7 +135,7 @@ impl ComplexBspline {
     }
 }
 
-/// The same in single precision.
+/// Converts coefficients to single precision.
 const fn single<const N: usize>(powers: &[[f64; 4]; N]) -> [[f32; 4]; N] {
     let mut found = [[0.0; 4]; N];
     let mut at = 0;
@@ -141,7 +146,7 @@ const fn single<const N: usize>(powers: &[[f64; 4]; N]) -> [[f32; 4]; N] {
     found
 }
 
-/// The rows of a plane.
+/// Loads the rows of a plane.
 #[inline(always)]
 fn load<S: Simd>(simd: S, from: &[f32], row: usize) -> [f32x8<S>; 4] {
     [
@@ -152,7 +157,7 @@ fn load<S: Simd>(simd: S, from: &[f32], row: usize) -> [f32x8<S>; 4] {
     ]
 }
 
-/// The basis functions at a fraction of a cell.
+/// Returns the basis functions at a fraction of a cell.
 #[inline(always)]
 fn value_weights<S: Simd>(simd: S, t: f64) -> f32x4<S> {
     let c = |c: &[f32; 4]| f32x4::from_slice(simd, c);
@@ -160,7 +165,7 @@ fn value_weights<S: Simd>(simd: S, t: f64) -> f32x4<S> {
     c(v0).plus(t, c(v1).plus(t, c(v2).plus(t, c(v3))))
 }
 
-/// Their derivatives by the coordinate in cells.
+/// Returns the derivatives of the basis functions by the coordinate in cells.
 #[inline(always)]
 fn first_weights<S: Simd>(simd: S, t: f64) -> f32x4<S> {
     let c = |c: &[f32; 4]| f32x4::from_slice(simd, c);
@@ -168,13 +173,14 @@ fn first_weights<S: Simd>(simd: S, t: f64) -> f32x4<S> {
     c(f0).plus(t, c(f1).plus(t, c(f2)))
 }
 
-/// Each for both parts.
+/// Duplicates each weight for both parts.
 #[inline(always)]
 fn twice<S: Simd>(simd: S, weights: f32x4<S>) -> f32x8<S> {
     simd.combine_f32x4(weights.zip_low(weights), weights.zip_high(weights))
 }
 
-/// The rows of four planes summed. Strides are of 32 bits for the reason given in `evaluate.rs`.
+/// Sums the rows of each of four planes. Strides have 32 bits for the reason given in
+/// `evaluate.rs`.
 #[inline(always)]
 fn along_rows<S: Simd, const N: usize>(
     simd: S,
@@ -207,7 +213,7 @@ fn combined<S: Simd>([a, b, c, d]: &[f32x8<S>; 4], weights: f32x4<S>) -> f32x8<S
     (*b * t).plus(s, *a) + (*d * v).plus(u, *c)
 }
 
-/// The four values of each part summed.
+/// Sums the four values of each part.
 #[inline(always)]
 fn across<S: Simd>(row: f32x8<S>) -> DVec2 {
     let [a, b, c, d, e, f, g, h] = *row;
@@ -222,10 +228,11 @@ mod tests {
     use crate::field::bspline::Sampling;
 
     const N2: f64 = 1.7;
-    /// By how much single precision may be off, of the largest coefficient: four roundings along each axis, of weights, products and two sums.
+    /// Largest error of single precision, relative to the largest coefficient: four roundings along
+    /// each axis, of weights, products and two sums.
     const ROUNDING: f64 = 12.0 * 0.5 * f32::EPSILON as f64;
 
-    /// Splines of two parts on a grid of sizes that no column divides.
+    /// Splines of two parts on a grid with sizes that are no multiples of columns.
     fn parts(layout: Layout) -> [Bspline; 2] {
         let cube = Aabb::new(DVec3::splat(-1.0), DVec3::ONE);
         let lattice = Lattice::new([9, 8, 7], cube, crate::field::Placement::Nodes);
@@ -246,7 +253,7 @@ mod tests {
         ComplexBspline::above(N2, parts(layout).map(Some), 2.0).unwrap()
     }
 
-    /// Inside and outside of the grid.
+    /// Places inside and outside the grid.
     fn places() -> impl Iterator<Item = DVec3> {
         let place = |i: u32| {
             let share = |s: f64| 3.0 * (s * f64::from(i) % 1.0) - 1.5;
@@ -281,7 +288,7 @@ mod tests {
                 let (n2, gradient) = parts[i].gradient(x);
                 assert!((value[i] - 2.0 * (n2 - N2)).abs() < least);
                 let off = (gradients[i] - 2.0 * gradient) / spacings;
-                // The weights of derivatives are twice as large in sum.
+                // Double the error: the weights of derivatives are twice as large in sum.
                 assert!(off.abs().max_element() < 2.0 * least, "{off}");
             }
         }
@@ -305,7 +312,7 @@ mod tests {
     fn neither_instructions_nor_the_order_in_memory_make_a_difference() {
         let spline = complex(Layout::Rows);
         assert_eq!(values(&complex(Layout::Columns)), values(&spline));
-        // Both may be off, derivatives twice as much as values, per spacing.
+        // Double the error, because both values have it, and again for derivatives, per spacing.
         let largest = spline
             .coefficients
             .iter()

@@ -1,4 +1,4 @@
-//! A smooth field from fewer samples (docs/theory.md#sampled-fields).
+//! Smooth fields from fewer samples (docs/theory.md#sampled-fields).
 
 use super::homogeneous::HomogeneousBlocks;
 use super::lattice::{Lattice, Placement};
@@ -9,31 +9,38 @@ use crate::bounds::Aabb;
 use glam::{BVec3, DVec3};
 use std::sync::Arc;
 
-/// Grids with fewer coefficients lie in the processor's cache as they are.
+/// Smallest number of coefficients of grids that are condensed. Smaller grids fit into the
+/// processor's cache.
 const FEW: usize = 1 << 20;
-/// Samples are left out by these factors along an axis, if it keeps `FEWEST` of them.
+/// Factors by which samples along an axis are thinned, if at least `FEWEST` of them are kept.
 const FACTORS: [usize; 5] = [8, 6, 4, 3, 2];
 const FEWEST: usize = 16;
-/// The place of no factor in that list.
+/// Index after the last factor: no thinning.
 const NONE: usize = FACTORS.len();
-/// Whole lines of samples are looked at, which pays where there are many beside each other.
+/// Largest number of samples along an axis: whole lines are examined, which pays off for many
+/// parallel lines.
 const LONGEST: usize = 1 << 13;
-/// Lines along an axis that are looked at before any grid is made: so many along each of the two others.
+/// Number of lines along an axis that are examined before any grid is computed, along each of the
+/// two other axes.
 const LINES: usize = 24;
-/// So many grids are tried, each with more samples along the axis that adds most to what the last one changes too much.
+/// Maximum number of grids that are tried. Each has more samples along the axis that contributes
+/// most to an excessive change by the previous grid.
 const TRIES: usize = 6;
-/// Changes along the three axes that sum up to more than this times the tolerance exceed it together: each has the rounding of the
-/// sample in it, which is at most a fifth of the tolerance, and which they have once.
+/// Factor of the tolerance that a sum of changes along the three axes must exceed to be certainly
+/// excessive. Each change contains the rounding of the sample, at most a fifth of the tolerance;
+/// the combined change contains it only once.
 const CERTAIN: f64 = 1.4;
-/// Planes are compared in steps of so many, so that a difference is met early.
+/// Step between planes that are compared, so that a difference is found early.
 const STRIDE: usize = 7;
 
 impl Bspline {
-    /// A field through fewer samples than are given: n² changes at none of them by more than `tolerance`, and as few as an eighth are
-    /// held along each axis. Parameters are those of [`Bspline::from_vec`], without noise. Only the samples that are held take memory.
+    /// Creates a field through fewer samples than are given. n² changes at no sample by more than
+    /// `tolerance`, and as few as an eighth of the samples are stored along each axis. Parameters
+    /// follow [`Bspline::from_vec`], without noise. Only the stored samples take memory.
     ///
-    /// `None` for grids that are small, constant, longer than 8192 samples, or as fine as they have to be; for a tolerance that is not finite; and for what
-    /// [`Bspline::from_vec`] refuses.
+    /// `None` for grids that are small, constant, longer than 8192 samples, or as fine as
+    /// necessary; for a tolerance that is not finite; and for input that [`Bspline::from_vec`]
+    /// rejects.
     ///
     /// Where the samples do not change, rays are still straight lines.
     pub fn from_fewer<T: Copy + Into<f64>>(
@@ -58,7 +65,8 @@ impl Bspline {
         })
     }
 
-    /// This field through fewer of its samples, found as [`Bspline::from_fewer`] finds them, and `None` where that is.
+    /// Returns this field through fewer of its samples, found as by [`Bspline::from_fewer`]; `None`
+    /// in the cases listed there.
     pub fn condensed(&self, tolerance: f64) -> Option<Bspline> {
         if self.is_constant() || self.lattice.stored() < FEW {
             return None;
@@ -67,14 +75,14 @@ impl Bspline {
         Some(Bspline {
             homogeneous: self.homogeneous.clone(),
             interpolates: false,
-            // Rounding of the coefficients that these are made of, and their own.
+            // Include the rounding of the original coefficients and of the new ones.
             ..Self::of_coefficients(lattice, self.n2_ref, data, Some(ROUNDINGS))
         })
     }
 }
 
-/// The lattice of the fewest samples that change no value by more than a tolerance, and the coefficients, in rows, of the spline
-/// through them.
+/// Finds the smallest number of samples that change no value by more than a tolerance. Returns
+/// their lattice, and the coefficients, in rows, of the spline through them.
 fn fewer(lattice: &Lattice, values: &impl Values, tolerance: f64) -> Option<(Lattice, Vec<f32>)> {
     let dims = values.dims();
     if !tolerance.is_finite() || dims.into_iter().any(|count| count > LONGEST) {
@@ -104,7 +112,7 @@ fn fewer(lattice: &Lattice, values: &impl Values, tolerance: f64) -> Option<(Lat
             return Some((coarse, data));
         };
         let suspect = Changes::of(&[sample], values)[0];
-        // Whatever their sum is, together they change it too much.
+        // Refine even if the sum is small: together the changes were excessive.
         if suspect.sum(chosen).abs() <= CERTAIN * tolerance {
             chosen[suspect.largest(chosen)] += 1;
         }
@@ -129,11 +137,11 @@ fn spread(dims: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
     (0..125).map(move |i| [along(0, i % 5), along(1, i / 5 % 5), along(2, i / 25)])
 }
 
-/// Limit to which samples can be left out along one axis, as some lines along it show.
+/// Limit to which samples along one axis can be thinned, estimated from some lines along it.
 struct Axis {
-    /// The place in the list of factors of the first by which samples can be left out along this axis alone.
+    /// Index of the first factor by which samples can be thinned along this axis alone.
     allowed: usize,
-    /// The sample that this changes most.
+    /// Sample with the largest change by this thinning.
     worst: [usize; 3],
 }
 
@@ -154,8 +162,8 @@ impl Axis {
     }
 }
 
-/// Changes of one sample, by axis and by the factor by which samples are left out along this axis alone. Small changes along several
-/// axes add up.
+/// Changes of one sample, by axis and by the factor by which samples are thinned along this axis
+/// alone. Small changes along several axes add up.
 #[derive(Clone, Copy, Default)]
 struct Changes([[f64; FACTORS.len()]; 3]);
 
@@ -175,7 +183,8 @@ impl Changes {
         all
     }
 
-    /// Change along an axis by the factor that is chosen there; zero if no sample is left out.
+    /// Returns the change along an axis by the factor chosen there; zero if the axis is not
+    /// thinned.
     fn along(&self, chosen: [usize; 3], axis: usize) -> f64 {
         self.0[axis].get(chosen[axis]).copied().unwrap_or(0.0)
     }
@@ -184,7 +193,7 @@ impl Changes {
         (0..3).map(|axis| self.along(chosen, axis)).sum()
     }
 
-    /// The axis along which samples are left out that adds most.
+    /// Returns the thinned axis that contributes most to the change.
     fn largest(&self, chosen: [usize; 3]) -> usize {
         let along = (0..3).filter(|axis| chosen[*axis] < NONE);
         let size = |axis: &usize| self.along(chosen, *axis).abs();
@@ -194,7 +203,7 @@ impl Changes {
     }
 }
 
-/// The first samples of some lines along an axis.
+/// Returns the first samples of some lines along an axis.
 fn starts(dims: [usize; 3], axis: usize) -> Vec<[usize; 3]> {
     let [across, other] = [(axis + 1) % 3, (axis + 2) % 3];
     let some = |axis: usize| {
@@ -213,18 +222,19 @@ fn starts(dims: [usize; 3], axis: usize) -> Vec<[usize; 3]> {
     starts
 }
 
-/// From the first sample of each axis to the last.
+/// Returns a lattice with fewer samples, from the first sample of each axis to the last.
 fn lattice_of_fewer(lattice: &Lattice, dims: [usize; 3]) -> Lattice {
     let last = lattice.dims().map(|n| n - 1);
     let (start, end) = (lattice.position([0; 3]), lattice.position(last));
-    // Along an axis with one sample the box may have any thickness.
+    // Choose any thickness of the box along an axis with one sample.
     let flat = BVec3::from_array(last.map(|i| i == 0));
     let end = DVec3::select(flat, end + lattice.spacing(), end);
     let bounds = Aabb::new(start, end);
     Lattice::new(dims, bounds, Placement::Nodes).expect("smaller than a valid grid")
 }
 
-/// A sample where a spline, of coefficients in rows, differs from values by more than a tolerance.
+/// Finds a sample where a spline, of coefficients in rows, differs from values by more than a
+/// tolerance.
 fn difference(
     values: &impl Values,
     lattice: &Lattice,
@@ -251,7 +261,7 @@ fn difference(
         let is_apart = |(a, b): (&f64, &f64)| (b - a).abs() > tolerance;
         for (j, (here, there)) in here.chunks(dims[0]).zip(there.chunks(dims[0])).enumerate() {
             let pairs = here.iter().zip(there);
-            // All together, by vectors; hardly ever is there one to look for.
+            // Test the whole row with vector instructions first, because differences are rare.
             if pairs.clone().fold(false, |any, pair| any | is_apart(pair)) {
                 let i = pairs.clone().position(is_apart)?;
                 return Some([i, j, k]);
@@ -265,7 +275,8 @@ fn difference(
 mod tests {
     use super::*;
 
-    /// Along one axis, the change that is foretold at a sample is that of the spline through fewer samples, to the rounding of coefficients.
+    /// Along one axis, the predicted change at a sample equals the change by the spline through
+    /// fewer samples, to the rounding of coefficients.
     #[test]
     fn changes_at_samples_are_foretold() {
         let rough =

@@ -1,8 +1,9 @@
 //! Value and derivatives of the spline.
 //!
-//! The sum over 4³ coefficients is separable. It is taken over y first, then z, then x; the lanes of
-//! vectors run along x, which is contiguous. The order of the operations does not depend on the instructions that the
-//! processor has: the results are the same, bit by bit, on all that fuse products and sums.
+//! The sum over 4³ coefficients is separable. It is computed over y first, then z, then x; the
+//! lanes of vectors run along x, which is contiguous. The order of the operations does not depend
+//! on the processor's instructions: results are bit-identical on all processors that fuse products
+//! and sums.
 
 use super::Bspline;
 use super::lattice::{Layout, SECTION};
@@ -90,7 +91,7 @@ impl Bspline {
         }
     }
 
-    /// The weights along x, y, z, and the coefficients.
+    /// Returns the weights along x, y, z, and the coefficients.
     #[inline(always)]
     fn stencil<S: Simd>(&self, simd: S, x: DVec3) -> ([Weights<S>; 3], Rows<S>) {
         let (first, t) = self.lattice.locate(x);
@@ -115,7 +116,7 @@ impl Bspline {
         (weights, load(simd, from, [row as u32, plane as u32]))
     }
 
-    /// Four coefficients from each section of columns make a row.
+    /// Gathers rows from columns: four coefficients from four sections make a row.
     #[inline(always)]
     fn gather_columns(&self, first: [usize; 3]) -> [f32; 64] {
         let mut to = [0.0; 64];
@@ -130,7 +131,7 @@ impl Bspline {
         to
     }
 
-    /// The outermost coefficients stand for all beyond them.
+    /// Gathers rows; the outermost coefficients replace all coefficients beyond.
     #[cold]
     fn gather_clamped(&self, first: [isize; 3]) -> [f32; 64] {
         let mut to = [0.0; 64];
@@ -147,8 +148,8 @@ impl Bspline {
     }
 }
 
-/// The rows of all planes. As strides are of 32 bits, it is plain that sums of them cannot overflow, and that all rows lie within what
-/// the last one needs: one check of bounds is enough.
+/// Loads the rows of all planes. With strides of 32 bits the compiler knows that their sums cannot
+/// overflow, and that all rows lie within the range of the last row: one check of bounds is enough.
 #[inline(always)]
 fn load<S: Simd>(simd: S, from: &[f32], strides: [u32; 2]) -> Rows<S> {
     let [row, plane] = strides.map(|stride| stride as usize);
@@ -162,7 +163,7 @@ fn load<S: Simd>(simd: S, from: &[f32], strides: [u32; 2]) -> Rows<S> {
     ]
 }
 
-/// The rows of a plane.
+/// Loads the rows of a plane.
 #[inline(always)]
 fn load_plane<S: Simd>(simd: S, from: &[f32], row: usize) -> [f64x4<S>; 4] {
     let at = |start: usize| f32x4::from_slice(simd, &from[start..start + 4]);
@@ -171,7 +172,7 @@ fn load_plane<S: Simd>(simd: S, from: &[f32], row: usize) -> [f64x4<S>; 4] {
     [a, b, c, d]
 }
 
-/// The rows of each plane summed.
+/// Sums the rows of each plane.
 #[inline(always)]
 fn along_y<S: Simd>(rows: &Rows<S>, weights: f64x4<S>) -> [f64x4<S>; 4] {
     let [a, b, c, d] = rows;
@@ -184,7 +185,7 @@ fn along_y<S: Simd>(rows: &Rows<S>, weights: f64x4<S>) -> [f64x4<S>; 4] {
     ]
 }
 
-/// All planes summed.
+/// Sums all planes.
 #[inline(always)]
 fn along_z<S: Simd>(planes: &[f64x4<S>; 4], weights: f64x4<S>) -> f64x4<S> {
     combined(planes, &weights)
@@ -196,14 +197,14 @@ fn combined<S: Simd>([a, b, c, d]: &[f64x4<S>; 4], weights: &f64x4<S>) -> f64x4<
     (*b * t).plus(s, *a) + (*d * v).plus(u, *c)
 }
 
-/// The four lanes of each vector summed.
+/// Sums the four lanes of each vector.
 #[inline(always)]
 fn across<S: Simd>([a, b, c, d]: [f64x4<S>; 4]) -> [f64; 4] {
     let halves = neighbours(neighbours(a, b), neighbours(c, d));
     *halves
 }
 
-/// Neighbouring lanes summed: those of `a`, then those of `b`.
+/// Sums neighbouring lanes: first of `a`, then of `b`.
 #[inline(always)]
 fn neighbours<S: Simd>(a: f64x4<S>, b: f64x4<S>) -> f64x4<S> {
     a.unzip_low(b) + a.unzip_high(b)
@@ -217,7 +218,7 @@ mod tests {
     use crate::field::bspline::Sampling;
     use crate::field::bspline::lattice::Lattice;
 
-    /// Values and derivatives at places inside and outside of a grid.
+    /// Values and derivatives at places inside and outside a grid.
     fn values(grid: &Bspline) -> Vec<f64> {
         let place = |i: usize| [0.754_877, 0.569_840, 0.438_579].map(|s| s * i as f64 % 1.0);
         let jet = |i: usize| {
@@ -232,7 +233,7 @@ mod tests {
         (0..2000).flat_map(jet).collect()
     }
 
-    /// A grid of sizes that no column divides.
+    /// A grid with sizes that are no multiples of columns.
     fn grid(layout: Layout) -> Bspline {
         let cube = Aabb::new(DVec3::splat(-1.0), DVec3::ONE);
         let lattice = Lattice::new([9, 8, 7], cube, Placement::Nodes).unwrap();

@@ -1,4 +1,4 @@
-//! Where a grid does not change, so that rays are straight lines.
+//! Parts of grids where the field does not change, so that rays are straight lines.
 
 use super::lattice::{Lattice, first_coefficient};
 use super::values::Values;
@@ -6,31 +6,34 @@ use fearless_simd::dispatch;
 use glam::DVec3;
 use std::ops::Range;
 
-/// Cells of a block along each axis.
+/// Number of cells of a block along each axis.
 const EDGE: usize = 8;
-/// Coefficients that differ by less than this part of the largest are taken as equal: rounding of samples is
-/// five orders of magnitude larger. It decides how soon the ripples around a change have died away.
+/// Difference of coefficients, relative to the largest coefficient, below which they count as
+/// equal. Rounding of samples is five orders of magnitude larger. The value determines how soon the
+/// ripples around a change have decayed.
 const EQUAL: f64 = 1.0 / (1u64 << 40) as f64;
 
-/// Most share of a sample in a coefficient, by the blocks between them, that act in a block: (2 − √3)ⁿ of what is n samples away, n
-/// = 6 of what is not in a neighbour, times 10 for the sums along three axes; each beside the share before.
+/// Largest weight of a sample in a coefficient that acts in a block, by the number of blocks
+/// between them. The weight is (2 − √3)ⁿ for a sample n samples away, with n = 6 for samples beyond
+/// a neighbouring block, times 10 for the sums along three axes. Each weight is relative to the
+/// previous one.
 const SHARES: [f64; 3] = [10.0 * 3.7e-4, 2.7e-5, 2.7e-5];
 
 /// Blocks of cells with equal coefficients.
 #[derive(Clone, Debug)]
 pub(super) struct HomogeneousBlocks {
     lattice: Lattice,
-    /// Blocks along each axis.
+    /// Number of blocks along each axis.
     dims: [usize; 3],
-    /// Cells along each axis.
+    /// Number of cells along each axis.
     cells: DVec3,
-    /// For each block, x fastest, how many layers of blocks around its middle have equal coefficients; 0 if
-    /// its own differ.
+    /// For each block, x fastest, the number of layers of blocks around its middle that have equal
+    /// coefficients; 0 if its own coefficients differ.
     layers: Vec<u8>,
 }
 
 impl HomogeneousBlocks {
-    /// Of coefficients in rows; `None` if there is no such block.
+    /// Finds the blocks from coefficients in rows; `None` if there is no such block.
     pub(super) fn new(lattice: &Lattice, coefficients: &[f32]) -> Option<Self> {
         let dims = blocks(lattice);
         let ranges = dispatch!(crate::lanes::level(), _simd => ranges(lattice, coefficients, dims));
@@ -40,7 +43,8 @@ impl HomogeneousBlocks {
         Self::of_still(lattice, ranges.iter().map(is_still))
     }
 
-    /// The same of the spline through samples, known from these alone; blocks are left out whose coefficients may differ.
+    /// Finds the blocks of the spline through samples from the samples alone; omits blocks with
+    /// coefficients that may differ.
     pub(super) fn of_samples(lattice: &Lattice, values: &impl Values) -> Option<Self> {
         let dims = blocks(lattice);
         let mut ranges = ranges_of_samples(values, dims);
@@ -49,7 +53,7 @@ impl HomogeneousBlocks {
         let mut still = vec![true; ranges.len()];
         let mut shares = SHARES.into_iter();
         loop {
-            // What is at most so many blocks away.
+            // Extend the range to samples one block further away.
             (0..3).for_each(|axis| widen(&mut ranges, dims, axis));
             for (still, [low, high]) in still.iter_mut().zip(&ranges) {
                 // Planted error "condensed grids still up to the bump in them", found by morgana-eikonal/eikonal::condensed::samples_themselves_say_which_are_needed:
@@ -62,7 +66,7 @@ impl HomogeneousBlocks {
         Self::of_still(lattice, still.into_iter())
     }
 
-    /// Of the blocks, x fastest, that are known to be still; `None` if none is.
+    /// Creates the blocks from flags of still blocks, x fastest; `None` if none is still.
     fn of_still(lattice: &Lattice, still: impl Iterator<Item = bool>) -> Option<Self> {
         let dims = blocks(lattice);
         let mut layers: Vec<u8> = still.map(|still| if still { u8::MAX } else { 0 }).collect();
@@ -81,8 +85,8 @@ impl HomogeneousBlocks {
         })
     }
 
-    /// How far a line can be followed from `x` without leaving the blocks around it that are equal, in units of `v`. Zero where
-    /// there are none.
+    /// Returns the span of a line from `x`, in units of `v`, within the equal blocks around it;
+    /// zero if there are none.
     pub(super) fn span(&self, x: DVec3, v: DVec3) -> f64 {
         let t = self.lattice.coordinates(x);
         let v = v * self.lattice.per_spacing();
@@ -126,7 +130,7 @@ fn blocks(lattice: &Lattice) -> [usize; 3] {
     cells(lattice).map(|n| n.div_ceil(EDGE))
 }
 
-/// The least and the greatest sample in each block, x fastest.
+/// Returns the smallest and the largest sample in each block, x fastest.
 fn ranges_of_samples(values: &impl Values, [x, y, z]: [usize; 3]) -> Vec<[f64; 2]> {
     let [width, height, planes] = values.dims();
     let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; x * y * z];
@@ -145,7 +149,7 @@ fn ranges_of_samples(values: &impl Values, [x, y, z]: [usize; 3]) -> Vec<[f64; 2
     ranges
 }
 
-/// Extends the range of each block over its neighbours along an axis.
+/// Extends the range of each block by the ranges of its neighbours along an axis.
 fn widen(ranges: &mut [[f64; 2]], dims: [usize; 3], axis: usize) {
     let stride = [1, dims[0], dims[0] * dims[1]][axis];
     let before = ranges.to_vec();
@@ -160,12 +164,12 @@ fn widen(ranges: &mut [[f64; 2]], dims: [usize; 3], axis: usize) {
     }
 }
 
-/// The least and the greatest coefficient that act in each block, x fastest.
+/// Returns the smallest and the largest coefficient that acts in each block, x fastest.
 #[inline(always)]
 fn ranges(lattice: &Lattice, coefficients: &[f32], [x, y, z]: [usize; 3]) -> Vec<[f32; 2]> {
     let size = lattice.stored_dims();
     let mut ranges = Vec::with_capacity(x * y * z);
-    // Of the rows that act in blocks (b, c), coefficient by coefficient.
+    // Compute the range of each coefficient over the rows that act in blocks (b, c).
     let (mut low, mut high) = (vec![0.0_f32; size[0]], vec![0.0_f32; size[0]]);
     for c in 0..z {
         for b in 0..y {
@@ -195,14 +199,14 @@ fn ranges(lattice: &Lattice, coefficients: &[f32], [x, y, z]: [usize; 3]) -> Vec
     ranges
 }
 
-/// The stored coefficients, of so many, that act in a block.
+/// Returns the stored coefficients, out of `stored`, that act in a block.
 fn acting(block: usize, stored: usize) -> Range<usize> {
     let first = first_coefficient((block * EDGE) as isize) as usize;
     first.min(stored)..(first + EDGE + 3).min(stored)
 }
 
-/// Distances, by the largest of the three coordinates, to the nearest block where they are zero, of which those along
-/// earlier axes are known.
+/// Computes the distance of each block, as the largest of the three coordinates, to the nearest
+/// block with value zero, given the distances along the earlier axes.
 fn spread(layers: &mut [u8], dims: [usize; 3], axis: usize) {
     let stride = [1, dims[0], dims[0] * dims[1]][axis];
     let mut line = vec![0; dims[axis]];

@@ -1,43 +1,44 @@
-//! Where the samples of a grid lie in space and where their coefficients lie in memory.
+//! Positions of the samples of a grid in space, and of their coefficients in memory.
 
 use crate::bounds::Aabb;
 use crate::field::cells;
 use crate::field::error::FieldError;
 use glam::DVec3;
 
-/// Coefficients beyond the outermost samples, at both ends of each axis: one for the spline between
-/// the outermost samples, one more for half a voxel beyond them.
+/// Number of coefficients beyond the outermost samples, at both ends of each axis: one for the
+/// spline between the outermost samples, one more for half a voxel beyond them.
 pub(super) const PAD: usize = 2;
 
-/// Spacings beyond the outermost samples from which on the field no longer changes.
+/// Distance from the outermost samples, in spacings, beyond which the field no longer changes.
 const BEYOND: f64 = PAD as f64 + 2.0;
 
-/// Where samples lie in the box of a grid.
+/// Placement of samples in the box of a grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Placement {
-    /// On the box: the first and the last sample of each axis on its faces.
+    /// Samples on the box: the first and the last sample of each axis lie on its faces.
     Nodes,
-    /// At the centres of equal voxels that fill the box, half a spacing from its faces.
+    /// Samples at the centres of equal voxels that fill the box, half a spacing from its faces.
     Centers,
 }
 
-/// More coefficients than this (16 MiB) are kept in columns.
+/// Largest number of coefficients stored in rows (16 MiB); larger grids are stored in columns.
 const FEW: usize = 1 << 22;
-/// Columns are so many coefficients wide along y and along z.
+/// Width of columns along y and along z, in coefficients.
 pub(super) const WIDTH: usize = 4;
-/// Coefficients of a column at each x: one line of the processor's cache.
+/// Number of coefficients of a column at each x: one line of the processor's cache.
 pub(super) const SECTION: usize = WIDTH * WIDTH;
 
-/// From so many samples on along an axis, there are coarser lattices.
+/// Smallest number of samples along an axis that a coarser lattice halves.
 const MANY: usize = 16;
 
-/// The order of coefficients in memory.
+/// Order of coefficients in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Layout {
     /// Rows along x, one after another along y, then z.
     Rows,
-    /// Columns of 4 × 4 rows; within a column x is slowest. The coefficients that act at a point lie in at most 4 runs
-    /// of memory, not in 16, which pays where the cache does not hold them.
+    /// Columns of 4 × 4 rows; within a column x is slowest. The coefficients that act at a point
+    /// lie in at most 4 runs of memory instead of 16, which pays off where the cache cannot hold
+    /// them.
     Columns,
 }
 
@@ -49,7 +50,7 @@ pub(super) struct Lattice {
     /// Position of sample 0.
     origin: DVec3,
     spacing: DVec3,
-    /// 1/spacing; zero along an axis with one sample, along which nothing changes.
+    /// Reciprocal spacing; zero along an axis with one sample, along which the field is constant.
     per_spacing: DVec3,
     /// Coordinates beyond which the field no longer changes.
     limits: [DVec3; 2],
@@ -103,7 +104,8 @@ impl Lattice {
         self.dims.map(|n| n + 2 * PAD)
     }
 
-    /// Every second sample along the axes that have many; `None` if none has. Always in rows.
+    /// Returns a lattice with every second sample along the axes that have many; `None` if no axis
+    /// has. The result is always in rows.
     pub(super) fn coarser(&self) -> Option<Self> {
         let halved = self.dims.map(|n| n >= MANY);
         let factor = DVec3::from_array(halved.map(|h| if h { 2.0 } else { 1.0 }));
@@ -117,7 +119,7 @@ impl Lattice {
         })
     }
 
-    /// The same grid with another order in memory.
+    /// Returns the grid with another order in memory.
     #[cfg(test)]
     pub(super) fn laid_out(self, layout: Layout) -> Self {
         Lattice { layout, ..self }
@@ -127,7 +129,7 @@ impl Lattice {
         self.layout
     }
 
-    /// Coefficients along each axis for which there is memory: columns are whole.
+    /// Number of coefficients along each axis for which there is memory: columns are complete.
     fn room(&self) -> [usize; 3] {
         let [x, y, z] = self.stored_dims();
         match self.layout {
@@ -141,25 +143,27 @@ impl Lattice {
         self.room().iter().product()
     }
 
-    /// Distance from a coefficient to the next along each axis, as long as they lie in rows.
+    /// Returns the distance from a coefficient to the next along each axis, for the order in rows.
     pub(super) fn strides(&self) -> [usize; 3] {
         let [x, y, _] = self.room();
         [1, x, x * y]
     }
 
-    /// Place of a coefficient, counted from the first stored one, as long as they lie in rows.
+    /// Returns the place of a coefficient, counted from the first stored one, for the order in
+    /// rows.
     pub(super) fn offset(&self, index: [usize; 3]) -> usize {
         let strides = self.strides();
         (0..3).map(|axis| index[axis] * strides[axis]).sum()
     }
 
-    /// Number of coefficients of four planes across z, which take the same memory in rows and in columns.
+    /// Number of coefficients of four planes across z, which take equal memory in rows and in
+    /// columns.
     pub(super) fn slab(&self) -> usize {
         let [x, y, _] = self.room();
         WIDTH * x * y
     }
 
-    /// Brings the coefficients of four planes, in rows, into the order of columns.
+    /// Rearranges the coefficients of four planes from rows to columns.
     pub(super) fn arrange(&self, rows: &[f32], columns: &mut [f32]) {
         let [x, y, _] = self.room();
         for (at, row) in rows.chunks_exact(x).enumerate() {
@@ -171,8 +175,8 @@ impl Lattice {
         }
     }
 
-    /// What an index along an axis, counted from the first stored one, adds to the place of a coefficient in the
-    /// final order.
+    /// Contribution of an index along an axis, counted from the first stored coefficient, to the
+    /// place of a coefficient in the final order.
     #[inline(always)]
     pub(super) fn place(&self, axis: usize, i: usize) -> usize {
         if self.layout == Layout::Rows {
@@ -198,50 +202,52 @@ impl Lattice {
         self.spacing
     }
 
-    /// Distance from the first sample to the last.
+    /// Returns the distance from the first sample to the last.
     pub(super) fn size(&self) -> f64 {
         self.position(self.dims.map(|n| n - 1))
             .distance(self.origin)
     }
 
-    /// Position in units of the spacing from sample 0, limited to where the field still changes.
+    /// Returns the position in units of the spacing from sample 0, clamped to the range where the
+    /// field changes.
     pub(super) fn coordinates(&self, x: DVec3) -> DVec3 {
-        // Of NaN, which ∞ becomes along an axis that does not change, the limit is taken.
+        // Map NaN, which ∞ becomes along a constant axis, to the limit.
         let [low, high] = self.limits;
         ((x - self.origin) * self.per_spacing).max(low).min(high)
     }
 
-    /// The first of the four coefficients that act at a position along each axis, counted from the first
-    /// stored one, and the fraction of the cell there, in [0, 1]. On a knot the cell before or the one after it is taken;
-    /// their values are the same.
+    /// Returns the first of the four coefficients that act at a position along each axis, counted
+    /// from the first stored one, and the fraction of the cell there, in [0, 1]. On a knot it
+    /// returns the cell before or after the knot; their values agree.
     #[inline(always)]
     pub(super) fn locate(&self, x: DVec3) -> ([isize; 3], DVec3) {
         let (cell, fraction) = cells::located(self.coordinates(x));
         (cell.map(first_coefficient), fraction)
     }
 
-    /// Whether the four coefficients from each of `first` on are stored.
+    /// True if the four coefficients from each of `first` on are stored.
     #[inline(always)]
     pub(super) fn inside(&self, first: [isize; 3]) -> bool {
         let [x, y, z] = self.dims.map(|n| n + 2 * PAD - 4);
-        // What is negative is more than that.
+        // Negative indices become large and fail the test.
         let [i, j, k] = first.map(|i| i as usize);
         (i <= x) & (j <= y) & (k <= z)
     }
 
-    /// Index along `axis` of the stored coefficient that stands for index `i`, which is counted
-    /// from the first stored one and may lie outside.
+    /// Returns the index along `axis` of the stored coefficient that replaces index `i`, which is
+    /// counted from the first stored one and may lie outside.
     pub(super) fn clamp(&self, axis: usize, i: isize) -> usize {
         i.clamp(0, (self.dims[axis] + 2 * PAD - 1) as isize) as usize
     }
 }
 
-/// The coordinate `t` rounded down.
+/// Returns the coordinate `t` rounded down.
 pub(super) fn cell(t: f64) -> isize {
     t.floor() as isize
 }
 
-/// First of the four coefficients, counted from the first stored one, that act in `cell`.
+/// Returns the first of the four coefficients that act in `cell`, counted from the first stored
+/// one.
 pub(super) fn first_coefficient(cell: isize) -> isize {
     cell - 1 + PAD as isize
 }

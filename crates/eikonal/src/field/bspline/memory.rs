@@ -1,4 +1,4 @@
-//! Where coefficients are kept.
+//! Memory of coefficients.
 
 use super::lattice::{Lattice, Layout};
 use memmap2::MmapMut;
@@ -7,15 +7,15 @@ use std::ops::Deref;
 /// Coefficients of a grid in their final order.
 #[derive(Debug)]
 pub(super) enum Coefficients {
-    /// In the memory of the samples.
+    /// Coefficients in the memory of the samples.
     Vector(Vec<f32>),
-    /// In memory of their own, on the largest pages that the system gives: evaluations far apart in a large grid would otherwise
-    /// wait for the addresses of small ones.
+    /// Coefficients in separate memory, on the largest pages that the system provides. With small
+    /// pages, evaluations far apart in a large grid would wait for the translation of addresses.
     Pages(MmapMut),
 }
 
 impl Coefficients {
-    /// Brings coefficients that lie in rows into their final order.
+    /// Rearranges coefficients from rows to their final order.
     pub(super) fn new(lattice: &Lattice, mut rows: Vec<f32>) -> Self {
         if lattice.layout() == Layout::Rows {
             return Coefficients::Vector(rows);
@@ -28,7 +28,8 @@ impl Coefficients {
             }
             return Coefficients::Vector(rows);
         };
-        // From the end, so that the memory of the rows is given back as that of the columns fills.
+        // Start from the end, so that the memory of the rows is freed as the memory of the columns
+        // fills.
         let columns = bytemuck::cast_slice_mut(&mut pages);
         for to in columns.chunks_exact_mut(slab).rev() {
             let rest = rows.len() - slab;
@@ -52,10 +53,10 @@ impl Deref for Coefficients {
     }
 }
 
-/// Memory of so many bytes, all zero; `None` if there is none.
+/// Allocates `bytes` bytes of zeroed memory; `None` if there are none.
 fn large_pages(bytes: usize) -> Option<MmapMut> {
     let pages = MmapMut::map_anon(bytes).ok()?;
-    // Small pages serve as well.
+    // Ignore errors: small pages also work.
     #[cfg(target_os = "linux")]
     let _ = pages.advise(memmap2::Advice::HugePage);
     Some(pages)

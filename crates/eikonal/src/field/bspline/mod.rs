@@ -1,4 +1,4 @@
-//! Sampled fields: a tricubic B-spline through the samples (docs/theory.md#sampled-fields).
+//! Sampled fields: tricubic B-splines through samples (docs/theory.md#sampled-fields).
 
 mod blocks;
 mod bounds;
@@ -32,37 +32,40 @@ use memory::Coefficients;
 use scales::Scales;
 use std::sync::{Arc, OnceLock};
 
-/// δ = n² − n_ref² as the tricubic B-spline that interpolates samples on a regular grid: C², of
-/// order four in the spacing away from the faces and of order three on them (Unser, Aldroubi and
-/// Eden 1991; on GPUs Ruijters and Thévenaz 2012).
+/// Contrast δ = n² − n_ref² as the tricubic B-spline that interpolates samples on a regular grid.
+/// It is C², of order four in the spacing away from the faces and of order three on them (Unser,
+/// Aldroubi and Eden 1991; on GPUs Ruijters and Thévenaz 2012).
 ///
-/// Quadratic n², hence a Luneburg lens or a graded rod, is reproduced exactly up to the faces,
+/// Quadratic n², as in a Luneburg lens or a graded rod, is reproduced exactly up to the faces, and
 /// cubic n² away from them: at either end of a line the third difference of the coefficients
 /// vanishes. The more usual mirror condition would flatten the field at every wall.
 ///
-/// **Outside** the samples the spline continues quadratically for one spacing. Beyond, the outermost
-/// coefficients repeat: still C² and free of NaN, the field bends within four spacings to a value
-/// that no longer changes along the normal. Rays should not go there, and bounds taken there are
-/// those of the bend.
+/// **Outside** the samples the spline continues quadratically for one spacing. Beyond, the
+/// outermost coefficients repeat: the field is still C² and free of NaN, and bends within four
+/// spacings to a value that no longer changes along the normal. Rays should not go there; bounds
+/// there are bounds of this bend.
 ///
-/// Coefficients are kept as f32, four bytes a sample, and n_ref² as f64, so that contrasts far below
-/// the f32 resolution of n itself survive. Along an axis with one sample the field is constant.
+/// Coefficients are stored as f32, four bytes a sample, and n_ref² as f64, so that contrasts far
+/// below the f32 resolution of n itself survive. Along an axis with one sample the field is
+/// constant.
 #[derive(Clone, Debug)]
 pub struct Bspline {
     lattice: Lattice,
     n2_ref: f64,
-    /// Coefficients of δ, with `PAD` extra ones at both ends of each axis, in the order of the lattice.
-    /// Shared by copies of the field.
+    /// Coefficients of δ, with `PAD` extra coefficients at both ends of each axis, in the order of
+    /// the lattice. Copies of the field share them.
     coefficients: Arc<Coefficients>,
-    /// None if the field is constant. Shared by copies of the field.
+    /// Length scales; `None` if the field is constant. Copies of the field share them.
     scales: Option<Arc<Scales>>,
-    /// None if it changes everywhere. Shared by copies of the field.
+    /// Homogeneous blocks; `None` if the field changes everywhere. Copies of the field share them.
     homogeneous: Option<Arc<HomogeneousBlocks>>,
-    /// Whether it goes through the samples, rather than past them by their noise.
+    /// True if the spline passes through the samples; false if it deviates from them by their
+    /// noise.
     interpolates: bool,
-    /// The vector instructions that the processor has.
+    /// Vector instructions of the processor.
     level: Level,
-    /// Made when bounds over a large box are first asked for. Shared by copies of the field.
+    /// Bounds over blocks, computed when bounds over a large box are first needed. Copies of the
+    /// field share them.
     blocks: Arc<OnceLock<Blocks>>,
 }
 
@@ -74,16 +77,16 @@ impl Bspline {
         self.coefficients.len() * size_of::<f32>() + blocks + scales + homogeneous
     }
 
-    /// A field through `samples` of n (f32 or f64), x fastest, then y, then z, of a grid of `dims`
-    /// samples in the box `bounds`.
+    /// Creates a field through `samples` of n (f32 or f64), x fastest, then y, then z, of a grid of
+    /// `dims` samples in the box `bounds`.
     ///
-    /// With f32 samples of n the rounding of n, 6e-8, is amplified by 1/spacing² in the Hessian
-    /// ([`Bspline::noise_shares`]); give small contrasts as f64, or smooth them.
+    /// With f32 samples of n, 1/spacing² amplifies the rounding of n, 6e-8, in the Hessian
+    /// ([`Bspline::noise_shares`]). Pass small contrasts as f64, or smooth them.
     ///
     /// # Errors
     ///
-    /// A grid without samples, or too large for memory; a box that is not finite or has no volume; samples that are not as many as the grid has, or
-    /// not positive and finite.
+    /// A grid without samples, or too large for memory; a box that is not finite or has no volume;
+    /// a wrong number of samples; samples that are not positive and finite.
     pub fn from_samples<T: Copy + Into<f64>>(
         dims: [usize; 3],
         bounds: Aabb,
@@ -93,11 +96,12 @@ impl Bspline {
         Self::smoothed(dims, bounds, placement, samples, 0.0)
     }
 
-    /// As [`Bspline::from_samples`], past samples with noise of the standard deviation `noise`: see [`Bspline::from_vec`].
+    /// Creates a field like [`Bspline::from_samples`], which deviates from samples with noise of
+    /// the standard deviation `noise`: see [`Bspline::from_vec`].
     ///
     /// # Errors
     ///
-    /// As [`Bspline::from_samples`]; a noise that is negative or not finite.
+    /// Errors of [`Bspline::from_samples`]; a noise that is negative or not finite.
     pub fn smoothed<T: Copy + Into<f64>>(
         dims: [usize; 3],
         bounds: Aabb,
@@ -116,11 +120,12 @@ impl Bspline {
         })
     }
 
-    /// As [`Bspline::from_samples`], with samples n = `index(x)` taken where the grid has them.
+    /// Creates a field like [`Bspline::from_samples`], with samples n = `index(x)` at the positions
+    /// of the grid.
     ///
     /// # Errors
     ///
-    /// As [`Bspline::from_samples`].
+    /// Errors of [`Bspline::from_samples`].
     pub fn from_fn(
         dims: [usize; 3],
         bounds: Aabb,
@@ -138,19 +143,20 @@ impl Bspline {
         })
     }
 
-    /// Number of coefficients of a grid of `dims` samples: with this capacity a vector of samples stays where it is in
-    /// [`Bspline::from_vec`]. Zero for a grid that cannot be.
+    /// Number of coefficients of a grid of `dims` samples; zero for an invalid grid.
+    /// [`Bspline::from_vec`] does not reallocate a vector of samples with this capacity.
     pub fn room(dims: [usize; 3]) -> usize {
         let cube = Aabb::new(DVec3::ZERO, DVec3::ONE);
         Lattice::new(dims, cube, Placement::Centers).map_or(0, |lattice| lattice.stored())
     }
 
-    /// As [`Bspline::from_samples`], in the memory of the samples, of which n = `index`(sample). With `noise` > 0, the standard
-    /// deviation of noise in n, the spline passes the samples by so much (`smooth.rs`) instead of through them.
+    /// Creates a field like [`Bspline::from_samples`] in the memory of the samples, with n =
+    /// `index`(sample). With `noise` > 0, the standard deviation of noise in n, the spline deviates
+    /// from the samples by this noise (`smooth.rs`) instead of passing through them.
     ///
     /// # Errors
     ///
-    /// As [`Bspline::smoothed`].
+    /// Errors of [`Bspline::smoothed`].
     pub fn from_vec(
         dims: [usize; 3],
         bounds: Aabb,
@@ -169,7 +175,7 @@ impl Bspline {
         let mut data = samples;
         data.reserve_exact(lattice.stored().saturating_sub(data.len()));
         data.resize(lattice.stored(), 0.0);
-        // From the back, so that nothing is overwritten before it has been moved.
+        // Start from the back, so that nothing is overwritten before it has been moved.
         let (mut constant, mut end) = (true, data.len());
         for row in (0..y * z).rev() {
             let (j, k) = (row % y, row / y);
@@ -194,7 +200,8 @@ impl Bspline {
     ) -> Result<Self, FieldError> {
         let dims = lattice.dims();
         let mut n2_at = |sample| square(sample, index(sample));
-        // The corners of a grid often hold an outside medium of no interest: the middle does not.
+        // Take the reference from the middle: the corners of a grid often hold an outside medium of
+        // no interest.
         let n2_ref = n2_at(dims.map(|n| n / 2))?;
         let mut data: Vec<f32> = Vec::new();
         let room = data.try_reserve_exact(lattice.stored());
@@ -232,7 +239,8 @@ impl Bspline {
         Ok(Self::of_contrasts(lattice, n2_ref, data, constant, noise))
     }
 
-    /// Of samples of δ in rows, in their places among the coefficients, with noise in n.
+    /// Creates a field from samples of δ in rows, in their places among the coefficients, with
+    /// noise in n.
     fn of_contrasts(
         lattice: Lattice,
         n2_ref: f64,
@@ -250,7 +258,8 @@ impl Bspline {
         }
     }
 
-    /// Of coefficients in rows, each off by so many halves of the last bit unless the field is constant.
+    /// Creates a field from coefficients in rows, with rounding errors of `roundings` halves of the
+    /// last bit; `None` for a constant field.
     fn of_coefficients(
         lattice: Lattice,
         n2_ref: f64,
@@ -272,19 +281,20 @@ impl Bspline {
         }
     }
 
-    /// See [`Scales`].
+    /// Length scale, see [`Scales`].
     pub(super) fn length_scale(&self, x: DVec3) -> f64 {
         let scales = self.scales.as_ref();
         scales.map_or(f64::INFINITY, |s| s.at(self.lattice.coordinates(x)))
     }
 
-    /// See [`HomogeneousBlocks::span`].
+    /// Homogeneous span, see [`HomogeneousBlocks::span`].
     pub(super) fn homogeneous_span(&self, x: DVec3, v: DVec3) -> f64 {
         let homogeneous = self.homogeneous.as_ref();
         homogeneous.map_or(0.0, |blocks| blocks.span(x, v))
     }
 
-    /// Two cells along the axis that a ray runs along the fastest: a basis function reaches over four.
+    /// Span of two cells along the axis along which a ray is fastest; a basis function extends over
+    /// four cells.
     pub(super) fn resolved_span(&self, v: DVec3) -> f64 {
         2.0 / (v * self.lattice.per_spacing()).abs().max_element()
     }
@@ -294,19 +304,19 @@ impl Bspline {
     }
 }
 
-/// What is known of samples.
+/// Properties of samples.
 #[derive(Clone, Copy)]
 struct Sampling {
-    /// Standard deviation of their noise.
+    /// Standard deviation of the noise.
     noise: f64,
-    /// Whether they are given in double precision.
+    /// True if the samples have double precision.
     double: bool,
 }
 
-/// Rounding of coefficients of samples in double precision, in halves of the last bit: once before the filter along z, which makes
-/// it up to three times as large, and once after it.
+/// Rounding of coefficients of samples in double precision, in halves of the last bit: once before
+/// the filter along z, which amplifies it up to three times, and once after it.
 const ROUNDINGS: f64 = 4.0;
-/// Name of a parameter.
+/// Name of the noise in errors.
 const NOISE: &str = "noise of samples";
 
 fn check_count(dims: [usize; 3], actual: usize) -> Result<(), FieldError> {
@@ -322,7 +332,7 @@ fn check_count(dims: [usize; 3], actual: usize) -> Result<(), FieldError> {
     }
 }
 
-/// n² of a sample that is an index.
+/// Returns n² of a sample n; an error if n is not an index.
 fn square(index: [usize; 3], n: f64) -> Result<f64, FieldError> {
     if n.is_finite() && n > 0.0 {
         Ok(n * n)

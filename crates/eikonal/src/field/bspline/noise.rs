@@ -1,31 +1,30 @@
-//! What noise of the samples makes of derivatives (docs/theory.md#sampled-fields).
+//! Effect of noise in samples on derivatives (docs/theory.md#sampled-fields).
 
 use super::Bspline;
 use super::lattice::PAD;
 
-/// Responses of the interpolating spline to white noise at the samples, per standard deviation, in units of the spacing:
-/// of its first and second derivatives and of fourth differences.
+/// Responses of the interpolating spline to white noise at the samples, per standard deviation, in
+/// units of the spacing: of its first and second derivatives and of fourth differences.
 const RESPONSES: [f64; 3] = [1.18, 6.0, 21.9];
-/// Fourth differences of white noise have √70 times its standard deviation.
+/// Standard deviation of fourth differences of white noise, √70, relative to the noise.
 const FOURTH: f64 = 8.366_600_265_340_756;
-/// Axes with fewer samples are left out.
+/// Smallest number of samples of an axis that is included.
 const FEWEST: usize = 8;
-/// Lines that are looked at along each of the two other axes.
+/// Number of lines examined along each of the two other axes.
 const LINES: usize = 24;
 
-/// Parts of the derivatives of n² (root mean squares over the grid) that are noise, at most 1: what it is to be told
-/// from them.
+/// Fractions of the derivatives of n² (root mean squares over the grid) that are noise, at most 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NoiseShares {
-    /// Of first derivatives, by which rays bend.
+    /// Noise in first derivatives, which bend rays.
     pub first: f64,
-    /// Of second derivatives, which decide over focusing and brightness.
+    /// Noise in second derivatives, which determine focusing and brightness.
     pub second: f64,
-    /// Of fourth derivatives, by which steps are chosen.
+    /// Noise in fourth derivatives, which determine steps.
     pub fourth: f64,
 }
 
-/// Sums over the places that are looked at along one axis.
+/// Sums over the places examined along one axis.
 #[derive(Default)]
 struct Sums {
     /// Squares of the derivatives, in units of the spacing.
@@ -36,9 +35,10 @@ struct Sums {
 }
 
 impl Bspline {
-    /// What noise of the samples of n, with the standard deviation `sigma`, is of the field's derivatives, if the samples are
-    /// interpolated. Noise is never more than what the samples show: along an axis where they are smoother than it would
-    /// be, they are taken as exact to what they are.
+    /// Returns the fractions of the field's derivatives that are due to noise in the samples of n,
+    /// with the standard deviation `sigma`, if the samples are interpolated. The noise is limited
+    /// by the roughness of the samples: along an axis where the samples are smoother than this
+    /// noise, their own roughness is used instead.
     pub fn noise_shares(&self, sigma: f64) -> NoiseShares {
         let (mut noise, mut total) = ([0.0; 3], [0.0; 3]);
         for axis in 0..3 {
@@ -92,7 +92,7 @@ impl Bspline {
 }
 
 impl Sums {
-    /// Seven coefficients in a row.
+    /// Adds seven consecutive coefficients.
     fn add(&mut self, c: &[f64]) {
         let fourth = |c: &[f64]| c[0] - 4.0 * c[1] + 6.0 * c[2] - 4.0 * c[3] + c[4];
         let derivatives = [

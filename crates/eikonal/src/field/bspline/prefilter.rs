@@ -1,4 +1,5 @@
-//! From samples to the coefficients of the spline through them, or past them where they are noisy.
+//! Conversion of samples to the coefficients of the spline through them, or of a smoothing spline
+//! where they are noisy.
 //!
 //! Theory: docs/theory.md#sampled-fields.
 
@@ -6,15 +7,16 @@ use super::lattice::{Lattice, PAD};
 use super::smooth::Smoother;
 use fearless_simd::dispatch;
 
-/// Lines handled at once.
+/// Number of lines processed together.
 pub(super) const LANES: usize = 16;
-/// Numbers at one place of so many lines.
+/// Numbers at one place of [`LANES`] lines.
 pub(super) type Lanes = [f64; LANES];
 
-/// Turns samples into coefficients in place, axis by axis; line by line in f64. With `noise`, the standard deviation of
-/// that of the samples, the spline is the smoothest that noise lets tell from them; zero interpolates.
+/// Converts samples to coefficients in place, axis by axis and line by line in f64. With `noise`,
+/// the standard deviation of the samples' noise, the spline is the smoothest that agrees with the
+/// samples within this noise. Zero interpolates.
 pub(super) fn prefilter(lattice: &Lattice, data: &mut [f32], noise: f64) {
-    // Before any line is changed.
+    // Choose all solvers before any line is changed.
     let solvers = [0, 1, 2].map(|axis| Solver::new(lattice, data, axis, noise));
     let grid = Grid::of(lattice);
     for (axis, solver) in solvers.iter().enumerate() {
@@ -22,8 +24,9 @@ pub(super) fn prefilter(lattice: &Lattice, data: &mut [f32], noise: f64) {
     }
 }
 
-/// Turns samples of one plane across z into coefficients along x and y, interpolating. Their rounding, which the filter of the
-/// shortest waves makes three times as large along each axis, is then that of z alone ([`planes`]).
+/// Converts samples of one plane across z to coefficients along x and y, interpolating. The filter
+/// amplifies the rounding of the shortest waves three times along each axis. In double precision
+/// along x and y, only the amplification along z remains ([`planes`]).
 pub(super) fn plane(lattice: &Lattice, data: &mut [f64]) {
     let mut grid = Grid::of(lattice);
     grid.size[2] = 1;
@@ -33,14 +36,15 @@ pub(super) fn plane(lattice: &Lattice, data: &mut [f64]) {
     }
 }
 
-/// Turns what [`plane`] makes of each plane into coefficients, along z.
+/// Converts the result of [`plane`] for each plane to coefficients, along z.
 pub(super) fn planes(lattice: &Lattice, data: &mut [f32]) {
     let solver = Solver::interpolating(lattice.dims()[2]);
     let grid = Grid::of(lattice);
     dispatch!(crate::lanes::level(), _simd => along(&grid, data, 2, &solver));
 }
 
-/// Turns samples into coefficients in double precision, interpolating; rows along x, then y, then z, with room for the padding.
+/// Converts samples to coefficients in double precision, interpolating; rows along x, then y, then
+/// z, with room for the padding.
 pub(super) fn rows(lattice: &Lattice, data: &mut [f64]) {
     let size = lattice.stored_dims();
     let grid = Grid {
@@ -61,7 +65,7 @@ pub(super) fn extend_all(lattice: &Lattice, data: &mut [f32]) {
     }
 }
 
-/// How lines lie in memory.
+/// Arrangement of lines in memory.
 struct Grid {
     size: [usize; 3],
     stride: [usize; 3],
@@ -76,7 +80,7 @@ impl Grid {
     }
 }
 
-/// A number that is stored.
+/// A number type in which coefficients are stored.
 pub(super) trait Stored: Copy + Into<f64> {
     fn of(value: f64) -> Self;
 }
@@ -93,7 +97,7 @@ impl Stored for f64 {
     }
 }
 
-/// The same along one axis, for several lines side by side.
+/// Solves along one axis, for several lines together.
 #[inline(always)]
 fn along<T: Stored>(grid: &Grid, data: &mut [T], axis: usize, solver: &Solver) {
     let Grid { size, stride } = grid;
@@ -111,7 +115,8 @@ fn along<T: Stored>(grid: &Grid, data: &mut [T], axis: usize, solver: &Solver) {
     }
 }
 
-/// Reads `count` lines. `steps` are the distances of neighbours on a line, and of neighbouring lines.
+/// Reads `count` lines. `steps` are the distances between neighbours on a line, and between
+/// neighbouring lines.
 #[inline(always)]
 pub(super) fn gather<T: Stored>(
     data: &[T],
@@ -134,7 +139,7 @@ pub(super) fn gather<T: Stored>(
     }
 }
 
-/// Writes them.
+/// Writes `count` lines; see [`gather`].
 #[inline(always)]
 pub(super) fn scatter<T: Stored>(
     lines: &[Lanes],
@@ -154,15 +159,15 @@ pub(super) fn scatter<T: Stored>(
     }
 }
 
-/// Solves for lines of equal length.
+/// Solver for lines of equal length.
 pub(super) enum Solver {
     Interpolating {
         samples: usize,
-        /// Of the elimination in each row.
+        /// Elimination factors of each row.
         factors: Vec<f64>,
     },
     Smoothing(Smoother),
-    /// Only into the padding.
+    /// Only continues coefficients into the padding.
     Extending,
 }
 
@@ -183,12 +188,13 @@ impl Solver {
         Solver::Interpolating { samples, factors }
     }
 
-    /// Samples f in `line[PAD..len − PAD]` become coefficients c; those in the padding continue them quadratically.
+    /// Converts samples f in `line[PAD..len − PAD]` to coefficients c; coefficients in the padding
+    /// continue them quadratically.
     #[inline(always)]
     pub(super) fn solve(&self, lines: &mut [Lanes]) {
         match self {
             Solver::Interpolating { samples, factors } => {
-                // One or two samples are their own coefficients.
+                // Skip one or two samples: they are their own coefficients.
                 if *samples > 2 {
                     interpolate(&mut lines[PAD..PAD + samples], factors);
                 }
@@ -201,10 +207,10 @@ impl Solver {
     }
 }
 
-/// Coefficients with c₍i₋₁₎ + 4cᵢ + c₍i₊₁₎ = 6fᵢ.
+/// Solves for coefficients with c₍i₋₁₎ + 4cᵢ + c₍i₊₁₎ = 6fᵢ.
 ///
-/// The interpolation conditions with c₋₁ = 3c₀ − 3c₁ + c₂ put into the first, 7c₀ − 2c₁ + c₂ =
-/// 6f₀; less the second (c₀ + 4c₁ + c₂ = 6f₁) it reads 6c₀ − 6c₁ = 6(f₀ − f₁). Likewise at the end.
+/// Inserting c₋₁ = 3c₀ − 3c₁ + c₂ into the first condition gives 7c₀ − 2c₁ + c₂ = 6f₀. Subtracting
+/// the second (c₀ + 4c₁ + c₂ = 6f₁) gives 6c₀ − 6c₁ = 6(f₀ − f₁). The other end is analogous.
 #[inline(always)]
 fn interpolate(c: &mut [Lanes], factors: &[f64]) {
     let last = c.len() - 1;
@@ -220,8 +226,8 @@ fn interpolate(c: &mut [Lanes], factors: &[f64]) {
     }
 }
 
-/// Fills the padding with the polynomial of degree two (less for fewer than three samples)
-/// through the outermost coefficients.
+/// Fills the padding with the polynomial of degree two (less for fewer than three samples) through
+/// the outermost coefficients.
 #[inline(always)]
 fn extend(line: &mut [Lanes], n: usize) {
     let next = |a: Lanes, b: Lanes, c: Lanes| match n {
@@ -229,7 +235,7 @@ fn extend(line: &mut [Lanes], n: usize) {
         2 => lanes(|l| 2.0 * a[l] - b[l]),
         _ => lanes(|l| 3.0 * a[l] - 3.0 * b[l] + c[l]),
     };
-    // With fewer than three samples the farther arguments are not used.
+    // With fewer than three samples the last arguments are not used.
     for i in (0..PAD).rev() {
         line[i] = next(line[i + 1], line[i + 2], line[i + 3]);
     }

@@ -1,4 +1,5 @@
-//! How far a ray may go in one step: a length scale that varies over the grid (docs/theory.md#sampled-fields).
+//! Length scales that vary over the grid and limit the steps of rays
+//! (docs/theory.md#sampled-fields).
 
 use super::lattice::{Lattice, PAD};
 use super::prefilter::extend_all;
@@ -6,26 +7,28 @@ use crate::field::lengths::Lengths;
 use fearless_simd::{Simd, SimdBase, SimdCombine, dispatch, f32x4, f64x4};
 use glam::DVec3;
 
-/// Cells between nodes along each axis.
+/// Number of cells between nodes along each axis.
 const EDGE: usize = 8;
 
-/// What may be hidden matters from this share of what is seen on.
+/// Smallest ratio of hidden to visible roughness that matters.
 const NOTICEABLE: f64 = 0.5;
 
-/// A coefficient below this share of its sample does not stand for it.
+/// Ratio of a coefficient to its sample below which the sample replaces it.
 const STEEP: f64 = 0.8;
 
-/// The length scale at nodes every few cells, interpolated linearly between them.
+/// Length scale at nodes every few cells, interpolated linearly between them.
 ///
-/// At a sample it is L = (2n²/|∂⁴n²|)^¼, which makes the fifth derivative of a ray by σ n⁵L⁻⁴, but no more than
-/// (2n²/|∂²n²|)^½, the distance over which the field turns a ray. Fourth derivatives are fourth differences of
-/// the coefficients, the jumps of the third derivative of the spline. Around a sample the scale is at
-/// most its own plus the distance: a step of that length cannot jump over what makes it small.
+/// At a sample it is L = (2n²/|∂⁴n²|)^¼, which makes the fifth derivative of a ray with respect to
+/// σ n⁵L⁻⁴. It is at most (2n²/|∂²n²|)^½, the distance over which the field turns a ray. Fourth
+/// derivatives are fourth differences of the coefficients, which are the jumps of the third
+/// derivative of the spline. Around a sample the scale is at most the sample's scale plus the
+/// distance: a step of this length cannot jump over the feature that makes the scale small.
 #[derive(Clone, Debug)]
 pub(super) struct Scales(Lengths);
 
 impl Scales {
-    /// Of coefficients in rows, which are off by so many halves of their last bit.
+    /// Computes the scales from coefficients in rows, with rounding errors of `roundings` halves of
+    /// their last bit.
     pub(super) fn new(
         lattice: &Lattice,
         coefficients: &[f32],
@@ -35,7 +38,7 @@ impl Scales {
         Scales(lengths(lattice, coefficients, n2_ref, roundings))
     }
 
-    /// At a position in units of the spacing from sample 0.
+    /// Returns the scale at a position in units of the spacing from sample 0.
     pub(super) fn at(&self, t: DVec3) -> f64 {
         self.0.at(t * (1.0 / EDGE as f64))
     }
@@ -46,8 +49,8 @@ impl Scales {
     }
 }
 
-/// Where rounding hides the fourth differences of the coefficients, the next coarser lattice shows them, as far as they may be
-/// hidden.
+/// Computes the lengths. Where rounding hides the fourth differences of the coefficients, the next
+/// coarser lattice supplies them, up to the amount that may be hidden.
 fn lengths(lattice: &Lattice, coefficients: &[f32], n2_ref: f64, roundings: f64) -> Lengths {
     let nodes = lattice.dims().map(|n| (n - 1).div_ceil(EDGE).max(1) + 1);
     let mut around = Around::new(nodes);
@@ -55,7 +58,7 @@ fn lengths(lattice: &Lattice, coefficients: &[f32], n2_ref: f64, roundings: f64)
     let Around {
         mut seen, hidden, ..
     } = around;
-    // The size of the grid is as good as infinity, and can be interpolated.
+    // Take the size of the grid instead of infinity: it can be interpolated.
     let largest = lattice.size();
     let least = largest.powi(-4);
     let much = |seen: f64, hidden: f64| hidden > NOTICEABLE * seen.max(least);
@@ -80,7 +83,7 @@ fn lengths(lattice: &Lattice, coefficients: &[f32], n2_ref: f64, roundings: f64)
     Lengths::new(nodes, lattice.spacing() * EDGE as f64, lengths)
 }
 
-/// The largest L⁻⁴ around nodes: what is seen, and what rounding may hide beside it.
+/// Largest L⁻⁴ around nodes: the visible part, and the part that rounding may hide.
 struct Around {
     nodes: [usize; 3],
     seen: Vec<f64>,
@@ -119,7 +122,8 @@ impl Around {
     }
 }
 
-/// Coefficients smoothed by binomial weights along the axes along which a coarser lattice has every second of them.
+/// Smooths coefficients by binomial weights along the axes along which a coarser lattice has every
+/// second coefficient.
 fn coarsened(fine: &Lattice, coarse: &Lattice, from: &[f32]) -> Vec<f32> {
     let step = [0, 1, 2].map(|a| {
         if fine.dims()[a] == coarse.dims()[a] {
@@ -154,7 +158,8 @@ fn coarsened(fine: &Lattice, coarse: &Lattice, from: &[f32]) -> Vec<f32> {
     to
 }
 
-/// 1, 4, 6, 4, 1 sixteenths of what lies so many places before and after, or what lies there where every place is kept.
+/// Applies the weights 1, 4, 6, 4, 1 (sixteenths) to values at consecutive offsets; copies the
+/// values along an axis where every place is kept.
 fn smoothed<'a, T: Copy + Into<f64> + 'a>(
     step: usize,
     to: &mut [f64],
@@ -175,7 +180,7 @@ fn smoothed<'a, T: Copy + Into<f64> + 'a>(
     }
 }
 
-/// The largest of a row within a block to either side of each node.
+/// Returns the largest value of a row within a block to either side of each node.
 #[inline(always)]
 fn largest_near(row: &[f64], near: &mut [f64]) {
     for (node, largest) in near.iter_mut().enumerate() {
@@ -185,13 +190,14 @@ fn largest_near(row: &[f64], near: &mut [f64]) {
     }
 }
 
-/// Where the rows of nodes begin that lie around row (j, k) of samples.
+/// Returns the starts of the rows of nodes around row (j, k) of samples.
 fn rows_of_nodes([x, y, _]: [usize; 3], [j, k]: [usize; 2]) -> impl Iterator<Item = usize> {
     let around = |i: usize| i / EDGE..=i.div_ceil(EDGE);
     around(k).flat_map(move |k| around(j).map(move |j| (k * y + j) * x))
 }
 
-/// L⁻⁴ at the samples of row (j, k), less what rounding of the coefficients may have to do with it, and what this may hide.
+/// Computes L⁻⁴ at the samples of row (j, k), less the possible contribution of rounding, and the
+/// amount that rounding may hide.
 #[inline(always)]
 fn roughness<S: Simd>(
     simd: S,
@@ -205,7 +211,7 @@ fn roughness<S: Simd>(
     let start = lattice.offset([PAD, j + PAD, k + PAD]);
     let at = |from: usize| &coefficients[from..from + seen.len()];
     let middle = at(start);
-    // Two and one before and after along each axis.
+    // Take two coefficients before and two after, along each axis.
     let around = [0, 1, 2].map(|axis| {
         let s = strides[axis];
         [start - 2 * s, start - s, start + s, start + 2 * s].map(at)
@@ -240,8 +246,9 @@ fn roughness<S: Simd>(
             }
         }
         for h in 0..2 {
-            // n² of a sample is close to its coefficient, but at a steep step, where coefficients swing more widely than samples;
-            // where both are hardly positive no ray goes.
+            // Take n² of the coefficient, which is close to the sample, except at a steep step,
+            // where coefficients swing more widely than samples. Where both are hardly positive, no
+            // ray goes.
             let coefficient = n2_ref + m[h];
             let sample = coefficient + above[h] * (1.0 / 6.0);
             let n2 = coefficient.max(sample * STEEP).max(least);
@@ -255,10 +262,10 @@ fn roughness<S: Simd>(
     }
 }
 
-/// Values loaded at once.
+/// Number of values loaded together.
 const LANES: usize = 8;
 
-/// Those from `i` on; zero beyond the end.
+/// Loads the values from `i` on; zero beyond the end.
 #[inline(always)]
 fn load<S: Simd>(simd: S, from: &[f32], i: usize) -> [f64x4<S>; 2] {
     let mut last = [0.0; LANES];

@@ -1,9 +1,10 @@
-//! Smoothing splines: past samples that are noisy, as far as the noise lets them be.
+//! Smoothing splines, which deviate from noisy samples as far as the noise allows.
 //!
-//! Along a line of samples f the coefficients c minimise |f − Bc|² + λ|D⁴c|², B the spline's values at the samples and D⁴
-//! fourth differences (Eilers and Marx 1996). Cubic profiles stay as they are; waves of ω per sample are multiplied by
-//! about 1/(1 + λω⁸), so that what is longer than 2πλ^⅛ samples passes. λ is the largest for which the samples
-//! differ from the spline by no more than their noise accounts for (Reinsch 1967).
+//! Along a line of samples f, the coefficients c minimise |f − Bc|² + λ|D⁴c|², with B the spline's
+//! values at the samples and D⁴ fourth differences (Eilers and Marx 1996). Cubic profiles do not
+//! change. Waves of ω per sample are multiplied by about 1/(1 + λω⁸), so that waves longer than
+//! 2πλ^⅛ samples pass. λ is the largest value for which the samples differ from the spline by no
+//! more than their noise explains (Reinsch 1967).
 //!
 //! Theory: docs/theory.md#sampled-fields.
 
@@ -11,36 +12,36 @@ use super::lattice::{Lattice, PAD};
 use super::prefilter::{LANES, Lanes, lanes};
 use std::f64::consts::PI;
 
-/// Order of the differences that are kept small, and number of off-diagonals of the system.
+/// Order of the differences that are minimised, and number of off-diagonals of the system.
 const ORDER: usize = 4;
-/// D⁴.
+/// Weights of fourth differences D⁴.
 // Planted error "third differences for fourth in smoothing splines", found by morgana-eikonal/eikonal::field_noise::smoothing_keeps_what_is_no_noise:
 // const DIFFERENCE: [f64; ORDER + 1] = [0.0, -1.0, 3.0, -3.0, 1.0];
 const DIFFERENCE: [f64; ORDER + 1] = [1.0, -4.0, 6.0, -4.0, 1.0];
-/// The values of three neighbouring basis functions at a sample.
+/// Values of three neighbouring basis functions at a sample.
 const VALUES: [f64; 3] = [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0];
-/// Shorter lines are interpolated.
+/// Smallest number of samples of a line that is smoothed; shorter lines are interpolated.
 const FEWEST: usize = 16;
-/// Lines from which λ is found, in groups of [`LANES`].
+/// Maximum number of groups of [`LANES`] lines from which λ is found.
 const GROUPS: usize = 64;
-/// λ^⅛ grows by this from one try to the next, up to this part of the line.
+/// Growth of λ^⅛ from one try to the next, and its largest value as a fraction of the line.
 const GROWTH: f64 = 1.189_207_115_002_721;
 const LONGEST: f64 = 1.0 / 16.0;
-/// The first try: it changes nothing but the very shortest waves.
+/// First λ^⅛; it changes only the very shortest waves.
 const FIRST: f64 = 0.5;
-/// Residuals may exceed what noise lets expect by so many of their standard deviations.
+/// Number of standard deviations by which residuals may exceed the value expected from noise.
 const DEVIATIONS: f64 = 3.0;
 
-/// The solution for lines of one length.
+/// Solver for lines of one length.
 pub(super) struct Smoother {
-    /// Of LDLᵀ: 1/D, and the entries of L before the diagonal, the nearest first.
+    /// Factors of LDLᵀ: 1/D, and the entries of L before the diagonal, nearest first.
     inverse: Vec<f64>,
     lower: Vec<[f64; ORDER]>,
 }
 
 impl Smoother {
-    /// The one for samples along an axis with noise of the given standard deviation. `None` if they are to be
-    /// interpolated.
+    /// Chooses the smoother for samples along an axis with noise of the given standard deviation.
+    /// `None` if the samples should be interpolated.
     pub(super) fn of_noise(
         lattice: &Lattice,
         data: &[f32],
@@ -70,7 +71,7 @@ impl Smoother {
 
     fn new(samples: usize, lambda: f64) -> Self {
         let count = samples + 2;
-        // The upper half of BᵀB + λD⁴ᵀD⁴, from the diagonal on.
+        // Assemble the upper half of BᵀB + λD⁴ᵀD⁴, from the diagonal on.
         let mut band = vec![[0.0; ORDER + 1]; count];
         let mut add = |from: usize, row: &[f64], factor: f64| {
             for i in 0..row.len() {
@@ -103,11 +104,11 @@ impl Smoother {
         }
     }
 
-    /// Samples in `line[1..=n]` become coefficients in `line[..n + 2]`.
+    /// Converts samples in `line[1..=n]` to coefficients in `line[..n + 2]`.
     #[inline(always)]
     pub(super) fn solve(&self, lines: &mut [Lanes]) {
         let count = self.inverse.len();
-        // Bᵀf, and L from the left.
+        // Multiply by Bᵀ, and solve for L from the left.
         let mut before = [0.0; LANES];
         lines[0] = before;
         lines[count - 1] = before;
@@ -138,13 +139,13 @@ impl Smoother {
     }
 }
 
-/// The entry of L so far before the diagonal of row `i`.
+/// Returns the entry of L in row `i`, `back` places before the diagonal.
 fn entry(lower: &[[f64; ORDER]], i: usize, back: usize) -> f64 {
     lower[i][back - 1]
 }
 
-/// The part of white noise's variance that the spline does not follow: the mean of the square of λd/(b² + λd) over all
-/// ω, with b and d the squares of the responses of B and D⁴.
+/// Fraction of white noise's variance that the spline does not follow: the mean of the square of
+/// λd/(b² + λd) over all ω, with b and d the squares of the responses of B and D⁴.
 fn rejected(lambda: f64) -> f64 {
     const STEPS: i32 = 4000;
     let part = |i: i32| {
@@ -156,10 +157,10 @@ fn rejected(lambda: f64) -> f64 {
     (0..STEPS).map(part).sum::<f64>() / f64::from(STEPS)
 }
 
-/// Some lines along an axis, evenly over the grid.
+/// Some lines along an axis, evenly distributed over the grid.
 struct Lines {
     groups: Vec<Vec<Lanes>>,
-    /// Number of samples on them.
+    /// Number of samples on the lines.
     values: usize,
 }
 
@@ -178,7 +179,7 @@ impl Lines {
         };
         let value = |start: usize, k: usize| f64::from(data[start + k * strides[axis]]);
         let group = |first: usize| {
-            // The last group repeats its last line.
+            // Repeat the last line to fill the last group.
             let starts: [usize; LANES] =
                 std::array::from_fn(|l| start((first + l).min(wanted - 1)));
             (0..dims[axis])
@@ -192,7 +193,7 @@ impl Lines {
         }
     }
 
-    /// The mean square of what a spline leaves.
+    /// Returns the mean square of the residuals of a spline.
     fn residual(&self, smoother: &Smoother) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0);
         for samples in &self.groups {

@@ -5,23 +5,23 @@ use super::prefilter::{LANES, Lanes, Solver, Stored, gather, lanes, scatter};
 use super::values::{Taps, Values};
 use fearless_simd::dispatch;
 
-/// Fewer samples along an axis, the first and the last where they were.
+/// Fewer samples along an axis; the first and the last sample keep their places.
 pub(super) struct Thinned {
-    /// Makes coefficients of all samples.
+    /// Solver for the coefficients of all samples.
     solver: Solver,
-    /// Number of samples that there were.
+    /// Number of all samples.
     samples: usize,
     count: usize,
-    /// Distance of neighbours, in units of what it was.
+    /// Distance between neighbouring kept samples, in units of the original distance.
     spacing: f64,
-    /// The former coefficients around each sample.
+    /// Original coefficients around each kept sample.
     taps: Vec<Taps>,
     /// Pivots of the elimination.
     factors: Vec<f64>,
 }
 
 impl Thinned {
-    /// Leaves so many samples out by a factor: about each `factor`-th is kept.
+    /// Thins samples by a factor: about every `factor`-th is kept.
     pub(super) fn new(samples: usize, factor: usize) -> Self {
         let intervals = samples - 1;
         let count = intervals.div_ceil(factor) + 1;
@@ -50,7 +50,7 @@ impl Thinned {
         self.count + 2 * PAD
     }
 
-    /// Room for lines of all samples, with their padding.
+    /// Allocates lines of all samples, with their padding.
     fn room(&self) -> Vec<Lanes> {
         vec![[0.0; LANES]; self.samples + 2 * PAD]
     }
@@ -59,8 +59,8 @@ impl Thinned {
         vec![[0.0; LANES]; self.stored()]
     }
 
-    /// The sample whose change is largest, with that change, on the lines along an axis through some samples of a grid, if samples are
-    /// left out along it alone.
+    /// Returns the largest change of a sample, and this sample, on the lines along an axis through
+    /// some samples of a grid, if samples are thinned along this axis alone.
     pub(super) fn worst(
         &self,
         axis: usize,
@@ -86,7 +86,7 @@ impl Thinned {
         worst
     }
 
-    /// The changes at some samples if samples are left out along an axis alone.
+    /// Returns the changes at some samples if samples are thinned along an axis alone.
     pub(super) fn changes(
         &self,
         axis: usize,
@@ -104,12 +104,13 @@ impl Thinned {
         together.collect()
     }
 
-    /// Where a sample lies among fewer.
+    /// Returns the place of a sample among the kept ones.
     fn place(&self, i: usize) -> Taps {
         Taps::at(i as f64 / self.spacing)
     }
 
-    /// Samples of the lines along an axis through some of a grid, at most as many as there are lanes, and coefficients of fewer of them.
+    /// Returns the samples of the lines along an axis through some samples of a grid, at most
+    /// [`LANES`], and the coefficients of the kept samples.
     fn lines(
         &self,
         axis: usize,
@@ -130,10 +131,12 @@ impl Thinned {
         (held, fewer)
     }
 
-    /// Coefficients of fewer samples along lines side by side, whose samples `lines[PAD..]` become coefficients: of the cubic spline that
-    /// has the same values at their places, and the same slopes at the first and the last.
+    /// Computes the coefficients of fewer samples along parallel lines; also converts the samples
+    /// in `lines[PAD..]` to coefficients. The new cubic spline has equal values at the kept places,
+    /// and equal slopes at the first and the last.
     ///
-    /// (c₍i₋₁₎ + 4cᵢ + c₍i₊₁₎)/6 = fᵢ, of which (c₁ − c₋₁)/2 = f′₀ and its like at the other end eliminate what lies outside.
+    /// The equations are (c₍i₋₁₎ + 4cᵢ + c₍i₊₁₎)/6 = fᵢ. The condition (c₁ − c₋₁)/2 = f′₀, and the
+    /// corresponding condition at the other end, eliminate the outer coefficients.
     #[inline(always)]
     fn fewer(&self, lines: &mut [Lanes], fewer: &mut [Lanes]) {
         self.solver.solve(lines);
@@ -171,7 +174,8 @@ impl Thinned {
     }
 }
 
-/// Factor of coefficient i + 1 in the equation of coefficient i, once the coefficient before the first is eliminated.
+/// Factor of coefficient i + 1 in the equation of coefficient i, after elimination of the
+/// coefficient before the first.
 fn above(i: usize) -> f64 {
     if i == 0 { 2.0 } else { 1.0 }
 }
@@ -181,7 +185,8 @@ fn below(i: usize, count: usize) -> f64 {
     if i + 1 == count { 2.0 } else { 1.0 }
 }
 
-/// Coefficients, in rows, of the spline through what a grid holds at fewer places, with its slopes at the ends.
+/// Computes the coefficients, in rows, of the spline through the values of a grid at fewer places,
+/// with the grid's slopes at the ends.
 pub(super) fn coefficients(
     values: &impl Values,
     [along_x, along_y, along_z]: &[Thinned; 3],
@@ -190,11 +195,11 @@ pub(super) fn coefficients(
     let [x, y, z] = values.dims();
     let [fewer_x, fewer_y] = [along_x.stored(), along_y.stored()];
     let (mut all, mut columns) = (vec![0.0; x * y], vec![0.0; x * fewer_y]);
-    // Planes of coefficients that are few along x and y.
+    // Allocate planes of coefficients that are thinned along x and y.
     let mut planes = vec![0.0; fewer_x * fewer_y * z];
     for (k, plane) in planes.chunks_exact_mut(fewer_x * fewer_y).enumerate() {
         values.plane(k, &mut all);
-        // First along y, where neighbouring lines are neighbours in memory.
+        // Thin along y first, where neighbouring lines are adjacent in memory.
         let along_columns = Lines {
             number: x,
             first: |i| [i, i],
@@ -221,16 +226,16 @@ pub(super) fn coefficients(
     data
 }
 
-/// How lines lie in memory, before and after samples are left out.
+/// Arrangement of lines in memory, before and after thinning.
 struct Lines<F> {
     number: usize,
-    /// Where a line begins.
+    /// Start of a line, before and after thinning.
     first: F,
-    /// Distances of neighbours on a line, and of neighbouring lines.
+    /// Distances between neighbours on a line, and between neighbouring lines.
     steps: [[usize; 2]; 2],
 }
 
-/// Leaves out samples along lines.
+/// Thins samples along lines.
 fn thin<T: Stored>(
     along: &Thinned,
     lines: &Lines<impl Fn(usize) -> [usize; 2]>,

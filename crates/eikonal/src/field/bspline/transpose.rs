@@ -1,4 +1,5 @@
-//! Derivatives by the coefficients and by the samples of a spline: the transposes of evaluation and of the prefilter.
+//! Derivatives with respect to the coefficients and the samples of a spline: the transposes of
+//! evaluation and of the prefilter.
 //!
 //! Theory: docs/theory.md#derivatives-of-rays.
 
@@ -10,12 +11,12 @@ use fearless_simd::{Simd, SimdBase, dispatch, f64x4};
 use glam::DVec3;
 
 impl Bspline {
-    /// Number of coefficients, with those beyond the samples.
+    /// Number of coefficients, including coefficients beyond the samples.
     pub(in crate::field) fn coefficient_count(&self) -> usize {
         self.lattice.stored_dims().iter().product()
     }
 
-    /// Adds derivatives by the coefficients, in rows along x, then y, then z.
+    /// Adds derivatives with respect to the coefficients, in rows along x, then y, then z.
     pub(in crate::field) fn add_coefficient_derivative(
         &self,
         x: DVec3,
@@ -53,7 +54,8 @@ impl Bspline {
         }
     }
 
-    /// Changes of n² and ∇n² at `x` with changes of the coefficients: the transpose of [`Bspline::add_coefficient_derivative`].
+    /// Returns the changes of n² and ∇n² at `x` for changes of the coefficients: the transpose of
+    /// [`Bspline::add_coefficient_derivative`].
     pub(in crate::field) fn coefficient_change(&self, x: DVec3, change: &[f64]) -> IndexChange {
         dispatch!(self.level, simd => self.gather_from(simd, x, change))
     }
@@ -86,7 +88,8 @@ impl Bspline {
         }
     }
 
-    /// Changes of the coefficients with changes of n² of the samples: the transpose of [`Bspline::sample_derivative`].
+    /// Converts changes of n² of the samples to changes of the coefficients: the transpose of
+    /// [`Bspline::sample_derivative`].
     pub fn sample_change(&self, samples: &[f64]) -> Vec<f64> {
         let (dims, size) = (self.lattice.dims(), self.lattice.stored_dims());
         let mut data = vec![0.0; self.coefficient_count()];
@@ -104,12 +107,13 @@ impl Bspline {
         self.lattice.dims()
     }
 
-    /// Whether the spline goes through its samples, rather than past them by their noise.
+    /// True if the spline passes through its samples; false if it deviates from them by their
+    /// noise.
     pub fn interpolates(&self) -> bool {
         self.interpolates
     }
 
-    /// n at the samples, to the precision of the coefficients; x fastest, then y, then z.
+    /// Returns n at the samples, to the precision of the coefficients; x fastest, then y, then z.
     pub fn samples(&self) -> Vec<f64> {
         let [x, y, z] = self.dims();
         let places = (0..x * y * z).map(|at| [at % x, at / x % y, at / (x * y)]);
@@ -118,8 +122,9 @@ impl Bspline {
             .collect()
     }
 
-    /// Derivatives by n² of the samples, x fastest, then y, then z, from those by the coefficients. Multiply by 2n for those by
-    /// n. Of a grid that interpolates its samples; those of one that smooths them are others.
+    /// Converts derivatives with respect to the coefficients to derivatives with respect to n² of
+    /// the samples, x fastest, then y, then z. Multiply by 2n for derivatives with respect to n.
+    /// The result holds for a grid that interpolates its samples, not for one that smooths them.
     pub fn sample_derivative(&self, by_coefficients: Vec<f64>) -> Vec<f64> {
         let mut size = self.lattice.stored_dims();
         let mut data = by_coefficients;
@@ -131,7 +136,8 @@ impl Bspline {
     }
 }
 
-/// The transpose of the prefilter along one axis of an array of `size`, x fastest, of which `2·PAD` places vanish.
+/// Transposes the prefilter along one axis of an array of `size`, x fastest; this removes `2·PAD`
+/// places.
 fn fold_axis(data: &[f64], size: [usize; 3], axis: usize) -> Vec<f64> {
     let stride: usize = size[..axis].iter().product();
     let samples = size[axis] - 2 * PAD;
@@ -153,7 +159,8 @@ fn fold_axis(data: &[f64], size: [usize; 3], axis: usize) -> Vec<f64> {
     out
 }
 
-/// The transpose of `prefilter::Solver::solve`: derivatives by samples replace those by coefficients in `line[PAD..PAD + n]`.
+/// Transposes `prefilter::Solver::solve`: derivatives with respect to samples replace derivatives
+/// with respect to coefficients in `line[PAD..PAD + n]`.
 fn fold_line(line: &mut [f64], n: usize) {
     let weights = match n {
         1 => [1.0, 0.0, 0.0],
@@ -175,7 +182,7 @@ fn fold_line(line: &mut [f64], n: usize) {
     }
 }
 
-/// With A c = R f the system of `prefilter::interpolate`, Rᵀ A⁻ᵀ g.
+/// Computes Rᵀ A⁻ᵀ g, where A c = R f is the system of `prefilter::interpolate`.
 fn solve_transposed(g: &mut [f64]) {
     let last = g.len() - 1;
     // Rows of Aᵀ: (1, 1), (−1, 4, 1), (1, 4, 1) …, (1, 4, −1), (1, 1).

@@ -1,35 +1,36 @@
-//! What a grid holds, sample by sample.
+//! Values of grids, sample by sample.
 
 use super::Bspline;
 use super::lattice::{cell, first_coefficient};
 use super::prefilter::{LANES, Lanes};
 
-/// Samples that are looked at together.
+/// Number of samples tested together.
 const TOGETHER: usize = 1 << 12;
 
-/// δ = n² − n_ref² at the samples of a grid.
+/// Contrasts δ = n² − n_ref² at the samples of a grid.
 pub(super) trait Values {
-    /// Number of samples along each axis.
+    /// Returns the number of samples along each axis.
     fn dims(&self) -> [usize; 3];
 
-    /// At one sample.
+    /// Returns the contrast at one sample.
     fn at(&self, sample: [usize; 3]) -> f64;
 
-    /// At all samples of a plane across z, x fastest.
+    /// Computes the contrasts at all samples of a plane across z, x fastest.
     fn plane(&self, k: usize, values: &mut [f64]);
 }
 
-/// Samples from which the index follows, x fastest, then y, then z.
+/// Samples from which the index is computed, x fastest, then y, then z.
 pub(super) struct Samples<'a, T, F> {
     dims: [usize; 3],
     data: &'a [T],
-    /// The index from a sample.
+    /// Function from a sample to the index.
     index: F,
     n2_ref: f64,
 }
 
 impl<'a, T: Copy + Into<f64>, F: Fn(f64) -> f64> Samples<'a, T, F> {
-    /// n² is counted from that of the sample in the middle. `None` if all samples are equal, or if an index is not positive and finite.
+    /// Creates the samples, with n² of the middle sample as reference. `None` if all samples are
+    /// equal, or if an index is not positive and finite.
     pub(super) fn new(dims: [usize; 3], data: &'a [T], index: F) -> Option<Self> {
         let is_index = |v: T| {
             let n = index(v.into());
@@ -110,7 +111,7 @@ impl Values for Bspline {
     }
 }
 
-/// Whether all samples are so: some at a time, by vectors.
+/// True if `is` holds for all samples; tests several samples together with vector instructions.
 fn all<T: Copy>(samples: &[T], is: impl Fn(T) -> bool) -> bool {
     let all = |some: &[T]| some.iter().fold(true, |all, v| all & is(*v));
     samples.chunks(TOGETHER).all(all)
@@ -118,13 +119,13 @@ fn all<T: Copy>(samples: &[T], is: impl Fn(T) -> bool) -> bool {
 
 /// The four coefficients that act at a place along an axis, and their weights.
 pub(super) struct Taps {
-    /// Counted from the first stored one.
+    /// Index of the first coefficient, counted from the first stored one.
     first: usize,
     weights: [f64; 4],
 }
 
 impl Taps {
-    /// At a coordinate counted from the first sample.
+    /// Computes the taps at a coordinate counted from the first sample.
     pub(super) fn at(t: f64) -> Self {
         let cell = cell(t);
         let t = t - cell as f64;
@@ -145,13 +146,13 @@ impl Taps {
         (0..4).map(|c| self.weights[c] * coefficient(c)).sum()
     }
 
-    /// The coefficients with their weights, but those without any.
+    /// Returns the coefficients with non-zero weights.
     fn acting(&self) -> impl Iterator<Item = (usize, f64)> {
         let all = (self.first..).zip(self.weights);
         all.filter(|(_, weight)| *weight != 0.0)
     }
 
-    /// On lines side by side.
+    /// Evaluates the spline on parallel lines.
     #[inline(always)]
     pub(super) fn of(&self, lines: &[Lanes]) -> Lanes {
         let mut sums = [0.0; LANES];
@@ -164,8 +165,8 @@ impl Taps {
     }
 }
 
-/// What a spline is at all x and y of some places, x fastest, at the z of the `k`-th. `add` adds the row of coefficients at a y and a z,
-/// by a weight, to sums.
+/// Evaluates a spline at all x and y of some places, x fastest, at the z with index `k`. `add` adds
+/// the row of coefficients at a y and a z, times a weight, to sums.
 pub(super) fn plane(
     [x, y, _]: [usize; 3],
     [along_x, along_y, along_z]: &[Vec<Taps>; 3],

@@ -1,25 +1,26 @@
-//! The basis functions of a cubic spline.
+//! Basis functions of a cubic spline.
 
 use crate::lanes::Summand;
 use fearless_simd::{Simd, SimdBase, f64x4};
 
-/// 1, t, t², t³ in the four basis functions that act in a cell.
+/// Coefficients of 1, t, t², t³ in the four basis functions that act in a cell.
 pub(super) const VALUE: [[f64; 4]; 4] = [
     [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0, 0.0],
     [-0.5, 0.0, 0.5, 0.0],
     [0.5, -1.0, 0.5, 0.0],
     [-1.0 / 6.0, 0.5, -0.5, 1.0 / 6.0],
 ];
-/// The same of their first derivatives.
+/// Coefficients of powers of t in the first derivatives of the basis functions.
 pub(super) const FIRST: [[f64; 4]; 3] = [
     [-0.5, 0.0, 0.5, 0.0],
     [1.0, -2.0, 1.0, 0.0],
     [-0.5, 1.5, -1.5, 0.5],
 ];
-/// The same of their second derivatives.
+/// Coefficients of powers of t in the second derivatives of the basis functions.
 const SECOND: [[f64; 4]; 2] = [[1.0, -2.0, 1.0, 0.0], [-1.0, 3.0, -3.0, 1.0]];
 
-/// The four basis functions of one axis at a point, and their derivatives by the coordinate in cells.
+/// Values of the four basis functions of one axis at a point, and their derivatives by the
+/// coordinate in cells.
 pub(super) struct Weights<S: Simd> {
     pub value: f64x4<S>,
     pub first: f64x4<S>,
@@ -27,7 +28,7 @@ pub(super) struct Weights<S: Simd> {
 }
 
 impl<S: Simd> Weights<S> {
-    /// At a fraction `t` of a cell.
+    /// Computes the weights at the fraction `t` of a cell.
     #[inline(always)]
     pub(super) fn new(simd: S, t: f64) -> Self {
         let c = |c: &[f64; 4]| f64x4::from_slice(simd, c);

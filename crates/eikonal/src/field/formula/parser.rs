@@ -1,34 +1,36 @@
-//! From words to a tree, by precedence: + and − bind least, then * and /, signs, and powers, which group from the right.
+//! Parser from tokens to a tree, by precedence: + and − bind least, then * and /, signs, and
+//! powers, which group from the right.
 
 use super::error::{FormulaError, FormulaErrorKind as Kind};
 use super::lexer::{Placed, Token, words};
 use std::ops::Range;
 
-/// Characters of a formula at most.
+/// Maximum number of characters of a formula.
 const MOST_CHARACTERS: usize = 4096;
-/// Levels of nesting at most: the stack of a thread must hold them.
+/// Maximum number of nesting levels: the stack of a thread must hold them.
 const MOST_LEVELS: usize = 200;
 
-/// A part of a formula, and where it stands.
+/// A part of a formula, and its place.
 #[derive(Clone, Debug)]
 pub(super) struct Expr {
     pub kind: ExprKind,
     pub span: Range<usize>,
 }
 
-/// What a part of a formula is.
+/// Kind of a part of a formula.
 #[derive(Clone, Debug)]
 pub(super) enum ExprKind {
     Number(f64),
     Name(String),
     Call(String, Vec<Expr>),
     Negated(Box<Expr>),
-    /// Operands with + and −, or * and /, before all but the first.
+    /// Operands joined by + and −, or by * and /; each operator is stored with the operand after
+    /// it.
     Chain(Box<Expr>, Vec<(char, Expr)>),
     Power(Box<[Expr; 2]>),
 }
 
-/// The tree of a formula.
+/// Parses the tree of a formula.
 pub(super) fn parse(text: &str) -> Result<Expr, FormulaError> {
     if text.len() > MOST_CHARACTERS {
         let (kind, span) = (Kind::TooLong(MOST_CHARACTERS), 0..text.len());
@@ -58,7 +60,7 @@ impl Parser {
         &self.words[self.at]
     }
 
-    /// Passes one of some symbols, if it is next.
+    /// Consumes the next token and returns its symbol, if it is one of `symbols`.
     fn pass(&mut self, symbols: &str) -> Option<char> {
         match self.peek() {
             (Token::Symbol(c), _) if symbols.contains(*c) => {
@@ -85,7 +87,7 @@ impl Parser {
         FormulaError { kind, span }
     }
 
-    /// Goes one level down; whoever comes up again takes it off.
+    /// Enters a nesting level; callers decrement `levels` when they leave it.
     fn deeper(&mut self) -> Result<(), FormulaError> {
         self.levels += 1;
         if self.levels <= MOST_LEVELS {
@@ -103,7 +105,7 @@ impl Parser {
         self.chain("*/", Parser::signed)
     }
 
-    /// Operands with operators between, grouped from the left.
+    /// Parses operands with operators between them, grouped from the left.
     fn chain(
         &mut self,
         operators: &str,
@@ -179,7 +181,7 @@ impl Parser {
         Ok(Expr { kind, span })
     }
 
-    /// A name, or a call if parentheses follow.
+    /// Parses a name, or a call if parentheses follow.
     fn named(&mut self, name: String, span: Range<usize>) -> Result<Expr, FormulaError> {
         if self.pass("(").is_none() {
             let kind = ExprKind::Name(name);
@@ -197,7 +199,7 @@ impl Parser {
         })
     }
 
-    /// Passes a closing parenthesis; where it ends.
+    /// Consumes a closing parenthesis, and returns its end.
     fn closing(&mut self) -> Result<usize, FormulaError> {
         let end = self.peek().1.end;
         match self.pass(")") {

@@ -6,12 +6,12 @@ use super::number::Number;
 use super::real::{ERF_SLOPE, Real};
 use std::array::from_fn;
 
-/// Σ cₖ tᵏ, k < K: cₖ is the k-th derivative over k!.
+/// Series Σ cₖ tᵏ, k < K: cₖ is the k-th derivative over k!.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::field) struct Series<B, const K: usize>(pub [B; K]);
 
 impl<B: Real, const K: usize> Series<B, K> {
-    /// `value` + t.
+    /// Creates the series `value` + t.
     pub(in crate::field) fn variable(value: B) -> Self {
         Series(from_fn(|k| match k {
             0 => value,
@@ -20,12 +20,12 @@ impl<B: Real, const K: usize> Series<B, K> {
         }))
     }
 
-    /// `value` for any t.
+    /// Creates the series `value` for every t.
     pub(in crate::field) fn fixed(value: B) -> Self {
         Self::constant(0.0).with_value(value)
     }
 
-    /// The product with a number: a loop, which is compiled to less than a map.
+    /// Returns the product with a number. A loop compiles to less code than a map.
     #[inline(always)]
     fn scaled(mut self, factor: B) -> Self {
         for c in &mut self.0 {
@@ -38,14 +38,15 @@ impl<B: Real, const K: usize> Series<B, K> {
         self.0[0]
     }
 
-    /// The same with another value, its derivatives as they are.
+    /// Returns the series with another value and unchanged derivatives.
     fn with_value(mut self, value: B) -> Self {
         self.0[0] = value;
         self
     }
 
-    /// The function with this value at t = 0 whose derivative by its argument u = `self` is `slope`; each coefficient
-    /// of the slope is asked for after those of the function up to its own order: k fₖ = Σ j uⱼ gₖ₋ⱼ.
+    /// Returns the function with this value at t = 0 whose derivative by its argument u = `self` is
+    /// `slope`. `slope` computes each coefficient from the coefficients of the function up to its
+    /// own order: k fₖ = Σ j uⱼ gₖ₋ⱼ.
     #[inline(always)]
     fn integral(&self, value: B, slope: impl Fn(&[B; K], usize) -> B) -> Self {
         let (u, mut f, mut g) = (&self.0, [B::of(0.0); K], [B::of(0.0); K]);
@@ -58,8 +59,9 @@ impl<B: Real, const K: usize> Series<B, K> {
         Series(f)
     }
 
-    /// Two functions with these values at t = 0, the derivative of the first by u the second, that of the second
-    /// `sign` times the first: sine and cosine, circular or hyperbolic.
+    /// Returns two functions with these values at t = 0. The derivative of the first by u is the
+    /// second; the derivative of the second is `sign` times the first. They are sine and cosine,
+    /// circular or hyperbolic.
     #[inline(always)]
     fn pair(&self, values: [B; 2], sign: f64) -> [Self; 2] {
         let (u, mut s, mut c) = (&self.0, [B::of(0.0); K], [B::of(0.0); K]);
@@ -74,7 +76,7 @@ impl<B: Real, const K: usize> Series<B, K> {
         [Series(s), Series(c)]
     }
 
-    /// uᵖ by p u′uᵖ = u (uᵖ)′, where u is not zero.
+    /// Computes uᵖ by p u′uᵖ = u (uᵖ)′, where u is not zero.
     #[inline(always)]
     fn power(&self, value: B, p: f64) -> Self {
         let (u, mut v) = (&self.0, [B::of(0.0); K]);
@@ -106,14 +108,14 @@ impl<B: Real, const K: usize> Series<B, K> {
         self.integral(self.value().ln(), |_, k| slope.0[k])
     }
 
-    /// ±1/√(1 − u²), the slope of arcsin and arccos, integrated.
+    /// Integrates ±1/√(1 − u²), the slope of arcsin and arccos.
     fn arc(&self, value: B, sign: f64) -> Self {
         let root = self.square().times(-1.0).plus(1.0).sqrt();
         let slope = root.reciprocal().times(sign);
         self.integral(value, |_, k| slope.0[k])
     }
 
-    /// 1/u by recurrence.
+    /// Computes 1/u by recurrence.
     #[inline(always)]
     fn reciprocal(&self) -> Self {
         let (u, mut q) = (&self.0, [B::of(0.0); K]);
@@ -196,7 +198,7 @@ impl<B: Real, const K: usize> Number for Series<B, K> {
         self.scaled(B::of(constant))
     }
 
-    /// By squarings and products, as far as that goes.
+    /// Multiplies squares of the series.
     #[inline(never)]
     fn integer_power(&self, k: i32) -> Self {
         if k == -1 {
@@ -254,13 +256,13 @@ impl<B: Real, const K: usize> Number for Series<B, K> {
         let (x, y) = (x, self);
         let mut angle = Self::fixed(y.value().atan2(x.value()));
         if y.value().is_cut(x.value()) {
-            // Nothing is known of derivatives across a jump.
+            // Derivatives across a jump are unknown.
             return Series(from_fn(
                 |k| if k == 0 { angle.0[0] } else { B::of(f64::NAN) },
             ));
         }
         let square = x.square().add(&y.square());
-        // s θ′ = x y′ − y x′ with s = x² + y².
+        // Solve s θ′ = x y′ − y x′ with s = x² + y².
         let (x, y, s) = (&x.0, &y.0, &square.0);
         for k in 1..K {
             let mut sum = B::of(0.0);
@@ -277,7 +279,7 @@ impl<B: Real, const K: usize> Number for Series<B, K> {
     }
 }
 
-/// Coefficient k of 1 ± f², the slope of tan and tanh, from those of f up to the same order.
+/// Coefficient k of 1 ± f², the slope of tan and tanh, from the coefficients of f up to order k.
 #[inline(always)]
 fn tangent_slope<B: Real, const K: usize>(f: &[B; K], k: usize, sign: f64) -> B {
     if k == 0 {
@@ -292,7 +294,8 @@ mod tests {
     use super::*;
     use std::f64::consts::PI;
 
-    /// Coefficients of functions of 0.3 + t by computer algebra would be no better than these identities.
+    /// Functions of 0.3 + t are checked by identities, which are as strict as coefficients from
+    /// computer algebra.
     #[test]
     fn functions_and_their_inverses_cancel() {
         let u = Series::<f64, 6>([0.3, 1.0, -0.4, 0.2, 0.1, -0.3]);
@@ -335,7 +338,7 @@ mod tests {
         );
     }
 
-    /// erf′ = 2/√π exp(−u²); tabulated erf(0.3).
+    /// Series of erf at 0.3, with erf′ = 2/√π exp(−u²) and the tabulated value.
     #[test]
     fn error_function() {
         let erf = Series::<f64, 3>::variable(0.3).apply(Function::Erf);

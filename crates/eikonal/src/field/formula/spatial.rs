@@ -1,4 +1,4 @@
-//! Values with their derivatives by three coordinates.
+//! Values with derivatives by three coordinates.
 
 use super::function::Function;
 use super::number::Number;
@@ -6,19 +6,19 @@ use super::real::Real;
 use super::series::Series;
 use std::array::from_fn;
 
-/// A value, with N = 4 its gradient as well, with N = 10 its Hessian, too: xx, yy, zz, xy, yz, zx.
+/// Value; with N = 4 also its gradient, with N = 10 also its Hessian: xx, yy, zz, xy, yz, zx.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::field) struct Spatial<B, const N: usize>(pub [B; N]);
 
-/// Value alone.
+/// Number of entries for the value alone.
 pub(in crate::field) const VALUE: usize = 1;
-/// Value and gradient.
+/// Number of entries for value and gradient.
 pub(in crate::field) const GRADIENT: usize = 4;
-/// Value, gradient and Hessian.
+/// Number of entries for value, gradient and Hessian.
 pub(in crate::field) const HESSIAN: usize = 10;
 
 impl<B: Real, const N: usize> Spatial<B, N> {
-    /// A coordinate, 0 to 2.
+    /// Creates the coordinate along an axis, 0 to 2.
     pub(in crate::field) fn coordinate(axis: usize, value: B) -> Self {
         Spatial(from_fn(|i| match i {
             0 => value,
@@ -27,7 +27,7 @@ impl<B: Real, const N: usize> Spatial<B, N> {
         }))
     }
 
-    /// The product with a number: a loop, which is compiled to less than a map.
+    /// Returns the product with a number. A loop compiles to less code than a map.
     #[inline(always)]
     fn scaled(mut self, factor: B) -> Self {
         for c in &mut self.0 {
@@ -36,7 +36,7 @@ impl<B: Real, const N: usize> Spatial<B, N> {
         self
     }
 
-    /// A function of it, from f, f′ and f″/2 at its value.
+    /// Returns a function f of this value, from f, f′ and f″/2.
     #[inline(always)]
     fn chain(&self, [f, f1, f2]: [B; 3]) -> Self {
         let (u, mut out) = (&self.0, [f; N]);
@@ -54,7 +54,7 @@ impl<B: Real, const N: usize> Spatial<B, N> {
         Spatial(out)
     }
 
-    /// The value as the variable of a series.
+    /// Applies a function by evaluating it for a series in the value.
     #[inline(always)]
     fn through(&self, f: impl Fn(Series<B, 3>) -> Series<B, 3>) -> Self {
         self.chain(f(Series::variable(self.0[0])).0)
@@ -149,7 +149,7 @@ impl<B: Real, const N: usize> Number for Spatial<B, N> {
         self.through(|u| u.apply(function))
     }
 
-    /// By the partial derivatives of the angle, −y/s by x and x/s by y with s = x² + y².
+    /// Uses the partial derivatives of the angle, −y/s by x and x/s by y, with s = x² + y².
     #[inline(never)]
     fn atan2(&self, x: &Self) -> Self {
         let (a, b) = (&x.0, &self.0);
@@ -160,7 +160,7 @@ impl<B: Real, const N: usize> Number for Spatial<B, N> {
         let mixed = (y.square() - x.square()) / s.square();
         let mut out = [y.atan2(x); N];
         if y.is_cut(x) {
-            // Nothing is known of derivatives across a jump.
+            // Derivatives across a jump are unknown.
             out[1..].fill(B::of(f64::NAN));
             return Spatial(out);
         }
