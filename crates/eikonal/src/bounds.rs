@@ -135,7 +135,7 @@ impl Aabb {
 /// certificate (docs/theory.md#bounds).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FieldBounds {
-    /// Lower bound of n² (not positive if the field is invalid somewhere, or if the bound is loose).
+    /// Lower bound of n²; not positive if the field is invalid somewhere, or if the bound is loose.
     pub n2_min: f64,
     /// Upper bound of n².
     pub n2_max: f64,
@@ -193,7 +193,7 @@ impl FieldBounds {
     /// Upper bound (≥ 0) of the largest eigenvalue of −Hess ln n = −Hess n²/(2n²) + ∇n²⊗∇n²/(2n⁴).
     pub fn neg_hess_ln_n(&self) -> f64 {
         let kappa = self.kappa();
-        // NaN, not zero, if the Hessian is unbounded and n² may be infinite.
+        // Keep NaN, instead of zero, if nothing is known of the Hessian.
         let bend = if self.hess_min >= 0.0 {
             0.0
         } else {
@@ -293,8 +293,8 @@ fn jacobi_rotation(a: DMat3, p: usize, q: usize) -> DMat3 {
 }
 
 /// Conservative range of the eigenvalues of all symmetric matrices with entries between `low` and
-/// `high`: the eigenvalues of the middle matrix, widened by the largest eigenvalue of the radius
-/// matrix (Weyl's inequality and Perron–Frobenius).
+/// `high`. It consists of the eigenvalues of the middle matrix, widened by the largest eigenvalue
+/// of the radius matrix (Weyl's inequality and Perron–Frobenius).
 pub(crate) fn interval_eigenvalues(low: DMat3, high: DMat3) -> [f64; 2] {
     let [min, _, max] = symmetric_eigenvalues((low + high) * 0.5);
     let [_, _, radius] = symmetric_eigenvalues((high - low) * 0.5);

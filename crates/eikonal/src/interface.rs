@@ -8,9 +8,9 @@ use glam::{DMat3, DVec3};
 pub enum Rule {
     /// Snell refraction.
     Refract,
-    /// Index-matched by declaration: the direction stays, whatever the indices are.
+    /// Mirror reflection.
     Reflect,
-    /// Index-matched by declaration: the direction stays, whatever the indices.
+    /// Index-matched by declaration: the direction stays, whatever the indices are.
     Pass,
 }
 

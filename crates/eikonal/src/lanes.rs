@@ -1,9 +1,9 @@
 //! Selection of vector instructions, and sums that use them.
 //!
-//! Processors with fused multiply-add do not round the products in sums separately. x86-64
-//! processors have fused multiply-add since 2013, unless a virtual machine hides it; ARM processors
-//! have it too. All processors with fused multiply-add give identical bits, whatever other
-//! instructions they have.
+//! Processors with fused multiply-add do not round the products in sums separately. Processors of
+//! the x86-64 family have fused multiply-add since 2013, unless a virtual machine hides it; ARM
+//! processors have it too. All processors with fused multiply-add give identical bits, whatever
+//! other instructions they have.
 
 use fearless_simd::{Level, Simd, SimdFloat, f32x4, f32x8, f64x4};
 use glam::DVec3;

@@ -21,9 +21,10 @@ pub struct FlightCrossing {
 }
 
 impl FlightCrossing {
-    /// Takes the derivatives of a loss back through the surface, for rays that end on it. Given the
-    /// derivatives by position and velocity after the surface, returns the derivatives by position
-    /// and velocity before it, and by n² on the near and on the far side.
+    /// Takes the derivatives of a loss back through the surface, for rays that end on it. The
+    /// arguments are derivatives with respect to position and velocity after the surface. Returns
+    /// derivatives with respect to position and velocity before it, and with respect to n² on the
+    /// near and on the far side.
     pub fn back(&self, by_x: DVec3, by_v: DVec3) -> (DVec3, DVec3, [f64; 2]) {
         let after = Adjoint {
             x: self.x,

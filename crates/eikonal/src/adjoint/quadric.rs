@@ -13,7 +13,6 @@ const MOST_ROOTS: usize = 10;
 /// Zero set of F = α|d|² + βz² + γz + δ, with d = x − `point` and z = `axis`·d: planes, spheres,
 /// cylinders, conics of revolution. If γ is not zero, only the sheet through `point` counts, on
 /// which F is monotonic along the axis.
-/// γ is not zero, only the sheet through `point`, on which F is monotonic along the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quadric {
     /// Point of the axis.

@@ -20,8 +20,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     /// reflections of any kind. At each interface where it could be refracted or reflected, it is
     /// reflected if `uniform` gives less than ½, until `reach.reflections` are used up. `uniform`
     /// supplies independent uniform numbers in [0, 1). One of the local closest approaches is
-    /// chosen with probability in inverse proportion to its distance: the ray of a branch may pass
-    /// by `y` before it is reflected, so the closest approach must not be the only candidate.
+    /// chosen, with a probability in inverse proportion to its distance. The closest one must not
+    /// be the only candidate, because the ray of a branch may pass by `y` before it is reflected.
     /// `None` if the ray is lost, or is nowhere closer to `y` than at its start.
     pub fn approach<W: World<Region = R>>(
         &mut self,

@@ -26,9 +26,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     ///
     /// If only one field lies between two points and bends the ray mildly, collocation finds the
     /// branch. Otherwise Newton's method converges to it from an initial guess along the chord,
-    /// refracted wherever that is possible. If exactly one region on the chord bends rays, and
-    /// interfaces on the chord are index-matched by declaration, the guess is bent as the field
-    /// bends rays.
+    /// refracted wherever that is possible. The guess is bent as the field bends rays if exactly
+    /// one region on the chord does, and interfaces on the chord are index-matched by declaration.
     ///
     /// # Errors
     ///

@@ -54,10 +54,10 @@ pub(super) struct Guess {
 /// Approximates the ray along a line through a field.
 ///
 /// The ray starts at the first point of the line. If `is_plane`, it starts in the direction of the
-/// line from the plane across it. The iteration ends after the last round, or when a further round
-/// would hardly change the direction by more than `accuracy` (in radians; for planes the direction
-/// of arrival). `None` if the iteration does not converge, or the ray turns away from the chord by
-/// more than 45°.
+/// line from the plane across it. The iteration ends when a further round would hardly change the
+/// direction by more than `accuracy`, or after the last round. `accuracy` is in radians; for planes
+/// it applies to the direction of arrival. `None` if the iteration does not converge, or the ray
+/// turns away from the chord by more than 45°.
 pub(super) fn bent(
     field: &Field,
     line: &BentChord,

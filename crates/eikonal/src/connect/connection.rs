@@ -34,9 +34,10 @@ pub struct ConnectingRay {
 impl ConnectingRay {
     /// True if two connections between the same ends are the same ray.
     ///
-    /// Their directions at the start, and their starts seen from the distance of the arc length,
-    /// must agree to `angle` (radians), and their optical path lengths to the relative `length`.
-    /// Rays from one point differ in direction, rays from a plane in their starts.
+    /// Their directions at the start must agree to `angle` (radians), and so must their starts,
+    /// seen from the distance of the arc length. Their optical path lengths must agree to the
+    /// relative `length`. Rays from one point differ in direction, rays from a plane in their
+    /// starts.
     pub fn same_branch(&self, other: &ConnectingRay, angle: f64, length: f64) -> bool {
         self.direction_out.distance(other.direction_out) <= angle
             && self.start.distance(other.start) <= angle * self.arc_length

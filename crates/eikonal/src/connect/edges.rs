@@ -8,7 +8,8 @@ use super::world::World;
 use crate::interface::Rule;
 use glam::DVec3;
 
-/// Number of neighbours of a direction, between which and the direction edges are searched.
+/// Number of neighbours of each direction; edges are searched between a direction and its
+/// neighbours.
 const NEIGHBOURS: usize = 6;
 /// Number of halvings of the interval that contains an edge; they locate the edge to about 1e-9.
 const HALVINGS: usize = 26;

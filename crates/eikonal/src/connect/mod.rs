@@ -4,7 +4,7 @@
 //! the target. The ray is refracted or reflected at interfaces according to a [`Pattern`].
 //! [`Solver`] finds the primary branch, to which damped Newton iteration converges from a
 //! deterministic initial guess. It finds other branches from other guesses: random ones, or points
-//! along a [`Guide`]. For the surface of a [`Ball`], all branches are known.
+//! along a [`Guide`]. All branches through the surface of a [`Ball`] are known.
 
 mod approach;
 mod ball;

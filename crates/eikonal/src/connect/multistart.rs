@@ -27,8 +27,8 @@ const MOST_STARTS: usize = 32;
 /// requested tolerance.
 const SEARCH: f64 = 1e-6;
 
-/// Largest difference of two results that are the same branch, in radians and in relative optical
-/// path length, and the smallest such difference in units of the tolerance.
+/// Largest difference of two results that count as one branch: in radians and in relative optical
+/// path length, or in units of the tolerance if that is more.
 const SAME: (f64, f64) = (1e-4, 100.0);
 
 /// Result of a dense search.
@@ -160,9 +160,9 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         reach.includes(branch.optical_length, reflections, bounces as u32)
     }
 
-    /// True if two connections between the same ends are one branch, within the accuracy of this
-    /// tolerance: 1e-4 in direction (radians) and in relative optical path length, or 100 times the
-    /// tolerance if that is more.
+    /// True if two connections between the same ends are one branch, as far as rays of this
+    /// tolerance can show. They may differ by 1e-4 in direction (radians) and in relative optical
+    /// path length, or by 100 times the tolerance if that is more.
     pub fn is_same_branch(&self, a: &ConnectingRay, b: &ConnectingRay) -> bool {
         let same = SAME.0.max(SAME.1 * self.tolerance().get());
         a.same_branch(b, same, same)

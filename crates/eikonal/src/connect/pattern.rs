@@ -1,6 +1,7 @@
 //! Choices between refraction and reflection along a ray (docs/theory.md#connections).
 
-/// Encounters with refracting interfaces at which a ray is reflected although refraction is possible.
+/// Encounters of a ray with refracting interfaces at which it is reflected although refraction is
+/// possible.
 ///
 /// Encounters are counted 0, 1, 2, … along the ray. Total reflections count; interfaces that are
 /// index-matched by declaration do not. A total reflection is no choice: it happens whatever the

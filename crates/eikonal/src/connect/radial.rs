@@ -1,5 +1,5 @@
-//! All rays to points outside a ball from points outside or inside, where the index inside depends,
-//! at least nearly, on the distance from the centre alone, and is constant outside.
+//! All rays to points outside a ball from points outside or inside. The index outside is constant;
+//! the index inside depends, at least nearly, on the distance from the centre alone.
 //!
 //! Along a ray, b = n·r·sin(angle to the radius) is constant (Bouguer's formula). Let q = n·r,
 //! which must grow with r (Q at the surface), w = d ln r/d ln q, and T = ±√(q² − b²), negative
@@ -8,10 +8,10 @@
 //!
 //! Ψ = ∫ b w/q² dT, L = ∫ w dT.
 //!
-//! Where w = 1, the integrals are the closed forms of straight lines. w − 1 vanishes as q² at
-//! the centre, and is at most as large as 1/y at the surface, y = √(1 − q²/Q²), even where q has
-//! its maximum there, as in Luneburg's lens. With h = y (w − 1)/q², and s = T/T_max = 1 − (1 −
-//! s₀)u², the remainder from s₀ ≥ 0 to the surface is
+//! Where w = 1, the integrals are the closed forms of straight lines. At the centre, w − 1 vanishes
+//! as q². At the surface, it is at most as large as 1/y, y = √(1 − q²/Q²), even if q has its
+//! maximum there, as in Luneburg's lens. With h = y (w − 1)/q², and s = T/T_max = 1 − (1 − s₀)u²,
+//! the remainder from s₀ ≥ 0 to the surface is
 //!
 //! 2bQ√(1 − s₀) ∫ h/√(1 + s) du and 2Q√(1 − s₀) ∫ q² h/√(1 + s) du, 0 < u < 1, y = (T_max/Q) √(1 −
 //! s²),
@@ -592,8 +592,8 @@ mod tests {
         );
     }
 
-    /// Rays that come parallel to an axis all leave Luneburg's lens at its far pole, at the angle
-    /// asin β to the axis, after an optical length of π/2 + √(1 − β²) inside.
+    /// All rays that arrive parallel to an axis leave Luneburg's lens at its far pole. The angle to
+    /// the axis is asin β, and the optical length inside is π/2 + √(1 − β²).
     #[test]
     fn luneburgs_lens_focuses() {
         let lens = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap();

@@ -36,9 +36,9 @@ pub fn random_direction(chord: DVec3, u: [f64; 3]) -> DVec3 {
     (axis * cos + around(axis, azimuth) * sin).normalize()
 }
 
-/// Returns a random point of the plane through `foot` perpendicular to the unit `direction`: with
-/// probability 3/4 at a distance from the foot that is log-uniform in [1e-3, 2]·`radius`, otherwise
-/// uniform in the disc of this radius around the projection of `center`.
+/// Returns a random point of the plane through `foot` perpendicular to the unit `direction`. With
+/// probability 3/4, its distance from the foot is log-uniform in [1e-3, 2]·`radius`. Otherwise the
+/// point is uniform in the disc of this radius around the projection of `center`.
 ///
 /// `u` are independent and uniform in [0, 1).
 pub fn random_foot(

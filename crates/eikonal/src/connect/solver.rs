@@ -26,8 +26,8 @@ const NEAR: f64 = 0.1;
 const MET: f64 = 2e-3;
 /// Largest last correction, as a fraction of the longest step.
 const SMALL: f64 = 0.1;
-/// Smallest width of a ray tube, in tolerances of the divergence of straight rays. Rays may meet
-/// within half the arc's length, and the ray may miss the focus by the tolerance.
+/// Smallest width of a ray tube, relative to the width of a tube of straight rays, in tolerances.
+/// Rays may meet within half the arc's length, and the ray may miss the focus by the tolerance.
 const NARROW: f64 = 2.0;
 /// Largest next step after a step that did not reduce the miss, relative to this step.
 const SHORTER: f64 = 0.5;
@@ -70,8 +70,9 @@ pub struct Solver<R> {
 
 impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     /// Creates a solver. It accepts a ray that passes the target within ten times `tolerance` times
-    /// the length of the ray's last segment (from the last interface, or from the start).
-    /// Directions and lengths are corrected to first order for the remaining miss.
+    /// the length of the ray's last segment. The last segment starts at the last interface, or at
+    /// the start of the ray. Directions and lengths are corrected to first order for the remaining
+    /// miss.
     pub fn new(tolerance: Tolerance) -> Self {
         Solver {
             tolerance,
@@ -260,10 +261,10 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         1e-13 * (x.distance(y) + y.length()) + 10.0 * world.ray_epsilon()
     }
 
-    /// Largest miss with which a ray is accepted, relative to its length since the last interface:
-    /// a target just behind a wall that is lit from far away must be hit on the scale of its
-    /// distance to the wall. Where the ray tube is narrow, directions and the Jacobian depend more
-    /// strongly on the target, so that less is allowed.
+    /// Largest miss with which a ray is accepted, on the scale of its length since the last
+    /// interface. A target just behind a wall that is lit from far away must be hit on the scale of
+    /// its distance to the wall. Where the ray tube is narrow, directions and the Jacobian depend
+    /// more strongly on the target, so that less is allowed.
     pub(super) fn allowed_miss(&self, family: &RayFamily, hit: &Hit, floor: f64) -> f64 {
         let straight = family.spread(hit.travelled.arc_length).powi(2);
         let correctable = (LAST_CORRECTION * hit.jacobian() / straight).clamp(1.0, LAST_CORRECTION);

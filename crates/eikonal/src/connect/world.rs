@@ -13,9 +13,8 @@ pub trait World {
     /// Returns the field of a region.
     fn field(&self, region: Self::Region) -> &Field;
 
-    /// Returns the first interface that an arc in `region` meets, if rays continue there by a rule.
-    /// Opaque surfaces do not count: rays pass them, and the caller tests the final ray for
-    /// occlusion.
+    /// Returns the first interface with a rule for rays that an arc in `region` meets. Opaque
+    /// surfaces have no rule: rays pass them, and the caller tests the final ray for occlusion.
     fn crossing(&self, region: Self::Region, arc: &Arc) -> Option<Crossing<Self::Region>>;
 
     /// Distance from an interface at which rays that leave it start, so that they do not meet it

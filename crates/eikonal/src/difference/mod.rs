@@ -29,8 +29,9 @@ pub enum Reference<'a> {
     Field(&'a Field),
 }
 
-/// Optical path difference of a ray, arc by arc: its optical length minus the optical length of the
-/// reference rays that connect its start, its points of reflection, and its end.
+/// Optical path difference of a ray, arc by arc. It is the optical length of the ray minus the
+/// optical length of reference rays, which connect its start, its points of reflection, and its
+/// end.
 ///
 /// The error is about 1e-7 of the largest contrast |n − n_r| on the ray times the length, whatever
 /// the tolerance of the ray, plus rounding, 2e-16 of the length.

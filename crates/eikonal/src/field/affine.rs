@@ -124,8 +124,8 @@ impl Affine {
         }
     }
 
-    /// Computes bounds. uᵀMᵀHMu lies between the extreme eigenvalues of H times |Mu|², for which
-    /// the largest or smallest value is taken according to the sign of the eigenvalue.
+    /// Computes bounds. uᵀMᵀHMu lies between the extreme eigenvalues of H times |Mu|². The sign of
+    /// the eigenvalue determines whether the largest or the smallest |Mu|² is taken.
     pub(super) fn bounds(&self, region: &Aabb) -> FieldBounds {
         let local = self.field.bounds(&self.local_box(region));
         let [small, large] = self.stretch;

@@ -1,4 +1,4 @@
-//! Runs of Bessel functions of the first kind, of consecutive integer orders (docs/theory.md#sound).
+//! Bessel functions of the first kind of consecutive integer orders (docs/theory.md#sound).
 
 use std::f64::consts::FRAC_2_PI;
 

@@ -1,4 +1,5 @@
-//! Refractive-index fields. Each supplies n², ∇n², Hess n² and conservative bounds over boxes (docs/theory.md#fields).
+//! Refractive-index fields. Each field supplies n², ∇n², Hess n² and conservative bounds over boxes
+//! (docs/theory.md#fields).
 
 mod acoustic;
 mod acoustic_mode;
@@ -232,8 +233,8 @@ impl Field {
     }
 
     /// Local length scale L, by which steps are chosen. The field turns rays no faster than once in
-    /// L, and the fifth derivative of rays with respect to σ is about n⁵L⁻⁴, so that L is long in
-    /// weak fields. A step of a fraction of L cannot jump over a feature of the field. L is a
+    /// L. The fifth derivative of rays with respect to σ is about n⁵L⁻⁴, so that L is long in weak
+    /// fields. A step of a fraction of L cannot jump over a feature of the field. L is a
     /// 1-Lipschitz function of position, and infinite for constant fields.
     pub fn length_scale(&self, x: DVec3) -> f64 {
         each!(self, f => f.length_scale(x))

@@ -5,10 +5,10 @@ use super::formula::{Interval, Number, Series};
 
 /// A twice continuously differentiable function through samples: a cubic between neighbours.
 ///
-/// At either end the third derivative does not jump at the second-outermost sample ("not a knot"),
-/// so that cubics are reproduced. Alternatively the slope at the start is zero, for samples that
-/// begin on an axis or in a centre of symmetry. Beyond the samples the function continues as a
-/// parabola (C. de Boor, *A Practical Guide to Splines*, 2001, ch. IV).
+/// At either end the third derivative is continuous at the next-to-last sample ("not a knot"), so
+/// that cubics are reproduced. Alternatively the slope at the start is zero, for samples that begin
+/// on an axis or in a centre of symmetry. Beyond the samples the function continues as a parabola
+/// (C. de Boor, *A Practical Guide to Splines*, 2001, ch. IV).
 #[derive(Clone, Debug)]
 pub(super) struct Spline {
     start: Start,
@@ -331,8 +331,8 @@ mod tests {
         Spline::new(&samples, start).unwrap()
     }
 
-    /// Ranges over many pieces contain all values in them, for any ends of the interval, and exceed
-    /// them by no more than the bounds of single pieces do.
+    /// Ranges over many pieces contain all values in them, for any ends of the interval. They
+    /// exceed the values by no more than bounds of single pieces do.
     #[test]
     fn ranges_over_many_pieces_hold_all_values() {
         let places: Vec<f64> = (0..200).map(f64::from).collect();

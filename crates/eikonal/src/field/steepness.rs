@@ -21,9 +21,9 @@ const BISECTIONS: usize = 60;
 const LEAST: f64 = 1e-9;
 
 impl Steepness {
-    /// Length over which derivatives of this size change n² by at most its own value and turn a ray
-    /// by at most about one radian, and for which the fifth derivative of a ray with respect to σ
-    /// is about n⁵L⁻⁴: the smallest of the three.
+    /// Smallest of three lengths. Over the first, derivatives of this size change n² by at most its
+    /// own value; over the second, they turn a ray at most once. The third makes the fifth
+    /// derivative of a ray with respect to σ about n⁵L⁻⁴.
     fn length(self, n2: f64) -> f64 {
         let ratio = |derivative: f64| match derivative {
             0.0 => f64::INFINITY,

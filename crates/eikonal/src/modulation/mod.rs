@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3};
 use panel::{Node, Panel};
 use rule::{MOST_INNER, RULES, Rule, TABULATED};
 
-/// Fraction of the largest modulation below which the accuracy is relative to this fraction.
+/// Smallest modulation to which the accuracy is relative, as a fraction of the largest modulation.
 const FAINT: f64 = 1e-3;
 /// Maximum number of times that a panel is halved.
 const MOST_HALVINGS: u32 = 12;
@@ -92,7 +92,7 @@ impl Modulation {
     }
 
     /// Returns the quadrature by which [`Modulation::along`] computes the modulation of a part of
-    /// an arc from values of the sound, so that values for many parts can be computed together.
+    /// an arc. With the quadrature, values of the sound for many parts can be computed together.
     /// `None` if the part is too long, and must be divided.
     #[inline]
     pub fn quadrature(&self, arc: &Arc, range: [f64; 2]) -> Option<ModulationQuadrature> {

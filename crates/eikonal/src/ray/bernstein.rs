@@ -116,9 +116,9 @@ const fn binomial(n: usize, k: usize) -> f64 {
 /// `noise` bounds the error of the polynomial's value at `t_min` and at `t_max`. A smaller value
 /// counts as a root, which the half-open interval excludes at `t_min` and includes at `t_max`.
 /// Hence no root is lost or counted twice between consecutive arcs, or when a search continues from
-/// a root found before, as long as both sides use equal noise. Roots of even multiplicity, where
-/// the curve touches zero and turns back, may be missed. A polynomial that is zero throughout has
-/// no root. The work is bounded.
+/// a known root, as long as both sides use equal noise. Roots of even multiplicity, where the curve
+/// touches zero and turns back, may be missed. A polynomial that is zero throughout has no root.
+/// The work is bounded.
 pub fn first_root<const N: usize>(
     c: &[f64; N],
     t_min: f64,

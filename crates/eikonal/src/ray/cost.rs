@@ -7,9 +7,9 @@ use glam::DVec3;
 /// Number of places along the line at which the field is evaluated.
 const PLACES: usize = 512;
 
-/// Estimates the number of steps of a ray between two points, as if it were straight: the integral
-/// of the reciprocal of the step expected from the field's length scale. The estimate is off where
-/// the scale varies on less than a five-hundredth of the line, but seldom by much.
+/// Estimates the number of steps of a ray between two points, as if it were straight. The estimate
+/// integrates the reciprocal of the step expected from the field's length scale. The estimate is
+/// off where the scale varies on less than a five-hundredth of the line, but seldom by much.
 pub fn steps_between(field: &Field, [from, to]: [DVec3; 2], tolerance: Tolerance) -> f64 {
     let line = to - from;
     let (length, direction) = (line.length(), line.normalize_or_zero());

@@ -70,8 +70,7 @@ const ERROR: f64 = 11520.0;
 ///
 /// The step size follows from the tolerance and the measured local error. It depends on the ray
 /// alone, so that equal starts give equal rays. Where the field is known to be constant, steps are
-/// straight, and as long as the constant region allows.
-/// long as that is known.
+/// straight and as long as the constant region allows.
 #[derive(Clone, Debug)]
 pub struct Flow<'a, V: Variation> {
     field: &'a Field,

@@ -140,9 +140,9 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
 
     /// Squared fraction of the Hessians' change that may remain uncorrected, for displacements from
     /// `from`, where the Hessians were evaluated, to the solution. From 1 on, the Hessians suffice
-    /// as they are. The change is bounded by the field's length scale, or estimated from the forces
-    /// on the chord: there the exact forces differ from the linear ones by half the Hessians'
-    /// change times the displacement.
+    /// as they are. The field's length scale bounds the change, or the forces on the chord yield an
+    /// estimate. There the exact forces differ from the linear ones by half the Hessians' change
+    /// times the displacement.
     #[inline(always)]
     fn tolerated2<S: Simd>(
         &self,

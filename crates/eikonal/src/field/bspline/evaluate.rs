@@ -148,8 +148,8 @@ impl Bspline {
     }
 }
 
-/// Loads the rows of all planes. With strides of 32 bits the compiler knows that their sums cannot
-/// overflow, and that all rows lie within the range of the last row: one check of bounds is enough.
+/// Loads the rows of all planes. With strides of 32 bits, sums of strides cannot overflow, and all
+/// rows lie within the slice that the last row needs. One check of bounds is therefore enough.
 #[inline(always)]
 fn load<S: Simd>(simd: S, from: &[f32], strides: [u32; 2]) -> Rows<S> {
     let [row, plane] = strides.map(|stride| stride as usize);

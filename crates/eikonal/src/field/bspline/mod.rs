@@ -37,12 +37,12 @@ use std::sync::{Arc, OnceLock};
 /// Aldroubi and Eden 1991; on GPUs Ruijters and Thévenaz 2012).
 ///
 /// Quadratic n², as in a Luneburg lens or a graded rod, is reproduced exactly up to the faces, and
-/// cubic n² away from them: at either end of a line the third difference of the coefficients
+/// cubic n² away from them. At either end of a line the third difference of the coefficients
 /// vanishes. The more usual mirror condition would flatten the field at every wall.
 ///
 /// **Outside** the samples the spline continues quadratically for one spacing. Beyond, the
-/// outermost coefficients repeat: the field is still C² and free of NaN, and bends within four
-/// spacings to a value that no longer changes along the normal. Rays should not go there; bounds
+/// outermost coefficients repeat, and the field is still C² and free of NaN. Within four spacings
+/// it bends to a value that no longer changes along the normal. Rays should not go there; bounds
 /// there are bounds of this bend.
 ///
 /// Coefficients are stored as f32, four bytes a sample, and n_ref² as f64, so that contrasts far
@@ -313,8 +313,9 @@ struct Sampling {
     double: bool,
 }
 
-/// Rounding of coefficients of samples in double precision, in halves of the last bit: once before
-/// the filter along z, which amplifies it up to three times, and once after it.
+/// Rounding of coefficients of samples in double precision, in halves of the last bit. Coefficients
+/// are rounded before the filter along z, which amplifies the rounding up to three times, and after
+/// it.
 const ROUNDINGS: f64 = 4.0;
 /// Name of the noise in errors.
 const NOISE: &str = "noise of samples";

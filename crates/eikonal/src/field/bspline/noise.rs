@@ -3,8 +3,9 @@
 use super::Bspline;
 use super::lattice::PAD;
 
-/// Responses of the interpolating spline to white noise at the samples, per standard deviation, in
-/// units of the spacing: of its first and second derivatives and of fourth differences.
+/// Responses of the interpolating spline to white noise at the samples, per standard deviation and
+/// in units of the spacing. They are the responses of first and second derivatives and of fourth
+/// differences.
 const RESPONSES: [f64; 3] = [1.18, 6.0, 21.9];
 /// Standard deviation of fourth differences of white noise, √70, relative to the noise.
 const FOURTH: f64 = 8.366_600_265_340_756;

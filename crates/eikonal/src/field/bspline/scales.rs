@@ -22,7 +22,7 @@ const STEEP: f64 = 0.8;
 /// σ n⁵L⁻⁴. It is at most (2n²/|∂²n²|)^½, the distance over which the field turns a ray. Fourth
 /// derivatives are fourth differences of the coefficients, which are the jumps of the third
 /// derivative of the spline. Around a sample the scale is at most the sample's scale plus the
-/// distance: a step of this length cannot jump over the feature that makes the scale small.
+/// distance. A step of this length cannot jump over the feature that makes the scale small.
 #[derive(Clone, Debug)]
 pub(super) struct Scales(Lengths);
 

@@ -3,7 +3,7 @@
 //! Along a line of samples f, the coefficients c minimise |f − Bc|² + λ|D⁴c|², with B the spline's
 //! values at the samples and D⁴ fourth differences (Eilers and Marx 1996). Cubic profiles do not
 //! change. Waves of ω per sample are multiplied by about 1/(1 + λω⁸), so that waves longer than
-//! 2πλ^⅛ samples pass. λ is the largest value for which the samples differ from the spline by no
+//! 2πλ^⅛ samples pass. The largest λ is chosen for which the samples differ from the spline by no
 //! more than their noise explains (Reinsch 1967).
 //!
 //! Theory: docs/theory.md#sampled-fields.

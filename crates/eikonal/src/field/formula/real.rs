@@ -14,9 +14,9 @@ pub(in crate::field) trait Real:
 {
     /// A constant.
     fn of(value: f64) -> Self;
-    /// Value for the argument of a root or a divisor. An exact zero becomes the smallest number
-    /// whose powers do not overflow, so that derivatives by the distance from a centre have their
-    /// limits there.
+    /// Value to use as the argument of a root or as a divisor. An exact zero becomes the smallest
+    /// number whose powers do not overflow, so that derivatives by the distance from a centre have
+    /// their limits there.
     fn off_zero(self) -> Self;
     /// Sign of x, 1 or −1.
     fn sign(self) -> Self;

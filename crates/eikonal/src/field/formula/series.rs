@@ -1,5 +1,6 @@
-//! Truncated Taylor series in one variable: the value of a formula with its derivatives of any order
-//! (A. Griewank and A. Walther, *Evaluating Derivatives*, 2nd ed., 2008, ch. 13; docs/theory.md#formulas).
+//! Truncated Taylor series in one variable: the value of a formula with its derivatives of any
+//! order (A. Griewank and A. Walther, *Evaluating Derivatives*, 2nd ed., 2008, ch. 13;
+//! docs/theory.md#formulas).
 
 use super::function::Function;
 use super::number::Number;
