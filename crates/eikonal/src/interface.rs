@@ -69,8 +69,8 @@ impl Interface {
         Some(out)
     }
 
-    /// Returns the tangents (δx, δv) behind a displaced surface, at equal σ, that the displacement
-    /// causes, given the velocities before and after the surface.
+    /// Returns the contribution of a surface's displacement to the tangents (δx, δv) after the
+    /// surface, at equal σ, given the velocities before and after it.
     pub(crate) fn displaced(
         &self,
         rule: Rule,

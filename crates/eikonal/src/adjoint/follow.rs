@@ -223,6 +223,7 @@ impl<'w, W: World> AdjointRay<'w, W> {
             End::Receiver(met) => (met.theta, met.position, met.normal),
             End::Surface(crossing) => (crossing.theta, crossing.position, crossing.normal),
         };
+        // Correct the span until the end lies on the surface.
         let mut h = theta * step.arc.h();
         let mut node = step.start.advanced(field, h);
         for _ in 0..CORRECTIONS {

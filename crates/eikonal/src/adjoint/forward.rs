@@ -1,4 +1,4 @@
-//! Forward mode: the change of the end of a ray with everything before it
+//! Forward mode: the change of a ray's end for changes of its start, the fields and the surfaces
 //! (docs/theory.md#derivatives-of-rays).
 
 use super::follow::{AdjointRay, Leg, Passed};
@@ -82,6 +82,7 @@ impl<W: World> AdjointRay<'_, W> {
             of_v: start.direction * n + begin.direction * (of_n2 / (2.0 * n)),
             of_length: -v.dot(start.x),
         };
+        // Advance over all surfaces and segments.
         for (i, leg) in self.legs.iter().enumerate() {
             if let Some(passed) = &leg.passed {
                 state.pass(self, passed, change)?;
@@ -94,6 +95,7 @@ impl<W: World> AdjointRay<'_, W> {
                 change,
             );
         }
+        // Move the end onto the receiver.
         let a = 0.5 * self.world.field(last.region).gradient(end.x).1;
         let missing = change.receiver(end.x) - self.normal.dot(state.of_x);
         let span = missing / self.normal.dot(end.v);

@@ -100,8 +100,8 @@ impl Quadric {
         (x - self.point).reject_from_normalized(self.axis).length()
     }
 
-    /// Returns roughly the largest distance of the surface from the origin, which scales the
-    /// round-off of points on it.
+    /// Estimates the largest distance of the surface from the origin, which scales the round-off of
+    /// points on it.
     pub(super) fn extent(&self) -> f64 {
         let [alpha, _, _, delta] = self.form;
         let radius = if alpha == 0.0 {

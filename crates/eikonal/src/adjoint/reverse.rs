@@ -110,6 +110,7 @@ impl<W: World> AdjointRay<'_, W> {
         // sink.add_receiver(end.x, 0.0 * by_offset);
         sink.add_receiver(end.x, by_offset);
         adjoint.by_x -= self.normal * by_offset;
+        // Go back over all segments and surfaces.
         let mut beyond = self.spans.len();
         for leg in self.legs.iter().rev() {
             adjoint.leg(self, leg, beyond, sink);
@@ -118,6 +119,7 @@ impl<W: World> AdjointRay<'_, W> {
                 adjoint.pass(passed, sink);
             }
         }
+        // Convert to derivatives with respect to the position and the direction.
         let (n2, grad) = self.world.field(start.region).gradient(start.x);
         let n = n2.sqrt();
         let along = start.direction.dot(adjoint.by_v);

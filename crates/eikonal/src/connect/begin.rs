@@ -1,4 +1,4 @@
-//! Primary branches: rays close to the chord, where one field on the chord bends rays
+//! Primary branches, found from the chord, which is bent by the only field on it that bends rays
 //! (docs/theory.md#collocation).
 
 use super::bend::{BentChord, Guess, bent};
@@ -14,8 +14,8 @@ use crate::interface::Rule;
 use crate::ray::Arc;
 use glam::DVec3;
 
-/// Largest further change of an initial direction that is accurate enough, in units of the
-/// tolerance.
+/// Largest change of the initial direction by a further round at which the guess is accurate
+/// enough, in units of the tolerance.
 const ENOUGH: f64 = 3.0;
 /// Maximum number of pieces of a chord that are examined.
 const MOST_PIECES: usize = 8;
@@ -175,6 +175,7 @@ fn only_bending_region<W: World>(
         part: [0.0, 1.0],
         optical: [0.0; 2],
     };
+    // Follow the chord from interface to interface.
     let (mut x, mut done) = (start, 0.0);
     for _ in 0..MOST_PIECES {
         let remaining = Arc::line(x, y - x, 1.0);

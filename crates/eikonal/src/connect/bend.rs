@@ -118,6 +118,7 @@ impl<const N: usize> QuadratureRule<N> {
         let (mut turn, mut change) = (DVec3::ZERO, f64::INFINITY);
         let mut evaluations = 0;
         for round in 1..=ROUNDS {
+            // Evaluate the forces at the displaced nodes.
             let mut f = [DVec3::ZERO; N];
             let mut optical_length = 0.0;
             for i in 0..N {
@@ -129,6 +130,7 @@ impl<const N: usize> QuadratureRule<N> {
                 optical_length += self.weights[i] * d * (n2 * stretch).sqrt();
             }
             evaluations += N as u64;
+            // Satisfy the end conditions, and measure the change of the direction.
             let first = sum(&self.at_start, &f);
             let ends = Ends::new(line, is_plane, [first, first + sum(&self.weights, &f)]);
             let next = ends.outside[usize::from(is_plane)];

@@ -52,15 +52,18 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         directions: &[DVec3],
         reach: &Reach,
     ) -> Vec<DVec3> {
+        // Trace a ray in each direction, and record its events.
         let mut history = |direction| self.history(world, x, region, direction, reach);
         let known: Vec<History> = directions.iter().map(|&d| history(d)).collect();
         let mut close = Vec::new();
         if known.windows(2).all(|pair| same(&pair[0], &pair[1], reach)) {
             return close;
         }
+        // Find neighbouring directions with different events.
         let mut pairs = neighbours(directions);
         pairs.retain(|&(i, j)| !same(&known[i], &known[j], reach));
         for &(i, j) in pairs.iter().step_by(1 + pairs.len() / MOST_EDGES) {
+            // Bisect to the edge, and place directions on either side of it.
             let (mut inner, mut outer) = (directions[i], directions[j]);
             for _ in 0..HALVINGS {
                 let middle = (inner + outer).normalize();

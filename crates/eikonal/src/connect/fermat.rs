@@ -75,6 +75,7 @@ pub(super) fn shortest(field: &Field, line: &BentChord, is_plane: bool) -> Optio
         first: usize::from(!is_plane),
         evaluations: 0,
     };
+    // Take damped Newton steps; reject steps that lengthen the path.
     let mut shape = [DVec2::ZERO; PIECES + 1];
     let mut system = chain.system(&shape);
     let (mut damping, growth, decay, most) = DAMPING;
@@ -210,7 +211,7 @@ mod tests {
     use crate::field::LinearSquare;
 
     /// In n² = a + b·x rays are parabolas, x + vσ + bσ²/4. The relative error of a chain with
-    /// pieces of length h is (h/d)².
+    /// pieces of length h is about (h/d)².
     #[test]
     fn the_shortest_path_along_a_parabola_is_found() {
         let slope = DVec3::new(0.8, -0.9, 0.3);

@@ -67,6 +67,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
                 };
             }
         };
+        // Collect branches at the tolerance of the search.
         let reach = &reach.within(x.distance(y));
         let mut search = Solver::new(Tolerance::new(self.tolerance().get().max(SEARCH)));
         let mut rough = Vec::new();
@@ -82,6 +83,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             }
         }
         self.work += search.work;
+        // Solve for each branch at the requested tolerance.
         let (mut found, mut lost) = (Vec::new(), None);
         for branch in &rough {
             match self.solve(world, &branch.again(region), y) {

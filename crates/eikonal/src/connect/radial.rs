@@ -115,6 +115,7 @@ impl RadialBall {
         if ![radius, outside].iter().all(|v| *v > 0.0 && v.is_finite()) {
             return None;
         }
+        // Tabulate the mean of n² over spheres.
         let step = radius * radius / TABLE as f64;
         let (mut n2, mut deviation) = (Vec::with_capacity(TABLE + 1), 0.0);
         for i in 0..=TABLE {

@@ -173,6 +173,7 @@ impl<'w, W: World, V: Mapped> Trajectory<'w, W, V> {
         } else {
             (1.0, whole)
         };
+        // Cut the step off at the first interface.
         let crossing = self
             .world
             .crossing(self.region, &step.arc)
@@ -236,6 +237,7 @@ impl<'w, W: World, V: Mapped> Trajectory<'w, W, V> {
     ) -> Result<Event, Failure> {
         self.crossings += 1;
         self.new_leg = true;
+        // Set up the interface.
         let field = self.world.field(self.region);
         let node = Node::start(field, crossing.position, v.normalize(), variation);
         let (far_n2, far_a, ()) = <()>::local(self.world.field(crossing.beyond), node.x);
@@ -245,6 +247,7 @@ impl<'w, W: World, V: Mapped> Trajectory<'w, W, V> {
             near: (node.n2, node.a),
             far: (far_n2, far_a),
         };
+        // Choose the rule, and map the velocity and the variation.
         let rule = match crossing.rule {
             Rule::Refract => self.choose(interface.velocity(Rule::Refract, node.v), reflect),
             other => other,
@@ -255,6 +258,7 @@ impl<'w, W: World, V: Mapped> Trajectory<'w, W, V> {
         if rule != Rule::Reflect {
             self.region = crossing.beyond;
         }
+        // Leave the interface on the side of the new velocity.
         let off = crossing.normal
             * self
                 .world

@@ -175,6 +175,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             family,
             length: hit.travelled.optical_length,
         };
+        // Correct the ray, and check that nothing else lies on its way.
         let found = self.finish(&iterate, &hit, y, 0).ok()?;
         let line = Arc::line(x, after, sigma);
         let is_clear = |region, arc: &Arc| world.crossing(region, arc).is_none();

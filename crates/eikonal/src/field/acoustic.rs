@@ -183,12 +183,13 @@ impl Acoustic {
         let d = self.axis.transverse(x);
         let jet = self.jet(x);
         let n = jet.n2.sqrt();
-        // Derive by n: n² and ∇n² change by 2n δn and 2(∇n δn + n ∇δn).
+        // Convert to derivatives with respect to n: n² and ∇n² change by 2n δn and 2(∇n δn + n
+        // ∇δn).
         let by_value = 2.0 * n * by.n2 + jet.grad.dot(by.gradient) / n;
         let by_slope = self.axis.across(by.gradient) * (2.0 * n);
         into[0] += by_value;
         let moved = -(jet.grad * by.n2 + jet.hess * by.gradient);
-        // Derive by a rotation about the origin.
+        // Compute the derivative with respect to a rotation about the origin.
         let from = x - self.axis.origin();
         let torque = from.cross(moved) + jet.grad.cross(by.gradient);
         let (axis, [_, e2]) = (self.axis.direction(), self.axis.basis());

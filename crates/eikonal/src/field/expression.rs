@@ -210,12 +210,14 @@ impl Scales {
         let diagonal = region.diagonal();
         // Give a flat region some extent.
         let size = region.size().max(DVec3::splat(1e-3 * diagonal));
+        // Choose the number of cells by the cost of the formula.
         let affordable = MOST_OPERATIONS / field.program.len() as f64;
         let edge = (size.element_product() / affordable.clamp(1.0, CELLS)).cbrt();
         let cells = (size / edge).round().clamp(DVec3::ONE, DVec3::splat(64.0));
         let spacing = size / cells;
         let [x, y, z] = cells.to_array().map(|n| n as usize);
         let nodes = [x + 1, y + 1, z + 1];
+        // Bound the length scale in each cell, and take the minimum at its nodes.
         let mut lengths = vec![f64::INFINITY; nodes.iter().product()];
         for (i, j, k) in (0..x * y * z).map(|at| (at % x, at / x % y, at / x / y)) {
             let corner = region.min + spacing * DVec3::new(i as f64, j as f64, k as f64);

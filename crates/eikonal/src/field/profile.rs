@@ -207,7 +207,8 @@ impl IndexProfile {
                 };
                 let along = by.gradient.dot(d) * per;
                 let [n, slope] = spline.at::<2>(u - shift).0;
-                // Derive by n and its slope: n² and its slope change by 2n δn and 2n′δn + 2n δn′.
+                // Convert to derivatives with respect to n and its slope: n² and its slope change
+                // by 2n δn and 2n′δn + 2n δn′.
                 let value = 2.0 * (by.n2 * n + along * slope);
                 spline.add_coefficient_derivative(u - shift, [value, 2.0 * along * n], into);
             }

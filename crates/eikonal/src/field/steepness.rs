@@ -40,6 +40,7 @@ impl Steepness {
 /// two places at a distance d, a ball about one place lies within a ball about the other place with
 /// a radius larger by d, so that L is 1-Lipschitz.
 pub(super) fn length_at(n2: f64, around: impl Fn(f64) -> Steepness) -> f64 {
+    // Bracket the largest radius that its own derivatives allow.
     let allows = |radius: f64| around(radius).length(n2) >= radius;
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..MOST_STEPS {
@@ -59,6 +60,7 @@ pub(super) fn length_at(n2: f64, around: impl Fn(f64) -> Steepness) -> f64 {
     } else if allows(high) {
         return f64::INFINITY;
     }
+    // Bisect the bracket.
     for _ in 0..BISECTIONS {
         let middle = 0.5 * (low + high);
         if allows(middle) {

@@ -58,8 +58,7 @@ impl AddAssign for Work {
 /// exceeds the field's length scale. Thus it cannot jump over a feature, whatever the error
 /// estimate is.
 const MOST_OVER_EXPECTED: f64 = 1.25;
-/// Ratio of a repeated step to the largest step that would have been accepted; repeated steps are
-/// no longer.
+/// Largest size of a repeated step, relative to the step that would just have been accepted.
 const SAFETY: f64 = 0.9;
 
 /// Denominator of the error of a step: where the field turns a ray at the rate Ω per unit of σ, the

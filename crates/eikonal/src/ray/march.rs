@@ -99,9 +99,11 @@ pub fn march(
     };
     let most_steps = if goes { MOST_STEPS } else { 0 };
     for _ in 0..most_steps {
+        // Take a step, at most to the limit.
         let remaining = limit - ray.arc_length;
         let step = flow.advance(remaining / flow.node().v.length(), &mut work);
         let end = step.arc.theta_at_length(remaining);
+        // End it where the stop condition is met.
         let event = stop.on(&step.arc).filter(|&theta| theta <= end);
         let theta = event.unwrap_or(end);
         visit(&step, theta);

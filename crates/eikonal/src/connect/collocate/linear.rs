@@ -1,8 +1,8 @@
 //! Solution for a ray and its tangents, with forces that are linear in the displacement at each
 //! node.
 //!
-//! Vectors fill the lanes of the processor's vectors; the fourth lane is zero. Results are
-//! bit-identical for all instructions of the processor, if it fuses products and sums. Loops
+//! Each vector occupies the first three lanes of a SIMD vector; the fourth lane is zero. Results
+//! are bit-identical for all instructions of the processor, if it fuses products and sums. Loops
 //! replace closures, which the compiler does not always compile for these instructions.
 
 use super::BoundaryProblem;
@@ -183,8 +183,8 @@ impl<S: Simd, const N: usize> Solution<S, N> {
         self.find_span(rule, problem.d2, from);
     }
 
-    /// Returns the forces on the chord if they were linear around the displacements `from`, where
-    /// they are exact.
+    /// Returns the forces that would act on the chord if they were linear around the displacements
+    /// `from`, where they are exact.
     #[inline(always)]
     pub(crate) fn on_chord(&self, from: &[f64x4<S>; N]) -> [f64x4<S>; N] {
         let mut forces = self.force;

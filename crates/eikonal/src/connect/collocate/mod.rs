@@ -91,6 +91,7 @@ fn collocated_by(
     tolerance: f64,
     found: &mut Collocation,
 ) -> Option<CollocatedRay> {
+    // Measure the chord in length scales.
     let at = COARSE.nodes.map(|t| x + chord * t);
     let scales = at.map(|x| field.length_scale(x));
     let mut problem = BoundaryProblem {
@@ -102,14 +103,15 @@ fn collocated_by(
         spanned: chord.length() / scales.into_iter().fold(f64::INFINITY, f64::min),
         on_chord: [DVec3::ZERO; 3],
     };
-    // Scale the limits: errors fall with the sixth (of arcs) to sixteenth power of the chord in
-    // length scales.
+    // Scale the limits by the tolerance: errors are of the sixth (arcs) to sixteenth order in the
+    // chord's length.
     let most = (1e4 * tolerance).sqrt().sqrt().sqrt();
     let level = |spanned: f64| SPANNED.iter().position(|s| spanned <= s * most);
     let first = level(problem.spanned).or_else(|| {
         let along = at.map(|x| field.step_scale(x, chord));
         level(chord.length() / along.into_iter().fold(f64::INFINITY, f64::min))
     })?;
+    // Evaluate the forces on the chord, and search from the first guess.
     *found.evaluations += at.len() as u64;
     let gradients = at.map(|x| field.gradient(x));
     problem.on_chord = gradients.map(|(_, grad)| grad * 0.5);

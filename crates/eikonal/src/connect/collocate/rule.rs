@@ -81,7 +81,7 @@ impl<const N: usize> QuadratureRule<N> {
     }
 
     /// Returns u at the nodes, for an even number of nodes. The nodes are symmetric about the
-    /// middle, so that the even and the odd part of f are independent; using both halves the work.
+    /// middle, so that the even and the odd part of f are independent, which halves the work.
     #[inline(always)]
     pub(crate) fn displacements<T: Summand>(&self, f: &[T; N]) -> [T; N] {
         const { assert!(N.is_multiple_of(2)) };

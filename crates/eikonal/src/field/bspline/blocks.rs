@@ -14,7 +14,8 @@ const FINEST: usize = 32;
 const OUTSIDE: usize = 2;
 /// Largest number of cells that are bounded exactly.
 const FEW: usize = 1000;
-/// Maximum number of blocks along each axis in a union, which determines the size of the blocks.
+/// Maximum number of blocks along each axis whose bounds are merged; blocks of the smallest size
+/// that suffices are used.
 const MOST: usize = 16;
 
 /// A range of cells along each axis, both ends included.

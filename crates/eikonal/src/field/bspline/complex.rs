@@ -116,8 +116,8 @@ impl ComplexBspline {
         along_rows(simd, from, strides.map(|stride| stride as u32), weights)
     }
 
-    /// Gathers coefficients from columns, or near the end, where the outermost coefficients replace
-    /// all coefficients beyond.
+    /// Gathers coefficients from columns, or near the ends of the lattice, where the outermost
+    /// coefficients replace all coefficients beyond.
     #[cold]
     #[inline(never)]
     fn gather(&self, first: [isize; 3]) -> [f32; 16 * ROW] {

@@ -95,6 +95,7 @@ fn fewer(lattice: &Lattice, values: &impl Values, tolerance: f64) -> Option<(Lat
     let worst = axes.iter().map(|axis| axis.worst);
     let mut suspects = Changes::of(&worst.chain(spread(dims)).collect::<Vec<_>>(), values);
     for _ in 0..TRIES {
+        // Thin less where known samples change too much.
         while let Some(suspect) = suspects
             .iter()
             .find(|s| s.sum(chosen).abs() > CERTAIN * tolerance)
@@ -104,6 +105,7 @@ fn fewer(lattice: &Lattice, values: &impl Values, tolerance: f64) -> Option<(Lat
         if chosen == [NONE; 3] {
             return None;
         }
+        // Compute the spline through the kept samples, and look for a sample that changes too much.
         let factors = chosen.map(|i| FACTORS.get(i).copied().unwrap_or(1));
         let thinned = [0, 1, 2].map(|axis| Thinned::new(dims[axis], factors[axis]));
         let coarse = lattice_of_fewer(lattice, thinned.each_ref().map(Thinned::count));
@@ -226,7 +228,7 @@ fn starts(dims: [usize; 3], axis: usize) -> Vec<[usize; 3]> {
 fn lattice_of_fewer(lattice: &Lattice, dims: [usize; 3]) -> Lattice {
     let last = lattice.dims().map(|n| n - 1);
     let (start, end) = (lattice.position([0; 3]), lattice.position(last));
-    // Choose any thickness of the box along an axis with one sample.
+    // Use the spacing as thickness along an axis with one sample, where any thickness is right.
     let flat = BVec3::from_array(last.map(|i| i == 0));
     let end = DVec3::select(flat, end + lattice.spacing(), end);
     let bounds = Aabb::new(start, end);

@@ -53,7 +53,7 @@ impl Deref for Coefficients {
     }
 }
 
-/// Allocates `bytes` bytes of zeroed memory; `None` if there are none.
+/// Allocates `bytes` bytes of zeroed memory; `None` if the allocation fails.
 fn large_pages(bytes: usize) -> Option<MmapMut> {
     let pages = MmapMut::map_anon(bytes).ok()?;
     // Ignore errors: small pages also work.

@@ -207,6 +207,7 @@ impl Bspline {
         let room = data.try_reserve_exact(lattice.stored());
         room.map_err(|_| FieldError::GridTooLarge { dims })?;
         data.resize(lattice.stored(), 0.0);
+        // Compute contrasts plane by plane; in double precision without noise, filter each plane.
         let mut plane = vec![0.0; lattice.strides()[2]];
         let by_planes = sampling.double && sampling.noise == 0.0;
         let mut constant = true;

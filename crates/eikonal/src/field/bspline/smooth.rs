@@ -53,6 +53,7 @@ impl Smoother {
             return None;
         }
         let lines = Lines::new(lattice, data, axis);
+        // Increase λ until the residuals exceed the noise.
         let mut best = None;
         let mut length = FIRST;
         while length <= samples as f64 * LONGEST {
@@ -82,6 +83,7 @@ impl Smoother {
         };
         (0..samples).for_each(|i| add(i, &VALUES, 1.0));
         (0..count - ORDER).for_each(|i| add(i, &DIFFERENCE, lambda));
+        // Factorise it as LDLᵀ.
         let (mut diagonal, mut lower) = (Vec::with_capacity(count), Vec::with_capacity(count));
         for i in 0..count {
             let mut row = [0.0; ORDER];

@@ -1,5 +1,5 @@
-//! Formulas as graphs: equal parts are shared, constants are folded, and integer powers are
-//! multiplied out.
+//! Formulas as graphs: equal parts are shared, constants are folded, and integer powers become
+//! multiplications.
 
 use super::error::FormulaErrorKind;
 use super::function::Function;

@@ -14,9 +14,9 @@ pub(in crate::field) struct Interval {
     pub high: f64,
 }
 
-/// Size of arguments whose phase in a period is lost to rounding.
+/// Size of arguments above which rounding loses their phase within a period.
 const LOST: f64 = 1e9;
-/// Relative error of an argument within which an extremum may be missed.
+/// Largest error of the place of an extremum, relative to the argument.
 const NEAR: f64 = 1e-12;
 
 impl Interval {

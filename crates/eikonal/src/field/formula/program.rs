@@ -47,6 +47,7 @@ impl Program {
         if inputs > REGISTERS[1] {
             return Err(FormulaErrorKind::TooComplicated);
         }
+        // Find the last use of each node.
         let order = order(graph, root);
         let mut last_use = vec![0; graph.len()];
         for (at, id) in order.iter().enumerate() {
@@ -55,6 +56,7 @@ impl Program {
             }
         }
         last_use[root] = usize::MAX;
+        // Emit instructions; registers are reused after the last use of their values.
         let mut allocation = Allocation::new(graph.len(), inputs);
         let mut instructions = Vec::new();
         for (at, id) in order.iter().enumerate() {
