@@ -22,8 +22,8 @@ pub struct ConnectingRay {
     pub sigma: f64,
     /// Ray-tube cross section at the target: J = dA⊥/dΩ for a point family, A = dA⊥/dA for a plane.
     pub jacobian: f64,
-    /// Distance from the target at which the ray passes. The lengths and the Jacobian belong to
-    /// this ray.
+    /// Distance from the target at which the traced ray passes. Directions and lengths are
+    /// corrected for this miss to first order; the Jacobian belongs to the traced ray.
     pub miss: f64,
     /// Reflections of the ray where it could have been refracted.
     pub pattern: Pattern,

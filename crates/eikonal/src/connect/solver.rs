@@ -157,7 +157,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         self.refine(world, start, None, y)
     }
 
-    /// Like [`Self::solve`], from a guess whose ray has been traced before; this saves one ray.
+    /// Returns the branch that [`Self::solve`] finds, from a guess whose ray has been traced
+    /// before; this saves one ray.
     ///
     /// # Errors
     ///

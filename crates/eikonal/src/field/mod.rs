@@ -181,8 +181,8 @@ into_field!(
     Scaled
 );
 
-/// Creates a profile if the formula depends on one coordinate, which is faster and has tighter
-/// bounds.
+/// Creates a constant field, a profile if the formula depends on one coordinate, otherwise an
+/// expression. A profile is faster than an expression and has tighter bounds.
 impl From<Formula> for Field {
     fn from(formula: Formula) -> Self {
         match (formula.constant(), formula.domain) {

@@ -96,7 +96,7 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
 
     /// Solves for the ray, given u″ at the nodes of the previous rule. Breaks with the ray, or with
     /// `None` if the field bends it too much. Continues with u″ at the nodes if more nodes are
-    /// needed, or if the ray is not to be found `here`.
+    /// needed, or if `here` is false: then this level only refines the forces.
     #[inline(always)]
     pub(super) fn solve<S: Simd>(
         &self,
