@@ -1,4 +1,4 @@
-//! The nearest hit among many shapes.
+//! Search for the nearest hit among many shapes.
 
 use super::sweep::{Four, Sweep};
 use super::tree::Tree;
@@ -9,13 +9,14 @@ use eikonal::ray::Arc;
 use glam::DVec3;
 use smallvec::SmallVec;
 
-/// Up to so many shapes a linear search is faster than a hierarchy.
+/// Largest number of shapes for which a linear search is faster than a hierarchy.
 const FEW: usize = 8;
 
-/// Hits closer in θ than this are one event, of the shape that comes first.
+/// Difference in θ up to which two hits count as one event. The event belongs to the shape that
+/// comes first in the list.
 const TIE: f64 = 1e-12;
 
-/// Shapes, by their places in the list, that are known not to be met.
+/// Indices of shapes that the arc is known not to intersect.
 pub type Except = [Option<usize>; 2];
 
 /// Finds the nearest hit among a fixed list of shapes.
@@ -23,7 +24,7 @@ pub type Except = [Option<usize>; 2];
 pub struct Accel {
     search: Search,
     count: usize,
-    /// Grids of which faces are among the shapes.
+    /// Label grids whose faces are among the shapes.
     grids: Vec<FacesOfGrid>,
 }
 
@@ -34,13 +35,13 @@ enum Search {
 }
 
 impl Accel {
-    /// An accelerator for these shapes, in this order.
+    /// Creates an accelerator for these shapes, in this order.
     pub fn new(shapes: &[Shape]) -> Self {
         let boxes: Vec<Aabb> = shapes.iter().map(Shape::aabb).collect();
         let search = if shapes.len() > FEW {
             Search::Tree(Tree::new(boxes.iter().copied()))
         } else {
-            // The margin covers the rounding of the box test.
+            // Grow the boxes to cover the rounding of the box test.
             let grow = |b: &Aabb| b.grown(1e-9 * (b.diagonal() + b.center().length()));
             let boxes: Vec<Aabb> = boxes.iter().map(grow).collect();
             Search::Linear(boxes.chunks(4).map(Four::new).collect())
@@ -52,10 +53,11 @@ impl Accel {
         }
     }
 
-    /// The meeting with the smallest θ in (theta_min, theta_max] and the index of its shape. Of meetings
-    /// within 1e-12 of the nearest, the one with the shape that comes first in the list. Shapes of `except` are passed over.
+    /// Returns the intersection with the smallest θ in (theta_min, theta_max], and the index of its
+    /// shape. Among intersections within 1e-12 of the nearest, the shape that comes first in the
+    /// list wins. Shapes in `except` are skipped.
     ///
-    /// `shapes` must be the list that the accelerator was made for.
+    /// `shapes` must be the list for which the accelerator was made.
     pub fn first(
         &self,
         shapes: &[Shape],
@@ -72,7 +74,7 @@ impl Accel {
         self.visit(arc, [theta_min, theta_max], except, &mut |i| {
             let range = [theta_min, nearest.end(theta_max)];
             let found = match &shapes[i] {
-                // One walk finds the first of all faces of a grid.
+                // A single walk finds the first intersection with all faces of a grid.
                 Shape::VoxelFaces(faces) if arc.is_straight() => {
                     let grid = self.grids.iter().position(|grid| grid.has(faces));
                     let grid = grid.filter(|grid| !walked.contains(grid));
@@ -92,9 +94,10 @@ impl Accel {
         nearest.choose()
     }
 
-    /// Whether one of the shapes but `except` is met, for the first time at a θ in (0, theta_max], where it `counts`.
+    /// True if the arc intersects a shape outside `except` at a θ in (0, theta_max], and `counts`
+    /// accepts the first intersection with it.
     ///
-    /// `shapes` must be the list that the accelerator was made for.
+    /// `shapes` must be the list for which the accelerator was made.
     pub fn any_hit(
         &self,
         shapes: &[Shape],
@@ -112,8 +115,8 @@ impl Accel {
         found
     }
 
-    /// Calls `test` with each shape that the arc may meet in a range of θ; it returns the end of the range that
-    /// is still of interest.
+    /// Calls `test` with each shape that the arc may intersect in a range of θ. `test` returns the
+    /// new end of the range.
     #[inline]
     fn visit(
         &self,
@@ -123,7 +126,7 @@ impl Accel {
         test: &mut impl FnMut(usize) -> f64,
     ) {
         if self.count == 1 {
-            // Its box would cost as much as the shape.
+            // With one shape, the test of its box would cost as much as the shape.
             if !except.contains(&Some(0)) {
                 test(0);
             }
@@ -160,7 +163,7 @@ fn sweep(arc: &Arc, ends: &[DVec3; 2], map: impl Fn(DVec3) -> DVec3) -> Sweep {
     }
 }
 
-/// Tests boxes whose shapes are `wanted`, a bit for each.
+/// Tests the boxes of the shapes in `wanted`, which has one bit per shape.
 fn linear(
     boxes: &[Four],
     wanted: u32,
@@ -182,18 +185,19 @@ fn linear(
     }
 }
 
-/// All hits that may be one event with the nearest. Which one is chosen does not depend on the
-/// order in which they are added.
+/// All hits that may be one event with the nearest hit. The choice among them does not depend on
+/// the order in which they are added.
 struct Nearest {
     /// The smallest θ.
     theta: f64,
     first: Option<(usize, Meeting)>,
-    /// Others that were one event with the nearest when they were added: hardly ever any.
+    /// Other hits that were one event with the nearest hit when they were added. There are hardly
+    /// ever any.
     ties: Vec<(usize, Meeting)>,
 }
 
 impl Nearest {
-    /// The end of the range where a hit still matters.
+    /// Returns the end of the range in which a hit still matters.
     fn end(&self, theta_max: f64) -> f64 {
         theta_max.min(self.theta + TIE)
     }

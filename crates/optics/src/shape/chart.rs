@@ -1,49 +1,52 @@
-//! Flat charts of the parts of a shape, on which integrals over its area are exact.
+//! Flat charts of the parts of a shape, on which integrals over the area are exact.
 
 use super::{Shape, Site, Uv, cube};
 use glam::{DAffine2, DMat2, DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// How area is spread over a chart.
+/// Area per unit area of a chart, as a function of the chart coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum AreaDensity {
-    /// Alike everywhere.
+    /// Constant.
     Even,
-    /// In proportion to the first coordinate, a distance from a centre.
+    /// Proportional to the first coordinate, a distance from a centre.
     Radial,
-    /// In proportion to the sine of π times the second coordinate, an angle from a pole.
+    /// Proportional to the sine of π times the second coordinate, an angle from a pole.
     Polar,
 }
 
-/// Where coordinates of a chart lie.
+/// Domain of the coordinates of a chart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Domain {
-    /// In the unit square.
+    /// Unit square.
     Square,
-    /// In the triangle (0, 0), (1, 0), (0, 1).
+    /// Triangle (0, 0), (1, 0), (0, 1).
     Triangle,
 }
 
-/// A part of a shape with coordinates in which textures are polynomials between the lines of their grids.
+/// Part of a shape, with coordinates in which textures are polynomials between the lines of their
+/// grids.
 #[derive(Clone, Debug)]
 pub(crate) struct Chart {
     domain: Domain,
     density: AreaDensity,
     area: f64,
-    /// Texture coordinates.
+    /// Map from chart coordinates to texture coordinates.
     uv: DAffine2,
-    /// Where the triangle of a mesh is: only colours of its vertices ask for positions.
+    /// First corner of the triangle of a mesh. Only textures with colours of vertices use
+    /// positions.
     origin: DVec3,
     sides: [DVec3; 2],
     primitive: u32,
 }
 
-/// Bands into which a polar chart is cut, narrow enough for [`Chart::quadrature`] to be exact to rounding.
+/// Number of bands of a polar chart, large enough for [`Chart::quadrature`] to be exact to
+/// rounding.
 const BANDS: u32 = 64;
 
 impl Shape {
-    /// Whether area grows alike all over each curved part, up to the rounding of a transform: not on
-    /// ellipsoids and elliptic cylinders.
+    /// True if area grows uniformly over each curved part, up to the rounding of a transform. False
+    /// for ellipsoids and elliptic cylinders.
     pub fn is_even(&self) -> bool {
         match self {
             Shape::Sphere(s) => s.is_even(),
@@ -52,8 +55,8 @@ impl Shape {
         }
     }
 
-    /// A chart of part `primitive`; `None` where area is not spread over it in a simple way: on ellipsoids,
-    /// elliptic cylinders and faces of voxels.
+    /// Returns a chart of part `primitive`. Returns `None` where the density of the area has no
+    /// simple form: on ellipsoids, elliptic cylinders and faces of voxels.
     pub(crate) fn chart(&self, primitive: u32) -> Option<Chart> {
         let is_curved = match self {
             Shape::Sphere(_) => true,
@@ -103,7 +106,7 @@ impl Shape {
         }
     }
 
-    /// Number of the parts that [`super::Hit::primitive`] tells apart.
+    /// Returns the number of parts that [`super::Hit::primitive`] distinguishes.
     pub(crate) fn part_count(&self) -> u32 {
         match self {
             Shape::Mesh(mesh) => mesh.triangles().len() as u32,
@@ -112,7 +115,7 @@ impl Shape {
     }
 }
 
-/// The affine map that takes three corners where `f` does.
+/// Returns the affine map that agrees with `f` at three corners.
 fn affine(f: impl Fn([f64; 2]) -> [f64; 2]) -> DAffine2 {
     let at = |q| DVec2::from(f(q));
     let origin = at([0.0, 0.0]);
@@ -121,7 +124,7 @@ fn affine(f: impl Fn([f64; 2]) -> [f64; 2]) -> DAffine2 {
 }
 
 impl Chart {
-    /// The chart as convex polygons.
+    /// Returns the chart as convex polygons.
     pub(crate) fn polygons(&self) -> Vec<Vec<DVec2>> {
         let band = |low: f64, high: f64| [[0.0, low], [1.0, low], [1.0, high], [0.0, high]];
         let at = |k: u32| f64::from(k) / f64::from(BANDS);
@@ -136,12 +139,12 @@ impl Chart {
         all.into_iter().map(polygon).collect()
     }
 
-    /// Texture coordinates of chart coordinates.
+    /// Returns the map from chart coordinates to texture coordinates.
     pub(crate) fn uv(&self) -> DAffine2 {
         self.uv
     }
 
-    /// What textures see.
+    /// Returns the data that textures need at chart coordinates `q`.
     pub(crate) fn site(&self, q: DVec2) -> Site {
         Site {
             position: self.origin + self.sides[0] * q.x + self.sides[1] * q.y,
@@ -150,14 +153,15 @@ impl Chart {
         }
     }
 
-    /// Hands over points of a convex polygon of the chart with their weights in integrals over area. Exact for
-    /// quadratic polynomials, to rounding if area is spread in a polar way and the polygon fits into a band.
+    /// Calls `point` with points of a convex polygon of the chart and their weights in integrals
+    /// over the area. The rule is exact for quadratic polynomials. With polar area density it is
+    /// exact to rounding if the polygon fits into a band.
     pub(crate) fn quadrature(&self, polygon: &[DVec2], mut point: impl FnMut(DVec2, f64)) {
         let nodes = self.nodes();
         for k in 2..polygon.len() {
             let [a, b, c] = [polygon[0], polygon[k - 1], polygon[k]];
             let double = (b - a).perp_dot(c - a).abs();
-            // The triangle as the image of a square of which one side shrinks to a point.
+            // Map a square onto the triangle by collapsing one side of the square.
             for (s, ws) in nodes {
                 for (t, wt) in nodes {
                     let q = a + (b - a) * (s * (1.0 - t)) + (c - a) * (s * t);
@@ -167,7 +171,7 @@ impl Chart {
         }
     }
 
-    /// Area per unit area of the chart.
+    /// Returns the area per unit area of the chart.
     fn density(&self, q: DVec2) -> f64 {
         self.area
             * match (self.density, self.domain) {
@@ -180,9 +184,9 @@ impl Chart {
             }
     }
 
-    /// Nodes and weights of Gauss's rule on [0, 1] (Abramowitz and Stegun, table 25.4) with enough of them: the
-    /// square adds one to a polynomial's degree, so that two are exact for degree 2 and three for degree 4; the
-    /// error of four for half a turn over [`BANDS`] is below rounding.
+    /// Returns nodes and weights of Gauss's rule on [0, 1] (Abramowitz and Stegun, table 25.4). The
+    /// square adds one to the degree of a polynomial. Two nodes are exact for degree 2, three for
+    /// degree 4. With four nodes, the error for half a turn over [`BANDS`] is below rounding.
     fn nodes(&self) -> &'static [(f64, f64)] {
         match self.density {
             AreaDensity::Even => &GAUSS_2,

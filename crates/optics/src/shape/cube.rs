@@ -14,21 +14,21 @@ const LOCAL: Aabb = Aabb {
     max: DVec3::ONE,
 };
 
-/// The cube \[−1, 1\]³ under an affine map. Face 2k (2k + 1) is where coordinate k is −1 (+1); on
-/// each, uv ∈ \[0, 1\]² follows the two other coordinates in cyclic order.
+/// Cube \[−1, 1\]³ under an affine map. Face 2k (2k + 1) is where coordinate k is −1 (+1). On each
+/// face, uv ∈ \[0, 1\]² follows the two other coordinates in cyclic order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cube {
     pub(super) placement: Placement,
 }
 
-/// Points nearer to the centre than this are not on the surface, whatever the rounding.
+/// Maximum norm below which a local point is certainly not on the surface, whatever the rounding.
 const WITHIN: f64 = 1.0 - 1e-6;
 
 impl Cube {
-    /// The image of the cube.
+    /// Creates the image of the cube.
     ///
     /// # Errors
-    /// A map that is not finite or cannot be inverted.
+    /// Fails if the map is not finite or cannot be inverted.
     pub fn new(to_world: DAffine3) -> Result<Self, ShapeError> {
         let placement = Placement::new(to_world, &LOCAL)?;
         Ok(Cube { placement })
@@ -42,7 +42,7 @@ impl Cube {
         }
         let within = |p: DVec3| p.abs().max_element() < WITHIN;
         let curve = Curve::leaving(arc, theta, &self.placement, &LOCAL, within)?;
-        // A curve through an edge must not slip between two faces.
+        // Accept points slightly beyond the edges, so that no curve slips between two faces.
         let limit = 1.0 + self.placement.noise();
         let mut best: Option<(f64, Flat)> = None;
         for face in (0..6).map(face) {
@@ -65,7 +65,7 @@ impl Cube {
         face.hit(&self.placement, at.theta, local, plain(local, face.axis))
     }
 
-    /// Its corners.
+    /// Returns the corners.
     pub fn corners(&self) -> [DVec3; 8] {
         LOCAL.corners().map(|p| self.placement.point(p))
     }
@@ -91,7 +91,7 @@ impl Cube {
         vec![x, x, y, y, z, z]
     }
 
-    /// Areas of the faces across each axis.
+    /// Returns the areas of the faces across each axis.
     fn face_areas(&self) -> [f64; 3] {
         [0, 1, 2].map(|axis| 4.0 * self.placement.axis_stretch(axis))
     }
@@ -149,8 +149,8 @@ fn uv(local: DVec3, axis: usize) -> [f64; 2] {
     others(axis).map(|k| 0.5 * (local[k] + 1.0))
 }
 
-/// Mitsuba's texture coordinates on a face, from ours: its cube is a mesh whose faces are each turned in
-/// a way of their own.
+/// Converts uv on a face to Mitsuba's texture coordinates. Mitsuba's cube is a mesh whose faces are
+/// each rotated differently.
 pub(super) fn texture_uv(face: u32, [a, b]: [f64; 2]) -> [f64; 2] {
     match face {
         1 => [a, 1.0 - b],
@@ -161,7 +161,8 @@ pub(super) fn texture_uv(face: u32, [a, b]: [f64; 2]) -> [f64; 2] {
     }
 }
 
-/// Derivatives of the local position on a face with respect to [`texture_uv`], which has whole derivatives of its own.
+/// Returns the derivatives of the local position on a face with respect to [`texture_uv`], whose
+/// own derivatives are integers.
 pub(super) fn tangents(face: u32) -> [DVec3; 2] {
     let at = |q| DVec2::from(texture_uv(face, q));
     let jacobian = DMat2::from_cols(

@@ -7,31 +7,33 @@ use eikonal::ray::Arc;
 use eikonal::ray::bernstein::{evaluate, first_root, product, restrict};
 use glam::DVec3;
 
-/// Growth of the box that an arc is clipped to: the cut ends lie well away from the surface.
+/// Growth of the box to which an arc is clipped. It keeps the cut ends well away from the surface.
 const MARGIN: f64 = 0.1;
 
-/// The local coordinates of an arc cut out of a longer one are exact to this fraction of its control points.
+/// Error of the local coordinates of an arc cut out of a longer one, relative to its control
+/// points.
 const CUT_NOISE: f64 = 64.0 * f64::EPSILON;
 
-/// A surface in local coordinates.
+/// Surface in local coordinates.
 #[derive(Clone, Copy)]
 pub(super) enum Surface {
-    /// Where a coordinate has a value.
+    /// Plane on which a coordinate has a value.
     Plane(usize, f64),
-    /// Where x² + y² + z² = 1, the coordinates being the first so many.
+    /// Surface x² + y² + z² = 1; only the given number of leading coordinates is used.
     Radial(usize),
 }
 
-/// What may meet a shape, in its local coordinates over a parameter u: a [`Curve`] or a
-/// [`Line`](super::line::Line).
+/// Candidate for an intersection with a shape, in local coordinates over a parameter u: a [`Curve`]
+/// or a [`Line`](super::line::Line).
 pub(super) trait Track {
-    /// The first u up to `until` where the track meets a surface at a position that `accept` accepts.
+    /// Returns the first u up to `until` where the track crosses `surface` at a position that
+    /// `accept` accepts.
     fn first(&self, surface: Surface, until: f64, accept: impl Fn(DVec3) -> bool) -> Option<f64>;
 
-    /// The parameter θ of the arc at `u` > 0.
+    /// Returns the parameter θ of the arc at `u` > 0.
     fn theta(&self, u: f64) -> f64;
 
-    /// Local position at `u`.
+    /// Returns the local position at `u`.
     fn position(&self, u: f64) -> DVec3;
 }
 
@@ -44,7 +46,7 @@ pub(super) struct Curve {
 }
 
 impl Curve {
-    /// The part of θ ∈ [theta[0], theta[1]] within and around the local box `bounds`.
+    /// Cuts out the part of θ ∈ [theta[0], theta[1]] within and around the local box `bounds`.
     pub(super) fn new(
         arc: &Arc,
         theta: [f64; 2],
@@ -54,8 +56,9 @@ impl Curve {
         Curve::leaving(arc, theta, placement, bounds, |_| false)
     }
 
-    /// As [`Curve::new`]; `None` also if the whole arc lies well within a convex shape, so that it
-    /// cannot meet its surface: a curve lies in the convex hull of its control points.
+    /// Cuts out a part like [`Curve::new`]. Also returns `None` if the whole arc lies well within a
+    /// convex shape and so cannot reach its surface. This test is safe because a curve lies in the
+    /// convex hull of its control points.
     pub(super) fn leaving(
         arc: &Arc,
         theta: [f64; 2],
@@ -88,7 +91,7 @@ impl Track for Curve {
                 first(&height, until, self.noise, |u| accept(self.position(u)))
             }
             Surface::Radial(axes) => {
-                // d(r²) = 2r dr with r near 1.
+                // d(r²) = 2r dr with r near 1, and a margin of two.
                 let (height, noise) = (radial(&self.control, axes), self.noise.map(|n| 4.0 * n));
                 first(&height, until, noise, |u| accept(self.position(u)))
             }
@@ -106,7 +109,7 @@ impl Track for Curve {
     }
 }
 
-/// The first root up to `until` that is accepted.
+/// Returns the first root up to `until` that `accept` accepts.
 fn first<const N: usize>(
     c: &[f64; N],
     until: f64,
@@ -114,7 +117,7 @@ fn first<const N: usize>(
     accept: impl Fn(f64) -> bool,
 ) -> Option<f64> {
     let mut from = 0.0;
-    // There are at most ten roots.
+    // A polynomial of degree ten has at most ten roots.
     for _ in 0..10 {
         from = first_root(c, from, until, noise)?;
         if accept(from) {
@@ -124,7 +127,7 @@ fn first<const N: usize>(
     None
 }
 
-/// x² + y² + z² − 1 along a Bézier curve, in the first so many coordinates.
+/// Computes x² + y² + z² − 1 along a Bézier curve, using the first `axes` coordinates.
 fn radial(control: &[DVec3; 6], axes: usize) -> [f64; 11] {
     let mut sum = [-1.0; 11];
     for axis in 0..axes {

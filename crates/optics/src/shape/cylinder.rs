@@ -30,9 +30,9 @@ const CAPS: [Flat; 2] = [
     },
 ];
 
-/// The cylinder x² + y² = 1 from z = 0 to z = 1 under an affine map, normals away from the axis.
-/// Part 0 is the side, with uv = (φ/2π, z); parts 1 and 2 are the caps at z = 0 and z = 1, if the
-/// cylinder is capped, with uv = (r, φ/2π).
+/// Cylinder x² + y² = 1 from z = 0 to z = 1 under an affine map, with normals pointing away from
+/// the axis. Part 0 is the side, with uv = (φ/2π, z). If the cylinder is capped, parts 1 and 2 are
+/// the caps at z = 0 and z = 1, with uv = (r, φ/2π).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cylinder {
     pub(super) placement: Placement,
@@ -49,10 +49,10 @@ impl Cylinder {
         across > 1.0 || local.max.z < axis.min.z || local.min.z > axis.max.z
     }
 
-    /// The image of the cylinder.
+    /// Creates the image of the cylinder.
     ///
     /// # Errors
-    /// A map that is not finite or cannot be inverted.
+    /// Fails if the map is not finite or cannot be inverted.
     pub fn new(to_world: DAffine3, capped: bool) -> Result<Self, ShapeError> {
         let placement = Placement::new(to_world, &LOCAL)?;
         Ok(Cylinder {
@@ -62,18 +62,20 @@ impl Cylinder {
         })
     }
 
-    /// The circular cylinder around the segment from `p0` to `p1`.
+    /// Creates the circular cylinder around the segment from `p0` to `p1`.
     ///
     /// # Errors
-    /// As [`Cylinder::frame`]; a cylinder so thin or so far away that its map cannot be inverted.
+    /// Fails like [`Cylinder::frame`], and if the cylinder is so thin or so far away that its map
+    /// cannot be inverted.
     pub fn between(p0: DVec3, p1: DVec3, radius: f64, capped: bool) -> Result<Self, ShapeError> {
         Cylinder::new(Cylinder::frame(p0, p1, radius)?, capped)
     }
 
-    /// The map that takes the canonical cylinder to the one around the segment from `p0` to `p1`.
+    /// Returns the map from the canonical cylinder to the cylinder around the segment from `p0` to
+    /// `p1`.
     ///
     /// # Errors
-    /// A radius that is not positive and finite; ends that coincide or are not finite.
+    /// Fails if the radius is not positive and finite, or if the ends coincide or are not finite.
     pub fn frame(p0: DVec3, p1: DVec3, radius: f64) -> Result<DAffine3, ShapeError> {
         if !(radius > 0.0 && radius.is_finite()) {
             return Err(ShapeError::Radius { radius });
@@ -84,7 +86,7 @@ impl Cylinder {
         Ok(DAffine3::from_mat3_translation(linear, p0))
     }
 
-    /// Whether the ends are closed by caps.
+    /// True if caps close the ends.
     pub(crate) fn is_capped(&self) -> bool {
         self.capped
     }
@@ -98,7 +100,7 @@ impl Cylinder {
     }
 
     fn cross(&self, track: &impl Track) -> Option<Meeting> {
-        // A curve through the rim must not slip between side and cap.
+        // Accept points slightly beyond the rim, so that no curve slips between side and cap.
         let slack = if self.capped {
             4.0 * self.placement.noise()
         } else {
@@ -159,7 +161,7 @@ impl Cylinder {
         std::f64::consts::PI * self.placement.determinant()
     }
 
-    /// Corners of a parallelepiped around it.
+    /// Returns the corners of a parallelepiped around the cylinder.
     pub(super) fn hull(&self) -> Vec<DVec3> {
         LOCAL.corners().map(|p| self.placement.point(p)).to_vec()
     }
@@ -229,18 +231,19 @@ impl Cylinder {
         [(before + u * self.cap_area()) / self.area(), turn]
     }
 
-    /// Whether area grows alike all around the side, as where it is a circular cylinder.
+    /// True if area grows uniformly around the side, as on a circular cylinder.
     pub(super) fn is_even(&self) -> bool {
         let [x, y, _] = DVec3::AXES;
         self.placement.is_even(&[x, y, (x + y).normalize()])
     }
 
-    /// The side is chosen by its share of the area, then drawn from evenly in φ and z.
+    /// Returns the density on the side, which is chosen in proportion to its area. φ and z are
+    /// uniform.
     fn side_pdf(&self, n: DVec3) -> f64 {
         self.side_area / self.area() / (TAU * self.placement.stretch(n))
     }
 
-    /// On the side f = (x² + y² − 1)/2 in local coordinates.
+    /// Returns the shape operator. On the side, it uses f = (x² + y² − 1)/2 in local coordinates.
     pub(super) fn shape_operator(&self, position: DVec3, primitive: u32) -> DMat3 {
         if primitive != 0 {
             return DMat3::ZERO;
@@ -250,7 +253,7 @@ impl Cylinder {
     }
 }
 
-/// ∫ |det M| |M⁻ᵀ n| dφ, by the trapezoidal rule, which converges geometrically.
+/// Computes ∫ |det M| |M⁻ᵀ n| dφ by the trapezoidal rule, which converges geometrically.
 fn side_area(placement: &Placement) -> f64 {
     const POINTS: usize = 1024;
     let stretch = |i: usize| {

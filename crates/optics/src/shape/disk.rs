@@ -22,17 +22,17 @@ const FACE: Flat = Flat {
     primitive: 0,
 };
 
-/// The unit disk at z = 0 under an affine map, facing +z; uv = (r, φ/2π).
+/// Unit disk at z = 0 under an affine map, facing +z; uv = (r, φ/2π).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Disk {
     pub(super) placement: Placement,
 }
 
 impl Disk {
-    /// The image of the unit disk.
+    /// Creates the image of the unit disk.
     ///
     /// # Errors
-    /// A map that is not finite or cannot be inverted.
+    /// Fails if the map is not finite or cannot be inverted.
     pub fn new(to_world: DAffine3) -> Result<Self, ShapeError> {
         let placement = Placement::new(to_world, &LOCAL)?;
         Ok(Disk { placement })
@@ -74,13 +74,13 @@ fn cross(track: &impl Track) -> Option<Meeting> {
     Some(FACE.meeting(track, u))
 }
 
-/// The uniform pair of a local point.
+/// Returns the uniform numbers that `point` maps to a local point.
 pub(super) fn inverse(local: DVec3) -> [f64; 2] {
     let [r, turn] = Uv::Disk(local).get();
     [r * r, turn]
 }
 
-/// The point of the unit disk at a uniform pair, uniform in area.
+/// Maps two uniform numbers to a point of the unit disk, uniformly in area.
 pub(super) fn point(u: [f64; 2]) -> glam::DVec2 {
     glam::DVec2::from(circle(u[1])) * u[0].sqrt()
 }

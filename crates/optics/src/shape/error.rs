@@ -1,9 +1,9 @@
-//! What can be wrong with a shape.
+//! Errors of shapes.
 
 use eikonal::Shown;
 use thiserror::Error;
 
-/// Why a shape cannot be built.
+/// Reason why a shape cannot be built.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ShapeError {
@@ -25,7 +25,7 @@ pub enum ShapeError {
     /// The ends of a cylinder coincide, or are not finite.
     #[error("the end points of a cylinder must be finite and distinct")]
     CylinderEnds,
-    /// No triangle is left.
+    /// No triangle remains after removing those without area.
     #[error(
         "a mesh needs a triangle of positive area, but has none (degenerate triangles: {dropped})"
     )]
@@ -33,12 +33,12 @@ pub enum ShapeError {
         /// Number of degenerate triangles among those given.
         dropped: usize,
     },
-    /// A triangle names a vertex that does not exist.
+    /// A triangle refers to a vertex that does not exist.
     #[error("triangle {triangle} uses vertex {index}, but there are only {count} vertices")]
     VertexIndex {
         /// Index of the triangle.
         triangle: usize,
-        /// The vertex it names.
+        /// Index of the missing vertex.
         index: u32,
         /// Number of vertices.
         count: usize,
@@ -49,7 +49,7 @@ pub enum ShapeError {
         /// Index of the vertex.
         vertex: usize,
     },
-    /// Texture coordinates are given, but not one pair per vertex.
+    /// The number of texture coordinates differs from the number of vertices.
     #[error("expected one pair of texture coordinates for each of {expected} vertices, got {got}")]
     UvCount {
         /// Number of vertices.
@@ -57,7 +57,7 @@ pub enum ShapeError {
         /// Number of pairs given.
         got: usize,
     },
-    /// Vertex normals are given, but not one per vertex.
+    /// The number of vertex normals differs from the number of vertices.
     #[error("expected one normal for each of {expected} vertices, got {got}")]
     NormalCount {
         /// Number of vertices.
@@ -65,7 +65,8 @@ pub enum ShapeError {
         /// Number of normals given.
         got: usize,
     },
-    /// Originals of copied vertices are given, but not one per vertex, or one that does not exist.
+    /// The number of originals of copied vertices differs from the number of vertices, or an
+    /// original does not exist.
     #[error(
         "expected the number of one of {expected} vertices for each of them: that of which it is a copy"
     )]
@@ -73,19 +74,19 @@ pub enum ShapeError {
         /// Number of vertices.
         expected: usize,
     },
-    /// More triangles than a 32-bit index can name.
+    /// There are more triangles than a 32-bit index can number.
     #[error("a mesh can have at most {max} triangles, got {got}", max = u32::MAX / 2)]
     TooManyTriangles {
         /// Number of triangles given.
         got: usize,
     },
-    /// A grid has more corners of voxels than a 32-bit index can name.
+    /// A grid has more corners of voxels than a 32-bit index can number.
     #[error("a grid of labels can have at most {max} corners of voxels, but has {corners}", max = u32::MAX)]
     TooManyVoxels {
         /// Number of corners.
         corners: u128,
     },
-    /// Faces of voxels have no area to rounding.
+    /// The faces of voxels across an axis have no area to rounding.
     #[error(
         "the faces of voxels across axis {axis} have no area to rounding: make the voxels thicker, or move them towards the origin"
     )]

@@ -1,5 +1,5 @@
-//! First roots along straight lines, where the polynomials of [`eikonal::ray::bernstein`] have closed
-//! forms. The rules at the ends of the interval are the same.
+//! First roots along straight lines, in closed form. The rules at the ends of the interval are the
+//! rules of [`eikonal::ray::bernstein`].
 
 use super::Meeting;
 use super::curve::{Surface, Track};
@@ -10,7 +10,7 @@ use glam::DVec3;
 /// Rounding error of a position inside the interval, relative to the length of the line.
 const INSIDE: f64 = 64.0 * f64::EPSILON;
 
-/// A straight arc in the local coordinates of a shape; u is θ.
+/// Straight arc in the local coordinates of a shape; u is θ.
 pub(super) struct Line {
     start: DVec3,
     step: DVec3,
@@ -20,7 +20,7 @@ pub(super) struct Line {
 }
 
 impl Line {
-    /// The part of a straight arc with θ ∈ [theta[0], theta[1]].
+    /// Creates the part of a straight arc with θ ∈ [theta[0], theta[1]].
     #[inline]
     pub(super) fn new(arc: &Arc, theta: [f64; 2], placement: &Placement) -> Self {
         let [start, end] = [arc.start(), arc.end()].map(|p| placement.local(p));
@@ -34,16 +34,16 @@ impl Line {
 }
 
 impl Line {
-    /// Where the line meets the cube \[−1, 1\]³ from outside or from within, and the face: number 2k (2k + 1) is
-    /// where coordinate k is −1 (+1). It is in the cube while it is in three slabs, so that it cannot slip
-    /// between two faces.
+    /// Returns the intersection with the cube \[−1, 1\]³, from outside or from within, and the
+    /// index of the face. Face 2k (2k + 1) is where coordinate k is −1 (+1). The line is in the
+    /// cube while it is in all three slabs, so it cannot slip between two faces.
     #[inline]
     pub(super) fn cube(&self) -> Option<(f64, usize)> {
         let (mut enter, mut leave) = ((f64::NEG_INFINITY, 0), (f64::INFINITY, 0));
         for axis in 0..3 {
             let inverse = self.step[axis].recip();
             let ahead = 1f64.copysign(inverse);
-            // Not a number, and left out, along a side on a face.
+            // A line that runs along a face gives NaN, which the comparisons ignore.
             let near = (-ahead - self.start[axis]) * inverse;
             let far = (ahead - self.start[axis]) * inverse;
             if near > enter.0 {
@@ -61,8 +61,8 @@ impl Line {
         }
     }
 
-    /// The face across an axis that the line passes at `u`, against (−1) or along (1) its normal, if that is in
-    /// range: a height below the noise counts as zero.
+    /// Returns the face across an axis that the line crosses at `u`, against (−1) or along (1) the
+    /// normal, if the crossing is in range. A height below the noise counts as zero.
     #[inline]
     fn passes(&self, u: f64, axis: usize, along: f64) -> Option<(f64, usize)> {
         let [from, to] = self.range;
@@ -72,25 +72,27 @@ impl Line {
         (passes && from < to).then(|| (u.clamp(from.next_up(), to), face))
     }
 
-    /// Returns whether the range starts before the plane where a coordinate is `at`: a distance below the noise counts as zero.
+    /// True if the range starts before the plane where a coordinate is `at`. A distance below the
+    /// noise counts as zero.
     #[inline]
     fn starts_before(&self, axis: usize, at: f64) -> bool {
         self.height(axis, at, self.range[0]) < -self.noise_at(axis, self.range[0])
     }
 
-    /// Returns whether the range ends beyond the plane where a coordinate is `at`, or on it to the noise.
+    /// True if the range ends beyond the plane where a coordinate is `at`, or on the plane to
+    /// within the noise.
     #[inline]
     fn ends_beyond(&self, axis: usize, at: f64) -> bool {
         self.height(axis, at, self.range[1]) >= -self.noise_at(axis, self.range[1])
     }
 
-    /// Height over a plane, the way the line goes.
+    /// Returns the height over a plane, positive in the direction of the line.
     #[inline]
     fn height(&self, axis: usize, at: f64, u: f64) -> f64 {
         (self.start[axis] + self.step[axis] * u - at) * 1f64.copysign(self.step[axis])
     }
 
-    /// Bound of the error of a coordinate at an end of the range.
+    /// Returns the bound of the error of a coordinate at an end of the range.
     #[inline]
     fn noise_at(&self, axis: usize, u: f64) -> f64 {
         let cut = u > 0.0 && u < 1.0;
@@ -103,9 +105,9 @@ impl Line {
     }
 }
 
-/// Walks through unit cells, each named by its lowest corner.
+/// Walks of a line through unit cells. The lowest corner of a cell identifies it.
 impl Line {
-    /// The cell in which the range starts; on a face, to the noise, the one ahead.
+    /// Returns the cell in which the range starts; on a face, to within the noise, the cell ahead.
     #[inline]
     pub(super) fn first_cell(&self) -> DVec3 {
         let from = self.range[0];
@@ -120,13 +122,15 @@ impl Line {
         cell
     }
 
-    /// Returns whether the line goes up along an axis.
+    /// True if the coordinate along `axis` increases along the line.
     #[inline]
     pub(super) fn goes_up(&self, axis: usize) -> bool {
         self.step[axis].is_sign_positive()
     }
 
-    /// Returns the place where the line enters the box from 0 to `size`, and the axis that it crosses there, if it starts outside and that is in range.
+    /// Returns the parameter where the line enters the box from 0 to `size`, and the axis across
+    /// the face crossed there. Returns `None` if the line starts inside or the crossing is out of
+    /// range.
     #[inline]
     pub(super) fn enters(&self, size: DVec3) -> Option<(f64, usize)> {
         let (mut enter, mut leave) = ((f64::NEG_INFINITY, 0, 0.0), f64::INFINITY);
@@ -135,7 +139,7 @@ impl Line {
             if !self.goes_up(axis) {
                 (near, far) = (far, near);
             }
-            // Not a number, and left out, along a side on a face.
+            // A line that runs along a face gives NaN, which the comparisons ignore.
             let [first, last] = [near, far].map(|at| (at - self.start[axis]) / self.step[axis]);
             if first > enter.0 {
                 enter = (first, axis, near);
@@ -149,7 +153,8 @@ impl Line {
         enters.then_some((u, axis))
     }
 
-    /// Returns the place where the line leaves a box in which it is, and the axis that it crosses there, if that is in range.
+    /// Returns the parameter where the line leaves a box that contains it, and the axis across the
+    /// face crossed there. Returns `None` if the crossing is out of range.
     #[inline]
     pub(super) fn leaves(&self, low: DVec3, high: DVec3) -> Option<(f64, usize)> {
         let mut first: Option<(f64, usize)> = None;
@@ -165,7 +170,7 @@ impl Line {
         first.filter(|_| self.range[0] < self.range[1])
     }
 
-    /// The meeting at `u` with the plane where a coordinate is `at`.
+    /// Returns the intersection at `u` with the plane where a coordinate is `at`.
     #[inline]
     pub(super) fn meeting(&self, axis: usize, at: f64, u: f64, primitive: u32) -> Meeting {
         let [from, to] = self.range;
@@ -214,8 +219,8 @@ impl Track for Line {
     }
 }
 
-/// The interval that is searched and the values at its ends, where zero stands for whatever is zero
-/// to rounding.
+/// Search interval, with the values at its ends. Values that are zero to rounding are stored as
+/// zero.
 struct Range {
     from: f64,
     to: f64,
@@ -223,8 +228,8 @@ struct Range {
 }
 
 impl Range {
-    /// `noise` bounds the errors of values at 0 and 1, `inside` what is added to them elsewhere. `None` if the
-    /// interval is empty, or a value is not a number.
+    /// Creates the interval. `noise` bounds the errors of the values at 0 and 1; `inside` is added
+    /// to the bounds elsewhere. Returns `None` if the interval is empty or a bound is not a number.
     #[inline]
     fn new(
         f: impl Fn(f64) -> f64,
@@ -242,7 +247,8 @@ impl Range {
         Some(Range { from, to, ends })
     }
 
-    /// `inside` if it is there, else the end if that is a root.
+    /// Returns the root `inside` if there is one, else the end of the interval if the end is a
+    /// root.
     #[inline]
     fn first(&self, inside: Option<f64>) -> Option<f64> {
         let root = inside.or((self.ends[1] == 0.0).then_some(self.to))?;
@@ -250,13 +256,13 @@ impl Range {
     }
 }
 
-/// The root in (from, to] of the linear function with values `c` at 0 and 1. `noise` bounds the errors
-/// of these.
+/// Returns the root in (from, to] of the linear function with values `a` and `b` at 0 and 1.
+/// `noise` bounds the errors of these values.
 #[inline(always)]
 fn linear([a, b]: [f64; 2], range: [f64; 2], noise: [f64; 2]) -> Option<f64> {
     let inside = INSIDE * (b - a).abs();
     let near = noise[0].max(noise[1]) + inside;
-    // Most lines lie on one side.
+    // Reject lines that stay on one side of the plane, as most lines do.
     let apart = (a > near && b > near) || (a < -near && b < -near);
     let differs = a.abs() > near || b.abs() > near;
     if apart || !differs || near.is_nan() {
@@ -269,14 +275,16 @@ fn linear([a, b]: [f64; 2], range: [f64; 2], noise: [f64; 2]) -> Option<f64> {
     range.first(crosses.then(|| range.from + (range.to - range.from) * (a / (a - b))))
 }
 
-/// The first root in (from, to] of |start + t·step|² − 1. `noise` bounds the errors of positions at 0 and 1.
+/// Returns the first root in (from, to] of |start + t·step|² − 1. `noise` bounds the errors of
+/// positions at 0 and 1.
 #[inline]
 fn radial(start: DVec3, step: DVec3, range: [f64; 2], noise: [f64; 2]) -> Option<f64> {
     let squared = step.length_squared();
     let nearest = -start.dot(step) / squared;
-    // Above zero within, below zero beyond reach: no digits are lost on long lines.
+    // Compute the height at the point nearest to the centre: above zero if the line crosses, below
+    // zero if it passes outside. This form loses no digits on long lines.
     let height = 1.0 - (start + step * nearest).length_squared();
-    // d(r²) = 2r dr with r near 1.
+    // d(r²) = 2r dr with r near 1, and a margin of two.
     let noise = noise.map(|n| 4.0 * n);
     let inside = 4.0 * INSIDE * squared.sqrt();
     if !(height > -(noise[0].max(noise[1]) + inside) && squared > 0.0) {
@@ -286,7 +294,7 @@ fn radial(start: DVec3, step: DVec3, range: [f64; 2], noise: [f64; 2]) -> Option
     let range = Range::new(f, range, noise, inside)?;
     let within = |t: &f64| *t > range.from && *t < range.to;
     if range.ends[0] == 0.0 {
-        // The other root.
+        // The start is a root; return the other one.
         return range.first(Some(2.0 * nearest - range.from).filter(within));
     }
     let half = (height.max(0.0) / squared).sqrt();
@@ -301,7 +309,7 @@ mod tests {
     use eikonal::ray::bernstein::first_root;
     use glam::DAffine3;
 
-    /// Numbers in [−1, 1], some of them zero or next to it.
+    /// Returns numbers in [−1, 1], some of them zero or close to zero.
     fn numbers() -> impl Iterator<Item = f64> {
         let mut state = 1u64;
         std::iter::from_fn(move || {
@@ -315,8 +323,8 @@ mod tests {
         })
     }
 
-    /// Two searches for one root: by closed form, and by the general method, to rounding where roots are
-    /// well separated.
+    /// Compares the closed form with the general method, to rounding where roots are well
+    /// separated.
     fn agree(a: Option<f64>, b: Option<f64>) -> bool {
         match (a, b) {
             (Some(a), Some(b)) => (a - b).abs() < 1e-12,
@@ -359,7 +367,8 @@ mod tests {
         assert!(found.iter().all(|&n| n > 10_000), "{found:?}");
     }
 
-    /// Slabs against the six faces one by one, for lines and ranges that start and end anywhere, on faces too.
+    /// Compares slabs with the six faces one by one. Lines and ranges start and end anywhere, also
+    /// on faces.
     #[test]
     fn the_cube_as_its_faces() {
         let bounds = Aabb::new(DVec3::NEG_ONE, DVec3::ONE);
@@ -407,7 +416,7 @@ mod tests {
         assert_eq!(whole(DVec3::X, DVec3::ZERO), None);
     }
 
-    /// However far away a line starts, its roots are as exact as its positions.
+    /// Tests that roots are as exact as positions, however far away a line starts.
     #[test]
     fn long_lines() {
         let start = DVec3::new(-1e6, 0.6, 0.0);

@@ -1,9 +1,9 @@
-//! Surfaces, and where curved and straight rays meet them.
+//! Surfaces, and their intersections with curved and straight rays.
 //!
-//! Analytic shapes are affine images of a canonical one. A curved arc is a Bézier curve, and so is
-//! its affine image; put into the equation of a canonical shape it gives a polynomial in θ of
-//! degree five (planes) or ten (quadrics), whose first root is found to round-off. No chord is
-//! ever taken for the arc.
+//! Analytic shapes are affine images of a canonical shape. A curved arc is a Bézier curve, and so
+//! is its affine image. Inserting the arc into the equation of a canonical shape gives a polynomial
+//! in θ of degree five (planes) or ten (quadrics). Its first root is found to round-off. No chord
+//! ever replaces the arc.
 
 mod accel;
 mod chart;
@@ -47,80 +47,82 @@ use eikonal::Aabb;
 use eikonal::ray::Arc;
 use glam::{DMat3, DVec3};
 
-/// A point where an arc meets a shape.
+/// Intersection of an arc with a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// Parameter of the arc.
+    /// Parameter of the arc at the intersection.
     pub theta: f64,
-    /// The point, put back onto the surface to round-off.
+    /// Position, projected onto the surface to round-off.
     pub position: DVec3,
-    /// Geometric unit normal: out of closed shapes, along the image of +z for flat ones; reversed
-    /// by `flip_normals`.
+    /// Geometric unit normal. It points out of closed shapes and along the image of +z for flat
+    /// ones; `flip_normals` reverses it.
     pub normal: DVec3,
     /// Surface coordinates.
     pub uv: Uv,
-    /// Which part was hit: the face of a cube, the side (0) or a cap (1, 2) of a cylinder, the
+    /// Part that was hit: the face of a cube, the side (0) or a cap (1, 2) of a cylinder, the
     /// triangle of a mesh.
     pub primitive: u32,
 }
 
-/// Where an arc meets a shape, before anything else is asked about the place: see [`Shape::hit`].
+/// Intersection of an arc with a shape, before the position, normal and uv are computed: see
+/// [`Shape::hit`].
 #[derive(Clone, Copy, Debug)]
 pub struct Meeting {
-    /// As in [`Hit`].
+    /// Parameter of the arc, as in [`Hit`].
     pub theta: f64,
-    /// In the coordinates of the canonical shape; of a mesh, barycentric coordinates of the triangle; of faces of voxels, in voxels.
+    /// Position in the coordinates of the canonical shape. Meshes store the barycentric coordinates
+    /// in the triangle, faces of voxels a position in voxels.
     local: DVec3,
-    /// As in [`Hit`].
+    /// Part that was hit, as in [`Hit`].
     primitive: u32,
 }
 
-/// A point drawn from the surface of a shape.
+/// Point sampled on the surface of a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AreaSample {
     /// The point.
     pub position: DVec3,
-    /// As in [`Hit`].
+    /// Geometric unit normal, as in [`Hit`].
     pub normal: DVec3,
-    /// As in [`Hit`].
+    /// Surface coordinates, as in [`Hit`].
     pub uv: Uv,
-    /// As in [`Hit`].
+    /// Part of the shape, as in [`Hit`].
     pub primitive: u32,
     /// Density per unit area in scene units, at this point.
     pub pdf: f64,
 }
 
-/// A point of a surface as textures see it.
+/// Surface point with the data that textures need.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Site {
-    /// The point.
+    /// Position.
     pub position: DVec3,
-    /// Texture coordinates: Mitsuba's.
+    /// Texture coordinates, in Mitsuba's convention.
     pub uv: Uv,
-    /// As in [`Hit`].
+    /// Part of the shape, as in [`Hit`].
     pub primitive: u32,
 }
 
 /// A surface.
 #[derive(Clone, Debug)]
 pub enum Shape {
-    /// The unit sphere; an ellipsoid under a general affine map.
+    /// Unit sphere; an ellipsoid under a general affine map.
     Sphere(Sphere),
-    /// The cube \[−1, 1\]³.
+    /// Cube \[−1, 1\]³.
     Cube(Cube),
-    /// The square \[−1, 1\]² at z = 0, facing +z.
+    /// Square \[−1, 1\]² at z = 0, facing +z.
     Rectangle(Rectangle),
-    /// The unit disk at z = 0, facing +z.
+    /// Unit disk at z = 0, facing +z.
     Disk(Disk),
-    /// The cylinder of unit radius from z = 0 to z = 1, open or capped.
+    /// Cylinder of unit radius from z = 0 to z = 1, open or capped.
     Cylinder(Cylinder),
-    /// Triangles, shared between copies of the shape.
+    /// Triangle mesh, shared between copies of the shape.
     Mesh(std::sync::Arc<Mesh>),
     /// Faces between voxels of two labels, shared between copies of the shape.
     VoxelFaces(std::sync::Arc<VoxelFaces>),
 }
 
-/// Calls the same method on whichever shape this is.
+/// Evaluates an expression on whichever shape this is.
 macro_rules! each {
     ($self:expr, $s:ident => $e:expr) => {
         match $self {
@@ -136,7 +138,7 @@ macro_rules! each {
 }
 
 impl Shape {
-    /// This shape with its normals turned to the other side if `flip` is set.
+    /// Returns the shape with its normals reversed if `flip` is set, and not reversed otherwise.
     pub fn with_flipped_normals(mut self, flip: bool) -> Self {
         match &mut self {
             Shape::Sphere(s) => s.set_flipped(flip),
@@ -144,7 +146,7 @@ impl Shape {
             Shape::Rectangle(s) => s.set_flipped(flip),
             Shape::Disk(s) => s.set_flipped(flip),
             Shape::Cylinder(s) => s.set_flipped(flip),
-            // One that is shared stays so if it is as wanted.
+            // Keep a shared mesh shared if its normals need no change.
             Shape::Mesh(s) if s.is_flipped() == flip => {}
             Shape::Mesh(s) => std::sync::Arc::make_mut(s).set_flipped(flip),
             Shape::VoxelFaces(s) if s.is_flipped() == flip => {}
@@ -153,37 +155,37 @@ impl Shape {
         self
     }
 
-    /// Whether the normals are turned to the other side.
+    /// True if the normals are reversed.
     pub fn has_flipped_normals(&self) -> bool {
         each!(self, s => s.is_flipped())
     }
 
-    /// The hit with the smallest θ in (theta_min, theta_max].
+    /// Finds the intersection with the smallest θ in (theta_min, theta_max].
     ///
-    /// A surface that passes through the point at `theta_min` to round-off is not hit there, one
-    /// that passes through the point at `theta_max` is: a search may continue from a hit, or
-    /// from arc to arc, without finding it again or losing one.
+    /// The search excludes a surface that passes through the point at `theta_min` to round-off. It
+    /// includes a surface that passes through the point at `theta_max`. Hence a search that
+    /// continues from a hit, or from arc to arc, neither finds a hit twice nor loses one.
     pub fn first_hit(&self, arc: &Arc, theta_min: f64, theta_max: f64) -> Option<Hit> {
         let meeting = self.meet(arc, [theta_min, theta_max])?;
         Some(self.hit(&meeting))
     }
 
-    /// Where [`Shape::first_hit`] is.
+    /// Finds the intersection of [`Shape::first_hit`], without its position and normal.
     fn meet(&self, arc: &Arc, theta: [f64; 2]) -> Option<Meeting> {
         each!(self, s => s.meet(arc, theta))
     }
 
-    /// The point of a meeting with this shape.
+    /// Computes the position, normal and uv of an intersection with this shape.
     pub fn hit(&self, meeting: &Meeting) -> Hit {
         each!(self, s => s.hit(meeting))
     }
 
-    /// What textures see at a hit.
+    /// Returns the data that textures need at a hit.
     pub fn site(&self, hit: &Hit) -> Site {
         self.site_at(hit.position, hit.uv, hit.primitive)
     }
 
-    /// What textures see at a point drawn from the surface.
+    /// Returns the data that textures need at a sampled point of the surface.
     pub fn site_of(&self, sample: &AreaSample) -> Site {
         self.site_at(sample.position, sample.uv, sample.primitive)
     }
@@ -200,12 +202,13 @@ impl Shape {
         }
     }
 
-    /// A box around the surface.
+    /// Returns a box around the surface.
     pub fn aabb(&self) -> Aabb {
         each!(self, s => s.aabb())
     }
 
-    /// Upper bound of the distance between two points of the shape; exact for spheres and ellipsoids.
+    /// Returns an upper bound of the distance between two points of the shape; exact for spheres
+    /// and ellipsoids.
     pub fn diameter(&self) -> f64 {
         match self {
             Shape::Sphere(s) => s.diameter(),
@@ -213,8 +216,8 @@ impl Shape {
         }
     }
 
-    /// Whether a box certainly has no point in common with the inside of a closed shape; a box near
-    /// the surface may count as touching it.
+    /// True if a box certainly has no point in common with the inside of a closed shape. May be
+    /// false for a box close to the surface.
     pub fn misses(&self, region: &Aabb) -> bool {
         match self {
             Shape::Sphere(s) => s.misses(region),
@@ -223,7 +226,7 @@ impl Shape {
         }
     }
 
-    /// Whether the shape encloses a volume.
+    /// True if the shape encloses a volume.
     pub fn is_closed(&self) -> bool {
         match self {
             Shape::Sphere(_) | Shape::Cube(_) => true,
@@ -234,7 +237,7 @@ impl Shape {
         }
     }
 
-    /// Whether `p` lies in the enclosed volume; false for open shapes.
+    /// True if `p` lies in the enclosed volume; false for open shapes.
     pub fn contains(&self, p: DVec3) -> bool {
         match self {
             Shape::Sphere(s) => s.contains(p),
@@ -246,7 +249,7 @@ impl Shape {
         }
     }
 
-    /// Whether the shape encloses a convex volume. May be false for a large convex mesh.
+    /// True if the shape encloses a convex volume. May be false for a large convex mesh.
     pub fn is_convex(&self) -> bool {
         match self {
             Shape::Mesh(s) => s.is_convex(),
@@ -255,7 +258,8 @@ impl Shape {
         }
     }
 
-    /// Whether a straight line never meets the surface again that leaves it in a direction, from a point with this normal.
+    /// True if a straight line that leaves the surface along `direction`, from a point with normal
+    /// `normal`, never meets the surface again.
     pub fn is_left(&self, normal: DVec3, direction: DVec3) -> bool {
         // Planted error "lines that leave a ball inwards said not to meet it again", found by morgana-transport/transport::edges::straight_connections_are_those_of_the_solver:
         // let outward = || true;
@@ -268,7 +272,8 @@ impl Shape {
         }
     }
 
-    /// Returns whether two shapes have equal parameters; meshes and faces of voxels, whether they are one in memory.
+    /// True if two shapes have equal parameters. Meshes and faces of voxels are equal only if they
+    /// share memory.
     pub fn is_same(&self, other: &Shape) -> bool {
         match (self, other) {
             (Shape::Sphere(a), Shape::Sphere(b)) => a == b,
@@ -282,12 +287,12 @@ impl Shape {
         }
     }
 
-    /// Whether it lies in one plane.
+    /// True if the shape lies in one plane.
     pub fn is_flat(&self) -> bool {
         matches!(self, Shape::Rectangle(_) | Shape::Disk(_))
     }
 
-    /// Enclosed volume in scene units; `None` of open shapes.
+    /// Returns the enclosed volume in scene units, `None` for open shapes.
     pub fn volume(&self) -> Option<f64> {
         match self {
             Shape::Sphere(s) => Some(s.volume()),
@@ -299,7 +304,7 @@ impl Shape {
         }
     }
 
-    /// Points whose convex hull holds the shape.
+    /// Returns points whose convex hull contains the shape.
     pub fn hull(&self) -> Vec<DVec3> {
         match self {
             Shape::Sphere(s) => s.hull(),
@@ -311,7 +316,8 @@ impl Shape {
         }
     }
 
-    /// Calls `visit` with points around each part of the surface that a box may be put around: triangles, faces, or the whole.
+    /// Calls `visit` with points around each patch of the surface: each triangle, each face of
+    /// voxels, or the whole shape. The box of the points contains the patch.
     pub fn each_patch(&self, mut visit: impl FnMut(&[DVec3])) {
         match self {
             Shape::Mesh(s) => (0..s.triangles().len()).for_each(|i| visit(&s.triangle(i))),
@@ -320,12 +326,12 @@ impl Shape {
         }
     }
 
-    /// Area in scene units.
+    /// Returns the area in scene units.
     pub fn area(&self) -> f64 {
         each!(self, s => s.area())
     }
 
-    /// Areas of the parts that [`Hit::primitive`] tells apart, in scene units.
+    /// Returns the areas, in scene units, of the parts that [`Hit::primitive`] distinguishes.
     pub fn part_areas(&self) -> Vec<f64> {
         match self {
             Shape::Cube(s) => s.part_areas(),
@@ -336,14 +342,14 @@ impl Shape {
         }
     }
 
-    /// A point of the surface from two uniform numbers; uniform in area except on spheres and
-    /// cylinders under maps that are no similarity, where `pdf` varies.
+    /// Samples a point of the surface from two uniform numbers. The density is uniform in area,
+    /// except on spheres and cylinders under maps other than similarities, where `pdf` varies.
     pub fn sample_area(&self, u: [f64; 2]) -> AreaSample {
         each!(self, s => s.sample_area(u))
     }
 
-    /// The density, per unit area in scene units, with which [`Shape::sample_area`] draws a point
-    /// of part `primitive` of the surface.
+    /// Returns the density, per unit area in scene units, with which [`Shape::sample_area`] samples
+    /// a point of part `primitive` of the surface.
     pub fn pdf_area(&self, position: DVec3, primitive: u32) -> f64 {
         match self {
             Shape::Sphere(s) => s.pdf_area(position),
@@ -352,7 +358,8 @@ impl Shape {
         }
     }
 
-    /// The two numbers from which [`Shape::sample_area`] makes a point of part `primitive` of the surface.
+    /// Returns the two numbers for which [`Shape::sample_area`] gives a point of part `primitive`
+    /// of the surface.
     pub fn inverse_area(&self, position: DVec3, primitive: u32) -> [f64; 2] {
         match self {
             Shape::Sphere(s) => s.inverse_area(position),
@@ -365,8 +372,9 @@ impl Shape {
         }
     }
 
-    /// The shape operator S at a point of part `primitive` of the surface (docs/theory.md#interfaces): the normal
-    /// N turns by δN = S·δx for a tangential δx. Symmetric, S·N = 0.
+    /// Returns the shape operator S at a point of part `primitive` of the surface
+    /// (docs/theory.md#interfaces). The normal N turns by δN = S·δx for a tangential δx. S is
+    /// symmetric, and S·N = 0.
     pub fn shape_operator(&self, position: DVec3, primitive: u32) -> DMat3 {
         match self {
             Shape::Sphere(s) => s.shape_operator(position),
@@ -376,7 +384,7 @@ impl Shape {
     }
 }
 
-/// Implements `From` for [`Shape`], and what all placed shapes share.
+/// Implements `From` for [`Shape`], and the methods that all placed shapes share.
 macro_rules! placed {
     ($($shape:ident),*) => {$(
         impl From<$shape> for Shape {
@@ -418,7 +426,7 @@ impl From<VoxelFaces> for Shape {
     }
 }
 
-/// The angle of (x, y) as a fraction of a turn, in [0, 1).
+/// Returns the angle of (x, y) as a fraction of a turn, in [0, 1).
 fn turn(x: f64, y: f64) -> f64 {
     let t = libm::atan2(y, x) / std::f64::consts::TAU;
     if t < 0.0 {
@@ -428,7 +436,7 @@ fn turn(x: f64, y: f64) -> f64 {
     }
 }
 
-/// The point of the unit circle at a fraction of a turn.
+/// Returns the point of the unit circle at a fraction of a turn.
 fn circle(turn: f64) -> [f64; 2] {
     let (sin, cos) = libm::sincos(turn * std::f64::consts::TAU);
     [cos, sin]

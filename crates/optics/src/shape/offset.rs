@@ -1,11 +1,12 @@
-//! Surfaces moved along their normals by a distance that is small beside them.
+//! Surfaces displaced along their normals by a distance small compared with their size.
 
 use super::{Cube, Cylinder, Disk, Rectangle, Shape, Sphere};
 use glam::{DAffine3, DVec3};
 
 impl Shape {
-    /// The surface moved by `distance` along its normals: a flat one is shifted, a closed one grows or shrinks. A distance that
-    /// leaves nothing of the surface changes nothing.
+    /// Returns the surface displaced by `distance` along its normals. A flat surface is shifted, a
+    /// closed one grows or shrinks. If the displacement leaves nothing of the surface, the surface
+    /// stays unchanged.
     pub fn moved_along_normals(&self, distance: f64) -> Shape {
         let flipped = self.has_flipped_normals();
         let outward = if flipped { -distance } else { distance };
@@ -21,7 +22,7 @@ impl Shape {
                 Cylinder::new(map, s.is_capped()).map(Shape::from)
             }
             Shape::Mesh(mesh) => mesh.moved_along_normals(outward).map(Shape::from),
-            // They separate media, and stay.
+            // Faces of voxels separate media, so they stay in place.
             Shape::VoxelFaces(_) => return self.clone(),
         };
         moved.map_or_else(|_| self.clone(), |s| s.with_flipped_normals(flipped))
@@ -29,15 +30,15 @@ impl Shape {
 }
 
 impl super::placement::Placement {
-    /// The map with the plane z = 0 shifted by `distance` along its normal.
+    /// Returns the map with the plane z = 0 shifted by `distance` along its normal.
     fn shifted(&self, distance: f64) -> DAffine3 {
         let mut map = *self.map();
         map.translation += self.upright_normal() * distance;
         map
     }
 
-    /// The map with the shape scaled about a local `center`, so that its ends along the local axes move outwards by about
-    /// `distance`.
+    /// Returns the map with the shape scaled about a local `center`, so that its ends along the
+    /// local axes move outwards by about `distance`.
     fn grown(&self, distance: f64, center: DVec3) -> DAffine3 {
         let m = self.map().matrix3;
         let half = DVec3::ONE - center;

@@ -1,17 +1,17 @@
-//! Where an analytic shape stands: the affine map from its local coordinates to the scene.
+//! Placement of an analytic shape: the affine map from its local coordinates to the scene.
 
 use super::ShapeError;
 use eikonal::Aabb;
 use glam::{DAffine3, DMat3, DVec3};
 
-/// Determinant, relative to the product of the column lengths, below which a map is singular.
+/// Smallest determinant of an invertible map, relative to the product of the column lengths.
 const SINGULAR: f64 = 1e-12;
 
-/// Relative differences of area elements below this are those of a rotation written with four digits:
-/// lengths are wrong by up to 1.5e-4, areas by twice that.
+/// Largest relative difference of area elements that count as equal. A rotation written with four
+/// digits has errors of up to 1.5e-4 in lengths and twice as much in areas.
 const EVEN: f64 = 5e-4;
 
-/// An invertible affine map with its inverse, and what follows from them.
+/// Invertible affine map with its inverse and derived quantities.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Placement {
     to_world: DAffine3,
@@ -20,16 +20,16 @@ pub(super) struct Placement {
     det: f64,
     /// Bound of the rounding error of local coordinates near the shape.
     noise: f64,
-    /// Unit normals in the scene of the local axes, not flipped.
+    /// Unit normals of the local axes in the scene, not flipped.
     normals: [DVec3; 3],
-    /// How much area elements across the local axes grow.
+    /// Growth factors of area elements across the local axes.
     stretches: [f64; 3],
-    /// −1 if the normals are flipped, else 1.
+    /// −1 if the normals are flipped, otherwise 1.
     side: f64,
 }
 
 impl Placement {
-    /// A placement of a shape that fits in the local box `local`.
+    /// Creates the placement of a shape that fits in the local box `local`.
     pub(super) fn new(to_world: DAffine3, local: &Aabb) -> Result<Self, ShapeError> {
         if !to_world.is_finite() {
             return Err(ShapeError::NonFiniteTransform);
@@ -56,7 +56,8 @@ impl Placement {
         Ok(placement)
     }
 
-    /// 8ε times the largest magnitude met when points of the shape are mapped back to `local`.
+    /// Returns 8ε times the largest magnitude that occurs when points of the shape are mapped back
+    /// to `local`.
     fn round_off(&self, local: &Aabb) -> f64 {
         let world = Aabb::around(local.corners().map(|c| self.point(c)));
         let far = world.min.abs().max(world.max.abs());
@@ -68,86 +69,87 @@ impl Placement {
         8.0 * f64::EPSILON * (1.0 + terms.max_element())
     }
 
-    /// A local box around a box of the scene.
+    /// Returns a local box around a box of the scene.
     pub(super) fn local_box(&self, world: &Aabb) -> Aabb {
         Aabb::around(world.corners().map(|c| self.local(c)))
     }
 
-    /// Turns the normals to the other side, or back.
+    /// Sets whether the normals are reversed.
     pub(crate) fn set_flipped(&mut self, flipped: bool) {
         self.side = if flipped { -1.0 } else { 1.0 };
     }
 
-    /// Whether the normals are flipped.
+    /// True if the normals are reversed.
     pub(crate) fn is_flipped(&self) -> bool {
         self.side < 0.0
     }
 
-    /// The map from local coordinates to the scene.
+    /// Returns the map from local coordinates to the scene.
     pub(super) fn map(&self) -> &DAffine3 {
         &self.to_world
     }
 
-    /// [`Placement::normal`] of the local z axis, not flipped.
+    /// Returns the unit normal of the local z axis, not flipped: see [`Placement::normal`].
     pub(super) fn upright_normal(&self) -> DVec3 {
         self.normals[2]
     }
 
-    /// Volume of the image of a unit volume.
+    /// Returns the volume of the image of a unit volume.
     pub(super) fn determinant(&self) -> f64 {
         self.det
     }
 
-    /// See the field.
+    /// Returns the bound of the rounding error of local coordinates near the shape.
     pub(super) fn noise(&self) -> f64 {
         self.noise
     }
 
-    /// A local point in the scene.
+    /// Maps a local point to the scene.
     pub(super) fn point(&self, local: DVec3) -> DVec3 {
         self.to_world.transform_point3(local)
     }
 
-    /// A local displacement in the scene.
+    /// Maps a local displacement to the scene.
     pub(super) fn vector(&self, local: DVec3) -> DVec3 {
         self.to_world.transform_vector3(local)
     }
 
-    /// A scene point in local coordinates.
+    /// Maps a scene point to local coordinates.
     pub(super) fn local(&self, world: DVec3) -> DVec3 {
         self.to_local.transform_point3(world)
     }
 
-    /// The unit normal in the scene for the local normal `n`: it points to the image of the side
-    /// that `n` points to, also under mirror maps, and to the other side if flipped.
+    /// Returns the unit normal in the scene for the local normal `n`. It points to the image of the
+    /// side to which `n` points, also under mirror maps, or to the other side if flipped.
     pub(super) fn normal(&self, n: DVec3) -> DVec3 {
         self.covector(n).normalize() * self.side
     }
 
-    /// [`Placement::normal`] of a local axis.
+    /// Returns [`Placement::normal`] of a local axis.
     pub(crate) fn axis_normal(&self, axis: usize) -> DVec3 {
         self.normals[axis] * self.side
     }
 
-    /// How much an area element with local unit normal `n` grows: |det M| |M⁻ᵀ n|.
+    /// Returns the growth factor of an area element with local unit normal `n`: |det M| |M⁻ᵀ n|.
     pub(super) fn stretch(&self, n: DVec3) -> f64 {
         self.det * self.covector(n).length()
     }
 
-    /// [`Placement::stretch`] of a local axis.
+    /// Returns [`Placement::stretch`] of a local axis.
     pub(crate) fn axis_stretch(&self, axis: usize) -> f64 {
         self.stretches[axis]
     }
 
-    /// Whether area elements with these local unit normals grow alike, to rounding.
+    /// True if area elements with these local unit normals grow equally, up to the rounding of a
+    /// transform.
     pub(super) fn is_even(&self, normals: &[DVec3]) -> bool {
         let first = self.stretch(normals[0]);
         let alike = |n: &DVec3| (self.stretch(*n) / first - 1.0).abs() < EVEN;
         normals.iter().all(alike)
     }
 
-    /// The shape operator of f = 0 at a point where f has local gradient `gradient` and diagonal
-    /// local Hessian `hessian`: with N = ∇f/|∇f|, δN = P Hess f P δx / |∇f|, P = I − NNᵀ.
+    /// Returns the shape operator of f = 0 at a point where f has local gradient `gradient` and
+    /// diagonal local Hessian `hessian`. With N = ∇f/|∇f|, δN = P Hess f P δx / |∇f|, P = I − NNᵀ.
     pub(super) fn shape_operator(&self, gradient: DVec3, hessian: DVec3) -> DMat3 {
         let g = self.covector(gradient);
         let n = g.normalize();
@@ -157,8 +159,8 @@ impl Placement {
         p * hess * p * (self.side / g.length())
     }
 
-    /// The box in the scene around the image of a set with local support function `h`:
-    /// h(d) = max over the set of d·p.
+    /// Returns the box in the scene around the image of a set with local support function `h`: h(d)
+    /// = max over the set of d·p.
     pub(super) fn aabb(&self, h: impl Fn(DVec3) -> f64) -> Aabb {
         let rows = self.to_world.matrix3.transpose();
         let rows = [rows.x_axis, rows.y_axis, rows.z_axis];
@@ -175,7 +177,7 @@ impl Placement {
     }
 }
 
-/// The matrix n nᵀ.
+/// Returns the matrix n nᵀ.
 fn outer(n: DVec3) -> DMat3 {
     DMat3::from_cols(n * n.x, n * n.y, n * n.z)
 }

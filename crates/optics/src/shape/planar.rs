@@ -1,11 +1,12 @@
-//! What rectangles, disks, cube faces and caps share: flat parts of local coordinate planes.
+//! Flat parts of local coordinate planes: rectangles, disks, cube faces and caps.
 
 use super::curve::{Surface, Track};
 use super::placement::Placement;
 use super::{AreaSample, Hit, Meeting, Uv};
 use glam::DVec3;
 
-/// A flat part of a shape: where coordinate `axis` has the value `at`, facing to one side (1 or −1) along it.
+/// Flat part of a shape, where coordinate `axis` has the value `at`. It faces to one side (1 or −1)
+/// along the axis.
 pub(super) struct Flat {
     pub axis: usize,
     pub at: f64,
@@ -14,7 +15,8 @@ pub(super) struct Flat {
 }
 
 impl Flat {
-    /// The first u up to `until` where a track crosses the part of the plane that `inside` accepts.
+    /// Returns the first u up to `until` where a track crosses the part of the plane that `inside`
+    /// accepts.
     #[inline]
     pub(super) fn first(
         &self,
@@ -25,7 +27,7 @@ impl Flat {
         track.first(Surface::Plane(self.axis, self.at), until, inside)
     }
 
-    /// The meeting with the track at `u`, put onto the plane.
+    /// Returns the intersection with the track at `u`, projected onto the plane.
     #[inline]
     pub(crate) fn meeting(&self, track: &impl Track, u: f64) -> Meeting {
         Meeting {
@@ -35,13 +37,13 @@ impl Flat {
         }
     }
 
-    /// The local point, put onto the plane.
+    /// Projects the local point onto the plane.
     pub(super) fn project(&self, mut local: DVec3) -> DVec3 {
         local[self.axis] = self.at;
         local
     }
 
-    /// The hit at a local point of the part.
+    /// Returns the hit at a local point of the part.
     pub(super) fn hit(&self, placement: &Placement, theta: f64, local: DVec3, uv: Uv) -> Hit {
         Hit {
             theta,
@@ -56,7 +58,7 @@ impl Flat {
         placement.axis_normal(self.axis) * self.side
     }
 
-    /// The sample at a local point of the part.
+    /// Returns the sample at a local point of the part.
     pub(super) fn sample(
         &self,
         placement: &Placement,

@@ -21,17 +21,17 @@ const FACE: Flat = Flat {
     primitive: 0,
 };
 
-/// The square \[−1, 1\]² at z = 0 under an affine map, facing +z; uv = ((x + 1)/2, (y + 1)/2).
+/// Square \[−1, 1\]² at z = 0 under an affine map, facing +z; uv = ((x + 1)/2, (y + 1)/2).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rectangle {
     pub(super) placement: Placement,
 }
 
 impl Rectangle {
-    /// The image of the square.
+    /// Creates the image of the square.
     ///
     /// # Errors
-    /// A map that is not finite or cannot be inverted.
+    /// Fails if the map is not finite or cannot be inverted.
     pub fn new(to_world: DAffine3) -> Result<Self, ShapeError> {
         let placement = Placement::new(to_world, &LOCAL)?;
         Ok(Rectangle { placement })

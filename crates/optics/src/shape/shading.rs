@@ -1,12 +1,13 @@
-//! By which normal and along which tangents a surface scatters light (docs/theory.md#shading-normals).
+//! Shading normals and tangents of surfaces (docs/theory.md#shading-normals).
 
 use super::{Shape, Site};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
 impl Shape {
-    /// Unit normal for shading at a point with true unit normal `normal`, on its side: interpolated on a mesh whose vertices have
-    /// normals, the true one elsewhere.
+    /// Returns the unit normal for shading at a point with geometric unit normal `normal`, on the
+    /// same side. It is interpolated on a mesh with vertex normals, and equal to the geometric
+    /// normal elsewhere.
     pub fn shading_normal(&self, site: &Site, normal: DVec3) -> DVec3 {
         match self {
             Shape::Mesh(mesh) => mesh.shading_normal(site, normal),
@@ -14,7 +15,8 @@ impl Shape {
         }
     }
 
-    /// The y axis of the shape in its own frame, as a vector in the scene of any length; that of the scene for meshes.
+    /// Returns the local y axis of the shape as a vector in the scene, of any length. Meshes return
+    /// the y axis of the scene.
     pub fn y_axis(&self) -> DVec3 {
         let placement = match self {
             Shape::Mesh(_) => return DVec3::Y,
@@ -28,8 +30,8 @@ impl Shape {
         placement.vector(DVec3::Y)
     }
 
-    /// Derivatives of the position with respect to the texture coordinates of a point, in scene units; zero where there are none,
-    /// as at poles.
+    /// Returns the derivatives of the position with respect to the texture coordinates, in scene
+    /// units. They are zero where they do not exist, as at poles.
     pub fn tangents(&self, site: &Site) -> [DVec3; 2] {
         let placement = match self {
             Shape::Mesh(mesh) => return mesh.tangents(site.primitive as usize),

@@ -15,18 +15,20 @@ const LOCAL: Aabb = Aabb {
     max: DVec3::ONE,
 };
 
-/// The unit sphere under an affine map; uv = (φ/2π, ϑ/π), ϑ from the local +z axis.
+/// Unit sphere under an affine map; uv = (φ/2π, ϑ/π), ϑ from the local +z axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sphere {
     pub(super) placement: Placement,
     area: f64,
 }
 
-/// Points nearer to the centre than this are not on the surface, whatever the rounding.
+/// Squared distance from the centre below which a local point is certainly not on the surface,
+/// whatever the rounding.
 const WITHIN: f64 = 1.0 - 1e-6;
 
 impl Sphere {
-    /// Twice the largest singular value of the linear part: the longest axis of the ellipsoid.
+    /// Returns twice the largest singular value of the linear part: the longest axis of the
+    /// ellipsoid.
     pub fn diameter(&self) -> f64 {
         let column = |axis| self.placement.point(axis) - self.placement.point(DVec3::ZERO);
         let m = DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z));
@@ -40,10 +42,10 @@ impl Sphere {
             > 1.0
     }
 
-    /// The image of the unit sphere.
+    /// Creates the image of the unit sphere.
     ///
     /// # Errors
-    /// A map that is not finite or cannot be inverted.
+    /// Fails if the map is not finite or cannot be inverted.
     pub fn new(to_world: DAffine3) -> Result<Self, ShapeError> {
         let placement = Placement::new(to_world, &LOCAL)?;
         let unit = Sphere {
@@ -58,18 +60,19 @@ impl Sphere {
         Ok(Sphere { area, ..unit })
     }
 
-    /// The sphere around `center`.
+    /// Creates the sphere around `center`.
     ///
     /// # Errors
-    /// As [`Sphere::frame`]; a center that is not finite; a sphere so small or so far away that its map cannot be inverted.
+    /// Fails like [`Sphere::frame`], if the centre is not finite, or if the sphere is so small or
+    /// so far away that its map cannot be inverted.
     pub fn around(center: DVec3, radius: f64) -> Result<Self, ShapeError> {
         Sphere::new(Sphere::frame(center, radius)?)
     }
 
-    /// The map that takes the unit sphere to the one around `center`.
+    /// Returns the map from the unit sphere to the sphere around `center`.
     ///
     /// # Errors
-    /// A radius that is not positive and finite.
+    /// Fails if the radius is not positive and finite.
     pub fn frame(center: DVec3, radius: f64) -> Result<DAffine3, ShapeError> {
         if !(radius > 0.0 && radius.is_finite()) {
             return Err(ShapeError::Radius { radius });
@@ -111,7 +114,7 @@ impl Sphere {
         4.0 / 3.0 * PI * self.placement.determinant()
     }
 
-    /// Corners of a parallelepiped around it.
+    /// Returns the corners of a parallelepiped around the sphere.
     pub(super) fn hull(&self) -> Vec<DVec3> {
         LOCAL.corners().map(|p| self.placement.point(p)).to_vec()
     }
@@ -143,20 +146,21 @@ impl Sphere {
         [0.5 * (1.0 - z), turn(x, y)]
     }
 
-    /// Whether area grows alike everywhere, as under a similarity: what it grows by is the length of an image of
-    /// the normal, and six normals tell an ellipsoid of such lengths from a sphere.
+    /// True if area grows uniformly, as under a similarity. The growth factor is proportional to
+    /// the length of the image of the normal. Six normals suffice to distinguish an ellipsoid from
+    /// a sphere.
     pub fn is_even(&self) -> bool {
         let [x, y, z] = DVec3::AXES;
         let normals = [x, y, z, x + y, y + z, z + x];
         self.placement.is_even(&normals.map(DVec3::normalize))
     }
 
-    /// Uniform on the unit sphere, then stretched.
+    /// Returns the density: uniform on the unit sphere, then divided by the growth of the area.
     fn pdf(&self, local: DVec3) -> f64 {
         1.0 / (4.0 * PI * self.placement.stretch(local))
     }
 
-    /// f = (|p|² − 1)/2 in local coordinates.
+    /// Returns the shape operator of f = (|p|² − 1)/2 in local coordinates.
     pub(super) fn shape_operator(&self, position: DVec3) -> DMat3 {
         let local = self.placement.local(position);
         self.placement.shape_operator(local, DVec3::ONE)
@@ -173,8 +177,8 @@ fn cross(track: &impl Track) -> Option<Meeting> {
     })
 }
 
-/// ∫ |det M| |M⁻ᵀ n| dn over the unit sphere, by Simpson's rule in z and the trapezoidal rule
-/// (which converges geometrically) in φ.
+/// Computes ∫ |det M| |M⁻ᵀ n| dn over the unit sphere. It uses Simpson's rule in z and the
+/// trapezoidal rule, which converges geometrically, in φ.
 fn area(placement: &Placement) -> f64 {
     const RINGS: usize = 256;
     const POINTS: usize = 128;

@@ -1,6 +1,7 @@
-//! Builds bounding-volume hierarchies from the top by the surface area heuristic (J. Goldsmith and J. Salmon,
-//! "Automatic creation of object hierarchies for ray tracing", 1987), with boxes sorted into bins (I. Wald, "On fast
-//! construction of SAH-based bounding volume hierarchies", 2007). Depth and time are bounded for every list of boxes.
+//! Top-down construction of bounding-volume hierarchies by the surface area heuristic (J. Goldsmith
+//! and J. Salmon, "Automatic creation of object hierarchies for ray tracing", 1987), with boxes
+//! sorted into bins (I. Wald, "On fast construction of SAH-based bounding volume hierarchies",
+//! 2007). Depth and time are bounded for every list of boxes.
 
 use glam::Vec3;
 use std::ops::Range;
@@ -17,7 +18,7 @@ const LEAF: usize = 8;
 /// Cost of a visit to a node, relative to the test of a leaf's box and shape.
 const VISIT: f32 = 3.0;
 
-/// A box of the list, and its place there.
+/// Box of the list, with its index in the list.
 #[derive(Clone, Copy)]
 pub(super) struct Item {
     pub min: Vec3,
@@ -25,62 +26,63 @@ pub(super) struct Item {
     pub place: u32,
 }
 
-/// A box and what it holds.
+/// Node of the hierarchy: a box, and its leaves or children.
 #[derive(Clone, Copy)]
 pub(super) struct Node {
     pub min: Vec3,
     pub max: Vec3,
-    /// First of its leaves, or of its two children.
+    /// Index of the first leaf, or of the first of two children.
     pub first: u32,
     /// Number of leaves; 0 for a node with children.
     pub count: u32,
 }
 
-/// A box around others, in single precision: corners are those of the list, so nothing is rounded.
+/// Box around other boxes, in single precision. Its corners are corners of boxes in the list, so
+/// nothing is rounded.
 #[derive(Clone, Copy)]
 struct Bounds {
     min: Vec3,
     max: Vec3,
 }
 
-/// A hierarchy in the making.
+/// Hierarchy under construction.
 struct Builder {
-    /// In the order of leaves.
+    /// Boxes in the order of the leaves.
     items: Vec<Item>,
     nodes: Vec<Node>,
 }
 
-/// A node without children yet.
+/// Node that may still be split.
 struct Task {
     node: usize,
     part: Range<usize>,
-    /// Levels that may still be below it.
+    /// Number of further levels allowed below the node.
     levels: u32,
 }
 
-/// Number of boxes whose centres fall into a bin, and the box around them.
+/// Number of boxes whose centres fall into a bin, and the box around these boxes.
 type Bin = (u32, Bounds);
 
-/// Map of the centres of boxes to bins, along all axes.
+/// Map from the centres of boxes to bins, along all axes.
 struct Binning {
     min: Vec3,
-    /// Bins per length; not finite where centres do not differ.
+    /// Bins per length; not finite along axes on which all centres coincide.
     scale: Vec3,
     count: usize,
 }
 
-/// Boxes whose centres fall into the bins up to `bin` along `axis`, and the others.
+/// Split of boxes into those whose centres fall into bins up to `bin` along `axis`, and the rest.
 #[derive(Clone, Copy)]
 struct Split {
     axis: usize,
     bin: usize,
-    /// Expected number of box tests in both parts, times the area of the whole.
+    /// Sum over both parts of the number of boxes times half the area of the box around them.
     cost: f32,
-    /// Around the boxes of both parts.
+    /// Boxes around the two parts.
     around: [Bounds; 2],
 }
 
-/// The nodes of a hierarchy over boxes, and the places of the boxes to which their leaves refer.
+/// Builds the hierarchy. Returns its nodes, and the indices of the boxes to which the leaves refer.
 pub(super) fn hierarchy(items: Vec<Item>) -> (Vec<Node>, Vec<u32>) {
     let whole = 0..items.len();
     let mut builder = Builder {
@@ -130,8 +132,8 @@ impl Builder {
         boxes.fold(Bounds::EMPTY, Bounds::union)
     }
 
-    /// Reorders a part so that its two children are beside each other, and returns where the second one starts and the boxes
-    /// around both; `None` for a leaf.
+    /// Reorders a part so that the boxes of each child are contiguous. Returns the start of the
+    /// second child and the boxes around both children, or `None` for a leaf.
     fn divide(&mut self, task: &Task) -> Option<(usize, [Bounds; 2])> {
         let part = task.part.clone();
         if part.len() < 2 {
@@ -149,7 +151,7 @@ impl Builder {
         if part.len() <= LEAF && area * (part.len() as f32 - VISIT) <= cost {
             return None;
         }
-        // As many levels as halving takes must be left.
+        // Leave enough levels for splitting each child by halves.
         let fits = |larger: usize| larger < part.len() && larger.ilog2() + 2 <= task.levels;
         if let Some(split) = best {
             let low = self.partition(part.clone(), &binning, &split);
@@ -162,7 +164,7 @@ impl Builder {
         Some((middle, parts.map(|part| self.around(part))))
     }
 
-    /// The cheapest split of a part, along an axis in which centres differ.
+    /// Returns the cheapest split of a part, along an axis on which centres differ.
     fn best_split(&self, part: Range<usize>, binning: &Binning) -> Option<Split> {
         let count = binning.count;
         let mut bins: [[Bin; BINS]; 3] = [[(0, Bounds::EMPTY); BINS]; 3];
@@ -193,7 +195,7 @@ impl Builder {
         splits.min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 
-    /// Reorders a part by a split and returns the number of boxes in its first half.
+    /// Reorders a part by a split, and returns the number of boxes in its first half.
     fn partition(&mut self, part: Range<usize>, binning: &Binning, split: &Split) -> usize {
         let items = &mut self.items[part];
         let (mut low, mut high) = (0, items.len());
@@ -208,7 +210,8 @@ impl Builder {
         low
     }
 
-    /// Divides a part into two of equal size along the longest axis of its box, and returns where the second one starts.
+    /// Divides a part into halves along the longest axis of its box, and returns the start of the
+    /// second half.
     fn halve(&mut self, task: &Task) -> usize {
         let node = &self.nodes[task.node];
         let axis = (node.max - node.min).max_position();
@@ -255,7 +258,7 @@ impl Bounds {
 }
 
 impl Binning {
-    /// Bins that divide the box around the centres of items, at least two.
+    /// Creates bins that divide the box around the centres of `items`. There are at least two bins.
     fn of(items: &[Item]) -> Self {
         let empty = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         let centers = items.iter().map(Item::center);
@@ -268,7 +271,8 @@ impl Binning {
         }
     }
 
-    /// The bins of an item along each axis; the first one where centres do not differ.
+    /// Returns the bins of an item along each axis; the first bin along axes on which all centres
+    /// coincide.
     fn bins(&self, item: &Item) -> [usize; 3] {
         let place = (item.center() - self.min) * self.scale;
         place.to_array().map(|x| (x as usize).min(self.count - 1))

@@ -3,10 +3,12 @@
 use eikonal::Aabb;
 use glam::DVec3;
 
-/// A curve as its chord, run through evenly, and the largest distance from it along each axis.
+/// Chord of a curve, traversed at constant speed, and the largest deviation of the curve from it
+/// along each axis.
 ///
-/// The chord is itself a Bézier curve, with evenly spaced control points; the difference of the
-/// two lies within the box of the differences of the control points. Hence where the curve is in
+/// The chord is itself a Bézier curve, with evenly spaced control points. The difference of the two
+/// curves lies within the box of the differences of the control points. Hence, where the curve is
+/// in a box, the chord at the same parameter is in the box grown by the deviation.
 /// a box, the chord at the same parameter is in the box grown by that deviation.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sweep {
@@ -17,7 +19,7 @@ pub(super) struct Sweep {
 }
 
 impl Sweep {
-    /// The sweep of a Bézier curve.
+    /// Creates the sweep of a Bézier curve.
     #[inline]
     pub(super) fn new<const K: usize>(control: &[DVec3; K]) -> Self {
         let (origin, last) = (control[0], control[K - 1]);
@@ -33,12 +35,13 @@ impl Sweep {
         }
     }
 
-    /// Largest distance from the chord along any axis.
+    /// Returns the largest distance from the chord along any axis.
     pub(super) fn deviation(&self) -> f64 {
         self.deviation.max_element()
     }
 
-    /// A part of `range` outside of which the curve is not in the box; `None` if it misses.
+    /// Returns a part of `range` outside of which the curve is not in the box, or `None` if the
+    /// curve misses the box.
     #[inline]
     pub(super) fn clip(&self, bounds: &Aabb, range: [f64; 2]) -> Option<[f64; 2]> {
         let a = (bounds.min - self.starts[0]) * self.inverse;
@@ -52,7 +55,7 @@ impl Sweep {
     }
 }
 
-/// Four boxes, whose tests are done side by side.
+/// Four boxes that are tested together.
 #[derive(Clone, Debug)]
 pub(super) struct Four {
     low: [[f64; 4]; 3],
@@ -60,7 +63,7 @@ pub(super) struct Four {
 }
 
 impl Four {
-    /// From up to four boxes; the first stands for those that are missing.
+    /// Creates the group from up to four boxes. Copies of the first box replace missing ones.
     pub(super) fn new(boxes: &[Aabb]) -> Self {
         let side = |of: fn(&Aabb) -> DVec3| {
             [0, 1, 2].map(|axis| [0, 1, 2, 3].map(|k| of(boxes.get(k).unwrap_or(&boxes[0]))[axis]))
@@ -71,7 +74,8 @@ impl Four {
         }
     }
 
-    /// Where the part of `range` starts outside of which the curve is not in each box; infinity if it misses.
+    /// Returns, for each box, the parameter in `range` before which the curve is not in the box;
+    /// infinity if the curve misses the box.
     #[inline]
     pub(super) fn enter(&self, sweep: &Sweep, range: [f64; 2]) -> [f64; 4] {
         let [mut enter, mut leave] = range.map(|t| [t; 4]);
@@ -95,14 +99,14 @@ impl Four {
     }
 }
 
-/// The smaller one, or the second if one is not a number (a chord within a side of the box): one instruction,
-/// where [`f64::min`] takes several.
+/// Returns the smaller number, or the second if one is NaN, as for a chord within a side of the
+/// box. This takes one instruction; [`f64::min`] takes several.
 #[inline]
 fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
-/// Likewise the larger one.
+/// Returns the larger number, or the second if one is NaN.
 #[inline]
 fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }

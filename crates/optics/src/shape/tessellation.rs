@@ -1,26 +1,26 @@
-//! Shapes as triangles, for programs that draw them: light meets the shapes themselves.
+//! Triangulated approximations of shapes for programs that draw them. Light meets the exact shapes.
 
 use super::Shape;
 use super::placement::Placement;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
-/// Steps around a circle.
+/// Number of segments of a circle.
 const AROUND: usize = 64;
-/// Steps from pole to pole.
+/// Number of segments from pole to pole.
 const DOWN: usize = 32;
 
-/// Triangles that approximate a shape: their corners lie on it to round-off.
+/// Triangles that approximate a shape. Their corners lie on the shape to round-off.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tessellation {
-    /// Corners.
+    /// Positions of the corners.
     pub positions: Vec<DVec3>,
-    /// For each triangle its corners, as numbers of positions, in no particular order.
+    /// Corners of each triangle, as indices into `positions`. The winding is arbitrary.
     pub triangles: Vec<[u32; 3]>,
 }
 
 impl Tessellation {
-    /// The rectangle between four corners in order.
+    /// Adds the rectangle between four corners in order.
     fn add_rectangle(&mut self, corners: [DVec3; 4]) {
         self.add_grid([1, 1], |[u, v]| {
             let (u, v) = (u as f64, v as f64);
@@ -30,7 +30,7 @@ impl Tessellation {
         });
     }
 
-    /// A grid of so many cells, given the places of their corners.
+    /// Adds a grid of `columns` × `rows` cells, whose corners `place` returns.
     fn add_grid(&mut self, [columns, rows]: [usize; 2], place: impl Fn([usize; 2]) -> DVec3) {
         let first = self.positions.len();
         let corner = |i: usize, j: usize| (first + j * (columns + 1) + i) as u32;
@@ -46,21 +46,22 @@ impl Tessellation {
         }
     }
 
-    /// The unit disk at a height.
+    /// Adds the unit disk at height `z`.
     fn add_disk(&mut self, z: f64) {
         self.add_grid([AROUND, 1], |[i, j]| (j as f64 * circle(i)).with_z(z));
     }
 }
 
-/// A point of the unit circle around z.
+/// Returns a point of the unit circle around z.
 fn circle(step: usize) -> DVec3 {
-    // The last is the first, to the bit.
+    // The last point equals the first bit for bit.
     let (sin, cos) = (TAU * (step % AROUND) as f64 / AROUND as f64).sin_cos();
     DVec3::new(cos, sin, 0.0)
 }
 
 impl Shape {
-    /// The shape as triangles, at least sixty-four around a circle; those of a mesh as they are, two for each face of voxels.
+    /// Returns the shape as triangles: at least 64 around a circle, the triangles of a mesh
+    /// unchanged, two for each face of voxels.
     pub fn tessellation(&self) -> Tessellation {
         let mut all = Tessellation::default();
         let placement: &Placement = match self {

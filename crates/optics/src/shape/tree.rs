@@ -1,29 +1,29 @@
-//! A bounding-volume hierarchy over boxes.
+//! Bounding-volume hierarchy over boxes.
 
 use super::split::{self, Item, Node};
 use super::sweep::Sweep;
 use eikonal::Aabb;
 use glam::DVec3;
 
-/// Growth of the boxes, whose coordinates the hierarchy maps to [−1, 1] and stores in single
-/// precision: several times the rounding of a stored coordinate (6e-8) and of the traversal in
-/// double precision (1e-13 for a segment a thousand times as long as everything).
+/// Growth of the boxes. The hierarchy maps their coordinates to [−1, 1] and stores them in single
+/// precision. The growth is several times the rounding of a stored coordinate (6e-8) and of the
+/// traversal in double precision (1e-13 for a segment a thousand times as long as the hierarchy).
 const PAD: f64 = 4e-7;
 
-/// A hierarchy whose boxes are conservative: traversal in double precision visits every leaf whose
-/// box a curve may touch.
+/// Hierarchy of conservative boxes: traversal in double precision visits every leaf whose box a
+/// curve may touch.
 #[derive(Clone)]
 pub struct Tree {
-    /// The root, then pairs of children.
+    /// The root, followed by pairs of children.
     nodes: Vec<Node>,
-    /// Places of leaves in the list of boxes.
+    /// Indices of the leaves in the list of boxes.
     leaves: Vec<u32>,
     center: DVec3,
     scale: f64,
 }
 
 impl Tree {
-    /// The hierarchy over some boxes; leaves are named by their place in `boxes`.
+    /// Builds the hierarchy over `boxes`. A leaf is identified by its index in `boxes`.
     pub fn new(boxes: impl ExactSizeIterator<Item = Aabb> + Clone) -> Self {
         let all = boxes.clone().fold(Aabb::EMPTY, Aabb::union);
         let half = 0.5 * all.size().max_element();
@@ -42,18 +42,18 @@ impl Tree {
         tree
     }
 
-    /// A point in the coordinates of the hierarchy, where everything fits in [−1, 1]³.
+    /// Maps a point to the coordinates of the hierarchy, in which all boxes fit in [−1, 1]³.
     pub(super) fn local(&self, p: DVec3) -> DVec3 {
         (p - self.center) * self.scale
     }
 
-    /// The part of `range` in which the curve may be in the box around everything.
+    /// Returns the part of `range` in which the curve may be in the box around all leaves.
     pub(super) fn clip(&self, sweep: &Sweep, range: [f64; 2]) -> Option<[f64; 2]> {
         sweep.clip(&bounds(self.nodes.first()?), range)
     }
 
     /// Calls `leaf` with each leaf that the curve may touch for a parameter in `range`, roughly in
-    /// order; `leaf` returns the end of the range that is still of interest.
+    /// order. `leaf` returns the new end of the range.
     pub(super) fn visit(
         &self,
         sweep: &Sweep,
@@ -75,8 +75,8 @@ impl Tree {
 }
 
 impl Tree {
-    /// Calls `leaf` with the leaves whose boxes may share a point with a box, and maybe with others nearby, until one call returns true,
-    /// and returns whether one did.
+    /// Calls `leaf` with all leaves whose boxes may share a point with `b`, and possibly with
+    /// others nearby, until a call returns true. Returns true if a call did.
     pub fn any_near(&self, b: &Aabb, leaf: &mut impl FnMut(usize) -> bool) -> bool {
         let local = Aabb {
             min: self.local(b.min),
@@ -85,7 +85,7 @@ impl Tree {
         !self.leaves.is_empty() && self.any_below(&self.nodes[0], &local, leaf)
     }
 
-    /// Visits a node and what is below it: at most [`DEPTH`](super::split::DEPTH) levels.
+    /// Visits a node and its descendants, at most [`DEPTH`](super::split::DEPTH) levels.
     fn any_below(&self, node: &Node, b: &Aabb, leaf: &mut impl FnMut(usize) -> bool) -> bool {
         let first = node.first as usize;
         if !bounds(node).overlaps(b) {
@@ -116,7 +116,7 @@ struct Walk<'a, F> {
 }
 
 impl<F: FnMut(usize) -> f64> Walk<'_, F> {
-    /// Visits a node and what is below it: at most [`DEPTH`](super::split::DEPTH) levels.
+    /// Visits a node and its descendants, at most [`DEPTH`](super::split::DEPTH) levels.
     fn node(&mut self, node: &Node) {
         let first = node.first as usize;
         if node.count > 0 {

@@ -1,15 +1,16 @@
-//! Surface coordinates that are computed when they are asked for.
+//! Surface coordinates that are computed on request.
 
 use super::turn;
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// Coordinates on a surface: what they are computed from, for angles take time and few textures ask for them.
+/// Coordinates on a surface, stored as the data from which they are computed. Angles take time, and
+/// few textures need them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Uv {
-    /// u and v.
+    /// Coordinates u and v.
     Plain([f64; 2]),
-    /// (φ/2π, ϑ/π) of a local direction, ϑ from +z.
+    /// (φ/2π, ϑ/π) of a local direction, with ϑ from +z.
     Sphere(DVec3),
     /// (φ/2π, z) of a local point.
     Cylinder(DVec3),
@@ -18,7 +19,7 @@ pub enum Uv {
 }
 
 impl Uv {
-    /// u and v.
+    /// Returns u and v.
     pub fn get(&self) -> [f64; 2] {
         match *self {
             Uv::Plain(uv) => uv,

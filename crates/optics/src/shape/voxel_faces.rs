@@ -1,4 +1,5 @@
-//! Faces between voxels of two labels: parts of the planes of a grid, found by walking through its voxels.
+//! Faces between voxels of two labels: parts of the planes of a grid, found by walking through its
+//! voxels.
 
 use super::curve::Track;
 use super::line::Line;
@@ -12,22 +13,24 @@ use glam::{DAffine3, DVec3};
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
-/// All faces between voxels of one label and voxels of another in a grid, beyond which the label is 0. Part 2k (2k + 1) holds the faces
-/// across axis k with the larger label above (below).
+/// All faces in a grid between voxels of one label and voxels of another; outside the grid, the
+/// label is 0. Part 2k holds the faces across axis k with the larger label above, part 2k + 1 those
+/// with the larger label below.
 ///
-/// Straight lines are followed from voxel to voxel. Bent rays are rare among voxels: they meet triangles, which the first of them makes.
+/// Straight lines are followed from voxel to voxel. Bent rays are rare among voxels. They are
+/// intersected with a triangle mesh, which the first bent ray creates.
 #[derive(Clone, Debug)]
 pub struct VoxelFaces {
     grid: Arc<LabelGrid>,
-    /// From places in voxels to the scene.
+    /// Map from positions in voxels to the scene.
     placement: Placement,
-    /// The larger label, then the smaller one.
+    /// The larger label, then the smaller label.
     labels: [u8; 2],
-    /// Lowest corners of the faces, as numbers, by axis.
+    /// Indices of the lowest corners of the faces, by axis.
     faces: [Vec<u32>; 3],
-    /// A box around the faces, in voxels.
+    /// Box around the faces, in voxels.
     bounds: Aabb,
-    /// A box around them in the scene.
+    /// Box around the faces, in the scene.
     aabb: Aabb,
     closed: bool,
     /// True if normals point into the larger label, because it encloses the smaller one.
@@ -37,10 +40,12 @@ pub struct VoxelFaces {
 }
 
 impl VoxelFaces {
-    /// The faces between each two labels of a grid that touch, in the order of their [labels](VoxelFaces::labels).
+    /// Returns the faces between each pair of labels of a grid that touch, in the order of their
+    /// [labels](VoxelFaces::labels).
     ///
     /// # Errors
-    /// More corners of voxels than a 32-bit index can name; a grid that is too thin or too far from the origin for its faces to have an area.
+    /// Fails if there are more corners of voxels than a 32-bit index can number, or if the grid is
+    /// too thin or too far from the origin for its faces to have an area.
     pub fn all(grid: &Arc<LabelGrid>) -> Result<Vec<Self>, ShapeError> {
         let size = DVec3::from_array(grid.size().map(|n| n as f64));
         let placement = Placement::new(
@@ -87,28 +92,29 @@ impl VoxelFaces {
         Ok(made.collect())
     }
 
-    /// The larger label, which is behind the normals, then the smaller one before them; the other way round if
-    /// [`VoxelFaces::is_turned`].
+    /// Returns the larger label, which is behind the normals, then the smaller label in front of
+    /// them. The sides are reversed if [`VoxelFaces::is_turned`].
     pub fn labels(&self) -> [u8; 2] {
         self.labels
     }
 
-    /// Returns whether the larger label encloses the smaller one: normals point out of closed surfaces.
+    /// True if the larger label encloses the smaller one. Normals of closed surfaces point
+    /// outwards.
     pub fn is_turned(&self) -> bool {
         self.turned
     }
 
-    /// Number of faces.
+    /// Returns the number of faces.
     pub fn count(&self) -> usize {
         self.faces.iter().map(Vec::len).sum()
     }
 
-    /// The grid whose faces these are.
+    /// Returns the grid to which the faces belong.
     pub(super) fn grid(&self) -> &Arc<LabelGrid> {
         &self.grid
     }
 
-    /// The y axis of the grid.
+    /// Returns the y axis of the grid.
     pub(super) fn y_axis(&self) -> DVec3 {
         self.placement.vector(DVec3::Y)
     }
@@ -125,7 +131,7 @@ impl VoxelFaces {
         self.closed
     }
 
-    /// True if the surface is that of a box.
+    /// True if the surface is the surface of a box.
     pub(super) fn is_convex(&self) -> bool {
         let size = self.bounds.size();
         let sides = |axis: usize| 2.0 * others(axis).map(|k| size[k]).iter().product::<f64>();
@@ -136,7 +142,7 @@ impl VoxelFaces {
         self.aabb
     }
 
-    /// Points whose convex hull holds the faces.
+    /// Returns points whose convex hull contains the faces.
     pub(super) fn hull(&self) -> Vec<DVec3> {
         self.bounds
             .corners()
@@ -148,7 +154,7 @@ impl VoxelFaces {
         self.signed_volume().abs() * self.placement.determinant()
     }
 
-    /// Returns whether a line along x from the point crosses the faces an odd number of times.
+    /// True if a line along x from the point crosses the faces an odd number of times.
     pub(super) fn contains(&self, p: DVec3) -> bool {
         let cell = self.placement.local(p).floor();
         let last = self.bounds.max - 1.0;
@@ -252,8 +258,9 @@ impl VoxelFaces {
         })
     }
 
-    /// The first meeting of a straight line with faces of the grid, and what `wanted` says of their two labels, the larger first: others are
-    /// passed.
+    /// Returns the first intersection of a straight line with faces that `wanted` accepts, together
+    /// with the result of `wanted`. `wanted` receives the two labels, the larger first. Faces for
+    /// which it returns `None` are skipped.
     pub(super) fn first_of_line<T>(
         &self,
         arc: &RayArc,
@@ -293,7 +300,7 @@ impl VoxelFaces {
             } else {
                 (low[axis], low[axis] - 1.0)
             };
-            // The cell never goes back, whatever rounding does.
+            // Never move the cell backwards, whatever rounding does.
             let to = line.position(u).floor();
             for k in 0..3 {
                 let range = if line.goes_up(k) {
@@ -331,7 +338,7 @@ impl VoxelFaces {
         }
     }
 
-    /// The faces as triangles, counter-clockwise seen from before them.
+    /// Returns the faces as triangles, counter-clockwise seen from the side of the normal.
     pub(super) fn tessellation(&self) -> Tessellation {
         let all = Corners::of(&self.grid);
         let mirrored = self.placement.map().matrix3.determinant() < 0.0;
@@ -375,7 +382,7 @@ impl VoxelFaces {
         }
     }
 
-    /// The faces by axis and lowest corner.
+    /// Returns the axis and lowest corner of each face.
     fn all_faces(&self) -> impl Iterator<Item = (usize, DVec3)> + '_ {
         let corners = Corners::of(&self.grid);
         (0..3).flat_map(move |axis| {
@@ -384,7 +391,7 @@ impl VoxelFaces {
         })
     }
 
-    /// The part that a face belongs to.
+    /// Returns the part to which a face belongs.
     fn part(&self, axis: usize, place: DVec3) -> usize {
         let below = self.label(place - DVec3::AXES[axis]);
         2 * axis + usize::from(below == self.labels[0])
@@ -394,7 +401,7 @@ impl VoxelFaces {
         DVec3::from_array(self.grid.size().map(|n| n as f64))
     }
 
-    /// The label of the voxel with this lowest corner; 0 beyond the grid.
+    /// Returns the label of the voxel with this lowest corner; 0 outside the grid.
     fn label(&self, cell: DVec3) -> u8 {
         let size = self.size();
         if cell.cmpge(DVec3::ZERO).all() && cell.cmplt(size).all() {
@@ -408,7 +415,7 @@ impl VoxelFaces {
         [a.max(b), a.min(b)] == self.labels
     }
 
-    /// Returns whether each edge of a face has exactly one other face.
+    /// True if each edge of a face has exactly one other face.
     fn is_closed_around_edges(&self) -> bool {
         self.all_faces().all(|(axis, place)| {
             let [a, b] = others(axis);
@@ -423,7 +430,8 @@ impl VoxelFaces {
         })
     }
 
-    /// Enclosed volume in voxels before normals are turned, by the divergence theorem along x; negative inside out.
+    /// Returns the enclosed volume in voxels, before normals are turned, by the divergence theorem
+    /// along x. It is negative for a surface that is inside out.
     fn signed_volume(&self) -> f64 {
         let corners = Corners::of(&self.grid);
         let share = |face: &u32| {
@@ -435,16 +443,16 @@ impl VoxelFaces {
     }
 }
 
-/// The two other axes in cyclic order.
+/// Returns the two other axes in cyclic order.
 fn others(axis: usize) -> [usize; 2] {
     [(axis + 1) % 3, (axis + 2) % 3]
 }
 
-/// The corners of the voxels of a grid, which are numbered x fastest.
+/// Corners of the voxels of a grid, numbered with x varying fastest.
 #[derive(Clone, Copy)]
 struct Corners<'a> {
     grid: &'a LabelGrid,
-    /// Number of corners along x and y.
+    /// Numbers of corners along x and y.
     along: [usize; 2],
 }
 
@@ -471,7 +479,8 @@ impl<'a> Corners<'a> {
         (place.x + x * (place.y + y * place.z)) as u32
     }
 
-    /// The faces between each two labels: for each axis the numbers of their lowest corners.
+    /// Returns the faces between each pair of labels: for each axis, the numbers of their lowest
+    /// corners.
     fn faces(&self) -> BTreeMap<[u8; 2], [Vec<u32>; 3]> {
         let mut faces: BTreeMap<[u8; 2], [Vec<u32>; 3]> = BTreeMap::new();
         let [nx, ny, nz] = self.grid.size();
@@ -516,16 +525,16 @@ impl<'a> Corners<'a> {
     }
 }
 
-/// The faces of one grid among a list of shapes.
+/// Faces of one grid among a list of shapes.
 #[derive(Clone, Debug)]
 pub(super) struct FacesOfGrid {
     grid: Arc<LabelGrid>,
-    /// Places in the list by labels.
+    /// Indices in the list, by labels.
     places: BTreeMap<[u8; 2], usize>,
 }
 
 impl FacesOfGrid {
-    /// All grids of a list.
+    /// Returns all grids of a list.
     pub(super) fn all(shapes: &[Shape]) -> Vec<Self> {
         let mut grids: Vec<Self> = Vec::new();
         for (place, shape) in shapes.iter().enumerate() {

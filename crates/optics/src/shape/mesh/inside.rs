@@ -1,27 +1,27 @@
-//! Whether a point lies inside a closed mesh.
+//! Test whether a point lies inside a closed mesh.
 
 use super::intersect::Line;
 use super::{Mesh, cross};
 use crate::shape::sweep::Sweep;
 use glam::DVec3;
 
-/// What a ray crosses first of a mesh.
+/// First crossing of a ray with a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FirstCrossing {
-    /// It passes so close to an edge that nobody can say.
+    /// The ray passes too close to an edge to decide.
     Unclear,
-    /// Nothing.
+    /// The ray crosses no triangle.
     Nothing,
-    /// A triangle.
+    /// The ray crosses a triangle.
     Triangle {
-        /// How far away, in lengths of the direction.
+        /// Distance in lengths of the direction.
         distance: f64,
-        /// Whether the ray comes from the side to which the normal points.
+        /// True if the ray comes from the side to which the normal points.
         from_front: bool,
     },
 }
 
-/// Directions to look in, none along what meshes are usually aligned with.
+/// Directions of the test rays. None of them is aligned with the usual axes of meshes.
 pub const DIRECTIONS: [DVec3; 6] = [
     DVec3::new(0.267, 0.535, 0.802),
     DVec3::new(-0.621, 0.331, -0.711),
@@ -31,7 +31,7 @@ pub const DIRECTIONS: [DVec3; 6] = [
     DVec3::new(-0.377, 0.079, 0.923),
 ];
 
-/// Relative area below which a line passes too close to an edge to say on which side.
+/// Relative area below which a line passes too close to an edge to decide on which side.
 const CLOSE: f64 = 1e-9;
 
 impl Mesh {
@@ -46,7 +46,7 @@ impl Mesh {
         }
     }
 
-    /// What the ray from `p` along `d` crosses first.
+    /// Finds the first crossing of the ray from `p` along `d`.
     pub fn first_crossing(&self, p: DVec3, d: DVec3) -> FirstCrossing {
         let far = self.bounds.center().distance(p) + self.bounds.diagonal();
         let ends = [p, p + d * (2.0 * far)];
@@ -77,7 +77,8 @@ impl Mesh {
         first
     }
 
-    /// How often the ray from `p` crosses the mesh; `None` if it passes close to an edge.
+    /// Counts the crossings of the ray from `p` with the mesh. Returns `None` if the ray passes
+    /// close to an edge.
     fn crossings(&self, p: DVec3, d: DVec3) -> Option<u32> {
         let ends = [p, p + d * (2.0 * self.bounds.diagonal())];
         let line = Line::new(p, ends[1] - p);
@@ -95,9 +96,9 @@ impl Mesh {
         count
     }
 
-    /// The generalised winding number: the solid angle of the mesh over 4π (A. Jacobson et al.,
-    /// "Robust inside-outside segmentation using generalized winding numbers", 2013; solid angle
-    /// of a triangle by A. van Oosterom and J. Strackee, 1983).
+    /// Computes the generalised winding number: the solid angle of the mesh over 4π (A. Jacobson et
+    /// al., "Robust inside-outside segmentation using generalized winding numbers", 2013; solid
+    /// angle of a triangle by A. van Oosterom and J. Strackee, 1983).
     fn winding(&self, p: DVec3) -> f64 {
         let solid_angle = |i: usize| {
             let [a, b, c] = self.triangle(i).map(|v| v - p);
@@ -110,13 +111,14 @@ impl Mesh {
     }
 }
 
-/// Whether a ray with these projected side areas and corner parameters crosses the triangle;
-/// `None` if that is too close to call.
+/// Tests if a ray crosses a triangle, from the projected areas `e` of the sides and the parameters
+/// `z` of the corners. Returns `None` if the ray is too close to an edge.
 fn crosses(e: [f64; 3], z: [f64; 3]) -> Option<bool> {
     crossing(e, z).map(f64::is_finite)
 }
 
-/// Where on the ray that is, infinite if nowhere.
+/// Returns the parameter of the ray at the crossing, infinity if there is none, and `None` if the
+/// ray is too close to an edge.
 fn crossing(e: [f64; 3], z: [f64; 3]) -> Option<f64> {
     let size = e.iter().fold(0.0, |s, x| s + x.abs());
     let behind = z.iter().all(|z| *z < 0.0);

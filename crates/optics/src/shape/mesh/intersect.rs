@@ -1,4 +1,4 @@
-//! Where lines and arcs meet a mesh.
+//! Intersection of lines and arcs with a mesh.
 
 use super::{Mesh, cross};
 use crate::shape::Meeting;
@@ -7,14 +7,14 @@ use eikonal::ray::Arc;
 use eikonal::ray::bernstein::{evaluate, first_root, height, split};
 use glam::DVec3;
 
-/// Pieces of an arc that stray from their chord by more than this fraction of half the size of
-/// the mesh are halved before traversal.
+/// Largest deviation of a piece of an arc from its chord, as a fraction of half the size of the
+/// mesh. A piece that deviates more is halved before traversal.
 const STRAY: f64 = 1.0 / 64.0;
 
-/// Times that an arc is halved at most; each time it strays a quarter as far.
+/// Maximum number of times that an arc is halved. Each halving divides the deviation by four.
 const HALVINGS: u32 = 8;
 
-/// The nearest hit so far: θ, triangle, barycentric coordinates.
+/// Nearest hit so far: θ, triangle, barycentric coordinates.
 struct Nearest {
     end: f64,
     hit: Option<(f64, usize, [f64; 3])>,
@@ -61,7 +61,7 @@ impl Mesh {
             return;
         };
         let d = ends[1] - ends[0];
-        // A long line is seen from where it reaches the mesh, lest digits are lost.
+        // Start a long line where it reaches the mesh, so that no digits are lost.
         let origin = point(ends, near[0]);
         let line = Line::new(origin, d);
         let ends = range.map(|t| (point(ends, t), self.point_noise(t, d)));
@@ -76,7 +76,7 @@ impl Mesh {
         });
     }
 
-    /// Bound of the error of the point at `theta` of a line along `d`.
+    /// Returns the bound of the error of the point at `theta` of a line along `d`.
     fn point_noise(&self, theta: f64, d: DVec3) -> f64 {
         let cut = theta > 0.0 && theta < 1.0;
         self.noise
@@ -110,7 +110,7 @@ impl Mesh {
         });
     }
 
-    /// The first crossing of a curve with triangle `i` for u in (range[0], range[1]].
+    /// Returns the first crossing of a curve with triangle `i` for u in (range[0], range[1]].
     fn meet_triangle(
         &self,
         control: &[DVec3; 6],
@@ -121,11 +121,11 @@ impl Mesh {
         let n = cross(t).normalize();
         let h = height(control, t[0], n);
         let mut from = range[0];
-        // There are at most five roots.
+        // A polynomial of degree five has at most five roots.
         for _ in 0..5 {
             from = first_root(&h, from, range[1], [self.noise; 2])?;
             let (p, dp) = evaluate(control, from);
-            // Where the curve crosses at a small angle its root, hence the point, is less exact.
+            // At a small angle of incidence, the root and hence the point are less exact.
             let slope = (n.dot(dp) / dp.length()).abs().max(1e-4);
             if let Some(w) = barycentric(t, n, p, self.noise / slope) {
                 return Some((from, w));
@@ -135,7 +135,7 @@ impl Mesh {
     }
 }
 
-/// The point of a segment at `t`, exact at both ends.
+/// Returns the point of a segment at `t`, exact at both ends.
 fn point(ends: [DVec3; 2], t: f64) -> DVec3 {
     if t == 1.0 {
         ends[1]
@@ -144,9 +144,9 @@ fn point(ends: [DVec3; 2], t: f64) -> DVec3 {
     }
 }
 
-/// Whether a segment with these ends crosses the plane of a triangle: starts off it, and ends on it
-/// or on its other side. A height below the noise counts as zero, so that consecutive segments
-/// agree about their common end.
+/// True if a segment with these ends crosses the plane of a triangle: it starts off the plane and
+/// ends on it or on the other side. A height below the noise counts as zero, so that consecutive
+/// segments agree about their common end.
 fn crosses_plane(t: [DVec3; 3], ends: &[(DVec3, f64); 2]) -> bool {
     let n = cross(t).normalize();
     let [start, end] = ends.map(|(p, noise)| {
@@ -156,8 +156,9 @@ fn crosses_plane(t: [DVec3; 3], ends: &[(DVec3, f64); 2]) -> bool {
     start != 0.0 && start != end
 }
 
-/// Barycentric coordinates of a point in the plane of a triangle, if it is inside or beyond a side
-/// by no more than `slack`: a curve through a shared edge must not slip between two triangles.
+/// Returns the barycentric coordinates of a point in the plane of a triangle. The point may be
+/// beyond a side by up to `slack`, so that no curve slips between two triangles at a shared edge.
+/// Returns `None` for points further out.
 fn barycentric(t: [DVec3; 3], n: DVec3, p: DVec3, slack: f64) -> Option<[f64; 3]> {
     let mut w = [0.0; 3];
     for k in 0..3 {
@@ -172,7 +173,7 @@ fn barycentric(t: [DVec3; 3], n: DVec3, p: DVec3, slack: f64) -> Option<[f64; 3]
     Some(w.map(|x| x / sum))
 }
 
-/// A piece of an arc, over [theta[0], theta[1]] of the whole.
+/// Piece of an arc, over [theta[0], theta[1]] of the whole.
 struct Piece {
     control: [DVec3; 6],
     theta: [f64; 2],
@@ -184,13 +185,15 @@ impl Piece {
         if u == 1.0 { b } else { a + (b - a) * u }
     }
 
-    /// Where the piece starts to be within a range that starts at `theta`; `None` if nowhere.
+    /// Returns the parameter where the piece enters a range that starts at `theta`, or `None` if
+    /// the piece lies before the range.
     fn u(&self, theta: f64) -> Option<f64> {
         let [a, b] = self.theta;
         (theta < b).then(|| ((theta - a) / (b - a)).max(0.0))
     }
 
-    /// Where the piece stops to be within a range that ends at `theta`; `None` if nowhere.
+    /// Returns the parameter where the piece leaves a range that ends at `theta`, or `None` if the
+    /// piece lies beyond the range.
     fn u_end(&self, theta: f64) -> Option<f64> {
         let [a, b] = self.theta;
         (theta > a).then(|| ((theta - a) / (b - a)).min(1.0))
@@ -204,10 +207,10 @@ impl Piece {
     }
 }
 
-/// A line prepared for the watertight test of S. Woop, C. Benthin and I. Wald, "Watertight
-/// Ray/Triangle Intersection", JCGT 2(1), 2013: coordinates are sheared so that the line becomes an
-/// axis. For an edge shared by two triangles the same operations decide on which side the line
-/// passes, so that it hits at least one of them.
+/// Line prepared for the watertight test of S. Woop, C. Benthin and I. Wald, "Watertight
+/// Ray/Triangle Intersection", JCGT 2(1), 2013. Coordinates are sheared so that the line becomes an
+/// axis. For an edge shared by two triangles, the same operations decide on which side the line
+/// passes, so that the line hits at least one of the triangles.
 pub(super) struct Line {
     origin: DVec3,
     axes: [usize; 3],
@@ -225,8 +228,9 @@ impl Line {
         }
     }
 
-    /// Twice the projected areas that the line makes with the three sides, and the parameters of
-    /// the corners along the line, in units of the vector that it was made from.
+    /// Returns twice the projected areas that the line spans with the three sides, and the
+    /// parameters of the corners along the line. The parameters are in units of the vector from
+    /// which the line was made.
     pub(super) fn project(&self, t: [DVec3; 3]) -> ([f64; 3], [f64; 3]) {
         let [x, y, z] = self.axes;
         let s = self.shear;
@@ -238,7 +242,7 @@ impl Line {
         ([side(c, b), side(a, c), side(b, a)], [a.2, b.2, c.2])
     }
 
-    /// The parameter of the crossing and its barycentric coordinates.
+    /// Returns the parameter and the barycentric coordinates of the crossing.
     fn meet(&self, t: [DVec3; 3]) -> Option<(f64, [f64; 3])> {
         let (e, z) = self.project(t);
         if e.iter().any(|x| *x < 0.0) && e.iter().any(|x| *x > 0.0) {

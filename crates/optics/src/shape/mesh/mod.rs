@@ -14,38 +14,40 @@ use glam::{DAffine3, DVec3};
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
-/// Triangles over shared vertices, in scene coordinates. Normals follow the winding
-/// (counter-clockwise seen from their side); a closed mesh that is wound inside out is turned, so
-/// that they point out of it.
+/// Triangles over shared vertices, in scene coordinates. Normals follow the winding, which is
+/// counter-clockwise seen from their side. A closed mesh that is wound inside out is reversed, so
+/// that its normals point outwards.
 #[derive(Clone, Debug)]
 pub struct Mesh {
     positions: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     uvs: Option<Vec<[f64; 2]>>,
-    /// Of the vertices: unit vectors, or zero where there is none.
+    /// Normals of the vertices: unit vectors, or zero where a vertex has none.
     normals: Option<Vec<DVec3>>,
-    /// Made when the mesh becomes a shape, or is first asked for: originals of meshes that are placed need none.
+    /// Hierarchy over the triangles. It is built when the mesh becomes a shape or on first use,
+    /// because a mesh that is only copied into place needs none.
     tree: OnceLock<Tree>,
-    /// Running sums of triangle areas.
+    /// Cumulative sums of the triangle areas.
     areas: Vec<f64>,
     bounds: Aabb,
     dropped: usize,
     closed: bool,
     convex: bool,
     flipped: bool,
-    /// Whether the triangles as given were wound inside out.
+    /// True if the given triangles were wound inside out.
     inside_out: bool,
     /// Bound of the rounding error of coordinates near the mesh.
     noise: f64,
 }
 
 impl Mesh {
-    /// A mesh of triangles over `positions`, with texture coordinates per vertex if given.
+    /// Creates a mesh of triangles over `positions`, with texture coordinates per vertex if given.
     /// Triangles without area are dropped; see [`Mesh::dropped`].
     ///
     /// # Errors
-    /// Too many triangles, or none with an area; vertices that are not finite; texture coordinates that are not as many as vertices; a triangle of a vertex
-    /// that there is not.
+    /// Fails if there are too many triangles or none with an area, if a vertex is not finite, if
+    /// the number of texture coordinates differs from the number of vertices, or if a triangle
+    /// refers to a missing vertex.
     pub fn new(
         positions: Vec<DVec3>,
         triangles: Vec<[u32; 3]>,
@@ -56,7 +58,7 @@ impl Mesh {
         Self::of(positions, triangles, uvs, closed)
     }
 
-    /// A mesh of valid triangles that are `closed` or not.
+    /// Creates a mesh of valid triangles; `closed` states whether they enclose a volume.
     fn of(
         positions: Vec<DVec3>,
         triangles: Vec<[u32; 3]>,
@@ -98,11 +100,12 @@ impl Mesh {
         })
     }
 
-    /// The image under an affine map; under a mirror map the winding is reversed, so that normals
+    /// Returns the image under an affine map. A mirror map reverses the winding, so that normals
     /// stay on the same side of the material.
     ///
     /// # Errors
-    /// A map that is not finite or cannot be inverted, or that makes the mesh one that [`Mesh::new`] refuses.
+    /// Fails if the map is not finite or cannot be inverted, or if [`Mesh::new`] refuses the
+    /// result.
     pub fn transformed(self, map: DAffine3) -> Result<Self, ShapeError> {
         if !map.is_finite() {
             return Err(ShapeError::NonFiniteTransform);
@@ -139,11 +142,11 @@ impl Mesh {
         })
     }
 
-    /// The mesh with its vertices moved by `distance` along the mean normals of the triangles around them; vertices at one
-    /// point move alike, so that no cracks open.
+    /// Returns the mesh with its vertices displaced by `distance` along the mean normals of the
+    /// triangles around them. Vertices at the same position move equally, so that no cracks open.
     ///
     /// # Errors
-    /// A mesh that [`Mesh::new`] refuses.
+    /// Fails if [`Mesh::new`] refuses the result.
     pub(super) fn moved_along_normals(&self, distance: f64) -> Result<Self, ShapeError> {
         let key = |p: &DVec3| p.to_array().map(f64::to_bits);
         let mut normals: HashMap<[u64; 3], DVec3> = HashMap::new();
@@ -168,33 +171,36 @@ impl Mesh {
         })
     }
 
-    /// The hierarchy over the triangles.
+    /// Returns the hierarchy over the triangles.
     pub(super) fn tree(&self) -> &Tree {
         let boxes = || boxes(&self.positions, &self.triangles);
         self.tree.get_or_init(|| Tree::new(boxes()))
     }
 
-    /// Whether its triangles were wound inside out, and have been turned.
+    /// True if the given triangles were wound inside out and have been reversed.
     pub fn was_inside_out(&self) -> bool {
         self.inside_out
     }
 
-    /// The vertices.
+    /// Returns the positions of the vertices.
     pub fn positions(&self) -> &[DVec3] {
         &self.positions
     }
 
-    /// Signed volume between the surface and `apex`: the enclosed volume of closed meshes.
+    /// Returns the signed volume between the surface and `apex`: the enclosed volume of closed
+    /// meshes.
     pub fn cone_volume(&self, apex: DVec3) -> f64 {
         topology::cone_volume(&self.positions, &self.triangles, apex)
     }
 
-    /// The triangles kept, as vertex indices; [`Hit::primitive`] counts these.
+    /// Returns the triangles with an area, as vertex indices. [`Hit::primitive`] is an index into
+    /// this list.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
 
-    /// Barycentric coordinates of the point of triangle `i` nearest to `p`, which is on it to rounding.
+    /// Returns barycentric coordinates of the point of triangle `i` nearest to `p`, where `p` lies
+    /// on the triangle to rounding.
     pub fn weights(&self, i: usize, p: DVec3) -> [f64; 3] {
         let t = self.triangle(i);
         let n = cross(t);
@@ -206,7 +212,7 @@ impl Mesh {
         areas.map(|a| a / areas.iter().sum::<f64>())
     }
 
-    /// Number of triangles left out because they have no area.
+    /// Returns the number of triangles dropped because they have no area.
     pub fn dropped(&self) -> usize {
         self.dropped
     }
@@ -272,12 +278,13 @@ impl Mesh {
         [area / self.area(), if r > 0.0 { c / r } else { 0.0 }]
     }
 
-    /// Whether texture coordinates were given. Without them they are barycentric coordinates of each triangle.
+    /// True if texture coordinates were given. Otherwise they are the barycentric coordinates of
+    /// each triangle.
     pub fn has_uvs(&self) -> bool {
         self.uvs.is_some()
     }
 
-    /// The corners of triangle `i`.
+    /// Returns the corners of triangle `i`.
     pub(super) fn triangle(&self, i: usize) -> [DVec3; 3] {
         corners(&self.positions, &self.triangles[i])
     }
@@ -308,7 +315,7 @@ fn corners(positions: &[DVec3], t: &[u32; 3]) -> [DVec3; 3] {
     t.map(|v| positions[v as usize])
 }
 
-/// Boxes around triangles.
+/// Returns the boxes around the triangles.
 fn boxes(
     positions: &[DVec3],
     triangles: &[[u32; 3]],
@@ -318,12 +325,12 @@ fn boxes(
         .map(|t| Aabb::around(corners(positions, t)))
 }
 
-/// Twice the area, along the normal.
+/// Returns a vector along the normal whose length is twice the area.
 fn cross([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a)
 }
 
-/// Whether a triangle has no area to rounding: its height is lost in the rounding of its sides.
+/// True if a triangle has no area to rounding: its height is lost in the rounding of its sides.
 pub(super) fn is_degenerate(t: [DVec3; 3]) -> bool {
     let longest = (t[1] - t[0])
         .length_squared()

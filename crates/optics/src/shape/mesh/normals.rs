@@ -5,11 +5,12 @@ use crate::shape::{ShapeError, Site};
 use glam::DVec3;
 
 impl Mesh {
-    /// The mesh with a normal for each vertex, of any length; where the normals of a triangle add up to nothing, or are not
-    /// finite, its own stands. Triangles of an open mesh that face away from their normals are turned.
+    /// Returns the mesh with a normal for each vertex, of any length. Where the normals of a
+    /// triangle cancel or are not finite, the geometric normal is used. Triangles of an open mesh
+    /// that face away from their normals are reversed.
     ///
     /// # Errors
-    /// Normals that are not as many as vertices.
+    /// Fails if the number of normals differs from the number of vertices.
     pub fn with_normals(mut self, normals: Vec<DVec3>) -> Result<Self, ShapeError> {
         let (expected, got) = (self.positions.len(), normals.len());
         if expected != got {
@@ -28,18 +29,21 @@ impl Mesh {
         Ok(self)
     }
 
-    /// The mesh with the mean normal of the triangles around each vertex, weighted by their angles there (G. Thürmer and
-    /// C. Wüthrich, "Computing vertex normals from polygonal facets", 1998). Triangles that share a vertex by its place alone are
-    /// not averaged.
+    /// Returns the mesh with the mean normal of the triangles around each vertex, weighted by their
+    /// angles there (G. Thürmer and C. Wüthrich, "Computing vertex normals from polygonal facets",
+    /// 1998). Triangles are averaged only if they share a vertex index; equal positions do not
+    /// suffice.
     pub fn with_smooth_normals(self) -> Self {
         self.with_normals_around(|vertex| vertex)
     }
 
-    /// The same where vertices that seams of texture coordinates have split count as one: `originals` says for each vertex of which it
-    /// is a copy, which may be itself.
+    /// Returns the mesh with mean normals like [`Mesh::with_smooth_normals`], and treats vertices
+    /// split by seams of texture coordinates as one. `originals` holds, for each vertex, the vertex
+    /// of which it is a copy, possibly itself.
     ///
     /// # Errors
-    /// Originals that are not as many as vertices, or one that there is not.
+    /// Fails if the number of originals differs from the number of vertices, or if an original does
+    /// not exist.
     pub fn with_smooth_normals_across(self, originals: &[u32]) -> Result<Self, ShapeError> {
         let (expected, got) = (self.positions.len(), originals.len());
         if expected != got || originals.iter().any(|v| *v as usize >= expected) {
@@ -63,12 +67,12 @@ impl Mesh {
         self
     }
 
-    /// Whether its vertices have normals.
+    /// True if the vertices have normals.
     pub fn has_normals(&self) -> bool {
         self.normals.is_some()
     }
 
-    /// The normal that is interpolated at a point, on the side of the true one.
+    /// Returns the interpolated normal at a point, on the side of the geometric normal.
     pub(in crate::shape) fn shading_normal(&self, site: &Site, normal: DVec3) -> DVec3 {
         let Some(normals) = &self.normals else {
             return normal;
@@ -87,8 +91,8 @@ impl Mesh {
         }
     }
 
-    /// Derivatives of the position with respect to texture coordinates on triangle `i`: barycentric ones if none were given, or
-    /// if they say nothing.
+    /// Returns the derivatives of the position with respect to texture coordinates on triangle `i`.
+    /// The barycentric coordinates replace texture coordinates that are missing or degenerate.
     pub(in crate::shape) fn tangents(&self, i: usize) -> [DVec3; 2] {
         let [a, b, c] = self.triangle(i);
         let sides = [b - a, c - a];
