@@ -1,35 +1,35 @@
-//! Where a connection should end.
+//! Ends of connections.
 //!
-//! Both ends of a path can be aimed at: a vertex of a sensor subpath is joined to an emitter, and a
-//! vertex of a light subpath to the sensor. A [`ConnectionEnd`] says where such a connection should end; how
-//! it gets there, and with what geometry term, is the business of `path`.
+//! Connections lead to both ends of a path: from a vertex of a sensor subpath to an emitter, and
+//! from a vertex of a light subpath to the sensor. A [`ConnectionEnd`] states where a connection
+//! ends. The module `path` finds the ray to the end and its geometry term.
 //!
 //! Theory: docs/theory.md#subpaths-from-either-end.
 
 use crate::shape::Site;
 use glam::DVec3;
 
-/// Squared lengths of unit vectors differ from one by no more than this.
+/// Largest difference of the squared length of a unit vector from one.
 const UNIT: f64 = 1e-12;
 
-/// Where a connection from a vertex to one end of a path, an emitter or the sensor, should end.
+/// Target of a connection from a vertex to one end of a path: an emitter or the sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ConnectionEnd {
     /// A point; the edge's geometry term is 1/J.
     Point {
         /// The point.
         position: DVec3,
-        /// Where it lies, if on a surface.
+        /// Surface on which the point lies, if any.
         surface: Option<OnSurface>,
     },
-    /// Any point of the plane through `through` across `direction`, leaving along `direction`; the
-    /// edge's geometry term is 1/A. A beam is guided: the ray from its centre shows where it goes.
+    /// Any point of the plane through `through` across `direction`, left along `direction`. The
+    /// geometry term of the edge is 1/A. For a beam, the ray from the centre guides the search.
     Plane {
         /// A point of the plane.
         through: DVec3,
         /// Unit direction in which light travels from an emitter, or importance from a sensor.
         direction: DVec3,
-        /// Whether `through` is the centre of a beam.
+        /// True if `through` is the centre of a beam.
         beam: bool,
     },
 }
@@ -41,24 +41,24 @@ pub struct OnSurface {
     pub object: usize,
     /// Unit normal at the point, as in [`crate::shape::Hit`].
     pub normal: DVec3,
-    /// The point as textures see it.
+    /// The point with the data that textures need.
     pub site: Site,
 }
 
-/// An end and its density: per unit area on a surface or a lens, per steradian for an environment, 1
-/// if there is no choice.
+/// Sampled end of a connection, with its density.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EndSample {
-    /// Where to.
+    /// Target of the connection.
     pub end: ConnectionEnd,
-    /// With what density.
+    /// Density: per unit area on a surface or a lens, per steradian for an environment, 1 if there
+    /// is no choice.
     pub pdf: f64,
-    /// Whether scattered paths cannot find this end by chance.
+    /// True if scattered paths cannot hit this end.
     pub delta: bool,
 }
 
 impl ConnectionEnd {
-    /// A point in space, on no surface.
+    /// Creates an end at a point in space, on no surface.
     pub fn at(position: DVec3) -> Self {
         ConnectionEnd::Point {
             position,
@@ -66,7 +66,7 @@ impl ConnectionEnd {
         }
     }
 
-    /// The point, if it is one.
+    /// Returns the position of a point, `None` for a plane.
     pub(crate) fn position(&self) -> Option<DVec3> {
         match self {
             ConnectionEnd::Point { position, .. } => Some(*position),
@@ -74,8 +74,8 @@ impl ConnectionEnd {
         }
     }
 
-    /// Parallel rays across a whole plane. With a direction of another length than one a connection ends
-    /// beside its vertex.
+    /// Creates an end on a plane, for parallel rays across the whole plane. `direction` must have
+    /// unit length; otherwise connections miss their vertex.
     pub(crate) fn parallel(through: DVec3, direction: DVec3) -> Self {
         debug_assert!((direction.length_squared() - 1.0).abs() < UNIT);
         ConnectionEnd::Plane {
@@ -87,7 +87,7 @@ impl ConnectionEnd {
 }
 
 impl EndSample {
-    /// The only end that there is.
+    /// Creates the sample of an end that is chosen with certainty.
     pub(crate) fn only(end: ConnectionEnd) -> Self {
         EndSample {
             end,

@@ -1,7 +1,7 @@
 #![doc = include_str!("../README.md")]
 #![warn(unreachable_pub, missing_debug_implementations)]
 //!
-//! The mathematics: docs/theory.md#radiance.
+//! Theory: docs/theory.md#radiance.
 
 pub mod bsdf;
 pub mod connection_end;

@@ -1,4 +1,4 @@
-//! Mueller matrices of what is symmetric about a plane, and Stokes vectors.
+//! Stokes vectors, and Mueller matrices of events that are symmetric about a plane.
 //!
 //! Theory: docs/theory.md#stokes-vectors.
 
@@ -8,7 +8,7 @@ use num_complex::Complex64;
 /// Number of Stokes parameters: S0 to S3.
 pub const STOKES_PARAMETERS: usize = 4;
 
-/// What scattering or an interface does to Stokes vectors, per what it does to unpolarised light:
+/// Mueller matrix of scattering or of an interface, relative to its effect on unpolarised light:
 ///
 /// ```text
 /// a1  b1  0   0
@@ -17,26 +17,28 @@ pub const STOKES_PARAMETERS: usize = 4;
 /// 0   0  -b2  a4
 /// ```
 ///
-/// Both Stokes vectors are in frames whose first axis x is perpendicular to the plane of symmetry, the plane of incidence or of
-/// scattering; y = k × x, where k is the direction of light, before or after.
+/// The first axis x of the frames of both Stokes vectors is perpendicular to the plane of symmetry:
+/// the plane of incidence or of scattering. The second axis is y = k × x, where k is the direction
+/// of the light before or after the event.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlaneMueller {
-    /// Of unpolarised light, which scalar renders know: 1, but for panes, whose faces reflect either polarisation by itself.
+    /// Factor from S0 to S0, which scalar renders use too. It is 1, except for panes, whose faces
+    /// reflect each polarisation differently.
     pub a1: f64,
-    /// Diattenuation: how much more of light along x gets through than along y.
+    /// Diattenuation: transmission along x minus transmission along y, over their sum.
     pub b1: f64,
-    /// Of Q.
+    /// Factor from Q to Q.
     pub a2: f64,
-    /// Of U.
+    /// Factor from U to U.
     pub a3: f64,
-    /// Of V.
+    /// Factor from V to V.
     pub a4: f64,
-    /// From V to U.
+    /// Factor from V to U.
     pub b2: f64,
 }
 
 impl PlaneMueller {
-    /// Leaves no polarisation.
+    /// Matrix that removes all polarisation.
     pub const DEPOLARIZER: Self = PlaneMueller {
         a1: 1.0,
         b1: 0.0,
@@ -46,7 +48,7 @@ impl PlaneMueller {
         b2: 0.0,
     };
 
-    /// Leaves polarisation as it is.
+    /// Matrix that leaves polarisation unchanged.
     pub const IDENTITY: Self = PlaneMueller {
         a1: 1.0,
         b1: 0.0,
@@ -56,7 +58,8 @@ impl PlaneMueller {
         b2: 0.0,
     };
 
-    /// Of amplitudes along x and y, for fields that vary as e^(−iωt); both zero count as a depolariser.
+    /// Creates the matrix from complex amplitudes along x and y, for fields that vary as e^(−iωt).
+    /// Amplitudes of zero give a depolariser.
     pub fn of_amplitudes(x: Complex64, y: Complex64) -> Self {
         let (xx, yy) = (x.norm_sqr(), y.norm_sqr());
         let sum = xx + yy;
@@ -75,12 +78,12 @@ impl PlaneMueller {
         }
     }
 
-    /// Of real amplitudes.
+    /// Creates the matrix from real amplitudes along x and y.
     pub fn of_real_amplitudes(x: f64, y: f64) -> Self {
         PlaneMueller::of_amplitudes(x.into(), y.into())
     }
 
-    /// (1 − `weight`) of this and `weight` of another.
+    /// Returns (1 − `weight`) times this matrix plus `weight` times `other`.
     pub(crate) fn mixed(&self, other: &Self, weight: f64) -> Self {
         let mix = |a: f64, b: f64| a + weight * (b - a);
         PlaneMueller {
@@ -93,7 +96,8 @@ impl PlaneMueller {
         }
     }
 
-    /// `before` · itself: what comes of light that meets this first and what `before` stands for afterwards.
+    /// Returns the product `before` · `self`: the effect on light that meets this event first and
+    /// `before` afterwards.
     pub fn then(&self, before: DMat4) -> DMat4 {
         let [i, q, u, v] = columns(before);
         DMat4::from_cols(
@@ -104,7 +108,7 @@ impl PlaneMueller {
         )
     }
 
-    /// What becomes of a Stokes vector.
+    /// Applies the matrix to a Stokes vector.
     pub fn of(&self, s: DVec4) -> DVec4 {
         DVec4::new(
             self.a1 * s.x + self.b1 * s.y,
@@ -115,7 +119,7 @@ impl PlaneMueller {
     }
 }
 
-/// A rotation of frames about the direction of light, by its doubled angle.
+/// Rotation of a frame about the direction of light. Stores the cosine and sine of twice the angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotation {
     cos: f64,
@@ -123,7 +127,8 @@ pub struct Rotation {
 }
 
 impl Rotation {
-    /// From a frame to one whose first axis has these components in it, of any length.
+    /// Creates the rotation to the frame whose first axis has components `x` and `y` in the old
+    /// frame. The axis may have any length.
     pub fn to_axis(x: f64, y: f64) -> Self {
         let square = x * x + y * y;
         if square > 0.0 {
@@ -136,7 +141,7 @@ impl Rotation {
         }
     }
 
-    /// `before` · itself.
+    /// Returns the product `before` · `self`.
     pub fn then(self, before: DMat4) -> DMat4 {
         let [i, q, u, v] = columns(before);
         DMat4::from_cols(
@@ -147,7 +152,7 @@ impl Rotation {
         )
     }
 
-    /// A Stokes vector in the new frame.
+    /// Returns the Stokes vector in the new frame.
     pub fn of(self, s: DVec4) -> DVec4 {
         DVec4::new(
             s.x,
@@ -175,7 +180,8 @@ mod tests {
         assert!((turned - DVec4::new(1.0, 1.0, 0.0, 0.0)).length() < 1e-15);
     }
 
-    /// Light at 45° whose y lags by a quarter of a period turns from x to y: left-handed for who looks at its source, V < 0.
+    /// Light at 45° with y delayed by a quarter of a period turns from x to y. It is left-handed
+    /// for an observer who faces the source: V < 0.
     #[test]
     fn a_retarded_second_axis_makes_light_left_handed() {
         let quarter = PlaneMueller::of_amplitudes(Complex64::ONE, Complex64::I);

@@ -1,29 +1,31 @@
-//! How something that has no size stands in the scene: a rotation, perhaps with a mirror.
+//! Orientation of objects without a size: a rotation, possibly with a mirror.
 //!
-//! Images of the sky, projectors and photometric files can only be turned. Transforms in files are
-//! seldom exact rotations: exporters round their numbers. A direction that such a matrix maps is a
-//! little longer or shorter than one, and a connection along it ends beside its vertex. So all
-//! directions of these emitters go through an [`Orientation`], which keeps lengths by construction.
+//! Images of the sky, projectors and photometric files have an orientation but no size. Transforms
+//! in files are seldom exact rotations, because exporters round their numbers. A direction mapped
+//! by a rounded matrix does not have unit length, and a connection along it misses its vertex.
+//! Therefore, all directions of these emitters go through an [`Orientation`], which preserves
+//! lengths by construction.
 
 use eikonal::bounds::symmetric_eigenvalues;
 use glam::{DMat3, DVec3};
 
-/// Steps of the polar iteration; near a rotation it needs four, and doubles its digits each time.
+/// Maximum number of polar iterations. Near a rotation four suffice; each doubles the number of
+/// correct digits.
 const MOST_STEPS: usize = 60;
-/// A step that changes less than this was the last.
+/// Largest change of an entry in the last step of the polar iteration.
 const SETTLED: f64 = 1e-14;
 
-/// An orthogonal map from local directions to the world, mirrors included.
+/// Orthogonal map from local directions to the world; mirrors are allowed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orientation(DMat3);
 
 impl Orientation {
-    /// Local axes are those of the world.
+    /// The orientation whose local axes are the axes of the world.
     pub const IDENTITY: Orientation = Orientation(DMat3::IDENTITY);
 
-    /// The orthogonal map that is nearest to `linear` up to a uniform positive scale (its polar
-    /// factor), and how far that is: the largest relative error of a length, 0 for a rotation or
-    /// a mirror of any size. `None` for a map that is singular or not finite.
+    /// Returns the orthogonal map nearest to `linear` up to a uniform positive scale (its polar
+    /// factor), and the error. The error is the largest relative error of a length: 0 for a
+    /// rotation or a mirror of any size. Returns `None` if `linear` is singular or not finite.
     pub fn nearest(linear: DMat3) -> Option<(Self, f64)> {
         let largest = linear
             .to_cols_array()
@@ -46,20 +48,20 @@ impl Orientation {
         ))
     }
 
-    /// A local unit direction in the world, of unit length.
+    /// Maps a local unit direction to the world; the result has unit length.
     pub fn to_world(&self, local: DVec3) -> DVec3 {
         // Planted error "directions of turned skies a little too long", found by morgana-transport/transport::orientation::directions_have_unit_length_there_and_back:
         // self.0 * local * (1.0 + 1e-7)
         (self.0 * local).normalize()
     }
 
-    /// A unit direction of the world in local coordinates, of unit length.
+    /// Maps a unit direction of the world to local coordinates; the result has unit length.
     pub fn to_local(&self, world: DVec3) -> DVec3 {
         (self.0.transpose() * world).normalize()
     }
 }
 
-/// The orthogonal factor of a regular matrix: the limit of X → (X + X⁻ᵀ)/2 [Higham 1986].
+/// Computes the orthogonal factor of a regular matrix: the limit of X → (X + X⁻ᵀ)/2 [Higham 1986].
 fn polar(matrix: DMat3) -> Option<DMat3> {
     let mut x = matrix;
     for _ in 0..MOST_STEPS {

@@ -1,10 +1,11 @@
-//! Values that take long to make, made once for all who need the same.
+//! Caches of values that are expensive to compute and are shared by several users.
 
 use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
-/// Values by the content that they are made from, kept as long as someone holds them. Scenes, channels and threads share them.
+/// Cache of values by the key from which they are computed. A value is kept as long as someone
+/// holds it. Scenes, channels and threads share the values.
 #[derive(Debug)]
 pub struct Shared<K, V> {
     made: Mutex<BTreeMap<K, Weak<V>>>,
@@ -19,21 +20,22 @@ impl<K, V> Default for Shared<K, V> {
 }
 
 impl<K: Ord, V> Shared<K, V> {
-    /// Without any value.
+    /// Creates an empty cache.
     pub const fn new() -> Self {
         Shared {
             made: Mutex::new(BTreeMap::new()),
         }
     }
 
-    /// The value of a key, made if nobody holds it. `make` depends on the key alone. Threads that ask at the same time may both make it,
-    /// and share that of the first.
+    /// Returns the value of `key`, computing it if nobody holds it. `make` must depend on the key
+    /// alone. Threads that ask at the same time may each compute the value; all of them share the
+    /// first result.
     pub fn get(&self, key: K, make: impl FnOnce() -> V) -> Arc<V> {
         let made: Result<_, Infallible> = self.try_get(key, || Ok(make()));
         made.unwrap_or_else(|never| match never {})
     }
 
-    /// The value of a key, as [`Shared::get`] finds it, unless making it fails.
+    /// Returns the value of `key` like [`Shared::get`], with a `make` that can fail.
     ///
     /// # Errors
     /// The error of `make`.
@@ -56,7 +58,8 @@ impl<K: Ord, V> Shared<K, V> {
     }
 }
 
-/// Values that are held once even if they are made several times. They are kept as long as someone holds them.
+/// Set of values that keeps only one copy of equal values. A value is kept as long as someone holds
+/// it.
 #[derive(Debug)]
 pub struct Distinct<V>(Mutex<Vec<Weak<V>>>);
 
@@ -67,7 +70,7 @@ impl<V> Default for Distinct<V> {
 }
 
 impl<V: PartialEq> Distinct<V> {
-    /// Returns the value that equals `made` and is held by someone, or else `made` itself.
+    /// Returns the held value that equals `made`, or `made` itself if there is none.
     pub fn one(&self, made: V) -> Arc<V> {
         let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         known.retain(|other| other.strong_count() > 0);
@@ -93,7 +96,7 @@ mod tests {
         assert_eq!(*SQUARES.get(4, || 16), 16);
         drop(first);
         assert_eq!(*SQUARES.get(3, || 10), 10);
-        // What nobody holds is forgotten, except for the last one.
+        // Values that nobody holds are removed, except the last one.
         assert!(SQUARES.lock().len() <= 1);
     }
 

@@ -2,15 +2,15 @@
 
 use std::ops::{Add, AddAssign, Div, Index, IndexMut, Mul, MulAssign, Sub};
 
-/// Up to four spectral channels that travel together; unused channels are zero.
+/// Values of up to four spectral channels that one path carries; unused channels are zero.
 ///
-/// A film with more channels is rendered in groups of [`Spectrum::CHANNELS`], each with paths of its
-/// own.
+/// A film with more channels is rendered in groups of [`Spectrum::CHANNELS`]. Each group has its
+/// own paths.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spectrum(pub [f64; 4]);
 
 impl From<f64> for Spectrum {
-    /// The same value in every channel.
+    /// Returns a spectrum with `value` in every channel.
     #[inline]
     fn from(value: f64) -> Self {
         Spectrum::splat(value)
@@ -18,7 +18,7 @@ impl From<f64> for Spectrum {
 }
 
 impl From<[f64; 3]> for Spectrum {
-    /// Values of three channels.
+    /// Returns a spectrum of three channels.
     #[inline]
     fn from([r, g, b]: [f64; 3]) -> Self {
         Spectrum([r, g, b, 0.0])
@@ -26,14 +26,14 @@ impl From<[f64; 3]> for Spectrum {
 }
 
 impl Spectrum {
-    /// Number of channels that travel together.
+    /// Number of channels that one path carries.
     pub const CHANNELS: usize = 4;
-    /// All zero.
+    /// Spectrum with 0 in every channel.
     pub const ZERO: Spectrum = Spectrum([0.0; 4]);
-    /// All one.
+    /// Spectrum with 1 in every channel.
     pub const ONE: Spectrum = Spectrum([1.0; 4]);
 
-    /// The same value in every channel.
+    /// Returns a spectrum with `v` in every channel.
     #[inline]
     pub fn splat(v: f64) -> Self {
         Spectrum([v; 4])
@@ -51,43 +51,44 @@ impl Spectrum {
         Spectrum(std::array::from_fn(|i| f(self.0[i], o.0[i])))
     }
 
-    /// Largest channel.
+    /// Returns the largest value.
     #[inline]
     pub fn max(self) -> f64 {
         self.0.into_iter().fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// Sum of the channels.
+    /// Returns the sum of the channels.
     #[inline]
     pub fn sum(self) -> f64 {
         self.0.into_iter().sum()
     }
 
-    /// Whether every channel is zero.
+    /// True if every channel is zero.
     #[inline]
     pub fn is_zero(self) -> bool {
         self.0.iter().all(|&v| v == 0.0)
     }
 
-    /// Whether more than one channel is positive.
+    /// True if more than one channel is positive.
     #[inline]
     pub fn is_several(self) -> bool {
         self.0.iter().filter(|v| **v > 0.0).count() > 1
     }
 
-    /// Whether every channel is finite.
+    /// True if every channel is finite.
     #[inline]
     pub fn is_finite(self) -> bool {
         self.0.iter().all(|v| v.is_finite())
     }
 
-    /// exp(−x) channel by channel.
+    /// Returns exp(−x) of each channel x.
     #[inline]
     pub fn exp_neg(self) -> Self {
         if self.is_zero() {
             return Spectrum::ONE;
         }
-        // Most media are grey, and channels that are not used zero: each value that occurs is computed once.
+        // Compute the exponential once per run of equal values: most media are grey, and unused
+        // channels are zero.
         let mut out = [(-self.0[0]).exp(); 4];
         for i in 1..4 {
             if self.0[i] != self.0[i - 1] {
