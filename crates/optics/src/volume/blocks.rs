@@ -1,21 +1,21 @@
-//! Blocks of a grid, in which its values are trilinear between those at the corners.
+//! Blocks of a grid, in which its values are trilinear between the values at the corners.
 
 use super::grid::{GridFilter, VolumeGrid};
 use super::lattice::to_samples;
 use eikonal::ray::Arc;
 use smallvec::{SmallVec, smallvec};
 
-/// Along an axis of a grid's unit cube, a part in which values are linear between those of two samples.
+/// Interval along an axis of a grid's unit cube, in which values are linear between two samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
-    /// Where it begins and ends in [0, 1].
+    /// Start and end, in [0, 1].
     pub edges: [f64; 2],
-    /// The samples whose values are those at its ends.
+    /// Indices of the samples whose values the ends have.
     pub samples: [usize; 2],
 }
 
 impl VolumeGrid {
-    /// The intervals along an axis, which fill [0, 1]: the blocks are their products.
+    /// Returns the intervals along an axis. They fill [0, 1], and the blocks are their products.
     pub fn intervals(&self, axis: usize) -> Vec<Interval> {
         let n = self.size()[axis];
         let from_unit = to_samples(self.size(), self.placement());
@@ -45,7 +45,7 @@ impl VolumeGrid {
         ends.windows(2).map(interval).collect()
     }
 
-    /// The ranges of θ up to `theta_end` over which an arc is in the cube.
+    /// Returns the ranges of θ up to `theta_end` over which an arc is in the cube.
     pub(crate) fn parts(&self, arc: &Arc, theta_end: f64) -> SmallVec<[[f64; 2]; 1]> {
         if !arc.is_straight() {
             return self.bent_parts(arc, theta_end);

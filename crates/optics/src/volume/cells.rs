@@ -1,13 +1,13 @@
-//! The cells of a grid along a line, in the order in which it passes them (J. Amanatides and A. Woo, "A Fast Voxel
+//! Traversal of the cells of a grid along a line, in order (J. Amanatides and A. Woo, "A Fast Voxel
 //! Traversal Algorithm for Ray Tracing", Eurographics 1987).
 
 use super::grid::{Cell, VolumeGrid};
 use glam::DVec3;
 
-/// The cells that a line passes, each with the range of θ within it.
+/// Iterator over the cells that a line crosses, each with its range of θ.
 pub(super) struct Cells {
     cell: Cell,
-    /// θ where the line leaves the cell across each axis.
+    /// Parameter θ at which the line leaves the cell across each axis.
     leaves: [f64; 3],
     start: [f64; 3],
     inverse: [f64; 3],
@@ -18,7 +18,8 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// Those of a grid over a range of θ along the line from `start` by `step`, in units of cells.
+    /// Creates the traversal of a grid over a range of θ, along the line from `start` by `step` in
+    /// units of cells.
     pub(super) fn new(grid: &VolumeGrid, [start, step]: [DVec3; 2], [from, end]: [f64; 2]) -> Self {
         let (planes, first) = (grid.planes(), start + step * from);
         let mut cells = Cells {
@@ -37,7 +38,7 @@ impl Cells {
         cells
     }
 
-    /// θ where the line leaves the present cell across an axis.
+    /// Returns the θ at which the line leaves the current cell across an axis.
     #[inline]
     fn leave(&self, axis: usize) -> f64 {
         let up = self.inverse[axis] > 0.0;

@@ -1,9 +1,9 @@
-//! What is wrong with grids.
+//! Errors of grids.
 
 use crate::Spectrum;
 use eikonal::Shown;
 
-/// Why samples do not make a grid.
+/// Reason why samples do not form a valid grid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GridError {
     /// A side has no samples.
@@ -12,18 +12,18 @@ pub enum GridError {
     /// The number of values does not match the size.
     #[error("expected {expected} values for the grid's size, found {found}")]
     Length {
-        /// Product of size and channels.
+        /// Product of the size along each axis and the number of channels.
         expected: usize,
-        /// Values given.
+        /// Number of values given.
         found: usize,
     },
-    /// Neither one channel nor one per spectral channel.
+    /// The number of channels is neither one nor the number of spectral channels.
     #[error("a grid has one channel, or one per spectral channel (at most {max}); found {0}", max = Spectrum::CHANNELS)]
     Channels(usize),
     /// The transform cannot be inverted.
     #[error("the grid's transform is singular: a scale of zero?")]
     Singular,
-    /// A sample lies outside the range that makes sense.
+    /// A sample is not finite or lies outside the allowed range.
     #[error(
         "the sample at voxel ({x}, {y}, {z}) is {}; expected a finite number {}",
         Shown(f64::from(*value)),
@@ -38,14 +38,14 @@ pub enum GridError {
         z: usize,
         /// The sample.
         value: f32,
-        /// Least allowed value.
+        /// Smallest allowed value.
         low: f64,
         /// Largest allowed value.
         high: f64,
     },
 }
 
-/// In words, for messages.
+/// Describes a range of values, for messages.
 fn range(low: f64, high: f64) -> String {
     if high < f64::MAX {
         format!("in [{low}, {high}]")

@@ -1,16 +1,17 @@
-//! How the values of a grid change from place to place.
+//! Spatial derivatives of the values of a grid.
 
 use super::grid::{GridFilter, VolumeGrid};
 use crate::Spectrum;
 use glam::DVec3;
 
 impl VolumeGrid {
-    /// Whether values change continuously from place to place: they do within the cube, unless each is that of the nearest sample.
+    /// True if values are continuous within the cube: always, except with the nearest-sample
+    /// filter.
     pub fn is_continuous(&self) -> bool {
         self.filter() == GridFilter::Trilinear
     }
 
-    /// Whether the outermost samples are all zero, so that values do not jump where the cube ends.
+    /// True if the outermost samples are all zero, so that values do not jump where the cube ends.
     pub fn is_dark_around(&self) -> bool {
         let [x, y, z] = self.size();
         let places = (0..z).flat_map(|k| (0..y).flat_map(move |j| (0..x).map(move |i| [i, j, k])));
@@ -22,14 +23,15 @@ impl VolumeGrid {
             .all(|place| self.sample_at(place).is_zero())
     }
 
-    /// The gradient of Σ weight × [value](VolumeGrid::at) over the channels at a world position of a continuous grid: exact within cells.
+    /// Returns the gradient of Σ weight × [value](VolumeGrid::at) over the channels, at a world
+    /// position of a continuous grid. It is exact within cells.
     pub fn gradient(&self, x: DVec3, weights: Spectrum) -> DVec3 {
         let place = self.to_samples.transform_point3(x);
         let last = DVec3::from_array(self.size().map(|n| (n - 1) as f64));
         let inside = place.clamp(DVec3::ZERO, last);
         let t = inside - inside.floor();
         let corners = self.corners::<{ Spectrum::CHANNELS }>(inside.as_ivec3().to_array());
-        // One channel serves all.
+        // A single channel stands for all spectral channels.
         let all = self.channels() == 1;
         let of = |samples: &[f64; Spectrum::CHANNELS]| {
             let samples = if all {
@@ -66,7 +68,7 @@ mod tests {
     use eikonal::field::Placement;
     use glam::DAffine3;
 
-    /// A turned box of samples.
+    /// Creates a rotated box of samples.
     fn grid(channels: usize, outer: f32) -> VolumeGrid {
         let size = [4, 3, 5];
         let count = 60 * channels;

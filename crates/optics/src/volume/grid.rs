@@ -13,34 +13,35 @@ use super::error::GridError;
 use super::labels::LabelGrid;
 use super::lattice::to_samples;
 
-/// How values between samples are found.
+/// Interpolation between samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GridFilter {
     /// Linear in each coordinate.
     Trilinear,
-    /// That of the nearest sample.
+    /// Value of the nearest sample.
     Nearest,
 }
 
 /// Indices of a cell along each axis.
 pub(super) type Cell = [i32; 3];
 
-/// How far outside the unit cube a point still counts as inside: more than rounding.
+/// Distance outside the unit cube up to which a point counts as inside; larger than rounding
+/// errors.
 const EDGE: f64 = 1e-9;
 
-/// Parts of an arc that are shorter are no parts.
+/// Length in θ up to which a part of an arc is ignored.
 const SHORTEST: f64 = 1e-12;
 
-/// Samples in f32, x fastest, on the unit cube under an affine transform. Outside the cube the
-/// values at its edge are continued, or there is nothing: [`VolumeGrid::at`], [`VolumeGrid::within`].
+/// Samples in f32, x fastest, on the unit cube under an affine transform. Outside the cube,
+/// [`VolumeGrid::at`] continues the values at the edge, and [`VolumeGrid::within`] returns zero.
 #[derive(Clone, Debug)]
 pub struct VolumeGrid {
     size: [usize; 3],
     channels: usize,
     values: Values,
-    /// From world positions to the samples' indices.
+    /// Map from world positions to sample indices.
     pub(super) to_samples: DAffine3,
-    /// From world positions to the unit cube.
+    /// Map from world positions to the unit cube.
     to_unit: DAffine3,
     voxel: f64,
     range: (f64, f64),
@@ -48,12 +49,12 @@ pub struct VolumeGrid {
     placement: Placement,
 }
 
-/// The samples of a grid, x fastest, channels interleaved.
+/// Samples of a grid, x fastest, channels interleaved.
 #[derive(Clone, Debug)]
 enum Values {
-    /// One by one.
+    /// A value per sample and channel.
     Each(Vec<f32>),
-    /// Those of the label of each voxel.
+    /// A value per label and channel; each voxel has a label.
     ByLabel {
         labels: Shared<LabelGrid>,
         values: Vec<f64>,
@@ -61,7 +62,7 @@ enum Values {
 }
 
 impl Values {
-    /// The sample of a channel, `channels` to a voxel.
+    /// Returns the sample of a channel, given `channels` values per voxel.
     #[inline]
     fn sample(&self, voxel: usize, channels: usize, channel: usize) -> f64 {
         match self {
@@ -80,17 +81,18 @@ pub struct GridSamples {
     pub size: [usize; 3],
     /// Number of channels, 1 to 4.
     pub channels: usize,
-    /// The samples.
+    /// Values of the samples.
     pub data: Vec<f32>,
 }
 
 impl VolumeGrid {
-    /// A grid from samples; `to_world` maps the unit cube to its place. Samples at centres repeat the edge in the outer
-    /// half voxels, as in Mitsuba 3. They must lie between the two `allowed` values.
+    /// Creates a grid from samples; `to_world` maps the unit cube to the world. Samples at cell
+    /// centres repeat the edge in the outer half voxels, as in Mitsuba 3. All samples must lie
+    /// between the two `allowed` values.
     ///
     /// # Errors
-    /// No samples, no channels or too many; values that are not as many as the samples have, or not between the allowed ones; a map that cannot be
-    /// inverted.
+    /// Fails if there are no samples, no channels or too many, if the number of values does not
+    /// match, if a value lies outside the allowed range, or if the map cannot be inverted.
     pub fn new(
         samples: GridSamples,
         to_world: DAffine3,
@@ -139,12 +141,12 @@ impl VolumeGrid {
         })
     }
 
-    /// A grid whose voxels have the value of their label, `values[label]`; values of labels that no voxel has do not count.
-    /// Labels beyond the values have the last of them. Channels up to `channels`, 1 to 4, are kept.
+    /// Creates a grid in which each voxel has the value of its label, `values[label]`. Labels
+    /// beyond the end of `values` have the last value. Values of labels that no voxel has are
+    /// ignored. The first `channels` channels, 1 to 4, are kept.
     ///
     /// # Errors
-    ///
-    /// No values, more channels than there are, values that are not finite and at least zero.
+    /// Fails if there are no values, or if `channels` is not between 1 and 4.
     pub fn by_label(
         labels: Shared<LabelGrid>,
         values: &[Spectrum],
@@ -187,40 +189,40 @@ impl VolumeGrid {
         })
     }
 
-    /// Replaces all samples.
+    /// Replaces all samples by `value`.
     #[cfg(test)]
     pub(super) fn fill(&mut self, value: f32) {
         let count = self.size.iter().product::<usize>() * self.channels;
         self.values = Values::Each(vec![value; count]);
     }
 
-    /// From the unit cube to its place.
+    /// Returns the map from the unit cube to the world.
     pub fn to_world(&self) -> DAffine3 {
         self.to_unit.inverse()
     }
 
-    /// A box around it.
+    /// Returns a box around the grid.
     pub fn aabb(&self) -> Aabb {
         let unit = Aabb::new(DVec3::ZERO, DVec3::ONE).corners();
         Aabb::around(unit.map(|p| self.to_world().transform_point3(p)))
     }
 
-    /// Number of samples along each axis.
+    /// Returns the number of samples along each axis.
     pub fn size(&self) -> [usize; 3] {
         self.size
     }
 
-    /// How values between samples are found.
+    /// Returns the interpolation between samples.
     pub fn filter(&self) -> GridFilter {
         self.filter
     }
 
-    /// Where the samples are.
+    /// Returns the position of the samples relative to the cells.
     pub(super) fn placement(&self) -> Placement {
         self.placement
     }
 
-    /// Where samples are, in the world.
+    /// Returns the positions of the samples in the world.
     pub(crate) fn sample_positions(&self) -> impl Iterator<Item = DVec3> {
         let to_world = self.to_samples.inverse();
         let [across, along, up] = self.size;
@@ -234,7 +236,8 @@ impl VolumeGrid {
         })
     }
 
-    /// The value of the sample at a place along each axis; one channel serves all spectral channels.
+    /// Returns the sample with indices `i`, `j`, `k` along x, y, z. A single channel stands for all
+    /// spectral channels.
     pub fn sample_at(&self, [i, j, k]: [usize; 3]) -> Spectrum {
         let voxel = i + self.size[0] * (j + self.size[1] * k);
         match self.channels {
@@ -243,17 +246,17 @@ impl VolumeGrid {
         }
     }
 
-    /// Shortest side of a voxel, in world units.
+    /// Returns the shortest side of a voxel, in world units.
     pub fn voxel(&self) -> f64 {
         self.voxel
     }
 
-    /// Smallest and largest sample.
+    /// Returns the smallest and largest sample.
     pub fn range(&self) -> (f64, f64) {
         self.range
     }
 
-    /// Smallest and largest sample in the first `used` channels.
+    /// Returns the smallest and largest sample in the first `used` channels.
     pub fn extremes(&self, used: usize) -> [f64; 2] {
         if self.channels <= used {
             return [self.range.0, self.range.1];
@@ -267,7 +270,7 @@ impl VolumeGrid {
         found
     }
 
-    /// Bytes held by the samples.
+    /// Returns the memory of the samples in bytes.
     pub fn memory(&self) -> usize {
         match &self.values {
             Values::Each(data) => data.len() * size_of::<f32>(),
@@ -275,12 +278,12 @@ impl VolumeGrid {
         }
     }
 
-    /// Number of channels of the samples.
+    /// Returns the number of channels of the samples.
     pub fn channels(&self) -> usize {
         self.channels
     }
 
-    /// The value at a world position; one channel serves all spectral channels.
+    /// Returns the value at a world position. A single channel stands for all spectral channels.
     pub fn at(&self, x: DVec3) -> Spectrum {
         let place = self.to_samples.transform_point3(x).to_array();
         let cells = std::array::from_fn(|axis| self.cell(axis, place[axis]));
@@ -292,8 +295,9 @@ impl VolumeGrid {
         }
     }
 
-    /// Calls `see` with each voxel that counts in the value at a world position, and its weight there: [`VolumeGrid::at`] is the sum of
-    /// weights times samples. Weights add up to 1, outside the cube as well.
+    /// Calls `see` with each voxel that contributes to the value at a world position, and its
+    /// weight. [`VolumeGrid::at`] is the sum of weights times samples. The weights add up to 1,
+    /// also outside the cube.
     pub fn weights(&self, x: DVec3, mut see: impl FnMut(usize, f64)) {
         let place = self.to_samples.transform_point3(x).to_array();
         let cells: [(usize, usize, f64); 3] =
@@ -315,13 +319,13 @@ impl VolumeGrid {
         }
     }
 
-    /// Whether a world position is in the cube.
+    /// True if a world position is in the cube.
     pub fn contains(&self, x: DVec3) -> bool {
         let place = self.to_unit.transform_point3(x);
         place.min_element() >= -EDGE && place.max_element() <= 1.0 + EDGE
     }
 
-    /// The value at a world position in the cube, zero outside.
+    /// Returns the value at a world position in the cube, and zero outside.
     pub fn within(&self, x: DVec3) -> Spectrum {
         if self.contains(x) {
             self.at(x)
@@ -330,7 +334,8 @@ impl VolumeGrid {
         }
     }
 
-    /// The range of θ in [0, 1] over which a straight arc is in the cube; empty if it is not.
+    /// Returns the range of θ in [0, 1] over which a straight arc is in the cube; empty if it
+    /// misses the cube.
     pub(super) fn straight_part(&self, arc: &Arc) -> [f64; 2] {
         let start = self.to_unit.transform_point3(arc.start());
         let step = self.to_unit.transform_point3(arc.end()) - start;
@@ -347,7 +352,7 @@ impl VolumeGrid {
         if from < to { [from, to] } else { [0.0; 2] }
     }
 
-    /// The ranges of θ up to `theta_end` over which a bent arc is in the cube.
+    /// Returns the ranges of θ up to `theta_end` over which a bent arc is in the cube.
     pub(crate) fn bent_parts(&self, arc: &Arc, theta_end: f64) -> SmallVec<[[f64; 2]; 1]> {
         let control = arc.control().map(|p| self.to_unit.transform_point3(p));
         let mut places: SmallVec<[f64; 8]> = smallvec![0.0, theta_end];
@@ -379,7 +384,8 @@ impl VolumeGrid {
         parts
     }
 
-    /// A world position in units of cells: those of trilinear grids lie between samples, others around one.
+    /// Converts a world position to units of cells. Cells of trilinear grids lie between samples;
+    /// other cells lie around a sample.
     pub(super) fn in_cells(&self, x: DVec3) -> DVec3 {
         let place = self.to_samples.transform_point3(x);
         match self.filter {
@@ -388,7 +394,8 @@ impl VolumeGrid {
         }
     }
 
-    /// The first and the last plane between cells across each axis. The outermost cells have no end.
+    /// Returns the first and last plane between cells across each axis. The outermost cells are
+    /// unbounded.
     pub(super) fn planes(&self) -> [[i32; 2]; 3] {
         let first = match self.filter {
             GridFilter::Trilinear => 0,
@@ -397,12 +404,12 @@ impl VolumeGrid {
         self.size.map(|n| [first, n as i32 - 1])
     }
 
-    /// Whether values are constant in each cell.
+    /// True if values are constant in each cell.
     pub(super) fn is_flat(&self) -> bool {
         self.filter == GridFilter::Nearest
     }
 
-    /// The value in a cell of a flat grid.
+    /// Returns the value in a cell of a flat grid.
     #[inline]
     pub(super) fn flat<const N: usize>(&self, cell: Cell) -> [f64; N] {
         let [x, y, z]: [usize; 3] = std::array::from_fn(|axis| {
@@ -412,13 +419,13 @@ impl VolumeGrid {
         self.sample(x + self.size[0] * (y + self.size[1] * z))
     }
 
-    /// The samples at the corners of a cell, x fastest: between them values are trilinear.
+    /// Returns the samples at the corners of a cell, x fastest. Between them, values are trilinear.
     #[inline]
     pub(super) fn corners<const N: usize>(&self, cell: Cell) -> [[f64; N]; 8] {
         self.corner_voxels(cell).map(|voxel| self.sample(voxel))
     }
 
-    /// The voxels at the corners of a cell, x fastest; all the same in a flat grid.
+    /// Returns the voxels at the corners of a cell, x fastest. In a flat grid, all are equal.
     #[inline]
     pub(super) fn corner_voxels(&self, cell: Cell) -> [usize; 8] {
         let stride = match self.filter {
@@ -436,7 +443,7 @@ impl VolumeGrid {
         })
     }
 
-    /// The sample of a voxel; zero in channels that there are not.
+    /// Returns the sample of a voxel, with zero in missing channels.
     #[inline]
     fn sample<const N: usize>(&self, voxel: usize) -> [f64; N] {
         std::array::from_fn(|c| {
@@ -448,7 +455,7 @@ impl VolumeGrid {
         })
     }
 
-    /// The value of a channel between the samples of a cell along each axis.
+    /// Returns the value of a channel between the samples of a cell along each axis.
     #[inline]
     fn value(&self, [x, y, z]: &[(usize, usize, f64); 3], channel: usize) -> f64 {
         let sample = |i: usize, j: usize, k: usize| {
@@ -469,7 +476,7 @@ impl VolumeGrid {
         }
     }
 
-    /// The two samples around a place along an axis, and the position between them.
+    /// Returns the two samples around a place along an axis, and the position between them.
     #[inline]
     fn cell(&self, axis: usize, place: f64) -> (usize, usize, f64) {
         let last = self.size[axis] - 1;
@@ -479,7 +486,7 @@ impl VolumeGrid {
     }
 }
 
-/// Shortest side of a voxel of the unit cube in its place.
+/// Returns the shortest side of a voxel of the unit cube in the world.
 fn voxel(size: [usize; 3], to_world: DAffine3) -> f64 {
     let side = |axis: usize| to_world.matrix3.col(axis).length() / size[axis] as f64;
     side(0).min(side(1)).min(side(2))

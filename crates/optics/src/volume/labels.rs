@@ -7,26 +7,28 @@ use eikonal::field::Placement;
 use glam::{DAffine3, DVec3};
 use std::sync::OnceLock;
 
-/// A label, 0 to 255, for each voxel of the unit cube under an affine map. Beyond the cube the outermost voxels go on.
+/// Label, 0 to 255, for each voxel of the unit cube under an affine map. Outside the cube, the
+/// labels of the outermost voxels continue.
 #[derive(Clone, Debug)]
 pub struct LabelGrid {
     size: [usize; 3],
-    /// The same.
+    /// Same as `size`, as floating-point numbers.
     top: DVec3,
-    /// x fastest.
+    /// Label of each voxel, x fastest.
     labels: Vec<u8>,
     to_world: DAffine3,
     to_voxels: DAffine3,
-    /// For each voxel how many layers around it have its label, once somebody asks.
+    /// For each voxel, the number of layers around it with its label. Computed on first use.
     layers: OnceLock<Vec<u8>>,
 }
 
 impl LabelGrid {
-    /// `labels` of `size` = (nx, ny, nz) voxels, x fastest; `to_world` maps the unit cube to its place.
+    /// Creates a grid of `size` = (nx, ny, nz) voxels with `labels`, x fastest. `to_world` maps the
+    /// unit cube to the world.
     ///
     /// # Errors
-    ///
-    /// A size of zero or another number of labels, a map that cannot be inverted.
+    /// Fails if a size is zero, if the number of labels does not match, or if the map cannot be
+    /// inverted.
     pub fn new(size: [usize; 3], labels: Vec<u8>, to_world: DAffine3) -> Result<Self, GridError> {
         let [x, y, z] = size;
         if size.contains(&0) {
@@ -52,7 +54,7 @@ impl LabelGrid {
         })
     }
 
-    /// The label at a world position.
+    /// Returns the label at a world position.
     #[inline]
     pub fn at(&self, x: DVec3) -> u8 {
         let place = self.to_voxels.transform_point3(x).to_array();
@@ -63,13 +65,14 @@ impl LabelGrid {
         self.labels[i + self.size[0] * (j + self.size[1] * k)]
     }
 
-    /// The label at a world position; `None` outside.
+    /// Returns the label at a world position; `None` outside the grid.
     pub(crate) fn within(&self, x: DVec3) -> Option<u8> {
         let place = self.to_voxels.transform_point3(x) + 0.5;
         number_of(cell_of(place), self.top).map(|voxel| self.labels[voxel])
     }
 
-    /// A straight line from `x` in a unit direction, from one cube of voxels of one label to the next.
+    /// Traces a straight line from `x` in a unit direction, from one cube of voxels with equal
+    /// labels to the next.
     #[inline]
     pub fn along(&self, x: DVec3, direction: DVec3) -> Leaps<'_> {
         let layers = self.layers();
@@ -78,7 +81,7 @@ impl LabelGrid {
         Leaps::new(self.top, layers, [start, direction])
     }
 
-    /// For each voxel how many layers around it have its label.
+    /// Returns, for each voxel, the number of layers around it with its label.
     #[inline]
     pub(crate) fn layers(&self) -> &[u8] {
         self.layers.get_or_init(|| {
@@ -88,7 +91,8 @@ impl LabelGrid {
         })
     }
 
-    /// `u8::MAX` for each voxel all of whose 26 neighbours have its label, else 0: row by row along x, then y, then z.
+    /// Returns `u8::MAX` for each voxel whose 26 neighbours all have its label, and 0 for others.
+    /// Compares row by row along x, then y, then z.
     fn alike(&self) -> Vec<u8> {
         let mut alike = vec![u8::MAX; self.labels.len()];
         let (mut step, mut before) = (1, Vec::new());
@@ -113,22 +117,22 @@ impl LabelGrid {
         alike
     }
 
-    /// Number of voxels along x, y, z.
+    /// Returns the number of voxels along x, y, z.
     pub fn size(&self) -> [usize; 3] {
         self.size
     }
 
-    /// The labels, x fastest.
+    /// Returns the labels, x fastest.
     pub fn labels(&self) -> &[u8] {
         &self.labels
     }
 
-    /// From the unit cube to the world.
+    /// Returns the map from the unit cube to the world.
     pub fn to_world(&self) -> DAffine3 {
         self.to_world
     }
 
-    /// Bytes held by the labels.
+    /// Returns the memory of the labels in bytes.
     pub fn memory(&self) -> usize {
         2 * self.labels.len()
     }
@@ -145,7 +149,8 @@ mod tests {
     use super::*;
     use glam::DMat3;
 
-    /// Along random lines, the labels are those of the places, up to rounding at the faces between them; few steps are needed.
+    /// Tests that labels along random lines equal the labels of points on the lines, up to rounding
+    /// at faces, in few steps.
     #[test]
     fn labels_along_lines_are_those_of_the_places() {
         let size = [9, 8, 10];

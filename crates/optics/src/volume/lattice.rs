@@ -1,9 +1,9 @@
-//! Where the samples of a grid are.
+//! Positions of the samples of a grid.
 
 use eikonal::field::Placement;
 use glam::{DAffine3, DMat3, DVec3};
 
-/// From the unit cube to the samples' indices.
+/// Returns the map from the unit cube to sample indices.
 pub(super) fn to_samples(size: [usize; 3], placement: Placement) -> DAffine3 {
     let size = DVec3::from_array(size.map(|n| n as f64));
     match placement {

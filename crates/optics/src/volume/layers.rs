@@ -1,10 +1,13 @@
-//! How many layers of cells around each cell are empty, or like it, and ways along lines that make use of it.
+//! Distances from each cell to the nearest full or different cell, and traversal of lines that
+//! skips these distances.
 
 use glam::DVec3;
 
-/// Turns the layers of cells, 0 where they are full and `u8::MAX` elsewhere, x fastest, into distances to the nearest full cell by the
-/// largest coordinate, 254 at most. What lies beyond counts as full. Two scans suffice: one forwards and one backwards (A. Rosenfeld and J. L.
-/// Pfaltz, "Distance functions on digital pictures", Pattern Recognition 1968).
+/// Computes distances to the nearest full cell, measured by the largest coordinate difference, at
+/// most 254. On input, `layers` is 0 in full cells and `u8::MAX` elsewhere, x fastest; on output it
+/// holds the distances. Cells outside the grid count as full. Two scans suffice, one forwards and
+/// one backwards (A. Rosenfeld and J. L. Pfaltz, "Distance functions on digital pictures", Pattern
+/// Recognition 1968).
 pub fn spread(size: [usize; 3], layers: &mut [u8]) {
     let [nx, ny, nz] = size;
     let is_edge = |i: usize, n: usize| i == 0 || i + 1 == n;
@@ -17,7 +20,8 @@ pub fn spread(size: [usize; 3], layers: &mut [u8]) {
                 .for_each(|l| *l = (*l).min(1));
             return;
         }
-        // The rows that the scan has passed: three of the plane before, and the one before.
+        // Collect the rows that the scan has passed: three in the previous plane, and the previous
+        // row.
         let steps = [nx * ny - nx, nx * ny, nx * ny + nx, nx];
         let rows = steps.map(|step| if forwards { first - step } else { first + step });
         for (i, near) in near.iter_mut().enumerate() {
@@ -52,19 +56,21 @@ pub fn spread(size: [usize; 3], layers: &mut [u8]) {
     }
 }
 
-/// Adding it rounds a number of less than 2⁵¹ to an integer, which is then in the bits of [`MANTISSA`]: 1.5 · 2⁵².
+/// Constant 1.5 · 2⁵². Adding it rounds a number below 2⁵¹ to an integer, which is then in the bits
+/// of [`MANTISSA`].
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
-/// See [`ROUNDER`].
+/// Mask of the bits that hold the integer after adding [`ROUNDER`].
 const MANTISSA: u64 = (1 << 51) - 1;
 
-/// The cell that holds a point, in units of cells: its lowest corner. A point of a face is in either of its cells.
+/// Returns the lowest corner of the cell that contains a point, in units of cells. A point of a
+/// face may be assigned to either cell.
 #[inline]
 pub fn cell_of(p: DVec3) -> DVec3 {
-    // Integers take several times as long.
+    // Conversion to integers would take several times as long.
     p - 0.5 + ROUNDER - ROUNDER
 }
 
-/// The number of a cell in a lattice of so many, x fastest; `None` outside.
+/// Returns the index of a cell in a lattice of `size` cells, x fastest; `None` outside.
 #[inline]
 pub fn number_of(cell: DVec3, size: DVec3) -> Option<usize> {
     let inside = cell.x >= 0.0
@@ -77,22 +83,24 @@ pub fn number_of(cell: DVec3, size: DVec3) -> Option<usize> {
     inside.then(|| ((number + ROUNDER).to_bits() & MANTISSA) as usize)
 }
 
-/// A line through a lattice of cells, from one cube of like cells to the next.
+/// Line through a lattice of cells, traversed from one cube of equal cells to the next.
 #[derive(Clone, Debug)]
 pub struct Leaps<'l> {
     size: DVec3,
-    /// For each cell how many layers of cells around it are like it, x fastest; no more than there are on either side.
+    /// For each cell, the number of layers of equal cells around it, x fastest. The layers never extend
+    /// beyond the lattice.
     layers: &'l [u8],
-    /// Where the line starts, in cells from the lattice's corner.
+    /// Start of the line, in cells from the corner of the lattice.
     start: DVec3,
-    /// Its direction, in cells per unit of length.
+    /// Direction, in cells per unit of length.
     direction: DVec3,
-    /// The cell around which the cube lies: its lowest corner.
+    /// Lowest corner of the cell at the centre of the current cube.
     cell: DVec3,
 }
 
 impl<'l> Leaps<'l> {
-    /// Along a line, given by its start in cells from the lattice's corner and its direction per unit of length.
+    /// Creates the line from its start, in cells from the corner of the lattice, and its direction
+    /// per unit of length.
     #[inline]
     pub fn new(size: DVec3, layers: &'l [u8], [start, direction]: [DVec3; 2]) -> Self {
         Leaps {
@@ -104,13 +112,14 @@ impl<'l> Leaps<'l> {
         }
     }
 
-    /// The cell around which the cube lies that the line is in; `None` outside of the lattice.
+    /// Returns the cell at the centre of the current cube; `None` outside the lattice.
     #[inline]
     pub fn cell(&self) -> Option<usize> {
         number_of(self.cell, self.size)
     }
 
-    /// Whether the line is still in the cube around a cell, that of [`Leaps::cell`], after a length.
+    /// True if the line is still in the cube around `cell`, the result of [`Leaps::cell`], after a
+    /// length.
     #[inline]
     pub fn stays(&self, cell: usize, length: f64) -> bool {
         let layers = f64::from(self.layers[cell]);
@@ -119,8 +128,9 @@ impl<'l> Leaps<'l> {
         stays(within.x) && stays(within.y) && stays(within.z)
     }
 
-    /// Goes on to the cube beyond that around a cell, that of [`Leaps::cell`]; returns the length after which the line gets there, which
-    /// by rounding may be less than that of the leap before.
+    /// Moves on to the cube behind the cube around `cell`, the result of [`Leaps::cell`]. Returns
+    /// the length at which the line enters the new cube. By rounding, this length may be less than
+    /// the length of the previous leap.
     #[inline]
     pub fn leap(&mut self, cell: usize) -> f64 {
         let layers = f64::from(self.layers[cell]);
@@ -136,7 +146,7 @@ impl<'l> Leaps<'l> {
                 (exit, through) = (length(axis), axis);
             }
         }
-        // The next cell is beyond that face; none lies behind this one, whatever rounding does.
+        // Enter the cell beyond the exit face. Never move backwards, whatever rounding does.
         let to = cell_of(self.start + self.direction * exit);
         for axis in 0..3 {
             let (ahead, from) = (self.direction[axis] > 0.0, self.cell[axis]);

@@ -1,7 +1,8 @@
-//! Integrals of a grid's values along straight lines, exact to rounding. The grid ends at its cube.
+//! Integrals of the values of a grid along straight lines, exact to rounding. The grid ends at its
+//! cube.
 //!
-//! Inside a cell of a grid a line meets a cubic polynomial at most (trilinear interpolation), which Gauss's rule of
-//! two nodes integrates exactly.
+//! Along a line inside a cell, trilinear interpolation gives a polynomial of degree three at most.
+//! Gauss's rule with two nodes integrates it exactly.
 //!
 //! Theory: docs/theory.md#free-flight.
 
@@ -11,31 +12,32 @@ use crate::Spectrum;
 use eikonal::ray::Arc;
 use glam::DVec3;
 
-/// Nodes of Gauss–Legendre quadrature on [0, 1], whose weights are equal.
+/// Nodes of Gauss–Legendre quadrature on [0, 1]; the weights are equal.
 const NODES: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 
-/// Newton's steps by which a place in a cell is found; each doubles the number of correct digits.
+/// Maximum number of Newton steps for finding a place in a cell. Each step doubles the number of
+/// correct digits.
 const MOST_STEPS: usize = 20;
 
-/// A grid along the straight line over θ ∈ [0, 1].
+/// Grid along the straight line over θ ∈ [0, 1].
 #[derive(Clone, Debug)]
 pub struct Section<'a> {
     grid: &'a VolumeGrid,
-    /// From where to where, in units of cells.
+    /// Start and extent of the line, in units of cells.
     start: DVec3,
     step: DVec3,
-    /// What multiplies the values.
+    /// Factor of the values.
     scale: f64,
-    /// The same times the length of the line.
+    /// Product of `scale` and the length of the line.
     factor: f64,
-    /// The part of the line that lies in the grid's cube.
+    /// Part of the line in the cube of the grid.
     part: [f64; 2],
-    /// Places up to which the integral is known, in order; perhaps none.
+    /// Places up to which the integral is known, with the integral, in order; possibly empty.
     known: Vec<(f64, Spectrum)>,
 }
 
 impl<'a> Section<'a> {
-    /// A grid whose values are multiplied by `scale`, along a straight arc.
+    /// Creates the section of a grid, with values multiplied by `scale`, along a straight arc.
     pub fn new(grid: &'a VolumeGrid, scale: f64, arc: &Arc) -> Self {
         let start = grid.in_cells(arc.start());
         Section {
@@ -49,12 +51,12 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// The integrand per unit length at a point of the line.
+    /// Returns the integrand per unit length at a point of the line.
     pub(crate) fn value(&self, x: DVec3) -> Spectrum {
         self.grid.within(x) * self.scale
     }
 
-    /// Keeps the integral up to every cell before θ = `end`, for many questions to come.
+    /// Tabulates the integral up to every cell before θ = `end`, to speed up many later queries.
     pub(crate) fn tabulate(&mut self, end: f64) {
         let mut known = Vec::new();
         match self.grid.channels() {
@@ -70,7 +72,7 @@ impl<'a> Section<'a> {
         self.known = known;
     }
 
-    /// The integral over length from θ = 0 to `end`.
+    /// Returns the integral over length from θ = 0 to `end`.
     pub(crate) fn integral(&self, end: f64) -> Spectrum {
         let before = self.known.partition_point(|(theta, _)| *theta <= end);
         let (from, sum) = match before {
@@ -80,8 +82,9 @@ impl<'a> Section<'a> {
         sum + self.until([from, end], 0, f64::INFINITY).1
     }
 
-    /// Calls `see` with each voxel that counts along the part of the line up to θ = `end`, and the integral of its weight over length:
-    /// `Section::integral` is the sum of these times the samples times the factor. The same voxel may come several times.
+    /// Calls `see` with each voxel that contributes along the line up to θ = `end`, and the
+    /// integral of its weight over length. `Section::integral` is the sum of these integrals times
+    /// the samples times `scale`. A voxel may be reported several times.
     pub fn weights(&self, end: f64, mut see: impl FnMut(usize, f64)) {
         let length = self.factor / self.scale;
         let range = [self.part[0], end.min(self.part[1])];
@@ -93,7 +96,7 @@ impl<'a> Section<'a> {
             }
             let origin = self.start - DVec3::from(cell.map(|i| i as f64));
             let [a, b] = NODES.map(|node| origin + self.step * (from + (to - from) * node));
-            // Of the four edges along x, at both nodes.
+            // Compute the weights of the four edges along x at both nodes.
             let half = 0.5 * (to - from) * length;
             let edges = |t: DVec3| {
                 let [near, far] = [half * (1.0 - t.z), half * t.z];
@@ -108,8 +111,8 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// Where the integral of a channel reaches a `target`, if it does before θ = `end`, and the integral up to
-    /// there, or to the end.
+    /// Finds where the integral of a channel reaches `target` before θ = `end`, if anywhere. Also
+    /// returns the integral up to this place, or up to the end.
     pub(crate) fn reach(&self, end: f64, channel: usize, target: f64) -> (Option<f64>, Spectrum) {
         self.until([0.0, end], channel, target)
     }
@@ -127,7 +130,8 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// Goes through the cells of a range of θ, and calls `passed` with each end of a cell and the integral up to it.
+    /// Traverses the cells in a range of θ, and calls `passed` with each end of a cell and the
+    /// integral up to it.
     #[inline]
     fn march<const N: usize>(
         &self,
@@ -160,7 +164,7 @@ impl<'a> Section<'a> {
 }
 
 impl Section<'_> {
-    /// The same where values are constant in each cell.
+    /// Traverses the cells like [`Section::march`], for values that are constant in each cell.
     #[inline]
     fn march_flat<const N: usize>(
         &self,
@@ -191,17 +195,17 @@ fn add<const N: usize>(a: [f64; N], b: [f64; N]) -> [f64; N] {
     std::array::from_fn(|c| a[c] + b[c])
 }
 
-/// The part of a line within a cell.
+/// Part of a line within a cell.
 struct Piece<'a, const N: usize> {
     section: &'a Section<'a>,
-    /// Samples at the cell's corners, x fastest.
+    /// Samples at the corners of the cell, x fastest.
     corners: [[f64; N]; 8],
-    /// Where the line starts, seen from the cell's first corner.
+    /// Start of the line, relative to the first corner of the cell.
     origin: DVec3,
 }
 
 impl<const N: usize> Piece<'_, N> {
-    /// The integrand per unit of θ.
+    /// Returns the integrand per unit of θ.
     #[inline]
     fn value(&self, theta: f64) -> [f64; N] {
         let t = self.origin + self.section.step * theta;
@@ -220,7 +224,8 @@ impl<const N: usize> Piece<'_, N> {
         std::array::from_fn(|c| 0.5 * width * (a[c] + b[c]))
     }
 
-    /// Where the integral of a channel from the start of the piece reaches `target`, which it does in the piece.
+    /// Finds where the integral of a channel from the start of the piece reaches `target`. It must
+    /// do so within the piece.
     fn invert(&self, [from, to]: [f64; 2], channel: usize, target: f64) -> f64 {
         let (mut low, mut high) = (from, to);
         let mut theta = low;
@@ -254,7 +259,7 @@ mod tests {
     use eikonal::field::Placement;
     use glam::{DAffine3, DMat3};
 
-    /// Numbers in [0, 1).
+    /// Returns numbers in [0, 1).
     fn numbers() -> impl FnMut() -> f64 {
         let mut state = 1u64;
         move || {
@@ -263,7 +268,7 @@ mod tests {
         }
     }
 
-    /// A sheared grid of 5 × 4 × 1 samples.
+    /// Creates a sheared grid of 5 × 4 × 1 samples.
     fn grid(channels: usize, filter: GridFilter, placement: Placement) -> VolumeGrid {
         let mut next = numbers();
         let data = (0..20 * channels).map(|_| next() as f32).collect();
@@ -280,7 +285,8 @@ mod tests {
         VolumeGrid::new(samples, to_world, placement, filter, [0.0, 1.0]).unwrap()
     }
 
-    /// Lines through and past the grid, some along an axis, some from within a plane between cells.
+    /// Returns lines through and past the grid, some along an axis, some starting in a plane
+    /// between cells.
     fn lines() -> impl Iterator<Item = Arc> {
         let mut next = numbers();
         let mut point = move || DVec3::new(next(), next(), next()) * 2.0 - 0.9;
@@ -308,7 +314,8 @@ mod tests {
         })
     }
 
-    /// Against the midpoint rule: its error is that of a jump within one step for the nearest sample.
+    /// Compares with the midpoint rule. For the nearest sample, its error is a jump within one
+    /// step.
     #[test]
     fn integrals_are_those_of_the_values() {
         const STEPS: usize = 4000;
@@ -323,7 +330,8 @@ mod tests {
                 let sum = sum * (width * line.arc_length(1.0));
                 let found = section.integral(end);
                 let error = (sum - found).map(f64::abs).max();
-                // The jumps: at both ends of the grid, or between all samples, too.
+                // Count the jumps: at both ends of the grid, and for nearest samples between all
+                // samples.
                 let jumps = match grid.planes()[0][0] {
                     0 => 2.0,
                     _ => 14.0,
@@ -334,7 +342,8 @@ mod tests {
         }
     }
 
-    /// Voxels that are passed, times their samples, make up the integral; and weights at a place, the value.
+    /// Tests that the weights of voxels, times their samples, add up to the integral, and to the
+    /// value at a point.
     #[test]
     fn weights_times_samples_are_values_and_integrals() {
         for grid in every_grid().filter(|grid| grid.channels() == 1) {
@@ -355,7 +364,7 @@ mod tests {
         }
     }
 
-    /// A grid of ones has the depth of the line's part in its cube, by the planes of the cube.
+    /// Tests that the integral over a grid of ones is the length of the line in the cube.
     #[test]
     fn the_grid_ends_at_its_cube() {
         let (mut through, mut past) = (0, 0);
@@ -363,7 +372,7 @@ mod tests {
             let mut grid = grid(1, GridFilter::Trilinear, placement);
             grid.fill(1.0);
             for line in lines() {
-                // Midpoints of pieces so short that the ends do not matter.
+                // The pieces are so short that the ends do not matter.
                 const STEPS: usize = 20_000;
                 let place = |i: usize| line.position((i as f64 + 0.5) / STEPS as f64);
                 let inside = (0..STEPS)
@@ -383,7 +392,7 @@ mod tests {
         assert!(through > 100 && past > 50, "{through} {past}");
     }
 
-    /// Bent arcs end with the grid, too.
+    /// Tests that bent arcs are cut at the cube.
     #[test]
     fn bent_arcs_are_cut_at_the_cube() {
         let mut grid = grid(1, GridFilter::Trilinear, Placement::Centers);

@@ -1,21 +1,21 @@
-//! A quantity per channel that may vary in space.
+//! Quantities per channel that may vary in space.
 
 use super::grid::VolumeGrid;
 use crate::Spectrum;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// A spatially uniform or gridded quantity.
+/// Quantity that is uniform in space or sampled on a grid.
 #[derive(Clone, Debug)]
 pub enum VolumeTexture {
-    /// The same everywhere.
+    /// Uniform value.
     Uniform(Spectrum),
-    /// Interpolated from samples.
+    /// Interpolated samples.
     Grid(Arc<VolumeGrid>),
 }
 
 impl VolumeTexture {
-    /// The value at `x`.
+    /// Returns the value at `x`.
     pub fn at(&self, x: DVec3) -> Spectrum {
         match self {
             VolumeTexture::Uniform(value) => *value,
@@ -23,7 +23,7 @@ impl VolumeTexture {
         }
     }
 
-    /// The value, if it is the same everywhere.
+    /// Returns the value if it is uniform.
     pub fn uniform(&self) -> Option<Spectrum> {
         match self {
             VolumeTexture::Uniform(value) => Some(*value),
@@ -31,7 +31,7 @@ impl VolumeTexture {
         }
     }
 
-    /// Whether it is zero everywhere.
+    /// True if the value is zero everywhere.
     pub fn is_zero(&self) -> bool {
         match self {
             VolumeTexture::Uniform(value) => value.is_zero(),
@@ -39,7 +39,8 @@ impl VolumeTexture {
         }
     }
 
-    /// Smallest and largest value over all channels in use; uniform values are returned whole.
+    /// Returns the smallest and largest value over all channels. The unused channels of a uniform
+    /// value count, too.
     pub fn range(&self) -> (f64, f64) {
         match self {
             VolumeTexture::Uniform(v) => (v.0.into_iter().fold(f64::INFINITY, f64::min), v.max()),
@@ -47,7 +48,7 @@ impl VolumeTexture {
         }
     }
 
-    /// Bytes held by the samples.
+    /// Returns the memory of the samples in bytes.
     pub fn memory(&self) -> usize {
         match self {
             VolumeTexture::Uniform(_) => 0,

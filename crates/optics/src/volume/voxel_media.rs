@@ -5,7 +5,7 @@ use eikonal::Aabb;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// The medium of each voxel of a volume, by its number in the scene.
+/// Medium of each voxel of a volume, as an index into the media of the scene.
 #[derive(Clone, Debug)]
 pub struct VoxelMedia {
     parts: Arc<LabelGrid>,
@@ -13,11 +13,12 @@ pub struct VoxelMedia {
     aabb: Aabb,
 }
 
-/// Cubes of voxels of one medium through which a line is followed.
+/// Maximum number of cubes of voxels through which a line is followed.
 const MOST_STEPS: usize = 16;
 
 impl VoxelMedia {
-    /// `parts` has for each voxel 1 + the place of its medium in `media`, or 0 where the medium is that around the volume.
+    /// Creates the media of voxels. `parts` holds for each voxel 1 + the index of its medium in
+    /// `media`, or 0 for the medium around the volume.
     pub fn new(parts: impl Into<Arc<LabelGrid>>, media: Vec<usize>) -> Self {
         let parts = parts.into();
         let unit = Aabb::new(DVec3::ZERO, DVec3::ONE).corners();
@@ -29,27 +30,28 @@ impl VoxelMedia {
         }
     }
 
-    /// For each voxel 1 + the place of its medium in [`VoxelMedia::media`], or 0.
+    /// Returns, for each voxel, 1 + the index of its medium in [`VoxelMedia::media`], or 0 for the
+    /// medium around the volume.
     pub fn parts(&self) -> &LabelGrid {
         &self.parts
     }
 
-    /// The media of its voxels.
+    /// Returns the media of the voxels.
     pub fn media(&self) -> &[usize] {
         &self.media
     }
 
-    /// Returns whether voxels have the same media, the grid of their parts being one in memory.
+    /// True if the media are equal and the grids of parts are one in memory.
     pub fn is_same(&self, other: &VoxelMedia) -> bool {
         Arc::ptr_eq(&self.parts, &other.parts) && self.media == other.media
     }
 
-    /// The medium of a voxel; `None` if it is that around the volume.
+    /// Returns the medium of a voxel; `None` for the medium around the volume.
     pub fn of_voxel(&self, voxel: usize) -> Option<usize> {
         self.medium(self.parts.labels()[voxel])
     }
 
-    /// The medium at a point; `None` if it is that around the volume, or outside.
+    /// Returns the medium at a point; `None` outside the volume or for the medium around it.
     pub fn at(&self, x: DVec3) -> Option<usize> {
         self.medium(self.parts.within(x)?)
     }
@@ -59,8 +61,8 @@ impl VoxelMedia {
         self.media.get(place).copied()
     }
 
-    /// Whether a straight line from `x`, which is in a medium, in a unit direction is known to stay in the voxels of that medium over a
-    /// length, or outside of the volume.
+    /// True if a straight line from `x`, a point in `medium`, along a unit direction is known to
+    /// stay in voxels of `medium` or outside the volume over a length.
     pub fn holds(&self, medium: usize, [x, direction]: [DVec3; 2], length: f64) -> bool {
         if !Aabb::around([x, x + direction * length]).overlaps(&self.aabb) {
             return true;
@@ -68,7 +70,7 @@ impl VoxelMedia {
         let mut line = self.parts.along(x, direction);
         for _ in 0..MOST_STEPS {
             match line.cell() {
-                // By rounding a point of a face may lie in the voxel beyond.
+                // By rounding, a point on a face may lie in the voxel beyond.
                 Some(voxel) if self.medium(self.parts.labels()[voxel]) == Some(medium) => {
                     if line.stays(voxel, length) {
                         return true;
