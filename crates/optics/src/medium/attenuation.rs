@@ -6,26 +6,28 @@ use crate::volume::{Section, VolumeTexture};
 use eikonal::ray::{Arc, Profile};
 use smallvec::SmallVec;
 
-/// What a medium takes from the light along one arc, as a function of θ.
+/// Attenuation of light by a medium along one arc, as a function of θ.
 #[derive(Clone, Debug)]
 pub enum Attenuation<'a> {
-    /// Nothing.
+    /// No attenuation.
     None,
-    /// The same extinction everywhere: depth is proportional to arc length.
+    /// Uniform extinction on any arc: depth is proportional to arc length.
     Uniform(Spectrum),
-    /// The same on a straight arc of this length: depth is proportional to θ.
+    /// Uniform extinction on a straight arc of this length: depth is proportional to θ.
     Even(Spectrum, f64),
-    /// That of a label, on a straight arc of this length that is in no other as far as anybody asks.
+    /// Extinction of one label on a straight arc of this length. The arc stays in the label as far
+    /// as values are requested.
     Label(&'a MediumLabel, f64),
-    /// That of a grid along a straight arc, integrated when it is asked for.
+    /// Extinction of a grid along a straight arc, integrated on request.
     Sampled(Section<'a>),
-    /// Integrated along the parts of a bent arc that lie in the grid.
+    /// Extinction integrated along the parts of a bent arc that lie in the grid.
     Varying(SmallVec<[Profile<{ Spectrum::CHANNELS }>; 1]>),
 }
 
 impl<'a> Attenuation<'a> {
-    /// On a straight arc that collides after a depth in a channel, beyond which nobody asks, if it is then still in the label where
-    /// it starts.
+    /// Creates the attenuation of a straight arc that stays in its first label up to an optical
+    /// depth in a channel. Values beyond this depth must not be requested. Returns `None` if the
+    /// medium has no labels or the arc is not known to stay in the label.
     #[inline]
     pub fn in_label(medium: &'a Medium, arc: &Arc, channel: usize, depth: f64) -> Option<Self> {
         let (labels, length) = (medium.labels.as_ref()?, arc.arc_length(1.0));
@@ -34,7 +36,7 @@ impl<'a> Attenuation<'a> {
         Some(Attenuation::Label(label, length))
     }
 
-    /// For the part θ ≤ `theta_end` of an arc.
+    /// Creates the attenuation of the part θ ≤ `theta_end` of an arc.
     #[inline]
     pub fn new(medium: &'a Medium, arc: &Arc, theta_end: f64) -> Self {
         if medium.is_transparent() {
@@ -57,7 +59,7 @@ impl<'a> Attenuation<'a> {
         }
     }
 
-    /// The label through which the arc leads, if that is known.
+    /// Returns the label in which the arc lies, if it is known.
     #[inline]
     pub fn label(&self) -> Option<&'a MediumLabel> {
         match self {
@@ -66,14 +68,14 @@ impl<'a> Attenuation<'a> {
         }
     }
 
-    /// Prepares for many questions about places up to `theta_end`.
+    /// Prepares for many queries up to `theta_end`.
     pub fn tabulate(&mut self, theta_end: f64) {
         if let Attenuation::Sampled(section) = self {
             section.tabulate(theta_end);
         }
     }
 
-    /// Optical depth from the start of the arc to θ, given the arc length up to there.
+    /// Returns the optical depth from the start of the arc to θ, given the arc length up to θ.
     #[inline]
     pub fn depth(&self, theta: f64, arc_length: f64) -> Spectrum {
         match self {
@@ -86,7 +88,8 @@ impl<'a> Attenuation<'a> {
         }
     }
 
-    /// Extinction per unit length at θ: exactly the derivative of [`Attenuation::depth`].
+    /// Returns the extinction per unit length at θ, exactly the derivative of
+    /// [`Attenuation::depth`].
     pub fn rate(&self, arc: &Arc, theta: f64) -> Spectrum {
         match self {
             Attenuation::None => Spectrum::ZERO,
@@ -100,8 +103,8 @@ impl<'a> Attenuation<'a> {
         }
     }
 
-    /// Where the depth of a channel reaches a target on the part up to `theta_end`, of a given arc length, if it does, and the depth
-    /// up to there, or up to the end.
+    /// Finds where the depth of a channel reaches `target` on the part up to `theta_end`, of the
+    /// given arc length, if anywhere. Also returns the depth up to this place, or up to the end.
     #[inline]
     pub fn reach(
         &self,
@@ -136,13 +139,14 @@ impl<'a> Attenuation<'a> {
     }
 }
 
-/// Where a depth that grows evenly to a whole at θ = 1 reaches a target, if that is before `theta_end`.
+/// Finds where a depth proportional to θ, with value `whole` at θ = 1, reaches a target before
+/// `theta_end`.
 fn even(whole: f64, target: f64, theta_end: f64) -> Option<f64> {
     let theta = target / whole;
     (theta < theta_end).then_some(theta)
 }
 
-/// The sum over the parts of an arc.
+/// Sums a quantity over the parts of an arc.
 fn sum(
     profiles: &[Profile<{ Spectrum::CHANNELS }>],
     of: impl Fn(&Profile<{ Spectrum::CHANNELS }>) -> [f64; Spectrum::CHANNELS],

@@ -1,4 +1,4 @@
-//! Labels of which a medium is made.
+//! Labels that compose a medium.
 
 use super::Velocity;
 use crate::Spectrum;
@@ -6,17 +6,18 @@ use crate::volume::LabelGrid;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Cubes of voxels of one label through which a way is followed.
+/// Maximum number of cubes of voxels through which a line is followed.
 const MOST_STEPS: usize = 16;
 
-/// Labels of which a medium is made: records of detected light tell them apart, and within a label light needs no look at voxels.
+/// Labels that compose a medium. Records of detected light distinguish them. Within one label,
+/// light is traced without visiting each voxel.
 #[derive(Clone, Debug)]
 pub struct MediumLabels {
     grid: Arc<LabelGrid>,
     list: Vec<MediumLabel>,
 }
 
-/// One of the labels of a medium.
+/// Label of a medium, with its optical properties.
 #[derive(Clone, Debug)]
 pub struct MediumLabel {
     /// Name used in records.
@@ -25,12 +26,12 @@ pub struct MediumLabel {
     pub extinction: Spectrum,
     /// Absorption coefficient μ_a per unit length.
     pub absorption: Spectrum,
-    /// How fast what scatters light flows; `None` if it rests.
+    /// Velocity of the scatterers; `None` if they rest.
     pub velocity: Option<Velocity>,
 }
 
 impl MediumLabel {
-    /// Albedo σ_s/σ_t.
+    /// Returns the albedo σ_s/σ_t.
     #[inline]
     pub fn albedo(&self) -> Spectrum {
         let scattering = self.extinction - self.absorption;
@@ -45,28 +46,30 @@ impl MediumLabel {
 }
 
 impl MediumLabels {
-    /// A grid that has for each place the number of one of the labels in a list; numbers beyond it are those of the last. Their coefficients
-    /// must be those of the medium at such places, its `scale` included. `None` if there are no labels.
+    /// Creates the labels from a grid of indices into `list`; indices beyond its end stand for the
+    /// last label. The coefficients must equal those of the medium at the same places, including
+    /// its `scale`. Returns `None` if the list is empty.
     pub fn new(grid: Arc<LabelGrid>, list: Vec<MediumLabel>) -> Option<Self> {
         (!list.is_empty()).then_some(MediumLabels { grid, list })
     }
 
-    /// The grid.
+    /// Returns the grid of labels.
     pub fn grid(&self) -> &Arc<LabelGrid> {
         &self.grid
     }
 
-    /// The labels.
+    /// Returns the list of labels.
     pub fn list(&self) -> &[MediumLabel] {
         &self.list
     }
 
-    /// The number of the label at a place.
+    /// Returns the index of the label at a position.
     pub fn at(&self, x: DVec3) -> usize {
         usize::from(self.grid.at(x)).min(self.list.len() - 1)
     }
 
-    /// The label at the start of a straight line from `x` in a unit direction, if it does not end before an optical depth in a channel.
+    /// Returns the label at the start of a straight line from `x` along a unit direction. Returns
+    /// `None` if the line is not known to stay in the label up to an optical depth in a channel.
     #[inline]
     pub(super) fn along(
         &self,
@@ -92,7 +95,7 @@ impl MediumLabels {
         None
     }
 
-    /// The label with a number in the grid.
+    /// Returns the label for a value of the grid.
     fn numbered(&self, number: u8) -> &MediumLabel {
         &self.list[usize::from(number).min(self.list.len() - 1)]
     }

@@ -14,38 +14,39 @@ use crate::volume::VolumeTexture;
 use eikonal::Field;
 use glam::DVec3;
 
-/// What fills a region of space.
+/// Medium that fills a region of space.
 #[derive(Clone, Debug)]
 pub struct Medium {
     /// Name used in messages.
     pub name: String,
     /// Refractive index.
     pub index: Field,
-    /// Extinction σ_t per unit length, before `scale`; zero where its grid ends.
+    /// Extinction σ_t per unit length, before multiplication by `scale`. It is zero outside its
+    /// grid.
     pub sigma_t: VolumeTexture,
-    /// Multiplies `sigma_t`.
+    /// Factor of `sigma_t`.
     pub scale: f64,
     /// Albedo σ_s/σ_t, in [0, 1].
     pub albedo: VolumeTexture,
     /// Phase function.
     pub phase: Phase,
-    /// Radiance B of a black body as warm as the medium, in a vacuum: the medium emits σ_a n² B per unit length and steradian (Kirchhoff's
-    /// law). `None` if it is dark.
+    /// Radiance B, in a vacuum, of a black body at the temperature of the medium. The medium emits
+    /// σ_a n² B per unit length and steradian (Kirchhoff's law). `None` if it does not emit.
     pub emission: Option<VolumeTexture>,
-    /// How fast what scatters light flows, unless labels say it; `None` if it rests.
+    /// Velocity of the scatterers, unless given by labels; `None` if they rest.
     pub velocity: Option<Velocity>,
-    /// Labels of which it is made, if records of detected light tell them apart.
+    /// Labels that compose the medium, if records of detected light distinguish them.
     pub labels: Option<MediumLabels>,
 }
 
 impl Medium {
-    /// A medium that neither scatters nor absorbs.
+    /// Creates a medium that neither scatters nor absorbs.
     pub fn transparent(name: impl Into<String>, index: impl Into<Field>) -> Self {
         Medium::homogeneous(name, index, Spectrum::ZERO, Spectrum::ZERO)
     }
 
-    /// A medium with the same extinction σ_t (per unit length, finite and not negative) and albedo (in [0, 1]) everywhere, which
-    /// scatters isotropically.
+    /// Creates a medium with uniform extinction σ_t (per unit length, finite and not negative) and
+    /// uniform albedo (in [0, 1]). It scatters isotropically.
     pub fn homogeneous(
         name: impl Into<String>,
         index: impl Into<Field>,
@@ -65,13 +66,14 @@ impl Medium {
         }
     }
 
-    /// The medium with another phase function.
+    /// Returns the medium with another phase function.
     pub fn with_phase(self, phase: Phase) -> Self {
         Medium { phase, ..self }
     }
 
-    /// The medium, emitting as a black body of this radiance ≥ 0 in a vacuum would: seen from there, it is as bright where it is thick, does
-    /// not scatter, and nothing is reflected.
+    /// Returns the medium with the emission of a black body of this radiance ≥ 0 in a vacuum. Seen
+    /// from a vacuum, the medium has this radiance where it is optically thick, does not scatter,
+    /// and its surface does not reflect.
     ///
     /// ```
     /// use morgana_optics::medium::Medium;
@@ -88,7 +90,7 @@ impl Medium {
         }
     }
 
-    /// B, if it is the same everywhere; zero if the medium is dark or B varies.
+    /// Returns B if it is uniform; zero if the medium does not emit or B varies.
     pub fn uniform_emission(&self) -> Spectrum {
         let emission = self.emission.as_ref();
         emission
@@ -96,7 +98,7 @@ impl Medium {
             .unwrap_or(Spectrum::ZERO)
     }
 
-    /// The light σ_a n² B that leaves `x`, per unit volume and steradian.
+    /// Returns the light σ_a n² B emitted at `x`, per unit volume and steradian.
     pub fn emitted(&self, x: DVec3) -> Spectrum {
         let Some(emission) = &self.emission else {
             return Spectrum::ZERO;
@@ -106,7 +108,7 @@ impl Medium {
         self.extinction(x) * absorbed * emission.at(x) * (n * n)
     }
 
-    /// Extinction σ_t at `x`.
+    /// Returns the extinction σ_t at `x`.
     pub fn extinction(&self, x: DVec3) -> Spectrum {
         match &self.sigma_t {
             VolumeTexture::Uniform(sigma) => *sigma * self.scale,
@@ -114,22 +116,22 @@ impl Medium {
         }
     }
 
-    /// Scattering coefficient σ_s at `x`.
+    /// Returns the scattering coefficient σ_s at `x`.
     pub fn scattering(&self, x: DVec3) -> Spectrum {
         self.extinction(x) * self.albedo.at(x)
     }
 
-    /// Whether light passes unattenuated everywhere.
+    /// True if light passes unattenuated everywhere.
     pub fn is_transparent(&self) -> bool {
         self.scale == 0.0 || self.sigma_t.is_zero()
     }
 
-    /// Whether light is scattered anywhere.
+    /// True if light is scattered anywhere.
     pub fn scatters(&self) -> bool {
         !self.is_transparent() && !self.albedo.is_zero()
     }
 
-    /// The extinction if it is the same everywhere.
+    /// Returns the extinction if it is uniform.
     pub fn uniform_extinction(&self) -> Option<Spectrum> {
         match &self.sigma_t {
             VolumeTexture::Uniform(sigma) => Some(*sigma * self.scale),
@@ -137,7 +139,7 @@ impl Medium {
         }
     }
 
-    /// The absorption coefficient μ_a, if it is the same everywhere.
+    /// Returns the absorption coefficient μ_a if it is uniform.
     pub fn uniform_absorption(&self) -> Option<Spectrum> {
         if self.is_transparent() {
             return Some(Spectrum::ZERO);
@@ -145,7 +147,7 @@ impl Medium {
         Some(self.uniform_extinction()? * self.albedo.uniform()?.map(|a| 1.0 - a))
     }
 
-    /// How fast what scatters light at `x` flows, in scene units per second.
+    /// Returns the velocity of the scatterers at `x`, in scene units per second.
     pub fn velocity_at(&self, x: DVec3) -> DVec3 {
         let velocity = match &self.labels {
             Some(labels) => &labels.list()[labels.at(x)].velocity,
@@ -154,7 +156,7 @@ impl Medium {
         velocity.as_ref().map_or(DVec3::ZERO, |v| v.at(x))
     }
 
-    /// Whether what scatters light flows anywhere.
+    /// True if the scatterers flow anywhere.
     pub fn flows(&self) -> bool {
         match &self.labels {
             Some(labels) => labels.list().iter().any(|label| label.velocity.is_some()),
@@ -162,7 +164,7 @@ impl Medium {
         }
     }
 
-    /// Longest piece of a curve over which the extinction is integrated: half a voxel.
+    /// Returns the longest piece of a curve over which the extinction is integrated: half a voxel.
     pub fn spacing(&self) -> f64 {
         match &self.sigma_t {
             VolumeTexture::Uniform(_) => f64::INFINITY,
@@ -170,7 +172,7 @@ impl Medium {
         }
     }
 
-    /// Bytes held by grids, of the index included.
+    /// Returns the memory of grids, including the index, in bytes.
     pub fn memory(&self) -> usize {
         let emission = self.emission.as_ref().map_or(0, VolumeTexture::memory);
         let velocity = self.velocity.as_ref().map_or(0, Velocity::memory);

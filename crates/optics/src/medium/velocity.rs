@@ -1,15 +1,15 @@
-//! How fast what scatters light flows (docs/theory.md#flow).
+//! Velocity of scatterers (docs/theory.md#flow).
 
 use crate::Spectrum;
 use crate::volume::VolumeTexture;
 use glam::DVec3;
 
-/// The velocity of what scatters light in a medium, in scene units per second.
+/// Velocity of the scatterers in a medium, in scene units per second.
 #[derive(Clone, Debug)]
 pub struct Velocity(VolumeTexture);
 
 impl Velocity {
-    /// The same everywhere.
+    /// Creates a uniform velocity.
     ///
     /// ```
     /// use glam::DVec3;
@@ -23,19 +23,21 @@ impl Velocity {
         Velocity(VolumeTexture::Uniform(Spectrum([x, y, z, 0.0])))
     }
 
-    /// Of samples with three channels, its components along x, y, z of the world; beyond their grid as at its edge.
+    /// Creates a velocity from samples with three channels, its components along x, y, z of the
+    /// world. Outside the grid, the values at its edge continue.
     pub fn sampled(samples: VolumeTexture) -> Self {
         Velocity(samples)
     }
 
-    /// The velocity at `x`.
+    /// Returns the velocity at `x`.
     pub fn at(&self, x: DVec3) -> DVec3 {
         let [x, y, z, _] = self.0.at(x).0;
         DVec3::new(x, y, z)
     }
 
-    /// The largest |(v·∇)v|/|v|, per second: how fast what flows changes its velocity on its way, by differences of a voxel along the flow at
-    /// each sample. Straight flows have none.
+    /// Returns the largest |(v·∇)v|/|v| per second: the rate at which the scatterers change their
+    /// velocity along their paths. It is computed at each sample from differences over a voxel
+    /// along the flow. It is zero for straight, uniform flow.
     ///
     /// ```
     /// use glam::DVec3;
@@ -56,7 +58,7 @@ impl Velocity {
         grid.sample_positions().map(at).fold(0.0, f64::max)
     }
 
-    /// Bytes held by samples.
+    /// Returns the memory of samples in bytes.
     pub(super) fn memory(&self) -> usize {
         self.0.memory()
     }
