@@ -10,7 +10,7 @@ pub(super) struct Cdf {
 }
 
 impl Cdf {
-    /// Sums weights that are already known to be finite and ≥ 0.
+    /// Sums weights that are known to be finite and ≥ 0.
     pub(super) fn new(weights: impl Iterator<Item = f64>) -> Result<Self, DistributionError> {
         let mut cumulative = vec![0.0];
         let mut total = 0.0;
@@ -24,34 +24,35 @@ impl Cdf {
         if !(total > 0.0 && f64::is_finite(total)) {
             return Err(DistributionError::Total { total });
         }
-        // Division is monotone and total/total is exactly 1, so the last entries are right.
+        // Division is monotone and total/total is exactly 1, so the last entries are exact.
         cumulative.iter_mut().for_each(|c| *c /= total);
         Ok(Cdf { cumulative, total })
     }
 
-    /// Sum of the weights.
+    /// Returns the sum of the weights.
     pub(super) fn total(&self) -> f64 {
         self.total
     }
 
-    /// Bytes of the sums.
+    /// Returns the memory of the sums in bytes.
     pub(super) fn memory(&self) -> usize {
         size_of_val(&*self.cumulative)
     }
 
-    /// Number of weights.
+    /// Returns the number of weights.
     pub(super) fn len(&self) -> usize {
         self.cumulative.len() - 1
     }
 
-    /// Probability of entry `i`.
+    /// Returns the probability of entry `i`.
     pub(super) fn probability(&self, i: usize) -> f64 {
         self.cumulative[i + 1] - self.cumulative[i]
     }
 
-    /// Entry that `u` falls in, never one of probability zero, and where in it, in [0, 1).
+    /// Returns the entry that contains `u`, never one of probability zero, and the position in it,
+    /// in [0, 1).
     pub(super) fn locate(&self, u: f64) -> (usize, f64) {
-        // cᵢ ≤ u < cᵢ₊₁ makes entry i wider than zero; u < 1 = cₙ bounds the search.
+        // cᵢ ≤ u < cᵢ₊₁ implies that entry i is wider than zero; u < 1 = cₙ bounds the search.
         let u = u.clamp(0.0, 1.0 - f64::EPSILON / 2.0);
         let i = self.cumulative.partition_point(|&c| c <= u) - 1;
         (
@@ -60,7 +61,7 @@ impl Cdf {
         )
     }
 
-    /// The `u` that [`Cdf::locate`] maps to entry `i` and fraction `t`.
+    /// Returns the `u` that [`Cdf::locate`] maps to entry `i` and fraction `t`.
     pub(super) fn unlocate(&self, i: usize, t: f64) -> f64 {
         self.cumulative[i] + t * self.probability(i)
     }

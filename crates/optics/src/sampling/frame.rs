@@ -9,13 +9,13 @@ pub struct Frame {
     pub s: DVec3,
     /// Second tangent.
     pub t: DVec3,
-    /// The direction that the frame was built from.
+    /// Direction from which the frame was built.
     pub n: DVec3,
 }
 
 impl Frame {
-    /// Frame around a unit vector, without branches (Duff et al., "Building an Orthonormal Basis,
-    /// Revisited", JCGT 6(1), 2017). The tangents jump where n.z changes sign.
+    /// Creates a frame around a unit vector, without branches (Duff et al., "Building an
+    /// Orthonormal Basis, Revisited", JCGT 6(1), 2017). The tangents jump where n.z changes sign.
     pub fn from_normal(n: DVec3) -> Self {
         let sign = 1f64.copysign(n.z);
         let a = -1.0 / (sign + n.z);
@@ -27,8 +27,8 @@ impl Frame {
         }
     }
 
-    /// Frame around a unit vector, the first vector of which follows `along` without its part along `n`; that of
-    /// [`Frame::from_normal`] if nothing is left.
+    /// Creates a frame around a unit vector. Its first tangent follows the component of `along`
+    /// perpendicular to `n`. If this component is zero, returns [`Frame::from_normal`].
     pub fn along(n: DVec3, along: DVec3) -> Self {
         match along.reject_from_normalized(n).try_normalize() {
             Some(s) => Frame {
@@ -40,12 +40,12 @@ impl Frame {
         }
     }
 
-    /// World to local coordinates.
+    /// Converts world to local coordinates.
     pub fn to_local(&self, v: DVec3) -> DVec3 {
         DVec3::new(self.s.dot(v), self.t.dot(v), self.n.dot(v))
     }
 
-    /// Local to world coordinates.
+    /// Converts local to world coordinates.
     pub fn to_world(&self, v: DVec3) -> DVec3 {
         v.x * self.s + v.y * self.t + v.z * self.n
     }

@@ -3,21 +3,22 @@
 use super::cdf::Cdf;
 use super::{DistributionError, check_values};
 
-/// Density proportional to the cells of an image, for example the luminance of an environment map
-/// times the solid angle of its pixels. x runs along a row, y over the rows.
+/// Density proportional to the values of the cells of an image, for example the luminance of an
+/// environment map times the solid angle of its pixels. x runs along a row, y over the rows.
 #[derive(Clone, Debug)]
 pub struct Grid2 {
     rows: Cdf,
-    /// One per row; none where the row is zero, as it is then never picked.
+    /// Distribution along each row; `None` for rows of zeros, which are never sampled.
     columns: Vec<Option<Cdf>>,
     width: usize,
 }
 
 impl Grid2 {
-    /// `values` holds `height` rows of `width` cells, finite, ≥ 0 and not all zero.
+    /// Creates the density from `height` rows of `width` cells, finite, ≥ 0 and not all zero.
     ///
     /// # Errors
-    /// No cells; values that are not as many, negative, not finite, all zero, or too large to be added.
+    /// Fails if there are no cells, if the number of values does not match, if a value is negative
+    /// or not finite, or if the values are all zero or too large to be added.
     pub fn new(width: usize, height: usize, values: &[f64]) -> Result<Self, DistributionError> {
         if width == 0 || height == 0 {
             return Err(DistributionError::Empty);
@@ -45,7 +46,7 @@ impl Grid2 {
         })
     }
 
-    /// Position in [0, 1)² and its density.
+    /// Samples a position in [0, 1)². Returns it with its density.
     pub fn sample(&self, u: [f64; 2]) -> ([f64; 2], f64) {
         let PickedCell {
             cell: [i, j],
@@ -59,7 +60,7 @@ impl Grid2 {
         (point, self.cell_density([i, j]))
     }
 
-    /// A cell in proportion to its value.
+    /// Samples a cell with probability proportional to its value.
     pub(crate) fn pick(&self, u: [f64; 2]) -> PickedCell {
         let (j, ty) = self.rows.locate(u[1]);
         let Some(columns) = &self.columns[j] else {
@@ -72,7 +73,7 @@ impl Grid2 {
         }
     }
 
-    /// The `u` of a position in [0, 1]²; 0 along x in rows without weight.
+    /// Returns the `u` of a position in [0, 1]²; 0 along x in rows without weight.
     pub fn inverse(&self, p: [f64; 2]) -> [f64; 2] {
         let (i, tx) = split(p[0], self.width);
         let (j, ty) = split(p[1], self.rows.len());
@@ -80,7 +81,7 @@ impl Grid2 {
         [along, self.rows.unlocate(j, ty)]
     }
 
-    /// Normalised density over the unit square; 0 outside.
+    /// Returns the normalised density over the unit square; 0 outside.
     pub fn pdf(&self, p: [f64; 2]) -> f64 {
         if !p.iter().all(|c| (0.0..=1.0).contains(c)) {
             return 0.0;
@@ -88,12 +89,12 @@ impl Grid2 {
         self.cell_density([split(p[0], self.width).0, split(p[1], self.rows.len()).0])
     }
 
-    /// Mean of the values: their integral over the unit square.
+    /// Returns the mean of the values: their integral over the unit square.
     pub fn integral(&self) -> f64 {
         self.rows.total() / (self.width * self.rows.len()) as f64
     }
 
-    /// Probability of the cell in column `i` and row `j`.
+    /// Returns the probability of the cell in column `i` and row `j`.
     pub(crate) fn probability(&self, [i, j]: [usize; 2]) -> f64 {
         let across = self.columns[j].as_ref().map_or(0.0, |c| c.probability(i));
         across * self.rows.probability(j)
@@ -104,15 +105,15 @@ impl Grid2 {
     }
 }
 
-/// A cell that was drawn, and what is left of the random numbers.
+/// Sampled cell, and the remaining random numbers.
 pub(crate) struct PickedCell {
-    /// Column and row.
+    /// Column and row of the cell.
     pub cell: [usize; 2],
-    /// Uniform in [0, 1)².
+    /// Remaining random numbers, uniform in [0, 1)².
     pub within: [f64; 2],
 }
 
-/// Cell of [0, 1] cut into `n`, and where in it.
+/// Divides [0, 1] into `n` cells. Returns the cell that contains `x`, and the position in it.
 fn split(x: f64, n: usize) -> (usize, f64) {
     let scaled = x.clamp(0.0, 1.0) * n as f64;
     let i = (scaled as usize).min(n - 1);

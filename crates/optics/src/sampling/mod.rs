@@ -1,8 +1,8 @@
-//! Sampling routines: each is a triple of sample, inverse (where it exists) and pdf.
+//! Sampling routines. Each consists of a sample, its inverse (where it exists) and a pdf.
 //!
 //! Random numbers `u` lie in [0, 1). `x_sample` maps them to the sample, `x_inverse` maps a sample
-//! back to them, `x_pdf` is the density. Directions are unit vectors with z along the axis of the
-//! distribution; [`Frame`] turns them into the world.
+//! back to them, and `x_pdf` is the density. Directions are unit vectors with z along the axis of
+//! the distribution; [`Frame`] maps them to the world.
 
 pub mod bilinear;
 mod cdf;
@@ -32,32 +32,33 @@ pub use trilinear::TrilinearCell;
 
 use eikonal::Shown;
 
-/// Steps of Roberts' R₂ sequence along both axes: its points k · step modulo 1 are spread evenly over the unit square.
+/// Steps of Roberts' R₂ sequence along both axes. Its points k · step modulo 1 are evenly
+/// distributed over the unit square.
 pub const R2_STEPS: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
 
-/// Returns the first `count` points of the R₂ sequence from the middle of the unit square.
+/// Returns the first `count` points of the R₂ sequence, starting at the middle of the unit square.
 pub fn evenly_spread(count: usize) -> impl Iterator<Item = [f64; 2]> {
     (0..count).map(|k| R2_STEPS.map(|step| (0.5 + k as f64 * step).fract()))
 }
 
-/// Why a tabulated distribution cannot be built.
+/// Reason why a tabulated distribution cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DistributionError {
-    /// Wrong number of values for the bins or nodes.
+    /// The number of values does not match the bins or nodes.
     #[error("expected {expected} values, got {got}")]
     Length {
-        /// Number of values that the edges, nodes or size ask for.
+        /// Number of values that the edges, nodes or size require.
         expected: usize,
         /// Number of values given.
         got: usize,
     },
-    /// No bin at all.
+    /// There are no bins.
     #[error("expected at least one bin")]
     Empty,
     /// A value is negative or not finite.
     #[error("expected finite values ≥ 0, got {} at index {index}", Shown(*value))]
     Value {
-        /// Position of the value.
+        /// Index of the value.
         index: usize,
         /// The value.
         value: f64,
@@ -65,7 +66,7 @@ pub enum DistributionError {
     /// Edges or nodes do not increase, or are not finite.
     #[error("expected finite, strictly increasing positions, but index {index} breaks the order")]
     Order {
-        /// Position of the first edge that is out of order.
+        /// Index of the first edge or node that is out of order.
         index: usize,
     },
     /// All values are zero, or their sum overflows.

@@ -11,11 +11,13 @@ pub struct PiecewiseConstant {
 }
 
 impl PiecewiseConstant {
-    /// `edges` are finite and strictly increasing, one more than `values`, which are finite, ≥ 0 and
-    /// not all zero.
+    /// Creates the density. `edges` are finite and strictly increasing, one more than `values`. The
+    /// values are finite, ≥ 0 and not all zero.
     ///
     /// # Errors
-    /// Edges that are fewer than two, not finite, or do not increase; values that are not as many as bins, negative, not finite, all zero, or too large to be added.
+    /// Fails if there are fewer than two edges, if edges are not finite or do not increase, if the
+    /// number of values does not match the bins, if a value is negative or not finite, or if the
+    /// values are all zero or too large to be added.
     pub fn new(edges: Vec<f64>, values: &[f64]) -> Result<Self, DistributionError> {
         check_positions(&edges)?;
         if values.len() + 1 != edges.len() {
@@ -29,14 +31,14 @@ impl PiecewiseConstant {
         Ok(PiecewiseConstant { edges, cdf })
     }
 
-    /// Position and its density.
+    /// Samples a position. Returns it with its density.
     pub fn sample(&self, u: f64) -> (f64, f64) {
         let (i, t) = self.cdf.locate(u);
         let (a, b) = (self.edges[i], self.edges[i + 1]);
         (a + t * (b - a), self.cdf.probability(i) / (b - a))
     }
 
-    /// The `u` of a position; positions outside map to 0 or 1.
+    /// Returns the `u` of a position; positions outside map to 0 or 1.
     pub fn inverse(&self, x: f64) -> f64 {
         match self.interval(x) {
             Some(i) => {
@@ -48,14 +50,14 @@ impl PiecewiseConstant {
         }
     }
 
-    /// Normalised density; 0 outside.
+    /// Returns the normalised density; 0 outside.
     pub fn pdf(&self, x: f64) -> f64 {
         self.interval(x).map_or(0.0, |i| {
             self.cdf.probability(i) / (self.edges[i + 1] - self.edges[i])
         })
     }
 
-    /// Integral of the values before normalisation.
+    /// Returns the integral of the values before normalisation.
     pub fn integral(&self) -> f64 {
         self.cdf.total()
     }

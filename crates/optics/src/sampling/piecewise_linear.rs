@@ -13,11 +13,13 @@ pub struct PiecewiseLinear {
 }
 
 impl PiecewiseLinear {
-    /// `nodes` are finite and strictly increasing (two or more), `values` as many, finite, ≥ 0 and not
-    /// all zero.
+    /// Creates the density. `nodes` (two or more) are finite and strictly increasing. There is one
+    /// value per node, finite, ≥ 0 and not all zero.
     ///
     /// # Errors
-    /// Nodes that are fewer than two, not finite, or do not increase; values that are not as many, negative, not finite, all zero, or too large to be added.
+    /// Fails if there are fewer than two nodes, if nodes are not finite or do not increase, if the
+    /// number of values does not match the nodes, if a value is negative or not finite, or if the
+    /// values are all zero or too large to be added.
     pub fn new(nodes: Vec<f64>, values: &[f64]) -> Result<Self, DistributionError> {
         check_positions(&nodes)?;
         if values.len() != nodes.len() {
@@ -40,12 +42,12 @@ impl PiecewiseLinear {
         })
     }
 
-    /// Position and its density.
+    /// Samples a position. Returns it with its density.
     pub fn sample(&self, u: f64) -> (f64, f64) {
         let (i, r) = self.cdf.locate(u);
         let (f0, f1) = (self.density[i], self.density[i + 1]);
-        // Root of f0 t + (f1 − f0) t²/2 = r (f0 + f1)/2, in the form that does not cancel; f² is
-        // linear in r, so the root's denominator is f0 plus the density at the sample.
+        // Solve f0 t + (f1 − f0) t²/2 = r (f0 + f1)/2, in the form without cancellation. f² is
+        // linear in r, so the denominator of the root is f0 plus the density at the sample.
         let f = (f0 * f0 + r * (f1 * f1 - f0 * f0)).max(0.0).sqrt();
         let t = if r > 0.0 {
             (r * (f0 + f1) / (f0 + f)).min(1.0)
@@ -55,7 +57,7 @@ impl PiecewiseLinear {
         (self.nodes[i] + t * (self.nodes[i + 1] - self.nodes[i]), f)
     }
 
-    /// The `u` of a position; positions outside map to 0 or 1.
+    /// Returns the `u` of a position; positions outside map to 0 or 1.
     pub fn inverse(&self, x: f64) -> f64 {
         match self.interval(x) {
             Some((i, t)) => {
@@ -73,19 +75,19 @@ impl PiecewiseLinear {
         }
     }
 
-    /// Normalised density; 0 outside.
+    /// Returns the normalised density; 0 outside.
     pub fn pdf(&self, x: f64) -> f64 {
         self.interval(x).map_or(0.0, |(i, t)| {
             (1.0 - t) * self.density[i] + t * self.density[i + 1]
         })
     }
 
-    /// Integral of the interpolant before normalisation.
+    /// Returns the integral of the interpolant before normalisation.
     pub fn integral(&self) -> f64 {
         self.cdf.total()
     }
 
-    /// Mean position ∫x·pdf(x)dx.
+    /// Returns the mean position ∫x·pdf(x)dx.
     pub fn mean(&self) -> f64 {
         self.nodes
             .windows(2)
@@ -97,12 +99,12 @@ impl PiecewiseLinear {
             .sum()
     }
 
-    /// Bytes of nodes and densities.
+    /// Returns the memory of the table in bytes.
     pub(crate) fn memory(&self) -> usize {
         size_of_val(&*self.nodes) + size_of_val(&*self.density) + self.cdf.memory()
     }
 
-    /// Interval that holds `x`, and where in it, in [0, 1].
+    /// Returns the interval that contains `x`, and the position in it, in [0, 1].
     pub(crate) fn interval(&self, x: f64) -> Option<(usize, f64)> {
         let last = self.nodes.len() - 1;
         if !(self.nodes[0]..=self.nodes[last]).contains(&x) {

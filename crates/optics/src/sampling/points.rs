@@ -1,42 +1,45 @@
-//! Points that fill the unit cube more evenly than chance: digital nets, scrambled as by Owen (1997).
+//! Points that fill the unit cube more evenly than independent random points: digital nets with
+//! Owen scrambling (1997).
 //!
-//! The points of a replicate are the samples of one pixel. Each is uniform in the cube, so means over a replicate are
-//! unbiased; together they are spread evenly, so the variance of a replicate's mean is less than that of as many
-//! independent samples. Replicates are scrambled independently: a replicate's mean is one independent sample, and the
-//! only thing of which a variance can be told.
+//! The points of a replicate are samples of one pixel. Each point is uniform in the cube, so means
+//! over a replicate are unbiased. Together they are evenly distributed, so the mean of a replicate
+//! has a smaller variance than the mean of equally many independent samples. Replicates are
+//! scrambled independently. Hence the mean of a replicate is one independent sample, and variances
+//! are estimated only from means of replicates.
 //!
 //! Theory: docs/theory.md#randomised-qmc-replicates.
 
 use super::sampler::mix;
 use serde::{Deserialize, Serialize};
 
-/// How the samples of a pixel belong together.
+/// Grouping of the samples of a pixel into replicates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Replicates {
-    /// Each is independent of all others.
+    /// Each sample is independent of all others.
     #[default]
     Single,
-    /// Eight are spread evenly: few enough to leave a render of 64 samples with eight means to tell its error from
-    /// (docs/performance.md).
+    /// Replicates of eight evenly distributed samples. A render of 64 samples still has eight means
+    /// from which to estimate its error (docs/performance.md).
     OfEight,
-    /// Sixty-four are: they gain more where images are smooth, for renders of many samples.
+    /// Replicates of 64 evenly distributed samples. They gain more where images are smooth, and
+    /// suit renders of many samples.
     OfSixtyFour,
 }
 
 impl Replicates {
-    /// All kinds.
+    /// All variants.
     pub const ALL: [Replicates; 3] = [
         Replicates::Single,
         Replicates::OfEight,
         Replicates::OfSixtyFour,
     ];
 
-    /// Name, as command lines use it.
+    /// Returns the name used on command lines.
     pub fn name(self) -> &'static str {
         ["independent", "ldsampler", "ldsampler:64"][self as usize]
     }
 
-    /// Samples in a replicate, a power of two.
+    /// Returns the number of samples in a replicate, a power of two.
     pub fn size(self) -> u64 {
         match self {
             Replicates::Single => 1,
@@ -45,67 +48,72 @@ impl Replicates {
         }
     }
 
-    /// The least number of samples, at least `samples`, that are whole replicates.
+    /// Returns the smallest multiple of the replicate size that is at least `samples`.
     pub fn whole(self, samples: u64) -> u64 {
         samples.div_ceil(self.size()).saturating_mul(self.size())
     }
 }
 
-/// What a number is for: the first of its dimensions among those of an edge. Four neighbours are spread evenly
-/// together (`GROUP`), so those that act together are neighbours.
+/// Purpose of a random number. Its value is the first of its dimensions among the dimensions of an
+/// edge. Each group of four consecutive dimensions is evenly distributed jointly (`GROUP`), so
+/// dimensions that act together are adjacent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
-    /// Two: the direction in which an edge starts; of the first edge, the place in the pixel.
+    /// Direction in which an edge starts; for the first edge, the position in the pixel. Two
+    /// dimensions.
     Direction = 0,
-    /// How far it goes.
+    /// Length of the edge.
     Distance = 2,
-    /// The distance of a point around an emitter along it.
+    /// Distance along the edge of a point around an emitter.
     Around = 3,
-    /// Two: the place on the emitter to which its end is connected.
+    /// Position on the emitter to which the end of the edge is connected. Two dimensions.
     ConnectionEnd = 4,
-    /// That emitter.
+    /// Choice of the emitter to which the end of the edge is connected.
     Emitter = 6,
-    /// The lobe of the surface at which an edge starts.
+    /// Lobe of the surface at which an edge starts.
     Lobe = 7,
-    /// Two: the place on the emitter to which the point around it is connected.
+    /// Position on the emitter to which the point around it is connected. Two dimensions.
     AroundAim = 8,
-    /// That emitter.
+    /// Choice of the emitter to which the point around it is connected.
     AroundEmitter = 10,
-    /// Whether an edge starts towards an emitter.
+    /// Decision to start an edge towards an emitter.
     Attraction = 11,
-    /// The channel whose extinction is sampled.
+    /// Channel whose extinction is sampled.
     Channel = 12,
-    /// Whether the path goes on, after the edge was chosen.
+    /// Decision to continue the path, after the edge was chosen.
     Roulette = 13,
-    /// Two: the place on the lens; of the first edge.
+    /// Position on the lens, for the first edge. Two dimensions.
     Lens = 14,
-    /// Four: whether it is reflected or refracted at the first smooth surfaces on its way.
+    /// Choices between reflection and refraction at the first smooth surfaces along the edge. Four
+    /// dimensions.
     Specular = 16,
 }
 
-/// Specular events of an edge with dimensions of their own.
+/// Number of specular events of an edge with dimensions of their own.
 pub(super) const SPECULAR_EVENTS: u32 = 4;
 
-/// Bits of a random number.
+/// Number of bits of a random number.
 pub(super) const BITS: u32 = 53;
-/// Dimensions of an edge.
+/// Number of dimensions of an edge.
 const DIMENSIONS: u32 = Purpose::Specular as u32 + SPECULAR_EVENTS;
-/// Edges with points: later ones have lost the memory of the first.
+/// Number of edges with evenly distributed points. Later edges depend too little on the first ones.
 const EDGES: u32 = 4;
-/// Dimensions that are spread evenly together. Groups take the points of a replicate in orders of their own: of so few
-/// points, those in more dimensions would depend on one another.
+/// Number of dimensions that are evenly distributed jointly. Groups take the points of a replicate
+/// in different orders. With so few points, more dimensions would depend on one another.
 const GROUP: u32 = 4;
 
-/// N points by their leading binary digits.
+/// Net of N points, given by their leading binary digits.
 struct Net<const N: usize> {
-    /// The digits, by dimension of a group.
+    /// Digits, by dimension of a group.
     points: [[u8; N]; GROUP as usize],
-    /// The powers of a generator of the field of N elements, as polynomials over that of two; the last is the first again.
+    /// Powers of a generator of the field of N elements, as polynomials over the field of two
+    /// elements. The last power equals the first.
     powers: [u8; N],
 }
 
-/// A (0, 3, 3)-net in base 2 (Sobol' 1967), so that any division of the cube of the first three into eight boxes with sides
-/// that are powers of two has a point in each box. No net has a fourth dimension; this one misses as few divisions as can be.
+/// A (0, 3, 3)-net in base 2 (Sobol' 1967). Any division of the cube of the first three dimensions
+/// into eight boxes with sides that are powers of two has a point in each box. No net has a fourth
+/// dimension; this one misses as few divisions as possible.
 static OF_EIGHT: Net<8> = Net {
     points: [
         [0, 1, 2, 3, 4, 5, 6, 7],
@@ -116,7 +124,8 @@ static OF_EIGHT: Net<8> = Net {
     powers: powers(0b1011),
 };
 
-/// A (0, 6, 3)-net, likewise, and a fourth dimension: the numbers of points and the first three dimensions of Sobol's sequence.
+/// A (0, 6, 3)-net in base 2, with a fourth dimension: the indices of points and the first three
+/// dimensions of Sobol's sequence.
 static OF_SIXTY_FOUR: Net<64> = Net {
     points: [
         sobol([1, 2, 4, 8, 16, 32]),
@@ -127,7 +136,8 @@ static OF_SIXTY_FOUR: Net<64> = Net {
     powers: powers(0b100_0011),
 };
 
-/// The digits of 64 points in one dimension, given what each binary digit of their numbers adds.
+/// Computes the digits of 64 points in one dimension. `directions` holds the contribution of each
+/// binary digit of the index.
 const fn sobol(directions: [u8; 6]) -> [u8; 64] {
     let mut points = [0; 64];
     let mut i = 0;
@@ -142,7 +152,7 @@ const fn sobol(directions: [u8; 6]) -> [u8; 64] {
     points
 }
 
-/// The powers of x modulo a primitive polynomial.
+/// Computes the powers of x modulo a primitive polynomial.
 const fn powers<const N: usize>(polynomial: usize) -> [u8; N] {
     let mut powers = [1; N];
     let mut i = 1;
@@ -157,8 +167,9 @@ const fn powers<const N: usize>(polynomial: usize) -> [u8; N] {
 impl<const N: usize> Net<N> {
     const DIGITS: u32 = N.ilog2();
 
-    /// The place of a point in a random order: i ↦ a i + b in the field of N elements, a ≠ 0. Any two points get any two
-    /// places with equal probability, which is all that variances know of an order.
+    /// Returns the position of a point in a random order: i ↦ a i + b in the field of N elements, a
+    /// ≠ 0. Any two points get any two positions with equal probability. Variances depend on
+    /// nothing else.
     fn place(&self, index: u32, random: u32) -> usize {
         let n = N as u32;
         let (shift, factor) = (random % n, random / n);
@@ -169,10 +180,10 @@ impl<const N: usize> Net<N> {
         (product ^ shift) as usize
     }
 
-    /// A number with the digits of a place, scrambled, in front of those that it has.
+    /// Returns `number` with the scrambled digits of a position inserted in front of its own bits.
     fn refined(&self, number: u64, dimension: usize, place: usize, random: u64) -> u64 {
         let digits = u64::from(self.points[dimension][place]);
-        // Each digit is flipped or not, as a bit says that belongs to the digits before it: nested scrambling.
+        // Flip each digit according to a bit selected by the digits before it (nested scrambling).
         let flips = (0..Self::DIGITS).fold(0, |flips, level| {
             let bit = (1 << level) - 1 + (digits >> (Self::DIGITS - level));
             flips << 1 | random >> bit & 1
@@ -181,19 +192,20 @@ impl<const N: usize> Net<N> {
     }
 }
 
-/// A point of a replicate.
+/// Point of a replicate.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Points {
-    /// Its number in the replicate.
+    /// Index in the replicate.
     pub index: u32,
     /// Random key of the replicate.
     pub key: u64,
-    /// The kind of replicate.
+    /// Kind of replicate.
     pub replicates: Replicates,
 }
 
 impl Points {
-    /// A number of [`BITS`] random bits for a dimension of an edge, with the point's leading digits where numbers are spread.
+    /// Refines a number of [`BITS`] random bits for a dimension of an edge. On the first edges, its
+    /// leading digits become the digits of the point.
     pub(super) fn refined(&self, number: u64, edge: u32, dimension: u32) -> u64 {
         if edge >= EDGES {
             return number;

@@ -4,22 +4,23 @@ use super::points::{BITS, Points, Purpose, Replicates, SPECULAR_EVENTS};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng as _;
 
-/// The random numbers of one path.
+/// Random numbers of one path.
 ///
-/// The address (seed, pixel, sample) is hashed into the generator's state and the dimension is the
-/// count of numbers drawn, so results do not depend on threads, tiles, shards or resumption. Numbers that
-/// are drawn for a [`Purpose`] are spread evenly over a replicate, if samples come in [`Replicates`].
+/// The address (seed, pixel, sample) is hashed into the state of the generator, and the dimension
+/// is the count of numbers drawn. Hence results do not depend on threads, tiles, shards or
+/// resumption. If samples come in [`Replicates`], numbers drawn for a [`Purpose`] are evenly
+/// distributed over a replicate.
 #[derive(Clone, Debug)]
 pub struct Sampler {
     random: Pcg64Mcg,
     points: Option<Points>,
-    /// Number of the edge of the path that is being sampled.
+    /// Index of the edge of the path that is being sampled.
     edge: u32,
 }
 
 impl Sampler {
-    /// Numbers of sample `sample` of pixel (or particle batch) `pixel`. Any values are fine:
-    /// neighbouring addresses give independent streams.
+    /// Creates the numbers of sample `sample` of pixel (or particle batch) `pixel`. All values are
+    /// valid. Neighbouring addresses give independent streams.
     #[inline]
     pub fn new(seed: u64, pixel: u64, sample: u64) -> Self {
         let address = [seed, pixel, sample];
@@ -32,8 +33,8 @@ impl Sampler {
         }
     }
 
-    /// The same with samples in replicates: those of a replicate share its points, which are independent of those of
-    /// other replicates.
+    /// Creates the numbers of a sample that belongs to a replicate. The samples of a replicate
+    /// share its points; points of different replicates are independent.
     #[inline]
     pub fn in_replicates(replicates: Replicates, [seed, pixel, sample]: [u64; 3]) -> Self {
         let (replicate, index) = (sample / replicates.size(), sample % replicates.size());
@@ -48,30 +49,31 @@ impl Sampler {
         }
     }
 
-    /// Uniform in [0, 1), a multiple of 2⁻⁵³.
+    /// Returns a number uniform in [0, 1), a multiple of 2⁻⁵³.
     #[inline]
     pub fn next_1d(&mut self) -> f64 {
         to_unit(self.bits())
     }
 
-    /// Two independent numbers.
+    /// Returns two independent numbers uniform in [0, 1).
     #[inline]
     pub fn next_2d(&mut self) -> [f64; 2] {
         [self.next_1d(), self.next_1d()]
     }
 
-    /// An exponential deviate of mean 1.
+    /// Returns an exponential deviate of mean 1.
     #[inline]
     pub fn next_exponential(&mut self) -> f64 {
         -(1.0 - self.next_1d()).ln()
     }
 
-    /// Cosine and sine of an angle that is uniform over the circle: a point in the unit disc, of as many as it takes, at half the angle.
+    /// Returns the cosine and sine of an angle uniform over the circle. Rejection sampling gives a
+    /// point in the unit disc; the result has twice its angle.
     #[inline]
     pub fn next_turn(&mut self) -> [f64; 2] {
         loop {
             let bits = self.random.next_u64();
-            // Odd multiples of 2⁻³² in (−1, 1).
+            // Map the bits to odd multiples of 2⁻³² in (−1, 1).
             let coordinate =
                 |bits: u32| (f64::from(bits.cast_signed()) + 0.5) * (1.0 / 2f64.powi(31));
             let [x, y] = [(bits >> 32) as u32, bits as u32].map(coordinate);
@@ -82,14 +84,16 @@ impl Sampler {
         }
     }
 
-    /// As [`Sampler::next_1d`], for a purpose at the current edge. To be drawn once.
+    /// Returns a number like [`Sampler::next_1d`] for a purpose at the current edge. Call it once
+    /// per purpose and edge.
     #[inline]
     pub fn next_1d_for(&mut self, purpose: Purpose) -> f64 {
         let bits = self.bits();
         to_unit(self.refined(bits, purpose as u32))
     }
 
-    /// As [`Sampler::next_2d`], for a purpose at the current edge. To be drawn once.
+    /// Returns numbers like [`Sampler::next_2d`] for a purpose at the current edge. Call it once
+    /// per purpose and edge.
     #[inline]
     pub fn next_2d_for(&mut self, purpose: Purpose) -> [f64; 2] {
         [0, 1].map(|i| {
@@ -98,8 +102,8 @@ impl Sampler {
         })
     }
 
-    /// As [`Sampler::next_1d`], for the choice between reflection and refraction after so many specular events on the current edge. To be
-    /// drawn once for each.
+    /// Returns a number like [`Sampler::next_1d`] for the choice between reflection and refraction,
+    /// after `events` specular events on the current edge. Call it once per event.
     #[inline]
     pub fn next_specular(&mut self, events: u32) -> f64 {
         let bits = self.bits();
@@ -112,8 +116,9 @@ impl Sampler {
         })
     }
 
-    /// Numbers for the choice of an emitter to which the end of the current edge is connected, and of the place on it. Of several such
-    /// connections the first has those of the replicate: they are not to share them.
+    /// Returns random numbers for the choice of an emitter to which the end of the current edge is
+    /// connected, and of the position on it. If there are several connections, only the first uses
+    /// the numbers of the replicate, so that connections share none.
     #[inline]
     pub fn next_end(&mut self, connection: usize) -> (f64, [f64; 2]) {
         match connection {
@@ -125,8 +130,9 @@ impl Sampler {
         }
     }
 
-    /// What `draw` returns, with numbers that are independent of those of the other samples of the replicate: for subpaths from emitters,
-    /// whose edges would otherwise have the points of the sensor's.
+    /// Runs `draw` with numbers that are independent of the other samples of the replicate.
+    /// Subpaths from emitters use it, because their edges would otherwise share the points of the
+    /// sensor subpath.
     #[inline]
     pub fn apart<T>(&mut self, draw: impl FnOnce(&mut Self) -> T) -> T {
         let (points, edge) = (self.points.take(), self.edge);
@@ -135,31 +141,31 @@ impl Sampler {
         drawn
     }
 
-    /// From here on numbers are independent of those of the other samples of the replicate.
+    /// Makes all further numbers independent of the other samples of the replicate.
     #[inline]
     pub fn leave_replicate(&mut self) {
         self.points = None;
     }
 
-    /// From here on numbers are for that edge of the path.
+    /// Assigns all further numbers to the edge with index `edge` of the path.
     #[inline]
     pub fn at_edge(&mut self, edge: usize) {
         self.edge = u32::try_from(edge).unwrap_or(u32::MAX);
     }
 
-    /// From here on numbers are for the next edge of the path.
+    /// Assigns all further numbers to the next edge of the path.
     #[inline]
     pub fn next_edge(&mut self) {
         self.edge = self.edge.saturating_add(1);
     }
 
-    /// The random bits of a number.
+    /// Returns the random bits of a number.
     #[inline]
     fn bits(&mut self) -> u64 {
         self.random.next_u64() >> (64 - BITS)
     }
 
-    /// With the leading digits of the replicate's point, if there is one; the others stay.
+    /// Replaces the leading digits by digits of the point of the replicate, if there is one.
     #[inline]
     fn refined(&self, bits: u64, dimension: u32) -> u64 {
         let refined = |points: &Points| points.refined(bits, self.edge, dimension);
@@ -171,21 +177,22 @@ fn to_unit(bits: u64) -> f64 {
     bits as f64 * (1.0 / (1u64 << BITS) as f64)
 }
 
-/// Hash of the address, one bijective mixing round per word. The keys of the two halves, and that of replicates, are
-/// digits of π.
+/// Hashes the address, with one bijective mixing round per word. The keys of the two halves and the
+/// key of replicates are digits of π.
 fn hash(key: u64, address: [u64; 3]) -> u64 {
     address
         .into_iter()
         .fold(key, |h, word| mix(h ^ word).wrapping_add(key))
 }
 
-/// Whether a number is among a share 2^−`halvings` of all, evenly spread and each within those of fewer halvings.
+/// True if `number` belongs to a fraction 2^−`halvings` of all numbers. The fraction is evenly
+/// distributed, and contains the fractions of more halvings.
 pub fn is_among(number: u64, halvings: u32) -> bool {
     mix(number).leading_zeros() >= halvings
 }
 
-/// SplitMix64's increment and finaliser (Steele, Lea and Flood 2014; Stafford's variant 13): a
-/// bijection in which each input bit flips each output bit with probability close to one half.
+/// Applies SplitMix64's increment and finaliser (Steele, Lea and Flood 2014; Stafford's variant
+/// 13), a bijection. Each input bit flips each output bit with probability close to one half.
 pub(super) fn mix(x: u64) -> u64 {
     let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -4,34 +4,34 @@ use super::disc::{uniform_disc_inverse, uniform_disc_sample};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_1_PI, PI, TAU};
 
-/// Unit vector uniform over the sphere.
+/// Samples a unit vector uniform over the sphere.
 pub fn uniform_sphere_sample(u: [f64; 2]) -> DVec3 {
     uniform_cone_sample(2.0, u)
 }
 
-/// The `u` of a unit vector.
+/// Returns the `u` of a unit vector.
 pub fn uniform_sphere_inverse(d: DVec3) -> [f64; 2] {
     uniform_cone_inverse(2.0, d)
 }
 
-/// 1/(4π) per steradian.
+/// Returns the density 1/(4π) per steradian.
 pub fn uniform_sphere_pdf() -> f64 {
     0.25 / PI
 }
 
-/// Unit vector uniform over the cone around +z whose cap has the given height.
+/// Samples a unit vector uniform over the cone around +z whose cap has the given height.
 ///
-/// `height` = 1 − cosθ_max in (0, 2] rather than the cosine, so that narrow cones keep their digits:
-/// for an angle θ_max pass 2 sin²(θ_max/2).
+/// `height` = 1 − cosθ_max is in (0, 2]. It replaces the cosine so that narrow cones keep their
+/// digits. For an angle θ_max, pass 2 sin²(θ_max/2).
 pub fn uniform_cone_sample(height: f64, u: [f64; 2]) -> DVec3 {
     let w = height * u[0];
     let sin = (w * (2.0 - w)).sqrt();
     (sin * DVec2::from_angle(TAU * u[1])).extend(1.0 - w)
 }
 
-/// The `u` of a unit vector in the cone.
+/// Returns the `u` of a unit vector in the cone.
 pub fn uniform_cone_inverse(height: f64, d: DVec3) -> [f64; 2] {
-    // 1 − z = (x² + y²)/(1 + z) without cancellation in the upper hemisphere.
+    // Use 1 − z = (x² + y²)/(1 + z) in the upper hemisphere to avoid cancellation.
     let w = if d.z > 0.0 {
         d.truncate().length_squared() / (1.0 + d.z)
     } else {
@@ -41,7 +41,7 @@ pub fn uniform_cone_inverse(height: f64, d: DVec3) -> [f64; 2] {
     [w / height, if turn < 0.0 { turn + 1.0 } else { turn }]
 }
 
-/// 1/(2π·height) per steradian inside the cone, 0 outside.
+/// Returns the density per steradian: 1/(2π·height) inside the cone, 0 outside.
 pub fn uniform_cone_pdf(height: f64, d: DVec3) -> f64 {
     if 1.0 - d.z <= height {
         1.0 / (TAU * height)
@@ -50,18 +50,18 @@ pub fn uniform_cone_pdf(height: f64, d: DVec3) -> f64 {
     }
 }
 
-/// Unit vector with density cosθ/π over the upper hemisphere (Malley's method).
+/// Samples a unit vector with density cosθ/π over the upper hemisphere (Malley's method).
 pub fn cosine_hemisphere_sample(u: [f64; 2]) -> DVec3 {
     let p = uniform_disc_sample(u);
     p.extend((1.0 - p.length_squared()).max(0.0).sqrt())
 }
 
-/// The `u` of a unit vector of the upper hemisphere.
+/// Returns the `u` of a unit vector of the upper hemisphere.
 pub fn cosine_hemisphere_inverse(d: DVec3) -> [f64; 2] {
     uniform_disc_inverse(d.truncate())
 }
 
-/// cosθ/π per steradian, 0 below the horizon.
+/// Returns the density cosθ/π per steradian; 0 below the horizon.
 pub fn cosine_hemisphere_pdf(d: DVec3) -> f64 {
     d.z.max(0.0) * FRAC_1_PI
 }
