@@ -1,12 +1,12 @@
-//! Images over texture coordinates, in Mitsuba's convention: (0, 0) is the corner of the first pixel, u runs
-//! along a row and v over the rows.
+//! Images over texture coordinates, in Mitsuba's convention. (0, 0) is the corner of the first
+//! pixel, u runs along a row and v over the rows.
 
 use super::TextureError;
 use crate::Spectrum;
 use crate::shape::Site;
 use glam::{DAffine2, DVec2};
 
-/// What is between the centres of pixels.
+/// Interpolation between the centres of pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BitmapFilter {
     /// Linear in both directions.
@@ -15,19 +15,19 @@ pub enum BitmapFilter {
     Nearest,
 }
 
-/// What is outside of the unit square.
+/// Continuation outside the unit square.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wrap {
-    /// The image again.
+    /// Repeats the image.
     Repeat,
-    /// The image again, every other time mirrored.
+    /// Repeats the image, with every other copy mirrored.
     Mirror,
-    /// The pixels at its edge.
+    /// Repeats the pixels at the edge.
     Clamp,
 }
 
 impl Wrap {
-    /// The pixel that stands for number `i` along an axis of `n`.
+    /// Returns the pixel that represents index `i` along an axis of `n` pixels.
     pub(crate) fn index(self, i: i64, n: i64) -> usize {
         let i = match self {
             Wrap::Repeat => i.rem_euclid(n),
@@ -41,14 +41,15 @@ impl Wrap {
     }
 }
 
-/// Coordinates beyond this have lost all digits of a position in the image.
+/// Largest absolute coordinate. Beyond it, coordinates have no digits left for a position in the
+/// image.
 const FARTHEST: f64 = 1e15;
 
-/// An image.
+/// Image over texture coordinates.
 #[derive(Clone, Debug)]
 pub struct Bitmap {
     size: [usize; 2],
-    /// Channels of a pixel: one, which stands for all, or those that travel together.
+    /// Number of channels of a pixel: one, which stands for all spectral channels, or several.
     channels: usize,
     data: Vec<f32>,
     filter: BitmapFilter,
@@ -57,11 +58,13 @@ pub struct Bitmap {
 }
 
 impl Bitmap {
-    /// An image of `size` (width, height), pixels row by row, each of `channels` channels; one channel stands
-    /// for all. `to_uv` is applied to texture coordinates before the image is looked up.
+    /// Creates an image of `size` (width, height), with pixels row by row, each of `channels`
+    /// channels. A single channel stands for all. `to_uv` is applied to texture coordinates before
+    /// the lookup.
     ///
     /// # Errors
-    /// No pixels, or no channels or too many; values that are not as many as the pixels have, or not finite.
+    /// Fails if there are no pixels, no channels or too many, if the number of values does not
+    /// match, or if a value is not finite.
     pub fn new(
         size: [usize; 2],
         channels: usize,
@@ -91,7 +94,8 @@ impl Bitmap {
         })
     }
 
-    /// Coordinates that are whole numbers on the lines between which the image is bilinear.
+    /// Returns the map to coordinates that are integers on the lines between which the image is
+    /// bilinear.
     pub(super) fn cells(&self) -> DAffine2 {
         let [x, y] = self.size.map(|n| n as f64);
         let pixels = DAffine2::from_scale(DVec2::new(x, y)) * self.to_uv;
@@ -101,13 +105,14 @@ impl Bitmap {
         }
     }
 
-    /// The derivatives of the first channel with respect to texture coordinates; zero if it is not interpolated
-    /// (docs/theory.md#bump-and-normal-maps).
+    /// Returns the derivatives of the first channel with respect to texture coordinates; zero
+    /// without interpolation (docs/theory.md#bump-and-normal-maps).
     pub(super) fn gradient(&self, site: &Site) -> DVec2 {
         self.gradient_of(site, |pixel| pixel[0])
     }
 
-    /// The same of a linear function of the channels.
+    /// Returns the derivatives of a linear function of the channels with respect to texture
+    /// coordinates.
     pub fn gradient_of(&self, site: &Site, of: impl Fn(Spectrum) -> f64) -> DVec2 {
         if self.filter == BitmapFilter::Nearest {
             return DVec2::ZERO;
@@ -129,7 +134,7 @@ impl Bitmap {
         self.to_uv.matrix2.transpose() * (in_pixels * DVec2::new(x, y))
     }
 
-    /// A point in pixels, from the corner of the first.
+    /// Returns a point in pixels, relative to the corner of the first pixel.
     fn place(&self, site: &Site) -> DVec2 {
         let uv = self.to_uv.transform_point2(site.uv.get().into());
         let p = uv * DVec2::new(self.size[0] as f64, self.size[1] as f64);
@@ -145,18 +150,18 @@ impl Bitmap {
         }
     }
 
-    /// Whether it has no jumps.
+    /// True if the image has no jumps.
     pub fn is_continuous(&self) -> bool {
         self.filter == BitmapFilter::Bilinear
     }
 
-    /// Width and height.
+    /// Returns width and height.
     pub(crate) fn size(&self) -> [usize; 2] {
         self.size
     }
 
-    /// Calls `see` with each pixel that counts in the value at a point, and its weight: the value is the sum of weights times pixels. A pixel may come
-    /// several times.
+    /// Calls `see` with each pixel that contributes to the value at a point, and its weight. The
+    /// value is the sum of weights times pixels. A pixel may be reported several times.
     pub(crate) fn weights(&self, site: &Site, mut see: impl FnMut(usize, f64)) {
         let p = self.place(site);
         if self.filter == BitmapFilter::Nearest {
@@ -174,7 +179,8 @@ impl Bitmap {
         }
     }
 
-    /// Linear between the four pixels around a point, whose coordinates count from a pixel's centre.
+    /// Interpolates between the four pixels around a point, whose coordinates are relative to the
+    /// centre of a pixel.
     fn between(&self, p: DVec2) -> Spectrum {
         let (low, t) = (p.floor(), p - p.floor());
         let row = |low: DVec2| self.pixel(low) * (1.0 - t.x) + self.pixel(low + DVec2::X) * t.x;
@@ -186,19 +192,19 @@ impl Bitmap {
         spectrum(&self.data[first..first + self.channels])
     }
 
-    /// The number of the pixel at a corner.
+    /// Returns the index of the pixel at a corner.
     fn pixel_at(&self, corner: DVec2) -> usize {
         let [x, y] = [0, 1].map(|k| self.wrap.index(corner[k] as i64, self.size[k] as i64));
         y * self.size[0] + x
     }
 
-    /// The values of all pixels.
+    /// Returns the values of all pixels.
     pub(super) fn values(&self) -> impl Iterator<Item = Spectrum> + '_ {
         self.data.chunks_exact(self.channels).map(spectrum)
     }
 }
 
-/// The channels of a pixel; one stands for all.
+/// Converts the channels of a pixel to a spectrum; a single channel stands for all.
 fn spectrum(values: &[f32]) -> Spectrum {
     match values {
         [all] => Spectrum::splat(f64::from(*all)),

@@ -1,4 +1,5 @@
-//! Quantities that vary over a surface: images, checkerboards, values of vertices, volumes that the surface cuts.
+//! Quantities that vary over a surface: images, checkerboards, values of vertices, and cuts of the
+//! surface through a volume.
 
 mod bitmap;
 mod checkerboard;
@@ -17,47 +18,47 @@ use crate::volume::VolumeTexture;
 use glam::DVec2;
 use std::sync::Arc;
 
-/// Why a texture cannot be built.
+/// Reason why a texture cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TextureError {
-    /// The number of values does not fit.
+    /// The number of values does not match.
     #[error("expected {expected} values, found {found}")]
     Count {
-        /// How many there should be.
+        /// Number of values required.
         expected: usize,
-        /// How many there are.
+        /// Number of values given.
         found: usize,
     },
-    /// A value that is not finite.
+    /// A value is not finite.
     #[error("value {index} is not finite")]
     NotFinite {
-        /// Its place among the values.
+        /// Index of the value.
         index: usize,
     },
-    /// An image without pixels, or of more channels than travel together.
+    /// An image has no pixels, or more channels than a [`Spectrum`].
     #[error("an image needs pixels of 1 to {channels} channels", channels = Spectrum::CHANNELS)]
     Empty,
 }
 
-/// A quantity at every point of a surface.
+/// Quantity at every point of a surface.
 #[derive(Clone, Debug)]
 pub enum Texture {
-    /// The same everywhere.
+    /// Uniform value.
     Uniform(Spectrum),
-    /// An image over the texture coordinates.
+    /// Image over the texture coordinates.
     Bitmap(Arc<Bitmap>),
-    /// Two textures that take turns.
+    /// Two textures that alternate in squares.
     Checkerboard(Arc<Checkerboard>),
-    /// Colours of a mesh's vertices.
+    /// Colours of the vertices or triangles of a mesh.
     Vertices(Arc<VertexColours>),
-    /// What a quantity in space is on the surface.
+    /// Values of a quantity in space, at the points of the surface.
     Volume(Arc<VolumeTexture>),
-    /// Another texture times a factor.
+    /// Product of another texture and a factor.
     Scaled(Arc<ScaledTexture>),
 }
 
 impl Texture {
-    /// The value at a point of a surface.
+    /// Returns the value at a surface point.
     pub fn at(&self, site: &Site) -> Spectrum {
         match self {
             Texture::Uniform(value) => *value,
@@ -69,8 +70,10 @@ impl Texture {
         }
     }
 
-    /// Length along each axis of the values that it is linear in: none of one value; rows and columns of an image; vertices or triangles; the
-    /// two fields of a checkerboard of two colours. `None` if they are not numbered.
+    /// Returns the lengths along each axis of the array of values in which the texture is linear.
+    /// The array has no axes for a uniform texture, rows and columns for an image, one axis for
+    /// vertices or triangles, and one axis of length two for a checkerboard of two colours. Returns
+    /// `None` if the values are not numbered.
     pub fn shape(&self) -> Option<Vec<usize>> {
         match self {
             Texture::Uniform(_) => Some(Vec::new()),
@@ -88,8 +91,9 @@ impl Texture {
         }
     }
 
-    /// Calls `see` with the number of each value that counts at a point, and its weight: the value there is the sum of weights times
-    /// [values](Texture::values). One may come several times.
+    /// Calls `see` with the index of each value that contributes at a point, and its weight. The
+    /// value at the point is the sum of weights times [values](Texture::values). A value may be
+    /// reported several times.
     pub fn weights(&self, site: &Site, mut see: impl FnMut(usize, f64)) {
         match self {
             Texture::Uniform(_) => see(0, 1.0),
@@ -101,7 +105,7 @@ impl Texture {
         }
     }
 
-    /// Whether it is the same as another, not only equal.
+    /// True if two textures are identical: one in memory, or equal uniform values.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         match (self, other) {
             (Texture::Uniform(a), Texture::Uniform(b)) => a == b,
@@ -113,17 +117,19 @@ impl Texture {
         }
     }
 
-    /// [`Texture::weights`], without a type of its own for each texture within a texture.
+    /// Calls [`Texture::weights`] with a dynamic `see`, which avoids a new closure type for each
+    /// level of nested textures.
     fn numbered(&self, site: &Site, see: &mut dyn FnMut(usize, f64)) {
         self.weights(site, see);
     }
 
-    /// The first channel of the value at a point: that of a texture that stands for one number.
+    /// Returns the first channel of the value at a point, for a texture that represents one number.
     pub fn number_at(&self, site: &Site) -> f64 {
         self.at(site)[0]
     }
 
-    /// The derivatives of [`Texture::number_at`] with respect to u and v, where they exist: those of bilinear images. Zero elsewhere.
+    /// Returns the derivatives of [`Texture::number_at`] with respect to u and v for bilinear
+    /// images, and zero for other textures.
     pub fn gradient_at(&self, site: &Site) -> DVec2 {
         match self {
             Texture::Bitmap(t) => t.gradient(site),
@@ -132,7 +138,7 @@ impl Texture {
         }
     }
 
-    /// Whether texture coordinates matter.
+    /// True if the texture depends on texture coordinates.
     pub(crate) fn uses_uv(&self) -> bool {
         match self {
             Texture::Bitmap(_) | Texture::Checkerboard(_) => true,
@@ -141,12 +147,13 @@ impl Texture {
         }
     }
 
-    /// Every number that the texture is made from; its values lie between the least and the largest.
+    /// Returns every number from which the texture is made. Its values lie between the smallest and
+    /// the largest of these numbers.
     pub fn numbers(&self) -> impl Iterator<Item = f64> + '_ {
         self.values().flat_map(|value| value.0)
     }
 
-    /// Every value that the texture is made from.
+    /// Returns every value from which the texture is made.
     pub fn values(&self) -> Box<dyn Iterator<Item = Spectrum> + '_> {
         match self {
             Texture::Uniform(value) => Box::new(std::iter::once(*value)),

@@ -1,26 +1,27 @@
-//! Pieces of a surface on which a texture is a polynomial.
+//! Division of a surface into pieces on which a texture is a polynomial.
 
 use super::Texture;
 use crate::shape::Chart;
 use crate::spectrum::Spectrum;
 use glam::{DAffine2, DVec2};
 
-/// The pieces of a surface are too many.
+/// Error: the surface has too many pieces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct TooFine;
 
-/// What cutting has come upon so far.
+/// State of the division of a surface.
 struct Cut<'v> {
-    /// How many pieces there may still be.
+    /// Number of further pieces allowed.
     left: u64,
     visit: &'v mut dyn FnMut(&[DVec2]),
 }
 
-/// What is done with each piece.
+/// Function that is called with each piece.
 type Visit<'a, C> = dyn FnMut(&mut C, &[DVec2]) -> Result<(), TooFine> + 'a;
 
 impl Texture {
-    /// The integral over the area of a chart, exact to rounding; `left` counts the pieces that it may still take.
+    /// Computes the integral over the area of a chart, exact to rounding. `left` is the number of
+    /// pieces still allowed, and is reduced.
     pub(crate) fn integral(&self, chart: &Chart, left: &mut u64) -> Result<Spectrum, TooFine> {
         let mut sum = Spectrum::ZERO;
         let mut visit = |piece: &[DVec2]| {
@@ -41,7 +42,7 @@ impl Texture {
 }
 
 impl Cut<'_> {
-    /// Cuts a convex polygon into convex pieces on each of which a texture is at most quadratic.
+    /// Cuts a convex polygon into convex pieces on each of which the texture is at most quadratic.
     fn texture(
         &mut self,
         texture: &Texture,
@@ -49,7 +50,7 @@ impl Cut<'_> {
         polygon: &[DVec2],
     ) -> Result<(), TooFine> {
         match texture {
-            // A quantity in space is no polynomial: lights have none (the reader of scenes refuses it).
+            // A quantity in space is not a polynomial. The scene reader refuses it for lights.
             Texture::Uniform(_) | Texture::Vertices(_) | Texture::Volume(_) => self.piece(polygon),
             Texture::Scaled(scaled) => self.texture(scaled.texture(), uv, polygon),
             Texture::Bitmap(bitmap) => {
@@ -74,7 +75,7 @@ impl Cut<'_> {
         Ok(())
     }
 
-    /// Cuts a polygon at the lines on which one of its coordinates in `grid` is a whole number.
+    /// Cuts a polygon at the lines on which one of its coordinates in `grid` is an integer.
     fn cells(
         &mut self,
         polygon: &[DVec2],
@@ -87,7 +88,7 @@ impl Cut<'_> {
         })
     }
 
-    /// Cuts a polygon where a linear function is a whole number.
+    /// Cuts a polygon where a linear function is an integer.
     fn strips(
         &mut self,
         polygon: &[DVec2],
@@ -97,7 +98,7 @@ impl Cut<'_> {
         let heights = || polygon.iter().map(|q| height(*q));
         let low = heights().fold(f64::INFINITY, f64::min).floor();
         let high = heights().fold(f64::NEG_INFINITY, f64::max).ceil();
-        // Also refuses what is not a number.
+        // This condition also refuses NaN.
         if !(high - low <= self.left as f64 && low.abs() <= FARTHEST) {
             return Err(TooFine);
         }
@@ -114,10 +115,10 @@ impl Cut<'_> {
     }
 }
 
-/// Beyond this, whole numbers run out of digits.
+/// Largest absolute coordinate. Beyond it, integers are no longer exact.
 const FARTHEST: f64 = 1e15;
 
-/// The part of a convex polygon where a linear function is not negative.
+/// Returns the part of a convex polygon where a linear function is not negative.
 fn clip(polygon: &[DVec2], height: impl Fn(DVec2) -> f64) -> Vec<DVec2> {
     let mut kept = Vec::with_capacity(polygon.len() + 1);
     for (k, q) in polygon.iter().enumerate() {

@@ -1,11 +1,11 @@
-//! A texture times a factor.
+//! Product of a texture and a factor.
 
 use super::Texture;
 use crate::Spectrum;
 use crate::shape::Site;
 use glam::DVec2;
 
-/// A texture times a factor of its own for each channel.
+/// Product of a texture and a factor per channel.
 #[derive(Clone, Debug)]
 pub struct ScaledTexture {
     texture: Texture,
@@ -13,7 +13,7 @@ pub struct ScaledTexture {
 }
 
 impl ScaledTexture {
-    /// `texture` times `factor`.
+    /// Creates the product of `texture` and `factor`.
     pub fn new(texture: Texture, factor: Spectrum) -> Self {
         ScaledTexture { texture, factor }
     }
@@ -30,7 +30,7 @@ impl ScaledTexture {
         &self.texture
     }
 
-    /// The values of the texture times the factor, channel by channel.
+    /// Returns the values of the texture times the factor, channel by channel.
     pub(super) fn values(&self) -> impl Iterator<Item = Spectrum> {
         self.texture.values().map(|value| value * self.factor)
     }

@@ -5,20 +5,22 @@ use crate::Spectrum;
 use crate::shape::{Mesh, Site};
 use std::sync::Arc;
 
-/// Values at the vertices of a mesh, linear over each triangle, or of its triangles.
+/// Values at the vertices of a mesh, linear over each triangle, or constant values of its
+/// triangles.
 #[derive(Clone, Debug)]
 pub struct VertexColours {
     mesh: Arc<Mesh>,
     colours: Vec<Spectrum>,
-    /// Whether there is a value for each triangle.
+    /// True if there is one value per triangle.
     of_triangles: bool,
 }
 
 impl VertexColours {
-    /// One value for each vertex of `mesh`, which must be the shape that is coloured.
+    /// Creates the texture from one value per vertex of `mesh`, which must be the coloured shape.
     ///
     /// # Errors
-    /// Values that are not as many as vertices, or not finite.
+    /// Fails if the number of values differs from the number of vertices, or if a value is not
+    /// finite.
     pub fn new(mesh: Arc<Mesh>, colours: Vec<Spectrum>) -> Result<Self, TextureError> {
         let expected = mesh.positions().len();
         VertexColours {
@@ -29,10 +31,11 @@ impl VertexColours {
         .checked(expected)
     }
 
-    /// One value for each triangle of `mesh`, which must be the shape that is coloured.
+    /// Creates the texture from one value per triangle of `mesh`, which must be the coloured shape.
     ///
     /// # Errors
-    /// Values that are not as many as triangles, or not finite.
+    /// Fails if the number of values differs from the number of triangles, or if a value is not
+    /// finite.
     pub fn of_triangles(mesh: Arc<Mesh>, colours: Vec<Spectrum>) -> Result<Self, TextureError> {
         let expected = mesh.triangles().len();
         VertexColours {
@@ -60,7 +63,7 @@ impl VertexColours {
         sum
     }
 
-    /// Calls `see` with each colour that counts at a point, and its weight.
+    /// Calls `see` with each colour that contributes at a point, and its weight.
     pub(super) fn weights(&self, site: &Site, mut see: impl FnMut(usize, f64)) {
         let triangle = site.primitive as usize;
         if self.of_triangles {
