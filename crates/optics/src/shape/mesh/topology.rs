@@ -1,4 +1,4 @@
-//! What a mesh encloses.
+//! Topology of meshes: closedness, enclosed volume and convexity.
 
 use super::{corners, cross};
 use eikonal::Aabb;
@@ -8,7 +8,7 @@ use std::collections::HashMap;
 /// Largest number of vertex–triangle pairs for which convexity is checked.
 const CONVEXITY_PAIRS: usize = 20_000_000;
 
-/// Whether every edge is shared by exactly two triangles that run along it in opposite directions.
+/// True if every edge is shared by exactly two triangles that traverse it in opposite directions.
 /// Vertices at the same position count as one, so that seams of texture coordinates do not matter.
 pub(super) fn is_closed(positions: &[DVec3], triangles: &[[u32; 3]]) -> bool {
     let ids = weld(positions);
@@ -17,7 +17,7 @@ pub(super) fn is_closed(positions: &[DVec3], triangles: &[[u32; 3]]) -> bool {
         let proper = welded.filter(|[a, b, c]| a != b && b != c && c != a);
         proper.flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]])
     };
-    // Ends of the edges from vertex a, in order, at first[a]..first[a + 1].
+    // Store the ends of the edges from vertex a, in order, at first[a]..first[a + 1].
     let mut first = vec![0; positions.len() + 1];
     edges().for_each(|[a, _]| first[a as usize + 1] += 1);
     for a in 0..positions.len() {
@@ -40,24 +40,24 @@ pub(super) fn is_closed(positions: &[DVec3], triangles: &[[u32; 3]]) -> bool {
     !ends.is_empty() && (0..positions.len() as u32).all(is_paired)
 }
 
-/// For each vertex the first one at the same position.
+/// Returns, for each vertex, the first vertex at the same position.
 fn weld(positions: &[DVec3]) -> Vec<u32> {
     let mut first = HashMap::with_capacity(positions.len());
     let id = |(i, p): (usize, &DVec3)| {
-        // Adding zero turns −0 into 0.
+        // Add zero to turn −0 into 0.
         let key = (*p + DVec3::ZERO).to_array().map(f64::to_bits);
         *first.entry(key).or_insert(i as u32)
     };
     positions.iter().enumerate().map(id).collect()
 }
 
-/// The enclosed volume, negative if the triangles are wound inside out.
+/// Returns the enclosed volume, negative if the triangles are wound inside out.
 pub(super) fn signed_volume(positions: &[DVec3], triangles: &[[u32; 3]]) -> f64 {
-    // Any origin will do; one on the mesh avoids cancellation far from the scene's origin.
+    // Any origin is correct; one on the mesh avoids cancellation far from the origin of the scene.
     cone_volume(positions, triangles, positions[triangles[0][0] as usize])
 }
 
-/// Signed volume between the triangles and `o`.
+/// Returns the signed volume between the triangles and `o`.
 pub(super) fn cone_volume(positions: &[DVec3], triangles: &[[u32; 3]], o: DVec3) -> f64 {
     let cone = |t: &[u32; 3]| {
         let [a, b, c] = corners(positions, t).map(|p| p - o);
@@ -66,8 +66,8 @@ pub(super) fn cone_volume(positions: &[DVec3], triangles: &[[u32; 3]], o: DVec3)
     triangles.iter().map(cone).sum()
 }
 
-/// Whether all vertices lie behind the planes of all triangles of a closed mesh. Not checked
-/// (false) for large meshes, where it would take long.
+/// True if all vertices lie behind the planes of all triangles of a closed mesh. Also false for
+/// large meshes, which are not checked because the check would take long.
 pub(super) fn is_convex(positions: &[DVec3], triangles: &[[u32; 3]], bounds: &Aabb) -> bool {
     if positions.len().saturating_mul(triangles.len()) > CONVEXITY_PAIRS {
         return false;
