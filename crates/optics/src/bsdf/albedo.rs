@@ -1,4 +1,4 @@
-//! The colour of a surface, whatever light falls on it.
+//! Colour of a surface, independent of the illumination.
 
 use super::{Bsdf, Surface};
 use crate::spectrum::Spectrum;
@@ -6,8 +6,9 @@ use glam::DVec3;
 use std::f64::consts::PI;
 
 impl Bsdf {
-    /// The diffuse reflectance where `toward` leads to the viewer, as in Mitsuba: the colour of a diffuse base whatever coats it, and
-    /// of other surfaces π times the value for light along the normal. Zero of smooth mirrors and panes.
+    /// Returns the diffuse reflectance where `toward` leads to the viewer, as in Mitsuba. For a
+    /// diffuse base it is the colour of the base, whatever coats it. For other surfaces it is π
+    /// times the value for light along the normal. It is zero for smooth mirrors and panes.
     pub fn albedo(&self, s: &Surface, toward: DVec3) -> Spectrum {
         match self {
             Bsdf::Diffuse(b) => b.albedo(s),

@@ -7,7 +7,7 @@ use crate::texture::Texture;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// (1 − w) times one opaque surface plus w times another.
+/// Sum of (1 − w) times one opaque surface and w times another.
 #[derive(Clone, Debug)]
 pub struct BlendBsdf {
     weight: Texture,
@@ -15,10 +15,11 @@ pub struct BlendBsdf {
 }
 
 impl BlendBsdf {
-    /// `weight`, a number in [0, 1], is the share of `second`. Both must be opaque.
+    /// Creates the mixture. `weight`, a number in [0, 1], is the fraction of `second`. Both
+    /// surfaces must be opaque.
     ///
     /// # Errors
-    /// A weight outside [0, 1]; a surface that lets light through.
+    /// Fails if the weight lies outside [0, 1], or if a surface lets light through.
     pub fn new(weight: impl Into<Texture>, first: Bsdf, second: Bsdf) -> Result<Self, BsdfError> {
         let pair = [first.opaque("blendbsdf")?, second.opaque("blendbsdf")?];
         Ok(BlendBsdf {
@@ -31,13 +32,14 @@ impl BlendBsdf {
         &self.pair
     }
 
-    /// Both surfaces with their shares.
+    /// Returns both surfaces with their fractions.
     fn shares(&self, s: &Surface) -> [(&Bsdf, f64); 2] {
         let w = self.weight.number_at(&s.site);
         [(&self.pair[0], 1.0 - w), (&self.pair[1], w)]
     }
 
-    /// One of the two is chosen by its share. A mirror's direction belongs to it alone, others to both.
+    /// Samples one of the two surfaces, chosen by its fraction. A delta direction belongs to the
+    /// chosen surface alone; other directions belong to both.
     pub(super) fn sample(
         &self,
         s: &Surface,
@@ -77,7 +79,7 @@ impl BlendBsdf {
         a + b
     }
 
-    /// A mirror's direction belongs to the only one that is one.
+    /// Returns the derivative. A delta direction belongs to the only surface that is a mirror.
     pub(super) fn tint_derivative(&self, tint: Tint, s: &Surface, event: &BsdfEvent) -> Spectrum {
         let [(first, left), (second, right)] = self.shares(s);
         if event.delta {

@@ -1,7 +1,8 @@
-//! How much light rough coats of a dielectric let pass.
+//! Transmittance of rough dielectric coats.
 //!
-//! Facets lose what they send to their neighbours. Below a coat of Mitsuba's `roughplastic` the loss adds up,
-//! for light meets the coat there again and again; a lossless coat lets pass whatever it does not reflect.
+//! Facets lose the light that they send to their neighbours. Below a coat of Mitsuba's
+//! `roughplastic` the losses accumulate, because light meets the coat repeatedly. A lossless coat
+//! transmits all light that it does not reflect.
 
 use super::fresnel;
 use super::microfacet::{Distribution, Microfacets, Roughness};
@@ -10,20 +11,20 @@ use crate::shared::Shared;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Cosines at which a coat's reflectance is integrated, and points along each of the two numbers from which
-/// facets are drawn.
+/// Number of cosines at which the transmittance of a coat is tabulated.
 const COSINES: usize = 65;
+/// Number of points along each of the two random numbers from which facets are sampled.
 const POINTS: usize = 64;
 
-/// Coats of which the one between two others is interpolated, where the roughness varies.
+/// Number of coats that are tabulated if the roughness varies. Coats between them are interpolated.
 const COATS: usize = 33;
 
-/// A coat of some roughness.
+/// Coat of a given roughness.
 #[derive(Debug)]
 struct Coat {
-    /// What it lets pass, at cosines spread evenly over [0, 1].
+    /// Transmittance at cosines evenly spaced over [0, 1].
     transmittance: Vec<f64>,
-    /// Its mean reflectance from below.
+    /// Mean reflectance from below.
     from_below: f64,
 }
 
@@ -31,24 +32,26 @@ struct Coat {
 #[derive(Debug)]
 pub(super) struct Coats {
     range: [f64; 2],
-    /// One for a range that is a number; else they lie closer at the smooth end, where more changes.
+    /// A single coat if the roughness is a number. Otherwise several coats, more closely spaced at
+    /// the smooth end, where they change faster.
     coats: Vec<Arc<Coat>>,
 }
 
-/// Everything that a coat depends on: the bits of its index and its roughness, its facets, and whether it is lossless.
+/// Key of a coat: the bits of its index and its roughness, its distribution of facets, and true if
+/// it is lossless.
 type Key = ([u64; 2], Distribution, bool);
 
-/// All coats in use: making one takes tens of milliseconds.
+/// Cache of all coats in use. Computing a coat takes tens of milliseconds.
 static COATS_IN_USE: Shared<Key, Coat> = Shared::new();
 
-/// What a coat does at a point of a surface.
+/// Coat at a point of a surface.
 pub(super) struct Local<'a> {
     between: [&'a Coat; 2],
     t: f64,
 }
 
 impl Coats {
-    /// Coats of relative index `eta` with facets of some roughness, the same in all directions.
+    /// Creates coats of relative index `eta`, with facets of isotropic roughness.
     pub(super) fn new(eta: f64, roughness: &Roughness, lossless: bool) -> Self {
         let [least, most] = roughness.range();
         let count = if least < most { COATS } else { 1 };
@@ -74,7 +77,7 @@ impl Coats {
         }
     }
 
-    /// The coat for some facets.
+    /// Returns the coat for the roughness of `facets`.
     pub(super) fn at(&self, facets: &Microfacets) -> Local<'_> {
         let [least, most] = self.range;
         let Some(last) = self.coats.len().checked_sub(2) else {
@@ -94,13 +97,13 @@ impl Coats {
 }
 
 impl Local<'_> {
-    /// What passes at a cosine to the normal.
+    /// Returns the transmittance at a cosine to the normal.
     pub(super) fn passes(&self, cos: f64) -> f64 {
         let [a, b] = self.between.map(|coat| coat.passes(cos));
         a + (b - a) * self.t
     }
 
-    /// Mean reflectance of light from below.
+    /// Returns the mean reflectance of light from below.
     pub(super) fn returned(&self) -> f64 {
         let [a, b] = self.between.map(|coat| coat.from_below);
         a + (b - a) * self.t
@@ -108,17 +111,18 @@ impl Local<'_> {
 }
 
 impl Coat {
-    /// What is not reflected passes.
+    /// Creates a coat that transmits all light it does not reflect.
     fn lossless(means: &Means, eta: f64) -> Self {
         let transmittance = table(|cos| 1.0 - means.reflected(cos, eta));
         Coat {
-            // By reciprocity: as much light comes out of the coat as would go in, over η².
+            // By reciprocity, the light that leaves the coat equals the light that would enter it,
+            // divided by η².
             from_below: 1.0 - mean(&transmittance) / (eta * eta),
             transmittance,
         }
     }
 
-    /// What facets send to their neighbours is lost.
+    /// Creates a coat that loses the light its facets send to their neighbours.
     fn lossy(means: &Means, eta: f64) -> Self {
         Coat {
             transmittance: table(|cos| means.refracted(cos, eta)),
@@ -126,7 +130,7 @@ impl Coat {
         }
     }
 
-    /// Linear between the cosines of the table.
+    /// Interpolates linearly between the cosines of the table.
     fn passes(&self, cos: f64) -> f64 {
         let x = cos.clamp(0.0, 1.0) * (COSINES - 1) as f64;
         let i = (x as usize).min(COSINES - 2);
@@ -135,7 +139,7 @@ impl Coat {
     }
 }
 
-/// Values at the cosines of a table.
+/// Tabulates values over the cosines.
 fn table(value: impl Fn(f64) -> f64) -> Vec<f64> {
     let cosines = (0..COSINES).map(|k| k as f64 / (COSINES - 1) as f64);
     cosines.map(value).collect()
@@ -145,7 +149,7 @@ fn table(value: impl Fn(f64) -> f64) -> Vec<f64> {
 struct Means(Microfacets);
 
 impl Means {
-    /// Of F G₁(i): what is reflected by an index that is `eta` times as large.
+    /// Returns the mean of F G₁(i), the reflected fraction, for a relative index `eta`.
     fn reflected(&self, cos: f64, eta: f64) -> f64 {
         self.over_visible(cos, |o, h| {
             let i = reflect(o, h, o.dot(h));
@@ -154,7 +158,7 @@ impl Means {
         })
     }
 
-    /// Of (1 − F) G₁(i): what is refracted into such an index.
+    /// Returns the mean of (1 − F) G₁(i), the fraction refracted into a relative index `eta`.
     fn refracted(&self, cos: f64, eta: f64) -> f64 {
         self.over_visible(cos, |o, h| {
             let cos = o.dot(h).clamp(0.0, 1.0);
@@ -169,7 +173,7 @@ impl Means {
     }
 
     fn over_visible(&self, cos: f64, value: impl Fn(DVec3, DVec3) -> f64) -> f64 {
-        // From the horizon itself no facet would be seen.
+        // Avoid the horizon itself, from which no facet is visible.
         let cos = cos.max(1e-4);
         let o = DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
         let normals = self.0.visible_grid(o, POINTS);
@@ -177,7 +181,7 @@ impl Means {
     }
 }
 
-/// 2∫T cosθ d(cosθ) of the table, linear between its cosines.
+/// Computes 2∫T cosθ d(cosθ) over the table, linear between its cosines.
 fn mean(table: &[f64]) -> f64 {
     let h = 1.0 / (table.len() - 1) as f64;
     let cell = |(k, pair): (usize, &[f64])| {

@@ -1,4 +1,5 @@
-//! A dielectric layer over another surface (Weidlich and Wilkie 2007), smooth or rough; on the side of the normal only.
+//! Dielectric layer, smooth or rough, over another surface (Weidlich and Wilkie 2007). It scatters
+//! on the side of the normal only.
 
 use super::coat::Coats;
 use super::error::unbounded;
@@ -11,23 +12,23 @@ use crate::texture::Texture;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// What a layer over another surface is like.
+/// Parameters of a layer over another surface.
 #[derive(Clone, Debug)]
 pub struct CoatingParameters {
-    /// Its index over that outside, > 0.
+    /// Refractive index of the layer, relative to the outside, > 0.
     pub eta: f64,
     /// Absorption coefficient of the layer, ≥ 0.
     pub sigma_a: Texture,
-    /// Its thickness in inverse units of the coefficient, ≥ 0.
+    /// Thickness of the layer in inverse units of `sigma_a`, ≥ 0.
     pub thickness: f64,
-    /// Factor of what the layer itself reflects, in [0, 1].
+    /// Factor of the light that the layer itself reflects, in [0, 1].
     pub specular_reflectance: Texture,
-    /// Facets of the layer, equally rough in all directions; `None` if it is smooth.
+    /// Facets of the layer, with isotropic roughness; `None` for a smooth layer.
     pub roughness: Option<Roughness>,
 }
 
-/// A coated surface. As in Mitsuba 0.6, light that the layer reflects back to the surface below is lost, and light goes through a rough
-/// layer as through a smooth one.
+/// Coated surface. As in Mitsuba 0.6, light that the layer reflects back to the surface below is
+/// lost, and light crosses a rough layer as it crosses a smooth one.
 #[derive(Clone, Debug)]
 pub struct Coating {
     eta: f64,
@@ -38,29 +39,31 @@ pub struct Coating {
     nested: Arc<Bsdf>,
 }
 
-/// A direction outside the layer, and how light goes on in it.
+/// Continuation in the layer of a direction outside.
 struct Inside {
-    /// The direction in the layer, in local coordinates, unit.
+    /// Unit direction in the layer, in local coordinates.
     direction: DVec3,
-    /// What of the light gets through.
+    /// Transmittance of the interface.
     passes: f64,
 }
 
-/// Light that the surface below the layer scatters.
+/// Light scattered by the surface below the layer.
 struct Below {
-    /// Unit directions in the layer.
+    /// Unit vector in the layer towards the viewer.
+    /// Unit vector in the layer towards the light.
     toward: DVec3,
     direction: DVec3,
-    /// What comes out of the layer.
+    /// Value of the light that leaves the layer.
     value: Spectrum,
 }
 
 impl Coating {
-    /// `nested` must be opaque.
+    /// Creates the surface. `nested` must be opaque.
     ///
     /// # Errors
-    /// An index that is not positive and finite; an absorption or thickness that is negative or not finite; a reflectance outside [0, 1]; facets that
-    /// are rougher in one direction; a nested surface that lets light through.
+    /// Fails if the index is not positive and finite, if an absorption or thickness is negative or
+    /// not finite, if a reflectance lies outside [0, 1], if the roughness is anisotropic, or if the
+    /// nested surface lets light through.
     pub fn new(parameters: CoatingParameters, nested: Bsdf) -> Result<Self, BsdfError> {
         let CoatingParameters {
             eta,
@@ -99,7 +102,7 @@ impl Coating {
         fresnel::dielectric(cos.clamp(0.0, 1.0), 1.0, self.eta).reflectance
     }
 
-    /// What passes at a cosine outside.
+    /// Returns the transmittance of the interface at a cosine outside.
     fn passes(&self, s: &Surface, cos: f64) -> f64 {
         match &self.facets {
             None => 1.0 - self.reflectance(cos),
@@ -107,17 +110,18 @@ impl Coating {
         }
     }
 
-    /// `None` if nothing gets through.
+    /// Refracts a direction outside into the layer. Returns `None` if no light gets through.
     fn enter(&self, s: &Surface, o: DVec3) -> Option<Inside> {
         let interface = fresnel::dielectric(o.z.clamp(0.0, 1.0), 1.0, self.eta);
         let passes = self.passes(s, o.z);
-        // The mirror image of the refracted direction points away from the surface as directions here do.
+        // Use the mirror image of the refracted direction, because directions here point away from
+        // the surface.
         let through = -refract(o, DVec3::Z, o.z, interface.cos_far, 1.0 / self.eta);
         let direction = through.try_normalize()?;
         (interface.reflectance < 1.0 && direction.z > 0.0).then_some(Inside { direction, passes })
     }
 
-    /// The direction outside of light that leaves along a local direction in the layer.
+    /// Returns the direction outside of light that leaves along a local direction in the layer.
     fn leave(&self, inside: DVec3) -> Option<DVec3> {
         let interface = fresnel::dielectric(inside.z.clamp(0.0, 1.0), self.eta, 1.0);
         let out = -refract(inside, DVec3::Z, inside.z, interface.cos_far, self.eta);
@@ -125,13 +129,14 @@ impl Coating {
         (interface.reflectance < 1.0 && out.z > 0.0).then_some(out)
     }
 
-    /// What of the light is left on its way in and out, besides what the interface reflects.
+    /// Returns the transmittance of the absorbing layer on the way in and out, without the
+    /// interface.
     fn absorbed(&self, s: &Surface, o: DVec3, i: DVec3) -> Spectrum {
         let path = self.thickness * (1.0 / o.z + 1.0 / i.z);
         self.sigma_a.at(&s.site).map(|a| libm::exp(-a * path))
     }
 
-    /// dω inside over dω outside.
+    /// Returns dω inside over dω outside.
     fn compression(&self, outside: DVec3, inside: DVec3) -> f64 {
         // Planted error "light under a coating as bright as before it spread over wider angles", found by morgana-transport/transport::bsdf::physics::smooth_coatings_let_out_what_fresnel_says:
         // outside.z / inside.z
@@ -171,7 +176,7 @@ impl Coating {
         self.spread(s, toward, direction)
     }
 
-    /// What the layer itself reflects.
+    /// Samples the reflection of the layer itself.
     fn reflected(&self, s: &Surface, toward: DVec3, o: DVec3, u: [f64; 2]) -> Option<BsdfSample> {
         let frame = s.frame();
         let Some((roughness, _)) = &self.facets else {
@@ -188,7 +193,7 @@ impl Coating {
         self.spread(s, toward, frame.to_world(i).normalize())
     }
 
-    /// A direction that both parts may have drawn.
+    /// Creates the sample of a direction that both parts may have generated.
     fn spread(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Option<BsdfSample> {
         let pdf = self.pdf(s, toward, direction);
         let value = || self.eval(s, toward, direction);
@@ -200,7 +205,7 @@ impl Coating {
         below.map_or(layer, |below| layer + below.value)
     }
 
-    /// What the layer itself scatters, and what the surface below does.
+    /// Returns the light scattered by the layer itself, and by the surface below.
     fn parts(&self, s: &Surface, toward: DVec3, direction: DVec3) -> (Spectrum, Option<Below>) {
         let Some([o, i, h]) = above(s, toward, direction) else {
             return (Spectrum::ZERO, None);
@@ -228,8 +233,8 @@ impl Coating {
         (value, Some(below))
     }
 
-    /// The colour of that name: its own, or that of the surface below; none if both have one, or if both are mirrors, whose light has one
-    /// direction.
+    /// Returns the colour `tint` of the layer or of the surface below. Returns `None` if both have
+    /// such a colour, or if both are mirrors, whose light has the same direction.
     pub(super) fn tint(&self, tint: Tint) -> Option<Texture> {
         let below = self.nested.tint(tint);
         match tint {

@@ -1,4 +1,4 @@
-//! Smooth metal; reflects on the side of the normal only, the other side is black.
+//! Smooth metal. It reflects on the side of the normal only; the other side is black.
 
 use super::surface::reflect;
 use super::{BsdfError, BsdfSample, Surface, check_index, factor, fresnel};
@@ -13,7 +13,7 @@ pub struct Conductor {
     metal: Metal,
 }
 
-/// Complex index and tint of a metal, shared by the smooth and the rough one.
+/// Complex index and tint of a metal, shared by smooth and rough conductors.
 #[derive(Clone, Debug)]
 pub(super) struct Metal {
     eta: Spectrum,
@@ -40,12 +40,13 @@ impl Metal {
         &self.specular_reflectance
     }
 
-    /// Complex index relative to that of the medium outside.
+    /// Returns the complex index relative to the medium outside.
     pub(super) fn relative_index(&self, s: &Surface, channel: usize) -> Complex64 {
         Complex64::new(self.eta[channel], self.k[channel]) / s.n_outer
     }
 
-    /// Tinted reflectance under the medium outside: only the ratio to its index matters.
+    /// Returns the tinted reflectance under the medium outside, which depends on the ratio of the
+    /// indices.
     pub(super) fn reflectance(&self, cos: f64, s: &Surface) -> Spectrum {
         let n = s.n_outer;
         let fresnel = self
@@ -56,11 +57,12 @@ impl Metal {
 }
 
 impl Conductor {
-    /// `eta` + i`k` is the metal's index against vacuum, both parts ≥ 0; `specular_reflectance` in
-    /// [0, 1] tints it, physically 1.
+    /// Creates the conductor. `eta` + i`k` is the index of the metal relative to vacuum, both parts
+    /// ≥ 0. `specular_reflectance` in [0, 1] tints it; its physical value is 1.
     ///
     /// # Errors
-    /// A part of the index that is negative or not finite; a reflectance outside [0, 1].
+    /// Fails if a part of the index is negative or not finite, or if the reflectance lies outside
+    /// [0, 1].
     pub fn new(
         eta: Spectrum,
         k: Spectrum,

@@ -22,10 +22,11 @@ impl Default for Dielectric {
 }
 
 impl Dielectric {
-    /// Tints the two parts by factors in [0, 1]; physically both are 1 ([`Dielectric::default`]).
+    /// Creates an interface with factors in [0, 1] for reflection and transmission. Physically,
+    /// both are 1 ([`Dielectric::default`]).
     ///
     /// # Errors
-    /// A factor outside [0, 1].
+    /// Fails if a factor lies outside [0, 1].
     pub fn new(
         specular_reflectance: Spectrum,
         specular_transmittance: Spectrum,
@@ -38,7 +39,7 @@ impl Dielectric {
         })
     }
 
-    /// The colour of that name.
+    /// Returns the colour `tint`.
     pub(super) fn tint(&self, tint: Tint) -> Option<Spectrum> {
         match tint {
             Tint::SpecularReflectance => Some(self.specular_reflectance),
@@ -47,19 +48,20 @@ impl Dielectric {
         }
     }
 
-    /// Whether it leaves the power of light as it is.
+    /// True if the interface preserves the power of light.
     pub fn is_clear(&self) -> bool {
         [self.specular_reflectance, self.specular_transmittance] == [Spectrum::ONE; 2]
     }
 
-    /// Whether nothing of what is reflected in the first channels is taken away.
+    /// True if the reflectance factor is 1 in the first `channels` channels.
     pub fn reflects_all(&self, channels: usize) -> bool {
         self.specular_reflectance.0[..channels]
             .iter()
             .all(|f| *f == 1.0)
     }
 
-    /// With equal indices nothing is reflected and `direction` is exactly −`toward`.
+    /// Samples reflection or transmission. If the indices are equal, nothing is reflected and
+    /// `direction` is exactly −`toward`.
     pub(super) fn sample(&self, s: &Surface, toward: DVec3, u: f64) -> BsdfSample {
         let side = s.facing(toward);
         let cos = side.normal.dot(toward).min(1.0);
@@ -82,7 +84,7 @@ impl Dielectric {
         };
         BsdfSample {
             direction,
-            // (1 − F) L̃ᵢ/(1 − F): basic radiance crosses without the factor η².
+            // The weight is (1 − F) L̃ᵢ/(1 − F): basic radiance crosses without the factor η².
             weight: self.specular_transmittance,
             pdf: 1.0 - f,
             delta: true,
@@ -90,9 +92,9 @@ impl Dielectric {
         }
     }
 
-    /// What a connection that goes through the interface, or is reflected, is multiplied by, besides
-    /// the probability that [`Bsdf::sample`](super::Bsdf::sample) would choose the same way, and
-    /// that probability. `cos` is that of the angle of incidence.
+    /// Returns the factor of a connection that the interface transmits or reflects, and the
+    /// probability with which [`Bsdf::sample`](super::Bsdf::sample) chooses the same event. The
+    /// factor does not include this probability. `cos` is the cosine of the angle of incidence.
     pub fn crossing(
         &self,
         cos: f64,

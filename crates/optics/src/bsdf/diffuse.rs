@@ -1,4 +1,4 @@
-//! Lambertian reflection, on the side of the normal only; the other side is black.
+//! Lambertian reflection on the side of the normal only; the other side is black.
 
 use super::{BsdfError, BsdfSample, Surface, factor};
 use crate::sampling::Frame;
@@ -14,16 +14,16 @@ pub struct Diffuse {
 }
 
 impl Diffuse {
-    /// `reflectance` in [0, 1] per channel.
+    /// Creates the reflector; `reflectance` is in [0, 1] per channel.
     ///
     /// # Errors
-    /// A reflectance outside [0, 1].
+    /// Fails if the reflectance lies outside [0, 1].
     pub fn new(reflectance: impl Into<Texture>) -> Result<Self, BsdfError> {
         let reflectance = factor("reflectance", reflectance)?;
         Ok(Diffuse { reflectance })
     }
 
-    /// The reflectance.
+    /// Returns the reflectance.
     pub fn reflectance(&self) -> &Texture {
         &self.reflectance
     }

@@ -2,30 +2,31 @@
 
 use super::{Bsdf, BsdfError};
 
-/// Properties of a bsdf, the same at every point of a surface.
+/// Properties of a bsdf, equal at every point of a surface.
 #[derive(Clone, Copy, Debug)]
 struct Facts {
-    /// No light passes from one side to the other.
+    /// True if no light passes from one side to the other.
     opaque: bool,
-    /// Every event is a delta.
+    /// True if every event is a delta.
     delta: bool,
-    /// Some light is reflected as by a mirror.
+    /// True if some light is reflected by a mirror.
     mirror: bool,
-    /// Some light passes straight on: [`Bsdf::through`] says how much.
+    /// True if some light passes undeflected: [`Bsdf::through`] returns how much.
     partial: bool,
-    /// Facets refract light between the media on the two sides.
+    /// True if facets refract light between the media on the two sides.
     rough_interface: bool,
-    /// Light passes by the geometry of the surface alone.
+    /// True if light passes by the geometric normal alone.
     true_surface: bool,
-    /// The bsdf, or a part of it, scatters by normals of its own.
+    /// True if the bsdf, or a part of it, scatters by normals of its own.
     turns_normals: bool,
-    /// The bsdf asks for [`Surface::tangents`](super::Surface::tangents).
+    /// True if the bsdf needs [`Surface::tangents`](super::Surface::tangents).
     tangents: bool,
-    /// Whatever the bsdf scatters is taken as unpolarised.
+    /// True if scattered light counts as unpolarised.
     depolarizes: bool,
-    /// Matrices of its reflections differ among channels.
+    /// True if the matrices of reflections differ among channels.
     polarizes_by_channel: bool,
-    /// A part is a thin pane, of whose light only some passes straight on by the pane's matrix.
+    /// True if a nested bsdf is a thin pane, so that the matrix of the pane applies to only some of
+    /// the light that passes undeflected.
     holds_pane: bool,
 }
 
@@ -62,7 +63,7 @@ impl Facts {
         ..Facts::OPAQUE
     };
 
-    /// An opaque surface that shows each of its parts somewhere.
+    /// Combines the properties of the parts of an opaque surface.
     fn of_parts(parts: &[Bsdf]) -> Self {
         let mut facts = Facts {
             delta: true,
@@ -85,7 +86,7 @@ impl Facts {
 }
 
 impl Bsdf {
-    /// The bsdf's properties.
+    /// Returns the properties of the bsdf.
     fn facts(&self) -> Facts {
         match self {
             Bsdf::Null | Bsdf::Dielectric(_) => Facts::INTERFACE,
@@ -172,68 +173,71 @@ impl Bsdf {
         }
     }
 
-    /// Returns whether every event is a delta. Others may have some, too: a rough dielectric where its two indices
-    /// match, the coat of plastic. Go by [`BsdfSample::delta`](super::BsdfSample::delta) there.
+    /// True if every event is a delta. Other bsdfs may have some delta events, too: a rough
+    /// dielectric where its two indices match, and the coat of plastic. Use
+    /// [`BsdfSample::delta`](super::BsdfSample::delta) for these.
     pub fn is_delta(&self) -> bool {
         self.facts().delta
     }
 
-    /// Returns whether some light is reflected as by a mirror, where connections do not look for it.
+    /// True if some light is reflected by a mirror, where connections do not look for it.
     pub fn is_mirror(&self) -> bool {
         self.facts().mirror
     }
 
-    /// Returns whether some light passes straight on: [`Bsdf::through`] says how much.
+    /// True if some light passes undeflected: [`Bsdf::through`] returns how much.
     pub fn is_partial(&self) -> bool {
         self.facts().partial
     }
 
-    /// Returns whether the bsdf asks for [`Surface::tangents`](super::Surface::tangents).
+    /// True if the bsdf needs [`Surface::tangents`](super::Surface::tangents).
     pub fn uses_tangents(&self) -> bool {
         self.facts().tangents
     }
 
-    /// Returns whether the bsdf, or a part of it, scatters by normals of its own.
+    /// True if the bsdf, or a part of it, scatters by normals of its own.
     pub(crate) fn turns_normals(&self) -> bool {
         self.facts().turns_normals
     }
 
-    /// Returns whether light passes by the geometry of the surface alone: connections through smooth interfaces are about that.
+    /// True if light passes by the geometric normal alone, as connections through smooth interfaces
+    /// require.
     pub(crate) fn keeps_true_surface(&self) -> bool {
         self.facts().true_surface
     }
 
-    /// Returns whether light passes undeflected.
+    /// True if light passes undeflected through a null boundary.
     pub fn is_null(&self) -> bool {
         matches!(self, Bsdf::Null)
     }
 
-    /// Returns whether facets refract light between the media on the two sides.
+    /// True if facets refract light between the media on the two sides.
     pub fn is_rough_interface(&self) -> bool {
         self.facts().rough_interface
     }
 
-    /// Returns whether no light passes from one side to the other.
+    /// True if no light passes from one side to the other.
     pub fn is_opaque(&self) -> bool {
         self.facts().opaque
     }
 
-    /// Returns whether whatever the bsdf scatters is taken as unpolarised.
+    /// True if scattered light counts as unpolarised.
     pub fn depolarizes(&self) -> bool {
         self.facts().depolarizes
     }
 
-    /// Returns whether the matrices of its reflections differ among channels.
+    /// True if the matrices of reflections differ among channels.
     pub fn polarizes_by_channel(&self) -> bool {
         self.facts().polarizes_by_channel
     }
 
-    /// Returns whether a part is a thin pane, of whose light only some passes straight on by the pane's matrix.
+    /// True if a nested bsdf is a thin pane, so that the matrix of the pane applies to only some of
+    /// the light that passes undeflected.
     pub fn holds_pane(&self) -> bool {
         self.facts().holds_pane
     }
 
-    /// The bsdf, to be nested in an `outer` one, if it is opaque.
+    /// Returns the bsdf if it is opaque and may be nested in an `outer` one.
     pub(super) fn opaque(self, outer: &'static str) -> Result<Self, BsdfError> {
         if self.is_opaque() {
             Ok(self)

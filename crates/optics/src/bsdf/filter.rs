@@ -1,4 +1,4 @@
-//! Thin filters of polarised light: what is left passes straight on.
+//! Thin filters of polarised light, which transmit light undeflected.
 //!
 //! Theory: docs/theory.md#polarising-filters.
 
@@ -10,54 +10,57 @@ use crate::texture::Texture;
 use glam::{DMat4, DVec3, DVec4};
 use num_complex::Complex64;
 
-/// A filter of no thickness, with the same medium on both sides.
+/// Filter without thickness, with the same medium on both sides.
 ///
-/// Renders that know no polarisation take the share of unpolarised light.
+/// Scalar renders use the transmittance for unpolarised light.
 #[derive(Clone, Debug)]
 pub struct PolarizingFilter {
     element: FilterElement,
     transmittance: Texture,
 }
 
-/// What a filter does to polarised light. Angles are numbers in degrees between the direction of the first texture coordinate u and an axis
-/// in the surface. For who looks at the shape's outward side, u turns to v against the clock.
+/// Effect of a filter on polarised light. Angles are in degrees, between the direction of the first
+/// texture coordinate u and an axis in the surface. Seen from the outward side of the shape, u
+/// turns to v counter-clockwise.
 #[derive(Clone, Debug)]
 pub enum FilterElement {
-    /// Lets fields along an axis pass.
+    /// Transmits fields along an axis.
     Polarizer {
-        /// The axis, from u away from v, as in Mitsuba.
+        /// Angle of the axis, from u away from v, as in Mitsuba.
         theta: Texture,
     },
-    /// Lets circular light pass.
+    /// Transmits circularly polarised light.
     CircularPolarizer {
-        /// Of left-handed light, for who looks at its source.
+        /// True for left-handed light, as seen by an observer who faces the source.
         left_handed: bool,
     },
     /// Delays fields across an axis.
     Retarder {
-        /// The axis, along which light is fast, from u towards v.
+        /// Angle of the fast axis, from u towards v.
         theta: Texture,
-        /// The delay of phase, in degrees.
+        /// Phase delay in degrees.
         delta: Texture,
     },
-    /// Lets half of the light pass, as it is.
+    /// Transmits half of the light, with unchanged polarisation.
     Neutral,
 }
 
-/// A Mueller matrix per what the filter does to unpolarised light, in frames of an axis before and after.
+/// Mueller matrix of a filter, relative to its transmittance of unpolarised light. Both frames
+/// share an axis.
 #[derive(Clone, Copy, Debug)]
 pub struct FilterMueller {
-    /// Unit vector, across which light passes, that the frames share.
+    /// First axis of both frames: a unit vector perpendicular to the light.
     pub axis: DVec3,
-    /// The matrix.
+    /// Mueller matrix.
     pub matrix: DMat4,
 }
 
 impl PolarizingFilter {
-    /// `transmittance`, in [0, 1], multiplies what the ideal filter lets pass.
+    /// Creates the filter. `transmittance`, in [0, 1], multiplies the transmittance of the ideal
+    /// filter.
     ///
     /// # Errors
-    /// A transmittance outside [0, 1].
+    /// Fails if the transmittance lies outside [0, 1].
     pub fn new(
         element: FilterElement,
         transmittance: impl Into<Texture>,
@@ -72,7 +75,7 @@ impl PolarizingFilter {
         &self.transmittance
     }
 
-    /// Unpolarised light that passes at a site.
+    /// Returns the transmission of unpolarised light at a site.
     pub(super) fn through(&self, site: &Site) -> PartialTransmission {
         let share = match self.element {
             FilterElement::Retarder { .. } => 1.0,
@@ -84,11 +87,12 @@ impl PolarizingFilter {
         }
     }
 
-    /// What becomes of light in the unit direction `k`.
+    /// Returns the matrix for light along the unit direction `k`.
     pub(crate) fn mueller(&self, s: &Surface, k: DVec3) -> FilterMueller {
         match &self.element {
             FilterElement::Polarizer { theta } => {
-                // What is absorbed is the projection of the absorbing axis: J. Korger et al., Opt. Express 21, 2013.
+                // The filter absorbs the field along the projection of the absorbing axis: J.
+                // Korger et al., Opt. Express 21, 2013.
                 let absorbing = axis(s, 90.0 - theta.number_at(&s.site));
                 let across = absorbing.cross(k).try_normalize();
                 FilterMueller {
@@ -127,7 +131,7 @@ impl PolarizingFilter {
     }
 }
 
-/// The axis in a surface at an angle in degrees.
+/// Returns the axis in a surface at an angle in degrees.
 fn axis(s: &Surface, degrees: f64) -> DVec3 {
     let (sin, cos) = degrees.to_radians().sin_cos();
     let frame = s.frame();

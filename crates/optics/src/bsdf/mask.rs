@@ -1,4 +1,4 @@
-//! A surface with holes: part of the light passes straight through, the rest meets another surface.
+//! Surface with holes: some light passes straight through, and a nested surface scatters the rest.
 
 use super::{Bsdf, BsdfError, PartialTransmission, factor};
 use crate::shape::Site;
@@ -6,10 +6,11 @@ use crate::spectrum::Spectrum;
 use crate::texture::Texture;
 use std::sync::Arc;
 
-/// A surface that covers a share of its area.
+/// Surface that covers a fraction of its area.
 ///
-/// Whether light passes is decided first ([`Bsdf::through`]). What does not pass meets the nested surface:
-/// its scattering is that of the mask, as the share that it covers cancels the probability of meeting it.
+/// Estimators first decide if light passes ([`Bsdf::through`]). The nested surface scatters the
+/// light that does not pass. Its values apply unchanged to the mask, because the covered fraction
+/// cancels the probability of hitting it.
 #[derive(Clone, Debug)]
 pub struct Mask {
     opacity: Texture,
@@ -17,10 +18,11 @@ pub struct Mask {
 }
 
 impl Mask {
-    /// `opacity`, a number in [0, 1], is the share that the opaque surface `nested` covers.
+    /// Creates the mask. `opacity`, a number in [0, 1], is the fraction that the opaque surface
+    /// `nested` covers.
     ///
     /// # Errors
-    /// An opacity outside [0, 1]; a nested surface that lets light through.
+    /// Fails if the opacity lies outside [0, 1], or if the nested surface lets light through.
     pub fn new(opacity: impl Into<Texture>, nested: Bsdf) -> Result<Self, BsdfError> {
         Ok(Mask {
             opacity: factor("opacity", opacity)?,

@@ -1,8 +1,9 @@
-//! Distributions of microfacets (Walter et al. 2007, Heitz 2014): Beckmann's and GGX.
+//! Distributions of microfacets (Walter et al. 2007, Heitz 2014): Beckmann and GGX.
 //!
-//! Vectors are local: z along the macroscopic normal on the side of the viewer, x in the direction in which the roughness is α_u,
-//! y in that in which it is α_v. Masking and shadowing are Smith's, as the separable product G₁(o)·G₁(i): single scattering, so
-//! energy that would bounce between facets is lost.
+//! Vectors are local: z along the macroscopic normal on the side of the viewer, x along the
+//! direction of roughness α_u, y along the direction of roughness α_v. Masking and shadowing are
+//! Smith's, as the separable product G₁(o)·G₁(i). The model covers single scattering only, so
+//! energy that would be reflected between facets is lost.
 //!
 //! Theory: docs/theory.md#interfaces.
 
@@ -11,19 +12,19 @@ use super::{BsdfError, Surface, beckmann, ggx};
 use crate::texture::Texture;
 use glam::{DVec2, DVec3};
 
-/// Smallest roughness: below it a lobe is narrower than the rounding of its half vector allows.
+/// Smallest roughness. Below it, a lobe is narrower than the rounding of its half vector.
 pub const MIN_ALPHA: f64 = 1e-4;
 
-/// How the slopes of facets are distributed.
+/// Distribution of the slopes of facets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Distribution {
-    /// As those of a Gaussian random surface: `alpha` is √2 times the standard deviation of a slope.
+    /// Slopes of a Gaussian random surface: `alpha` is √2 times the standard deviation of a slope.
     Beckmann,
-    /// Trowbridge–Reitz: with long tails.
+    /// Trowbridge–Reitz distribution, with long tails.
     Ggx,
 }
 
-/// Facets of a distribution and a roughness in two directions.
+/// Facets of a distribution, with a roughness for each of two directions.
 #[derive(Clone, Copy, Debug)]
 pub struct Microfacets {
     distribution: Distribution,
@@ -31,18 +32,18 @@ pub struct Microfacets {
 }
 
 impl Microfacets {
-    /// Facets with roughness `alpha` in all directions, finite and at least [`MIN_ALPHA`].
+    /// Creates facets with roughness `alpha` in all directions, finite and at least [`MIN_ALPHA`].
     ///
     /// # Errors
-    /// If it is not.
+    /// Fails if `alpha` is smaller or not finite.
     pub fn new(distribution: Distribution, alpha: f64) -> Result<Self, BsdfError> {
         Self::anisotropic(distribution, [alpha; 2])
     }
 
-    /// Facets with roughness α_u in x and α_v in y, both finite and at least [`MIN_ALPHA`].
+    /// Creates facets with roughness α_u in x and α_v in y, both finite and at least [`MIN_ALPHA`].
     ///
     /// # Errors
-    /// If one is not.
+    /// Fails if a roughness is smaller or not finite.
     pub fn anisotropic(distribution: Distribution, alphas: [f64; 2]) -> Result<Self, BsdfError> {
         let refused = |alpha: &f64| !(alpha.is_finite() && *alpha >= MIN_ALPHA);
         match alphas.into_iter().find(refused) {
@@ -51,7 +52,7 @@ impl Microfacets {
         }
     }
 
-    /// Facets with roughness `alphas`, or `least` where that is larger.
+    /// Creates facets with roughness `alphas`, raised to `least` where it is smaller.
     pub(super) fn at_least(distribution: Distribution, least: f64, alphas: [f64; 2]) -> Self {
         Microfacets {
             distribution,
@@ -59,18 +60,19 @@ impl Microfacets {
         }
     }
 
-    /// Their roughness along and across; that of isotropic ones twice.
+    /// Returns the roughness along and across; both are equal for isotropic facets.
     pub(super) fn alphas(&self) -> [f64; 2] {
         self.alphas.to_array()
     }
 
-    /// (x/y) v_x² + (y/x) v_y²: sin²θ of a unit vector where x = y.
+    /// Returns (x/y) v_x² + (y/x) v_y²: sin²θ of a unit vector where x = y.
     fn sin2(v: DVec3, [x, y]: [f64; 2]) -> f64 {
         let aspect = x / y;
         aspect * v.x * v.x + v.y * v.y / aspect
     }
 
-    /// D(h): area of facets of normal `h` (unit, h.z ≥ 0), per steradian and macroscopic area.
+    /// Returns D(h): the area of facets of normal `h` (unit, h.z ≥ 0), per steradian and
+    /// macroscopic area.
     pub fn d(&self, h: DVec3) -> f64 {
         let [u, v] = self.alphas();
         // Planted error "brushed facets as steep along the grooves as others are across them", found by morgana-transport/transport::bsdf::facets::anisotropic_facets_as_published:
@@ -82,13 +84,13 @@ impl Microfacets {
         }
     }
 
-    /// G₁(v): visible fraction of the facets that face `v`, on either side of the surface. Whether the
-    /// facet in question does face it is for the caller to check.
+    /// Returns G₁(v): the visible fraction of the facets that face `v`, on either side of the
+    /// surface. The caller must check that the facet in question faces `v`.
     pub fn g1(&self, v: DVec3) -> f64 {
         v.z.abs() * self.g1_over_cos(v)
     }
 
-    /// G₁(v)/|cosθ|, finite at grazing incidence.
+    /// Returns G₁(v)/|cosθ|, finite at grazing incidence.
     pub(crate) fn g1_over_cos(&self, v: DVec3) -> f64 {
         let mean = (self.alphas.x * self.alphas.y).sqrt();
         let stretched = mean * Self::sin2(v, self.alphas()).sqrt();
@@ -99,14 +101,16 @@ impl Microfacets {
         }
     }
 
-    /// Density per steradian of what facets reflect towards `o` whose normals are drawn by
-    /// [`Microfacets::sample_visible`]: visible normals D G₁(o) (o·h)/cosθₒ, times dω_h/dω_i = 1/(4 o·h).
+    /// Returns the density per steradian of the directions that facets reflect towards `o`, with
+    /// facet normals sampled by [`Microfacets::sample_visible`]. It is the density of visible
+    /// normals, D G₁(o) (o·h)/cosθₒ, times dω_h/dω_i = 1/(4 o·h).
     pub(crate) fn pdf_reflected(&self, o: DVec3, h: DVec3) -> f64 {
         0.25 * self.d(h) * self.g1_over_cos(o)
     }
 
-    /// A facet normal with the density of those visible from `o` (o.z > 0), which is
-    /// D(h)·G₁(o)·(o·h)/o.z. Facets of any roughness are those of roughness 1, stretched (Heitz and d'Eon 2014).
+    /// Samples a facet normal with the density D(h)·G₁(o)·(o·h)/o.z of normals visible from `o`
+    /// (o.z > 0). Facets of any roughness are stretched facets of roughness 1 (Heitz and d'Eon
+    /// 2014).
     pub fn sample_visible(&self, o: DVec3, u: [f64; 2]) -> DVec3 {
         let o = self.stretched(o);
         self.relaxed(match self.distribution {
@@ -115,7 +119,8 @@ impl Microfacets {
         })
     }
 
-    /// The normals that [`Microfacets::sample_visible`] makes of the middles of `points`² equal squares.
+    /// Returns the normals that [`Microfacets::sample_visible`] gives for the centres of `points`²
+    /// equal squares.
     pub(super) fn visible_grid(&self, o: DVec3, points: usize) -> Vec<DVec3> {
         let o = self.stretched(o);
         let middles: Vec<f64> = (0..points)
@@ -131,12 +136,12 @@ impl Microfacets {
         normals.into_iter().map(|h| self.relaxed(h)).collect()
     }
 
-    /// A direction as facets of roughness 1 see it.
+    /// Transforms a direction to facets of roughness 1.
     fn stretched(&self, o: DVec3) -> DVec3 {
         (self.alphas * o.truncate()).extend(o.z).normalize()
     }
 
-    /// The normal here of a facet that has another one at roughness 1.
+    /// Transforms a facet normal from roughness 1 back.
     pub(super) fn relaxed(&self, h: DVec3) -> DVec3 {
         (self.alphas * h.truncate()).extend(h.z).normalize()
     }
@@ -147,16 +152,16 @@ impl Microfacets {
 pub struct Roughness {
     distribution: Distribution,
     alpha: Texture,
-    /// The roughness across the first tangent, where `alpha` is that along it alone.
+    /// Roughness across the first tangent, if it differs from `alpha` along the tangent.
     across: Option<Texture>,
 }
 
 impl Roughness {
-    /// A number, at least [`MIN_ALPHA`], or a texture with values in [0, 1], of which those below [`MIN_ALPHA`]
-    /// count as that.
+    /// Creates isotropic roughness. `alpha` is a number of at least [`MIN_ALPHA`], or a texture
+    /// with values in [0, 1]. Texture values below [`MIN_ALPHA`] are raised to it.
     ///
     /// # Errors
-    /// If a number is less or not finite, or a texture has other values.
+    /// Fails if a number is smaller or not finite, or if a texture has other values.
     pub fn new(distribution: Distribution, alpha: impl Into<Texture>) -> Result<Self, BsdfError> {
         Ok(Roughness {
             distribution,
@@ -165,10 +170,11 @@ impl Roughness {
         })
     }
 
-    /// Roughness along ∂x/∂u, and across it on the surface; each as [`Roughness::new`] takes it.
+    /// Creates a roughness along ∂x/∂u and a roughness across it on the surface. Both have the
+    /// range of [`Roughness::new`].
     ///
     /// # Errors
-    /// As [`Roughness::new`].
+    /// Fails like [`Roughness::new`].
     pub fn anisotropic(
         distribution: Distribution,
         alpha_u: impl Into<Texture>,
@@ -187,12 +193,12 @@ impl Roughness {
         })
     }
 
-    /// Whether facets may be rougher in one direction than in another.
+    /// True if the roughness may depend on the direction.
     pub(super) fn is_anisotropic(&self) -> bool {
         self.across.is_some()
     }
 
-    /// Itself, for an `outer` surface whose facets are equally rough in all directions.
+    /// Returns the roughness if it is isotropic, as an `outer` surface requires.
     pub(super) fn isotropic(self, outer: &'static str) -> Result<Self, BsdfError> {
         if self.is_anisotropic() {
             Err(BsdfError::Anisotropic { outer })
@@ -201,24 +207,24 @@ impl Roughness {
         }
     }
 
-    /// The facets at a point.
+    /// Returns the facets at a point.
     pub(super) fn at(&self, s: &Surface) -> Microfacets {
         let alpha = self.alpha.number_at(&s.site);
         let across = self.across.as_ref().map_or(alpha, |t| t.number_at(&s.site));
         Microfacets::at_least(self.distribution, MIN_ALPHA, [alpha, across])
     }
 
-    /// Distribution of the slopes of the facets.
+    /// Returns the distribution of the slopes of the facets.
     pub(super) fn distribution(&self) -> Distribution {
         self.distribution
     }
 
-    /// The facets of some roughness in all directions.
+    /// Returns facets of a given isotropic roughness.
     pub(super) fn facets(&self, alpha: f64) -> Microfacets {
         Microfacets::at_least(self.distribution, MIN_ALPHA, [alpha; 2])
     }
 
-    /// The least and the largest roughness that there can be, of facets that are isotropic.
+    /// Returns the smallest and largest possible roughness of isotropic facets.
     pub(super) fn range(&self) -> [f64; 2] {
         if let Texture::Uniform(value) = &self.alpha {
             return [value[0]; 2];
@@ -231,7 +237,7 @@ impl Roughness {
     }
 }
 
-/// A roughness, if it can be one.
+/// Checks the values of a roughness.
 fn checked(name: &'static str, alpha: Texture) -> Result<Texture, BsdfError> {
     if let Texture::Uniform(value) = &alpha {
         Microfacets::new(Distribution::Ggx, value[0])?;

@@ -1,15 +1,15 @@
 //! Scattering at surfaces.
 //!
-//! **Directions** are unit vectors in world space that point away from the surface. `toward` leads to
-//! where the path came from (radiance leaves along it), `direction` to where the light comes from.
-//! Subscripts in the comments: o is the side of `toward`, i the side of `direction`.
+//! **Directions** are unit vectors in world space that point away from the surface. `toward` leads
+//! to the previous vertex of the path, so radiance leaves along it. `direction` leads to the source
+//! of the light. Subscripts in the comments: o is the side of `toward`, i the side of `direction`.
 //!
-//! **Basic radiance.** Estimators transport L̃ = L/n² (docs/theory.md#radiance), so values are
-//! f̃ = f·nᵢ²/nₒ²: a smooth transmission has weight 1, without η². κ = f̃/nᵢ² is symmetric in the two
-//! directions, so radiance and importance use the same code. The one exception is a null boundary
+//! **Basic radiance.** Estimators transport L̃ = L/n² (docs/theory.md#radiance), so values are f̃ =
+//! f·nᵢ²/nₒ²: a smooth transmission has weight 1, without η². κ = f̃/nᵢ² is symmetric in the two
+//! directions, so radiance and importance use the same code. The only exception is a null boundary
 //! whose indices differ, see [`null`].
 //!
-//! Unit vectors in, finite numbers out: grazing directions included, nothing here returns NaN.
+//! For unit vectors, including grazing directions, all functions return finite numbers, never NaN.
 
 mod albedo;
 mod beckmann;
@@ -74,24 +74,25 @@ use error::{check_eta, check_index, factor};
 use glam::DVec3;
 use std::slice;
 
-/// A direction drawn from a BSDF.
+/// Direction sampled from a BSDF.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BsdfSample {
-    /// Unit vector towards where the light comes from.
+    /// Unit vector towards the source of the light.
     pub direction: DVec3,
-    /// f̃·|cosθ| / pdf.
+    /// Value of f̃·|cosθ| / pdf.
     pub weight: Spectrum,
     /// Density per steradian, > 0; for a delta event its discrete probability.
     pub pdf: f64,
-    /// Whether this is a delta event, for which `eval` and `pdf` are zero.
+    /// True for a delta event, for which `eval` and `pdf` are zero.
     pub delta: bool,
-    /// Whether light crosses the surface.
+    /// True if light crosses the surface.
     pub transmitted: bool,
 }
 
 impl BsdfSample {
-    /// A direction on the side of the viewer that one or other part of a bsdf drew, by the density of all parts and their
-    /// value f̃·|cosθ|; `None` if the density is 0.
+    /// Creates the sample of a direction on the side of the viewer that one of several lobes
+    /// generated. `pdf` is the density of all lobes together, `value` computes their value
+    /// f̃·|cosθ|. Returns `None` if the density is 0.
     fn reflected(direction: DVec3, pdf: f64, value: impl FnOnce() -> Spectrum) -> Option<Self> {
         (pdf > 0.0).then(|| BsdfSample {
             direction,
@@ -103,33 +104,33 @@ impl BsdfSample {
     }
 }
 
-/// The light that passes a surface straight on, where the rest meets something else.
+/// Light that passes a surface undeflected, while the surface scatters the rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PartialTransmission {
-    /// Share of the light: the probability of passing.
+    /// Fraction of the light that passes: the probability of passing.
     pub probability: f64,
-    /// What of this share is left, per channel.
+    /// Transmittance of the passing light, per channel.
     pub factor: Spectrum,
 }
 
 impl PartialTransmission {
-    /// All light passes.
+    /// Full transmission.
     pub const ALL: Self = PartialTransmission {
         probability: 1.0,
         factor: Spectrum::ONE,
     };
 
-    /// What is left behind another surface.
+    /// Multiplies by the transmission of another surface.
     pub fn times(&mut self, other: &Self) {
         self.probability *= other.probability;
         self.factor *= other.factor;
     }
 }
 
-/// A surface's scattering distribution.
+/// Scattering distribution of a surface.
 #[derive(Clone, Debug)]
 pub enum Bsdf {
-    /// Light passes straight through.
+    /// Boundary that light passes straight through.
     Null,
     /// Lambertian reflection.
     Diffuse(Diffuse),
@@ -141,38 +142,38 @@ pub enum Bsdf {
     Conductor(Conductor),
     /// Rough metal.
     RoughConductor(RoughConductor),
-    /// A diffuse base under a smooth coat.
+    /// Diffuse base under a smooth coat.
     Plastic(Plastic),
-    /// A diffuse base under a rough coat.
+    /// Diffuse base under a rough coat.
     RoughPlastic(RoughPlastic),
-    /// A diffuse base and facets of a dielectric or a metal.
+    /// Principled surface: diffuse base with facets of a dielectric or a metal.
     Principled(Box<Principled>),
-    /// A sheet of such matter, without thickness.
+    /// Principled sheet without thickness.
     PrincipledThin(Box<PrincipledThin>),
-    /// A diffuse base that light reaches through a smooth surface, under facets.
+    /// Facets, and a diffuse base that light reaches through a smooth interface.
     PolarizedPlastic(PolarizedPlastic),
-    /// Cavities with Lambertian walls.
+    /// Rough diffuse surface: cavities with Lambertian walls.
     RoughDiffuse(RoughDiffuse),
-    /// Phong's or Ward's reflection, and a diffuse one.
+    /// Sum of Phong's or Ward's reflection and a diffuse one.
     GlossyDiffuse(Box<GlossyDiffuse>),
-    /// A layer over another surface.
+    /// Dielectric layer over another surface.
     Coating(Box<Coating>),
-    /// A mixture of two surfaces.
+    /// Mixture of two surfaces.
     Blend(BlendBsdf),
-    /// A surface on either side.
+    /// Pair of surfaces, one for each side.
     TwoSided(TwoSided),
-    /// A surface with holes.
+    /// Surface with holes.
     Mask(Mask),
-    /// A thin pane.
+    /// Thin pane of a dielectric.
     ThinDielectric(ThinDielectric),
-    /// A filter of polarised light.
+    /// Thin filter of polarised light.
     Filter(Box<PolarizingFilter>),
-    /// A surface with turned normals.
+    /// Surface with perturbed normals.
     NormalMap(Box<NormalMap>),
 }
 
 impl Bsdf {
-    /// [`Bsdf::sample`] by the geometric normal.
+    /// Samples like [`Bsdf::sample`], by the geometric normal.
     fn sample_by_normal(&self, s: &Surface, toward: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
         match self {
             Bsdf::Null => Some(null::sample(s, toward)),
@@ -198,7 +199,7 @@ impl Bsdf {
         }
     }
 
-    /// [`Bsdf::eval`] by the geometric normal.
+    /// Evaluates like [`Bsdf::eval`], by the geometric normal.
     fn eval_by_normal(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
         match self {
             Bsdf::Null | Bsdf::Dielectric(_) => Spectrum::ZERO,
@@ -221,7 +222,7 @@ impl Bsdf {
         }
     }
 
-    /// [`Bsdf::pdf`] by the geometric normal.
+    /// Returns the density like [`Bsdf::pdf`], by the geometric normal.
     fn pdf_by_normal(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {
         match self {
             Bsdf::Null | Bsdf::Dielectric(_) => 0.0,
@@ -244,9 +245,10 @@ impl Bsdf {
         }
     }
 
-    /// The light that passes the surface at `site` straight on, for an angle of the given cosine to the normal;
-    /// `None` if that is not how the surface works. It is decided first whether light passes:
-    /// [`Bsdf::sample`], [`Bsdf::eval`] and [`Bsdf::pdf`] are then about light that does not (docs/theory.md#masks-and-panes).
+    /// Returns the light that passes the surface at `site` undeflected, for an angle of the given
+    /// cosine to the normal. Returns `None` for surfaces that let no light pass this way.
+    /// Estimators first decide if light passes. [`Bsdf::sample`], [`Bsdf::eval`] and [`Bsdf::pdf`]
+    /// then describe only light that does not pass (docs/theory.md#masks-and-panes).
     pub fn through(&self, site: &Site, cos: f64) -> Option<PartialTransmission> {
         match self {
             Bsdf::Mask(b) => Some(b.through(site)),
@@ -257,7 +259,8 @@ impl Bsdf {
         }
     }
 
-    /// The bsdfs of which it is made; none unless it is a mask, a normal map, a coating, a blend or two-sided.
+    /// Returns the nested bsdfs of a mask, normal map, coating, blend or two-sided surface; empty
+    /// for others.
     pub fn children(&self) -> &[Bsdf] {
         match self {
             Bsdf::Mask(b) => slice::from_ref(b.nested()),

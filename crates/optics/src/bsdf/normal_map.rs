@@ -1,4 +1,5 @@
-//! A surface whose shading normals are turned, by a map of normals or of heights (docs/theory.md#bump-and-normal-maps).
+//! Surface with shading normals perturbed by a map of normals or of heights
+//! (docs/theory.md#bump-and-normal-maps).
 
 use super::tint::BsdfEvent;
 use super::{Bsdf, BsdfError, BsdfSample, Surface, Tint};
@@ -9,17 +10,18 @@ use crate::texture::Texture;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// What turns the normals of a surface.
+/// Source of the perturbed normals.
 #[derive(Clone, Debug)]
 pub enum NormalSource {
-    /// The first three channels c of a texture: the normal is 2c − 1, of any length, in the frame of ∂x/∂u, what is across it,
-    /// and the normal.
+    /// Texture with the normal in its first three channels c: the normal is 2c − 1, of any length.
+    /// Its frame consists of ∂x/∂u, the tangent across it, and the normal of the surface.
     Normals(Texture),
-    /// The height of the surface above itself in scene units: the first channel of a texture, times a factor.
+    /// Texture with the height of the bumps in its first channel, times a factor. The product is in
+    /// scene units.
     Heights(Texture, f64),
 }
 
-/// Another surface with turned normals. Light that is reflected between its bumps is lost.
+/// Surface with perturbed normals. Light that is reflected between bumps is lost.
 #[derive(Clone, Debug)]
 pub struct NormalMap {
     source: NormalSource,
@@ -28,18 +30,20 @@ pub struct NormalMap {
     nested: Arc<Bsdf>,
 }
 
-/// Share of directions that are drawn around the normal that is not turned. Flipped normals are other ones for light than for
-/// views, and either may scatter where the other does not.
+/// Fraction of directions sampled around the unperturbed normal. A flipped normal depends on the
+/// viewing direction, so for the reverse path it may differ, and scatter where this one does not.
 const AROUND: f64 = 0.1;
 
 impl NormalMap {
-    /// `nested` must be neither null nor a smooth interface, which keep their surface. A normal that faces away from the viewer is
-    /// turned by half a turn about the true one if `flips` is set; light from low directions is dimmed as bumps would dim it if
-    /// `shadows` is set. Both are for views, and light that goes the other way need not find the same: mirrors, of which one
-    /// direction decides the other, are neither flipped nor dimmed.
+    /// Creates the map over `nested`, which must be neither null nor a smooth interface, because
+    /// these ignore shading normals. If `flips` is set, a normal that faces away from the viewer is
+    /// rotated by half a turn about the surface normal. If `shadows` is set, light from low
+    /// directions is dimmed to account for shadows of bumps. Both depend on the viewing direction,
+    /// so the reverse path may be scattered differently. Mirrors are neither flipped nor dimmed,
+    /// because for them one direction determines the other.
     ///
     /// # Errors
-    /// A nested surface that keeps its true normal.
+    /// Fails if the nested surface ignores shading normals.
     pub fn new(
         source: NormalSource,
         flips: bool,
@@ -109,17 +113,17 @@ impl NormalMap {
         (1.0 - around) * by_nested + around * by_chance
     }
 
-    /// The normal that a viewer sees.
+    /// Returns the normal for a viewing direction.
     pub(super) fn normal(&self, s: &Surface, toward: DVec3) -> DVec3 {
         self.turned(s, toward).surface.shading_normal
     }
 
-    /// See [`AROUND`].
+    /// Returns the fraction [`AROUND`], or 0 if normals are not flipped.
     fn around(&self) -> f64 {
         if self.flips { AROUND } else { 0.0 }
     }
 
-    /// The surface with the normal that a viewer sees.
+    /// Returns the surface with the normal for a viewing direction.
     fn turned(&self, s: &Surface, toward: DVec3) -> Turned {
         let frame = s.frame();
         let mut normal = match &self.source {
@@ -150,8 +154,9 @@ impl NormalMap {
         }
     }
 
-    /// Share of light along a direction that facets of a mean slope like that of the turned normal do not shadow (A. Conty Estevez
-    /// et al., "A microfacet-based shadowing function to solve the bump terminator problem", Ray Tracing Gems, 2019).
+    /// Returns the fraction of light along a direction that is not shadowed by facets with the mean
+    /// slope of the perturbed normal (A. Conty Estevez et al., "A microfacet-based shadowing
+    /// function to solve the bump terminator problem", Ray Tracing Gems, 2019).
     fn unshadowed(&self, turned: &Turned, direction: DVec3) -> f64 {
         if !self.shadows {
             return 1.0;
@@ -163,7 +168,7 @@ impl NormalMap {
     }
 }
 
-/// A surface whose shading normal is turned, and the cosine of the angle.
+/// Surface with a perturbed shading normal, and the cosine of the angle of perturbation.
 struct Turned {
     surface: Surface,
     cos: f64,

@@ -1,4 +1,4 @@
-//! A diffuse base under a smooth coat of a dielectric; reflects on the side of the normal only.
+//! Diffuse base under a smooth dielectric coat. It reflects on the side of the normal only.
 
 use super::surface::reflect;
 use super::tint::{BsdfEvent, reciprocal};
@@ -15,21 +15,21 @@ pub struct Plastic {
     eta: f64,
     specular_reflectance: Texture,
     base: Base,
-    /// Mean reflectance of the coat, from below.
+    /// Mean reflectance of the coat from below.
     from_below: f64,
 }
 
-/// What a diffuse base sends back through a coat.
+/// Diffuse base under a coat.
 #[derive(Clone, Debug)]
 pub(super) struct Base {
     pub(super) reflectance: Texture,
     nonlinear: bool,
-    /// 1/η².
+    /// Factor 1/η².
     shrink: f64,
 }
 
 impl Base {
-    /// `eta` is the coat's index over that outside.
+    /// Creates the base; `eta` is the index of the coat relative to the outside.
     pub(super) fn new(
         eta: f64,
         reflectance: impl Into<Texture>,
@@ -42,16 +42,17 @@ impl Base {
         })
     }
 
-    /// π times its value, but for the transmittances of the coat on the way in and out; `back` is the coat's mean
-    /// reflectance from below. The light is reflected between base and coat again and again; each time it takes on the base's colour only if
-    /// that is wanted (`nonlinear`).
+    /// Returns π times the value of the base, without the transmittances of the coat on the way in
+    /// and out. `back` is the mean reflectance of the coat from below. Light is reflected
+    /// repeatedly between base and coat. With `nonlinear`, each reflection multiplies it by the
+    /// colour of the base; otherwise the colour applies once.
     pub(super) fn value(&self, s: &Surface, back: f64) -> Spectrum {
         let returned = |r: f64| if self.nonlinear { r * back } else { back };
         let reflectance = self.reflectance.at(&s.site);
         reflectance.map(|r| r * self.shrink / (1.0 - returned(r)))
     }
 
-    /// The derivative of the logarithm of its value by the colour.
+    /// Returns the derivative of the logarithm of [`Base::value`] with respect to the colour.
     pub(super) fn derivative(&self, s: &Surface, back: f64) -> Spectrum {
         let reflectance = self.reflectance.at(&s.site);
         if self.nonlinear {
@@ -65,11 +66,12 @@ impl Base {
 }
 
 impl Plastic {
-    /// `eta` > 0 is the coat's index over that outside; reflectances are in [0, 1]. With `nonlinear`, colours
-    /// deepen with each reflection below the coat.
+    /// Creates the surface. `eta` > 0 is the index of the coat relative to the outside; the
+    /// reflectances are in [0, 1]. With `nonlinear`, each reflection below the coat deepens the
+    /// colour.
     ///
     /// # Errors
-    /// An index that is not positive and finite; a reflectance outside [0, 1].
+    /// Fails if the index is not positive and finite, or if a reflectance lies outside [0, 1].
     pub fn new(
         eta: f64,
         diffuse_reflectance: impl Into<Texture>,
@@ -89,7 +91,7 @@ impl Plastic {
         fresnel::dielectric(cos.clamp(0.0, 1.0), 1.0, self.eta).reflectance
     }
 
-    /// The coat is chosen with probability F.
+    /// Samples the coat with probability F, otherwise the base.
     pub(super) fn sample(
         &self,
         s: &Surface,
@@ -121,7 +123,7 @@ impl Plastic {
         })
     }
 
-    /// The colour of that name.
+    /// Returns the colour `tint`.
     pub(super) fn tint(&self, tint: Tint) -> Option<&Texture> {
         match tint {
             Tint::DiffuseReflectance => Some(&self.base.reflectance),

@@ -1,4 +1,5 @@
-//! What interfaces, smooth or of facets, do to the polarisation of light: Fresnel's equations for either polarisation.
+//! Effect of smooth and rough interfaces on polarisation: Fresnel's equations for both
+//! polarisations.
 //!
 //! Theory: docs/theory.md#polarising-interfaces.
 
@@ -8,7 +9,7 @@ use glam::{DMat4, DVec3};
 use num_complex::Complex64;
 
 impl Bsdf {
-    /// Whether polarised light that passes straight on is changed.
+    /// True if the surface changes the polarisation of light that passes undeflected.
     pub fn changes_what_passes(&self) -> bool {
         matches!(self, Bsdf::ThinDielectric(_)) || self.filter().is_some()
     }
@@ -21,7 +22,8 @@ impl Bsdf {
         }
     }
 
-    /// What it does to polarised light in the unit direction `k` that passes straight on, if that is changed.
+    /// Returns the matrix for polarised light that passes undeflected along the unit direction `k`,
+    /// or `None` if the light is unchanged.
     pub fn passing_mueller(&self, s: &Surface, k: DVec3) -> Option<FilterMueller> {
         if let Bsdf::ThinDielectric(b) = self {
             let normal = s.facing(-k).normal;
@@ -34,8 +36,9 @@ impl Bsdf {
         Some(self.filter()?.mueller(s, k))
     }
 
-    /// What the event does to polarisation by which a path that arrives in the unit direction `from` goes on in the unit direction `to`.
-    /// Facets are those that reflect or refract so. All but dielectrics, panes and metals depolarises.
+    /// Returns the matrix of the event that continues a path from the unit direction `from` in the
+    /// unit direction `to`. For rough surfaces, it is the matrix of the facet that reflects or
+    /// refracts the path. All surfaces except dielectrics, panes and metals depolarise.
     pub fn mueller(&self, s: &Surface, from: DVec3, to: DVec3, channel: usize) -> PlaneMueller {
         match self {
             Bsdf::Dielectric(_) => {
@@ -47,7 +50,7 @@ impl Bsdf {
             Bsdf::RoughDielectric(_) => facet(s, from, to),
             Bsdf::ThinDielectric(b) => pane(reflecting_cos(from, to), b.eta(), false),
             Bsdf::Conductor(b) => {
-                // Of the facet that reflects so, whichever normal that has.
+                // Use the facet that reflects the path, whatever its normal.
                 conductor(
                     reflecting_cos(from, to),
                     b.metal().relative_index(s, channel),
@@ -68,19 +71,19 @@ impl Bsdf {
     }
 }
 
-/// Cosine at which a path meets the facet that reflects it so.
+/// Returns the cosine of incidence at the facet that reflects the path.
 fn reflecting_cos(from: DVec3, to: DVec3) -> f64 {
     (0.5 * (1.0 - from.dot(to))).max(0.0).sqrt()
 }
 
-/// The facet of a dielectric that reflects or refracts a path so.
+/// Returns the matrix of the dielectric facet that reflects or refracts the path.
 fn facet(s: &Surface, from: DVec3, to: DVec3) -> PlaneMueller {
     let side = s.facing(-from);
     let n = [side.n_near, side.n_far];
     if side.normal.dot(to) >= 0.0 {
         return dielectric(reflecting_cos(from, to), n, false);
     }
-    // What refraction adds to n·direction is along the normal.
+    // Refraction changes n·direction along the normal only.
     // Planted error "facets that refract about the half vector of reflection", found by morgana-transport/transport::polarization::chains::facets_polarise_as_smooth_interfaces_do:
     // let normal = (from - to).try_normalize();
     let normal = (from * side.n_near - to * side.n_far).try_normalize();
@@ -88,15 +91,17 @@ fn facet(s: &Surface, from: DVec3, to: DVec3) -> PlaneMueller {
     dielectric(cos, n, true)
 }
 
-/// Reflection or refraction at the interface of two dielectrics, met at `cos` in [0, 1] by a path from the first side. Refraction is the
-/// same from either side.
+/// Returns the matrix of reflection or refraction at the interface of two dielectrics. A path
+/// arrives from the first side at cosine `cos` in [0, 1]. Refraction has the same matrix from
+/// either side.
 pub fn dielectric(cos: f64, [n_near, n_far]: [f64; 2], transmitted: bool) -> PlaneMueller {
     let cos_far = fresnel::dielectric(cos, n_near, n_far).cos_far;
-    // Optical momenta along the normal, and the same for light in the plane of incidence.
+    // Compute the normal components of the optical momentum, and their counterparts for light
+    // polarised in the plane of incidence.
     let (s_near, s_far) = (n_near * cos, n_far * cos_far);
     let (p_near, p_far) = (n_far * cos, n_near * cos_far);
     if transmitted {
-        // Both amplitudes have the same numerator.
+        // Both amplitudes have the same numerator, which cancels.
         return PlaneMueller::of_real_amplitudes(p_near + p_far, s_near + s_far);
     }
     if cos_far > 0.0 {
@@ -105,7 +110,7 @@ pub fn dielectric(cos: f64, [n_near, n_far]: [f64; 2], transmitted: bool) -> Pla
             (p_near - p_far) / (p_near + p_far),
         );
     }
-    // Total reflection: the far cosine is iκ, of fields that decay with the distance.
+    // Total reflection: the far cosine is iκ, for evanescent fields.
     let kappa = ((n_near / n_far).powi(2) * (1.0 - cos * cos) - 1.0)
         .max(0.0)
         .sqrt();
@@ -116,19 +121,21 @@ pub fn dielectric(cos: f64, [n_near, n_far]: [f64; 2], transmitted: bool) -> Pla
     PlaneMueller::of_amplitudes(s / s.conj(), p / p.conj())
 }
 
-/// Reflection by a pane of relative index `eta`, met at `cos` in [0, 1], or passing through it, with all reflections inside. These do not
-/// interfere with one another, but the two polarisations of each do.
+/// Returns the matrix of reflection or transmission by a pane of relative index `eta`, at cosine
+/// `cos` in [0, 1]. It includes all internal reflections. Different reflections are incoherent, but
+/// the two polarisations of each reflection are coherent.
 pub(crate) fn pane(cos: f64, eta: f64, transmitted: bool) -> PlaneMueller {
     let face = fresnel::dielectric(cos, 1.0, eta);
     if face.cos_far <= 0.0 {
-        // Nothing gets in.
+        // No light enters the pane.
         return dielectric(cos, [1.0, eta], false);
     }
     let (s_far, p_near) = (eta * face.cos_far, eta * cos);
     let s = (cos - s_far) / (cos + s_far);
     let p = (p_near - face.cos_far) / (p_near + face.cos_far);
     let (product, f) = (s * p, face.reflectance);
-    // Of what gets in, s p of both polarisations is left after each reflection, and is let out.
+    // Sum the products of both amplitudes over the internal reflections. Each reflection multiplies
+    // the product by s p.
     let out = (1.0 - s * s) * (1.0 - p * p) / (1.0 - product * product);
     let (of_face, both, scalar): (fn(f64) -> f64, f64, f64) = if transmitted {
         (|f| (1.0 - f) / (1.0 + f), out, (1.0 - f) / (1.0 + f))
@@ -151,10 +158,10 @@ pub(crate) fn pane(cos: f64, eta: f64, transmitted: bool) -> PlaneMueller {
     }
 }
 
-/// Reflection at a metal of complex relative index η + iκ.
+/// Returns the matrix of reflection at a metal of complex relative index η + iκ.
 pub(crate) fn conductor(cos: f64, index: Complex64) -> PlaneMueller {
     let square = index * index;
-    // The root with a positive imaginary part: fields decay.
+    // Take the root with a positive imaginary part: fields decay.
     let far = (square - (1.0 - cos * cos)).sqrt();
     let (s, p) = (Complex64::from(cos), square * cos);
     PlaneMueller::of_amplitudes((s - far) / (s + far), (p - far) / (p + far))
@@ -174,8 +181,9 @@ mod tests {
         assert!(reflected.a3.abs() < 1e-8 && reflected.b2 == 0.0);
     }
 
-    /// tan(δ/2) = cosθ √(sin²θ − n²)/sin²θ with n = n′/n (Born and Wolf), by which the component in the plane of incidence is ahead of
-    /// that across, up to half a turn, since y is mirrored with the ray.
+    /// Compares with tan(δ/2) = cosθ √(sin²θ − n²)/sin²θ with n = n′/n (Born and Wolf). δ is the
+    /// phase lead of the component in the plane of incidence over the component across it. It is
+    /// known up to half a turn, because y is mirrored with the ray.
     #[test]
     fn total_reflection_retards() {
         for degrees in [42.0f64, 48.6, 53.3, 70.0, 89.0] {
@@ -195,7 +203,8 @@ mod tests {
         }
     }
 
-    /// Of the parts of unpolarised light, which the scalar equations add up, b₁ tells them apart; energy is conserved in each.
+    /// Tests that energy is conserved in each polarisation. The scalar equations give the sum of
+    /// both, b₁ their difference.
     #[test]
     fn energy_of_each_polarisation_is_conserved() {
         for cos in [0.05, 0.3, 0.9, 1.0] {
@@ -222,7 +231,9 @@ mod tests {
         }
     }
 
-    /// And of others, R (1 + b₁) is the reflectance of the component across the plane of incidence, with the scalar equation's R.
+    /// Compares metals without absorption with dielectrics. For other metals, R (1 + b₁) is the
+    /// reflectance of the component across the plane of incidence, where R is the scalar
+    /// reflectance.
     #[test]
     fn metals_without_absorption_are_dielectrics() {
         for cos in [0.1, 0.5, 0.8] {
@@ -238,7 +249,8 @@ mod tests {
         }
     }
 
-    /// A pane adds up what its faces send back and forth, polarisation by polarisation and, for light at 45°, product by product.
+    /// Tests that a pane sums all reflections between its faces: powers for each polarisation, and
+    /// products of both amplitudes for light at 45°.
     #[test]
     fn panes_add_up_all_reflections_inside() {
         for degrees in [0.0f64, 30.0, 56.3, 85.0] {
@@ -247,7 +259,8 @@ mod tests {
             let amplitude = |near: f64, far: f64| (near - far) / (near + far);
             let s = amplitude(cos, GLASS * face.cos_far);
             let p = amplitude(GLASS * cos, face.cos_far);
-            // Powers along either axis, and the product of both amplitudes, of the light after so many reflections.
+            // Sum the powers along both axes, and the products of both amplitudes, over the
+            // reflections.
             let sum = |first: f64, step: f64| (0..60).map(|i| first * step.powi(i)).sum::<f64>();
             let passed = |of: f64, square: f64| sum((1.0 - of).powi(2), square);
             let [fs, fp] = [s * s, p * p];
@@ -280,7 +293,7 @@ mod tests {
                     "{degrees}: {found:?}"
                 );
                 assert!(found.a2 == found.a1 && found.a4 == found.a3 && found.b2 == 0.0);
-                // No more polarised than light can be.
+                // The degree of polarisation is at most 1.
                 assert!(found.b1.hypot(found.a3) <= found.a1 + 1e-12);
             }
         }

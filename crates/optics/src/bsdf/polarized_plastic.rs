@@ -1,4 +1,4 @@
-//! Mitsuba's `pplastic` for light of which no polarization is known (Baek et al. 2018); reflects on the side of the
+//! Mitsuba's `pplastic` for scalar renders (Baek et al. 2018). It reflects on the side of the
 //! normal only.
 
 use super::microfacet::Roughness;
@@ -10,8 +10,9 @@ use crate::spectrum::Spectrum;
 use crate::texture::Texture;
 use glam::DVec3;
 
-/// Facets, plus a diffuse base that light reaches and leaves through a smooth surface: with F Fresnel's reflectance,
-/// f = F D G/(4 cosθₒ cosθᵢ) + (1 − F(θₒ)) (1 − F(θᵢ)) ρ/π. Light that the surface sends back to the base is lost.
+/// Facets over a diffuse base, which light reaches and leaves through a smooth interface. With the
+/// Fresnel reflectance F, f = F D G/(4 cosθₒ cosθᵢ) + (1 − F(θₒ)) (1 − F(θᵢ)) ρ/π. Light that the
+/// interface reflects back to the base is lost.
 #[derive(Clone, Debug)]
 pub struct PolarizedPlastic {
     eta: f64,
@@ -21,10 +22,11 @@ pub struct PolarizedPlastic {
 }
 
 impl PolarizedPlastic {
-    /// `eta` is the index inside over that outside; the reflectances lie in [0, 1].
+    /// Creates the surface. `eta` is the index inside relative to the outside; the reflectances lie
+    /// in [0, 1].
     ///
     /// # Errors
-    /// An index that is not positive and finite; a reflectance outside [0, 1].
+    /// Fails if the index is not positive and finite, or if a reflectance lies outside [0, 1].
     pub fn new(
         roughness: Roughness,
         eta: f64,
@@ -40,7 +42,7 @@ impl PolarizedPlastic {
         })
     }
 
-    /// The colour of that name.
+    /// Returns the colour `tint`.
     pub(super) fn tint(&self, tint: Tint) -> Option<&Texture> {
         match tint {
             Tint::DiffuseReflectance => Some(&self.diffuse_reflectance),
@@ -53,7 +55,7 @@ impl PolarizedPlastic {
         self.roughness.is_anisotropic()
     }
 
-    /// Probability with which the base is sampled.
+    /// Returns the probability of sampling the base.
     fn share_of_base(&self, s: &Surface) -> f64 {
         let base = self.diffuse_reflectance.at(&s.site).max();
         base / (1.0 + base)
@@ -91,7 +93,7 @@ impl PolarizedPlastic {
         specular + base
     }
 
-    /// What the facets and the base scatter.
+    /// Returns the light scattered by the facets and by the base.
     fn parts(&self, s: &Surface, toward: DVec3, direction: DVec3) -> [Spectrum; 2] {
         let Some([o, i, h]) = above(s, toward, direction) else {
             return [Spectrum::ZERO; 2];

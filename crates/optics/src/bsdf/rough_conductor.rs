@@ -1,4 +1,4 @@
-//! Rough metal; reflects on the side of the normal only, the other side is black.
+//! Rough metal. It reflects on the side of the normal only; the other side is black.
 
 use super::conductor::Metal;
 use super::microfacet::Roughness;
@@ -16,11 +16,12 @@ pub struct RoughConductor {
 }
 
 impl RoughConductor {
-    /// `eta` + i`k` is the metal's index against vacuum, both parts ≥ 0; `specular_reflectance` in [0, 1] tints it,
-    /// physically 1.
+    /// Creates the conductor. `eta` + i`k` is the index of the metal relative to vacuum, both parts
+    /// ≥ 0. `specular_reflectance` in [0, 1] tints it; its physical value is 1.
     ///
     /// # Errors
-    /// A part of the index that is negative or not finite; a reflectance outside [0, 1].
+    /// Fails if a part of the index is negative or not finite, or if the reflectance lies outside
+    /// [0, 1].
     pub fn new(
         roughness: Roughness,
         eta: Spectrum,
@@ -65,7 +66,7 @@ impl RoughConductor {
         let Some([o, i, h]) = above(s, toward, direction) else {
             return Spectrum::ZERO;
         };
-        // F D G₁(o) G₁(i)/(4 cosθₒ cosθᵢ), times cosθᵢ.
+        // The value is F D G₁(o) G₁(i)/(4 cosθₒ cosθᵢ), times cosθᵢ.
         let facets = self.roughness.at(s);
         self.metal.reflectance(o.dot(h), s) * (facets.g1(i) * facets.pdf_reflected(o, h))
     }

@@ -8,15 +8,15 @@ use crate::spectrum::Spectrum;
 use crate::texture::Texture;
 use glam::DVec3;
 
-/// Indices that differ by less than this fraction count as equal: the interface then does nothing. The
-/// half vector of a transmission is the difference of two vectors of that relative size, and would
-/// be mostly rounding.
+/// Relative difference of indices up to which they count as equal; the interface then has no
+/// effect. The half vector of a transmission is the difference of two vectors of this relative
+/// size, so it would be mostly rounding.
 const MATCHED: f64 = 1e-9;
 
-/// Rough dielectric. Visible facet normals are sampled, then reflection with the facet's F.
+/// Rough dielectric. It samples visible facet normals, then reflection with the F of the facet.
 ///
-/// Where the two indices match, samples pass straight through as delta events and `eval` and `pdf`
-/// are zero: the limit of ever closer indices.
+/// Where the two indices match, samples pass straight through as delta events, and `eval` and `pdf`
+/// are zero. This is the limit of ever closer indices.
 #[derive(Clone, Debug)]
 pub struct RoughDielectric {
     roughness: Roughness,
@@ -24,11 +24,11 @@ pub struct RoughDielectric {
     specular_transmittance: Texture,
 }
 
-/// A pair of directions and the facet that joins them, in the local frame of the near side.
+/// Pair of directions and the facet that connects them, in the local frame of the near side.
 pub(super) struct Event {
-    /// `toward`.
+    /// Direction `toward`.
     pub o: DVec3,
-    /// `direction`.
+    /// Direction `direction`.
     pub i: DVec3,
     /// Facet normal, h.z > 0.
     pub h: DVec3,
@@ -37,10 +37,11 @@ pub(super) struct Event {
 }
 
 impl RoughDielectric {
-    /// The factors in [0, 1] tint the two parts, physically both are 1.
+    /// Creates the interface with factors in [0, 1] for reflection and transmission. Physically,
+    /// both are 1.
     ///
     /// # Errors
-    /// A factor outside [0, 1].
+    /// Fails if a factor lies outside [0, 1].
     pub fn new(
         roughness: Roughness,
         specular_reflectance: impl Into<Texture>,
@@ -53,7 +54,7 @@ impl RoughDielectric {
         })
     }
 
-    /// The colour of that name.
+    /// Returns the colour `tint`.
     pub(super) fn tint(&self, tint: Tint) -> Option<&Texture> {
         match tint {
             Tint::SpecularReflectance => Some(&self.specular_reflectance),
@@ -86,7 +87,7 @@ impl RoughDielectric {
         } else {
             reflect(o, h, cos)
         };
-        // Facets can send light through to the wrong side: that is lost, as with masked light.
+        // Facets may send light to the wrong side. This light is lost, like masked light.
         if cos <= 0.0 || transmitted != (i.z < 0.0) || i.z == 0.0 {
             return None;
         }
@@ -119,7 +120,7 @@ impl RoughDielectric {
         event(&side, toward, direction).map_or(0.0, |e| density(&self.roughness.at(s), &side, &e))
     }
 
-    /// The limit of matched indices.
+    /// Returns the sample for matched indices.
     fn straight(&self, s: &Surface, toward: DVec3) -> BsdfSample {
         BsdfSample {
             direction: -toward,
@@ -130,8 +131,8 @@ impl RoughDielectric {
         }
     }
 
-    /// f̃·|cosθᵢ|/density. Eqs. 20 and 21 times nᵢ²/nₒ², over `density`: all cancels but the shadowing
-    /// of the light's side.
+    /// Returns f̃·|cosθᵢ|/density: eqs. 20 and 21 times nᵢ²/nₒ², over `density`. Everything cancels
+    /// except the shadowing on the side of the light.
     fn weight(&self, s: &Surface, facets: &Microfacets, e: &Event) -> Spectrum {
         let tint = if e.i.z > 0.0 {
             &self.specular_reflectance
@@ -142,14 +143,15 @@ impl RoughDielectric {
     }
 }
 
-/// Visible normals, times F or 1 − F, times dω_h/dω_i (Walter et al. eqs. 14 and 17).
+/// Returns the density of visible normals, times F or 1 − F, times dω_h/dω_i (Walter et al. eqs. 14
+/// and 17).
 pub(super) fn density(facets: &Microfacets, side: &Facing, e: &Event) -> f64 {
     let visible = facets.d(e.h) * facets.g1_over_cos(e.o);
     if e.i.z > 0.0 {
-        // The 1/(4 o·h) of the reflection meets the o·h of the visible normals.
+        // The 1/(4 o·h) of the reflection cancels the o·h of the visible normals.
         return e.f * visible * 0.25;
     }
-    // nₒ o·h + nᵢ i·h is the length of nₒ o + nᵢ i, as h is parallel to it.
+    // Compute nₒ o·h + nᵢ i·h as the length of nₒ o + nᵢ i, which is parallel to h.
     let stretch = (side.n_near * e.o + side.n_far * e.i).length_squared();
     if stretch == 0.0 {
         return 0.0;
@@ -158,12 +160,12 @@ pub(super) fn density(facets: &Microfacets, side: &Facing, e: &Event) -> f64 {
     (1.0 - e.f) * visible * e.o.dot(e.h).max(0.0) * jacobian
 }
 
-/// Whether the indices count as equal.
+/// True if the indices count as equal.
 pub(super) fn matched(side: &Facing) -> bool {
     (side.n_near - side.n_far).abs() <= MATCHED * side.n_near
 }
 
-/// The facet that sends light from `direction` to `toward`, if there is one.
+/// Returns the facet that sends light from `direction` to `toward`, if there is one.
 pub(super) fn event(side: &Facing, toward: DVec3, direction: DVec3) -> Option<Event> {
     if matched(side) {
         return None;
@@ -180,7 +182,7 @@ pub(super) fn event(side: &Facing, toward: DVec3, direction: DVec3) -> Option<Ev
     };
     let h = sum.try_normalize()?;
     let h = if h.z < 0.0 { -h } else { h };
-    // A facet seen from behind by either direction does not count (χ⁺ in Walter et al. eq. 34).
+    // Exclude facets that either direction sees from behind (χ⁺ in Walter et al. eq. 34).
     let faces = o.dot(h) > 0.0 && (i.dot(h) > 0.0) == (i.z > 0.0);
     let f = fresnel::dielectric(o.dot(h).clamp(0.0, 1.0), side.n_near, side.n_far).reflectance;
     faces.then_some(Event { o, i, h, f })

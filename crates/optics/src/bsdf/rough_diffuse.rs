@@ -1,5 +1,5 @@
-//! A rough diffuse surface: V-shaped cavities whose walls are Lambertian (Oren and Nayar 1994); reflects on the side of the normal
-//! only.
+//! Rough diffuse surface: V-shaped cavities with Lambertian walls (Oren and Nayar 1994). It
+//! reflects on the side of the normal only.
 
 use super::error::unbounded;
 use super::surface::above;
@@ -12,7 +12,8 @@ use crate::texture::Texture;
 use glam::DVec3;
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
-/// Rough diffuse reflector. The model is a fit: white surfaces return up to 4.5 % more than they get, from grazing directions.
+/// Rough diffuse reflector. The model is a fit. At grazing directions, white surfaces reflect up to
+/// 4.5 % more than they receive.
 #[derive(Clone, Debug)]
 pub struct RoughDiffuse {
     reflectance: Texture,
@@ -20,18 +21,19 @@ pub struct RoughDiffuse {
     fast: bool,
 }
 
-/// Direct light and light from the opposite walls.
+/// Directly reflected light, and light reflected between opposite walls.
 struct Cavities {
     single: f64,
     double: f64,
 }
 
 impl RoughDiffuse {
-    /// `reflectance` in [0, 1]; `alpha` ≥ 0, Beckmann's roughness: √2 times the standard deviation of the slopes, in Mitsuba's way of
-    /// counting. `fast` leaves out light between walls, as the short form of the model does.
+    /// Creates the reflector, with `reflectance` in [0, 1] and `alpha` ≥ 0. `alpha` is Beckmann's
+    /// roughness, √2 times the standard deviation of the slopes, as in Mitsuba. With `fast`, light
+    /// between walls is omitted, as in the short form of the model.
     ///
     /// # Errors
-    /// A reflectance outside [0, 1]; a roughness that is negative or not finite.
+    /// Fails if the reflectance lies outside [0, 1], or if the roughness is negative or not finite.
     pub fn new(
         reflectance: impl Into<Texture>,
         alpha: impl Into<Texture>,
@@ -96,14 +98,15 @@ impl RoughDiffuse {
     }
 }
 
-/// cos of the difference in azimuth; 0 along the normal, where there is none.
+/// Returns the cosine of the difference in azimuth; 0 along the normal, where the azimuth is
+/// undefined.
 fn cos_between(o: DVec3, i: DVec3) -> f64 {
     let [o, i] = [o, i].map(|d| d.truncate().normalize_or_zero());
     o.dot(i).clamp(-1.0, 1.0)
 }
 
 impl Cavities {
-    /// The short form, for walls whose slopes have the variance `sigma2`.
+    /// Computes the short form of the model, for walls whose slopes have variance `sigma2`.
     fn direct(sigma2: f64, o: DVec3, i: DVec3) -> Self {
         let [low, high] = if o.z < i.z { [o, i] } else { [i, o] };
         let b = 0.45 * sigma2 / (sigma2 + 0.09);
@@ -116,7 +119,7 @@ impl Cavities {
         }
     }
 
-    /// The full model, eqs. 27 to 30.
+    /// Computes the full model, eqs. 27 to 30.
     fn of(sigma2: f64, o: DVec3, i: DVec3) -> Self {
         let [low, high] = if o.z < i.z { [o, i] } else { [i, o] };
         let angle = |d: DVec3| d.truncate().length().atan2(d.z).min(FRAC_PI_2);

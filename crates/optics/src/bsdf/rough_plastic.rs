@@ -1,4 +1,4 @@
-//! A diffuse base under a rough coat of a dielectric; reflects on the side of the normal only.
+//! Diffuse base under a rough dielectric coat. It reflects on the side of the normal only.
 
 use super::coat::Coats;
 use super::microfacet::Roughness;
@@ -13,9 +13,10 @@ use crate::texture::Texture;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Rough plastic. As with Mitsuba's `roughplastic`, light is lost that the coat's facets send to their neighbours on
-/// the way in, out, and back to the base. If the coat is lossless, what it does not reflect reaches the base, and
-/// what the base returns comes out, now or later.
+/// Rough plastic. As in Mitsuba's `roughplastic`, light is lost that the facets of the coat send to
+/// their neighbours on the way in, out, and back to the base. A lossless coat transmits to the base
+/// all light that it does not reflect. All light that the base reflects then leaves, possibly after
+/// further reflections.
 #[derive(Clone, Debug)]
 pub struct RoughPlastic {
     eta: f64,
@@ -26,10 +27,11 @@ pub struct RoughPlastic {
 }
 
 impl RoughPlastic {
-    /// `roughness` is the same in all directions; `lossless` is about the coat; the rest as for [`super::Plastic::new`].
+    /// Creates the surface. `roughness` must be isotropic. `lossless` applies to the coat. The
+    /// other parameters are as for [`super::Plastic::new`].
     ///
     /// # Errors
-    /// As [`super::Plastic::new`]; facets that are rougher in one direction.
+    /// Fails like [`super::Plastic::new`], or if the roughness is anisotropic.
     pub fn new(
         roughness: Roughness,
         lossless: bool,
@@ -73,7 +75,7 @@ impl RoughPlastic {
         BsdfSample::reflected(direction, pdf, value)
     }
 
-    /// The colour of that name.
+    /// Returns the colour `tint`.
     pub(super) fn tint(&self, tint: Tint) -> Option<&Texture> {
         match tint {
             Tint::DiffuseReflectance => Some(&self.base.reflectance),
@@ -91,7 +93,7 @@ impl RoughPlastic {
         specular + base
     }
 
-    /// What the coat and the base scatter.
+    /// Returns the light scattered by the coat and by the base.
     fn parts(&self, s: &Surface, toward: DVec3, direction: DVec3) -> [Spectrum; 2] {
         let Some([o, i, h]) = above(s, toward, direction) else {
             return [Spectrum::ZERO; 2];

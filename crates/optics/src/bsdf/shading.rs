@@ -1,11 +1,12 @@
-//! Scattering by a shading normal that is not that of the surface (docs/theory.md#shading-normals).
+//! Scattering by a shading normal that differs from the geometric normal
+//! (docs/theory.md#shading-normals).
 
 use super::{Bsdf, BsdfSample, Surface};
 use crate::spectrum::Spectrum;
 use glam::DVec3;
 
 impl Bsdf {
-    /// Draws a direction; `None` where light is absorbed or the model loses it.
+    /// Samples a direction; `None` if light is absorbed or the model loses it.
     pub fn sample(&self, s: &Surface, toward: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
         if !self.is_shaded(s) {
             return self.sample_by_normal(s, toward, u);
@@ -17,7 +18,8 @@ impl Bsdf {
         s.is_consistent(sample.direction).then_some(sample)
     }
 
-    /// f̃·|cosθ| with θ the angle between `direction` and the shading normal; zero for delta events.
+    /// Returns f̃·|cosθ|, with θ the angle between `direction` and the shading normal; zero for
+    /// delta events.
     pub fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
         if !self.is_shaded(s) {
             self.eval_by_normal(s, toward, direction)
@@ -28,7 +30,8 @@ impl Bsdf {
         }
     }
 
-    /// Density per steradian with which [`Bsdf::sample`] draws `direction`; zero for delta events.
+    /// Returns the density per steradian with which [`Bsdf::sample`] generates `direction`; zero
+    /// for delta events.
     pub fn pdf(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {
         if !self.is_shaded(s) {
             self.pdf_by_normal(s, toward, direction)
@@ -39,14 +42,15 @@ impl Bsdf {
         }
     }
 
-    /// [`Bsdf::sample`] for a path from an emitter, which light follows from `toward` to the direction that is drawn.
+    /// Samples like [`Bsdf::sample`] for a path from an emitter, along which light travels from
+    /// `toward` to the sampled direction.
     pub fn sample_importance(&self, s: &Surface, toward: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
         let sample = self.sample(s, toward, u)?;
         if !self.leans(s) || sample.delta && sample.transmitted {
             return Some(sample);
         }
         let weight = if sample.delta {
-            // The mirror's own cosines are equal.
+            // The two cosines to the shading normal of the mirror are equal.
             // Planted error "mirrors that lean as bright for light as for views", found by morgana-transport/transport::agreement::shading::mirrors:
             // sample.weight
             sample.weight * s.cosine_ratio(sample.direction, toward)
@@ -56,8 +60,9 @@ impl Bsdf {
         Some(BsdfSample { weight, ..sample })
     }
 
-    /// [`Bsdf::eval`] for a path from an emitter, which light follows from `toward` to `direction`: by eq. (shaded importance),
-    /// from the value for light that goes the other way.
+    /// Evaluates like [`Bsdf::eval`] for a path from an emitter, along which light travels from
+    /// `toward` to `direction`. By eq. (shaded importance), the value follows from the value for
+    /// the reverse direction.
     pub fn eval_importance(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
         if !self.leans(s) {
             return self.eval(s, toward, direction);
@@ -70,7 +75,8 @@ impl Bsdf {
         self.eval(s, direction, toward) * ratio
     }
 
-    /// The unit normal by which it scatters light where `toward` leads to the viewer, on the side of the surface's own.
+    /// Returns the unit normal for scattering where `toward` leads to the viewer, on the side of
+    /// the surface normal.
     pub fn normal(&self, s: &Surface, toward: DVec3) -> DVec3 {
         match self {
             Bsdf::NormalMap(b) => b.normal(&s.shaded(), toward),
@@ -80,19 +86,20 @@ impl Bsdf {
         }
     }
 
-    /// Whether it scatters by another normal than that of the surface.
+    /// True if the bsdf scatters by a normal other than the geometric one.
     pub fn leans(&self, s: &Surface) -> bool {
         self.is_shaded(s) || self.turns_normals()
     }
 
-    /// Whether it scatters by the shading normal of the surface, and this is another one.
+    /// True if the bsdf scatters by the shading normal of the surface, and this differs from the
+    /// geometric normal.
     pub(super) fn is_shaded(&self, s: &Surface) -> bool {
         s.shading_normal != s.normal && !self.keeps_true_surface()
     }
 }
 
 impl Surface {
-    /// The surface whose normal is that of shading.
+    /// Returns the surface with its normal replaced by the shading normal.
     pub(super) fn shaded(&self) -> Self {
         Surface {
             normal: self.shading_normal,
@@ -100,13 +107,14 @@ impl Surface {
         }
     }
 
-    /// Whether a direction is on the same side by both normals. If not, nothing is scattered there: no light comes from below
-    /// the surface.
+    /// True if a direction is on the same side by both normals. Otherwise nothing is scattered
+    /// there, because no light comes from below the surface.
     fn is_consistent(&self, direction: DVec3) -> bool {
         (self.normal.dot(direction) > 0.0) == (self.shading_normal.dot(direction) > 0.0)
     }
 
-    /// |cos| of one direction over that of another, by the true normal; 0 where the other grazes.
+    /// Returns |cos| of `direction` over |cos| of `toward`, by the geometric normal; 0 where
+    /// `toward` is grazing.
     fn cosine_ratio(&self, direction: DVec3, toward: DVec3) -> f64 {
         let cos = self.normal.dot(toward).abs();
         if cos > 0.0 {

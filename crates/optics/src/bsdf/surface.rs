@@ -1,4 +1,4 @@
-//! Geometry and indices where a path meets a surface.
+//! Geometry and refractive indices at a surface point.
 
 #[cfg(doc)]
 use super::Bsdf;
@@ -6,28 +6,30 @@ use crate::sampling::Frame;
 use crate::shape::{Site, Uv};
 use glam::DVec3;
 
-/// A point of a surface as a BSDF sees it.
+/// Surface point with the data that a BSDF needs.
 #[derive(Clone, Copy, Debug)]
 pub struct Surface {
     /// Geometric unit normal, on the shape's outward side.
     pub normal: DVec3,
-    /// Unit normal by which light is scattered, on the side of `normal`: interpolated between the vertices of a mesh that has
-    /// normals there, and equal to `normal` elsewhere.
+    /// Unit normal for scattering, on the side of `normal`. It is interpolated on a mesh with
+    /// vertex normals, and equal to `normal` elsewhere.
     pub shading_normal: DVec3,
-    /// Derivatives of the position with respect to texture coordinates, scene units; zero unless [`Bsdf::uses_tangents`].
+    /// Derivatives of the position with respect to texture coordinates, in scene units; zero unless
+    /// [`Bsdf::uses_tangents`].
     pub tangents: [DVec3; 2],
-    /// Whether the normals are on the other side than the shape's, where [`Bsdf::TwoSided`] has turned them.
+    /// True if the normals have been reversed by [`Bsdf::TwoSided`], so that they point to the
+    /// inward side of the shape.
     pub is_back: bool,
     /// Refractive index at the point, on the side of the normal; > 0.
     pub n_outer: f64,
     /// Refractive index at the point, on the other side; > 0.
     pub n_inner: f64,
-    /// The point, as textures see it.
+    /// Surface point with the data that textures need.
     pub site: Site,
 }
 
 impl Surface {
-    /// A point of a surface without textures.
+    /// Creates a point of a surface without textures.
     pub const fn plain(normal: DVec3, n_outer: f64, n_inner: f64) -> Self {
         Surface {
             normal,
@@ -44,7 +46,7 @@ impl Surface {
         }
     }
 
-    /// The same point with the normal on the other side.
+    /// Returns the point with reversed normals.
     pub(super) fn turned(&self) -> Self {
         Surface {
             normal: -self.normal,
@@ -56,8 +58,8 @@ impl Surface {
         }
     }
 
-    /// The frame whose first vector follows the first of the tangents, and whose third is the normal. On the back it is the mirror
-    /// image of that in front, as in Mitsuba.
+    /// Returns the frame whose first vector follows the first tangent, and whose third is the
+    /// normal. On the back it is the mirror image of the frame in front, as in Mitsuba.
     pub(super) fn frame(&self) -> Frame {
         let frame = Frame::along(self.normal, self.tangents[0]);
         if self.is_back && self.tangents[0] != DVec3::ZERO {
@@ -70,7 +72,7 @@ impl Surface {
         }
     }
 
-    /// The surface seen from the side of `toward`.
+    /// Returns the surface seen from the side of `toward`.
     pub(super) fn facing(&self, toward: DVec3) -> Facing {
         if self.normal.dot(toward) >= 0.0 {
             Facing {
@@ -90,12 +92,12 @@ impl Surface {
     }
 }
 
-/// A surface seen from one side.
+/// Surface seen from one side.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Facing {
     /// Unit normal on the near side.
     pub normal: DVec3,
-    /// The first of the tangents.
+    /// First tangent.
     pub tangent: DVec3,
     /// Index on the near side.
     pub n_near: f64,
@@ -104,24 +106,26 @@ pub(super) struct Facing {
 }
 
 impl Facing {
-    /// Frame whose first vector follows the first of the tangents, and whose third is the near side's normal.
+    /// Returns the frame whose first vector follows the first tangent, and whose third is the
+    /// normal of the near side.
     pub(super) fn frame(&self) -> Frame {
         Frame::along(self.normal, self.tangent)
     }
 }
 
-/// Mirror image of `v` about the unit vector `axis`, with `cos` = v·axis.
+/// Returns the mirror image of `v` about the unit vector `axis`, with `cos` = v·axis.
 pub(super) fn reflect(v: DVec3, axis: DVec3, cos: f64) -> DVec3 {
     2.0 * cos * axis - v
 }
 
-/// Direction on the far side that Snell's law pairs with `v` on the near side; `cos` = v·axis > 0,
-/// `cos_far` its counterpart, `eta` = n_near/n_far.
+/// Returns the direction on the far side that Snell's law pairs with `v` on the near side. `cos` =
+/// v·axis > 0, `cos_far` is the cosine on the far side, and `eta` = n_near/n_far.
 pub(super) fn refract(v: DVec3, axis: DVec3, cos: f64, cos_far: f64, eta: f64) -> DVec3 {
     (eta * cos - cos_far) * axis - eta * v
 }
 
-/// `toward`, `direction` and their half vector in the frame of the surface, if both are above it.
+/// Returns `toward`, `direction` and their half vector in the frame of the surface, if both
+/// directions are above it.
 pub(super) fn above(s: &Surface, toward: DVec3, direction: DVec3) -> Option<[DVec3; 3]> {
     let frame = s.frame();
     let (o, i) = (frame.to_local(toward), frame.to_local(direction));

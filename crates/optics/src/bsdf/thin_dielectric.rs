@@ -1,5 +1,5 @@
-//! A thin pane of a dielectric: light passes straight through, or is reflected, with all that goes back and
-//! forth inside.
+//! Thin pane of a dielectric. Light passes straight through or is reflected, including all internal
+//! reflections.
 
 use super::surface::reflect;
 use super::{
@@ -9,9 +9,10 @@ use crate::shape::Site;
 use crate::texture::Texture;
 use glam::DVec3;
 
-/// A pane of no thickness, the same medium on both sides.
+/// Pane without thickness, with the same medium on both sides.
 ///
-/// As with a [`Mask`](super::Mask), whether light passes is decided first; what does not is reflected.
+/// As with a [`Mask`](super::Mask), estimators first decide if light passes. Light that does not
+/// pass is reflected.
 #[derive(Clone, Debug)]
 pub struct ThinDielectric {
     eta: f64,
@@ -20,11 +21,11 @@ pub struct ThinDielectric {
 }
 
 impl ThinDielectric {
-    /// `eta` > 0 is the pane's index over that around it; factors in [0, 1] tint what is reflected and what
-    /// passes, physically both are 1.
+    /// Creates the pane. `eta` > 0 is its index relative to its surroundings. The factors in [0, 1]
+    /// tint reflected and transmitted light; physically, both are 1.
     ///
     /// # Errors
-    /// An index that is not positive and finite; a factor outside [0, 1].
+    /// Fails if the index is not positive and finite, or if a factor lies outside [0, 1].
     pub fn new(
         eta: f64,
         specular_reflectance: impl Into<Texture>,
@@ -38,12 +39,12 @@ impl ThinDielectric {
         })
     }
 
-    /// The pane's index over that around it.
+    /// Returns the index of the pane relative to its surroundings.
     pub(super) fn eta(&self) -> f64 {
         self.eta
     }
 
-    /// The colour of that name.
+    /// Returns the colour `tint`.
     pub(super) fn tint(&self, tint: Tint) -> Option<&Texture> {
         match tint {
             Tint::SpecularReflectance => Some(&self.specular_reflectance),
@@ -52,8 +53,8 @@ impl ThinDielectric {
         }
     }
 
-    /// One face reflects F. Summed over all reflections inside, the pane reflects
-    /// R = F + (1 − F)² F/(1 − F²) = 2F/(1 + F).
+    /// Returns the transmission. A face reflects F. Summed over all internal reflections, the pane
+    /// reflects R = F + (1 − F)² F/(1 − F²) = 2F/(1 + F).
     pub(super) fn through(&self, site: &Site, cos: f64) -> PartialTransmission {
         let f = fresnel::dielectric(cos.min(1.0), 1.0, self.eta).reflectance;
         PartialTransmission {
@@ -62,7 +63,7 @@ impl ThinDielectric {
         }
     }
 
-    /// Reflection of what does not pass.
+    /// Samples the reflection of light that does not pass.
     pub(super) fn sample(&self, s: &Surface, toward: DVec3) -> BsdfSample {
         let side = s.facing(toward);
         BsdfSample {

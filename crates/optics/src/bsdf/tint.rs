@@ -1,4 +1,4 @@
-//! The colours of surfaces, and how what they scatter changes with these.
+//! Colours of surfaces, and derivatives of the scattered light with respect to them.
 //!
 //! Theory: docs/theory.md#derivatives-of-light.
 
@@ -7,36 +7,36 @@ use crate::spectrum::Spectrum;
 use crate::texture::Texture;
 use glam::DVec3;
 
-/// A colour of a surface, called as in scenes.
+/// Colour of a surface, named as in scene files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Tint {
-    /// Of all that is reflected.
+    /// Reflectance of a surface with a single colour.
     Reflectance,
-    /// Of a diffuse base, or of a diffuse part.
+    /// Reflectance of a diffuse base or a diffuse part.
     DiffuseReflectance,
-    /// Of what a smooth or rough surface reflects, or of a glossy part.
+    /// Factor of the reflection by a smooth or rough surface, or reflectance of a glossy part.
     SpecularReflectance,
-    /// Of what a smooth or rough interface, or a pane, lets pass.
+    /// Factor of the transmission by a smooth or rough interface, or by a pane.
     SpecularTransmittance,
-    /// Of what a filter lets pass.
+    /// Transmittance of a filter.
     Transmittance,
-    /// Of a principled surface.
+    /// Colour of a principled surface.
     BaseColor,
 }
 
-/// How light is scattered at a point of a surface.
+/// Scattering event at a surface point.
 #[derive(Clone, Copy, Debug)]
 pub struct BsdfEvent {
     /// Unit vector towards the viewer.
     pub toward: DVec3,
     /// Unit vector towards the light.
     pub direction: DVec3,
-    /// Whether this is a delta event, or light that passes straight on.
+    /// True for a delta event, or for light that passes undeflected.
     pub delta: bool,
 }
 
 impl Tint {
-    /// All of them.
+    /// All colours.
     pub const ALL: [Tint; 6] = [
         Tint::Reflectance,
         Tint::DiffuseReflectance,
@@ -46,7 +46,7 @@ impl Tint {
         Tint::BaseColor,
     ];
 
-    /// Its name in scenes.
+    /// Returns the name in scene files.
     pub fn name(self) -> &'static str {
         match self {
             Tint::Reflectance => "reflectance",
@@ -60,14 +60,15 @@ impl Tint {
 }
 
 impl BsdfEvent {
-    /// Whether light crosses a surface.
+    /// True if light crosses the surface.
     fn crosses(&self, s: &Surface) -> bool {
         s.normal.dot(self.toward) * s.normal.dot(self.direction) < 0.0
     }
 }
 
 impl Bsdf {
-    /// The colour of that name; `None` if it has none, or several, or is not differentiated by it.
+    /// Returns the colour `tint`. Returns `None` if the bsdf has no such colour, has several, or
+    /// has no derivatives with respect to it.
     pub fn tint(&self, tint: Tint) -> Option<Texture> {
         match (self, tint) {
             (Bsdf::Diffuse(b), Tint::Reflectance) => Some(b.reflectance().clone()),
@@ -92,14 +93,16 @@ impl Bsdf {
             (Bsdf::NormalMap(b), _) => b.nested().tint(tint),
             (Bsdf::Coating(b), _) => b.tint(tint),
             (Bsdf::TwoSided(b), _) => common(b.sides(), tint),
-            // The same direction of two mirrors does not tell which of them it is.
+            // If both parts are mirrors, the direction does not reveal which of them reflected the
+            // light.
             (Bsdf::Blend(b), _) if !b.pair().iter().all(Bsdf::is_mirror) => common(b.pair(), tint),
             _ => None,
         }
     }
 
-    /// The derivative of the logarithm of what is scattered by a [colour](Bsdf::tint), in each channel; zero if it has no such colour, or
-    /// where nothing is scattered.
+    /// Returns the derivative of the logarithm of the scattered light with respect to a
+    /// [colour](Bsdf::tint), in each channel. Returns zero if there is no such colour, or where
+    /// nothing is scattered.
     pub fn tint_derivative(&self, tint: Tint, s: &Surface, event: &BsdfEvent) -> Spectrum {
         let Some(colour) = self.tint(tint) else {
             return Spectrum::ZERO;
@@ -142,7 +145,7 @@ impl Bsdf {
             Bsdf::Coating(b) => b.tint_derivative(tint, s, event),
             Bsdf::TwoSided(b) => b.tint_derivative(tint, s, event),
             Bsdf::Blend(b) => b.tint_derivative(tint, s, event),
-            // What passes its holes is as it was.
+            // Light that passes the holes is unchanged.
             Bsdf::Mask(_) if event.delta && event.crosses(s) => Spectrum::ZERO,
             Bsdf::Mask(b) => b.nested().tint_derivative(tint, s, event),
             Bsdf::NormalMap(b) => b.tint_derivative(tint, s, event),
@@ -153,7 +156,8 @@ impl Bsdf {
     }
 }
 
-/// The colour that only one of two surfaces has, or both. Black, by which nothing has derivatives, does not count beside another.
+/// Returns the colour of a pair of surfaces, if only one of them has it or both share it. Black
+/// beside another colour does not count, because nothing has derivatives with respect to it.
 fn common(pair: &[Bsdf; 2], tint: Tint) -> Option<Texture> {
     let is_black = |colour: &Texture| matches!(colour, Texture::Uniform(c) if c.is_zero());
     match pair.each_ref().map(|bsdf| bsdf.tint(tint)) {
@@ -164,12 +168,12 @@ fn common(pair: &[Bsdf; 2], tint: Tint) -> Option<Texture> {
     }
 }
 
-/// 1/ρ; zero where that is zero.
+/// Returns 1/ρ, and zero where ρ is zero.
 pub(super) fn reciprocal(colour: Spectrum) -> Spectrum {
     share(Spectrum::ONE, colour)
 }
 
-/// A part over the whole; zero where that is zero.
+/// Returns the part over the whole, and zero where the whole is zero.
 pub(super) fn share(part: Spectrum, whole: Spectrum) -> Spectrum {
     part.zip(
         whole,
@@ -239,7 +243,7 @@ mod tests {
         .unwrap()
     }
 
-    /// A surface whose two colours are given, and which colours these are.
+    /// Constructor of a surface from two colours, and the names of these colours.
     type Case = (fn([f64; 2]) -> Bsdf, [Tint; 2]);
 
     const BOTH: [Tint; 2] = [Tint::DiffuseReflectance, Tint::SpecularReflectance];
@@ -300,7 +304,7 @@ mod tests {
                 },
                 BOTH,
             ),
-            // The normal that is seen depends on the viewer.
+            // The perturbed normal depends on the viewer.
             (
                 |colours| {
                     let normal = Texture::Uniform(Spectrum([0.9, 0.3, 0.6, 0.0]));
@@ -317,7 +321,7 @@ mod tests {
                 },
                 [one, Tint::SpecularReflectance],
             ),
-            // As the rest of a mixture.
+            // Mix with a black surface.
             (
                 |[a, _]| Bsdf::Blend(BlendBsdf::new(0.3, diffuse(a), diffuse(0.0)).unwrap()),
                 [one; 2],
@@ -346,7 +350,8 @@ mod tests {
         (0..400).map(move |i| [at(i, 0.618_034), at(i, 0.754_878)])
     }
 
-    /// Both ways of light, by the normal of the surface and by another one.
+    /// Compares derivatives with differences for both directions of light, by the geometric normal
+    /// and by another normal.
     #[test]
     fn derivatives_are_those_of_what_is_scattered() {
         let (h, leaning) = (1e-5, DVec3::new(0.3, 0.1, 0.95).normalize());
@@ -392,7 +397,7 @@ mod tests {
         }
     }
 
-    /// Two colours of one name are no colour, and none is seen of two mirrors.
+    /// Tests that two different colours of one name are refused, as are the colours of two mirrors.
     #[test]
     fn colours_of_several_surfaces_are_told_apart_or_refused() {
         let two = |a, b| Bsdf::TwoSided(TwoSided::new(diffuse(a), diffuse(b)).unwrap());

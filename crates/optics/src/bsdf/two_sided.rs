@@ -1,4 +1,4 @@
-//! A surface that reflects on both sides.
+//! Surface that reflects on both sides.
 
 use super::tint::BsdfEvent;
 use super::{Bsdf, BsdfError, BsdfSample, Surface, Tint};
@@ -6,18 +6,18 @@ use crate::spectrum::Spectrum;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// One opaque surface on the side of the normal, another on the other side.
+/// Pair of opaque surfaces, one on the side of the normal and one on the other side.
 #[derive(Clone, Debug)]
 pub struct TwoSided {
-    /// On the side of the normal, and behind.
+    /// Surfaces on the side of the normal, and behind.
     sides: Arc<[Bsdf; 2]>,
 }
 
 impl TwoSided {
-    /// `front` is on the side of the normal. Both must be opaque.
+    /// Creates the surface. `front` is on the side of the normal. Both surfaces must be opaque.
     ///
     /// # Errors
-    /// A surface that lets light through.
+    /// Fails if a surface lets light through.
     pub fn new(front: Bsdf, back: Bsdf) -> Result<Self, BsdfError> {
         let sides = [front.opaque("twosided")?, back.opaque("twosided")?];
         Ok(TwoSided {
@@ -25,12 +25,12 @@ impl TwoSided {
         })
     }
 
-    /// Surfaces in front and behind.
+    /// Returns the surfaces in front and behind.
     pub fn sides(&self) -> &[Bsdf; 2] {
         &self.sides
     }
 
-    /// The surface that `toward` sees, with the normal on its side.
+    /// Returns the surface seen from `toward`, with the normal on its side.
     pub(super) fn seen(&self, s: &Surface, toward: DVec3) -> (&Bsdf, Surface) {
         if s.normal.dot(toward) >= 0.0 {
             (&self.sides[0], *s)
@@ -44,7 +44,7 @@ impl TwoSided {
         bsdf.albedo(&s, toward)
     }
 
-    /// On the side of the surface's own normal.
+    /// Returns the normal for scattering, on the side of the surface normal.
     pub(super) fn normal(&self, s: &Surface, toward: DVec3) -> DVec3 {
         let (bsdf, seen) = self.seen(s, toward);
         let normal = bsdf.normal(&seen, toward);

@@ -6,12 +6,14 @@ use crate::texture::Texture;
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_PI, PI};
 
-/// Facets are no smoother than this.
+/// Smallest roughness of the facets.
 const LEAST_ALPHA: f64 = 1e-3;
-/// What is missing from 1 of the squared ratio of the smaller roughness to the larger, at full anisotropy.
+/// Difference from 1 of the squared ratio of the smaller roughness to the larger, at full
+/// anisotropy.
 const ANISOTROPY: f64 = 0.9;
 
-/// Facets of a roughness r: α_u = r²/a along ∂x/∂u, α_v = r² a across, with a² = 1 − 0.9 `anisotropic`.
+/// Creates the facets of a roughness r: α_u = r²/a along ∂x/∂u, α_v = r² a across, with a² = 1 −
+/// 0.9 `anisotropic`.
 pub(super) fn facets(roughness: f64, anisotropic: f64) -> Microfacets {
     let (alpha, aspect) = (
         roughness * roughness,
@@ -24,28 +26,28 @@ pub(super) fn facets(roughness: f64, anisotropic: f64) -> Microfacets {
     )
 }
 
-/// Schlick's weight of grazing angles.
+/// Returns Schlick's weight (1 − cosθ)⁵ of grazing angles.
 pub(super) fn grazing(cos: f64) -> f64 {
     (1.0 - cos).clamp(0.0, 1.0).powi(5)
 }
 
-/// What Schlick's approximation takes a reflectance at normal incidence by: its weight at a facet met at `cos` from
-/// outside, for an index `eta` inside over that outside.
+/// Returns the weight of Schlick's approximation for a facet at cosine `cos` from outside. `eta` is
+/// the index inside relative to the outside.
 pub(super) fn schlick_weight(cos: f64, eta: f64) -> f64 {
     if eta > 1.0 {
         return grazing(cos);
     }
-    // The angle on the side of the smaller index.
+    // Use the angle on the side of the smaller index.
     let cos2 = 1.0 - (1.0 - cos * cos) / (eta * eta);
     grazing(cos2.max(0.0).sqrt())
 }
 
-/// Schlick's reflectance.
+/// Returns Schlick's reflectance, from the reflectance at normal incidence and a weight.
 pub(super) fn schlick(normal: f64, weight: f64) -> f64 {
     normal + (1.0 - normal) * weight
 }
 
-/// A colour over its luminance; white if that is 0.
+/// Returns a colour over its luminance; white if the luminance is 0.
 pub(super) fn tint(base: Spectrum, luminance: f64) -> Spectrum {
     if luminance > 0.0 {
         base / luminance
@@ -54,31 +56,31 @@ pub(super) fn tint(base: Spectrum, luminance: f64) -> Spectrum {
     }
 }
 
-/// Whether nothing has a share of the base's [tint], given how much of it facets have, the sheen, and how much of it that has.
+/// True if neither the facets nor the sheen have a fraction of the base's [tint].
 pub(super) fn is_untinted([spec_tint, sheen, sheen_tint]: [&Texture; 3]) -> bool {
     let is_zero = |texture: &Texture| texture.numbers().all(|v| v == 0.0);
     is_zero(spec_tint) && (is_zero(sheen) || is_zero(sheen_tint))
 }
 
-/// The diffuse base at a point.
+/// Diffuse base at a point.
 pub(super) struct Base {
     pub colour: Spectrum,
     pub roughness: f64,
-    /// Share of what looks like scattering below the surface.
+    /// Fraction that approximates subsurface scattering.
     pub flatness: f64,
-    /// Sheen, with its colour.
+    /// Sheen, including its colour.
     pub sheen: Spectrum,
 }
 
 impl Base {
-    /// f cosθᵢ of base and sheen: `share` of the base reflects, `sheen_share` of the sheen does.
+    /// Returns f cosθᵢ of `share` times the base plus `sheen_share` times the sheen.
     pub(super) fn value(&self, [o, i, h]: &[DVec3; 3], share: f64, sheen_share: f64) -> Spectrum {
         let cos = o.dot(*h).clamp(0.0, 1.0);
         let base = self.colour * (share * self.diffuse(o.z, i.z, cos) * FRAC_1_PI * i.z);
         base + self.sheen * (sheen_share * grazing(cos) * i.z)
     }
 
-    /// π times the value of the base over its colour.
+    /// Returns π times the value of the base, over its colour.
     fn diffuse(&self, o: f64, i: f64, cos: f64) -> f64 {
         let (wo, wi) = (grazing(o), grazing(i));
         let back = 2.0 * self.roughness * cos * cos;
@@ -98,9 +100,9 @@ pub(super) struct ClearCoat {
     alpha2: f64,
 }
 
-/// Roughness of a clear coat without gloss, and of one with full gloss.
+/// Roughness of a clear coat without gloss, and of a clear coat with full gloss.
 const COAT_ALPHAS: [f64; 2] = [0.1, 0.001];
-/// Roughness of the masking of clear coats.
+/// Roughness for the masking of clear coats.
 const COAT_MASKING: f64 = 0.25;
 /// Reflectance of clear coats at normal incidence.
 const COAT_REFLECTANCE: f64 = 0.04;
@@ -113,27 +115,27 @@ impl ClearCoat {
         }
     }
 
-    /// Area of facets per steradian.
+    /// Returns the area of facets per steradian.
     fn d(&self, h: DVec3) -> f64 {
         let a = self.alpha2;
-        // 1 + (α² − 1) cos² without cancellation.
+        // Evaluate 1 + (α² − 1) cos² without cancellation.
         let base = h.truncate().length_squared() + a * h.z * h.z;
         (a - 1.0) / (PI * a.ln() * base)
     }
 
-    /// A normal with the density D cosθ.
+    /// Samples a normal with density D cosθ.
     pub(super) fn sample(&self, [u, v]: [f64; 2]) -> DVec3 {
         let cos2 = ((1.0 - self.alpha2.powf(1.0 - v)) / (1.0 - self.alpha2)).clamp(0.0, 1.0);
         let (sin, cos) = (u * 2.0 * PI).sin_cos();
         (glam::DVec2::new(cos, sin) * (1.0 - cos2).sqrt()).extend(cos2.sqrt())
     }
 
-    /// Density of the directions that such normals reflect towards `o`.
+    /// Returns the density of directions that the sampled normals reflect towards `o`.
     pub(super) fn pdf(&self, o: DVec3, h: DVec3) -> f64 {
         self.d(h) * h.z / (4.0 * o.dot(h)).max(1e-300)
     }
 
-    /// f cosθᵢ of a whole coat.
+    /// Returns f cosθᵢ of a coat with weight 1.
     pub(super) fn value(&self, [o, i, h]: &[DVec3; 3], eta: f64) -> f64 {
         let weight = schlick_weight(o.dot(*h).clamp(0.0, 1.0), eta);
         let fresnel = schlick(COAT_REFLECTANCE, weight);

@@ -17,37 +17,38 @@ use crate::texture::Texture;
 use glam::DVec3;
 use lobes::{Base, ClearCoat, facets, is_untinted, schlick, schlick_weight, tint};
 
-/// What of a clear coat there is at most.
+/// Largest weight of a clear coat.
 const COAT: f64 = 0.25;
 
-/// What a principled surface is made of; all textures lie in [0, 1].
+/// Parameters of a principled surface; all textures lie in [0, 1].
 #[derive(Clone, Debug)]
 pub struct PrincipledParameters {
     /// Colour b of base and metal.
     pub base_color: Texture,
     /// Luminance of `base_color`, by which tints are divided.
     pub luminance: Texture,
-    /// Square root of the facets' roughness.
+    /// Square root of the roughness of the facets.
     pub roughness: Texture,
-    /// How much rougher facets are along ∂x/∂u than across it.
+    /// Anisotropy: excess of the roughness along ∂x/∂u over the roughness across it.
     pub anisotropic: Texture,
-    /// Share m of metal.
+    /// Fraction m of metal.
     pub metallic: Texture,
-    /// Share t of what is not metal that lets light through.
+    /// Fraction t of the non-metallic part that transmits light.
     pub spec_trans: Texture,
-    /// How much of the base's colour the dielectric's reflections have.
+    /// Fraction of the colour of the base in the reflections of the dielectric.
     pub spec_tint: Texture,
     /// Sheen at grazing angles.
     pub sheen: Texture,
-    /// How much of the base's colour the sheen has.
+    /// Fraction of the colour of the base in the sheen.
     pub sheen_tint: Texture,
-    /// Share of the base that looks like scattering below the surface.
+    /// Fraction of the base that approximates subsurface scattering.
     pub flatness: Texture,
-    /// A coat over all of it.
+    /// Weight of a clear coat over the surface.
     pub clearcoat: Texture,
-    /// How smooth the coat is.
+    /// Smoothness of the coat.
     pub clearcoat_gloss: Texture,
-    /// Index inside over that outside, > 0. Where the surface lets light through, the indices are those of the media.
+    /// Index inside relative to the outside, > 0. If the surface transmits light, the indices of
+    /// the media replace it.
     pub eta: f64,
 }
 
@@ -73,29 +74,31 @@ impl Default for PrincipledParameters {
 }
 
 impl PrincipledParameters {
-    /// The index that a `specular` in [0, 1] stands for.
+    /// Returns the index that a `specular` in [0, 1] stands for.
     pub fn eta_of(specular: f64) -> f64 {
         2.0 / (1.0 - (0.08 * specular).sqrt()) - 1.0
     }
 }
 
-/// A principled solid.
+/// Principled solid.
 ///
-/// With r the roughness, α_u α_v = r⁴, w(c) = (1 − c)⁵, and F Fresnel's reflectance of a facet with the normal h:
-/// f = (1 − m)(1 − t) times the base, plus (1 − m) w(o·h) times the sheen, plus a quarter of the clear coat, plus
-/// [m (b + (1 − b) w(o·h)) + (1 − m) F'] D G/(4 cosθₒ cosθᵢ), D and G those of GGX and F' being F, or
-/// Schlick's with the tint. Light passes as through a rough dielectric, times (1 − m) t √b.
+/// Let r be the roughness, α_u α_v = r⁴, w(c) = (1 − c)⁵, and F the Fresnel reflectance of a facet
+/// with normal h. Then f = (1 − m)(1 − t) times the base, plus (1 − m) w(o·h) times the sheen, plus
+/// a quarter of the clear coat, plus [m (b + (1 − b) w(o·h)) + (1 − m) F'] D G/(4 cosθₒ cosθᵢ). D
+/// and G are GGX's, and F' is F, or Schlick's reflectance with the tint. Light is transmitted as by
+/// a rough dielectric, times (1 − m) t √b.
 #[derive(Clone, Debug)]
 pub struct Principled {
     parameters: PrincipledParameters,
     transmits: bool,
 }
 
-/// The parameters at a point.
+/// Parameters at a point.
 struct Local {
     base: Base,
     metallic: f64,
-    /// Shares of what is neither metal nor lets light through, and of what lets it through.
+    /// Fraction that is neither metallic nor transmits light.
+    /// Fraction that transmits light.
     opaque: f64,
     clear: f64,
     spec_tint: f64,
@@ -103,13 +106,15 @@ struct Local {
     coat_share: f64,
     coat: ClearCoat,
     facets: Microfacets,
-    /// Index inside over that outside.
+    /// Index inside relative to the outside.
     eta: f64,
 }
 
 impl Principled {
+    /// Creates the surface.
+    ///
     /// # Errors
-    /// If a texture has values outside [0, 1], or the index is not finite and > 0.
+    /// Fails if a texture has values outside [0, 1], or if the index is not finite and > 0.
     pub fn new(parameters: PrincipledParameters) -> Result<Self, BsdfError> {
         let p = parameters;
         check_eta(p.eta)?;
@@ -135,7 +140,7 @@ impl Principled {
         })
     }
 
-    /// Whether light passes anywhere.
+    /// True if the surface transmits light anywhere.
     pub fn transmits(&self) -> bool {
         self.transmits
     }
@@ -213,13 +218,14 @@ impl Principled {
         self.parameters.base_color.at(&s.site)
     }
 
-    /// The colour of base and metal, unless others follow it by its luminance.
+    /// Returns the colour of base and metal, unless other parameters depend on it by its luminance.
     pub(super) fn tint(&self) -> Option<&Texture> {
         let p = &self.parameters;
         is_untinted([&p.spec_tint, &p.sheen, &p.sheen_tint]).then_some(&p.base_color)
     }
 
-    /// The derivative of the logarithm by that colour: what is reflected is linear in it, and what passes in its root.
+    /// Returns the derivative of the logarithm with respect to `base_color`. Reflected light is
+    /// linear in the colour, transmitted light in its root.
     pub(super) fn tint_derivative(&self, s: &Surface, event: &BsdfEvent) -> Spectrum {
         let BsdfEvent {
             toward, direction, ..
@@ -274,7 +280,7 @@ impl Principled {
             })
     }
 
-    /// The facet of what is transmitted, or reflected inside.
+    /// Returns the facet that transmits light, or reflects it inside.
     fn through(
         &self,
         s: &Surface,
@@ -288,13 +294,14 @@ impl Principled {
             return None;
         }
         let event = event(&side, toward, direction)?;
-        // In front, reflections are those of all lobes.
+        // In front, reflections combine all lobes.
         (event.i.z < 0.0 || !is_front).then_some((side, event))
     }
 }
 
 impl Local {
-    /// What the coat and the base take of samples, where facets take 1.
+    /// Returns the sampling weights of the coat and the base, relative to a weight of 1 for the
+    /// facets.
     fn others(&self, is_front: bool) -> [f64; 2] {
         if is_front {
             [self.coat_share, self.opaque]
@@ -307,7 +314,8 @@ impl Local {
         1.0 + self.others(is_front).iter().sum::<f64>()
     }
 
-    /// Where a facet sends light from; `u` in [0, 1) chooses between reflection and transmission.
+    /// Returns the direction that a facet of normal `h` pairs with `o`. `u` in [0, 1) chooses
+    /// between reflection and transmission.
     fn off_facet(
         &self,
         side: &Facing,
@@ -328,7 +336,7 @@ impl Local {
         (cos > 0.0 && transmitted == (i.z < 0.0)).then_some(i)
     }
 
-    /// f̃ cosθᵢ of what is reflected on the side of the normal.
+    /// Returns f̃ cosθᵢ of reflection on the side of the normal.
     fn reflected(&self, above: &[DVec3; 3]) -> Spectrum {
         let [o, i, h] = *above;
         let cos = o.dot(h).clamp(0.0, 1.0);

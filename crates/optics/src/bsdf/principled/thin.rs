@@ -1,4 +1,4 @@
-//! A principled sheet without thickness: both sides alike, between equal indices.
+//! Principled sheet without thickness. Both sides are equal, and so are the indices around it.
 
 use super::lobes::{Base, facets, is_untinted, schlick, schlick_weight, tint};
 use super::{
@@ -9,60 +9,64 @@ use crate::spectrum::Spectrum;
 use crate::texture::Texture;
 use glam::DVec3;
 
-/// What a principled sheet is made of; textures lie in [0, 1] unless said otherwise.
+/// Parameters of a principled sheet; textures lie in [0, 1] unless stated otherwise.
 #[derive(Clone, Debug)]
 pub struct PrincipledThinParameters {
     /// Colour of the sheet.
     pub base_color: Texture,
     /// Luminance of `base_color`, by which tints are divided.
     pub luminance: Texture,
-    /// Square root of the facets' roughness.
+    /// Square root of the roughness of the facets.
     pub roughness: Texture,
-    /// How much rougher facets are along ∂x/∂u than across it.
+    /// Anisotropy: excess of the roughness along ∂x/∂u over the roughness across it.
     pub anisotropic: Texture,
-    /// Share of facets; the rest is diffuse.
+    /// Fraction of facets; the rest is diffuse.
     pub spec_trans: Texture,
-    /// Twice the share of the diffuse light that is transmitted, in [0, 2].
+    /// Twice the fraction of the diffuse light that is transmitted, in [0, 2].
     pub diff_trans: Texture,
-    /// How much of the sheet's colour the reflections of facets have.
+    /// Fraction of the colour of the sheet in the reflections of facets.
     pub spec_tint: Texture,
     /// Sheen at grazing angles.
     pub sheen: Texture,
-    /// How much of the sheet's colour the sheen has.
+    /// Fraction of the colour of the sheet in the sheen.
     pub sheen_tint: Texture,
-    /// Share of the diffuse reflection that looks like scattering below the surface.
+    /// Fraction of the diffuse reflection that approximates subsurface scattering.
     pub flatness: Texture,
     /// Index of the sheet, > 0.
     pub eta: f64,
 }
 
-/// A principled sheet. Facets reflect, and transmit to the mirror image of where they would reflect to.
+/// Principled sheet. Facets reflect light, and also transmit it to the mirror image of the
+/// reflected direction.
 #[derive(Clone, Debug)]
 pub struct PrincipledThin {
     parameters: PrincipledThinParameters,
 }
 
-/// The parameters at a point.
+/// Parameters at a point.
 struct Local {
     base: Base,
     spec_trans: f64,
     diff_trans: f64,
     spec_tint: f64,
     tint: Spectrum,
-    /// Facets that reflect, and those that transmit.
+    /// Facets for reflection, and facets for transmission.
     facets: [Microfacets; 2],
     eta: f64,
 }
 
-/// Two directions on the side of the viewer and their half vector, one of them mirrored if light passes.
+/// Pair of directions on the side of the viewer and their half vector. The second direction is
+/// mirrored if light is transmitted.
 struct Event {
     vectors: [DVec3; 3],
     transmitted: bool,
 }
 
 impl PrincipledThin {
+    /// Creates the sheet.
+    ///
     /// # Errors
-    /// If a texture has values outside [0, 1], or the index is not finite and > 0.
+    /// Fails if a texture has values outside its range, or if the index is not finite and > 0.
     pub fn new(parameters: PrincipledThinParameters) -> Result<Self, BsdfError> {
         let p = parameters;
         check_eta(p.eta)?;
@@ -98,7 +102,8 @@ impl PrincipledThin {
         let sheen_tint = number(&p.sheen_tint);
         let sheen = (Spectrum::ONE * (1.0 - sheen_tint) + tint * sheen_tint) * number(&p.sheen);
         let roughness = number(&p.roughness);
-        // Light bends twice in the sheet, less the smaller its index (Burley 2015, figure 15).
+        // Light is refracted twice in the sheet. A smaller index deflects it less (Burley 2015,
+        // figure 15).
         let scaled = (0.65 * p.eta - 0.35) * roughness;
         let anisotropic = number(&p.anisotropic);
         Local {
@@ -154,13 +159,14 @@ impl PrincipledThin {
         self.parameters.base_color.at(&s.site)
     }
 
-    /// The colour of the sheet, unless others follow it by its luminance.
+    /// Returns the colour of the sheet, unless other parameters depend on it by its luminance.
     pub(in crate::bsdf) fn tint(&self) -> Option<&Texture> {
         let p = &self.parameters;
         is_untinted([&p.spec_tint, &p.sheen, &p.sheen_tint]).then_some(&p.base_color)
     }
 
-    /// The derivative of the logarithm by that colour, in which all is linear.
+    /// Returns the derivative of the logarithm with respect to `base_color`, in which all light is
+    /// linear.
     pub(in crate::bsdf) fn tint_derivative(&self, s: &Surface, by: &BsdfEvent) -> Spectrum {
         let Some(event) = event(s, by.toward, by.direction) else {
             return Spectrum::ZERO;
@@ -192,7 +198,7 @@ impl PrincipledThin {
 }
 
 impl Local {
-    /// f̃ cosθᵢ.
+    /// Returns f̃ cosθᵢ.
     fn scattered(&self, event: &Event) -> Spectrum {
         let ([o, i, h], diffuse) = (event.vectors, 1.0 - self.spec_trans);
         let facets = &self.facets[usize::from(event.transmitted)];
