@@ -1,4 +1,4 @@
-//! Apertures: where across a beam its light starts, and how much of it.
+//! Apertures: position, shape and irradiance of the start of a beam.
 
 use super::picture::Picture;
 use super::slide::Slide;
@@ -11,30 +11,30 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// How a beam's irradiance varies across it. Lengths are > 0.
+/// Irradiance across a beam. Lengths are > 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BeamProfile {
     /// Constant inside a disc.
     Disc {
-        /// Its radius.
+        /// Radius of the disc.
         radius: f64,
     },
-    /// exp(−2r²/w²).
+    /// Gaussian exp(−2r²/w²).
     Gaussian {
-        /// Radius w at which the irradiance has fallen to 1/e² of that on the axis.
+        /// Radius w at which the irradiance is 1/e² of its value on the axis.
         waist: f64,
     },
     /// Constant inside a rectangle.
     Rectangle {
-        /// Its extent along local x.
+        /// Extent along local x.
         width: f64,
-        /// Its extent along local y.
+        /// Extent along local y.
         height: f64,
     },
 }
 
 impl BeamProfile {
-    /// ∫ irradiance dA over that on the axis.
+    /// Returns ∫ irradiance dA over the irradiance on the axis.
     fn area(self) -> f64 {
         match self {
             BeamProfile::Disc { radius } => PI * radius * radius,
@@ -43,7 +43,7 @@ impl BeamProfile {
         }
     }
 
-    /// Radius that contains most of the light.
+    /// Returns the radius that contains most of the light.
     fn radius(self) -> f64 {
         match self {
             BeamProfile::Disc { radius } => radius,
@@ -52,7 +52,7 @@ impl BeamProfile {
         }
     }
 
-    /// Radius beyond which there is nothing to speak of.
+    /// Returns the radius beyond which the light is negligible.
     fn reach(self) -> f64 {
         match self {
             BeamProfile::Rectangle { .. } => self.radius(),
@@ -60,7 +60,7 @@ impl BeamProfile {
         }
     }
 
-    /// Irradiance at a local point over that on the axis.
+    /// Returns the irradiance at a local point over the irradiance on the axis.
     fn relative(self, p: DVec2) -> f64 {
         let within = match self {
             BeamProfile::Disc { radius } => p.length() <= radius,
@@ -72,7 +72,7 @@ impl BeamProfile {
         f64::from(u8::from(within))
     }
 
-    /// A local point in proportion to the irradiance.
+    /// Samples a local point with density proportional to the irradiance.
     fn sample(self, u: [f64; 2]) -> DVec2 {
         match self {
             BeamProfile::Disc { radius } => radius * uniform_disc_sample(u),
@@ -83,7 +83,7 @@ impl BeamProfile {
         }
     }
 
-    /// Density of [`BeamProfile::sample`] per unit area.
+    /// Returns the density of [`BeamProfile::sample`] per unit area.
     fn pdf(self, p: DVec2) -> f64 {
         match self {
             BeamProfile::Disc { radius } => uniform_disc_pdf(p / radius) / (radius * radius),
@@ -93,20 +93,21 @@ impl BeamProfile {
     }
 }
 
-/// The part of a plane on which a beam starts, which way it goes, and how its irradiance varies there.
+/// Part of a plane on which a beam starts, with the direction and the irradiance profile of the
+/// beam.
 #[derive(Clone, Debug)]
 pub struct Aperture {
     origin: DVec3,
-    /// The light goes along +z. Left-handed if a transform mirrors it.
+    /// Frame with +z along the light. It is left-handed if a transform mirrors it.
     frame: Frame,
     profile: BeamProfile,
-    /// A factor of the irradiance, over a rectangle.
+    /// Image that multiplies the irradiance over a rectangle.
     picture: Option<Arc<Picture>>,
 }
 
 impl Aperture {
-    /// An aperture around `origin` across `direction`, in which the light goes, not zero. A rectangle should rather have
-    /// an [orientation](Aperture::oriented).
+    /// Creates an aperture around `origin`, perpendicular to the light along `direction`, not zero.
+    /// For a rectangle, [`Aperture::oriented`](Aperture::oriented) also sets its rotation.
     pub fn new(origin: DVec3, direction: DVec3, profile: BeamProfile) -> Self {
         Aperture {
             origin,
@@ -116,7 +117,7 @@ impl Aperture {
         }
     }
 
-    /// An aperture around `origin`; the light goes along local +z.
+    /// Creates an aperture around `origin`, with light along local +z.
     pub fn oriented(origin: DVec3, orientation: Orientation, profile: BeamProfile) -> Self {
         let [s, t, n] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| orientation.to_world(axis));
         Aperture {
@@ -127,11 +128,12 @@ impl Aperture {
         }
     }
 
-    /// A rectangle of a `width` along local x and a `height` along local y with an image as a factor of its irradiance:
-    /// for someone who looks along the light, with local +y up, it is the right way round.
+    /// Creates a rectangle with `width` along local x, `height` along local y, and an image that
+    /// multiplies its irradiance. The image is upright for an observer who looks along the light,
+    /// with local +y up.
     ///
     /// # Errors
-    /// The image is black, or not as it says.
+    /// Fails if the image is black, or if its number of pixels does not match its size.
     pub fn picture(
         origin: DVec3,
         orientation: Orientation,
@@ -145,38 +147,38 @@ impl Aperture {
         })
     }
 
-    /// The same, displaced by `shift`.
+    /// Returns the aperture displaced by `shift`.
     pub(crate) fn moved(mut self, shift: DVec3) -> Self {
         self.origin += shift;
         self
     }
 
-    /// Its centre.
+    /// Returns the centre.
     pub fn origin(&self) -> DVec3 {
         self.origin
     }
 
-    /// Unit direction in which the light goes at its centre.
+    /// Returns the unit direction of the light at the centre.
     pub fn direction(&self) -> DVec3 {
         self.frame.n
     }
 
-    /// How the irradiance varies across it, but for the image.
+    /// Returns the irradiance profile, without the image.
     pub fn profile(&self) -> BeamProfile {
         self.profile
     }
 
-    /// Radius that contains most of the light.
+    /// Returns the radius that contains most of the light.
     pub fn radius(&self) -> f64 {
         self.profile.radius()
     }
 
-    /// Radius beyond which there is no light to speak of.
+    /// Returns the radius beyond which the light is negligible.
     pub fn reach(&self) -> f64 {
         self.profile.reach()
     }
 
-    /// ∫ relative irradiance dA.
+    /// Returns ∫ relative irradiance dA.
     pub(super) fn area(&self) -> Spectrum {
         let area = Spectrum::splat(self.profile.area());
         self.picture
@@ -184,8 +186,8 @@ impl Aperture {
             .map_or(area, |picture| area * picture.mean())
     }
 
-    /// Irradiance where it is one relatively, of light of the given total power; zero in channels in which its image is
-    /// black.
+    /// Returns the irradiance where the relative irradiance is one, for light of the given total
+    /// power. It is zero in channels in which the image is black.
     pub(super) fn peak(&self, power: Spectrum) -> Spectrum {
         let area = self.area();
         power.zip(
@@ -196,17 +198,18 @@ impl Aperture {
         )
     }
 
-    /// The image, if there is one.
+    /// Returns the image, if there is one.
     pub(super) fn slide(&self) -> Option<&Slide> {
         self.picture.as_ref().map(|picture| picture.slide())
     }
 
-    /// Image coordinates in [0, 1]² from the top left of a point of the plane.
+    /// Returns the image coordinates, in [0, 1]² from the top left, of a point of the plane.
     pub(super) fn locate(&self, point: DVec3) -> [f64; 2] {
         self.coordinates(self.to_local(point))
     }
 
-    /// Irradiance at a point of the plane over that of the profile on the axis, times the image.
+    /// Returns the relative irradiance at a point of the plane: the profile over its value on the
+    /// axis, times the image.
     pub(super) fn relative(&self, point: DVec3) -> Spectrum {
         let p = self.to_local(point);
         let relative = self.profile.relative(p);
@@ -216,7 +219,8 @@ impl Aperture {
         }
     }
 
-    /// A point in proportion to the irradiance, summed over the channels of an image.
+    /// Samples a point with density proportional to the irradiance, summed over the channels of an
+    /// image.
     pub fn sample(&self, u: [f64; 2]) -> DVec3 {
         let p = match &self.picture {
             Some(picture) => self.profile.sample(picture.sample(u).map(|c| 1.0 - c)),
@@ -225,7 +229,7 @@ impl Aperture {
         self.origin + self.frame.to_world(p.extend(0.0))
     }
 
-    /// Density of [`Aperture::sample`] per unit area.
+    /// Returns the density of [`Aperture::sample`] per unit area.
     pub(super) fn pdf(&self, point: DVec3) -> f64 {
         let p = self.to_local(point);
         let pdf = self.profile.pdf(p);
@@ -235,7 +239,8 @@ impl Aperture {
         }
     }
 
-    /// A point in the plane's own coordinates; of round profiles just its distance from the axis.
+    /// Converts a point to coordinates of the plane. For round profiles, only the distance from the
+    /// axis is computed.
     fn to_local(&self, point: DVec3) -> DVec2 {
         let offset = point - self.origin;
         match self.profile {
@@ -244,7 +249,7 @@ impl Aperture {
         }
     }
 
-    /// Image coordinates in [0, 1]² from the top left.
+    /// Returns image coordinates in [0, 1]² from the top left.
     fn coordinates(&self, p: DVec2) -> [f64; 2] {
         match self.profile {
             BeamProfile::Rectangle { width, height } => [0.5 - p.x / width, 0.5 - p.y / height],
@@ -253,7 +258,7 @@ impl Aperture {
     }
 }
 
-/// Standard deviation of exp(−2r²/w²) along each axis.
+/// Returns the standard deviation of exp(−2r²/w²) along each axis.
 fn deviation(waist: f64) -> f64 {
     0.5 * waist
 }

@@ -1,4 +1,4 @@
-//! A disc in the sky, such as the sun's.
+//! Disc at infinity, such as the sun.
 
 use crate::Spectrum;
 use crate::sampling::Frame;
@@ -6,19 +6,19 @@ use crate::sampling::sphere::{uniform_cone_pdf, uniform_cone_sample};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
-/// The same radiance from all directions within an angle around one.
+/// Environment with the same radiance from all directions within an angle around a centre.
 #[derive(Clone, Copy, Debug)]
 pub struct DistantDisc {
     frame: Frame,
-    /// 1 − cos of the half angle.
+    /// Value of 1 − cos of the half angle.
     height: f64,
     radiance: Spectrum,
 }
 
-/// Why there is no such disc.
+/// Reason why a disc at infinity cannot be built.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum DiscError {
-    /// The centre is no direction.
+    /// The direction of the centre is zero or not finite.
     #[error("the direction of a disc in the sky must not be zero")]
     Direction,
     /// The half angle is out of range.
@@ -27,10 +27,11 @@ pub enum DiscError {
 }
 
 impl DistantDisc {
-    /// A disc around the direction `center`, as seen from the scene, of `half_angle` in radians, in (0, π], and `radiance` ≥ 0.
+    /// Creates a disc around the direction `center`, as seen from the scene. `half_angle` is in
+    /// radians, in (0, π], and `radiance` ≥ 0.
     ///
     /// # Errors
-    /// A direction that is zero or not finite, or a half angle out of range.
+    /// Fails if the direction is zero or not finite, or if the half angle is out of range.
     pub fn new(
         center: DVec3,
         half_angle: f64,
@@ -48,14 +49,14 @@ impl DistantDisc {
         })
     }
 
-    /// Solid angle in steradians.
+    /// Returns the solid angle in steradians.
     pub fn solid_angle(&self) -> f64 {
         // Planted error "discs in the sky brighter than their radiance over their solid angle", found by morgana-transport/transport::emitters::discs_in_the_sky_are_sampled_by_their_density:
         // TAU * self.height * 0.9
         TAU * self.height
     }
 
-    /// Radiance within the disc.
+    /// Returns the radiance within the disc.
     pub(super) fn scale(&self) -> Spectrum {
         self.radiance
     }

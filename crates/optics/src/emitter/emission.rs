@@ -10,33 +10,33 @@ use crate::sampling::sphere::{
 use crate::shape::Shape;
 use glam::DVec3;
 
-/// A ray of light drawn at random: the first of a light subpath.
+/// Randomly sampled ray of light: the first ray of a light subpath.
 ///
-/// It is drawn in two steps, as a connection to the emitter would be made: an end, then a ray that
-/// leaves from there. The subpath starts with the power `emitted`/(`end_pdf` · `pdf` · probability
-/// of the emitter); no index enters.
+/// Sampling has two steps, like a connection to the emitter: an end, then a ray that leaves from
+/// the end. The subpath starts with the power `emitted`/(`end_pdf` · `pdf` · probability of the
+/// emitter). No refractive index enters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Emission {
-    /// The end of the path, as a connection to it would aim.
+    /// End of the path, as a connection to the emitter samples it.
     pub end: ConnectionEnd,
-    /// Density of the end: per unit area on a surface or an aperture, per unit volume, per steradian for an environment, 1 if there
-    /// is no choice.
+    /// Density of the end: per unit area on a surface or an aperture, per unit volume, per
+    /// steradian for an environment, 1 if there is no choice.
     pub end_pdf: f64,
-    /// Where the light starts.
+    /// Position where the light starts.
     pub x: DVec3,
-    /// Unit direction in which it leaves.
+    /// Unit direction in which the light leaves.
     pub direction: DVec3,
     /// Density of the ray, given the end: per steradian from a point, per unit area across the
     /// direction for parallel light.
     pub pdf: f64,
-    /// What [`Emitter::emitted`] gives for this ray; not zero.
+    /// Value of [`Emitter::emitted`] for this ray; not zero.
     pub emitted: Spectrum,
 }
 
 impl Emitter {
-    /// Draws a ray of light; `shape` gives the shape of an object, `u` is uniform in [0, 1)⁴, and its
-    /// first two numbers choose the end as [`Emitter::sample_end`] would. `None` if no light leaves along the
-    /// ray that was drawn.
+    /// Samples a ray of light. `shape` returns the shape of an object, and `u` is uniform in [0,
+    /// 1)⁴. The first two numbers choose the end as in [`Emitter::sample_end`]. Returns `None` if
+    /// no light leaves along the sampled ray.
     pub fn emit<'a>(
         &self,
         around: &Surroundings,
@@ -65,9 +65,9 @@ impl Emitter {
         })
     }
 
-    /// The density with which [`Emitter::emit`], given the end, chooses the ray that leaves `x` in the
-    /// unit `direction`: per steradian from a point, per unit area across the direction for parallel
-    /// light. Zero for rays that it never chooses.
+    /// Returns the density with which [`Emitter::emit`], given the end, samples the ray that leaves
+    /// `x` in the unit `direction`. It is per steradian from a point, and per unit area across the
+    /// direction for parallel light. It is zero for rays that are never sampled.
     pub fn pdf_emit(
         &self,
         around: &Surroundings,
@@ -96,7 +96,8 @@ impl Emitter {
         }
     }
 
-    /// Direction in which light leaves a point, which may lie on an object with a normal.
+    /// Samples the direction in which light leaves a point, which may lie on an object with a
+    /// normal.
     fn direction_from(&self, position: DVec3, surface: Option<OnSurface>, u: [f64; 2]) -> DVec3 {
         match (self, surface) {
             (Emitter::Fiber(fiber), _) => fiber.sample(position, u),
@@ -111,7 +112,7 @@ impl Emitter {
         }
     }
 
-    /// Where a ray of light parallel to `direction` starts.
+    /// Samples the start of a ray of light parallel to `direction`.
     fn start_of_parallel(&self, around: &Surroundings, direction: DVec3, u: [f64; 2]) -> DVec3 {
         match self {
             Emitter::Collimated(beam) => beam.aperture().sample(u),

@@ -1,4 +1,4 @@
-//! Light from all around: constant, an image, or a disc.
+//! Light from all directions at infinity: constant, an image, or a disc.
 
 use super::distant_disc::DistantDisc;
 use super::environment_map::EnvironmentMap;
@@ -9,10 +9,10 @@ use glam::DVec3;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Why an image cannot serve as an environment.
+/// Reason why an image cannot serve as an environment.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ImageError {
-    /// The number of pixels is not width × height, or one of them is zero.
+    /// The number of pixels is zero or differs from width × height.
     #[error("expected {width} × {height} pixels, found {found}")]
     Size {
         /// Width in pixels.
@@ -25,9 +25,9 @@ pub enum ImageError {
     /// A pixel is negative or not finite.
     #[error("pixel ({x}, {y}) is negative or not finite")]
     Pixel {
-        /// Column.
+        /// Column of the pixel.
         x: usize,
-        /// Row.
+        /// Row of the pixel.
         y: usize,
     },
     /// The image cannot be sampled.
@@ -38,23 +38,24 @@ pub enum ImageError {
 /// Radiance as a function of direction, in the ambient medium.
 #[derive(Clone, Debug)]
 pub enum Environment {
-    /// The same from everywhere.
+    /// Same radiance from all directions.
     Constant(Spectrum),
-    /// An equirectangular image.
+    /// Equirectangular image.
     Image(Arc<EnvironmentMap>),
-    /// A disc, and darkness around it.
+    /// Disc with darkness around it.
     Disc(DistantDisc),
 }
 
 impl Environment {
-    /// An environment from an equirectangular image, row by row from the top, in Mitsuba's
-    /// convention: local +y is up, the left edge of the image is seen in local direction −z and u = ¼ in local
-    /// direction +x. Radiance is bilinear in longitude and colatitude between the pixels' centres; those of the first
-    /// row lie at the upper pole, those of the last row at the lower pole. Images of fewer than three rows repeat the
-    /// last one.
+    /// Creates an environment from an equirectangular image, row by row from the top, in Mitsuba's
+    /// convention. Local +y is up, the left edge of the image is seen in local direction −z, and u
+    /// = ¼ in local direction +x. Radiance is bilinear in longitude and colatitude between the
+    /// centres of pixels. Pixels of the first row lie at the upper pole, pixels of the last row at
+    /// the lower pole. Images of fewer than three rows repeat the last row.
     ///
     /// # Errors
-    /// No pixels, or another number of them; pixels that are negative or not finite, or all black.
+    /// Fails if the number of pixels is zero or does not match, or if a pixel is negative or not
+    /// finite, or all are black.
     pub fn image(
         width: usize,
         height: usize,
@@ -69,7 +70,8 @@ impl Environment {
         )?)))
     }
 
-    /// Radiance that arrives from the unit direction `toward`, against which the light travels.
+    /// Returns the radiance that arrives from the unit direction `toward`, opposite to the
+    /// propagation of the light.
     pub fn radiance(&self, toward: DVec3) -> Spectrum {
         match self {
             Environment::Constant(radiance) => *radiance,
@@ -78,8 +80,8 @@ impl Environment {
         }
     }
 
-    /// The derivative of Σ weight × radiance over the channels by the unit direction `toward`, perpendicular to it; `None` if the radiance
-    /// jumps somewhere.
+    /// Returns the derivative of Σ weight × radiance over the channels with respect to the unit
+    /// direction `toward`, perpendicular to it. Returns `None` if the radiance is discontinuous.
     pub fn gradient(&self, toward: DVec3, weights: Spectrum) -> Option<DVec3> {
         match self {
             Environment::Constant(_) => Some(DVec3::ZERO),
@@ -88,8 +90,8 @@ impl Environment {
         }
     }
 
-    /// A unit direction towards the environment, nearly in proportion to its radiance, and its density per steradian;
-    /// `u` is uniform in [0, 1)².
+    /// Samples a unit direction towards the environment, with density nearly proportional to its
+    /// radiance. Returns it with its density per steradian. `u` is uniform in [0, 1)².
     pub fn sample(&self, u: [f64; 2]) -> (DVec3, f64) {
         match self {
             Environment::Constant(_) => (uniform_sphere_sample(u), uniform_sphere_pdf()),
@@ -98,7 +100,7 @@ impl Environment {
         }
     }
 
-    /// Density of [`Environment::sample`] per steradian in the unit direction `toward`.
+    /// Returns the density of [`Environment::sample`] per steradian in the unit direction `toward`.
     pub fn pdf(&self, toward: DVec3) -> f64 {
         match self {
             Environment::Constant(_) => uniform_sphere_pdf(),
@@ -107,7 +109,7 @@ impl Environment {
         }
     }
 
-    /// ∫ radiance over all directions.
+    /// Returns ∫ radiance over all directions.
     pub(super) fn integral(&self) -> Spectrum {
         match self {
             Environment::Constant(radiance) => *radiance * (4.0 * PI),

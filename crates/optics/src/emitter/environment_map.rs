@@ -1,7 +1,8 @@
-//! An equirectangular image of radiance, as Mitsuba's `envmap` interpolates it.
+//! Equirectangular image of radiance, with the interpolation of Mitsuba's `envmap`.
 //!
-//! Between two columns and two rows of pixels lies a cell. In it radiance is linear in longitude and in colatitude θ.
-//! Directions are drawn by cells, and within a cell with a density that is linear in longitude and in cos θ.
+//! A cell lies between two columns and two rows of pixels. In a cell, radiance is linear in
+//! longitude and in colatitude θ. Sampling chooses a cell, then a direction in it with a density
+//! that is linear in longitude and in cos θ.
 
 use super::ImageError;
 use crate::sampling::grid2::PickedCell;
@@ -10,7 +11,7 @@ use crate::{Orientation, Spectrum};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
-/// Images have at least as many rows: the poles and the equator.
+/// Smallest number of rows: the poles and the equator.
 const LEAST_HEIGHT: usize = 3;
 
 /// Radiance that is bilinear between the pixels of an image around the scene.
@@ -20,21 +21,21 @@ pub struct EnvironmentMap {
     height: usize,
     pixels: Vec<Spectrum>,
     orientation: Orientation,
-    /// sin² and cos² of half the colatitude of each row of pixels.
+    /// Values of sin² and cos² of half the colatitude of each row of pixels.
     half_angles: Vec<(f64, f64)>,
-    /// Cells, by their integrals summed over the channels.
+    /// Distribution over cells, by their integrals summed over the channels.
     distribution: Grid2,
-    /// ∫ radiance over all directions, summed over the channels.
+    /// Integral ∫ radiance over all directions, summed over the channels.
     total: f64,
 }
 
-/// A cell and a point in it.
+/// Cell of the image, and a point in it.
 struct Place {
-    /// Column and row of the cell: the pixels at its left and upper corners.
+    /// Column and row of the cell: the indices of the pixels at its left and upper corners.
     cell: [usize; 2],
-    /// Longitude and colatitude from there, in cells.
+    /// Longitude and colatitude relative to the corner, in cells.
     within: [f64; 2],
-    /// sin² of half the colatitude.
+    /// Value of sin² of half the colatitude.
     half_sin2: f64,
 }
 
@@ -89,7 +90,8 @@ impl EnvironmentMap {
         Ok(map)
     }
 
-    /// Sines and the arc tangent keep their digits near the poles, where the cosine loses them.
+    /// Finds the cell of a direction. Sines and the arc tangent keep their digits near the poles,
+    /// where the cosine loses them.
     fn locate(&self, toward: DVec3) -> Place {
         let d = self.orientation.to_local(toward);
         let sin = d.x.hypot(d.z);
@@ -112,14 +114,14 @@ impl EnvironmentMap {
         }
     }
 
-    /// The pixels at the corners of a cell: above and below, left and right.
+    /// Returns the pixels at the corners of a cell: above and below, left and right.
     fn corners(&self, [column, row]: [usize; 2]) -> [[Spectrum; 2]; 2] {
         let next = (column + 1) % self.width;
         [row, row + 1]
             .map(|row| [column, next].map(|column| self.pixels[row * self.width + column]))
     }
 
-    /// The density within a cell, over longitude and cos θ.
+    /// Returns the density within a cell, over longitude and cos θ.
     fn within(&self, cell: [usize; 2]) -> BilinearCell {
         BilinearCell::new(self.corners(cell).map(|row| row.map(|p| p.sum())))
     }
@@ -133,7 +135,8 @@ impl EnvironmentMap {
         above * (1.0 - y) + below * y
     }
 
-    /// The derivative of Σ weight × radiance over the channels by the unit direction, perpendicular to it: exact within cells.
+    /// Returns the derivative of Σ weight × radiance over the channels with respect to the unit
+    /// direction, perpendicular to it. It is exact within cells.
     pub(super) fn gradient(&self, toward: DVec3, weights: Spectrum) -> DVec3 {
         let d = self.orientation.to_local(toward);
         let Place { cell, within, .. } = self.locate(toward);
@@ -146,7 +149,7 @@ impl EnvironmentMap {
         if sin2 == 0.0 {
             return DVec3::ZERO;
         }
-        // Longitude atan2(x, −z), colatitude acos y.
+        // Longitude is atan2(x, −z), colatitude is acos y.
         let east = DVec3::new(-d.z, 0.0, d.x) / sin2;
         let south = DVec3::new(d.x * d.y, -sin2, d.z * d.y) / sin2.sqrt();
         let (width, rows) = (self.width as f64, (self.height - 1) as f64);
@@ -159,17 +162,17 @@ impl EnvironmentMap {
         }
     }
 
-    /// Numbers of rows and columns.
+    /// Returns the numbers of rows and columns.
     pub(super) fn shape(&self) -> [usize; 2] {
         [self.height, self.width]
     }
 
-    /// Radiances, row by row from the upper pole.
+    /// Returns the radiances, row by row from the upper pole.
     pub(super) fn pixels(&self) -> &[Spectrum] {
         &self.pixels
     }
 
-    /// Calls `see` with each pixel that counts in a direction, and its weight.
+    /// Calls `see` with each pixel that contributes in a direction, and its weight.
     pub(super) fn weights(&self, toward: DVec3, mut see: impl FnMut(usize, f64)) {
         let Place {
             cell: [column, row],
@@ -184,7 +187,7 @@ impl EnvironmentMap {
         }
     }
 
-    /// ∫ radiance over all directions, in closed form.
+    /// Returns ∫ radiance over all directions, in closed form.
     pub(super) fn integral(&self) -> Spectrum {
         let sums: Vec<Spectrum> = self
             .pixels
@@ -198,8 +201,8 @@ impl EnvironmentMap {
         cells.fold(Spectrum::ZERO, |total, cell| total + cell) * (TAU / self.width as f64)
     }
 
-    /// ∫ radiance over all directions, summed over the channels: the sum of the channels of the radiance in a direction is
-    /// roughly this times the density of the direction.
+    /// Returns ∫ radiance over all directions, summed over the channels. Times the density of a
+    /// direction, it approximates the radiance from there, summed over the channels.
     pub(super) fn total(&self) -> f64 {
         self.total
     }
@@ -226,7 +229,7 @@ impl EnvironmentMap {
         self.density(place.cell, [place.within[0], z])
     }
 
-    /// Density per steradian at a point of a cell, in longitude and cos θ.
+    /// Returns the density per steradian at a point of a cell, given in longitude and cos θ.
     fn density(&self, cell: [usize; 2], within: [f64; 2]) -> f64 {
         let [above, below] = [cell[1], cell[1] + 1].map(|row| self.half_angles[row].0);
         let solid_angle = 2.0 * (below - above) * TAU / self.width as f64;
@@ -234,7 +237,8 @@ impl EnvironmentMap {
     }
 }
 
-/// ∫ (1 − t) sin θ dθ and ∫ t sin θ dθ from a row of pixels to the next, t being the distance in rows.
+/// Computes ∫ (1 − t) sin θ dθ and ∫ t sin θ dθ from a row of pixels to the next, where t is the
+/// distance in rows.
 fn row_integrals(row: usize, height: usize) -> [f64; 2] {
     let step = PI / (height - 1) as f64;
     let [(sin, cos), (sin_below, cos_below)] = [row, row + 1].map(|k| (step * k as f64).sin_cos());

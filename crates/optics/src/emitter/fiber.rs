@@ -1,4 +1,4 @@
-//! The end of an optical fibre: an aperture that radiates into a cone.
+//! End of an optical fibre: an aperture that radiates into a cone.
 
 use super::aperture::Aperture;
 use crate::Spectrum;
@@ -11,23 +11,25 @@ use crate::sampling::sphere::{uniform_cone_sample, uniform_sphere_pdf};
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
-/// How the light of a fibre is distributed over directions. θ is the angle from the axis, θ₀ that of the edge.
+/// Angular distribution of the light of a fibre. θ is the angle from the axis, θ₀ the angle of the
+/// edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AngularProfile {
-    /// The same intensity for θ ≤ θ₀: uniform in solid angle.
+    /// Same intensity for θ ≤ θ₀: uniform in solid angle.
     Uniform,
-    /// The same radiance for θ ≤ θ₀: intensity in proportion to cos θ.
+    /// Same radiance for θ ≤ θ₀: intensity proportional to cos θ.
     Lambertian,
-    /// Radiance in proportion to exp(−2 sin²θ/sin²θ₀), over the whole hemisphere.
+    /// Radiance proportional to exp(−2 sin²θ/sin²θ₀), over the whole hemisphere.
     Gaussian,
 }
 
-/// How wide the light of a fibre spreads.
+/// Divergence of the light of a fibre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Divergence {
-    /// To this angle θ₀ from the axis, in radians, in (0, π/2].
+    /// Half angle θ₀ of the cone in radians, in (0, π/2].
     HalfAngle(f64),
-    /// To sin θ₀ = NA/n in a medium of index n at the centre of the aperture, 0 < NA ≤ n.
+    /// Numerical aperture: sin θ₀ = NA/n in a medium of index n at the centre of the aperture, 0 <
+    /// NA ≤ n.
     NumericalAperture(f64),
 }
 
@@ -37,17 +39,19 @@ pub struct Fiber {
     aperture: Aperture,
     profile: AngularProfile,
     divergence: Divergence,
-    /// sin θ₀.
+    /// Sine of θ₀.
     sin: f64,
     /// Distance of the focus, if there is one.
     focus: Option<f64>,
-    /// Irradiance of the aperture on its axis; with an image, where that is one.
+    /// Irradiance of the aperture on its axis; with an image, the irradiance where the image is
+    /// one.
     peak: Spectrum,
 }
 
 impl Fiber {
-    /// Light of the given total power; none in channels in which the aperture's image is black. A numerical aperture is
-    /// taken in vacuum, until the fibre is part of a scene.
+    /// Creates a fibre of the given total power. There is no light in channels in which the image
+    /// of the aperture is black. A numerical aperture applies to vacuum until the fibre is part of
+    /// a scene.
     pub fn new(
         aperture: Aperture,
         profile: AngularProfile,
@@ -66,8 +70,9 @@ impl Fiber {
         .in_medium(1.0)
     }
 
-    /// Turns the cones of all points of the aperture so that their axes meet on the axis at a `distance` > 0 from its
-    /// centre, or, if it is < 0, come from a point behind it.
+    /// Rotates the cones of all points of the aperture so that their axes meet on the axis of the
+    /// fibre. The focus is at a `distance` > 0 from the centre; for a `distance` < 0 the axes
+    /// diverge from a point behind the aperture.
     pub fn with_focus(self, distance: f64) -> Self {
         Fiber {
             focus: Some(distance),
@@ -75,7 +80,7 @@ impl Fiber {
         }
     }
 
-    /// The same in a medium of index `n` > 0.
+    /// Returns the fibre in a medium of index `n` > 0.
     pub fn in_medium(self, n: f64) -> Self {
         let sin = match self.divergence {
             Divergence::HalfAngle(angle) => angle.sin(),
@@ -86,68 +91,72 @@ impl Fiber {
         Fiber { sin, ..self }
     }
 
-    /// The same, displaced by `shift`.
+    /// Returns the fibre displaced by `shift`.
     pub fn moved(mut self, shift: DVec3) -> Self {
         self.aperture = self.aperture.moved(shift);
         self
     }
 
-    /// The aperture.
+    /// Returns the aperture.
     pub fn aperture(&self) -> &Aperture {
         &self.aperture
     }
 
-    /// How wide the light spreads.
+    /// Returns the divergence of the light.
     pub fn divergence(&self) -> Divergence {
         self.divergence
     }
 
-    /// Distance of the focus, if there is one.
+    /// Returns the distance of the focus, if there is one.
     pub fn focus(&self) -> Option<f64> {
         self.focus
     }
 
-    /// Centre of the aperture.
+    /// Returns the centre of the aperture.
     pub fn origin(&self) -> DVec3 {
         self.aperture.origin()
     }
 
-    /// Sine of the half angle of the cone, in the medium at its centre; more than 1 if its numerical aperture is larger
-    /// than the index there.
+    /// Returns the sine of the half angle of the cone, in the medium at its centre. It exceeds 1 if
+    /// the numerical aperture is larger than the index there.
     pub fn sin(&self) -> f64 {
         self.sin
     }
 
-    /// About the share of the aperture whose cones contain a point in the beam: at a distance from the aperture or, if there is one, at
-    /// the focus. A connection is worth something with this probability.
+    /// Returns the approximate fraction of the aperture whose cones contain a point in the beam.
+    /// The point is at `distance` from the aperture, or at the focus if there is one. The fraction
+    /// is the probability that a connection contributes.
     pub fn share_seen(&self, distance: f64) -> f64 {
         let spot = self.edge() * self.focus.map_or(distance, f64::abs);
         (spot / self.aperture.radius()).powi(2).min(1.0)
     }
 
-    /// Irradiance of the aperture on its axis; with an image, where that is one.
+    /// Returns the irradiance of the aperture on its axis; with an image, the irradiance where the
+    /// image is one.
     pub(super) fn peak(&self) -> Spectrum {
         self.peak
     }
 
-    /// Total power.
+    /// Returns the total power.
     pub fn power(&self) -> Spectrum {
         self.peak * self.aperture.area()
     }
 
-    /// Power per unit area at a point of the aperture, and per steradian in a unit direction.
+    /// Returns the power per unit area at a point of the aperture, and per steradian in a unit
+    /// direction.
     pub fn emitted(&self, point: DVec3, direction: DVec3) -> Spectrum {
         self.peak * self.aperture.relative(point) * self.pdf(point, direction)
     }
 
-    /// A guess of the intensity in a unit direction, summed over the channels: half of it goes everywhere, for points nearby see
-    /// the aperture's points in other directions than its centre.
+    /// Estimates the intensity in a unit direction, summed over the channels. Half of the light is
+    /// assumed isotropic, because nearby points see the aperture's points in directions other than
+    /// its centre.
     pub fn intensity_roughly(&self, direction: DVec3) -> f64 {
         let pdf = self.pdf(self.origin(), direction);
         self.power().sum() * 0.5 * (pdf + uniform_sphere_pdf())
     }
 
-    /// Axis of the cone of a point.
+    /// Returns the axis of the cone of a point.
     fn axis(&self, point: DVec3) -> DVec3 {
         let axis = self.aperture.direction();
         let turned = |focus: f64| {
@@ -157,7 +166,8 @@ impl Fiber {
         self.focus.and_then(turned).unwrap_or(axis)
     }
 
-    /// A direction in which light leaves a point, in proportion to the intensity.
+    /// Samples a direction in which light leaves a point, with density proportional to the
+    /// intensity.
     pub(super) fn sample(&self, point: DVec3, u: [f64; 2]) -> DVec3 {
         let lifted = |p: DVec2| p.extend((1.0 - p.length_squared()).max(0.0).sqrt());
         let local = match self.profile {
@@ -172,11 +182,11 @@ impl Fiber {
             .normalize()
     }
 
-    /// Density of [`Fiber::sample`] per steradian.
+    /// Returns the density of [`Fiber::sample`] per steradian.
     pub(super) fn pdf(&self, point: DVec3, direction: DVec3) -> f64 {
         let (axis, edge) = (self.axis(point), self.edge());
         let cos = axis.dot(direction);
-        // Unlike √(1 − cos²) it keeps its digits in a narrow cone.
+        // Unlike √(1 − cos²), the cross product keeps its digits in a narrow cone.
         let p = DVec2::new(axis.cross(direction).length(), 0.0);
         if cos <= 0.0 {
             return 0.0;
@@ -189,12 +199,12 @@ impl Fiber {
         }
     }
 
-    /// Sine of the half angle, at most 1.
+    /// Returns the sine of the half angle, at most 1.
     fn edge(&self) -> f64 {
         self.sin.min(1.0)
     }
 
-    /// Height 1 − cos of the cap that the cone cuts out of the unit sphere.
+    /// Returns the height 1 − cos of the cap that the cone cuts out of the unit sphere.
     fn cap(&self) -> f64 {
         let sin2 = self.edge() * self.edge();
         sin2 / (1.0 + (1.0 - sin2).sqrt())

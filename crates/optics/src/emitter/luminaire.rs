@@ -1,55 +1,58 @@
-//! A point that radiates as measured on a luminaire.
+//! Point with the measured intensities of a luminaire.
 
 use crate::sampling::Discrete;
 use crate::{Orientation, Spectrum};
 use glam::DVec3;
 use std::f64::consts::TAU;
 
-/// Why a table of intensities cannot be used.
+/// Reason why a table of intensities cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LuminaireError {
-    /// Polar angles that do not increase, or too few.
+    /// There are fewer than two polar angles, or they do not increase or are out of range.
     #[error("polar angles must increase and lie between 0 and 180 degrees; two at least")]
     Polar,
-    /// Azimuths that do not increase, or leave a gap.
+    /// Azimuths do not increase, or do not cover the full circle.
     #[error("azimuths must increase from 0 to 360 degrees, or be 0 alone")]
     Azimuths,
-    /// The number of intensities.
+    /// The number of intensities does not match the angles.
     #[error("expected {expected} intensities, found {found}")]
     Count {
-        /// How many there should be.
+        /// Number of intensities required.
         expected: usize,
-        /// How many there are.
+        /// Number of intensities given.
         found: usize,
     },
-    /// An intensity that is negative or not finite, or all of them zero.
+    /// An intensity is negative or not finite, or all intensities are zero.
     #[error("intensities must be finite and not negative, and not all 0")]
     Intensity,
 }
 
-/// Relative intensities over polar angles and azimuths, linear between them, dark beyond the polar angles.
+/// Relative intensities over polar angles and azimuths. They are linear between the angles, and
+/// zero beyond the polar angles.
 #[derive(Clone, Debug)]
 pub struct Luminaire {
     position: DVec3,
     orientation: Orientation,
     scale: Spectrum,
-    /// Polar angles, radians.
+    /// Polar angles in radians.
     polar: Vec<f64>,
-    /// Azimuths from 0 to 2π, radians.
+    /// Azimuths from 0 to 2π, in radians.
     azimuths: Vec<f64>,
-    /// For each azimuth, one for each polar angle.
+    /// Intensities, for each azimuth one per polar angle.
     values: Vec<f64>,
-    /// Chooses an interval between polar angles.
+    /// Distribution over the intervals between polar angles.
     choice: Discrete,
 }
 
 impl Luminaire {
-    /// A luminaire at `position` with a table of intensities in units of `scale`: for each azimuth those at the polar
-    /// angles, both in degrees. Polar angles are those to local +z, and azimuths turn
-    /// from local +x to +y; azimuths go from 0 to 360, or there is just one.
+    /// Creates a luminaire at `position` from a table of intensities in units of `scale`. For each
+    /// azimuth, the table holds the intensities at the polar angles. Angles are in degrees. Polar
+    /// angles are measured from local +z, azimuths from local +x towards +y. Azimuths run from 0 to
+    /// 360, or there is just one.
     ///
     /// # Errors
-    /// Angles out of range or out of order; intensities that are not as many as pairs of angles, negative, not finite, or all zero.
+    /// Fails if angles are out of range or out of order, if the number of intensities does not
+    /// match the pairs of angles, or if intensities are negative, not finite, or all zero.
     pub fn new(
         position: DVec3,
         orientation: Orientation,
@@ -91,35 +94,35 @@ impl Luminaire {
         })
     }
 
-    /// The unit of its table.
+    /// Returns the unit of the table.
     pub(super) fn scale(&self) -> Spectrum {
         self.scale
     }
 
-    /// The same, displaced by `shift`.
+    /// Returns the luminaire displaced by `shift`.
     pub fn moved(mut self, shift: DVec3) -> Self {
         self.position += shift;
         self
     }
 
-    /// Unit vector along local +z.
+    /// Returns the unit vector along local +z.
     pub fn axis(&self) -> DVec3 {
         self.orientation.to_world(DVec3::Z)
     }
 
-    /// Where the light is.
+    /// Returns the position.
     pub fn position(&self) -> DVec3 {
         self.position
     }
 
-    /// Polar angle and azimuth of a unit direction.
+    /// Returns polar angle and azimuth of a unit direction.
     fn angles(&self, direction: DVec3) -> (f64, f64) {
         let d = self.orientation.to_local(direction);
         let azimuth = d.y.atan2(d.x);
         (d.x.hypot(d.y).atan2(d.z), azimuth.rem_euclid(TAU))
     }
 
-    /// Radiant intensity in a unit direction.
+    /// Returns the radiant intensity in a unit direction.
     pub fn intensity(&self, direction: DVec3) -> Spectrum {
         let (polar, azimuth) = self.angles(direction);
         let Some((k, t)) = place(&self.polar, polar) else {
@@ -137,8 +140,8 @@ impl Luminaire {
         self.scale * value
     }
 
-    /// Total power: the mean over azimuths, by the trapezoidal rule, of 2π ∫ I sin θ dθ with I linear between
-    /// polar angles.
+    /// Returns the total power. It is the mean over azimuths, by the trapezoidal rule, of 2π ∫ I
+    /// sin θ dθ, with I linear between polar angles.
     pub fn power(&self) -> Spectrum {
         let zone = |row: &[f64]| -> f64 {
             let part = |k: usize| {
@@ -165,7 +168,8 @@ impl Luminaire {
         self.scale * turn
     }
 
-    /// A direction: an interval of polar angles by what it brings at most, evenly within it.
+    /// Samples a direction: an interval of polar angles by an upper bound of its power, then
+    /// uniformly within it.
     pub(super) fn sample(&self, u: [f64; 2]) -> DVec3 {
         let pick = self.choice.sample(u[0]);
         let [a, b] = [pick.index, pick.index + 1].map(|k| self.polar[k].cos());
@@ -175,7 +179,7 @@ impl Luminaire {
         self.orientation.to_world(DVec3::new(sin * x, sin * y, cos))
     }
 
-    /// Density of [`Luminaire::sample`] per steradian.
+    /// Returns the density of [`Luminaire::sample`] per steradian.
     pub(super) fn pdf(&self, direction: DVec3) -> f64 {
         let (polar, _) = self.angles(direction);
         place(&self.polar, polar).map_or(0.0, |(k, _)| {
@@ -185,7 +189,7 @@ impl Luminaire {
     }
 }
 
-/// The interval in which a value lies, and where in it, from 0 to 1.
+/// Returns the interval that contains a value, and the position in it, from 0 to 1.
 fn place(nodes: &[f64], x: f64) -> Option<(usize, f64)> {
     let last = nodes.len().checked_sub(2)?;
     if !(nodes[0]..=nodes[last + 1]).contains(&x) {

@@ -1,9 +1,9 @@
 //! Emitters.
 //!
-//! An emitter answers three questions: where a connection should aim (with what density), how much
-//! light leaves it there, and which rays a light subpath should start with ([`Emission`]).
-//! Radiometric factors that depend on the way between, and the division by n² that turns radiance
-//! into basic radiance, belong to `path`.
+//! An emitter has three functions. It samples where a connection ends, with its density. It
+//! computes the light that leaves from there. It samples the first rays of light subpaths
+//! ([`Emission`]). The module `path` handles radiometric factors that depend on the ray in between,
+//! and the division by n² that turns radiance into basic radiance.
 
 mod aperture;
 mod collimated;
@@ -49,16 +49,17 @@ use crate::shape::{AreaSample, Shape, Site};
 use glam::DVec3;
 use std::sync::Arc;
 
-/// How paths that are scattered at random can find an emitter.
+/// Ways in which randomly scattered paths can reach an emitter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
-    /// Not at all.
+    /// Paths cannot reach it.
     Delta,
-    /// By meeting a surface.
+    /// Paths reach it by intersecting a surface.
     Area,
-    /// By leaving the scene.
+    /// Paths reach it by leaving the scene.
     Sky,
-    /// By passing through it: `path` gathers its light along all edges, other estimators along those from the sensor.
+    /// Paths reach it by crossing its volume. The integrator `path` gathers its light along all
+    /// edges, other estimators along edges from the sensor.
     Volume,
 }
 
@@ -67,48 +68,49 @@ impl Class {
     pub const ALL: [Class; 4] = [Class::Delta, Class::Area, Class::Sky, Class::Volume];
 }
 
-/// A source of light.
+/// Source of light.
 #[derive(Clone, Debug)]
 pub enum Emitter {
-    /// Radiates the same intensity (W/sr) in all directions from a point.
+    /// Point with the same intensity (W/sr) in all directions.
     Point {
-        /// Where it is.
+        /// Position.
         position: DVec3,
         /// Radiant intensity.
         intensity: Spectrum,
     },
-    /// A point that radiates in all directions from a face: a scene makes it of a point that lies on one.
+    /// Point on a face, which radiates in all directions. A scene creates it from a point that lies
+    /// on a face.
     PointOnFace(Arc<PointOnFace>),
-    /// A point that radiates into a cone.
+    /// Point that radiates into a cone.
     Spot(Spot),
-    /// A point that throws an image.
+    /// Point that projects an image.
     Projector(Arc<Projector>),
-    /// A point that radiates as measured on a luminaire.
+    /// Point with the measured intensities of a luminaire.
     Luminaire(Arc<Luminaire>),
-    /// Radiates from the side of a shape to which its normals point, the same radiance in all
-    /// directions.
+    /// Surface with the same radiance in all directions, on the side of a shape to which its
+    /// normals point.
     Area {
-        /// Index of the object that it covers.
+        /// Index of the object whose surface emits.
         object: usize,
         /// Radiance.
         radiance: Spectrum,
     },
-    /// As `Area`, but the radiance varies over the shape.
+    /// Surface like `Area`, with a radiance that varies over the shape.
     Textured(Arc<TexturedArea>),
     /// Parallel light from infinity.
     Directional {
         /// Unit direction in which the light travels.
         direction: DVec3,
-        /// Irradiance on a surface across the direction, in the ambient medium.
+        /// Irradiance on a surface perpendicular to the direction, in the ambient medium.
         irradiance: Spectrum,
     },
-    /// Light from all around.
+    /// Light from all directions at infinity.
     Environment(Environment),
-    /// A beam of parallel rays.
+    /// Beam of parallel rays.
     Collimated(Collimated),
-    /// An aperture that radiates into a cone.
+    /// Aperture that radiates into a cone.
     Fiber(Fiber),
-    /// All points of a volume.
+    /// Volume that emits from all its points.
     Volume(Arc<VolumeLight>),
 }
 
@@ -131,12 +133,13 @@ impl From<Spot> for Emitter {
 }
 
 impl Emitter {
-    /// The same radiance, W/(m² sr) if lengths are in metres, from all around.
+    /// Creates an environment with the same radiance from all directions, W/(m² sr) if lengths are
+    /// in metres.
     pub fn constant(radiance: impl Into<Spectrum>) -> Self {
         Emitter::Environment(Environment::Constant(radiance.into()))
     }
 
-    /// A point that radiates the same intensity, W/sr, in all directions.
+    /// Creates a point with the same intensity, W/sr, in all directions.
     pub fn point(position: impl Into<DVec3>, intensity: impl Into<Spectrum>) -> Self {
         Emitter::Point {
             position: position.into(),
@@ -144,7 +147,8 @@ impl Emitter {
         }
     }
 
-    /// Chooses where to aim; `shape` gives the shape of an object, `u` is uniform in [0, 1)².
+    /// Samples the end of a connection. `shape` returns the shape of an object, `u` is uniform in
+    /// [0, 1)².
     pub fn sample_end<'a>(
         &self,
         around: &Surroundings,
@@ -198,8 +202,9 @@ impl Emitter {
         }
     }
 
-    /// The radiance of a point of the shape that the emitter covers, and the density per unit area with which
-    /// [`Emitter::sample_end`] chooses it; `None` for emitters on no surface.
+    /// Returns the radiance at a point of the emitting shape, and the density per unit area with
+    /// which [`Emitter::sample_end`] samples it. Returns `None` for emitters that are on no
+    /// surface.
     pub fn on_surface(&self, shape: &Shape, site: &Site) -> Option<(Spectrum, f64)> {
         match self {
             Emitter::Area { radiance, .. } => {
@@ -210,9 +215,11 @@ impl Emitter {
         }
     }
 
-    /// What leaves `start` in the unit `direction`: intensity (points of any kind), intensity per area (fibre) or volume, radiance
-    /// times cosine (area), radiance (environment) or irradiance across the direction (directional, beam). What a medium emits is only
-    /// guessed: `Scene::leaving` knows.
+    /// Returns the light that leaves `start` in the unit `direction`. Its quantity is intensity
+    /// (all kinds of points), intensity per area (fibre) or per volume, radiance times cosine
+    /// (area), radiance (environment), or irradiance perpendicular to the direction (directional,
+    /// beam). For a medium that emits, the result is only an estimate; `Scene::leaving` returns the
+    /// exact value.
     pub fn emitted(&self, end: &ConnectionEnd, start: DVec3, direction: DVec3) -> Spectrum {
         match self {
             Emitter::Point { intensity, .. } => *intensity,
@@ -237,8 +244,8 @@ impl Emitter {
         }
     }
 
-    /// [`Emitter::emitted`] of an end as sampled, summed over the channels, or about that where it is to be had at less cost: to
-    /// choose ends by.
+    /// Estimates [`Emitter::emitted`] for a sampled end, summed over the channels, at low cost. The
+    /// estimate serves to choose among ends.
     pub fn emitted_roughly(&self, sampled: &EndSample, start: DVec3, direction: DVec3) -> f64 {
         match self {
             Emitter::Environment(Environment::Image(map)) => map.total() * sampled.pdf,
@@ -246,7 +253,7 @@ impl Emitter {
         }
     }
 
-    /// Whether its ends differ much in what they emit, as an image does.
+    /// True if the emission differs much among the ends, as for an image.
     pub fn is_image(&self) -> bool {
         matches!(
             self,
@@ -254,12 +261,13 @@ impl Emitter {
         )
     }
 
-    /// Whether connections have a choice of points at which to end, each of which its light falls off around as 1/r².
+    /// True if connections choose among several points, around each of which the light falls off as
+    /// 1/r².
     pub fn has_many_points(&self) -> bool {
         matches!(self, Emitter::Fiber(_) | Emitter::PointOnFace(_))
     }
 
-    /// The emitter's kind, for messages.
+    /// Returns the kind of the emitter, for messages.
     pub fn kind(&self) -> &'static str {
         match self {
             Emitter::Point { .. } | Emitter::PointOnFace(_) => "point",
@@ -276,7 +284,7 @@ impl Emitter {
         }
     }
 
-    /// How paths scattered at random can find it.
+    /// Returns the way in which randomly scattered paths can reach the emitter.
     pub fn class(&self) -> Class {
         match self {
             Emitter::Area { .. } | Emitter::Textured(_) => Class::Area,
@@ -286,19 +294,20 @@ impl Emitter {
         }
     }
 
-    /// Whether its light comes from infinity, parallel or from all sides.
+    /// True if the light comes from infinity, parallel or from all sides.
     pub fn is_at_infinity(&self) -> bool {
         matches!(self, Emitter::Directional { .. } | Emitter::Environment(_))
     }
 
-    /// Whether no vertex of a path can lie on it by chance.
+    /// True if no randomly scattered vertex can lie on the emitter.
     pub fn is_delta(&self) -> bool {
         matches!(self.class(), Class::Delta | Class::Volume)
     }
 }
 
-/// An end at a point of an aperture or a volume. By rounding it may lie just beside all light, or the light may be black: any
-/// density does for an end that brings nothing.
+/// Creates an end at a point of an aperture or a volume. By rounding, the point may lie just
+/// outside the light, or the light may be black. For an end that contributes nothing, any density
+/// is correct.
 fn one_of_many(position: DVec3, pdf: f64) -> EndSample {
     EndSample {
         end: ConnectionEnd::at(position),
@@ -307,7 +316,7 @@ fn one_of_many(position: DVec3, pdf: f64) -> EndSample {
     }
 }
 
-/// An end at a point drawn from the surface of an object.
+/// Creates an end at a point sampled from the surface of an object.
 fn end_at(object: usize, shape: &Shape, sample: &AreaSample) -> EndSample {
     EndSample {
         end: ConnectionEnd::Point {
@@ -323,7 +332,8 @@ fn end_at(object: usize, shape: &Shape, sample: &AreaSample) -> EndSample {
     }
 }
 
-/// Cosine to the normal of the surface that is aimed at; 0 behind it, and where there is none.
+/// Returns the cosine of a direction to the normal of the surface at the end; 0 behind the surface,
+/// and if there is no surface.
 fn cosine(end: &ConnectionEnd, direction: DVec3) -> f64 {
     match end {
         ConnectionEnd::Point {

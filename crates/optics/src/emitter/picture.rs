@@ -1,15 +1,16 @@
-//! An image that is thrown, with the distribution of its light.
+//! Projected image, with the distribution of its light.
 
 use super::slide::Slide;
 use crate::Spectrum;
 use crate::sampling::grid2::PickedCell;
 use crate::sampling::{DistributionError, Grid2};
 
-/// A slide, and a density over it in proportion to the sum of its channels.
+/// Slide, and a density over it proportional to the sum of its channels.
 #[derive(Clone, Debug)]
 pub(super) struct Picture {
     slide: Slide,
-    /// Cells between the centres of pixels, cut at the image's edges; pixels if the filter is `nearest`.
+    /// Distribution over the cells between the centres of pixels, cut at the edges of the image. If
+    /// the filter is `nearest`, the cells are the pixels.
     distribution: Grid2,
 }
 
@@ -31,29 +32,29 @@ impl Picture {
         })
     }
 
-    /// The image.
+    /// Returns the image.
     pub(super) fn slide(&self) -> &Slide {
         &self.slide
     }
 
-    /// Value at image coordinates in [0, 1]² from the top left.
+    /// Returns the value at image coordinates in [0, 1]² from the top left.
     pub(super) fn at(&self, uv: [f64; 2]) -> Spectrum {
         self.slide.at(uv)
     }
 
-    /// Mean value.
+    /// Returns the mean value.
     pub(super) fn mean(&self) -> Spectrum {
         self.slide.mean()
     }
 
-    /// Image coordinates in proportion to the values, summed over channels.
+    /// Samples image coordinates with density proportional to the values, summed over channels.
     pub(super) fn sample(&self, u: [f64; 2]) -> [f64; 2] {
         let PickedCell { cell, within } = self.distribution.pick(u);
         let within = self.slide.values(cell).sample(within);
         self.slide.coordinates(cell, within)
     }
 
-    /// Density of [`Picture::sample`] over the unit square.
+    /// Returns the density of [`Picture::sample`] over the unit square.
     pub(super) fn pdf(&self, uv: [f64; 2]) -> f64 {
         let (cell, within) = self.slide.locate(uv);
         let share = self.distribution.probability(cell) / self.slide.area(cell);

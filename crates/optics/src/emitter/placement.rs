@@ -1,11 +1,11 @@
-//! Places of emitters, and emitters at other places.
+//! Positions and axes of emitters, and displaced emitters.
 
 use super::{Aperture, Emitter};
 use glam::DVec3;
 use std::sync::Arc;
 
 impl Emitter {
-    /// Point where the emitter is, if it starts somewhere in the scene, but on no object.
+    /// Returns the position of an emitter that starts at a place in the scene but on no object.
     pub fn position(&self) -> Option<DVec3> {
         match self {
             Emitter::Collimated(beam) => Some(beam.origin()),
@@ -14,8 +14,8 @@ impl Emitter {
         }
     }
 
-    /// The point, or the middle of the points, from which a point-like emitter radiates: distances are sampled around it,
-    /// since its light falls off as 1/r².
+    /// Returns the point, or the centre of the points, from which a point-like emitter radiates.
+    /// Distances are sampled around it, because its light falls off as 1/r².
     pub fn singularity(&self) -> Option<DVec3> {
         match self {
             Emitter::Point { position, .. } => Some(*position),
@@ -28,7 +28,8 @@ impl Emitter {
         }
     }
 
-    /// Unit direction in which an emitter within the scene radiates, if it radiates around one direction from a place of its own.
+    /// Returns the unit direction around which an emitter within the scene radiates from its own
+    /// position, if there is one.
     pub fn axis(&self) -> Option<DVec3> {
         match self {
             Emitter::Spot(spot) => Some(spot.axis()),
@@ -38,7 +39,7 @@ impl Emitter {
         }
     }
 
-    /// Aperture from which the emitter radiates, if it has one.
+    /// Returns the aperture from which the emitter radiates, if it has one.
     pub fn aperture(&self) -> Option<&Aperture> {
         match self {
             Emitter::Collimated(beam) => Some(beam.aperture()),
@@ -47,7 +48,8 @@ impl Emitter {
         }
     }
 
-    /// The emitter moved by a displacement; emitters without an [axis](Emitter::axis) stay where they are.
+    /// Returns the emitter displaced by `shift`. Emitters without an [axis](Emitter::axis) stay in
+    /// place.
     pub fn moved(&self, shift: DVec3) -> Emitter {
         match self {
             Emitter::Spot(spot) => Emitter::Spot(spot.clone().moved(shift)),

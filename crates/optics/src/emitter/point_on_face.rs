@@ -1,4 +1,4 @@
-//! A point that radiates in all directions from a face between media.
+//! Point that radiates in all directions from a face between media.
 
 use crate::Spectrum;
 use crate::connection_end::{ConnectionEnd, EndSample};
@@ -7,12 +7,14 @@ use glam::DVec3;
 use smallvec::SmallVec;
 use std::f64::consts::PI;
 
-/// Cosine between normals below which they count as orthogonal.
+/// Largest cosine between normals that count as orthogonal.
 const ORTHOGONAL: f64 = 1e-9;
 
-/// A point on a face, or where up to three faces meet: in each direction its light starts in the medium that lies there.
+/// Point on a face, or at the intersection of up to three faces. In each direction, its light
+/// starts in the medium on that side.
 ///
-/// It is several points, just off the faces on all sides of them. Each radiates into the directions of its own side, and a
+/// It consists of several points, just off the faces on all sides of them. Each point radiates into
+/// the directions of its own side. A connection ends at one of them, chosen at random.
 /// connection aims at one of them, chosen at random.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointOnFace {
@@ -20,16 +22,17 @@ pub struct PointOnFace {
     intensity: Spectrum,
     /// Unit normals of the faces, linearly independent.
     normals: SmallVec<[DVec3; 3]>,
-    /// Displacements of the points from `position`, one for each combination of sides: bit k is set on the side to which
-    /// normal k points.
+    /// Displacements of the points from `position`, one for each combination of sides. Bit k of the
+    /// index is set on the side to which normal k points.
     offsets: SmallVec<[DVec3; 8]>,
-    /// True if the normals are orthogonal: all sides then see the same solid angle.
+    /// True if the normals are orthogonal, so that all sides have the same solid angle.
     orthogonal: bool,
 }
 
 impl PointOnFace {
-    /// A point of the given radiant intensity. `offsets` has the displacements of the points on the sides of the faces with the
-    /// given `normals`, by `side`.
+    /// Creates a point of the given radiant intensity. `offsets` holds, for each side of the faces
+    /// with the given `normals`, the displacement of the point there; the index is the result of
+    /// `side`.
     pub fn new(
         position: DVec3,
         intensity: Spectrum,
@@ -47,22 +50,22 @@ impl PointOnFace {
         }
     }
 
-    /// The point on the faces.
+    /// Returns the position on the faces.
     pub fn position(&self) -> DVec3 {
         self.position
     }
 
-    /// Radiant intensity.
+    /// Returns the radiant intensity.
     pub fn intensity(&self) -> Spectrum {
         self.intensity
     }
 
-    /// Total power.
+    /// Returns the total power.
     pub(super) fn power(&self) -> Spectrum {
         self.intensity * (4.0 * PI)
     }
 
-    /// Chooses one of the points, by a number uniform in [0, 1).
+    /// Chooses one of the points by a number uniform in [0, 1).
     pub(super) fn sample_end(&self, u: f64) -> EndSample {
         let count = self.offsets.len();
         let side = ((u * count as f64) as usize).min(count - 1);
@@ -73,12 +76,13 @@ impl PointOnFace {
         }
     }
 
-    /// The number of the side on which a start lies.
+    /// Returns the number of the side on which a start lies.
     fn side_of(&self, start: DVec3) -> usize {
         side(&self.normals, start - self.position)
     }
 
-    /// Radiant intensity in a direction from the point at `start`: zero into other sides than its own.
+    /// Returns the radiant intensity in a direction from the point at `start`; zero for directions
+    /// of other sides.
     pub(super) fn emitted(&self, start: DVec3, direction: DVec3) -> Spectrum {
         if self.side_of(start) == side(&self.normals, direction) {
             self.intensity
@@ -87,7 +91,8 @@ impl PointOnFace {
         }
     }
 
-    /// A unit direction from the point at `start`; where the normals are orthogonal, always one of its own side.
+    /// Samples a unit direction from the point at `start`. If the normals are orthogonal, it always
+    /// belongs to the side of the point.
     pub(super) fn sample(&self, start: DVec3, u: [f64; 2]) -> DVec3 {
         let mut direction = uniform_sphere_sample(u);
         if self.orthogonal {
@@ -102,7 +107,8 @@ impl PointOnFace {
         direction
     }
 
-    /// Density of [`PointOnFace::sample`] per steradian, for directions of the side of `start`.
+    /// Returns the density of [`PointOnFace::sample`] per steradian, for directions of the side of
+    /// `start`.
     pub(super) fn pdf(&self, start: DVec3, direction: DVec3) -> f64 {
         if !self.orthogonal {
             uniform_sphere_pdf()
@@ -114,7 +120,8 @@ impl PointOnFace {
     }
 }
 
-/// The number of the side of all faces to which a vector points: bit k is set if it points along normal k.
+/// Returns the number of the side of all faces to which a vector points. Bit k is set if the vector
+/// points along normal k.
 fn side(normals: &[DVec3], vector: DVec3) -> usize {
     let bit = |(k, n): (usize, &DVec3)| usize::from(n.dot(vector) > 0.0) << k;
     normals.iter().enumerate().map(bit).sum()

@@ -1,4 +1,4 @@
-//! How much light an emitter gives off.
+//! Power of emitters.
 
 use super::{Emitter, Surroundings};
 use crate::Spectrum;
@@ -6,8 +6,8 @@ use crate::shape::Shape;
 use std::f64::consts::PI;
 
 impl Emitter {
-    /// Total power: the mean weight of [`Emitter::emit`]. For light from infinity, the power that enters
-    /// the disc as wide as the surroundings, from every direction.
+    /// Returns the total power: the mean weight of [`Emitter::emit`]. For light from infinity, it
+    /// is the power that enters a disc as wide as the surroundings, from every direction.
     pub fn power<'a>(&self, around: &Surroundings, shape: impl Fn(usize) -> &'a Shape) -> Spectrum {
         let disc = PI * around.radius * around.radius;
         match self {
@@ -26,7 +26,7 @@ impl Emitter {
         }
     }
 
-    /// Standard error of [`Emitter::power`]; zero if the power is exact.
+    /// Returns the standard error of [`Emitter::power`]; zero if the power is exact.
     pub fn power_error(&self) -> Spectrum {
         match self {
             Emitter::Volume(volume) => volume.power_error(),

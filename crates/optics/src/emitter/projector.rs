@@ -1,4 +1,4 @@
-//! A point that throws an image, as a slide projector does.
+//! Point that projects an image, like a slide projector.
 
 use super::picture::Picture;
 use super::slide::Slide;
@@ -7,11 +7,12 @@ use crate::{Orientation, Spectrum};
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// A projector (Mitsuba's `projector`). A white diffuse screen across its axis at unit distance shows the image.
+/// Projector (Mitsuba's `projector`). A white diffuse screen perpendicular to its axis at unit
+/// distance shows the image.
 #[derive(Clone, Debug)]
 pub struct Projector {
     position: DVec3,
-    /// Local axes: +x to the left of the image, +y up, +z forwards.
+    /// Orientation with local axes +x to the left of the image, +y up, +z forwards.
     orientation: Orientation,
     /// Half extents of the image at unit distance.
     half: [f64; 2],
@@ -19,10 +20,10 @@ pub struct Projector {
 }
 
 impl Projector {
-    /// An image that is `fov_x` wide, in radians in (0, π).
+    /// Creates a projector whose image is `fov_x` wide, in radians in (0, π).
     ///
     /// # Errors
-    /// An image without pixels or light, or whose values are negative or not finite.
+    /// Fails if the image has no pixels or no light, or if its values are negative or not finite.
     pub fn new(
         position: DVec3,
         orientation: Orientation,
@@ -38,34 +39,34 @@ impl Projector {
         })
     }
 
-    /// The same, displaced by `shift`.
+    /// Returns the projector displaced by `shift`.
     pub fn moved(mut self, shift: DVec3) -> Self {
         self.position += shift;
         self
     }
 
-    /// Where the light is.
+    /// Returns the position.
     pub fn position(&self) -> DVec3 {
         self.position
     }
 
-    /// Unit direction in which it throws the middle of the image.
+    /// Returns the unit direction to the centre of the image.
     pub fn axis(&self) -> DVec3 {
         self.orientation.to_world(DVec3::Z)
     }
 
-    /// Half extents of the image at unit distance.
+    /// Returns the half extents of the image at unit distance.
     pub fn half(&self) -> [f64; 2] {
         self.half
     }
 
-    /// The image.
+    /// Returns the image.
     pub(super) fn slide(&self) -> &Slide {
         self.picture.slide()
     }
 
-    /// Image coordinates in [0, 1]² from the top left of a unit direction, and its cosine to the axis; `None`
-    /// beside the image.
+    /// Returns the image coordinates, in [0, 1]² from the top left, of a unit direction, and its
+    /// cosine to the axis. Returns `None` outside the image.
     pub(super) fn locate(&self, direction: DVec3) -> Option<([f64; 2], f64)> {
         let d = self.orientation.to_local(direction);
         if d.z <= 0.0 {
@@ -77,8 +78,8 @@ impl Projector {
             .then_some((uv, d.z))
     }
 
-    /// Radiant intensity in a unit direction: at unit distance an irradiance of π times the pixel falls across
-    /// the axis, so that I = π L/cos³θ.
+    /// Returns the radiant intensity in a unit direction. At unit distance, the irradiance
+    /// perpendicular to the axis is π times the pixel, so I = π L/cos³θ.
     pub fn intensity(&self, direction: DVec3) -> Spectrum {
         let Some((uv, cos)) = self.locate(direction) else {
             return Spectrum::ZERO;
@@ -86,24 +87,25 @@ impl Projector {
         self.picture.at(uv) * (PI / cos.powi(3))
     }
 
-    /// Total power: π times the image's mean times the area of the screen.
+    /// Returns the total power: π times the mean of the image times the area of the screen.
     pub fn power(&self) -> Spectrum {
         self.picture.mean() * (PI * self.area())
     }
 
-    /// Area of the image at unit distance.
+    /// Returns the area of the image at unit distance.
     fn area(&self) -> f64 {
         4.0 * self.half[0] * self.half[1]
     }
 
-    /// A direction in proportion to the image, summed over channels, on the screen.
+    /// Samples a direction with density proportional to the image, summed over channels, on the
+    /// screen.
     pub(super) fn sample(&self, u: [f64; 2]) -> DVec3 {
         let uv = self.picture.sample(u);
         let [x, y] = [0, 1].map(|k| (1.0 - 2.0 * uv[k]) * self.half[k]);
         self.orientation.to_world(DVec3::new(x, y, 1.0).normalize())
     }
 
-    /// Density of [`Projector::sample`] per steradian: dΩ = cos³θ dA.
+    /// Returns the density of [`Projector::sample`] per steradian: dΩ = cos³θ dA.
     pub(super) fn pdf(&self, direction: DVec3) -> f64 {
         self.locate(direction).map_or(0.0, |(uv, cos)| {
             self.picture.pdf(uv) / (self.area() * cos.powi(3))

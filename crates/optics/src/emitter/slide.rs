@@ -1,34 +1,35 @@
-//! The image that a projector throws, in cells in which it is bilinear.
+//! Image of a projector, divided into cells in which it is bilinear.
 
 use crate::Spectrum;
 use crate::sampling::BilinearCell;
 use crate::texture::{BitmapFilter, Wrap};
 
-/// An image for a projector.
+/// Image for a projector.
 #[derive(Clone, Debug)]
 pub struct Slide {
     /// Width and height in pixels.
     pub size: [usize; 2],
-    /// Radiances of the screen, ≥ 0 and not all 0, row by row from the top; as many as `size` says.
+    /// Radiances of the screen, ≥ 0 and not all 0, row by row from the top. Their number must match
+    /// `size`.
     pub pixels: Vec<Spectrum>,
-    /// What is between the centres of pixels.
+    /// Interpolation between the centres of pixels.
     pub filter: BitmapFilter,
-    /// Which pixels those at the edges are interpolated with.
+    /// Continuation of the image, for interpolation at its edges.
     pub wrap: Wrap,
 }
 
-/// A cell along an axis: between the centres of two pixels, or a pixel if the filter is `nearest`.
+/// Cell along an axis: between the centres of two pixels, or a pixel if the filter is `nearest`.
 struct Interval {
-    /// Where it begins and ends in [0, 1].
+    /// Start and end, in [0, 1].
     edges: [f64; 2],
-    /// The pixels on its two sides.
+    /// Pixels on the two sides.
     pixels: [usize; 2],
-    /// Where it begins and ends between the centres of these pixels.
+    /// Start and end as fractions of the distance between the centres of these pixels.
     fractions: [f64; 2],
 }
 
 impl Slide {
-    /// Columns and rows of cells.
+    /// Returns the numbers of columns and rows of cells.
     pub(super) fn counts(&self) -> [usize; 2] {
         match self.filter {
             BitmapFilter::Nearest => self.size,
@@ -36,7 +37,7 @@ impl Slide {
         }
     }
 
-    /// All cells, row by row.
+    /// Returns all cells, row by row.
     pub(super) fn cells(&self) -> impl Iterator<Item = [usize; 2]> + use<> {
         let [columns, rows] = self.counts();
         (0..rows).flat_map(move |j| (0..columns).map(move |i| [i, j]))
@@ -64,7 +65,7 @@ impl Slide {
         }
     }
 
-    /// Radiances at the corners of a cell: above and below, left and right.
+    /// Returns the radiances at the corners of a cell: above and below, left and right.
     fn corners(&self, cell: [usize; 2]) -> [[Spectrum; 2]; 2] {
         let [across, down] = [0, 1].map(|axis| self.interval(axis, cell[axis]));
         let row = |y: usize| {
@@ -76,12 +77,12 @@ impl Slide {
             .map(|t| [0, 1].map(|k| mix([above[k], below[k]], t)))
     }
 
-    /// Radiances in a cell, summed over the channels.
+    /// Returns the radiances in a cell, summed over the channels.
     pub(super) fn values(&self, cell: [usize; 2]) -> BilinearCell {
         BilinearCell::new(self.corners(cell).map(|row| row.map(|p| p.sum())))
     }
 
-    /// Share of the image that a cell covers.
+    /// Returns the fraction of the image that a cell covers.
     pub(super) fn area(&self, cell: [usize; 2]) -> f64 {
         let [width, height] = [0, 1].map(|axis| {
             let [begin, end] = self.interval(axis, cell[axis]).edges;
@@ -90,7 +91,7 @@ impl Slide {
         width * height
     }
 
-    /// Image coordinates in [0, 1]² of a point of a cell.
+    /// Returns the image coordinates, in [0, 1]², of a point of a cell.
     pub(super) fn coordinates(&self, cell: [usize; 2], within: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|axis| {
             let [begin, end] = self.interval(axis, cell[axis]).edges;
@@ -98,7 +99,7 @@ impl Slide {
         })
     }
 
-    /// The cell at image coordinates in [0, 1]², and where in it.
+    /// Returns the cell at image coordinates in [0, 1]², and the position in it.
     pub(super) fn locate(&self, uv: [f64; 2]) -> ([usize; 2], [f64; 2]) {
         let shift = match self.filter {
             BitmapFilter::Nearest => 0.0,
@@ -116,13 +117,14 @@ impl Slide {
         (cell, within)
     }
 
-    /// Radiance at image coordinates in [0, 1]².
+    /// Returns the radiance at image coordinates in [0, 1]².
     pub(super) fn at(&self, uv: [f64; 2]) -> Spectrum {
         let (cell, [x, y]) = self.locate(uv);
         mix(self.corners(cell).map(|row| mix(row, x)), y)
     }
 
-    /// Calls `see` with each pixel that counts at image coordinates in [0, 1]², and its weight.
+    /// Calls `see` with each pixel that contributes at image coordinates in [0, 1]², and its
+    /// weight.
     pub(super) fn weights(&self, uv: [f64; 2], mut see: impl FnMut(usize, f64)) {
         let (cell, within) = self.locate(uv);
         let [across, down] = [0, 1].map(|axis| {
@@ -141,7 +143,7 @@ impl Slide {
         }
     }
 
-    /// Mean radiance.
+    /// Returns the mean radiance.
     pub(super) fn mean(&self) -> Spectrum {
         self.cells().fold(Spectrum::ZERO, |sum, cell| {
             let middle = mix(self.corners(cell).map(|row| mix(row, 0.5)), 0.5);

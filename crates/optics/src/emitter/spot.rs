@@ -11,16 +11,16 @@ use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::Arc;
 
-/// Why a texture cannot be thrown by a spot.
+/// Reason why a spot cannot project a texture.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SpotTextureError {
-    /// A value that is negative or not finite.
+    /// A value is negative or not finite.
     #[error("a value of the texture is {}; light must be finite and not negative", Shown(*value))]
     Value {
         /// The value.
         value: f64,
     },
-    /// No plane across the axis shows the whole cone.
+    /// The cone is too wide: no plane perpendicular to the axis shows all of it.
     #[error("a spot that throws a texture needs a cutoff_angle below 90 degrees")]
     Wide,
     /// The texture cannot be sampled.
@@ -28,11 +28,11 @@ pub enum SpotTextureError {
     Distribution(#[from] DistributionError),
 }
 
-/// Points along each side of the unit square at which the power of a textured spot is summed.
+/// Number of points along each side of the unit square for summing the power of a textured spot.
 const POWER_POINTS: usize = 1024;
 
-/// A point source with full intensity inside a cone, falling linearly with the angle to zero at a
-/// wider one, and a texture that it may throw (as Mitsuba's `spot`).
+/// Point source with full intensity inside a cone. The intensity falls linearly with the angle to
+/// zero at a wider cone. The spot may project a texture (as Mitsuba's `spot`).
 #[derive(Clone, Debug)]
 pub struct Spot {
     position: DVec3,
@@ -43,21 +43,22 @@ pub struct Spot {
     thrown: Option<Arc<Thrown>>,
 }
 
-/// A texture that a spot throws.
+/// Texture that a spot projects.
 #[derive(Clone, Debug)]
 struct Thrown {
-    /// Local +z is the axis; u runs along local +x, v along +y.
+    /// Orientation with local +z along the axis; u runs along local +x, v along +y.
     orientation: Orientation,
     texture: Texture,
-    /// Over the two numbers that make a direction of the cone.
+    /// Density over the two numbers that give a direction of the cone.
     table: Grid2,
     /// Total power.
     power: Spectrum,
 }
 
 impl Spot {
-    /// `axis` is the direction of the cone, not zero, and `intensity` that inside `beam_width`; angles are
-    /// half angles in radians, with 0 ≤ `beam_width` ≤ `cutoff`, 0 < `cutoff` ≤ π.
+    /// Creates a spot. `axis` is the direction of the cone, not zero, and `intensity` is the
+    /// intensity inside `beam_width`. Angles are half angles in radians, with 0 ≤ `beam_width` ≤
+    /// `cutoff`, 0 < `cutoff` ≤ π.
     pub fn new(
         position: DVec3,
         axis: DVec3,
@@ -75,17 +76,19 @@ impl Spot {
         }
     }
 
-    /// The same, displaced by `shift`.
+    /// Returns the spot displaced by `shift`.
     pub fn moved(mut self, shift: DVec3) -> Self {
         self.position += shift;
         self
     }
 
-    /// The spot, turned to shine along local +z, with a factor of its intensity: the texture at the coordinates
-    /// ½ + ½ (x, y)/(z tan `cutoff`) of the local direction (x, y, z). The texture must be one of coordinates;
-    /// the cutoff must be less than π/2.
+    /// Returns the spot with its axis along local +z and its intensity multiplied by a texture. For
+    /// the local direction (x, y, z), the texture coordinates are ½ + ½ (x, y)/(z tan `cutoff`).
+    /// The texture must depend on texture coordinates only, and the cutoff must be less than π/2.
     ///
     /// # Errors
+    /// Fails if the cutoff is π/2 or more, or if values of the texture are negative, not finite, or
+    /// zero all over the spot.
     /// A cutoff of π/2 or more; values of the texture that are negative or not finite, or zero all over the spot.
     pub fn with_texture(
         self,
@@ -122,43 +125,43 @@ impl Spot {
         })
     }
 
-    /// The texture that it throws.
+    /// Returns the projected texture.
     pub(super) fn texture(&self) -> Option<&Texture> {
         self.thrown.as_ref().map(|thrown| &thrown.texture)
     }
 
-    /// The intensity in the middle of the cone, the texture left out.
+    /// Returns the intensity at the centre of the cone, without the texture.
     pub(super) fn scale(&self) -> Spectrum {
         self.intensity
     }
 
-    /// Where the texture is seen in a unit direction within the cone.
+    /// Returns the texture site of a unit direction within the cone.
     pub(super) fn site(&self, direction: DVec3) -> Option<Site> {
         let thrown = self.thrown.as_ref()?;
         Some(self.site_in(thrown.orientation.to_local(direction)))
     }
 
-    /// Where the light is.
+    /// Returns the position.
     pub fn position(&self) -> DVec3 {
         self.position
     }
 
-    /// Unit direction of the cone.
+    /// Returns the unit direction of the cone.
     pub fn axis(&self) -> DVec3 {
         self.axis
     }
 
-    /// Half angle of the cone in radians.
+    /// Returns the half angle of the cone in radians.
     pub fn cutoff(&self) -> f64 {
         self.cutoff
     }
 
-    /// Half angle of full intensity in radians.
+    /// Returns the half angle of full intensity in radians.
     pub fn beam_width(&self) -> f64 {
         self.beam_width
     }
 
-    /// Radiant intensity in a unit direction.
+    /// Returns the radiant intensity in a unit direction.
     pub fn intensity(&self, direction: DVec3) -> Spectrum {
         let falloff = self.falloff(self.angle(direction));
         match &self.thrown {
@@ -170,7 +173,7 @@ impl Spot {
         }
     }
 
-    /// Share of the full intensity at an angle from the axis, without the texture.
+    /// Returns the fraction of the full intensity at an angle from the axis, without the texture.
     fn falloff(&self, angle: f64) -> f64 {
         if angle <= self.beam_width {
             1.0
@@ -181,12 +184,12 @@ impl Spot {
         }
     }
 
-    /// Value of a texture in a local direction within the cone.
+    /// Returns the value of a texture in a local direction within the cone.
     fn tint(&self, texture: &Texture, local: DVec3) -> Spectrum {
         texture.at(&self.site_in(local))
     }
 
-    /// Where a texture is seen in a local direction within the cone.
+    /// Returns the texture site of a local direction within the cone.
     fn site_in(&self, local: DVec3) -> Site {
         let width = local.z * self.cutoff.tan();
         let uv = [local.x, local.y].map(|c| 0.5 + 0.5 * c / width);
@@ -196,22 +199,24 @@ impl Spot {
         }
     }
 
-    /// Total power: 2π ∫ I sin θ dθ, constant up to the beam's width and a ramp from there to the cutoff. With a
-    /// texture, a sum over directions, as a rule within 1e-4.
+    /// Returns the total power 2π ∫ I sin θ dθ: I is constant up to the beam width, then falls
+    /// linearly to the cutoff. With a texture, the power is a sum over directions, usually within
+    /// 1e-4.
     pub fn power(&self) -> Spectrum {
         if let Some(thrown) = &self.thrown {
             return thrown.power;
         }
         let (inner, outer) = (self.beam_width, self.cutoff);
         let ramp = match outer - inner {
-            // The limit of a narrow ramp, without its cancellation.
+            // Use the limit of a narrow ramp to avoid cancellation.
             width if width < 1e-6 => (0.5 * (inner + outer)).cos(),
             width => (outer.sin() - inner.sin()) / width,
         };
         self.intensity * (TAU * (1.0 - ramp))
     }
 
-    /// A direction of the cone: uniform, or roughly in proportion to the intensity if there is a texture.
+    /// Samples a direction of the cone: uniform, or with density roughly proportional to the
+    /// intensity if there is a texture.
     pub(super) fn sample(&self, u: [f64; 2]) -> DVec3 {
         match &self.thrown {
             Some(thrown) => {
@@ -225,7 +230,7 @@ impl Spot {
         }
     }
 
-    /// Density of [`Spot::sample`] per steradian.
+    /// Returns the density of [`Spot::sample`] per steradian.
     pub(super) fn pdf(&self, direction: DVec3) -> f64 {
         if self.angle(direction) > self.cutoff {
             return 0.0;
@@ -241,19 +246,20 @@ impl Spot {
         }
     }
 
-    /// Angle from the axis; unlike the arc cosine it keeps its digits in a narrow cone.
+    /// Returns the angle from the axis. Unlike the arc cosine, this form keeps its digits in a
+    /// narrow cone.
     fn angle(&self, direction: DVec3) -> f64 {
         let sin = self.axis.cross(direction).length();
         sin.atan2(self.axis.dot(direction))
     }
 
-    /// Height 1 − cos of the cap that the cone cuts out of the unit sphere.
+    /// Returns the height 1 − cos of the cap that the cone cuts out of the unit sphere.
     fn cap(&self) -> f64 {
         2.0 * (0.5 * self.cutoff).sin().powi(2)
     }
 }
 
-/// Angle of a unit vector from +z.
+/// Returns the angle of a unit vector from +z.
 fn polar_angle(local: DVec3) -> f64 {
     local.x.hypot(local.y).atan2(local.z)
 }

@@ -2,14 +2,16 @@
 
 use crate::sampling::{DistributionError, Grid2};
 
-/// Cells along each side of the table, and points along each side of a cell at which it is made.
+/// Number of cells along each side of the table.
 const CELLS: usize = 128;
+/// Number of points along each side of a cell at which the light is evaluated.
 const POINTS: usize = 4;
 
-/// Share of the samples that is spread evenly, whatever the table says: its points may have missed something bright.
+/// Fraction of the samples that is uniform. It covers bright spots that the points of the table may
+/// have missed.
 const EVENLY: f64 = 0.1;
 
-/// A density over the unit square roughly in proportion to `light`, which is finite and ≥ 0.
+/// Creates a density over the unit square roughly proportional to `light`, which is finite and ≥ 0.
 pub(super) fn sampling_table(light: impl Fn([f64; 2]) -> f64) -> Result<Grid2, DistributionError> {
     let fine = CELLS * POINTS;
     let at = |k: usize| (k as f64 + 0.5) / fine as f64;
@@ -20,7 +22,7 @@ pub(super) fn sampling_table(light: impl Fn([f64; 2]) -> f64) -> Result<Grid2, D
         }
     }
     let mean = cells.iter().sum::<f64>() / cells.len() as f64;
-    // A black light has no preferences.
+    // Make the density of a black light uniform.
     let even = if mean > 0.0 { EVENLY * mean } else { 1.0 };
     cells
         .iter_mut()

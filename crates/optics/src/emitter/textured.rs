@@ -1,4 +1,4 @@
-//! An area light whose radiance varies over its shape.
+//! Area light with a radiance that varies over its shape.
 
 use super::table::sampling_table;
 use crate::Spectrum;
@@ -8,21 +8,21 @@ use crate::texture::Texture;
 use eikonal::Shown;
 use std::f64::consts::PI;
 
-/// Why a texture cannot shine from a shape.
+/// Reason why a shape cannot emit a texture.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TexturedError {
-    /// A radiance that is negative or not finite.
+    /// A radiance is negative or not finite.
     #[error("a radiance of the texture is {}; light must be finite and not negative", Shown(*value))]
     Radiance {
         /// The radiance.
         value: f64,
     },
-    /// A mesh without texture coordinates.
+    /// The mesh has no texture coordinates.
     #[error(
         "the mesh has no texture coordinates; give it some, or use the colours of its vertices"
     )]
     NoCoordinates,
-    /// The power over an ellipsoid or elliptic cylinder is no closed form.
+    /// The power over an ellipsoid or elliptic cylinder has no closed form.
     #[error(
         "an ellipsoid or elliptic cylinder cannot emit a texture, since its power is not known exactly there; \
          use a sphere, a circular cylinder or a mesh"
@@ -39,10 +39,11 @@ pub enum TexturedError {
     Distribution(#[from] DistributionError),
 }
 
-/// Pieces of a texture that are integrated at most: a minute's worth.
+/// Maximum number of pieces of a texture that are integrated; this takes about a minute.
 const MOST_PIECES: u64 = 1 << 24;
 
-/// Light from the side of a shape to which its normals point, from each point the same radiance in all directions.
+/// Light from the side of a shape to which its normals point. Each point has the same radiance in
+/// all directions.
 ///
 /// Points are sampled by a table over the two numbers of [`Shape::sample_area`].
 #[derive(Clone, Debug)]
@@ -54,11 +55,12 @@ pub struct TexturedArea {
 }
 
 impl TexturedArea {
-    /// The light of object `object`, which has this shape.
+    /// Creates the light of object `object`, which has the given shape.
     ///
     /// # Errors
-    /// Radiances that are negative or not finite, or zero all over the shape; a mesh without the texture coordinates that are asked for; a shape whose
-    /// power is not known exactly, or on which the texture is too fine.
+    /// Fails if radiances are negative or not finite, or zero all over the shape; if a mesh lacks
+    /// the texture coordinates that the texture needs; if the power of the shape is not known
+    /// exactly; or if the texture is too fine on it.
     pub fn new(object: usize, shape: &Shape, radiance: Texture) -> Result<Self, TexturedError> {
         let bad = |v: &f64| !(v.is_finite() && *v >= 0.0);
         if let Some(value) = radiance.numbers().find(bad) {
@@ -76,27 +78,29 @@ impl TexturedArea {
         })
     }
 
-    /// Index of the object that it covers.
+    /// Returns the index of the object whose surface emits.
     pub fn object(&self) -> usize {
         self.object
     }
 
-    /// The radiance over the shape.
+    /// Returns the radiance over the shape.
     pub fn texture(&self) -> &Texture {
         &self.radiance
     }
 
-    /// Radiance of a point of the shape.
+    /// Returns the radiance at a point of the shape.
     pub fn radiance(&self, site: &Site) -> Spectrum {
         self.radiance.at(site)
     }
 
-    /// Total power: π times the integral of the radiance over the area, exact to rounding.
+    /// Returns the total power: π times the integral of the radiance over the area, exact to
+    /// rounding.
     pub fn power(&self) -> Spectrum {
         self.power
     }
 
-    /// A point of its shape, roughly in proportion to the sum of the radiance's channels.
+    /// Samples a point of the shape, with density roughly proportional to the sum of the channels
+    /// of the radiance.
     pub fn sample(&self, shape: &Shape, u: [f64; 2]) -> AreaSample {
         let (place, density) = self.table.sample(u);
         let sample = shape.sample_area(place);
@@ -108,14 +112,14 @@ impl TexturedArea {
         }
     }
 
-    /// Density of [`TexturedArea::sample`] per unit area in scene units.
+    /// Returns the density of [`TexturedArea::sample`] per unit area in scene units.
     pub fn pdf(&self, shape: &Shape, site: &Site) -> f64 {
         let (x, part) = (site.position, site.primitive);
         shape.pdf_area(x, part) * self.table.pdf(shape.inverse_area(x, part))
     }
 }
 
-/// ∫ radiance dA.
+/// Returns ∫ radiance dA.
 fn integral(radiance: &Texture, shape: &Shape) -> Result<Spectrum, TexturedError> {
     let mut left = MOST_PIECES;
     let mut sum = Spectrum::ZERO;
@@ -127,7 +131,8 @@ fn integral(radiance: &Texture, shape: &Shape) -> Result<Spectrum, TexturedError
     Ok(sum)
 }
 
-/// How bright the cells of the unit square are of which [`Shape::sample_area`] makes points.
+/// Creates the density over the unit square of the numbers of [`Shape::sample_area`], from the
+/// brightness of cells.
 fn table(radiance: &Texture, shape: &Shape) -> Result<Grid2, DistributionError> {
     sampling_table(|u| {
         let sample = shape.sample_area(u);

@@ -1,4 +1,5 @@
-//! The values that an emitter's light is made up of: one spectrum, the pixels of an image, or the voxels of a volume.
+//! Values that determine the light of an emitter: one spectrum, the pixels of an image, or the
+//! voxels of a volume.
 //!
 //! Theory: docs/theory.md#derivatives-of-light.
 
@@ -11,21 +12,21 @@ use crate::connection_end::{ConnectionEnd, OnSurface};
 use crate::texture::Texture;
 use glam::DVec3;
 
-/// A ray of an emitter's light.
+/// Ray of the light of an emitter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EmittedRay {
-    /// The emitter.
+    /// Index of the emitter.
     pub emitter: usize,
-    /// The end of the path, as a connection to the emitter aims at it.
+    /// End of the path, as a connection to the emitter samples it.
     pub end: ConnectionEnd,
-    /// Where the light starts.
+    /// Position where the light starts.
     pub x: DVec3,
-    /// Unit direction in which it leaves; any from a point of a volume.
+    /// Unit direction in which the light leaves; arbitrary for a point of a volume.
     pub direction: DVec3,
 }
 
 impl EmittedRay {
-    /// Light from a point of a volume.
+    /// Creates a ray from a point of a volume.
     pub fn within(emitter: usize, x: DVec3) -> Self {
         EmittedRay {
             emitter,
@@ -36,25 +37,26 @@ impl EmittedRay {
     }
 }
 
-/// The values of an emitter.
+/// Values of an emitter.
 #[derive(Debug)]
 pub enum EmitterValues<'a> {
-    /// One spectrum: a radiance, an intensity or an irradiance.
+    /// Single spectrum: a radiance, an intensity, an irradiance or a power.
     One(Spectrum),
-    /// Those of a texture: radiances, or factors of an intensity.
+    /// Values of a texture: radiances, or factors of an intensity.
     Texture(&'a Texture),
     /// Radiances around the scene.
     Map(&'a EnvironmentMap),
-    /// Radiances of a projector's screen.
+    /// Radiances of the screen of a projector.
     Slide(&'a Slide),
-    /// Irradiances on the aperture of a beam or a fibre: an image, and where that is one.
+    /// Irradiances on the aperture of a beam or a fibre: an image, and the irradiance where the
+    /// image is one.
     Aperture(&'a Slide, Spectrum),
     /// Emission of a volume.
     Voxels(&'a VolumeLight),
 }
 
 impl Emitter {
-    /// What the light is made up of; that of a medium is its own.
+    /// Returns the values that determine the light. An emitting medium has values of its own.
     pub fn values(&self) -> EmitterValues<'_> {
         match self {
             Emitter::Point { intensity, .. } => EmitterValues::One(*intensity),
@@ -85,8 +87,9 @@ impl Emitter {
 }
 
 impl EmitterValues<'_> {
-    /// Length along each axis: none of one value; rows and columns of an image; z, y, x of voxels; those of a
-    /// [texture](Texture::shape). `None` if a texture's values are not numbered.
+    /// Returns the lengths along each axis of the array of values. A single value has no axes; an
+    /// image has rows and columns; voxels have z, y, x; a texture has [its own](Texture::shape).
+    /// Returns `None` if the values of a texture are not numbered.
     pub fn shape(&self) -> Option<Vec<usize>> {
         match self {
             EmitterValues::One(_) => Some(Vec::new()),
@@ -99,7 +102,7 @@ impl EmitterValues<'_> {
         }
     }
 
-    /// Whether all values are positive in the first `channels` channels.
+    /// True if all values are positive in the first `channels` channels.
     pub fn are_positive(&self, channels: usize) -> bool {
         let is_positive = |value: Spectrum| value.0[..channels].iter().all(|c| *c > 0.0);
         match self {
@@ -114,8 +117,9 @@ impl EmitterValues<'_> {
         }
     }
 
-    /// Calls `see` with the number of each value that counts on a ray of the emitter's light, and its weight. Returns the sum of weights
-    /// times values, to which the light is proportional.
+    /// Calls `see` with the index of each value that contributes along a ray of the emitter's
+    /// light, and its weight. Returns the sum of weights times values, to which the light is
+    /// proportional.
     pub fn at(&self, emitter: &Emitter, ray: &EmittedRay, see: impl FnMut(usize, f64)) -> Spectrum {
         let mut see = see;
         match self {
@@ -190,7 +194,7 @@ mod tests {
             .collect()
     }
 
-    /// Weights times values are the light, to rounding, in all directions.
+    /// Tests that weights times values equal the light, to rounding, in all directions.
     #[test]
     fn light_is_the_sum_of_weights_times_values() {
         let map = Environment::image(5, 4, pixels(20), Orientation::IDENTITY);

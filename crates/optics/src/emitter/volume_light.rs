@@ -1,4 +1,4 @@
-//! A volume that emits light, the same in all directions from each of its points.
+//! Volume that emits light isotropically from each of its points.
 
 use crate::Spectrum;
 use crate::sampling::{Discrete, DistributionError, TrilinearCell};
@@ -9,43 +9,44 @@ use glam::{DAffine3, DVec3};
 use smallvec::SmallVec;
 use std::f64::consts::PI;
 
-/// Half the bits of a random number: one makes two.
+/// Number of values of half the bits of a random number, which is split into two numbers.
 const HALF_BITS: f64 = (1u64 << 26) as f64;
 
-/// A quantity with its standard error, in each channel.
+/// Quantity with its standard error, in each channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimate {
     /// The value.
     pub value: Spectrum,
-    /// Its standard error; zero if the value is exact.
+    /// Standard error; zero if the value is exact.
     pub error: Spectrum,
 }
 
-/// Light from all points of a grid: ε = W/(m³ sr) if lengths are in metres, the radiance that a ray gathers per length.
+/// Light from all points of a grid: ε in W/(m³ sr) if lengths are in metres, the radiance that a
+/// ray gains per length.
 #[derive(Clone, Debug)]
 pub struct VolumeLight {
-    /// ε, up to `scale`. Zero outside of the cube.
+    /// Values of ε, up to `scale`. They are zero outside the cube.
     grid: std::sync::Arc<VolumeGrid>,
-    /// The medium that emits in its place, where the grid is a guess of ε.
+    /// Medium that emits in place of the grid, if the grid is only an estimate of ε.
     medium: Option<usize>,
-    /// ∫ ε dV of the light that leaves: the grid's, unless a medium emits.
+    /// Integral ∫ ε dV of the emitted light: of the grid, unless a medium emits.
     emitted: Estimate,
     scale: Spectrum,
-    /// From the grid's unit cube.
+    /// Map from the unit cube of the grid to the world.
     to_world: DAffine3,
-    /// Where the grid is trilinear, along each axis.
+    /// Intervals along each axis in which the grid is trilinear.
     axes: [Vec<Interval>; 3],
-    /// Products of these intervals, x fastest, by the light that they emit.
+    /// Distribution over the products of these intervals, x fastest, by their emitted light.
     blocks: Discrete,
-    /// ∫ ε dV.
+    /// Integral ∫ ε dV of the grid.
     integral: Spectrum,
 }
 
 impl VolumeLight {
-    /// The light of `grid` ≥ 0 times a `scale` ≥ 0.
+    /// Creates the light of `grid` ≥ 0 times a `scale` ≥ 0.
     ///
     /// # Errors
-    /// Its power is no finite number.
+    /// Fails if the power is not a finite number.
     pub fn new(
         grid: impl Into<std::sync::Arc<VolumeGrid>>,
         scale: Spectrum,
@@ -62,7 +63,7 @@ impl VolumeLight {
             weights.push(light.sum());
         }
         if integral.is_zero() {
-            // A black light has no preferences.
+            // Make the density of a black light uniform.
             weights = blocks(&axes).map(size).collect();
         }
         Ok(VolumeLight {
@@ -80,13 +81,15 @@ impl VolumeLight {
         })
     }
 
-    /// The light of a medium, by its number in the scene. The grid guesses what it emits, > 0 wherever it does: points are chosen in
-    /// proportion to the guess, and what leaves them is what the medium says.
+    /// Creates the light of a medium, given by its index in the scene. The grid `guess` estimates
+    /// the emission, and must be > 0 wherever the medium emits. Points are sampled in proportion to
+    /// the estimate, but the medium determines their light.
     ///
-    /// `emitted` is ∫ ε dV of the medium; the guess stands for it where the estimate found no light.
+    /// `emitted` is ∫ ε dV of the medium. If it is zero, because its estimation found no light, the
+    /// integral of `guess` replaces it.
     ///
     /// # Errors
-    /// As [`VolumeLight::new`].
+    /// Fails like [`VolumeLight::new`].
     pub fn of_medium(
         medium: usize,
         guess: VolumeGrid,
@@ -108,15 +111,16 @@ impl VolumeLight {
         })
     }
 
-    /// The number of the medium that emits, if it is one.
+    /// Returns the index of the medium, if a medium emits.
     pub fn medium(&self) -> Option<usize> {
         self.medium
     }
 
-    /// The same light, with a total power of these channels; none in those in which it is black.
+    /// Returns the light scaled to a total power per channel. Channels in which it is black stay
+    /// black.
     ///
     /// # Errors
-    /// The light that it takes is no finite number.
+    /// Fails if the required scale is not a finite number.
     pub fn with_power(self, power: Spectrum) -> Result<Self, DistributionError> {
         let factor = power.zip(
             self.power(),
@@ -127,22 +131,23 @@ impl VolumeLight {
         VolumeLight::new(self.grid, self.scale * factor)
     }
 
-    /// Total power.
+    /// Returns the total power.
     pub fn power(&self) -> Spectrum {
         self.emitted.value * (4.0 * PI)
     }
 
-    /// Standard error of [`VolumeLight::power`]; zero unless a medium emits whose power had to be estimated.
+    /// Returns the standard error of [`VolumeLight::power`]. It is zero, unless a medium emits and
+    /// its power had to be estimated.
     pub fn power_error(&self) -> Spectrum {
         self.emitted.error * (4.0 * PI)
     }
 
-    /// ε at a point; the guess of it, if a medium emits.
+    /// Returns ε at a point; an estimate, if a medium emits.
     pub fn radiance(&self, x: DVec3) -> Spectrum {
         self.grid.within(x) * self.scale
     }
 
-    /// Numbers of voxels along z, y, x; none if there is just one.
+    /// Returns the numbers of voxels along z, y, x; empty for a single voxel.
     pub(super) fn shape(&self) -> Vec<usize> {
         match self.grid.size() {
             [1, 1, 1] => Vec::new(),
@@ -150,23 +155,23 @@ impl VolumeLight {
         }
     }
 
-    /// Whether all voxels emit in the first `channels` channels.
+    /// True if all voxels emit in the first `channels` channels.
     pub(super) fn is_positive(&self, channels: usize) -> bool {
         let scale = self.scale.0[..channels].iter().all(|s| *s > 0.0);
         scale && self.grid.extremes(channels)[0] > 0.0
     }
 
-    /// Calls `see` with each voxel that counts at a point of the volume, and its weight.
+    /// Calls `see` with each voxel that contributes at a point of the volume, and its weight.
     pub(super) fn weights(&self, x: DVec3, see: impl FnMut(usize, f64)) {
         self.grid.weights(x, see);
     }
 
-    /// A box around it.
+    /// Returns a box around the volume.
     pub fn aabb(&self) -> Aabb {
         self.grid.aabb()
     }
 
-    /// A point in proportion to ε, summed over the channels.
+    /// Samples a point with density proportional to ε, summed over the channels.
     pub fn sample(&self, u: [f64; 2]) -> DVec3 {
         let pick = self.blocks.sample(u[0]);
         let [nx, ny] = [0, 1].map(|axis| self.axes[axis].len());
@@ -183,7 +188,8 @@ impl VolumeLight {
         self.to_world.transform_point3(DVec3::from_array(place))
     }
 
-    /// Density of [`VolumeLight::sample`] per unit volume; 0 for all points if it is black.
+    /// Returns the density of [`VolumeLight::sample`] per unit volume; 0 everywhere if the light is
+    /// black.
     pub fn pdf(&self, x: DVec3) -> f64 {
         let all = self.integral.sum();
         if all > 0.0 {
@@ -193,12 +199,12 @@ impl VolumeLight {
         }
     }
 
-    /// The ranges of θ up to `theta_end` over which an arc is in the volume.
+    /// Returns the ranges of θ up to `theta_end` over which an arc is in the volume.
     pub fn parts(&self, arc: &Arc, theta_end: f64) -> SmallVec<[[f64; 2]; 1]> {
         self.grid.parts(arc, theta_end)
     }
 
-    /// ε in a block, summed over the channels.
+    /// Returns ε in a block, summed over the channels.
     fn cell(&self, block: [Interval; 3]) -> TrilinearCell {
         let corner = |k: usize, j: usize, i: usize| {
             (sample(&self.grid, block, [i, j, k]) * self.scale).sum()
@@ -208,7 +214,7 @@ impl VolumeLight {
     }
 }
 
-/// All blocks, x fastest.
+/// Returns all blocks, x fastest.
 fn blocks(axes: &[Vec<Interval>; 3]) -> impl Iterator<Item = [Interval; 3]> {
     let [xs, ys, zs] = axes;
     let row = move |y: Interval, z: Interval| xs.iter().map(move |x| [*x, y, z]);
@@ -216,17 +222,17 @@ fn blocks(axes: &[Vec<Interval>; 3]) -> impl Iterator<Item = [Interval; 3]> {
         .flat_map(move |z| ys.iter().flat_map(move |y| row(*y, *z)))
 }
 
-/// Share of the unit cube that a block fills.
+/// Returns the fraction of the unit cube that a block fills.
 fn size(block: [Interval; 3]) -> f64 {
     block.map(|i| i.edges[1] - i.edges[0]).iter().product()
 }
 
-/// The value at a corner of a block.
+/// Returns the value at a corner of a block.
 fn sample(grid: &VolumeGrid, block: [Interval; 3], corner: [usize; 3]) -> Spectrum {
     grid.sample_at([0, 1, 2].map(|axis| block[axis].samples[corner[axis]]))
 }
 
-/// Mean of the values at the corners of a block, which is that in the block.
+/// Returns the mean of the values at the corners of a block, which equals the mean over the block.
 fn mean(grid: &VolumeGrid, block: [Interval; 3]) -> Spectrum {
     let corner = |c: usize| sample(grid, block, [c & 1, c >> 1 & 1, c >> 2]);
     (0..8).map(corner).fold(Spectrum::ZERO, |a, b| a + b) / 8.0
