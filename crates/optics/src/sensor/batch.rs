@@ -2,15 +2,15 @@
 
 use super::{Sensor, SensorRay};
 
-/// Sensors, each of which sees a column of the image; all are as wide. Nothing connects to them: they are for
-/// estimators that only follow rays from the sensor.
+/// Sensors that each see a column of the image; all columns are equally wide. Nothing connects to
+/// these sensors. They serve estimators that only trace rays from the sensor.
 #[derive(Clone, Debug)]
 pub struct Batch {
     sensors: Vec<Sensor>,
 }
 
 impl Batch {
-    /// From left to right; `None` without any.
+    /// Creates the batch from sensors from left to right; `None` without any.
     pub fn new(sensors: Vec<Sensor>) -> Option<Self> {
         (!sensors.is_empty()).then_some(Batch { sensors })
     }
@@ -18,12 +18,12 @@ impl Batch {
     pub(super) fn ray(&self, [s, t]: [f64; 2], lens: [f64; 2]) -> SensorRay {
         let count = self.sensors.len();
         let across = s * count as f64;
-        // Filters reach beyond the image.
+        // Clamp the column, because filters extend beyond the image.
         let column = (across.max(0.0) as usize).min(count - 1);
         self.sensors[column].ray([across - column as f64, t], lens)
     }
 
-    /// Sensors, from left to right.
+    /// Returns the sensors, from left to right.
     pub fn sensors(&self) -> &[Sensor] {
         &self.sensors
     }

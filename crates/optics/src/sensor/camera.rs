@@ -1,4 +1,4 @@
-//! Cameras as one would describe them: where they stand and what they look at.
+//! Cameras described by their position and their target.
 
 use super::{Orthographic, Perspective, Sensor};
 use glam::{DAffine3, DMat3, DVec3};
@@ -6,8 +6,9 @@ use glam::{DAffine3, DMat3, DVec3};
 /// Widest field of view in degrees.
 const WIDEST: f64 = 179.0;
 
-/// The map from camera to world of a camera at `origin` that looks at `target`: along +z, with y up and x to the left. An `up` of
-/// zero leaves the choice to morgana. `None` if the points coincide, or `up` is parallel to the view.
+/// Returns the camera-to-world map of a camera at `origin` that looks at `target`: along +z, with y
+/// up and x to the left. If `up` is zero, any perpendicular direction is used. Returns `None` if
+/// the points coincide, or if `up` is parallel to the view.
 pub fn look_at(origin: DVec3, target: DVec3, up: DVec3) -> Option<DAffine3> {
     let direction = (target - origin).try_normalize()?;
     let up = if up == DVec3::ZERO {
@@ -16,7 +17,7 @@ pub fn look_at(origin: DVec3, target: DVec3, up: DVec3) -> Option<DAffine3> {
         up
     };
     let left = up.try_normalize()?.cross(direction);
-    // Nearly parallel vectors leave only rounding errors.
+    // Reject nearly parallel vectors, whose cross product is only rounding error.
     let left = if left.length() < 1e-9 {
         None
     } else {
@@ -28,10 +29,10 @@ pub fn look_at(origin: DVec3, target: DVec3, up: DVec3) -> Option<DAffine3> {
     })
 }
 
-/// How a camera maps the scene to its image.
+/// Projection of the scene to the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
-    /// A pinhole.
+    /// Pinhole.
     Perspective {
         /// Full horizontal field of view in degrees, above 0 and up to 179.
         fov: f64,
@@ -43,27 +44,27 @@ pub enum Projection {
     },
 }
 
-/// A camera: where it stands, what it looks at, and its projection. `SceneBuilder` makes a [`Sensor`]
-/// of it that fits the film.
+/// Camera given by its position, its target and its projection. `SceneBuilder` converts it to a
+/// [`Sensor`] that fits the film.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// Position.
     pub origin: DVec3,
-    /// Point in the middle of the image.
+    /// Point at the centre of the image.
     pub target: DVec3,
-    /// Direction that is up in the image; zero leaves the choice to morgana.
+    /// Direction that is up in the image. If it is zero, any perpendicular direction is used.
     pub up: DVec3,
     /// Projection.
     pub projection: Projection,
 }
 
-/// Why a camera cannot be used.
+/// Reason why a camera cannot be used.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum CameraError {
-    /// There is no direction of view.
+    /// The direction of view is undefined.
     #[error("origin and target must be finite and differ, and up must not be parallel to the view")]
     View,
-    /// The field of view is not an angle that a pinhole can have.
+    /// The field of view is out of range.
     #[error("the field of view must be above 0 and at most {WIDEST} degrees, but it is {0}")]
     FieldOfView(f64),
     /// The width of the image is not positive.
@@ -72,7 +73,8 @@ pub enum CameraError {
 }
 
 impl Camera {
-    /// A pinhole camera whose image spans `fov` degrees horizontally; y is up unless it looks along y.
+    /// Creates a pinhole camera whose image spans `fov` degrees horizontally. y is up, unless the
+    /// camera looks along y.
     pub fn perspective(origin: impl Into<DVec3>, target: impl Into<DVec3>, fov: f64) -> Self {
         Camera::new(
             origin.into(),
@@ -81,7 +83,8 @@ impl Camera {
         )
     }
 
-    /// A camera of parallel rays whose image is `width` scene units wide; y is up unless it looks along y.
+    /// Creates a camera of parallel rays whose image is `width` scene units wide. y is up, unless
+    /// the camera looks along y.
     pub fn orthographic(origin: impl Into<DVec3>, target: impl Into<DVec3>, width: f64) -> Self {
         Camera::new(
             origin.into(),
@@ -100,7 +103,7 @@ impl Camera {
         }
     }
 
-    /// The camera turned about its axis so that `up` is up in the image.
+    /// Returns the camera rotated about its axis so that `up` is up in the image.
     pub fn with_up(self, up: impl Into<DVec3>) -> Self {
         Camera {
             up: up.into(),
@@ -108,10 +111,10 @@ impl Camera {
         }
     }
 
-    /// The sensor whose image has the given ratio of width to height.
+    /// Returns the sensor whose image has the given ratio of width to height.
     ///
     /// # Errors
-    /// If there is no such camera: see [`CameraError`].
+    /// Fails if the camera is invalid: see [`CameraError`].
     pub fn sensor(&self, aspect: f64) -> Result<Sensor, CameraError> {
         let finite = self.origin.is_finite() && self.target.is_finite() && self.up.is_finite();
         let view = look_at(self.origin, self.target, self.up).filter(|_| finite);

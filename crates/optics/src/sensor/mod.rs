@@ -1,4 +1,4 @@
-//! Sensors: where sensor subpaths start, and what a light subpath that arrives is worth.
+//! Sensors: starts of sensor subpaths, and the response to light subpaths that arrive.
 //!
 //! All sensors read radiance. With u = (s, t) a position on the image, pixel j reads
 //!
@@ -6,19 +6,20 @@
 //! I_j = ∫ h_j(u) L(u) du,   L averaged over the lens,   ∫ h_j du = 1
 //! ```
 //!
-//! where h_j is the density of the reconstruction filter about the pixel's centre: a product of two
-//! `Filter::pdf`, each times the number of pixels along its side, since
-//! u is in units of the image.
-//!
-//! * A sensor subpath draws u from h_j and a point of the lens, uniform by the power that passes there ([`Sensor::ray`]), so it
-//!   starts with weight n² (docs/theory.md#radiance) and nothing else.
-//! * A light subpath that is connected to the sensor aims at a point of it ([`Sensor::sample_end`]). Changing
-//!   variables from u to the rays of that point (steradians), or to the parallel rays (area across
-//!   them), turns the integral into n² h_j(u) `density` L̃, with u and du/dΩ or du/dA⊥ = `density`
-//!   from [`Sensor::sense`]. On a lens or a stop the average over its area divides by that area,
-//!   which is the reciprocal of the density of the end: they cancel.
-//! * Where the aperture diffracts ([`Sensor::point_spread`]), both are displaced on the image by an offset that is drawn
-//!   from the point spread function: the sensor subpath starts at u less the offset, and the light subpath arrives at u plus it.
+//! where h_j is the density of the reconstruction filter about the centre of the pixel. It is a
+//! product of two `Filter::pdf`, each times the number of pixels along its side, because u is in
+//! units of the image.
+//! * A sensor subpath samples u from h_j, and a point of the lens uniformly by transmitted power
+//!   ([`Sensor::ray`]). Its only initial weight is n² (docs/theory.md#radiance).
+//! * A light subpath that is connected to the sensor ends at a sampled point of it
+//!   ([`Sensor::sample_end`]). The integral over u becomes an integral over the rays of this point
+//!   (steradians), or over the parallel rays (area across them). It then reads n² h_j(u) `density`
+//!   L̃, with u and du/dΩ or du/dA⊥ = `density` from [`Sensor::sense`]. On a lens or a stop, the
+//!   average over its area divides by the area. This area is the reciprocal of the density of the
+//!   end, so the two cancel.
+//! * Where the aperture diffracts ([`Sensor::point_spread`]), both are displaced on the image by an
+//!   offset sampled from the point spread function. The sensor subpath starts at u minus the
+//!   offset, and the light subpath arrives at u plus the offset.
 
 mod aperture;
 mod batch;
@@ -40,7 +41,7 @@ use crate::connection_end::{ConnectionEnd, EndSample};
 use glam::{DAffine3, DVec3};
 use std::sync::Arc;
 
-/// A position and a unit direction.
+/// Position and unit direction of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorRay {
     /// Start.
@@ -49,39 +50,39 @@ pub struct SensorRay {
     pub direction: DVec3,
 }
 
-/// Where on the image a ray that leaves the sensor belongs.
+/// Image position of a ray that leaves the sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensed {
-    /// Position (s, t) from the top left corner in units of the image: the image is [0, 1]², but a
-    /// filter may reach beyond.
+    /// Position (s, t) from the top left corner, in units of the image. The image is [0, 1]², but a
+    /// filter may extend beyond.
     pub image: [f64; 2],
-    /// The density with which [`Sensor::ray`], with uniform positions on the image, chooses this ray
-    /// among those of the same point of the sensor: per steradian; for an orthographic or
-    /// telecentric sensor, per unit area across its rays.
+    /// Density with which [`Sensor::ray`], for uniform positions on the image, samples this ray
+    /// among the rays of the same point of the sensor. It is per steradian; for an orthographic or
+    /// telecentric sensor, it is per unit area across its rays.
     pub density: f64,
 }
 
-/// A sensor without its film. Local coordinates follow Mitsuba: the camera looks along +z, +y is
-/// up, and +x is to the left of the image.
+/// Sensor without its film. Local coordinates follow Mitsuba: the camera looks along +z, +y is up,
+/// and +x is to the left of the image.
 #[derive(Clone, Debug)]
 pub enum Sensor {
-    /// Pinhole.
+    /// Pinhole camera.
     Perspective(Perspective),
-    /// Thin lens.
+    /// Camera with a thin lens.
     ThinLens(ThinLens),
-    /// Parallel rays.
+    /// Camera with parallel rays.
     Orthographic(Orthographic),
-    /// None: light is measured by meters. It sees nothing.
+    /// No sensor: meters measure the light.
     Absent(DAffine3),
-    /// Parallel rays for each point of a stop.
+    /// Camera with parallel rays for each point of a stop.
     Telecentric(Telecentric),
-    /// Several side by side, which nothing connects to.
+    /// Several sensors side by side, to which nothing connects.
     Batch(Arc<Batch>),
 }
 
 impl Sensor {
-    /// The ray through a position of the image, (s, t) in [0, 1]² from the top left corner, and a
-    /// position on the lens, uniform in [0, 1)².
+    /// Returns the ray through a position of the image, (s, t) in [0, 1]² from the top left corner,
+    /// and a position on the lens, uniform in [0, 1)².
     pub fn ray(&self, image: [f64; 2], lens: [f64; 2]) -> SensorRay {
         match self {
             Sensor::Perspective(s) => s.ray(image),
@@ -93,8 +94,8 @@ impl Sensor {
         }
     }
 
-    /// Chooses where a connection to the sensor should aim, uniformly over the lens; `u` is uniform
-    /// in [0, 1)². Importance travels along the end's direction, so light against it.
+    /// Samples the end of a connection to the sensor, uniformly over the lens; `u` is uniform in
+    /// [0, 1)². Importance travels along the direction of the end, and light against it.
     pub fn sample_end(&self, u: [f64; 2]) -> EndSample {
         match self {
             Sensor::Perspective(_) | Sensor::Absent(_) | Sensor::Batch(_) => {
@@ -106,8 +107,8 @@ impl Sensor {
         }
     }
 
-    /// The end at the point from which one of the sensor's rays starts, in a unit direction, or at all
-    /// rays of that direction.
+    /// Returns the end at the point from which a ray of the sensor starts in a unit direction, or
+    /// the end for all rays of this direction.
     pub fn end_of_ray(&self, origin: DVec3, direction: DVec3) -> ConnectionEnd {
         match self {
             Sensor::Perspective(_) | Sensor::ThinLens(_) => ConnectionEnd::at(origin),
@@ -117,9 +118,9 @@ impl Sensor {
         }
     }
 
-    /// Where on the image the ray belongs that leaves the sensor at `start`, a point that was aimed
-    /// at, in the unit `direction`; the light travels against it. `None` if the sensor does not look
-    /// that way (docs/theory.md#subpaths-from-either-end).
+    /// Returns the image position of the ray that leaves the sensor at `start`, a sampled end, in
+    /// the unit `direction`. The light travels against it. Returns `None` if the sensor does not
+    /// see in this direction (docs/theory.md#subpaths-from-either-end).
     pub fn sense(&self, start: DVec3, direction: DVec3) -> Option<Sensed> {
         let sensed = match self {
             Sensor::Perspective(s) => s.sense(direction),
@@ -128,11 +129,11 @@ impl Sensor {
             Sensor::Absent(_) | Sensor::Batch(_) => None,
             Sensor::Telecentric(s) => s.sense(start, direction),
         };
-        // Rays almost along the plane of the lens overflow.
+        // Reject rays almost parallel to the lens, for which the numbers overflow.
         sensed.filter(|s| s.density.is_finite() && s.image.iter().all(|x| x.is_finite()))
     }
 
-    /// The same, displaced by `shift`.
+    /// Returns the sensor displaced by `shift`.
     pub fn moved(self, shift: DVec3) -> Self {
         match self {
             Sensor::Perspective(s) => Sensor::Perspective(s.moved(shift)),
@@ -143,12 +144,12 @@ impl Sensor {
         }
     }
 
-    /// Whether its rays, those of one point of its stop if it has any, have one direction.
+    /// True if the rays are parallel; with a stop, the rays of each of its points.
     pub fn is_parallel(&self) -> bool {
         matches!(self, Sensor::Orthographic(_) | Sensor::Telecentric(_))
     }
 
-    /// What its aperture does to the image, if it diffracts.
+    /// Returns the point spread function of the aperture, if it diffracts.
     pub fn point_spread(&self) -> Option<&PointSpread> {
         match self {
             Sensor::ThinLens(s) => s.point_spread(),
@@ -158,7 +159,7 @@ impl Sensor {
         }
     }
 
-    /// Local-to-world transform, of the first if there are several.
+    /// Returns the local-to-world transform, of the first sensor if there are several.
     pub fn to_world(&self) -> &DAffine3 {
         match self {
             Sensor::Perspective(s) => s.to_world(),
@@ -170,12 +171,12 @@ impl Sensor {
         }
     }
 
-    /// Where the sensor is; the first, if there are several.
+    /// Returns the position, of the first sensor if there are several.
     pub fn position(&self) -> DVec3 {
         self.to_world().translation
     }
 
-    /// Where the sensors are, of which there may be several.
+    /// Returns the positions of all sensors.
     pub fn positions(&self) -> impl Iterator<Item = DVec3> {
         let sensors = match self {
             Sensor::Batch(batch) => batch.sensors(),
@@ -185,7 +186,7 @@ impl Sensor {
     }
 }
 
-/// A ray given in local coordinates.
+/// Transforms a ray from local coordinates to the world.
 fn to_world(to_world: &DAffine3, origin: DVec3, direction: DVec3) -> SensorRay {
     SensorRay {
         origin: to_world.transform_point3(origin),

@@ -4,9 +4,10 @@ use super::{Sensed, SensorRay, to_world};
 use crate::connection_end::{ConnectionEnd, EndSample};
 use glam::{DAffine3, DVec3};
 
-/// Parallel rays along local +z, through the square [−1, 1]² of the local plane z = 0; its height is
-/// divided by the aspect ratio. All start on the plane through the sensor's position across them,
-/// which is the plane of the square unless the transform shears it.
+/// Camera with parallel rays along local +z, through the square [−1, 1]² of the local plane z = 0.
+/// The height of the square is divided by the aspect ratio. All rays start on the plane through the
+/// sensor's position perpendicular to them. It is the plane of the square, unless the transform
+/// shears it.
 #[derive(Clone, Debug)]
 pub struct Orthographic {
     to_world: DAffine3,
@@ -15,7 +16,7 @@ pub struct Orthographic {
 }
 
 impl Orthographic {
-    /// `to_world` must be invertible; `aspect` is width over height.
+    /// Creates the camera. `to_world` must be invertible; `aspect` is width over height.
     pub fn new(to_world: DAffine3, aspect: f64) -> Self {
         Orthographic {
             to_world,
@@ -24,14 +25,14 @@ impl Orthographic {
         }
     }
 
-    /// The same, displaced by `shift`.
+    /// Returns the camera displaced by `shift`.
     pub(super) fn moved(mut self, shift: DVec3) -> Self {
         self.to_world.translation += shift;
         self.to_local = self.to_world.inverse();
         self
     }
 
-    /// Width over height of the image.
+    /// Returns width over height of the image.
     pub fn aspect(&self) -> f64 {
         self.aspect
     }
@@ -61,8 +62,9 @@ impl Orthographic {
         ))
     }
 
-    /// The ray belongs where its line meets the local plane z = 0, since it runs along local z. An
-    /// area dx dy there has the cross section |det M|/|M e_z| dx dy.
+    /// Returns the image position of a ray: the intersection of its line, which is parallel to
+    /// local z, with the local plane z = 0. An area dx dy there has the cross section |det M|/|M
+    /// e_z| dx dy.
     pub(super) fn sense(&self, start: DVec3, direction: DVec3) -> Option<Sensed> {
         let local = self.to_local.transform_point3(start);
         let m = self.to_world.matrix3;

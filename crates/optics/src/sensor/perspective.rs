@@ -3,7 +3,7 @@
 use super::{Sensed, SensorRay, to_world};
 use glam::{DAffine3, DVec3};
 
-/// A pinhole camera.
+/// Pinhole camera.
 #[derive(Clone, Debug)]
 pub struct Perspective {
     to_world: DAffine3,
@@ -13,8 +13,8 @@ pub struct Perspective {
 }
 
 impl Perspective {
-    /// `to_world` must be invertible; `fov_x` is the full horizontal angle in radians, in (0, π);
-    /// `aspect` is width over height.
+    /// Creates the camera. `to_world` must be invertible. `fov_x` is the full horizontal angle in
+    /// radians, in (0, π). `aspect` is width over height.
     pub fn new(to_world: DAffine3, fov_x: f64, aspect: f64) -> Self {
         let half = (0.5 * fov_x).tan();
         Perspective {
@@ -24,7 +24,7 @@ impl Perspective {
         }
     }
 
-    /// The same, displaced by `shift`.
+    /// Returns the camera displaced by `shift`.
     pub(super) fn moved(mut self, shift: DVec3) -> Self {
         self.to_world.translation += shift;
         self.to_local = self.to_world.inverse();
@@ -39,12 +39,13 @@ impl Perspective {
         &self.to_local
     }
 
-    /// Half extents of the image at unit distance.
+    /// Returns the half extents of the image at unit distance.
     pub fn half(&self) -> [f64; 2] {
         self.half
     }
 
-    /// Point at unit distance seen at an image position; +x is left, hence the signs.
+    /// Returns the point at unit distance seen at an image position. +x points left, hence the
+    /// signs.
     pub(super) fn at_unit_distance(&self, [s, t]: [f64; 2]) -> DVec3 {
         DVec3::new(
             (1.0 - 2.0 * s) * self.half[0],
@@ -62,11 +63,11 @@ impl Perspective {
         (local.z > 0.0).then(|| self.sensed(local / local.z, local.z))
     }
 
-    /// The image position at which `at_unit_distance` is seen, and the density of its ray, whose unit
-    /// direction has the local component `z`.
+    /// Returns the image position at which `at_unit_distance` is seen, and the density of its ray.
+    /// The unit direction of the ray has the local component `z`.
     ///
-    /// For w = M (x, y, 1), dΩ = |det M| dx dy/|w|³ and |w| = 1/z. Seen from any other point of the
-    /// plane z = 0 an area of the image, scaled by its distance f, subtends the same solid angle:
+    /// For w = M (x, y, 1), dΩ = |det M| dx dy/|w|³ and |w| = 1/z. From any other point of the
+    /// plane z = 0, an area of the image, scaled by its distance f, subtends the same solid angle:
     /// f² from the area, f from the height above it, and |w| = f/z.
     pub(super) fn sensed(&self, at_unit_distance: DVec3, z: f64) -> Sensed {
         let [half_x, half_y] = self.half;

@@ -1,17 +1,19 @@
-//! Telecentric camera: a stop in the focal plane of a lens, and a knife edge in the stop.
+//! Telecentric camera: a lens with a stop in its focal plane, optionally with a knife edge in the
+//! stop.
 
 use super::{ApertureShape, PointSpread, Sensed, SensorRay};
 use crate::connection_end::{ConnectionEnd, EndSample};
 use glam::{DAffine3, DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 
-/// A camera that sees each point of its plane of focus under the same cone of directions, that of the open
-/// part of a stop. The stop lies in the focal plane of the lens, where rays of one direction meet, so that
-/// it sorts rays by direction: a ray of slope s across the axis, in front of the lens, goes through the
-/// stop if |s| ≤ tan of the acceptance angle and, with a knife edge, s·e ≤ tan of the knife's angle. What
-/// is read is the mean radiance over the open part.
+/// Camera that sees each point of its plane of focus under the same cone of directions, given by
+/// the open part of a stop. The stop lies in the focal plane of the lens, where rays of one
+/// direction meet, so it selects rays by direction. In front of the lens, a ray has the slope s
+/// across the axis. It passes the stop if |s| ≤ tan of the acceptance angle and, with a knife edge,
+/// s·e ≤ tan of the angle of the knife. The sensor reads the mean radiance over the open part.
 ///
-/// The plane of focus holds the image as that of [`Orthographic`](super::Orthographic): the local square
+/// The plane of focus holds the image, as for [`Orthographic`](super::Orthographic): the local
+/// square [−1, 1]² at z = `focus_distance`, with its height divided by the aspect ratio.
 /// [−1, 1]² at z = `focus_distance`, its height divided by the aspect ratio.
 #[derive(Clone, Debug)]
 pub struct Telecentric {
@@ -24,7 +26,8 @@ pub struct Telecentric {
 }
 
 impl Telecentric {
-    /// `to_world` must be invertible; `aspect` is width over height; `focus_distance` is in local units.
+    /// Creates the camera. `to_world` must be invertible. `aspect` is width over height.
+    /// `focus_distance` is in local units.
     pub fn new(to_world: DAffine3, aspect: f64, focus_distance: f64, stop: ApertureStop) -> Self {
         Telecentric {
             to_world,
@@ -36,10 +39,12 @@ impl Telecentric {
         }
     }
 
-    /// The sensor with diffraction at its stop, of light of a `wavelength` > 0 in vacuum, in scene units; `None` if a knife edge
-    /// covers part of the stop. The transform must not shear.
+    /// Returns the sensor with diffraction at its stop. `wavelength` > 0 is the wavelength in
+    /// vacuum, in scene units. Returns `None` if a knife edge covers part of the stop. The
+    /// transform must not shear.
     ///
-    /// The reduced radius is 2π r sin α/λ at the distance r from a point of the plane of focus, for the acceptance angle α.
+    /// The reduced radius is 2π r sin α/λ at the distance r from a point of the plane of focus, for
+    /// the acceptance angle α.
     pub fn with_diffraction(&self, wavelength: f64) -> Option<Self> {
         let StopShape::Open(aperture) = &self.stop.shape else {
             return None;
@@ -55,24 +60,24 @@ impl Telecentric {
         })
     }
 
-    /// The same, displaced by `shift`.
+    /// Returns the camera displaced by `shift`.
     pub(super) fn moved(mut self, shift: DVec3) -> Self {
         self.to_world.translation += shift;
         self.to_local = self.to_world.inverse();
         self
     }
 
-    /// Width over height of the image.
+    /// Returns width over height of the image.
     pub fn aspect(&self) -> f64 {
         self.aspect
     }
 
-    /// Distance to the plane that is in focus, in scene units.
+    /// Returns the distance to the plane in focus, in scene units.
     pub fn focus_distance(&self) -> f64 {
         self.focus_distance
     }
 
-    /// Radius of the stop.
+    /// Returns the radius of the stop.
     pub fn stop_radius(&self) -> f64 {
         self.stop.radius
     }
@@ -85,7 +90,7 @@ impl Telecentric {
         &self.to_world
     }
 
-    /// The unit direction of rays through a point of the stop.
+    /// Returns the unit direction of rays through a point of the stop.
     fn direction(&self, lens: [f64; 2]) -> DVec3 {
         let m = self.to_world.matrix3;
         let slope = self.stop.sample(lens);
@@ -93,7 +98,8 @@ impl Telecentric {
         (x * slope.x + y * slope.y + z).normalize()
     }
 
-    /// Rays of one direction start on the plane across them through the sensor's position.
+    /// Returns the ray of an image position. Rays of one direction start on the plane perpendicular
+    /// to them through the sensor's position.
     pub(super) fn ray(&self, [s, t]: [f64; 2], lens: [f64; 2]) -> SensorRay {
         let direction = self.direction(lens);
         let (x, y) = (1.0 - 2.0 * s, (1.0 - 2.0 * t) / self.aspect);
@@ -114,13 +120,13 @@ impl Telecentric {
         }
     }
 
-    /// The end at all rays of one direction.
+    /// Returns the end for all rays of one direction.
     pub(super) fn end_along(&self, direction: DVec3) -> ConnectionEnd {
         ConnectionEnd::parallel(self.to_world.translation, direction)
     }
 
-    /// The ray belongs where it meets the plane of focus. An area dx dy there has the cross section
-    /// |(M e_x × M e_y)·d| dx dy for rays along d.
+    /// Returns the image position of a ray, where it intersects the plane of focus. An area dx dy
+    /// there has the cross section |(M e_x × M e_y)·d| dx dy for rays along d.
     pub(super) fn sense(&self, start: DVec3, direction: DVec3) -> Option<Sensed> {
         let origin = self.to_local.transform_point3(start);
         let local = self.to_local.transform_vector3(direction);
@@ -136,34 +142,35 @@ impl Telecentric {
     }
 }
 
-/// The open part of a stop in units of slope: an aperture of any shape, or what a straight edge leaves of a disc.
+/// Open part of a stop in units of slope: an aperture of any shape, or the part of a disc on one
+/// side of a straight edge.
 #[derive(Clone, Debug)]
 pub struct ApertureStop {
     radius: f64,
     shape: StopShape,
 }
 
-/// What is covered of a stop.
+/// Shape of the open part of a stop.
 #[derive(Clone, Debug)]
 enum StopShape {
-    /// What is not of the aperture's shape.
+    /// Aperture of any shape.
     Open(ApertureShape),
-    /// One side of an edge.
+    /// Disc, covered on one side of an edge.
     Knife {
         /// Unit vector towards the covered side.
         edge: DVec2,
-        /// Where the edge is along it, in units of the radius, in (−1, 1].
+        /// Position of the edge along this vector, in units of the radius, in (−1, 1].
         cut: f64,
     },
 }
 
 impl ApertureStop {
-    /// A disc of the given radius > 0.
+    /// Creates a disc of the given radius > 0.
     pub fn disc(radius: f64) -> Self {
         ApertureStop::new(radius, ApertureShape::default())
     }
 
-    /// An aperture that is that many times as large, > 0.
+    /// Creates an aperture scaled by `radius` > 0.
     pub fn new(radius: f64, aperture: ApertureShape) -> Self {
         ApertureStop {
             radius,
@@ -171,8 +178,8 @@ impl ApertureStop {
         }
     }
 
-    /// The part of a disc for which s·`edge` ≤ `cut`; `edge` must not be zero, and `cut` more than
-    /// −`radius`.
+    /// Creates the part of a disc for which s·`edge` ≤ `cut`. `edge` must not be zero, and `cut`
+    /// must exceed −`radius`.
     pub fn with_knife(radius: f64, edge: DVec2, cut: f64) -> Self {
         ApertureStop {
             radius,
@@ -183,7 +190,8 @@ impl ApertureStop {
         }
     }
 
-    /// Area of the part of the unit disc on one side of a line at t: ∫2√(1 − t²)dt from −1.
+    /// Returns the area of the part of the unit disc on one side of a line at t: ∫2√(1 − t²)dt from
+    /// −1.
     fn segment(t: f64) -> f64 {
         t * (1.0 - t * t).max(0.0).sqrt() + t.asin() + 0.5 * PI
     }
@@ -196,7 +204,8 @@ impl ApertureStop {
         self.radius * self.radius * share
     }
 
-    /// A slope that passes, uniform by the power that does. Behind the lens, what goes towards one side meets the stop on the other.
+    /// Samples a slope that passes the stop, uniformly by transmitted power. The slope is inverted,
+    /// because light towards one side meets the stop on the other side behind the lens.
     fn sample(&self, u: [f64; 2]) -> DVec2 {
         self.radius
             * match &self.shape {
@@ -208,8 +217,9 @@ impl ApertureStop {
     }
 }
 
-/// A point of the part of the unit disc for which s·`edge` ≤ `cut`, uniform by area: the distance along the edge's direction by
-/// bisection of its distribution, then any point of that chord.
+/// Samples a point of the part of the unit disc for which s·`edge` ≤ `cut`, uniformly by area. The
+/// distance along `edge` is found by bisection of its distribution; the point is uniform on its
+/// chord.
 fn beside_knife(edge: DVec2, cut: f64, [u, v]: [f64; 2]) -> DVec2 {
     let (mut low, mut high) = (-1.0, cut);
     let wanted = u * ApertureStop::segment(high);

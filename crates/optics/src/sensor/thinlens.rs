@@ -5,7 +5,7 @@ use crate::connection_end::{ConnectionEnd, EndSample};
 use glam::{DAffine3, DVec3};
 use std::f64::consts::TAU;
 
-/// A camera with an aperture, sharp at one distance. The lens is ideal and the distance is
+/// Camera with an aperture, in focus at one distance. The lens is ideal, and the distance is
 /// measured along straight lines.
 #[derive(Clone, Debug)]
 pub struct ThinLens {
@@ -17,7 +17,8 @@ pub struct ThinLens {
 }
 
 impl ThinLens {
-    /// With a round aperture. Lengths are in the units of the camera's local coordinates, > 0.
+    /// Creates a camera with a round aperture. Lengths are in the units of the camera's local
+    /// coordinates, > 0.
     pub fn new(pinhole: Perspective, aperture_radius: f64, focus_distance: f64) -> Self {
         ThinLens {
             pinhole,
@@ -28,7 +29,8 @@ impl ThinLens {
         }
     }
 
-    /// The lens with an aperture of that shape in place of the disc, in units of its radius. Diffraction is to be set afterwards.
+    /// Returns the camera with an aperture of the given shape, in units of its radius. This removes
+    /// diffraction, which must be set afterwards.
     pub fn with_aperture(self, aperture: ApertureShape) -> Self {
         ThinLens {
             aperture,
@@ -37,16 +39,18 @@ impl ThinLens {
         }
     }
 
-    /// The lens with diffraction at its aperture, of light of a `wavelength` > 0 in vacuum, in scene units.
-    /// The transform must not shear.
+    /// Returns the camera with diffraction at its aperture. `wavelength` > 0 is the wavelength in
+    /// vacuum, in scene units. The transform must not shear.
     ///
-    /// The reduced radius is 2π a tan θ/λ along each axis of the aperture, which is stretched where the axes of the transform differ in length.
+    /// The reduced radius is 2π a tan θ/λ along each axis of the aperture. The aperture is
+    /// stretched if the axes of the transform differ in length.
     pub fn with_diffraction(self, wavelength: f64) -> Self {
         let m = self.to_world().matrix3;
         let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::length);
         let [half_x, half_y] = self.pinhole.half();
         let scale = [(x, half_x), (y, half_y)].map(|(axis, half)| {
-            // In the plane at unit local distance, in the world, and then in the image, 2 `half` wide.
+            // Convert the spread from the plane at unit local distance, in the world, to the image,
+            // which is 2 `half` wide.
             let spread = wavelength * z / (TAU * self.aperture_radius * axis);
             spread / axis / (2.0 * half)
         });
@@ -56,23 +60,23 @@ impl ThinLens {
         }
     }
 
-    /// The same, displaced by `shift`.
+    /// Returns the camera displaced by `shift`.
     pub(super) fn moved(mut self, shift: DVec3) -> Self {
         self.pinhole = self.pinhole.moved(shift);
         self
     }
 
-    /// The camera whose image the lens forms of what is in focus.
+    /// Returns the pinhole camera with the image of the plane in focus.
     pub fn pinhole(&self) -> &Perspective {
         &self.pinhole
     }
 
-    /// Radius of the lens, in scene units.
+    /// Returns the radius of the lens, in scene units.
     pub fn aperture_radius(&self) -> f64 {
         self.aperture_radius
     }
 
-    /// Distance to the plane that is in focus, in scene units.
+    /// Returns the distance to the plane in focus, in scene units.
     pub fn focus_distance(&self) -> f64 {
         self.focus_distance
     }
@@ -85,12 +89,12 @@ impl ThinLens {
         self.pinhole.to_world()
     }
 
-    /// A point of the lens in local coordinates.
+    /// Returns a point of the lens in local coordinates.
     fn on_lens(&self, u: [f64; 2]) -> DVec3 {
         self.aperture.sample(u).extend(0.0) * self.aperture_radius
     }
 
-    /// Open area of the lens in scene units.
+    /// Returns the open area of the lens in scene units.
     fn area(&self) -> f64 {
         let m = self.to_world().matrix3;
         self.aperture_radius.powi(2) * self.aperture.area() * m.x_axis.cross(m.y_axis).length()
@@ -110,7 +114,7 @@ impl ThinLens {
         }
     }
 
-    /// The ray belongs where it meets the plane of focus.
+    /// Returns the image position of a ray, where it intersects the plane of focus.
     pub(super) fn sense(&self, start: DVec3, direction: DVec3) -> Option<Sensed> {
         let to_local = self.pinhole.to_local();
         let origin = to_local.transform_point3(start);

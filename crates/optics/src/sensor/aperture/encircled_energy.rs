@@ -1,9 +1,9 @@
 //! Encircled energy of the diffraction image of a disc or a ring, and its inverse
 //! (docs/theory.md#diffraction-at-the-aperture).
 
-/// Distance of the table's nodes: cubic pieces are right to 1e-6 between them.
+/// Distance of the nodes of the table. Cubic pieces between them have an error of at most 1e-6.
 const STEP: f64 = std::f64::consts::PI / 32.0;
-/// Where the table ends, times 1 − ε: beyond, rings add less than 1e-6 to the mean decay.
+/// Largest radius of the table, times 1 − ε. Beyond it, rings add less than 1e-6 to the mean decay.
 const REACH: f64 = 1200.0;
 /// Nodes and weights of Gauss's rule of three points on [−1, 1].
 const GAUSS: [[f64; 2]; 3] = [
@@ -12,16 +12,17 @@ const GAUSS: [[f64; 2]; 3] = [
     [0.774_596_669_241_483_4, 5.0 / 9.0],
 ];
 
-/// E(v), the share of a point's light within the reduced radius v = 2π a sin θ/λ of its image, a being the radius of the aperture,
-/// of which a disc of the radius εa is covered. Right to 2e-6.
+/// Encircled energy E(v): the fraction of the light of a point within the reduced radius v = 2π a
+/// sin θ/λ of its image. a is the radius of the aperture, of which a disc of radius εa is covered.
+/// The error is at most 2e-6.
 #[derive(Debug)]
 pub(super) struct EncircledEnergy {
-    /// E and dE/dv at multiples of [`STEP`].
+    /// Values of E and dE/dv at multiples of [`STEP`].
     nodes: Vec<[f64; 2]>,
 }
 
 impl EncircledEnergy {
-    /// Of an aperture with the obscuration ε in [0, 1).
+    /// Tabulates E for an aperture with the obscuration ε in [0, 1).
     pub(super) fn new(obscuration: f64) -> Self {
         let count = (REACH / (1.0 - obscuration) / STEP).ceil() as usize;
         let mut energy = 0.0;
@@ -37,7 +38,7 @@ impl EncircledEnergy {
         EncircledEnergy { nodes }
     }
 
-    /// The radius v within which a share `energy` of the light lies, in [0, 1).
+    /// Returns the radius v that contains a fraction `energy`, in [0, 1), of the light.
     pub(super) fn radius(&self, energy: f64) -> f64 {
         let last = self.nodes.len() - 1;
         let within = self.nodes[last][0];
@@ -45,7 +46,7 @@ impl EncircledEnergy {
             // 1 − E falls as 1/v.
             return (1.0 - within) * last as f64 * STEP / (1.0 - energy);
         }
-        // The first energy is zero, and the last one larger.
+        // The first energy is zero, and the last one exceeds `energy`.
         let right = self.nodes.partition_point(|node| node[0] <= energy);
         let (a, b) = (self.nodes[right - 1], self.nodes[right]);
         let (mut low, mut high) = (0.0, 1.0);
@@ -61,14 +62,14 @@ impl EncircledEnergy {
     }
 }
 
-/// Hermite's cubic between two neighbouring nodes, at a share `t` of their distance.
+/// Evaluates Hermite's cubic between two neighbouring nodes, at a fraction `t` of their distance.
 fn cubic([a, slope_a]: [f64; 2], [b, slope_b]: [f64; 2], t: f64) -> f64 {
     let s = 1.0 - t;
     s * s * (a * (1.0 + 2.0 * t) + STEP * slope_a * t)
         + t * t * (b * (1.0 + 2.0 * s) - STEP * slope_b * s)
 }
 
-/// dE/dv = 2 [J₁(v) − ε J₁(εv)]²/((1 − ε²) v).
+/// Returns dE/dv = 2 [J₁(v) − ε J₁(εv)]²/((1 − ε²) v).
 fn density(obscuration: f64, v: f64) -> f64 {
     // Planted error "rings of an obscured aperture too faint", found by morgana-transport/transport::diffraction::a_point_becomes_the_pattern_of_the_aperture:
     // let amplitude = libm::j1(v) - obscuration * obscuration * libm::j1(obscuration * v);
@@ -80,7 +81,7 @@ fn density(obscuration: f64, v: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// E by Simpson's rule, from 0 to each of some ascending radii.
+    /// Computes E by Simpson's rule, from 0 to each of several ascending radii.
     fn energies(obscuration: f64, radii: &[f64]) -> Vec<f64> {
         let at = |v: f64| {
             if v > 0.0 {
@@ -114,19 +115,20 @@ mod tests {
             let expected = 1.0 - libm::j0(v).powi(2) - libm::j1(v).powi(2);
             assert!((energy - expected).abs() < 2e-6, "{v}: {expected}");
         }
-        // Dark rings at 1.220, 2.233 and 3.238 λN, where v = π r/(λN), and the energy within: Born and Wolf, table 8.2.
+        // Check the dark rings at 1.220, 2.233 and 3.238 λN, where v = π r/(λN), and the energy
+        // within: Born and Wolf, table 8.2.
         for (ring, energy) in [(1.2197, 0.8378), (2.2331, 0.9099), (3.2383, 0.9376)] {
             let v = std::f64::consts::PI * ring;
             assert!(libm::j1(v).abs() < 1e-4);
             let within = 1.0 - libm::j0(v).powi(2) - libm::j1(v).powi(2);
             assert!((within - energy).abs() < 1e-4);
-            // Where rings are dark, energy says little of the radius.
+            // Near dark rings, the energy determines the radius poorly.
             let [a, b] = [-1e-4, 1e-4].map(|change| table.radius(within + change));
             assert!(a < v && v < b, "{a} {v} {b}");
         }
     }
 
-    /// Against sums with other nodes, within the table and beyond; the whole is 1.
+    /// Compares with sums over other nodes, within the table and beyond. The total energy is 1.
     #[test]
     fn rings_have_the_energy_of_their_integral() {
         for obscuration in [0.2, 0.5, 0.9] {
@@ -141,7 +143,8 @@ mod tests {
         }
     }
 
-    /// First dark rings in λN and the energy within: Schroeder, Astronomical Optics, table 10.2.
+    /// Compares with the first dark rings in λN and the energy within: Schroeder, Astronomical
+    /// Optics, table 10.2.
     #[test]
     fn an_obscuration_moves_light_to_the_rings() {
         for (obscuration, ring, energy) in [
@@ -156,7 +159,7 @@ mod tests {
             };
             assert!((within - energy).abs() < 6e-4, "{obscuration}: {within}");
             let table = EncircledEnergy::new(obscuration);
-            // Where rings are dark, energy says little of the radius.
+            // Near dark rings, the energy determines the radius poorly.
             let [a, b] = [-1e-4, 1e-4].map(|change| table.radius(within + change));
             assert!(a < v && v < b, "{a} {v} {b}");
         }

@@ -1,17 +1,17 @@
-//! The opening of an iris with straight blades, behind obstructions.
+//! Opening of an iris with straight blades, behind obstructions.
 
 use super::sharpen::sharpened;
 use super::{ApertureError, MOST_EDGES};
 use glam::DVec2;
 use std::f64::consts::{PI, TAU};
 
-/// Cells along a side of the mask of an iris.
+/// Number of cells along a side of the mask of an iris.
 pub(super) const CELLS: usize = 256;
 /// Width of a cell, in units of the radius.
 const CELL: f64 = 2.0 / CELLS as f64;
 
-/// An iris, what covers its middle, and what holds that. Lengths are shares of the radius, angles are in radians from the local x axis
-/// towards y. The default is open.
+/// Iris, with a central obscuration and the vanes that hold it. Lengths are fractions of the
+/// radius. Angles are in radians, from the local x axis towards y. The default is fully open.
 ///
 /// ```
 /// use morgana_optics::sensor::{ApertureShape, Iris};
@@ -20,17 +20,19 @@ const CELL: f64 = 2.0 / CELLS as f64;
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Iris {
-    /// Number of straight blades, 3 to 100, which leave a regular polygon with its corners on the rim; 0 for a disc.
+    /// Number of straight blades, 3 to 100. They form a regular polygon with its corners on the
+    /// rim. 0 for a disc.
     pub blades: u32,
-    /// Where one corner of the polygon is.
+    /// Angle of a corner of the polygon.
     pub blade_angle: f64,
-    /// Radius of the disc that covers the middle, in [0, 1).
+    /// Radius of the disc that covers the centre, in [0, 1).
     pub obscuration: f64,
-    /// Number of straight vanes from the middle, where their ends are round, to the rim, at equal angles, up to 100.
+    /// Number of straight vanes, up to 100, at equal angles. They extend from the centre, where
+    /// their ends are round, to the rim.
     pub vanes: u32,
-    /// Width of each, in (0, 1].
+    /// Width of each vane, in (0, 1].
     pub vane_width: f64,
-    /// Where one of them is.
+    /// Angle of a vane.
     pub vane_angle: f64,
 }
 
@@ -61,7 +63,8 @@ impl Iris {
         self.blades == 0 && self.vanes == 0
     }
 
-    /// The open share of each cell, row by row from the top left as seen from behind: +x is to the left, +y upwards.
+    /// Returns the open fraction of each cell, row by row from the top left as seen from behind: +x
+    /// is to the left, +y upwards.
     pub(super) fn open_shares(&self) -> Vec<f64> {
         let middle = |i: usize| 1.0 - (i as f64 + 0.5) * CELL;
         let edges = Edges::new(self);
@@ -71,8 +74,9 @@ impl Iris {
     }
 }
 
-/// The amplitudes of cells with these open shares. The share is the mean over a cell, and the field from it uniform over the cell: two
-/// boxes, which blur as linear interpolation does.
+/// Returns the amplitudes of cells with the open fractions `open`. A fraction is a mean over its
+/// cell, and the field is uniform over the cell. These two box filters blur like linear
+/// interpolation, so the result is sharpened.
 pub(super) fn amplitudes(open: &[f64]) -> Vec<f64> {
     let rows: Vec<f64> = open.chunks_exact(CELLS).flat_map(sharpened).collect();
     transposed(
@@ -88,12 +92,12 @@ fn transposed(cells: &[f64]) -> Vec<f64> {
     (0..CELLS * CELLS).map(at).collect()
 }
 
-/// Directions of an iris.
+/// Directions of the edges of an iris.
 struct Edges<'a> {
     iris: &'a Iris,
-    /// Towards the middles of the blades' edges.
+    /// Directions to the centres of the edges of blades.
     blades: Vec<DVec2>,
-    /// Along the vanes, outwards.
+    /// Directions of the vanes, outwards.
     vanes: Vec<DVec2>,
 }
 
@@ -112,7 +116,8 @@ impl<'a> Edges<'a> {
         }
     }
 
-    /// The open share of the cell around a point: the product of what each edge leaves of it.
+    /// Returns the open fraction of the cell around a point: the product of the fractions that the
+    /// edges leave open.
     fn open(&self, p: DVec2) -> f64 {
         let apothem = (PI / f64::from(self.blades.len().max(1) as u32)).cos();
         let polygon = |towards: &DVec2| share(apothem - p.dot(*towards), *towards);
@@ -137,7 +142,8 @@ impl<'a> Edges<'a> {
         iris * rim * middle * vanes
     }
 
-    /// The share of the cell around a point that a vane covers, which has a round end in the middle.
+    /// Returns the fraction of the cell around a point that a vane covers. The vane has a round end
+    /// at the centre.
     fn covered(&self, p: DVec2, along: DVec2) -> f64 {
         let half = 0.5 * self.iris.vane_width;
         if p.dot(along) < 0.0 {
@@ -149,7 +155,8 @@ impl<'a> Edges<'a> {
     }
 }
 
-/// The share of a cell on the inner side of a straight edge at the signed `distance` from its middle: the integral of a trapezoid.
+/// Returns the fraction of a cell on the inner side of a straight edge, at the signed `distance`
+/// from its centre: the integral of a trapezoid.
 fn share(distance: f64, normal: DVec2) -> f64 {
     let sides = normal.abs();
     let (long, short) = (sides.max_element(), sides.min_element());
@@ -169,7 +176,7 @@ fn share(distance: f64, normal: DVec2) -> f64 {
 mod tests {
     use super::*;
 
-    /// Against the shares of 400² points of a cell.
+    /// Compares with the fractions of 400² points of a cell.
     #[test]
     fn shares_are_areas() {
         for (angle, distance) in [

@@ -6,20 +6,22 @@ use crate::sampling::Grid2;
 use glam::DVec2;
 use std::sync::{Arc, OnceLock};
 
-/// Cells across the square around the disc of radius one, row by row from the top left as seen from behind.
+/// Cells across the square around the disc of radius one, row by row from the top left as seen from
+/// behind.
 #[derive(Debug)]
 pub(super) struct Mask {
-    /// Cells along each side.
+    /// Number of cells along each side.
     side: usize,
-    /// Of the field in each.
+    /// Amplitude of the field in each cell.
     amplitudes: Vec<f64>,
-    /// In proportion to the power that each lets pass.
+    /// Density proportional to the power that each cell transmits.
     power: Grid2,
     pattern: OnceLock<Arc<MaskPattern>>,
 }
 
 impl Mask {
-    /// The powers are in [0, 1]. What the squares of the amplitudes lack of them comes from cells that are open in part.
+    /// Creates the mask from amplitudes and powers, which are in [0, 1]. Where a power exceeds the
+    /// square of its amplitude, the cell is partly open.
     pub(super) fn new(
         side: usize,
         amplitudes: Vec<f64>,
@@ -33,18 +35,18 @@ impl Mask {
         })
     }
 
-    /// A point, uniform by power; +x is to the left and +y upwards.
+    /// Samples a point, uniformly by power; +x is to the left and +y upwards.
     pub(super) fn sample(&self, u: [f64; 2]) -> DVec2 {
         let ([x, y], _) = self.power.sample(u);
         DVec2::new(1.0 - 2.0 * x, 1.0 - 2.0 * y)
     }
 
-    /// The integral of the power that passes.
+    /// Returns the integral of the transmitted power.
     pub(super) fn area(&self) -> f64 {
         4.0 * self.power.integral()
     }
 
-    /// How it diffracts, which is computed once.
+    /// Returns the diffraction pattern, which is computed once.
     pub(super) fn pattern(&self) -> Arc<MaskPattern> {
         let cells = (self.side * self.side) as f64;
         let compute = || {

@@ -6,33 +6,37 @@ use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 use std::f64::consts::PI;
 
-/// Nodes per cell along each axis of a period of the pattern, at least.
+/// Minimum number of nodes per cell along each axis of a period of the pattern.
 const NODES: usize = 8;
-/// Nodes along each axis, at least.
+/// Minimum number of nodes along each axis.
 const LEAST: usize = 2048;
-/// Orders beside the middle that are looked at one by one; the power beyond falls as that of a continuum.
+/// Number of orders on each side of the centre that are treated one by one. The power beyond falls
+/// like a continuum.
 const ORDERS: i32 = 16;
 
-/// The squared modulus of the Fourier transform of square cells, as a density of spatial frequencies.
+/// Squared modulus of the Fourier transform of square cells, as a density of spatial frequencies.
 ///
-/// That of N × N cells of width h is sinc²(f_x) sinc²(f_y) P(f), where the power P of the discrete transform has the period one in
-/// f = h × frequency. Over the periods the sinc² add up to one. So P says where in a period light goes, and the sinc² into which.
-/// What passes cells beyond the square of their mean amplitude comes from detail that is finer than they are, and goes as from single
+/// For N × N cells of width h, it is sinc²(f_x) sinc²(f_y) P(f). The power P of the discrete
+/// transform has period one in f = h × frequency. The sinc² factors add up to one over the periods.
+/// Hence P is the density within a period, and the sinc² factors are the probabilities of the
+/// periods. The transmitted power in excess of the square of the mean amplitude comes from detail
+/// finer than the cells. It spreads as from single cells, with P constant in f.
 /// cells: to all f alike.
 #[derive(Debug)]
 pub(super) struct MaskPattern {
-    /// P at f = (i, j)/M for 0 ≤ j ≤ M/2, with half of it in the first and last rows: P(−f) = P(f).
+    /// Density P at f = (i, j)/M for 0 ≤ j ≤ M/2, halved in the first and last rows: P(−f) = P(f).
     nodes: Grid2,
-    /// The share of the light that it has.
+    /// Fraction of the light that follows P.
     coherent: f64,
-    /// M.
+    /// Period M, in nodes.
     period: usize,
     /// Reduced radius of f = 1.
     scale: f64,
 }
 
 impl MaskPattern {
-    /// Of `side`² cells with the given mean amplitudes, not all zero, that let pass the given `power`, each one at most.
+    /// Computes the pattern of `side`² cells with the given mean amplitudes, not all zero and at
+    /// most one each, that transmit the given `power`.
     pub(super) fn new(side: usize, amplitudes: &[f64], power: f64) -> Self {
         let period = (NODES * side).max(LEAST);
         let nodes = Grid2::new(period, period / 2 + 1, &powers(period, side, amplitudes));
@@ -40,18 +44,21 @@ impl MaskPattern {
             unreachable!("an aperture that is open lets light pass");
         };
         let coherent = amplitudes.iter().map(|a| a * a).sum::<f64>() / power;
-        // Edges along the sides of cells may be sharpened by more than they lose.
+        // Sharpening may increase the power of edges along the sides of cells by more than they
+        // lose.
         let coherent = coherent.min(1.0);
         MaskPattern {
             nodes,
             coherent,
             period,
-            // f = 1 is one period per cell, which is 2/side of the radius, and v = 2π × periods per radius.
+            // f = 1 is one period per cell, which is 2/side of the radius, and v = 2π × periods per
+            // radius.
             scale: PI * side as f64,
         }
     }
 
-    /// Where light goes, in reduced radii along x and y, for two pairs of uniform numbers in [0, 1).
+    /// Samples the direction of the light, in reduced radii along x and y, from two pairs of
+    /// uniform numbers in [0, 1).
     pub(super) fn sample(&self, u: [f64; 2], jitter: [f64; 2]) -> [f64; 2] {
         let (f, within) = if u[0] < self.coherent {
             self.in_period([u[0] / self.coherent, u[1]], jitter)
@@ -62,7 +69,8 @@ impl MaskPattern {
         [0, 1].map(|axis| self.scale * (f[axis] + order(f[axis], within[axis])))
     }
 
-    /// Where in a period, with the density P, and what is left of the first pair of numbers.
+    /// Samples a position within a period with density P. Also returns the remainder of the first
+    /// pair of numbers.
     fn in_period(&self, u: [f64; 2], jitter: [f64; 2]) -> ([f64; 2], [f64; 2]) {
         let PickedCell {
             cell: [i, j],
@@ -83,7 +91,7 @@ impl MaskPattern {
     }
 }
 
-/// P on half of the nodes, sharpened, row by row.
+/// Computes P on half of the nodes, sharpened, row by row.
 fn powers(period: usize, side: usize, amplitudes: &[f64]) -> Vec<f64> {
     let fft = FftPlanner::new().plan_fft_forward(period);
     let rows: Vec<_> = amplitudes
@@ -107,7 +115,7 @@ fn powers(period: usize, side: usize, amplitudes: &[f64]) -> Vec<f64> {
     powers
 }
 
-/// The discrete transform of some values, followed by zeros.
+/// Returns the discrete transform of some values, padded with zeros.
 fn transform(fft: &dyn Fft<f64>, values: impl Iterator<Item = Complex<f64>>) -> Vec<Complex<f64>> {
     let mut buffer: Vec<_> = values.collect();
     buffer.resize(fft.len(), Complex::ZERO);
@@ -115,7 +123,7 @@ fn transform(fft: &dyn Fft<f64>, values: impl Iterator<Item = Complex<f64>>) -> 
     buffer
 }
 
-/// A number in (−1, 1) with the density 1 − |t|.
+/// Samples a number in (−1, 1) with density 1 − |t|.
 fn tent(u: f64) -> f64 {
     if u < 0.5 {
         (2.0 * u).sqrt() - 1.0
@@ -124,7 +132,7 @@ fn tent(u: f64) -> f64 {
     }
 }
 
-/// An integer m with the probability sinc²(f + m).
+/// Samples an integer m with probability sinc²(f + m).
 fn order(f: f64, u: f64) -> f64 {
     let sine = (PI * f).sin() / PI;
     let (mut u, mut left) = (u, 1.0);
@@ -137,7 +145,7 @@ fn order(f: f64, u: f64) -> f64 {
         u -= probability;
         left -= probability;
     }
-    // On either side the power beyond an order falls as its reciprocal.
+    // On either side, the power beyond an order is inversely proportional to the order.
     let share = u / left;
     let (side, beyond) = if share < 0.5 {
         (1.0, 1.0 - 2.0 * share)

@@ -1,4 +1,4 @@
-//! Apertures: which part of a lens or stop is open, and how it diffracts.
+//! Apertures: open part of a lens or stop, and its diffraction.
 
 mod encircled_energy;
 mod iris;
@@ -17,86 +17,89 @@ use mask::Mask;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// The shape of an aperture of radius one, in the local axes of its sensor: a ring, or cells that light passes in part.
+/// Shape of an aperture of radius one, in the local axes of its sensor: a ring, or cells that
+/// transmit part of the light.
 ///
-/// Copies are cheap and share the pattern of diffraction, which takes a fraction of a second to compute for what is not a ring.
+/// Copies are cheap and share the diffraction pattern. For shapes other than rings, computing the
+/// pattern takes a fraction of a second.
 #[derive(Clone, Debug)]
 pub struct ApertureShape(Shape);
 
 #[derive(Clone, Debug)]
 enum Shape {
-    /// A disc whose middle is covered up to a share of its radius in [0, 1).
+    /// Disc whose centre is covered up to a fraction of its radius, in [0, 1).
     Ring(f64),
     Mask(Arc<Mask>),
 }
 
-/// Why an aperture cannot be used.
+/// Reason why an aperture cannot be used.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ApertureError {
-    /// The covered share of the radius.
+    /// The obscuration, as a fraction of the radius, is out of range.
     #[error("the obscuration must be in [0, 1), but it is {0}")]
     Obscuration(f64),
-    /// The number of blades of an iris.
+    /// The number of blades of an iris is out of range.
     #[error("an iris has 3 to {MOST_EDGES} blades, or 0 where it is round, not {0}")]
     Blades(u32),
-    /// The number of vanes.
+    /// There are too many vanes.
     #[error("there may be up to {MOST_EDGES} vanes, not {0}")]
     Vanes(u32),
-    /// The width of vanes.
+    /// The width of vanes is out of range.
     #[error(
         "the width of the vanes must be above 0 and at most 1, as a share of the radius, but it is {0}"
     )]
     VaneWidth(f64),
-    /// An angle.
+    /// An angle is not finite.
     #[error("angles must be finite, but one is {0}")]
     Angle(f64),
-    /// The number of cells along a side of a mask.
+    /// The number of cells along a side of a mask is out of range.
     #[error(
         "a picture of an aperture has 1 to {MOST_CELLS} pixels along each side, not {0}: scale it"
     )]
     Cells(usize),
-    /// The number of a mask's values.
+    /// The number of values of a mask does not match its size.
     #[error("a picture of {expected} pixels has {found} values")]
     Length {
-        /// What the square of the side is.
+        /// Square of the number of cells along a side.
         expected: usize,
-        /// How many there are.
+        /// Number of values given.
         found: usize,
     },
-    /// What a cell lets pass.
+    /// The transmittance of a cell is out of range.
     #[error("pixels of an aperture are shares of power in [0, 1], but one is {0}")]
     Transmittance(f64),
-    /// Nothing is open.
+    /// The aperture has no open part.
     #[error(
         "nothing of the aperture is open: blades, vanes, an obscuration or a picture cover all of it"
     )]
     Closed,
 }
 
-/// The most blades, and the most vanes.
+/// Maximum number of blades, and of vanes.
 const MOST_EDGES: u32 = 100;
-/// The most cells along a side of a mask.
+/// Maximum number of cells along a side of a mask.
 const MOST_CELLS: usize = 512;
 
 impl From<DistributionError> for ApertureError {
-    /// Values are checked before: what is left is a sum of zero.
+    /// Converts the error. Values have been checked before, so only a sum of zero remains.
     fn from(_: DistributionError) -> Self {
         ApertureError::Closed
     }
 }
 
 impl Default for ApertureShape {
-    /// A disc.
+    /// Returns a disc.
     fn default() -> Self {
         ApertureShape(Shape::Ring(0.0))
     }
 }
 
 impl ApertureShape {
-    /// The opening of an iris. Without blades and vanes it is exact; else it has 256 × 256 cells, which let pass as much as is open of them.
+    /// Creates the opening of an iris. It is exact without blades and vanes. Otherwise it has 256 ×
+    /// 256 cells, which transmit the open fraction of their area.
     ///
     /// # Errors
-    /// If a number is out of range, or nothing is open: see [`ApertureError`].
+    /// Fails if a number is out of range, or if nothing is open: see [`ApertureError`].
     pub fn new(iris: Iris) -> Result<Self, ApertureError> {
         iris.check()?;
         if iris.is_ring() {
@@ -106,10 +109,14 @@ impl ApertureShape {
         ApertureShape::mask(Mask::new(iris::CELLS, iris::amplitudes(&open), &open))
     }
 
-    /// A picture of `side` × `side` cells, 1 to 512, across the square around the disc: which share in [0, 1] of the power each cell
-    /// lets pass, row by row from the top left, as seen from behind the sensor. The phase is the same in all of them.
+    /// Creates an aperture from a picture of `side` × `side` cells, 1 to 512, across the square
+    /// around the disc. `transmittances` holds the fraction in [0, 1] of the power that each cell
+    /// transmits, row by row from the top left, as seen from behind the sensor. The phase is equal
+    /// in all cells.
     ///
     /// # Errors
+    /// Fails if the number of cells does not match, if values are out of range, or if nothing is
+    /// open: see [`ApertureError`].
     /// If there are other numbers of cells, values out of range, or nothing is open: see [`ApertureError`].
     pub fn picture(side: usize, transmittances: &[f64]) -> Result<Self, ApertureError> {
         if !(1..=MOST_CELLS).contains(&side) {
@@ -132,7 +139,7 @@ impl ApertureShape {
         mask.map(|mask| ApertureShape(Shape::Mask(Arc::new(mask))))
     }
 
-    /// A point of the aperture, uniform by the power that passes.
+    /// Samples a point of the aperture, uniformly by transmitted power.
     pub(super) fn sample(&self, u: [f64; 2]) -> DVec2 {
         match &self.0 {
             Shape::Ring(obscuration) => disc_to_ring(*obscuration, uniform_disc_sample(u)),
@@ -140,7 +147,7 @@ impl ApertureShape {
         }
     }
 
-    /// The open area: the integral of the share of the power that passes.
+    /// Returns the open area: the integral of the transmitted fraction of the power.
     pub(super) fn area(&self) -> f64 {
         match &self.0 {
             Shape::Ring(obscuration) => PI * (1.0 - obscuration * obscuration),

@@ -7,27 +7,28 @@ use crate::sampling::Sampler;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// Samples of which a median is taken.
+/// Number of samples for computing a median.
 const SAMPLES: u64 = 200_000;
 
-/// The diffraction image of a point in incoherent light of one wavelength: by how much the aperture of a sensor spreads light about
-/// where rays say that it belongs. The image is that of rays, convolved with this.
+/// Point spread function of an aperture: the diffraction image of a point in incoherent light of
+/// one wavelength. The image of the sensor is the image of geometrical optics, convolved with it.
 #[derive(Clone, Debug)]
 pub struct PointSpread {
     pattern: Pattern,
-    /// Across and along the image, in its units, for a reduced radius of 1 in vacuum.
+    /// Image units along each axis of the image for a reduced radius of 1 in vacuum.
     scale: [f64; 2],
 }
 
 #[derive(Clone, Debug)]
 enum Pattern {
-    /// Of a ring, which is round.
+    /// Pattern of a ring, which is rotationally symmetric.
     Ring(Arc<EncircledEnergy>),
     Mask(Arc<MaskPattern>),
 }
 
 impl PointSpread {
-    /// Of an aperture, where the `scale` is that of a reduced radius of 1.
+    /// Creates the function of an aperture; `scale` is the size on the image of a reduced radius of
+    /// 1.
     pub(in crate::sensor) fn new(aperture: &ApertureShape, scale: [f64; 2]) -> Self {
         let pattern = match &aperture.0 {
             Shape::Ring(obscuration) => Pattern::Ring(Arc::new(EncircledEnergy::new(*obscuration))),
@@ -36,8 +37,9 @@ impl PointSpread {
         PointSpread { pattern, scale }
     }
 
-    /// How far from its geometric place light arrives, in units of the image, with a density that is the point spread function:
-    /// for pairs of numbers uniform in [0, 1), of which one or two are drawn, and a sensor in a medium of the given index.
+    /// Samples the displacement of light from its geometric image position, in units of the image.
+    /// Its density is the point spread function. `draw` returns pairs of numbers uniform in [0, 1),
+    /// and is called once or twice. `index` is the refractive index at the sensor.
     pub fn offset(&self, index: f64, mut draw: impl FnMut() -> [f64; 2]) -> [f64; 2] {
         let [x, y] = match &self.pattern {
             Pattern::Ring(energy) => {
@@ -52,7 +54,8 @@ impl PointSpread {
         [x / index * self.scale[0], y / index * self.scale[1]]
     }
 
-    /// The median distance of light from its geometric place on an image that is so many units wide and high, such as pixels: right to 0.5 %.
+    /// Returns the median distance of light from its geometric position, in units such as pixels.
+    /// `size` is the width and height of the image in these units. The error is 0.5 %.
     pub fn median(&self, index: f64, size: [f64; 2]) -> f64 {
         let distance = |sample: u64| {
             let mut sampler = Sampler::new(0, 0, sample);

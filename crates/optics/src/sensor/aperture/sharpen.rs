@@ -1,10 +1,12 @@
-//! What undoes the blur of linear interpolation.
+//! Filter that reverses the blur of linear interpolation.
 
-/// From the middle outwards: θ²/sin²θ = 1 + S/3 + 8S²/45 + …, where S = sin²θ is −1/4 of the second difference, and θ = π × frequency.
-/// What is left of the factor sin²θ/θ² is 1 − 4S³/35: below 4·10⁻⁴ for frequencies up to 1/8, 6·10⁻⁶ up to 1/16.
+/// Filter taps, from the centre outwards. They follow from θ²/sin²θ = 1 + S/3 + 8S²/45 + …, where S
+/// = sin²θ is −1/4 of the second difference, and θ = π × frequency. After filtering, the factor
+/// sin²θ/θ² becomes 1 − 4S³/35. The error is below 4·10⁻⁴ for frequencies up to 1/8, and below
+/// 6·10⁻⁶ up to 1/16.
 const FILTER: [f64; 3] = [37.0 / 30.0, -23.0 / 180.0, 1.0 / 90.0];
 
-/// The values of a periodic sequence that linear interpolation between them blurs into those that are given.
+/// Returns the values of a periodic sequence that linear interpolation blurs into the given values.
 pub(super) fn sharpened(values: &[f64]) -> impl Iterator<Item = f64> {
     let n = values.len();
     (0..n).map(move |i| {
