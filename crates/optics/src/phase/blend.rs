@@ -1,4 +1,4 @@
-//! A mixture of two phase functions.
+//! Mixture of two phase functions.
 
 use super::polar::Polar;
 use super::{Phase, PhaseError};
@@ -6,7 +6,7 @@ use crate::mueller::PlaneMueller;
 use crate::volume::VolumeTexture;
 use glam::DVec3;
 
-/// (1 − w) of one phase function plus w of another; w may vary in space.
+/// Sum of (1 − w) times one phase function and w times another; w may vary in space.
 #[derive(Clone, Debug)]
 pub struct BlendPhase {
     phases: [Phase; 2],
@@ -14,10 +14,11 @@ pub struct BlendPhase {
 }
 
 impl BlendPhase {
-    /// `weight` is that of the second: its first channel, in [0, 1].
+    /// Creates the mixture. The first channel of `weight`, in [0, 1], is the weight of the second
+    /// phase function.
     ///
     /// # Errors
-    /// A weight outside [0, 1].
+    /// Fails if a weight lies outside [0, 1].
     pub fn new(phases: [Phase; 2], weight: VolumeTexture) -> Result<Self, PhaseError> {
         let (low, high) = weight.range();
         match [low, high].into_iter().find(|w| !(0.0..=1.0).contains(w)) {
@@ -26,12 +27,13 @@ impl BlendPhase {
         }
     }
 
-    /// Density per steradian at `x`.
+    /// Returns the density per steradian at `x`.
     pub fn pdf(&self, x: DVec3, cos: f64) -> f64 {
         self.mean(x, |phase| phase.pdf(x, cos))
     }
 
-    /// What scattering does to polarisation: each phase function's part of it.
+    /// Returns the matrix of scattering: the mean of both matrices, weighted by the contributions
+    /// of the two phase functions.
     pub(super) fn mueller(&self, x: DVec3, cos: f64) -> PlaneMueller {
         let [first, second] = &self.phases;
         let part = self.weight.at(x)[0] * second.pdf(x, cos);
@@ -40,7 +42,8 @@ impl BlendPhase {
         first.mueller(x, cos).mixed(&second.mueller(x, cos), weight)
     }
 
-    /// One of the two by chance, with what is left of the random number for its angle.
+    /// Chooses one of the two phase functions at random, and samples its angle with the rest of the
+    /// random number.
     pub(super) fn sample(&self, x: DVec3, u: f64) -> (Polar, f64) {
         let weight = self.weight.at(x)[0];
         let [first, second] = &self.phases;
@@ -50,7 +53,7 @@ impl BlendPhase {
             let share = 1.0 - weight;
             (first, second, share, (u - weight) / share)
         };
-        // Rounding may make it 1.
+        // Clamp the number, which rounding may increase to 1.
         let (angle, pdf) = chosen.angle(x, u.min(1.0f64.next_down()));
         (
             angle,
@@ -58,17 +61,17 @@ impl BlendPhase {
         )
     }
 
-    /// Mean of the cosine at `x`.
+    /// Returns the mean cosine at `x`.
     pub fn mean_cosine(&self, x: DVec3) -> f64 {
         self.mean(x, |phase| phase.mean_cosine(x))
     }
 
-    /// Whether it is the same everywhere.
+    /// True if the mixture is uniform in space.
     pub(super) fn is_uniform(&self) -> bool {
         self.weight.uniform().is_some() && self.phases.iter().all(Phase::is_uniform)
     }
 
-    /// Bytes held by grids.
+    /// Returns the memory of grids in bytes.
     pub(super) fn memory(&self) -> usize {
         self.weight.memory() + self.phases.iter().map(Phase::memory).sum::<usize>()
     }

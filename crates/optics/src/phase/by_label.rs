@@ -1,11 +1,11 @@
-//! A phase function for each label.
+//! Phase functions by label.
 
 use super::Phase;
 use crate::volume::LabelGrid;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// The phase function of the label at each place.
+/// Phase function of the label at each position.
 #[derive(Clone, Debug)]
 pub struct PhaseByLabel {
     labels: Arc<LabelGrid>,
@@ -13,23 +13,24 @@ pub struct PhaseByLabel {
 }
 
 impl PhaseByLabel {
-    /// `phases[label]`; labels beyond them have the last. `None` if there are none.
+    /// Creates the phase function from `phases[label]`; labels beyond the end have the last one.
+    /// Returns `None` if `phases` is empty.
     pub fn new(labels: Arc<LabelGrid>, phases: Vec<Phase>) -> Option<Self> {
         (!phases.is_empty()).then_some(PhaseByLabel { labels, phases })
     }
 
-    /// The phase function at `x`.
+    /// Returns the phase function at `x`.
     #[inline]
     pub(super) fn at(&self, x: DVec3) -> &Phase {
         self.numbered(usize::from(self.labels.at(x)))
     }
 
-    /// The phase function of a label, if labels are those of this grid.
+    /// Returns the phase function of a label, if `labels` is the grid of this phase function.
     pub(super) fn of_label(&self, labels: &Arc<LabelGrid>, label: usize) -> Option<&Phase> {
         Arc::ptr_eq(labels, &self.labels).then(|| self.numbered(label))
     }
 
-    /// All phase functions.
+    /// Returns all phase functions.
     pub(super) fn phases(&self) -> &[Phase] {
         &self.phases
     }
@@ -38,7 +39,7 @@ impl PhaseByLabel {
         &self.phases[label.min(self.phases.len() - 1)]
     }
 
-    /// Bytes held by the labels and by what varies within them.
+    /// Returns the memory of the labels and of nested grids, in bytes.
     pub(super) fn memory(&self) -> usize {
         let nested = self.phases.iter().map(Phase::memory).sum::<usize>();
         self.labels.memory() + nested

@@ -13,13 +13,13 @@ pub struct HenyeyGreenstein {
 }
 
 impl HenyeyGreenstein {
-    /// g = 0.
+    /// Isotropic scattering, g = 0.
     pub(super) const ISOTROPIC: Self = HenyeyGreenstein { g: 0.0 };
 
-    /// `g` in (−1, 1).
+    /// Creates the phase function for `g` in (−1, 1).
     ///
     /// # Errors
-    /// A mean cosine outside (−1, 1).
+    /// Fails if the mean cosine lies outside (−1, 1).
     pub fn new(g: f64) -> Result<Self, PhaseError> {
         if g.abs() < 1.0 {
             Ok(HenyeyGreenstein { g })
@@ -28,25 +28,26 @@ impl HenyeyGreenstein {
         }
     }
 
-    /// With the mean cosine that a grid has at `x`.
+    /// Returns the phase function with the mean cosine of a grid at `x`.
     #[inline]
     pub(super) fn of_grid(g: &VolumeGrid, x: DVec3) -> Self {
         HenyeyGreenstein { g: g.at(x)[0] }
     }
 
-    /// Density per steradian.
+    /// Returns the density per steradian.
     pub fn pdf(&self, cos: f64) -> f64 {
         self.density(Polar::from_cos(cos))
     }
 
-    /// ∂ log p/∂g at a cosine.
+    /// Returns ∂ log p/∂g at a cosine.
     pub(crate) fn log_derivative(&self, cos: f64) -> f64 {
         let g = self.g;
         let base = (1.0 - g) * (1.0 - g) + 2.0 * g * (1.0 - cos);
         -2.0 * g / ((1.0 - g) * (1.0 + g)) - 3.0 * (g - cos) / base
     }
 
-    /// 1 + g² − 2g cosθ written as a sum of non-negative terms, for either sign of g.
+    /// Computes the density, with 1 + g² − 2g cosθ written as a sum of non-negative terms for
+    /// either sign of g.
     fn density(&self, angle: Polar) -> f64 {
         let (g, offset) = if self.g >= 0.0 {
             (self.g, angle.below)
@@ -57,10 +58,10 @@ impl HenyeyGreenstein {
         (1.0 - g) * (1.0 + g) / (4.0 * PI * base * base.sqrt())
     }
 
-    /// Inverts the cumulative distribution. With u the probability of a smaller cosine and
-    /// D = 1 − g + 2gu, the usual solution cosθ = (1 + g² − ((1 − g²)/D)²)/(2g) factors into
-    /// 1 − cosθ = 2(1 − g)²(1 − u)(1 + gu)/D² and 1 + cosθ = 2(1 + g)² u (1 − g(1 − u))/D²:
-    /// no division by g, no cancellation.
+    /// Inverts the cumulative distribution. Let u be the probability of a smaller cosine and D = 1
+    /// − g + 2gu. The usual solution cosθ = (1 + g² − ((1 − g²)/D)²)/(2g) factors into 1 − cosθ =
+    /// 2(1 − g)²(1 − u)(1 + gu)/D² and 1 + cosθ = 2(1 + g)² u (1 − g(1 − u))/D². This form has no
+    /// division by g and no cancellation.
     #[inline]
     pub(super) fn angle(&self, u: f64) -> Polar {
         let g = self.g;
@@ -72,13 +73,13 @@ impl HenyeyGreenstein {
         }
     }
 
-    /// The angle, and the density of directions there.
+    /// Samples the angle. Returns it with the density of directions there.
     pub(super) fn sample(&self, u: f64) -> (Polar, f64) {
         let angle = self.angle(u);
         (angle, self.density(angle))
     }
 
-    /// g.
+    /// Returns g.
     pub fn mean_cosine(&self) -> f64 {
         self.g
     }

@@ -3,12 +3,12 @@
 use super::polar::Polar;
 use std::f64::consts::PI;
 
-/// The same density in all directions.
+/// Isotropic phase function.
 #[derive(Clone, Copy, Debug)]
 pub struct Isotropic;
 
 impl Isotropic {
-    /// 1/(4π) per steradian.
+    /// Returns the density 1/(4π) per steradian.
     pub fn pdf(self) -> f64 {
         0.25 / PI
     }

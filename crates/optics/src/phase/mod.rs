@@ -1,8 +1,8 @@
 //! Phase functions: the distribution of directions after a scattering event.
 //!
-//! Densities are per steradian and normalised over the sphere, so value and pdf are the same. The
-//! cosine is the one between the propagation directions before and after: forward is +1. Phase functions may vary in
-//! space: all take the place of the event.
+//! Densities are per steradian and normalised over the sphere, so value and pdf are equal. The
+//! cosine is between the propagation directions before and after: forward is +1. Phase functions
+//! may vary in space, so all take the position of the event.
 
 mod blend;
 mod by_label;
@@ -33,22 +33,22 @@ use glam::DVec3;
 use polar::Polar;
 use std::sync::Arc;
 
-/// Tables of Mie scattering by the bits of their spheres' parameters.
+/// Cache of the tables of Mie scattering, by the bits of the parameters of spheres.
 static MIE_TABLES_IN_USE: Shared<[u64; 6], Mie> = Shared::new();
 
-/// Why a phase function cannot be built.
+/// Reason why a phase function cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PhaseError {
-    /// Asymmetry out of range.
+    /// The asymmetry is out of range.
     #[error("the asymmetry g must lie in (-1, 1), got {}", Shown(*.0))]
     Asymmetry(f64),
-    /// Concentration out of range.
+    /// The concentration is out of range.
     #[error("the concentration kappa must be finite and ≥ 0, got {}", Shown(*.0))]
     Concentration(f64),
-    /// Weight out of range.
+    /// The weight is out of range.
     #[error("the weight of the second phase function must lie in [0, 1], got {}", Shown(*.0))]
     Weight(f64),
-    /// A table that does not span all angles.
+    /// A table does not span all angles.
     #[error("the cosines must run from -1 to 1, got {} to {}", Shown(*first), Shown(*last))]
     Span {
         /// First cosine given.
@@ -56,18 +56,18 @@ pub enum PhaseError {
         /// Last cosine given.
         last: f64,
     },
-    /// A quantity of spheres that must be positive.
+    /// A quantity of spheres must be positive.
     #[error("the {name} must be finite and > 0, got {}", Shown(*value))]
     NotPositive {
-        /// Which.
+        /// Name of the quantity.
         name: &'static str,
-        /// Its value.
+        /// Value of the quantity.
         value: f64,
     },
-    /// Geometric standard deviation out of range.
+    /// The geometric standard deviation is out of range.
     #[error("the geometric standard deviation of radii must lie in [1, {}], got {}", Spheres::MOST_DEVIATION, Shown(*.0))]
     GeometricDeviation(f64),
-    /// Complex index of spheres out of range.
+    /// The complex index of spheres is out of range.
     #[error(
         "the index n + ik of spheres must have n > 0 and k ≥ 0, both at most 100 times the index around, got {} + {}i",
         Shown(*n),
@@ -76,66 +76,67 @@ pub enum PhaseError {
     SphereIndex {
         /// Refractive index.
         n: f64,
-        /// Its imaginary part.
+        /// Imaginary part of the index.
         k: f64,
     },
-    /// Spheres of the index around them.
+    /// The index of spheres equals the index around them.
     #[error("spheres of the index of the medium around scatter nothing")]
     Matched,
-    /// Spheres that are too large.
+    /// Spheres are too large.
     #[error("spheres have a size parameter 2πnr/λ of {}, and at most {} is computed", Shown(*found), Shown(*most))]
     SphereSize {
-        /// The largest that counts.
+        /// Size parameter of the largest spheres that contribute.
         found: f64,
-        /// The largest that may be.
+        /// Largest allowed size parameter.
         most: f64,
     },
-    /// A table that is no density.
+    /// A table is not a density.
     #[error("phase function table: {0}")]
     Table(#[from] DistributionError),
 }
 
-/// A phase function.
+/// Phase function.
 #[derive(Clone, Debug)]
 pub enum Phase {
-    /// The same in all directions.
+    /// Isotropic scattering.
     Isotropic(Isotropic),
     /// Henyey–Greenstein.
     HenyeyGreenstein(HenyeyGreenstein),
-    /// Henyey–Greenstein whose mean cosine g is that of a grid's first channel.
+    /// Henyey–Greenstein with a mean cosine g that is the first channel of a grid.
     HenyeyGreensteinGrid(Arc<VolumeGrid>),
     /// Von Mises–Fisher.
     VonMisesFisher(VonMisesFisher),
     /// Rayleigh.
     Rayleigh(Rayleigh),
-    /// Values over the cosine.
+    /// Table of values over the cosine.
     Tabulated(Tabulated),
     /// Spheres of any size.
     Mie(Arc<Mie>),
-    /// A mixture of two.
+    /// Mixture of two phase functions.
     Blend(Box<BlendPhase>),
-    /// That of the label at each place.
+    /// Phase function of the label at each position.
     ByLabel(Box<PhaseByLabel>),
 }
 
 impl Phase {
-    /// The isotropic phase function.
+    /// Creates the isotropic phase function.
     pub fn isotropic() -> Self {
         Phase::Isotropic(Isotropic)
     }
 
-    /// Henyey–Greenstein with mean cosine `g` in (−1, 1).
+    /// Creates a Henyey–Greenstein phase function with mean cosine `g` in (−1, 1).
     ///
     /// # Errors
-    /// A mean cosine outside (−1, 1).
+    /// Fails if the mean cosine lies outside (−1, 1).
     pub fn henyey_greenstein(g: f64) -> Result<Self, PhaseError> {
         HenyeyGreenstein::new(g).map(Phase::HenyeyGreenstein)
     }
 
-    /// Henyey–Greenstein whose mean cosine is the first channel of a grid, in (−1, 1) everywhere.
+    /// Creates a Henyey–Greenstein phase function whose mean cosine is the first channel of a grid,
+    /// in (−1, 1) everywhere.
     ///
     /// # Errors
-    /// A mean cosine outside (−1, 1).
+    /// Fails if a mean cosine lies outside (−1, 1).
     pub fn henyey_greenstein_grid(g: Arc<VolumeGrid>) -> Result<Self, PhaseError> {
         let (low, high) = g.range();
         HenyeyGreenstein::new(low)?;
@@ -143,54 +144,58 @@ impl Phase {
         Ok(Phase::HenyeyGreensteinGrid(g))
     }
 
-    /// Von Mises–Fisher with concentration `kappa` ≥ 0.
+    /// Creates a von Mises–Fisher phase function with concentration `kappa` ≥ 0.
     ///
     /// # Errors
-    /// A concentration that is negative or not finite.
+    /// Fails if the concentration is negative or not finite.
     pub fn von_mises_fisher(kappa: f64) -> Result<Self, PhaseError> {
         VonMisesFisher::new(kappa).map(Phase::VonMisesFisher)
     }
 
-    /// Rayleigh scattering of unpolarised light.
+    /// Creates Rayleigh scattering of unpolarised light.
     pub fn rayleigh() -> Self {
         Phase::Rayleigh(Rayleigh)
     }
 
-    /// Spheres of any size, by their [cross-sections and matrix](Mie).
+    /// Creates the phase function of spheres of any size, from their [cross-sections and
+    /// matrix](Mie).
     ///
     /// # Errors
-    /// As [`Mie::new`].
+    /// Fails like [`Mie::new`].
     pub fn mie(spheres: &Spheres) -> Result<Self, PhaseError> {
         MIE_TABLES_IN_USE
             .try_get(spheres.key(), || Mie::new(spheres))
             .map(Phase::Mie)
     }
 
-    /// (1 − `weight`) of the first phase function plus `weight`, in [0, 1], of the second.
+    /// Creates (1 − `weight`) times the first phase function plus `weight`, in [0, 1], times the
+    /// second.
     ///
     /// # Errors
-    /// A weight outside [0, 1].
+    /// Fails if the weight lies outside [0, 1].
     pub fn blend(phases: [Phase; 2], weight: f64) -> Result<Self, PhaseError> {
         Phase::blend_by(phases, VolumeTexture::Uniform(Spectrum::splat(weight)))
     }
 
-    /// The same with a weight that varies in space: the first channel of `weight`.
+    /// Creates a mixture like [`Phase::blend`], with a weight that varies in space: the first
+    /// channel of `weight`.
     ///
     /// # Errors
-    /// A weight outside [0, 1].
+    /// Fails if a weight lies outside [0, 1].
     pub fn blend_by(phases: [Phase; 2], weight: VolumeTexture) -> Result<Self, PhaseError> {
         BlendPhase::new(phases, weight).map(|blend| Phase::Blend(Box::new(blend)))
     }
 
-    /// Linear interpolation of `values` at increasing `cosines` from −1 to 1, normalised here.
+    /// Creates a phase function by linear interpolation of `values` at increasing `cosines` from −1
+    /// to 1. It is normalised here.
     ///
     /// # Errors
-    /// As [`Tabulated::new`].
+    /// Fails like [`Tabulated::new`].
     pub fn tabulated(cosines: Vec<f64>, values: &[f64]) -> Result<Self, PhaseError> {
         Tabulated::new(cosines, values).map(Phase::Tabulated)
     }
 
-    /// The phase function of a label of a grid, if it is known.
+    /// Returns the phase function of a label of a grid, if it is known.
     pub fn of_label(&self, labels: &Arc<LabelGrid>, label: usize) -> Option<&Phase> {
         match self {
             Phase::ByLabel(p) => p.of_label(labels, label),
@@ -198,7 +203,8 @@ impl Phase {
         }
     }
 
-    /// Density per steradian at `x`, at the cosine between the directions before and after.
+    /// Returns the density per steradian at `x`, at the cosine between the directions before and
+    /// after.
     pub fn pdf(&self, x: DVec3, cos: f64) -> f64 {
         let cos = cos.clamp(-1.0, 1.0);
         match self {
@@ -214,8 +220,9 @@ impl Phase {
         }
     }
 
-    /// What scattering at `x` does to polarisation, at the cosine between the directions before and after, in frames whose first axis is
-    /// perpendicular to the plane of scattering. Phase functions that are not known to keep it depolarise.
+    /// Returns the matrix of scattering at `x`, at the cosine between the directions before and
+    /// after, in frames whose first axis is perpendicular to the plane of scattering. Phase
+    /// functions without a known effect on polarisation depolarise.
     pub fn mueller(&self, x: DVec3, cos: f64) -> PlaneMueller {
         let cos = cos.clamp(-1.0, 1.0);
         match self {
@@ -231,7 +238,7 @@ impl Phase {
         }
     }
 
-    /// Whether whatever it scatters is taken as unpolarised, everywhere.
+    /// True if all scattered light counts as unpolarised.
     pub fn depolarizes(&self) -> bool {
         matches!(
             self,
@@ -243,13 +250,14 @@ impl Phase {
         )
     }
 
-    /// Direction after scattering at `x` of the unit propagation direction `dir`, and its density.
+    /// Samples the direction after scattering at `x` of the unit propagation direction `dir`.
+    /// Returns it with its density.
     pub fn sample(&self, x: DVec3, dir: DVec3, u: [f64; 2]) -> (DVec3, f64) {
         let (angle, pdf) = self.angle(x, u[0]);
         (angle.around(dir, u[1]), pdf)
     }
 
-    /// Whether it is the same everywhere.
+    /// True if the phase function is uniform in space.
     pub fn is_uniform(&self) -> bool {
         match self {
             Phase::Isotropic(_)
@@ -263,19 +271,19 @@ impl Phase {
         }
     }
 
-    /// Direction after scattering of the unit propagation direction `dir`, if the phase function [is uniform](Phase::is_uniform), given the
-    /// cosine and sine of the angle around it.
+    /// Samples the direction after scattering of the unit propagation direction `dir`, if the phase
+    /// function [is uniform](Phase::is_uniform). `around` is the cosine and sine of the azimuth.
     #[inline]
     pub fn turn(&self, dir: DVec3, u: f64, around: [f64; 2]) -> DVec3 {
         let angle = match self {
-            // Most, without the density.
+            // Skip the density for the most common phase function.
             Phase::HenyeyGreenstein(p) => p.angle(u),
             _ => self.angle(DVec3::ZERO, u).0,
         };
         angle.turned(dir, around)
     }
 
-    /// Angle of scattering, and the density of directions there.
+    /// Samples the scattering angle. Returns it with the density of directions there.
     fn angle(&self, x: DVec3, u: f64) -> (Polar, f64) {
         match self {
             Phase::Isotropic(p) => p.sample(u),
@@ -290,7 +298,7 @@ impl Phase {
         }
     }
 
-    /// Mean of the cosine at `x`.
+    /// Returns the mean cosine at `x`.
     pub fn mean_cosine(&self, x: DVec3) -> f64 {
         match self {
             Phase::Isotropic(_) | Phase::Rayleigh(_) => 0.0,
@@ -304,7 +312,8 @@ impl Phase {
         }
     }
 
-    /// The derivative of log p by the mean cosine g at `x`, of Henyey and Greenstein's functions, among which the isotropic one has g = 0; zero of others.
+    /// Returns the derivative of log p with respect to the mean cosine g at `x`. It is non-zero for
+    /// Henyey–Greenstein functions, including isotropic scattering with g = 0, and zero for others.
     pub fn log_derivative(&self, x: DVec3, cos: f64) -> f64 {
         match self {
             Phase::Isotropic(_) => HenyeyGreenstein::ISOTROPIC.log_derivative(cos),
@@ -315,7 +324,8 @@ impl Phase {
         }
     }
 
-    /// Whether it is Henyey and Greenstein's everywhere, so that g is a parameter; within a label it may be isotropic.
+    /// True if the phase function is Henyey–Greenstein everywhere, so that g is a parameter. Within
+    /// a label, it may also be isotropic.
     pub fn has_mean_cosine(&self) -> bool {
         match self {
             Phase::HenyeyGreenstein(_) | Phase::HenyeyGreensteinGrid(_) => true,
@@ -327,7 +337,7 @@ impl Phase {
         }
     }
 
-    /// Bytes held by grids and by the tables of spheres.
+    /// Returns the memory of grids and of the tables of spheres, in bytes.
     pub(crate) fn memory(&self) -> usize {
         match self {
             Phase::Mie(p) => p.memory(),

@@ -1,4 +1,5 @@
-//! Rayleigh (1871): p = 3 (1 + cos²θ) / (16π), of unpolarised light at particles much smaller than the wavelength.
+//! Rayleigh (1871): p = 3 (1 + cos²θ) / (16π), for unpolarised light scattered by particles much
+//! smaller than the wavelength.
 
 use super::polar::Polar;
 use crate::mueller::PlaneMueller;
@@ -9,21 +10,22 @@ use std::f64::consts::PI;
 pub struct Rayleigh;
 
 impl Rayleigh {
-    /// Density per steradian.
+    /// Returns the density per steradian.
     pub fn pdf(self, cos: f64) -> f64 {
         3.0 / (16.0 * PI) * (1.0 + cos * cos)
     }
 
-    /// An oscillating dipole: the field along the perpendicular of the plane of scattering is kept, that in the plane is projected.
+    /// Returns the matrix of an oscillating dipole: the field perpendicular to the plane of
+    /// scattering is preserved, and the field in the plane is projected.
     pub(super) fn mueller(cos: f64) -> PlaneMueller {
         PlaneMueller::of_real_amplitudes(1.0, cos)
     }
 
-    /// Inverts the cumulative distribution (4 + 3μ + μ³)/8 of μ = cosθ by Cardano's formula: with z = 4u − 2,
-    /// μ³ + 3μ = 2z has the one real root μ = a − 1/a, a³ = z + √(z² + 1).
+    /// Inverts the cumulative distribution (4 + 3μ + μ³)/8 of μ = cosθ by Cardano's formula. With z
+    /// = 4u − 2, μ³ + 3μ = 2z has a single real root μ = a − 1/a, a³ = z + √(z² + 1).
     pub(super) fn sample(self, u: f64) -> (Polar, f64) {
         let z = 4.0 * u - 2.0;
-        // Of |z|, so that nothing cancels.
+        // Use |z|, so that nothing cancels.
         let a = libm::cbrt(z.abs() + (z * z + 1.0).sqrt());
         let cos = (a - 1.0 / a).clamp(0.0, 1.0).copysign(z);
         (Polar::from_cos(cos), self.pdf(cos))

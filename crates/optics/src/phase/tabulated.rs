@@ -5,16 +5,18 @@ use super::polar::Polar;
 use crate::sampling::{DistributionError, PiecewiseLinear};
 use std::f64::consts::TAU;
 
-/// Piecewise linear in cosθ, normalised.
+/// Phase function that is piecewise linear in cosθ, normalised.
 #[derive(Clone, Debug)]
 pub struct Tabulated(PiecewiseLinear);
 
 impl Tabulated {
-    /// `cosines` strictly increasing from −1 to 1, any spacing; `values` ≥ 0, as many, not all zero;
-    /// their scale does not matter.
+    /// Creates the phase function. `cosines` are strictly increasing from −1 to 1, with any
+    /// spacing. There is one value per cosine, ≥ 0 and not all zero; the scale of the values is
+    /// arbitrary.
     ///
     /// # Errors
-    /// Cosines that do not increase from −1 to 1; values that are not as many, negative, not finite, or all zero.
+    /// Fails if the cosines do not increase from −1 to 1, if the number of values does not match,
+    /// or if the values are negative, not finite, or all zero.
     pub fn new(cosines: Vec<f64>, values: &[f64]) -> Result<Self, PhaseError> {
         let (first, last) = match (cosines.first(), cosines.last()) {
             (Some(&first), Some(&last)) => (first, last),
@@ -26,7 +28,7 @@ impl Tabulated {
         Ok(Tabulated(PiecewiseLinear::new(cosines, values)?))
     }
 
-    /// Density per steradian.
+    /// Returns the density per steradian.
     pub fn pdf(&self, cos: f64) -> f64 {
         self.0.pdf(cos) / TAU
     }
@@ -36,17 +38,18 @@ impl Tabulated {
         (Polar::from_cos(cos), density / TAU)
     }
 
-    /// The interval of the table that holds a cosine in [−1, 1], and where in it, in [0, 1].
+    /// Returns the interval of the table that contains a cosine in [−1, 1], and the position in it,
+    /// in [0, 1].
     pub(super) fn interval(&self, cos: f64) -> (usize, f64) {
         self.0.interval(cos).unwrap_or_default()
     }
 
-    /// Bytes of the table.
+    /// Returns the memory of the table in bytes.
     pub(super) fn memory(&self) -> usize {
         self.0.memory()
     }
 
-    /// Mean of the cosine.
+    /// Returns the mean cosine.
     pub fn mean_cosine(&self) -> f64 {
         self.0.mean()
     }

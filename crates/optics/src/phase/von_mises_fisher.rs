@@ -1,8 +1,8 @@
 //! Von Mises–Fisher: p = κ exp(κ(cosθ − 1)) / (2π (1 − e^{−2κ})).
 //!
-//! Written in 1 − cosθ with expm1 and log1p, so it neither overflows for κ = 1e6 nor loses digits
-//! as κ → 0 (after Jakob, "Numerically stable sampling of the von Mises–Fisher distribution on S²",
-//! 2012).
+//! It is computed from 1 − cosθ with expm1 and log1p. Hence it neither overflows for κ = 1e6 nor
+//! loses digits as κ → 0 (after Jakob, "Numerically stable sampling of the von Mises–Fisher
+//! distribution on S²", 2012).
 
 use super::PhaseError;
 use super::polar::Polar;
@@ -17,10 +17,10 @@ pub struct VonMisesFisher {
 }
 
 impl VonMisesFisher {
-    /// `kappa` finite and ≥ 0; 0 is isotropic.
+    /// Creates the distribution for `kappa`, finite and ≥ 0; 0 is isotropic.
     ///
     /// # Errors
-    /// A concentration that is negative or not finite.
+    /// Fails if the concentration is negative or not finite.
     pub fn new(kappa: f64) -> Result<Self, PhaseError> {
         if !(kappa.is_finite() && kappa >= 0.0) {
             return Err(PhaseError::Concentration(kappa));
@@ -33,7 +33,7 @@ impl VonMisesFisher {
         Ok(VonMisesFisher { kappa, peak })
     }
 
-    /// Density per steradian.
+    /// Returns the density per steradian.
     pub fn pdf(&self, cos: f64) -> f64 {
         self.density(Polar::from_cos(cos))
     }
@@ -53,11 +53,11 @@ impl VonMisesFisher {
         (angle, self.density(angle))
     }
 
-    /// coth κ − 1/κ.
+    /// Returns the mean cosine coth κ − 1/κ.
     pub fn mean_cosine(&self) -> f64 {
         let k = self.kappa;
         if k < 0.1 {
-            // Taylor series: the two terms cancel here.
+            // Use the Taylor series, because the two terms cancel here.
             let k2 = k * k;
             return k / 3.0 * (1.0 - k2 / 15.0 * (1.0 - 2.0 * k2 / 21.0 * (1.0 - k2 / 10.0)));
         }

@@ -1,4 +1,4 @@
-//! Spheres of any size: Mie scattering.
+//! Mie scattering by spheres of any size.
 //!
 //! Theory: docs/theory.md#mie-scattering.
 
@@ -15,41 +15,44 @@ use sizes::Size;
 use std::f64::consts::PI;
 use table::Elements;
 
-/// Spheres in a clear medium, of one size or of many.
+/// Spheres of one size or of many, in a clear medium.
 ///
-/// The radius is that of each, or if `geometric_deviation` is not 1 the median of a log-normal distribution of the number of spheres.
+/// The radius applies to each sphere. If `geometric_deviation` is not 1, it is the median of a
+/// log-normal distribution of the number of spheres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spheres {
     /// Radius > 0, in any unit of length.
     pub radius: f64,
-    /// Geometric standard deviation of the radius, from 1 to [`Spheres::MOST_DEVIATION`]: of the logarithms, it is ln `geometric_deviation`.
+    /// Geometric standard deviation of the radius, from 1 to [`Spheres::MOST_DEVIATION`]. The
+    /// standard deviation of the logarithm of the radius is ln `geometric_deviation`.
     pub geometric_deviation: f64,
-    /// Refractive index of spheres, > 0.
+    /// Refractive index of the spheres, > 0.
     pub n: f64,
-    /// Imaginary part of their index n + ik, > 0 if they absorb, or else 0.
+    /// Imaginary part of the index n + ik of the spheres: > 0 if they absorb, otherwise 0.
     pub k: f64,
-    /// Refractive index > 0 of the medium around.
+    /// Refractive index > 0 of the surrounding medium.
     pub exterior: f64,
     /// Wavelength > 0 in vacuum, in the unit of the radius.
     pub wavelength: f64,
 }
 
 impl Spheres {
-    /// The largest geometric standard deviation.
+    /// Largest geometric standard deviation.
     pub const MOST_DEVIATION: f64 = 4.0;
-    /// The largest size parameter 2πnr/λ of spheres of one size. That of spheres of many sizes is less: [`Spheres::MOST_SIZE_OF_MANY`].
+    /// Largest size parameter 2πnr/λ of spheres of one size. For spheres of many sizes the limit is
+    /// smaller: [`Spheres::MOST_SIZE_OF_MANY`].
     pub const MOST_SIZE: f64 = 1000.0;
-    /// The largest size parameter that counts in a distribution.
+    /// Largest size parameter that contributes in a distribution of sizes.
     pub const MOST_SIZE_OF_MANY: f64 = 300.0;
-    /// The largest index, n or k, over that of the medium around.
+    /// Largest index, n or k, relative to the surrounding medium.
     const MOST_INDEX: f64 = 100.0;
 
-    /// Circumference over the wavelength in the medium, at a radius.
+    /// Returns the circumference over the wavelength in the medium, at a radius.
     fn size_parameter(&self, radius: f64) -> f64 {
         2.0 * PI * self.exterior * radius / self.wavelength
     }
 
-    /// Index over that of the medium.
+    /// Returns the index relative to the medium.
     fn relative_index(&self) -> Complex64 {
         Complex64::new(self.n, self.k) / self.exterior
     }
@@ -94,10 +97,11 @@ impl Spheres {
     }
 }
 
-/// What [`Spheres`] do to light: cross-sections, phase function, and its Mueller matrix.
+/// Scattering by [`Spheres`]: cross-sections, phase function, and its Mueller matrix.
 ///
-/// The phase function and the elements of the matrix are linear between cosines, which are as many as it takes for elements at the middles
-/// between them to be off by no more than 2e-3 of the phase function there.
+/// The phase function and the elements of the matrix are interpolated linearly between cosines. The
+/// cosines are dense enough that, at the middles between them, the error of the elements is at most
+/// 2e-3 of the phase function there.
 ///
 /// ```
 /// use morgana_optics::phase::{Mie, Spheres};
@@ -114,7 +118,7 @@ impl Spheres {
 #[derive(Clone, Debug)]
 pub struct Mie {
     phase: Tabulated,
-    /// The other elements, at the cosines of the phase function and in its unit.
+    /// Elements of the matrix, at the cosines of the phase function and in its unit.
     elements: Vec<Elements>,
     scattering: f64,
     absorption: f64,
@@ -122,10 +126,11 @@ pub struct Mie {
 }
 
 impl Mie {
-    /// Sums Mie's series. Fails where a value is out of range or spheres are too large.
+    /// Creates the phase function by summing Mie's series.
     ///
     /// # Errors
-    /// A radius, wavelength, index or deviation that is out of range; spheres of the index around them, or too large to be computed.
+    /// Fails if a radius, wavelength, index or deviation is out of range, if the index of spheres
+    /// equals the index around them, or if the spheres are too large.
     pub fn new(spheres: &Spheres) -> Result<Self, PhaseError> {
         spheres.check()?;
         let sizes = sizes::sizes(spheres)?;
@@ -146,27 +151,27 @@ impl Mie {
         })
     }
 
-    /// Mean scattering cross-section of a sphere, in the radius's unit squared.
+    /// Returns the mean scattering cross-section of a sphere, in the squared unit of the radius.
     pub fn scattering_cross_section(&self) -> f64 {
         self.scattering
     }
 
-    /// Mean absorption cross-section of a sphere, in the radius's unit squared.
+    /// Returns the mean absorption cross-section of a sphere, in the squared unit of the radius.
     pub fn absorption_cross_section(&self) -> f64 {
         self.absorption
     }
 
-    /// Mean volume of a sphere, in the radius's unit cubed.
+    /// Returns the mean volume of a sphere, in the cubed unit of the radius.
     pub fn volume(&self) -> f64 {
         self.volume
     }
 
-    /// Mean of the cosine.
+    /// Returns the mean cosine.
     pub fn mean_cosine(&self) -> f64 {
         self.phase.mean_cosine()
     }
 
-    /// Density per steradian.
+    /// Returns the density per steradian.
     pub fn pdf(&self, cos: f64) -> f64 {
         self.phase.pdf(cos)
     }
@@ -175,7 +180,8 @@ impl Mie {
         self.phase.sample(u)
     }
 
-    /// Per what scattering does to unpolarised light: F₁₂, F₃₃ and F₃₄ over F₁₁.
+    /// Returns the matrix relative to the scattering of unpolarised light: F₁₂, F₃₃ and F₃₄ over
+    /// F₁₁.
     pub(super) fn mueller(&self, cos: f64) -> PlaneMueller {
         let (i, t) = self.phase.interval(cos);
         let e = self.elements[i].mixed(&self.elements[i + 1], t);
@@ -192,7 +198,7 @@ impl Mie {
         }
     }
 
-    /// Bytes held by tables.
+    /// Returns the memory of the tables in bytes.
     pub(super) fn memory(&self) -> usize {
         self.elements.len() * size_of::<Elements>() + self.phase.memory()
     }
@@ -216,7 +222,7 @@ mod tests {
         }
     }
 
-    /// From 0.01 to 595 in size parameter.
+    /// Returns cases with size parameters from 0.01 to 595.
     fn cases() -> Vec<Spheres> {
         let polystyrene = [1.587, 0.0];
         let one = [7.6e-4, 0.05, 0.5, 3.0, 45.0].map(|r| spheres(r, 1.0, polystyrene));
@@ -230,7 +236,8 @@ mod tests {
         one.into_iter().chain(many).chain(others).collect()
     }
 
-    /// What the interpolated phase function gives, against sums over coefficients: the mean cosine, and scattering as the integral of F₁₁.
+    /// Compares the interpolated phase function with sums over coefficients: the mean cosine, and
+    /// scattering as the integral of F₁₁.
     #[test]
     fn tables_keep_integrals() {
         for case in cases() {
@@ -250,7 +257,8 @@ mod tests {
         }
     }
 
-    /// Half of ∫|p − p′| of the table and the series, at places between those of the table.
+    /// Compares table and series: half of ∫|p − p′|, and the matrix at angles between the nodes of
+    /// the table.
     #[test]
     fn tables_are_close_everywhere() {
         for case in cases() {
@@ -280,7 +288,8 @@ mod tests {
         }
     }
 
-    /// F₁₁² = F₁₂² + F₃₃² + F₃₄² of one size: light that is polarised stays so. Of many it does not.
+    /// Tests that F₁₁² = F₁₂² + F₃₃² + F₃₄² for spheres of one size, which keep light fully
+    /// polarised, and not for spheres of many sizes.
     #[test]
     fn spheres_of_one_size_do_not_depolarise() {
         for case in cases() {
@@ -297,7 +306,8 @@ mod tests {
         }
     }
 
-    /// Of the amplitudes by miepython 3.3.0 of x = 10, m = 1.5 + 0.1i, as they are quoted in `series`: fields vary as e^(−iωt).
+    /// Compares with the amplitudes by miepython 3.3.0 of x = 10, m = 1.5 + 0.1i, as quoted in
+    /// `series`. Fields vary as e^(−iωt).
     #[test]
     fn matrices_are_those_of_amplitudes() {
         let c = Complex64::new;
@@ -325,7 +335,8 @@ mod tests {
         assert!(expected.b2.abs() > 0.2);
     }
 
-    /// Twice as many places of the quadrature change cross-sections and mean cosine by what is not resolved.
+    /// Tests that twice as many nodes of the quadrature leave cross-sections and mean cosine
+    /// unchanged up to unresolved interference.
     #[test]
     fn distributions_are_resolved() {
         for case in cases()

@@ -1,13 +1,14 @@
-//! Light that one sphere scatters: Mie's series.
+//! Mie's series for the light scattered by a sphere.
 //!
 //! Theory: docs/theory.md#mie-scattering.
 
 use num_complex::Complex64;
 
-/// Orders of logarithmic derivatives that are followed down to the first that counts, beyond those where they decay: they start from zero.
+/// Number of additional orders at which the downward recurrence of logarithmic derivatives starts.
+/// It starts from zero, and needs them to converge.
 const SETTLING: usize = 16;
 
-/// The partial waves of a sphere.
+/// Partial waves of a sphere.
 #[derive(Clone, Debug)]
 pub(super) struct Series {
     /// Size parameter.
@@ -20,13 +21,14 @@ pub(super) struct Series {
 pub(super) struct Angular(Vec<[f64; 2]>);
 
 impl Series {
-    /// Of a sphere whose circumference is `x` wavelengths of the matter around it, and which has the index `m` relative to that, with a
-    /// positive imaginary part if it absorbs.
+    /// Computes the series of a sphere with a circumference of `x` wavelengths in the surrounding
+    /// medium. `m` is its index relative to the medium, with a positive imaginary part if it
+    /// absorbs.
     pub(super) fn new(x: f64, m: Complex64) -> Self {
         let terms = terms(x);
         let inner = logarithmic_derivatives(m * x, terms);
         let psi = riccati_bessel(x, terms);
-        // Those of the first two orders, n = −1 and 0.
+        // Start with χ of the orders n = −1 and 0.
         let (mut chi_before, mut chi) = (-x.sin(), x.cos());
         let mut coefficients = Vec::with_capacity(terms);
         for n in 1..=terms {
@@ -46,17 +48,17 @@ impl Series {
         Series { x, coefficients }
     }
 
-    /// Number of partial waves.
+    /// Returns the number of partial waves.
     pub(super) fn terms(&self) -> usize {
         self.coefficients.len()
     }
 
-    /// Extinction over the cross-section πr².
+    /// Returns the extinction over the cross-section πr².
     pub(super) fn extinction(&self) -> f64 {
         self.sum(|[a, b]| a.re + b.re)
     }
 
-    /// Scattering over the cross-section πr².
+    /// Returns the scattering over the cross-section πr².
     pub(super) fn scattering(&self) -> f64 {
         self.sum(|[a, b]| a.norm_sqr() + b.norm_sqr())
     }
@@ -67,7 +69,7 @@ impl Series {
         2.0 / (self.x * self.x) * sum
     }
 
-    /// The amplitudes S₁ and S₂ of fields across and in the plane of scattering.
+    /// Returns the amplitudes S₁ and S₂ of fields across and in the plane of scattering.
     pub(super) fn amplitudes(&self, angular: &Angular) -> [Complex64; 2] {
         let mut sums = [Complex64::ZERO; 2];
         for ((&[a, b], &[pi, tau]), n) in self.coefficients.iter().zip(&angular.0).zip(1..) {
@@ -82,7 +84,7 @@ impl Series {
 }
 
 impl Angular {
-    /// Up to an order.
+    /// Computes the functions for the first `terms` orders.
     pub(super) fn new(cos: f64, terms: usize) -> Self {
         let (mut before, mut pi) = (0.0, 1.0);
         let functions = (1..=terms).map(|n| {
@@ -97,7 +99,7 @@ impl Angular {
     }
 }
 
-/// Partial waves that count, as Wiscombe (1980) found.
+/// Returns the number of partial waves that contribute (Wiscombe 1980).
 fn terms(x: f64) -> usize {
     let cube_root = x.cbrt();
     let beyond = if x <= 8.0 {
@@ -108,7 +110,8 @@ fn terms(x: f64) -> usize {
     (x + beyond).ceil() as usize
 }
 
-/// ψₙ′(z)/ψₙ(z) of Riccati–Bessel functions for n from 0 to `count`, by downward recurrence, which is stable.
+/// Computes ψₙ′(z)/ψₙ(z) of Riccati–Bessel functions for n from 0 to `count`, by downward
+/// recurrence, which is stable.
 fn logarithmic_derivatives(z: Complex64, count: usize) -> Vec<Complex64> {
     let start = count.max(terms(z.norm())) + SETTLING;
     let mut kept = vec![Complex64::ZERO; count + 1];
@@ -123,11 +126,11 @@ fn logarithmic_derivatives(z: Complex64, count: usize) -> Vec<Complex64> {
     kept
 }
 
-/// ψₙ(x) = x jₙ(x) for n from 0 to `terms`.
+/// Computes ψₙ(x) = x jₙ(x) for n from 0 to `terms`.
 fn riccati_bessel(x: f64, terms: usize) -> Vec<f64> {
     let mut psi = vec![x.sin()];
     if x < 1.0 {
-        // By ratios, which do not cancel.
+        // Use ratios, which do not cancel.
         let derivatives = logarithmic_derivatives(x.into(), terms);
         for n in 1..=terms {
             psi.push(psi[n - 1] / (derivatives[n].re + n as f64 / x));
@@ -147,7 +150,7 @@ mod tests {
     use std::f64::consts::PI;
 
     impl Series {
-        /// Mean cosine, from products of coefficients.
+        /// Returns the mean cosine, from products of coefficients.
         pub(in super::super) fn mean_cosine(&self) -> f64 {
             let pairs = self.coefficients.windows(2).zip(1..);
             let neighbours = pairs.map(|(pair, n)| {
@@ -163,16 +166,18 @@ mod tests {
             4.0 * sum / (self.x * self.x * self.scattering())
         }
 
-        /// 4 |S(π)|²/x².
+        /// Returns the backscattering efficiency 4 |S(π)|²/x².
         fn backscattering(&self) -> f64 {
             let [s1, _] = self.amplitudes(&Angular::new(-1.0, self.terms()));
             4.0 * s1.norm_sqr() / (self.x * self.x)
         }
     }
 
-    /// Efficiencies of extinction, scattering and backscattering, and the mean cosine. The first: C. F. Bohren and D. R. Huffman, Absorption
-    /// and Scattering of Light by Small Particles, 1983, appendix A. Those at size parameters of 10, 100, 0.055, 56 and 1 are of W. J.
-    /// Wiscombe, Mie scattering calculations, NCAR/TN-140+STR, 1979, to the digits of miepython 3.3.0, which gives all but the first.
+    /// Compares efficiencies of extinction, scattering and backscattering, and the mean cosine. The
+    /// first case is from C. F. Bohren and D. R. Huffman, Absorption and Scattering of Light by
+    /// Small Particles, 1983, appendix A. The cases with size parameters of 10, 100, 0.055, 56 and
+    /// 1 are from W. J. Wiscombe, Mie scattering calculations, NCAR/TN-140+STR, 1979. All digits
+    /// except the first case's are from miepython 3.3.0.
     #[test]
     fn agrees_with_published_efficiencies() {
         #[rustfmt::skip]
@@ -203,7 +208,8 @@ mod tests {
         }
     }
 
-    /// Amplitudes of miepython 3.3.0, which gives twice their conjugates: its fields vary as e^(iωt).
+    /// Compares with amplitudes of miepython 3.3.0, which gives twice their conjugates, because its
+    /// fields vary as e^(iωt).
     #[test]
     fn agrees_with_published_amplitudes() {
         let c = Complex64::new;
@@ -231,7 +237,8 @@ mod tests {
         }
     }
 
-    /// Small spheres are dipoles: S₂ = S₁ cos θ, Q = 8x⁴/3 |(m² − 1)/(m² + 2)|², and 4x Im (m² − 1)/(m² + 2) of absorption.
+    /// Tests that small spheres are dipoles: S₂ = S₁ cos θ, Q = 8x⁴/3 |(m² − 1)/(m² + 2)|² for
+    /// scattering, and 4x Im (m² − 1)/(m² + 2) for absorption.
     #[test]
     fn small_spheres_are_dipoles() {
         let m = Complex64::new(1.4, 0.3);

@@ -1,30 +1,32 @@
-//! The sizes of spheres: one, or places of a quadrature over a log-normal distribution.
+//! Sizes of spheres: a single size, or the nodes of a quadrature over a log-normal distribution.
 //!
 //! Theory: docs/theory.md#mie-scattering.
 
 use super::{PhaseError, Series, Spheres};
 use std::f64::consts::PI;
 
-/// Logarithms of radii are followed from so many standard deviations below the median.
+/// Lower limit of the logarithms of radii, relative to the median, in standard deviations.
 const FROM: f64 = -6.0;
-/// Distance of places in standard deviations, at most. The quadrature of what is smooth converges exponentially: it is exact.
+/// Largest distance of nodes in standard deviations. The quadrature of smooth functions converges
+/// exponentially, so it is exact to rounding.
 const STEP: f64 = 0.25;
-/// Distance of the size parameters of the largest places, at most. Interference repeats at about π.
+/// Largest distance of nodes in size parameter, at the largest spheres. Interference has a period
+/// of about π.
 const STEP_OF_SIZE: f64 = 1.0;
-/// Larger spheres that bring less of all scattering than this do not count.
+/// Contribution to all scattering below which larger spheres are omitted.
 const NEGLIGIBLE: f64 = 1e-6;
 
 /// Spheres of one size.
 pub(super) struct Size {
     /// Radius.
     pub radius: f64,
-    /// Share of the number of spheres.
+    /// Fraction of the number of spheres.
     pub number: f64,
-    /// What they do.
+    /// Mie series of the spheres.
     pub series: Series,
 }
 
-/// The sizes of spheres.
+/// Returns the sizes of spheres.
 pub(super) fn sizes(spheres: &Spheres) -> Result<Vec<Size>, PhaseError> {
     let deviation = spheres.geometric_deviation.ln();
     if deviation == 0.0 {
@@ -40,7 +42,8 @@ pub(super) fn sizes(spheres: &Spheres) -> Result<Vec<Size>, PhaseError> {
     until_negligible(spheres, step)
 }
 
-/// Places of a distribution, at a distance in standard deviations, up to where the rest is negligible.
+/// Returns the nodes of a distribution at distances of `step` standard deviations, up to a size
+/// beyond which the rest is negligible.
 fn until_negligible(spheres: &Spheres, step: f64) -> Result<Vec<Size>, PhaseError> {
     let deviation = spheres.geometric_deviation.ln();
     let mut sizes = Vec::new();
@@ -53,7 +56,7 @@ fn until_negligible(spheres: &Spheres, step: f64) -> Result<Vec<Size>, PhaseErro
         let brings = number * radius * radius * size.series.scattering();
         scattering += brings;
         sizes.push(size);
-        // What is smaller brings ever more up to some size, and ever less from there.
+        // The contribution increases up to some size and decreases beyond it.
         if t > 0.0 && brings < NEGLIGIBLE * step * scattering {
             break;
         }
@@ -74,7 +77,7 @@ fn within(found: f64, most: f64) -> Result<(), PhaseError> {
     if found <= most { Ok(()) } else { Err(error) }
 }
 
-/// With half the distances.
+/// Returns the sizes for half the distance of nodes.
 #[cfg(test)]
 pub(super) fn finer(spheres: &Spheres) -> Vec<Size> {
     let deviation = spheres.geometric_deviation.ln();

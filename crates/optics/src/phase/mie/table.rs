@@ -1,4 +1,4 @@
-//! Elements of the scattering matrix at as many cosines as it takes to interpolate.
+//! Table of the elements of the scattering matrix, at enough cosines for interpolation.
 //!
 //! Theory: docs/theory.md#mie-scattering.
 
@@ -6,11 +6,11 @@ use super::series::Angular;
 use super::sizes::Size;
 use std::f64::consts::PI;
 
-/// By how much of F₁₁ an element may be off at the middle between two places.
+/// Largest interpolation error of an element at the middle between two nodes, as a fraction of F₁₁.
 const TOLERANCE: f64 = 2e-3;
-/// Places to begin with, per partial wave: several for each lobe.
+/// Number of initial intervals per partial wave: several for each lobe.
 const PLACES_PER_TERM: usize = 4;
-/// How often an interval is halved at most: a guard, which spheres do not reach.
+/// Maximum number of halvings of an interval. This is a safeguard that spheres do not reach.
 const MOST_HALVINGS: u32 = 12;
 
 /// Elements of the scattering matrix of spheres, summed over sizes.
@@ -23,7 +23,7 @@ pub(super) struct Elements {
 }
 
 impl Elements {
-    /// (1 − t) of this and t of another.
+    /// Returns (1 − t) times these elements plus t times `other`.
     pub(super) fn mixed(&self, other: &Self, t: f64) -> Self {
         let mix = |a: f64, b: f64| a + t * (b - a);
         Elements {
@@ -34,7 +34,7 @@ impl Elements {
         }
     }
 
-    /// At a cosine, from so many partial waves at most.
+    /// Computes the elements at a cosine, from at most `terms` partial waves.
     pub(super) fn at(sizes: &[Size], terms: usize, cos: f64) -> Self {
         let angular = Angular::new(cos, terms);
         let mut sum = Elements::default();
@@ -65,7 +65,7 @@ impl Elements {
     }
 }
 
-/// A place of the table.
+/// Node of the table.
 #[derive(Clone, Copy)]
 struct Place {
     angle: f64,
@@ -73,7 +73,7 @@ struct Place {
     elements: Elements,
 }
 
-/// Cosines from −1 to 1, and the elements there.
+/// Computes cosines from −1 to 1, and the elements there.
 pub(super) fn table(sizes: &[Size]) -> (Vec<f64>, Vec<Elements>) {
     let terms = sizes.iter().map(|s| s.series.terms());
     let terms = terms.max().unwrap_or(1);
@@ -92,7 +92,8 @@ pub(super) fn table(sizes: &[Size]) -> (Vec<f64>, Vec<Elements>) {
     places.iter().map(|p| (p.cos, p.elements)).unzip()
 }
 
-/// Adds the places of an interval after its first, halved until its middle may be interpolated.
+/// Adds the nodes of an interval after its first. Halves the interval until interpolation at its
+/// middle is accurate.
 fn refine(
     at: &impl Fn(f64, f64) -> Place,
     [from, to]: [Place; 2],
