@@ -27,6 +27,7 @@ impl Orientation {
     /// factor), and the error. The error is the largest relative error of a length: 0 for a
     /// rotation or a mirror of any size. Returns `None` if `linear` is singular or not finite.
     pub fn nearest(linear: DMat3) -> Option<(Self, f64)> {
+        // Normalise to entries of at most one, then to a determinant of ±1.
         let largest = linear
             .to_cols_array()
             .into_iter()
@@ -37,6 +38,7 @@ impl Orientation {
             return None;
         }
         let unit = unit * scale.recip();
+        // Split off the rotation; the eigenvalues of the rest are relative lengths.
         let turn = polar(unit)?;
         let stretch = turn.transpose() * unit;
         let stretches = symmetric_eigenvalues((stretch + stretch.transpose()) * 0.5);

@@ -61,9 +61,9 @@ impl Coating {
     /// Creates the surface. `nested` must be opaque.
     ///
     /// # Errors
-    /// Fails if the index is not positive and finite, if an absorption or thickness is negative or
-    /// not finite, if a reflectance lies outside [0, 1], if the roughness is anisotropic, or if the
-    /// nested surface lets light through.
+    /// Fails if the index is not positive and finite, or if an absorption or thickness is negative
+    /// or not finite. Fails if a reflectance lies outside [0, 1], if the roughness is anisotropic,
+    /// or if the nested surface lets light through.
     pub fn new(parameters: CoatingParameters, nested: Bsdf) -> Result<Self, BsdfError> {
         let CoatingParameters {
             eta,
@@ -158,10 +158,12 @@ impl Coating {
         if u >= passes {
             return self.reflected(s, toward, o, [v, w]);
         }
+        // Sample the surface below the layer.
         let entered = self.enter(s, o)?;
         let below = frame.to_world(entered.direction).normalize();
         let nested = self.nested.sample(s, below, [u / passes, v, w])?;
         let left = frame.to_local(nested.direction);
+        // Leave the layer.
         let i = self.leave(left)?;
         let direction = frame.to_world(i).normalize();
         if nested.delta {

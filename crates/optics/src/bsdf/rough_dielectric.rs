@@ -77,6 +77,7 @@ impl RoughDielectric {
         if o.z <= 0.0 {
             return None;
         }
+        // Sample a facet, and reflection or refraction at it.
         let facets = self.roughness.at(s);
         let h = facets.sample_visible(o, [u[1], u[2]]);
         let cos = o.dot(h).min(1.0);

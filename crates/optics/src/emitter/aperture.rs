@@ -107,7 +107,7 @@ pub struct Aperture {
 
 impl Aperture {
     /// Creates an aperture around `origin`, perpendicular to the light along `direction`, not zero.
-    /// For a rectangle, [`Aperture::oriented`](Aperture::oriented) also sets its rotation.
+    /// For a rectangle, [`Aperture::oriented`] also sets its rotation.
     pub fn new(origin: DVec3, direction: DVec3, profile: BeamProfile) -> Self {
         Aperture {
             origin,

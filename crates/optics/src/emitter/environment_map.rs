@@ -60,10 +60,12 @@ impl EnvironmentMap {
                 y: i / width,
             });
         }
+        // Repeat the last row of low images.
         for _ in height..LEAST_HEIGHT {
             pixels.extend_from_within(pixels.len() - width..);
         }
         let height = height.max(LEAST_HEIGHT);
+        // Integrate the radiance over each cell.
         let sums: Vec<f64> = pixels.iter().map(|p| p.sum()).collect();
         let mut weights = Vec::with_capacity(width * (height - 1));
         for row in 0..height - 1 {
@@ -208,6 +210,7 @@ impl EnvironmentMap {
     }
 
     pub(super) fn sample(&self, u: [f64; 2]) -> (DVec3, f64) {
+        // Sample a cell, and a point in longitude and cos θ within it.
         let PickedCell { cell, within } = self.distribution.pick(u);
         let [x, z] = self.within(cell).sample(within);
         let [(sin2, cos2), (sin2_below, cos2_below)] =
@@ -215,6 +218,7 @@ impl EnvironmentMap {
         let half_sin2 = (1.0 - z) * sin2 + z * sin2_below;
         let half_cos2 = (1.0 - z) * cos2 + z * cos2_below;
         let sin = 2.0 * (half_sin2 * half_cos2).sqrt();
+        // Convert the point to a direction.
         let longitude = (cell[0] as f64 + 0.5 + x) / self.width as f64 * TAU;
         let (east, south) = longitude.sin_cos();
         let local = DVec3::new(east * sin, half_cos2 - half_sin2, -south * sin);

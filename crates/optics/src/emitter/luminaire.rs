@@ -51,8 +51,8 @@ impl Luminaire {
     /// 360, or there is just one.
     ///
     /// # Errors
-    /// Fails if angles are out of range or out of order, if the number of intensities does not
-    /// match the pairs of angles, or if intensities are negative, not finite, or all zero.
+    /// Fails if angles are out of range or out of order, or if the number of intensities does not
+    /// match the pairs of angles. Fails if intensities are negative, not finite, or all zero.
     pub fn new(
         position: DVec3,
         orientation: Orientation,

@@ -15,7 +15,6 @@ const ORTHOGONAL: f64 = 1e-9;
 ///
 /// It consists of several points, just off the faces on all sides of them. Each point radiates into
 /// the directions of its own side. A connection ends at one of them, chosen at random.
-/// connection aims at one of them, chosen at random.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointOnFace {
     position: DVec3,

@@ -89,7 +89,6 @@ impl Spot {
     /// # Errors
     /// Fails if the cutoff is π/2 or more, or if values of the texture are negative, not finite, or
     /// zero all over the spot.
-    /// A cutoff of π/2 or more; values of the texture that are negative or not finite, or zero all over the spot.
     pub fn with_texture(
         self,
         orientation: Orientation,

@@ -58,9 +58,9 @@ impl TexturedArea {
     /// Creates the light of object `object`, which has the given shape.
     ///
     /// # Errors
-    /// Fails if radiances are negative or not finite, or zero all over the shape; if a mesh lacks
-    /// the texture coordinates that the texture needs; if the power of the shape is not known
-    /// exactly; or if the texture is too fine on it.
+    /// Fails if radiances are negative or not finite, or zero all over the shape. Fails if a mesh
+    /// lacks the texture coordinates that the texture needs. Fails if the power of the shape is not
+    /// known exactly, or if the texture is too fine on it.
     pub fn new(object: usize, shape: &Shape, radiance: Texture) -> Result<Self, TexturedError> {
         let bad = |v: &f64| !(v.is_finite() && *v >= 0.0);
         if let Some(value) = radiance.numbers().find(bad) {

@@ -55,6 +55,7 @@ impl VolumeLight {
         let to_world = grid.to_world();
         let axes = [0, 1, 2].map(|axis| grid.intervals(axis));
         let volume = to_world.matrix3.determinant().abs();
+        // Integrate the light of each block.
         let mut integral = Spectrum::ZERO;
         let mut weights = Vec::with_capacity(axes.iter().map(Vec::len).product());
         for block in blocks(&axes) {

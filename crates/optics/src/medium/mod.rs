@@ -1,4 +1,5 @@
-//! Participating media: extinction, albedo, phase function, emission (docs/theory.md#media-that-emit) and refractive index.
+//! Participating media: extinction, albedo, phase function, emission
+//! (docs/theory.md#media-that-emit) and refractive index.
 
 mod attenuation;
 mod labels;

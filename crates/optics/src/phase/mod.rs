@@ -100,17 +100,17 @@ pub enum PhaseError {
 pub enum Phase {
     /// Isotropic scattering.
     Isotropic(Isotropic),
-    /// Henyey–Greenstein.
+    /// Henyey–Greenstein phase function.
     HenyeyGreenstein(HenyeyGreenstein),
     /// Henyey–Greenstein with a mean cosine g that is the first channel of a grid.
     HenyeyGreensteinGrid(Arc<VolumeGrid>),
-    /// Von Mises–Fisher.
+    /// Von Mises–Fisher phase function.
     VonMisesFisher(VonMisesFisher),
-    /// Rayleigh.
+    /// Rayleigh phase function.
     Rayleigh(Rayleigh),
     /// Table of values over the cosine.
     Tabulated(Tabulated),
-    /// Spheres of any size.
+    /// Mie scattering by spheres of any size.
     Mie(Arc<Mie>),
     /// Mixture of two phase functions.
     Blend(Box<BlendPhase>),

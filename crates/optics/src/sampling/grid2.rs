@@ -3,8 +3,9 @@
 use super::cdf::Cdf;
 use super::{DistributionError, check_values};
 
-/// Density proportional to the values of the cells of an image, for example the luminance of an
-/// environment map times the solid angle of its pixels. x runs along a row, y over the rows.
+/// Density proportional to the values of the cells of an image. An example is the luminance of an
+/// environment map times the solid angle of its pixels. Coordinate x runs along a row, y over the
+/// rows.
 #[derive(Clone, Debug)]
 pub struct Grid2 {
     rows: Cdf,
@@ -17,8 +18,8 @@ impl Grid2 {
     /// Creates the density from `height` rows of `width` cells, finite, ≥ 0 and not all zero.
     ///
     /// # Errors
-    /// Fails if there are no cells, if the number of values does not match, if a value is negative
-    /// or not finite, or if the values are all zero or too large to be added.
+    /// Fails if there are no cells, or if the number of values does not match. Fails if a value is
+    /// negative or not finite, or if the values are all zero or too large to be added.
     pub fn new(width: usize, height: usize, values: &[f64]) -> Result<Self, DistributionError> {
         if width == 0 || height == 0 {
             return Err(DistributionError::Empty);

@@ -9,6 +9,7 @@
 //! where h_j is the density of the reconstruction filter about the centre of the pixel. It is a
 //! product of two `Filter::pdf`, each times the number of pixels along its side, because u is in
 //! units of the image.
+//!
 //! * A sensor subpath samples u from h_j, and a point of the lens uniformly by transmitted power
 //!   ([`Sensor::ray`]). Its only initial weight is n² (docs/theory.md#radiance).
 //! * A light subpath that is connected to the sensor ends at a sampled point of it

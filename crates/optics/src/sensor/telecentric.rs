@@ -14,7 +14,6 @@ use std::f64::consts::{PI, TAU};
 ///
 /// The plane of focus holds the image, as for [`Orthographic`](super::Orthographic): the local
 /// square [−1, 1]² at z = `focus_distance`, with its height divided by the aspect ratio.
-/// [−1, 1]² at z = `focus_distance`, its height divided by the aspect ratio.
 #[derive(Clone, Debug)]
 pub struct Telecentric {
     to_world: DAffine3,

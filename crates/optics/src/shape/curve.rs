@@ -91,7 +91,7 @@ impl Track for Curve {
                 first(&height, until, self.noise, |u| accept(self.position(u)))
             }
             Surface::Radial(axes) => {
-                // d(r²) = 2r dr with r near 1, and a margin of two.
+                // d(r²) = 2r dr with r near 1.
                 let (height, noise) = (radial(&self.control, axes), self.noise.map(|n| 4.0 * n));
                 first(&height, until, noise, |u| accept(self.position(u)))
             }

@@ -284,7 +284,7 @@ fn radial(start: DVec3, step: DVec3, range: [f64; 2], noise: [f64; 2]) -> Option
     // Compute the height at the point nearest to the centre: above zero if the line crosses, below
     // zero if it passes outside. This form loses no digits on long lines.
     let height = 1.0 - (start + step * nearest).length_squared();
-    // d(r²) = 2r dr with r near 1, and a margin of two.
+    // d(r²) = 2r dr with r near 1.
     let noise = noise.map(|n| 4.0 * n);
     let inside = 4.0 * INSIDE * squared.sqrt();
     if !(height > -(noise[0].max(noise[1]) + inside) && squared > 0.0) {

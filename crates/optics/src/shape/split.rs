@@ -139,6 +139,7 @@ impl Builder {
         if part.len() < 2 {
             return None;
         }
+        // Find the cheapest split, and make a leaf if it costs no more.
         let binning = Binning::of(&self.items[part.clone()]);
         let best = self.best_split(part.clone(), &binning);
         let cost = best.map_or(f32::INFINITY, |split| split.cost);
@@ -159,6 +160,7 @@ impl Builder {
                 return Some((part.start + low, split.around));
             }
         }
+        // Otherwise split the part by halves.
         let middle = self.halve(task);
         let parts = [part.start..middle, middle..part.end];
         Some((middle, parts.map(|part| self.around(part))))

@@ -9,7 +9,6 @@ use glam::DVec3;
 /// The chord is itself a Bézier curve, with evenly spaced control points. The difference of the two
 /// curves lies within the box of the differences of the control points. Hence, where the curve is
 /// in a box, the chord at the same parameter is in the box grown by the deviation.
-/// a box, the chord at the same parameter is in the box grown by that deviation.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sweep {
     /// Start of the chord, plus and minus the deviation.

@@ -44,14 +44,15 @@ impl VoxelFaces {
     /// [labels](VoxelFaces::labels).
     ///
     /// # Errors
-    /// Fails if there are more corners of voxels than a 32-bit index can number, or if the grid is
-    /// too thin or too far from the origin for its faces to have an area.
+    /// Fails if there are more corners of voxels than a 32-bit index can number. Fails if the grid
+    /// is too thin or too far from the origin for its faces to have an area.
     pub fn all(grid: &Arc<LabelGrid>) -> Result<Vec<Self>, ShapeError> {
         let size = DVec3::from_array(grid.size().map(|n| n as f64));
         let placement = Placement::new(
             grid.to_world() * DAffine3::from_scale(1.0 / size),
             &Aabb::new(DVec3::ZERO, size),
         )?;
+        // Check the number of corners and the areas of faces.
         let corners = grid.size().map(|n| n as u128 + 1).iter().product();
         if corners > u128::from(u32::MAX) {
             return Err(ShapeError::TooManyVoxels { corners });
@@ -63,6 +64,7 @@ impl VoxelFaces {
                 return Err(ShapeError::FlatVoxels { axis });
             }
         }
+        // Collect the faces of each pair of labels.
         let found = Corners::of(grid).faces();
         let made = found.into_iter().map(|(labels, faces)| {
             let mut made = VoxelFaces {
@@ -80,6 +82,7 @@ impl VoxelFaces {
                 let [a, b] = others(axis);
                 [place, place + DVec3::AXES[a] + DVec3::AXES[b]]
             });
+            // Compute boxes, closedness and the side of the normals.
             made.bounds = Aabb::around(ends);
             let mut aabb = Aabb::EMPTY;
             made.each_face(|corners| aabb = corners.iter().fold(aabb, |b, p| b.include(*p)));
@@ -278,6 +281,7 @@ impl VoxelFaces {
             let primitive = (2 * axis + usize::from(is_below)) as u32;
             Some((found, line.meeting(axis, at, u, primitive)))
         };
+        // Enter the grid, and test for a face on its boundary.
         let mut cell = start;
         if !is_inside(cell) {
             let (u, axis) = line.enters(size)?;
@@ -291,6 +295,7 @@ impl VoxelFaces {
             }
         }
         loop {
+            // Leave the cube of equal labels around the cell.
             let own = number(cell);
             let around = f64::from(layers[own]);
             let (low, high) = (cell - around, cell + around);
@@ -310,6 +315,7 @@ impl VoxelFaces {
                 };
                 cell[k] = to[k].clamp(range[0], range[1]);
             }
+            // Test for a face between the two labels.
             let before = labels[own];
             cell[axis] = beyond;
             let after = is_inside(cell).then(|| labels[number(cell)]);

@@ -91,8 +91,8 @@ impl VolumeGrid {
     /// between the two `allowed` values.
     ///
     /// # Errors
-    /// Fails if there are no samples, no channels or too many, if the number of values does not
-    /// match, if a value lies outside the allowed range, or if the map cannot be inverted.
+    /// Fails if there are no samples, no channels or too many, or if the number of values does not
+    /// match. Fails if a value lies outside the allowed range, or if the map cannot be inverted.
     pub fn new(
         samples: GridSamples,
         to_world: DAffine3,
@@ -354,6 +354,7 @@ impl VolumeGrid {
 
     /// Returns the ranges of θ up to `theta_end` over which a bent arc is in the cube.
     pub(crate) fn bent_parts(&self, arc: &Arc, theta_end: f64) -> SmallVec<[[f64; 2]; 1]> {
+        // Find the intersections with the planes of the cube.
         let control = arc.control().map(|p| self.to_unit.transform_point3(p));
         let mut places: SmallVec<[f64; 8]> = smallvec![0.0, theta_end];
         for axis in 0..3 {
@@ -366,6 +367,7 @@ impl VolumeGrid {
                 }
             }
         }
+        // Join the intervals whose middles are inside.
         places.sort_by(f64::total_cmp);
         let mut parts: SmallVec<[[f64; 2]; 1]> = SmallVec::new();
         for pair in places.windows(2) {

@@ -29,6 +29,7 @@ pub fn spread(size: [usize; 3], layers: &mut [u8]) {
                 .iter()
                 .fold(u8::MAX, |least, row| least.min(layers[row + i]));
         }
+        // Scan the row.
         let row = &mut layers[first..first + nx];
         let mut one = |i: usize, before: u8| {
             let least = if is_edge(i, nx) {

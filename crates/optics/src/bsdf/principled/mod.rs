@@ -1,5 +1,5 @@
-//! Burley's "principled" surfaces ("Physically Based Shading at Disney", 2012, and "Extending the Disney BRDF to a
-//! BSDF", 2015), as Mitsuba's `principled` and `principledthin`.
+//! Burley's "principled" surfaces ("Physically Based Shading at Disney", 2012, and "Extending the
+//! Disney BRDF to a BSDF", 2015), as Mitsuba's `principled` and `principledthin`.
 
 mod lobes;
 mod thin;
@@ -193,6 +193,7 @@ impl Principled {
         if o.z <= 0.0 || !(is_front || local.clear > 0.0) {
             return None;
         }
+        // Choose a lobe and sample a direction from it.
         let u = u * local.total(is_front);
         let [coat, base] = local.others(is_front);
         let i = if u < coat {
@@ -204,6 +205,7 @@ impl Principled {
             let h = local.facets.sample_visible(o, [v, w]);
             local.off_facet(&side, is_front, o, h, u - coat - base)?
         };
+        // Combine the lobes.
         let direction = frame.to_world(i.normalize()).normalize();
         let pdf = self.pdf(s, toward, direction);
         let value = || self.eval(s, toward, direction);

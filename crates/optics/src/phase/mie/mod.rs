@@ -129,8 +129,8 @@ impl Mie {
     /// Creates the phase function by summing Mie's series.
     ///
     /// # Errors
-    /// Fails if a radius, wavelength, index or deviation is out of range, if the index of spheres
-    /// equals the index around them, or if the spheres are too large.
+    /// Fails if a radius, wavelength, index or deviation is out of range. Fails if the index of the
+    /// spheres equals the index around them, or if the spheres are too large.
     pub fn new(spheres: &Spheres) -> Result<Self, PhaseError> {
         spheres.check()?;
         let sizes = sizes::sizes(spheres)?;

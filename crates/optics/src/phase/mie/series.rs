@@ -25,6 +25,7 @@ impl Series {
     /// medium. `m` is its index relative to the medium, with a positive imaginary part if it
     /// absorbs.
     pub(super) fn new(x: f64, m: Complex64) -> Self {
+        // Compute logarithmic derivatives and Riccati–Bessel functions.
         let terms = terms(x);
         let inner = logarithmic_derivatives(m * x, terms);
         let psi = riccati_bessel(x, terms);

@@ -13,7 +13,7 @@ const GAUSS: [[f64; 2]; 3] = [
 ];
 
 /// Encircled energy E(v): the fraction of the light of a point within the reduced radius v = 2π a
-/// sin θ/λ of its image. a is the radius of the aperture, of which a disc of radius εa is covered.
+/// sin θ/λ of its image. The aperture has the radius a, and a disc of radius εa of it is covered.
 /// The error is at most 2e-6.
 #[derive(Debug)]
 pub(super) struct EncircledEnergy {

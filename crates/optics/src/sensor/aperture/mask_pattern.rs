@@ -21,7 +21,6 @@ const ORDERS: i32 = 16;
 /// Hence P is the density within a period, and the sinc² factors are the probabilities of the
 /// periods. The transmitted power in excess of the square of the mean amplitude comes from detail
 /// finer than the cells. It spreads as from single cells, with P constant in f.
-/// cells: to all f alike.
 #[derive(Debug)]
 pub(super) struct MaskPattern {
     /// Density P at f = (i, j)/M for 0 ≤ j ≤ M/2, halved in the first and last rows: P(−f) = P(f).
@@ -93,6 +92,7 @@ impl MaskPattern {
 
 /// Computes P on half of the nodes, sharpened, row by row.
 fn powers(period: usize, side: usize, amplitudes: &[f64]) -> Vec<f64> {
+    // Transform the rows, then the columns.
     let fft = FftPlanner::new().plan_fft_forward(period);
     let rows: Vec<_> = amplitudes
         .chunks_exact(side)
@@ -107,6 +107,7 @@ fn powers(period: usize, side: usize, amplitudes: &[f64]) -> Vec<f64> {
             powers[j * period + i] = power;
         }
     }
+    // Sharpen the rows, and halve the first and last one.
     for (j, row) in powers.chunks_exact_mut(period).enumerate() {
         let weight = if j == 0 || j + 1 == half { 0.5 } else { 1.0 };
         let sharp: Vec<f64> = sharpened(row).map(|p| weight * p.max(0.0)).collect();

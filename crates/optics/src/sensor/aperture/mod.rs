@@ -117,7 +117,6 @@ impl ApertureShape {
     /// # Errors
     /// Fails if the number of cells does not match, if values are out of range, or if nothing is
     /// open: see [`ApertureError`].
-    /// If there are other numbers of cells, values out of range, or nothing is open: see [`ApertureError`].
     pub fn picture(side: usize, transmittances: &[f64]) -> Result<Self, ApertureError> {
         if !(1..=MOST_CELLS).contains(&side) {
             return Err(ApertureError::Cells(side));

@@ -95,6 +95,7 @@ impl Mesh {
         if self.tree().clip(&sweep, [u_min, u_max]).is_none() {
             return;
         }
+        // Halve pieces that deviate too much from their chords.
         if sweep.deviation() > STRAY && halvings > 0 {
             for half in piece.halves() {
                 self.meet_arc(&half, range, halvings - 1, nearest);

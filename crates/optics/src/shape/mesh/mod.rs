@@ -45,9 +45,9 @@ impl Mesh {
     /// Triangles without area are dropped; see [`Mesh::dropped`].
     ///
     /// # Errors
-    /// Fails if there are too many triangles or none with an area, if a vertex is not finite, if
-    /// the number of texture coordinates differs from the number of vertices, or if a triangle
-    /// refers to a missing vertex.
+    /// Fails if there are too many triangles, none with an area, or one that refers to a missing
+    /// vertex. Fails if a vertex is not finite, or if the number of texture coordinates differs
+    /// from the number of vertices.
     pub fn new(
         positions: Vec<DVec3>,
         triangles: Vec<[u32; 3]>,
@@ -65,6 +65,7 @@ impl Mesh {
         uvs: Option<Vec<[f64; 2]>>,
         closed: bool,
     ) -> Result<Self, ShapeError> {
+        // Drop triangles without area.
         let given = triangles.len();
         let mut triangles = triangles;
         triangles.retain(|t| !is_degenerate(corners(&positions, t)));
@@ -72,6 +73,7 @@ impl Mesh {
         if triangles.is_empty() {
             return Err(ShapeError::EmptyMesh { dropped });
         }
+        // Turn a closed mesh that is wound inside out.
         let inside_out = closed && topology::signed_volume(&positions, &triangles) < 0.0;
         if inside_out {
             triangles.iter_mut().for_each(|t| t.swap(1, 2));
