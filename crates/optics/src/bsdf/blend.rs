@@ -19,7 +19,7 @@ impl BlendBsdf {
     /// surfaces must be opaque.
     ///
     /// # Errors
-    /// Fails if the weight lies outside [0, 1], or if a surface lets light through.
+    /// Fails if the weight lies outside [0, 1], or if a surface transmits light.
     pub fn new(weight: impl Into<Texture>, first: Bsdf, second: Bsdf) -> Result<Self, BsdfError> {
         let pair = [first.opaque("blendbsdf")?, second.opaque("blendbsdf")?];
         Ok(BlendBsdf {

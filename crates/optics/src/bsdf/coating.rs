@@ -63,7 +63,7 @@ impl Coating {
     /// # Errors
     /// Fails if the index is not positive and finite, or if an absorption or thickness is negative
     /// or not finite. Fails if a reflectance lies outside [0, 1], if the roughness is anisotropic,
-    /// or if the nested surface lets light through.
+    /// or if the nested surface transmits light.
     pub fn new(parameters: CoatingParameters, nested: Bsdf) -> Result<Self, BsdfError> {
         let CoatingParameters {
             eta,

@@ -61,7 +61,7 @@ pub enum BsdfError {
         /// The index given.
         value: f64,
     },
-    /// A surface that lets light through is nested in a surface that requires opaque ones.
+    /// A surface that transmits light is nested in a surface that requires opaque ones.
     #[error("a {outer} takes surfaces that let no light through, such as diffuse or conductor")]
     NotOpaque {
         /// Name of the outer surface.

@@ -66,9 +66,12 @@ pub fn mean(n_near: f64, n_far: f64) -> f64 {
 /// Computes the reflectance of a metal at cosine `cos` in [0, 1]. `eta` + i`k` is its index divided
 /// by the index of the medium in front of it (both ≥ 0). The result is in [0, 1].
 ///
-/// With (a + ib)² = (η + ik)² − sin²θ (Born and Wolf §14.2), Rs = (a² + b² − 2a cosθ + cos²θ)/(a² +
-/// b² + 2a cosθ + cos²θ), and Rp = Rs · ((a² + b²) cos²θ + sin⁴θ − 2a cosθ sin²θ)/((a² + b²) cos²θ
-/// + sin⁴θ + 2a cosθ sin²θ).
+/// With (a + ib)² = (η + ik)² − sin²θ (Born and Wolf §14.2), the reflectances are
+///
+/// ```text
+/// Rs = (a² + b² − 2a cosθ + cos²θ) / (a² + b² + 2a cosθ + cos²θ)
+/// Rp = Rs · ((a² + b²) cos²θ + sin⁴θ − 2a cosθ sin²θ) / ((a² + b²) cos²θ + sin⁴θ + 2a cosθ sin²θ)
+/// ```
 pub fn conductor(cos: f64, eta: f64, k: f64) -> f64 {
     let cos = cos.clamp(0.0, 1.0);
     let cos2 = cos * cos;

@@ -22,7 +22,7 @@ impl Mask {
     /// `nested` covers.
     ///
     /// # Errors
-    /// Fails if the opacity lies outside [0, 1], or if the nested surface lets light through.
+    /// Fails if the opacity lies outside [0, 1], or if the nested surface transmits light.
     pub fn new(opacity: impl Into<Texture>, nested: Bsdf) -> Result<Self, BsdfError> {
         Ok(Mask {
             opacity: factor("opacity", opacity)?,

@@ -246,7 +246,7 @@ impl Bsdf {
     }
 
     /// Returns the light that passes the surface at `site` undeflected, for an angle of the given
-    /// cosine to the normal. Returns `None` for surfaces that let no light pass this way.
+    /// cosine to the normal. Returns `None` for surfaces that transmit no undeflected light.
     /// Estimators first decide if light passes. [`Bsdf::sample`], [`Bsdf::eval`] and [`Bsdf::pdf`]
     /// then describe only light that does not pass (docs/theory.md#masks-and-panes).
     pub fn through(&self, site: &Site, cos: f64) -> Option<PartialTransmission> {

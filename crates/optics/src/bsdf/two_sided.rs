@@ -17,7 +17,7 @@ impl TwoSided {
     /// Creates the surface. `front` is on the side of the normal. Both surfaces must be opaque.
     ///
     /// # Errors
-    /// Fails if a surface lets light through.
+    /// Fails if a surface transmits light.
     pub fn new(front: Bsdf, back: Bsdf) -> Result<Self, BsdfError> {
         let sides = [front.opaque("twosided")?, back.opaque("twosided")?];
         Ok(TwoSided {

@@ -134,7 +134,8 @@ impl Spot {
         self.intensity
     }
 
-    /// Returns the texture site of a unit direction within the cone.
+    /// Returns the surface point that selects the texture value of a unit direction within the
+    /// cone.
     pub(super) fn site(&self, direction: DVec3) -> Option<Site> {
         let thrown = self.thrown.as_ref()?;
         Some(self.site_in(thrown.orientation.to_local(direction)))
@@ -188,7 +189,8 @@ impl Spot {
         texture.at(&self.site_in(local))
     }
 
-    /// Returns the texture site of a local direction within the cone.
+    /// Returns the surface point that selects the texture value of a local direction within the
+    /// cone.
     fn site_in(&self, local: DVec3) -> Site {
         let width = local.z * self.cutoff.tan();
         let uv = [local.x, local.y].map(|c| 0.5 + 0.5 * c / width);

@@ -47,8 +47,8 @@ impl MediumLabel {
 
 impl MediumLabels {
     /// Creates the labels from a grid of indices into `list`; indices beyond its end stand for the
-    /// last label. The coefficients must equal those of the medium at the same places, including
-    /// its `scale`. Returns `None` if the list is empty.
+    /// last label. The coefficients must equal the coefficients of the medium at these places,
+    /// including its `scale`. Returns `None` if the list is empty.
     pub fn new(grid: Arc<LabelGrid>, list: Vec<MediumLabel>) -> Option<Self> {
         (!list.is_empty()).then_some(MediumLabels { grid, list })
     }

@@ -73,8 +73,8 @@ pub enum CameraError {
 }
 
 impl Camera {
-    /// Creates a pinhole camera whose image spans `fov` degrees horizontally. y is up, unless the
-    /// camera looks along y.
+    /// Creates a pinhole camera whose image spans `fov` degrees horizontally. The y axis points up,
+    /// unless the camera looks along y.
     pub fn perspective(origin: impl Into<DVec3>, target: impl Into<DVec3>, fov: f64) -> Self {
         Camera::new(
             origin.into(),
@@ -83,8 +83,8 @@ impl Camera {
         )
     }
 
-    /// Creates a camera of parallel rays whose image is `width` scene units wide. y is up, unless
-    /// the camera looks along y.
+    /// Creates a camera of parallel rays whose image is `width` scene units wide. The y axis points
+    /// up, unless the camera looks along y.
     pub fn orthographic(origin: impl Into<DVec3>, target: impl Into<DVec3>, width: f64) -> Self {
         Camera::new(
             origin.into(),

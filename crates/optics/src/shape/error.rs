@@ -25,7 +25,7 @@ pub enum ShapeError {
     /// The ends of a cylinder coincide, or are not finite.
     #[error("the end points of a cylinder must be finite and distinct")]
     CylinderEnds,
-    /// No triangle remains after removing those without area.
+    /// No triangle remains after the removal of triangles without area.
     #[error(
         "a mesh needs a triangle of positive area, but has none (degenerate triangles: {dropped})"
     )]

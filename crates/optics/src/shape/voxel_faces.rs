@@ -14,8 +14,8 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
 /// All faces in a grid between voxels of one label and voxels of another; outside the grid, the
-/// label is 0. Part 2k holds the faces across axis k with the larger label above, part 2k + 1 those
-/// with the larger label below.
+/// label is 0. Part 2k holds the faces across axis k with the larger label above, part 2k + 1 the
+/// faces with the larger label below.
 ///
 /// Straight lines are followed from voxel to voxel. Bent rays are rare among voxels. They are
 /// intersected with a triangle mesh, which the first bent ray creates.
