@@ -8,9 +8,9 @@ use std::sync::Arc;
 
 /// Surface that covers a fraction of its area.
 ///
-/// Estimators first decide if light passes ([`Bsdf::through`]). The nested surface scatters the
-/// light that does not pass. Its values apply unchanged to the mask, because the covered fraction
-/// cancels the probability of hitting it.
+/// Estimators first decide whether light passes ([`Bsdf::through`]). The nested surface scatters
+/// the light that does not pass. Its values apply unchanged to the mask, because the covered
+/// fraction cancels the probability of hitting it.
 #[derive(Clone, Debug)]
 pub struct Mask {
     opacity: Texture,

@@ -247,8 +247,8 @@ impl Bsdf {
 
     /// Returns the light that passes the surface at `site` undeflected, for an angle of the given
     /// cosine to the normal. Returns `None` for surfaces that transmit no undeflected light.
-    /// Estimators first decide if light passes. [`Bsdf::sample`], [`Bsdf::eval`] and [`Bsdf::pdf`]
-    /// then describe only light that does not pass (docs/theory.md#masks-and-panes).
+    /// Estimators first decide whether light passes. [`Bsdf::sample`], [`Bsdf::eval`] and
+    /// [`Bsdf::pdf`] then describe only light that does not pass (docs/theory.md#masks-and-panes).
     pub fn through(&self, site: &Site, cos: f64) -> Option<PartialTransmission> {
         match self {
             Bsdf::Mask(b) => Some(b.through(site)),

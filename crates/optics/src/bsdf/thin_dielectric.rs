@@ -11,8 +11,8 @@ use glam::DVec3;
 
 /// Pane without thickness, with the same medium on both sides.
 ///
-/// As with a [`Mask`](super::Mask), estimators first decide if light passes. Light that does not
-/// pass is reflected.
+/// As with a [`Mask`](super::Mask), estimators first decide whether light passes. Light that does
+/// not pass is reflected.
 #[derive(Clone, Debug)]
 pub struct ThinDielectric {
     eta: f64,

@@ -1,7 +1,7 @@
 //! Emitters.
 //!
 //! An emitter has three functions. It samples where a connection ends, with its density. It
-//! computes the light that leaves from there. It samples the first rays of light subpaths
+//! computes the light that leaves from this end. It samples the first rays of light subpaths
 //! ([`Emission`]). The module `path` handles radiometric factors that depend on the ray in between,
 //! and the division by n² that turns radiance into basic radiance.
 

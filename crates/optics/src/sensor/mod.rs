@@ -14,10 +14,10 @@
 //!   ([`Sensor::ray`]). Its only initial weight is n² (docs/theory.md#radiance).
 //! * A light subpath that is connected to the sensor ends at a sampled point of it
 //!   ([`Sensor::sample_end`]). The integral over u becomes an integral over the rays of this point
-//!   (steradians), or over the parallel rays (area across them). It then reads n² h_j(u) `density`
-//!   L̃, with u and du/dΩ or du/dA⊥ = `density` from [`Sensor::sense`]. On a lens or a stop, the
-//!   average over its area divides by the area. This area is the reciprocal of the density of the
-//!   end, so the two cancel.
+//!   (steradians), or over the parallel rays (area across them). Its integrand is n² h_j(u)
+//!   `density` L̃, with u and du/dΩ or du/dA⊥ = `density` from [`Sensor::sense`]. On a lens or a
+//!   stop, the average over its area divides by the area. This area is the reciprocal of the
+//!   density of the end, so the two cancel.
 //! * Where the aperture diffracts ([`Sensor::point_spread`]), both are displaced on the image by an
 //!   offset sampled from the point spread function. The sensor subpath starts at u minus the
 //!   offset, and the light subpath arrives at u plus the offset.

@@ -17,8 +17,8 @@ use table::Elements;
 
 /// Spheres of one size or of many, in a clear medium.
 ///
-/// The radius applies to each sphere. If `geometric_deviation` is not 1, it is the median of a
-/// log-normal distribution of the number of spheres.
+/// The radius applies to each sphere. If `geometric_deviation` is not 1, the radius is the median
+/// of a log-normal distribution of the number of spheres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spheres {
     /// Radius > 0, in any unit of length.

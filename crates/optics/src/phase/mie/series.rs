@@ -177,8 +177,8 @@ mod tests {
     /// Compares efficiencies of extinction, scattering and backscattering, and the mean cosine. The
     /// first case is from C. F. Bohren and D. R. Huffman, Absorption and Scattering of Light by
     /// Small Particles, 1983, appendix A. The cases with size parameters of 10, 100, 0.055, 56 and
-    /// 1 are from W. J. Wiscombe, Mie scattering calculations, NCAR/TN-140+STR, 1979. All digits
-    /// except the first case's are from miepython 3.3.0.
+    /// 1 are from W. J. Wiscombe, Mie scattering calculations, NCAR/TN-140+STR, 1979. The digits of
+    /// all cases except the first are from miepython 3.3.0.
     #[test]
     fn agrees_with_published_efficiencies() {
         #[rustfmt::skip]
