@@ -1,24 +1,27 @@
-//! How a film's light is told apart: by the length of its paths, their bounces, their emitters (docs/theory.md#layers).
+//! Separation of a film's light by the length, the bounces and the emitter of its paths
+//! (docs/theory.md#layers).
 
 use crate::Bins;
 use crate::mueller::STOKES_PARAMETERS;
 use crate::sidebands::Sidebands;
 use serde::{Deserialize, Serialize};
 
-/// What a film asks about the path of a contribution.
+/// Properties of a contribution's path that decide to which layers of a film the contribution
+/// belongs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathFacts {
-    /// Optical length ∫n ds from the emitter to the sensor, in scene units. Where it starts:
-    /// [`lead_in`](crate::path::lead_in).
+    /// Optical length ∫n ds from the emitter to the sensor, in scene units.
+    /// [`lead_in`](crate::path::lead_in) defines its origin at each emitter.
     pub optical_length: f64,
-    /// Scatterings and specular events on the path, crossings of index-matched boundaries not counted: the depth
-    /// of the path less one.
+    /// Number of scattering and specular events on the path, one less than the path's depth.
+    /// Crossings of index-matched boundaries do not count.
     pub bounces: u32,
     /// Index of the emitter.
     pub emitter: usize,
 }
 
-/// The slot of a value: that of its bin, or their number below and one more above them all.
+/// Returns the slot of a value: the index of its bin, `bins.count` below the bins, and `bins.count`
+/// + 1 above them.
 fn slot(bins: &Bins, value: f64) -> usize {
     match bins.index(value) {
         Some(bin) => bin,
@@ -27,33 +30,35 @@ fn slot(bins: &Bins, value: f64) -> usize {
     }
 }
 
-/// The ways in which a film's light is told apart: all combinations of those that are given. The default
-/// keeps it together.
+/// Criteria that separate a film's light into layers: one layer for each combination of their
+/// slots. The default keeps all light together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Decomposition {
-    /// Bins of optical length, [valid](Bins::is_valid) ones.
+    /// Bins of optical length, which must be [valid](Bins::is_valid).
     pub length: Option<Bins>,
-    /// Each number of bounces up to this one, which is at most [`MOST_BOUNCES`](Decomposition::MOST_BOUNCES).
+    /// Largest number of bounces with a layer of its own, at most
+    /// [`MOST_BOUNCES`](Decomposition::MOST_BOUNCES). Each smaller number has a layer, too.
     pub bounces: Option<u32>,
-    /// Each of so many emitters: all of the scene, at least one.
+    /// Number of emitters, each with a layer of its own: all emitters of the scene, at least one.
     pub emitters: Option<usize>,
-    /// Parts of each layer of light.
+    /// Parts of each layer.
     #[serde(default)]
     pub parts: Option<LightParts>,
 }
 
-/// Quantities that estimators follow along paths besides light: parts of each layer of light, the first of which is the light itself.
-/// Estimators that [blur](crate::integrator::Integrator::blurs) do not follow them.
+/// Quantities that estimators follow along paths besides light. Each quantity is a part of every
+/// layer; the first part is the light itself. Estimators that
+/// [blur](crate::integrator::Integrator::blurs) do not follow them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum LightParts {
-    /// The Stokes parameters: see [`polarization`](crate::polarization).
+    /// Stokes parameters: see [`polarization`](crate::polarization).
     Stokes,
-    /// Light, its carrier and sidebands, and correlations: see [`tagging`](crate::tagging).
+    /// Light, its carrier and sidebands, and their correlations: see [`tagging`](crate::tagging).
     Sidebands(Sidebands),
 }
 
 impl LightParts {
-    /// How many there are.
+    /// Number of parts.
     pub fn count(&self) -> usize {
         match self {
             LightParts::Stokes => STOKES_PARAMETERS,
@@ -61,7 +66,7 @@ impl LightParts {
         }
     }
 
-    /// Whether the values of a part have one sign.
+    /// True if all values of a part have the same sign.
     pub fn is_of_one_sign(&self, part: usize) -> bool {
         match self {
             LightParts::Stokes => part == 0,
@@ -70,32 +75,34 @@ impl LightParts {
     }
 }
 
-/// One of the ways in which light is told apart: `regular` slots, and a few more for what fits in none.
+/// Axis along which light is separated: `regular` slots, and slots for light outside of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LayerAxis {
-    /// Number of bins, of numbers of bounces, or of emitters.
+    /// Number of bins, of bounce counts, or of emitters.
     pub regular: usize,
-    /// Slots after them: below and above the bins; more bounces than any.
+    /// Number of slots after the regular ones: below and above the bins of length, or for more
+    /// bounces.
     pub others: usize,
 }
 
 impl LayerAxis {
-    /// All slots.
+    /// Total number of slots.
     pub fn slots(&self) -> usize {
         self.regular + self.others
     }
 }
 
 impl Decomposition {
-    /// The most bounces that a film tells apart.
+    /// Largest number of bounces that a film separates.
     pub const MOST_BOUNCES: u32 = 1000;
 
-    /// Whether light is told apart at all.
+    /// True if the film separates light.
     pub fn is_some(&self) -> bool {
         *self != Decomposition::default()
     }
 
-    /// Its axes: length, bounces, emitters, parts; one regular slot for each that is not asked for.
+    /// Returns the axes: length, bounces, emitters, parts. An axis that was not requested has one
+    /// regular slot.
     pub fn axes(&self) -> [LayerAxis; 4] {
         let axis = |regular, others| LayerAxis { regular, others };
         let whole = axis(1, 0);
@@ -107,12 +114,13 @@ impl Decomposition {
         ]
     }
 
-    /// Number of layers: combinations of slots, the last axis varying fastest.
+    /// Number of layers: all combinations of slots. The last axis varies fastest.
     pub fn layers(&self) -> usize {
         self.axes().iter().map(LayerAxis::slots).product()
     }
 
-    /// The layer to which a path belongs, or the first of its parts, which follow one another.
+    /// Returns the layer of a path. Where layers have parts, the result is the first of consecutive
+    /// parts.
     pub fn layer(&self, path: &PathFacts) -> usize {
         let [_, bounces, emitters, parts] = self.axes();
         let length = self
@@ -124,7 +132,7 @@ impl Decomposition {
         layer * parts.slots()
     }
 
-    /// The slot of a layer on each axis.
+    /// Returns the slot of a layer on each axis.
     pub fn slots(&self, layer: usize) -> [usize; 4] {
         let [_, bounces, emitters, parts] = self.axes().map(|a| a.slots());
         let (rest, part) = (layer / parts, layer % parts);
@@ -136,7 +144,7 @@ impl Decomposition {
         ]
     }
 
-    /// Panics unless it can tell apart the light of a scene with so many emitters.
+    /// Checks that the criteria are valid for a scene with `emitters` emitters; panics otherwise.
     pub(crate) fn assert_fits(&self, emitters: usize) {
         if let Some(bins) = &self.length {
             assert!(
@@ -159,7 +167,7 @@ impl Decomposition {
         }
     }
 
-    /// Whether a layer is one of regular slots only.
+    /// True if all slots of a layer are regular.
     pub fn is_regular(&self, layer: usize) -> bool {
         let slots = self.slots(layer);
         self.axes().iter().zip(slots).all(|(a, s)| s < a.regular)

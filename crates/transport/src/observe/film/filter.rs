@@ -1,35 +1,37 @@
-//! Reconstruction filters, sampled in proportion to their value (docs/theory.md#film).
+//! Reconstruction filters. Film samples are drawn in proportion to their value
+//! (docs/theory.md#film).
 
 use super::SignedFilter;
 use std::f64::consts::TAU;
 
-/// A reconstruction filter, separable, in pixels.
+/// Separable reconstruction filter. Lengths are in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "a film has one")]
 pub enum Filter {
-    /// The pixel itself.
+    /// Box that covers one pixel.
     Box,
-    /// A triangle of the given radius.
+    /// Triangle of the given radius.
     Tent {
         /// Half width.
         radius: f64,
     },
-    /// A Gaussian, cut off at four standard deviations.
+    /// Gaussian, cut off at four standard deviations.
     Gaussian {
         /// Standard deviation.
         stddev: f64,
     },
-    /// One that is negative in places.
+    /// Filter with negative lobes.
     Signed(SignedFilter),
 }
 
-/// Where Gaussians are cut off, in standard deviations.
+/// Cut-off of Gaussians, in standard deviations.
 const CUT: f64 = 4.0;
-/// Share of a Gaussian that is not cut off: erf(4/√2).
+/// Fraction of a Gaussian's integral within the cut-off: erf(4/√2).
 const GAUSSIAN_MASS: f64 = 0.999_936_657_516_333_8;
 
 impl Filter {
-    /// An offset from the pixel's centre with the density [`Filter::pdf`]; `u` is uniform in [0, 1).
+    /// Samples an offset from the pixel's centre with density [`Filter::pdf`]; `u` is uniform in
+    /// [0, 1).
     pub fn sample(&self, u: f64) -> f64 {
         match *self {
             Filter::Box => u - 0.5,
@@ -42,7 +44,8 @@ impl Filter {
         }
     }
 
-    /// Density of [`Filter::sample`] per pixel: the filter itself, unless that is negative in places.
+    /// Density of [`Filter::sample`], per pixel. It equals the filter, except for filters with
+    /// negative lobes.
     pub fn pdf(&self, offset: f64) -> f64 {
         match self {
             Filter::Signed(filter) => filter.pdf(offset),
@@ -50,12 +53,12 @@ impl Filter {
         }
     }
 
-    /// What a sample counts: the filter over the density of the sample.
+    /// Weight of a sample: the filter's value divided by the sample's density.
     pub fn weight(&self, offset: f64) -> f64 {
         match self {
             Filter::Signed(filter) => {
                 let pdf = filter.pdf(offset);
-                // Rounding may put a sample on the edge of where the filter ends.
+                // Rounding may put a sample on the edge of the filter, where the density is zero.
                 if pdf > 0.0 {
                     filter.value(offset) / pdf
                 } else {
@@ -66,8 +69,8 @@ impl Filter {
         }
     }
 
-    /// The filter, per pixel, zero beyond [`Filter::radius`]. The box includes its
-    /// lower edge alone, so that each position belongs to one pixel.
+    /// Value of the filter, per pixel; zero beyond [`Filter::radius`]. The box includes its lower
+    /// edge only, so that each position belongs to one pixel.
     pub fn value(&self, offset: f64) -> f64 {
         let x = offset.abs();
         match *self {
@@ -82,8 +85,8 @@ impl Filter {
         }
     }
 
-    /// Largest distance from the pixel's centre, along either axis, at which the filter is not zero,
-    /// in pixels.
+    /// Largest distance from the pixel's centre, along either axis, at which the filter is not
+    /// zero, in pixels.
     pub fn radius(&self) -> f64 {
         match *self {
             Filter::Box => 0.5,
@@ -94,8 +97,9 @@ impl Filter {
     }
 }
 
-/// Where the standard normal distribution is ½ + `q`, for |q| < ½ − 1e-10: rational functions by M. J. Wichura, "Algorithm AS 241: The
-/// percentage points of the normal distribution", Appl. Statist. 37, 1988, to 1e-15.
+/// Quantile of the standard normal distribution at probability ½ + `q`, for |q| < ½ − 1e-10,
+/// accurate to 1e-15. The rational functions are from M. J. Wichura, "Algorithm AS 241: The
+/// percentage points of the normal distribution", Appl. Statist. 37, 1988.
 fn normal_quantile(q: f64) -> f64 {
     if q.abs() <= 0.425 {
         return q * ratio(&CENTRAL, 0.180_625 - q * q);
@@ -104,7 +108,7 @@ fn normal_quantile(q: f64) -> f64 {
     ratio(&TAILS, r - 1.6).copysign(q)
 }
 
-/// Coefficients of numerators and denominators, from the constant on.
+/// Coefficients of numerator and denominator, beginning with the constant term.
 type Ratio = [[f64; 8]; 2];
 
 const CENTRAL: Ratio = [

@@ -1,13 +1,15 @@
-//! Where on a film a point of the image counts.
+//! Pixels to which a point of the image contributes.
 
 use super::Filter;
 
-/// Tells `count` the pixels of a `width × height` image whose filter reaches a position, in pixels from
-/// its top left corner, and the value of the filter there, per pixel: what camera samples at that place
-/// stand for ([`Filter::sample`], [`Filter::weight`]).
+/// Passes to `count` each pixel whose filter covers a position, with the filter's value there, per
+/// pixel. The position is in pixels from the top left corner of a `width × height` image. The
+/// values are those that camera samples at this position represent ([`Filter::sample`],
+/// [`Filter::weight`]).
 ///
-/// An iterator in place of these loops was compiled wrongly by Rust 1.95 where it was inlined in release builds: pixels were those of the
-/// next row (`scripts/same_bits.py` would tell).
+/// Keep these loops: Rust 1.95 compiled an iterator in their place wrongly where it was inlined in
+/// release builds. Values then went to the pixels of the next row. `scripts/same_bits.py` detects
+/// this.
 pub(crate) fn footprint(
     width: usize,
     height: usize,
@@ -27,7 +29,7 @@ pub(crate) fn footprint(
     }
 }
 
-/// Pixels along one axis whose centres are no farther than `radius` from a position.
+/// Returns the pixels along one axis whose centres are no farther than `radius` from a position.
 fn reach(position: f64, size: usize, radius: f64) -> std::ops::Range<usize> {
     let clamp = |v: f64| v.clamp(0.0, size as f64) as usize;
     clamp((position - 0.5 - radius).floor())..clamp((position - 0.5 + radius).floor() + 1.0)
@@ -37,7 +39,7 @@ fn reach(position: f64, size: usize, radius: f64) -> std::ops::Range<usize> {
 mod tests {
     use super::*;
 
-    /// `place` in units of the image.
+    /// Footprint of `place`, which is in units of the image.
     fn pixels([width, height]: [usize; 2], filter: Filter, place: [f64; 2]) -> Vec<(usize, f64)> {
         let mut found = Vec::new();
         let place = [place[0] * width as f64, place[1] * height as f64];
@@ -61,7 +63,7 @@ mod tests {
     #[test]
     fn wide_filters_reach_neighbours() {
         let filter = Filter::Gaussian { stddev: 0.5 };
-        // What a point of the image gives to all pixels is one, on average over its place in a pixel.
+        // The values of a footprint add up to one on average over positions within a pixel.
         let place = |i: usize| (32.0 + (i as f64 + 0.5) / 8.0) / 64.0;
         let at = |i: usize| pixels([64, 64], filter, [place(i % 8), place(i / 8)]);
         let mean: f64 = (0..64).flat_map(at).map(|p| p.1).sum::<f64>() / 64.0;

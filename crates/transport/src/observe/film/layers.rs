@@ -1,30 +1,30 @@
-//! What a film keeps of each layer of a decomposition (docs/theory.md#layers).
+//! Sums that a film keeps for each layer of a decomposition (docs/theory.md#layers).
 
 use super::{Decomposition, Pixel};
 use crate::Spectrum;
 use crate::moments::Moments;
 use serde::{Deserialize, Serialize};
 
-/// The layers of a film.
+/// Layers of a film.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Layers {
     decomposition: Decomposition,
     groups: Vec<LayerGroup>,
 }
 
-/// The layers of one group of channels.
+/// Layers of one group of channels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct LayerGroup {
     decomposition: Decomposition,
     channels: usize,
-    /// By pixel, layer, channel; the last fastest.
+    /// Sums by pixel, layer and channel; the channel varies fastest.
     cells: Vec<Moments>,
-    /// For each layer, samples of its mean over the image, if pixels are not independent.
+    /// Samples of each layer's mean over the image, if pixels are not independent.
     whole: Vec<Pixel>,
 }
 
 impl Layers {
-    /// For groups of so many channels each.
+    /// Creates empty layers. `channels` yields the number of channels of each group.
     pub(super) fn new(
         decomposition: Decomposition,
         pixels: usize,
@@ -37,7 +37,7 @@ impl Layers {
         }
     }
 
-    /// How light is told apart.
+    /// Criteria by which light is separated.
     pub fn decomposition(&self) -> &Decomposition {
         &self.decomposition
     }
@@ -46,14 +46,14 @@ impl Layers {
         &mut self.groups[group]
     }
 
-    /// The samples of a pixel in a layer, of which there were `count`.
+    /// Returns the sums of a pixel in a layer over its `count` samples.
     pub(super) fn pixel(&self, group: usize, pixel: usize, layer: usize, count: u64) -> Pixel {
         let group = &self.groups[group];
         let first = (pixel * self.decomposition.layers() + layer) * group.channels;
         Pixel::of(&group.cells[first..first + group.channels], count)
     }
 
-    /// Returns whether there are as many sums as layers of that many pixels and channels take.
+    /// True if the stored sums have the sizes that `decomposition`, `pixels` and `channels` imply.
     pub(super) fn fits(
         &self,
         decomposition: Decomposition,
@@ -66,7 +66,7 @@ impl Layers {
         self.decomposition == decomposition && self.groups.iter().map(sizes).eq(wanted)
     }
 
-    /// Adds the samples of other layers of the same shape.
+    /// Adds the samples of other layers with the same shape.
     pub(super) fn merge(&mut self, other: &Layers) {
         for (group, other) in self.groups.iter_mut().zip(&other.groups) {
             let cells = group.cells.iter_mut().zip(&other.cells);
@@ -92,14 +92,14 @@ impl LayerGroup {
         }
     }
 
-    /// The cells of runs of `pixels` pixels.
+    /// Splits the cells into runs of `pixels` pixels.
     pub(super) fn chunks_mut(&mut self, pixels: usize) -> impl Iterator<Item = CellsMut<'_>> {
         let (layers, channels) = (self.decomposition.layers(), self.channels);
         let chunks = self.cells.chunks_mut(pixels * layers * channels);
         chunks.map(move |cells| CellsMut { channels, cells })
     }
 
-    /// Takes note of a sample of the mean of each layer over all pixels: see
+    /// Records a sample of each layer's mean over all pixels: see
     /// [`Film::add_image`](super::Film::add_image).
     pub(super) fn add_whole(&mut self, means: impl IntoIterator<Item = Spectrum>) {
         for (whole, mean) in self.whole.iter_mut().zip(means) {
@@ -108,7 +108,7 @@ impl LayerGroup {
     }
 }
 
-/// The cells of some pixels.
+/// Cells of a run of pixels.
 #[derive(Debug)]
 pub(super) struct CellsMut<'a> {
     channels: usize,
@@ -116,7 +116,7 @@ pub(super) struct CellsMut<'a> {
 }
 
 impl CellsMut<'_> {
-    /// Adds a sample at a place: pixel × number of layers + layer.
+    /// Adds a sample at `place`, which is pixel × number of layers + layer.
     pub(super) fn add(&mut self, place: usize, value: Spectrum) {
         let first = place * self.channels;
         let cells = &mut self.cells[first..first + self.channels];
@@ -126,7 +126,7 @@ impl CellsMut<'_> {
     }
 }
 
-/// A sample that is being added up: values at some of many places.
+/// Sample under construction: a sparse vector of values at places.
 #[derive(Debug)]
 pub(crate) struct Pending {
     values: Vec<Spectrum>,
@@ -134,7 +134,7 @@ pub(crate) struct Pending {
 }
 
 impl Pending {
-    /// Zero at so many places.
+    /// Creates a vector of `places` zeros.
     pub(crate) fn new(places: usize) -> Self {
         Pending {
             values: vec![Spectrum::ZERO; places],
@@ -150,7 +150,8 @@ impl Pending {
         self.values[place] += value;
     }
 
-    /// Takes all values that are not zero, in the order in which their places came up.
+    /// Passes each non-zero value to `to`, in the order in which their places were first used, and
+    /// clears them.
     pub(crate) fn take(&mut self, mut to: impl FnMut(usize, Spectrum)) {
         for place in self.touched.drain(..) {
             let value = std::mem::take(&mut self.values[place]);

@@ -1,4 +1,4 @@
-//! Films: what is accumulated per pixel (docs/theory.md#film).
+//! Films: sums of samples per pixel (docs/theory.md#film).
 
 mod decomposition;
 mod filter;
@@ -28,22 +28,23 @@ use crate::sampling::Replicates;
 use pixels::GroupSums;
 use serde::{Deserialize, Serialize};
 
-/// Accumulated image: `width × height` pixels from the top left, with any number of channels, which
-/// are kept in groups of at most [`Spectrum::CHANNELS`].
+/// Accumulated image: `width × height` pixels from the top left. Its channels are kept in groups of
+/// at most [`Spectrum::CHANNELS`].
 ///
-/// Filters other than the box are sampled in proportion to their value, so every pixel is a plain
-/// mean of independent samples, or replicates, and its variance is known without bias. Those with negative lobes are sampled in proportion
-/// to their modulus, and samples are negative where they are.
+/// Samples are drawn in proportion to the filter's value. Every pixel is therefore a plain mean of
+/// independent samples, or replicates, with an unbiased estimate of its variance. For filters with
+/// negative lobes, samples are drawn in proportion to the filter's modulus and weighted by its
+/// sign.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Film {
     shape: FilmShape,
     groups: Vec<GroupSums>,
     layers: Option<Layers>,
-    /// For each group, if rare bright samples are to be given less weight.
+    /// Samples by brightness for each group, if rare bright samples receive less weight.
     outliers: Option<Vec<OutlierRejection>>,
 }
 
-/// Size of a film, and what it keeps of its pixels.
+/// Size of a film, and the quantities that it keeps per pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct FilmShape {
     pub width: usize,
@@ -51,16 +52,16 @@ pub(crate) struct FilmShape {
     pub channels: usize,
     /// Channels per group, at most [`Spectrum::CHANNELS`].
     pub group_size: usize,
-    /// Replicates to which samples belong.
+    /// Kind of replicates to which samples belong.
     pub replicates: Replicates,
-    /// Layers of light.
+    /// Criteria that separate light into layers.
     pub decomposition: Decomposition,
-    /// True if samples are sorted by brightness.
+    /// True if samples are sorted by brightness for [`OutlierRejection`].
     pub sorts: bool,
 }
 
 impl FilmShape {
-    /// A film without layers, whose samples are single.
+    /// Creates the shape of a film without layers and with independent samples.
     pub(crate) fn plain([width, height]: [usize; 2], channels: usize, group_size: usize) -> Self {
         FilmShape {
             width,
@@ -73,7 +74,7 @@ impl FilmShape {
         }
     }
 
-    /// A plain film for the light of a scene.
+    /// Creates the shape of a plain film for the light of a scene.
     pub(crate) fn of_light(spec: &FilmSpec) -> Self {
         Self::plain([spec.width, spec.height], spec.channels, spec.group_size)
     }
@@ -87,20 +88,20 @@ impl FilmShape {
         (self.channels - group * self.group_size).min(self.group_size)
     }
 
-    /// Numbers of channels of all groups.
+    /// Returns the number of channels of each group.
     fn groups(&self) -> impl Iterator<Item = usize> {
         (0..self.channels.div_ceil(self.group_size)).map(|group| self.channels_of(group))
     }
 }
 
 impl Film {
-    /// An empty film with channels in as few groups as possible; no argument may be zero.
+    /// Creates an empty film with as few channel groups as possible; no argument may be zero.
     pub fn new(width: usize, height: usize, channels: usize) -> Self {
         let size = [width, height];
         Self::of(FilmShape::plain(size, channels, Spectrum::CHANNELS))
     }
 
-    /// An empty film; no size may be zero.
+    /// Creates an empty film; no size may be zero.
     pub(crate) fn of(shape: FilmShape) -> Self {
         let pixels = shape.pixels();
         let layers = || Layers::new(shape.decomposition, pixels, shape.groups());
@@ -113,22 +114,23 @@ impl Film {
         }
     }
 
-    /// Replicates to which the samples of its pixels belong.
+    /// Kind of replicates to which the samples of pixels belong.
     pub fn replicates(&self) -> Replicates {
         self.shape.replicates
     }
 
-    /// Size, and what is kept of pixels.
+    /// Size of the film, and the quantities that it keeps per pixel.
     pub(crate) fn shape(&self) -> FilmShape {
         self.shape
     }
 
-    /// Returns whether another film keeps the same quantities of as many pixels.
+    /// True if another film keeps the same quantities for the same number of pixels.
     pub fn is_like(&self, other: &Film) -> bool {
         self.fits(&other.shape) && other.fits(&self.shape)
     }
 
-    /// Returns whether this is a film of a shape, with as many sums as that takes: a file may say otherwise.
+    /// True if the film has this shape, and sums of the sizes that the shape implies. A film that
+    /// was read from a file may violate this.
     pub(crate) fn fits(&self, shape: &FilmShape) -> bool {
         let (pixels, channels) = (shape.pixels(), || shape.groups());
         self.shape == *shape
@@ -147,7 +149,7 @@ impl Film {
             }
     }
 
-    /// Adds the samples of another film [like](Film::is_like) this one.
+    /// Adds the samples of another film of [equal shape](Film::is_like).
     pub fn merge(&mut self, other: &Film) {
         let groups = self.groups.iter_mut().zip(&other.groups);
         groups.for_each(|(group, other)| group.merge(other));
@@ -180,7 +182,7 @@ impl Film {
         self.groups.len()
     }
 
-    /// Sums of all pixels of a group, row by row.
+    /// Returns the sums of all pixels of a group, row by row.
     pub fn pixels(&self, group: usize) -> impl ExactSizeIterator<Item = Pixel> {
         (0..self.shape.width * self.shape.height).map(move |i| self.pixel(group, i, None))
     }
@@ -190,8 +192,8 @@ impl Film {
         self.groups[group].all_mut().add(pixel, value);
     }
 
-    /// Means with less weight for rare bright samples, in the layout of [`Film::mean`]; if samples are sorted.
-    /// These are biased: see [`OutlierRejection`].
+    /// Returns means with less weight for rare bright samples, in the layout of [`Film::mean`], or
+    /// `None` if the film does not sort samples. These means are biased: see [`OutlierRejection`].
     pub fn reweighted(&self) -> Option<Vec<f32>> {
         let outliers = self.outliers.as_ref()?.iter();
         let samples = self.count(0);
@@ -210,17 +212,18 @@ impl Film {
         )
     }
 
-    /// The layers, if light is told apart.
+    /// Layers, if the film separates light.
     pub fn layers(&self) -> Option<&Layers> {
         self.layers.as_ref()
     }
 
-    /// Samples of a group sorted by brightness, if they are.
+    /// Samples of a group by brightness, if the film sorts them.
     pub fn outliers(&self, group: usize) -> Option<&OutlierRejection> {
         Some(&self.outliers.as_ref()?[group])
     }
 
-    /// Makes every pixel one of so many samples, whole replicates: those that it lacks were zero.
+    /// Sets the number of samples of every pixel to `samples`, a multiple of the replicate size.
+    /// Samples that were not added count as zero.
     pub(crate) fn fill_up(&mut self, samples: u64) {
         let count = samples / self.shape.replicates.size();
         self.groups
@@ -228,7 +231,7 @@ impl Film {
             .for_each(|group| group.fill_up(count));
     }
 
-    /// The sums of a pixel of a group, in a layer or in all.
+    /// Returns the sums of a pixel of a group, in one layer or in all layers.
     pub(crate) fn pixel(&self, group: usize, i: usize, layer: Option<usize>) -> Pixel {
         let all = &self.groups[group];
         match (layer, &self.layers) {
@@ -237,7 +240,8 @@ impl Film {
         }
     }
 
-    /// Mean of a channel of a pixel, in a layer or in all of them: see [`Film::mean`] and [`Film::layer_mean`].
+    /// Mean of a channel of a pixel, in one layer or in all layers: see [`Film::mean`] and
+    /// [`Film::layer_mean`].
     pub fn mean_at(&self, layer: Option<usize>, channel: usize, pixel: usize) -> f32 {
         let (group, offset) = (
             channel / self.shape.group_size,
@@ -246,7 +250,7 @@ impl Film {
         self.pixel(group, pixel, layer).mean_of(offset) as f32
     }
 
-    /// Variance of that mean.
+    /// Variance of [`Film::mean_at`].
     pub fn variance_at(&self, layer: Option<usize>, channel: usize, pixel: usize) -> f32 {
         let (group, offset) = (
             channel / self.shape.group_size,
@@ -255,7 +259,8 @@ impl Film {
         self.pixel(group, pixel, layer).variance_of(offset) as f32
     }
 
-    /// Mean of the squares of the samples of a channel of a pixel, its second moment; of [replicates](Replicates), of their means.
+    /// Mean square of the samples of a channel of a pixel: their second moment. For
+    /// [replicates](Replicates), the mean square of their means.
     pub fn second_moment_at(&self, channel: usize, pixel: usize) -> f32 {
         let (group, offset) = (
             channel / self.shape.group_size,
@@ -265,8 +270,9 @@ impl Film {
         pixel.moments[offset].mean_square(pixel.count) as f32
     }
 
-    /// How many equal samples would make a pixel that is known as well: see [`Moments::effective`](crate::moments::Moments::effective). Of [replicates](Replicates) of samples
-    /// each counts as one.
+    /// Effective number of samples of a pixel: see
+    /// [`Moments::effective`](crate::moments::Moments::effective). Each [replicate](Replicates)
+    /// counts as one sample.
     pub fn effective_at(&self, layer: Option<usize>, channel: usize, pixel: usize) -> f32 {
         let (group, offset) = (
             channel / self.shape.group_size,
@@ -275,7 +281,8 @@ impl Film {
         self.pixel(group, pixel, layer).moments[offset].effective() as f32
     }
 
-    /// Whether that variance is not to be trusted: see [`Moments::few`](crate::moments::Moments::few).
+    /// True if [`Film::variance_at`] is unreliable: see
+    /// [`Moments::few`](crate::moments::Moments::few).
     pub fn few_at(&self, layer: Option<usize>, channel: usize, pixel: usize) -> bool {
         let (group, offset) = (
             channel / self.shape.group_size,
@@ -284,7 +291,7 @@ impl Film {
         self.pixel(group, pixel, layer).moments[offset].few()
     }
 
-    /// A quantity of every pixel and channel, row by row with channels interleaved.
+    /// Evaluates a quantity at every channel and pixel, row by row with channels interleaved.
     fn plane<T>(&self, quantity: impl Fn(usize, usize) -> T) -> Vec<T> {
         let quantity = &quantity;
         let pixel = |pixel| (0..self.shape.channels).map(move |channel| quantity(channel, pixel));
@@ -294,32 +301,35 @@ impl Film {
         out
     }
 
-    /// Means: row by row with channels interleaved.
+    /// Means, row by row with channels interleaved.
     pub fn mean(&self) -> Vec<f32> {
         self.plane(|c, i| self.mean_at(None, c, i))
     }
 
-    /// Variances of the means, same layout.
+    /// Variances of the means, in the layout of [`Film::mean`].
     pub fn variance(&self) -> Vec<f32> {
         self.plane(|c, i| self.variance_at(None, c, i))
     }
 
-    /// Effective numbers of samples of a layer, or of all light, same layout: see [`Film::effective_at`].
+    /// Effective numbers of samples of a layer, or of all light, in the layout of [`Film::mean`]:
+    /// see [`Film::effective_at`].
     pub fn effective(&self, layer: Option<usize>) -> Vec<f32> {
         self.plane(|c, i| self.effective_at(layer, c, i))
     }
 
-    /// Where variances of a layer, or of all light, are not to be trusted, same layout: see [`Film::few_at`].
+    /// True wherever the variance of a layer, or of all light, is unreliable, in the layout of
+    /// [`Film::mean`]: see [`Film::few_at`].
     pub fn few(&self, layer: Option<usize>) -> Vec<bool> {
         self.plane(|c, i| self.few_at(layer, c, i))
     }
 
-    /// Means of a layer: see [`Decomposition::slots`]. The layers add up to the image.
+    /// Means of a layer, in the layout of [`Film::mean`]. The layers add up to the image.
+    /// [`Decomposition::slots`] describes the numbers of layers.
     pub fn layer_mean(&self, layer: usize) -> Vec<f32> {
         self.plane(|c, i| self.mean_at(Some(layer), c, i))
     }
 
-    /// Variances of the means of a layer.
+    /// Variances of the means of a layer, in the layout of [`Film::mean`].
     pub fn layer_variance(&self, layer: usize) -> Vec<f32> {
         self.plane(|c, i| self.variance_at(Some(layer), c, i))
     }
@@ -335,7 +345,7 @@ impl Film {
         pixels.map(|pixel| self.count(pixel)).collect()
     }
 
-    /// The least and the largest number of samples of a pixel.
+    /// Smallest and largest number of samples of a pixel.
     pub fn least_and_most(&self) -> [u64; 2] {
         let counts = self.counts();
         let [least, most] = [counts.iter().min(), counts.iter().max()];

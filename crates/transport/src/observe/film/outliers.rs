@@ -1,9 +1,10 @@
-//! Samples sorted by brightness, so that rare bright ones can be given less weight.
+//! Sums of samples by brightness, to reduce the weight of rare bright samples (fireflies).
 //!
-//! After Zirr, Hanika and Dachsbacher, "Re-weighting Firefly Samples for Improved Finite-Sample Monte Carlo
-//! Estimates" (2018). Each sample is shared between two levels of brightness b^i. What a level holds tells
-//! how many samples of its brightness there were, here and in the pixels around. Levels of which there are
-//! too few to trust count for less. The result is biased: too dark until there are many samples.
+//! The method is by Zirr, Hanika and Dachsbacher, "Re-weighting Firefly Samples for Improved
+//! Finite-Sample Monte Carlo Estimates" (2018). Each sample is divided between two levels of
+//! brightness b^i. The sum of a level tells how many samples had this brightness, in the pixel and
+//! in the pixels around it. Levels with too few samples receive less weight. The result is biased:
+//! it is too dark until there are many samples.
 //!
 //! Theory: docs/theory.md#outlier-rejection.
 
@@ -13,21 +14,21 @@ use serde::{Deserialize, Serialize};
 
 /// Ratio of the brightness of neighbouring levels, b.
 const BASE: f64 = 8.0;
-/// The exponents of the darkest and the brightest level: what is beyond belongs to these.
+/// Exponents of the darkest and the brightest level. Samples beyond belong to these two levels.
 const EXPONENTS: std::ops::RangeInclusive<i32> = -10..=10;
 /// Number of levels.
 const LEVELS: usize = 21;
-/// Brightness relative to the mean of the image that is always trusted.
+/// Brightness, relative to the image's mean, up to which levels are always trusted.
 const TRUSTED: f64 = 0.05;
 
-/// Sums of one group of channels, by pixel, level, channel; the last fastest.
+/// Sums of one group of channels by pixel, level and channel; the channel varies fastest.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct OutlierRejection {
     channels: usize,
     sums: Vec<ReproducibleSum>,
 }
 
-/// The levels of some pixels.
+/// Levels of a run of pixels.
 #[derive(Debug)]
 pub(super) struct LevelsMut<'a> {
     channels: usize,
@@ -35,7 +36,7 @@ pub(super) struct LevelsMut<'a> {
 }
 
 impl OutlierRejection {
-    /// Bytes that a pixel takes for each channel.
+    /// Bytes per pixel and channel.
     pub(crate) const BYTES: usize = LEVELS * size_of::<ReproducibleSum>();
 
     pub(super) fn new(pixels: usize, channels: usize) -> Self {
@@ -45,30 +46,30 @@ impl OutlierRejection {
         }
     }
 
-    /// The levels of runs of `pixels` pixels.
+    /// Splits the levels into runs of `pixels` pixels.
     pub(super) fn chunks_mut(&mut self, pixels: usize) -> impl Iterator<Item = LevelsMut<'_>> {
         let channels = self.channels;
         let chunks = self.sums.chunks_mut(pixels * LEVELS * channels);
         chunks.map(move |sums| LevelsMut { channels, sums })
     }
 
-    /// Number of channels, and length of what is stored.
+    /// Number of channels, and number of stored sums.
     pub(super) fn size(&self) -> [usize; 2] {
         [self.channels, self.sums.len()]
     }
 
-    /// The size of the levels of pixels of so many channels.
+    /// Returns the [`size`](Self::size) of an image with this number of pixels and channels.
     pub(super) fn sized(pixels: usize, channels: usize) -> [usize; 2] {
         [channels, pixels * LEVELS * channels]
     }
 
-    /// Adds the samples of another of the same shape.
+    /// Adds the samples of another image of the same size.
     pub(super) fn merge(&mut self, other: &OutlierRejection) {
         let sums = self.sums.iter_mut().zip(&other.sums);
         sums.for_each(|(sum, other)| *sum += *other);
     }
 
-    /// The sum of a level of a pixel; channels that are not in use are zero.
+    /// Returns the sum of a level of a pixel; unused channels are zero.
     fn sum(&self, pixel: usize, level: usize) -> Spectrum {
         let first = (pixel * LEVELS + level) * self.channels;
         let mut values = Spectrum::ZERO;
@@ -78,13 +79,14 @@ impl OutlierRejection {
         values
     }
 
-    /// Sum of all levels of a pixel: that of its samples.
+    /// Sum of all samples of a pixel, over all levels.
     pub fn total(&self, pixel: usize) -> Spectrum {
         let levels = (0..LEVELS).map(|level| self.sum(pixel, level));
         levels.fold(Spectrum::ZERO, |total, sum| total + sum)
     }
 
-    /// The image of given width, from `samples` samples per pixel, without what cannot be trusted.
+    /// Returns the reweighted image. `width` is its width, `samples` the number of samples per
+    /// pixel.
     pub fn reweighted(&self, width: usize, samples: u64) -> Vec<Spectrum> {
         let pixels = self.sums.len() / (LEVELS * self.channels);
         let n = samples as f64;
@@ -108,8 +110,8 @@ impl OutlierRejection {
         (0..pixels).map(pixel).collect()
     }
 
-    /// By how much the number of samples of a brightness in a pixel exceeds one; if there is less than one
-    /// per pixel in the block around it, what is short of that.
+    /// Returns the number of samples with a level's brightness in a pixel, less one. If the mean
+    /// over the surrounding 3 × 3 pixels is below one, that mean less one replaces it.
     fn by_count(&self, pixel: usize, width: usize, level: usize) -> f64 {
         let height = self.sums.len() / (LEVELS * self.channels * width);
         let (x, y) = (pixel % width, pixel / width);
@@ -127,7 +129,7 @@ impl OutlierRejection {
         }
     }
 
-    /// About how many samples of a pixel were as bright as a level, or its neighbours.
+    /// Estimates how many samples of a pixel had about the brightness of a level.
     fn count(&self, pixel: usize, level: usize) -> f64 {
         let levels = level.saturating_sub(1)..=(level + 1).min(LEVELS - 1);
         let count = |level: usize| {
@@ -153,8 +155,8 @@ impl LevelsMut<'_> {
     }
 }
 
-/// The lower of the two levels to which a brightness belongs, and the share that it holds: linear in the
-/// reciprocal of the brightness.
+/// Returns the lower of the two levels of a brightness, and the fraction of the sample that belongs
+/// to it. The fraction is linear in the reciprocal of the brightness.
 fn place(brightness: f64) -> (usize, f64) {
     let (first, last) = (*EXPONENTS.start(), *EXPONENTS.end());
     let exponent = brightness.max(f64::MIN_POSITIVE).log(BASE).floor();
@@ -179,7 +181,8 @@ mod tests {
         }
     }
 
-    /// A 7 × 7 image of `samples` samples of brightness about `mean`, and one that is 10⁵ times as bright.
+    /// Makes a 7 × 7 image of `samples` samples of brightness about `mean`, and one that is 10⁵
+    /// times as bright. Returns it with the mean of the bright sample over `samples`.
     fn outlier(samples: u64, mean: f64) -> (OutlierRejection, f64) {
         let mut outliers = OutlierRejection::new(WIDTH * WIDTH, 1);
         let mut levels = outliers.all_mut();
@@ -203,14 +206,14 @@ mod tests {
                 .all_mut()
                 .add(0, Spectrum([value, 2.0 * value, 9.0, 9.0]));
             let total = outliers.total(0);
-            // The accuracy of sums.
+            // Sums are accurate to 2⁻³².
             let bound = 2f64.powi(-32) * value;
             assert!((total[0] - value).abs() <= bound, "{value}");
             assert!((total[1] - 2.0 * value).abs() <= 2.0 * bound, "{value}");
         }
     }
 
-    /// The two levels of a sample count it as about one, so that counts mean something.
+    /// The two levels of a sample count it as about one sample.
     #[test]
     fn a_sample_counts_as_about_one() {
         for exponent in -80..80 {
@@ -241,8 +244,8 @@ mod tests {
         }
     }
 
-    /// Samples that are as bright but as frequent as the law says stay: with more and more of them, the
-    /// image is the plain mean.
+    /// With more and more samples, frequent bright samples keep their full weight and the image
+    /// converges to the plain mean.
     #[test]
     fn it_converges_to_the_plain_mean() {
         let error = |samples: u64| {

@@ -5,11 +5,11 @@ use crate::moments::{Moments, Tail};
 use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
 
-/// Sums over the samples of one pixel, for one group of channels; over the means of its
-/// [replicates](crate::sampling::Replicates) of samples.
+/// Sums over the samples of one pixel, or over the means of its
+/// [replicates](crate::sampling::Replicates), for one group of channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pixel {
-    /// Per channel.
+    /// Sums of each channel.
     pub(super) moments: [Moments; Spectrum::CHANNELS],
     /// Number of samples, or of replicates.
     pub count: u64,
@@ -51,14 +51,14 @@ impl Pixel {
         self.moments[channel].variance_of_mean(self.count)
     }
 
-    /// Share of the largest sample in the scatter of one channel.
+    /// Tail of the samples of one channel: how much of their scatter the largest sample causes.
     pub(super) fn tail_of(&self, channel: usize) -> Tail {
         self.moments[channel].tail(self.count)
     }
 }
 
 impl AddAssign for Pixel {
-    /// Samples of another accumulator.
+    /// Adds the samples of another accumulator.
     fn add_assign(&mut self, other: Pixel) {
         for (moments, other) in self.moments.iter_mut().zip(other.moments) {
             *moments += other;
@@ -67,10 +67,11 @@ impl AddAssign for Pixel {
     }
 }
 
-/// Number of samples of a pixel, as a film stores it: there are at most [`ReproducibleSum::MOST`](crate::sum::ReproducibleSum::MOST).
+/// Number of samples of a pixel as a film stores it; at most
+/// [`ReproducibleSum::MOST`](crate::sum::ReproducibleSum::MOST).
 type Count = u32;
 
-/// Bytes that a film takes for each pixel of a group.
+/// Bytes that a film takes per pixel of a group.
 pub(crate) const fn bytes_of_pixel(channels: usize) -> usize {
     channels * size_of::<Moments>() + size_of::<Count>()
 }
@@ -79,15 +80,15 @@ pub(crate) const fn bytes_of_pixel(channels: usize) -> usize {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct GroupSums {
     channels: usize,
-    /// Sums by pixel and channel; channels run fastest.
+    /// Sums by pixel and channel; the channel varies fastest.
     moments: Vec<Moments>,
-    /// Number of samples of each pixel, or of replicates.
+    /// Number of samples, or of replicates, of each pixel.
     counts: Vec<Count>,
     /// Samples of the image's mean, if pixels are not independent.
     pub whole: Pixel,
 }
 
-/// Sums of some neighbouring pixels, to be written.
+/// Mutable sums of a run of pixels.
 #[derive(Debug)]
 pub(super) struct PixelsMut<'a> {
     channels: usize,
@@ -105,12 +106,12 @@ impl GroupSums {
         }
     }
 
-    /// Number of channels, and lengths of what is stored.
+    /// Number of channels, and lengths of the stored vectors.
     pub(super) fn size(&self) -> [usize; 3] {
         [self.channels, self.moments.len(), self.counts.len()]
     }
 
-    /// The size of sums over pixels of so many channels.
+    /// Returns the [`size`](Self::size) for a number of pixels and channels.
     pub(super) fn sized(pixels: usize, channels: usize) -> [usize; 3] {
         [channels, pixels * channels, pixels]
     }
@@ -120,23 +121,23 @@ impl GroupSums {
         Pixel::of(&self.moments[first..first + self.channels], self.count(i))
     }
 
-    /// Number of samples of a pixel, or of replicates.
+    /// Number of samples, or of replicates, of a pixel.
     pub(super) fn count(&self, i: usize) -> u64 {
         self.counts[i].into()
     }
 
-    /// Number of samples of all pixels, or of replicates.
+    /// Number of samples, or of replicates, of all pixels.
     pub(super) fn samples(&self) -> u64 {
         self.counts.iter().map(|count| u64::from(*count)).sum()
     }
 
-    /// Sets the number of samples of every pixel, or of replicates.
+    /// Sets the number of samples, or of replicates, of every pixel.
     pub(super) fn fill_up(&mut self, count: u64) {
         self.counts
             .fill(Count::try_from(count).unwrap_or(Count::MAX));
     }
 
-    /// Adds the samples of another group of as many pixels and channels.
+    /// Adds the samples of another group of the same size.
     pub(super) fn merge(&mut self, other: &GroupSums) {
         let moments = self.moments.iter_mut().zip(&other.moments);
         moments.for_each(|(moments, other)| *moments += *other);
@@ -145,7 +146,7 @@ impl GroupSums {
         self.whole += other.whole;
     }
 
-    /// All pixels.
+    /// Returns all pixels.
     pub(super) fn all_mut(&mut self) -> PixelsMut<'_> {
         PixelsMut {
             channels: self.channels,
@@ -154,7 +155,7 @@ impl GroupSums {
         }
     }
 
-    /// Runs of `pixels` pixels.
+    /// Splits the pixels into runs of `pixels` pixels.
     pub(super) fn chunks_mut(&mut self, pixels: usize) -> impl Iterator<Item = PixelsMut<'_>> {
         let channels = self.channels;
         let moments = self.moments.chunks_mut(pixels * channels);

@@ -1,4 +1,4 @@
-//! Scores that wait until a pass is complete: a pass that is given up leaves the film as it was.
+//! Scores of a pass, kept until the pass is complete: an aborted pass leaves the film unchanged.
 
 use super::Film;
 use super::layers::CellsMut;
@@ -14,22 +14,22 @@ pub(crate) struct Scores {
     counts: Vec<u32>,
     /// Scores, pixel by pixel.
     values: Vec<Spectrum>,
-    /// Scores of layers that are not zero, each with its place: pixel × number of layers + layer.
+    /// Non-zero scores of layers, each with its place: pixel × number of layers + layer.
     layers: Vec<PlacedValue>,
-    /// Single samples with their pixels, where samples are sorted by brightness.
+    /// Single samples with their pixels, if samples are sorted by brightness.
     samples: Vec<PlacedValue>,
 }
 
-/// A value and its place among many.
+/// Value with its place in a larger array.
 pub(crate) type PlacedValue = (usize, Spectrum);
 
 impl Scores {
-    /// Bytes of a score of a pixel.
+    /// Bytes per score of a pixel.
     pub(crate) const BYTES: usize = size_of::<u32>() + size_of::<Spectrum>();
-    /// Bytes of a score of a layer, and of a sample that is sorted by brightness.
+    /// Bytes per score of a layer, and per sample that is sorted by brightness.
     pub(crate) const PLACED_BYTES: usize = size_of::<PlacedValue>();
 
-    /// No scores, with room for `scores` scores of `pixels` pixels.
+    /// Creates empty scores with room for `scores` scores of `pixels` pixels.
     pub(crate) fn with_capacity(pixels: usize, scores: usize) -> Self {
         Scores {
             counts: Vec::with_capacity(pixels),
@@ -38,7 +38,8 @@ impl Scores {
         }
     }
 
-    /// Score of each pixel, with scores of layers by their places and with single samples by their pixels.
+    /// Creates scores from one value per pixel, scores of layers with their places, and single
+    /// samples with their pixels.
     pub(crate) fn of_image(
         values: Vec<Spectrum>,
         layers: Vec<PlacedValue>,
@@ -57,7 +58,7 @@ impl Scores {
         self.counts.push(0);
     }
 
-    /// Adds a score of the last pixel that was begun.
+    /// Adds a score of the current pixel.
     pub(crate) fn add(&mut self, value: Spectrum) {
         self.values.push(value);
         if let Some(count) = self.counts.last_mut() {
@@ -70,12 +71,12 @@ impl Scores {
         self.layers.push((place, value));
     }
 
-    /// Adds a sample to be sorted by brightness.
+    /// Adds a sample that will be sorted by brightness.
     pub(crate) fn add_sample(&mut self, pixel: usize, value: Spectrum) {
         self.samples.push((pixel, value));
     }
 
-    /// Gives back memory that is not used.
+    /// Frees unused memory.
     pub(crate) fn shrink(&mut self) {
         self.values.shrink_to_fit();
         self.layers.shrink_to_fit();
@@ -83,7 +84,7 @@ impl Scores {
     }
 }
 
-/// A run of pixels of a film, to which scores are added.
+/// Run of pixels of a film to which scores are added.
 struct RunMut<'a> {
     pixels: PixelsMut<'a>,
     layers: Option<CellsMut<'a>>,
@@ -111,7 +112,7 @@ impl RunMut<'_> {
 }
 
 impl Film {
-    /// Adds scores to all pixels of a group, in runs of `run` pixels.
+    /// Adds scores to all pixels of a group. Each element of `scores` covers `run` pixels.
     pub(crate) fn add_scores(&mut self, group: usize, run: usize, scores: Vec<Scores>) {
         let mut layers = self.layers.as_mut();
         let mut layers = layers.as_mut().map(|l| l.group_mut(group).chunks_mut(run));
@@ -131,8 +132,9 @@ impl Film {
         runs.for_each(|(mut run, scores)| run.add(&scores));
     }
 
-    /// Adds one score of each pixel of a group, and takes note of their mean over the image: needed where one path contributes
-    /// to many pixels, so that the error of the image's mean does not follow from the errors of pixels.
+    /// Adds one score of each pixel of a group, and records their mean over the image. The mean is
+    /// needed where one path contributes to many pixels: the error of the image's mean then does
+    /// not follow from the errors of pixels.
     pub(crate) fn add_image(&mut self, group: usize, scores: Scores) {
         let pixels = self.shape.width * self.shape.height;
         let sum = scores.values.iter().fold(Spectrum::ZERO, |sum, v| sum + *v);

@@ -2,39 +2,41 @@
 
 use std::f64::consts::PI;
 
-/// Cells over which the density of samples is constant.
+/// Number of cells with constant sampling density.
 const CELLS: usize = 64;
-/// Points of a cell by which its share is found, and the integral of the filter.
+/// Number of quadrature points per cell, for its probability and for the integral of the filter.
 const POINTS: usize = 16;
 
 /// Shapes of filters with negative lobes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Kernel {
-    /// Two cubics.
+    /// Piecewise cubic of two pieces.
     Cubic { b: f64, c: f64 },
-    /// A windowed sinc.
+    /// Windowed sinc.
     Lanczos { lobes: f64 },
 }
 
-/// A filter with negative lobes. Samples are drawn nearly in proportion to its modulus, and weigh what the filter is there over
-/// their density: their mean is the filtered image, and some weights are negative.
+/// Reconstruction filter with negative lobes. Samples are drawn nearly in proportion to its
+/// modulus. A sample's weight is the filter's value divided by the sample's density. The mean of
+/// the weighted samples is the filtered image; some weights are negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SignedFilter {
     kernel: Kernel,
-    /// The integral of the kernel.
+    /// Integral of the kernel.
     integral: f64,
-    /// Shares of the cells up to each bound.
+    /// Cumulative probabilities of the cells at each bound.
     cdf: [f64; CELLS + 1],
 }
 
 impl SignedFilter {
-    /// The cubic filters of Mitchell and Netravali (1988), of radius 2: `b` and `c` are finite; ⅓ and ⅓ are their choice, 0 and ½
-    /// are Catmull and Rom's.
+    /// Creates a cubic filter of Mitchell and Netravali (1988), of radius 2. `b` and `c` are
+    /// finite; Mitchell and Netravali chose ⅓ and ⅓, Catmull and Rom 0 and ½.
     pub fn cubic(b: f64, c: f64) -> Self {
         Self::new(Kernel::Cubic { b, c })
     }
 
-    /// The sinc in the window of a wider one, with `lobes` lobes on either side: 1 to 16 pixels in radius.
+    /// Creates a sinc windowed by a wider sinc, with `lobes` lobes on either side. Its radius is
+    /// `lobes` pixels, clamped to 1 to 16.
     pub fn lanczos(lobes: u8) -> Self {
         let lobes = f64::from(lobes.clamp(1, 16));
         Self::new(Kernel::Lanczos { lobes })
@@ -65,7 +67,7 @@ impl SignedFilter {
         filter
     }
 
-    /// Largest distance at which it is not zero, in pixels.
+    /// Largest distance at which the filter is not zero, in pixels.
     pub(super) fn radius(&self) -> f64 {
         match self.kernel {
             Kernel::Cubic { .. } => 2.0,
@@ -73,12 +75,12 @@ impl SignedFilter {
         }
     }
 
-    /// The filter, per pixel: its integral is 1.
+    /// Value of the filter, per pixel; the filter's integral is 1.
     pub(super) fn value(&self, offset: f64) -> f64 {
         self.kernel.at(offset) / self.integral
     }
 
-    /// The offset of a sample.
+    /// Samples an offset from the pixel's centre; `u` is uniform in [0, 1).
     pub(super) fn sample(&self, u: f64) -> f64 {
         let cell = self
             .cdf
@@ -89,7 +91,7 @@ impl SignedFilter {
         self.bound(cell) + (u - self.cdf[cell]) / share * self.cell_width()
     }
 
-    /// The density of samples, per pixel.
+    /// Density of samples, per pixel.
     pub(super) fn pdf(&self, offset: f64) -> f64 {
         let cell = ((offset + self.radius()) / self.cell_width()).floor();
         if (0.0..CELLS as f64).contains(&cell) {
@@ -104,7 +106,7 @@ impl SignedFilter {
         2.0 * self.radius() / CELLS as f64
     }
 
-    /// Where a cell begins.
+    /// Lower bound of a cell.
     fn bound(&self, cell: usize) -> f64 {
         cell as f64 * self.cell_width() - self.radius()
     }

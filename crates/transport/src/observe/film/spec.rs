@@ -1,8 +1,8 @@
-//! The size of pictures, and which part of a sensor's image they show.
+//! Size of pictures, and the part of a sensor's image that they show.
 
 use super::Filter;
 
-/// The size of the picture and how samples are weighted.
+/// Size of a picture, and weights of its samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilmSpec {
     /// Width in pixels.
@@ -11,22 +11,23 @@ pub struct FilmSpec {
     pub height: usize,
     /// Number of spectral channels.
     pub channels: usize,
-    /// Number of channels that share their paths, 1 to [`Spectrum::CHANNELS`](crate::Spectrum::CHANNELS): one where the index
-    /// depends on the wavelength.
+    /// Number of channels that share their paths, 1 to
+    /// [`Spectrum::CHANNELS`](crate::Spectrum::CHANNELS). It is one where the index depends on the
+    /// wavelength.
     pub group_size: usize,
     /// Reconstruction filter.
     pub filter: Filter,
-    /// Which part of the sensor's image the picture shows; `None` for all of it.
+    /// Part of the sensor's image that the picture shows; `None` for the whole image.
     pub window: Option<FilmWindow>,
 }
 
-/// The place of a picture on the image of its sensor.
+/// Place of a picture on the image of its sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilmWindow {
     /// Width and height of the whole image in pixels, > 0.
     pub image: [usize; 2],
-    /// The picture's top left corner, in pixels from that of the image, both finite; beyond the image is what a larger
-    /// one would show.
+    /// Top left corner of the picture, in pixels from the top left corner of the image; both
+    /// finite. Parts of the picture beyond the image show what a larger image would show.
     pub corner: [f64; 2],
 }
 
@@ -38,7 +39,8 @@ impl FilmWindow {
 }
 
 impl FilmSpec {
-    /// A position in pixels from the picture's top left corner, in units of the sensor's image from its own.
+    /// Converts a position, in pixels from the picture's top left corner, to units of the sensor's
+    /// image.
     pub fn image(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         match &self.window {
             None => [x / self.width as f64, y / self.height as f64],
@@ -49,7 +51,8 @@ impl FilmSpec {
         }
     }
 
-    /// The inverse of [`FilmSpec::image`].
+    /// Converts a position on the sensor's image to pixels of the picture: the inverse of
+    /// [`FilmSpec::image`].
     pub fn position(&self, [s, t]: [f64; 2]) -> [f64; 2] {
         match &self.window {
             None => [s * self.width as f64, t * self.height as f64],
@@ -60,7 +63,7 @@ impl FilmSpec {
         }
     }
 
-    /// Number of groups of channels, each with a scene and paths of its own.
+    /// Number of channel groups. Each has its own scene and its own paths.
     pub fn groups(&self) -> usize {
         self.channels.div_ceil(self.group_size)
     }

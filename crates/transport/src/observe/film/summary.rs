@@ -1,17 +1,17 @@
-//! Means of whole images, and their errors (docs/theory.md#effective-samples).
+//! Means of whole images and their errors (docs/theory.md#effective-samples).
 
 use super::{Film, Pixel};
 use crate::moments::{LEAST_EFFECTIVE, Tail};
 
 impl Film {
-    /// Mean over the image and over the channels, with its standard error. Channels of one group
-    /// share their paths, so their errors are added up as fully correlated. Pixels are taken as
-    /// independent unless one path contributes to many of them: then samples of the whole image tell the error.
+    /// Mean over all pixels and channels, with its standard error. Channels of one group share
+    /// their paths, so their errors add up as fully correlated. Pixels count as independent, unless
+    /// one path contributes to many pixels: then the samples of the whole image give the error.
     pub fn summary(&self) -> (f64, f64) {
         self.summary_of(None)
     }
 
-    /// As [`Film::summary`], of one layer.
+    /// Mean and standard error of one layer, computed like [`Film::summary`].
     pub fn layer_summary(&self, layer: usize) -> (f64, f64) {
         self.summary_of(Some(layer))
     }
@@ -36,9 +36,10 @@ impl Film {
         (mean / scale, variance.sqrt() / scale)
     }
 
-    /// True if the error of [`Film::summary`], or of [`Film::layer_summary`], is not to be trusted: the mean is worth fewer than
-    /// [`LEAST_EFFECTIVE`] samples, or a [tail](Film::tail) is heavy. An image without any light is flagged; a layer without light
-    /// is not, for it may be one that none falls into.
+    /// True if the error of [`Film::summary`], or of [`Film::layer_summary`], is unreliable: the
+    /// mean has fewer than [`LEAST_EFFECTIVE`] effective samples, or a heavy [tail](Film::tail). An
+    /// image without light is flagged. A layer without light is not, because no path may ever
+    /// belong to it.
     pub fn few_in_all(&self, layer: Option<usize>) -> bool {
         let (mean, error) = self.summary_of(layer);
         if mean == 0.0 {
@@ -48,7 +49,7 @@ impl Film {
         squares * LEAST_EFFECTIVE > 1.0 || self.tail(layer).is_heavy()
     }
 
-    /// Share of the values of pixels, among those that are not zero, whose variances are not to be trusted.
+    /// Fraction of unreliable variances among the non-zero values of pixels and channels.
     pub fn few_pixels(&self, layer: Option<usize>) -> f64 {
         let (mut few, mut lit) = (0u64, 0u64);
         for channel in 0..self.shape.channels {
@@ -60,9 +61,10 @@ impl Film {
         few as f64 / lit.max(1) as f64
     }
 
-    /// The heaviest tail of the scores behind [`Film::summary`], or [`Film::layer_summary`], over all channels: that of the samples
-    /// of pixels, or, where pixels share paths, that of the samples of the whole image. Rare bright samples of pixels are hidden in
-    /// the samples of the whole image, which are few: both are looked at.
+    /// Heaviest tail of the scores behind [`Film::summary`], or [`Film::layer_summary`], over all
+    /// channels. It is the tail of the samples of pixels or, where pixels share paths, of the
+    /// samples of the whole image. Both are examined, because the few samples of the whole image
+    /// hide rare bright samples of pixels.
     pub fn tail(&self, layer: Option<usize>) -> Tail {
         let channels =
             (0..self.groups()).flat_map(|g| (0..self.channels_of(g)).map(move |c| (g, c)));
@@ -78,7 +80,8 @@ impl Film {
         tails.reduce(heavier).unwrap_or_default()
     }
 
-    /// Number of independent scores of which the mean of the image is one: samples of the whole image, or of all pixels.
+    /// Number of independent scores of the image's mean: samples of the whole image, or samples of
+    /// all pixels.
     fn scores(&self, layer: Option<usize>) -> u64 {
         let of_group = |group| match self.whole(group, layer).count {
             0 => self.groups[group].samples(),
@@ -94,7 +97,7 @@ impl Film {
         }
     }
 
-    /// The root of the mean, over pixels and channels, of the variances of pixels' means.
+    /// Root mean square, over pixels and channels, of the standard errors of pixels.
     pub fn rms_error(&self) -> f64 {
         let n = self.shape.width * self.shape.height;
         let mut sum = 0.0;
