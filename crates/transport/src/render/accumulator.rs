@@ -12,12 +12,13 @@ use serde::{Deserialize, Serialize};
 use std::fmt::Debug;
 use std::ops::{ControlFlow, Range};
 
-/// Sums that a run accumulates: [`Films`](super::Films) of a picture, or [`Readings`](super::Readings) of meters.
+/// Sums that a run accumulates: [`Films`](super::Films) of a picture, or
+/// [`Readings`](super::Readings) of meters.
 pub trait Accumulated: Clone + Debug + Serialize + DeserializeOwned {
     /// Data about a group of channels that a pilot finds before the first sample.
     type Learnt: Clone + Debug + PartialEq + Serialize + DeserializeOwned;
 
-    /// Returns whether both are sums of the same quantities.
+    /// True if both are sums of the same quantities.
     fn is_like(&self, other: &Self) -> bool;
 
     /// Adds other sums of the same quantities.
@@ -51,32 +52,32 @@ pub(super) trait Sampling {
     fn add(&self, state: &mut Accumulator<Self::Sums>, found: Self::Found);
 }
 
-/// Sums over the samples of a run, and which samples these are.
+/// Sums over the samples of a run, with the numbers of these samples.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct Accumulator<T: Accumulated> {
     pub(super) done: Ranges,
     pub(super) stats: Stats,
-    /// For each group of channels.
+    /// Energy balance of each group of channels.
     pub(super) balances: Vec<BalanceTotals>,
-    /// For each group of channels; empty before the pilot.
+    /// Results of the pilots of each group of channels; empty before the pilots.
     pub(super) learnt: Vec<T::Learnt>,
     pub(super) sums: T,
 }
 
-/// Why two states cannot be added up.
+/// Reason why two states cannot be merged.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MergeError {
-    /// Samples would count twice.
+    /// Both states have these samples, which would count twice.
     #[error("both have samples {} to {}", .0.start, .0.end - 1)]
     Overlap(Range<u64>),
-    /// They keep other quantities, or of other pixels.
+    /// The states keep different quantities, or have different pixels.
     #[error("they are of different renders")]
     Different,
 }
 
 impl<T: Accumulated> Accumulator<T> {
-    /// Starts without samples.
+    /// Creates an accumulator without samples.
     pub(super) fn empty(groups: usize, sums: T) -> Self {
         Accumulator {
             done: Ranges::default(),
@@ -87,22 +88,23 @@ impl<T: Accumulated> Accumulator<T> {
         }
     }
 
-    /// Numbers of the samples, or particles, that have been taken.
+    /// Numbers of the samples, or particles, taken so far.
     pub fn done(&self) -> &Ranges {
         &self.done
     }
 
-    /// Returns whether this is a state of so many groups of channels.
+    /// True if the state has this number of channel groups.
     pub(super) fn has_groups(&self, groups: usize) -> bool {
         let is_new = self.done.count() == 0 && self.learnt.is_empty();
         self.balances.len() == groups && (is_new || self.learnt.len() == groups)
     }
 
-    /// Adds the samples of another state of the same run: the scenes, meters, seed and options are equal, except for the range
-    /// of samples.
+    /// Adds the samples of another state of the same run: the scenes, meters, seed and options are
+    /// equal, except for the range of samples.
     ///
     /// # Errors
-    /// Samples that both have, or states of obviously different runs; nothing is added then.
+    /// If both states have a sample, or if they obviously belong to different runs. Nothing is
+    /// added then.
     pub fn merge(&mut self, other: &Self) -> Result<(), MergeError> {
         let is_new = self.learnt.is_empty() || other.learnt.is_empty();
         let learnt = is_new || self.learnt == other.learnt;
@@ -141,8 +143,8 @@ impl<T: Accumulated> Accumulator<T> {
         ControlFlow::Continue(())
     }
 
-    /// Takes the samples that are missing from a range, in passes. Calls `on_pass` after each of them; ends when that breaks. If the
-    /// handle ends a pass, the state stays as it was before that pass.
+    /// Takes the missing samples of a range, in passes. Calls `on_pass` after each pass and ends
+    /// when it breaks. If the handle ends a pass, the state stays as it was before that pass.
     pub(super) fn take<S: Sampling<Sums = T>>(
         &mut self,
         range: Range<u64>,

@@ -1,12 +1,12 @@
-//! How samples are shared out among pixels.
+//! Allocation of samples to pixels.
 //!
-//! The mean over the image has the least variance for its work, and so have all pixels on average, if a pixel of variance v
-//! whose samples take work c gets a share of them in proportion to √(v/c) (Neyman 1934). Both are told from a
-//! pilot whose samples are not part of the image: shares do not depend on the samples that they weigh, so that every
-//! pixel's mean and its variance stay unbiased (docs/theory.md#adaptive-sampling).
+//! Consider a pixel of variance v whose samples take work c. If each pixel receives samples in
+//! proportion to √(v/c), the image's mean has the least variance for its work, and so have the
+//! pixels on average (Neyman 1934). A pilot estimates v and c. Its samples are not part of the
+//! image, so every pixel's mean and variance stay unbiased (docs/theory.md#adaptive-sampling).
 //!
-//! Shares do not depend on how many samples there will be either. So parts of a render agree about which
-//! samples belong to whom.
+//! The shares do not depend on the total number of samples. Parts of a render therefore agree about
+//! which samples each pixel takes.
 
 use super::RenderOptions;
 use super::passes::Passes;
@@ -19,34 +19,37 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
-/// Samples of the image before shares are used, rounded up to whole replicates and periods: they do not pay for their pilot earlier.
+/// Samples of the image before shares are used, rounded up to whole replicates and periods. For
+/// fewer samples the pilot does not pay.
 pub const ADAPTIVE_FROM: u64 = 16;
-/// Samples of a pixel in the pilot.
+/// Samples per pixel in the pilot.
 const PILOT: u64 = 4;
-/// Numbers of the pilot's samples start here, where no render gets to.
+/// First number of the pilot's samples, beyond the numbers of all renders.
 // Planted error "samples shared out by what the image itself has seen", found by morgana-transport/transport::adaptive::what_a_pilot_sees_by_chance_does_not_bias_the_image:
 // const FIRST: u64 = 0;
 const FIRST: u64 = 1 << 62;
-/// Pixels per unit of the pilot's work.
+/// Pixels per task of the pilot.
 const PIXELS_PER_TASK: usize = 64;
-/// Variances are means over the pixels so far around, in both directions: that of one pixel is hardly known.
+/// Radius, in pixels along both axes, over which variances are averaged. The variance of one pixel
+/// is too uncertain.
 const AROUND: usize = 2;
-/// Part of the mean variance of all pixels that is added to each one's: the pilot may have missed what is rare.
+/// Fraction of the mean variance of all pixels that is added to the variance of each pixel, because
+/// the pilot may have missed rare light.
 const DOUBT: f32 = 0.05;
-/// The share one.
+/// Share of a pixel that takes one sample per sample of the image.
 const ONE: u16 = 256;
-/// The least and the largest share.
+/// Smallest share; [`LARGEST`] is the largest.
 const LEAST: u16 = ONE / 2;
 const LARGEST: u16 = 8 * ONE;
-/// Bytes per pixel that there are at most while shares are found out: forecasts, worths and shares.
+/// Bytes per pixel while shares are computed: forecasts, benefits and shares.
 pub(super) const BYTES: usize = size_of::<PixelForecast>() + size_of::<f32>() + size_of::<u16>();
-/// Steps of the search for the scale of shares: more than enough for shares in whole numbers.
+/// Bisection steps for the scale of shares, more than integer shares need.
 const HALVINGS: u32 = 40;
 
-/// Which samples each pixel takes.
+/// Numbers of the samples that each pixel takes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Allocation {
-    /// So many samples belong together: whole replicates, at all instants of a period.
+    /// Number of samples that are taken together: whole replicates at all instants of a period.
     unit: u64,
     shares: Shares,
 }
@@ -54,16 +57,16 @@ pub(super) struct Allocation {
 /// Samples of a pixel per sample of the image.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 enum Shares {
-    /// One for all pixels.
+    /// Share one for all pixels.
     Even,
-    /// To be found out as soon as they are needed.
+    /// Unknown until they are needed; then a pilot determines them.
     Open,
-    /// For each pixel, in units of 1/[`ONE`].
+    /// Share of each pixel, in units of 1/[`ONE`].
     Known(Vec<u16>),
 }
 
 impl Allocation {
-    /// That of a render of which nothing is known yet.
+    /// Creates the allocation of a new render.
     pub(super) fn new(scene: &Scene, options: &RenderOptions) -> Self {
         let shares = if options.shares_out() {
             Shares::Open
@@ -76,7 +79,7 @@ impl Allocation {
         }
     }
 
-    /// Whether it may be that of a render of so many pixels that begins with `blank`.
+    /// True if this can be the allocation of a render of `pixels` pixels that begins with `blank`.
     pub(super) fn fits(&self, blank: &Allocation, pixels: usize) -> bool {
         let sound = |share| (LEAST..=LARGEST).contains(share);
         let fits = match &self.shares {
@@ -86,7 +89,7 @@ impl Allocation {
         fits && self.agrees(blank)
     }
 
-    /// Whether parts of one render may have both.
+    /// True if both can belong to parts of one render.
     pub(super) fn agrees(&self, other: &Allocation) -> bool {
         self.unit == other.unit
             && match (&self.shares, &other.shares) {
@@ -97,14 +100,15 @@ impl Allocation {
             }
     }
 
-    /// Takes over what another one that agrees knows.
+    /// Copies the shares of an allocation that agrees, if this one has none.
     pub(super) fn learn(&mut self, other: &Allocation) {
         if self.shares == Shares::Open {
             self.clone_from(other);
         }
     }
 
-    /// How many samples of the image, from number `at` on, can be taken before shares must be found out.
+    /// Number of samples of the image, from number `at` on, that can be taken before shares are
+    /// needed.
     pub(super) fn ready(&self, at: u64) -> u64 {
         match self.shares {
             Shares::Open => (self.from() * self.unit).saturating_sub(at),
@@ -112,13 +116,13 @@ impl Allocation {
         }
     }
 
-    /// The first unit with shares.
+    /// Number of the first unit with shares.
     fn from(&self) -> u64 {
         ADAPTIVE_FROM.div_ceil(self.unit)
     }
 
-    /// Numbers of the samples of a pixel that belong to a sample of the image. If this is the first one of a replicate, they are
-    /// first ones, too.
+    /// Numbers of the samples of a pixel that belong to a sample of the image. If `sample` is the
+    /// first one of a replicate, each of them is the first one of a replicate.
     pub(super) fn samples(&self, pixel: usize, sample: u64) -> impl Iterator<Item = u64> + use<> {
         let (unit, place) = (sample / self.unit, sample % self.unit);
         let units = match &self.shares {
@@ -134,16 +138,17 @@ impl Allocation {
         units.map(move |unit| unit * size + place)
     }
 
-    /// How many units a pixel has taken before a unit of the image.
+    /// Number of units that a pixel has taken before a unit of the image.
     fn taken(&self, unit: u64, share: u64) -> u64 {
         let shared = unit.saturating_sub(self.from());
         let one = u64::from(ONE);
         let taken = unit - shared + (shared * share + one / 2) / one;
-        // There is no room for more.
+        // Sums have no room for more.
         taken.min(ReproducibleSum::MOST / self.unit)
     }
 
-    /// Finds out the shares. `between` is asked now and then whether to go on; when it breaks, nothing is found out.
+    /// Runs the pilot and computes the shares. Calls `between` now and then; when it breaks, the
+    /// allocation stays as it is.
     pub(super) fn measure(
         &mut self,
         lights: &[LightSamples],
@@ -174,16 +179,17 @@ impl Allocation {
     }
 }
 
-/// What is to be expected of a pixel's samples: in single precision, for there is one for every pixel of the film.
+/// Expected variance and work of a pixel's samples, in single precision because every pixel of the
+/// film has one.
 #[derive(Clone, Copy, Debug, Default)]
 struct PixelForecast {
-    /// Summed over channels.
+    /// Variance, summed over channels.
     variance: f32,
     work: f32,
 }
 
 impl PixelForecast {
-    /// Sums, each times a factor.
+    /// Adds `factor` times the other forecast.
     fn plus(self, other: PixelForecast, factor: f32) -> Self {
         PixelForecast {
             variance: self.variance + factor * other.variance,
@@ -192,7 +198,7 @@ impl PixelForecast {
     }
 }
 
-/// Takes the pilot's samples of some pixels.
+/// Takes the pilot's samples of the pixels of a task.
 fn task_of_pilot(
     lights: &[LightSamples],
     film: &FilmSpec,
@@ -211,7 +217,7 @@ fn task_of_pilot(
     forecasts
 }
 
-/// Takes the pilot's samples of a pixel.
+/// Takes the pilot's samples of one pixel.
 fn pilot(light: &LightSamples, pixel: usize, unit: u64, ws: &mut Workspace) -> PixelForecast {
     let (first, instants) = (
         FIRST.next_multiple_of(unit),
@@ -221,7 +227,8 @@ fn pilot(light: &LightSamples, pixel: usize, unit: u64, ws: &mut Workspace) -> P
     let mut found = Vec::new();
     let (mut sum, mut squares) = (Spectrum::ZERO, 0.0);
     for i in 0..PILOT {
-        // Each in a replicate of its own, for samples of one replicate are not independent; at instants all over a period.
+        // Place each sample in its own replicate, because samples of one replicate are not
+        // independent, and at instants all over a period.
         let sample = first + unit * i + instants * i / PILOT;
         light.take(pixel, sample, ws, &mut found);
         let values = found.drain(..).map(|c| c.weighted());
@@ -236,7 +243,8 @@ fn pilot(light: &LightSamples, pixel: usize, unit: u64, ws: &mut Workspace) -> P
     }
 }
 
-/// The shares of pixels, row by row in so many columns: in proportion to √(v/c) within limits, one on average.
+/// Returns the shares of pixels, row by row in `width` columns: in proportion to √(v/c) within
+/// limits, and one on average.
 fn shares(forecasts: &[PixelForecast], width: usize) -> Vec<u16> {
     let variances = forecasts.iter().map(|o| f64::from(o.variance));
     let mean = (variances.sum::<f64>() / forecasts.len() as f64) as f32;
@@ -254,7 +262,7 @@ fn limited(share: f64) -> f64 {
     share.clamp(f64::from(LEAST), f64::from(LARGEST))
 }
 
-/// The factor with which the mean share is one.
+/// Finds the factor for which the mean share is one.
 fn scale(worths: &[f32]) -> f64 {
     let sum = |scale: f64| {
         worths
@@ -278,7 +286,7 @@ fn scale(worths: &[f32]) -> f64 {
     high
 }
 
-/// Means over the pixels around each, which at the image's edges are fewer.
+/// Averages forecasts over the pixels around each pixel. At the image's edges there are fewer.
 fn smoothed(forecasts: &[PixelForecast], width: usize) -> impl Iterator<Item = PixelForecast> {
     let height = forecasts.len() / width;
     let near = move |at: usize, end: usize| at.saturating_sub(AROUND)..end.min(at + AROUND + 1);
@@ -302,8 +310,9 @@ mod tests {
         }
     }
 
-    /// All samples of the image below a number together have the first samples of each pixel, each once: as many as its share
-    /// says after those that all pixels have, in whole units.
+    /// All samples of the image below a number map to the first samples of each pixel, each exactly
+    /// once. Their number is the pixel's share of the samples after the common ones, in whole
+    /// units.
     #[test]
     fn pixels_take_their_first_samples_once() {
         for unit in [1, 3, 8, 24] {
@@ -327,7 +336,7 @@ mod tests {
         }
     }
 
-    /// Sums have room for what the largest share gets of the longest render.
+    /// Sums have room for the samples that the largest share receives in the longest render.
     #[test]
     fn no_pixel_gets_more_than_there_is_room_for() {
         for unit in [1, 8, 256] {
@@ -337,7 +346,7 @@ mod tests {
         }
     }
 
-    /// A bright spot, and a part where samples take nine times the work.
+    /// The scene has a bright spot, and a part where samples take nine times the work.
     #[test]
     fn shares_weigh_noise_against_work() {
         let (width, height) = (40, 30);
@@ -358,7 +367,7 @@ mod tests {
         assert_eq!(at(20, 5), f64::from(LEAST));
     }
 
-    /// Where nothing is known to differ, nothing does.
+    /// Equal variances and equal work give equal shares.
     #[test]
     fn equals_get_equal_shares() {
         for variance in [0.0, 1.0, f32::INFINITY, f32::NAN] {

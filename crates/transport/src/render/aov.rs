@@ -1,4 +1,5 @@
-//! Arbitrary output variables: one ray a sample gives the values of all channels, in place of light or beside it.
+//! Arbitrary output variables: each sample traces one ray, which gives the values of all channels.
+//! They replace the light, or accompany it.
 
 use super::pixels::PIXELS_PER_TASK;
 use super::source::{SampledRay, Source, finite};
@@ -11,17 +12,18 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// What is found of the sensor rays of a render of light, which are followed once more.
+/// Quantities of the sensor rays of a render of light. These rays are traced in addition to the
+/// render's paths.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Quantities {
-    /// The quantities, in the order of [`AovTracer::channels`].
+    /// Film of the quantities, in the order of [`AovTracer::channels`].
     pub film: Film,
-    /// What happened to these rays.
+    /// Counts of events and failures of these rays.
     pub stats: Stats,
 }
 
 impl Quantities {
-    /// Nothing yet.
+    /// Creates quantities without samples.
     pub(super) fn new(shape: FilmShape) -> Self {
         Quantities {
             film: Film::of(shape),
@@ -29,7 +31,7 @@ impl Quantities {
         }
     }
 
-    /// Adds what a pass has found.
+    /// Adds the result of a pass.
     pub(super) fn add(&mut self, (found, stats): (Found, Stats)) {
         add(&mut self.film, found);
         self.stats += stats;
@@ -44,7 +46,8 @@ impl Quantities {
 /// Scores of all groups of channels, in runs of [`PIXELS_PER_TASK`] pixels.
 pub(super) type Found = Vec<Vec<Scores>>;
 
-/// Takes a range of samples of every pixel of a film; `count` hears of the samples that have been taken.
+/// Takes a range of samples of every pixel of a film. Calls `count` with the numbers of samples
+/// taken.
 pub(super) fn pass(
     source: &Source,
     tracer: &AovTracer,
@@ -92,14 +95,14 @@ pub(super) fn pass(
     (found, stats)
 }
 
-/// Adds what a pass has found to a film.
+/// Adds the result of a pass to a film.
 pub(super) fn add(film: &mut Film, found: Found) {
     for (group, scores) in found.into_iter().enumerate() {
         film.add_scores(group, PIXELS_PER_TASK, scores);
     }
 }
 
-/// The means over the rays of a replicate.
+/// Returns the means over the rays of a replicate.
 fn mean(
     source: &Source,
     tracer: &AovTracer,
@@ -107,7 +110,7 @@ fn mean(
     replicate: Range<u64>,
     ws: &mut Workspace,
 ) -> Vec<f64> {
-    // A power of two, so that nothing is rounded.
+    // A power of two, so that products are exact.
     let share = 1.0 / (replicate.end - replicate.start) as f64;
     let mut mean = Vec::new();
     let mut values = Vec::new();

@@ -1,27 +1,28 @@
 //! Images whose bias is known to second order.
 //!
-//! A sample V of a pixel comes with an estimate B of its bias, from the same photons. Then V − B is free of
-//! bias but for higher orders, and with means over samples V̄ and B̄ the image is off by no more than
-//! |B̄| + z·(standard error of V − B), with the probability that goes with z (docs/theory.md#bias-of-photon-maps).
+//! A sample V of a pixel comes with an estimate B of its bias, from the same photons. V − B is then
+//! unbiased up to higher orders. Let V̄ and B̄ be the means over samples. The error of the image is
+//! at most |B̄| + z·(standard error of V − B), with the probability that belongs to z
+//! (docs/theory.md#bias-of-photon-maps).
 
 use crate::Spectrum;
 use crate::film::{Film, FilmShape, Pixel};
 use serde::{Deserialize, Serialize};
 
-/// Standard deviations within which a normal deviate lies with a probability of 97.5 %. The other half of the 5 %
-/// in which a bound may fail is for what the estimate of the bias leaves, of fourth order: with 95 % here
-/// bounds held in 93.6 % of renders.
+/// Standard deviations within which a normal deviate lies with a probability of 97.5 %. A bound may
+/// fail with a probability of 5 %. The other half of these 5 % is for the bias of fourth order that
+/// the estimate leaves. With 95 % here, bounds held in 93.6 % of renders.
 const DEVIATIONS: f64 = 2.241_402_727_604_947;
 
-/// The image with its known bias taken off: the mean of V − B.
+/// Image without its known bias: the mean of V − B.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Debiased {
-    /// It.
+    /// Film of V − B.
     pub film: Film,
 }
 
 impl Debiased {
-    /// An empty one.
+    /// Creates an empty image.
     pub(super) fn new(shape: FilmShape) -> Self {
         Debiased {
             film: Film::of(shape),
@@ -33,26 +34,27 @@ impl Debiased {
         image.summary().0 - self.film.summary().0
     }
 
-    /// Error of the mean over the image and its channels: the size of its bias and the standard error
-    /// without it.
+    /// Error of the mean over the image and its channels: the magnitude of its bias plus the
+    /// standard error without it.
     pub fn error(&self, image: &Film) -> f64 {
         self.bias(image).abs() + self.film.summary().1
     }
 
-    /// The same for pixels: the root of its mean square over pixels and channels.
+    /// Root mean square, over pixels and channels, of the pixels' errors: the magnitude of the bias
+    /// plus the standard error without it.
     pub fn rms_error(&self, image: &Film) -> f64 {
         let errors = self.values(image, |bias, error| bias.abs() + error);
         let sum: f64 = errors.iter().map(|e| e * e).sum();
         (sum / errors.len() as f64).sqrt()
     }
 
-    /// Bias of every pixel: row by row with channels interleaved.
+    /// Bias of every pixel, row by row with channels interleaved.
     pub fn pixel_bias(&self, image: &Film) -> Vec<f32> {
         self.stored(image, |bias, _| bias)
     }
 
-    /// Bound of the error of every pixel by noise and bias, which holds with a probability of at least 95 %;
-    /// same layout.
+    /// Bound of every pixel's error by noise and bias, in the layout of [`Debiased::pixel_bias`].
+    /// It holds with a probability of at least 95 %.
     pub fn bound(&self, image: &Film) -> Vec<f32> {
         self.stored(image, |bias, error| bias.abs() + DEVIATIONS * error)
     }
@@ -64,7 +66,7 @@ impl Debiased {
             .collect()
     }
 
-    /// A quantity of every pixel and channel, from its bias and the standard error without it.
+    /// Evaluates `f` at every pixel and channel, with the bias and the standard error without it.
     fn values(&self, image: &Film, f: impl Fn(f64, f64) -> f64) -> Vec<f64> {
         let mut out = Vec::with_capacity(image.width() * image.height() * image.channels());
         for i in 0..image.width() * image.height() {

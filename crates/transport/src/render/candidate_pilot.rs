@@ -1,4 +1,5 @@
-//! What the pilot of a candidate sees of a picture: brightness and variance, tile by tile (docs/theory.md#choice-of-the-estimator).
+//! Brightness and variance of a picture, tile by tile, as a candidate's pilot estimates them
+//! (docs/theory.md#choice-of-the-estimator).
 
 use super::pilot_pixels::{spread, tile_of};
 use super::source::{LightSamples, finite};
@@ -9,34 +10,38 @@ use crate::scene::FilmSpec;
 use rayon::prelude::*;
 use std::ops::{AddAssign, Range};
 
-/// Numbers of the pilot's samples start here, where neither a render nor another pilot gets to.
+/// First number of the pilot's samples, beyond the numbers of renders and of other pilots.
 const FIRST: u64 = 3 << 62;
-/// Samples of a replicate that are taken together. More than eight of one would leave few pairs.
+/// Maximum number of samples of a replicate that are taken together. More than eight would leave
+/// few pairs.
 const TOGETHER: u64 = 8;
-/// Units of work of a pilot: enough to keep threads busy.
+/// Tasks of a pilot: enough to keep threads busy.
 const TASKS: usize = 32;
-/// Tiles of the image along either side, whose samples are added up.
+/// Tiles along either side of the image.
 const SIDE: usize = 32;
-/// So many pairs, on average, tell the brightness of a cell.
+/// Mean number of pairs per cell from which a cell's brightness is estimated.
 const PAIRS_PER_CELL: usize = 8;
-/// The variance of a cell is known as if so many samples had that of the image.
+/// Weight of the prior of a cell's variance: the number of samples with the image's variance that
+/// are added to the cell's.
 const PRIOR: f64 = 32.0;
-/// Errors are relative to the brightness of a pixel plus this share of the image's.
+/// Fraction of the image's brightness that is added to a pixel's brightness to make errors
+/// relative.
 const DARK: f64 = 0.05;
-/// Variances below this share of the square of the brightest mean are no surer.
+/// Lower bound of variances in the weights, relative to the square of the brightest mean.
 const SURE: f64 = 1e-6;
-/// Light that others see is missing if it is beyond so many standard errors.
+/// Number of standard errors beyond which light that other candidates see counts as missing.
 const MISSING: f64 = 3.0;
 
-/// What the samples of a tile, or of a cell of several, add up to. Values are sums over channels.
+/// Sums over the samples of a tile, or of a cell of several tiles. Values are summed over channels.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tile {
     /// Pairs of samples of its pixels.
     pairs: f64,
-    /// Sum of these samples, and sum of the squares of the differences within pairs.
+    /// Sum of these samples; `scatter` is the sum of the squared differences within pairs.
     own: f64,
     scatter: f64,
-    /// Sum of contributions to its pixels that come from any sample, and of the squares of those of one path to one pixel.
+    /// Sum of the contributions to its pixels from any sample; `squares` is the sum of the squared
+    /// contributions of one path to one pixel.
     splats: f64,
     squares: f64,
 }
@@ -51,14 +56,15 @@ impl AddAssign for Tile {
     }
 }
 
-/// What a pilot of one candidate has seen.
+/// Sums over the pilot of one candidate.
 #[derive(Clone, Debug)]
 pub(super) struct PilotSums {
     tiles: Vec<Tile>,
-    /// Samples of pixels, and those of which each sample of a pair is the mean.
+    /// Number of samples of pixels; `together` is the number of samples whose mean is one sample of
+    /// a pair.
     pub paths: f64,
     together: f64,
-    /// Work of all of them.
+    /// Work of all samples.
     pub work: f64,
 }
 
@@ -114,7 +120,8 @@ impl PilotSums {
             }
             let pixel = spread(i, film);
             let means = [0, 1].map(|k| {
-                // Each in a replicate of its own, for samples of one replicate are not independent; at all instants of a period in turn.
+                // Place each sample in its own replicate, because samples of one replicate are not
+                // independent, and at all instants of a period in turn.
                 let source = light.source;
                 let unit = source.scene.whole_periods(1, source.replicates);
                 let unit = unit.next_multiple_of(together);
@@ -139,7 +146,7 @@ impl PilotSums {
         sums
     }
 
-    /// Adds what a path contributes to other pixels than its own.
+    /// Adds the contributions of a path to pixels other than its own.
     fn splat(
         &mut self,
         light: &LightSamples,
@@ -167,7 +174,7 @@ impl PilotSums {
         self.work / self.paths
     }
 
-    /// What the tiles of each cell add up to, of `side` cells along either side.
+    /// Sums the tiles of each cell; there are `side` cells along either side.
     fn cells(&self, side: usize) -> Vec<Tile> {
         let mut cells = vec![Tile::default(); side * side];
         for (i, tile) in self.tiles.iter().enumerate() {
@@ -181,10 +188,12 @@ impl PilotSums {
         self.tiles.iter().map(|tile| tile.pairs).sum()
     }
 
-    /// Brightness of a cell that is a share of the image, and the mean variance of a sample of its pixels.
+    /// Estimates the brightness of a cell that covers a fraction `share` of the image, and the mean
+    /// variance of a sample of its pixels.
     ///
-    /// There are as many paths in a sample of the image as there are pixels, P. A pixel to which a path contributes c, mostly
-    /// nothing, has the brightness P⟨c⟩ and the variance P⟨c²⟩ − P⟨c⟩², of which the last is small.
+    /// A sample of the image has as many paths as there are pixels, P. A pixel to which a path
+    /// contributes c, which is mostly zero, has brightness P⟨c⟩ and variance P⟨c²⟩ − P⟨c⟩². The
+    /// last term is small.
     fn estimate(&self, cell: &Tile, share: f64) -> Option<CellEstimate> {
         (cell.pairs > 0.0).then(|| CellEstimate {
             brightness: cell.own / (2.0 * cell.pairs) + cell.splats / (share * self.paths),
@@ -197,7 +206,7 @@ impl PilotSums {
     }
 }
 
-/// What a candidate says of a cell.
+/// Estimates of a candidate for a cell.
 #[derive(Clone, Copy, Debug)]
 struct CellEstimate {
     brightness: f64,
@@ -205,7 +214,7 @@ struct CellEstimate {
     samples: f64,
 }
 
-/// Samples of a replicate that are taken together.
+/// Number of samples of a replicate that are taken together.
 fn together(light: &LightSamples) -> u64 {
     light.source.replicates.size().min(TOGETHER)
 }
@@ -214,7 +223,7 @@ fn brightness(value: Spectrum) -> f64 {
     finite(value, &mut 0).sum()
 }
 
-/// What contributions bring to the pixel of their own sample.
+/// Sum of the contributions to the pixel of their own sample.
 fn own(found: &[Contribution]) -> f64 {
     found
         .iter()
@@ -223,9 +232,10 @@ fn own(found: &[Contribution]) -> f64 {
         .sum()
 }
 
-/// The relative variance of a pixel's sample by each candidate.
+/// Returns the relative variance of a pixel's sample for each candidate.
 ///
-/// All are relative to the same brightness, cell by cell: the mean of what candidates say, each in proportion to how sure it is.
+/// All are relative to one brightness per cell: the mean of the candidates' estimates, weighted by
+/// their certainty.
 pub(super) fn relative_variances(sums: &[PilotSums], film: &FilmSpec) -> Vec<f64> {
     let pairs = sums
         .iter()
@@ -258,8 +268,9 @@ pub(super) fn relative_variances(sums: &[PilotSums], film: &FilmSpec) -> Vec<f64
     variances
 }
 
-/// The brightness that is most likely by what all candidates say of a cell, given what they say of the whole image: few samples that
-/// happen to be alike are not sure.
+/// Returns the most likely brightness of a cell, given all candidates' estimates of the cell and of
+/// the whole image. The estimates of the whole image guard against few samples that happen to be
+/// equal.
 fn pooled_brightness(estimates: &[CellEstimate], whole: &[CellEstimate]) -> f64 {
     let brightest = whole.iter().map(|w| w.brightness).fold(0.0, f64::max);
     let floor = SURE * brightest * brightest + f64::MIN_POSITIVE.sqrt();
@@ -273,8 +284,9 @@ fn pooled_brightness(estimates: &[CellEstimate], whole: &[CellEstimate]) -> f64 
     if weights > 0.0 { sum / weights } else { 0.0 }
 }
 
-/// The relative variance by light that a candidate has hardly seen, and others have. It must come in fewer than one of its n samples: Δ of the
-/// image's brightness then has a variance of nΔ² or more.
+/// Returns the relative variance that is due to light which a candidate has hardly seen and others
+/// have. If the candidate finds this light, then in fewer than one of its n samples. A part Δ of
+/// the image's brightness then has a variance of at least nΔ².
 fn missing(whole: &[CellEstimate], mean: f64) -> Vec<f64> {
     let bound = |sign: f64| {
         move |estimate: &CellEstimate| {
@@ -290,7 +302,7 @@ fn missing(whole: &[CellEstimate], mean: f64) -> Vec<f64> {
     missed.collect()
 }
 
-/// Pixels in each tile.
+/// Number of pixels in each tile.
 fn pixels_of_tiles(film: &FilmSpec) -> Vec<f64> {
     let count = |size: usize| {
         let mut counts = [0.0; SIDE];

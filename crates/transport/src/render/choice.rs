@@ -1,11 +1,12 @@
-//! Which estimator is the best for a picture: a pilot tells.
+//! Choice of the best estimator for a picture, by a pilot.
 //!
-//! Of each candidate a pilot takes samples that are not part of the image. They tell the relative variance of a pixel's
-//! sample and the work that it takes, and the candidate with the least product of both is chosen. The choice depends on the
-//! pilot's samples only, which are independent of the image's: it does not bias the image, whatever it is
-//! (docs/theory.md#choice-of-the-estimator).
+//! A pilot takes samples of each candidate that are not part of the image. They give the relative
+//! variance of a pixel's sample and the work of a sample. The candidate with the least product of
+//! both is chosen. The choice depends only on the pilot's samples, which are independent of the
+//! image's samples, so it does not bias the image (docs/theory.md#choice-of-the-estimator).
 //!
-//! Work is counted rather than timed: equal scenes, seeds and limits lead to equal choices, on any machine and in all parts of a render.
+//! Work is counted, not timed. Equal scenes, seeds and limits lead to equal choices on any machine
+//! and in all parts of a render.
 
 use super::candidate_pilot::{PilotSums, relative_variances};
 use super::source::{LightSamples, Source};
@@ -14,28 +15,29 @@ use crate::integrator::Integrator;
 use crate::renderer::Renderer;
 use crate::scene::{FilmSpec, NO_SCENE, Scene};
 
-/// Work of all candidates together at most, some two seconds of one processor, in the unit of [`Stats::cost`](crate::stats::Stats::cost).
+/// Maximum work of all candidates together, some two seconds of one processor, in the unit of
+/// [`Stats::cost`](crate::stats::Stats::cost).
 const MOST_WORK: f64 = 3e7;
-/// About as much work is done in a second by one processor.
+/// Approximate work per second of one processor.
 const WORK_PER_SECOND: f64 = 1.5e7;
-/// The pilot's share of the work of a render, or of its time.
+/// Fraction of the work or the time of a render that the pilot may take.
 const SHARE: f64 = 0.1;
-/// Pairs of samples that tell what one costs.
+/// Pairs of samples from which the work of a sample is first estimated.
 const FIRST_PAIRS: usize = 4;
-/// No more pairs than these are ever taken of one candidate.
+/// Maximum number of pairs of one candidate.
 const MOST_PAIRS: usize = 1 << 17;
-/// Fewer pairs tell nothing of a candidate.
+/// Minimum number of pairs of a candidate. Fewer pairs tell nothing.
 const LEAST_PAIRS: usize = 16;
-/// About what a sample takes, as long as that is not known.
+/// Assumed work of a sample as long as it is unknown.
 const USUAL_WORK: f64 = 100.0;
-/// What a candidate finds out before its first sample is this share of its pilot.
+/// Fraction of a candidate's pilot that its preparation may take before the first sample.
 const PREPARATION: f64 = 0.3;
-/// Relative variances below this are those of rounding.
+/// Relative variance below which differences are due to rounding.
 const NOISELESS: f64 = 1e-12;
-/// Others must be better than the first candidate by this factor: pilots err.
+/// Factor by which another candidate must be better than the first, because pilots err.
 const BETTER: f64 = 0.9;
 
-/// What limits the work of a pilot.
+/// Limits of a render, from which the work of its pilot follows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Extent {
     /// Samples per pixel of the whole render, if there is a limit.
@@ -44,57 +46,59 @@ pub struct Extent {
     pub seconds: Option<f64>,
 }
 
-/// An estimator, and what a pilot says of it.
+/// Estimator with the results of its pilot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Candidate {
-    /// The estimator.
+    /// Estimator.
     pub integrator: Integrator,
-    /// Variance of a pixel's sample, relative to the square of the pixel's brightness plus 5 % of the image's: the mean over pixels.
+    /// Variance of a pixel's sample, relative to the square of (the pixel's brightness plus 5 % of
+    /// the image's brightness): the mean over pixels.
     pub relative_variance: f64,
     /// Work of a sample, in the unit of [`Stats::cost`](crate::stats::Stats::cost).
     pub work: f64,
-    /// Samples of pixels that tell so.
+    /// Number of samples of pixels behind these values.
     pub samples: u64,
 }
 
 impl Candidate {
-    /// Whether its samples are alike but for rounding.
+    /// True if all samples are equal up to rounding.
     pub fn is_noiseless(&self) -> bool {
         self.relative_variance <= NOISELESS
     }
 
-    /// Relative variance × work: the less, the better.
+    /// Relative variance × work; lower is better.
     pub fn inefficiency(&self) -> f64 {
         self.relative_variance * self.work
     }
 }
 
-/// What a choice rests on.
+/// Reason for a choice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Basis {
-    /// There is one candidate only.
+    /// There is only one candidate.
     Single,
-    /// The render is too short for a pilot: it is the first candidate.
+    /// The render is too short for a pilot; the first candidate is chosen.
     TooShort,
-    /// The handle ended the pilot: it is the first candidate.
+    /// The handle ended the pilot; the first candidate is chosen.
     Ended,
-    /// A pilot.
+    /// A pilot compared the candidates.
     Pilot,
 }
 
-/// The estimator that was chosen, and from what.
+/// Estimator that was chosen, and why.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
-    /// The one that was chosen.
+    /// Chosen estimator.
     pub integrator: Integrator,
-    /// What the choice rests on.
+    /// Reason for the choice.
     pub basis: Basis,
-    /// The candidates that a pilot has seen; none without one.
+    /// Candidates that the pilot compared; empty without a pilot.
     pub candidates: Vec<Candidate>,
 }
 
 impl Choice {
-    /// How many times less work the chosen one takes for the same error than each of the others.
+    /// Returns each other candidate with its inefficiency relative to the chosen one: how many
+    /// times more work it takes for the same error.
     pub fn gains(&self) -> impl Iterator<Item = (Integrator, f64)> {
         let is_chosen = |c: &&Candidate| c.integrator == self.integrator;
         let chosen = self.candidates.iter().find(is_chosen);
@@ -103,7 +107,8 @@ impl Choice {
         others.map(move |other| (other.integrator, other.inefficiency() / chosen))
     }
 
-    /// Samples per pixel of `scenes` that one processor of usual speed takes in so many seconds, if a pilot tells what one costs.
+    /// Samples per pixel of `scenes` that one typical processor takes in `seconds`; `None` if no
+    /// pilot measured the work of a sample.
     pub fn expected_samples(&self, scenes: &[Scene], seconds: f64) -> Option<f64> {
         let is_chosen = |c: &&Candidate| c.integrator == self.integrator;
         let work = self.candidates.iter().find(is_chosen)?.work;
@@ -113,11 +118,12 @@ impl Choice {
     }
 }
 
-/// Chooses one of the `candidates` for a render of `scenes` with `options` (but for their renderer). The
-/// first is chosen if the render is too short for a pilot, or the handle ends it.
+/// Chooses one of the `candidates` for a render of `scenes` with `options`, whose renderer is
+/// ignored. The first candidate is chosen if the render is too short for a pilot, or if the handle
+/// ends the pilot.
 ///
 /// # Panics
-/// Without scenes or candidates.
+/// If there are no scenes or no candidates.
 pub fn choose(
     scenes: &[Scene],
     candidates: &[Integrator],
@@ -135,7 +141,8 @@ pub fn choose(
     if candidates.len() < 2 {
         return first(Basis::Single);
     }
-    // Groups of channels are alike but for spectra and indices: the one with the most light speaks for all.
+    // Judge by the group with the most light: groups of channels are alike except for spectra and
+    // indices.
     let group = brightest(scenes);
     let (scene, film) = (&scenes[group..=group], scenes[group].film());
     let budget = Budget::new(extent, film, candidates.len());
@@ -168,7 +175,7 @@ pub fn choose(
     if handle.stop().is_raised() {
         return first(Basis::Ended);
     }
-    // Those whose samples take too long for a judgement are out.
+    // Exclude candidates whose samples take too long to be judged.
     let judged = candidates.iter().zip(sums);
     let judged = judged.filter(|(_, sum)| sum.pairs() >= LEAST_PAIRS as f64);
     let (integrators, sums): (Vec<Integrator>, Vec<PilotSums>) = judged.unzip();
@@ -192,7 +199,7 @@ pub fn choose(
     }
 }
 
-/// The group of channels in which emitters have the most power.
+/// Returns the group of channels in which emitters have the most power.
 fn brightest(scenes: &[Scene]) -> usize {
     let power = |group: &usize| -> f64 {
         let scene = &scenes[*group];
@@ -205,12 +212,12 @@ fn brightest(scenes: &[Scene]) -> usize {
         .unwrap_or(0)
 }
 
-/// What the pilot of a candidate may take.
+/// Limits of a candidate's pilot.
 #[derive(Clone, Copy, Debug)]
 struct Budget {
-    /// Samples of pixels.
+    /// Maximum number of samples of pixels.
     samples: f64,
-    /// Work.
+    /// Maximum work.
     work: f64,
 }
 
@@ -226,13 +233,14 @@ impl Budget {
         }
     }
 
-    /// The work if a sample takes so much.
+    /// Returns the maximum work if one sample takes the work `sample`.
     fn work(&self, sample: f64) -> f64 {
         self.work.min(self.samples * sample)
     }
 }
 
-/// The candidate with the least relative variance × work: the `first` one unless another is clearly better.
+/// Returns the candidate with the least relative variance × work: `first`, unless another one is
+/// clearly better.
 fn best(candidates: &[Candidate], first: Integrator) -> Integrator {
     let rated = candidates.iter().map(|candidate| {
         let handicap = if candidate.integrator == first {

@@ -72,9 +72,9 @@ impl Films {
         }
     }
 
-    /// Returns whether a picture of this scene with these options has such films.
+    /// True if a picture of this scene with these options has such films.
     pub(super) fn fits(&self, scene: &Scene, options: &RenderOptions) -> bool {
-        // An error that is no number is the same, too.
+        // Compare bits, so that an error of NaN equals itself.
         let bits = |target: Target| (target.error.to_bits(), target.measure);
         let watched = self.watch.as_ref().map(Watch::target).map(bits);
         let pixels = self.film.width() * self.film.height();
@@ -85,7 +85,7 @@ impl Films {
             && self.has(&Shapes::of(scene, options))
     }
 
-    /// Returns whether its films have these shapes.
+    /// True if the films have these shapes.
     fn has(&self, shapes: &Shapes) -> bool {
         let fits = |film: Option<&Film>, shape: Option<FilmShape>| match (film, shape) {
             (Some(film), Some(shape)) => film.fits(&shape),

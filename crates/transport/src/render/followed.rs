@@ -1,4 +1,4 @@
-//! Samples of estimators that follow more than light along its paths: its Stokes vectors, or what sound does to its phase.
+//! Samples of estimators that follow Stokes vectors, or phase shifts from sound, along their paths.
 //!
 //! Theory: docs/theory.md#stokes-vectors, docs/theory.md#tagged-light.
 
@@ -15,7 +15,7 @@ use crate::sensor::SensorRay;
 use crate::sidebands::Sidebands;
 use crate::tagging::{Representative, TaggedFold, representatives};
 
-/// Takes samples whose layers have [parts](LightParts).
+/// Takes samples for films whose layers have [parts](LightParts).
 pub(super) struct FollowedSamples<'a> {
     source: &'a Source<'a>,
     integrator: Integrator,
@@ -30,31 +30,31 @@ enum Followed<'a> {
     Tagged(Box<TaggedSamples>),
 }
 
-/// Parts of the light that a sample has found.
+/// Parts of the light of one sample.
 struct FoundParts {
-    /// Layers of the light, which may come up several times.
+    /// Layers of the light; a layer may occur several times.
     layers: Vec<FoundLayer>,
-    /// Parts of each, one after the other.
+    /// Parts of the layers, one layer after the other.
     values: Vec<Spectrum>,
     /// Number of parts of a layer.
     count: usize,
 }
 
-/// A layer of the light of a sample.
+/// Layer of a contribution of a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct FoundLayer {
-    /// Number of the first part of the layer.
+    /// Number of the layer's first part.
     layer: usize,
-    /// See [`Contribution::image`].
+    /// Position on the image: see [`Contribution::image`].
     image: Option<[f64; 2]>,
 }
 
-/// A part of the light of a layer.
+/// Part of the light of a layer.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FoundPart {
     /// Number of the part among all layers of the film.
     pub layer: usize,
-    /// See [`Contribution::image`].
+    /// Position on the image: see [`Contribution::image`].
     pub image: Option<[f64; 2]>,
     pub value: Spectrum,
 }
@@ -63,12 +63,13 @@ pub(super) struct FoundPart {
 struct TaggedSamples {
     folded: Folded<TaggedFold>,
     sidebands: Sidebands,
-    /// Layers of contributions, and those that stand for others, with the places of their layers.
+    /// Layers of contributions. `chosen` holds the contributions that represent others, with the
+    /// places of their layers.
     layers: Vec<FoundLayer>,
     chosen: Vec<(usize, Representative)>,
 }
 
-/// A sample of a pixel that is about to be taken.
+/// Data of the sample that is taken.
 struct Sample<'s, 'a> {
     scene: &'a Scene,
     ray: SensorRay,
@@ -78,7 +79,8 @@ struct Sample<'s, 'a> {
 }
 
 impl<'a> FollowedSamples<'a> {
-    /// `None` if the film asks for no parts, or if light of the integrator is unpolarised and untagged.
+    /// Returns `None` if the film keeps no parts, or if the integrator's light is unpolarised and
+    /// untagged.
     pub(super) fn of(light: &LightSamples<'a>, decomposition: &Decomposition) -> Option<Self> {
         let source = light.source;
         let (scene, parts) = (source.scene, decomposition.parts?);
@@ -110,7 +112,8 @@ impl<'a> FollowedSamples<'a> {
         })
     }
 
-    /// Adds the contributions of one sample of a pixel to `out`, which is empty, as [`LightSamples::take`] does.
+    /// Adds the contributions of one sample of a pixel to `out`, which must be empty, like
+    /// [`LightSamples::take`].
     pub(super) fn take(
         &mut self,
         [pixel, sample]: [u64; 2],
@@ -124,7 +127,8 @@ impl<'a> FollowedSamples<'a> {
             mut sampler,
         } = self.source.ray(pixel as usize, sample);
         ws.stats.paths += 1;
-        // Both ways of an edge that is split have factors of their own: one is followed at a time.
+        // Turn off splitting: the two branches of a split edge have different factors, and only one
+        // branch is followed at a time.
         ws.first_vertex.splitting = false;
         let channels = self.source.channels();
         let sample = Sample {
@@ -177,7 +181,7 @@ impl<'a> FollowedSamples<'a> {
         }
     }
 
-    /// Parts of the layers of the last sample, which may come up several times.
+    /// Returns the parts of the layers of the last sample. A layer may occur several times.
     pub(super) fn parts(&self) -> impl Iterator<Item = FoundPart> {
         let FoundParts {
             layers,
@@ -195,7 +199,7 @@ impl<'a> FollowedSamples<'a> {
     }
 }
 
-/// Moves light that contributes to other pixels on the image.
+/// Shifts the image positions of contributions to other pixels.
 fn move_by(offset: [f64; 2], out: &mut [Contribution]) {
     let splats = out.iter_mut().filter_map(|c| c.image.as_mut());
     splats.for_each(|[s, t]| {
@@ -215,7 +219,7 @@ impl FoundParts {
 }
 
 impl TaggedSamples {
-    /// Finds the parts of each layer of light.
+    /// Computes the parts of each layer of light.
     fn tell_apart(
         &mut self,
         contributions: &[Contribution],
@@ -241,7 +245,7 @@ impl TaggedSamples {
                 chosen.push((place, representative));
             });
         }
-        // Light of other pixels stands for itself.
+        // Contributions to other pixels represent themselves.
         for (contribution, found) in layers.iter().enumerate() {
             let light = contributions[contribution].weighted();
             if found.image.is_some() && !light.is_zero() {

@@ -1,14 +1,15 @@
-//! A render or a measurement as other threads see it: how far it has got, and how it is ended.
+//! Handle of a render or a measurement, by which other threads read its progress and end it.
 
 use crate::stop::Stop;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// Time in which a pass that is under way when a render is to end may be completed. Most are, and nothing is lost.
+/// Time that a pass under way may still take after a request to end. Most passes complete within
+/// it, and nothing is lost.
 pub const GRACE: Duration = Duration::from_millis(600);
 
-/// What a render or a measurement shares with threads that watch it.
+/// State that a render or a measurement shares with threads that watch it.
 #[derive(Debug, Default)]
 pub struct Handle {
     samples: AtomicU64,
@@ -17,8 +18,9 @@ pub struct Handle {
 }
 
 impl Handle {
-    /// Samples of pixels, or particles, taken so far, as if all pixels had equally many; for each group of channels. It
-    /// grows while a pass is under way, and does not shrink if that is given up.
+    /// Samples of pixels, or particles, taken so far in all groups of channels together. Adaptive
+    /// renders count every pixel with the mean number. The count grows while a pass is under way,
+    /// and does not decrease if the pass is aborted.
     pub fn samples(&self) -> u64 {
         self.samples.load(Ordering::Relaxed)
     }
@@ -27,15 +29,16 @@ impl Handle {
         self.samples.fetch_add(samples, Ordering::Relaxed);
     }
 
-    /// Asks the render to end, to be called again and again: it ends after the pass that is under way, or, 0.6 s after
-    /// the first call, within it. A pass that is not completed counts for nothing.
+    /// Requests the end of the render; to be called repeatedly. The render ends after the pass
+    /// under way. A call at least [`GRACE`] after the first call aborts the pass, whose samples
+    /// then do not count.
     pub fn ask_to_end(&self) {
         if self.asked.get_or_init(Instant::now).elapsed() >= GRACE {
             self.stop.raise();
         }
     }
 
-    /// Whether it was asked to end.
+    /// True if the end was requested.
     pub fn is_asked(&self) -> bool {
         self.asked.get().is_some()
     }
@@ -45,12 +48,12 @@ impl Handle {
         self.stop.raise();
     }
 
-    /// Whether it was ended within a pass.
+    /// True if the render was ended within a pass.
     pub fn is_given_up(&self) -> bool {
         self.stop.is_raised()
     }
 
-    /// What work under way looks at.
+    /// Flag that work under way checks.
     pub(super) fn stop(&self) -> &Stop {
         &self.stop
     }

@@ -1,4 +1,5 @@
-//! Measuring: particles spread over threads, with results that depend on the seed alone (docs/theory.md#meters).
+//! Measurements by particles on several threads. Results depend on the seed only
+//! (docs/theory.md#meters).
 
 use super::accumulator::{Accumulated, Accumulator, Sampling};
 use super::measurement::{MeasureError, MeasureOptions, Measurement, join};
@@ -12,21 +13,21 @@ use serde::{Deserialize, Serialize};
 use std::ops::{ControlFlow, Range};
 
 const TASK: u64 = MeasureOptions::UNIT;
-/// Most tasks that are kept before they are added up.
+/// Maximum number of tasks whose results are kept until they are added up.
 const MOST_TASKS: u64 = 1 << 10;
 
-/// Measures on the current thread pool: one scene for each group of channels, alike but for their spectra and
-/// indices, whose film gives the number of channels. `handle` counts
-/// particles, and can end the measurement within a pass.
+/// Measures on the current thread pool. `scenes` holds one scene for each group of channels. The
+/// scenes are alike except for their spectra and indices; their film gives the number of channels.
+/// `handle` counts particles, and can end the measurement within a pass.
 ///
-/// `on_pass` is called between passes with the number of particles done; when it breaks, the measurement
-/// stops with what it has.
+/// `on_pass` is called between passes with the number of particles done. When it breaks, the
+/// measurement stops with the particles done so far.
 ///
 /// # Errors
-/// If a meter does not fit the scene, no light is emitted, or there is not enough memory.
+/// If a meter does not fit the scene, no light is emitted, or memory is insufficient.
 ///
 /// # Panics
-/// Without scenes.
+/// If there are no scenes.
 pub fn measure(
     scenes: &[Scene],
     meters: &[Meter],
@@ -41,20 +42,20 @@ pub fn measure(
     state.into_measurement(scenes, meters)
 }
 
-/// Particles of a measurement so far. They can be kept, continued, and merged with others, as a [`State`](super::State) of a
-/// picture can.
+/// Sums over the particles of a measurement so far. They can be kept, continued, and merged with
+/// others, like the [`State`](super::State) of a picture.
 pub type MeasureState = Accumulator<Readings>;
 
-/// Readings of meters as a measurement accumulates them, for each group of channels.
+/// Accumulated readings of meters, for each group of channels.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Readings {
     tallies: Vec<Tally>,
-    /// For each meter that keeps any.
+    /// Records of each meter that keeps them, by group of channels and meter.
     records: Vec<Vec<Option<Records>>>,
 }
 
 impl Accumulated for Readings {
-    /// Window of weights of a group's particles, if its meters have one.
+    /// Weight window of a group's particles, if its meters have one.
     type Learnt = Option<Window>;
 
     fn is_like(&self, other: &Readings) -> bool {
@@ -76,13 +77,13 @@ impl Accumulated for Readings {
 }
 
 impl MeasureState {
-    /// Starts without particles.
+    /// Creates a state without particles.
     ///
     /// # Errors
-    /// If a meter does not fit the scene, no light is emitted, or there is not enough memory.
+    /// If a meter does not fit the scene, no light is emitted, or memory is insufficient.
     ///
     /// # Panics
-    /// Without scenes.
+    /// If there are no scenes.
     pub fn new(scenes: &[Scene], meters: &[Meter]) -> Result<Self, MeasureError> {
         let scene = scenes.first().expect(NO_SCENE);
         for (number, meter) in meters.iter().enumerate() {
@@ -103,7 +104,8 @@ impl MeasureState {
         Ok(Accumulator::empty(scenes.len(), readings))
     }
 
-    /// Returns whether this is a state of a measurement of these scenes with these meters, whichever particles it has.
+    /// True if this is the state of a measurement of these scenes with these meters. Its particles
+    /// do not matter.
     pub fn fits(&self, scenes: &[Scene], meters: &[Meter]) -> bool {
         let groups = groups(scenes, meters, u32::MAX, 0).unwrap_or_default();
         let slots = groups.iter().map(|g| g.setup.slots());
@@ -113,7 +115,7 @@ impl MeasureState {
             && slots.eq(self.sums.tallies.iter().map(Tally::slots))
     }
 
-    /// Follows the particles of the options' range that are missing, on the current thread pool; see
+    /// Follows the missing particles of the options' range on the current thread pool; see
     /// [`measure()`].
     ///
     /// # Errors
@@ -137,7 +139,8 @@ impl MeasureState {
         );
         let window = |group: &Group| group.setup.window(handle.stop());
         let pilot = || {
-            // Windows do not depend on the options: states of other ranges and depths have the same. There is light, as above.
+            // Windows do not depend on the options, so that states of other ranges and depths have
+            // equal windows. `groups` succeeded above, so there is light.
             let whole = self::groups(scenes, meters, u32::MAX, 0);
             whole.iter().flatten().map(window).collect()
         };
@@ -155,7 +158,7 @@ impl MeasureState {
         Ok(())
     }
 
-    /// The result; `scenes` and `meters` are those with which it was measured.
+    /// Returns the result. `scenes` and `meters` must be those that were measured.
     ///
     /// # Errors
     /// If no light is emitted.
@@ -187,7 +190,8 @@ impl MeasureState {
         })
     }
 
-    /// The records of a meter by all groups of channels, of particles of which all groups have kept them.
+    /// Returns the records of a meter in all groups of channels, of the particles whose records all
+    /// groups have kept.
     fn records_of(&self, groups: &[Group], meter: usize) -> Option<RecordTable> {
         let by_group: Option<Vec<&Records>> = self
             .sums
@@ -246,13 +250,13 @@ impl Sampling for ParticlePasses<'_> {
     }
 }
 
-/// Results of a range of particles in a group of channels, task by task.
+/// Results of a range of particles in one group of channels, one per task.
 struct Pass {
     tasks: Vec<TaskResult>,
     stats: Stats,
 }
 
-/// One group of channels.
+/// Data of a group of channels.
 struct Group<'a> {
     index: usize,
     setup: Setup<'a>,
@@ -260,7 +264,8 @@ struct Group<'a> {
     channels: usize,
 }
 
-/// All groups, for paths of at most so many edges, with Russian roulette after so many.
+/// Creates all groups, for paths of at most `max_depth` edges and Russian roulette after `rr_depth`
+/// edges.
 fn groups<'a>(
     scenes: &'a [Scene],
     meters: &'a [Meter],
@@ -282,7 +287,7 @@ fn groups<'a>(
 }
 
 impl Group<'_> {
-    /// The group with particles that keep to a window.
+    /// Restricts the group's particles to a weight window.
     fn within(self, window: Option<Window>) -> Self {
         Group {
             setup: self.setup.within(window),
@@ -320,7 +325,7 @@ impl Group<'_> {
     }
 }
 
-/// Whether both have records of the same meters, laid out alike.
+/// True if both have records of the same meters with equal layouts.
 fn same_records(records: &[Vec<Option<Records>>], others: &[Vec<Option<Records>>]) -> bool {
     let alike = |(a, b): (&Option<Records>, &Option<Records>)| match (a, b) {
         (None, None) => true,

@@ -1,4 +1,4 @@
-//! Measurements: how they are done, and their results.
+//! Options and results of measurements.
 
 use crate::meter::{MeterProblem, Reading, RecordTable, Tally};
 use crate::path::EnergyBalance;
@@ -8,16 +8,17 @@ use crate::sum::ReproducibleSum;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// How a measurement is done.
+/// Options of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MeasureOptions {
-    /// Number of the first particle, rounded up to a multiple of [`MeasureOptions::UNIT`]; not 0 if this measurement is
-    /// part of a larger one.
+    /// Number of the first particle, rounded up to a multiple of [`MeasureOptions::UNIT`]. It is
+    /// not 0 if this measurement is part of a larger one.
     pub first: u64,
-    /// Particles, for each group of channels; the last one's number is rounded likewise. A tally has room for the numbers
-    /// below [`MeasureOptions::MOST`]: a measurement ends there.
+    /// Number of particles for each group of channels. The end of their range is rounded up to a
+    /// multiple of [`MeasureOptions::UNIT`]. The measurement ends at particle number
+    /// [`MeasureOptions::MOST`], because tallies have no room for more.
     pub particles: u64,
-    /// Seed: the same seed gives the same readings, bit for bit, for any number of threads.
+    /// Seed. Equal seeds give equal readings, bit for bit, for any number of threads.
     pub seed: u64,
     /// Longest path, in edges and specular events; `None` for no limit.
     pub max_depth: Option<u32>,
@@ -26,39 +27,40 @@ pub struct MeasureOptions {
 }
 
 impl MeasureOptions {
-    /// Particles per task. The sums of a task are rounded on their own, so tasks are always the same particles.
+    /// Particles per task. The sums of a task are rounded on their own, so a task always has the
+    /// same particles.
     pub const UNIT: u64 = 64;
-    /// Most particles that can be followed.
+    /// Maximum number of particles.
     pub const MOST: u64 = Self::UNIT * ReproducibleSum::MOST;
 
-    /// Numbers of the particles.
+    /// Range of the particles' numbers.
     pub fn range(&self) -> Range<u64> {
         let whole = |n: u64| n.min(Self::MOST).next_multiple_of(Self::UNIT);
         whole(self.first)..whole(self.first.saturating_add(self.particles))
     }
 }
 
-/// What a measurement gives.
+/// Result of a measurement.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Measurement {
-    /// For each meter, what it has measured, with the channels of all groups. Absolute: in the units of
+    /// Readings of each meter, with the channels of all groups. They are absolute, in the units of
     /// the emitters' power.
     pub readings: Vec<Vec<Reading>>,
-    /// For each meter, the records of the light that it has accepted, if it keeps any.
+    /// Records of the light that each meter accepted, if it keeps records.
     pub records: Vec<Option<RecordTable>>,
     /// Power of all emitters, per channel.
     pub emitted: Vec<f64>,
     /// Standard errors of `emitted`; zero unless a medium emits whose power had to be estimated.
     pub emitted_error: Vec<f64>,
-    /// Where the light went, summed over channels.
+    /// Energy balance, summed over channels.
     pub balance: EnergyBalance,
-    /// What happened.
+    /// Counts of events and failures.
     pub stats: Stats,
-    /// Particles followed, per channel group: fewer than asked for if the measurement was stopped.
+    /// Particles followed per channel group; fewer than requested if the measurement was stopped.
     pub particles: u64,
 }
 
-/// Why nothing can be measured.
+/// Reason why a measurement is impossible.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MeasureError {
     /// A meter cannot measure in the scene.
@@ -66,18 +68,18 @@ pub enum MeasureError {
     Meter {
         /// Number of the meter, counted from 0.
         number: usize,
-        /// What is wrong with it.
+        /// Problem of the meter.
         problem: MeterProblem,
     },
     /// No emitter has any power.
     #[error("the scene emits no light: there is nothing to measure")]
     Dark,
-    /// There is no room for the sums.
+    /// Memory is insufficient for the sums.
     #[error("the meters need {0} bytes of memory, or more than {max} bins", max = Tally::MOST_SLOTS)]
     Memory(usize),
 }
 
-/// Puts the channels of all groups side by side.
+/// Interleaves the channels of all groups.
 pub(super) fn join(mut groups: Vec<(Vec<Vec<Reading>>, usize)>) -> Vec<Vec<Reading>> {
     if groups.len() == 1 {
         return groups.remove(0).0;
@@ -102,7 +104,7 @@ pub(super) fn join(mut groups: Vec<(Vec<Vec<Reading>>, usize)>) -> Vec<Vec<Readi
     first.iter().enumerate().map(joined).collect()
 }
 
-/// Values of the readings of several groups, each with its number of channels, cell by cell.
+/// Interleaves the values of several groups, each with its number of channels, cell by cell.
 fn interleave<T: Copy>(
     groups: &[(&Reading, usize)],
     values: impl Fn(&Reading) -> &Sparse<T>,

@@ -1,4 +1,4 @@
-//! Memory that a render takes, known before it starts.
+//! Estimates of the memory that a render takes, known before it starts.
 
 use super::strategies::MOST_VERTICES;
 use super::{RenderOptions, allocation, splats};
@@ -10,14 +10,16 @@ use crate::path::{LightPath, PathVertex};
 use crate::photons::Photon;
 use crate::scene::{FilmSpec, Scene};
 
-/// Bytes of scores that a pass may keep until it is complete, if it has more than one sample: enough to keep all threads busy for
-/// a while, few beside what a program takes anyway.
+/// Bytes of scores that a pass may keep until it is complete, if it has more than one sample:
+/// enough to keep all threads busy for a while, and little beside the program's other memory.
 const SCORES: usize = 1 << 25;
-/// Layers that a sample is taken to reach: how many it really does depends on the scene.
+/// Assumed number of layers that a sample reaches. The true number depends on the scene.
 const REACHED_LAYERS: usize = 8;
 
-/// Bytes that a render takes at most, except for photon maps, long light subpaths and samples that reach many layers: its films, what it
-/// knows of pixels, and what waits until a pass is complete. Writing films to files takes more, but not at the same time.
+/// Maximum number of bytes that a render takes: its films, its data about pixels, and the scores
+/// that wait until a pass is complete. Not included: photon maps, long light subpaths, and samples
+/// that reach many layers. Writing films to files takes additional memory, but not at the same
+/// time.
 pub fn memory(scene: &Scene, options: &RenderOptions) -> usize {
     let (pixels, per_unit) = (pixels(scene), scores(scene, options));
     let units = samples_of_pass(scene, options).min(options.samples) / unit(scene, options);
@@ -34,13 +36,13 @@ pub fn memory(scene: &Scene, options: &RenderOptions) -> usize {
         .saturating_add(waiting)
 }
 
-/// Most samples of a pass, whole replicates at all instants of a period.
+/// Maximum number of samples of a pass: whole replicates at all instants of a period.
 pub(super) fn samples_of_pass(scene: &Scene, options: &RenderOptions) -> u64 {
     let units = SCORES / scores(scene, options).max(1);
     unit(scene, options).saturating_mul(units.max(1) as u64)
 }
 
-/// Samples that belong together.
+/// Number of samples that are taken together.
 fn unit(scene: &Scene, options: &RenderOptions) -> u64 {
     scene.whole_periods(1, options.replicates())
 }
@@ -50,12 +52,12 @@ fn pixels(scene: &Scene) -> usize {
     film.width.saturating_mul(film.height)
 }
 
-/// Number of parts of each layer of light that are kept beside it.
+/// Number of parts of each layer that wait with its light.
 fn parts(options: &RenderOptions) -> usize {
     options.decomposition.parts.map_or(0, |parts| parts.count())
 }
 
-/// Bytes of the scores of all pixels in samples that belong together.
+/// Bytes of the scores of all pixels for the samples that are taken together.
 fn scores(scene: &Scene, options: &RenderOptions) -> usize {
     let size = options.replicates().size() as usize;
     let replicates = unit(scene, options) as usize / size;
@@ -79,17 +81,17 @@ fn groups(spec: &FilmSpec, options: &RenderOptions) -> usize {
     channels.div_ceil(options.renderer.group_size(spec.group_size))
 }
 
-/// Number of films without known bias.
+/// Number of films without known bias, 0 or 1.
 fn debiased(options: &RenderOptions) -> usize {
     usize::from(options.renderer.integrator().is_some_and(Integrator::blurs))
 }
 
-/// Bytes for each pixel of a film whose channels are in so many groups.
+/// Bytes per pixel of a film whose channels are in `groups` groups.
 fn film(channels: usize, groups: usize) -> usize {
     bytes_of_pixel(channels) + (groups - 1) * bytes_of_pixel(0)
 }
 
-/// Bytes for each pixel that last for the whole render.
+/// Bytes per pixel that last for the whole render.
 fn kept(spec: &FilmSpec, options: &RenderOptions) -> usize {
     let channels = options.renderer.channels(spec.channels);
     let film_of_light = film(channels, groups(spec, options));
@@ -116,7 +118,8 @@ fn kept(spec: &FilmSpec, options: &RenderOptions) -> usize {
         .saturating_add(outliers + shares + quantities)
 }
 
-/// Bytes for each pixel of a sample that splats, beside the scores that it becomes: its layers, its bias, and one sample of a replicate.
+/// Bytes per pixel of a sample that splats, in addition to the scores that it becomes: its layers,
+/// its bias, and one sample of a replicate.
 fn pending(options: &RenderOptions) -> usize {
     if options.renderer.splats() {
         let of_replicate = usize::from(options.replicates().size() > 1);
@@ -127,10 +130,10 @@ fn pending(options: &RenderOptions) -> usize {
     }
 }
 
-/// Vertices that a light subpath is taken to have: how many it really has depends on the scene.
+/// Assumed number of vertices of a light subpath. The true number depends on the scene.
 const VERTICES: usize = 3;
 
-/// Bytes for each pixel of light subpaths that all pixels share.
+/// Bytes per pixel of light subpaths that all pixels share.
 fn light_paths(options: &RenderOptions) -> usize {
     let integrator = options.renderer.integrator();
     if integrator.is_some_and(Integrator::shares_light_paths) {
@@ -148,7 +151,7 @@ fn layers(options: &RenderOptions) -> usize {
     }
 }
 
-/// Films of what strategies find, weighted and not.
+/// Number of films of strategies, weighted and unweighted.
 fn films_of_strategies(options: &RenderOptions) -> usize {
     if options.strategies {
         2 * options.renderer.integrator().map_or(0, strategies)
@@ -157,7 +160,7 @@ fn films_of_strategies(options: &RenderOptions) -> usize {
     }
 }
 
-/// Number of strategies that an estimator may come up with.
+/// Number of strategies that an estimator may use.
 fn strategies(integrator: &Integrator) -> usize {
     let most = MOST_VERTICES;
     let (max_depth, _) = integrator.depths();

@@ -1,4 +1,4 @@
-//! Rendering: samples spread over threads, with results that depend on the seed alone.
+//! Rendering on several threads. Results depend on the seed only.
 
 mod accumulator;
 mod allocation;
@@ -68,44 +68,49 @@ use serde::{Deserialize, Serialize};
 use source::Source;
 use std::ops::{ControlFlow, Range};
 
-/// How a render is done.
+/// Options of a render.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RenderOptions {
-    /// What the image shows, and how that is found.
+    /// Quantity that the image shows, and its estimator.
     pub renderer: Renderer,
-    /// Number of the first sample of each pixel; not 0 if this render is part of a larger one.
+    /// Number of the first sample of each pixel. It is not 0 if this render is part of a larger
+    /// one.
     pub first: u64,
-    /// Samples per pixel, a mean over the image if it is [adaptive](RenderOptions::adaptive). A film has room for
-    /// [`ReproducibleSum::MOST`]: a render ends there.
+    /// Samples per pixel; the mean over the image if the render is
+    /// [adaptive](RenderOptions::adaptive). The render ends at [`ReproducibleSum::MOST`] samples,
+    /// because a film has no room for more.
     pub samples: u64,
-    /// Seed: the same seed gives the same image, bit for bit, for any number of threads.
+    /// Seed. Equal seeds give equal images, bit for bit, for any number of threads.
     pub seed: u64,
-    /// How samples of a pixel are to belong together: they do where the estimator [can take them so](Integrator::replicates).
+    /// Kind of replicates into which samples of a pixel are grouped, if the estimator [supports
+    /// it](Integrator::replicates).
     pub replicates: Replicates,
-    /// Whether rays may be less accurate than the scene's tolerance asks for, where a pilot finds that the effect on the image is
-    /// small beside its noise: see [`RayAccuracy`]. Only for estimators without photon maps, not where light is told apart by length, nor
-    /// where a target says how small errors are to be.
+    /// True if rays may be less accurate than the scene's tolerance, where a pilot finds that the
+    /// effect on the image is small beside its noise: see [`RayAccuracy`]. Ignored for estimators
+    /// with photon maps, for layers by length, and for renders with a target error.
     pub loosens_tolerance: bool,
-    /// Whether an image of each strategy of a bidirectional estimator is wanted.
+    /// True if the render also makes an image of each strategy of a bidirectional estimator.
     pub strategies: bool,
-    /// Whether noisy pixels get more samples than others if the estimator is `path`: after the first [`ADAPTIVE_FROM`] of the image
-    /// half as many to eight times as many as on average, by what a pilot of four samples per pixel finds.
-    /// Images with [sorted](RenderOptions::reweight) samples nevertheless have equally many in each pixel.
+    /// True if noisy pixels receive more samples than others, for estimator `path`. After the first
+    /// [`ADAPTIVE_FROM`] samples of the image, a pixel receives half to eight times the average
+    /// number. A pilot of four samples per pixel determines the numbers. Images with
+    /// [sorted](RenderOptions::reweight) samples take equally many in each pixel.
     pub adaptive: bool,
-    /// How light is told apart on the film; it must fit the scene.
+    /// Separation of the film's light into layers; it must fit the scene.
     pub decomposition: Decomposition,
-    /// Whether samples are sorted by brightness, so that [`Film::reweighted`] is known.
+    /// True if samples are sorted by brightness, for [`Film::reweighted`].
     pub reweight: bool,
-    /// Whether light that comes straight from an emitter into the sensor is left out: paths without a bounce.
+    /// True if light that travels straight from an emitter into the sensor is left out: paths
+    /// without a bounce.
     pub hide_emitters: bool,
-    /// Error at which the render ends, before it has all its samples.
+    /// Error at which the render ends, even if samples are left.
     pub target: Option<Target>,
-    /// What is to be found of the sensor rays besides what the image shows.
+    /// Quantities of sensor rays that are computed in addition to the image.
     pub quantities: Option<AovTracer>,
 }
 
 impl RenderOptions {
-    /// Nothing but the image.
+    /// Creates options for an image without extras.
     pub fn new(renderer: impl Into<Renderer>, samples: u64, seed: u64) -> Self {
         RenderOptions {
             renderer: renderer.into(),
@@ -124,12 +129,12 @@ impl RenderOptions {
         }
     }
 
-    /// How samples of a pixel belong together.
+    /// Kind of replicates that the estimator uses.
     fn replicates(&self) -> Replicates {
         self.renderer.replicates(self.replicates)
     }
 
-    /// Whether a pilot may find that rays need not be as accurate as the scene asks for.
+    /// True if a pilot may choose rays that are less accurate than the scene's tolerance.
     pub fn may_loosen(&self) -> bool {
         let is_plain = matches!(
             self.renderer,
@@ -139,7 +144,7 @@ impl RenderOptions {
         self.loosens_tolerance && is_plain && !is_exact
     }
 
-    /// Whether samples are shared out among pixels by their noise.
+    /// True if noisy pixels receive more samples.
     fn shares_out(&self) -> bool {
         self.adaptive
             && !self.reweight
@@ -156,65 +161,67 @@ impl RenderOptions {
     }
 }
 
-/// How far a render has got.
+/// Progress of a render.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress<'a> {
-    /// Samples per pixel done, those of earlier runs included.
+    /// Samples per pixel taken so far, including those of earlier runs.
     pub done: u64,
-    /// Samples per pixel asked for.
+    /// Samples per pixel requested.
     pub total: u64,
-    /// The image so far.
+    /// Image so far.
     pub film: &'a Film,
-    /// All that there is so far.
+    /// Complete state so far.
     pub state: &'a State,
 }
 
-/// What a render gives.
+/// Result of a render.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Rendering {
-    /// The image.
+    /// Image.
     pub film: Film,
-    /// What happened.
+    /// Counts of events and failures.
     pub stats: Stats,
-    /// Samples per pixel done: fewer than asked for if the render was stopped.
+    /// Samples per pixel taken; fewer than requested if the render was stopped.
     pub samples: u64,
-    /// Probability with which connections that may not be unique were searched for further branches:
-    /// the largest over the channel groups.
+    /// Probability with which connections that may not be unique were searched for further
+    /// branches: the maximum over the channel groups.
     pub search: f64,
-    /// How accurate rays were: the least over the channel groups.
+    /// Accuracy of rays: the lowest over the channel groups.
     pub accuracy: RayAccuracy,
-    /// How paths began, in any of the channel groups.
+    /// First-vertex techniques that any of the channel groups used.
     pub first_vertex: FirstVertexTechniques,
-    /// Whether the render ended because its error was small enough.
+    /// True if the render ended because it reached its target error.
     pub reached: bool,
-    /// One image for each strategy, if they were wanted.
+    /// Images of the strategies, if requested.
     pub strategies: Vec<StrategyImage>,
-    /// Quantities of the sensor rays, if they were wanted besides.
+    /// Quantities of the sensor rays, if requested in addition to the image.
     pub quantities: Option<Quantities>,
-    /// The image without the bias that is known of, if the estimator has any.
+    /// Image without its known bias, if the estimator is biased.
     pub debiased: Option<Debiased>,
-    /// Where the light of all emitters went, if the estimator follows it from there.
+    /// Energy balance of the light of all emitters, if the estimator follows light from emitters.
     pub balance: Option<EnergyBalance>,
-    /// Radius of the first photon map or of the first merging, the largest over the channel groups; zero for other estimators.
+    /// Radius of the first photon map or of the first merging, the maximum over the channel groups;
+    /// zero for other estimators.
     pub first_radius: f64,
 }
 
 impl Rendering {
-    /// The measured error, relative to the image's mean; infinite as long as it is not known.
+    /// Measured error, relative to the image's mean; infinite as long as it is unknown.
     pub fn error(&self, measure: Measure) -> f64 {
         measure.error(&self.film, self.debiased.as_ref())
     }
 }
 
-/// Renders on the current thread pool: one scene for each group of channels, alike but for their spectra and
-/// indices. A film's groups are in the same order. Of scenes over a period of sound, all instants get the
-/// same number of samples if [`RenderOptions::samples`] is a multiple of theirs.
+/// Renders on the current thread pool. `scenes` holds one scene for each group of channels, in the
+/// order of the film's groups. The scenes are alike except for their spectra and indices. For
+/// scenes over a period of sound, all instants get the same number of samples if
+/// [`RenderOptions::samples`] is a multiple of their number.
 ///
-/// `on_pass` is called between passes; when it breaks, the render stops with what it has: the same values as a render of
-/// just that many samples.
+/// `on_pass` is called between passes. When it breaks, the render stops with the samples taken so
+/// far. The result equals a render of that number of samples.
 ///
 /// # Panics
-/// As [`State::new`].
+/// Panics like [`State::new`].
 pub fn render(
     scenes: &[Scene],
     options: &RenderOptions,
@@ -224,11 +231,12 @@ pub fn render(
 }
 
 impl Scene {
-    /// Renders all samples on the current thread pool. [`render`] and [`render_watched`] report progress, can be stopped, and take
-    /// films of more than [`Spectrum::CHANNELS`](crate::Spectrum::CHANNELS) channels.
+    /// Renders all samples on the current thread pool. [`render`] and [`render_watched`] report
+    /// progress, can be stopped, and support films of more than
+    /// [`Spectrum::CHANNELS`](crate::Spectrum::CHANNELS) channels.
     ///
     /// # Panics
-    /// If the decomposition does not fit: see [`State::new`].
+    /// If the decomposition does not fit the scene: see [`State::new`].
     pub fn render(&self, options: &RenderOptions) -> Rendering {
         render(std::slice::from_ref(self), options, |_| {
             ControlFlow::Continue(())
@@ -236,11 +244,11 @@ impl Scene {
     }
 }
 
-/// As [`render`]. Other threads see by the `handle` how many samples have been taken, and can end the render within a pass,
-/// the pilot included.
+/// Renders like [`render`]. Through the `handle`, other threads can read the number of samples
+/// taken, and can end the render within a pass or within the pilot.
 ///
 /// # Panics
-/// As [`State::new`].
+/// Panics like [`State::new`].
 pub fn render_watched(
     scenes: &[Scene],
     options: &RenderOptions,
@@ -252,7 +260,8 @@ pub fn render_watched(
     state.into_rendering(scenes)
 }
 
-/// Finds it out, for every group, by pilots of so much work at most, if less than usual; worthless if the handle has stopped it.
+/// Runs the pilots of every group. `work` limits the work of each, if it is less than usual. The
+/// results are worthless if the handle has stopped the pilots.
 fn prepare(
     scenes: &[Scene],
     options: &RenderOptions,
@@ -269,7 +278,8 @@ fn prepare(
                 prepared.radius = photons::first_radius(&source, &mapping);
             }
             Renderer::Light(Integrator::Vcm(vcm)) => {
-                // Connections are used as is best without merging, but all light subpaths are followed.
+                // Choose the strategies' probabilities as without merging, except that all light
+                // subpaths are followed.
                 let connecting = source.light(Integrator::Bdpt(shared::connecting(&vcm)));
                 prepared = strategy_pilot::prepared(&connecting, scenes.len());
                 prepared.strategies.light = 1.0;
@@ -289,7 +299,7 @@ fn prepare(
     groups.collect()
 }
 
-/// Seed of the random numbers of a group of channels: each has an address space of its own.
+/// Derives the seed of a group of channels, so that each group has an address space of its own.
 fn seed_of_group(seed: u64, group: usize) -> u64 {
     seed.wrapping_add((group as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15))
 }

@@ -1,25 +1,26 @@
-//! Runs go in passes: between them progress is seen, and a run can end.
+//! Passes of a run. Between passes, progress is reported and the run can end.
 
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-/// Passes grow until they take about this long: progress is seen and cancelling is quick, and
-/// waiting for the last thread at the end of a pass costs little.
+/// Target duration of a pass. It is short enough to report progress and to cancel quickly. It is
+/// long enough to make waiting for the last thread cheap.
 pub(super) const PASS: Duration = Duration::from_millis(500);
 
-/// The passes over what is missing of a range of samples, or of particles. Results do not depend on how they are divided into
-/// passes.
+/// Passes over the missing numbers of a range of samples, or of particles. Results do not depend on
+/// the division into passes.
 #[derive(Debug)]
 pub(super) struct Passes {
-    /// What is missing, the last range first.
+    /// Missing ranges, the last one first.
     gaps: Vec<Range<u64>>,
-    /// Samples of the next pass.
+    /// Number of samples of the next pass.
     next: u64,
     started: Instant,
 }
 
 impl Passes {
-    /// Over ranges in ascending order; the first pass takes one sample, or as few as possible.
+    /// Creates passes over ranges in ascending order. The first pass takes one sample, or as few as
+    /// possible.
     pub(super) fn over(gaps: impl IntoIterator<Item = Range<u64>>) -> Self {
         let mut gaps: Vec<Range<u64>> = gaps.into_iter().filter(|gap| !gap.is_empty()).collect();
         gaps.reverse();
@@ -30,13 +31,14 @@ impl Passes {
         }
     }
 
-    /// The first sample of the next pass, if there is one.
+    /// Number of the first sample of the next pass, if there is one.
     pub(super) fn at(&self) -> Option<u64> {
         self.gaps.last().map(|gap| gap.start)
     }
 
-    /// Begins the next pass: of as many samples as `size` makes of what would take the right time, or fewer if no more are
-    /// missing here. Empty if none are.
+    /// Begins the next pass and returns its samples. `size` receives the number of samples that
+    /// should take the target duration and returns the number wanted; fewer are taken at the end of
+    /// a gap. The range is empty if no samples are missing.
     pub(super) fn begin(&mut self, size: impl FnOnce(u64) -> u64) -> Range<u64> {
         self.started = Instant::now();
         let Some(gap) = self.gaps.last() else {
@@ -46,7 +48,7 @@ impl Passes {
         gap.start..gap.start + self.next
     }
 
-    /// Ends the pass. Returns how long it took.
+    /// Ends the pass. Returns its duration.
     pub(super) fn end(&mut self) -> Duration {
         let elapsed = self.started.elapsed();
         if let Some(gap) = self.gaps.last_mut() {
@@ -60,7 +62,7 @@ impl Passes {
     }
 }
 
-/// Samples for the next pass after one of `samples` that took `elapsed`.
+/// Number of samples for the next pass after a pass of `samples` that took `elapsed`.
 fn longer_or_shorter(samples: u64, elapsed: Duration) -> u64 {
     if 2 * elapsed <= PASS {
         samples.saturating_mul(2)

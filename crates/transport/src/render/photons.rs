@@ -1,7 +1,7 @@
-//! Estimators whose pixels share photon maps: one for each sample of the whole image.
+//! Estimators whose pixels share photon maps, one map for each sample of the whole image.
 //!
-//! As for splats, samples of the whole image are independent of one another, and so are those of a pixel,
-//! while pixels of one sample are not.
+//! Samples of the whole image are independent of one another, as for splats. So are the samples of
+//! one pixel, but the pixels of one sample are not.
 //!
 //! Theory: docs/theory.md#progressive-photon-maps.
 
@@ -17,15 +17,15 @@ use crate::stats::Stats;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Pixels per unit of work.
+/// Pixels per task.
 const PIXELS_PER_TASK: usize = 16;
 
-/// One sample of a pixel.
+/// Sample of a pixel.
 struct Taken {
     value: Spectrum,
-    /// The part of it that is bias.
+    /// Part of the value that is bias.
     bias: Spectrum,
-    /// Values by layer, if light is told apart.
+    /// Values by layer, if the film has layers.
     layers: Vec<(usize, Spectrum)>,
 }
 

@@ -1,7 +1,7 @@
-//! What is found out about a scene before the render: how often it pays to search for further branches, to
-//! connect vertices to emitters, and to let paths go on; and how paths begin.
+//! Pilot of a render. It determines how often to search for further branches, how often to connect
+//! vertices to emitters, when to terminate paths, and how paths begin.
 //!
-//! The samples of the pilot are not part of the image, so that the choices do not bias it.
+//! The samples of the pilot are not part of the image, so its choices do not bias the image.
 //!
 //! Theory: docs/theory.md#next-event-rates, docs/theory.md#first-vertex-techniques.
 
@@ -13,24 +13,27 @@ use crate::integrator::Integrator;
 use crate::path::{FirstVertexTechniques, Workspace};
 use std::ops::Add;
 
-/// Pixels of the pilot, spread over the image, of which each has two samples.
+/// Pixels of the pilot, spread over the image. Each has two samples.
 const PIXELS: usize = 256;
-/// The search is never given up altogether where branches cannot be ruled out: that would be biased.
+/// Lowest probability of a search where branches cannot be ruled out. Without any search the image
+/// would be biased.
 const LEAST: f64 = 1.0 / 16.0;
-/// Forced collisions are tried where samples of a pilot, which connects all vertices, cost no more than this, some 15 µs: the
-/// others are mostly connections along bent rays, of which more vertices need more, and trials would delay a render's start.
+/// Largest work of a pilot's sample for which forced collisions are tried, some 15 µs. More work is
+/// mostly due to connections along bent rays. More vertices need more connections, and trials would
+/// delay a render's start.
 const DEAR: f64 = 220.0;
-/// Number of first edges on which collisions are forced, if at all: of later ones there is little to gain.
+/// Number of first edges with forced collisions. Later edges gain little.
 const FORCED: u32 = 3;
-/// As often, at most, are samples taken with and without something to see whether it pays,
+/// Maximum number of rounds that compare samples with and without a technique.
 const ROUNDS: u64 = 3;
-/// or until it is better or worse by this factor than it should be.
+/// Factor between the efficiencies at which the comparison ends early.
 const CLEAR: f64 = 1.5;
-/// Forced collisions must be better by this factor: few samples may deceive.
+/// Factor by which forced collisions must be better, because few samples may mislead.
 const FORCED_PAYS: f64 = 1.1;
 
-/// With the probability with which to search for further branches, the share of searches that find one within
-/// bounds; those of connections to emitters; what paths may still bring; and how to begin them.
+/// Runs the pilot. Returns the probability of a search for further branches: the fraction of
+/// searches that find one, within bounds. For `path` it also determines the probabilities of
+/// connections to emitters, the adjoint estimate, and the first-vertex techniques.
 pub(super) fn prepared(light: &LightSamples) -> Prepared {
     let is_path = matches!(light.integrator, Integrator::Path(_));
     if light.source.scene.is_straight() && !is_path {
@@ -53,7 +56,7 @@ pub(super) fn prepared(light: &LightSamples) -> Prepared {
     best.prepared
 }
 
-/// What a pilot says.
+/// Result of a pilot.
 struct PilotResult {
     prepared: Prepared,
     pairs: Pairs,
@@ -62,7 +65,8 @@ struct PilotResult {
 }
 
 impl PilotResult {
-    /// Of paths that begin in a way. Whether more is found out is for paths from the sensor.
+    /// Runs a pilot with the given first-vertex techniques. If it `trains`, it also determines
+    /// next-event rates and the adjoint estimate, for paths from the sensor.
     fn new(light: &LightSamples, trains: bool, first_vertex: FirstVertexTechniques) -> Self {
         let mut prepared = Prepared {
             first_vertex,
@@ -90,15 +94,17 @@ impl PilotResult {
         }
     }
 
-    /// What a pilot says of paths whose first collisions are forced, if their variance × work is less by a factor: with bright
-    /// pixels counted less, and with all alike.
+    /// Returns the pilot with forced first collisions if it is clearly more efficient, else `self`.
+    /// Its variance × work must be less both with less weight for bright pixels and with equal
+    /// weights.
     fn or_forced(self, light: &LightSamples) -> Self {
         let first_vertex = FirstVertexTechniques {
             forced_collisions: FORCED,
             ..self.prepared.first_vertex
         };
         let other = PilotResult::new(light, true, first_vertex);
-        // Samples that count little because they are bright would hide what they show: what pixels count is told by others.
+        // Weigh pixels by the samples of both pilots, not by the compared ones: a sample with a low
+        // weight because it is bright would hide its own variance.
         let weights = weights(&[&self.pairs, &other.pairs]);
         let mut sums = [Tried::default(); 2];
         let mut gains = [1.0; 2];
@@ -125,17 +131,18 @@ impl PilotResult {
     }
 }
 
-/// The probability with which to search for further branches: the share of searches that found one, within bounds.
+/// Returns the probability of a search for further branches: the fraction of searches that found
+/// one, within bounds.
 pub(super) fn search(ws: &Workspace) -> f64 {
     let counts = ws.stats.connections;
     let yields = counts.secondary as f64 / counts.searches.max(1) as f64;
     yields.clamp(LEAST, 1.0)
 }
 
-/// What samples say of the way in which they were taken.
+/// Variance and work of samples of one technique.
 #[derive(Clone, Copy, Default)]
 struct Tried {
-    /// Variance, up to a factor: of pixels by what they count, and of all alike.
+    /// Variance, up to a factor: with weighted pixels, and with equal weights.
     scatter: [f64; 2],
     work: f64,
 }
@@ -164,21 +171,21 @@ impl Add for Tried {
     }
 }
 
-/// Samples that were taken.
+/// Samples of a pilot.
 struct Pilot {
     pairs: Pairs,
-    /// What they have left behind.
+    /// Workspace after the samples, with their counts and training data.
     ws: Workspace,
 }
 
 impl Pilot {
-    /// Takes samples; those of each `round` are others.
+    /// Takes samples; the samples of different rounds are independent.
     fn take(mut ws: Workspace, light: &LightSamples, round: u64) -> Self {
         let pairs = sample(light, &mut ws, round, light.source.pilot_work);
         Pilot { pairs, ws }
     }
 
-    /// Sum of the squares of the differences between the samples of a pixel.
+    /// Sum of the squared differences between the two samples of each pixel, weighted.
     fn scatter(&self, weights: &[f64]) -> f64 {
         let pairs = self.pairs.iter().zip(weights);
         pairs.map(|([a, b], weight)| weight * (a - b).powi(2)).sum()
@@ -189,7 +196,7 @@ impl Pilot {
     }
 }
 
-/// Takes the samples of a round, until they have taken the `most` work; returns them.
+/// Takes and returns the samples of a round, until their work exceeds `most`.
 fn sample(light: &LightSamples, ws: &mut Workspace, round: u64, most: f64) -> Pairs {
     let film = light.source.scene.film();
     let mut found = Vec::new();
@@ -202,7 +209,7 @@ fn sample(light: &LightSamples, ws: &mut Workspace, round: u64, most: f64) -> Pa
             if let Some(nee_training) = &mut ws.nee_training {
                 nee_training.begin();
             }
-            // Each in a replicate of its own: samples of one replicate are not independent.
+            // Place each sample in its own replicate: samples of one replicate are not independent.
             let number = 2 * (PIXELS as u64 * round + i as u64) + k;
             let sample = FIRST + light.source.replicates.size() * number;
             light.take(pixel, sample, ws, &mut found);
@@ -251,7 +258,8 @@ mod tests {
         .unwrap()
     }
 
-    /// Each sample of a sky is one edge of one step, sixteen units of work, and a pair has two of them.
+    /// Each sample of a sky is one edge of one step, which is sixteen units of work; a pair has two
+    /// samples.
     #[test]
     fn pilots_end_after_their_work() {
         let (scene, handle) = (sky(), Handle::default());

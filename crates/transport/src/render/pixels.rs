@@ -1,4 +1,4 @@
-//! Estimators whose samples belong to their own pixels (docs/theory.md#film).
+//! Estimators whose samples contribute to their own pixels only (docs/theory.md#film).
 
 use super::allocation::Allocation;
 use super::followed::FollowedSamples;
@@ -10,22 +10,22 @@ use crate::stats::Stats;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Pixels per unit of work: few enough to share out, enough not to matter. Units are shared out one by one, so that no
-/// thread is left alone with many of them at the end of a pass.
+/// Pixels per task: few enough to distribute well, enough to keep the overhead low. Threads take
+/// tasks one by one, so that no thread has many left at the end of a pass.
 pub(super) const PIXELS_PER_TASK: usize = 64;
 
-/// Quantities that samples are taken of.
+/// Quantities to compute from samples.
 struct Wanted<'a> {
     samples: Range<u64>,
     allocation: &'a Allocation,
-    /// If light is told apart.
+    /// Layers of the film, if it has any.
     decomposition: Option<Decomposition>,
     /// True if samples are sorted by brightness.
     sorts: bool,
 }
 
-/// Takes a range of samples of the image, whole replicates, for the source's channel group, of every pixel as many as it is allotted.
-/// Scores come in runs of [`PIXELS_PER_TASK`] pixels.
+/// Takes a range of samples of the image, whole replicates, for the source's channel group. Each
+/// pixel takes as many as it is allotted. The scores come in runs of [`PIXELS_PER_TASK`] pixels.
 pub(super) fn pass(
     light: &LightSamples,
     samples: Range<u64>,
@@ -67,7 +67,7 @@ fn run_of_pixels(light: &LightSamples, wanted: &Wanted, run: Range<usize>) -> (S
     let mut followed = FollowedSamples::of(light, &decomposition);
     let mut pending = Pending::new(layers);
     let size = source.replicates.size();
-    // A power of two, so that nothing is rounded.
+    // A power of two, so that products are exact.
     let share = 1.0 / size as f64;
     let replicates = || wanted.samples.clone().step_by(size as usize);
     let count = run.len() * replicates().count();

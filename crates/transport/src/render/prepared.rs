@@ -1,4 +1,4 @@
-//! Data about a group of channels that pilots find before its first sample.
+//! Data about a group of channels that pilots determine before its first sample.
 
 use crate::path::{AdjointEstimate, FirstVertexTechniques, NeeRates, StrategyRates};
 use crate::scene::Scene;
@@ -13,18 +13,18 @@ pub struct Prepared {
     pub(super) rates: NeeRates,
     /// Probabilities with which strategies of bidirectional estimators are used.
     pub(super) strategies: StrategyRates,
-    /// What paths may still bring.
+    /// Adjoint estimate: expected further contribution of paths.
     pub(super) adjoint: AdjointEstimate,
-    /// How paths begin.
+    /// First-vertex techniques of paths.
     pub(super) first_vertex: FirstVertexTechniques,
     /// Radius of the first photon map, or of the first merging; zero if there is none.
     pub(super) radius: f64,
-    /// How accurate rays are.
+    /// Accuracy of rays.
     pub(super) accuracy: RayAccuracy,
 }
 
 impl Prepared {
-    /// Starts before any pilot: with the accuracy that the scene asks for.
+    /// Creates the data before any pilot. The accuracy is the scene's.
     pub(super) fn new(scene: &Scene) -> Self {
         Prepared {
             search: 1.0,
@@ -37,7 +37,7 @@ impl Prepared {
         }
     }
 
-    /// Least accuracy of rays in all groups.
+    /// Lowest accuracy of rays in all groups.
     pub(super) fn least_accuracy(groups: &[Prepared], scene: &Scene) -> RayAccuracy {
         let least = |a: RayAccuracy, b: RayAccuracy| RayAccuracy {
             tolerance: a.tolerance.max(b.tolerance),
@@ -47,7 +47,7 @@ impl Prepared {
         all.fold(RayAccuracy::of(scene), least)
     }
 
-    /// Techniques at the first vertices of paths that are used in any of the groups.
+    /// First-vertex techniques that any of the groups uses.
     pub(super) fn first_vertex_of_any(groups: &[Prepared]) -> FirstVertexTechniques {
         let all = || groups.iter().map(|p| p.first_vertex);
         FirstVertexTechniques {
@@ -57,18 +57,18 @@ impl Prepared {
     }
 }
 
-/// How accurate the rays of a render are.
+/// Accuracy of the rays of a render.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RayAccuracy {
     /// Relative position error per unit of arc length: see [`Tolerance`](eikonal::Tolerance).
     pub tolerance: f64,
-    /// What a looser tolerance than the scene's does to a pixel's mean, at most, in standard deviations of one sample: by a pilot, a mean over
-    /// the image. Zero if the tolerance is that of the scene.
+    /// Maximum effect of the looser tolerance on a pixel's mean, in standard deviations of one
+    /// sample: a mean over the image, estimated by a pilot. Zero if the tolerance is the scene's.
     pub effect: f64,
 }
 
 impl RayAccuracy {
-    /// Accuracy that a scene asks for.
+    /// Returns the accuracy that a scene requests.
     pub(super) fn of(scene: &Scene) -> Self {
         RayAccuracy {
             tolerance: scene.tolerance().get(),
@@ -76,7 +76,7 @@ impl RayAccuracy {
         }
     }
 
-    /// The effect in standard errors of a pixel of so many samples.
+    /// Effect in standard errors of a pixel of `samples` samples.
     pub fn effect_beside_noise(&self, samples: u64) -> f64 {
         self.effect * (samples as f64).sqrt()
     }

@@ -1,14 +1,14 @@
-//! Which samples have been taken.
+//! Sets of sample numbers.
 
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// Numbers of samples: ranges that neither overlap nor touch, in ascending order.
+/// Set of sample numbers: ranges that neither overlap nor touch, in ascending order.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "Vec<Range<u64>>")]
 pub struct Ranges(Vec<Range<u64>>);
 
-/// Why a list of ranges is not valid [`Ranges`].
+/// Error for a list of ranges that is not a valid [`Ranges`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("ranges of samples are empty, overlap, or are not in order")]
 pub struct UnsoundRanges;
@@ -28,12 +28,12 @@ impl TryFrom<Vec<Range<u64>>> for Ranges {
 }
 
 impl Ranges {
-    /// How many numbers there are.
+    /// Number of samples in the set.
     pub fn count(&self) -> u64 {
         self.0.iter().map(|r| r.end - r.start).sum()
     }
 
-    /// The ranges.
+    /// Returns the ranges in ascending order.
     pub fn iter(&self) -> impl Iterator<Item = Range<u64>> + Clone + '_ {
         self.0.iter().cloned()
     }
@@ -51,7 +51,7 @@ impl Ranges {
         self.0.splice(first..end, [joined]);
     }
 
-    /// The first numbers that are also among others.
+    /// First range of numbers that both sets contain.
     pub fn overlap(&self, other: &Ranges) -> Option<Range<u64>> {
         let common = |a: Range<u64>| {
             let within = other
@@ -62,7 +62,7 @@ impl Ranges {
         self.iter().find_map(common)
     }
 
-    /// What is missing from a range.
+    /// Returns the parts of a range that are missing from the set.
     pub fn gaps(&self, within: Range<u64>) -> Vec<Range<u64>> {
         let mut gaps = Vec::new();
         let mut from = within.start;
@@ -86,7 +86,7 @@ mod tests {
         ranges
     }
 
-    /// Against sets of numbers, for all pairs of ranges within ten.
+    /// Compares with sets of numbers, for all pairs of ranges within ten.
     #[test]
     fn they_are_sets() {
         let pairs = || (0..10).flat_map(|a| (a..10).map(move |b| (a, b)));
@@ -108,7 +108,7 @@ mod tests {
         }
     }
 
-    /// A file that lies has none of these.
+    /// Corrupted files with such ranges are rejected.
     #[test]
     fn ranges_are_in_order() {
         for text in [

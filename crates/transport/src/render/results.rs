@@ -1,7 +1,8 @@
-//! What estimators and meters find, in short.
+//! Fingerprints of the results of estimators and meters.
 
-/// By estimator, and by kind of meter, the beginning of a hash of what it finds in a small scene, to five digits. Parts of builds
-/// that differ in what a run uses must not be added up. `io/tests/io/results.rs` computes them.
+/// Name of each estimator and each kind of meter, with the beginning of a hash of its result in a
+/// small scene, to five digits. Parts must not be added up if their builds differ in a fingerprint
+/// that the run uses. `io/tests/io/results.rs` computes the hashes.
 pub const RESULTS: [(&str, &str); 8] = [
     ("path", "8083d3722b9fff5f"),
     ("particle", "dcfa42d55cce81ac"),
@@ -13,7 +14,8 @@ pub const RESULTS: [(&str, &str); 8] = [
     ("irradiance", "d9ad2f2b0f47283b"),
 ];
 
-/// The fingerprints of these estimators and meters, in the order of the table; unknown names have none.
+/// Fingerprints of the named estimators and meters, in the order of the table. Unknown names have
+/// none.
 pub fn results<'a>(names: impl Iterator<Item = &'a str> + Clone) -> String {
     let is_used = |name: &str| names.clone().any(|used| used == name);
     let used = RESULTS.iter().filter(|(name, _)| is_used(name));

@@ -1,4 +1,5 @@
-//! Light subpaths that all pixels share: one set for each sample of the whole image, for vertex connection and merging.
+//! Light subpaths that all pixels share, one set for each sample of the whole image, for vertex
+//! connection and merging.
 //!
 //! Theory: docs/theory.md#vertex-merging.
 
@@ -10,7 +11,8 @@ use crate::integrator::{
 use crate::path::Workspace;
 use crate::photons::{Followed, LightPaths};
 
-/// Follows the light subpaths of a sample of the whole image; `None` if the estimator has none in common.
+/// Follows the light subpaths of a sample of the whole image. Returns `None` if the estimator's
+/// pixels share none.
 pub(super) fn trace(
     light: &LightSamples,
     sample: u64,
@@ -35,7 +37,8 @@ pub(super) fn trace(
     })
 }
 
-/// As [`LightSamples::take`], with light subpaths of which the one with the pixel's number is connected, if there are any.
+/// Adds the contributions of one sample of a pixel to `out`, like [`LightSamples::take`]. If there
+/// are shared light subpaths, it connects the one with the pixel's number.
 pub(super) fn take(
     light: &LightSamples,
     merging: Option<&Merging>,
@@ -70,7 +73,7 @@ fn with_paths<T>(
     source.with_light_paths(sample, bounds, count, follow)
 }
 
-/// What vertex connection and merging does besides merging.
+/// Bidirectional path tracing with the settings of vertex connection and merging, without merging.
 pub(super) fn connecting(vcm: &Vcm) -> Bdpt {
     Bdpt {
         max_depth: vcm.max_depth,
@@ -80,7 +83,7 @@ pub(super) fn connecting(vcm: &Vcm) -> Bdpt {
     }
 }
 
-/// Radius of the first sample.
+/// Determines the radius of the first sample.
 pub(super) fn first_radius(source: &Source, vcm: &Vcm) -> f64 {
     with_paths(source, vcm, PILOT, |paths| vcm.first_radius(paths))
 }

@@ -1,4 +1,4 @@
-//! Where the samples of a pixel come from.
+//! Sources of the samples of pixels: sensor rays and random numbers.
 
 use super::{Handle, Prepared, RenderOptions, seed_of_group};
 use crate::Spectrum;
@@ -12,32 +12,34 @@ use crate::sensor::SensorRay;
 use crate::stop::Stop;
 use eikonal::Tolerance;
 
-/// Work after which a pilot takes no more samples unless less is said: some three seconds.
+/// Default work after which a pilot takes no more samples: some three seconds.
 const PILOT_WORK: f64 = 5e7;
 
-/// Number of the sample whose light subpaths choose the radius: no render gets there.
+/// Number of the sample whose light subpaths determine the radius, beyond the numbers of all
+/// renders.
 pub(super) const PILOT: u64 = 1 << 63;
 
-/// The samples of one channel group.
+/// Source of the samples of one channel group.
 pub(super) struct Source<'a> {
     pub scene: &'a Scene,
     pub group: usize,
     pub prepared: Prepared,
     pub handle: &'a Handle,
-    /// Whether what is under way is to be given up.
+    /// Flag that aborts the pass under way.
     pub stop: Stop,
-    /// Work after which a pilot takes no more samples, in the unit of [`Stats::cost`](crate::stats::Stats::cost).
+    /// Work after which a pilot takes no more samples, in the unit of
+    /// [`Stats::cost`](crate::stats::Stats::cost).
     pub pilot_work: f64,
-    /// How its samples belong together.
+    /// Kind of replicates into which samples are grouped.
     pub replicates: Replicates,
-    /// Whether paths without a bounce are left out.
+    /// True if paths without a bounce are left out.
     hides_emitters: bool,
     /// Index of the medium around the sensor.
     sensor_index: f64,
     seed: u64,
 }
 
-/// The samples of a source that an integrator takes.
+/// Samples of a source that an integrator takes.
 #[derive(Clone, Copy)]
 pub(super) struct LightSamples<'s> {
     pub source: &'s Source<'s>,
@@ -72,7 +74,7 @@ impl<'a> Source<'a> {
         self.scene.film().channels_of(self.group)
     }
 
-    /// The samples that an integrator takes.
+    /// Returns the samples that an integrator takes.
     pub(super) fn light(&self, integrator: Integrator) -> LightSamples<'_> {
         LightSamples {
             source: self,
@@ -84,7 +86,7 @@ impl<'a> Source<'a> {
         self.workspace_of(&self.prepared)
     }
 
-    /// A workspace for samples to be taken that way.
+    /// Creates a workspace with the given results of pilots.
     pub(crate) fn workspace_of(&self, prepared: &Prepared) -> Workspace {
         let mut ws = Workspace::new(Tolerance::new(prepared.accuracy.tolerance));
         ws.search = prepared.search;
@@ -96,12 +98,12 @@ impl<'a> Source<'a> {
         ws
     }
 
-    /// Whether the pass under way is to be given up: what is found is worthless.
+    /// True if the pass under way is aborted; its results are then worthless.
     pub(crate) fn is_stopped(&self) -> bool {
         self.stop.is_raised()
     }
 
-    /// The sensor ray of a sample of a pixel.
+    /// Samples the sensor ray of a sample of a pixel.
     pub(super) fn ray(&self, pixel: usize, sample: u64) -> SampledRay {
         let mut sampler = self.sampler(pixel as u64, sample);
         let spec = self.scene.film();
@@ -124,7 +126,8 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// Hands over the light subpaths of a sample of the whole image: so many, which are numbered after the pixels.
+    /// Calls `follow` with the `count` light subpaths of a sample of the whole image. Their random
+    /// numbers have addresses after the pixels' addresses.
     pub(super) fn with_light_paths<T>(
         &self,
         sample: u64,
@@ -144,25 +147,27 @@ impl<'a> Source<'a> {
         })
     }
 
-    /// Whether light on such a path belongs to the image.
+    /// True if light on a path with these facts belongs to the image.
     pub(super) fn shows(&self, path: &PathFacts) -> bool {
         !(self.hides_emitters && path.bounces == 0)
     }
 
-    /// The random numbers of a sample of a pixel. Numbers beyond those of the pixels are for what they share.
+    /// Random numbers of a sample of a pixel. Pixel numbers beyond the film are for subpaths that
+    /// pixels share.
     pub(super) fn sampler(&self, pixel: u64, sample: u64) -> Sampler {
         Sampler::in_replicates(self.replicates, [self.seed, pixel, sample])
     }
 }
 
-/// The sensor ray of a sample.
+/// Sensor ray of a sample.
 pub(super) struct SampledRay {
     pub ray: SensorRay,
-    /// How far from its geometric place on the image light of this sample arrives, in units of the image: zero unless the aperture diffracts.
+    /// Offset of the sample's light from its geometric position on the image, in units of the
+    /// image. It is zero unless the aperture diffracts.
     pub offset: [f64; 2],
-    /// What it counts: 1, unless the filter is negative in places.
+    /// Weight of the sample: 1, unless the filter has negative lobes.
     pub weight: f64,
-    /// The random numbers after it.
+    /// Random numbers after the ray's.
     pub sampler: Sampler,
 }
 
@@ -182,7 +187,8 @@ impl LightSamples<'_> {
         });
     }
 
-    /// The same by another way to estimate what a sensor ray sees.
+    /// Adds the contributions of one sample of a pixel to `out`, like [`take`](Self::take). The
+    /// function `estimate` follows the sensor ray.
     pub(super) fn take_by(
         &self,
         pixel: usize,
@@ -222,7 +228,8 @@ impl LightSamples<'_> {
     }
 }
 
-/// A sample, or zero if it is not finite in the single precision of images, which is counted.
+/// Returns a sample, or zero if it is not finite in the single precision of images. Counts such
+/// samples.
 pub(super) fn finite(value: Spectrum, not_finite: &mut u64) -> Spectrum {
     if value.0.iter().all(|v| v.abs() <= f64::from(f32::MAX)) {
         value

@@ -1,10 +1,10 @@
-//! Estimators whose samples contribute all over the image.
+//! Estimators whose samples contribute to the whole image.
 //!
-//! One sample of every pixel together make one sample of the whole image: contributions to other pixels
-//! are added up first, and then each pixel takes its sum as one sample, or as one of a replicate. So pixels' samples, or replicates, are
-//! independent of one another over their number, and the variance of their mean is known as
-//! for any other estimator. The sums of one sample are formed in the order of pixels and paths, whatever thread
-//! computed them: the same seed gives the same bits.
+//! One sample of every pixel together make one sample of the whole image. Contributions to other
+//! pixels are added up first. Then each pixel takes its sum as one sample, or as one sample of a
+//! replicate. The samples of a pixel, or its replicates, are therefore independent of one another,
+//! and the variance of their mean is known as for any other estimator. The sums of one sample are
+//! formed in the order of pixels and paths, independent of threads: equal seeds give equal bits.
 //!
 //! Theory: docs/theory.md#film.
 
@@ -21,48 +21,49 @@ use crate::stats::Stats;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Pixels per unit of work.
+/// Pixels per task.
 const PIXELS_PER_TASK: usize = 16;
-/// Units of work for each thread whose contributions are kept until they are added up: enough to keep all threads busy, few
-/// enough to fit into memory.
+/// Tasks per thread whose contributions are kept until they are added up: enough to keep all
+/// threads busy, few enough to fit into memory.
 const TASKS_PER_THREAD: usize = 1 << 7;
-/// Contributions that a pixel's sample is taken to have: how many it really has depends on the scene.
+/// Assumed number of contributions to a pixel's sample. The true number depends on the scene.
 const CONTRIBUTIONS: usize = 32;
 
-/// Bytes of the contributions that are kept until they are added up, for films of `pixels` pixels and contributions of `parts` parts.
+/// Bytes of the contributions that are kept until they are added up, for a film of `pixels` pixels
+/// and contributions of `parts` parts.
 pub(super) fn waiting(pixels: usize, parts: usize) -> usize {
     let pixels = pixels.min(tasks_of_block() * PIXELS_PER_TASK);
     let parts = parts * size_of::<(usize, FoundPart)>();
     pixels * CONTRIBUTIONS * (size_of::<(usize, Contribution)>() + parts)
 }
 
-/// Units of work whose contributions are kept at the same time.
+/// Number of tasks whose contributions are kept at the same time.
 fn tasks_of_block() -> usize {
     TASKS_PER_THREAD * rayon::current_num_threads()
 }
 
-/// One sample of a few neighbouring pixels.
+/// Results of one sample of a few neighbouring pixels.
 #[derive(Default)]
 struct SplatSamples {
-    /// Contributions, and the pixel whose sample each is.
+    /// Contributions, each with the pixel whose sample found it.
     contributions: Vec<(usize, Contribution)>,
-    /// Parts of their light, if the film asks for [parts](crate::film::LightParts).
+    /// Parts of their light, if the film keeps [parts](crate::film::LightParts).
     parts: Option<Vec<(usize, FoundPart)>>,
 }
 
 /// Films to which samples of the whole image are added.
 pub(super) struct ImageFilms<'a> {
     pub film: &'a mut Film,
-    /// The image without known bias.
+    /// Image without its known bias.
     pub debiased: Option<&'a mut Debiased>,
     /// Images of strategies.
     pub strategies: Option<&'a mut Strategies>,
 }
 
-/// A sample of the whole image, or a replicate of them, for one group of channels.
+/// Sample of the whole image, or a replicate of samples, for one group of channels.
 pub(super) struct ImageScores {
     pub image: Scores,
-    /// Single samples of the image without known bias, if there is any.
+    /// Single samples of the image without its known bias, if there is such an image.
     pub debiased: Vec<Vec<Spectrum>>,
     pub strategies: StrategyScores,
 }
@@ -83,17 +84,17 @@ impl ImageScores {
     }
 }
 
-/// Samples of the whole image of one group of channels, and what became of the power of emitters.
+/// Samples of the whole image of one group of channels, and the fate of the emitters' power.
 pub(super) type FoundImages = (Vec<ImageScores>, BalanceTotals);
 
-/// A unit of work: some pixels of one sample.
+/// Task: some pixels of one sample.
 #[derive(Clone, Debug)]
 struct Task {
     sample: u64,
     pixels: Range<usize>,
 }
 
-/// Units of work in the order in which they are added up.
+/// Tasks in the order in which their results are added up.
 struct Tasks {
     pixels: usize,
     per_sample: u64,
@@ -115,7 +116,8 @@ impl Tasks {
         }
     }
 
-    /// The blocks in which work for some samples is done: each is of one sample if light is shared there.
+    /// Divides the tasks of some samples into blocks. Each block belongs to one sample if pixels
+    /// share light subpaths.
     fn blocks(&self, samples: Range<u64>, is_shared: bool) -> impl Iterator<Item = Range<u64>> {
         let run = if is_shared {
             1
@@ -134,8 +136,8 @@ impl Tasks {
     }
 }
 
-/// Takes a range of samples of the whole image, whole replicates, for the source's channel group; images of strategies if they
-/// are `told_apart`.
+/// Takes a range of samples of the whole image, whole replicates, for the source's channel group.
+/// Makes images of strategies if they are `told_apart`.
 pub(super) fn pass(
     light: &LightSamples,
     samples: Range<u64>,
@@ -148,13 +150,13 @@ pub(super) fn pass(
     let mut found = Vec::new();
     let mut balances = BalanceTotals::default();
     let blank = || vec![Spectrum::ZERO; pixels];
-    // Of a sample, and its part that is bias; allocated when it begins.
+    // Sums of a sample, and of its part that is bias; allocated when the sample begins.
     let (mut image, mut bias) = (Vec::new(), Vec::new());
-    // Of a replicate.
+    // Sums of a replicate.
     let (mut replicate, mut debiased, mut sorted) = (Vec::new(), Vec::new(), Vec::new());
     let mut strategies = StrategyScores::default();
     let size = source.replicates.size();
-    // A power of two, so that nothing is rounded.
+    // A power of two, so that products are exact.
     let share = 1.0 / size as f64;
     let mut balance = BalanceSums::default();
     let decomposition = film.layers().map(|layers| *layers.decomposition());
@@ -171,7 +173,7 @@ pub(super) fn pass(
             break;
         }
         if is_shared && block.start.is_multiple_of(tasks.per_sample) {
-            // There is no room for two.
+            // Free the old map first: there is no room for two.
             drop(shared.take());
             let sample = block.start / tasks.per_sample;
             shared = shared::trace(light, sample, decomposition).map(|followed| {
@@ -295,7 +297,8 @@ fn part(
     (part, ws.stats(), balance)
 }
 
-/// Tells `count` the pixels in which a contribution counts, and by what factor: its own pixel, or those around its place on the image.
+/// Passes to `count` each pixel to which a contribution counts, with its factor: the pixel of its
+/// own sample, or the pixels around its position on the image.
 pub(super) fn splat(
     source: &Source,
     own: usize,
@@ -306,8 +309,8 @@ pub(super) fn splat(
     let Some(image) = image else {
         return count(own, 1.0);
     };
-    // A pixel's filter per unit of the image's area is the image's number of pixels times that per pixel, and
-    // there are as many paths as pixels of the film.
+    // A pixel's filter per unit of the image's area is the filter per pixel times the number of
+    // pixels of the whole image. There are as many paths as pixels of the film.
     let share = spec
         .window
         .map_or(1.0, |w| w.pixels() / (spec.width * spec.height) as f64);
@@ -323,10 +326,10 @@ pub(super) fn splat(
     );
 }
 
-/// The layers of a sample of the whole image, being added up.
+/// Layers of a sample of the whole image that is being added up.
 struct Layered {
     decomposition: Decomposition,
-    /// By pixel and layer.
+    /// Sums by pixel and layer.
     pending: Pending,
 }
 
@@ -338,7 +341,7 @@ impl Layered {
         }
     }
 
-    /// Adds a `share` of samples.
+    /// Adds samples, times `share`.
     fn splat(&mut self, source: &Source, samples: &SplatSamples, share: f64) {
         let layers = self.decomposition.layers();
         let pending = &mut self.pending;
@@ -360,7 +363,8 @@ impl Layered {
         }
     }
 
-    /// Values that are not zero with their places, pixel × number of layers + layer; begins anew.
+    /// Returns the non-zero values with their places, pixel × number of layers + layer, and resets
+    /// them.
     fn finish(&mut self) -> Vec<PlacedValue> {
         let mut values = Vec::new();
         self.pending

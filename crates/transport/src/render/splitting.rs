@@ -1,7 +1,9 @@
-//! Whether it pays to follow paths both ways, refracted and reflected, from the first smooth surface that they meet.
+//! Choice whether to follow both branches of a path, refracted and reflected, from its first smooth
+//! surface.
 //!
-//! Samples that are split tell both variances: of each, what the two ways bring is known, and so is the probability with which a path
-//! that is not split would take either. Reflections that are rare and bright are thus seen wherever they fall.
+//! Split samples give the variances with and without splitting. Each sample gives the contributions
+//! of both branches, and the probability with which a path without splitting takes either branch.
+//! Rare bright reflections are therefore seen on every split sample.
 //!
 //! Theory: docs/theory.md#first-vertex-techniques.
 
@@ -11,12 +13,13 @@ use super::source::LightSamples;
 use crate::integrator::Contribution;
 use crate::path::Workspace;
 
-/// Pixels, spread over the image, of which each has two samples.
+/// Number of pixels, spread over the image. Each has two samples.
 const PIXELS: usize = 1024;
-/// Numbers of the samples start here, after those of the other pilots.
+/// First number of the samples, beyond the numbers of the other pilots.
 const FIRST_SPLIT: u64 = FIRST + (1 << 40);
 
-/// Whether variance × work is less with splitting: with bright pixels counted less, and with all alike.
+/// True if splitting reduces variance × work, both with less weight for bright pixels and with
+/// equal weights.
 pub(super) fn pays(light: &LightSamples, prepared: &Prepared) -> bool {
     let mut prepared = prepared.clone();
     prepared.first_vertex.splitting = true;
@@ -57,13 +60,13 @@ pub(super) fn pays(light: &LightSamples, prepared: &Prepared) -> bool {
     })
 }
 
-/// A path that was split, or none to split.
+/// Path that was split, or that met no surface to split at.
 struct SplitPath {
-    /// What was found: refracted, reflected.
+    /// Contributions of the refracted and of the reflected branch.
     values: [f64; 2],
-    /// The work for it.
+    /// Work of each branch.
     work: [f64; 2],
-    /// Probability with which a path that is not split is reflected.
+    /// Probability with which a path without splitting is reflected.
     reflectance: f64,
 }
 
@@ -110,7 +113,7 @@ impl SplitPath {
         self.values.iter().sum()
     }
 
-    /// What the choice of one way adds to the variance: A²/(1 − F) + B²/F − (A + B)².
+    /// Variance that the random choice of one branch adds: A²/(1 − F) + B²/F − (A + B)².
     fn chance(&self) -> f64 {
         if self.reflectance == 0.0 {
             return 0.0;
@@ -119,7 +122,7 @@ impl SplitPath {
         (odds * self.values[0] - self.values[1] / odds).powi(2)
     }
 
-    /// Mean work of a path that takes one way.
+    /// Mean work of a path that takes one branch.
     fn work_of_one(&self) -> f64 {
         (1.0 - self.reflectance) * self.work[0] + self.reflectance * self.work[1]
     }

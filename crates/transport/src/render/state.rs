@@ -1,4 +1,4 @@
-//! States of renders: their samples so far.
+//! States of renders: sums over their samples so far.
 
 use super::accumulator::{Accumulator, Sampling};
 use super::films::Films;
@@ -16,7 +16,7 @@ use crate::scene::{NO_SCENE, Scene};
 use crate::stats::Stats;
 use std::ops::{ControlFlow, Range};
 
-/// Samples of a render so far. They can be kept, continued, and merged with others.
+/// Sums over the samples of a render so far. They can be kept, continued, and merged with others.
 ///
 /// ```no_run
 /// # fn example(scenes: &[morgana_transport::Scene], options: morgana_transport::render::RenderOptions) {
@@ -37,38 +37,41 @@ use std::ops::{ControlFlow, Range};
 pub type State = Accumulator<Films>;
 
 impl State {
-    /// Starts without samples.
+    /// Creates a state without samples.
     ///
     /// # Panics
-    /// Without scenes, or if [`RenderOptions::decomposition`] has bins that are not [valid](crate::Bins::is_valid), more than
-    /// [`MOST_BOUNCES`](crate::film::Decomposition::MOST_BOUNCES) bounces, or another number of emitters than the scenes.
+    /// If there are no scenes. If [`RenderOptions::decomposition`] has bins that are not
+    /// [valid](crate::Bins::is_valid), more than
+    /// [`MOST_BOUNCES`](crate::film::Decomposition::MOST_BOUNCES) bounces, or a number of emitters
+    /// that differs from the scenes'.
     pub fn new(scenes: &[Scene], options: &RenderOptions) -> Self {
         let first = scenes.first().expect(NO_SCENE);
         Accumulator::empty(scenes.len(), Films::new(first, options))
     }
 
-    /// The image so far.
+    /// Image so far.
     pub fn film(&self) -> &Film {
         &self.sums.film
     }
 
-    /// Returns whether this is a state of a render of these scenes with these options, whichever samples it has.
+    /// True if this is the state of a render of these scenes with these options. Its samples do not
+    /// matter.
     ///
     /// # Panics
-    /// As [`State::new`].
+    /// Panics like [`State::new`].
     pub fn fits(&self, scenes: &[Scene], options: &RenderOptions) -> bool {
         let first = scenes.first().expect(NO_SCENE);
         self.has_groups(scenes.len()) && self.sums.fits(first, options)
     }
 
-    /// Returns whether the error is small enough, if the render has a target.
+    /// True if the render has a target, and its error is small enough.
     pub fn reached(&self) -> bool {
         self.sums.watch.as_ref().is_some_and(Watch::is_over)
     }
 
-    /// Takes the samples of the options' range that are missing, on the current thread pool; before the first, it finds out
-    /// what the estimator has to know. See [`render`](super::render()) for `scenes` and `on_pass`,
-    /// [`render_watched`](super::render_watched) for `handle`.
+    /// Takes the missing samples of the options' range on the current thread pool. Runs the
+    /// estimator's pilots before the first sample. See [`render`](super::render()) for `scenes` and
+    /// `on_pass`, [`render_watched`](super::render_watched) for `handle`.
     ///
     /// # Panics
     /// If the state does not [fit](State::fits).
@@ -97,7 +100,8 @@ impl State {
             sources: sources.collect(),
             most: memory::samples_of_pass(&scenes[0], options),
         };
-        // Whoever has a replicate's first sample takes all of it, so that parts have whole replicates, too.
+        // The part with a replicate's first sample takes the whole replicate, so that parts have
+        // whole replicates, too.
         let range = options.range();
         let range = replicates.whole(range.start)..replicates.whole(range.end);
         let total = range.end - range.start;
@@ -111,10 +115,10 @@ impl State {
         });
     }
 
-    /// The result; `scenes` are those that were rendered.
+    /// Returns the result; `scenes` are the scenes that were rendered.
     ///
     /// # Panics
-    /// Without scenes.
+    /// If there are no scenes.
     pub fn into_rendering(self, scenes: &[Scene]) -> Rendering {
         let samples = self.done.count();
         let reached = self.reached();
@@ -156,7 +160,7 @@ struct FoundByGroup {
 struct RenderPasses<'a> {
     options: &'a RenderOptions,
     sources: Vec<Source<'a>>,
-    /// Maximum number of samples of a pass, for its memory.
+    /// Maximum number of samples of a pass, limited by memory.
     most: u64,
 }
 
@@ -164,7 +168,7 @@ impl Sampling for RenderPasses<'_> {
     type Sums = Films;
     type Found = FoundByGroup;
 
-    /// Finds out the shares of the pixels before the first sample that needs them.
+    /// Computes the shares of the pixels before the first sample that needs them.
     fn prepare_pass(
         &self,
         state: &mut State,
@@ -195,7 +199,8 @@ impl Sampling for RenderPasses<'_> {
     }
 
     fn pass(&self, sums: &Films, samples: Range<u64>) -> FoundByGroup {
-        // All groups have the same sensor rays, unless the index depends on the wavelength: then these are the first one's.
+        // Take the rays of the first group. All groups have equal sensor rays, unless the index
+        // depends on the wavelength.
         let quantities = sums
             .quantities
             .as_ref()
@@ -271,7 +276,7 @@ impl RenderPasses<'_> {
     }
 }
 
-/// The energy balance over all channels, if there is one.
+/// Sums the energy balance over all channels, if there is one.
 fn balance(scenes: &[Scene], balances: &[BalanceTotals]) -> Option<EnergyBalance> {
     let kept = scenes.iter().zip(balances).enumerate();
     let kept = kept.filter(|(_, (_, balances))| balances.particles() > 0);

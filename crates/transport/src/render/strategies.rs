@@ -1,5 +1,5 @@
-//! One image for each strategy of a bidirectional estimator: to see what each is good for, and to find
-//! out which one is wrong if they disagree.
+//! Images of the strategies of a bidirectional estimator. The images show for which light each
+//! strategy is good, and which one is wrong if they disagree.
 
 use super::source::{Source, finite};
 use super::splats::splat;
@@ -9,38 +9,41 @@ use crate::integrator::Contribution;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Strategies with more vertices than this from either end are not told apart from the last.
+/// Maximum number of vertices from either end that are distinguished. Strategies with more vertices
+/// share the last image.
 pub(super) const MOST_VERTICES: u32 = 8;
 
-/// What one strategy found.
+/// Image of one strategy.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct StrategyImage {
-    /// Number of vertices from the emitter, its own point included.
+    /// Number of vertices from the emitter, including the point on the emitter.
     pub s: u32,
-    /// Number of vertices from the sensor, its own point included.
+    /// Number of vertices from the sensor, including the point on the sensor.
     pub t: u32,
-    /// Its share of the image: these films add up to the image.
+    /// Contribution of the strategy to the image; these films of all strategies add up to the
+    /// image.
     pub weighted: Film,
-    /// What it finds on its own: the light of all paths that it can sample.
+    /// Light that the strategy finds without the others: the light of all paths that it can sample.
     pub unweighted: Film,
 }
 
 /// Numbers of vertices from the emitter and from the sensor.
 type Strategy = (u32, u32);
 
-/// Films of all strategies that have come up, weighted and unweighted. Numbers of samples are those of the render: a
-/// strategy had found nothing in samples in which it did not come up.
+/// Films of all strategies that have found light, weighted and unweighted. The render counts the
+/// samples: a strategy without an entry has found nothing in them.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Strategies {
     films: BTreeMap<Strategy, [Film; 2]>,
 }
 
-/// A sample of the whole image, or the mean of a replicate, by each strategy that comes up in it: weighted and unweighted.
+/// Sample of the whole image, or the mean of a replicate, for each strategy that found light in it:
+/// weighted and unweighted.
 #[derive(Debug, Default)]
 pub(super) struct StrategyScores(BTreeMap<Strategy, [Vec<Spectrum>; 2]>);
 
 impl StrategyScores {
-    /// Adds a share of contributions.
+    /// Adds contributions, times `share`.
     pub(super) fn splat(
         &mut self,
         source: &Source,
@@ -64,12 +67,12 @@ impl StrategyScores {
 }
 
 impl Strategies {
-    /// All films.
+    /// Returns all films.
     pub(super) fn films(&self) -> impl Iterator<Item = &Film> {
         self.films.values().flatten()
     }
 
-    /// Adds the samples of others.
+    /// Adds the samples of other images of strategies.
     pub(super) fn merge(&mut self, other: &Strategies) {
         for (strategy, films) in &other.films {
             match self.films.get_mut(strategy) {
@@ -100,7 +103,7 @@ impl Strategies {
         }
     }
 
-    /// The images of so many samples per pixel.
+    /// Returns the images of `samples` samples per pixel.
     pub(crate) fn into_images(mut self, samples: u64) -> Vec<StrategyImage> {
         for film in self.films.values_mut().flatten() {
             film.fill_up(samples);

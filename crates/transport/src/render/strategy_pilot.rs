@@ -1,6 +1,7 @@
-//! How often the strategies of bidirectional path tracing are to be used, told from a pilot in which all are.
+//! Choice of the probabilities with which bidirectional path tracing uses its strategies, from a
+//! pilot that uses all of them.
 //!
-//! The samples of the pilot are not part of the image, so that the choice does not bias it.
+//! The samples of the pilot are not part of the image, so the choice does not bias the image.
 //!
 //! Theory: docs/theory.md#strategy-rates.
 
@@ -12,20 +13,22 @@ use super::splats::splat;
 use crate::integrator::Contribution;
 use crate::path::{StrategyFind, StrategyKind, StrategySample, StrategyTraining, Workspace};
 
-/// Pixels of the pilot, spread over the image, of which each has two samples.
+/// Pixels of the pilot, spread over the image. Each has two samples.
 const PIXELS: usize = 512;
-/// No fewer than these, where many groups of channels share them.
+/// Minimum number of pixels, where many groups of channels share the pilot.
 const LEAST_PIXELS: usize = 64;
-/// Numbers of the pilot's samples start here, where no render gets to.
+/// First number of the pilot's samples, beyond the numbers of all renders.
 const FIRST: u64 = 1 << 63;
-/// Cells of the image along either side, of which the brightness is told.
+/// Cells along either side of the image, in which brightness is estimated.
 const SIDE: usize = 8;
-/// The brightness of a cell is known as if so many samples had found the image's mean.
+/// Number of samples with the image's mean that are added to each cell's samples, to estimate its
+/// brightness.
 const PRIOR: f64 = 4.0;
-/// Errors are relative to the brightness of a cell plus this share of the image's.
+/// Fraction of the image's brightness that is added to a cell's brightness to make errors relative.
 const DARK: f64 = 0.05;
 
-/// With the probabilities of strategies, of one of so many groups of channels, and that with which to search for further branches.
+/// Runs the pilot of one of `groups` groups of channels. Returns the probabilities of strategies
+/// and of a search for further branches.
 pub(super) fn prepared(light: &LightSamples, groups: usize) -> Prepared {
     let mut ws = light.source.workspace();
     let mut finds = Finds::default();
@@ -38,7 +41,7 @@ pub(super) fn prepared(light: &LightSamples, groups: usize) -> Prepared {
         let pixel = spread(i, film);
         for k in 0..2 {
             found.clear();
-            // Each in a replicate of its own: samples of one replicate are not independent.
+            // Place each sample in its own replicate: samples of one replicate are not independent.
             let sample = FIRST + light.source.replicates.size() * (2 * i as u64 + k);
             light.take(pixel, sample, &mut ws, &mut found);
             finds.add(light, pixel, &found);
@@ -52,7 +55,7 @@ pub(super) fn prepared(light: &LightSamples, groups: usize) -> Prepared {
     prepared
 }
 
-/// A contribution, and the cell that it belongs to.
+/// Contribution with its cell.
 #[derive(Clone, Copy, Debug)]
 struct Find {
     cell: usize,
@@ -60,10 +63,10 @@ struct Find {
     find: StrategyFind,
 }
 
-/// What the samples of the pilot have found.
+/// Contributions of the pilot's samples.
 #[derive(Clone, Debug, Default)]
 struct Finds {
-    /// The cell of the pixel of each sample, and what it found.
+    /// Contributions of each sample, with the cell of the sample's pixel.
     samples: Vec<(usize, Vec<Find>)>,
 }
 
@@ -73,13 +76,15 @@ impl Finds {
         self.samples.push((cell_of(light, pixel), finds.collect()));
     }
 
-    /// Brightness of the cells: of a share of the image each, whose pixels have some of the samples.
+    /// Returns the brightness of each cell, and its mean over the cells. A cell is a part of the
+    /// image and has some of the samples.
     fn brightness(&self) -> (Vec<f64>, f64) {
         let (mut sums, mut samples) = (vec![0.0; SIDE * SIDE], vec![0.0; SIDE * SIDE]);
         for (cell, finds) in &self.samples {
             samples[*cell] += 1.0;
             for Find { cell, find, .. } in finds {
-                // A pixel's brightness is what a path brings to it times the number of pixels, and samples are spread evenly over these.
+                // A pixel's brightness is its contribution from a path times the number of pixels.
+                // Samples are spread evenly over the pixels.
                 sums[*cell] += find.value;
             }
         }
@@ -117,10 +122,11 @@ impl Finds {
     }
 }
 
-/// What a contribution to a sample of a pixel is to the training; none if it is not sound.
+/// Converts a contribution to a sample of a pixel to training data; `None` if it is not finite.
 fn find(light: &LightSamples, pixel: usize, contribution: &Contribution) -> Option<Find> {
     let (s, t) = contribution.strategy;
-    // A path with more than one pixel has the root of the sum of the squares in one of them: it is that which its variance tells.
+    // Enter a contribution to several pixels in one of them, as the root of the sum of squares,
+    // which determines its variance.
     let (mut squares, mut place) = (0.0, pixel);
     splat(light.source, pixel, contribution.image, |pixel, filter| {
         squares += filter * filter;
@@ -140,7 +146,7 @@ fn find(light: &LightSamples, pixel: usize, contribution: &Contribution) -> Opti
     })
 }
 
-/// The cell of a pixel.
+/// Cell of a pixel.
 fn cell_of(light: &LightSamples, pixel: usize) -> usize {
     tile_of(pixel, light.source.scene.film(), SIDE)
 }

@@ -1,53 +1,55 @@
-//! Ending a render when its measured error is small enough.
+//! End of a render at a target error.
 //!
-//! The error is looked at after fixed numbers of samples, whatever the passes and threads, so that a render
-//! that stops is a render of just that many samples. Errors are measured, and may be too small by chance: the
-//! first look is not early, two in a row must agree, and an error that [cannot be trusted](Film::few_in_all) is none. What is left is a small bias of the mean, for
-//! renders stop a little too soon when bright samples happen to be missing (docs/theory.md#stopping).
+//! The error is examined after fixed numbers of samples, independent of passes and threads. A
+//! render that stops therefore equals a render of that number of samples. Measured errors may be
+//! too small by chance. Therefore the first examination is not early, two consecutive ones must
+//! agree, and [unreliable](Film::few_in_all) errors do not count. A small bias of the mean remains:
+//! renders stop slightly too early when bright samples happen to be missing
+//! (docs/theory.md#stopping).
 
 use super::Debiased;
 use crate::film::Film;
 use serde::{Deserialize, Serialize};
 
-/// Samples per pixel before the first look.
+/// Samples per pixel before the first examination of the error.
 const FIRST: u64 = 32;
-/// Factor between looks.
+/// Factor between the sample numbers of consecutive examinations.
 const GROWTH: f64 = 1.25;
-/// So many looks in a row must find the error small enough.
+/// Number of consecutive examinations that must find the error small enough.
 const AGREEING: u32 = 2;
 
-/// What is to become how exact.
+/// Target error of a render.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Target {
-    /// The error, > 0, relative to the mean of the image.
+    /// Error, > 0, relative to the mean of the image.
     pub error: f64,
-    /// What it is the error of.
+    /// Quantity whose error is measured.
     pub measure: Measure,
 }
 
-/// What an error is of.
+/// Quantity whose error is measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Measure {
-    /// The mean over the image and its channels: its standard error ([`Film::summary`]), and the size of its
-    /// bias ([`Debiased::error`]).
+    /// Mean over the image and its channels. The error is its standard error ([`Film::summary`]),
+    /// together with the magnitude of its bias if it has any ([`Debiased::error`]).
     #[default]
     Image,
-    /// Single pixels: the root of the mean square of their errors ([`Film::rms_error`],
+    /// Single pixels. The error is the root mean square of their errors ([`Film::rms_error`],
     /// [`Debiased::rms_error`]).
     Pixel,
 }
 
 impl Measure {
-    /// Names, as command lines use them, in the order of the variants.
+    /// Names for command lines, in the order of the variants.
     pub const NAMES: [&'static str; 2] = ["image", "pixel"];
 
-    /// Name, as in [`Measure::NAMES`].
+    /// Name, one of [`Measure::NAMES`].
     pub fn name(self) -> &'static str {
         Measure::NAMES[self as usize]
     }
 
-    /// The error of a film relative to its mean, with that by bias if there is any: infinite as long as it is
-    /// not known.
+    /// Error of a film relative to its mean, including the bias if there is any; infinite as long
+    /// as it is unknown.
     pub fn error(self, film: &Film, debiased: Option<&Debiased>) -> f64 {
         let (mean, error) = film.summary();
         let error = match (self, debiased) {
@@ -63,7 +65,7 @@ impl Measure {
     }
 }
 
-/// Looks at the error from time to time.
+/// Examines the error after certain numbers of samples.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Watch {
     target: Target,
@@ -80,17 +82,17 @@ impl Watch {
         }
     }
 
-    /// Samples per pixel before the next look.
+    /// Samples per pixel at the next examination.
     pub(super) fn next(&self) -> u64 {
         self.next
     }
 
-    /// What is wanted.
+    /// Target of the render.
     pub(super) fn target(&self) -> Target {
         self.target
     }
 
-    /// Looks after `done` samples per pixel, if it is time to.
+    /// Examines the error after `done` samples per pixel, if it is due.
     pub(super) fn look(&mut self, done: u64, film: &Film, debiased: Option<&Debiased>) {
         if done < self.next {
             return;
@@ -101,7 +103,7 @@ impl Watch {
         self.met = if is_met { self.met + 1 } else { 0 };
     }
 
-    /// Whether to stop.
+    /// True if the render should stop.
     pub(super) fn is_over(&self) -> bool {
         self.met >= AGREEING
     }

@@ -1,8 +1,10 @@
-//! How accurate rays must be: as accurate as a pilot finds that the image can tell.
+//! Choice of the rays' tolerance: the loosest one whose effect on the image is small, as measured
+//! by a pilot.
 //!
-//! The pilot takes samples with the tolerance of the scene, and again with the same random numbers and a looser one. It
-//! chooses the loosest tolerance for which the mean of the differences, each without its sign, is below a tenth of the
-//! noise of [`SAMPLES`] samples of a pixel. Its samples are not part of the image.
+//! The pilot takes samples with the scene's tolerance, and again with equal random numbers and a
+//! looser tolerance. It chooses the loosest tolerance for which the mean absolute difference is
+//! below a tenth of the noise of [`SAMPLES`] samples of a pixel. The pilot's samples are not part
+//! of the image.
 //!
 //! Theory: docs/theory.md#tolerance-of-renders.
 
@@ -15,24 +17,25 @@ use eikonal::{Solver, Tolerance};
 
 /// Tolerances that are tried, the loosest first.
 const LOOSER: [f64; 2] = [1e-4, 1e-5];
-/// The effect is to be small beside the noise of so many samples of a pixel,
+/// Number of samples of a pixel whose noise the effect is compared with.
 const SAMPLES: f64 = 1024.0;
-/// and be at most this share of it,
+/// Largest allowed effect, as a fraction of this noise.
 const SHARE: f64 = 0.1;
-/// or this share of a pixel's brightness where there is less noise.
+/// Largest allowed effect, as a fraction of a pixel's brightness, where there is less noise.
 const VISIBLE: f64 = 1e-4;
-/// Pixels of the pilot, spread over the image, of which each has two samples.
+/// Pixels of the pilot, spread over the image. Each has two samples.
 const PIXELS: usize = 256;
-/// Fewer pixels tell nothing.
+/// Minimum number of pixels. Fewer pixels tell nothing.
 const LEAST_PIXELS: usize = 64;
-/// Numbers of the pilot's samples start here, where no render and no other pilot of these pixels gets to.
+/// First number of the pilot's samples, beyond the numbers of renders and of other pilots of these
+/// pixels.
 const FIRST: u64 = 5 << 61;
-/// Tiles of the image along either side, whose noise is told apart.
+/// Tiles along either side of the image; noise is estimated per tile.
 const SIDE: usize = 4;
-/// A looser tolerance must save this share of the work.
+/// Fraction of the work that a looser tolerance must save.
 const SAVING: f64 = 0.05;
 
-/// How accurate the rays of a render are to be, which takes its other choices from `light`.
+/// Chooses the accuracy of a render's rays. The other choices of the pilots are those of `light`.
 pub(super) fn chosen(light: &LightSamples) -> RayAccuracy {
     let scene = light.source.scene;
     let exact = RayAccuracy::of(scene);
@@ -55,17 +58,18 @@ pub(super) fn chosen(light: &LightSamples) -> RayAccuracy {
     tried.next().unwrap_or(exact)
 }
 
-/// What a sample of a pixel finds.
+/// Contributions of one sample of a pixel.
 type Found = Vec<Contribution>;
 
-/// Samples that were taken with one tolerance, two of each pixel.
+/// Samples with one tolerance, two of each pixel.
 struct Samples {
     pairs: Vec<[Found; 2]>,
     work: f64,
 }
 
 impl Samples {
-    /// Takes those of so many pixels at most; `None` if they take too long, or are stopped.
+    /// Takes samples of at most `pixels` pixels. Returns `None` if they take too long or are
+    /// stopped.
     fn take(light: &LightSamples, tolerance: f64, pixels: usize) -> Option<Self> {
         let source = light.source;
         let mut ws = source.workspace();
@@ -75,7 +79,8 @@ impl Samples {
             let i = pairs.len();
             let pixel = spread(i, source.scene.film());
             pairs.push([0, 1].map(|k| {
-                // Each in a replicate of its own: samples of one replicate are not independent.
+                // Place each sample in its own replicate: samples of one replicate are not
+                // independent.
                 let sample = FIRST + source.replicates.size() * (2 * i as u64 + k);
                 let mut found = Vec::new();
                 light.take(pixel, sample, &mut ws, &mut found);
@@ -93,7 +98,8 @@ impl Samples {
         self.pairs.len()
     }
 
-    /// A bound of the mean difference that a pixel of the `others` has, in standard deviations of a sample: the mean over tiles.
+    /// Returns a bound of the mean difference between a pixel's samples and the `others`, in
+    /// standard deviations of one sample: the mean over tiles.
     fn effect_of(&self, others: &Samples, light: &LightSamples) -> f64 {
         let mut tiles = [Tile::default(); SIDE * SIDE];
         for (i, (pair, other)) in self.pairs.iter().zip(&others.pairs).enumerate() {
@@ -120,14 +126,14 @@ impl Samples {
     }
 }
 
-/// What samples of a tile add up to.
+/// Sums over the samples of a tile.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tile {
     samples: f64,
     brightness: f64,
-    /// Sum of squares whose mean is the variance of a sample.
+    /// Sum of squares. Its mean is the variance of a sample.
     squares: f64,
-    /// Of the others' samples, without signs.
+    /// Sum of the absolute differences from the other tolerance's samples.
     difference: f64,
 }
 
@@ -136,7 +142,7 @@ impl Tile {
         self.brightness / self.samples
     }
 
-    /// The mean difference in standard deviations, where the image has a `mean`.
+    /// Mean difference in standard deviations, where `mean` is the image's mean.
     fn effect(&self, mean: f64) -> f64 {
         let difference = self.difference / self.samples;
         let visible = VISIBLE / SHARE * self.mean().max(mean);
@@ -149,7 +155,8 @@ impl Tile {
     }
 }
 
-/// How two samples with the same random numbers differ: contribution by contribution, if they have as many.
+/// Absolute difference of two samples with equal random numbers: contribution by contribution, if
+/// their numbers are equal.
 fn difference(a: &Found, b: &Found) -> f64 {
     if a.len() == b.len() {
         let pairs = a.iter().zip(b);
@@ -161,7 +168,7 @@ fn difference(a: &Found, b: &Found) -> f64 {
     (sum(a) - sum(b)).abs()
 }
 
-/// What contributions bring to the pixel of their own sample.
+/// Sum of the contributions to the pixel of their own sample.
 fn own(found: &Found) -> f64 {
     let own = found.iter().filter(|c| c.image.is_none());
     own.map(brightness).sum()

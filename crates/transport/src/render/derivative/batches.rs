@@ -1,4 +1,4 @@
-//! Sums over samples in batches, whose spread gives the errors.
+//! Sums over samples in batches. The spread of the batches gives the errors.
 //!
 //! Theory: docs/theory.md#derivatives-of-light.
 
@@ -8,41 +8,42 @@ use crate::render::Handle;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Bytes of sums that are made side by side, whatever the number of threads: so results do not depend on it.
+/// Bytes of sums that are kept at the same time. It is independent of the number of threads, so
+/// that results are, too.
 const SUMS: usize = 256 << 20;
-/// No more sums than these of a batch,
+/// Maximum number of parts, each with its own sums, of a batch.
 const MOST_PARTS: usize = 64;
-/// and so many side by side, of one batch or of several, if they fit.
+/// Number of parts that are computed in parallel, of one batch or of several, if they fit.
 const ABREAST: usize = 8;
-/// Numbers that are added up for each path, at most: little work beside following it.
+/// Maximum number of additions per path: little work compared with following it.
 const PER_PATH: usize = 512;
-/// The samples are taken in at most so many batches, whose spread gives the error.
+/// Maximum number of batches, whose spread gives the error.
 const BATCHES: u64 = 32;
 
-/// Finds out whether there is room for so many derivatives, with errors and all sums.
+/// Checks that memory suffices for `numbers` derivatives, with their errors and all sums.
 pub(super) fn check_room(numbers: usize) -> Result<(), DerivativeError> {
-    // Values, errors, moments and batches; and the sums of parts beside them.
+    // Values, errors, moments and batches, and the sums of parts in addition.
     let all = numbers.saturating_mul(6);
     let mut room: Vec<f64> = Vec::new();
     let found = room.try_reserve_exact(all.saturating_add(SUMS / size_of::<f64>()));
     found.map_err(|_| DerivativeError::Memory(numbers))
 }
 
-/// Samples that are taken in batches.
+/// Samples of a computation in batches.
 pub(super) struct Units {
     /// Number of replicates.
     pub count: u64,
-    /// Samples of each.
+    /// Samples per replicate.
     pub size: u64,
-    /// Paths of each sample.
+    /// Paths per sample.
     pub paths: usize,
     /// Number of sums.
     pub sums: usize,
-    /// Number of values that these make.
+    /// Number of values that are computed from the sums.
     pub values: usize,
 }
 
-/// A part of a batch.
+/// Part of a batch.
 #[derive(Clone, Debug)]
 pub(super) struct Part {
     /// The samples of the batch.
@@ -52,7 +53,7 @@ pub(super) struct Part {
 }
 
 impl Part {
-    /// Which of so many things are its own.
+    /// Range of the part's items if `things` items are divided among the parts.
     pub(super) fn of(&self, things: usize) -> Range<usize> {
         let bound = |i: usize| i * things / self.parts;
         bound(self.number)..bound(self.number + 1)
@@ -60,8 +61,10 @@ impl Part {
 }
 
 impl Units {
-    /// The moments of all batches, each the sums over a range of samples. Batches and their parts do not depend on the number of threads, and
-    /// are added up in order. `part` adds its sums to zeros; `values` makes values of the sums of a batch. `None` if it was stopped.
+    /// Computes the moments of all batches, each a sum over a range of samples. Batches and their
+    /// parts do not depend on the number of threads, and are added up in order. `part` adds its
+    /// sums to zeros; `values` computes values from the sums of a batch. Returns `None` if it was
+    /// stopped.
     pub(super) fn moments(
         &self,
         handle: &Handle,
@@ -82,7 +85,7 @@ impl Units {
         let abreast = (ABREAST / parts).clamp(1, room(sums).max(1));
         let mut moments = BatchMoments::new(self.values);
         let mut of_batch = vec![0.0; self.values];
-        // Kept from batch to batch: new memory costs more than paths do.
+        // Keep the sums from batch to batch: new memory costs more than paths do.
         let mut all_sums = vec![vec![0.0; sums]; abreast.min(batches.len()) * parts];
         for batches in batches.chunks(abreast) {
             let split = |batch: &Range<u64>| self.split(batch, parts);
@@ -110,8 +113,9 @@ impl Units {
         Ok(Some(moments))
     }
 
-    /// Into how many parts each batch of so many replicates is split. Sums that are large for what adds to them are made in fewer parts: adding those
-    /// up would take longer than the paths.
+    /// Number of parts into which each batch of `replicates` replicates is split. If the sums are
+    /// large compared with the paths that add to them, there are fewer parts: adding up parts would
+    /// take longer than the paths.
     fn parts(&self, replicates: u64, batches: usize) -> usize {
         let sums = self.sums;
         let paths = self.paths.saturating_mul((replicates * self.size) as usize);
@@ -130,7 +134,7 @@ impl Units {
     }
 }
 
-/// How many times so many sums fit into what there is for them.
+/// Number of times that `sums` sums fit into [`SUMS`].
 fn room(sums: usize) -> usize {
     SUMS / (sums * size_of::<f64>()).max(1)
 }
@@ -139,7 +143,7 @@ fn add(total: &mut [f64], part: &[f64]) {
     total.iter_mut().zip(part).for_each(|(a, b)| *a += b);
 }
 
-/// Derivatives, row by row, from sums: what parameters share counts for each of them.
+/// Computes derivatives, row by row, from sums. Sums that parameters share count for each of them.
 pub(super) fn derivatives_of(plan: &Plan, sums: &[f64], values: &mut [f64]) {
     let rows = values.chunks_mut(plan.len().max(1));
     for (values, row) in rows.zip(sums.chunks(plan.stride().max(1))) {
@@ -155,20 +159,20 @@ pub(super) fn derivatives_of(plan: &Plan, sums: &[f64], values: &mut [f64]) {
     }
 }
 
-/// Mean over replicates, and its variance from the spread of batches of them.
+/// Mean over replicates, and its variance from the spread of batches.
 pub(super) struct BatchMoments {
     replicates: f64,
     batches: f64,
     sums: Vec<f64>,
-    /// Of squares of the sums of batches, over their numbers of replicates.
+    /// Sums of the squares of batch sums, each divided by its number of replicates.
     squares: Vec<f64>,
-    /// The largest of these.
+    /// Largest of the terms of `squares`.
     largest: Vec<f64>,
 }
 
-/// A batch with a larger share of the scatter outweighs all others,
+/// Fraction of the scatter above which one batch outweighs all others.
 const MOST_SHARE: f64 = 0.9;
-/// if there are at least so many.
+/// Minimum number of batches for this judgement.
 const LEAST_BATCHES: f64 = 16.0;
 
 impl BatchMoments {
@@ -182,7 +186,7 @@ impl BatchMoments {
         }
     }
 
-    /// Adds the values of a batch of so many replicates of a size.
+    /// Adds the values of a batch of `replicates` replicates of `size` samples.
     fn add(&mut self, batch: &[f64], replicates: f64, size: f64) {
         self.replicates += replicates;
         self.batches += 1.0;
@@ -197,7 +201,7 @@ impl BatchMoments {
         }
     }
 
-    /// Enters means and errors, whose channels begin at `channel`, row by row.
+    /// Writes means and errors, row by row; the group's channels begin at `channel`.
     pub(super) fn enter(&self, plan: &Plan, channel: usize, by: &mut [Derivative]) {
         let rows = self.sums.len().checked_div(plan.len()).unwrap_or(0);
         for (derivative, bounds) in by.iter_mut().zip(plan.starts.windows(2)) {
@@ -213,7 +217,8 @@ impl BatchMoments {
         }
     }
 
-    /// Whether single batches, of many, make nearly all of the scatter of sums: of those of most of it, for a few that hardly any path adds to do not matter.
+    /// True if single batches, of many, make nearly all of the scatter. Sums with more than half of
+    /// the total scatter must be affected; a few sums to which hardly any path adds do not matter.
     pub(super) fn is_dominated(&self, slots: Range<usize>) -> bool {
         let outweighs = |slot: &usize| self.largest[*slot] > MOST_SHARE * self.squares[*slot];
         let scatter = |slots: &mut dyn Iterator<Item = usize>| -> f64 {
@@ -223,7 +228,7 @@ impl BatchMoments {
         self.batches >= LEAST_BATCHES && scatter(&mut slots.filter(outweighs)) > 0.5 * all
     }
 
-    /// The mean of a sum, and its standard error.
+    /// Mean of a sum, and its standard error.
     pub(super) fn mean(&self, slot: usize) -> (f64, f64) {
         let mean = self.sums[slot] / self.replicates;
         let spread = self.squares[slot] - self.sums[slot] * mean;
@@ -246,7 +251,8 @@ mod tests {
         }
         let found = [0..1, 1..2, 2..3, 0..3].map(|slots| moments.is_dominated(slots));
         assert_eq!(found, [false, true, true, true]);
-        // Beside a sum with much more scatter, that of all batches, they do not count.
+        // The sums dominated by single batches do not count beside a sum with much more scatter
+        // from all batches.
         assert!(!moments.is_dominated(0..4));
     }
 }

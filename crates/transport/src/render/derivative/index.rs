@@ -18,47 +18,52 @@ use crate::scene::{MediumId, Scene};
 use crate::stats::Stats;
 use eikonal::Tolerance;
 
-/// How derivatives of an image by the index of media are taken.
+/// Options of an image's derivatives by the index of media.
 #[derive(Clone, Debug)]
 pub struct IndexDerivativeOptions<'a> {
-    /// How long paths are.
+    /// Depth limits of paths.
     pub path: PathTracer,
-    /// Samples per pixel, and the seed. A render of the same seed is independent of the derivatives, as losses
-    /// that are not linear need it.
+    /// Samples per pixel.
     pub samples: u64,
-    /// See `samples`.
+    /// Seed. A render with the same seed is independent of the derivatives, as non-linear losses
+    /// require.
     pub seed: u64,
-    /// How light is told apart, if weights do: by bounces alone.
+    /// Separation of light into layers by bounces, if the weights differ by layer. Other layers are
+    /// refused.
     pub decomposition: Decomposition,
-    /// Whether light that comes straight from an emitter is left out of the image.
+    /// True if light that travels straight from an emitter is left out of the image.
     pub hide_emitters: bool,
-    /// The media by whose index the image is differentiated.
+    /// Media by whose index the image is differentiated.
     pub media: &'a [MediumId],
-    /// The derivative of the loss by each value of the image: for each [layer](Decomposition::layers), row by row, channels interleaved.
+    /// Derivative of the loss by each value of the image: for each [layer](Decomposition::layers),
+    /// row by row, channels interleaved.
     pub weights: &'a [f64],
 }
 
-/// Derivatives by the index of media, and what happened meanwhile.
+/// Derivatives by the index of media, with counts of events.
 #[derive(Clone, Debug)]
 pub struct IndexDerivatives {
-    /// One for each medium, in their order: by all numbers of its [parameters](eikonal::Field::parameters), in a row.
+    /// Derivatives in the order of the media. Each holds the derivatives by all numbers of the
+    /// medium's [parameters](eikonal::Field::parameters), in a row.
     pub by: Vec<Derivative>,
-    /// Σ weight × image of the same paths, and its standard error: what they say of the loss itself.
+    /// Estimate of Σ weight × image from the same paths, and its standard error.
     pub value: (f64, f64),
-    /// Whether the scatter of derivatives by a medium comes nearly all from single ones of many batches of samples, so that neither means nor errors are
-    /// to be trusted: what rays that are caught bring has no finite variance (docs/theory.md#derivatives-by-the-index-behind-scattering).
+    /// True if the scatter of a medium's derivatives comes nearly all from single ones of many
+    /// batches of samples. Neither means nor errors are reliable then: contributions of trapped
+    /// rays have infinite variance (docs/theory.md#derivatives-by-the-index-behind-scattering).
     pub dominated: bool,
-    /// What happened.
+    /// Counts of events and failures.
     pub stats: Stats,
 }
 
-/// The derivatives of Σ weight × image by the index of media, unbiased, on the current thread pool. `scenes` are those of
-/// [`render`](crate::render::render()), whose index is the same. `None` if the handle has ended it before it was complete. Equal seeds give equal
-/// bits, for any number of threads.
+/// Computes unbiased derivatives of Σ weight × image by the index of media, on the current thread
+/// pool. `scenes` are the scenes of [`render`](crate::render::render()), all with the same index.
+/// Returns `None` if the handle has ended the computation early. Equal seeds give equal bits, for
+/// any number of threads.
 ///
 /// # Errors
-/// Scenes in which what paths bring jumps when rays move, fields without parameters, weights that do not fit or are not finite, fewer than two
-/// samples.
+/// If the contributions of paths are discontinuous when rays move, for fields without parameters,
+/// for weights of the wrong number or that are not finite, and for fewer than two samples.
 pub fn index_derivatives(
     scenes: &[Scene],
     options: &IndexDerivativeOptions,
@@ -97,10 +102,10 @@ pub fn index_derivatives(
     Ok(Some(found))
 }
 
-/// Finds out whether images have derivatives by the index of media; weights and samples do not matter yet.
+/// Checks that images have derivatives by the index of media. Weights and samples are not checked.
 ///
 /// # Errors
-/// What [`index_derivatives`] refuses of scenes, media and layers.
+/// Returns the errors of [`index_derivatives`] that concern scenes, media and layers.
 pub fn check_indices(
     scenes: &[Scene],
     options: &IndexDerivativeOptions,
@@ -134,7 +139,8 @@ fn check_layers(decomposition: &Decomposition) -> Result<(), IndexDerivativeErro
     }
 }
 
-/// What of the image depends on how many events paths have.
+/// Returns the option that makes the image depend on the number of events of paths, if there is
+/// one.
 fn counted(options: &IndexDerivativeOptions) -> Option<&'static str> {
     if options.path.max_depth.is_some() {
         Some("max_depth counts them, so set it to -1")
@@ -158,7 +164,7 @@ fn check_weights(weights: &[f64], expected: usize) -> Result<(), IndexDerivative
     }
 }
 
-/// The errors that batches can have.
+/// Converts the errors that batches can have.
 fn refused(error: &DerivativeError) -> IndexDerivativeError {
     match error {
         DerivativeError::Samples(size) => IndexDerivativeError::Samples(*size),
@@ -167,7 +173,7 @@ fn refused(error: &DerivativeError) -> IndexDerivativeError {
     }
 }
 
-/// Zero by all parameters.
+/// Creates zero derivatives by all parameters.
 fn blank(scene: &Scene, plan: &IndexPlan) -> IndexDerivatives {
     let of = |count| {
         let zeros = vec![0.0; count];
@@ -185,7 +191,8 @@ fn blank(scene: &Scene, plan: &IndexPlan) -> IndexDerivatives {
     }
 }
 
-/// Adds what a group of channels says, whose errors are independent of those of others.
+/// Adds the results of a group of channels. Errors of different groups are
+/// independent.
 fn enter(moments: &BatchMoments, into: &mut IndexDerivatives) {
     let add = |(value, error): (&mut f64, &mut f64), slot| {
         let (mean, own) = moments.mean(slot);
@@ -211,7 +218,7 @@ fn enter(moments: &BatchMoments, into: &mut IndexDerivatives) {
     each.enumerate().for_each(|(i, both)| add(both, 1 + i));
 }
 
-/// The samples of one group of channels.
+/// Samples of one group of channels.
 struct Pass<'a> {
     source: &'a Source<'a>,
     plan: &'a IndexPlan,
@@ -221,7 +228,7 @@ struct Pass<'a> {
 }
 
 impl Pass<'_> {
-    /// Takes all samples, batch by batch. `None` if it was stopped.
+    /// Takes all samples, batch by batch. Returns `None` if it was stopped.
     fn moments(&self, stats: &mut Stats) -> Result<Option<BatchMoments>, IndexDerivativeError> {
         let replicate = self.source.replicates.size();
         let units = Units {
@@ -249,7 +256,7 @@ impl Pass<'_> {
         film.width * film.height
     }
 
-    /// Adds the sums of a part of the pixels: of what paths bring, and of its derivatives.
+    /// Adds the sums of a part of the pixels: the contributions of paths, and their derivatives.
     fn part(&self, part: &Part, sums: &mut [f64]) -> Stats {
         let source = self.source;
         let (samples, pixels) = (&part.samples, part.of(self.pixels()));
@@ -297,7 +304,7 @@ impl Pass<'_> {
         stats
     }
 
-    /// The weights of a pixel in a layer.
+    /// Weights of a pixel in a layer.
     fn weights(&self, pixel: usize, layer: usize) -> Spectrum {
         let film = self.source.scene.film();
         // Planted error "layers by bounces whose weights are those of the first", found by morgana-transport/transport::index_absorption:

@@ -1,5 +1,5 @@
-//! Derivatives of images and of what meters read: a pass over samples or particles, in which each path is worth what the weights of
-//! what it adds to say.
+//! Derivatives of images and of meters' readings. A pass over samples or particles follows paths;
+//! each path's contributions are weighted by the derivative of the loss.
 //!
 //! Theory: docs/theory.md#derivatives-of-light.
 
@@ -23,59 +23,64 @@ use crate::scene::{NO_SCENE, Scene};
 use crate::stats::Stats;
 use batches::{BatchMoments, Part, Units, check_room, derivatives_of};
 
-/// Changes the seed, so that a render of the same seed is independent.
+/// Constant that changes the seed, so that a render with the same seed is independent of the
+/// derivatives.
 const SEED: u64 = 0x5DEE_CE66_D1CE_4E5B;
 
-/// The derivative of a loss by one parameter.
+/// Derivative of a loss by one parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Derivative {
-    /// Length along each axis: those of the [functionals](ReadingFunctional::Each), if there are several, then
-    /// those of the [parameter](RadiometricParameter::shape); the last is that of channels.
+    /// Length along each axis: the axes of the [functionals](ReadingFunctional::Each), if there are
+    /// several, then the axes of the [parameter](RadiometricParameter::shape). The last axis is the
+    /// channel.
     pub shape: Vec<usize>,
-    /// Values, the last axis running fastest.
+    /// Values; the last axis varies fastest.
     pub values: Vec<f64>,
-    /// Their standard errors, from batches of samples.
+    /// Standard errors of the values, from batches of samples.
     pub errors: Vec<f64>,
 }
 
-/// Derivatives, and what happened meanwhile.
+/// Derivatives by several parameters, with counts of events.
 #[derive(Clone, Debug)]
 pub struct Derivatives {
-    /// One for each parameter, in their order.
+    /// Derivatives in the order of the parameters.
     pub by: Vec<Derivative>,
-    /// What happened.
+    /// Counts of events and failures.
     pub stats: Stats,
 }
 
-/// How derivatives of an image are taken.
+/// Options of an image's derivatives.
 #[derive(Clone, Debug)]
 pub struct DerivativeOptions<'a> {
-    /// Which paths are followed: those of an integrator that does not [blur](Integrator::blurs).
+    /// Integrator whose paths are followed; it must not [blur](Integrator::blurs).
     pub integrator: Integrator,
-    /// Samples per pixel, and the seed. A render of the same seed is independent of the derivatives, as losses
-    /// that are not linear need it.
+    /// Samples per pixel.
     pub samples: u64,
-    /// See `samples`.
+    /// Seed. A render with the same seed is independent of the derivatives, as non-linear losses
+    /// require.
     pub seed: u64,
-    /// How light is told apart, if weights do.
+    /// Separation of light into layers, if the weights differ by layer.
     pub decomposition: Decomposition,
-    /// Whether light that comes straight from an emitter is left out of the image.
+    /// True if light that travels straight from an emitter is left out of the image.
     pub hide_emitters: bool,
-    /// What light is differentiated by.
+    /// Parameters by which light is differentiated.
     pub parameters: &'a [RadiometricParameter],
-    /// The derivative of the loss by each value of the image: for each [layer](Decomposition::layers), row by row, channels interleaved.
+    /// Derivative of the loss by each value of the image: for each [layer](Decomposition::layers),
+    /// row by row, channels interleaved.
     pub weights: &'a [f64],
 }
 
-/// The derivatives of Σ weight × image by parameters, unbiased, on the current thread pool. `scenes` are those of
-/// [`render`](super::render()). `None` if the handle has ended it before it was complete. Equal seeds give equal bits, for any number of threads.
+/// Computes unbiased derivatives of Σ weight × image by parameters, on the current thread pool.
+/// `scenes` are the scenes of [`render`](super::render()). Returns `None` if the handle has ended
+/// the computation early. Equal seeds give equal bits, for any number of threads.
 ///
 /// # Errors
-/// Parameters that a scene does not have derivatives by, Stokes parameters, integrators that blur, weights that do not fit or are not finite, fewer than
-/// two samples.
+/// If a scene has no derivatives by a parameter, for Stokes parameters or sidebands, for
+/// integrators that blur, for weights of the wrong number or that are not finite, and for fewer
+/// than two samples.
 ///
 /// # Panics
-/// As [`State::new`](super::State::new).
+/// Panics like [`State::new`](super::State::new).
 pub fn derivatives(
     scenes: &[Scene],
     options: &DerivativeOptions,
@@ -114,10 +119,10 @@ pub fn derivatives(
     Ok(Some(found))
 }
 
-/// Finds out whether light that an integrator finds, or that meters read, has derivatives by parameters.
+/// Checks that an integrator's light, or meters' readings, have derivatives by parameters.
 ///
 /// # Errors
-/// What [`derivatives`] refuses of them.
+/// Returns the errors of [`derivatives`] that concern parameters and integrators.
 pub fn check_parameters(
     scenes: &[Scene],
     parameters: &[RadiometricParameter],
@@ -129,7 +134,7 @@ pub fn check_parameters(
     plans(scenes, parameters).map(|_| ())
 }
 
-/// The plan of each group of channels.
+/// Creates the plan of each group of channels.
 fn plans(
     scenes: &[Scene],
     parameters: &[RadiometricParameter],
@@ -152,7 +157,7 @@ fn check_weights(weights: &[f64], expected: usize) -> Result<(), DerivativeError
     }
 }
 
-/// How an image would be rendered by the same paths.
+/// Options of a render of the image by the same paths.
 fn render_options(options: &DerivativeOptions) -> RenderOptions {
     let renderer = Renderer::Light(options.integrator);
     RenderOptions {
@@ -164,14 +169,15 @@ fn render_options(options: &DerivativeOptions) -> RenderOptions {
     }
 }
 
-/// Both ways of an edge that is split have factors of their own: one is followed at a time.
+/// Turns off splitting: the two branches of a split edge have different factors, and only one
+/// branch is followed at a time.
 fn without_splitting(prepared: &Prepared) -> Prepared {
     let mut prepared = prepared.clone();
     prepared.first_vertex.splitting = false;
     prepared
 }
 
-/// Room for the derivatives of functionals, told apart along some axes.
+/// Creates zero derivatives. `rows` gives the axes of the functionals.
 fn blank(
     scenes: &[Scene],
     parameters: &[RadiometricParameter],
@@ -196,7 +202,7 @@ fn blank(
     Ok(shapes.into_iter().map(of).collect())
 }
 
-/// The samples of one group of channels.
+/// Samples of one group of channels.
 struct Pass<'a> {
     source: &'a Source<'a>,
     plan: &'a Plan,
@@ -215,7 +221,7 @@ impl<'a> Pass<'a> {
         }
     }
 
-    /// Takes all samples, batch by batch. `None` if it was stopped.
+    /// Takes all samples, batch by batch. Returns `None` if it was stopped.
     fn moments(&self, stats: &mut Stats) -> Result<Option<BatchMoments>, DerivativeError> {
         let replicate = self.source.replicates.size();
         let units = Units {
@@ -233,7 +239,7 @@ impl<'a> Pass<'a> {
         )
     }
 
-    /// Adds the sums over a range of samples of some pixels.
+    /// Adds the sums over a part: a range of samples of some pixels.
     fn part(&self, part: &Part, sums: &mut [f64]) -> Stats {
         let source = self.source;
         let (samples, pixels) = (&part.samples, part.of(self.pixels));
@@ -272,7 +278,7 @@ impl<'a> Pass<'a> {
         ws.stats()
     }
 
-    /// The weights of a contribution to the sample of a pixel.
+    /// Weights of a contribution to the sample of a pixel.
     fn weights_of(&self, c: &Contribution, own: usize, sampled: &SampledRay) -> Spectrum {
         let layer = self.options.decomposition.layer(&c.path);
         if !self.source.shows(&c.path) {
@@ -291,7 +297,7 @@ impl<'a> Pass<'a> {
         sum
     }
 
-    /// The weights of a pixel in a layer.
+    /// Weights of a pixel in a layer.
     fn weights(&self, pixel: usize, layer: usize) -> Spectrum {
         let film = self.source.scene.film();
         let first = (layer * self.pixels + pixel) * film.channels;

@@ -1,4 +1,4 @@
-//! Derivatives of what meters read.
+//! Derivatives of meters' readings.
 
 use super::batches::{Part, Units, derivatives_of};
 use super::{Derivatives, SEED, blank, check_weights};
@@ -9,48 +9,51 @@ use crate::render::{Handle, seed_of_group};
 use crate::scene::{NO_SCENE, Scene};
 use crate::stats::Stats;
 
-/// What of the readings of meters is differentiated.
+/// Functional of meters' readings that is differentiated.
 #[derive(Clone, Copy, Debug)]
 pub enum ReadingFunctional<'a> {
-    /// Σ weight × reading: for each meter and each of its [readings](Meter::readings), the derivative of the loss by each bin and channel; an
-    /// empty one counts nothing.
+    /// Σ weight × reading. For each meter and each of its [readings](Meter::readings), the weights
+    /// are the derivative of the loss by each bin and channel; an empty list leaves the reading
+    /// out.
     Weighted(&'a [Vec<Vec<f64>>]),
-    /// Each bin of a reading of a meter, given their numbers: the rows of a Jacobian. The axes of the reading then precede those of
-    /// parameters.
+    /// Each bin of one reading of a meter: the rows of a Jacobian. The axes of the reading precede
+    /// the axes of parameters.
     Each {
-        /// The meter.
+        /// Index of the meter.
         meter: usize,
-        /// The reading.
+        /// Index of the reading.
         reading: usize,
     },
 }
 
-/// How derivatives of what meters read are taken.
+/// Options of the derivatives of meters' readings.
 #[derive(Clone, Debug)]
 pub struct MeterDerivativeOptions<'a> {
-    /// Particles, for each group of channels, and the seed. A measurement of the same seed is independent of the derivatives.
+    /// Number of particles for each group of channels.
     pub particles: u64,
-    /// See `particles`.
+    /// Seed. A measurement with the same seed is independent of the derivatives.
     pub seed: u64,
     /// Longest path, in edges and specular events; `None` for no limit.
     pub max_depth: Option<u32>,
     /// Number of edges and events after which Russian roulette begins.
     pub rr_depth: u32,
-    /// What readings are differentiated by.
+    /// Parameters by which readings are differentiated.
     pub parameters: &'a [RadiometricParameter],
-    /// What is differentiated.
+    /// Functional that is differentiated.
     pub of: ReadingFunctional<'a>,
 }
 
-/// The derivatives of readings, or of a loss of them, by parameters, unbiased, on the current thread pool. `scenes` and `meters` are those of
-/// [`measure`](crate::render::measure()). `None` if the handle has ended it before it was complete. Equal seeds give equal bits, for any number
-/// of threads.
+/// Computes unbiased derivatives of readings, or of a loss of readings, by parameters, on the
+/// current thread pool. `scenes` and `meters` are those of [`measure`](crate::render::measure()).
+/// Returns `None` if the handle has ended the computation early. Equal seeds give equal bits, for
+/// any number of threads.
 ///
 /// # Errors
-/// As [`derivatives`](super::derivatives); a meter that does not fit the scene; a reading that there is not.
+/// Returns the errors of [`derivatives`](super::derivatives). Also fails if a meter does not fit
+/// the scene, or if the reading does not exist.
 ///
 /// # Panics
-/// Without scenes.
+/// If there are no scenes.
 pub fn meter_derivatives(
     scenes: &[Scene],
     meters: &[Meter],
@@ -111,7 +114,7 @@ pub fn meter_derivatives(
     Ok(Some(found))
 }
 
-/// The particles of one group of channels.
+/// Particles of one group of channels.
 struct Pass<'a> {
     setup: &'a Setup<'a>,
     plan: &'a Plan,
@@ -150,7 +153,7 @@ fn check_meters(meters: &[Meter], scene: &Scene) -> Result<(), DerivativeError> 
     Ok(())
 }
 
-/// Checks what is differentiated. Lengths along the axes by which it is told apart.
+/// Checks the functional. Returns the lengths of the axes of its values.
 fn rows(
     meters: &[Meter],
     of: ReadingFunctional,
