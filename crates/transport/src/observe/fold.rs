@@ -1,4 +1,4 @@
-//! Quantities of paths that are built up event by event, such as Stokes vectors.
+//! Quantities of paths that are computed event by event, such as Stokes vectors.
 //!
 //! Theory: docs/theory.md#derivatives-of-light, docs/theory.md#stokes-vectors.
 
@@ -9,28 +9,30 @@ use crate::path::{
 };
 use glam::DVec3;
 
-/// A quantity of paths. It has a state at each place of a subpath, from which the states at later places follow.
+/// Quantity of paths. It has a state at each point of a subpath, and each state follows from the
+/// previous one.
 ///
-/// [`Folded`] makes a [`PathLog`] of it, so that each estimator that writes the log serves each quantity.
+/// [`Folded`] turns it into a [`PathLog`], so that every estimator that writes the log supports
+/// every quantity.
 pub(crate) trait Fold {
-    /// State at a place of a subpath.
+    /// State at a point of a subpath.
     type State: Clone;
-    /// Arcs of a connection.
+    /// Data of a connection.
     type Way;
 
-    /// See [`PathLog::NEEDS_SPANS`].
+    /// True if edges need their spans: see [`PathLog::NEEDS_SPANS`].
     const NEEDS_SPANS: bool;
-    /// See [`PathLog::NEEDS_PARTS`].
+    /// True if edges need their parts: see [`PathLog::NEEDS_PARTS`].
     const NEEDS_PARTS: bool;
 
-    /// State at the start of the sensor's subpath.
+    /// Returns the state at the start of the sensor's subpath.
     fn start(&mut self) -> Self::State;
 
-    /// State of light that leaves an emitter along a ray.
+    /// Returns the state of light that leaves an emitter along a ray.
     fn emit(&mut self, ray: &EmittedRay) -> Self::State;
 
-    /// Follows an edge to its end, with a scattering if it collides there. `parts` are the arcs of the edge, or none where only its
-    /// spans are kept.
+    /// Follows an edge to its end, with a scattering if it ends at a collision. `parts` are the
+    /// arcs of the edge; it is empty if only the spans are kept.
     fn follow(
         &mut self,
         state: &mut Self::State,
@@ -42,10 +44,11 @@ pub(crate) trait Fold {
     /// Follows a part of an edge of the sensor's subpath.
     fn follow_part(&mut self, state: &mut Self::State, part: &EdgePart);
 
-    /// Passes a surface between two edges of the sensor's subpath, which is at the end of one span and at the start of the next one.
+    /// Passes a surface between two edges of the sensor's subpath. The surface is at the end of
+    /// `span` and at the start of `next`.
     fn pass(&mut self, state: &mut Self::State, span: &Span, next: &Span);
 
-    /// Turns at a vertex, perhaps along a specular lobe.
+    /// Turns at a vertex into `direction`; `specular` is true for a specular lobe.
     fn turn(
         &mut self,
         state: &mut Self::State,
@@ -55,14 +58,15 @@ pub(crate) trait Fold {
         specular: bool,
     );
 
-    /// See [`PathLog::way`].
+    /// Records a connection: see [`PathLog::way`].
     fn way(&mut self, mode: TransportMode, vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way;
 
-    /// Takes the path of a contribution.
+    /// Records the path of a contribution.
     fn contribute(&mut self, path: FoldedPath<Self::State, Self::Way>);
 }
 
-/// States at the ends of the subpaths of a contribution, and what joins them: see [`FoundPath`].
+/// States at the ends of the subpaths of a contribution, and the connection between them: see
+/// [`FoundPath`].
 pub(crate) struct FoldedPath<'a, S, W> {
     pub sensor: Option<FoldedEnd<'a, S>>,
     pub light: Option<FoldedEnd<'a, S>>,
@@ -70,7 +74,7 @@ pub(crate) struct FoldedPath<'a, S, W> {
     pub ray: Option<&'a EmittedRay>,
 }
 
-/// State at the end of the part of a subpath that belongs to a contribution.
+/// State at the end of the part of a subpath that a contribution uses.
 pub(crate) struct FoldedEnd<'a, S> {
     /// State where the contribution leaves the subpath.
     pub leaves: &'a S,
@@ -78,7 +82,7 @@ pub(crate) struct FoldedEnd<'a, S> {
     pub state: S,
 }
 
-/// Follows a quantity along the subpaths of a sample.
+/// Quantity with its states along the subpaths of a sample.
 #[derive(Clone, Debug)]
 pub(crate) struct Folded<F: Fold> {
     pub fold: F,
@@ -90,9 +94,9 @@ pub(crate) struct Folded<F: Fold> {
 #[derive(Clone, Debug)]
 struct States<S> {
     start: S,
-    /// Where it has come to.
+    /// State at the current end.
     last: S,
-    /// At vertices with a number.
+    /// States at the numbered vertices.
     vertices: Vec<S>,
 }
 
@@ -119,7 +123,7 @@ impl<S: Clone> States<S> {
         }
     }
 
-    /// State at the end of the part of the subpath that belongs to a contribution.
+    /// Returns the state at the end of the part of the subpath that a contribution uses.
     fn end<F: Fold<State = S>>(
         &self,
         fold: &mut F,
@@ -131,7 +135,7 @@ impl<S: Clone> States<S> {
         let after = end.passed.iter().skip(1).chain(end.part.map(|p| p.edge));
         for (edge, next) in end.passed.iter().zip(after) {
             fold.follow(&mut state, mode, edge, &[]);
-            // Along a specular lobe of the surface at its end.
+            // Follow a specular lobe of the surface at the edge's end.
             // Planted error "mirrors in view of volumes left out of derivatives", found by morgana-transport/transport::derivatives::colours::what_a_coat_shows_of_volumes_is_in_proportion_to_its_colour:
             // if let (Some(span), Some(next)) = (edge.spans.last().filter(|_| false), next.spans.first()) {
             if let (Some(span), Some(next)) = (edge.spans.last(), next.spans.first()) {
@@ -149,7 +153,7 @@ impl<S: Clone> States<S> {
 }
 
 impl<F: Fold> Folded<F> {
-    /// Before the first path.
+    /// Creates the states before the first path.
     pub(crate) fn new(mut fold: F) -> Self {
         let start = fold.start();
         Folded {

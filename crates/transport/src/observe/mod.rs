@@ -1,4 +1,4 @@
-//! Observers of light: images and meters, and more that they tell of paths than their power.
+//! Observers of light: images, meters, and quantities of paths beyond their power.
 
 pub mod derivative;
 pub mod film;

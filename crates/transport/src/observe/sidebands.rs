@@ -1,4 +1,4 @@
-//! Light by its shift in frequency, and how it correlates: what is told apart of light whose phase sound modulates.
+//! Sidebands and autocorrelation of light whose phase sound modulates.
 //!
 //! Theory: docs/theory.md#tagged-light.
 
@@ -8,26 +8,27 @@ use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 use std::f64::consts::{PI, TAU};
 
-/// Sidebands and delays of tagged light. The *parts* of light of weight w and phase Φ are w J_m(|Φ|)² for the orders m from 0 on, and then
-/// w J₀(2|Φ| sin(ωτ/2)) for the delays τ.
+/// Sidebands and delays of tagged light. Light of weight w and phase amplitude Φ has *parts*: w
+/// J_m(|Φ|)² for the orders m from 0 on, then w J₀(2|Φ| sin(ωτ/2)) for the delays τ.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sidebands {
-    /// 2π over the wavelength of the light in vacuum.
+    /// Wave number of the light in vacuum: 2π over its wavelength.
     wave_number: f64,
-    /// The last order.
+    /// Highest order.
     orders: u32,
     /// Number of delays.
     delays: u32,
 }
 
 impl Sidebands {
-    /// The last order that can be told apart.
+    /// Largest value of the highest order.
     pub const MOST_ORDERS: u32 = 100;
-    /// The most delays.
+    /// Largest number of delays.
     pub const MOST_DELAYS: u32 = 1000;
 
-    /// Orders up to `orders` and so many equal steps of the delay up to half a period of the sound, of light of a wavelength in vacuum, in
-    /// scene units. `None` if the wavelength is not positive or a number is above the most.
+    /// Creates orders up to `orders`, and `delays` equal steps of the delay up to half a period of
+    /// the sound. The wavelength is in vacuum, in scene units. Returns `None` if the wavelength is
+    /// not positive or a number is above its maximum.
     ///
     /// ```
     /// use morgana_transport::sidebands::Sidebands;
@@ -53,7 +54,7 @@ impl Sidebands {
         TAU / self.wave_number
     }
 
-    /// The last order.
+    /// Highest order.
     pub fn orders(&self) -> u32 {
         self.orders
     }
@@ -63,12 +64,12 @@ impl Sidebands {
         self.delays
     }
 
-    /// Number of parts: the orders from 0 on, and the delays.
+    /// Number of parts: the orders from 0 on, then the delays.
     pub fn parts(&self) -> usize {
         self.orders as usize + 1 + self.delays as usize
     }
 
-    /// The orders as bins around them.
+    /// Bins centred at the orders.
     pub fn order_bins(&self) -> Bins {
         let count = self.orders as usize + 1;
         Bins {
@@ -78,7 +79,7 @@ impl Sidebands {
         }
     }
 
-    /// The delays, in periods of the sound, as bins around them; `None` without.
+    /// Bins centred at the delays, in periods of the sound; `None` if there are no delays.
     pub fn delay_bins(&self) -> Option<Bins> {
         let step = 0.5 / f64::from(self.delays);
         (self.delays > 0).then_some(Bins {
@@ -88,7 +89,8 @@ impl Sidebands {
         })
     }
 
-    /// The shares of all parts in light whose optical length has an amplitude; NaN if it is not known.
+    /// Returns the fractions of all parts, given the amplitude of the light's optical length; NaN
+    /// if the amplitude is unknown.
     #[inline]
     pub(crate) fn shares(&self, modulation: DVec2) -> SmallVec<[f64; 8]> {
         let square = self.wave_number * self.wave_number * modulation.length_squared();
@@ -99,7 +101,7 @@ impl Sidebands {
         }
     }
 
-    /// The same for any orders and delays, given the square of the phase.
+    /// Returns the fractions of all parts for any orders and delays, given the square of the phase.
     fn all_shares(&self, square: f64) -> SmallVec<[f64; 8]> {
         let orders = self.orders as usize;
         if orders < ORDERS && self.delays == 0 && square <= SLOW {
@@ -115,7 +117,8 @@ impl Sidebands {
     }
 }
 
-/// Shares J_m(|Φ|)² of the orders m from 0 to `orders` in light whose phase has the amplitude `phase`.
+/// Returns the fractions J_m(|Φ|)² of the orders m from 0 to `orders` in light whose phase has the
+/// amplitude `phase`.
 ///
 /// ```
 /// use morgana_transport::sidebands::order_shares;
@@ -128,12 +131,13 @@ pub fn order_shares(phase: f64, orders: u32) -> impl Iterator<Item = f64> {
     squares(phase * phase, orders)
 }
 
-/// Autocorrelation J₀(2|Φ| sin(ωτ/2)) of light whose phase has the amplitude `phase`, at a delay τ that turns the sound by twice `half_turn`.
+/// Returns the autocorrelation J₀(2|Φ| sin(ωτ/2)) of light whose phase has the amplitude `phase`,
+/// at the delay τ = 2 `half_turn`/ω.
 pub fn correlation(phase: f64, half_turn: f64) -> f64 {
     libm::j0(2.0 * phase * half_turn.sin())
 }
 
-/// J_m(x)² of the orders from 0 to `orders`, from x².
+/// Returns J_m(x)² of the orders from 0 to `orders`, given x².
 fn squares(square: f64, orders: u32) -> impl Iterator<Item = f64> {
     let of_slow = (square <= SLOW).then(|| slow_squares::<ORDERS>(square));
     let x = square.sqrt();
@@ -145,12 +149,12 @@ fn squares(square: f64, orders: u32) -> impl Iterator<Item = f64> {
     })
 }
 
-/// Up to this square of x, J_m of so many orders are sums of so many terms.
+/// Largest x² at which J_m of the first [`ORDERS`] orders is summed as a series of [`TERMS`] terms.
 const SLOW: f64 = 4.0;
 const ORDERS: usize = 4;
 const TERMS: usize = 12;
 
-/// (−1)^k/(k! (k + m)!) for the orders m.
+/// Coefficients (−1)^k/(k! (k + m)!) of the orders m.
 const SERIES: [[f64; ORDERS]; TERMS] = {
     let mut series = [[1.0; ORDERS]; TERMS];
     let mut m = 1;
@@ -170,12 +174,13 @@ const SERIES: [[f64; ORDERS]; TERMS] = {
     series
 };
 
-/// J_m(x)² of the first orders from x² up to [`SLOW`], to rounding, without roots and divisions.
+/// Returns J_m(x)² of the first orders for x² up to [`SLOW`], to rounding, without roots and
+/// divisions.
 #[inline]
 fn slow_squares<const N: usize>(square: f64) -> [f64; N] {
     let z = 0.25 * square;
     let z2 = z * z;
-    // Even and odd powers have sums of their own, which do not wait for each other.
+    // Sum even and odd powers separately, so that the two sums do not wait for each other.
     let (mut even, mut odd) = ([0.0; N], [0.0; N]);
     for [of_even, of_odd] in SERIES.as_chunks().0.iter().rev() {
         for m in 0..N {
@@ -198,7 +203,8 @@ fn slow_squares<const N: usize>(square: f64) -> [f64; N] {
 mod tests {
     use super::*;
 
-    /// Orders add up to all light, and correlate as Σ_m J_m² cos mωτ (Neumann's addition theorem), to the accuracy of the Bessel functions.
+    /// Orders add up to all light. Their autocorrelation is Σ_m J_m² cos mωτ (Neumann's addition
+    /// theorem), to the accuracy of the Bessel functions.
     #[test]
     fn orders_add_up_and_correlate() {
         let sidebands = Sidebands::new(1e-3, 60, 7).unwrap();
@@ -221,7 +227,8 @@ mod tests {
         assert!(unknown.iter().all(|share| share.is_nan()));
     }
 
-    /// Up to where the sums end and beyond, of few sidebands and of several.
+    /// Phases reach from zero to the end of the series and beyond, with few sidebands and with
+    /// several.
     #[test]
     fn shares_are_squares_of_bessel_functions() {
         let [few, many] = [[2, 0], [5, 2]].map(|[orders, delays]| {

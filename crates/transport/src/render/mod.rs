@@ -164,7 +164,7 @@ impl RenderOptions {
 /// Progress of a render.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress<'a> {
-    /// Samples per pixel taken so far, including those of earlier runs.
+    /// Samples per pixel taken so far, including earlier runs.
     pub done: u64,
     /// Samples per pixel requested.
     pub total: u64,

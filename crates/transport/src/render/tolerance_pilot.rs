@@ -35,7 +35,7 @@ const SIDE: usize = 4;
 /// Fraction of the work that a looser tolerance must save.
 const SAVING: f64 = 0.05;
 
-/// Chooses the accuracy of a render's rays. The other choices of the pilots are those of `light`.
+/// Chooses the accuracy of a render's rays. The other choices are taken from `light`.
 pub(super) fn chosen(light: &LightSamples) -> RayAccuracy {
     let scene = light.source.scene;
     let exact = RayAccuracy::of(scene);

@@ -1,4 +1,5 @@
-//! How a coefficient of a medium is made up of numbers: one, one for each label, or one for each voxel.
+//! Degrees of freedom of a medium's coefficient: one number, one for each label, or one for each
+//! voxel.
 //!
 //! Theory: docs/theory.md#derivatives-of-light.
 
@@ -10,34 +11,34 @@ use eikonal::ray::Arc;
 use glam::DVec3;
 use std::sync::Arc as Shared;
 
-/// The numbers of a coefficient, and with which weights they count at a place.
+/// Numbers of a coefficient, with their weights at each position.
 #[derive(Clone, Debug)]
 pub(super) enum Chart {
-    /// The same everywhere.
+    /// Uniform coefficient with a single number.
     One,
-    /// One for each label.
+    /// Label volume with a number for each label.
     Labels {
         labels: Shared<LabelGrid>,
-        /// Cells with the labels' voxels.
+        /// Grid cells of the labels' voxels.
         cells: Shared<VolumeGrid>,
         count: usize,
     },
-    /// One for each voxel.
+    /// Grid with a number for each voxel.
     Voxels(Shared<VolumeGrid>),
 }
 
 impl Chart {
-    /// That of the extinction of a medium: absorption and scattering are made up in the same way.
+    /// Returns the chart of a medium's extinction. Absorption and scattering have the same chart.
     pub(super) fn of_extinction(medium: &Medium) -> Self {
         Chart::of(medium, &medium.sigma_t)
     }
 
-    /// That of the albedo of a medium.
+    /// Returns the chart of a medium's albedo.
     pub(super) fn of_albedo(medium: &Medium) -> Self {
         Chart::of(medium, &medium.albedo)
     }
 
-    /// That of what a medium emits.
+    /// Returns the chart of a medium's emission.
     pub(super) fn of_emission(medium: &Medium) -> Self {
         medium
             .emission
@@ -45,7 +46,7 @@ impl Chart {
             .map_or(Chart::One, |emission| Chart::of(medium, emission))
     }
 
-    /// That of the mean cosine of a medium.
+    /// Returns the chart of a medium's mean cosine.
     pub(super) fn of_mean_cosine(medium: &Medium) -> Self {
         match &medium.phase {
             Phase::HenyeyGreensteinGrid(grid) => Chart::Voxels(grid.clone()),
@@ -71,7 +72,7 @@ impl Chart {
         }
     }
 
-    /// Length along each axis: none, labels, or z, y, x.
+    /// Length along each axis: no axis, labels, or z, y, x.
     pub(super) fn shape(&self) -> Vec<usize> {
         match self {
             Chart::One => Vec::new(),
@@ -83,7 +84,8 @@ impl Chart {
         }
     }
 
-    /// Calls `see` with each number that counts at a place, and its weight. Outside the cube of a grid these are its outermost.
+    /// Calls `see` with each number that has a weight at a position, and its weight. Positions
+    /// outside a grid's box use its outermost numbers.
     pub(super) fn at(&self, x: DVec3, mut see: impl FnMut(usize, f64)) {
         match self {
             Chart::One => see(0, 1.0),
@@ -98,7 +100,8 @@ impl Chart {
         }
     }
 
-    /// Calls `see` with each number that counts along an arc up to θ, and the integral of its weight over length; perhaps several times.
+    /// Calls `see` with each number that has a weight along an arc up to θ, and the integral of its
+    /// weight over length. A number may occur several times.
     pub(super) fn along(&self, arc: &Arc, theta: f64, mut see: impl FnMut(usize, f64)) {
         match self {
             // Planted error "derivatives along lengths with an absolute error", found by morgana-io/io::units::derivatives_in_any_unit:
@@ -116,13 +119,14 @@ impl Chart {
     }
 }
 
-/// The number of the label of a voxel.
+/// Number of the label of a voxel.
 fn label(labels: &LabelGrid, voxel: usize, count: usize) -> usize {
     usize::from(labels.labels()[voxel]).min(count - 1)
 }
 
-/// Voxels along an arc, and the integrals of their weights over length: exact along straight arcs. Bent ones are cut into chords of less
-/// than half a voxel, which lie off them by less than a sixteenth of a voxel times the angle by which they bend.
+/// Visits the voxels along an arc with the integrals of their weights over length. The integrals
+/// are exact along straight arcs. Bent arcs are cut into chords of less than half a voxel. Their
+/// distance from the arc is less than a sixteenth of a voxel times the angle of the bend.
 fn along(grid: &VolumeGrid, arc: &Arc, theta: f64, mut see: impl FnMut(usize, f64)) {
     if arc.is_straight() {
         return Section::new(grid, 1.0, arc).weights(theta, see);
@@ -139,7 +143,7 @@ fn along(grid: &VolumeGrid, arc: &Arc, theta: f64, mut see: impl FnMut(usize, f6
     }
 }
 
-/// The least value of a texture in the first `channels` channels.
+/// Smallest value of a texture in the first `channels` channels.
 pub(super) fn least(values: &VolumeTexture, channels: usize) -> f64 {
     match values {
         VolumeTexture::Uniform(value) => value.0[..channels]
@@ -150,7 +154,7 @@ pub(super) fn least(values: &VolumeTexture, channels: usize) -> f64 {
     }
 }
 
-/// The largest value of a texture in the first `channels` channels.
+/// Largest value of a texture in the first `channels` channels.
 pub(super) fn largest(values: &VolumeTexture, channels: usize) -> f64 {
     match values {
         VolumeTexture::Uniform(value) => value.0[..channels].iter().copied().fold(0.0, f64::max),
@@ -182,7 +186,8 @@ mod tests {
         Arc::hermite([x, v, a], [x + v + 0.5 * a, v + a, a], 1.0)
     }
 
-    /// The integral of the samples' values along a bent arc, by the midpoint rule: to the error of the chords.
+    /// Compares with the integral of the samples' values along a bent arc, by the midpoint rule.
+    /// They agree up to the error of the chords.
     #[test]
     fn lengths_along_bent_arcs_add_up_to_the_integral() {
         for filter in [GridFilter::Trilinear, GridFilter::Nearest] {

@@ -1,118 +1,118 @@
-//! Why derivatives are not taken.
+//! Errors of derivatives.
 
-/// Why derivatives are not taken.
+/// Reason why derivatives cannot be computed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DerivativeError {
-    /// What paths multiply by is zero: its derivative is that of light which no path finds.
+    /// A factor of paths is zero. Its derivative would come from light that no path finds.
     #[error(
         "{what} of '{name}' is zero somewhere, or in some channel, where no path finds what would come of more of it: start from a small value > 0{instead}"
     )]
     Zero {
-        /// The quantity.
+        /// Quantity that is zero.
         what: &'static str,
-        /// Of which medium or object.
+        /// Name of the medium or object.
         name: String,
-        /// What else may be asked for.
+        /// Alternative that the message suggests.
         instead: &'static str,
     },
-    /// A medium, object or emitter that the scene does not have.
+    /// The scene has no such medium, object or emitter.
     #[error("the scene has no {what} number {number}")]
     Missing {
-        /// What.
+        /// Kind of the missing part.
         what: &'static str,
-        /// Its number.
+        /// Number of the missing part.
         number: usize,
     },
-    /// A parameter that is listed twice.
+    /// A parameter is listed twice.
     #[error("a parameter is listed twice")]
     Twice,
-    /// A phase function without such a parameter.
+    /// The phase function has no such parameter.
     #[error(
         "the phase function of '{0}' has no mean cosine g to differentiate by: only hg has, also of labels and of voxels"
     )]
     Phase(String),
-    /// A surface without such a colour.
+    /// The surface has no such colour.
     #[error(
         "'{name}' has no {what} to differentiate by: {}",
         colours(name, others)
     )]
     Colour {
-        /// The colour.
+        /// Name of the colour.
         what: &'static str,
-        /// Of which object.
+        /// Name of the object.
         name: String,
-        /// Colours by which its surface can be differentiated.
+        /// Colours of the surface that have derivatives.
         others: Vec<&'static str>,
     },
-    /// Colours of a texture whose values are not numbered.
+    /// The colour is a texture whose values are not numbered.
     #[error(
         "{what} of '{name}' is that of a volume, or of textures within a texture, whose values have no numbers: derivatives are by one colour, a bitmap, a checkerboard of two colours, or the colours of a mesh"
     )]
     Texture {
-        /// The colour.
+        /// Name of the colour.
         what: &'static str,
-        /// Of which object.
+        /// Name of the object.
         name: String,
     },
-    /// An emitter that throws a texture whose values are not numbered.
+    /// The emitter projects a texture whose values are not numbered.
     #[error(
         "what emitter number {0} throws is no image, but a volume's or that of textures within a texture: ask for its emission"
     )]
     Radiance(usize),
-    /// An emitter that is black somewhere.
+    /// The emitter is black somewhere.
     #[error(
         "the light of emitter number {0} is zero somewhere, or in some channel, where no path finds what would come of more of it: start from a small value > 0"
     )]
     Dim(usize),
-    /// Light that an integrator blurs.
+    /// The integrator blurs light.
     #[error("light that the integrator {0} blurs has no derivatives: take path, particle or bdpt")]
     Blurred(&'static str),
-    /// Polarised light, and its Stokes parameters.
+    /// The light is polarised and has Stokes parameters.
     #[error(
         "Stokes parameters have no derivatives: leave out the integrator stokes, and 'stokes' of meters"
     )]
     Polarized,
-    /// Light told apart by what sound does to its phase.
+    /// The light is separated into sidebands.
     #[error(
         "sidebands of tagged light have no derivatives yet: leave the integrator tagged, and 'tagged' of meters, out"
     )]
     Tagged,
-    /// Another number of weights than the image has values.
+    /// The number of weights differs from the number of values.
     #[error("expected {expected} weights, as many as there are values, found {found}")]
     Weights {
-        /// As many as there are values.
+        /// Number of values.
         expected: usize,
-        /// As many as were given.
+        /// Number of weights given.
         found: usize,
     },
-    /// A weight that is not finite.
+    /// A weight is not finite.
     #[error("weight {0} is not finite: the loss must have a derivative by every value")]
     NotFinite(usize),
-    /// A meter that cannot measure in the scene.
+    /// A meter cannot measure in the scene.
     #[error("meter {number}: {field}: {message}")]
     Meter {
         /// Number of the meter, counted from 0.
         number: usize,
-        /// The field that is wrong.
+        /// Invalid field.
         field: &'static str,
-        /// What it must be, and what it is.
+        /// Description of the valid values and of the value given.
         message: String,
     },
-    /// A reading that meters do not have.
+    /// The meters have no such reading.
     #[error("the meters have no such reading")]
     Reading,
-    /// No light.
+    /// The scene emits no light.
     #[error("the scene emits no light: there is nothing to differentiate")]
     Dark,
-    /// Too few samples.
+    /// There are too few samples.
     #[error("errors need at least two samples, or replicates of them: take more than {0}")]
     Samples(u64),
-    /// Sums do not fit into memory.
+    /// The sums do not fit into memory.
     #[error("derivatives by {0} numbers do not fit into memory")]
     Memory(usize),
 }
 
-/// What can be asked for, or why nothing can.
+/// Suggests other colours, or explains why there is none.
 fn colours(name: &str, others: &[&str]) -> String {
     if others.is_empty() {
         return "its bsdf is null, or principled with tints, or made of several of which each has another colour of that name, or two are mirrors; \

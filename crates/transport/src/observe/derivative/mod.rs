@@ -1,8 +1,10 @@
-//! Derivatives of light by what the scene is made of: coefficients of media, colours of surfaces, emission.
+//! Derivatives of light by the properties of the scene: coefficients of media, colours of surfaces,
+//! emission.
 //!
-//! What a path brings is a product of factors f over the density p with which it was sampled. Sampling is held fixed, so that its
-//! derivative is itself times Σ ∂ log f. A path takes note of its factors (its tape); from what each of its contributions is worth to a
-//! linear functional of the image, one sweep back adds the derivatives by all parameters.
+//! The contribution of a path is a product of factors f over the density p with which it was
+//! sampled. Sampling is held fixed, so the contribution's derivative is the contribution times Σ ∂
+//! log f. A path records its factors (its tape). Given the weight of each contribution in a linear
+//! functional of the image, one sweep backwards adds the derivatives by all parameters.
 //!
 //! Theory: docs/theory.md#derivatives-of-light.
 

@@ -1,4 +1,4 @@
-//! What light is differentiated by.
+//! Parameters by which light is differentiated.
 
 use super::DerivativeError;
 use super::chart::{Chart, largest, least};
@@ -10,35 +10,42 @@ use crate::scene::{MediumId, Object, Scene};
 use crate::texture::Texture;
 use std::ops::Range;
 
-/// What light is differentiated by. Coefficients are per unit length, the medium's `scale` included; they have one number where the
-/// extinction of the medium (for the albedo, the albedo) is the same everywhere, one for each label, or one for each voxel, [z, y, x]. Colours have
-/// one, or one for each pixel of an image, [y, x], each vertex or triangle of a mesh that is coloured, or each of the two colours of a checkerboard; so have
-/// emitters that throw a texture. All have a value for each channel.
+/// Parameter by which light is differentiated.
+///
+/// Coefficients are per unit length and include the medium's `scale`. They have one number where
+/// the medium's extinction (for the albedo: its albedo) is uniform, one for each label, or one for
+/// each voxel, [z, y, x]. Colours have one number, or one for each pixel of an image, [y, x], each
+/// vertex or triangle of a coloured mesh, or each of the two colours of a checkerboard. So have
+/// emitters that project a texture. Every number has a value for each channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RadiometricParameter {
-    /// Extinction σ_t of a medium, at the same albedo.
+    /// Extinction σ_t of a medium, at constant albedo.
     Extinction(MediumId),
-    /// Albedo of a medium, at the same extinction.
+    /// Albedo of a medium, at constant extinction.
     Albedo(MediumId),
-    /// Absorption coefficient μ_a of a medium, at the same scattering coefficient.
+    /// Absorption coefficient μ_a of a medium, at constant scattering coefficient.
     Absorption(MediumId),
-    /// Scattering coefficient μ_s of a medium, at the same absorption coefficient.
+    /// Scattering coefficient μ_s of a medium, at constant absorption coefficient.
     Scattering(MediumId),
-    /// Mean cosine g of a medium's Henyey–Greenstein phase function: one, one for each label, or one for each voxel.
+    /// Mean cosine g of a medium's Henyey–Greenstein phase function: one number, one for each
+    /// label, or one for each voxel.
     MeanCosine(MediumId),
-    /// A [colour](crate::bsdf::Bsdf::tint) of an object's surface, whose index is given: one, or those of a texture.
+    /// [Colour](crate::bsdf::Bsdf::tint) of the surface of an object with this index: one number,
+    /// or the numbers of a texture.
     Colour(usize, Tint),
-    /// A factor on all that an emitter emits, whose index is given; it is 1 in the scene.
+    /// Factor on all emission of the emitter with this index; it is 1 in the scene.
     Emission(usize),
-    /// What an emitter's light is made up of, given its index: its radiance, intensity or irradiance, or the power of a beam or fibre; the pixels of an image; the
-    /// voxels of a volume, or, as the coefficients of a medium, what that emits.
+    /// Values of the light of the emitter with this index: its radiance, intensity or irradiance,
+    /// or the power of a beam or fibre. For an image they are its pixels, for a volume its voxels.
+    /// The emission of a medium has numbers like the medium's coefficients.
     Radiance(usize),
-    /// A factor on all light that is measured; it is 1 in the scene.
+    /// Factor on all measured light; it is 1 in the scene.
     Exposure,
 }
 
 impl RadiometricParameter {
-    /// Length along each axis, that of channels left out; none of what the scene does not have.
+    /// Length along each axis, without the channel axis. Empty if the scene has no such medium,
+    /// object or emitter.
     pub fn shape(&self, scene: &Scene) -> Vec<usize> {
         if self.exists(scene).is_err() {
             return Vec::new();
@@ -66,7 +73,7 @@ impl RadiometricParameter {
         }
     }
 
-    /// Finds out whether a scene has the medium, object or emitter.
+    /// Checks that the scene has the medium, object or emitter.
     fn exists(&self, scene: &Scene) -> Result<(), DerivativeError> {
         let (what, number, count) = match *self {
             RadiometricParameter::Extinction(id)
@@ -87,7 +94,7 @@ impl RadiometricParameter {
         }
     }
 
-    /// Finds out whether a scene of so many channels has the derivative.
+    /// Checks that a scene of `channels` channels has the derivative.
     fn check(&self, scene: &Scene, channels: usize) -> Result<(), DerivativeError> {
         self.exists(scene)?;
         let has = |id: MediumId, quantities: &[Quantity]| {
@@ -130,7 +137,7 @@ impl RadiometricParameter {
     }
 }
 
-/// Finds out whether a surface has derivatives by a colour.
+/// Checks that a surface has derivatives by a colour.
 fn check_colour(object: &Object, tint: Tint, channels: usize) -> Result<(), DerivativeError> {
     let (name, bsdf) = (object.name.clone(), &object.bsdf);
     let what = tint.name();
@@ -154,7 +161,7 @@ fn check_colour(object: &Object, tint: Tint, channels: usize) -> Result<(), Deri
     })
 }
 
-/// Finds out whether an emitter has derivatives by what it is made up of.
+/// Checks that an emitter has derivatives by the values of its light.
 fn check_radiance(scene: &Scene, index: usize, channels: usize) -> Result<(), DerivativeError> {
     let emitter = &scene.emitters()[index];
     let is_positive = match emitting_medium(emitter) {
@@ -177,7 +184,7 @@ fn check_radiance(scene: &Scene, index: usize, channels: usize) -> Result<(), De
     }
 }
 
-/// The medium whose light an emitter is.
+/// Returns the medium whose emission an emitter represents.
 fn emitting_medium(emitter: &Emitter) -> Option<MediumId> {
     match emitter.values() {
         EmitterValues::Voxels(volume) => volume.medium(),
@@ -185,13 +192,13 @@ fn emitting_medium(emitter: &Emitter) -> Option<MediumId> {
     }
 }
 
-/// Whether a medium emits.
+/// True if a medium emits.
 fn emits(scene: &Scene, id: MediumId) -> bool {
     let mut media = scene.emitters().iter().filter_map(emitting_medium);
     media.any(|medium| medium == id)
 }
 
-/// What must not be zero.
+/// Quantity that must not be zero.
 enum Quantity {
     Extinction,
     Albedo,
@@ -228,70 +235,71 @@ impl Quantity {
     }
 }
 
-/// Where the sums of parameters lie, and what each factor of a path adds to.
+/// Layout of the sums of all parameters, and the sums to which each factor of a path adds.
 #[derive(Clone, Debug)]
 pub(crate) struct Plan {
     pub(super) media: Vec<MediumPlan>,
-    /// For each object, what its surface adds to.
+    /// Sums to which each object's surface adds.
     pub(super) objects: Vec<Vec<ColourPlan>>,
-    /// Whether panes or filters that light passes on its way add to something.
+    /// True if panes or filters that light passes add to some sum.
     pub(super) has_panes: bool,
-    /// For each emitter, where its sums begin.
+    /// Start of each emitter's sums.
     pub(super) emitters: Vec<EmitterPlan>,
-    /// Where the sums of the exposure begin.
+    /// Start of the sums of the exposure.
     pub(super) exposure: Option<usize>,
-    /// Number of channels, whose sums are interleaved.
+    /// Number of channels; their sums are interleaved.
     pub(super) channels: usize,
-    /// Where the sums of each parameter begin, and the number of all.
+    /// Start of the sums of each parameter, and the total number.
     pub(crate) starts: Vec<usize>,
-    /// For each parameter, where sums begin that it shares with others: those of what attenuates.
+    /// Start of the attenuation sums that each parameter shares with others.
     shared: Vec<Option<usize>>,
-    /// Number of all sums in a row, those that are shared included.
+    /// Number of sums in a row, including shared ones.
     stride: usize,
 }
 
-/// What factors of a surface add to, by one of its colours.
+/// Sums to which factors of a surface add, for one of its colours.
 #[derive(Clone, Debug)]
 pub(super) struct ColourPlan {
     pub tint: Tint,
-    /// Its values.
+    /// Values of the colour.
     pub colours: Texture,
-    /// Where sums begin.
+    /// Start of the sums.
     pub start: usize,
 }
 
-/// What factors of a medium add to.
+/// Sums to which factors of a medium add.
 #[derive(Clone, Debug)]
 pub(super) struct MediumPlan {
-    /// How the extinction is made up.
+    /// Degrees of freedom of the extinction.
     pub chart: Chart,
-    /// How the albedo is.
+    /// Degrees of freedom of the albedo.
     pub albedo_chart: Chart,
-    /// How what it emits is.
+    /// Degrees of freedom of the emission.
     pub emission_chart: Chart,
-    /// How the mean cosine is.
+    /// Degrees of freedom of the mean cosine.
     pub mean_cosine_chart: Chart,
-    /// Where sums begin, of what is asked for.
+    /// Starts of the sums of the requested parameters.
     pub extinction: Option<usize>,
     pub albedo: Option<usize>,
     pub absorption: Option<usize>,
     pub scattering: Option<usize>,
-    /// Where those of attenuation begin: of the only one of these three that is asked for, or shared.
+    /// Start of the attenuation sums: the sums of the only requested one of extinction, absorption and
+    /// scattering, or shared ones.
     pub attenuation: Option<usize>,
     pub mean_cosine: Option<usize>,
 }
 
-/// What the light of an emitter adds to: where sums begin, of what is asked for.
+/// Sums to which the light of an emitter adds; each field is the start of the sums, if requested.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct EmitterPlan {
-    /// Of a factor on all of it.
+    /// Start of the sum of a factor on all light of the emitter.
     pub factor: Option<usize>,
-    /// Of what it is made up of.
+    /// Start of the sums of the values of the emitter's light.
     pub values: Option<usize>,
 }
 
 impl Plan {
-    /// For parameters of a scene of so many channels.
+    /// Creates the layout for parameters of a scene with `channels` channels.
     pub(crate) fn new(
         scene: &Scene,
         parameters: &[RadiometricParameter],
@@ -354,7 +362,8 @@ impl Plan {
         Ok(plan)
     }
 
-    /// Attenuation means the same to extinction, absorption and scattering: they share its sums.
+    /// Makes extinction, absorption and scattering share the sums of attenuation, whose derivative
+    /// is the same by all three.
     fn share_attenuation(&mut self, id: MediumId, parameters: &[RadiometricParameter]) {
         let attenuate = [
             RadiometricParameter::Extinction(id),
@@ -376,24 +385,25 @@ impl Plan {
         };
     }
 
-    /// Number of channels, whose sums are interleaved.
+    /// Number of channels; their sums are interleaved.
     pub(crate) fn channels(&self) -> usize {
         self.channels
     }
 
-    /// Number of all sums in a row, those that parameters share included.
+    /// Number of sums in a row, including shared ones.
     pub(crate) fn stride(&self) -> usize {
         self.stride
     }
 
-    /// Where the sums of a parameter are in a row, and those that it shares with others.
+    /// Returns the ranges in a row of a parameter's own sums and of the sums that it shares with
+    /// others.
     pub(crate) fn places(&self, parameter: usize) -> (Range<usize>, Option<Range<usize>>) {
         let own = self.starts[parameter]..self.starts[parameter + 1];
         let shared = self.shared[parameter].map(|start| start..start + own.len());
         (own, shared)
     }
 
-    /// Number of all derivatives.
+    /// Number of derivatives.
     pub(crate) fn len(&self) -> usize {
         self.starts.last().copied().unwrap_or(0)
     }

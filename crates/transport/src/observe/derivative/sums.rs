@@ -9,20 +9,21 @@ use crate::path::surface_at;
 use crate::scene::{MediumId, Scene};
 use glam::DVec3;
 
-/// Sums of derivatives: rows of numbers, each [as long](Plan::stride) as the plan says, one for each of the functionals that are differentiated.
+/// Sums of derivatives, in rows of [`Plan::stride`] numbers. Each functional that is differentiated
+/// has a row.
 #[derive(Debug)]
 pub(crate) struct Sums<'a> {
     scene: &'a Scene,
     plan: &'a Plan,
     values: &'a mut [f64],
-    /// Where the row begins that is added to.
+    /// Start of the current row.
     row: usize,
-    /// What contributions from each factor of the path on are worth.
+    /// Sum of the weighted contributions from each factor of the path on.
     worth: Vec<Spectrum>,
 }
 
 impl<'a> Sums<'a> {
-    /// Adds to these.
+    /// Creates sums that add to `values`.
     pub(crate) fn new(scene: &'a Scene, plan: &'a Plan, values: &'a mut [f64]) -> Self {
         Sums {
             scene,
@@ -33,8 +34,9 @@ impl<'a> Sums<'a> {
         }
     }
 
-    /// Adds to a row the derivative of Σ `worths` over the contributions of a path by all parameters: one sweep back over its factors, each with
-    /// the worth of all that was found further on (docs/theory.md#derivatives-of-light).
+    /// Adds the derivative of Σ `worths` over the contributions of a path, by all parameters, to a
+    /// row. One sweep backwards visits the path's factors, each with the sum of all weighted
+    /// contributions after it (docs/theory.md#derivatives-of-light).
     pub(crate) fn add(&mut self, row: usize, tape: &Tape, worths: impl Iterator<Item = Spectrum>) {
         self.row = row * self.plan.stride();
         let mut worth = std::mem::take(&mut self.worth);
@@ -60,7 +62,7 @@ impl<'a> Sums<'a> {
         self.worth = worth;
     }
 
-    /// Adds to a row what changes with the absorption coefficient at a place, and is worth that much per unit of it.
+    /// Adds to a row a derivative `worth` by the absorption coefficient at a position.
     pub(crate) fn absorb(&mut self, row: usize, id: MediumId, x: DVec3, worth: Spectrum) {
         self.row = row * self.plan.stride();
         self.absorption(id, x, worth);
@@ -73,7 +75,7 @@ impl<'a> Sums<'a> {
             plan.chart
                 .at(x, |i, weight| self.put(start, i, worth * weight));
         }
-        // μ_a = σ_t (1 − α).
+        // Use μ_a = σ_t (1 − α).
         if let Some(start) = plan.extinction {
             // Planted error "absorption that grows too fast with the extinction in derivatives", found by morgana-transport/transport::meters::emission_derivatives::derivatives_of_media_that_emit_conserve_power:
             // let share = worth * medium.albedo.at(x).map(|a| 2.0 - a);
@@ -88,7 +90,8 @@ impl<'a> Sums<'a> {
         }
     }
 
-    /// Adds the derivative of the logarithm of a factor, times what hangs on it.
+    /// Adds the derivative of a factor's logarithm, times `worth`: the sum of the weighted
+    /// contributions after the factor.
     fn factor(&mut self, factor: &Factor, worth: Spectrum) {
         match factor {
             Factor::Attenuation(stretch) => self.attenuation(stretch, worth),
@@ -110,7 +113,7 @@ impl<'a> Sums<'a> {
         }
     }
 
-    /// ∂ log e^−∫σ_t ds = −∫∂σ_t ds.
+    /// Adds ∂ log e^−∫σ_t ds = −∫∂σ_t ds.
     fn attenuation(&mut self, stretch: &Stretch, worth: Spectrum) {
         let plan: &'a Plan = self.plan;
         let plan = &plan.media[stretch.medium];
@@ -129,7 +132,7 @@ impl<'a> Sums<'a> {
         });
     }
 
-    /// ∂ log σ_s, where σ_s = σ_t α.
+    /// Adds ∂ log σ_s, where σ_s = σ_t α.
     fn scattering(&mut self, id: MediumId, x: DVec3, worth: Spectrum) {
         let (plan, scene): (&'a Plan, &'a Scene) = (self.plan, self.scene);
         let (plan, medium) = (&plan.media[id], scene.medium(id));
@@ -152,7 +155,7 @@ impl<'a> Sums<'a> {
         }
     }
 
-    /// ∂ log p.
+    /// Adds ∂ log p.
     fn phase(&mut self, id: MediumId, x: DVec3, cos: f64, worth: Spectrum) {
         let (plan, scene): (&'a Plan, &'a Scene) = (self.plan, self.scene);
         let plan = &plan.media[id];
@@ -163,7 +166,7 @@ impl<'a> Sums<'a> {
         }
     }
 
-    /// ∂ log f of a surface, by its colours.
+    /// Adds ∂ log f of a surface, by its colours.
     fn surface(&mut self, object: usize, surface: &Surface, event: &BsdfEvent, worth: Spectrum) {
         let (plan, scene): (&'a Plan, &'a Scene) = (self.plan, self.scene);
         for by in &plan.objects[object] {
@@ -177,7 +180,7 @@ impl<'a> Sums<'a> {
         }
     }
 
-    /// The same on an edge, which goes on there.
+    /// Adds ∂ log f of a surface at which an edge continues.
     fn edge_event(&mut self, edge_event: &EdgeEvent, worth: Spectrum) {
         let (plan, scene): (&'a Plan, &'a Scene) = (self.plan, self.scene);
         let object = edge_event.object;
@@ -194,7 +197,8 @@ impl<'a> Sums<'a> {
         self.surface(object, &surface, &event, worth);
     }
 
-    /// The same of what an arc of a connection passes, and of the boundary at its end.
+    /// Adds ∂ log f of the panes and filters along an arc of a connection, and of the boundary at
+    /// its end.
     fn panes(&mut self, stretch: &Stretch, bounded: bool, worth: Spectrum) {
         let Stretch { medium, arc, theta } = stretch;
         let boundary = bounded.then(|| self.scene.first_boundary(arc, None));
@@ -216,7 +220,7 @@ impl<'a> Sums<'a> {
         }
     }
 
-    /// ∂ log of what leaves an emitter.
+    /// Adds ∂ log of the emission along a ray.
     fn emission(&mut self, ray: &EmittedRay, worth: Spectrum) {
         let (plan, scene): (&'a Plan, &'a Scene) = (self.plan, self.scene);
         let (plan, emitter) = (&plan.emitters[ray.emitter], &scene.emitters()[ray.emitter]);
@@ -237,7 +241,7 @@ impl<'a> Sums<'a> {
         }
     }
 
-    /// ∂ log (μ_a n² B).
+    /// Adds ∂ log (μ_a n² B).
     fn emission_of_medium(
         &mut self,
         id: MediumId,
@@ -258,7 +262,7 @@ impl<'a> Sums<'a> {
         self.absorption(id, ray.x, over(worth, absorption));
     }
 
-    /// Adds to the sums of a number of a parameter, in the row at hand.
+    /// Adds to the sums of one number of a parameter, in the current row.
     #[inline]
     fn put(&mut self, start: usize, number: usize, value: Spectrum) {
         let channels = self.plan.channels;
@@ -268,7 +272,7 @@ impl<'a> Sums<'a> {
     }
 }
 
-/// A quotient, zero in channels that bring nothing.
+/// Returns a quotient, zero in channels where `worth` is zero.
 fn over(worth: Spectrum, by: Spectrum) -> Spectrum {
     worth.zip(by, |w, b| if w == 0.0 { 0.0 } else { w / b })
 }

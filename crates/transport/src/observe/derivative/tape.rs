@@ -1,4 +1,5 @@
-//! The factors of one path, as a tree: what a contribution is made up of are the factors from one or two places back to the start.
+//! Factors of one path, as a tree. The factors of a contribution lead from one or two nodes back to
+//! the root.
 //!
 //! Theory: docs/theory.md#derivatives-of-light.
 
@@ -14,38 +15,38 @@ use eikonal::ray::Arc;
 use glam::DVec3;
 use smallvec::SmallVec;
 
-/// A factor of what a path brings.
+/// Factor of a path's contribution.
 #[derive(Clone, Debug)]
 pub(crate) enum Factor {
-    /// e^−∫σ_t ds along a part of a way.
+    /// Attenuation e^−∫σ_t ds along a segment.
     Attenuation(Stretch),
-    /// σ_s at a collision.
+    /// Scattering coefficient σ_s at a collision.
     Scattering { medium: MediumId, x: DVec3 },
-    /// A phase function at a place, at the cosine of the angle of scattering.
+    /// Phase function at a position, at the cosine of the scattering angle.
     Phase {
         medium: MediumId,
         x: DVec3,
         cos: f64,
     },
-    /// The scattering of an object's surface, at a vertex or where a connection is refracted or reflected.
+    /// Bsdf of an object's surface, at a vertex, or where a connection is refracted or reflected.
     Surface {
         object: usize,
         surface: Surface,
         event: BsdfEvent,
     },
-    /// What a surface does to light that it passes on, or reflects, on an edge.
+    /// Factor of a surface that transmits or reflects light on an edge.
     EdgeEvent(EdgeEvent),
-    /// An arc of a connection: attenuation, and what panes and filters do to light that passes them.
+    /// Arc of a connection: attenuation, and the factors of panes and filters that light passes.
     Connection {
         stretch: Stretch,
-        /// Whether it ends at a boundary between media.
+        /// True if the arc ends at a boundary between media.
         bounded: bool,
     },
-    /// What leaves an emitter.
+    /// Emission along a ray.
     Emission(EmittedRay),
 }
 
-/// A part of a way within one medium: an arc up to θ.
+/// Segment within one medium: an arc up to θ.
 #[derive(Clone, Debug)]
 pub(crate) struct Stretch {
     pub medium: MediumId,
@@ -53,20 +54,20 @@ pub(crate) struct Stretch {
     pub theta: f64,
 }
 
-/// A surface that light passes on its way, or is reflected by, without a vertex.
+/// Transmission or reflection at a surface without a vertex.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EdgeEvent {
     pub object: usize,
     pub meeting: Meeting,
-    /// Through which light arrives.
+    /// Medium through which light arrives.
     pub medium: MediumId,
-    /// Unit directions before and after.
+    /// Unit direction before the surface; `to` is the direction after it.
     pub from: DVec3,
     pub to: DVec3,
 }
 
 impl EdgeEvent {
-    /// From one arc of an edge to the next, if they meet at a surface.
+    /// Returns the event between one arc of an edge and the next, if they meet at a surface.
     fn between(span: &Span, next: &Span) -> Option<Self> {
         let (object, meeting) = span.surface?;
         Some(EdgeEvent {
@@ -79,92 +80,92 @@ impl EdgeEvent {
     }
 }
 
-/// A place on a tape: after one of its factors, or at its start.
+/// Node of a tape: after one of its factors, or at its start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Place(usize);
 
 impl Place {
-    /// Before all factors.
+    /// Node before all factors.
     const START: Self = Place(0);
 
-    /// After a factor, given its number.
+    /// Returns the node after the factor with this index.
     pub(super) fn after(factor: usize) -> Self {
         Place(factor + 1)
     }
 
-    /// A number of its own; that of the start is 0.
+    /// Index of the node; the start has index 0.
     pub(super) fn number(self) -> usize {
         self.0
     }
 }
 
-/// A factor, and the place which it follows.
+/// Factor with the node that precedes it.
 #[derive(Clone, Debug)]
 pub(super) struct Noted {
     pub factor: Factor,
     pub before: Place,
 }
 
-/// The factors of one path, and where it has made contributions.
+/// Factors of one path, and the nodes of its contributions.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tape {
-    /// Each follows one that comes before it, or the start.
+    /// Factors. Each follows an earlier one, or the start.
     pub(super) factors: Vec<Noted>,
-    /// For each contribution, the places to which its factors lead: one, or those of two subpaths.
+    /// Nodes of each contribution: one node, or one of each of two subpaths.
     pub(super) kept: Vec<[Place; 2]>,
-    /// How far the path of a particle has come.
+    /// Current node of a particle's path.
     trunk: Place,
-    /// What the next contribution alone adds to that.
+    /// Node after the factors that only the next contribution has.
     aside: Option<Place>,
 }
 
 impl Tape {
-    /// The path starts as a ray of an emitter.
+    /// Starts the path with a ray of an emitter.
     pub(crate) fn begin(&mut self, ray: &EmittedRay) {
         self.trunk = self.push(self.trunk, Factor::Emission(*ray));
     }
 
-    /// The path flies along an arc up to θ.
+    /// Extends the path along an arc up to θ.
     pub(crate) fn fly(&mut self, medium: MediumId, arc: &Arc, theta: f64) {
         self.trunk = self.stretch(self.trunk, medium, arc, theta);
     }
 
-    /// Puts the part of a way along an arc up to θ aside.
+    /// Adds an arc up to θ to the next contribution only.
     pub(crate) fn aside_fly(&mut self, medium: MediumId, arc: &Arc, theta: f64) {
         let from = self.aside.unwrap_or(self.trunk);
         self.aside = Some(self.stretch(from, medium, arc, theta));
     }
 
-    /// The path passes a surface between two arcs of an edge, or is reflected there.
+    /// Passes or reflects the path at a surface between two arcs of an edge.
     pub(crate) fn pass_surface(&mut self, span: &Span, next: &Span) {
         self.trunk = self.edge_event(self.trunk, span, next);
     }
 
-    /// The path of light turns at a vertex, perhaps along a specular lobe.
+    /// Turns a path of light at a vertex, perhaps along a specular lobe.
     pub(crate) fn turn_light(&mut self, vertex: &Vertex, direction: DVec3, specular: bool) {
         let factor = turned(TransportMode::Importance, vertex, direction, specular);
         self.trunk = self.push(self.trunk, factor);
     }
 
-    /// The path is scattered at a place.
+    /// Scatters the path at a position.
     pub(crate) fn collide(&mut self, medium: MediumId, x: DVec3) {
         self.trunk = self.push(self.trunk, Factor::Scattering { medium, x });
     }
 
-    /// The path has made a contribution.
+    /// Records a contribution of the path.
     pub(crate) fn keep(&mut self) {
         let place = self.aside.take().unwrap_or(self.trunk);
         self.kept.push([place, Place::START]);
     }
 
-    /// Forgets the path.
+    /// Clears the tape.
     pub(crate) fn clear(&mut self) {
         self.factors.clear();
         self.kept.clear();
         (self.trunk, self.aside) = (Place::START, None);
     }
 
-    /// Adds a factor after a place. Returns that after it.
+    /// Adds a factor after a node. Returns the node after the factor.
     fn push(&mut self, before: Place, factor: Factor) -> Place {
         self.factors.push(Noted { factor, before });
         Place::after(self.factors.len() - 1)
@@ -192,7 +193,7 @@ impl Tape {
             .fold(from, |place, factor| self.push(place, factor))
     }
 
-    /// A whole edge, and a scattering if it ends at a collision.
+    /// Adds a whole edge, and a scattering if it ends at a collision.
     fn edge(&mut self, from: Place, edge: &Edge) -> Place {
         if let End::Collision(point) = &edge.end {
             return self.scattered(from, edge, point.length);
@@ -200,7 +201,7 @@ impl Tape {
         self.spans(from, &edge.spans)
     }
 
-    /// Whole arcs, and what happens between them.
+    /// Adds whole arcs, and the events between them.
     fn spans(&mut self, from: Place, spans: &[Span]) -> Place {
         let mut place = from;
         for (i, span) in spans.iter().enumerate() {
@@ -212,7 +213,7 @@ impl Tape {
         place
     }
 
-    /// The part of an edge up to an arc length, and a scattering there.
+    /// Adds the part of an edge up to an arc length, and a scattering there.
     fn scattered(&mut self, from: Place, edge: &Edge, length: f64) -> Place {
         let place = self.up_to(from, edge, length);
         match edge.spans.get(last_span(edge, length)) {
@@ -228,7 +229,7 @@ impl Tape {
         }
     }
 
-    /// The part of an edge up to an arc length.
+    /// Adds the part of an edge up to an arc length.
     fn up_to(&mut self, from: Place, edge: &Edge, length: f64) -> Place {
         let last = last_span(edge, length);
         let Some(span) = edge.spans.get(last) else {
@@ -303,7 +304,7 @@ impl Fold for Tape {
     }
 }
 
-/// The factors of a connection.
+/// Returns the factors of a connection.
 fn way(arcs: ConnectionArcs) -> SmallVec<[Factor; 1]> {
     let arc_of = |medium, arc: &Arc, theta, bounded| Factor::Connection {
         stretch: Stretch {
@@ -334,7 +335,7 @@ fn way(arcs: ConnectionArcs) -> SmallVec<[Factor; 1]> {
     }
 }
 
-/// The factor of a smooth interface at which a connection is refracted or reflected.
+/// Returns the factor of a smooth interface at which a connection is refracted or reflected.
 fn interface(event: &Event) -> Factor {
     Factor::Surface {
         object: event.surface,
@@ -347,7 +348,7 @@ fn interface(event: &Event) -> Factor {
     }
 }
 
-/// The number of the span of an edge that holds an arc length.
+/// Index of the span of an edge that contains an arc length.
 fn last_span(edge: &Edge, length: f64) -> usize {
     let last = edge
         .spans
@@ -355,7 +356,7 @@ fn last_span(edge: &Edge, length: f64) -> usize {
     last.min(edge.spans.len().saturating_sub(1))
 }
 
-/// The factor of a vertex at which a subpath turns, perhaps along a specular lobe.
+/// Returns the factor of a vertex at which a subpath turns, perhaps along a specular lobe.
 fn turned(mode: TransportMode, vertex: &Vertex, direction: DVec3, specular: bool) -> Factor {
     match *vertex {
         Vertex::Volume {

@@ -1,34 +1,35 @@
-//! Which of the light at a surface a meter accepts: fibres and other detectors see a part of the surface, and a cone
-//! (docs/theory.md#records).
+//! Light that a meter on a surface accepts. Fibres and other detectors accept light from a part of
+//! the surface, within a cone (docs/theory.md#records).
 
 use super::flight::Passing;
 use glam::DVec3;
 
-/// What is accepted of the light that passes; by default all of it.
+/// Criteria for light that passes a surface; the default accepts all light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Acceptance {
-    /// Light within a distance of a point.
+    /// Accepted points of the surface.
     pub patch: Option<Patch>,
-    /// Light with n sin θ up to this, positive, where θ is its angle with the surface's normal and n the index, both where it goes.
+    /// Numerical aperture, positive: the largest accepted n sin θ. θ is the angle between the light
+    /// and the surface's normal, n the index, both on the side to which the light travels.
     pub numerical_aperture: Option<f64>,
 }
 
-/// The points of a surface within a distance of a point.
+/// Points of a surface within a distance of a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Patch {
-    /// The point.
+    /// Centre.
     pub center: DVec3,
-    /// The distance, positive.
+    /// Radius, positive.
     pub radius: f64,
 }
 
 impl Acceptance {
-    /// Whether it takes light from the whole surface.
+    /// True if light from the whole surface is accepted.
     pub(super) fn is_everywhere(&self) -> bool {
         self.patch.is_none()
     }
 
-    /// Whether light is accepted.
+    /// True if light is accepted.
     pub(super) fn accepts(&self, passing: &Passing) -> bool {
         self.patch
             .is_none_or(|patch| patch.holds(passing.hit.position))

@@ -1,4 +1,4 @@
-//! What fields of meters must not be.
+//! Checks of meters' fields.
 
 use super::{Acceptance, Cosines, FluenceMeter, IrradianceMeter, Meter, MeterSurface};
 use crate::Bins;
@@ -6,20 +6,20 @@ use crate::emitter::Emitter;
 use crate::scene::Scene;
 use eikonal::Shown;
 
-/// How far the length of a unit vector may be off.
+/// Maximum error of the length of a unit vector.
 const ROUNDING: f64 = 1e-12;
 
-/// A field of a meter with a value that it cannot have.
+/// Invalid field of a meter.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{field}: {message}")]
 pub struct MeterProblem {
-    /// The field.
+    /// Name of the field.
     pub field: &'static str,
-    /// What it must be, and what it is.
+    /// Description of the valid values and of the value given.
     pub message: String,
 }
 
-/// An error if a field is not as it must be.
+/// Returns an error with the message unless the condition holds.
 fn demand(
     is_so: bool,
     field: &'static str,
@@ -33,10 +33,10 @@ fn demand(
 }
 
 impl Meter {
-    /// Finds out whether it can measure in a scene.
+    /// Checks that the meter can measure in a scene.
     ///
     /// # Errors
-    /// The first field that has no value for that.
+    /// Returns the first invalid field.
     pub(crate) fn check(&self, scene: &Scene) -> Result<(), MeterProblem> {
         match self {
             Meter::Fluence(meter) => meter.check(scene),

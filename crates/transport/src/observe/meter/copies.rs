@@ -1,12 +1,13 @@
-//! What is followed of a particle, and of its copies that wait to be followed.
+//! States of a particle and of its waiting copies.
 
-/// States of a particle that may be divided on its way: copies are followed one after the other, the last first.
+/// States of a particle that may be divided on its path. Copies are followed one after the other,
+/// the last first.
 #[derive(Clone, Debug)]
 pub(super) struct Copies<S> {
-    /// State of the copy that is followed.
+    /// State of the current copy.
     pub current: S,
     waiting: Vec<S>,
-    /// True if that copy goes on; else one that waits is next.
+    /// True if the current copy continues; otherwise a waiting copy is next.
     goes_on: bool,
 }
 
@@ -26,7 +27,8 @@ impl<S: Clone> Copies<S> {
         self.goes_on = true;
     }
 
-    /// Goes on with the next copy, along its next edge. Returns whether it is the one that was followed before.
+    /// Continues with the next copy, along its next edge. Returns true if it is the copy that was
+    /// followed before.
     pub(super) fn resume(&mut self) -> bool {
         let goes_on = std::mem::take(&mut self.goes_on);
         // Planted error "copies of particles that go on where another one ended", found by morgana-transport/transport::meters::records::copies_keep_their_own_ways_where_paths_are_cut:
@@ -37,7 +39,7 @@ impl<S: Clone> Copies<S> {
         goes_on
     }
 
-    /// Divides the particle into copies.
+    /// Divides the particle into `copies` copies; 0 ends it.
     pub(super) fn go_on(&mut self, copies: usize) {
         for _ in 1..copies {
             self.waiting.push(self.current.clone());
@@ -56,7 +58,7 @@ mod tests {
         copies.start(|state| *state = 1);
         assert!(copies.resume());
         copies.go_on(3);
-        // The first one goes on, is divided again, and ends.
+        // The first copy continues, is divided again, and ends.
         assert!(copies.resume());
         copies.current = 2;
         copies.go_on(2);

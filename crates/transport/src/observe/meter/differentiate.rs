@@ -1,5 +1,5 @@
-//! Derivatives of what meters read: particles take note of their factors on their walk, and of what they leave in the meters
-//! (docs/theory.md#derivatives-of-light).
+//! Derivatives of meters' readings. Particles record the factors of their walk, and their scores in
+//! the meters (docs/theory.md#derivatives-of-light).
 
 use super::flight::{Collision, Flight, Passing, flights};
 use super::fluence::Cuts;
@@ -16,7 +16,7 @@ use eikonal::ray::Arc;
 use glam::DVec3;
 use std::ops::{ControlFlow, Range};
 
-/// Watches the walk of one particle, which is never divided.
+/// Observer of the walk of one particle, which is never divided.
 struct TapeRecorder<'r> {
     meters: &'r [Meter],
     wanted: &'r Functionals,
@@ -24,38 +24,38 @@ struct TapeRecorder<'r> {
     sampler: Sampler,
 }
 
-/// What a particle has left in meters, and what it was made up of.
+/// Scores of a particle, with the factors that they are products of.
 #[derive(Default)]
 struct Notes {
     tape: Tape,
-    /// For each contribution on the tape.
+    /// Weighted score of each contribution on the tape.
     worths: Vec<Worth>,
     absorbed: Vec<Absorbed>,
     cuts: Cuts,
 }
 
-/// What a contribution is worth.
+/// Weighted score of a contribution.
 struct Worth {
-    /// To which functional.
+    /// Index of the functional.
     row: usize,
     value: Spectrum,
 }
 
-/// What is absorbed at a place.
+/// Absorbed power at a position.
 struct Absorbed {
-    /// In which functional it counts.
+    /// Index of the functional.
     row: usize,
     medium: MediumId,
     x: DVec3,
-    /// Its worth, over the absorption coefficient.
+    /// Weighted score divided by the absorption coefficient.
     per_absorption: Spectrum,
 }
 
-/// An estimate of ∫ power ds in a cell.
+/// Estimate of ∫ power ds in a cell.
 struct Track<'e> {
-    /// The cell of fluence among those of all meters, and that of absorbed power.
+    /// Cell of the fluence among the cells of all meters, and cell of the absorbed power.
     cells: [usize; 2],
-    /// The arc from the end of the tape to its place, up to θ, if that lies beyond.
+    /// Arc from the end of the tape to the point, up to θ, if the point lies beyond the tape.
     beyond: Option<(&'e Arc, f64)>,
     medium: MediumId,
     x: DVec3,
@@ -69,7 +69,8 @@ impl Notes {
         self.worths.push(Worth { row, value });
     }
 
-    /// Adds the derivatives, leaving out and counting what is not finite, and forgets the particle.
+    /// Adds the derivatives to `sums`, and clears the particle. Values that are not finite are left
+    /// out and counted.
     fn add_to(&mut self, sums: &mut Sums, not_finite: &mut u64) {
         let mut finite = |value: &mut Spectrum| {
             if !value.is_finite() {
@@ -121,7 +122,8 @@ impl Observer for TapeRecorder<'_> {
 }
 
 impl TapeRecorder<'_> {
-    /// Takes note of the flights along an edge, and of the crossings of smooth surfaces between them. Returns the last flight.
+    /// Records the flights along an edge, and the crossings of smooth surfaces between them.
+    /// Returns the last flight.
     fn fly_along<'e>(&mut self, event: &'e WalkEvent) -> Option<Flight<'e>> {
         let mut last = None;
         for (i, flight) in flights(event).enumerate() {
@@ -139,7 +141,7 @@ impl TapeRecorder<'_> {
         last
     }
 
-    /// Takes note of the end of an edge, to which the last flight leads.
+    /// Records the end of an edge; `last` is the flight that leads to it.
     fn end(&mut self, event: &WalkEvent, last: &Flight) {
         match event.edge.end {
             End::Collision(point) => {
@@ -166,7 +168,7 @@ impl TapeRecorder<'_> {
         }
     }
 
-    /// Each meter of fluence with an estimator, and its first cell.
+    /// Visits each fluence meter that uses an estimator, with its first cell.
     fn each_fluence(
         &mut self,
         estimator: Estimator,
@@ -183,7 +185,7 @@ impl TapeRecorder<'_> {
         }
     }
 
-    /// Takes note of a flight, which begins where the tape ends: in each cell at a place drawn at random.
+    /// Records a flight, which begins where the tape ends: in each cell at a random point.
     fn fly(&mut self, flight: &Flight, meter: &FluenceMeter, first: usize) {
         let (arc, medium) = (&flight.span.arc, flight.span.medium);
         let mut cuts = std::mem::take(&mut self.notes.cuts);
@@ -205,7 +207,7 @@ impl TapeRecorder<'_> {
         self.notes.cuts = cuts;
     }
 
-    /// Takes note of a collision, to which the tape leads.
+    /// Records a collision at the end of the tape.
     fn collide(&mut self, collision: &Collision, meter: &FluenceMeter, first: usize) {
         if let Some(cell) = meter.cell_of(collision) {
             self.leave(&Track {
@@ -219,7 +221,7 @@ impl TapeRecorder<'_> {
         }
     }
 
-    /// What a track leaves: its length, and what of it is absorbed.
+    /// Records the scores of a track: its length, and the power absorbed along it.
     fn leave(&mut self, track: &Track) {
         let [fluence, absorbed] = track.cells.map(|cell| self.wanted.of_cell(cell));
         if let Some((row, weights)) = fluence {
@@ -249,8 +251,9 @@ impl TapeRecorder<'_> {
         self.notes.contribute(row, value);
     }
 
-    /// Takes note of what happens at the surface where a flight ends, if it ends at one. Light that arrives at an opaque one is measured before,
-    /// light that passes another one after that.
+    /// Records the surface where a flight ends, if it ends at one. Light that arrives at an opaque
+    /// surface is measured before the surface's factor. Light that passes another surface is
+    /// measured after it.
     fn surface(&mut self, flight: &Flight, after: Option<Beyond>, note: impl FnOnce(&mut Tape)) {
         let passing = passing(flight, after);
         let is_opaque = |p: &Passing| p.scene.objects()[p.object].bsdf.is_opaque();
@@ -265,7 +268,7 @@ impl TapeRecorder<'_> {
         passed.inspect(|passing| self.pass(passing));
     }
 
-    /// What light that passes a surface is worth.
+    /// Records the scores of light that passes a surface.
     fn pass(&mut self, passing: &Passing) {
         let mut first = 0;
         for meter in self.meters {
@@ -282,7 +285,7 @@ impl TapeRecorder<'_> {
     }
 }
 
-/// Takes note of a turn at the vertex where an edge ends, if the particle goes on from there.
+/// Records a turn at the vertex where an edge ends, if the particle continues from there.
 fn turn(tape: &mut Tape, event: &WalkEvent) {
     if let (Some(vertex), Some(ray)) = (event.vertex, event.onward) {
         tape.turn_light(vertex, ray.start.direction, ray.specular);
@@ -290,7 +293,8 @@ fn turn(tape: &mut Tape, event: &WalkEvent) {
 }
 
 impl Setup<'_> {
-    /// Adds the derivatives of functionals of readings: sums over particles of numbers in a range.
+    /// Adds the derivatives of functionals of readings to `sums`: sums over the particles with
+    /// numbers in a range.
     pub(crate) fn differentiate(
         &self,
         seed: u64,
@@ -323,7 +327,7 @@ impl Setup<'_> {
 }
 
 impl Meter {
-    /// Names of what it reads and numbers of bins along each axis, that of channels left out.
+    /// Names of the readings with the number of bins along each axis, without the channel axis.
     pub fn readings(&self) -> Vec<(&'static str, Vec<usize>)> {
         let quantities = self.quantities().into_iter();
         let named = |q: Quantity| (q.name, q.axes.iter().map(ReadingAxis::len).collect());

@@ -1,4 +1,4 @@
-//! What meters see of a particle.
+//! Events of a particle's walk that meters score.
 
 use super::polarization::ParticleStokes;
 use crate::Spectrum;
@@ -8,31 +8,31 @@ use crate::shape::Hit;
 use eikonal::ray::Arc;
 use glam::DVec3;
 
-/// A particle on one arc of its way.
+/// Flight of a particle along one arc of its path.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Flight<'a> {
-    /// The scene.
+    /// Scene.
     pub scene: &'a Scene,
     /// Channel probabilities with which distances are sampled.
     pub channel_pdf: Spectrum,
-    /// The arc.
+    /// Arc.
     pub span: &'a Span<'a>,
-    /// The particle flies from θ = 0 to here.
+    /// End of the flight, which starts at θ = 0.
     pub theta_end: f64,
-    /// Power with which the edge started.
+    /// Power at the start of the edge.
     pub power: Spectrum,
     /// Optical path length from the emitter to the start of the arc.
     pub optical_length: f64,
 }
 
-/// A collision in a medium.
+/// Collision in a medium.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Collision<'a> {
-    /// The medium's scene.
+    /// Scene of the medium.
     pub scene: &'a Scene,
-    /// Where.
+    /// Point of the collision.
     pub point: Point<'a>,
-    /// Power of the particle over the density per unit length of the collision: an estimate of ∫ Φ dV.
+    /// Power of the particle over the collision's density per unit length: an estimate of ∫ Φ dV.
     pub path: Spectrum,
     /// Optical path length from the emitter.
     pub optical_length: f64,
@@ -41,15 +41,15 @@ pub(super) struct Collision<'a> {
 /// Light that passes through a surface, or arrives at an opaque one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Passing<'a> {
-    /// The scene.
+    /// Scene.
     pub scene: &'a Scene,
-    /// The object.
+    /// Index of the object.
     pub object: usize,
-    /// Where.
+    /// Point on the surface.
     pub hit: Hit,
-    /// Unit direction beyond the surface; of arrival at an opaque one.
+    /// Unit direction beyond the surface; at an opaque one, the direction of arrival.
     pub direction: DVec3,
-    /// The medium in which it has this direction.
+    /// Medium in which the light has this direction.
     pub medium: MediumId,
     /// Power.
     pub power: Spectrum,
@@ -58,7 +58,8 @@ pub(super) struct Passing<'a> {
 }
 
 impl Passing<'_> {
-    /// Stokes parameters of the light per unit of its power, in the frame of the [meter](super::IrradianceMeter::stokes).
+    /// Returns the Stokes parameters of the light per unit of its power, in the frame of the
+    /// [meter](super::IrradianceMeter::stokes).
     pub(super) fn stokes(&self, particle: &ParticleStokes) -> [Spectrum; 4] {
         let object = &self.scene.objects()[self.object];
         // Planted error "polarisation of particles whose frame at meters is that of the x axis", found by morgana-transport/transport::polarization::meters::records_of_scattered_light_are_polarised_as_pixels_are:
@@ -68,22 +69,22 @@ impl Passing<'_> {
     }
 }
 
-/// A leg of a flight that nothing interrupts.
+/// Segment of a free flight, which no surface interrupts.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FreeLeg<'e, 's> {
     /// Power of the particle.
     pub power: Spectrum,
-    /// Where it starts.
+    /// Start point.
     pub start: DVec3,
     /// Unit direction.
     pub direction: DVec3,
-    /// Optical path lengths from the emitter to its ends.
+    /// Optical path lengths from the emitter to the ends of the segment.
     pub optical_length: [f64; 2],
-    /// Its length, and what it passes through.
+    /// Length of the segment, and the matter that it passes through.
     pub leg: &'e Leg<'s>,
 }
 
-/// The legs of a flight that nothing interrupts.
+/// Returns the segments of a free flight.
 pub(super) fn free_legs<'e, 's>(
     event: &FreeFlightEvent<'e, 's>,
 ) -> impl Iterator<Item = FreeLeg<'e, 's>> {
@@ -105,7 +106,7 @@ pub(super) fn free_legs<'e, 's>(
 }
 
 impl FreeLeg<'_, '_> {
-    /// The leg from θ = 0 to 1.
+    /// Arc of the segment from θ = 0 to 1.
     pub(super) fn arc(&self) -> Arc {
         let n = self.leg.matter.n;
         // Planted error "tagged flights that nothing interrupts without the index", found by morgana-transport/transport::meters::sidebands::sidebands_of_meters_are_sums_over_records:
@@ -114,7 +115,7 @@ impl FreeLeg<'_, '_> {
     }
 }
 
-/// The flights of a particle along an edge, as far as it gets.
+/// Returns the flights of a particle along an edge, up to its end.
 pub(crate) fn flights<'e>(event: &'e WalkEvent) -> impl Iterator<Item = Flight<'e>> {
     let mut optical_length = event.ray.optical_length;
     let spans = event.spans().iter().enumerate();
@@ -142,13 +143,13 @@ impl Flight<'_> {
         self.power * (next.weight_before * share(self.channel_pdf, next.depth_before))
     }
 
-    /// Optical path length from the emitter to its end.
+    /// Optical path length from the emitter to the end of the flight.
     pub(super) fn length_after(&self) -> f64 {
         self.optical_length + self.span.arc.optical_length(self.theta_end)
     }
 
-    /// Expected power at θ, given that the particle gets there without a collision. With one channel it
-    /// is the same all along the arc.
+    /// Expected power at θ, given that the particle reaches θ without a collision. With one channel
+    /// it is constant along the arc.
     pub(crate) fn power_at(&self, theta: f64) -> Spectrum {
         if !self.power_varies() {
             return self.power * self.span.weight_before;
@@ -158,7 +159,7 @@ impl Flight<'_> {
         self.power * self.span.weight_before * share(self.channel_pdf, depth)
     }
 
-    /// Its power and the absorption coefficient, if they are the same all along the arc.
+    /// Returns power and absorption coefficient, if both are constant along the arc.
     pub(super) fn uniform(&self) -> Option<[Spectrum; 2]> {
         if self.power_varies() {
             return None;
@@ -170,7 +171,7 @@ impl Flight<'_> {
         Some([self.power_at(0.0), absorption])
     }
 
-    /// Whether its power varies along the arc.
+    /// True if the power varies along the arc.
     fn power_varies(&self) -> bool {
         self.channel_pdf.is_several() && !self.scene.medium(self.span.medium).is_transparent()
     }
@@ -184,13 +185,13 @@ impl Flight<'_> {
 }
 
 impl Collision<'_> {
-    /// What the medium takes of the particle.
+    /// Power that the medium absorbs from the particle.
     pub(super) fn absorbed(&self) -> Spectrum {
         let albedo = self.point.albedo(self.scene);
         self.path * self.point.rate * absorbed_share(albedo)
     }
 
-    /// Absorption coefficient there.
+    /// Absorption coefficient at the collision.
     pub(super) fn absorption(&self) -> Spectrum {
         self.point.rate * absorbed_share(self.point.albedo(self.scene))
     }

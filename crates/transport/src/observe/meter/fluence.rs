@@ -1,10 +1,11 @@
 //! Fluence rate and absorbed power in the cells of a grid.
 //!
-//! A particle carries power, and what it adds to ∫ Φ dV over a cell is its power times the arc length
-//! that it flies there (track-length estimator), or its power over the extinction for each collision
-//! there (collision estimator). No index enters: Φ = ∫ L dω is the power that crosses a small ball over
-//! the area of its cross-section, whatever the index (docs/theory.md#meters). Arcs are cut where they pass from cell
-//! to cell, so the parts have the length of the whole.
+//! A particle carries power. It adds to ∫ Φ dV over a cell its power times the arc length within
+//! the cell (track-length estimator). Or it adds its power over the extinction for each collision
+//! in the cell (collision estimator). The index does not enter: Φ = ∫ L dω is the power that
+//! crosses a small ball over the area of the ball's cross-section, for any index
+//! (docs/theory.md#meters). Arcs are cut where they pass from cell to cell, so the lengths of the
+//! pieces add up to the whole.
 
 use super::flight::{Collision, Flight, FreeLeg};
 use super::grid::{Coordinates, MeterGrid};
@@ -19,35 +20,35 @@ use crate::{Bins, Spectrum};
 use eikonal::ray::Arc;
 use glam::{DVec2, DVec3};
 
-/// How fluence is estimated.
+/// Estimator of fluence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Estimator {
-    /// By the way that particles fly.
+    /// Estimator that scores the lengths of flights.
     TrackLength,
-    /// By their collisions; blind where nothing attenuates.
+    /// Estimator that scores collisions. It finds no fluence where nothing attenuates.
     Collision,
 }
 
-/// Measures ∫ Φ dV and ∫ μ_a Φ dV.
+/// Meter of ∫ Φ dV and ∫ μ_a Φ dV.
 #[derive(Clone, Debug)]
 pub struct FluenceMeter {
-    /// Cells.
+    /// Cells of space.
     pub grid: MeterGrid,
-    /// Estimator.
+    /// Estimator of fluence.
     pub estimator: Estimator,
-    /// Bins of the optical path length from the emitter, if light is told apart by it.
+    /// Bins of the optical path length from the emitter, if light is separated by it.
     pub optical_length: Option<Bins>,
     /// Weight windows divide and terminate particles, so that late bins of optical length are as accurate as early ones.
     pub weight_windows: bool,
-    /// How fluence is told apart by what sound does to its phase, if it is.
+    /// Sidebands into which fluence is separated by the phase shift from sound, if it is.
     pub sidebands: Option<Sidebands>,
 }
 
-/// Storage for the cuts of one arc.
+/// Cuts of one arc; storage that is reused.
 pub(super) type Cuts = Vec<f64>;
 
 impl FluenceMeter {
-    /// Bins of optical length times cells.
+    /// Number of bins of optical length times number of cells.
     pub(super) fn cells(&self) -> usize {
         let bins = self.optical_length.map_or(1, |bins| bins.count);
         bins.saturating_mul(self.grid.cells())
@@ -59,7 +60,7 @@ impl FluenceMeter {
         self.cells().saturating_mul(2 + parts)
     }
 
-    /// What is measured, in the order of slots.
+    /// Quantities, in the order of slots.
     pub(super) fn quantities(&self) -> Vec<Quantity> {
         let axes = self
             .optical_length
@@ -90,7 +91,7 @@ impl FluenceMeter {
         quantities
     }
 
-    /// Bin and cell of a point, as a slot without channels.
+    /// Returns the index of a point's bin and cell, as a slot without channels.
     fn locate(&self, x: DVec3, optical_length: f64) -> Option<usize> {
         let bin = match &self.optical_length {
             None => 0,
@@ -104,7 +105,8 @@ impl FluenceMeter {
         scores.add_both([cell, self.cells() + cell], [fluence, absorbed]);
     }
 
-    /// Adds the parts of the fluence in a cell, whose modulation is found with a number in [0, 1).
+    /// Adds the parts of the fluence in a cell. `modulation` computes the fluence's modulation from
+    /// the random number `u` in [0, 1).
     #[inline]
     fn score_parts(
         &self,
@@ -125,7 +127,7 @@ impl FluenceMeter {
         }
     }
 
-    /// Adds the parts of what a particle has left in the last cell.
+    /// Adds the parts of the fluence in the particle's last cell.
     pub(super) fn end_stay(&self, scoring: &mut Scoring) {
         if let Some(last) = scoring.stay.take() {
             self.score_stay(&last, &mut scoring.slots);
@@ -143,12 +145,12 @@ impl FluenceMeter {
         }
     }
 
-    /// What says the modulation of fluence, if it is told apart.
+    /// Returns `tagging` if fluence is separated by modulation.
     fn tagged<'t>(&self, tagging: Option<&'t Tagging>) -> Option<&'t Tagging> {
         tagging.filter(|_| self.sidebands.is_some())
     }
 
-    /// Takes note of a stretch of a particle's way.
+    /// Scores a flight along an arc.
     pub(super) fn fly(&self, flight: &Flight, scoring: &mut Scoring) {
         if self.estimator == Estimator::Collision {
             return;
@@ -185,7 +187,8 @@ impl FluenceMeter {
         });
     }
 
-    /// Cuts a flight where it passes from cell to cell, and from gate to gate: the cell of each piece, and the piece.
+    /// Cuts a flight where it passes from cell to cell, and from gate to gate. Calls `see` with the
+    /// cell of each piece, and the piece.
     pub(super) fn pieces_of(
         &self,
         flight: &Flight,
@@ -200,7 +203,7 @@ impl FluenceMeter {
         self.pieces(&stretch, cuts, see);
     }
 
-    /// Takes note of a leg of a flight from one collision to the next.
+    /// Scores a segment of a free flight from one collision to the next.
     #[inline]
     pub(super) fn fly_freely(&self, free: &FreeLeg, scoring: &mut Scoring) {
         if self.estimator == Estimator::Collision {
@@ -242,7 +245,7 @@ impl FluenceMeter {
         }
     }
 
-    /// Takes note of the collision at the end of such a flight.
+    /// Scores the collision at the end of a free flight.
     #[inline]
     pub(super) fn collide_freely(&self, event: &FreeFlightEvent, scoring: &mut Scoring) {
         if self.estimator == Estimator::TrackLength {
@@ -256,7 +259,8 @@ impl FluenceMeter {
         }
     }
 
-    /// Cuts a stretch where it passes from cell to cell, and from gate to gate: the cell of each piece, and the piece.
+    /// Cuts an arc where it passes from cell to cell, and from gate to gate. Calls `see` with the
+    /// cell of each piece, and the piece.
     #[inline(never)]
     fn pieces(&self, stretch: &Stretch, cuts: &mut Cuts, mut see: impl FnMut(usize, Piece)) {
         let Stretch { arc, theta_end, .. } = *stretch;
@@ -280,7 +284,7 @@ impl FluenceMeter {
         self.cut_by_length(stretch, cuts);
         cuts.push(theta_end);
         cuts.sort_unstable_by(f64::total_cmp);
-        // A piece is in the cell of its middle.
+        // Find the cell of each piece by its midpoint.
         let (mut from, mut before) = (0.0, 0.0);
         for &to in cuts.iter() {
             let length = arc.arc_length(to);
@@ -299,7 +303,8 @@ impl FluenceMeter {
         }
     }
 
-    /// The same for a straight line in matter of one index; `None` if the grid is not Cartesian.
+    /// Cuts a straight line of uniform index, like [`pieces`](Self::pieces). Returns `None` if the
+    /// grid is not Cartesian.
     #[inline]
     fn pieces_of_line(&self, line: &Line, mut see: impl FnMut(usize, Piece)) -> Option<()> {
         let piece = |shares: [f64; 2]| Piece {
@@ -326,7 +331,7 @@ impl FluenceMeter {
         })
     }
 
-    /// Adds the places where the optical path length passes from bin to bin.
+    /// Adds the values of θ at which the optical path length passes from bin to bin.
     fn cut_by_length(&self, stretch: &Stretch, cuts: &mut Cuts) {
         let Some(bins) = &self.optical_length else {
             return;
@@ -338,7 +343,7 @@ impl FluenceMeter {
         cuts.extend(thetas.filter(|theta| *theta < stretch.theta_end));
     }
 
-    /// Takes note of a collision.
+    /// Scores a collision.
     pub(super) fn collide(&self, collision: &Collision, scoring: &mut Scoring) {
         if self.estimator == Estimator::TrackLength {
             return;
@@ -364,38 +369,38 @@ impl FluenceMeter {
         }
     }
 
-    /// The cell of a collision, in its gate.
+    /// Cell of a collision, within its gate.
     pub(super) fn cell_of(&self, collision: &Collision) -> Option<usize> {
         self.locate(collision.point.x, collision.optical_length)
     }
 }
 
-/// A part of an arc, from θ = 0 on.
+/// Part of an arc, from θ = 0 on.
 #[derive(Clone, Copy, Debug)]
 struct Stretch<'a> {
     arc: &'a Arc,
     theta_end: f64,
-    /// Optical path length from the emitter to its start.
+    /// Optical path length from the emitter to the start of the arc.
     optical_length: f64,
 }
 
-/// A straight line in matter of one index.
+/// Straight line in a region of uniform index.
 #[derive(Clone, Copy, Debug)]
 struct Line {
     ends: [DVec3; 2],
     length: f64,
-    /// Optical path lengths from the emitter to its ends.
+    /// Optical path lengths from the emitter to the ends of the line.
     optical_length: [f64; 2],
-    /// θ where it ends, from 0 on.
+    /// θ at the end; the start has θ = 0.
     theta_end: f64,
 }
 
-/// A part of an arc within a cell.
+/// Part of an arc within a cell.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Piece {
-    /// θ where it starts and ends.
+    /// θ at its start and end.
     theta: [f64; 2],
-    /// Arc lengths there.
+    /// Arc lengths at its start and end.
     lengths: [f64; 2],
 }
 
@@ -405,7 +410,7 @@ impl Piece {
         to - from
     }
 
-    /// The θ of a place that a number in [0, 1) draws, evenly in arc length.
+    /// Samples θ of a point, uniformly in arc length, with a random number `u` in [0, 1).
     fn place(&self, arc: &Arc, u: f64) -> f64 {
         if arc.is_straight() {
             return self.place_on_line(u);
@@ -414,39 +419,40 @@ impl Piece {
         arc.theta_between(self.theta, self.lengths, s)
     }
 
-    /// The same on a straight line.
+    /// Samples θ of a point on a straight line, uniformly in arc length.
     fn place_on_line(&self, u: f64) -> f64 {
         let [from, to] = self.theta;
         from + (to - from) * u
     }
 
-    /// Such a place on a flight, drawn at random, and an unbiased estimate of ∫ power ds along the piece that is made there.
+    /// Samples a point of a flight's piece. Returns its θ, and an unbiased estimate of ∫ power ds
+    /// along the piece.
     pub(super) fn power(&self, flight: &Flight, sampler: &mut Sampler) -> (f64, Spectrum) {
         let theta = self.place(&flight.span.arc, sampler.next_1d());
         (theta, flight.power_at(theta) * self.length())
     }
 }
 
-/// Where meters of fluence score, and with what.
+/// Destination of the scores of fluence meters, with the data that scoring needs.
 pub(super) struct Scoring<'a> {
     pub slots: Slots<'a>,
     pub cuts: &'a mut Cuts,
     pub sampler: &'a mut Sampler,
-    /// What sound has done to the particle, if anybody asks.
+    /// Effect of sound on the particle, if a meter measures it.
     pub tagging: Option<&'a Tagging>,
-    /// The tagged fluence in the last cell.
+    /// Tagged fluence in the last cell.
     pub stay: &'a mut Option<Stay>,
 }
 
-/// Cells of the parts of what is in one cell.
+/// Cells of the parts of one cell's value.
 pub(super) struct PartSlots {
-    /// That of the first part.
+    /// Cell of the first part.
     pub first: usize,
-    /// Number of cells from one to the next.
+    /// Number of cells from one part to the next.
     pub stride: usize,
 }
 
-/// The slots of one meter: cells times channels.
+/// Slots of one meter: cells times channels.
 #[derive(Debug)]
 pub(super) struct Slots<'a> {
     pub scores: &'a mut Scores,
@@ -464,7 +470,7 @@ impl Slots<'_> {
         }
     }
 
-    /// Adds the shares of a value to the cells of its parts.
+    /// Adds a value, times the fraction of each part, to the cells of its parts.
     pub(super) fn add_parts(&mut self, cells: PartSlots, value: Spectrum, shares: &[f64]) {
         let mut cell = cells.first;
         for shares in shares.chunks(2) {
@@ -476,7 +482,7 @@ impl Slots<'_> {
         }
     }
 
-    /// Adds values to two cells that are always added to together.
+    /// Adds values to two cells that always receive values together.
     #[inline]
     fn add_both(&mut self, cells: [usize; 2], values: [Spectrum; 2]) {
         for c in 0..self.channels {

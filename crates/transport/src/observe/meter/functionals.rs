@@ -1,26 +1,28 @@
-//! Linear functionals of readings, which derivatives are those of: one sum over all, or each bin of one reading.
+//! Linear functionals of readings, whose derivatives are computed: one weighted sum over all
+//! readings, or each bin of one reading.
 
 use super::{Meter, Setup};
 use crate::Spectrum;
 
-/// Linear functionals of what particles leave in the cells of all meters. A cell counts in one of them at most.
+/// Linear functionals of the scores in the cells of all meters. A cell belongs to at most one of
+/// them.
 pub(crate) struct Functionals {
-    /// For each slot.
+    /// Weight of each slot.
     weights: Vec<f64>,
     channels: usize,
     rows: Rows,
 }
 
-/// To which functional cells belong.
+/// Assignment of cells to functionals.
 enum Rows {
-    /// All to the only one.
+    /// All cells belong to a single functional.
     One,
-    /// Those of a reading to one each.
+    /// Each cell of a reading has its own functional.
     Each { first: usize, count: usize },
 }
 
 impl Functionals {
-    /// How many there are.
+    /// Number of functionals.
     pub(crate) fn count(&self) -> usize {
         match self.rows {
             Rows::One => 1,
@@ -28,7 +30,8 @@ impl Functionals {
         }
     }
 
-    /// The number of the functional in which a cell counts, and its weights by channels; `None` if it counts in none.
+    /// Returns the index of a cell's functional, and its weights by channel; `None` if the cell
+    /// belongs to none.
     pub(super) fn of_cell(&self, cell: usize) -> Option<(usize, Spectrum)> {
         let row = match self.rows {
             Rows::One => 0,
@@ -42,8 +45,9 @@ impl Functionals {
 }
 
 impl Setup<'_> {
-    /// Σ weight × reading. Weights are given for each meter and each of its [readings](Meter::readings), as its means are, for the
-    /// channels from `first_channel` on of `all`; an empty one counts nothing.
+    /// Creates the functional Σ weight × reading. Weights are given for each meter and each of its
+    /// [readings](Meter::readings), in the layout of its means with `all` channels. The setup's
+    /// channels start at `first_channel`. An empty list leaves the reading out.
     pub(crate) fn weighted(
         &self,
         weights: &[Vec<Vec<f64>>],
@@ -71,7 +75,7 @@ impl Setup<'_> {
         }
     }
 
-    /// Each bin of a reading of a meter, channel by channel.
+    /// Creates one functional for each bin of a meter's reading, channel by channel.
     pub(crate) fn each_bin(&self, meter: usize, reading: usize) -> Functionals {
         let before: usize = self.meters[..meter].iter().map(Meter::cells).sum();
         let quantity = &self.meters[meter].quantities()[reading];

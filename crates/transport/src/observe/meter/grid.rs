@@ -1,4 +1,5 @@
-//! Cells of space, and where an arc passes from one to the next (docs/theory.md#cutting-arcs).
+//! Cells of space, and the points where an arc passes from one cell to the next
+//! (docs/theory.md#cutting-arcs).
 
 use crate::scene::VoxelVolume;
 use eikonal::Aabb;
@@ -7,10 +8,10 @@ use eikonal::ray::bernstein::{first_root, product, restrict};
 use glam::{DAffine3, DVec3};
 use std::f64::consts::PI;
 
-/// The coordinates that cells divide evenly.
+/// Coordinates that cells divide evenly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coordinates {
-    /// x, y and z over the unit cube \[0, 1\]³.
+    /// Cartesian coordinates x, y and z over the unit cube \[0, 1\]³.
     Cartesian,
     /// Distance r from the axis, and z, over the cylinder of unit radius from z = 0 to z = 1.
     Cylindrical,
@@ -23,21 +24,23 @@ pub enum Coordinates {
 pub struct MeterGrid {
     coordinates: Coordinates,
     size: [usize; 3],
-    /// The same.
+    /// Number of cells along each coordinate, as a vector.
     top: DVec3,
-    /// Their number.
+    /// Total number of cells.
     cells: usize,
     to_world: DAffine3,
     to_local: DAffine3,
     aabb: Aabb,
 }
 
-/// A polynomial has no more roots than its degree, and a touched edge counts once.
+/// Maximum number of roots. A polynomial has at most as many as its degree; an edge that is touched
+/// counts once.
 const MOST_ROOTS: usize = 10;
 
 impl MeterGrid {
-    /// Cells of the given number along each coordinate: x, y, z; r, 1, z; or r, 1, 1. `None` if one of
-    /// them is 0, one that must be 1 is not, or the map or its inverse is not finite.
+    /// Creates a grid with the given number of cells along each coordinate: x, y, z; or r, 1, z; or
+    /// r, 1, 1. Returns `None` if a number is 0, if a number that must be 1 is not, or if the map
+    /// or its inverse is not finite.
     pub fn new(coordinates: Coordinates, size: [usize; 3], to_world: DAffine3) -> Option<Self> {
         let fits = match coordinates {
             Coordinates::Cartesian => true,
@@ -67,7 +70,7 @@ impl MeterGrid {
         })
     }
 
-    /// See [`Coordinates`].
+    /// Coordinates that cells divide evenly.
     pub fn coordinates(&self) -> Coordinates {
         self.coordinates
     }
@@ -82,28 +85,28 @@ impl MeterGrid {
         self.cells
     }
 
-    /// From the unit cube, cylinder or ball.
+    /// Map from the unit cube, cylinder or ball to the world.
     pub fn to_world(&self) -> &DAffine3 {
         &self.to_world
     }
 
-    /// Number of cells along each coordinate.
+    /// Number of cells along each coordinate, as a vector.
     pub(super) fn top(&self) -> DVec3 {
         self.top
     }
 
-    /// A point in Cartesian coordinates of which each cell has 1.
+    /// Converts a point to Cartesian coordinates in which each cell has size 1.
     #[inline]
     pub(super) fn in_cells(&self, x: DVec3) -> DVec3 {
         self.to_local.transform_point3(x) * self.top
     }
 
-    /// A box around all cells.
+    /// Bounding box of all cells.
     pub fn aabb(&self) -> &Aabb {
         &self.aabb
     }
 
-    /// The cell that holds a point; the first coordinate runs fastest.
+    /// Index of the cell that contains a point. The first coordinate varies fastest.
     pub fn cell(&self, x: DVec3) -> Option<usize> {
         let p = self.to_local.transform_point3(x);
         let position = match self.coordinates {
@@ -119,7 +122,7 @@ impl MeterGrid {
         inside.then(|| index(0) + self.size[0] * (index(1) + self.size[1] * index(2)))
     }
 
-    /// Whether its cells are the voxels of a volume, up to rounding.
+    /// True if the cells are the voxels of a volume, up to rounding.
     pub(super) fn is_voxels_of(&self, volume: &VoxelVolume) -> bool {
         let alike = || {
             let between = self.to_local * *volume.to_world();
@@ -128,7 +131,8 @@ impl MeterGrid {
         self.coordinates == Coordinates::Cartesian && self.size == volume.size() && alike()
     }
 
-    /// The middle of a cell along every coordinate; on the local x axis if it is a ring or a shell.
+    /// Midpoint of a cell along every coordinate. For a ring or a shell it lies on the local x
+    /// axis.
     pub fn middle(&self, cell: usize) -> DVec3 {
         let [i, j, k] = self.split(cell);
         let at = |index: usize, axis: usize| (index as f64 + 0.5) / self.size[axis] as f64;
@@ -140,7 +144,7 @@ impl MeterGrid {
         self.to_world.transform_point3(local)
     }
 
-    /// Volume of a cell in scene units.
+    /// Volume of a cell, in cubic scene units.
     pub fn volume(&self, cell: usize) -> f64 {
         let [i, _, _] = self.split(cell);
         let [nx, ny, nz] = self.size.map(|n| n as f64);
@@ -158,8 +162,8 @@ impl MeterGrid {
         [cell % nx, cell / nx % ny, cell / nx / ny]
     }
 
-    /// Adds to `cuts` every θ in (0, `theta_end`) at which the arc passes from one cell to another, or
-    /// into or out of the grid, in any order; perhaps others too.
+    /// Adds to `cuts` every θ in (0, `theta_end`) at which the arc passes from one cell to another,
+    /// or into or out of the grid, in any order. It may add other values, too.
     pub fn cut(&self, arc: &Arc, theta_end: f64, cuts: &mut Vec<f64>) {
         if arc.is_straight() {
             let ends = [arc.start(), arc.position(theta_end)];
@@ -197,7 +201,7 @@ impl MeterGrid {
             }
             Coordinates::Spherical => (a, d),
         };
-        // |p + t q|² = r², each branch without cancellation.
+        // Solve |p + t q|² = r², with both roots free of cancellation.
         let (aa, b, far) = (
             q.length_squared(),
             p.dot(q),
@@ -239,7 +243,7 @@ impl MeterGrid {
         }
     }
 
-    /// The ends of cells along a local coordinate in a closed range.
+    /// Returns the edges of cells along a local coordinate within a closed range.
     fn edges(&self, axis: usize, [a, b]: [f64; 2]) -> impl Iterator<Item = f64> + use<> {
         let n = self.size[axis] as f64;
         let first = (a.min(b) * n).ceil().clamp(0.0, n + 1.0) as usize;
@@ -255,15 +259,15 @@ fn range<const N: usize>(c: &[f64; N]) -> [f64; 2] {
         })
 }
 
-/// Adds a cut at a share `t` of the way to `theta_end`.
+/// Adds a cut at the fraction `t` of `theta_end`, if it lies strictly between 0 and 1.
 fn push(t: f64, theta_end: f64, cuts: &mut Vec<f64>) {
     if t > 0.0 && t < 1.0 {
         cuts.push(t * theta_end);
     }
 }
 
-/// Adds cuts at the roots of a polynomial. Two that lie closer than round-off may both be missed: the
-/// way between them is as short.
+/// Adds cuts at the roots of a polynomial. Two roots that lie closer than round-off may both be
+/// missed; the arc between them is equally short.
 fn roots<const N: usize>(c: &[f64; N], theta_end: f64, cuts: &mut Vec<f64>) {
     let mut from = 0.0;
     for _ in 0..MOST_ROOTS {

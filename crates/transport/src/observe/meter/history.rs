@@ -1,5 +1,6 @@
-//! What has happened to particles on their way, region by region: how far they have flown, how often they were scattered, and
-//! by how much (docs/theory.md#records); and what flow does to the optical length of their way (docs/theory.md#flow).
+//! Histories of particles by region: lengths of flights, numbers of scattering events and their
+//! momentum transfer (docs/theory.md#records). Also the effect of flow on the optical length
+//! (docs/theory.md#flow).
 
 use super::copies::Copies;
 use super::flight::Flight;
@@ -9,7 +10,7 @@ use crate::path::Point;
 use crate::scene::{MediumId, Scene};
 use glam::DVec3;
 
-/// The regions of a scene: its media, or the labels of which they are made.
+/// Regions of a scene: its media, or their labels.
 #[derive(Clone, Debug)]
 pub(super) struct HistoryRegions {
     media: Vec<MediumRegions>,
@@ -17,7 +18,7 @@ pub(super) struct HistoryRegions {
     flows: bool,
 }
 
-/// The regions of one medium.
+/// Regions of one medium.
 #[derive(Clone, Debug)]
 struct MediumRegions {
     first: usize,
@@ -49,12 +50,12 @@ impl HistoryRegions {
         self.count
     }
 
-    /// Whether what scatters light flows in any of them.
+    /// True if scatterers flow in any medium.
     pub(super) fn flows(&self) -> bool {
         self.flows
     }
 
-    /// The region of a place in a medium.
+    /// Index of the region at a position in a medium.
     fn at(&self, medium: MediumId, x: DVec3) -> usize {
         let regions = &self.media[medium];
         let labels = regions.labels.as_ref();
@@ -63,26 +64,26 @@ impl HistoryRegions {
     }
 }
 
-/// What has happened to a particle in one region.
+/// History of a particle in one region.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct RegionHistory {
-    /// Geometric length of its way.
+    /// Geometric length of its path.
     pub length: f64,
-    /// Number of times that it was scattered.
+    /// Number of scattering events.
     pub scatterings: f64,
-    /// Sum of 1 − cos ϑ over these, where ϑ is the angle by which its direction changed.
+    /// Sum of 1 − cos ϑ over the scattering events, where ϑ is the angle of deflection.
     pub momentum_transfer: f64,
 }
 
-/// What has happened to a particle.
+/// History of a particle.
 #[derive(Clone, Debug)]
 struct History {
     regions: Vec<RegionHistory>,
-    /// How fast flow changes the optical length of its way, Σ n (ω − ω')·v.
+    /// Rate of change of the optical length by flow, Σ n (ω − ω')·v.
     flow: f64,
 }
 
-/// The histories of a particle and of its copies.
+/// Histories of a particle and of its copies.
 #[derive(Clone, Debug)]
 pub(super) struct Histories {
     regions: HistoryRegions,
@@ -102,7 +103,7 @@ impl Histories {
         }
     }
 
-    /// A particle starts.
+    /// Starts a particle.
     pub(super) fn start(&mut self) {
         self.copies.start(|history| {
             history.regions.fill(RegionHistory::default());
@@ -110,27 +111,27 @@ impl Histories {
         });
     }
 
-    /// The next copy takes its next edge.
+    /// Continues with the next copy, along its next edge.
     pub(super) fn resume(&mut self) {
         self.copies.resume();
     }
 
-    /// The walk goes on in so many copies.
+    /// Divides the particle into `copies` copies; 0 ends it.
     pub(super) fn go_on(&mut self, copies: usize) {
         self.copies.go_on(copies);
     }
 
-    /// What has happened to the particle so far.
+    /// Returns the history of the current particle so far, by region.
     pub(super) fn current(&self) -> &[RegionHistory] {
         &self.copies.current.regions
     }
 
-    /// How fast flow changes the optical length of its way so far, if anything flows.
+    /// Rate of change of the optical length by flow so far; `None` if nothing flows.
     pub(super) fn optical_length_rate(&self) -> Option<f64> {
         self.regions.flows().then_some(self.copies.current.flow)
     }
 
-    /// The particle flies.
+    /// Adds a flight.
     pub(super) fn fly(&mut self, flight: &Flight) {
         let (arc, medium) = (&flight.span.arc, flight.span.medium);
         let current = &mut self.copies.current.regions;
@@ -139,7 +140,8 @@ impl Histories {
             current[region].length += arc.arc_length(flight.theta_end);
             return;
         };
-        // Cut the arc where it passes from voxel to voxel, and add the length of each piece to the label of its middle.
+        // Cut the arc at voxel boundaries; add the length of each piece to the label at its
+        // midpoint.
         self.cuts.clear();
         cells.cut(arc, flight.theta_end, &mut self.cuts);
         self.cuts.push(flight.theta_end);
@@ -153,7 +155,7 @@ impl Histories {
         }
     }
 
-    /// The particle is scattered into a direction.
+    /// Adds a scattering into a direction.
     pub(super) fn scatter(&mut self, scene: &Scene, point: &Point, direction: DVec3) {
         let current = &mut self.copies.current;
         if self.regions.flows() {

@@ -11,23 +11,23 @@ use crate::sidebands::Sidebands;
 use crate::{Bins, Spectrum};
 use glam::{DVec2, DVec3};
 
-/// Directions told apart by their cosine with an axis.
+/// Bins of direction by the cosine with an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cosines {
     /// Number of equal bins, at least one.
     pub count: usize,
-    /// Unit axis; `None` for the normal of the surface, on the side to which the light goes.
+    /// Unit axis; `None` for the normal of the surface, on the side to which the light travels.
     pub axis: Option<DVec3>,
 }
 
-/// Measures the power that passes through the surface of an object, or of several, or arrives there if it is opaque.
-/// Side 0 is light that goes to where the normal points, so light that leaves a closed shape; side 1 is
-/// the opposite.
+/// Meter of the power that passes through the surfaces of one or more objects, or arrives at them
+/// if they are opaque. Side 0 is light that travels to where the normal points: light that leaves a
+/// closed shape. Side 1 is the opposite.
 #[derive(Clone, Debug)]
 pub struct IrradianceMeter {
-    /// The surfaces that it measures at: of different objects, one at least.
+    /// Surfaces at which it measures: of different objects, at least one.
     pub surfaces: Vec<MeterSurface>,
-    /// What it accepts.
+    /// Light that it accepts.
     pub acceptance: Acceptance,
     /// Bins of position.
     pub positions: Positions,
@@ -37,27 +37,27 @@ pub struct IrradianceMeter {
     pub optical_length: Option<Bins>,
     /// Weight windows divide and terminate particles, so that late bins of optical length are as accurate as early ones.
     pub weight_windows: bool,
-    /// The most records of accepted light that it keeps, if it keeps any.
+    /// Maximum number of records of accepted light, if it keeps records.
     pub most_records: Option<usize>,
-    /// Whether records also say what sound does to the optical length of the light's way.
+    /// True if records also hold the effect of sound on the light's optical length.
     pub tagged: bool,
-    /// How power is told apart by what sound does to its phase, if it is.
+    /// Sidebands into which power is separated by the phase shift from sound, if it is.
     pub sidebands: Option<Sidebands>,
     /// True if it measures the [Stokes parameters](crate::polarization) of light. The first axis of their frame is perpendicular to the
     /// direction of the light and to the [y axis](crate::shape::Shape::y_axis) of the shape.
     pub stokes: bool,
 }
 
-/// A surface that a meter measures at.
+/// Surface at which a meter measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MeterSurface {
-    /// Number of the object in the scene.
+    /// Index of the object in the scene.
     pub object: usize,
-    /// Whether side 0 is that to which the object's normals do not point.
+    /// True if side 0 is the side from which the object's normals point away.
     pub inverted: bool,
 }
 
-/// Cells before those of bins: power and its optical moment on either side.
+/// Number of cells before the bins: power and its optical moment on either side.
 const TOTALS: usize = 4;
 
 impl Cosines {
@@ -79,12 +79,12 @@ impl Cosines {
 }
 
 impl IrradianceMeter {
-    /// Whether any of its surfaces is a face of a volume of voxels.
+    /// True if any of its surfaces is a face of a volume of voxels.
     pub(super) fn measures_faces_of(&self, volume: &VoxelVolume) -> bool {
         self.surfaces.iter().any(|s| volume.has_face(s.object))
     }
 
-    /// A meter of all light that passes through the surface of one object.
+    /// Creates a meter of all light that passes through the surface of one object.
     pub fn at(object: usize, positions: Positions) -> Self {
         let surface = MeterSurface {
             object,
@@ -104,7 +104,7 @@ impl IrradianceMeter {
         }
     }
 
-    /// Bins on one side.
+    /// Number of bins on one side.
     fn bins(&self) -> usize {
         let lengths = self.optical_length.map_or(1, |b| b.count);
         let cosines = self.cosines.map_or(1, |c| c.count);
@@ -113,7 +113,7 @@ impl IrradianceMeter {
             .saturating_mul(self.positions.bins())
     }
 
-    /// Number of cells of which both the binned power and the irradiance are made.
+    /// Number of cells from which both the binned power and the irradiance are read.
     pub(super) fn cells_read_twice(&self) -> usize {
         self.bins().saturating_mul(2)
     }
@@ -131,7 +131,7 @@ impl IrradianceMeter {
         self.sidebands.map_or(0, |sidebands| sidebands.parts())
     }
 
-    /// What is measured. The binned power and the irradiance are the same sums.
+    /// Quantities, in the order of slots. The binned power and the irradiance share their sums.
     pub(super) fn quantities(&self) -> Vec<Quantity> {
         let sides = Bins {
             min: 0.0,
@@ -188,8 +188,9 @@ impl IrradianceMeter {
         quantities
     }
 
-    /// Takes note of light that passes, with the modulation of its optical length and its Stokes parameters per unit of power if they are
-    /// known. Returns the side to which it goes, if it is accepted.
+    /// Scores light that passes, with the modulation of its optical length and its Stokes
+    /// parameters per unit of power if they are known. Returns the side to which it travels if it
+    /// is accepted.
     pub(super) fn pass(
         &self,
         passing: &Passing,
@@ -220,14 +221,15 @@ impl IrradianceMeter {
         })
     }
 
-    /// The surface at which light passes that is accepted.
+    /// Returns the meter's surface at which light passes, if the light is accepted.
     pub(super) fn accepting(&self, passing: &Passing) -> Option<&MeterSurface> {
         let at = |surface: &&MeterSurface| surface.object == passing.object;
         let surface = self.surfaces.iter().find(at)?;
         self.acceptance.accepts(passing).then_some(surface)
     }
 
-    /// Calls `score` with each cell to which light that passes adds, and what it adds. Returns the side to which it goes, if it is accepted.
+    /// Calls `score` with each cell to which passing light adds, and the value that it adds.
+    /// Returns the side to which it travels if it is accepted.
     #[inline]
     pub(super) fn scores(
         &self,
@@ -235,7 +237,8 @@ impl IrradianceMeter {
         mut score: impl FnMut(usize, Spectrum),
     ) -> Option<usize> {
         let surface = self.accepting(passing)?;
-        // Score the power on its side, in total and in the bin of its direction, place and length.
+        // Score the power on its side, in total and in the bin of its direction, position and
+        // length.
         let along = passing.hit.normal.dot(passing.direction) > 0.0;
         let side = usize::from(along == surface.inverted);
         score(side, passing.power);
@@ -246,7 +249,7 @@ impl IrradianceMeter {
         Some(side)
     }
 
-    /// The bin on its side that light falls into; `None` outside the range of optical lengths.
+    /// Returns the bin of light on its side; `None` outside the range of optical lengths.
     fn bin(&self, passing: &Passing) -> Option<usize> {
         let length = self
             .optical_length

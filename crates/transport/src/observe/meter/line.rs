@@ -1,13 +1,14 @@
-//! The cells of a Cartesian grid through which a straight line passes (docs/theory.md#cutting-arcs), after J. Amanatides and A. Woo, "A
-//! Fast Voxel Traversal Algorithm for Ray Tracing", Eurographics 1987.
+//! Cells of a Cartesian grid along a straight line (docs/theory.md#cutting-arcs), after J.
+//! Amanatides and A. Woo, "A Fast Voxel Traversal Algorithm for Ray Tracing", Eurographics 1987.
 
 use super::grid::{Coordinates, MeterGrid};
 use crate::volume::{cell_of, number_of};
 use glam::DVec3;
 
 impl MeterGrid {
-    /// Calls `see` with each cell that a straight line passes through, in turn, and the shares of the line where it enters and leaves the
-    /// cell; these are those of its neighbours, so that the parts make the whole. `None` if the grid is not Cartesian.
+    /// Calls `see` with each cell along a straight line, in order, and the fractions of the line at
+    /// which it enters and leaves the cell. Neighbouring cells share these fractions, so that the
+    /// pieces make up the whole line. Returns `None` if the grid is not Cartesian.
     #[inline]
     pub(super) fn along_line(
         &self,
@@ -35,25 +36,27 @@ impl MeterGrid {
     }
 }
 
-/// A line that crosses cells, at one of them.
+/// Traversal of the cells along a line, at its current cell.
 struct Crossing {
-    /// One end of the line and the way to the other, in cells.
+    /// Start of the line; `step` is the vector to its other end, both in cells.
     start: DVec3,
     step: DVec3,
     top: DVec3,
     here: DVec3,
-    /// The last cell, and the number of cells up to it.
+    /// Last cell; `left` is the number of cells up to it.
     there: DVec3,
     left: f64,
-    /// Along each axis the share of the line at the next face.
+    /// Fraction of the line at the next face along each axis.
     next: DVec3,
-    /// Shares of the line where it enters this cell, and where it leaves the grid.
+    /// Fraction of the line where it enters this cell; `leave` is the fraction where it leaves the
+    /// grid.
     from: f64,
     leave: f64,
 }
 
 impl Crossing {
-    /// In the first cell of a line, given the cells of its ends; `None` if the line misses the grid.
+    /// Creates a traversal at the first cell of a line, given the cells of its ends. Returns `None`
+    /// if the line misses the grid.
     fn of([a, b]: [DVec3; 2], cells: [DVec3; 2], top: DVec3) -> Option<Self> {
         let step = b - a;
         let are_inside = cells.iter().all(|cell| number_of(*cell, top).is_some());
@@ -79,13 +82,13 @@ impl Crossing {
         Some(line)
     }
 
-    /// The number of this cell, which is in the grid.
+    /// Index of the current cell, which is in the grid.
     #[inline]
     fn number(&self) -> usize {
         number_of(self.here, self.top).unwrap_or_default()
     }
 
-    /// The share of the line at the next face across an axis.
+    /// Fraction of the line at the next face across an axis.
     #[inline]
     fn face(&self, axis: usize) -> f64 {
         let (here, there) = (self.here[axis], self.there[axis]);
@@ -96,7 +99,8 @@ impl Crossing {
         (face - self.start[axis]) / self.step[axis]
     }
 
-    /// This cell and where the line is in it; goes on to the next, of which there must be one.
+    /// Returns the current cell with the fractions of the line in it, and steps to the next cell,
+    /// which must exist.
     #[inline]
     fn next(&mut self) -> (usize, [f64; 2]) {
         let [x, y, z] = self.next.to_array();
@@ -117,7 +121,7 @@ impl Crossing {
     }
 }
 
-/// The shares of a line between which it is in the box of all cells.
+/// Returns the fractions of a line between which it is in the box of all cells.
 fn clip(start: DVec3, step: DVec3, top: DVec3) -> Option<[f64; 2]> {
     let (mut enter, mut leave) = (0.0f64, 1.0f64);
     for axis in 0..3 {
@@ -139,7 +143,8 @@ mod tests {
     use super::*;
     use glam::{DAffine3, DMat3};
 
-    /// Along random lines, within the grid and through it: each piece lies in its cell, and all that lie in cells are seen.
+    /// Along random lines, within the grid and through it, each piece lies in its cell, and all
+    /// pieces in cells are found.
     #[test]
     fn pieces_of_lines_lie_in_their_cells() {
         let columns = [[1.0, 0.2, 0.0], [0.0, 0.8, 0.3], [0.1, 0.0, 0.5]];
@@ -154,7 +159,7 @@ mod tests {
             let mut end = || (DVec3::new(next(), next(), next()) - 0.5) * size + 0.5;
             let [mut a, mut b] = [end(), end()];
             match i % 5 {
-                // Along an axis, along a face, and from a corner.
+                // The line is parallel to an axis, lies in a face, or starts at a corner.
                 0 => b.z = a.z,
                 1 => (a.y, b.y, b.x) = (0.5, 0.5, a.x),
                 2 => a = DVec3::new(0.0, 0.25, 1.0),
@@ -169,7 +174,7 @@ mod tests {
             for &(cell, [from, to]) in &pieces {
                 assert!(from <= to);
                 if to - from > 1e-6 {
-                    // Of lines in a face, either side is right.
+                    // For lines in a face, either neighbouring cell is right.
                     let middle = at(0.5 * (from + to));
                     let beside = |i: i32| {
                         DVec3::new(
@@ -185,7 +190,7 @@ mod tests {
             let seen: f64 = pieces.iter().map(|(_, [from, to])| to - from).sum();
             let inside = |k: &u32| grid.cell(at((f64::from(*k) + 0.5) / 1000.0)).is_some();
             let found = (0..1000).filter(inside).count() as f64 / 1000.0;
-            // Of lines that touch the grid all along, either is right.
+            // For lines that touch the grid along its boundary, either answer is right.
             assert!(
                 (seen - found).abs() < 2.1e-3 || i % 5 == 2,
                 "{seen} {found} {ends:?}"

@@ -1,9 +1,10 @@
-//! Meters: what particles leave on their way from the emitters, other than in a picture.
+//! Meters: quantities of particles on their paths from the emitters, other than pictures.
 //!
-//! A particle starts with the power of the emitters over the density of its ray, flies along curved
-//! edges, and is absorbed and scattered on the way: a random walk (`particle`). The `recorder` watches it, and shows the meters
-//! its flights, collisions and crossings (`flight`); every meter has slots in one tally (`tally`). No index enters anywhere
-//! (docs/theory.md#meters): power is conserved along rays, whatever the index does to radiance.
+//! A particle starts with the emitters' power over the density of its ray. It flies along curved
+//! edges, and is absorbed and scattered on the way: a random walk (`particle`). The `recorder`
+//! observes the walk, and passes its flights, collisions and crossings (`flight`) to the meters.
+//! Every meter has slots in one tally (`tally`). The index does not enter (docs/theory.md#meters):
+//! power is conserved along rays, while radiance changes with the index.
 
 mod acceptance;
 mod check;
@@ -60,17 +61,17 @@ use tagging::{Asked, Tagging};
 use tally::Scores;
 use voxel_scores::VoxelScore;
 
-/// An instrument.
+/// Measuring instrument.
 #[derive(Clone, Debug)]
 pub enum Meter {
-    /// Fluence rate and absorbed power in space.
+    /// Meter of fluence rate and absorbed power in space.
     Fluence(FluenceMeter),
-    /// Power through a surface.
+    /// Meter of power through a surface.
     Irradiance(IrradianceMeter),
 }
 
 impl Meter {
-    /// Name of what it measures.
+    /// Name of the kind of meter.
     pub fn kind(&self) -> &'static str {
         match self {
             Meter::Fluence(_) => "fluence",
@@ -78,7 +79,7 @@ impl Meter {
         }
     }
 
-    /// Number of cells, over all that it measures.
+    /// Number of cells of all its quantities.
     pub fn cells(&self) -> usize {
         match self {
             Meter::Fluence(meter) => meter.slots(),
@@ -86,7 +87,7 @@ impl Meter {
         }
     }
 
-    /// A box around the places where it measures in space; empty if it is on surfaces.
+    /// Bounding box of the region in space where it measures; empty for meters on surfaces.
     pub fn aabb(&self) -> Aabb {
         match self {
             Meter::Fluence(meter) => *meter.grid.aabb(),
@@ -101,8 +102,9 @@ impl Meter {
         }
     }
 
-    /// Bytes that it takes in a scene at most, once light has reached all of its cells: its sums, in whose place readings come, readings
-    /// of sums that are read twice, and records.
+    /// Maximum number of bytes that the meter takes in a scene, once light has reached all of its
+    /// cells: its sums, which readings later replace, the readings of sums that are read twice, and
+    /// its records.
     pub fn memory(&self, scene: &Scene, channels: usize) -> usize {
         let regions = HistoryRegions::of(scene);
         let layout = RecordLayout {
@@ -118,7 +120,7 @@ impl Meter {
         sums.saturating_add(twice).saturating_add(records)
     }
 
-    /// Number of cells of which two quantities are made.
+    /// Number of cells from which two quantities are read.
     fn cells_read_twice(&self) -> usize {
         match self {
             Meter::Fluence(_) => 0,
@@ -126,7 +128,7 @@ impl Meter {
         }
     }
 
-    /// The most records that it keeps, if it keeps any.
+    /// Maximum number of records, if it keeps records.
     fn most_records(&self) -> Option<usize> {
         match self {
             Meter::Fluence(_) => None,
@@ -134,7 +136,7 @@ impl Meter {
         }
     }
 
-    /// Whether its records say what sound does to phases.
+    /// True if its records hold the effect of sound on phases.
     fn tags_records(&self) -> bool {
         match self {
             Meter::Fluence(_) => false,
@@ -142,7 +144,7 @@ impl Meter {
         }
     }
 
-    /// How it tells light apart by what sound does to its phase, if it does.
+    /// Sidebands into which it separates light by the phase shift from sound, if it does.
     pub fn sidebands(&self) -> Option<&Sidebands> {
         match self {
             Meter::Fluence(meter) => meter.sidebands.as_ref(),
@@ -150,7 +152,7 @@ impl Meter {
         }
     }
 
-    /// True if it asks for Stokes parameters.
+    /// True if it measures Stokes parameters.
     pub fn has_stokes(&self) -> bool {
         match self {
             Meter::Fluence(_) => false,
@@ -158,13 +160,13 @@ impl Meter {
         }
     }
 
-    /// Whether it asks what sound does to phases.
+    /// True if it measures the effect of sound on phases.
     pub fn is_tagged(&self) -> bool {
         self.tags_records() || self.sidebands().is_some()
     }
 
-    /// Optical path length up to which it asks for weight windows: the end of its last gate. `None` if it has no gates or does not
-    /// ask.
+    /// Optical path length up to which it needs weight windows: the end of its last gate. `None` if
+    /// it has no gates or uses no windows.
     fn windowed_length(&self) -> Option<f64> {
         let (gates, windows) = match self {
             Meter::Fluence(meter) => (meter.optical_length, meter.weight_windows),
@@ -174,19 +176,19 @@ impl Meter {
     }
 }
 
-/// Slots that meters take in a tally with so many channels.
+/// Number of slots that meters take in a tally with `channels` channels.
 pub fn slots(meters: &[Meter], channels: usize) -> usize {
     let cells = meters.iter().map(Meter::cells);
     let cells = cells.fold(0, usize::saturating_add);
     cells.saturating_mul(channels)
 }
 
-/// How particles are followed and what measures them, for one group of channels.
+/// Particles and meters of a measurement, for one group of channels.
 #[derive(Clone, Debug)]
 pub struct Setup<'a> {
     scene: &'a Scene,
     meters: &'a [Meter],
-    /// Emitters by their power.
+    /// Distribution of emitters by their power.
     choice: Discrete,
     /// Power of all emitters.
     emitted: Spectrum,
@@ -195,25 +197,25 @@ pub struct Setup<'a> {
     channels: usize,
     max_depth: u32,
     rr_depth: u32,
-    /// What particles should be worth on their way, if a meter asks for weight windows.
+    /// Weight window of particles, if a meter uses weight windows.
     window: Option<Window>,
-    /// What records tell apart, if a meter keeps any.
+    /// Regions of records, if a meter keeps records.
     regions: Option<HistoryRegions>,
-    /// The sound, if a meter asks what it does.
+    /// Sound in the media, if a meter measures its effect.
     sound: Option<SoundInMedia>,
 }
 
-/// What the particles of a task have left.
+/// Results of the particles of a task.
 pub(crate) struct TaskResult {
     pub sums: TaskSums,
     pub balance: BalanceSums,
-    /// For each meter.
+    /// Records of each meter.
     pub records: Vec<RecordRows>,
 }
 
 impl<'a> Setup<'a> {
-    /// A setup for paths of at most `max_depth` edges and specular events, with Russian roulette from `rr_depth` on.
-    /// `None` if no light is emitted.
+    /// Creates a setup for paths of at most `max_depth` edges and specular events, with Russian
+    /// roulette from `rr_depth` on. Returns `None` if no light is emitted.
     pub fn new(
         scene: &'a Scene,
         meters: &'a [Meter],
@@ -245,14 +247,14 @@ impl<'a> Setup<'a> {
         })
     }
 
-    /// The setup with particles that keep to a window.
+    /// Restricts particles to a weight window.
     #[must_use]
     pub fn within(self, window: Option<Window>) -> Self {
         Setup { window, ..self }
     }
 
-    /// The window that makes late gates as sure as early ones; `None` if no meter asks for it. It is worthless once a `stop` is
-    /// raised.
+    /// Runs the pilot for a weight window that makes late gates as accurate as early ones; `None`
+    /// if no meter uses one. The window is worthless once `stop` is raised.
     pub fn window(&self, stop: &Stop) -> Option<Window> {
         Window::learn(self, stop)
     }
@@ -277,7 +279,7 @@ impl<'a> Setup<'a> {
         slots(self.meters, self.channels)
     }
 
-    /// Follows the particles of one task, each with random numbers of its own.
+    /// Follows the particles of one task. Each has its own random numbers.
     pub(crate) fn task(
         &self,
         seed: u64,
@@ -334,7 +336,7 @@ impl<'a> Setup<'a> {
         }
     }
 
-    /// Room for the records of each meter that keeps any.
+    /// Creates empty records for each meter that keeps records.
     pub(crate) fn records(&self) -> Vec<Option<Records>> {
         let regions = self.regions.as_ref();
         let layout = |meter: &Meter| RecordLayout {
@@ -351,7 +353,8 @@ impl<'a> Setup<'a> {
         self.meters.iter().map(records).collect()
     }
 
-    /// The table of a meter's records of a share of particles, with the numbers of all that were followed.
+    /// Returns the table of a meter's records for a fraction 2^−`share` of the particles.
+    /// `followed` yields the numbers of all particles.
     pub(crate) fn record_table(
         &self,
         records: &Records,
@@ -361,7 +364,8 @@ impl<'a> Setup<'a> {
         records.table(self.scene, share, followed)
     }
 
-    /// Readings of each meter. Sums are forgotten while they are read, so that readings take their place in memory.
+    /// Returns the readings of each meter. Sums are freed while they are read, so that readings
+    /// take their place in memory.
     pub fn readings(&self, mut tally: Tally) -> Vec<Vec<Reading>> {
         let mut first = 0;
         let read = |meter: &Meter| {

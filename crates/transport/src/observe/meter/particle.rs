@@ -1,4 +1,4 @@
-//! The walk of one particle from its emitter to its end (docs/theory.md#meters).
+//! Walk of one particle from its emitter to its end (docs/theory.md#meters).
 
 use super::{Setup, Window};
 use crate::Spectrum;
@@ -8,17 +8,19 @@ use crate::path::{
 };
 use crate::sampling::Sampler;
 
-/// Russian roulette is played when a particle has less than this share of the power that it should have.
+/// Power, relative to the wanted power, below which a particle plays Russian roulette.
 const SMALL: f64 = 0.1;
-/// A particle that has more than so many times that power is divided, if meters ask for weight windows,
+/// Power, relative to the wanted power, above which a particle is divided if meters use weight
+/// windows.
 const LARGE: f64 = 2.0;
-/// into no more than so many at once,
+/// Maximum number of particles into which one is divided at once.
 const MOST_AT_ONCE: f64 = 16.0;
-/// as long as no more than so many have come of one that an emitter has sent.
+/// Maximum number of copies of one emitted particle; beyond it particles are no longer divided.
 const MOST_COPIES: usize = 10_000;
 
 impl Setup<'_> {
-    /// Emits the particle of a number, and follows it, and all that it is divided into. Returns what became of its power.
+    /// Emits the particle with this number, and follows it and all its copies. Returns the balance
+    /// of its power.
     pub(super) fn follow(
         &self,
         number: u64,
@@ -32,7 +34,8 @@ impl Setup<'_> {
         }
     }
 
-    /// Emits the particle of a number: chooses the emitter by P_E, and draws an end and a ray; the power is Φ_E. `None` if no light leaves.
+    /// Emits the particle with this number: chooses the emitter with probability P_E, and samples a
+    /// point on it and a ray. The power is Φ_E. Returns `None` if no light leaves.
     pub(super) fn emit(&self, number: u64, sampler: &mut Sampler) -> Option<(EmittedRay, WalkRay)> {
         let pick = self.choice.sample(sampler.next_1d());
         let u = [sampler.next_2d(), sampler.next_2d()];
@@ -48,7 +51,7 @@ impl Setup<'_> {
         Some((emitted, ray))
     }
 
-    /// Follows an emitted particle, and all that it is divided into, edge by edge.
+    /// Follows an emitted particle and all its copies, edge by edge.
     pub(super) fn walk(
         &self,
         number: u64,
@@ -77,13 +80,13 @@ impl Setup<'_> {
     }
 }
 
-/// Keeps the power of particles near what a window wants, or that which they start with.
+/// Keeps the power of particles near the window, or near their initial power.
 struct WindowedSurvival<'w> {
     window: Option<&'w Window>,
     rr_depth: u32,
-    /// Power with which the particle started.
+    /// Initial power of the particle.
     initial: f64,
-    /// Particles that have come of it so far.
+    /// Number of copies of the particle so far.
     copies: usize,
 }
 
@@ -99,10 +102,11 @@ impl Survival for WindowedSurvival<'_> {
         if throughput.is_zero() {
             return 0;
         }
-        // The power w over what the window W(L) wants.
+        // Compute the particle's power w relative to the window W(L).
         let left = throughput.sum() / self.initial;
         let worth = left / self.window.map_or(1.0, |w| w.share(optical_length));
-        // Survive with probability w/W if there is little, or divide into round(w/W) if there is much.
+        // Survive with probability w/W if w/W is small, or divide into round(w/W) particles if it
+        // is large.
         if depth >= self.rr_depth && worth < SMALL {
             if sampler.next_1d() >= worth {
                 return 0;

@@ -9,18 +9,18 @@ use crate::scene::Scene;
 use eikonal::ray::Arc;
 use glam::DVec3;
 
-/// Polarisation of a particle, and of its copies that wait to be followed.
+/// Polarisation of a particle and of its waiting copies.
 #[derive(Debug)]
 pub(super) struct ParticleStokes<'a> {
     fold: StokesFold<'a>,
-    /// `None` before the first edge.
+    /// Polarisation; `None` before the first edge.
     copies: Copies<Option<StokesState>>,
-    /// Before the last surface.
+    /// Polarisation before the last surface.
     arriving: Option<StokesState>,
 }
 
 impl<'a> ParticleStokes<'a> {
-    /// For particles of a number of channels.
+    /// Creates the polarisation of particles with `channels` channels.
     pub(super) fn new(scene: &'a Scene, channels: usize) -> Self {
         ParticleStokes {
             fold: StokesFold::new(scene, channels),
@@ -35,7 +35,8 @@ impl<'a> ParticleStokes<'a> {
         self.copies.start(|state| *state = None);
     }
 
-    /// Goes on with the next copy; the first has the unpolarised light of an emitter in a direction.
+    /// Continues with the next copy. The first one has the unpolarised light of an emitter in a
+    /// direction.
     pub(super) fn resume(&mut self, direction: DVec3) {
         self.copies.resume();
         let state = &mut self.copies.current;
@@ -43,7 +44,7 @@ impl<'a> ParticleStokes<'a> {
         self.arriving = *state;
     }
 
-    /// Divides the particle into copies.
+    /// Divides the particle into `copies` copies; 0 ends it.
     pub(super) fn go_on(&mut self, copies: usize) {
         self.copies.go_on(copies);
     }
@@ -56,7 +57,7 @@ impl<'a> ParticleStokes<'a> {
         self.arriving = self.copies.current;
     }
 
-    /// Passes a surface between two arcs, or is reflected there.
+    /// Passes or reflects at a surface between two arcs.
     pub(super) fn pass(&mut self, span: &Span, next: &Span) {
         if let Some(state) = &mut self.copies.current {
             self.fold.pass(state, span, next);
@@ -71,8 +72,9 @@ impl<'a> ParticleStokes<'a> {
         }
     }
 
-    /// Stokes parameters of light in the unit direction `k` beyond the last surface, or in front of it if the light `arrives` there. The
-    /// first axis of the frame is perpendicular to k and to `up`.
+    /// Returns the Stokes parameters of light in the unit direction `k` beyond the last surface, or
+    /// in front of it if the light `arrives` there. The first axis of the frame is perpendicular to
+    /// `k` and to `up`.
     pub(super) fn at_surface(&self, k: DVec3, up: DVec3, arrives: bool) -> [Spectrum; 4] {
         let light = if arrives {
             &self.arriving

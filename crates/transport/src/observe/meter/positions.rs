@@ -5,7 +5,7 @@ use crate::Bins;
 use crate::shape::{Hit, Shape};
 use std::f64::consts::PI;
 
-/// Bins of position on the surface of a shape: parts, and within each the coordinates u and v.
+/// Bins of position on the surface of a shape: parts, and the coordinates u and v within each part.
 ///
 /// | shape | parts | u | v |
 /// |---|---|---|---|
@@ -16,16 +16,16 @@ use std::f64::consts::PI;
 /// | mesh | triangles | none | none |
 #[derive(Clone, Debug, PartialEq)]
 pub struct Positions {
-    /// Whether v is the cosine of an angle.
+    /// True if v is the cosine of an angle.
     sphere: bool,
     parts: usize,
     resolution: [usize; 2],
-    /// Areas of all bins, if known.
+    /// Areas of all bins, if they are known.
     areas: Option<Vec<f64>>,
 }
 
 impl Positions {
-    /// So many bins along u and v; parts are told apart if `parts` is set.
+    /// Creates the given numbers of bins along u and v. Parts are distinguished if `parts` is set.
     pub fn new(shape: &Shape, [u, v]: [usize; 2], parts: bool) -> Self {
         let areas = shape.part_areas();
         let total = areas.iter().sum();
@@ -55,7 +55,7 @@ impl Positions {
         }
     }
 
-    /// A single bin, of all surfaces together.
+    /// Creates a single bin for all surfaces together.
     pub fn whole<'s>(shapes: impl IntoIterator<Item = &'s Shape>) -> Self {
         let area = |shape: &Shape| shape.part_areas().iter().sum::<f64>();
         Positions {
@@ -72,12 +72,13 @@ impl Positions {
         self.parts.saturating_mul(u).saturating_mul(v)
     }
 
-    /// Areas of all bins; `None` if the coordinates are not even in area, as on an ellipsoid.
+    /// Areas of all bins; `None` if equal steps of the coordinates differ in area, as on an
+    /// ellipsoid.
     pub fn areas(&self) -> Option<&[f64]> {
         self.areas.as_deref()
     }
 
-    /// The axes that have more than one bin.
+    /// Returns the axes with more than one bin.
     pub(super) fn axes(&self) -> Vec<ReadingAxis> {
         let parts = Bins {
             min: 0.0,
@@ -108,7 +109,7 @@ impl Positions {
         ]
     }
 
-    /// The bin of a point of the surface.
+    /// Index of the bin of a surface point.
     pub(super) fn index(&self, hit: &Hit) -> Option<usize> {
         let part = if self.parts > 1 {
             hit.primitive as usize

@@ -1,4 +1,4 @@
-//! What is read off a meter.
+//! Readings of meters.
 
 use super::grid::{Coordinates, MeterGrid};
 use super::tally::Tally;
@@ -8,20 +8,21 @@ use crate::sparse::Sparse;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// Slots that are read before their sums are forgotten.
+/// Number of slots that are read before their sums are freed.
 const SLOTS_AT_ONCE: usize = 1 << 12;
 
-/// One axis of an array of bins.
+/// Axis of an array of bins.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReadingAxis {
-    /// Its name: `x`, `y`, `z`, `r`, `opl`, `cosine`, `side`, `part`, `u`, `v`, `order`, `delay`, `stokes`.
+    /// Name of the axis: `x`, `y`, `z`, `r`, `opl`, `cosine`, `side`, `part`, `u`, `v`, `order`,
+    /// `delay`, `stokes`.
     pub name: Cow<'static, str>,
-    /// The ends of its bins, one more than there are bins.
+    /// Edges of the bins, one more than the number of bins.
     pub edges: Vec<f64>,
 }
 
 impl ReadingAxis {
-    /// An axis of equal bins.
+    /// Creates an axis of equal bins.
     pub fn new(name: &'static str, bins: &Bins) -> Self {
         ReadingAxis {
             name: name.into(),
@@ -33,8 +34,9 @@ impl ReadingAxis {
         ReadingAxis::new("opl", bins)
     }
 
-    /// The axes of a grid, the last one running fastest. Positions are those of the world if the grid
-    /// is neither turned nor sheared, and else lengths from its corner, or from its centre.
+    /// Returns the axes of a grid, the last one varying fastest. Positions are world coordinates if
+    /// the grid is neither rotated nor sheared. Otherwise they are lengths from its corner, or from
+    /// its centre.
     pub(super) fn of_grid(grid: &MeterGrid) -> Vec<Self> {
         let (matrix, origin) = (grid.to_world().matrix3, grid.to_world().translation);
         let upright = (0..3).all(|i| {
@@ -66,23 +68,24 @@ impl ReadingAxis {
         self.edges.len() - 1
     }
 
-    /// Whether there are none; never.
+    /// True if there are no bins, which never happens.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 }
 
-/// An array of sums over bins, and what each is to be divided by.
+/// Array of sums over bins, with the divisor of each sum.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Quantity {
     pub name: &'static str,
     pub axes: Vec<ReadingAxis>,
-    /// The first of its cells among those of the meter.
+    /// First of its cells among the cells of the meter.
     pub first: usize,
-    /// Measures of cells, such as volumes: those of the fastest axes, repeated over the others.
+    /// Measures of cells, such as volumes, along the fastest axes; they repeat along the other
+    /// axes.
     pub measures: Vec<f64>,
-    /// If values have either sign: the number of its first cells, whose values are not negative. The errors of the other cells are to be trusted
-    /// where those of the first ones are.
+    /// Number of leading cells whose values are not negative, if the other values have either sign.
+    /// The errors of the other cells are reliable where the errors of the leading cells are.
     pub signed_after: Option<usize>,
 }
 
@@ -94,7 +97,8 @@ impl Quantity {
             .fold(1, |n, axis| n.saturating_mul(axis.len()))
     }
 
-    /// Its sidebands and correlations under such names, if it is the first of the parts.
+    /// Returns the quantities of sidebands and correlations with the given names; `self` must be
+    /// the first of the parts.
     pub(super) fn of_parts(self, sidebands: &Sidebands, names: [&'static str; 2]) -> Vec<Self> {
         let cells = self.cells();
         let orders = ReadingAxis::new("order", &sidebands.order_bins());
@@ -116,7 +120,8 @@ impl Quantity {
         names.into_iter().zip(parts).filter_map(quantity).collect()
     }
 
-    /// Reads it off the meter's part of a tally. Its sums are forgotten on the way if nobody else reads them.
+    /// Reads the quantity from the meter's part of a tally. If `forget` is set, it frees the sums
+    /// on the way.
     pub(super) fn read(&self, part: &mut TallyPart, forget: bool) -> Reading {
         let TallyPart {
             tally,
@@ -159,33 +164,34 @@ impl Quantity {
     }
 }
 
-/// The slots of one meter in a tally.
+/// Slots of one meter in a tally.
 pub(super) struct TallyPart<'t> {
     pub tally: &'t mut Tally,
-    /// The first of the slots.
+    /// First slot of the meter.
     pub first: usize,
     pub channels: usize,
 }
 
-/// An array that a meter has measured. Bins take memory only near those that light has reached.
+/// Array that a meter has measured. Bins take memory only near those that light has reached.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reading {
-    /// `fluence`, `absorbed`, `power`, `irradiance`, ...
+    /// Name of the quantity: `fluence`, `absorbed`, `power`, `irradiance`, ...
     pub name: Cow<'static, str>,
-    /// Its axes, the slowest first. Channels run fastest of all, after the last axis.
+    /// Axes, the slowest first. The channel varies fastest, after the last axis.
     pub axes: Vec<ReadingAxis>,
-    /// Means for each bin and channel.
+    /// Mean of each bin and channel.
     pub mean: Sparse<f64>,
     /// Standard errors of the means.
     pub error: Sparse<f64>,
-    /// Effective numbers of particles from which each comes: see [`Moments::effective`](crate::moments::Moments::effective).
+    /// Effective number of particles behind each mean: see
+    /// [`Moments::effective`](crate::moments::Moments::effective).
     pub effective: Sparse<f64>,
-    /// Where the error is not to be trusted: see [`Moments::few`](crate::moments::Moments::few).
+    /// True where the error is unreliable: see [`Moments::few`](crate::moments::Moments::few).
     pub few: Sparse<bool>,
 }
 
 impl Reading {
-    /// Bytes that the values of `bins` bins and channels take once light has reached all of them.
+    /// Bytes of the values of `bins` bins and channels, once light has reached all of them.
     pub(super) fn memory(bins: usize) -> usize {
         let numbers = Sparse::<f64>::memory(bins).saturating_mul(3);
         numbers.saturating_add(Sparse::<bool>::memory(bins))

@@ -1,4 +1,5 @@
-//! Shows the meters what happens on a particle's walk (docs/theory.md#meters, docs/theory.md#random-walks).
+//! Passes the events of a particle's walk to the meters (docs/theory.md#meters,
+//! docs/theory.md#random-walks).
 
 use super::flight::{Collision, Flight, Passing, flights, free_legs};
 use super::fluence::{Cuts, Scoring, Slots};
@@ -19,24 +20,25 @@ use crate::scene::{MediumId, VoxelVolume};
 use glam::DVec3;
 use std::ops::ControlFlow;
 
-/// Shows the meters the flights, collisions and crossings of a particle. Meters draw from random numbers of their own.
+/// Passes the flights, collisions and crossings of a particle to the meters. Meters have their own
+/// random numbers.
 pub(super) struct Recorder<'r, 'm> {
     pub meters: &'r [Meter],
     pub channels: usize,
     pub scores: &'r mut Scores,
     pub cuts: &'r mut Cuts,
-    /// For each meter of fluence what has been left in the last voxel of a walk through voxels.
+    /// Scores of each fluence meter in the last voxel of a walk through voxels.
     pub in_voxels: &'r mut [VoxelScore<'m>],
-    /// For each meter, the tagged fluence in the last cell.
+    /// Tagged fluence in the last cell, for each meter.
     pub stays: &'r mut [Option<Stay>],
     pub sampler: Sampler,
     /// Number of the particle.
     pub particle: u64,
-    /// What has happened to it, if any meter keeps records.
+    /// Histories of the particle and its copies, if a meter keeps records.
     pub histories: Option<&'r mut Histories>,
-    /// What sound does to its phase, if any records say so.
+    /// Effect of sound on the particle's phase, if a meter measures it.
     pub tagging: Option<&'r mut Tagging>,
-    /// Polarisation, if any meter asks for it.
+    /// Polarisation, if a meter measures it.
     pub stokes: Option<&'r mut ParticleStokes<'m>>,
     /// Records of each meter.
     pub records: &'r mut [RecordRows],
@@ -105,7 +107,7 @@ impl Observer for Recorder<'_, '_> {
 }
 
 impl Recorder<'_, '_> {
-    /// Goes on with the copy of the particle that was put aside last, along its next edge.
+    /// Continues with the copy of the particle that was put aside last, along its next edge.
     fn resume(&mut self, ray: &WalkRay) {
         if let Some(histories) = &mut self.histories {
             histories.resume();
@@ -134,7 +136,7 @@ impl Recorder<'_, '_> {
         last
     }
 
-    /// Scores the end of an edge, to which the last flight leads.
+    /// Scores the end of an edge; `last` is the flight that leads to it.
     fn end(&mut self, event: &WalkEvent, last: &Flight) {
         let onward = event.onward;
         if let (Some(stokes), Some(vertex), Some(ray)) = (&mut self.stokes, event.vertex, onward) {
@@ -163,14 +165,15 @@ impl Recorder<'_, '_> {
         }
     }
 
-    /// Shows the meters the surface at the end of a flight, if there is one, and the light beyond it.
+    /// Passes the surface at the end of a flight, if there is one, to the meters; `after` is the
+    /// light beyond it.
     fn surface(&mut self, flight: &Flight, after: Option<Beyond>) {
         if let Some(passing) = passing(flight, after) {
             self.pass(&passing);
         }
     }
 
-    /// Scores what the particle has left in the last voxel, and in the last cells.
+    /// Scores the remaining power in the last voxel, and in the last cells.
     pub(super) fn end_particle(&mut self) {
         for score in &mut *self.in_voxels {
             score.end(self.scores);
@@ -178,7 +181,7 @@ impl Recorder<'_, '_> {
         self.each_fluence(|meter, scoring| meter.end_stay(scoring));
     }
 
-    /// Each meter of fluence, with where it scores.
+    /// Visits each fluence meter, with the destination of its scores.
     #[inline]
     fn each_fluence(&mut self, mut see: impl FnMut(&FluenceMeter, &mut Scoring)) {
         let mut first = 0;
@@ -257,8 +260,8 @@ impl Recorder<'_, '_> {
     }
 }
 
-/// The light that passes the surface at the end of a flight, if there is one, given the light beyond it; that which arrives, if the
-/// surface is opaque.
+/// Returns the light that passes the surface at the end of a flight, if there is one, given the
+/// light beyond it. For an opaque surface it returns the arriving light.
 pub(super) fn passing<'e>(flight: &Flight<'e>, after: Option<Beyond>) -> Option<Passing<'e>> {
     let (object, meeting) = flight.span.surface?;
     let hit = flight.scene.hit(object, &meeting);
@@ -295,7 +298,7 @@ pub(super) struct Beyond {
 }
 
 impl Beyond {
-    /// Along the next arc of an edge.
+    /// Returns the light on the next arc of an edge.
     pub(super) fn along(flight: &Flight, next: &Span) -> Self {
         Beyond {
             direction: next.arc.velocity(0.0).normalize(),
@@ -304,7 +307,7 @@ impl Beyond {
         }
     }
 
-    /// Along the ray with which the walk goes on.
+    /// Returns the light on the ray with which the walk continues.
     pub(super) fn reflected(ray: &WalkRay) -> Self {
         Beyond {
             direction: ray.start.direction,

@@ -1,8 +1,9 @@
-//! Records of detected light: for each particle that a meter accepts its power, where and how it leaves, and what has happened to
-//! it on its way (docs/theory.md#records).
+//! Records of detected light. A record of an accepted particle holds its power, its position and
+//! direction at the meter, and its history on the way (docs/theory.md#records).
 //!
-//! There may be more of them than there is room for. Then only those of every second particle are kept, or of every fourth, and so on:
-//! which ones depends on their numbers alone, so that parts of a run put together have the same records as the whole.
+//! There may be more records than there is room for. Then only the records of every second particle
+//! are kept, or of every fourth, and so on. The selection depends only on the particles' numbers,
+//! so that merged parts of a run have the same records as the whole.
 
 use super::flight::Passing;
 use super::history::RegionHistory;
@@ -14,19 +15,19 @@ use crate::scene::Scene;
 use crate::tagging::PathModulation;
 use serde::{Deserialize, Serialize};
 
-/// A region that records tell apart: a medium, or one of the labels of which it is made.
+/// Region that records distinguish: a medium, or one of its labels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RecordRegion {
-    /// Its name.
+    /// Name of the region.
     pub name: String,
-    /// Its absorption coefficient μ_a, by channel, if it is the same everywhere.
+    /// Absorption coefficient μ_a, by channel, if it is uniform.
     pub absorption: Option<Vec<f64>>,
-    /// How fast what flows there changes its velocity on its way, at most, per second ([`Velocity::change`]).
+    /// Maximum relative rate of change of the flow's velocity, per second ([`Velocity::change`]).
     pub velocity_change: f64,
 }
 
 impl RecordRegion {
-    /// Those of a scene, with so many channels.
+    /// Returns the regions of a scene with `channels` channels.
     pub(crate) fn of(scene: &Scene, channels: usize) -> Vec<Self> {
         let region =
             |name: &str, absorption: Option<Spectrum>, flow: &Option<Velocity>| RecordRegion {
@@ -51,25 +52,25 @@ impl RecordRegion {
     }
 }
 
-/// How a table of records is laid out.
+/// Layout of a table of records.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct RecordLayout {
     pub channels: usize,
     pub regions: usize,
-    /// Whether records say what sound does to the way of light.
+    /// True if records hold the effect of sound on the optical length.
     pub tagged: bool,
-    /// Whether they say what flow does to it.
+    /// True if records hold the effect of flow on the optical length.
     pub flows: bool,
-    /// True if they have Stokes parameters.
+    /// True if records hold Stokes parameters.
     #[serde(default)]
     pub stokes: bool,
 }
 
-/// Position, direction, optical path length and side.
+/// Number of values for position, direction, optical path length and side.
 const FIXED: usize = 8;
-/// Length, scatterings and momentum transfer.
+/// Number of values per region: length, scatterings and momentum transfer.
 const PER_REGION: usize = 3;
-/// Real and imaginary parts of two amplitudes.
+/// Number of values for two complex amplitudes.
 const TAGGED: usize = 4;
 
 impl RecordLayout {
@@ -88,7 +89,7 @@ impl RecordLayout {
         }
     }
 
-    /// Bytes of so many records.
+    /// Bytes of `records` records.
     pub(crate) fn memory(self, records: usize) -> usize {
         records.saturating_mul((self.width() + 1) * size_of::<f64>())
     }
@@ -102,7 +103,8 @@ pub(crate) struct RecordRows {
 }
 
 impl RecordRows {
-    /// Adds the record of light that a meter has accepted; side 0 is where the normal of its surface points.
+    /// Adds the record of light that a meter has accepted. Side 0 is the side to which the
+    /// surface's normal points.
     pub(super) fn push(&mut self, detected: &Detected) {
         let Detected {
             passing, history, ..
@@ -136,7 +138,7 @@ impl RecordRows {
         }
     }
 
-    /// Adds rows of a width whose particles are wanted.
+    /// Adds rows of `width` values whose particles are wanted.
     fn append(&mut self, other: &RecordRows, width: usize, wanted: impl Fn(u64) -> bool) {
         for (particle, row) in other.particles.iter().zip(other.values.chunks_exact(width)) {
             if wanted(*particle) {
@@ -146,7 +148,7 @@ impl RecordRows {
         }
     }
 
-    /// Keeps rows of a width whose particles are wanted.
+    /// Keeps only the rows of `width` values whose particles are wanted.
     fn retain(&mut self, width: usize, wanted: impl Fn(u64) -> bool) {
         let mut kept = 0;
         for row in 0..self.particles.len() {
@@ -167,28 +169,28 @@ impl RecordRows {
 pub(super) struct Detected<'a> {
     /// Number of its particle.
     pub particle: u64,
-    /// How and where it passes.
+    /// Position, direction and power at the surface.
     pub passing: &'a Passing<'a>,
-    /// The side to which it goes.
+    /// Side to which it travels.
     pub side: usize,
-    /// What has happened to it, by region.
+    /// History of its path, by region.
     pub history: &'a [RegionHistory],
-    /// How fast flow changes the optical length of its way, if records say so.
+    /// Rate of change of its optical length by flow, if records hold it.
     pub optical_length_rate: Option<f64>,
     /// Number of channels.
     pub channels: usize,
-    /// What sound does to its way, if records say so.
+    /// Effect of sound on its optical length, if records hold it.
     pub modulation: Option<PathModulation>,
-    /// Stokes parameters per unit of power, if records have them.
+    /// Stokes parameters per unit of power, if records hold them.
     pub stokes: Option<[Spectrum; 4]>,
 }
 
-/// The records of one meter, at most so many.
+/// Records of one meter, at most `most`.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Records {
     layout: RecordLayout,
     most: usize,
-    /// Those of a share 2^−`halvings` of all particles are kept.
+    /// Number of halvings: records of a fraction 2^−`halvings` of all particles are kept.
     halvings: u32,
     rows: RecordRows,
 }
@@ -203,14 +205,14 @@ impl Records {
         }
     }
 
-    /// Whether it could be the records of a meter.
+    /// True if both can be records of the same meter.
     pub(crate) fn fits(&self, other: &Records) -> bool {
         let (rows, width) = (&self.rows, self.layout.width());
         let whole = rows.particles.len().checked_mul(width) == Some(rows.values.len());
         whole && self.layout == other.layout && self.most == other.most
     }
 
-    /// Adds rows, such as those of a task.
+    /// Adds rows, such as the rows of a task.
     pub(crate) fn add(&mut self, rows: &RecordRows) {
         let (width, halvings) = (self.layout.width(), self.halvings);
         self.rows
@@ -234,7 +236,8 @@ impl Records {
         self.rows.retain(width, |number| is_among(number, halvings));
     }
 
-    /// The largest share 2^−`halvings` of particles of which all groups of channels have the records, and of which there are not too many in all.
+    /// Returns the halvings of the largest fraction 2^−`halvings` of particles for which all groups
+    /// of channels have the records and their total number is within the limit.
     pub(crate) fn common_share(groups: &[&Records]) -> u32 {
         let most = groups.iter().map(|group| group.most).min().unwrap_or(0);
         let mut halvings = groups.iter().map(|group| group.halvings).max().unwrap_or(0);
@@ -249,7 +252,7 @@ impl Records {
         halvings
     }
 
-    /// Number of records of a share of particles.
+    /// Number of records of a fraction 2^−`halvings` of particles.
     fn count(&self, halvings: u32) -> usize {
         let particles = self.rows.particles.iter();
         particles
@@ -257,8 +260,9 @@ impl Records {
             .count()
     }
 
-    /// The table of records of a share 2^−`halvings` of particles, with the numbers of all particles that were `followed` in a scene. Weights
-    /// add up to the power that the meter has accepted of those whose records are kept.
+    /// Returns the table of records of a fraction 2^−`halvings` of particles. `followed` yields the
+    /// numbers of all particles in a scene. Weights add up to the power that the meter has accepted
+    /// from the particles whose records are kept.
     pub(crate) fn table(
         &self,
         scene: &Scene,
@@ -325,51 +329,56 @@ impl Records {
     }
 }
 
-/// Records of detected light, in the order of particles; a particle has several if it is divided on its way, or passes several
-/// times.
+/// Records of detected light, in the order of particles. A particle has several records if it is
+/// divided on its path, or passes the meter several times.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RecordTable {
-    /// The regions that are told apart.
+    /// Regions that the records distinguish.
     pub regions: Vec<RecordRegion>,
-    /// Number of particles whose records are kept, whether or not they have any: all that were followed, unless there were too
-    /// many records.
+    /// Number of particles whose records are kept, including particles without records. It is the
+    /// number of all particles unless there were too many records.
     pub particles: u64,
     /// Number of the particle of each record.
     pub particle: Vec<u64>,
-    /// Power by record and channel, over the number of these particles: it adds up to the power that the meter accepts of them.
+    /// Power by record and channel, over `particles`. It adds up to the power that the meter
+    /// accepts from these particles.
     pub weight: Vec<f64>,
-    /// Where it passes, by record.
+    /// Position on the surface, by record.
     pub position: Vec<f64>,
-    /// Unit direction in which it goes on, by record; of arrival at an opaque surface.
+    /// Unit direction beyond the surface, by record; at an opaque surface the direction of arrival.
     pub direction: Vec<f64>,
     /// Optical path length from the emitter.
     pub optical_length: Vec<f64>,
-    /// 0 if it goes to where the normal points, else 1.
+    /// Side, by record: 0 if the light travels to where the normal points, else 1.
     pub side: Vec<f64>,
-    /// Geometric length of its way, by record and region.
+    /// Geometric length of the path, by record and region.
     pub path_length: Vec<f64>,
-    /// Number of times that it was scattered, by record and region.
+    /// Number of scattering events, by record and region.
     pub scatterings: Vec<f64>,
-    /// Sum of 1 − cos ϑ over these, by record and region.
+    /// Sum of 1 − cos ϑ over the scattering events, by record and region.
     pub momentum_transfer: Vec<f64>,
-    /// Complex amplitude of the optical length of its way by what sound does to the index, real and imaginary part by record: the length
-    /// changes by Re(amplitude e^{iωt}). Empty unless the meter [is tagged](super::IrradianceMeter::tagged), NaN where the sound is too fine
-    /// for the way.
+    /// Complex amplitude of the optical length caused by the index change from sound, real and
+    /// imaginary part by record. The length changes by Re(amplitude e^{iωt}). Empty unless the
+    /// meter [is tagged](super::IrradianceMeter::tagged); NaN where the sound is too fine for the
+    /// path.
     pub index_modulation: Vec<f64>,
-    /// Likewise by the displacement of what scatters it; NaN where a sound's elasto-optic coefficient is not known.
+    /// Complex amplitude of the optical length caused by the displacement of scatterers, in the
+    /// layout of [`index_modulation`](Self::index_modulation); NaN where a sound's elasto-optic
+    /// coefficient is unknown.
     pub displacement_modulation: Vec<f64>,
-    /// How fast the flow of what scatters it changes the optical length of its way, in scene units per second, by record. Empty if no medium
-    /// has a velocity.
+    /// Rate of change of the optical length caused by the flow of scatterers, in scene units per
+    /// second, by record. Empty if no medium has a velocity.
     pub optical_length_rate: Vec<f64>,
-    /// Stokes parameters of the power, by record, parameter and channel, over the number of particles as [`weight`](Self::weight). Empty unless the
-    /// meter [asks for them](super::IrradianceMeter::stokes).
+    /// Stokes parameters of the power, by record, parameter and channel, over the number of
+    /// particles like [`weight`](Self::weight). Empty unless the meter [measures
+    /// them](super::IrradianceMeter::stokes).
     #[serde(default)]
     pub stokes: Vec<f64>,
 }
 
 impl RecordTable {
-    /// Puts the records of several groups of channels, with so many channels each, together. They are of the same share of particles, and
-    /// have no power in each other's channels.
+    /// Joins the records of several groups of channels, each given with its number of channels. All
+    /// are of the same fraction of particles. They have no power in each other's channels.
     pub(crate) fn joined(groups: Vec<(RecordTable, usize)>) -> Option<RecordTable> {
         let all: usize = groups.iter().map(|(_, channels)| channels).sum();
         let mut first = 0;
@@ -387,7 +396,7 @@ impl RecordTable {
         whole.map(RecordTable::in_order)
     }
 
-    /// In the order of particles.
+    /// Sorts the records by particle.
     fn in_order(mut self) -> RecordTable {
         if self.particle.is_sorted() {
             return self;
@@ -441,7 +450,8 @@ impl RecordTable {
     }
 }
 
-/// Rows of `channels` values as rows of `all`, from the channel `first` on.
+/// Widens rows of `channels` values to rows of `all` values. The values start at channel `first`;
+/// the others are zero.
 fn padded(values: &[f64], channels: usize, first: usize, all: usize) -> Vec<f64> {
     let row = |row: &[f64]| {
         let mut whole = vec![0.0; all];

@@ -1,15 +1,16 @@
-//! What a particle leaves in the cell in which it is, until it gets to another one.
+//! Dwell: the fluence of a particle in a cell, until it reaches another cell.
 //!
-//! Pieces of its way that follow one another there have the modulation of one of them, which is chosen in proportion to their fluence:
-//! what sound does to phases hardly changes within a cell, and to find the parts of light takes longer than to fly.
+//! Consecutive pieces of its path in one cell share the modulation of one piece, which is chosen at
+//! random in proportion to the fluence. The phase shift from sound hardly changes within a cell,
+//! and computing the parts of light takes longer than flying.
 
 use crate::Spectrum;
 use glam::DVec2;
 
-/// So many pieces at most, lest modulations be known from too few of them in large cells.
+/// Maximum number of pieces, so that large cells do not depend on too few modulations.
 const MOST_PIECES: u32 = 8;
 
-/// Fluence in a cell, with the modulation of one of the pieces that it comes from.
+/// Fluence in a cell, with the modulation of one of its pieces.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stay {
     pub cell: usize,
@@ -19,7 +20,7 @@ pub(super) struct Stay {
 }
 
 impl Stay {
-    /// Of the first piece in a cell.
+    /// Creates a dwell from the first piece in a cell.
     pub(super) fn new(cell: usize, fluence: Spectrum, modulation: DVec2) -> Self {
         Stay {
             cell,
@@ -29,18 +30,20 @@ impl Stay {
         }
     }
 
-    /// Whether another piece in a cell may belong to it. Pieces of several channels may differ in colour: each keeps its own modulation.
+    /// True if another piece in a cell can be added. With several channels each piece keeps its own
+    /// modulation, because pieces may differ in colour.
     pub(super) fn goes_on(&self, cell: usize, channels: usize) -> bool {
         self.cell == cell && self.pieces < MOST_PIECES && channels == 1
     }
 
-    /// Another piece, whose modulation is found with a number in [0, 1), as the choice between them is.
+    /// Adds a piece. The random number `u` in [0, 1) chooses between the pieces, and then samples
+    /// the modulation.
     pub(super) fn add(&mut self, fluence: Spectrum, u: f64, modulation: impl FnOnce(f64) -> DVec2) {
         self.fluence += fluence;
         self.pieces += 1;
         let (all, of_piece) = (u * self.fluence[0], fluence[0]);
         if all < of_piece {
-            // What is left of the number is as random as before.
+            // Rescale the random number: it is again uniform in [0, 1).
             self.modulation = modulation(all / of_piece);
         }
     }
@@ -51,7 +54,8 @@ mod tests {
     use super::*;
     use testkit::Rng;
 
-    /// Pieces are chosen by their fluence, at places that are spread evenly: within five standard errors, 1e-5 of wrong alarms.
+    /// Pieces are chosen by their fluence, at evenly spread points. Five standard errors give false
+    /// alarms with probability 1e-5.
     #[test]
     fn pieces_stand_for_all_in_proportion() {
         let (mut rng, number) = (Rng::new(3), 100_000);

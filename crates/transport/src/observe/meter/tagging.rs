@@ -1,4 +1,4 @@
-//! What sound does to the optical lengths of particles' ways (docs/theory.md#tagged-light).
+//! Effect of sound on the optical lengths of particles' paths (docs/theory.md#tagged-light).
 
 use super::copies::Copies;
 use super::flight::Flight;
@@ -10,22 +10,22 @@ use eikonal::ModulationPanel;
 use eikonal::ray::Arc;
 use glam::{DVec2, DVec3};
 
-/// Steps of a way of which note is taken at most, lest memory grow with it.
+/// Maximum number of recorded steps, to limit memory.
 const MOST_STEPS: usize = 1000;
 
-/// Where meters ask for modulations.
+/// Points at which meters need modulations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Asked {
-    /// On surfaces that particles may never reach.
+    /// Surfaces, which particles may never reach.
     OnArrival,
-    /// Where flights end.
+    /// Ends of flights.
     AtEnds,
-    /// All along flights.
+    /// All points along flights.
     Along,
 }
 
 impl Asked {
-    /// What any of these meters asks.
+    /// Returns the points that any of these meters needs.
     pub(super) fn by(meters: &[Meter]) -> Self {
         let fluence = |meter: &Meter| match meter {
             Meter::Fluence(meter) if meter.sidebands.is_some() => Some(meter.estimator),
@@ -42,17 +42,17 @@ impl Asked {
     }
 }
 
-/// The modulations of a particle and of its copies that wait to be followed, one after the other.
+/// Modulations of a particle and of its waiting copies, which are followed one after the other.
 #[derive(Clone, Debug)]
 pub(super) struct Tagging {
     sound: SoundInMedia,
     copies: Copies<TaggedPath>,
     asked: Asked,
-    /// How the current one has gone on since its modulation was last found.
+    /// Steps of the current particle since its modulation was last computed.
     steps: Vec<Step>,
     parts: Vec<RayPart>,
     along: SoundAlong,
-    /// That before the last flight, and along it.
+    /// Modulation before the last flight; `panels` hold the modulation along it.
     before: DVec2,
     panels: Vec<ModulationPanel>,
 }
@@ -71,20 +71,20 @@ impl Tagging {
         }
     }
 
-    /// A particle starts.
+    /// Starts a particle.
     pub(super) fn start(&mut self) {
         self.copies.start(|path| *path = TaggedPath::default());
         self.forget();
     }
 
-    /// The next copy takes its next edge.
+    /// Continues with the next copy, along its next edge.
     pub(super) fn resume(&mut self) {
         if !self.copies.resume() {
             self.forget();
         }
     }
 
-    /// The walk goes on in so many copies.
+    /// Divides the particle into `copies` copies; 0 ends it.
     pub(super) fn go_on(&mut self, copies: usize) {
         // Planted error "copies of tagged particles that forget their way" (3 lines), found by morgana-transport/transport::meters::sidebands::records_do_not_depend_on_what_else_is_asked:
         // (no line)
@@ -94,12 +94,14 @@ impl Tagging {
         self.copies.go_on(copies);
     }
 
-    /// That of the particle's way so far, where flights end if that is asked for.
+    /// Returns the modulation of the particle's path so far. It is up to date at ends of flights,
+    /// unless only [arrivals](Asked::OnArrival) need it.
     pub(super) fn path(&self) -> PathModulation {
         self.copies.current.modulation()
     }
 
-    /// The same where it has come to, whatever is asked for.
+    /// Computes and returns the modulation up to the current end of the path, whatever the meters
+    /// need.
     pub(super) fn arrive(&mut self) -> PathModulation {
         let (steps, along) = (&self.steps, &mut self.along);
         self.copies
@@ -114,23 +116,23 @@ impl Tagging {
         self.parts.clear();
     }
 
-    /// That of its way up to a θ of its last flight.
+    /// Modulation of the path up to θ of its last flight.
     pub(super) fn until(&self, theta: f64) -> DVec2 {
         let panel = self.panels.partition_point(|panel| panel.end() < theta);
         let last = self.panels.len().saturating_sub(1);
         match self.panels.get(panel.min(last)) {
             Some(panel) => self.before + panel.until(theta),
-            // Without sound it is what it was, and not a number where the sound is too fine.
+            // Without sound the modulation is unchanged; it is NaN where the sound is too fine.
             None => self.path().total(),
         }
     }
 
-    /// The particle flies.
+    /// Adds a flight.
     pub(super) fn fly(&mut self, flight: &Flight) {
         self.follow(flight.span.medium, &flight.span.arc, flight.theta_end);
     }
 
-    /// The particle flies along an arc up to θ.
+    /// Adds a flight along an arc up to θ.
     pub(super) fn follow(&mut self, medium: MediumId, arc: &Arc, theta_end: f64) {
         match self.asked {
             Asked::OnArrival => {
@@ -152,7 +154,7 @@ impl Tagging {
         }
     }
 
-    /// The particle is scattered at the end of its last flight, into a direction.
+    /// Adds a scattering at the end of the last flight, into a direction.
     pub(super) fn scatter(&mut self, direction: DVec3) {
         match self.asked {
             Asked::OnArrival => self.step(|_| Step::Scatter(direction)),
@@ -160,7 +162,7 @@ impl Tagging {
         }
     }
 
-    /// Takes note of a step, given the number of the next part.
+    /// Records a step; `step` receives the index of the next part.
     fn step(&mut self, step: impl FnOnce(usize) -> Step) {
         if self.steps.len() == MOST_STEPS {
             self.arrive();

@@ -1,9 +1,10 @@
 //! Sums over particles.
 //!
-//! What one particle leaves in one slot, over its whole way, is one sample: the visits of a path to the
-//! same place are anything but independent, and a standard error must not take them for that. So the
-//! scores of a particle are added up per slot before they are squared. Particles are followed in small
-//! tasks of fixed size, in parallel; the sums of tasks are then added slot by slot, in any order.
+//! The sum of all scores of one particle in one slot is one sample. The visits of a path to the
+//! same cell are not independent, and a standard error must not treat them as independent. So the
+//! scores of a particle are added up per slot before they are squared. Particles are followed in
+//! parallel, in small tasks of fixed size. The sums of tasks are then added slot by slot, in any
+//! order.
 //!
 //! Theory: docs/theory.md#errors-of-meters.
 
@@ -14,33 +15,34 @@ use std::ops::Range;
 
 /// Blocks of slots per unit of work when tasks are added up.
 const BLOCKS_PER_CHUNK: usize = 1 << 6;
-/// Slots in these.
+/// Slots per unit of work.
 const SLOTS_PER_CHUNK: usize = BLOCKS_PER_CHUNK * Sparse::<Moments>::BLOCK;
-/// Stands for no entry.
+/// Marks an empty entry.
 const FREE: u32 = u32::MAX;
 
-/// What the particles of one task leave in slots: a hash table from slots to their sums.
+/// Scores of the particles of one task: a hash table from slots to sums.
 #[derive(Clone, Debug)]
 pub(crate) struct Scores {
-    /// Places in `entries` by the hash of the first slot, or [`FREE`]: at least twice as many as entries, a power of two.
+    /// Indices in `entries` by the hash of the first slot, or [`FREE`]. Its length is a power of
+    /// two and at least twice the number of entries.
     places: Vec<u32>,
-    /// Bits of a hash that are too many.
+    /// Number of surplus bits of a hash.
     shift: u32,
     entries: Vec<Entry>,
-    /// Places of the entries in which the particle has left something.
+    /// Indices of the entries to which the current particle has added.
     touched: Vec<u32>,
-    /// Values that were not finite: counted, and scored zero.
+    /// Number of values that were not finite; they are scored as zero.
     pub not_finite: u64,
 }
 
-/// What is in two slots that are always added to together, or in one.
+/// Sums in one slot, or in two slots that always receive values together.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
-    /// The slots; the second is [`FREE`] if there is none.
+    /// Slots; the second is [`FREE`] if there is none.
     slots: [u32; 2],
-    /// What the particle has left so far; 0 for others.
+    /// Sum of the current particle's values; 0 for particles that have not added anything.
     particle: [f64; 2],
-    /// Sum, sum of squares, and largest absolute value of the totals of the particles before it.
+    /// Sum, sum of squares, and largest absolute value of the totals of earlier particles.
     sums: [[f64; 3]; 2],
 }
 
@@ -57,13 +59,13 @@ impl Default for Scores {
 }
 
 impl Scores {
-    /// Adds a value that the particle leaves in a slot, which must be below [`Tally::MOST_SLOTS`].
+    /// Adds a value of the particle to a slot, which must be below [`Tally::MOST_SLOTS`].
     #[inline]
     pub(crate) fn add(&mut self, slot: usize, value: f64) {
         self.add_both([slot, FREE as usize], [value, 0.0]);
     }
 
-    /// Adds the values that the particle leaves in two slots, of which the first always goes with the second.
+    /// Adds values of the particle to two slots. The first slot must always occur with the second.
     #[inline]
     pub(crate) fn add_both(&mut self, slots: [usize; 2], values: [f64; 2]) {
         let values = values.map(|value| {
@@ -82,11 +84,12 @@ impl Scores {
         *sums = [sums[0] + values[0], sums[1] + values[1]];
     }
 
-    /// Ends the particle: what it has left in each slot is one sample.
+    /// Ends the particle: its total in each slot is one sample.
     pub(crate) fn end_particle(&mut self) {
         for place in self.touched.drain(..) {
             let entry = &mut self.entries[place as usize];
-            // 0 if its values have once cancelled, so that its place is known twice.
+            // The total is 0 if the values cancelled at some point, and the index was recorded
+            // twice.
             let totals = std::mem::take(&mut entry.particle);
             for (sums, total) in entry.sums.iter_mut().zip(totals) {
                 let [sum, squares, largest] = sums;
@@ -97,13 +100,13 @@ impl Scores {
         }
     }
 
-    /// Ends the task.
+    /// Ends the task and returns its sums.
     #[must_use]
     pub(crate) fn finish(self) -> TaskSums {
         let mut entries = Vec::with_capacity(2 * self.entries.len());
         for entry in &self.entries {
             for (slot, sums) in entry.slots.into_iter().zip(entry.sums) {
-                // Nothing, or values that have cancelled.
+                // Skip entries without values, or whose values cancelled.
                 if sums[2] > 0.0 {
                     entries.push((slot, sums));
                 }
@@ -113,7 +116,7 @@ impl Scores {
         TaskSums { entries }
     }
 
-    /// The place of the slots' entry, which is made if there is none.
+    /// Returns the index of the slots' entry, which is created if there is none.
     #[inline]
     fn place(&mut self, slots: [u32; 2]) -> u32 {
         let mut at = self.hash(slots[0]);
@@ -126,13 +129,13 @@ impl Scores {
         }
     }
 
-    /// Where a slot's entry is looked for first.
+    /// Position at which the search for a slot's entry starts.
     #[inline]
     fn hash(&self, slot: u32) -> usize {
         (slot.wrapping_mul(0x9e37_79b1) >> self.shift) as usize
     }
 
-    /// Makes an entry, whose place is noted at a free one.
+    /// Creates an entry and enters its index at a free position.
     #[cold]
     fn insert(&mut self, slots: [u32; 2], at: usize) -> u32 {
         let place = self.entries.len() as u32;
@@ -161,27 +164,28 @@ impl Scores {
     }
 }
 
-/// The sums of one task.
+/// Sums of one task.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TaskSums {
-    /// Slot; sum, sum of squares, and largest absolute value of particles' totals. In the order of chunks.
+    /// Entries, sorted by chunk: the slot, and the sum, sum of squares, and largest absolute value
+    /// of particles' totals.
     entries: Vec<(u32, [f64; 3])>,
 }
 
-/// The chunk of an entry's slot.
+/// Index of the chunk of an entry's slot.
 fn chunk(entry: &(u32, [f64; 3])) -> usize {
     entry.0 as usize / SLOTS_PER_CHUNK
 }
 
 impl TaskSums {
-    /// The entries of a chunk.
+    /// Returns the entries of a chunk.
     fn of_chunk(&self, number: usize) -> &[(u32, [f64; 3])] {
         let position = |number: usize| self.entries.partition_point(|e| chunk(e) < number);
         &self.entries[position(number)..position(number + 1)]
     }
 }
 
-/// Sums over all particles. Slots take memory only near those in which particles have left something.
+/// Sums over all particles. Slots take memory only near those in which particles have scored.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Tally {
     slots: Sparse<Moments>,
@@ -189,10 +193,11 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// Most slots that a tally can have.
+    /// Maximum number of slots.
     pub(crate) const MOST_SLOTS: usize = u32::MAX as usize;
 
-    /// An empty tally; `None` if the system does not have the memory that it takes once particles have left something everywhere.
+    /// Creates an empty tally. Returns `None` if the system lacks the memory that the tally takes
+    /// once particles have scored everywhere.
     pub fn new(slots: usize) -> Option<Self> {
         Vec::<u8>::new()
             .try_reserve_exact(Self::memory(slots))
@@ -203,7 +208,7 @@ impl Tally {
         })
     }
 
-    /// Bytes that a tally of `slots` slots takes at most.
+    /// Maximum number of bytes of a tally with `slots` slots.
     pub fn memory(slots: usize) -> usize {
         Sparse::<Moments>::memory(slots)
     }
@@ -213,7 +218,7 @@ impl Tally {
         self.slots.len()
     }
 
-    /// Adds another tally of as many slots.
+    /// Adds another tally with the same number of slots.
     pub fn merge(&mut self, other: &Tally) {
         self.particles += other.particles;
         for (slot, sums) in other.slots.written(0..other.slots()) {
@@ -221,7 +226,7 @@ impl Tally {
         }
     }
 
-    /// Adds tasks, of `particles` particles in all.
+    /// Adds the sums of tasks, of `particles` particles in total.
     pub(crate) fn add(&mut self, parts: &[&TaskSums], particles: u64) {
         self.particles += particles;
         let slots = &mut self.slots;
@@ -234,14 +239,14 @@ impl Tally {
         });
     }
 
-    /// Slots of a range in which particles may have left something.
+    /// Returns the slots of a range in which particles have scored.
     pub(super) fn lit(&self, range: Range<usize>) -> impl Iterator<Item = usize> {
         let lit = self.slots.written(range);
         lit.filter(|(_, sums)| *sums != Moments::default())
             .map(|(slot, _)| slot)
     }
 
-    /// Forgets the sums in a range of slots, nearly all of whose memory is free then.
+    /// Clears the sums in a range of slots, and frees nearly all of their memory.
     pub(super) fn forget(&mut self, slots: Range<usize>) {
         self.slots.forget(slots);
     }
@@ -251,17 +256,17 @@ impl Tally {
         self.particles
     }
 
-    /// Mean over particles; 0 if there are none.
+    /// Mean over particles; 0 if there are no particles.
     pub fn mean(&self, slot: usize) -> f64 {
         self.slots[slot].mean(self.particles)
     }
 
-    /// Standard error of the mean; infinite for less than two particles.
+    /// Standard error of the mean; infinite for fewer than two particles.
     pub fn error(&self, slot: usize) -> f64 {
         self.slots[slot].variance_of_mean(self.particles).sqrt()
     }
 
-    /// Standard error of the mean in a slot in which no particle has left anything.
+    /// Standard error of the mean in a slot in which no particle has scored.
     pub(super) fn error_of_nothing(&self) -> f64 {
         Moments::default().variance_of_mean(self.particles).sqrt()
     }
@@ -271,7 +276,7 @@ impl Tally {
         self.slots[slot].effective()
     }
 
-    /// Whether the error in a slot is not to be trusted: see [`Moments::few`].
+    /// True if the error in a slot is unreliable: see [`Moments::few`].
     pub fn few(&self, slot: usize) -> bool {
         self.slots[slot].few()
     }
@@ -281,7 +286,7 @@ impl Tally {
 mod tests {
     use super::*;
 
-    /// Particles of known totals, in tasks of three.
+    /// Makes a tally of particles with known totals, in tasks of three.
     fn tally(groups: &[usize]) -> Tally {
         let particles: Vec<[f64; 2]> = (0..12)
             .map(|i| [f64::from(i), 0.1 * f64::from(i)])
@@ -312,7 +317,7 @@ mod tests {
         let tally = tally(&[4]);
         assert_eq!(tally.particles(), 12);
         assert!((tally.mean(7) - 5.5).abs() < 1e-14);
-        // The variance of 0 … 11 is 13, about a sample mean.
+        // The mean square deviation of 0 … 11 is 13, with n − 1 in the denominator.
         assert!((tally.error(7) - (13.0f64 / 12.0).sqrt()).abs() < 1e-14);
         assert_eq!(tally.mean(8), 0.0);
         assert_eq!(tally.error(8), 0.0);
@@ -327,7 +332,7 @@ mod tests {
         }
     }
 
-    /// Many slots, in which particles leave values that may cancel.
+    /// Many slots receive values that may cancel.
     #[test]
     fn slots_keep_apart() {
         let mut scores = Scores::default();

@@ -1,5 +1,5 @@
-//! Scores of walks through voxels: what a particle leaves in the cell of the voxel that it is in is added up until it gets to another voxel
-//! or gate (docs/theory.md#walks-through-voxels).
+//! Scores of walks through voxels. The scores in a voxel's cell are added up until the particle
+//! reaches another voxel or gate (docs/theory.md#walks-through-voxels).
 
 use super::Meter;
 use super::fluence::{Estimator, FluenceMeter};
@@ -7,25 +7,25 @@ use super::tally::Scores;
 use crate::path::VoxelFlight;
 use crate::scene::VoxelVolume;
 
-/// A meter of fluence, and what a particle has left for it since it came to a voxel and gate.
+/// Fluence meter, with the scores of a particle since it entered its current voxel and gate.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct VoxelScore<'m> {
     meter: &'m FluenceMeter,
-    /// Its first slot in a tally of one channel.
+    /// First slot of the meter in a tally of one channel.
     first: usize,
-    /// The voxel, and the slot of its fluence, if it is in a gate.
+    /// Index of the voxel; `slot` is the slot of its fluence, if the particle is in a gate.
     voxel: usize,
     slot: Option<usize>,
-    /// Optical path lengths between which the gate lies.
+    /// Optical path lengths at the start and end of the gate.
     gate: [f64; 2],
-    /// ∫ power ds.
+    /// Integral ∫ power ds in the voxel and gate.
     fluence: f64,
     /// Absorption coefficient.
     absorption: f64,
 }
 
-/// Whether nobody looks at more than voxels of a volume: all meters of fluence count ways through them, others are elsewhere, and none keeps
-/// records.
+/// True if all meters need only the voxels of a volume: all fluence meters score track lengths in
+/// these voxels, other meters are elsewhere, and no meter keeps records.
 pub(super) fn voxels_suffice(meters: &[Meter], volume: &VoxelVolume) -> bool {
     meters.iter().all(|meter| match meter {
         Meter::Fluence(meter) => meter.counts_voxels(volume),
@@ -36,13 +36,14 @@ pub(super) fn voxels_suffice(meters: &[Meter], volume: &VoxelVolume) -> bool {
 }
 
 impl FluenceMeter {
-    /// Whether its cells are the voxels of a volume, in which it counts the ways that particles fly.
+    /// True if its cells are the voxels of a volume, and it scores track lengths.
     fn counts_voxels(&self, volume: &VoxelVolume) -> bool {
         self.estimator == Estimator::TrackLength && self.grid.is_voxels_of(volume)
     }
 
-    /// The gate in which light is that goes on from an optical path length, and the lengths between which it, or the time before or
-    /// after all gates, lies.
+    /// Returns the gate of light that continues from an optical path length, and the lengths at the
+    /// gate's start and end. Before or after all gates the gate is `None`, and the lengths are
+    /// the ends of this range.
     fn gate_from(&self, optical_length: f64) -> (Option<usize>, [f64; 2]) {
         let always = [f64::NEG_INFINITY, f64::INFINITY];
         let Some(bins) = &self.optical_length else {
@@ -53,7 +54,7 @@ impl FluenceMeter {
             return (None, [always[0], bins.min]);
         }
         let position = ((optical_length - bins.min) / bins.width()) as usize;
-        // By rounding it may be in the gate beyond.
+        // Rounding may put the length into the next gate.
         let bin = position + usize::from(optical_length >= edge(position.saturating_add(1)));
         if bin >= bins.count {
             return (None, [edge(bins.count), always[1]]);
@@ -63,7 +64,7 @@ impl FluenceMeter {
 }
 
 impl<'m> VoxelScore<'m> {
-    /// Nothing yet, for each meter of fluence, if there is one channel.
+    /// Creates empty scores for each fluence meter; the setup must have one channel.
     pub(super) fn of(meters: &'m [Meter]) -> Vec<Self> {
         let mut first = 0;
         let score = |meter: &'m Meter| {
@@ -89,7 +90,7 @@ impl<'m> VoxelScore<'m> {
         }
     }
 
-    /// Takes note of a flight within a voxel.
+    /// Scores a flight within a voxel.
     #[inline]
     pub(super) fn fly(&mut self, flight: &VoxelFlight, scores: &mut Scores) {
         let begin = flight.optical_length;
@@ -102,7 +103,7 @@ impl<'m> VoxelScore<'m> {
         }
     }
 
-    /// The same where the voxel or the gate is another than before.
+    /// Scores a flight in a new voxel or gate.
     fn begin(&mut self, flight: &VoxelFlight, scores: &mut Scores, [begin, end]: [f64; 2]) {
         let meter = self.meter;
         let mut from = begin;
@@ -129,7 +130,7 @@ impl<'m> VoxelScore<'m> {
         }
     }
 
-    /// Adds what has been left in the last voxel.
+    /// Adds the scores in the last voxel to the task's scores.
     #[inline]
     pub(super) fn end(&mut self, scores: &mut Scores) {
         if let Some(slot) = self.slot {

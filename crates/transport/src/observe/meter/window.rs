@@ -1,9 +1,12 @@
-//! Which power particles should have on their way, so that late gates are as sure as early ones (docs/theory.md#weight-windows).
+//! Weight windows: power that particles should have along their paths, so that late gates are as
+//! accurate as early ones (docs/theory.md#weight-windows).
 //!
-//! Of the light that starts, ever less is still on its way at an optical path length L: it is absorbed, or leaves the scene.
-//! Particles that die in proportion leave late gates to a few of them. Where meters ask for it, a particle at L therefore
-//! carries about the share of its first power that is still on its way there: lighter particles play Russian roulette, heavier
-//! ones are divided. So about as many particles are on their way at all L. The shares are told by a pilot.
+//! The light still under way decreases with the optical path length L, because it is absorbed or
+//! leaves the scene. If particles died in proportion, only a few would reach late gates. If meters
+//! use weight windows, the power of a particle at L therefore follows the fraction of the emitted
+//! power that is still under way at L. Lighter particles play Russian roulette, and heavier ones
+//! are divided. About equally many particles are then under way at all L. A pilot estimates the
+//! fractions.
 
 use super::flight::flights;
 use super::tally::Scores;
@@ -18,39 +21,42 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
-/// Optical path lengths at which the pilot looks.
+/// Number of optical path lengths at which the pilot measures.
 const LEVELS: usize = 64;
-/// Particles of a round of the pilot, in tasks of `TASK`.
+/// Number of particles of a round of the pilot, in tasks of [`TASK`].
 const PARTICLES: u64 = 512;
 const TASK: u64 = 64;
-/// Each round gets to where there is about a hundredth of the light that the one before got to, and less when there is little.
+/// Maximum number of rounds. Each round reaches about a hundredth of the light that the previous
+/// round reached, or less when there is little light.
 const ROUNDS: u64 = 12;
-/// A level is known if so many of them, in effect, have got there. What is known badly makes particles too many or too few,
-/// and nothing wrong.
+/// Effective number of particles that must reach a level. Badly estimated fractions make particles
+/// too many or too few, but cause no bias.
 const ENOUGH: f64 = 4.0;
-/// Gates with less than this share of the light (90 dB below the first) get fewer particles.
+/// Smallest fraction of the light (90 dB below the first). Gates with less light get fewer
+/// particles.
 const LEAST: f64 = 1e-9;
-/// The pilot's random numbers are those of no measurement that anyone will ask for.
+/// Seed of the pilot, unlike the seed of any plausible measurement.
 const SEED: u64 = 0x7769_6E64_6F77_0000;
 
-/// The share of its first power that a particle should have left, at equal steps of optical path length up to the end of the
-/// last gate.
+/// Fraction of its initial power that a particle should have left, at equal steps of optical path
+/// length up to the end of the last gate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Window {
     levels: Bins,
-    /// At the start of each step; falling.
+    /// Fractions at the start of each step, in descending order.
     shares: Vec<f64>,
 }
 
 impl Window {
-    /// What it should have left at an optical path length; all of it where no gate follows.
+    /// Fraction of the initial power that a particle should have left at an optical path length; 1
+    /// beyond the last gate.
     pub fn share(&self, optical_length: f64) -> f64 {
         let step = self.levels.index(optical_length.max(0.0));
         step.and_then(|step| self.shares.get(step))
             .map_or(1.0, |share| share.clamp(LEAST, 1.0))
     }
 
-    /// The window of a setup's particles; `None` if no meter asks for one.
+    /// Runs the pilot of a setup's particles. Returns `None` if no meter uses windows.
     pub(super) fn learn(setup: &Setup, stop: &Stop) -> Option<Self> {
         // Divide the optical length up to the end of the last gate into equal steps.
         let ends = setup.meters.iter().filter_map(Meter::windowed_length);
@@ -63,7 +69,7 @@ impl Window {
             levels,
             shares: vec![1.0; LEVELS],
         };
-        // Measure the power that is still on its way, with the window that is known so far.
+        // Measure the power still under way, using the window known so far.
         for round in 0..ROUNDS {
             let pilot = Setup {
                 window: Some(window.clone()),
@@ -78,7 +84,8 @@ impl Window {
         Some(window)
     }
 
-    /// Takes what a round of the pilot has found. Returns whether it has got to the last gate.
+    /// Updates the window with a round of the pilot. Returns true if the round has reached the last
+    /// gate.
     fn refine(&mut self, tally: &Tally, emitted: f64) -> bool {
         let (mut least, mut known) = (1.0, true);
         for (step, share) in self.shares.iter_mut().enumerate() {
@@ -93,7 +100,7 @@ impl Window {
 }
 
 impl Setup<'_> {
-    /// The power of a few particles that is still on its way at each level.
+    /// Measures the power of a few particles that is still under way at each level.
     fn pilot_round(&self, levels: Bins, round: u64, stop: &Stop) -> Option<Tally> {
         let tasks = (0..PARTICLES / TASK).into_par_iter().map(|task| {
             let mut ws = Workspace::new(self.scene.tolerance());
@@ -118,7 +125,8 @@ impl Setup<'_> {
     }
 }
 
-/// Scores the power of a particle at each level that it passes, the start of a step of optical path length.
+/// Observer that scores the power of a particle at each level that it passes. A level is the start
+/// of a step of optical path length.
 struct Pilot<'p> {
     meters: &'p [Meter],
     levels: Bins,
@@ -153,7 +161,7 @@ impl Observer for Pilot<'_> {
         ControlFlow::Continue(())
     }
 
-    /// As in the measurement.
+    /// Uses the criterion of the measurement.
     fn sees_voxels(&self, volume: &VoxelVolume) -> bool {
         voxels_suffice(self.meters, volume)
     }

@@ -1,8 +1,8 @@
-//! What renders of polarised light do without.
+//! Checks of scenes before renders of polarised light.
 
 use crate::scene::{ProblemSeverity, Scene, SceneProblem, Subject};
 
-/// What a scene has that Stokes vectors cannot be followed through: errors.
+/// Returns an error for each feature of a scene through which Stokes vectors cannot be followed.
 pub fn problems(scene: &Scene) -> Vec<SceneProblem> {
     let panes = scene.objects().iter().enumerate();
     let panes = panes.filter(|(_, object)| object.bsdf.holds_pane());
@@ -25,7 +25,7 @@ pub fn problems(scene: &Scene) -> Vec<SceneProblem> {
     panes.chain(filters).collect()
 }
 
-/// Names of surfaces and of media that scatter polarised light as unpolarised light.
+/// Returns the names of surfaces and of media that scatter polarised light as unpolarised light.
 pub fn depolarizing(scene: &Scene) -> [Vec<&str>; 2] {
     let surfaces = scene.objects().iter().filter(|o| o.bsdf.depolarizes());
     let media = scene.media().iter().filter(|medium| medium.scatters());

@@ -13,25 +13,25 @@ use eikonal::ray::Arc;
 use glam::DVec3;
 use smallvec::SmallVec;
 
-/// A connection, as far as it changes the frame or the polarisation of light.
+/// Parts of a connection that change the frame or the polarisation of light.
 #[derive(Clone, Debug)]
 pub(crate) struct ConnectionStokes {
     /// Parts of the connection; none along straight lines without filters.
     parts: SmallVec<[ConnectionPart; 1]>,
-    /// True if light goes against the arcs, from the last part to the first one.
+    /// True if light travels against the arcs, from the last part to the first one.
     is_reversed: bool,
     /// Unit direction in which the light arrives.
     arrival: DVec3,
 }
 
-/// A part of a connection within one medium.
+/// Part of a connection within one medium.
 #[derive(Clone, Debug)]
 struct ConnectionPart {
     medium: MediumId,
     arc: Arc,
     /// End of the part on its arc.
     theta_end: f64,
-    /// Filters on the way.
+    /// Filters along the part.
     filters: SmallVec<[(usize, Meeting); 2]>,
     /// Interface at the end of the part, if light is refracted or reflected there.
     interface: Option<Event>,
@@ -82,7 +82,7 @@ impl ConnectionPart {
         }
     }
 
-    /// Follows light against the part, after the interface at its end.
+    /// Follows light against the part's direction, after the interface at its end.
     fn follow_back(&self, scene: &Scene, light: &mut StokesInFrame) {
         if let Some(event) = &self.interface {
             light.meet(event, [-event.after, -event.before]);
@@ -100,7 +100,7 @@ impl ConnectionPart {
 }
 
 impl ConnectionStokes {
-    /// A connection from a vertex of a subpath.
+    /// Creates the parts of a connection from a vertex of a subpath.
     pub(super) fn new(
         scene: &Scene,
         has_filters: bool,
@@ -117,7 +117,8 @@ impl ConnectionStokes {
         };
         let x = vertex.position();
         let starts_here = x.distance_squared(start.0) <= x.distance_squared(end.0);
-        // Light goes to the vertex of a sensor's subpath, and leaves that of the light's.
+        // Light arrives at the vertex of a sensor subpath, and leaves the vertex of a light
+        // subpath.
         // Planted error "connections followed by polarised light in the order of their arcs", found by morgana-transport/transport::polarization::estimators::spheres_in_graded_glass_polarise_alike_from_both_ends:
         // let is_reversed = starts_here == matches!(mode, TransportMode::Radiance | TransportMode::Importance);
         let is_reversed = starts_here == (mode == TransportMode::Radiance);
@@ -132,7 +133,7 @@ impl ConnectionStokes {
             ));
         };
         match arcs {
-            // Lines do not turn frames.
+            // Straight lines do not turn frames.
             ConnectionArcs::Line(lines) => {
                 for line in lines.iter().filter(|_| has_filters) {
                     add(line.medium, (&line.arc, line.theta_end), None);
@@ -169,7 +170,8 @@ impl ConnectionStokes {
         }
     }
 
-    /// Light that was unpolarised at the start of the connection; `None` if it still is.
+    /// Returns the light at the end, for unpolarised light at the start; `None` if it is still
+    /// unpolarised.
     pub(super) fn of_unpolarized(&self, scene: &Scene) -> Option<StokesInFrame> {
         if self.parts.iter().all(ConnectionPart::does_nothing) {
             return None;
@@ -186,7 +188,8 @@ impl ConnectionStokes {
     }
 }
 
-/// The matrix of a filter or a pane for light in the unit direction `k`; `None` if the object is none.
+/// Returns the matrix of a filter or a pane for light in the unit direction `k`; `None` if the
+/// object is neither.
 pub(super) fn filter(
     scene: &Scene,
     object: usize,

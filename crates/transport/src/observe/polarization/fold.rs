@@ -1,4 +1,4 @@
-//! Stokes vectors, followed along paths as they are sampled.
+//! Stokes vectors that are followed while paths are sampled.
 //!
 //! Theory: docs/theory.md#stokes-vectors.
 
@@ -17,11 +17,12 @@ use crate::sensor::SensorRay;
 use eikonal::ray::Arc;
 use glam::DVec3;
 
-/// Stokes vectors at the sensor of what paths contribute, per unit of the unpolarised light that they contribute.
+/// Stokes vectors at the sensor of the contributions of paths, per unit of unpolarised light that
+/// they contribute.
 #[derive(Debug)]
 pub(crate) struct StokesFold<'a> {
     scene: &'a Scene,
-    /// True if the scene holds filters of polarised light, or panes.
+    /// True if the scene has polarisation filters or panes.
     has_filters: bool,
     /// Number of channels whose matrices differ.
     count: usize,
@@ -29,25 +30,25 @@ pub(crate) struct StokesFold<'a> {
     direction: DVec3,
     /// Upward direction of the sensor.
     up: DVec3,
-    /// For each contribution, its Stokes parameters by channel.
+    /// Stokes parameters of each contribution, by channel.
     found: Vec<[Spectrum; 4]>,
 }
 
-/// Polarisation at a place of a subpath.
+/// Polarisation at a point of a subpath.
 #[derive(Clone, Copy, Debug)]
 #[expect(
     clippy::large_enum_variant,
     reason = "a path has one, which is not moved"
 )]
 pub(crate) enum StokesState {
-    /// From the place to the sensor.
+    /// Matrix from the point to the sensor.
     Sensor(Transported),
-    /// From an emitter to the place.
+    /// Stokes vectors from an emitter to the point.
     Light(StokesInFrame),
 }
 
 impl<'a> StokesFold<'a> {
-    /// For paths with a number of channels.
+    /// Creates a fold for paths with `channels` channels.
     pub(crate) fn new(scene: &'a Scene, channels: usize) -> Self {
         let mut bsdfs = scene.objects().iter().map(|object| &object.bsdf);
         let differ = bsdfs.any(|bsdf| bsdf.polarizes_by_channel());
@@ -62,12 +63,12 @@ impl<'a> StokesFold<'a> {
         }
     }
 
-    /// Enters a scene at an instant, with the same surfaces.
+    /// Replaces the scene by another instant with the same surfaces.
     pub(crate) fn enter(&mut self, scene: &'a Scene) {
         self.scene = scene;
     }
 
-    /// Unpolarised light in a direction.
+    /// Returns the state of unpolarised light in a direction.
     pub(crate) fn unpolarized(&self, direction: DVec3) -> StokesState {
         StokesState::Light(StokesInFrame::unpolarized(direction, self.count))
     }
@@ -80,12 +81,12 @@ impl<'a> StokesFold<'a> {
         self.found.clear();
     }
 
-    /// The Stokes parameters of all contributions, in order.
+    /// Returns the Stokes parameters of all contributions, in order.
     pub(crate) fn found(&self) -> &[[Spectrum; 4]] {
         &self.found
     }
 
-    /// Follows an edge as far as a length from its start, through the events on the way.
+    /// Follows an edge up to a length from its start, through the events before it.
     fn along(&self, state: &mut StokesState, edge: &Edge, length: f64) {
         let last = edge
             .spans
@@ -102,7 +103,7 @@ impl<'a> StokesFold<'a> {
         }
     }
 
-    /// Passes the surface between two spans, or is reflected there.
+    /// Passes or reflects at the surface between two spans.
     fn through(&self, state: &mut StokesState, span: &Span, next: &Span) {
         let Some((object, meeting)) = &span.surface else {
             return;
@@ -138,7 +139,7 @@ impl StokesState {
         }
     }
 
-    /// Direction of the light on a subpath that goes in a direction.
+    /// Direction of the light on a subpath in this direction.
     fn light_along(&self, direction: DVec3) -> DVec3 {
         match self {
             StokesState::Sensor(_) => -direction,
@@ -146,7 +147,7 @@ impl StokesState {
         }
     }
 
-    /// Passes a filter, which the subpath meets in a unit direction.
+    /// Passes a filter that the subpath meets in the unit direction `from`.
     fn pass(&mut self, filter: &FilterMueller, from: DVec3) {
         match self {
             StokesState::Sensor(path) => path.pass(filter, from),
@@ -154,7 +155,8 @@ impl StokesState {
         }
     }
 
-    /// Turns from one unit direction to another. `mueller` is the matrix for the directions of a path from the sensor, by channel.
+    /// Turns from one unit direction to another. `mueller` returns the matrix of a channel for the
+    /// directions of a path from the sensor.
     fn turn(
         &mut self,
         [from, to]: [DVec3; 2],
@@ -225,7 +227,7 @@ impl Fold for StokesFold<'_> {
                 let mueller = phase.mueller(x, direction.dot(to));
                 state.turn([direction, to], |_, _| mueller);
             }
-            // Smooth interfaces and mirrors are events of edges.
+            // Smooth interfaces and mirrors are events of edges, not vertices.
             Vertex::Surface {
                 direction,
                 object,
@@ -275,7 +277,7 @@ impl Fold for StokesFold<'_> {
     }
 }
 
-/// Light at the end of a subpath from an emitter.
+/// Returns the light at the end of a subpath from an emitter.
 fn light_of(end: Option<FoldedEnd<StokesState>>) -> Option<StokesInFrame> {
     match end?.state {
         StokesState::Light(light) => Some(light),

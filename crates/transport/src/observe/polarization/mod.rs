@@ -1,8 +1,10 @@
 //! Polarisation along curved rays: Stokes vectors of the light of paths.
 //!
-//! Estimators sample paths as if light were unpolarised. The contribution of a path is then multiplied by the Mueller matrices of its
-//! events, each per what the event does to unpolarised light, in frames that are carried along the ray: as matrices from the sensor on,
-//! as Stokes vectors from an emitter on. A film asks for them by [`LightParts::Stokes`](crate::film::LightParts::Stokes).
+//! Estimators sample paths as if light were unpolarised. The contribution of a path is then
+//! multiplied by the Mueller matrices of its events. Each matrix is relative to the effect of its
+//! event on unpolarised light. Frames are transported along the ray. Paths from the sensor carry
+//! matrices, paths from an emitter carry Stokes vectors. A film requests them by
+//! [`LightParts::Stokes`](crate::film::LightParts::Stokes).
 //!
 //! Theory: docs/theory.md#stokes-vectors.
 

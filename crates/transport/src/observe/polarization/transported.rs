@@ -1,4 +1,4 @@
-//! The product of Mueller matrices between the sensor and a point of a path.
+//! Products of Mueller matrices between the sensor and a point of a path.
 //!
 //! Theory: docs/theory.md#stokes-vectors.
 
@@ -12,18 +12,18 @@ use eikonal::interface::Rule;
 use eikonal::ray::Arc;
 use glam::{DMat4, DVec3, DVec4};
 
-/// Light on its way from an emitter: its Stokes vectors per unit of its power.
+/// Light from an emitter: its Stokes vectors per unit of its power.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StokesInFrame {
     axis: Axis,
-    /// One vector for each channel, or one for all.
+    /// Stokes vectors of the channels, or one vector for all of them.
     vectors: [DVec4; Spectrum::CHANNELS],
     /// Number of vectors in use.
     count: usize,
 }
 
 impl StokesInFrame {
-    /// Unpolarised light along a vector of any length, with `count` vectors.
+    /// Creates unpolarised light along a vector of any length, with `count` vectors.
     pub(super) fn unpolarized(along: DVec3, count: usize) -> Self {
         StokesInFrame {
             axis: Axis(along.normalize().any_orthonormal_vector()),
@@ -57,7 +57,8 @@ impl StokesInFrame {
         self.axis = plane;
     }
 
-    /// Meets an interface between dielectrics; the velocities are those of light, before and after.
+    /// Refracts or reflects at an interface between dielectrics. `before` and `after` are the
+    /// light's velocities before and after the interface.
     pub(super) fn meet(&mut self, event: &Event, [before, after]: [DVec3; 2]) {
         let n_near = event.before.length();
         let cos = (event.normal.dot(event.before).abs() / n_near).min(1.0);
@@ -72,22 +73,24 @@ impl StokesInFrame {
     }
 }
 
-/// What becomes of light that travels against a path, from a point of it to the sensor.
+/// Product of the Mueller matrices from a point of a path to the sensor. The light travels against
+/// the path.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Transported {
     /// First axis of the frame at the point.
     axis: Axis,
-    /// Unit direction in which the path goes on from the event before the point.
+    /// Unit direction of the path after its last event before the point.
     leaving: DVec3,
-    /// From that frame to the sensor's: one matrix for each channel, or one for all.
+    /// Matrices from the frame at the point to the sensor's frame: one for each channel, or one for
+    /// all.
     matrices: [DMat4; Spectrum::CHANNELS],
     /// Number of matrices in use.
     count: usize,
 }
 
 impl Transported {
-    /// At the sensor, for a path in the unit direction `leaving`. The first axis of the sensor's frame is horizontal, across the path
-    /// and `up`.
+    /// Creates the matrices at the sensor, for a path in the unit direction `leaving`. The first
+    /// axis of the sensor's frame is horizontal, perpendicular to the path and to `up`.
     pub(crate) fn at_sensor(leaving: DVec3, up: DVec3, count: usize) -> Self {
         Transported {
             axis: Axis::across(leaving, leaving.cross(up)),
@@ -97,12 +100,13 @@ impl Transported {
         }
     }
 
-    /// On along an arc, up to θ.
+    /// Extends the path along an arc, up to θ.
     pub(super) fn carry(&mut self, arc: &Arc, theta: f64) {
         self.axis = self.axis.carried(arc, 0.0, theta);
     }
 
-    /// On through an event with the given matrix for each channel, which turns the path from one unit direction to another.
+    /// Extends the path through an event that turns it from one unit direction to another, with the
+    /// given matrix for each channel.
     pub(super) fn turn(&mut self, from: DVec3, to: DVec3, mueller: impl Fn(usize) -> PlaneMueller) {
         let plane = Axis::of_plane(from, to);
         // Planted error "frames of Stokes vectors turned the wrong way", found by morgana-transport/transport::polarization::rayleigh::slabs_agree_with_electric_fields:
@@ -114,7 +118,7 @@ impl Transported {
         (self.axis, self.leaving) = (plane, to);
     }
 
-    /// On through a filter, which the path meets in the unit direction `path`.
+    /// Extends the path through a filter that it meets in the unit direction `path`.
     pub(super) fn pass(&mut self, filter: &FilterMueller, path: DVec3) {
         let axis = Axis(filter.axis);
         let rotation = axis.to(self.axis, -path);
@@ -124,12 +128,14 @@ impl Transported {
         self.axis = axis;
     }
 
-    /// The Stokes parameters at the sensor of unpolarised light that starts here, by channel.
+    /// Returns the Stokes parameters at the sensor, by channel, of unpolarised light that starts at
+    /// the point.
     pub(super) fn of_unpolarized(&self) -> [Spectrum; 4] {
         self.by_parameter(|matrix, _| self.matrices[matrix].x_axis)
     }
 
-    /// The Stokes parameters at the sensor of light that arrives here against the direction in which the path goes on, by channel.
+    /// Returns the Stokes parameters at the sensor, by channel, of light that arrives at the point
+    /// against the path's direction.
     pub(crate) fn of(&self, light: &StokesInFrame) -> [Spectrum; 4] {
         let rotation = light.axis.to(self.axis, -self.leaving);
         let last = light.count - 1;
@@ -137,7 +143,8 @@ impl Transported {
         self.by_parameter(|matrix, channel| self.matrices[matrix] * vectors[channel.min(last)])
     }
 
-    /// Stokes parameters, given the vector of a channel by the number of its matrix.
+    /// Returns Stokes parameters by channel. `of` receives the number of a channel's matrix and the
+    /// channel.
     fn by_parameter(&self, of: impl Fn(usize, usize) -> DVec4) -> [Spectrum; 4] {
         let last = self.count - 1;
         let vectors: [DVec4; Spectrum::CHANNELS] = std::array::from_fn(|c| of(c.min(last), c));

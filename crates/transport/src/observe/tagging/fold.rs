@@ -1,5 +1,6 @@
-//! Modulation of optical lengths by sound, followed along paths as they are sampled. It is computed later, for the contributions whose
-//! modulation is wanted (docs/theory.md#tagged-light).
+//! Steps of paths through sound, recorded while the paths are sampled. The modulation of the
+//! optical length is computed later, only for the contributions that need it
+//! (docs/theory.md#tagged-light).
 
 use super::path::{SoundInMedia, TaggedPath};
 use super::sound_along::SoundAlong;
@@ -15,22 +16,22 @@ use std::ops::Range;
 #[derive(Debug)]
 pub(crate) struct TaggedFold {
     sound: SoundInMedia,
-    /// Arcs along which steps go.
+    /// Arcs of the steps.
     parts: Vec<RayPart>,
     steps: Vec<PlacedStep>,
     /// Paths of contributions, in order.
     found: Vec<TaggedContribution>,
-    /// Paths that have been followed, by the place to which they lead.
+    /// Modulations already computed, by the node to which they lead, in ascending order.
     known: Vec<(Place, TaggedPath)>,
-    /// Steps of a path, one after the other.
+    /// Steps of a path, in order.
     way: Vec<Step>,
     along: SoundAlong,
 }
 
-/// Place of a subpath: after a number of steps, 0 at the start.
+/// Node of a subpath: the number of steps taken when it was reached, 0 at the start.
 pub(crate) type Place = usize;
 
-/// A step, and the place before it.
+/// Step with the node before it.
 #[derive(Clone, Copy, Debug)]
 struct PlacedStep {
     step: Step,
@@ -42,14 +43,14 @@ struct PlacedStep {
 struct TaggedContribution {
     sensor: PathEnd,
     light: PathEnd,
-    /// Numbers of the parts of the connection.
+    /// Range of the connection's parts.
     way: Range<usize>,
 }
 
-/// End of a part of a subpath.
+/// End of the part of a subpath that a contribution uses.
 #[derive(Clone, Copy, Debug, Default)]
 struct PathEnd {
-    /// Place where the contribution leaves the subpath.
+    /// Node where the contribution leaves the subpath.
     leaves: Place,
     end: Place,
 }
@@ -84,7 +85,8 @@ impl TaggedFold {
         self.known.clear();
     }
 
-    /// Amplitudes of the optical lengths of contributions, which are given in the order in which they were made.
+    /// Returns the amplitudes of the optical lengths of contributions. Their indices are given in
+    /// ascending order.
     pub(crate) fn modulations(
         &mut self,
         contributions: impl Iterator<Item = usize>,
@@ -92,7 +94,7 @@ impl TaggedFold {
         let mut contributions = contributions.peekable();
         std::iter::from_fn(move || {
             let contribution = self.found[contributions.next()?].clone();
-            // Nothing leaves the subpaths after the last one.
+            // Nothing leaves the subpaths after the last contribution.
             let is_last = contributions.peek().is_none();
             let sensor = self.modulation(contribution.sensor, contribution.way, is_last);
             Some(if contribution.light.end == 0 {
@@ -105,8 +107,8 @@ impl TaggedFold {
         })
     }
 
-    /// Modulation of a part of a subpath, and of a connection after it. Unless it `is_last`, others may leave the subpath later at the
-    /// same place, or farther on.
+    /// Returns the modulation of a part of a subpath, followed by a connection. Unless it
+    /// `is_last`, later contributions may leave the subpath at the same node or beyond.
     fn modulation(&mut self, path: PathEnd, way: Range<usize>, is_last: bool) -> DVec2 {
         let mut tagged = if is_last {
             self.way.clear();
@@ -126,7 +128,8 @@ impl TaggedFold {
         tagged.modulation().total()
     }
 
-    /// Collects the steps to a place after the last place to which a path is known. Returns that path.
+    /// Collects the steps to a node after the last node with a known modulation. Returns the path
+    /// up to the latter.
     fn collect(&mut self, place: Place) -> TaggedPath {
         let (mut place, first) = (place, self.way.len());
         let known = loop {
@@ -164,7 +167,7 @@ impl TaggedFold {
         *place = self.steps.len();
     }
 
-    /// Follows arcs where there is sound.
+    /// Records arcs in media with sound.
     fn fly(&mut self, place: &mut Place, parts: impl Iterator<Item = RayPart>) {
         for part in parts {
             if self.sound.is_in(part.medium) {
@@ -177,7 +180,7 @@ impl TaggedFold {
 
 impl Fold for TaggedFold {
     type State = Place;
-    /// Numbers of parts.
+    /// Range of the connection's parts.
     type Way = Range<usize>;
     const NEEDS_SPANS: bool = false;
     const NEEDS_PARTS: bool = true;
@@ -206,7 +209,7 @@ impl Fold for TaggedFold {
         self.fly(place, up_to(part.edge, part.length));
     }
 
-    /// Surfaces rest.
+    /// Surfaces do not move.
     fn pass(&mut self, _place: &mut Place, _span: &Span, _next: &Span) {}
 
     fn turn(
@@ -250,7 +253,7 @@ impl Fold for TaggedFold {
     }
 }
 
-/// Arcs of an edge up to an arc length.
+/// Returns the arcs of an edge up to an arc length.
 fn up_to(edge: &Edge, length: f64) -> impl Iterator<Item = RayPart> {
     let flown = edge
         .spans

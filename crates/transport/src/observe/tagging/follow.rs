@@ -1,4 +1,4 @@
-//! Following ways of which note was taken.
+//! Modulation along recorded steps.
 //!
 //! Theory: docs/theory.md#tagged-light.
 
@@ -8,7 +8,8 @@ use super::steps::Step;
 use crate::path::RayPart;
 
 impl TaggedPath {
-    /// On by steps along parts of rays. All that is asked of the sound within a medium is found at once.
+    /// Extends the path by steps along parts of rays. All values of the sound within a medium are
+    /// computed at once.
     pub(crate) fn go(
         &mut self,
         sound: &SoundInMedia,
@@ -55,7 +56,7 @@ mod tests {
     use glam::{DVec2, DVec3};
     use testkit::Rng;
 
-    /// Sound of two wavelengths, and a medium without any.
+    /// Returns sound of two wavelengths, and a medium without sound.
     fn sounds() -> SoundInMedia {
         let field = |wave_number| {
             let mode = AcousticMode::new(1e-5, 1, wave_number, 0.3).unwrap();
@@ -66,7 +67,7 @@ mod tests {
         SoundInMedia(fields.iter().map(Modulation::of).collect())
     }
 
-    /// From a place on, straight or curved, within a medium: short and long.
+    /// Returns a part from `start`, straight or curved, long or short, within a medium.
     fn part(rng: &mut Rng, start: DVec3, medium: MediumId) -> RayPart {
         let v = 1.3 * DVec3::from_array(rng.direction());
         let h = 1.5 * rng.next_1d().powi(2);
@@ -84,7 +85,8 @@ mod tests {
         }
     }
 
-    /// Through several media, with scattering here and there, and a connection of two parts in the end, of which the first is followed backwards.
+    /// Returns a path through several media, with some scattering and a connection of two parts at
+    /// its end. The first part is followed backwards.
     fn way(rng: &mut Rng) -> (Vec<RayPart>, Vec<Step>) {
         let (mut x, mut medium) = (DVec3::ZERO, 0);
         let (mut parts, mut steps) = (Vec::new(), Vec::new());
@@ -112,7 +114,7 @@ mod tests {
         (parts, steps)
     }
 
-    /// One by one.
+    /// Computes the expected path step by step.
     fn expected(sounds: &SoundInMedia, parts: &[RayPart], steps: &[Step]) -> TaggedPath {
         let mut path = TaggedPath::default();
         for step in steps {
@@ -143,7 +145,7 @@ mod tests {
         path
     }
 
-    /// Ways have the same bits however many of their steps are followed at once.
+    /// Results have the same bits for any number of steps that are followed at once.
     #[test]
     fn steps_add_up_however_many_are_followed_at_once() {
         let (sounds, mut rng) = (sounds(), Rng::new(5));

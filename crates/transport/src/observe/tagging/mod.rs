@@ -1,4 +1,5 @@
-//! Tagged light: what sound does to the phase of light along its way, from the sensor or from an emitter.
+//! Tagged light: the effect of sound on the phase of light along its path, from the sensor or from
+//! an emitter.
 //!
 //! Theory: docs/theory.md#tagged-light.
 
@@ -16,8 +17,8 @@ pub(crate) use representatives::{Representative, representatives};
 pub(crate) use sound_along::SoundAlong;
 pub(crate) use steps::Step;
 
-/// Computes the amplitudes of sound in media, which the [memory](crate::medium::Medium::memory) of the media counts from then on. Renders of
-/// tagged light compute them, too, unless they are there.
+/// Computes the amplitudes of sound in media. The [memory](crate::medium::Medium::memory) of the
+/// media includes them from then on. Renders of tagged light compute them if they are missing.
 pub fn prepare(scene: &Scene) {
     SoundInMedia::of(scene);
 }

@@ -1,5 +1,5 @@
-//! What sound does to the optical length of a way, to first order: it changes the index along it, and moves what scatters light
-//! (docs/theory.md#tagged-light).
+//! Effect of sound on the optical length of a path, to first order: sound changes the index along
+//! the path, and moves the scatterers (docs/theory.md#tagged-light).
 
 use crate::scene::{MediumId, Scene};
 use eikonal::ModulationPanel;
@@ -7,23 +7,24 @@ use eikonal::field::{Modulation, SoundAmplitude};
 use eikonal::ray::Arc;
 use glam::{DVec2, DVec3};
 
-/// The amplitudes of the optical length of a way, as complex numbers: it changes by the real part of amplitude times e^{iωt}.
+/// Complex amplitudes of the optical length of a path, which changes by the real part of amplitude
+/// times e^{iωt}.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct PathModulation {
-    /// By the index along edges: ∫ n̂ ds.
+    /// Amplitude from the index along edges: ∫ n̂ ds.
     pub index: DVec2,
-    /// By the displacement û of what scatters from ω into ω': Σ n (ω − ω')·û.
+    /// Amplitude from the displacement û of scatterers that scatter from ω into ω': Σ n (ω − ω')·û.
     pub displacement: DVec2,
 }
 
 impl PathModulation {
-    /// By both.
+    /// Sum of both amplitudes.
     pub(crate) fn total(&self) -> DVec2 {
         self.index + self.displacement
     }
 }
 
-/// The sound in the media of a scene.
+/// Sound in the media of a scene.
 #[derive(Clone, Debug)]
 pub(crate) struct SoundInMedia(pub(super) std::sync::Arc<[Option<Modulation>]>);
 
@@ -33,26 +34,26 @@ impl SoundInMedia {
         SoundInMedia(media.map(|medium| Modulation::of(&medium.index)).collect())
     }
 
-    /// That in a medium.
+    /// Returns the sound in a medium.
     pub(super) fn within(&self, medium: MediumId) -> Option<&Modulation> {
         self.0[medium].as_ref()
     }
 
-    /// Whether there is any in a medium.
+    /// True if a medium has sound.
     pub(crate) fn is_in(&self, medium: MediumId) -> bool {
         self.0[medium].is_some()
     }
 }
 
-/// A way as it is followed, from either end.
+/// Modulation of a path that is being followed, from either end.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct TaggedPath {
     pub(super) modulation: PathModulation,
-    /// Where it has come to in a medium with sound.
+    /// Current end, if it is in a medium with sound.
     pub(super) last: Option<(MediumId, Last)>,
 }
 
-/// Where a way has come to.
+/// Current end of a path.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Last {
     pub x: DVec3,
@@ -62,19 +63,20 @@ pub(super) struct Last {
 }
 
 impl TaggedPath {
-    /// That of the way so far.
+    /// Returns the modulation of the path so far.
     pub(crate) fn modulation(&self) -> PathModulation {
         self.modulation
     }
 
-    /// On along an arc up to θ.
+    /// Extends the path along an arc up to θ.
     pub(crate) fn fly(&mut self, sound: &SoundInMedia, medium: MediumId, arc: &Arc, theta: f64) {
         self.advance(sound, medium, arc, theta, |sound, ends| {
             sound.along(arc, [0.0, theta], ends)
         });
     }
 
-    /// The same, and the panels of the arc, which are empty where there is no sound.
+    /// Extends the path along an arc up to θ. Also returns the panels of the arc in `panels`, which
+    /// is empty where there is no sound.
     pub(crate) fn fly_tabulated(
         &mut self,
         sound: &SoundInMedia,
@@ -89,7 +91,8 @@ impl TaggedPath {
         });
     }
 
-    /// On along an arc up to θ, whose modulation is found given the amplitudes at its ends.
+    /// Extends the path along an arc up to θ. `along` computes the modulation from the amplitudes
+    /// at the arc's ends.
     fn advance(
         &mut self,
         sound: &SoundInMedia,
@@ -117,13 +120,13 @@ impl TaggedPath {
         self.last = Some((medium, last));
     }
 
-    /// Where it has come to, if that is in this medium.
+    /// Returns the current end, if it is in this medium.
     pub(super) fn last_in(&self, medium: MediumId) -> Option<Last> {
         let within = self.last.filter(|(of, _)| *of == medium);
         within.map(|(_, last)| last)
     }
 
-    /// Light is scattered where the way has come to, and goes on in a direction.
+    /// Scatters light at the current end into a direction.
     pub(crate) fn scatter(&mut self, sound: &SoundInMedia, direction: DVec3) {
         if let Some((medium, last)) = &self.last
             && let Some(sound) = &sound.0[*medium]
@@ -134,14 +137,15 @@ impl TaggedPath {
     }
 }
 
-/// n (ω − ω′) of scattering from index times direction into a direction.
+/// Returns n (ω − ω′) of a scattering; `velocity` is n ω, `direction` is ω′.
 pub(super) fn turn(velocity: DVec3, direction: DVec3) -> DVec3 {
     // Planted error "scatterers moved against the light's direction", found by morgana-transport/transport::meters::tagged::modulations_are_those_of_optical_lengths_at_instants:
     // velocity + velocity.length() * direction
     velocity - velocity.length() * direction
 }
 
-/// What the displacement of what scatters at a place adds, given the amplitude there.
+/// Returns the amplitude from the displacement of a scatterer, given the sound's amplitude at its
+/// position.
 pub(super) fn displacement(
     sound: &Modulation,
     x: DVec3,

@@ -1,11 +1,12 @@
-//! Which contributions of a sample stand for all of a layer of light, so that not all modulations are wanted (docs/theory.md#tagged-light).
+//! Representatives: contributions of a sample that represent all light of a layer, so that fewer
+//! modulations are computed (docs/theory.md#tagged-light).
 
 use crate::Spectrum;
 
-/// So many contributions have one that stands for them.
+/// Number of contributions per representative.
 const EACH: usize = 8;
 
-/// A contribution that stands for light of a layer.
+/// Contribution that represents light of a layer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Representative {
     pub contribution: usize,
@@ -13,8 +14,11 @@ pub(crate) struct Representative {
     pub light: f64,
 }
 
-/// Those of contributions, which are given with their numbers in the order of the path and have one sign: in equal steps through their light in
-/// each channel from a place that `u` in [0, 1) chooses. Their light is that of all to rounding, and that of each in the mean over `u`.
+/// Passes the representatives of contributions to `see`. The contributions are given with their
+/// indices, in the order of the path, and have one sign. In each channel, representatives are
+/// chosen at equal steps of the accumulated light, with an offset from `u` in [0, 1). Their light
+/// adds up to all light, to rounding. On average over `u`, each contribution is represented by its
+/// own light.
 pub(crate) fn representatives(
     contributions: impl Iterator<Item = (usize, Spectrum)> + Clone,
     channels: usize,
@@ -46,7 +50,8 @@ pub(crate) fn representatives(
 mod tests {
     use super::*;
 
-    /// In the mean over many places each has its own light, in every channel; light of none is passed by.
+    /// On average over many offsets, each contribution has its own light in every channel.
+    /// Contributions without light are never chosen.
     #[test]
     fn all_light_is_represented() {
         let lights = [0.5, 0.0, 3.0, 0.25, 1.0, 0.125, 0.0, 2.0, 0.75];

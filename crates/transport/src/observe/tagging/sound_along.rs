@@ -1,5 +1,5 @@
-//! The sound along steps of a way within one medium. First all places are found where it is wanted, then all amplitudes, then the sums:
-//! the processor works on several places at a time.
+//! Sound along the steps of a path within one medium. First all positions are collected, then all
+//! amplitudes are computed, then the sums. The processor thus works on several positions at a time.
 //!
 //! Theory: docs/theory.md#tagged-light.
 
@@ -12,40 +12,41 @@ use glam::{DVec2, DVec3};
 
 const MOST_PLACES: usize = ModulationQuadrature::MOST_PLACES;
 
-/// Storage for what is asked of the sound, and what it answers.
+/// Storage for positions, and for the sound at them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SoundAlong {
-    /// Where amplitudes are wanted.
+    /// Positions whose amplitudes are needed.
     places: Vec<DVec3>,
     amplitudes: Vec<SoundAmplitude>,
-    /// Where values alone are wanted, and the numbers of these.
+    /// Positions of which only values are needed, with the indices of the values.
     inner: Vec<(usize, DVec3)>,
-    /// Those of each part: zero where there are fewer.
+    /// Values of each part, padded with zeros.
     values: Vec<[DVec2; MOST_PLACES]>,
     parts: Vec<AskedPart>,
     turns: Vec<Turn>,
 }
 
-/// How the modulation along a part is found.
+/// Quadrature of the modulation along a part.
 #[derive(Clone, Debug)]
 struct AskedPart {
-    /// Number of the part.
+    /// Index of the part.
     part: usize,
-    /// Numbers of the places where it starts and ends.
+    /// Indices of the positions where it starts and ends.
     ends: [usize; 2],
-    /// `None` if it is long.
+    /// Quadrature; `None` if the part is long.
     quadrature: Option<ModulationQuadrature>,
 }
 
-/// Scattering at a place.
+/// Scattering at a position.
 #[derive(Clone, Copy, Debug)]
 struct Turn {
     place: usize,
-    /// See [`turn`].
+    /// Change of direction: see [`turn`].
     turn: DVec3,
 }
 
-/// Where a way has come to: the number of the place, and index times the unit direction.
+/// Current end of a path: the index of its position, and index of refraction times the unit
+/// direction.
 #[derive(Clone, Copy)]
 struct PathEnd {
     place: usize,
@@ -53,7 +54,8 @@ struct PathEnd {
 }
 
 impl SoundAlong {
-    /// Finds the sound along steps, given where the way has come to in its medium if it has been there. Returns where it comes to.
+    /// Computes the sound along steps. `start` is the current end of the path, if it has been in
+    /// this medium. Returns the new end.
     pub(super) fn follow(
         &mut self,
         sound: &Modulation,
@@ -76,7 +78,7 @@ impl SoundAlong {
         })
     }
 
-    /// Takes note of where the sound is wanted along steps. Returns where they lead.
+    /// Collects the positions along steps at which the sound is needed. Returns the new end.
     fn ask(
         &mut self,
         sound: &Modulation,
@@ -122,7 +124,8 @@ impl SoundAlong {
         self.turns.clear();
     }
 
-    /// Takes note of where the sound is wanted along a part. Returns the number of the place where it ends.
+    /// Collects the positions along a part at which the sound is needed. Returns the index of the
+    /// position where the part ends.
     fn ask_along(
         &mut self,
         sound: &Modulation,
@@ -134,7 +137,7 @@ impl SoundAlong {
         let ends = [arc.start(), arc.position(range[1])].map(|x| self.place(x, here));
         let quadrature = sound.quadrature(arc, range);
         if let Some(quadrature) = quadrature {
-            // All, and what is too much taken back: a branch on the number would be mispredicted.
+            // Add all positions, then truncate: a branch on the count would be mispredicted.
             let (places, count) = quadrature.places(arc, range);
             // Planted error "values of the sound along all parts of a way given to the first", found by morgana-transport/transport::meters::sidebands::records_do_not_depend_on_what_else_is_asked:
             // let (known, first) = (self.inner.len(), 0 * self.parts.len());
@@ -150,7 +153,7 @@ impl SoundAlong {
         ends[1]
     }
 
-    /// The number of a place, which may be where the way has come to, or the last one.
+    /// Returns the index of a position, which may be the path's current end or the last position.
     fn place(&mut self, x: DVec3, here: Option<PathEnd>) -> usize {
         let last = self.places.len().checked_sub(1);
         let known = here.map(|here| here.place).into_iter().chain(last);
@@ -161,7 +164,8 @@ impl SoundAlong {
         })
     }
 
-    /// Adds what the sound does along the steps that were followed last, one by one: the sum has the same bits however many are followed at once.
+    /// Adds the modulation along the steps that were followed last, one by one: the sum has the
+    /// same bits for any number of steps that are followed at once.
     pub(super) fn add_to(
         &self,
         modulation: &mut PathModulation,

@@ -1,20 +1,21 @@
-//! Steps of ways of which note is taken, to be followed later.
+//! Recorded steps of paths, to be followed later.
 
 use glam::DVec3;
 
-/// A step of a way. The parts along which it goes are kept apart: they are large.
+/// Step of a path. The arcs of steps are stored separately, because they are large.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Step {
-    /// Along the part with this number.
+    /// Segment along the part with this index.
     Fly(usize),
     /// Scattering into this direction.
     Scatter(DVec3),
-    /// Along that of a connection, which may be followed from its other end.
+    /// Segment along the part of a connection with this index, which may be followed from its other
+    /// end.
     Connect(usize),
 }
 
 impl Step {
-    /// The number of its part, if it goes along one.
+    /// Index of the step's part, if it has one.
     pub(super) fn part(&self) -> Option<usize> {
         match self {
             Step::Fly(i) | Step::Connect(i) => Some(*i),

@@ -44,7 +44,7 @@ pub struct MeterDerivativeOptions<'a> {
 }
 
 /// Computes unbiased derivatives of readings, or of a loss of readings, by parameters, on the
-/// current thread pool. `scenes` and `meters` are those of [`measure`](crate::render::measure()).
+/// current thread pool. `scenes` and `meters` are as for [`measure`](crate::render::measure()).
 /// Returns `None` if the handle has ended the computation early. Equal seeds give equal bits, for
 /// any number of threads.
 ///
