@@ -1,24 +1,24 @@
 //! Equal bins of a quantity.
 
-/// Equal bins from `min` to `max`. Whatever sorts by them asks for [valid](Bins::is_valid) ones.
+/// Equal bins from `min` to `max`. Users require [valid](Bins::is_valid) ones.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Bins {
-    /// Lower end of the first; finite.
+    /// Lower edge of the first bin; finite.
     pub min: f64,
-    /// Upper end of the last; finite, and above `min`.
+    /// Upper edge of the last bin; finite, and above `min`.
     pub max: f64,
-    /// Their number, at least one.
+    /// Number of bins, at least one.
     pub count: usize,
 }
 
 impl Bins {
-    /// Whether the range from `min` to `max` is positive and finite, and there is at least one bin.
+    /// True if the range from `min` to `max` is positive and finite, and there is at least one bin.
     pub fn is_valid(&self) -> bool {
         let width = self.max - self.min;
         width > 0.0 && width.is_finite() && self.count > 0
     }
 
-    /// The bin of a value. The last bin holds its upper end.
+    /// Returns the index of a value's bin. The last bin includes its upper edge.
     pub fn index(&self, value: f64) -> Option<usize> {
         if !(self.min..=self.max).contains(&value) {
             return None;
@@ -27,18 +27,18 @@ impl Bins {
         Some((position as usize).min(self.count - 1))
     }
 
-    /// Width of each.
+    /// Width of a bin.
     pub fn width(&self) -> f64 {
         (self.max - self.min) / self.count as f64
     }
 
-    /// The ends of all bins, one more than there are bins.
+    /// Edges of all bins, one more than the number of bins.
     pub fn edges(&self) -> Vec<f64> {
         let edge = |i: usize| self.min + (self.max - self.min) * i as f64 / self.count as f64;
         (0..=self.count).map(edge).collect()
     }
 
-    /// The ends of bins inside the open interval (a, b).
+    /// Returns the bin edges inside the open interval (a, b).
     pub(crate) fn edges_between(&self, a: f64, b: f64) -> impl Iterator<Item = f64> + '_ {
         let width = self.width();
         let first = ((a - self.min) / width).floor().max(0.0);

@@ -1,20 +1,23 @@
-//! How much work one part of a path may take: the budgets of [rays and connections](eikonal::budget), and those of what is
-//! made of them. Whatever is given up because a budget is spent is counted ([`OverBudget`](crate::stats::OverBudget), and
-//! [`ConnectionCounts::capped`](crate::stats::ConnectionCounts::capped)) and reported as possible bias: its light is missing.
+//! Limits on the work of one part of a path: the budgets of [rays and
+//! connections](eikonal::budget), and the budgets of larger parts. Parts that exceed a budget are
+//! counted ([`OverBudget`](crate::stats::OverBudget) and
+//! [`ConnectionCounts::capped`](crate::stats::ConnectionCounts::capped)). They are reported as
+//! possible bias, because their light is missing.
 
 pub use eikonal::budget::*;
 
-/// Specular events of one edge: light between perfect mirrors never ends.
+/// Maximum number of specular events of one edge; light between perfect mirrors never ends.
 pub(crate) const EVENTS_PER_EDGE: u32 = 1_000;
 
-/// Edges of a random walk: between walls that absorb nothing it would go on for ever.
+/// Maximum number of edges of a random walk; between walls without absorption it would never end.
 pub(crate) const EDGES_PER_WALK: usize = 1_000_000;
 
-/// Random starts spent on finding a branch again that was found by one, to weigh it.
+/// Maximum number of random starts that search for a branch again, to estimate the branch's weight.
 pub(crate) const TRIALS_PER_SEARCH: u32 = 1_000;
 
-/// Steps of all these trials together.
+/// Maximum number of ray steps of all these searches together.
 pub(crate) const STEPS_PER_SEARCH: u64 = 4_000_000;
 
-/// Photons that are looked at along one edge from the sensor, or around one vertex.
+/// Maximum number of photons that are examined along one edge from the sensor, or around one
+/// vertex.
 pub(crate) const PHOTONS_PER_GATHER: u64 = 20_000_000;

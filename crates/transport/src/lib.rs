@@ -1,7 +1,7 @@
 #![doc = include_str!("../README.md")]
 #![warn(unreachable_pub, missing_debug_implementations)]
 //!
-//! The mathematics: docs/theory.md#radiance.
+//! Theory: docs/theory.md#radiance.
 
 pub mod aov;
 pub mod attached;
@@ -10,10 +10,10 @@ pub mod budget;
 pub mod integrator;
 pub mod moments;
 pub mod observe;
-/// Internals that only the tests of this crate use: they may change in any version.
+/// Internals that only the tests of this crate use. They may change in any version.
 #[doc(hidden)]
 pub mod path;
-/// As [`path`].
+/// Internals that only the tests of this crate use. They may change in any version.
 #[doc(hidden)]
 pub mod photons;
 pub mod render;

@@ -1,25 +1,28 @@
-//! Sums of the scores of a mean, and how far the error that they give can be trusted (docs/theory.md#effective-samples).
+//! Sums over the scores of a mean, and the reliability of its estimated error
+//! (docs/theory.md#effective-samples).
 //!
-//! A score is what one independent sample brings: a sample of a pixel, the mean of a replicate, a sample of the whole
-//! image, or all that one particle leaves in one bin. Pixels, layers, images and meters all use these sums. No sum and no
-//! maximum depends on the order in which scores come.
+//! A score is one independent sample: a sample of a pixel, the mean of a replicate, a sample of the
+//! whole image, or the total of one particle in one bin. Pixels, layers, images and meters all use
+//! these sums. Sums and maxima do not depend on the order of scores.
 
 use crate::sum::ReproducibleSum;
 use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
 
-/// A mean is not to be trusted with its error unless it comes from so many scores of the size of the largest: of ten equal ones,
-/// say arrivals in a bin, the error itself is known to a sixth.
+/// Number of scores of the largest size that a mean needs at least, so that its error is reliable.
+/// With ten equal scores, such as arrivals in a bin, the error itself is known to a sixth.
 pub const LEAST_EFFECTIVE: f64 = 10.0;
-/// Sums are rounded.
+/// Relative tolerance for rounding of sums.
 const ROUNDING: f64 = 1e-9;
-/// A single score may hold as much of the scatter as the largest of scores with a tail P(x > t) ~ t^−α of this index, whose
-/// variance is finite and known in reasonable time,
+/// Tail index α of the heaviest accepted tail P(x > t) ~ t^−α. Its variance is finite and can be
+/// estimated in reasonable time. The largest score may hold the fraction of the scatter that is
+/// typical of this tail.
 const TAIL_INDEX: f64 = 3.0;
-/// or so many times the share of the largest of exponentially distributed ones.
+/// Alternative limit: multiple of the fraction of the scatter that the largest of exponentially
+/// distributed scores holds.
 const TIMES_EXPONENTIAL: f64 = 2.0;
 
-/// Sums over scores. Their number is kept elsewhere, for scores of zero need not be added.
+/// Sums over scores. Their number is kept elsewhere, so that zero scores need not be added.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Moments {
     sum: ReproducibleSum,
@@ -36,15 +39,16 @@ impl Moments {
         }
     }
 
-    /// Adds several scores at once: their sum, the sum of their squares, and the largest absolute value.
+    /// Adds several scores at once, given their sum, the sum of their squares, and the largest
+    /// absolute value.
     pub(crate) fn add_sums(&mut self, [sum, squares, largest]: [f64; 3]) {
         self.sum.add(sum);
-        // A square that is too large for a double is far beyond all that can be told of a variance.
+        // A square that overflows a double is far beyond any meaningful variance.
         self.sum_of_squares.add(squares.min(f64::MAX));
         self.largest = self.largest.max(largest);
     }
 
-    /// Mean of `count` scores; zero of none.
+    /// Mean of `count` scores; zero if there are none.
     pub fn mean(&self, count: u64) -> f64 {
         match count {
             0 => 0.0,
@@ -52,7 +56,7 @@ impl Moments {
         }
     }
 
-    /// Mean of the squares of `count` scores; zero of none.
+    /// Mean of the squares of `count` scores; zero if there are none.
     pub fn mean_square(&self, count: u64) -> f64 {
         match count {
             0 => 0.0,
@@ -77,8 +81,8 @@ impl Moments {
         self.scatter(count) / (n * (n - 1.0))
     }
 
-    /// How many equal scores would make a mean that is known as well: (Σx)²/Σx² (Kish), not counting those of zero. Scores are
-    /// taken to have the same sign.
+    /// Effective number of scores: the number of equal scores that determine the mean equally well,
+    /// (Σx)²/Σx² (Kish). Zero scores do not count. Scores are assumed to have the same sign.
     pub fn effective(&self) -> f64 {
         let square = self.sum_of_squares.value();
         if square > 0.0 {
@@ -88,7 +92,7 @@ impl Moments {
         }
     }
 
-    /// How much of the scatter of `count` scores comes from the largest.
+    /// Returns the part of the scatter of `count` scores that the largest score causes.
     pub fn tail(&self, count: u64) -> Tail {
         Tail {
             largest: (self.largest - self.mean(count).abs()).max(0.0).powi(2),
@@ -97,15 +101,16 @@ impl Moments {
         }
     }
 
-    /// Whether the error of the mean is not to be trusted: the largest score is more than one part in [`LEAST_EFFECTIVE`] of the sum.
-    /// So it is, too, wherever there are fewer effective scores than that. A mean of nothing but zeros is not flagged.
+    /// True if the error of the mean is unreliable: the largest score exceeds one part in
+    /// [`LEAST_EFFECTIVE`] of the sum. This includes all cases with fewer effective scores than
+    /// that. A mean of zeros only is not flagged.
     pub fn few(&self) -> bool {
         self.largest * LEAST_EFFECTIVE > self.sum.value().abs() * (1.0 + ROUNDING)
     }
 }
 
 impl AddAssign for Moments {
-    /// Scores of another sum.
+    /// Adds the scores of another sum.
     fn add_assign(&mut self, other: Moments) {
         self.sum += other.sum;
         self.sum_of_squares += other.sum_of_squares;
@@ -113,7 +118,8 @@ impl AddAssign for Moments {
     }
 }
 
-/// How much of the scatter of scores, from which their error is told, comes from the largest of them.
+/// Part of the scatter of scores that the largest score causes. The error is estimated from the
+/// scatter.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tail {
     /// Largest square of a deviation.
@@ -125,7 +131,7 @@ pub struct Tail {
 }
 
 impl Tail {
-    /// That of independent scores beside others, which are added up.
+    /// Combines the tails of two independent sets of scores that are added up.
     pub fn beside(self, other: Tail) -> Tail {
         Tail {
             largest: self.largest.max(other.largest),
@@ -134,7 +140,7 @@ impl Tail {
         }
     }
 
-    /// Share of the largest score in the scatter; zero if all are alike.
+    /// Fraction of the scatter that the largest score causes; zero if all are equal.
     pub fn share(&self) -> f64 {
         if self.scatter > 0.0 {
             (self.largest / self.scatter).min(1.0)
@@ -143,7 +149,8 @@ impl Tail {
         }
     }
 
-    /// That share as a multiple of the largest that light tails leave: n^(2/α − 1) or (ln n)²/n of n scores.
+    /// Ratio of that fraction to the largest fraction of accepted tails, for n scores: n^(2/α − 1),
+    /// or (ln n)²/n times [`TIMES_EXPONENTIAL`].
     pub fn excess(&self) -> f64 {
         let n = self.count.max(2) as f64;
         let power = n.powf(2.0 / TAIL_INDEX - 1.0);
@@ -151,7 +158,7 @@ impl Tail {
         self.share() / power.max(exponential)
     }
 
-    /// True if the share is larger than light tails leave.
+    /// True if the fraction is larger than for accepted tails.
     pub fn is_heavy(&self) -> bool {
         self.excess() > 1.0
     }
@@ -171,7 +178,7 @@ mod tests {
         (moments, count)
     }
 
-    /// Numbers in (0, 1) that are spread like random ones.
+    /// Returns evenly distributed numbers in (0, 1).
     fn uniform(count: u64) -> impl Iterator<Item = f64> {
         let golden = 0.618_033_988_749_894_9;
         (0..count).map(move |i| (0.5 + golden * i as f64).fract().max(1e-12))
@@ -190,7 +197,8 @@ mod tests {
         assert!(!of([0.0; 10]).0.few());
     }
 
-    /// Scores of which one outweighs many are worth few, in whichever order and grouping they come.
+    /// A score that outweighs many others makes the effective number small, in any order and
+    /// grouping.
     #[test]
     fn one_large_score_is_noticed() {
         let score = |i| if i == 700 { 150.0 } else { 1.0 };
@@ -203,8 +211,8 @@ mod tests {
         assert_eq!(parts, moments);
     }
 
-    /// Powers u^(−1/α) of uniform numbers have the tail index α: heavy where the variance is infinite by far, and not where all
-    /// moments are finite.
+    /// Powers u^(−1/α) of uniform numbers have the tail index α. The tail is heavy where the
+    /// variance is clearly infinite, and not heavy where all moments are finite.
     #[test]
     fn heavy_tails_are_told_from_light_ones() {
         for n in [64, 1000, 100_000] {

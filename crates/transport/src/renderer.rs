@@ -1,16 +1,16 @@
-//! What makes a picture: an estimator of light, or what finds other quantities of sensor rays.
+//! Renderers of pictures: an estimator of light, or a tracer of other quantities of sensor rays.
 
 use crate::aov::AovTracer;
 use crate::integrator::{Bdpt, Integrator, ParticleTracer, PathTracer, PhotonMapping, Vcm};
 use crate::sampling::Replicates;
 use crate::spectrum::Spectrum;
 
-/// What makes a picture.
+/// Renderer of pictures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Renderer {
-    /// Light, by an estimator.
+    /// Light, computed by an estimator.
     Light(Integrator),
-    /// What becomes of sensor rays that are not scattered.
+    /// Quantities of sensor rays without scattering.
     Quantities(AovTracer),
 }
 
@@ -20,7 +20,7 @@ impl From<Integrator> for Renderer {
     }
 }
 
-/// Each estimator as an integrator and as a renderer.
+/// Converts each estimator to an integrator and to a renderer.
 macro_rules! light_by {
     ($($estimator:ident => $variant:ident),*) => {
         $(impl From<$estimator> for Integrator {
@@ -46,7 +46,7 @@ impl From<AovTracer> for Renderer {
 }
 
 impl Renderer {
-    /// The estimator of light; `None` for other quantities.
+    /// Estimator of light; `None` for other quantities.
     pub fn integrator(&self) -> Option<&Integrator> {
         match self {
             Renderer::Light(integrator) => Some(integrator),
@@ -54,12 +54,12 @@ impl Renderer {
         }
     }
 
-    /// Whether the picture shows light.
+    /// True if the picture shows light.
     pub fn is_light(&self) -> bool {
         self.integrator().is_some()
     }
 
-    /// Number of channels of an image of a scene whose film has `spectral` ones.
+    /// Number of channels of an image of a scene whose film has `spectral` channels.
     pub fn channels(&self, spectral: usize) -> usize {
         match self {
             Renderer::Light(_) => spectral,
@@ -67,7 +67,8 @@ impl Renderer {
         }
     }
 
-    /// Number of channels in each group of such an image, if those of the film are in groups of `spectral`.
+    /// Number of channels in each group of the image, if the film has groups of `spectral`
+    /// channels.
     pub fn group_size(&self, spectral: usize) -> usize {
         match self {
             Renderer::Light(_) => spectral,
@@ -75,28 +76,29 @@ impl Renderer {
         }
     }
 
-    /// Whether contributions go to other pixels than that of the sample: see [`Integrator::splats`].
+    /// True if samples contribute to pixels other than their own: see [`Integrator::splats`].
     pub fn splats(&self) -> bool {
         self.integrator().is_some_and(Integrator::splats)
     }
 
-    /// How samples of a pixel belong together: see [`Integrator::replicates`].
+    /// Kind of replicates into which samples of a pixel are grouped, given the requested kind: see
+    /// [`Integrator::replicates`].
     pub fn replicates(&self, wanted: Replicates) -> Replicates {
         self.integrator()
             .map_or(Replicates::Single, |i| i.replicates(wanted))
     }
 
-    /// Whether its error becomes as small as one likes with enough samples.
+    /// True if the error approaches zero with the number of samples.
     pub fn converges(&self) -> bool {
         self.integrator().is_none_or(Integrator::converges)
     }
 
-    /// Longest path, `None` for no limit, and where Russian roulette begins.
+    /// Maximum path length, `None` for no limit, and the depth at which Russian roulette begins.
     pub fn depths(&self) -> (Option<u32>, u32) {
         self.integrator().map_or((None, 1), Integrator::depths)
     }
 
-    /// Name, as scene files and command lines use it.
+    /// Name in scene files and on command lines.
     pub fn name(&self) -> &'static str {
         self.integrator().map_or("aov", Integrator::name)
     }

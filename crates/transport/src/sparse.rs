@@ -4,11 +4,11 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::{Index, Range};
 
-/// Place of each block; `None` for blocks that have not been written.
+/// Storage of each block; `None` for blocks that have not been written.
 type Blocks<T> = Vec<Option<Box<[T]>>>;
 
-/// A vector of fixed length. All elements have the same value, except in blocks that have been written; other blocks take no
-/// memory.
+/// Vector of fixed length. All elements have the same value, except in blocks that have been
+/// written. Other blocks take no memory.
 ///
 /// ```
 /// use morgana_transport::sparse::Sparse;
@@ -26,7 +26,7 @@ pub struct Sparse<T> {
     rest: T,
 }
 
-/// A vector as it was stored, before its lengths are checked.
+/// Stored vector before its lengths are checked.
 #[derive(Deserialize)]
 struct Stored<T> {
     blocks: Blocks<T>,
@@ -35,8 +35,8 @@ struct Stored<T> {
 }
 
 impl<T> Sparse<T> {
-    /// Elements of a block. Smaller blocks would follow lit cells more closely, but each takes 16 bytes of the table and 16 of the
-    /// allocator.
+    /// Elements per block. Smaller blocks would follow the written cells more closely, but each
+    /// block takes 16 bytes of the table and 16 bytes of the allocator.
     pub(crate) const BLOCK: usize = 1 << 6;
 }
 
@@ -57,7 +57,7 @@ impl<T> TryFrom<Stored<T>> for Sparse<T> {
 }
 
 impl<T: Copy> Sparse<T> {
-    /// A vector of `len` times the same value.
+    /// Creates a vector of `len` equal values.
     pub fn new(len: usize, rest: T) -> Self {
         let blocks = std::iter::repeat_with(|| None);
         Sparse {
@@ -78,7 +78,7 @@ impl<T: Copy> Sparse<T> {
         self.len
     }
 
-    /// Tells if the length is zero.
+    /// True if the length is zero.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
@@ -88,25 +88,25 @@ impl<T: Copy> Sparse<T> {
         self.rest
     }
 
-    /// An element.
+    /// Returns an element.
     ///
     /// # Panics
-    /// If there is no such element.
+    /// If the index is out of bounds.
     pub(crate) fn get(&self, index: usize) -> T {
         assert!(index < self.len);
         let block = self.blocks[index / Self::BLOCK].as_deref();
         block.map_or(self.rest, |block| block[index % Self::BLOCK])
     }
 
-    /// An element to be written.
+    /// Returns an element for writing.
     ///
     /// # Panics
-    /// If there is no such element.
+    /// If the index is out of bounds.
     pub fn get_mut(&mut self, index: usize) -> &mut T {
         element(&mut self.blocks, self.rest, self.len, index)
     }
 
-    /// All elements in order.
+    /// Iterates over all elements in order.
     pub fn iter(&self) -> Iter<'_, T> {
         Iter {
             vector: self,
@@ -114,7 +114,7 @@ impl<T: Copy> Sparse<T> {
         }
     }
 
-    /// The elements of a range that are in written blocks, with their places.
+    /// Returns the elements of a range that are in written blocks, with their indices.
     pub fn written(&self, range: Range<usize>) -> impl Iterator<Item = (usize, T)> {
         let end = range.end.min(self.len);
         let blocks = range.start / Self::BLOCK..end.div_ceil(Self::BLOCK);
@@ -123,7 +123,7 @@ impl<T: Copy> Sparse<T> {
         elements.filter(move |(i, _)| (range.start..end).contains(i))
     }
 
-    /// Forgets the blocks inside a range, whose memory is free then.
+    /// Resets the blocks inside a range, and frees their memory.
     pub(crate) fn forget(&mut self, range: Range<usize>) {
         let end = if range.end >= self.len {
             self.blocks.len()
@@ -135,7 +135,8 @@ impl<T: Copy> Sparse<T> {
         }
     }
 
-    /// Calls a function in parallel for parts of `blocks` blocks, with the place of the first element of each.
+    /// Calls a function in parallel for parts of `blocks` blocks, with the index of each part's
+    /// first element.
     pub(crate) fn for_each_part(
         &mut self,
         blocks: usize,
@@ -158,9 +159,11 @@ impl<T: Copy> Sparse<T> {
 }
 
 impl<T: Copy + Default + PartialEq> Sparse<T> {
-    /// All elements, each through a function of its place and value that leaves zeros (or `false`) as they are.
+    /// Maps all elements by a function of index and value. The function must map zeros (or `false`)
+    /// to zeros.
     ///
-    /// Zeros of blocks that have not been written are left as the system hands them out, which takes no memory until somebody writes there.
+    /// Zeros of blocks that have not been written stay as the system allocates them. They take no
+    /// memory until they are written.
     pub fn dense<U: Copy + Default>(&self, value: impl Fn(usize, T) -> U) -> Vec<U> {
         if self.rest != T::default() {
             return self.iter().enumerate().map(|(i, v)| value(i, *v)).collect();
@@ -185,11 +188,11 @@ impl<T: Copy> Index<usize> for Sparse<T> {
     }
 }
 
-/// All elements of a vector in order.
+/// Iterator over all elements of a vector in order.
 #[derive(Clone, Debug)]
 pub struct Iter<'v, T> {
     vector: &'v Sparse<T>,
-    /// Places of the elements that are yet to come.
+    /// Indices of the remaining elements.
     left: Range<usize>,
 }
 
@@ -218,19 +221,20 @@ impl<'v, T: Copy> IntoIterator for &'v Sparse<T> {
 pub(crate) struct Part<'v, T> {
     blocks: &'v mut [Option<Box<[T]>>],
     rest: T,
-    /// Number of elements from the first of the part to the end of the vector.
+    /// Number of elements from the start of the part to the end of the vector.
     left: usize,
 }
 
 impl<T: Copy> Part<'_, T> {
-    /// An element to be written, counted from the first of the part.
+    /// Returns an element for writing; `index` counts from the start of the part.
     #[inline]
     pub(crate) fn get_mut(&mut self, index: usize) -> &mut T {
         element(self.blocks, self.rest, self.left, index)
     }
 }
 
-/// An element to be written, in blocks of a vector that ends after `left` elements: its last block is shorter than others.
+/// Returns an element for writing, in blocks of a vector that ends after `left` elements. Its last
+/// block may be shorter.
 #[inline]
 fn element<T: Copy>(blocks: &mut [Option<Box<[T]>>], rest: T, left: usize, index: usize) -> &mut T {
     let (number, place) = (index / Sparse::<T>::BLOCK, index % Sparse::<T>::BLOCK);
@@ -253,7 +257,7 @@ mod tests {
         let all: Vec<_> = found(0..1000).collect();
         assert_eq!(all, [(130, 130.0), (999, 999.0)]);
         assert_eq!(found(131..999).count(), 0);
-        // The block of 128 to 191, and that of 960 to 999.
+        // The written blocks are 128 to 191, and 960 to 999.
         assert_eq!(cells.written(0..1000).count(), 64 + 40);
         assert!(cells.iter().eq(&cells.dense(|_, v| v)));
         for range in [0..191, 129..999] {

@@ -1,87 +1,90 @@
-//! What happened during a render: counts that do not depend on the machine or on threads.
+//! Counts of events during a render; independent of the machine and of threads.
 
 use eikonal::{Failure, Work};
 use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
 
-/// Counts of one render.
+/// Counts of events during one render.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Stats {
-    /// Sensor subpaths.
+    /// Number of sensor subpaths.
     pub paths: u64,
-    /// Edges that were sampled from one end.
+    /// Number of edges that were sampled from one end.
     pub edges: u64,
-    /// Of these, flights between collisions in volumes of voxels, which the walk through voxels has followed.
+    /// Number of those edges that were flights between collisions in volumes of voxels, followed by
+    /// the walk through voxels.
     pub in_voxels: u64,
-    /// Steps and evaluations of rays, those of connections included.
+    /// Steps and evaluations of rays, including connections.
     pub work: Work,
-    /// Connections.
+    /// Counts of connections.
     pub connections: ConnectionCounts,
-    /// Photons that were stored.
+    /// Counts of stored photons.
     pub photons: Photons,
-    /// Edges that left their medium's field or circled for too long: counted, and scored zero.
+    /// Number of edges that left their medium's field or circled for too long; they score zero.
     pub lost: u64,
-    /// What was given up because it took too much work.
+    /// Counts of computations that exceeded their budget.
     pub over_budget: OverBudget,
-    /// Samples that were not finite, or too bright for the single precision of images: counted, and scored zero.
+    /// Number of samples that were not finite, or too bright for the single precision of images;
+    /// they score zero.
     pub not_finite: u64,
 }
 
-/// Counts of what was given up because it took more work than it [may](crate::budget): the light is missing.
+/// Counts of computations that were abandoned because they took more work than their
+/// [budget](crate::budget). Their light is missing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct OverBudget {
-    /// Edges, and particles; counted in [`Stats::lost`].
+    /// Number of edges and particles; also counted in [`Stats::lost`].
     pub rays: u64,
-    /// Connections.
+    /// Number of connections.
     pub connections: u64,
-    /// Edges along which there were too many photons.
+    /// Number of edges with too many photons along them.
     pub gathers: u64,
 }
 
-/// Counts of photons.
+/// Numbers of photons.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Photons {
-    /// Those that media scatter.
+    /// Number of photons at collisions in media.
     pub in_media: u64,
-    /// Those on surfaces.
+    /// Number of photons on surfaces.
     pub on_surfaces: u64,
 }
 
 /// Counts of connections.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ConnectionCounts {
-    /// Ends at emitters that were weighed against one another, of which one was connected to.
+    /// Number of connection ends that were candidates; one of several candidates is connected.
     pub candidates: u64,
-    /// Pairs that were tried.
+    /// Number of pairs of ends that were tried.
     pub attempts: u64,
-    /// Rays found.
+    /// Number of rays found.
     pub found: u64,
-    /// Rays found that an opaque or rough surface blocks; counted in `found`.
+    /// Number of found rays that an opaque or rough surface blocks.
     pub occluded: u64,
-    /// Rays found that arrive on the wrong side of a surface or through the wrong medium, and count
-    /// for nothing; counted in `found`.
+    /// Number of found rays that contribute nothing, because they arrive on the wrong side of a
+    /// surface or through the wrong medium.
     pub discarded: u64,
-    /// The iteration did not converge.
+    /// Number of iterations that did not converge.
     pub not_converged: u64,
-    /// A shot left the field.
+    /// Number of attempts in which a trial ray left the field.
     pub ray_lost: u64,
-    /// The target lay on a caustic, or coincided with the start.
+    /// Number of attempts whose target lay on a caustic or coincided with the start.
     pub degenerate: u64,
-    /// Pairs that are known to be connected by one ray at most.
+    /// Number of pairs that are known to be connected by at most one ray.
     pub certified: u64,
-    /// Searches for further branches from a random start.
+    /// Number of searches for further branches from a random start.
     pub searches: u64,
-    /// Searches that found one.
+    /// Number of searches that found a branch.
     pub secondary: u64,
-    /// Random starts that were spent on weighing these branches.
+    /// Number of random starts for the weights of these branches.
     pub trials: u64,
-    /// Branches whose weighing was cut off: each counts for less than it should.
+    /// Number of branches whose weight estimate was cut off; their contribution is too small.
     pub capped: u64,
 }
 
 impl Stats {
-    /// About how long all this takes, in units that depend on no clock, for choices between estimators: an
-    /// evaluation of a field counts 1, some 60 ns.
+    /// Estimated cost in units that do not depend on a clock, for choices between estimators. An
+    /// evaluation of a field costs 1, some 60 ns.
     pub fn cost(&self) -> f64 {
         let work = &self.work;
         let counts = [
@@ -115,7 +118,7 @@ impl Stats {
 }
 
 impl ConnectionCounts {
-    /// Share of the attempts for which no ray was found; 0 if there were none.
+    /// Fraction of the attempts that found no ray; 0 if there were none.
     pub fn failure_rate(&self) -> f64 {
         match self.attempts {
             0 => 0.0,

@@ -1,22 +1,24 @@
-//! Sums whose bits do not depend on the order or the grouping of what is added.
+//! Sums whose bits do not depend on the order or the grouping of the numbers added.
 //!
-//! After Demmel, Ahrens and Nguyen, "Efficient Reproducible Floating Point Summation and BLAS" (2016): numbers are
-//! cut into digits at places that do not depend on other numbers, and the digits of one place are added
-//! up as integers, which is exact. Only the two highest places that any number has are kept. What is below them is
-//! less than 2⁻³³ of the largest number for each number added, whenever the largest came. So a render in one piece, one that
-//! was interrupted and resumed, and one in many parts on many machines give the same image.
+//! The method is after Demmel, Ahrens and Nguyen, "Efficient Reproducible Floating Point Summation
+//! and BLAS" (2016). Numbers are cut into digits at places that do not depend on other numbers. The
+//! digits of one place are added up as integers, which is exact. Only the two highest places of all
+//! numbers are kept. The neglected part is less than 2⁻³³ of the largest number for each number
+//! added, independent of order. So a render in one piece, an interrupted and resumed render, and a
+//! render in many parts on many machines give the same image.
 
 use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
 
-/// Bits of a digit.
+/// Bits per digit.
 const DIGIT: u32 = 32;
-/// Low bits of each word that hold half of the place's number; the digits' sum lies above them.
+/// Low bits of each word that hold half of the place's number; the sum of digits is stored above
+/// them.
 const TAG: u32 = 3;
-/// Adding it rounds a number of less than 2⁵¹ to an integer: 1.5 · 2⁵².
+/// Constant 1.5 · 2⁵², whose addition rounds numbers below 2⁵¹ to integers.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
 
-/// A sum of doubles. Numbers below 10⁻²⁹⁸ count as zero.
+/// Reproducible sum of doubles. Numbers below 10⁻²⁹⁸ count as zero.
 ///
 /// ```
 /// use morgana_transport::sum::ReproducibleSum;
@@ -30,12 +32,13 @@ const ROUNDER: f64 = 6_755_399_441_055_744.0;
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ReproducibleSum {
-    /// Sums of the digits at the highest place and at the one below, each above three bits of the place's number.
+    /// Sums of the digits at the highest place and at the one below, each shifted by three bits
+    /// that hold the place's number.
     words: [i64; 2],
 }
 
 impl ReproducibleSum {
-    /// Most numbers that a sum has room for.
+    /// Maximum number of numbers that a sum can add.
     pub const MOST: u64 = 1 << 27;
 
     /// Adds a number, which must be finite.
@@ -52,7 +55,7 @@ impl ReproducibleSum {
         if below > 1 {
             return;
         }
-        // In units of the place, whose powers of two are exact.
+        // Scale to units of the place, whose powers of two are exact.
         let scaled = value * unit(-place);
         let (high, digit) = rounded(scaled);
         if below == 1 {
@@ -64,7 +67,7 @@ impl ReproducibleSum {
         self.words[1] += low << TAG;
     }
 
-    /// The sum, rounded once.
+    /// Returns the sum, rounded once.
     pub fn value(self) -> f64 {
         let [high, low] = self.words.map(|word| i128::from(word >> TAG));
         let place = self.place();
@@ -75,13 +78,13 @@ impl ReproducibleSum {
         digits as f64 / f64::from(DIGIT).exp2() * unit(place)
     }
 
-    /// Number of the highest place; 0 as long as there is nothing.
+    /// Number of the highest place; 0 for an empty sum.
     fn place(self) -> i64 {
         let [high, low] = self.words.map(|word| word & 7);
         high << TAG | low
     }
 
-    /// Moves to a higher place, and drops what is below.
+    /// Moves to a higher place, and drops lower digits.
     fn raise(&mut self, place: i64) {
         let kept = match place - self.place() {
             1 => self.words[0] >> TAG,
@@ -92,7 +95,7 @@ impl ReproducibleSum {
 }
 
 impl AddAssign for ReproducibleSum {
-    /// All numbers of another sum.
+    /// Adds all numbers of another sum.
     fn add_assign(&mut self, mut other: ReproducibleSum) {
         let place = self.place().max(other.place());
         for sum in [&mut *self, &mut other] {
@@ -106,8 +109,8 @@ impl AddAssign for ReproducibleSum {
     }
 }
 
-/// The unit of a place, or its reciprocal if the number is negative: the double whose exponent, as it is stored, is a whole
-/// number of digits.
+/// Returns the unit of a place, or its reciprocal if the number is negative. It is the double whose
+/// stored exponent is a whole number of digits.
 fn unit(place: i64) -> f64 {
     let exponent = match place {
         0.. => place * i64::from(DIGIT),
@@ -116,7 +119,8 @@ fn unit(place: i64) -> f64 {
     f64::from_bits((exponent as u64) << 52)
 }
 
-/// The nearest integer to a number of less than 2⁵¹, ties to even; as a double and as an integer.
+/// Rounds a number below 2⁵¹ to the nearest integer, ties to even. Returns it as a double and as an
+/// integer.
 fn rounded(value: f64) -> (f64, i64) {
     let shifted = value + ROUNDER;
     let integer = shifted.to_bits() as i64 - ROUNDER.to_bits() as i64;
@@ -133,7 +137,7 @@ mod tests {
         sum
     }
 
-    /// Numbers of either sign over sixty decades.
+    /// Returns numbers of either sign over sixty decades.
     fn numbers(count: u64) -> Vec<f64> {
         let number = |i: u64| {
             let bits = i.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
@@ -173,7 +177,7 @@ mod tests {
         }
     }
 
-    /// The bound that the module states, for numbers whose exact sum is known.
+    /// The bound in the module's documentation holds for numbers whose exact sum is known.
     #[test]
     fn it_is_as_exact_as_promised() {
         for exponent in (-280..280).step_by(7) {

@@ -1,10 +1,12 @@
-//! Arbitrary output variables: what becomes of a sensor ray that is not scattered, and which surface it meets first.
+//! Arbitrary output variables: quantities of a sensor ray without scattering, and of the first
+//! surface that it meets.
 //!
-//! The ray is followed through index-matched and smooth boundaries to an opaque surface, or out of the
-//! scene: then its *exit* is on the last boundary that it passed, or at its start if it met none.
-//! Lengths, optical path difference and optical depth are those up to the exit.
+//! The ray is followed through index-matched and smooth boundaries to an opaque surface, or out of
+//! the scene. In the latter case its *exit* is on the last boundary that it passed, or at its start
+//! if it met none. Lengths, optical path difference and optical depth are measured up to the exit.
 //!
-//! The first surface is the first that does more than delimit media: null boundaries are passed, smooth dielectrics are not.
+//! The first surface is the first one that does more than delimit media: null boundaries are
+//! skipped, smooth dielectrics are not.
 
 mod quantity;
 mod surface;
@@ -18,17 +20,17 @@ use eikonal::Reference;
 use eikonal::connect::World;
 use glam::{DAffine3, DVec3};
 
-/// The index of which a scene takes optical path differences.
+/// Reference index of a scene's optical path differences.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ReferenceIndex {
-    /// The same everywhere, > 0.
+    /// Constant index, > 0.
     Constant(f64),
-    /// That of a medium, which fills all of space for this.
+    /// Index of a medium, which is taken to fill all of space.
     Medium(MediumId),
 }
 
 impl ReferenceIndex {
-    /// What path differences are taken against.
+    /// Returns the reference of path differences in a scene.
     pub fn of(self, scene: &Scene) -> Reference<'_> {
         match self {
             ReferenceIndex::Constant(n) => Reference::Index(n),
@@ -37,18 +39,20 @@ impl ReferenceIndex {
     }
 }
 
-/// Follows sensor rays without scattering. Validity is among its channels unless all of these are of first surfaces.
+/// Traces sensor rays without scattering. Its channels include validity, unless all requested
+/// quantities describe first surfaces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AovTracer {
     wanted: [bool; Aov::ALL.len()],
-    /// The index of which optical path differences are taken; without one that of the surroundings where rays start.
+    /// Reference of optical path differences; `None` for the index of the surroundings where rays
+    /// start.
     pub reference: Option<ReferenceIndex>,
-    /// Wavelength in vacuum, scene units, by which waves are counted.
+    /// Wavelength in vacuum, in scene units, by which path differences are divided to count waves.
     pub wavelength: Option<f64>,
 }
 
 impl Default for AovTracer {
-    /// All quantities of the way of rays, but for waves, which need a wavelength.
+    /// Requests all quantities of rays' paths, except waves, which need a wavelength.
     fn default() -> Self {
         let of_ways: Vec<Aov> = Aov::ALL
             .into_iter()
@@ -59,7 +63,8 @@ impl Default for AovTracer {
 }
 
 impl AovTracer {
-    /// The given quantities, in any order, and validity unless all are of first surfaces. There are no waves without a wavelength.
+    /// Requests the given quantities, in any order, and validity unless all of them describe first
+    /// surfaces. Waves are left out as long as there is no wavelength.
     pub fn new(wanted: &[Aov]) -> Self {
         let of_ways = wanted.is_empty() || wanted.iter().any(|aov| !aov.is_of_surface());
         let is_wanted = |aov: Aov| (of_ways && aov == Aov::Valid) || wanted.contains(&aov);
@@ -70,19 +75,19 @@ impl AovTracer {
         }
     }
 
-    /// The quantities, in the order of [`Aov::ALL`].
+    /// Returns the quantities, in the order of [`Aov::ALL`].
     pub fn aovs(&self) -> impl Iterator<Item = Aov> {
         let all = Aov::ALL.into_iter().zip(self.wanted);
         let is_known = |aov| aov != Aov::Waves || self.wavelength.is_some();
         all.filter_map(move |(aov, wanted)| (wanted && is_known(aov)).then_some(aov))
     }
 
-    /// Names of its channels, in the order of [`Aov::ALL`].
+    /// Returns the names of its channels, in the order of [`Aov::ALL`].
     pub fn channels(&self) -> impl Iterator<Item = &'static str> {
         self.aovs().flat_map(|aov| aov.channels()).copied()
     }
 
-    /// The reference of optical path differences, if they are wanted.
+    /// Returns the reference of optical path differences, if they are requested.
     fn reference<'a>(&self, scene: &'a Scene, x: DVec3) -> Option<Reference<'a>> {
         let compares = |aov| matches!(aov, Aov::OpticalPathDifference | Aov::Waves);
         let surroundings = || ReferenceIndex::Constant(scene.n(AMBIENT, x));
@@ -90,13 +95,14 @@ impl AovTracer {
         self.aovs().any(compares).then(reference)
     }
 
-    /// Whether it matters where rays go after their first surface.
+    /// True if the path of rays beyond their first surface matters.
     fn goes_on(&self) -> bool {
         self.aovs().any(|aov| !aov.is_of_surface())
     }
 
-    /// The values of a sensor ray, one for each channel. Those of the way are zero if the ray is lost, which is counted; those of
-    /// the first surface if it meets none.
+    /// Appends the values of a sensor ray to `out`, one for each channel. Values of the path are
+    /// zero if the ray is lost, which is counted. Values of the first surface are zero if the ray
+    /// meets none.
     pub fn sample(&self, scene: &Scene, ray: SensorRay, ws: &mut Workspace, out: &mut Vec<f64>) {
         let medium = scene.medium_of_sensor_ray(ray.origin);
         let followed = if self.goes_on() {
@@ -118,7 +124,8 @@ impl AovTracer {
         }
     }
 
-    /// The values of a quantity for a ray that was followed; of these as many count as it has channels.
+    /// Returns the values of a quantity of a traced ray. Only as many are used as the quantity has
+    /// channels.
     fn values(&self, aov: Aov, ray: &FollowedRay, scene: &Scene, start: &SensorRay) -> [f64; 3] {
         let one = |value| [value, 0.0, 0.0];
         match aov {
@@ -140,18 +147,18 @@ impl AovTracer {
             Aov::Steps => one(ray.steps as f64),
             Aov::OpticalPathDifference => one(ray.path_difference),
             Aov::Waves => one(ray.path_difference / self.wavelength.unwrap_or(1.0)),
-            // Those of the first surface are found there.
+            // Quantities of the first surface are computed in `surface`.
             _ => [0.0; 3],
         }
     }
 }
 
-/// How far a ray that started in the unit direction `entry` and ends in `exit` has turned towards the
-/// sensor's local x and y axes.
+/// Returns the angles by which a ray has turned towards the sensor's local x and y axes. It started
+/// in the unit direction `entry` and ends in `exit`.
 ///
-/// With a and b these axes made orthogonal to the entry direction d, x first, and to one another, the
-/// angles are atan2(exit·a, exit·d) and atan2(exit·b, exit·d): those of the projections of the exit
-/// direction on the planes of d and a, and of d and b.
+/// Let a and b be these axes, made orthogonal to the entry direction d, x first, and to one
+/// another. The angles are atan2(exit·a, exit·d) and atan2(exit·b, exit·d). They are the angles of
+/// the projections of the exit direction onto the planes of d and a, and of d and b.
 pub fn deflection(to_world: &DAffine3, entry: DVec3, exit: DVec3) -> [f64; 2] {
     let across = |v: DVec3, u: DVec3| v - u * v.dot(u);
     let a = across(to_world.matrix3.x_axis, entry).normalize_or_zero();
@@ -159,9 +166,12 @@ pub fn deflection(to_world: &DAffine3, entry: DVec3, exit: DVec3) -> [f64; 2] {
     [a, b].map(|axis| exit.dot(axis).atan2(exit.dot(entry)))
 }
 
-/// How far the image of the point where a ray ends is from where it would be if rays were straight, in pixels to the right and downwards: what
-/// background-oriented schlieren measures (docs/theory.md#displacement). A ray that leaves the scene sees a background at infinity. `None` for a batch of
-/// sensors, for parallel rays that leave the scene, and where a straight ray would not be in view of the sensor.
+/// Returns the apparent displacement of the point where a ray ends, relative to straight rays, in
+/// pixels to the right and downwards. Background-oriented schlieren measures this displacement
+/// (docs/theory.md#displacement). A ray that leaves the scene sees a background at infinity.
+/// Returns `None` for a batch of sensors, for parallel rays that leave the scene, and if the sensor
+/// would not see a straight ray. sensors, for parallel rays that leave the scene, and where a
+/// straight ray would not be in view of the sensor.
 fn displacement(scene: &Scene, start: &SensorRay, ray: &FollowedRay) -> Option<[f64; 2]> {
     let sensor = scene.sensor();
     let straight = match (ray.ending, sensor.is_parallel()) {

@@ -1,58 +1,61 @@
-//! The quantities by name.
+//! Names of the quantities.
 
-/// A quantity, or a vector of several.
+/// Scalar or vector quantity of sensor rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Aov {
-    /// 1; 0 if the ray is trapped or left its medium's field, or if no ray of the reference joins its ends. All other
-    /// channels of the way are 0 then.
+    /// Validity: 1, or 0 if the ray is trapped or left its medium's field, or if no ray of the
+    /// reference connects its ends. In the latter cases all other channels of the path are 0.
     Valid,
     /// Position of the exit in the world, scene units.
     ExitPosition,
     /// Unit direction at the exit, in the world.
     ExitDirection,
-    /// Angles in radians between the directions at the exit and at the start, along the sensor's local
-    /// x and y axes: see [`deflection`](super::deflection).
+    /// Angles in radians between the directions at the exit and at the start, along the sensor's
+    /// local x and y axes: see [`deflection`](super::deflection).
     Deflection,
-    /// How far the image of the point where the ray ends is from where it would be if rays were straight, in pixels to the right and
-    /// downwards (docs/theory.md#displacement).
+    /// Apparent displacement of the point where the ray ends, relative to straight rays, in pixels
+    /// to the right and downwards (docs/theory.md#displacement).
     Displacement,
-    /// ∫n ds up to the exit, scene units.
+    /// Optical length ∫n ds up to the exit, in scene units.
     OpticalLength,
-    /// ∫ds up to the exit, scene units.
+    /// Arc length ∫ds up to the exit, in scene units.
     ArcLength,
-    /// ∫σ_t ds up to the exit, in the film's first channel.
+    /// Optical depth ∫σ_t ds up to the exit, in the film's first channel.
     OpticalDepth,
-    /// Number of steps of the ray, straight ones included.
+    /// Number of steps of the ray, including straight ones.
     Steps,
-    /// ∫n ds up to the exit, less that of rays of the reference, scene units: see
-    /// [`PathDifference`](eikonal::PathDifference).
+    /// Optical path difference: ∫n ds up to the exit less ∫n ds of rays of the reference, in scene
+    /// units; see [`PathDifference`](eikonal::PathDifference).
     OpticalPathDifference,
-    /// The same in wavelengths.
+    /// Optical path difference in wavelengths.
     Waves,
     /// Diffuse reflectance of the first surface: see [`Bsdf::albedo`](crate::bsdf::Bsdf::albedo).
     Albedo,
-    /// ∫ds up to the first surface, scene units.
+    /// Arc length ∫ds up to the first surface, in scene units.
     Depth,
     /// Position on the first surface, scene units.
     Position,
-    /// Texture coordinates there.
+    /// Texture coordinates on the first surface.
     TextureCoordinates,
-    /// Unit normal there, on the shape's own side.
+    /// Unit normal of the first surface, on the shape's own side.
     GeometricNormal,
-    /// Unit normal by which light is scattered there, on the same side.
+    /// Unit shading normal of the first surface, on the same side as the geometric normal.
     ShadingNormal,
-    /// Derivative of the position by the first texture coordinate, scene units.
+    /// Derivative of the position on the first surface by the first texture coordinate, in scene
+    /// units.
     PositionByU,
-    /// Derivative of the position by the second texture coordinate, scene units.
+    /// Derivative of the position on the first surface by the second texture coordinate, in scene
+    /// units.
     PositionByV,
-    /// Number of the part of the first surface: see [`Hit::primitive`](crate::shape::Hit::primitive).
+    /// Number of the part of the first surface: see
+    /// [`Hit::primitive`](crate::shape::Hit::primitive).
     PrimitiveIndex,
-    /// Number of the object, from 1.
+    /// Number of the object of the first surface, from 1.
     ShapeIndex,
 }
 
 impl Aov {
-    /// All, in the order in which they are stored.
+    /// All quantities, in the order in which they are stored.
     pub const ALL: [Aov; 21] = [
         Aov::Valid,
         Aov::ExitPosition,
@@ -77,7 +80,8 @@ impl Aov {
         Aov::ShapeIndex,
     ];
 
-    /// Whether it is one of the first surface on the way of a ray, rather than of the way: 0 where there is none.
+    /// True if it describes the first surface that a ray meets, not the ray's path; such quantities
+    /// are 0 if there is no surface.
     pub fn is_of_surface(self) -> bool {
         match self {
             Aov::Valid | Aov::ExitPosition | Aov::ExitDirection | Aov::Deflection => false,
@@ -91,7 +95,7 @@ impl Aov {
         }
     }
 
-    /// Name, as in scene files; of first surfaces that of Mitsuba.
+    /// Name in scene files. Names of first-surface quantities are Mitsuba's.
     pub fn name(self) -> &'static str {
         match self {
             Aov::Valid => "valid",
@@ -118,7 +122,7 @@ impl Aov {
         }
     }
 
-    /// Names of its channels, as in images that show nothing else.
+    /// Names of its channels, as in images without other channels.
     pub fn channels(self) -> &'static [&'static str] {
         match self {
             Aov::Valid => &["valid"],

@@ -1,11 +1,12 @@
-//! Quantities of the first surface on the way of a ray.
+//! Quantities of the first surface that a ray meets.
 
 use super::Aov;
 use crate::Spectrum;
 use crate::path::{SeenSurface, surface_at};
 use crate::scene::Scene;
 
-/// The values of such a quantity; of these as many count as it has channels.
+/// Returns the values of a first-surface quantity. Only as many are used as the quantity has
+/// channels.
 pub(super) fn values(aov: Aov, scene: &Scene, seen: &SeenSurface) -> [f64; 3] {
     let object = &scene.objects()[seen.object];
     let site = object.shape.site(&seen.hit);
@@ -30,7 +31,7 @@ pub(super) fn values(aov: Aov, scene: &Scene, seen: &SeenSurface) -> [f64; 3] {
         Aov::PositionByV => object.shape.tangents(&site)[1].to_array(),
         Aov::PrimitiveIndex => one(f64::from(seen.hit.primitive)),
         Aov::ShapeIndex => one((seen.object + 1) as f64),
-        // Those of the way are found along it.
+        // Quantities of the path are computed along the ray.
         _ => [0.0; 3],
     }
 }
@@ -39,7 +40,7 @@ fn surface(scene: &Scene, seen: &SeenSurface) -> crate::bsdf::Surface {
     surface_at(scene, seen.object, &seen.hit, seen.medium)
 }
 
-/// Red, green and blue: those of the film, or its only channel.
+/// Returns red, green and blue: the film's channels, or its only channel.
 fn colour(value: Spectrum, channels: usize) -> [f64; 3] {
     [0, 1, 2].map(|c| value[if channels == 1 { 0 } else { c }])
 }

@@ -1,4 +1,4 @@
-//! Light that paths meet, and how it changes where they meet it.
+//! Light that paths meet, and its derivatives by position and direction.
 
 use crate::Spectrum;
 use crate::connection_end::OnSurface;
@@ -7,17 +7,17 @@ use crate::scene::{MediumId, Scene};
 use crate::texture::Texture;
 use glam::DVec3;
 
-/// Where a path has met light.
+/// Light that a path has met.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Arrival {
-    /// It left the scene in a unit direction.
+    /// Environment, reached by leaving the scene in a unit direction.
     Sky { direction: DVec3, medium: MediumId },
-    /// It met a panel.
+    /// Panel, reached on a surface.
     Panel { on: OnSurface, medium: MediumId },
 }
 
 impl Arrival {
-    /// L_e/n².
+    /// Returns L_e/n².
     pub(super) fn light(&self, scene: &Scene, x: DVec3, direction: DVec3) -> Spectrum {
         let radiance = match self {
             Arrival::Sky { direction, .. } => scene
@@ -31,14 +31,15 @@ impl Arrival {
         radiance / (n * n)
     }
 
-    /// The medium in which it is met.
+    /// Medium in which the light is met.
     pub(super) fn medium(&self) -> MediumId {
         match self {
             Arrival::Sky { medium, .. } | Arrival::Panel { medium, .. } => *medium,
         }
     }
 
-    /// The derivative of Σ weight × L_e over the channels by the position and by the unit direction.
+    /// Returns the derivatives of Σ weight × L_e over the channels, by the position and by the unit
+    /// direction.
     pub(super) fn gradient(&self, scene: &Scene, weights: Spectrum) -> [DVec3; 2] {
         match self {
             Arrival::Sky { direction, .. } => {
@@ -52,7 +53,8 @@ impl Arrival {
     }
 }
 
-/// Along a flat shape, whose texture coordinates are linear.
+/// Returns the derivative of Σ weight × L_e by the position on a flat shape with linear texture
+/// coordinates.
 fn panel(scene: &Scene, on: &OnSurface, weights: Spectrum) -> DVec3 {
     let object = &scene.objects()[on.object];
     let emitter = object.emitter.map(|emitter| &scene.emitters()[emitter]);

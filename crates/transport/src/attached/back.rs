@@ -1,4 +1,4 @@
-//! The sweep back along a path (docs/theory.md#derivatives-by-the-index-behind-scattering).
+//! Sweep backwards along a path (docs/theory.md#derivatives-by-the-index-behind-scattering).
 
 use super::majorant::log_albedo_gradient;
 use super::record::{AttachedPath, Crossed, Drawn, Found, LegEnd, Scattering};
@@ -10,31 +10,33 @@ use eikonal::connect::World;
 use eikonal::field::IndexDerivative;
 use glam::DVec3;
 
-/// Derivative of what a path brings by where, and how, it goes on after an event.
+/// Derivative of a path's contribution by the position and the direction with which it continues
+/// after an event.
 #[derive(Clone, Copy, Debug, Default)]
 struct Onward {
-    /// By the position.
+    /// Derivative by the position.
     x: DVec3,
-    /// By the direction after a collision, perpendicular to it; by the velocity behind a boundary, and where nothing was collided with.
+    /// Derivative by the direction after a collision, perpendicular to the direction. After a
+    /// boundary or a null collision it is the derivative by the velocity.
     way: DVec3,
 }
 
-/// A path on its way back.
+/// State of the backward sweep along a path.
 struct Sweep<'p, S> {
     walk: &'p AttachedWalk<'p>,
     scene: &'p Scene,
-    /// Weight × what it brings, of each channel.
+    /// Weight × contribution of each channel.
     worth: Spectrum,
-    /// Their sum: that of which logarithmic derivatives are taken.
+    /// Sum of `worth` over the channels, by which logarithmic derivatives are multiplied.
     value: f64,
-    /// How the leg at hand was drawn.
+    /// Channel in which the current segment was sampled.
     drawn: Drawn,
     sink: S,
 }
 
 impl AttachedWalk<'_> {
-    /// Takes the derivative of Σ weight × what a path brings back to the sensor. What it says of n² and ∇n² at points of media goes to
-    /// `sink`.
+    /// Computes the derivative of Σ weight × contribution of a path, from its end back to the
+    /// sensor. The derivatives by n² and ∇n² at points of media are passed to `sink`.
     pub(crate) fn back(
         &self,
         path: &AttachedPath,
@@ -84,7 +86,7 @@ impl AttachedWalk<'_> {
                 },
             };
         }
-        // The sensor's n².
+        // Add the derivative by n² at the sensor.
         if let Some(first) = path.legs.first() {
             let x = path.origin;
             let n2 = self.scene.field(first.medium).n2(x);
@@ -95,20 +97,20 @@ impl AttachedWalk<'_> {
 }
 
 impl<S: FnMut(MediumId, DVec3, IndexDerivative)> Sweep<'_, S> {
-    /// Derivative of the logarithm of the probability to get through a medium by the length.
+    /// Derivative of the logarithm of a medium's survival probability by the length.
     fn log_survival(&self, medium: MediumId) -> f64 {
         let own = self.walk.majorants.of(medium)[self.drawn.channel];
         self.log_weight(medium) - self.value * own
     }
 
-    /// Derivative of the logarithm of the weights of channels by the length of the leg.
+    /// Derivative of the logarithm of the channels' weights by the length of the segment.
     fn log_weight(&self, medium: MediumId) -> f64 {
         let extinctions = self.walk.majorants.of(medium);
         let mean = (self.drawn.posterior * extinctions).sum();
         (self.worth * extinctions.map(|sigma| mean - sigma)).sum()
     }
 
-    /// Where light is met.
+    /// Starts the sweep at the light that the path has met.
     fn arrived(&mut self, found: &Found, weights: Spectrum, end: &FlightPoint) -> FlightAdjoint {
         let scene = self.scene;
         let medium = found.arrival.medium();
@@ -132,7 +134,7 @@ impl<S: FnMut(MediumId, DVec3, IndexDerivative)> Sweep<'_, S> {
         }
     }
 
-    /// A boundary.
+    /// Sweeps back across a boundary.
     fn crossed(&mut self, crossed: &Crossed, medium: MediumId, onward: Onward) -> FlightAdjoint {
         let Crossed {
             end, crossing, far, ..
@@ -140,7 +142,7 @@ impl<S: FnMut(MediumId, DVec3, IndexDerivative)> Sweep<'_, S> {
         let (mut by_x, mut by_v, mut by_n2) = crossing.back(onward.x, onward.way);
         let interface = &crossing.interface;
         if let Some(share) = &crossed.share {
-            // ∂ log of the share that is followed; p = |N·v| changes with the normal, too.
+            // Add ∂ log of the fraction that is followed; p = |N·v| changes with the normal, too.
             let log = self.value / share.value;
             let side = interface.normal.dot(end.v).signum();
             by_v += interface.normal * (log * share.by_normal * side);
@@ -168,7 +170,8 @@ impl<S: FnMut(MediumId, DVec3, IndexDerivative)> Sweep<'_, S> {
         FlightAdjoint::on_surface(self.scene.field(medium), end, interface.normal, by)
     }
 
-    /// Adds a derivative by n² on both sides, which change with the field and with the place.
+    /// Adds a derivative by n² on both sides of a boundary. The values of n² change with the field
+    /// and with the position.
     fn share(&self, by_x: &mut DVec3, by_n2: &mut [f64; 2], crossed: &Crossed, logs: [f64; 2]) {
         let interface = &crossed.crossing.interface;
         let halves = [interface.near.1, interface.far.1];
@@ -178,7 +181,8 @@ impl<S: FnMut(MediumId, DVec3, IndexDerivative)> Sweep<'_, S> {
         }
     }
 
-    /// Gradient of the logarithm of what a collision counts for where it is: its chance, and the albedo.
+    /// Gradient of the logarithm of a collision's factor by its position. The factor is the
+    /// collision's acceptance probability, times the albedo if it is real.
     fn log_chance(&self, event: &Scattering, medium: MediumId) -> DVec3 {
         let (x, is_real) = (event.vertex.x, event.onward.is_some());
         let chance = self.walk.majorants.chance(self.scene, medium);
@@ -188,7 +192,8 @@ impl<S: FnMut(MediumId, DVec3, IndexDerivative)> Sweep<'_, S> {
         by_chance.unwrap_or_default() + by_albedo.unwrap_or_default()
     }
 
-    /// A collision. The sweep has gone back to the start of the step on which it lies.
+    /// Sweeps back across a collision. The sweep has returned to the start of the step that
+    /// contains the collision.
     fn scattered(
         &mut self,
         event: &Scattering,
@@ -200,7 +205,8 @@ impl<S: FnMut(MediumId, DVec3, IndexDerivative)> Sweep<'_, S> {
         let field = self.scene.field(medium);
         let vertex = &event.vertex;
         let by_v = match event.onward {
-            // The frame turns with the direction by the shortest rotation, and the direction after the collision with it.
+            // The frame turns with the direction by the shortest rotation, and the direction after
+            // the collision turns with the frame.
             Some(direction) => {
                 let n = vertex.v.length();
                 // Planted error "directions after collisions that do not turn with those before", found by morgana-transport/lib::derivatives_of_paths_are_differences_of_replayed_ones:
@@ -223,7 +229,7 @@ impl<S: FnMut(MediumId, DVec3, IndexDerivative)> Sweep<'_, S> {
         let mut add = |x, by| (self.sink)(medium, x, by);
         adjoint.back(field, resolved, &[event.span], &mut add);
         if let Some(beyond) = &event.boundary {
-            // The collision moves along with the boundary, and gets more or less likely.
+            // The collision moves along with the boundary, and its probability changes.
             let by = FlightDerivative {
                 // Planted error "collisions that do not get more likely where the boundary moves away", found by morgana-transport/lib::derivatives_of_paths_are_differences_of_replayed_ones:
                 // length: by_length * beyond.length,
@@ -242,7 +248,7 @@ impl<S: FnMut(MediumId, DVec3, IndexDerivative)> Sweep<'_, S> {
     }
 }
 
-/// A derivative by n² alone.
+/// Returns a derivative by n² alone.
 fn value(n2: f64) -> IndexDerivative {
     IndexDerivative {
         n2,

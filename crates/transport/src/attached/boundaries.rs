@@ -1,15 +1,16 @@
-//! Boundaries of media at which light would jump when rays move (docs/theory.md#derivatives-by-the-index-behind-scattering).
+//! Boundaries of media at which light would be discontinuous when rays move
+//! (docs/theory.md#derivatives-by-the-index-behind-scattering).
 
 use super::IndexDerivativeError;
 use crate::bsdf::Bsdf;
 use crate::scene::{Object, Scene};
 use crate::shape::Shape;
 
-/// Points along each parameter of a surface at which it is asked whether it is inside another one.
+/// Number of probes along each parameter of a surface, which test whether it is inside another one.
 const PROBES: usize = 64;
 
-/// Finds out whether boundaries are closed, and whether rays may graze the smooth dielectric ones among them. `counted` says what of the
-/// image depends on how many events paths have.
+/// Checks that boundaries are closed, and that rays may graze the smooth dielectric boundaries.
+/// `counted` names the option by which the image depends on the number of events of paths.
 pub(super) fn check(
     scene: &Scene,
     channels: usize,
@@ -28,7 +29,7 @@ pub(super) fn check(
             ));
         }
     }
-    // A single one is seen along rays through the surroundings, which are always the same, or from within.
+    // A single boundary is seen along constant rays through the surroundings, or from within.
     let seen = all.iter().filter(|o| is_dielectric(o) && all.len() > 1);
     seen.clone().try_for_each(|o| check_tint(o, channels))?;
     match (seen.clone().next(), counted) {
@@ -40,7 +41,7 @@ pub(super) fn check(
     }
 }
 
-/// Whether it separates media.
+/// True if the object separates media.
 fn is_boundary(object: &Object) -> bool {
     let sides = object.sides.filter(|s| s.interior != s.exterior);
     sides.is_some() && object.emitter.is_none()
@@ -50,7 +51,8 @@ fn is_dielectric(object: &Object) -> bool {
     matches!(object.bsdf, Bsdf::Dielectric(_))
 }
 
-/// Whether all is reflected at grazing incidence, as where rays pass.
+/// Checks that all light is reflected at grazing incidence, as it passes where rays miss the
+/// surface.
 fn check_tint(object: &Object, channels: usize) -> Result<(), IndexDerivativeError> {
     match &object.bsdf {
         Bsdf::Dielectric(dielectric) if !dielectric.reflects_all(channels) => {
@@ -60,13 +62,13 @@ fn check_tint(object: &Object, channels: usize) -> Result<(), IndexDerivativeErr
     }
 }
 
-/// Whether the surfaces of two closed shapes cross.
+/// True if the surfaces of two closed shapes cross.
 fn cross(a: &Shape, b: &Shape) -> bool {
     let apart = !a.aabb().overlaps(&b.aabb());
     !apart && (is_divided(a, b) || is_divided(b, a))
 }
 
-/// Whether a surface is partly inside another shape.
+/// True if a surface lies partly inside another shape.
 fn is_divided(surface: &Shape, other: &Shape) -> bool {
     let at = |k: usize| (k as f64 + 0.5) / PROBES as f64;
     let point = |i: usize| {

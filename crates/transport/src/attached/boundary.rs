@@ -1,4 +1,4 @@
-//! Where a leg of the walk ends: on a boundary, which it passes or which reflects it, or where it meets light
+//! Ends of a segment of the walk: at a boundary, which transmits or reflects the path, or at light
 //! (docs/theory.md#derivatives-by-the-index-behind-scattering).
 
 use super::arrival::Arrival;
@@ -16,7 +16,7 @@ use glam::DVec3;
 use std::ops::{ControlFlow, Range};
 
 impl Walking<'_, '_> {
-    /// Passes a boundary, is reflected by it, or ends on a panel.
+    /// Passes a boundary, reflects at it, or ends on a panel.
     pub(super) fn meet(&mut self, end: FlightPoint, met: &Met) -> ControlFlow<()> {
         let scene = self.walk.scene;
         let (object, hit) = &met.what;
@@ -39,7 +39,7 @@ impl Walking<'_, '_> {
         }
     }
 
-    /// Is reflected by a smooth dielectric, or refracted.
+    /// Samples reflection or refraction at a smooth dielectric.
     fn choose(&mut self, end: FlightPoint, met: &Met, dielectric: &Dielectric) -> ControlFlow<()> {
         if self.events >= EVENTS_PER_EDGE {
             self.stats.over_budget.rays += 1;
@@ -68,14 +68,14 @@ impl Walking<'_, '_> {
         self.cross(end, met, Some((share, rule)))
     }
 
-    /// The medium behind a boundary.
+    /// Returns the medium behind a boundary.
     fn beyond(&self, met: &Met, v: DVec3) -> MediumId {
         let (object, hit) = &met.what;
         let scene = self.walk.scene;
         scene.medium_beside(*object, self.medium, hit.position, hit.normal, v)
     }
 
-    /// Goes on behind a boundary, or reflected by it.
+    /// Continues behind a boundary, or reflected by it.
     fn cross(
         &mut self,
         end: FlightPoint,
@@ -102,7 +102,7 @@ impl Walking<'_, '_> {
             return self.lose();
         };
         if rule == Rule::Pass {
-            // L, not L/n², is conserved where indices are declared to match.
+            // L, not L/n², is conserved at declared index matches.
             self.throughput *= interface.far.0 / interface.near.0;
         }
         let crossing = FlightCrossing {
@@ -137,7 +137,7 @@ impl Walking<'_, '_> {
             direction: end.v.normalize(),
             medium: self.medium,
         };
-        // Where it leaves does not matter: the start of the leg stands for it.
+        // The point of exit does not matter: use the start of the segment.
         let start = FlightPoint {
             x: self.x,
             v: self.v,
@@ -146,7 +146,7 @@ impl Walking<'_, '_> {
         self.arrive(arrival, 0..0, start)
     }
 
-    /// Meets light.
+    /// Ends the path at light.
     fn arrive(
         &mut self,
         arrival: Arrival,

@@ -1,5 +1,5 @@
-//! Which scenes have derivatives by the index: those in which nothing that paths bring jumps when their vertices move
-//! (docs/theory.md#derivatives-by-the-index-behind-scattering).
+//! Checks that a scene has derivatives by the index: no contribution of a path may be discontinuous
+//! when the path's vertices move (docs/theory.md#derivatives-by-the-index-behind-scattering).
 
 use super::{IndexDerivativeError, boundaries};
 use crate::Spectrum;
@@ -12,10 +12,11 @@ use crate::volume::{VolumeGrid, VolumeTexture};
 use eikonal::connect::World;
 use glam::DVec3;
 
-/// Places on each side of a panel at which it must be dark.
+/// Number of points on each side of a panel at which the panel must be dark.
 const PLACES: usize = 1 << 14;
 
-/// Finds out whether a scene, whose samples have so many channels, has derivatives by the index of its media. `counted` says what of the image depends on how many events paths have.
+/// Checks that a scene has derivatives by the index of its media; samples have `channels` channels.
+/// `counted` names the option by which the image depends on the number of events of paths.
 pub(crate) fn check(
     scene: &Scene,
     channels: usize,
@@ -65,7 +66,7 @@ fn check_medium(scene: &Scene, id: MediumId) -> Result<(), IndexDerivativeError>
     }
 }
 
-/// Whether a grid covers all shapes of a medium.
+/// True if a grid covers all shapes of a medium.
 fn covers(grid: &VolumeGrid, scene: &Scene, medium: MediumId) -> bool {
     let mut own = scene
         .objects()
@@ -101,13 +102,13 @@ fn check_object(scene: &Scene, number: usize, object: &Object) -> Result<(), Ind
     }
     match object.bsdf {
         Bsdf::Null => Ok(()),
-        // Edges would turn rays by jumps.
+        // Edges would turn rays discontinuously.
         Bsdf::Dielectric(_) if matches!(object.shape, Shape::Sphere(_)) => Ok(()),
         _ => Err(IndexDerivativeError::Surface(object.name.clone())),
     }
 }
 
-/// Finds out whether nobody sees the edge of a panel.
+/// Checks that no path sees the edge of a panel.
 fn check_panel(
     scene: &Scene,
     number: usize,
@@ -163,7 +164,7 @@ fn check_panel(
     Ok(())
 }
 
-/// Whether a texture is dark along the sides of a rectangle.
+/// True if a texture is dark along the sides of a rectangle.
 fn is_dark_around(shape: &Shape, texture: &Texture) -> bool {
     let at = |u: [f64; 2]| texture.at(&shape.site_of(&shape.sample_area(u)));
     (0..=PLACES).all(|i| {

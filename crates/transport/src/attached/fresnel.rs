@@ -1,23 +1,24 @@
-//! How much a smooth dielectric reflects, and how that changes with the ray and the indices
+//! Reflectance of a smooth dielectric, and its derivatives by the ray and the indices
 //! (docs/theory.md#derivatives-by-the-index-behind-scattering).
 
-/// Probability with which the rarer of reflection and refraction is followed, at least: near grazing incidence and near the critical angle
-/// what is refracted vanishes, but its derivative does not.
+/// Minimum probability of the rarer of reflection and refraction. Near grazing incidence and near
+/// the critical angle the refracted fraction vanishes, but its derivative does not.
 const LEAST: f64 = 0.25;
 
-/// What is reflected, or what is refracted: the share F or 1 − F of the power, and its derivatives.
+/// Reflected or refracted fraction of the power, F or 1 − F, with its derivatives.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct FresnelShare {
-    /// The share, in [0, 1].
+    /// Fraction, in [0, 1].
     pub value: f64,
-    /// By the normal component p = |N·v| of the velocity before the surface.
+    /// Derivative by the normal component p = |N·v| of the velocity before the surface.
     pub by_normal: f64,
-    /// By n² on the near side and beyond, at the same p.
+    /// Derivatives by n² on the near and the far side, at constant p.
     pub by_n2: [f64; 2],
 }
 
 impl FresnelShare {
-    /// What is reflected of light that arrives with normal component `p` > 0 of the velocity; all of it beyond the critical angle.
+    /// Returns the reflected fraction of light that arrives with normal component `p` > 0 of the
+    /// velocity; 1 beyond the critical angle.
     pub(super) fn reflected(p: f64, [near, far]: [f64; 2]) -> Self {
         let q2 = far - near + p * p;
         if q2 <= 0.0 {
@@ -29,7 +30,7 @@ impl FresnelShare {
         let q = q2.sqrt();
         let (a, b) = (far * p, near * q);
         let (s, t) = ((p - q) / (p + q), (a - b) / (a + b));
-        // By p, q, near and far, each at fixed others.
+        // Derivatives by p, q, near and far, with the others held fixed.
         let by_s = |dp: f64, dq: f64| 2.0 * (q * dp - p * dq) / (p + q).powi(2);
         let by_t = |da: f64, db: f64| 2.0 * (b * da - a * db) / (a + b).powi(2);
         let change = |dp: f64, near_change: f64, far_change: f64| {
@@ -44,7 +45,7 @@ impl FresnelShare {
         }
     }
 
-    /// What is not.
+    /// Returns the complement, 1 − the fraction.
     pub(super) fn rest(&self) -> Self {
         FresnelShare {
             value: 1.0 - self.value,
@@ -53,7 +54,7 @@ impl FresnelShare {
         }
     }
 
-    /// The probability with which a path is reflected.
+    /// Returns the probability with which a path is reflected.
     pub(super) fn probability(&self) -> f64 {
         if self.value == 0.0 || self.value >= 1.0 {
             self.value

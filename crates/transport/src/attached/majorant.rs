@@ -1,4 +1,5 @@
-//! Collisions where the extinction varies (docs/theory.md#derivatives-by-the-index-behind-scattering).
+//! Collisions where the extinction varies
+//! (docs/theory.md#derivatives-by-the-index-behind-scattering).
 
 use crate::Spectrum;
 use crate::medium::Medium;
@@ -6,19 +7,20 @@ use crate::scene::{MediumId, Scene};
 use crate::volume::{VolumeGrid, VolumeTexture};
 use glam::DVec3;
 
-/// Probability with which the rarer of collisions with a medium, and with what is missing to its majorant, is followed, at least: where either
-/// vanishes, its derivative does not.
+/// Minimum probability of the rarer of real and null collisions. Where either vanishes, its
+/// derivative does not.
 const LEAST: f64 = 0.0625;
 
-/// Shares that differ from 1 by less are 1.
+/// Difference from 1 below which a fraction counts as 1.
 const ROUNDING: f64 = 1e-12;
 
-/// For each medium of a scene, the extinction by which flights collide: its own, or the largest that it has anywhere, in any channel.
+/// Extinction by which flights collide, for each medium of a scene: the medium's extinction if it
+/// is uniform, otherwise its maximum over all positions and channels.
 #[derive(Clone, Debug)]
 pub(crate) struct Majorants(Vec<Spectrum>);
 
 impl Majorants {
-    /// For scenes whose samples have so many channels.
+    /// Computes the majorants of a scene whose samples have `channels` channels.
     pub(crate) fn new(scene: &Scene, channels: usize) -> Self {
         let of = |medium: &Medium| match &medium.sigma_t {
             VolumeTexture::Uniform(sigma) => *sigma * medium.scale,
@@ -34,7 +36,7 @@ impl Majorants {
         self.0[medium]
     }
 
-    /// The chance that a flight which has collided in a medium has collided with the medium; `None` if it surely has.
+    /// Returns the probability that a collision in a medium is real; `None` if it always is.
     pub(super) fn chance<'a>(&self, scene: &'a Scene, medium: MediumId) -> Option<Chance<'a>> {
         let (most, medium) = (self.0[medium][0], scene.medium(medium));
         match &medium.sigma_t {
@@ -47,21 +49,22 @@ impl Majorants {
     }
 }
 
-/// The share that a varying extinction has of its majorant.
+/// Ratio of a varying extinction to its majorant: the probability of a real collision.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Chance<'a> {
     grid: &'a VolumeGrid,
-    /// What multiplies the grid.
+    /// Factor on the grid.
     unit: f64,
 }
 
 impl Chance<'_> {
-    /// The share of each channel at a place.
+    /// Returns the ratio of each channel at a position.
     pub(super) fn at(&self, x: DVec3) -> Spectrum {
         (self.grid.at(x) * self.unit).map(|share| share.min(1.0))
     }
 
-    /// The gradient of Σ worth × log(share), or × log(1 − share), over the channels at a place.
+    /// Gradient of Σ worth × log(ratio), or of Σ worth × log(1 − ratio) if the collision is null,
+    /// over the channels at a position.
     pub(super) fn log_gradient(&self, x: DVec3, worth: Spectrum, is_real: bool) -> DVec3 {
         let share = self.at(x);
         let by = if is_real {
@@ -75,7 +78,8 @@ impl Chance<'_> {
     }
 }
 
-/// The probability with which a collision of this share is followed, held fixed when it changes.
+/// Returns the probability with which a collision with this ratio is followed. Derivatives treat it
+/// as constant.
 pub(super) fn probability(share: f64) -> f64 {
     if share > 0.0 && share < 1.0 - ROUNDING {
         share.clamp(LEAST, 1.0 - LEAST)
@@ -84,7 +88,7 @@ pub(super) fn probability(share: f64) -> f64 {
     }
 }
 
-/// The gradient of Σ worth × log(albedo) over the channels at a place.
+/// Gradient of Σ worth × log(albedo) over the channels at a position.
 pub(super) fn log_albedo_gradient(medium: &Medium, x: DVec3, worth: Spectrum) -> DVec3 {
     match &medium.albedo {
         VolumeTexture::Uniform(_) => DVec3::ZERO,
@@ -94,7 +98,7 @@ pub(super) fn log_albedo_gradient(medium: &Medium, x: DVec3, worth: Spectrum) ->
     }
 }
 
-/// A quotient, zero in channels without worth.
+/// Returns a quotient, zero in channels where `worth` is zero.
 fn over(worth: Spectrum, by: Spectrum) -> Spectrum {
     let each = |c: usize| {
         if worth[c] == 0.0 {

@@ -1,11 +1,15 @@
 //! Derivatives of images by the refractive index of media that scatter.
 //!
-//! Paths are followed from the sensor with the same random numbers whatever the index: their vertices move with it, each path being a smooth
-//! map of the index (attached sampling). What moves is the way of each flight, the place of each collision, the extinction and the albedo
-//! there, the direction after it, what boundaries reflect, and where and in which direction light is met. One sweep back along the path carries the derivative of what it
-//! brings by position and velocity through flights, collisions and boundaries, and adds to the sums of the index on its way.
+//! Paths are followed from the sensor with the same random numbers for any index. Their vertices
+//! move with the index: each path is a smooth function of it (attached sampling). These quantities
+//! change with the index: the course of each flight, the position of each collision, the extinction
+//! and albedo at the collision, the direction after it, the reflectance of boundaries, and the
+//! position and direction at the light. One sweep backwards along the path carries the derivative
+//! of its contribution by position and velocity through flights, collisions and boundaries. On its
+//! way it adds to the sums of the index.
 //!
-//! Where what a path brings jumps when its vertices move, a boundary term would be missing: `check` refuses such scenes.
+//! If the contribution of a path were discontinuous when its vertices move, a boundary term would
+//! be missing. `check` refuses scenes with discontinuities.
 //!
 //! Theory: docs/theory.md#derivatives-by-the-index-behind-scattering.
 

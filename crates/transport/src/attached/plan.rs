@@ -1,4 +1,4 @@
-//! By which numbers an index is differentiated, and where their sums lie.
+//! Parameters by which an index is differentiated, and the layout of their sums.
 
 use super::IndexDerivativeError;
 use crate::scene::{MediumId, Scene};
@@ -6,18 +6,18 @@ use eikonal::Field;
 use eikonal::field::IndexDerivative;
 use glam::DVec3;
 
-/// The media whose index is differentiated by its parameters, and where the sums of each begin.
+/// Media whose index is differentiated by its parameters, and the layout of their sums.
 #[derive(Clone, Debug)]
 pub(crate) struct IndexPlan {
     media: Vec<MediumId>,
-    /// Where the sums of each begin, and the number of all.
+    /// Start of each medium's sums, and the total number.
     starts: Vec<usize>,
-    /// For each medium of the scene, where its sums are.
+    /// Index in `starts` of each medium of the scene.
     of_medium: Vec<Option<usize>>,
 }
 
 impl IndexPlan {
-    /// For media of a scene.
+    /// Creates the layout for media of a scene.
     pub(crate) fn new(scene: &Scene, media: &[MediumId]) -> Result<Self, IndexDerivativeError> {
         let mut plan = IndexPlan {
             media: media.to_vec(),
@@ -38,17 +38,17 @@ impl IndexPlan {
         Ok(plan)
     }
 
-    /// Number of all sums.
+    /// Number of sums.
     pub(crate) fn len(&self) -> usize {
         self.starts.last().copied().unwrap_or(0)
     }
 
-    /// Whether the index of a medium is differentiated.
+    /// True if the index of a medium is differentiated.
     pub(crate) fn has(&self, medium: MediumId) -> bool {
         self.of_medium[medium].is_some()
     }
 
-    /// Adds to the sums of a medium what a loss says of n² and ∇n² at a point.
+    /// Adds the derivatives of a loss by n² and ∇n² at a point to the sums of a medium.
     pub(crate) fn add(
         &self,
         scene: &Scene,
@@ -63,7 +63,7 @@ impl IndexPlan {
         }
     }
 
-    /// Derivatives by parameters from sums, medium by medium.
+    /// Computes derivatives by parameters from sums, medium by medium.
     pub(crate) fn by_parameters(&self, scene: &Scene, sums: &[f64]) -> Vec<f64> {
         let media = self.media.iter().zip(self.starts.windows(2));
         let each = media.flat_map(|(&id, bounds)| {
@@ -80,7 +80,7 @@ impl IndexPlan {
     }
 }
 
-/// Finds out whether a field has parameters that rays see.
+/// Checks that a field has parameters that affect rays.
 fn check_field(name: &str, field: &Field) -> Result<(), IndexDerivativeError> {
     if field.parameter_count() == 0 {
         return Err(IndexDerivativeError::Parameters(name.into()));

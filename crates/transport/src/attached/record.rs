@@ -1,4 +1,4 @@
-//! What is kept of a path, so that derivatives can go back along it: eight bytes for each step, and some hundreds for each flight.
+//! Record of a path for the backward sweep: eight bytes per step, and some hundreds per flight.
 
 use super::arrival::Arrival;
 use super::fresnel::FresnelShare;
@@ -8,16 +8,17 @@ use eikonal::adjoint::{Flight, FlightCrossing, FlightPoint};
 use glam::DVec3;
 use std::ops::Range;
 
-/// A path from the sensor to where it met light. It can hold one after another in the same memory.
+/// Path from the sensor to the light that it met. One object can record several paths in turn, in
+/// the same memory.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct AttachedPath {
     pub(super) flight: Flight,
-    /// Spans of the steps of all legs.
+    /// Spans of the steps of all segments.
     pub(super) spans: Vec<f64>,
     pub(super) legs: Vec<Leg>,
-    /// Where it starts.
+    /// Start of the path.
     pub(super) origin: DVec3,
-    /// What it brought.
+    /// Light that the path has met.
     pub(super) found: Option<Found>,
 }
 
@@ -25,46 +26,47 @@ pub(crate) struct AttachedPath {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Found {
     pub arrival: Arrival,
-    /// Throughput up to there: basic radiance, n² of the sensor included.
+    /// Throughput up to the light, for basic radiance; it includes the factor n² of the sensor.
     pub throughput: Spectrum,
-    /// What arrives at the sensor.
+    /// Radiance that arrives at the sensor.
     pub value: Spectrum,
-    /// Edges and specular events.
+    /// Number of edges and specular events.
     pub depth: u32,
 }
 
-/// A flight through one medium.
+/// Flight through one medium.
 #[derive(Clone, Debug)]
 pub(super) struct Leg {
     pub medium: MediumId,
-    /// Where its steps are.
+    /// Range of its steps in `spans`.
     pub spans: Range<usize>,
-    /// The unit direction in which it starts at a point; `None` behind a boundary, and where nothing was collided with: it starts with a velocity.
+    /// Unit direction in which it starts at a point. `None` behind a boundary and after a null
+    /// collision, where it starts with a velocity.
     pub direction: Option<DVec3>,
     pub drawn: Drawn,
     pub end: LegEnd,
 }
 
-/// In which channel it was drawn where a leg ends.
+/// Channel in which a segment's end was sampled.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Drawn {
     pub channel: usize,
-    /// The probability with which each of the channels would have been the one, given where the leg ends.
+    /// Probability of each channel, given the end of the segment.
     pub posterior: Spectrum,
 }
 
 impl Drawn {
-    /// In the first of channels that are all alike.
+    /// First channel, where all channels are equal.
     pub(super) const GREY: Self = Drawn {
         channel: 0,
         posterior: Spectrum([1.0, 0.0, 0.0, 0.0]),
     };
 }
 
-/// What ends a leg.
+/// End of a segment.
 #[derive(Clone, Debug)]
 pub(super) enum LegEnd {
-    /// A collision, also with what is missing to the majorant of a medium.
+    /// Collision, real or null.
     Scattered(Scattering),
     /// A boundary.
     Crossed(Box<Crossed>),
@@ -72,55 +74,58 @@ pub(super) enum LegEnd {
     Arrived(FlightPoint),
 }
 
-/// A collision on a leg.
+/// Collision on a segment.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scattering {
     pub vertex: FlightPoint,
-    /// Number of the step of the leg on which it lies, and the span from its start.
+    /// Index of the segment's step that contains the collision; `span` is the span from the step's
+    /// start.
     pub step: usize,
     pub span: f64,
-    /// Unit direction after it; `None` if nothing was there to collide with.
+    /// Unit direction after a real collision; `None` after a null collision.
     pub onward: Option<DVec3>,
-    /// The boundary on which the leg would have ended; `None` if that is too far to matter.
+    /// Boundary on which the segment would have ended; `None` if it is too far to matter.
     pub boundary: Option<Beyond>,
 }
 
-/// The boundary beyond a collision.
+/// Boundary beyond a collision.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Beyond {
     pub end: FlightPoint,
     pub normal: DVec3,
-    /// Derivative of the length up to the collision by that up to the boundary, at the same random number.
+    /// Derivative of the length up to the collision by the length up to the boundary, at a fixed
+    /// random number.
     pub length: f64,
-    /// That of the logarithm of the probability to collide before.
+    /// Derivative, by the length up to the boundary, of the logarithm of the probability to collide
+    /// before it.
     pub log: f64,
 }
 
-/// A boundary between two legs.
+/// Boundary between two segments.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Crossed {
     pub end: FlightPoint,
     pub crossing: FlightCrossing,
-    /// The medium beyond.
+    /// Medium behind the boundary.
     pub far: MediumId,
-    /// What is followed of the light, if it is shared between reflection and refraction.
+    /// Fraction of the light that is followed, if it is divided between reflection and refraction.
     pub share: Option<FresnelShare>,
 }
 
 impl AttachedPath {
-    /// What it brought, and the number of its edges and specular events.
+    /// Returns the contribution of the path, and the number of its edges and specular events.
     pub(crate) fn found(&self) -> Option<(Spectrum, u32)> {
         self.found.as_ref().map(|found| (found.value, found.depth))
     }
 
-    /// Forgets the path.
+    /// Clears the path.
     pub(super) fn clear(&mut self) {
         self.spans.clear();
         self.legs.clear();
         self.found = None;
     }
 
-    /// Keeps the steps of the flight that was followed last, and says where they are.
+    /// Appends the steps of the last flight. Returns their range.
     pub(super) fn keep(&mut self) -> Range<usize> {
         let first = self.spans.len();
         self.spans.extend_from_slice(self.flight.spans());

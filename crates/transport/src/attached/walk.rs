@@ -1,4 +1,5 @@
-//! The walk from the sensor: flights, collisions and boundaries, recorded (docs/theory.md#derivatives-by-the-index-behind-scattering).
+//! Walk from the sensor: flights, collisions and boundaries, which are recorded
+//! (docs/theory.md#derivatives-by-the-index-behind-scattering).
 
 use super::IndexPlan;
 use super::majorant::{Majorants, probability};
@@ -17,14 +18,15 @@ use eikonal::connect::World;
 use glam::DVec3;
 use std::ops::{ControlFlow, Range};
 
-/// Optical depth of a boundary beyond which collisions do not depend on it: e^−24 of the light gets there.
+/// Optical depth of a boundary beyond which it does not affect collisions: a fraction e^−24 of the
+/// light reaches it.
 const DEEP: f64 = 24.0;
-/// Arc length of a flight through clear matter, at most, in radii of the scene.
+/// Maximum arc length of a flight through clear matter, in radii of the scene.
 const LONGEST: f64 = 64.0;
-/// Russian roulette never lets a path go on with a larger probability than this.
+/// Maximum survival probability of Russian roulette.
 const LONGEST_ROULETTE: f64 = 0.95;
 
-/// How paths are followed.
+/// Scene and parameters of walks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AttachedWalk<'a> {
     pub scene: &'a Scene,
@@ -35,14 +37,14 @@ pub(crate) struct AttachedWalk<'a> {
     pub channels: usize,
     /// Longest path, in edges and specular events.
     pub max_depth: u32,
-    /// Number of these after which paths end by chance.
+    /// Number of edges and events after which Russian roulette begins.
     pub rr_depth: u32,
 }
 
-/// A hit of an object.
+/// Intersection with an object.
 pub(super) type Met = FlightMeeting<(usize, Hit)>;
 
-/// A path on its way.
+/// Path under construction.
 pub(super) struct Walking<'a, 'p> {
     pub walk: &'p AttachedWalk<'a>,
     pub path: &'p mut AttachedPath,
@@ -50,20 +52,20 @@ pub(super) struct Walking<'a, 'p> {
     pub stats: &'p mut Stats,
     pub x: DVec3,
     pub v: DVec3,
-    /// Of the start of the next leg, unless it goes on with the velocity.
+    /// Direction at the start of the next segment; `None` if it continues with the velocity.
     pub direction: Option<DVec3>,
     pub medium: MediumId,
     pub throughput: Spectrum,
-    /// Edges and specular events so far.
+    /// Number of edges and specular events so far.
     pub depth: u32,
-    /// Specular events of this edge.
+    /// Number of specular events on this edge.
     pub events: u32,
-    /// Of the leg at hand.
+    /// Channel in which the current segment is sampled.
     pub drawn: Drawn,
 }
 
 impl<'a> AttachedWalk<'a> {
-    /// Follows a path from the sensor to where it meets light, or is given up.
+    /// Follows a path from the sensor until it meets light or is terminated.
     pub(crate) fn follow(
         &self,
         ray: SensorRay,
@@ -102,7 +104,7 @@ impl<'a> AttachedWalk<'a> {
 }
 
 impl Walking<'_, '_> {
-    /// Follows a leg, and what happens at its end. `unit` is the throughput at the sensor.
+    /// Follows a segment and handles its end. `unit` is the throughput at the sensor.
     fn leg(&mut self, unit: f64) -> ControlFlow<()> {
         let scene = self.walk.scene;
         let extinctions = self.walk.majorants.of(self.medium);
@@ -119,7 +121,7 @@ impl Walking<'_, '_> {
             return self.lose();
         };
         if extinction > 0.0 {
-            // Probability to collide before the end: 1 if that is deep.
+            // Compute the probability of a collision before the end: 1 if the end is deep.
             let before = met.map_or(1.0, |_| -(-extinction * end.length).exp_m1());
             if rank < before {
                 let beyond = met.map(|met| Beyond {
@@ -141,7 +143,7 @@ impl Walking<'_, '_> {
         }
     }
 
-    /// Draws the channel whose extinction says where a leg ends.
+    /// Samples the channel whose extinction determines the end of a segment.
     fn draw(&mut self, extinctions: Spectrum) -> Drawn {
         let own = &extinctions.0[..self.walk.channels];
         if own.iter().all(|sigma| *sigma == own[0]) {
@@ -155,10 +157,11 @@ impl Walking<'_, '_> {
         }
     }
 
-    /// Weighs channels by what each would have drawn, where it is known how long the leg is, and whether it ends with a collision.
+    /// Weights the channels by their densities of the segment's end, given its length and whether
+    /// it ends with a collision.
     fn weigh(&mut self, extinctions: Spectrum, length: f64, collides: bool) {
         let own = extinctions[self.drawn.channel];
-        // Over the density in the channel that was drawn.
+        // Compute ratios to the density in the sampled channel.
         let relative = extinctions.map(|sigma| {
             let rate = if collides { sigma / own } else { 1.0 };
             rate * ((own - sigma) * length).exp()
@@ -195,13 +198,13 @@ impl Walking<'_, '_> {
         flown.ok()
     }
 
-    /// Gives the path up.
+    /// Terminates the path as lost.
     pub(super) fn lose(&mut self) -> ControlFlow<()> {
         self.stats.lost += 1;
         ControlFlow::Break(())
     }
 
-    /// Ends the leg, whose steps are those of the flight.
+    /// Ends the segment with the steps of the last flight.
     pub(super) fn end(&mut self, end: LegEnd) {
         let spans = self.path.keep();
         self.end_after(spans, end);
@@ -217,7 +220,8 @@ impl Walking<'_, '_> {
         });
     }
 
-    /// Collides after a length, if something is there, and goes on: in another direction, or as before.
+    /// Collides after a length, and continues: in a new direction after a real collision, otherwise
+    /// as before.
     fn collide(&mut self, length: f64, boundary: Option<Beyond>, unit: f64) -> ControlFlow<()> {
         let field = self.walk.scene.field(self.medium);
         let resolved = self.walk.plan.has(self.medium);
@@ -247,7 +251,7 @@ impl Walking<'_, '_> {
         }
     }
 
-    /// Decides whether a collision by the majorant is one with the medium.
+    /// Decides whether a collision by the majorant is real.
     fn is_real(&mut self, x: DVec3) -> bool {
         let walk = self.walk;
         let Some(chance) = walk.majorants.chance(walk.scene, self.medium) else {
@@ -264,7 +268,7 @@ impl Walking<'_, '_> {
         is_real
     }
 
-    /// The direction after a collision with the medium, unless the path ends there.
+    /// Samples the direction after a real collision, unless the path ends there.
     fn scatter(&mut self, vertex: &FlightPoint) -> ControlFlow<(), DVec3> {
         let walk = self.walk;
         let medium = walk.scene.medium(self.medium);
@@ -280,7 +284,7 @@ impl Walking<'_, '_> {
         ControlFlow::Continue(onward)
     }
 
-    /// Ends paths by chance, without bias.
+    /// Terminates paths by Russian roulette.
     fn roulette(&mut self, unit: f64) -> ControlFlow<()> {
         let relative = self.throughput.max() / unit;
         let survival = if self.depth >= self.walk.rr_depth {

@@ -1,4 +1,4 @@
-//! Many light subpaths at once.
+//! Tracing of many light subpaths.
 
 use crate::path::{BalanceSums, Bounds, LightPath, Workspace};
 use crate::sampling::Sampler;
@@ -7,39 +7,39 @@ use crate::stats::Stats;
 use crate::stop::Stop;
 use rayon::prelude::*;
 
-/// Light subpaths per unit of work.
+/// Light subpaths per task.
 const PER_TASK: usize = 256;
 
-/// Light subpaths that are to be followed.
+/// Parameters of light subpaths to be traced.
 #[derive(Clone, Copy)]
 pub(crate) struct LightPaths<'a> {
-    /// The scene, at their instant.
+    /// Scene, at the instant of the subpaths.
     pub scene: &'a Scene,
-    /// What ends all work.
+    /// Flag that ends all work.
     pub stop: &'a Stop,
-    /// How they are sampled.
+    /// Limits of the sampled subpaths.
     pub bounds: Bounds,
-    /// Number of them.
+    /// Number of subpaths.
     pub count: usize,
     /// Probability with which connections are searched for further branches.
     pub search: f64,
-    /// The random numbers of each.
+    /// Random numbers of each subpath.
     pub sampler: &'a (dyn Fn(u64) -> Sampler + Sync),
 }
 
-/// What became of them.
+/// Results of traced subpaths.
 pub(crate) struct Followed<T> {
-    /// What was kept.
+    /// Results that were kept.
     pub found: T,
-    /// Counts.
+    /// Counts of events and failures.
     pub stats: Stats,
-    /// Where their light went.
+    /// Energy balance of the light.
     pub balance: BalanceSums,
 }
 
 impl LightPaths<'_> {
-    /// Follows them on the current thread pool, and keeps something of each on which light left. What it finds does not depend on
-    /// the number of threads.
+    /// Traces the subpaths on the current thread pool. Keeps the result of `keep` for each subpath
+    /// with light. Results do not depend on the number of threads.
     pub(crate) fn follow<T: Send>(
         &self,
         keep: impl Fn(usize, LightPath) -> T + Sync,

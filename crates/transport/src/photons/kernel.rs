@@ -1,9 +1,10 @@
-//! Kernels: how the photons around a place are weighed.
+//! Kernels: weights of the photons around a point.
 
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// The biweight kernel K(d) ∝ (1 − d²/r²)² on a disc or in a ball of radius r: one when integrated over it.
+/// Biweight kernel K(d) ∝ (1 − d²/r²)² on a disc or in a ball of radius r, normalised to integral
+/// one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kernel {
     dimensions: f64,
@@ -12,7 +13,7 @@ pub struct Kernel {
 }
 
 impl Kernel {
-    /// On a disc of a radius > 0.
+    /// Creates a kernel on a disc of radius > 0.
     pub fn disc(radius: f64) -> Self {
         Kernel {
             dimensions: 2.0,
@@ -23,7 +24,7 @@ impl Kernel {
         }
     }
 
-    /// In a ball of a radius > 0.
+    /// Creates a kernel in a ball of radius > 0.
     pub fn ball(radius: f64) -> Self {
         Kernel {
             dimensions: 3.0,
@@ -32,12 +33,12 @@ impl Kernel {
         }
     }
 
-    /// The radius, beyond which it is zero.
+    /// Radius, beyond which the kernel is zero.
     pub fn radius(&self) -> f64 {
         self.radius
     }
 
-    /// The area or volume within which photons count alike if as few of them count: 1/∫K².
+    /// Area or volume of a uniform kernel with equal variance: 1/∫K².
     pub(crate) fn content(&self) -> f64 {
         let r = self.radius;
         if self.dimensions == 2.0 {
@@ -47,17 +48,18 @@ impl Kernel {
         }
     }
 
-    /// As [`Kernel::weigh`], at the distance between two places.
+    /// Evaluates [`Kernel::weigh`] at the distance between two points.
     pub fn between(&self, x: DVec3, y: DVec3) -> Option<(f64, f64)> {
         self.weigh(x.distance_squared(y))
     }
 
-    /// At a squared distance: K, and the part of it that is bias to second order, B = ½m∇²K with m the
-    /// second moment of K along an axis (docs/theory.md#bias-of-photon-maps). Without it the kernel, K − B, has no second moments.
+    /// Returns K at a squared distance, and the part of K that is bias to second order: B = ½m∇²K,
+    /// where m is the second moment of K along an axis (docs/theory.md#bias-of-photon-maps). The
+    /// kernel K − B has zero second moments. Returns `None` beyond the radius.
     pub fn weigh(&self, squared_distance: f64) -> Option<(f64, f64)> {
         let t = squared_distance / (self.radius * self.radius);
         let d = self.dimensions;
-        // m = r²/(d + 6), and ∇²(1 − u²)² = (−4d + (4d + 8)u²)/r².
+        // Use m = r²/(d + 6), and ∇²(1 − u²)² = (−4d + (4d + 8)u²)/r².
         let bias = (-2.0 * d + (2.0 * d + 4.0) * t) / (d + 6.0);
         (t < 1.0).then(|| (self.peak * (1.0 - t).powi(2), self.peak * bias))
     }
@@ -67,7 +69,7 @@ impl Kernel {
 mod tests {
     use super::*;
 
-    /// Moments over the disc or ball by the midpoint rule, of |x|⁰ and |x|², and ∫K².
+    /// Computes moments over the disc or ball by the midpoint rule: of |x|⁰ and |x|², and ∫K².
     fn moments(kernel: Kernel, surface: impl Fn(f64) -> f64) -> ([[f64; 2]; 2], f64) {
         let n = 4000;
         let (mut sums, mut square) = ([[0.0; 2]; 2], 0.0);

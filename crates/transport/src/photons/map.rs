@@ -1,4 +1,5 @@
-//! Photon maps: the vertices of light subpaths, with the power that arrives there (docs/theory.md#photon-maps).
+//! Photon maps: the vertices of light subpaths, with the power that arrives at them
+//! (docs/theory.md#photon-maps).
 
 use super::follow::{Followed, LightPaths};
 use super::photon::{Photon, PhotonSite, landed};
@@ -7,24 +8,25 @@ use crate::scene::Scene;
 use crate::stats::Photons;
 use glam::DVec3;
 
-/// Share of the scene's radius within which photons count if there are too few to tell.
+/// Radius within which photons count if there are too few to choose it, as a fraction of the
+/// scene's radius.
 const LONELY: f64 = 0.05;
-/// An automatic radius reaches this many photons around a typical one.
+/// Number of photons that an automatic radius reaches around a typical one.
 const NEIGHBOURS: usize = 10;
-/// Photons that are asked for their neighbours.
+/// Number of photons whose neighbours are examined.
 const TYPICAL: usize = 64;
 
-/// The photons of many light subpaths.
+/// Photons of many light subpaths.
 #[derive(Clone, Debug)]
 pub(crate) struct PhotonMap {
-    /// Those that media scatter.
+    /// Photons at collisions in media.
     pub volume: PhotonTree,
-    /// Those on surfaces.
+    /// Photons on surfaces.
     pub surface: PhotonTree,
 }
 
 impl PhotonMap {
-    /// The photons of light subpaths.
+    /// Traces light subpaths and stores their photons.
     pub(crate) fn trace(paths: &LightPaths<'_>) -> Followed<Self> {
         let followed = paths.follow(|path, light| {
             let photons = landed(paths.scene, &light, path, paths.count);
@@ -44,7 +46,7 @@ impl PhotonMap {
         }
     }
 
-    /// A map of photons.
+    /// Creates a map of photons.
     pub(crate) fn of(photons: impl IntoIterator<Item = Photon>) -> Self {
         let (mut volume, mut surface) = (Vec::new(), Vec::new());
         for photon in photons {
@@ -59,7 +61,7 @@ impl PhotonMap {
         }
     }
 
-    /// How many there are.
+    /// Numbers of photons.
     pub(crate) fn counts(&self) -> Photons {
         Photons {
             in_media: self.volume.photons().len() as u64,
@@ -67,14 +69,14 @@ impl PhotonMap {
         }
     }
 
-    /// A radius for the first of many maps like this one.
+    /// Returns a radius for the first of many maps like this one.
     pub(crate) fn first_radius(&self, scene: &Scene) -> f64 {
         let lonely = LONELY * scene.around().radius;
         self.typical_radius().unwrap_or(lonely)
     }
 
-    /// A radius that reaches `NEIGHBOURS` photons around a typical one: the median over some of them.
-    /// `None` if there are fewer than two photons.
+    /// Returns a radius that reaches [`NEIGHBOURS`] photons around a typical one: the median over
+    /// some photons. Returns `None` if there are fewer than two photons.
     fn typical_radius(&self) -> Option<f64> {
         let trees = [&self.volume, &self.surface];
         let all: Vec<DVec3> = trees

@@ -1,4 +1,5 @@
-//! Photon maps, and the search for photons. Distances here say how light is blurred, never where it goes.
+//! Photon maps, and the search for photons. Distances between points determine the blur of light
+//! here, never its direction.
 
 mod follow;
 mod kernel;

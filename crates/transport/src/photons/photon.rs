@@ -5,41 +5,43 @@ use crate::path::{LightPath, PathVertex, TransportMode, Vertex};
 use crate::scene::{MediumId, Scene};
 use glam::DVec3;
 
-/// What a photon fell on.
+/// Surface or medium that a photon reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum PhotonSite {
-    /// A medium scatters it.
+    /// Collision in a medium.
     Volume(MediumId),
-    /// A surface: the object, and its geometric normal there.
+    /// Surface: the index of the object, and its geometric normal at the photon.
     Surface(usize, DVec3),
 }
 
 /// Light that arrives at a vertex of a light subpath.
 #[derive(Clone, Copy, Debug)]
 pub struct Photon {
-    /// Where.
+    /// Position.
     pub x: DVec3,
-    /// Unit direction in which it travels.
+    /// Unit direction of travel.
     pub direction: DVec3,
-    /// What it fell on.
+    /// Surface or medium that the photon reached.
     pub(crate) place: PhotonSite,
-    /// Power over n², in a medium times the scattering coefficient: summed over photons, weighed by a kernel
-    /// and scattered, it becomes basic radiance, in a medium per unit length.
+    /// Power divided by n²; in a medium multiplied by the scattering coefficient. The sum over
+    /// photons, weighted by a kernel and by scattering, is basic radiance; in a medium it is basic
+    /// radiance per unit length.
     pub power: Spectrum,
-    /// Edges and specular events of its path.
+    /// Number of edges and specular events of its path.
     pub depth: u32,
     /// Optical path length so far.
     pub optical_length: f64,
-    /// Its emitter.
+    /// Index of the emitter.
     pub emitter: usize,
-    /// Number of its light subpath, and of the vertex on that.
+    /// Index of its light subpath.
     pub(crate) path: usize,
-    /// See above.
+    /// Index of its vertex on the subpath.
     pub(crate) vertex: usize,
 }
 
 impl Photon {
-    /// The phase function where it collided, for light that goes on against the `direction` of a sensor ray.
+    /// Returns the phase function at its collision, for light that continues against the
+    /// `direction` of a sensor ray.
     pub(crate) fn phase(&self, scene: &Scene, direction: DVec3) -> Spectrum {
         match self.place {
             PhotonSite::Volume(medium) => {
@@ -51,9 +53,10 @@ impl Photon {
         }
     }
 
-    /// The scattering function f̃ of a surface vertex of a sensor subpath for light of the photon, without the cosine that
-    /// [`Vertex::eval`] contains. `None` if it is no measure of the light that falls there: if it lies on another object, or on the
-    /// other side of a thin one.
+    /// Returns the scattering function f̃ of a surface vertex of a sensor subpath for the photon's
+    /// light, without the cosine that [`Vertex::eval`] contains. Returns `None` if the photon does
+    /// not measure the light at the vertex: if it lies on another object, or on the other side of a
+    /// thin object.
     pub(crate) fn reflected(&self, scene: &Scene, vertex: &Vertex) -> Option<Spectrum> {
         let Vertex::Surface {
             object, surface, ..
@@ -70,7 +73,7 @@ impl Photon {
     }
 }
 
-/// The photons of the light subpath of a number, one of so many.
+/// Returns the photons of light subpath number `path`, one of `paths` subpaths.
 pub(crate) fn landed(
     scene: &Scene,
     light: &LightPath,
@@ -90,7 +93,8 @@ pub(crate) fn landed(
                     object, surface, ..
                 } => PhotonSite::Surface(*object, surface.normal),
             },
-            // Φ/n_p², with Φ the throughput over M. What passes straight through a surface falls on it, too.
+            // Divide by n_p²: the photon's Φ is the throughput over M. Light that a surface
+            // transmits straight also reaches the surface.
             // Planted error "photons without 1/n²", found by morgana-transport/transport::photons::agreement::photons_show_what_bdpt_shows:
             // power: path_vertex.throughput / (n * 1.0 * paths as f64 * vertex.stopping(scene)),
             power: path_vertex.throughput / (n * n * paths as f64 * vertex.stopping(scene)),
@@ -107,7 +111,7 @@ pub(crate) fn landed(
 
 #[cfg(test)]
 impl Photon {
-    /// One that carries nothing.
+    /// Creates a photon without power.
     pub fn at(x: DVec3) -> Self {
         Photon {
             x,

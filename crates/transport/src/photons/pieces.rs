@@ -1,33 +1,33 @@
-//! Curved edges in pieces that are nearly straight, to find the photons around them.
+//! Division of curved edges into nearly straight pieces, around which photons are searched.
 
 use crate::path::Span;
 use eikonal::Aabb;
 use eikonal::ray::Arc;
 use glam::DVec3;
 
-/// A piece is no farther from its chord than this share of the radius.
+/// Maximum distance of a piece from its chord, as a fraction of the radius.
 const SAG: f64 = 0.25;
-/// But there are no more of them: pieces that are farther from their chords than the radius are followed just as exactly, only
-/// more photons are looked at in vain.
+/// Maximum number of pieces. Pieces that are farther from their chords than the radius give equally
+/// exact results, but examine more photons in vain.
 const MOST: f64 = 256.0;
 
-/// A piece of an arc, and how far around it photons count.
+/// Piece of an arc, with the distance within which photons count.
 pub(crate) struct GatherPiece<'a> {
     arc: &'a Arc,
     /// θ at its ends.
     range: [f64; 2],
     /// Position and velocity dx/dσ at its ends.
     ends: [(DVec3, DVec3); 2],
-    /// Photons count within this distance of the piece; the chord may be `sag` farther away.
+    /// Distance from the piece within which photons count; the chord may be `sag` farther away.
     radius: f64,
     sag: f64,
 }
 
-/// The pieces of a span, around which photons count up to a radius.
+/// Divides a span into pieces, around which photons count within a radius.
 pub(crate) fn pieces<'a>(span: &'a Span, radius: f64) -> impl Iterator<Item = GatherPiece<'a>> {
     let (arc, end) = (&span.arc, span.theta_end);
-    // A Bézier curve of degree 5 with second differences of control points up to D leaves the chord of a
-    // piece of width w by at most ⅛ w² 20 D.
+    // A Bézier curve of degree 5, whose control points have second differences up to D, deviates
+    // from the chord of a piece of width w by at most ⅛ w² 20 D.
     let c = arc.control();
     let bend = if arc.is_straight() {
         0.0
@@ -52,11 +52,11 @@ pub(crate) fn pieces<'a>(span: &'a Span, radius: f64) -> impl Iterator<Item = Ga
 }
 
 impl GatherPiece<'_> {
-    /// Whether a photon in a box may count.
+    /// True if a photon in a box may count.
     pub(crate) fn touches(&self, bounds: &Aabb) -> bool {
         let b = bounds.grown(self.radius + self.sag);
         let start = self.ends[0].0;
-        // A component of zero would make infinities that cannot be compared.
+        // Replace zero components, which would lead to incomparable infinities.
         let d = self.chord().to_array();
         let inverse = DVec3::from(d.map(|d| 1.0 / if d == 0.0 { 1e-300 } else { d }));
         let (low, high) = ((b.min - start) * inverse, (b.max - start) * inverse);
@@ -65,8 +65,9 @@ impl GatherPiece<'_> {
         enter <= exit
     }
 
-    /// θ of the foot of the perpendicular from a place to the piece, and its squared length, if there is one
-    /// within the radius. Of adjacent pieces of a smooth curve one at most has the foot.
+    /// Returns θ of the foot of the perpendicular from a point to the piece, and the squared length
+    /// of the perpendicular, if it is within the radius. Of adjacent pieces of a smooth curve, at
+    /// most one has the foot.
     pub(crate) fn foot(&self, y: DVec3) -> Option<(f64, f64)> {
         let [start, end] = self.ends;
         let along = (y - start.0).dot(self.chord()) / self.chord().length_squared();
@@ -75,7 +76,7 @@ impl GatherPiece<'_> {
         if nearest.distance_squared(y) > reach * reach {
             return None;
         }
-        // Half the derivative of the squared distance with respect to σ.
+        // Compute half the derivative of the squared distance with respect to σ.
         let slope = |(x, v): (DVec3, DVec3)| (x - y).dot(v);
         let (a, b) = (slope(start), slope(end));
         if a >= 0.0 || b < 0.0 {
@@ -85,7 +86,8 @@ impl GatherPiece<'_> {
         let mut theta = low + (high - low) * a / (a - b);
         let at = |theta| (self.arc.position(theta), self.arc.velocity(theta));
         let mut place = at(theta);
-        // The slope is nearly linear: each step takes off a factor of radius times curvature or more.
+        // The slope is nearly linear: each step reduces the error by a factor of radius times
+        // curvature or more.
         for _ in 0..if self.arc.is_straight() { 0 } else { 2 } {
             theta -= slope(place) / (place.1.length_squared() * self.arc.h());
             theta = theta.clamp(low, high);

@@ -1,16 +1,17 @@
-//! How far around a place photons count, and how that shrinks (docs/theory.md#progressive-photon-maps).
+//! Radii within which photons count, and their decrease (docs/theory.md#progressive-photon-maps).
 
-/// The radii of one map.
+/// Radii of one map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Radii {
-    /// For photons in media.
+    /// Radius for photons in media.
     pub volume: f64,
-    /// For photons on surfaces.
+    /// Radius for photons on surfaces.
     pub surface: f64,
 }
 
 impl Radii {
-    /// Those of the map of a sample, given that of the first; photons in media count in so many dimensions.
+    /// Returns the radii of a sample's map, given the radius of the first map. Photons in media
+    /// count in `in_media` dimensions.
     pub(crate) fn shrunk(first: f64, sample: u64, in_media: f64) -> Self {
         Radii {
             volume: first * shrinkage(in_media, sample),
@@ -19,9 +20,9 @@ impl Radii {
     }
 }
 
-/// Radius of the map of a sample, counted from 0, over that of the first. With the exponent that makes
-/// bias and noise of the mean fall alike, the content r^d shrinks by (i + α)/(i + 1) after sample i
-/// (Knaus and Zwicker 2011): r_i^d = Γ(i + α)/(Γ(1 + α) Γ(i + 1)), i counted from 1.
+/// Radius of a sample's map, counted from 0, relative to the first one. The exponent makes bias and
+/// noise of the mean decrease alike: the content r^d shrinks by (i + α)/(i + 1) after sample i
+/// (Knaus and Zwicker 2011). This gives r_i^d = Γ(i + α)/(Γ(1 + α) Γ(i + 1)), i counted from 1.
 fn shrinkage(dimensions: f64, sample: u64) -> f64 {
     let alpha = 4.0 / (dimensions + 4.0);
     let i = sample as f64 + 1.0;

@@ -1,12 +1,12 @@
-//! A k-d tree over photons, in place: the middle one of a slice splits it across the longest side of the
-//! box that the splits above have left.
+//! In-place k-d tree of photons. The middle photon of a slice splits the slice across the longest
+//! side of its box, which earlier splits have left.
 
 use super::photon::Photon;
 use eikonal::Aabb;
 
-/// Slices of up to so many photons are not split.
+/// Maximum number of photons of a slice that is not split.
 const LEAF: usize = 8;
-/// Slices of more than so many are sorted by two threads.
+/// Number of photons above which two threads sort a slice.
 const PARALLEL: usize = 1 << 13;
 
 /// Photons, in the order of the tree.
@@ -17,14 +17,14 @@ pub struct PhotonTree {
 }
 
 impl PhotonTree {
-    /// Over any number of photons.
+    /// Creates a tree of any number of photons.
     pub fn new(mut photons: Vec<Photon>) -> Self {
         let bounds = Aabb::around(photons.iter().map(|p| p.x));
         sort(&mut photons, bounds);
         PhotonTree { photons, bounds }
     }
 
-    /// The photons, neighbours close to one another.
+    /// Returns the photons. Neighbours are close to one another.
     pub fn photons(&self) -> &[Photon] {
         &self.photons
     }
@@ -47,7 +47,7 @@ fn sort(photons: &mut [Photon], bounds: Aabb) {
     photons.select_nth_unstable_by(middle, by_place);
     let [below, above] = split(&bounds, axis, photons[middle].x[axis]);
     let parallel = photons.len() > PARALLEL;
-    // The one in the middle stays there: it says where the slice is split.
+    // The middle photon stays in place and marks the split.
     let (low, high) = photons.split_at_mut(middle);
     let high = &mut high[1..];
     if parallel {
@@ -109,7 +109,7 @@ mod tests {
         (0..count).map(|_| Photon::at(next())).collect()
     }
 
-    /// All photons in a ball are found, each once, whatever their number.
+    /// Every photon in a ball is found exactly once, for any number of photons.
     #[test]
     fn finds_what_a_search_of_all_finds() {
         for count in [0, 1, 8, 9, 17, 1000, 20_000] {
@@ -134,7 +134,7 @@ mod tests {
         }
     }
 
-    /// Photons in one place are no trouble.
+    /// Photons may coincide.
     #[test]
     fn coincident_photons() {
         let tree = PhotonTree::new(vec![Photon::at(DVec3::ONE); 100]);

@@ -1,7 +1,9 @@
-//! Sums over the samples of a run, with the numbers of these samples: a run can be continued later, or merged from parts.
+//! Sums over the samples of a run, with the numbers of these samples: a run can be continued later,
+//! or merged from parts.
 //!
-//! Sums do not depend on the order of the samples ([`Sum`](crate::sum::Sum)), and a sample depends only on its number and the
-//! seed. A run that is continued, or merged from parts, therefore has the bits of a run in one piece.
+//! Sums do not depend on the order of the samples ([`Sum`](crate::sum::Sum)), and a sample depends
+//! only on its number and the seed. A run that is continued, or merged from parts, therefore has
+//! the bits of a run in one piece.
 
 use super::passes::Passes;
 use super::{Handle, Ranges};
@@ -42,7 +44,8 @@ pub(super) trait Sampling {
         ControlFlow::Continue(())
     }
 
-    /// Number of samples of the pass that starts with sample `at`, if `next` samples take the right time.
+    /// Number of samples of the pass that starts with sample `at`, if `next` samples take the right
+    /// time.
     fn pass_size(&self, state: &Accumulator<Self::Sums>, at: u64, next: u64) -> u64;
 
     /// Takes the samples of a pass.
@@ -127,7 +130,8 @@ impl<T: Accumulated> Accumulator<T> {
         Ok(())
     }
 
-    /// Runs the pilot, unless an earlier one has been completed. Breaks if the handle ends the pilot.
+    /// Runs the pilot, unless an earlier one has been completed. Breaks if the handle ends the
+    /// pilot.
     pub(super) fn learn(
         &mut self,
         handle: &Handle,

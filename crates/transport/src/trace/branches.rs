@@ -1,4 +1,4 @@
-//! The rays between two points, as connections of a render find them.
+//! Rays between two points, found like the connections of a render.
 
 use crate::path::transmittance;
 use crate::scene::{MediumId, NO_SCENE, Scene};
@@ -6,42 +6,45 @@ use eikonal::Solver;
 use eikonal::connect::{ConnectingRay, Failure, Piece, Reach};
 use glam::DVec3;
 
-/// Points on an arc of a curved ray: arcs are short, and turn little.
+/// Points per arc of a curved ray; arcs are short and turn little.
 const STEPS: usize = 4;
 
-/// The rays between two points.
+/// Rays between two points.
 #[derive(Clone, Debug)]
 pub struct Branches {
-    /// The primary ray, or all that were found.
+    /// Primary ray, or all rays that were found.
     pub list: Vec<Branch>,
-    /// Why there is no primary ray, or, if all were looked for, why one that a coarser search found is not listed.
+    /// Reason why there is no primary ray. If all rays were requested: reason why one that a
+    /// coarser search found is missing from the list.
     pub failure: Option<Failure>,
-    /// Whether it is certain that there is at most one with as many reflections where refraction is possible.
+    /// True if at most one ray exists with at most the requested number of reflections where
+    /// refraction is possible.
     pub is_unique: bool,
-    /// Whether something stands in the way of the primary ray.
+    /// True if something blocks the primary ray.
     pub is_occluded: bool,
 }
 
-/// A ray between two points.
+/// Ray between two points.
 #[derive(Clone, Debug)]
 pub struct Branch {
-    /// Its geometry.
+    /// Geometry of the ray.
     pub connection: ConnectingRay,
     /// Points of its curve, from its start to its end.
     pub points: Vec<DVec3>,
     /// Transmittance of each channel.
     pub transmittance: Vec<f64>,
-    /// Whether something stands in its way.
+    /// True if something blocks the ray.
     pub is_occluded: bool,
-    /// Whether it is the one found first, from the usual start.
+    /// True if it is the ray found first, from the default start.
     pub is_primary: bool,
 }
 
-/// Finds the ray between two points, or all of them: those with up to `all` reflections where refraction is possible.
-/// Rays are those of the first scene; the others are alike but for their spectra.
+/// Finds the ray between two points, or all rays with up to `all` reflections where refraction is
+/// possible. Rays are traced in the first scene; the other scenes are alike except for their
+/// spectra.
 ///
 /// # Panics
-/// Without scenes.
+/// If there are no scenes.
 pub fn branches(scenes: &[Scene], from: DVec3, to: DVec3, all: Option<u32>) -> Branches {
     let scene = scenes.first().expect(NO_SCENE);
     let mut solver = Solver::new(scene.tolerance());
@@ -60,7 +63,7 @@ pub fn branches(scenes: &[Scene], from: DVec3, to: DVec3, all: Option<u32>) -> B
         lost = all.lost;
         for (guess, found) in all.branches {
             let first = primary.is_ok_and(|p| solver.is_same_branch(&p, &found));
-            // Again, for the pieces of its ray.
+            // Solve again to obtain the pieces of the ray.
             let found = if first {
                 solver.connect(scene, from, medium, to)
             } else {
@@ -81,7 +84,7 @@ pub fn branches(scenes: &[Scene], from: DVec3, to: DVec3, all: Option<u32>) -> B
     }
 }
 
-/// As far as connections of a render look for branches, but at least farther than the primary one.
+/// Returns the range of a render's search for branches, extended beyond the primary ray.
 fn reach(scene: &Scene, reflections: u32, primary: Option<&ConnectingRay>) -> Reach {
     let render = scene.branch_reach();
     let primary = primary.map_or(0.0, |p| p.optical_length);
@@ -114,7 +117,7 @@ fn branch(
     }
 }
 
-/// Points along a ray, several on each arc.
+/// Returns points along a ray, several on each arc.
 fn points(pieces: &[Piece<MediumId>]) -> Vec<DVec3> {
     let start = pieces.first().map(|piece| piece.arc.position(0.0));
     let rest = pieces.iter().flat_map(|piece| {

@@ -1,4 +1,4 @@
-//! One ray from surface to surface.
+//! Single ray from surface to surface.
 
 use super::line::Line;
 use crate::path::{Continuation, RayObserver, TraceEnding, UnscatteredRay};
@@ -11,52 +11,54 @@ use eikonal::ray::{Step, Work};
 use glam::DVec3;
 use std::ops::ControlFlow;
 
-/// How far beyond all objects a ray is followed, relative to the size of the scene.
+/// Radius of the ball in which rays are followed, relative to the radius around all objects.
 const BEYOND: f64 = 1.15;
 
-/// A point of a ray.
+/// Point of a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct TracePoint {
     /// Position.
     pub x: DVec3,
-    /// Unit direction; that of departure where the ray changes it.
+    /// Unit direction; at a change of direction, the direction of departure.
     pub direction: DVec3,
     /// Length from the start.
     pub arc_length: f64,
     /// Optical path length from the start.
     pub optical_length: f64,
-    /// Optical path length from the start less that of rays of the reference, which join the start, the points of
-    /// reflection and this one: see [`PathDifference`](eikonal::PathDifference). Against a field it is known at the ray's
-    /// last point only, and NaN elsewhere and where no ray of the reference joins the ends.
+    /// Optical path length from the start, less the optical path length of rays of the reference.
+    /// These connect the start, the points of reflection and this point: see
+    /// [`PathDifference`](eikonal::PathDifference). Against a field it is known only at the ray's
+    /// last point. It is NaN at the others, and where no ray of the reference connects the ends.
     pub path_difference: f64,
     /// Refractive index.
     pub index: f64,
-    /// The medium beyond.
+    /// Medium behind the point.
     pub medium: MediumId,
 }
 
-/// A ray that was followed.
+/// Ray that was traced.
 #[derive(Clone, Debug)]
 pub struct Path {
-    /// Its points; the first is its start.
+    /// Points of the ray; the first is its start.
     pub points: Vec<TracePoint>,
-    /// How it ended.
+    /// Reason why it ended.
     pub ending: TraceEnding,
 }
 
-/// Follows rays through a scene.
+/// Tracer of rays through a scene.
 #[derive(Debug)]
 pub struct Tracer<'a> {
     scene: &'a Scene,
-    /// A box around all objects.
+    /// Bounding box of all objects.
     bounds: Aabb,
     max_length: Option<f64>,
     reference: Option<Reference<'a>>,
 }
 
 impl<'a> Tracer<'a> {
-    /// A tracer for rays that end after `max_length`, or where they leave a ball around all objects and their start. Without a length, or with
-    /// an infinite one, that is twenty radii of the ball; not above zero, or not a number, where they start.
+    /// Creates a tracer. Rays end after `max_length`, or where they leave a ball around all objects
+    /// and their start. If the length is missing or infinite, the maximum is twenty radii of the
+    /// ball. If it is not positive, or NaN, rays end where they start.
     pub fn new(scene: &'a Scene, max_length: Option<f64>) -> Self {
         let objects = scene.objects().iter().map(|o| o.shape.aabb());
         Tracer {
@@ -67,14 +69,15 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// The same with the reference of optical path differences; without one it is the index of the surroundings where a
-    /// ray starts.
+    /// Sets the reference of optical path differences. The default is the index of the surroundings
+    /// where a ray starts.
     #[must_use]
     pub fn with_reference(self, reference: Option<Reference<'a>>) -> Self {
         Tracer { reference, ..self }
     }
 
-    /// Follows the ray from `x` in a direction of any length but zero. Exactly on a face it starts as a camera does.
+    /// Follows the ray from `x` in a direction of any length except zero. If `x` is exactly on a
+    /// face, the ray starts as from a camera.
     pub fn follow(&self, x: DVec3, direction: DVec3) -> Path {
         let direction = direction.normalize();
         let ball = Ball::around(self.bounds.include(x));
@@ -102,16 +105,16 @@ impl<'a> Tracer<'a> {
     }
 }
 
-/// Where a ray is followed.
+/// Ball in which a ray is followed.
 struct Ball {
     center: DVec3,
     radius: f64,
 }
 
 impl Ball {
-    /// One that is somewhat larger than a box.
+    /// Creates a ball that is somewhat larger than a box.
     fn around(bounds: Aabb) -> Self {
-        // Without any object a ray still needs room to be seen.
+        // Without objects a ray still needs room to be seen.
         let radius = match 0.5 * bounds.diagonal() {
             r if r > 0.0 => BEYOND * r,
             _ => 1.0,
@@ -122,7 +125,8 @@ impl Ball {
         }
     }
 
-    /// The distance from `x` in a unit direction at which the ball is left, rounded up; zero outside.
+    /// Returns the distance from `x` in a unit direction to the ball's surface, rounded up; zero
+    /// outside the ball.
     fn exit(&self, x: DVec3, direction: DVec3) -> f64 {
         let from = x - self.center;
         let b = from.dot(direction);
@@ -135,7 +139,7 @@ impl Ball {
     }
 }
 
-/// Records the points of a ray.
+/// Observer that records the points of a ray.
 struct TracedRay<'a> {
     scene: &'a Scene,
     ball: Ball,
@@ -177,7 +181,8 @@ impl RayObserver for TracedRay<'_> {
         medium: MediumId,
     ) -> ControlFlow<TraceEnding> {
         let theta = hit.map_or(1.0, |hit| hit.theta);
-        // A step of the remaining length of σ may be longer than that where the index grows.
+        // Shorten the step: for the remaining σ it may be longer than the remaining length where
+        // the index grows.
         let end = step.arc.theta_at_length(self.left());
         let field = self.scene.field(medium);
         self.line.advance(field, step, theta.min(end), medium);
@@ -195,7 +200,7 @@ impl RayObserver for TracedRay<'_> {
         if beyond.is_reflection {
             self.line.reflect(beyond.v.normalize());
         }
-        // The point on the surface belongs to what follows: its direction and medium.
+        // The point on the surface has the direction and the medium behind the surface.
         self.line.replace(hit.position, beyond.v, beyond.medium);
     }
 

@@ -1,4 +1,4 @@
-//! A ray in a field that has no end.
+//! Single ray in an unbounded field.
 
 use super::line::Line;
 use super::{Path, TraceEnding};
@@ -9,12 +9,14 @@ use eikonal::ray::{Flow, Node, Work};
 use eikonal::{Reference, Tolerance};
 use glam::DVec3;
 
-/// No ray is followed farther: polynomials of longer arcs would overflow.
+/// Maximum distance of a ray; the polynomials of longer arcs would overflow.
 const FARTHEST: f64 = 1e100;
 
-/// Follows a ray of the given length from `x` in a direction of any length but zero through a field without any surfaces. Its medium has
-/// the number 0. It is lost where the field has no real index, or takes it more than [`STEPS_PER_RAY`] steps, and ends where it starts with a length of zero or less. Without a
-/// `reference` optical path differences are those against the index at the start.
+/// Follows a ray of the given length from `x` through a field without surfaces, in a direction of
+/// any length except zero. Its medium has the number 0. The ray is lost where the field has no real
+/// index, or if it takes more than [`STEPS_PER_RAY`] steps. With a length of zero or less it ends
+/// where it starts. Without a `reference`, optical path differences are relative to the index at
+/// the start.
 pub fn follow_field(
     field: &Field,
     tolerance: Tolerance,
@@ -44,7 +46,8 @@ pub fn follow_field(
         if !step.end.x.is_finite() {
             break;
         }
-        // A step of the remaining length of σ may be longer than that where the index grows.
+        // Shorten the step: for the remaining σ it may be longer than the remaining length where
+        // the index grows.
         let end = step.arc.theta_at_length(left);
         line.advance(field, &step, end.min(1.0), medium);
         if end < 1.0 || line.reaches(length) {

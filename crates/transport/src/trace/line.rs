@@ -1,4 +1,4 @@
-//! What is noted of a ray on its way.
+//! Recorded points and lengths of a ray.
 
 use super::{Path, TraceEnding, TracePoint};
 use crate::scene::MediumId;
@@ -7,22 +7,24 @@ use eikonal::ray::{Step, Work};
 use eikonal::{PathDifference, Reference};
 use glam::DVec3;
 
-/// Points are recorded wherever a ray has turned by this much, in radians: polylines look smooth.
+/// Angle in radians by which a ray turns between recorded points, at most. Polylines then look
+/// smooth.
 const TURN: f64 = 0.03;
 
-/// A ray so far.
+/// Ray traced so far.
 pub(super) struct Line<'a> {
-    /// Its length.
+    /// Length of the ray.
     pub length: f64,
     optical: f64,
     difference: PathDifference<'a>,
     points: Vec<TracePoint>,
-    /// Nobody asks for it.
+    /// Work of the path difference; not reported.
     work: Work,
 }
 
 impl<'a> Line<'a> {
-    /// A ray that starts in the unit direction `toward`, compared with rays of the `reference`.
+    /// Creates a ray that starts in the unit direction `toward`. It is compared with rays of the
+    /// `reference`.
     pub(super) fn new(reference: Reference<'a>, toward: DVec3) -> Self {
         Line {
             length: 0.0,
@@ -33,7 +35,7 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// Records the points of a step in a field up to θ.
+    /// Records the points of a step in a field, up to θ.
     pub(super) fn advance(&mut self, field: &Field, step: &Step<()>, theta: f64, medium: MediumId) {
         let arc = &step.arc;
         let turn = step.start.v.angle_between(step.at(theta).1);
@@ -55,23 +57,23 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// Whether it is as long as that, but for what rounding, of lengths and of positions, leaves.
+    /// True if the ray has this length, up to rounding of lengths and of positions.
     pub(super) fn reaches(&self, length: f64) -> bool {
         let place = self.points.last().map_or(0.0, |point| point.x.length());
         length - self.length <= 1e-12 * length + 4.0 * f64::EPSILON * place
     }
 
-    /// The ray is reflected into the unit direction `toward`.
+    /// Reflects the ray into the unit direction `toward`.
     pub(super) fn reflect(&mut self, toward: DVec3) {
         self.difference.reflect(toward, &mut self.work);
     }
 
-    /// Where the work of following the ray is counted.
+    /// Counter of the work of tracing the ray.
     pub(super) fn work(&mut self) -> &mut Work {
         &mut self.work
     }
 
-    /// Records a point, where the velocity is `v`.
+    /// Records a point with velocity `v`.
     pub(super) fn record(&mut self, x: DVec3, v: DVec3, medium: MediumId) {
         self.points.push(TracePoint {
             x,
@@ -84,7 +86,7 @@ impl<'a> Line<'a> {
         });
     }
 
-    /// Records the last point anew, where the ray changes its direction or its medium.
+    /// Replaces the last point, where the ray changes its direction or its medium.
     pub(super) fn replace(&mut self, x: DVec3, v: DVec3, medium: MediumId) {
         self.points.pop();
         self.record(x, v, medium);

@@ -1,4 +1,5 @@
-//! Single rays, without scattering: those of given starts through a scene or a field, and those between two points.
+//! Single rays without scattering: rays from given starts through a scene or a field, and rays
+//! between two points.
 
 mod branches;
 mod follow;

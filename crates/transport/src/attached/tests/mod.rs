@@ -1,5 +1,6 @@
-//! Derivatives of single paths are differences of the same paths, replayed by what they say, not by the walk: through the changed field, with
-//! the decisions and the random numbers that were drawn before.
+//! Compares derivatives of single paths with finite differences. The compared paths are replayed
+//! from their records, not by the walk. The replay goes through the changed field, with the
+//! recorded decisions and random numbers.
 
 mod replay;
 
@@ -29,20 +30,20 @@ const TOLERANCE: f64 = 1e-12;
 const FOG: MediumId = 1;
 const CORE: MediumId = 2;
 
-/// A ball of fog around a smaller one.
+/// Ball of fog around a smaller ball.
 #[derive(Clone, Copy, Debug)]
 struct Setup {
-    /// Whether the fog's index is one of samples.
+    /// True if the fog's index is a grid of samples.
     grid: bool,
-    /// Whether the boundaries refract.
+    /// True if the boundaries refract.
     dielectric: bool,
-    /// Whether the camera is inside.
+    /// True if the camera is inside.
     inside: bool,
-    /// Whether nothing scatters.
+    /// True if nothing scatters.
     clear: bool,
-    /// Whether channels differ in their extinction.
+    /// True if the extinction differs between channels.
     coloured: bool,
-    /// Whether the fog's extinction and albedo are those of voxels.
+    /// True if the fog's extinction and albedo are grids of voxels.
     graded: bool,
 }
 
@@ -71,7 +72,7 @@ fn samples(change: f64) -> Field {
     grid.unwrap().into()
 }
 
-/// Samples around the ball, in two channels of a pattern of their own.
+/// Makes samples around the ball. Two channels have patterns of their own.
 fn voxels([low, high]: [f64; 2]) -> VolumeTexture {
     const SIZE: usize = 4;
     let value = |i: usize| (low + (high - low) * (i * 53 % 31) as f64 / 30.0) as f32;
@@ -93,10 +94,10 @@ fn voxels([low, high]: [f64; 2]) -> VolumeTexture {
     VolumeTexture::Grid(Arc::new(grid.unwrap()))
 }
 
-/// What the parameters change by when `change` does.
+/// Returns the derivatives of the parameters by `change`.
 fn rates(setup: Setup) -> Vec<f64> {
     let bump = [0.5, 1.0, 0.3, 0.0, 0.0, -0.2];
-    // The reference of the sum stays.
+    // The reference of the sum does not change.
     let core = [0.0].into_iter().chain(bump);
     if setup.grid {
         (0..GRID * GRID * GRID).map(pattern).chain(core).collect()
@@ -162,7 +163,7 @@ fn scene(setup: Setup, change: f64) -> Scene {
         .unwrap()
 }
 
-/// The paths that meet light, of many.
+/// Visits the paths that meet light, among many.
 fn paths(base: &Scene, plan: &IndexPlan, mut see: impl FnMut(SensorRay, &AttachedPath)) {
     let majorants = Majorants::new(base, 2);
     let walk = walk(base, plan, &majorants);
@@ -190,7 +191,7 @@ fn walk<'a>(scene: &'a Scene, plan: &'a IndexPlan, majorants: &'a Majorants) -> 
     }
 }
 
-/// The derivative of Σ weight × what a path brings by all parameters.
+/// Returns the derivative of Σ weight × contribution of a path, by all parameters.
 fn derivative(scene: &Scene, plan: &IndexPlan, path: &AttachedPath, weights: Spectrum) -> Vec<f64> {
     let mut sums = vec![0.0; plan.len()];
     let majorants = Majorants::new(scene, 2);
@@ -200,7 +201,7 @@ fn derivative(scene: &Scene, plan: &IndexPlan, path: &AttachedPath, weights: Spe
     sums
 }
 
-/// Compares derivatives of many paths with differences, by Richardson's extrapolation.
+/// Compares derivatives of many paths with differences, by Richardson extrapolation.
 fn compare(setup: Setup) {
     // Coefficients of grids have rounding errors.
     let (step, most) = if setup.grid {
@@ -235,7 +236,8 @@ fn compare(setup: Setup) {
     errors.sort_by(f64::total_cmp);
     let late = errors[errors.len() * 10 / 11];
     assert!(events.iter().all(|count| *count > 300), "{events:?}");
-    // Paths that come close to grazing or to the critical angle have no small differences: one in eleven may.
+    // One path in eleven may fail: close to grazing or to the critical angle, differences are not
+    // small.
     assert!(late < most, "{setup:?}: {late:e}");
 }
 
@@ -258,7 +260,7 @@ fn without_scattering_derivatives_are_those_of_rays() {
     let mut ray = AdjointRay::new(&scene, receiver, Tolerance::new(TOLERANCE), 100.0);
     let mut errors: Vec<f64> = Vec::new();
     paths(&scene, &plan, |start, path| {
-        // Weights with which the light vanishes, but its slope does not: rays know no light.
+        // The weights make the light vanish, but not its slope, because rays do not carry light.
         let found = path.found.as_ref().unwrap();
         let [a, b] = [found.value[0], found.value[1]];
         let weights = Spectrum([b, -a, 0.0, 0.0]);
@@ -288,7 +290,7 @@ fn without_scattering_derivatives_are_those_of_rays() {
     errors.sort_by(f64::total_cmp);
     let count = errors.len();
     assert!(count > 250, "{count}");
-    // Rays start off surfaces by 1e-10 of the scene, which counts for more where they graze them.
+    // Rays start off surfaces by 1e-10 of the scene, which matters more for grazing rays.
     let [late, last] = [errors[count * 9 / 10], errors[count - 1]];
     assert!(late < 1e-8 && last < 1e-5, "{late:e} {last:e}");
 }

@@ -1,4 +1,4 @@
-//! Paths that are followed again through a changed scene, with the decisions and random numbers of before.
+//! Replay of paths through a changed scene, with the recorded decisions and random numbers.
 
 use super::super::Majorants;
 use super::super::record::{AttachedPath, Crossed, Drawn, LegEnd, Scattering};
@@ -14,19 +14,19 @@ use eikonal::interface::{Interface, Rule};
 use eikonal::ray::{Arc, Work};
 use glam::{DMat3, DQuat, DVec3};
 
-/// A path through a changed scene.
+/// Path through a changed scene.
 pub(super) struct Replay<'a> {
     scene: &'a Scene,
     medium: MediumId,
     x: DVec3,
     v: DVec3,
-    /// What it brings over what it brought.
+    /// Contribution relative to the recorded contribution.
     ratio: Spectrum,
     flight: Flight,
 }
 
 impl Replay<'_> {
-    /// Σ of what a path brings, of each channel, or `None` if it is another one.
+    /// Returns the contribution of a path in each channel, or `None` if its events differ.
     pub(super) fn of(scene: &Scene, path: &AttachedPath, ray: SensorRay) -> Option<Spectrum> {
         let medium = path.legs[0].medium;
         let found = path.found.as_ref().unwrap();
@@ -57,12 +57,13 @@ impl Replay<'_> {
         Some(found.throughput * light * replay.ratio)
     }
 
-    /// The extinction by which flights collide.
+    /// Returns the extinction by which flights collide.
     fn sigma(&self) -> Spectrum {
         Majorants::new(self.scene, 2).of(self.medium)
     }
 
-    /// What a collision at a place counts for, up to a factor: scattering, or what is missing to the majorant.
+    /// Returns the factor of a collision at a position, up to a constant: the scattering
+    /// coefficient, or for a null collision the extinction missing to the majorant.
     fn chance(&self, x: DVec3, is_real: bool) -> Spectrum {
         let medium = self.scene.medium(self.medium);
         let (sigma, most) = (medium.extinction(x), self.sigma()[0]);
@@ -73,7 +74,8 @@ impl Replay<'_> {
         }
     }
 
-    /// A leg gets longer: what is left in each channel, over the density with which one or other of them draws that.
+    /// Updates the weights of channels for a segment that is `longer` than recorded: each channel's
+    /// density over the density of all channels.
     fn weigh(&mut self, drawn: &Drawn, longer: f64) {
         let left = self.sigma().map(|sigma| (-sigma * longer).exp());
         self.ratio *= left / (drawn.posterior * left).sum();
@@ -155,7 +157,7 @@ impl Replay<'_> {
             }
             None => self.ratio *= interface.far.0 / interface.near.0,
         }
-        // The throughput that was recorded has the ratio of the unchanged scene.
+        // The recorded throughput contains the ratio of the unchanged scene.
         if event.share.is_none() {
             let before = &event.crossing.interface;
             self.ratio *= before.near.0 / before.far.0;

@@ -283,8 +283,8 @@ pub(super) struct MediumPlan {
     pub albedo: Option<usize>,
     pub absorption: Option<usize>,
     pub scattering: Option<usize>,
-    /// Start of the attenuation sums: the sums of the only requested one of extinction, absorption and
-    /// scattering, or shared ones.
+    /// Start of the attenuation sums: the sums of the only requested one of extinction, absorption
+    /// and scattering, or shared ones.
     pub attenuation: Option<usize>,
     pub mean_cosine: Option<usize>,
 }

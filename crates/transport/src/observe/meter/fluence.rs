@@ -38,7 +38,8 @@ pub struct FluenceMeter {
     pub estimator: Estimator,
     /// Bins of the optical path length from the emitter, if light is separated by it.
     pub optical_length: Option<Bins>,
-    /// Weight windows divide and terminate particles, so that late bins of optical length are as accurate as early ones.
+    /// Weight windows divide and terminate particles, so that late bins of optical length are as
+    /// accurate as early ones.
     pub weight_windows: bool,
     /// Sidebands into which fluence is separated by the phase shift from sound, if it is.
     pub sidebands: Option<Sidebands>,

@@ -35,7 +35,8 @@ pub struct IrradianceMeter {
     pub cosines: Option<Cosines>,
     /// Bins of the optical path length from the emitter.
     pub optical_length: Option<Bins>,
-    /// Weight windows divide and terminate particles, so that late bins of optical length are as accurate as early ones.
+    /// Weight windows divide and terminate particles, so that late bins of optical length are as
+    /// accurate as early ones.
     pub weight_windows: bool,
     /// Maximum number of records of accepted light, if it keeps records.
     pub most_records: Option<usize>,
@@ -43,8 +44,9 @@ pub struct IrradianceMeter {
     pub tagged: bool,
     /// Sidebands into which power is separated by the phase shift from sound, if it is.
     pub sidebands: Option<Sidebands>,
-    /// True if it measures the [Stokes parameters](crate::polarization) of light. The first axis of their frame is perpendicular to the
-    /// direction of the light and to the [y axis](crate::shape::Shape::y_axis) of the shape.
+    /// True if it measures the [Stokes parameters](crate::polarization) of light. The first axis of
+    /// their frame is perpendicular to the direction of the light and to the [y
+    /// axis](crate::shape::Shape::y_axis) of the shape.
     pub stokes: bool,
 }
 

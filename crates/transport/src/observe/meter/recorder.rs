@@ -120,7 +120,8 @@ impl Recorder<'_, '_> {
         }
     }
 
-    /// Scores the flights along an edge, and the crossings of smooth surfaces between them. Returns the last flight.
+    /// Scores the flights along an edge, and the crossings of smooth surfaces between them. Returns
+    /// the last flight.
     fn fly_along<'e>(&mut self, event: &'e WalkEvent) -> Option<Flight<'e>> {
         let mut last = None;
         for (i, flight) in flights(event).enumerate() {
