@@ -150,7 +150,7 @@ impl Tail {
     }
 
     /// Ratio of that fraction to the largest fraction of accepted tails, for n scores: n^(2/α − 1),
-    /// or (ln n)²/n times [`TIMES_EXPONENTIAL`].
+    /// or (ln n)²/n times `TIMES_EXPONENTIAL`.
     pub fn excess(&self) -> f64 {
         let n = self.count.max(2) as f64;
         let power = n.powf(2.0 / TAIL_INDEX - 1.0);

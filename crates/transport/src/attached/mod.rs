@@ -2,11 +2,16 @@
 //!
 //! Paths are followed from the sensor with the same random numbers for any index. Their vertices
 //! move with the index: each path is a smooth function of it (attached sampling). These quantities
-//! change with the index: the course of each flight, the position of each collision, the extinction
-//! and albedo at the collision, the direction after it, the reflectance of boundaries, and the
-//! position and direction at the light. One sweep backwards along the path carries the derivative
-//! of its contribution by position and velocity through flights, collisions and boundaries. On its
-//! way it adds to the sums of the index.
+//! change with the index:
+//!
+//! - the course of each flight,
+//! - the position of each collision, the extinction and albedo there, and the direction after it,
+//! - the reflectance of boundaries,
+//! - the position and direction at which light is met.
+//!
+//! One sweep backwards along the path carries the derivative of its contribution by position and
+//! velocity through flights, collisions and boundaries. Along the path it adds to the sums of the
+//! index.
 //!
 //! If the contribution of a path were discontinuous when its vertices move, a boundary term would
 //! be missing. `check` refuses scenes with discontinuities.

@@ -26,8 +26,8 @@ pub(crate) struct GatherPiece<'a> {
 /// Divides a span into pieces, around which photons count within a radius.
 pub(crate) fn pieces<'a>(span: &'a Span, radius: f64) -> impl Iterator<Item = GatherPiece<'a>> {
     let (arc, end) = (&span.arc, span.theta_end);
-    // A Bézier curve of degree 5, whose control points have second differences up to D, deviates
-    // from the chord of a piece of width w by at most ⅛ w² 20 D.
+    // Bound the distance from the chord: a Bézier curve of degree 5 deviates from the chord of a
+    // piece of width w by at most ⅛ w² 20 D. D bounds the second differences of its control points.
     let c = arc.control();
     let bend = if arc.is_straight() {
         0.0

@@ -1,9 +1,9 @@
 //! Allocation of samples to pixels.
 //!
-//! Consider a pixel of variance v whose samples take work c. If each pixel receives samples in
-//! proportion to √(v/c), the image's mean has the least variance for its work, and so have the
-//! pixels on average (Neyman 1934). A pilot estimates v and c. Its samples are not part of the
-//! image, so every pixel's mean and variance stay unbiased (docs/theory.md#adaptive-sampling).
+//! Consider a pixel of variance v whose samples take work c. Each pixel receives samples in
+//! proportion to √(v/c). The mean over the image, and the pixels on average, then have the least
+//! variance for their work (Neyman 1934). A pilot estimates v and c. Its samples are not part of
+//! the image, so every pixel's mean and variance stay unbiased (docs/theory.md#adaptive-sampling).
 //!
 //! The shares do not depend on the total number of samples. Parts of a render therefore agree about
 //! which samples each pixel takes.

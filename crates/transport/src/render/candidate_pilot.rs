@@ -24,8 +24,8 @@ const PAIRS_PER_CELL: usize = 8;
 /// Weight of the prior of a cell's variance: the number of samples with the image's variance that
 /// are added to the cell's.
 const PRIOR: f64 = 32.0;
-/// Fraction of the image's brightness that is added to a pixel's brightness to make errors
-/// relative.
+/// Brightness d of dark pixels, relative to the image's mean. Variances are relative to μ² + d² at
+/// brightness μ.
 const DARK: f64 = 0.05;
 /// Lower bound of variances in the weights, relative to the square of the brightest mean.
 const SURE: f64 = 1e-6;

@@ -51,8 +51,8 @@ pub struct Extent {
 pub struct Candidate {
     /// Estimator.
     pub integrator: Integrator,
-    /// Variance of a pixel's sample, relative to the square of (the pixel's brightness plus 5 % of
-    /// the image's brightness): the mean over pixels.
+    /// Relative variance of a pixel's sample: its variance over μ² + (0.05 μ̄)², the mean over
+    /// pixels. μ is the pixel's brightness, μ̄ the image's.
     pub relative_variance: f64,
     /// Work of a sample, in the unit of [`Stats::cost`](crate::stats::Stats::cost).
     pub work: f64,

@@ -24,7 +24,8 @@ const SIDE: usize = 8;
 /// Number of samples with the image's mean that are added to each cell's samples, to estimate its
 /// brightness.
 const PRIOR: f64 = 4.0;
-/// Fraction of the image's brightness that is added to a cell's brightness to make errors relative.
+/// Brightness d of dark cells, relative to the image's mean. Errors are relative to √(μ² + d²) at
+/// brightness μ.
 const DARK: f64 = 0.05;
 
 /// Runs the pilot of one of `groups` groups of channels. Returns the probabilities of strategies

@@ -17,8 +17,8 @@ pub struct Branches {
     /// Reason why there is no primary ray. If all rays were requested: reason why one that a
     /// coarser search found is missing from the list.
     pub failure: Option<Failure>,
-    /// True if at most one ray exists with at most the requested number of reflections where
-    /// refraction is possible.
+    /// True if it is certain that at most one ray exists with the requested number of reflections
+    /// where refraction is possible.
     pub is_unique: bool,
     /// True if something blocks the primary ray.
     pub is_occluded: bool,

@@ -20,13 +20,14 @@ pub(super) struct Replay<'a> {
     medium: MediumId,
     x: DVec3,
     v: DVec3,
-    /// Contribution relative to the recorded contribution.
+    /// Factor on the recorded throughput; it includes n² at the sensor in the changed scene.
     ratio: Spectrum,
     flight: Flight,
 }
 
 impl Replay<'_> {
-    /// Returns the contribution of a path in each channel, or `None` if its events differ.
+    /// Returns the contribution of a path in each channel, times n² at the sensor in the recorded
+    /// scene. Returns `None` if the path's events differ.
     pub(super) fn of(scene: &Scene, path: &AttachedPath, ray: SensorRay) -> Option<Spectrum> {
         let medium = path.legs[0].medium;
         let found = path.found.as_ref().unwrap();

@@ -10,13 +10,22 @@ use crate::scene::{MediumId, Object, Scene};
 use crate::texture::Texture;
 use std::ops::Range;
 
-/// Parameter by which light is differentiated.
+/// Parameter by which light is differentiated. It has one or more numbers, each with a value for
+/// each channel.
 ///
-/// Coefficients are per unit length and include the medium's `scale`. They have one number where
-/// the medium's extinction (for the albedo: its albedo) is uniform, one for each label, or one for
-/// each voxel, [z, y, x]. Colours have one number, or one for each pixel of an image, [y, x], each
-/// vertex or triangle of a coloured mesh, or each of the two colours of a checkerboard. So have
-/// emitters that project a texture. Every number has a value for each channel.
+/// Coefficients of media are per unit length and include the medium's `scale`. Their numbers depend
+/// on the medium's extinction (for the albedo, on its albedo):
+///
+/// - one number if it is uniform,
+/// - one for each label,
+/// - one for each voxel, [z, y, x].
+///
+/// Colours, and emitters that project a texture, have
+///
+/// - one number,
+/// - one for each pixel of an image, [y, x],
+/// - one for each vertex or triangle of a coloured mesh,
+/// - or one for each of the two colours of a checkerboard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RadiometricParameter {
     /// Extinction σ_t of a medium, at constant albedo.

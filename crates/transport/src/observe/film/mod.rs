@@ -323,8 +323,9 @@ impl Film {
         self.plane(|c, i| self.few_at(layer, c, i))
     }
 
-    /// Means of a layer, in the layout of [`Film::mean`]. The layers add up to the image.
-    /// [`Decomposition::slots`] describes the numbers of layers.
+    /// Means of a layer, in the layout of [`Film::mean`]. The layers add up to the image, if
+    /// [parts](LightParts) other than the light itself are left out. [`Decomposition::slots`]
+    /// describes the numbers of layers.
     pub fn layer_mean(&self, layer: usize) -> Vec<f32> {
         self.plane(|c, i| self.mean_at(Some(layer), c, i))
     }

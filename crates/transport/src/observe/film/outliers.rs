@@ -18,7 +18,7 @@ const BASE: f64 = 8.0;
 const EXPONENTS: std::ops::RangeInclusive<i32> = -10..=10;
 /// Number of levels.
 const LEVELS: usize = 21;
-/// Brightness, relative to the image's mean, up to which levels are always trusted.
+/// Smallest brightness of darker levels that the weights assume, relative to the mean of the image.
 const TRUSTED: f64 = 0.05;
 
 /// Sums of one group of channels by pixel, level and channel; the channel varies fastest.

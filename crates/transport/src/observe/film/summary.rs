@@ -38,8 +38,8 @@ impl Film {
 
     /// True if the error of [`Film::summary`], or of [`Film::layer_summary`], is unreliable: the
     /// mean has fewer than [`LEAST_EFFECTIVE`] effective samples, or a heavy [tail](Film::tail). An
-    /// image without light is flagged. A layer without light is not, because no path may ever
-    /// belong to it.
+    /// image without light is flagged. A layer without light is not flagged, because possibly no
+    /// path of the scene belongs to it.
     pub fn few_in_all(&self, layer: Option<usize>) -> bool {
         let (mean, error) = self.summary_of(layer);
         if mean == 0.0 {

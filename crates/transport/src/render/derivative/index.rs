@@ -62,8 +62,10 @@ pub struct IndexDerivatives {
 /// any number of threads.
 ///
 /// # Errors
-/// If the contributions of paths are discontinuous when rays move, for fields without parameters,
-/// for weights of the wrong number or that are not finite, and for fewer than two samples.
+/// - The contributions of paths are discontinuous when rays move.
+/// - A field has no parameters.
+/// - The number of weights is wrong, or a weight is not finite.
+/// - There are fewer than two samples.
 pub fn index_derivatives(
     scenes: &[Scene],
     options: &IndexDerivativeOptions,

@@ -75,9 +75,11 @@ pub struct DerivativeOptions<'a> {
 /// the computation early. Equal seeds give equal bits, for any number of threads.
 ///
 /// # Errors
-/// If a scene has no derivatives by a parameter, for Stokes parameters or sidebands, for
-/// integrators that blur, for weights of the wrong number or that are not finite, and for fewer
-/// than two samples.
+/// - A scene has no derivatives by a parameter.
+/// - The decomposition has parts: Stokes parameters or sidebands.
+/// - The integrator blurs light.
+/// - The number of weights is wrong, or a weight is not finite.
+/// - There are fewer than two samples.
 ///
 /// # Panics
 /// Panics like [`State::new`](super::State::new).
