@@ -1,4 +1,4 @@
-//! Where the light of a run of particles went (docs/theory.md#energy-balance).
+//! Energy balance of a run of particles (docs/theory.md#energy-balance).
 
 use crate::sum::ReproducibleSum;
 use serde::{Deserialize, Serialize};
@@ -7,20 +7,20 @@ use std::ops::AddAssign;
 /// Number of entries of a balance.
 const ENTRIES: usize = 5;
 
-/// What became of the power of one particle, summed over channels.
+/// Power of one particle by its fate, summed over channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ParticleBalance {
-    /// Absorbed by media.
+    /// Power absorbed by media.
     pub media: f64,
-    /// Absorbed by surfaces.
+    /// Power absorbed by surfaces.
     pub surfaces: f64,
-    /// Left the scene.
+    /// Power that left the scene.
     pub escaped: f64,
-    /// Still on its way at the largest depth.
+    /// Power left at the largest depth.
     pub cut: f64,
-    /// On rays that were lost: counted failures.
+    /// Power on rays that were lost; the losses are counted as failures.
     pub lost: f64,
-    /// Whether no particle was followed: then there is nothing to enter.
+    /// True if no particle was followed, so that there is nothing to add.
     pub is_void: bool,
 }
 
@@ -34,13 +34,13 @@ impl ParticleBalance {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BalanceSums {
     particles: u64,
-    /// Of each entry, and of their total: the sum, and the sum of squares.
+    /// Sum and sum of squares of each entry, and of the total of the entries.
     sums: [[f64; 2]; ENTRIES + 1],
 }
 
 impl BalanceSums {
-    /// Adds a particle. One whose entries are not finite is entered as nothing, so that it is left over, and counted in
-    /// `not_finite`.
+    /// Adds a particle. A particle with entries that are not finite is added with zero entries, so
+    /// that its power is part of the residual, and is counted in `not_finite`.
     pub fn add(&mut self, particle_balance: &ParticleBalance, not_finite: &mut u64) {
         if particle_balance.is_void {
             return;
@@ -59,7 +59,7 @@ impl BalanceSums {
     }
 }
 
-/// Sums over balances, whose bits do not depend on their order.
+/// Sums over balances with bits that do not depend on the order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BalanceTotals {
     particles: u64,
@@ -67,7 +67,7 @@ pub struct BalanceTotals {
 }
 
 impl BalanceTotals {
-    /// Adds an balance.
+    /// Adds a balance.
     pub fn enter(&mut self, balance: &BalanceSums) {
         self.particles += balance.particles;
         for (kept, sums) in self.sums.iter_mut().zip(balance.sums) {
@@ -81,7 +81,7 @@ impl BalanceTotals {
         self.particles
     }
 
-    /// What became of the power of emitters that emit `emitted`, summed over channels.
+    /// Returns the energy balance of emitters with the power `emitted`, summed over channels.
     pub fn balance(&self, emitted: Share) -> EnergyBalance {
         let share = |i: usize| self.share(i);
         let total = share(ENTRIES);
@@ -118,7 +118,7 @@ impl BalanceTotals {
 }
 
 impl AddAssign for BalanceTotals {
-    /// More balances.
+    /// Adds the sums of other balances.
     fn add_assign(&mut self, other: BalanceTotals) {
         self.particles += other.particles;
         for (sums, other) in self.sums.iter_mut().zip(other.sums) {
@@ -129,7 +129,8 @@ impl AddAssign for BalanceTotals {
 }
 
 impl AddAssign for BalanceSums {
-    /// More particles. Sums are rounded: add parts in an order that does not depend on threads.
+    /// Adds the sums of other particles. Sums are rounded: add parts in an order that does not
+    /// depend on threads.
     fn add_assign(&mut self, o: Self) {
         self.particles += o.particles;
         for (sum, other) in self.sums.iter_mut().zip(o.sums) {
@@ -144,32 +145,35 @@ impl AddAssign for BalanceSums {
 pub struct Share {
     /// Mean over particles.
     pub mean: f64,
-    /// Its standard error.
+    /// Standard error of the mean.
     pub error: f64,
 }
 
-/// The energy balance of a whole run. What the entries leave of the emitted power is what the choice of emitters and
-/// rays, Russian roulette and spectral sampling, which are fair but by chance, have added or taken.
+/// Energy balance of a whole run. The emitted power that the entries do not account for is the
+/// noise of three random choices, which are correct on average: emitters and rays, Russian
+/// roulette, and spectral sampling.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EnergyBalance {
-    /// Power of all emitters: exact, except of media that emit whose power had to be estimated.
+    /// Power of all emitters. It is exact, except for emitting media whose power had to be
+    /// estimated.
     pub emitted: f64,
-    /// Absorbed by media.
+    /// Power absorbed by media.
     pub media: Share,
-    /// Absorbed by surfaces.
+    /// Power absorbed by surfaces.
     pub surfaces: Share,
-    /// Left the scene.
+    /// Power that left the scene.
     pub escaped: Share,
-    /// Still on its way at the largest depth.
+    /// Power left at the largest depth.
     pub cut: Share,
-    /// On rays that were lost: counted failures.
+    /// Power on rays that were lost; the losses are counted as failures.
     pub lost: Share,
-    /// What was emitted, less all of the other entries: zero within its error, and that of the power of media that emit.
+    /// Emitted power minus all other entries. It is zero within its error, and the error of the
+    /// power of emitting media.
     pub residual: Share,
 }
 
 impl AddAssign for Share {
-    /// Independent amounts.
+    /// Adds an independent amount.
     fn add_assign(&mut self, o: Self) {
         self.mean += o.mean;
         self.error = self.error.hypot(o.error);
@@ -177,7 +181,7 @@ impl AddAssign for Share {
 }
 
 impl AddAssign for EnergyBalance {
-    /// Other channels, with particles of their own.
+    /// Adds the balance of other channels, with separate particles.
     fn add_assign(&mut self, o: Self) {
         self.emitted += o.emitted;
         self.media += o.media;

@@ -8,75 +8,78 @@ use crate::emitter::EmittedRay;
 use glam::DVec3;
 use std::ops::ControlFlow;
 
-/// Receives the events of the subpaths of a sample, and the contributions that they make. A static type: a log that ignores
-/// events costs nothing.
+/// Receives the events of the subpaths of a sample, and the contributions that they make. The type
+/// is static: a log that ignores events costs nothing.
 ///
-/// The subpath of the sensor has [`TransportMode::Radiance`], that of the light [`TransportMode::Importance`].
+/// Events of the sensor subpath have [`TransportMode::Radiance`], events of the light subpath
+/// [`TransportMode::Importance`].
 pub(crate) trait PathLog {
     /// Arcs of a connection, as the log keeps them.
     type Way;
 
-    /// True if [`follow`](Self::follow) looks at the spans of its edge. Edges that contributions leave before their end always
-    /// keep their spans.
+    /// True if [`follow`](Self::follow) reads the spans of its edge. Edges that contributions leave
+    /// before their end always keep their spans.
     const NEEDS_SPANS: bool;
 
-    /// True if `follow` looks at the parts of its edge, or at its spans where no parts are kept.
+    /// True if `follow` reads the parts of its edge, or its spans if no parts are kept.
     const NEEDS_PARTS: bool;
 
-    /// Starts the subpath of the light with a ray.
+    /// Starts the light subpath with a ray.
     fn emit(&mut self, ray: &EmittedRay);
 
-    /// Follows an edge to its end, with a scattering if it collides there. `parts` are the arcs of the edge up to its end; estimators
-    /// may leave them out.
+    /// Follows an edge to its end, with a scattering event if it collides there. `parts` are the
+    /// arcs of the edge up to its end; estimators may omit them.
     fn follow(&mut self, mode: TransportMode, edge: &Edge, parts: &[RayPart]);
 
-    /// Gives the end of the last edge of a subpath a number, from 0, so that contributions may leave the subpath there later.
+    /// Numbers the end of the last edge of a subpath, from 0, so that later contributions may leave
+    /// the subpath there.
     fn number_vertex(&mut self, mode: TransportMode);
 
-    /// Turns at the last vertex of a subpath, perhaps along a specular lobe.
+    /// Turns at the last vertex of a subpath, possibly along a specular lobe.
     fn turn(&mut self, mode: TransportMode, vertex: &Vertex, direction: DVec3, specular: bool);
 
-    /// Keeps the arcs of a connection from a vertex of a subpath. They may start at either end.
+    /// Stores the arcs of a connection from a vertex of a subpath. The arcs may start at either
+    /// end.
     fn way(&mut self, mode: TransportMode, vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way;
 
     /// Receives the path of a contribution.
     fn contribute(&mut self, path: &FoundPath<Self::Way>);
 }
 
-/// Path of a contribution: parts of one or two subpaths, and what joins them.
+/// Path of a contribution: parts of one or two subpaths, and the connection between them.
 #[derive(Debug)]
 pub(crate) struct FoundPath<'a, W> {
-    /// Part of the sensor's subpath; `None` if a connection ends at the sensor.
+    /// Part of the sensor subpath; `None` if a connection ends at the sensor.
     pub sensor: Option<SubpathEnd<'a>>,
-    /// Part of the light's subpath; `None` if the path has the light of `ray`.
+    /// Part of the light subpath; `None` if the light of the path is that emitted along `ray`.
     pub light: Option<SubpathEnd<'a>>,
     /// Arcs of the connection.
     pub way: Option<&'a W>,
-    /// Ray of the emitter, if it is not the one with which the light's subpath starts.
+    /// Ray of the emitter, if it differs from the first ray of the light subpath.
     pub ray: Option<&'a EmittedRay>,
 }
 
 /// End of the part of a subpath that belongs to a contribution.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SubpathEnd<'a> {
-    /// Where the contribution leaves the subpath.
+    /// Place at which the contribution leaves the subpath.
     pub leaves: Leaves,
-    /// Edges of the contribution alone, from there on.
+    /// Edges of the contribution alone, after the part that it shares with the subpath.
     pub passed: &'a [Edge<'a>],
-    /// Part of an edge after them.
+    /// Part of an edge after `passed`.
     pub part: Option<EdgePart<'a>>,
     /// Vertex that is connected, and the direction of the connection.
     pub turn: Option<(&'a Vertex, DVec3)>,
 }
 
-/// Where a contribution leaves a subpath.
+/// Place at which a contribution leaves a subpath.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Leaves {
-    /// At its start.
+    /// The start of the subpath.
     Start,
-    /// At a vertex with a [number](PathLog::number_vertex).
+    /// A vertex with a [number](PathLog::number_vertex).
     Vertex(usize),
-    /// Where the subpath has come to.
+    /// The current end of the subpath.
     Last,
 }
 
@@ -90,7 +93,7 @@ pub(crate) struct EdgePart<'a> {
 }
 
 impl SubpathEnd<'_> {
-    /// End of a path that leaves a subpath without another edge.
+    /// Makes the end of a path that leaves a subpath without another edge.
     pub(crate) fn at(leaves: Leaves) -> Self {
         SubpathEnd {
             leaves,
@@ -116,7 +119,7 @@ impl PathLog for () {
     fn contribute(&mut self, _path: &FoundPath<()>) {}
 }
 
-/// Hands the events of a walk to a log.
+/// Observer that forwards the events of a walk to a log.
 pub(super) struct Logged<'l, L> {
     pub log: &'l mut L,
     pub mode: TransportMode,

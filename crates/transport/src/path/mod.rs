@@ -1,15 +1,19 @@
 //! Paths: non-specular vertices and the edges between them.
 //!
-//! An edge is curved flow plus the specular events that it passes. This is the only place that says
-//! which way light goes at each end of an edge, how long it is, and what its geometry term is.
+//! An edge is a curved ray with the specular events along it. Only this module computes the
+//! directions of light at the ends of an edge, its length and its geometry term.
 //!
-//! Which edges connections own is one rule (docs/theory.md#connectable-edges): an edge is *connectable* if connections look
-//! for its like, i.e. it passes where indices are declared matched, is refracted or totally reflected at
-//! smooth dielectrics, or is reflected there no more often than the scene allows, and is no longer than
-//! the scene's reach. Connections find all such edges: the one that a deterministic start leads to for
-//! certain, others at random with a weight that makes up for it. So an edge that is connectable and was
-//! found by chance shares its contribution with the connections that compete for it, and any
-//! other edge keeps all of it.
+//! One rule decides which edges connections find (docs/theory.md#connectable-edges). An edge is
+//! *connectable* if connections search for edges like it:
+//!
+//! - it passes declared index matches, and is refracted or totally reflected at smooth dielectrics;
+//! - it is reflected there, where refraction is possible, no more often than the scene allows;
+//! - it is no longer than the scene's reach.
+//!
+//! Connections find all connectable edges: a deterministic start always leads to one of them;
+//! random starts find the others, with a weight that corrects for the probability of finding them.
+//! A connectable edge that a random walk found therefore shares its contribution with the competing
+//! connections, by MIS weights. Any other edge keeps its full contribution.
 //!
 //! Theory: docs/theory.md#edges-and-geometry-terms.
 

@@ -1,4 +1,4 @@
-//! Storage and counts of one thread, and what its paths have been told.
+//! Storage, counts and learnt estimates of one thread.
 
 use super::energy_balance::ParticleBalance;
 use super::learnt::{
@@ -12,85 +12,87 @@ use eikonal::ray::Arc;
 use eikonal::{Solver, Tolerance};
 use serde::{Deserialize, Serialize};
 
-/// Probability with which connections that may not be unique are searched for further branches,
-/// unless it is chosen otherwise.
+/// Default probability of searching a connection that may not be unique for further branches.
 const SEARCH: f64 = 0.25;
-/// How often a random start leads to a branch, at a guess for multiple importance sampling, and by
-/// what factor each reflection makes that rarer.
+/// Assumed probability that a random start leads to a branch, for MIS weights, and the factor by
+/// which each reflection reduces it.
 const DISCOVERY: f64 = 0.05;
 const DISCOVERY_REFLECTED: f64 = 0.02;
 
 /// An arc of a ray within one medium.
 #[derive(Clone, Copy, Debug)]
 pub struct RayPart {
-    /// The curve, of which only θ ≤ `theta_end` belongs to the ray.
+    /// Curve of the arc. Only the part θ ≤ `theta_end` belongs to the ray.
     pub arc: Arc,
-    /// See `arc`.
+    /// Value of θ at which the ray ends on `arc`.
     pub theta_end: f64,
-    /// The medium.
+    /// Medium of the arc.
     pub medium: MediumId,
 }
 
-/// Storage and counts of one thread.
+/// Storage, counts and learnt estimates of one thread.
 #[derive(Debug)]
 pub struct Workspace {
-    /// Finds connections.
+    /// Solver that finds connections.
     pub solver: Solver<MediumId>,
-    /// What has happened so far.
+    /// Counts so far.
     pub stats: Stats,
-    /// What has become of the particles followed since it was last taken.
+    /// Energy balance of the particles followed since the balance was last taken.
     pub particle_balance: ParticleBalance,
-    /// Probability in (0, 1] with which a connection that may not be unique is searched for further
-    /// branches. Any value is unbiased.
+    /// Probability in (0, 1] of searching a connection that may not be unique for further branches.
+    /// Any value is unbiased.
     pub search: f64,
     /// Probabilities with which vertices are connected to emitters. Any values are unbiased.
     pub rates: NeeRates,
-    /// What a pilot finds out about them.
+    /// Data of a pilot about `rates`.
     pub nee_training: Option<Box<NeeTraining>>,
-    /// Probabilities with which strategies of bidirectional estimators are used. Any values are unbiased.
+    /// Probabilities with which strategies of bidirectional estimators are used. Any values are
+    /// unbiased.
     pub strategies: StrategyRates,
     /// Work for these strategies so far.
     pub strategy_work: StrategyWork,
-    /// What paths may still bring. Any values are unbiased.
+    /// Estimate of the further contribution of paths, for Russian roulette. Any values are
+    /// unbiased.
     pub adjoint: AdjointEstimate,
-    /// How paths begin.
+    /// Techniques for the first vertices of paths.
     pub first_vertex: FirstVertexTechniques,
-    /// What happened where the last sample whose path was split was split.
+    /// Last sample whose path was split, if any.
     pub split: Option<SplitSample>,
-    /// What a pilot finds out about adjoint estimates.
+    /// Data of a pilot about `adjoint`.
     pub adjoint_training: Option<Box<AdjointTraining>>,
-    /// Whether all work is to be given up, so that nothing is found any more.
+    /// Signal to stop all work. Once it is raised, nothing more is found.
     pub stop: Stop,
-    /// Parts of the straight connection last made.
+    /// Parts of the last straight connection.
     pub(in crate::path) line: Vec<RayPart>,
-    /// Parts of the edge last sampled up to its end, if [they were to be kept](super::Sampling::parts).
+    /// Parts of the last sampled edge up to its end, if [requested](super::Sampling::parts).
     pub edge_parts: Vec<RayPart>,
 }
 
-/// What is done on the first edges of paths from the sensor to have less left to chance.
-/// See docs/theory.md#first-vertex-techniques.
+/// Techniques that reduce the variance of the first edges of paths from the sensor. See
+/// docs/theory.md#first-vertex-techniques.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FirstVertexTechniques {
-    /// Number of first edges that collide for certain where they would leave the scene. Any number is unbiased in a
-    /// scene that is [dark](crate::Scene::is_dark) around.
+    /// Number of first edges that are forced to collide where they would leave the scene. Any
+    /// number is unbiased in a scene that is [dark](crate::Scene::is_dark) around.
     pub forced_collisions: u32,
-    /// Whether paths are split where their first edge meets a smooth dielectric: one is refracted, one reflected. Unbiased either way.
+    /// True if paths are split where the first edge meets a smooth dielectric: one path is
+    /// refracted, one reflected. Both settings are unbiased.
     pub splitting: bool,
 }
 
-/// A sample whose path was split.
+/// A sample with a split path.
 #[derive(Clone, Copy, Debug)]
 pub struct SplitSample {
-    /// Number of contributions that came before those of the reflected path.
+    /// Number of contributions before the contributions of the reflected path.
     pub before: usize,
-    /// Probability with which a path that is not split is reflected there.
+    /// Probability with which an unsplit path is reflected at the split.
     pub reflectance: f64,
-    /// Work of the workspace up to the reflected path.
+    /// Work of the workspace before the reflected path.
     pub cost: f64,
 }
 
 impl Workspace {
-    /// A fresh workspace for rays of a given tolerance.
+    /// Makes a workspace for rays of a given tolerance.
     pub fn new(tolerance: Tolerance) -> Self {
         Workspace {
             solver: Solver::new(tolerance),
@@ -111,22 +113,22 @@ impl Workspace {
         }
     }
 
-    /// How accurate rays are.
+    /// Returns the tolerance of rays.
     pub fn tolerance(&self) -> Tolerance {
         self.solver.tolerance()
     }
 
-    /// The counts, with the solver's work in them.
+    /// Returns the counts, including the solver's work.
     pub fn stats(&self) -> Stats {
         let mut stats = self.stats;
         stats.work += self.solver.work;
         stats
     }
 
-    /// What a branch that must be found at random counts for in the combination of estimators, where
-    /// one that is found for certain counts 1. A find with probability P is worth N/q with a variance
-    /// of about 2/(qP), as if qP/2 samples had been taken; P itself is not known, and any guess of it
-    /// is unbiased that depends on the branch alone.
+    /// Returns the discovery probability of a branch that only random starts find; a branch from a
+    /// deterministic start has 1. A find with probability P has the weight N/q with a variance of
+    /// about 2/(qP), as if qP/2 samples had been taken. P itself is unknown. Any estimate of P that
+    /// depends only on the branch is unbiased.
     pub(in crate::path) fn random_discovery(&self, geometry: &EdgeGeometry) -> f64 {
         self.search * DISCOVERY * DISCOVERY_REFLECTED.powi(geometry.reflections.min(64) as i32)
     }

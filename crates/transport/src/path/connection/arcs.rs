@@ -1,4 +1,4 @@
-//! The way of a connection, arc by arc.
+//! Arcs along a connection.
 
 use crate::path::workspace::RayPart;
 use crate::scene::MediumId;
@@ -6,17 +6,17 @@ use eikonal::connect::Piece;
 use eikonal::ray::Arc;
 use glam::DVec3;
 
-/// The arcs of a connection, in the order in which its ray was followed.
+/// Arcs of a connection, in the order in which its ray was followed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum ConnectionArcs<'a> {
-    /// Along a straight line.
+    /// Arcs along a straight line.
     Line(&'a [RayPart]),
-    /// Along a ray that the solver has found.
+    /// Arcs along a ray that the solver found.
     Ray(&'a [Piece<MediumId>]),
 }
 
 impl<'a> ConnectionArcs<'a> {
-    /// Calls `see` with the medium of each arc, the arc, and the θ where it ends.
+    /// Calls `see` with the medium of each arc, the arc, and the θ at which the arc ends.
     pub(crate) fn each(&self, mut see: impl FnMut(MediumId, &'a Arc, f64)) {
         match self {
             ConnectionArcs::Line(parts) => {
@@ -32,7 +32,7 @@ impl<'a> ConnectionArcs<'a> {
         }
     }
 
-    /// Position and velocity at the start and at the end; `None` without arcs.
+    /// Returns position and velocity at the start and at the end; `None` without arcs.
     pub(crate) fn ends(&self) -> Option<[(DVec3, DVec3); 2]> {
         let [(first, _), (last, theta)] = match self {
             ConnectionArcs::Line(parts) => {

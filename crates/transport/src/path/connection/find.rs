@@ -1,4 +1,5 @@
-//! Connections along all branches (docs/theory.md#branches), and how easily they find one.
+//! Connections along all branches (docs/theory.md#branches), and the probability that connections
+//! discover a branch.
 
 use super::arcs::ConnectionArcs;
 use super::ray::{Connection, same_length, same_way};
@@ -14,26 +15,28 @@ use glam::DVec3;
 use smallvec::SmallVec;
 use std::ops::ControlFlow;
 
-/// What connections are worth, each with a weight: hardly ever more than one.
+/// Values of connections, each with a weight; rarely more than one.
 pub(crate) type Weighted<T> = SmallVec<[(T, f64); 1]>;
 
-/// A branch between two vertices that was found by chance.
+/// A branch between two vertices that a random walk found.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FoundBranch<'g> {
-    /// Its geometry.
+    /// Geometry of the branch.
     pub geometry: &'g EdgeGeometry,
-    /// Unit direction in which it leaves the vertex that connections are made from.
+    /// Unit direction in which the branch leaves the vertex that connections are made from.
     pub direction: DVec3,
-    /// Its optical length, which tells branches from a plane apart that leave in one direction.
+    /// Optical length of the branch. It separates branches that leave a plane in one direction.
     pub optical_length: Option<f64>,
 }
 
 impl Connection {
-    /// Connects a vertex to a target along all branches (docs/theory.md#branches) and asks `evaluate` what each is worth;
-    /// returns what it answers, each with a weight. Sums of value times weight are unbiased: rays
-    /// found from deterministic starts have weight 1, others the reciprocal of the probability that they
-    /// are found. Rays that are blocked or worth nothing (`None`) are left out. Every
-    /// attempt and its outcome is counted.
+    /// Connects a vertex to a target along all branches (docs/theory.md#branches) and evaluates
+    /// each branch with `evaluate`. Returns the values, each with a weight.
+    ///
+    /// Sums of value times weight are unbiased. Rays found from deterministic starts have weight 1.
+    /// Other rays have the reciprocal of the probability of finding them as their weight. Blocked
+    /// rays, and rays for which `evaluate` returns `None`, are left out. Every attempt and its
+    /// outcome is counted.
     pub fn each<T>(
         scene: &Scene,
         vertex: &Vertex,
@@ -46,7 +49,7 @@ impl Connection {
         Connection::each_with_arcs(scene, vertex, target, sampler, ws, evaluate)
     }
 
-    /// The same; `evaluate` also sees the arcs of the connection.
+    /// Does the work of [`Connection::each`]; `evaluate` also receives the arcs of the connection.
     pub(crate) fn each_with_arcs<T>(
         scene: &Scene,
         vertex: &Vertex,
@@ -55,7 +58,7 @@ impl Connection {
         ws: &mut Workspace,
         mut evaluate: impl FnMut(&Connection, ConnectionArcs) -> Option<T>,
     ) -> Weighted<T> {
-        // Where nothing bends rays there is one branch at most, in closed form.
+        // Without ray bending there is at most one branch, in closed form.
         if scene.is_straight() {
             ws.stats.connections.certified += 1;
             let connection = straight::connect(scene, vertex, target, ws);
@@ -64,7 +67,7 @@ impl Connection {
             return value.map(|value| (value, 1.0)).into_iter().collect();
         }
         let tolerance = ws.tolerance();
-        // The branches from deterministic starts count with weight 1.
+        // Connect from the deterministic starts, with weight 1.
         let search = Search::new(scene, vertex, target);
         let mut values = SmallVec::new();
         let mut known: SmallVec<[Connection; 2]> = SmallVec::new();
@@ -72,7 +75,7 @@ impl Connection {
             let Some(connection) = search.attempt(&candidate, ws) else {
                 return ControlFlow::Continue(());
             };
-            // Several starts may lead to one branch.
+            // Skip a branch that an earlier start found.
             if known.iter().any(|k| k.is_branch_of(tolerance, &connection)) {
                 return ControlFlow::Continue(());
             }
@@ -86,7 +89,8 @@ impl Connection {
             }
             ControlFlow::Continue(())
         });
-        // Further branches: with probability q, one random start, with weight N/q, eq. (sum over branches).
+        // Search for further branches with probability q: one random start, weight N/q, eq. (sum
+        // over branches).
         if search.has_all(!known.is_empty()) {
             ws.stats.connections.certified += 1;
         // Planted error "further branches dropped: the estimators disagree", found by morgana-transport/transport::agreement::branches::estimators_agree_on_all_branches:
@@ -110,8 +114,8 @@ impl Connection {
         values
     }
 
-    /// How easily connections from a vertex to a target find a branch that was found by other means
-    /// (docs/theory.md#connection-and-chance).
+    /// Returns the probability that connections from a vertex to a target discover a branch that a
+    /// random walk found (docs/theory.md#connection-and-chance).
     pub(crate) fn discovery(
         scene: &Scene,
         vertex: &Vertex,

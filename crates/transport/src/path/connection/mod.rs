@@ -1,4 +1,5 @@
-//! Connections: edges from a vertex to an emitter, to the sensor, or to another vertex (docs/theory.md#connections).
+//! Connections: edges from a vertex to an emitter, to the sensor, or to another vertex
+//! (docs/theory.md#connections).
 
 mod arcs;
 mod find;

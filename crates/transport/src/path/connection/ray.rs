@@ -11,28 +11,29 @@ use eikonal::connect::World;
 use eikonal::ray::Arc;
 use glam::DVec3;
 
-/// Directions closer than this, in radians, are those of one branch, and closer than this multiple of
-/// the rays' tolerance: the solver is no better than the rays that it shoots. Likewise for the
-/// relative difference of optical path lengths.
+/// Limits below which two rays count as one branch: an angle in radians, and a multiple of the
+/// tolerance of rays. The larger limit applies, because the solver is no more accurate than the
+/// rays that it shoots. The limits also apply to the relative difference of optical path lengths.
 const SAME_WAY: (f64, f64) = (1e-4, 100.0);
 
-/// A grazing ray touches the surface on which it ends this many times its miss before the end.
+/// Slack at the end of a grazing ray, per length of its miss. Within the slack, the ray may touch
+/// the surface on which it ends.
 const SLACK_PER_MISS: f64 = 1e3;
-/// Likewise for the distance by which ends are kept off surfaces.
+/// Slack at the end of a ray, per ray epsilon: ends are kept off surfaces by the ray epsilon.
 const SLACK_PER_RAY_EPSILON: f64 = 1e3;
 
-/// A ray between a vertex and an end, seen from the vertex.
+/// A ray between a vertex and an end. The fields describe it from the vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct Connection {
     /// Unit direction at the vertex, towards the end.
     pub direction: DVec3,
-    /// Where the ray meets the end.
+    /// Position at which the ray meets the end.
     pub origin: DVec3,
     /// Unit direction at the end, towards the vertex.
     pub emission: DVec3,
-    /// Geometry and depth.
+    /// Geometry and optical depth of the ray.
     pub geometry: EdgeGeometry,
-    /// Factor of the interfaces on the way, Fresnel's included.
+    /// Factor of the interfaces along the ray, Fresnel factors included.
     pub factor: Spectrum,
     /// Index at the vertex, on the side where the ray leaves it.
     pub n_vertex: f64,
@@ -40,16 +41,17 @@ pub struct Connection {
     pub n_end: f64,
     /// Optical path length.
     pub optical_length: f64,
-    /// How far the ray passes from the point that it was aimed at.
+    /// Distance at which the ray passes the point that it was aimed at.
     pub miss: f64,
-    /// Probability that connections discover it, as multiple importance sampling takes it: 1 for a branch that
-    /// is found for certain, less for one that only random starts find.
+    /// Probability that connections discover the ray, for MIS weights: 1 for a branch found from a
+    /// deterministic start, less for a branch that only random starts find.
     pub discovery: f64,
 }
 
 impl Connection {
-    /// Takes off what surfaces on the way take of the light that passes them straight on. Whether any is left: an
-    /// opaque or rough one blocks the ray, whose arcs are given with the θ where they end.
+    /// Multiplies the factor and the choice probability by the transmission of surfaces that let
+    /// light pass straight on. Returns true if any light is left; an opaque or rough surface blocks
+    /// the ray. `arcs` are the arcs of the ray, each with the θ at which it ends.
     pub(super) fn passes<'a>(
         &mut self,
         scene: &Scene,
@@ -68,7 +70,7 @@ impl Connection {
             ConnectionEnd::Plane { .. } => None,
         };
         let visible = scene.visibility(arcs, [left, end], slack);
-        // Nothing may pass a mask between media either.
+        // A mask between media may also transmit nothing.
         let visible = visible.filter(|_| self.geometry.choice > 0.0);
         let Some(through) = visible else {
             stats.connections.occluded += 1;
@@ -81,13 +83,13 @@ impl Connection {
         true
     }
 
-    /// Whether two connections of one vertex to one target are the same ray.
+    /// True if two connections from one vertex to one target are one ray.
     pub(super) fn is_branch_of(&self, tolerance: Tolerance, other: &Connection) -> bool {
         same_way(tolerance, self.direction, other.direction)
             && same_length(tolerance, self.optical_length, other.optical_length)
     }
 
-    /// Transmittance, the factor of the interfaces included.
+    /// Returns the transmittance, including the factor of the interfaces.
     pub fn transmittance(&self) -> Spectrum {
         self.geometry.depth.exp_neg() * self.factor
     }

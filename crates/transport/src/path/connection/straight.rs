@@ -1,4 +1,4 @@
-//! Connections where no ray is bent: along the straight line, in closed form.
+//! Connections without ray bending: along the straight line, in closed form.
 
 use super::ray::Connection;
 use super::target::ConnectionTarget;
@@ -13,39 +13,41 @@ use eikonal::connect::World;
 use eikonal::ray::Arc;
 use glam::DVec3;
 
-/// More index-matched boundaries than any sensible line crosses.
+/// Largest number of index-matched boundaries on a line; sensible lines cross fewer.
 const MOST_CROSSINGS: usize = 20_000;
 
-/// The line that connects a vertex with a target: from the vertex to a point, but from a plane to the vertex. Its
-/// ends are kept off the surfaces on which they lie.
+/// The line that connects a vertex with a target: from the vertex to a point, or from a plane to
+/// the vertex. The ends of the line are kept off the surfaces on which they lie.
 struct Line {
     from: DVec3,
     to: DVec3,
     direction: DVec3,
     length: f64,
-    /// The object that it leaves at its start, and does not meet again.
+    /// Object that the line leaves at its start and does not meet again.
     left: Option<usize>,
-    /// Medium at its start.
+    /// Medium at the start of the line.
     medium: MediumId,
-    /// Medium at the vertex, on the side on which the line should lie.
+    /// Medium at the vertex, on the side on which the line must lie.
     beside: MediumId,
-    /// Whether it lies there, and light leaves the end's surface on the right side.
+    /// True if the line lies on that side of the vertex, and light leaves the surface of the end on
+    /// the right side.
     proper: bool,
 }
 
-/// How light passes through media along a line.
+/// Transmission of media and surfaces along a line.
 struct StraightThroughput {
     optical_length: f64,
-    /// Index at its start and at its end.
+    /// Indices at the start and at the end of the line.
     n: [f64; 2],
     /// ∏ n_after/n_before over declared index matches.
     jump: f64,
-    /// What masks and panes between media let pass.
+    /// Transmission of masks and panes between media.
     through: PartialTransmission,
 }
 
-/// The connection along the straight line, counted: J is the squared distance from a point, A is 1 from a plane
-/// (docs/theory.md#edges-and-geometry-terms). `None` if it is blocked, or leaves or arrives on the wrong side of a surface.
+/// Returns the connection along the straight line, and counts it. J is the squared distance from a
+/// point; A is 1 from a plane (docs/theory.md#edges-and-geometry-terms). Returns `None` if the line
+/// is blocked, or leaves or arrives on the wrong side of a surface.
 pub(super) fn connect(
     scene: &Scene,
     vertex: &Vertex,
@@ -75,7 +77,7 @@ pub(super) fn connect(
 }
 
 impl Line {
-    /// `None` if there is no line, or the vertex lies behind the plane.
+    /// Returns the line; `None` if the ends coincide or the vertex lies behind the plane.
     fn between(scene: &Scene, vertex: &Vertex, target: &ConnectionTarget) -> Option<Self> {
         let x = vertex.position();
         let line = match target.end {
@@ -121,10 +123,10 @@ impl Line {
         (line.length > 0.0 && line.length.is_finite()).then_some(line)
     }
 
-    /// Cuts the line at the boundaries that it crosses.
+    /// Cuts the line at the boundaries that it crosses, into `parts`.
     ///
     /// # Errors
-    /// [`Failure::OverBudget`] if there are too many.
+    /// [`Failure::OverBudget`] if there are too many boundaries.
     fn cut(&self, scene: &Scene, parts: &mut Vec<RayPart>) -> Result<StraightThroughput, Failure> {
         parts.clear();
         let (mut x, mut medium, mut left) = (self.from, self.medium, self.left);
@@ -136,7 +138,8 @@ impl Line {
             through: PartialTransmission::ALL,
         };
         while parts.len() < MOST_CROSSINGS {
-            // The end may lie nearer to the last boundary than the ray epsilon: the arc must still have a direction.
+            // The end may be closer to the last boundary than the ray epsilon; the arc still needs
+            // a direction.
             let rest = (self.to - x).dot(self.direction).max(scene.ray_epsilon());
             let arc = Arc::line(x, self.direction * n, rest / n);
             let boundary = scene.first_boundary(&arc, left);
@@ -165,7 +168,7 @@ impl Line {
         Err(Failure::OverBudget)
     }
 
-    /// The connection, as if nothing blocked it.
+    /// Returns the connection along the line, without the test for occlusion.
     fn connection(&self, target: &ConnectionTarget, throughput: &StraightThroughput) -> Connection {
         let (ahead, back, [n_first, n_last]) = (self.direction, -self.direction, throughput.n);
         let point = matches!(target.end, ConnectionEnd::Point { .. });
@@ -206,10 +209,11 @@ impl Line {
         }
     }
 
-    /// Whether it leaves and arrives as it should, and such branches are looked for: see [`crate::path`].
+    /// True if the line leaves and arrives on the right sides and is within the reach of branches;
+    /// see [`crate::path`].
     fn complies(&self, scene: &Scene, target: &ConnectionTarget, parts: &[RayPart]) -> bool {
         let parallel = matches!(target.end, ConnectionEnd::Plane { .. });
-        // How far away a plane is does not count.
+        // Leave out the distance to a plane.
         let counted = &parts[usize::from(parallel)..];
         let length = counted.iter().map(|p| p.arc.optical_length(p.theta_end));
         let arrives = parts.last().is_some_and(|last| last.medium == self.beside);

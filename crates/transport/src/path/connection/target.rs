@@ -1,4 +1,4 @@
-//! What vertices are connected to.
+//! Targets of connections.
 
 use crate::connection_end::{ConnectionEnd, OnSurface};
 use crate::emitter::Emitter;
@@ -7,30 +7,30 @@ use crate::scene::{MediumId, Scene};
 use eikonal::connect::Guide;
 use glam::DVec3;
 
-/// What a vertex is to be connected to.
+/// Target of a connection from a vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct ConnectionTarget<'a> {
-    /// Where the connection should end.
+    /// End of the connection.
     pub end: ConnectionEnd,
-    /// Whether the connection may arrive on either side of the end's surface, rather than on that of
-    /// the end's normal only.
+    /// True if the connection may arrive on either side of the end's surface, false if only on the
+    /// side of the end's normal.
     pub two_sided: bool,
     /// Medium at the end, if it is a point.
     pub medium: Option<MediumId>,
-    /// Centre and radius of the part of a plane from which light may come.
+    /// Centre and radius of the part of a plane from which light can come.
     pub disc: (DVec3, f64),
-    /// Where a beam goes.
+    /// Ray along the centre of a beam.
     pub guide: Option<&'a Guide<MediumId>>,
-    /// What the vertex's own subpath carries: the end is then at the other end of the path.
+    /// Quantity that the subpath of the vertex carries. The end is at the opposite end of the path.
     pub mode: TransportMode,
 }
 
 impl<'a> ConnectionTarget<'a> {
-    /// An end at an emitter.
+    /// Makes a target at an emitter.
     pub fn emitter(scene: &'a Scene, emitter: usize, end: ConnectionEnd) -> Self {
         let around = scene.around();
         let disc = match &scene.emitters()[emitter] {
-            // Where nothing to speak of is left of a beam.
+            // The disc is wide enough for all noticeable power of the beam.
             Emitter::Collimated(beam) => (beam.origin(), beam.aperture().reach()),
             _ => (around.center, around.radius),
         };
@@ -44,7 +44,7 @@ impl<'a> ConnectionTarget<'a> {
         }
     }
 
-    /// An end at the sensor.
+    /// Makes a target at the sensor.
     pub fn sensor(scene: &'a Scene, end: ConnectionEnd) -> Self {
         let around = scene.around();
         ConnectionTarget {
@@ -57,7 +57,8 @@ impl<'a> ConnectionTarget<'a> {
         }
     }
 
-    /// The side of the end's surface that light must leave it on, for a ray that arrives in `direction`.
+    /// Returns the normal of the side on which light must leave the end's surface, for a ray that
+    /// arrives in `direction`.
     pub(super) fn facing(&self, on: &OnSurface, direction: DVec3) -> DVec3 {
         if self.two_sided && on.normal.dot(direction) > 0.0 {
             -on.normal
@@ -66,7 +67,7 @@ impl<'a> ConnectionTarget<'a> {
         }
     }
 
-    /// A vertex of an emitter's subpath.
+    /// Makes a target at a vertex of an emitter's subpath.
     pub fn vertex(vertex: &Vertex) -> Self {
         ConnectionTarget {
             end: vertex.as_end(),
@@ -79,7 +80,7 @@ impl<'a> ConnectionTarget<'a> {
     }
 }
 
-/// The end with which a connection to an environment would look in the direction `toward`.
+/// Returns the end that a connection to an environment has for the direction `toward`.
 pub(crate) fn environment_end(scene: &Scene, toward: DVec3) -> ConnectionEnd {
     let around = scene.around();
     ConnectionEnd::Plane {

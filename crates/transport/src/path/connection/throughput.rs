@@ -1,4 +1,4 @@
-//! What happens to light on the way of a connection (docs/theory.md#declared-index-matches,
+//! Transmission along a connection (docs/theory.md#declared-index-matches,
 //! docs/theory.md#masks-and-panes).
 
 use crate::Spectrum;
@@ -9,14 +9,14 @@ use eikonal::connect::{Event, Piece};
 use eikonal::interface::Rule;
 use eikonal::ray::Arc;
 
-/// Everything that the pieces of a ray do to light.
+/// Product of the transmission factors of the pieces of a ray.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ConnectionThroughput {
     /// Optical depth.
     pub depth: Spectrum,
-    /// Factor of the smooth interfaces, Fresnel's included.
+    /// Factor of the smooth interfaces, Fresnel factors included.
     pub factor: Spectrum,
-    /// Probability that an edge sampled by chance makes the same choices.
+    /// Probability that a randomly sampled edge makes the same discrete choices.
     pub choice: f64,
     /// Number of refractions and reflections.
     pub events: u32,
@@ -27,7 +27,7 @@ pub(super) struct ConnectionThroughput {
 }
 
 impl ConnectionThroughput {
-    /// Along the pieces of a ray.
+    /// Accumulates the throughput along the pieces of a ray.
     pub(super) fn new(scene: &Scene, pieces: &[Piece<MediumId>]) -> Self {
         let mut throughput = ConnectionThroughput {
             depth: Spectrum::ZERO,
@@ -71,7 +71,8 @@ impl ConnectionThroughput {
         }
     }
 
-    /// What a mask or a pane between media lets pass, which the arc meets as its first boundary.
+    /// Multiplies by the transmission of a mask or a pane between media. The object must be the
+    /// first boundary that the arc meets.
     fn pass_partial(&mut self, scene: &Scene, object: usize, arc: &Arc) {
         let boundary = scene.first_boundary(arc, None);
         let met = boundary.filter(|(found, _)| *found == object);
@@ -83,7 +84,7 @@ impl ConnectionThroughput {
     }
 }
 
-/// Share of the power in a ray tube that gets through the media and interfaces along it.
+/// Returns the fraction of the power in a ray tube that passes the media and interfaces along it.
 pub fn transmittance(scene: &Scene, pieces: &[Piece<MediumId>]) -> Spectrum {
     let throughput = ConnectionThroughput::new(scene, pieces);
     throughput.depth.exp_neg() * throughput.factor

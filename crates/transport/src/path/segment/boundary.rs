@@ -1,4 +1,4 @@
-//! What begins and ends at surfaces.
+//! Rays that start on surfaces, and the surfaces that BSDFs receive.
 
 use crate::bsdf::Surface;
 use crate::connection_end::OnSurface;
@@ -7,14 +7,14 @@ use crate::shape::Hit;
 use eikonal::connect::World;
 use glam::DVec3;
 
-/// The point from which a ray leaves a surface: off it by less than any tolerance, on the side to
-/// which it goes.
+/// Returns the point from which a ray leaves a surface, on the side to which the ray goes. The
+/// point lies off the surface by the ray epsilon, which is less than any tolerance.
 pub(in crate::path) fn leave(scene: &Scene, x: DVec3, normal: DVec3, direction: DVec3) -> DVec3 {
     x + normal * scene.ray_epsilon().copysign(normal.dot(direction))
 }
 
-/// The surface as BSDFs see it, with the local index of the media on either side. `medium` is that
-/// through which a ray arrives.
+/// Returns the surface as BSDFs need it, with the local index of the media on either side. `medium`
+/// is the medium through which a ray arrives.
 pub(crate) fn surface_at(scene: &Scene, object: usize, hit: &Hit, medium: MediumId) -> Surface {
     let site = scene.objects()[object].shape.site(hit);
     let on = OnSurface {
@@ -25,7 +25,7 @@ pub(crate) fn surface_at(scene: &Scene, object: usize, hit: &Hit, medium: Medium
     surface_of(scene, hit.position, &on, medium)
 }
 
-/// The surface at a point, as seen from a medium on one of its sides.
+/// Returns the surface at a point, given the medium on one of its sides.
 pub(super) fn surface_of(scene: &Scene, x: DVec3, on: &OnSurface, medium: MediumId) -> Surface {
     let beside = |direction| {
         let medium = scene.medium_beside(on.object, medium, x, on.normal, direction);

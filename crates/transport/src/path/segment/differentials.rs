@@ -1,4 +1,4 @@
-//! How the rays of a family spread around the one that is followed.
+//! Ray differentials: spread of the rays of a family around the ray that is followed.
 
 use super::edge::{Front, Start};
 use super::edge_geometry;
@@ -7,7 +7,7 @@ use eikonal::connect::World;
 use eikonal::ray::{Tangents, Variation, perpendicular_basis};
 use glam::DVec3;
 
-/// The neighbours of a ray: in closed form until something bends them, then by tangents; or nothing where nobody asks for them.
+/// Differentials of a ray: in closed form until something bends the neighbours, then by tangents.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::path) enum RayDifferentials {
     /// Straight rays of a family since their start, over a span of σ where the index is `n`.
@@ -17,9 +17,10 @@ pub(in crate::path) enum RayDifferentials {
         n: f64,
         sigma: f64,
     },
-    /// Bent on the way.
+    /// Rays that were bent along the edge.
     Bent(Tangents),
-    /// Not followed: see [`Sampling::differentials`](crate::path::walk::Sampling::differentials).
+    /// Differentials that are not followed: see
+    /// [`Sampling::differentials`](crate::path::walk::Sampling::differentials).
     Ignored,
 }
 
@@ -36,7 +37,7 @@ impl From<Tangents> for RayDifferentials {
 }
 
 impl RayDifferentials {
-    /// At the start of an edge, where the index is `n`.
+    /// Returns the differentials at the start of an edge, where the index is `n`.
     pub(crate) fn new(scene: &Scene, start: &Start, n: f64) -> Self {
         let field = scene.field(start.medium);
         let Start {
@@ -57,7 +58,7 @@ impl RayDifferentials {
         RayDifferentials::Bent(initial_tangents(front, direction, n, gradient))
     }
 
-    /// Further along the ray by a span of σ where the index is constant.
+    /// Returns the differentials further along the ray, by a span `h` of σ at constant index.
     #[inline]
     pub(crate) fn drifted(mut self, h: f64) -> Self {
         match &mut self {
@@ -68,7 +69,8 @@ impl RayDifferentials {
         self
     }
 
-    /// The tangents, columns of unit changes of the direction, or of the place, at the start; `None` if they are ignored.
+    /// Returns the tangents as columns for unit changes of the direction, or of the position, at
+    /// the start. Returns `None` if differentials are ignored.
     pub(crate) fn tangents(&self) -> Option<Tangents> {
         Some(match *self {
             RayDifferentials::Straight {
@@ -86,7 +88,8 @@ impl RayDifferentials {
         })
     }
 
-    /// G where the ray arrives at a point with velocity `v`: see [`edge_geometry::to_point`]. 0 if neighbours are ignored.
+    /// Returns G for a ray that arrives at a point with velocity `v`: see
+    /// [`edge_geometry::to_point`]. Returns 0 if differentials are ignored.
     pub(crate) fn at_point(&self, v: DVec3, jump: f64) -> f64 {
         let section = match self {
             RayDifferentials::Straight {
@@ -102,8 +105,8 @@ impl RayDifferentials {
         edge_geometry::to_point(section, v, jump)
     }
 
-    /// G where the ray arrives at a plane across it with velocity `v`: see [`edge_geometry::to_plane`]. 0 if neighbours are
-    /// ignored.
+    /// Returns G for a ray that arrives with velocity `v` at a plane across the ray: see
+    /// [`edge_geometry::to_plane`]. Returns 0 if differentials are ignored.
     pub(crate) fn at_plane(&self, v: DVec3, jump: f64) -> f64 {
         let spread = match self {
             RayDifferentials::Straight {
@@ -121,7 +124,8 @@ impl RayDifferentials {
     }
 }
 
-/// Tangents at the start of a ray where the index is `n`, with the gradient of n², which planes ask for.
+/// Returns the tangents at the start of a ray, where the index is `n`. The `gradient` of n² matters
+/// only for planes.
 fn initial_tangents(front: Front, direction: DVec3, n: f64, gradient: DVec3) -> Tangents {
     let basis = perpendicular_basis(direction);
     match front {

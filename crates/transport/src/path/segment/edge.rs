@@ -1,4 +1,4 @@
-//! An edge that was sampled from one end (docs/theory.md#edges-and-geometry-terms).
+//! Edges sampled from one end (docs/theory.md#edges-and-geometry-terms).
 
 use super::edge_geometry::EdgeGeometry;
 use crate::Spectrum;
@@ -8,7 +8,7 @@ use crate::shape::{Hit, Meeting};
 use eikonal::ray::Arc;
 use glam::DVec3;
 
-/// The family of rays that an edge is one of: its tangents are taken within the family.
+/// Family of rays to which an edge belongs. Tangents of the edge are taken within the family.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Front {
     /// All directions from one point.
@@ -17,7 +17,7 @@ pub(crate) enum Front {
     Plane,
 }
 
-/// Where an edge starts.
+/// Start of an edge.
 #[derive(Clone, Copy, Debug)]
 pub struct Start {
     /// Position.
@@ -26,14 +26,15 @@ pub struct Start {
     pub direction: DVec3,
     /// Medium.
     pub medium: MediumId,
-    /// Family of rays.
+    /// Family of rays to which the edge belongs.
     pub(crate) front: Front,
-    /// The object on whose surface it lies, if a straight line does not meet that again.
+    /// Object on whose surface the start lies, if a straight line from the start does not meet the
+    /// object again.
     pub left: Option<usize>,
 }
 
 impl Start {
-    /// From a point, in one of all directions.
+    /// Makes a start at a point, within the family of all directions.
     pub fn point(x: DVec3, direction: DVec3, medium: MediumId) -> Self {
         Start {
             x,
@@ -45,7 +46,8 @@ impl Start {
     }
 }
 
-/// What a subpath carries along its edges. They differ at declared index matches, and at surfaces with a shading normal of their own.
+/// Quantity that a subpath carries along its edges. Radiance and importance differ at declared
+/// index matches, and at surfaces with separate shading normals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TransportMode {
     /// Basic radiance, towards its sources.
@@ -57,13 +59,13 @@ pub enum TransportMode {
 /// One arc of an edge, within one medium.
 #[derive(Clone, Debug)]
 pub struct Span<'a> {
-    /// The curve, of which only θ ≤ `theta_end` belongs to the edge.
+    /// Curve of the arc. Only the part θ ≤ `theta_end` belongs to the edge.
     pub arc: Arc,
-    /// See `arc`.
+    /// Value of θ at which the span ends on `arc`.
     pub theta_end: f64,
-    /// The medium.
+    /// Medium of the span.
     pub medium: MediumId,
-    /// Extinction along it.
+    /// Extinction along the span.
     pub(crate) attenuation: Attenuation<'a>,
     /// Arc length of the span.
     pub length: f64,
@@ -75,7 +77,8 @@ pub struct Span<'a> {
     pub weight_before: Spectrum,
     /// Number of specular events before this span.
     pub events_before: u32,
-    /// The object on whose surface it ends, and where, if that is why it ends.
+    /// Object on whose surface the span ends, with the intersection; `None` if the span ends
+    /// elsewhere.
     pub surface: Option<(usize, Meeting)>,
 }
 
@@ -94,21 +97,21 @@ pub struct Point<'a> {
     pub length: f64,
     /// Optical depth from the start of the edge.
     pub depth: Spectrum,
-    /// Extinction that is consistent with the depth.
+    /// Extinction, consistent with the depth.
     pub rate: Spectrum,
-    /// The label there, if it is known without a look at voxels.
+    /// Label of the voxel at the point, if it is known without a look-up in the voxels.
     pub(crate) label: Option<&'a MediumLabel>,
-    /// Factor of the specular events before it.
+    /// Factor of the specular events before the point.
     pub weight: Spectrum,
 }
 
 impl<'a> Span<'a> {
-    /// The point at θ.
+    /// Returns the point at θ.
     pub fn at(&self, theta: f64) -> Point<'a> {
         self.point(theta, self.length_at(theta))
     }
 
-    /// The point at θ, given the arc length from the start of the span.
+    /// Returns the point at θ, given the arc length from the start of the span.
     fn point(&self, theta: f64, arc_length: f64) -> Point<'a> {
         Point {
             theta,
@@ -123,29 +126,29 @@ impl<'a> Span<'a> {
         }
     }
 
-    /// Arc length of the edge up to the end of this span.
+    /// Returns the arc length of the edge up to the end of this span.
     pub fn length_after(&self) -> f64 {
         self.length_before + self.length
     }
 
-    /// Arc length from the start of the span to θ.
+    /// Returns the arc length from the start of the span to θ.
     pub(crate) fn length_at(&self, theta: f64) -> f64 {
         self.arc.arc_length(theta)
     }
 
-    /// θ at which the arc length from the start of the span is `s`, at most the span's own.
+    /// Returns θ at which the arc length from the start of the span is `s`, limited to `theta_end`.
     pub fn theta_at_length(&self, s: f64) -> f64 {
         self.arc.theta_at_length(s).min(self.theta_end)
     }
 
-    /// Where the span comes closest to a point.
+    /// Returns θ at which the span comes closest to a point.
     pub fn closest_approach(&self, point: DVec3) -> f64 {
         self.arc.closest_approach(point).min(self.theta_end)
     }
 }
 
 impl Point<'_> {
-    /// Albedo of its medium there.
+    /// Returns the albedo of the medium at the point.
     #[inline]
     pub(crate) fn albedo(&self, scene: &Scene) -> Spectrum {
         let medium = || scene.medium(self.medium).albedo.at(self.x);
@@ -153,81 +156,81 @@ impl Point<'_> {
     }
 }
 
-/// How an edge ended.
+/// End of an edge.
 #[derive(Clone, Copy, Debug)]
 pub enum End<'a> {
-    /// At a collision inside a medium.
+    /// A collision inside a medium.
     Collision(Point<'a>),
-    /// On a surface that scatters.
+    /// A surface that scatters.
     Surface {
-        /// The object.
+        /// Object of the surface.
         object: usize,
-        /// Where.
+        /// Intersection with the surface.
         hit: Hit,
         /// Unit direction of arrival.
         direction: DVec3,
-        /// The medium it came through.
+        /// Medium through which the edge arrives.
         medium: MediumId,
     },
-    /// It left the scene.
+    /// Escape from the scene.
     Escaped {
-        /// Unit direction.
+        /// Unit direction of the escape.
         direction: DVec3,
-        /// The medium through which it left.
+        /// Medium through which the edge leaves the scene.
         medium: MediumId,
     },
-    /// It was absorbed by a specular surface, or lost.
+    /// Absorption at a specular surface, or loss of the ray.
     Dead,
 }
 
-/// A branch that an edge left aside: by reflection, where it was refracted.
+/// The reflected branch of an edge that was followed along the refracted branch.
 #[derive(Clone, Copy, Debug)]
 pub struct Split {
-    /// Where it starts.
+    /// Start of the branch.
     pub start: Start,
-    /// What it carries from there, per what the edge carried at its start.
+    /// Throughput of the branch at its start, relative to the throughput at the start of the edge.
     pub throughput: Spectrum,
-    /// Optical path length up to there.
+    /// Optical path length from the start of the edge to the start of the branch.
     pub optical_length: f64,
-    /// Probability with which an edge that is not split would have gone there.
+    /// Probability with which an edge that is not split takes this branch.
     pub probability: f64,
 }
 
 /// An edge sampled from its start.
 #[derive(Clone, Debug)]
 pub struct Edge<'a> {
-    /// Where it starts.
+    /// Start of the edge.
     pub start: Start,
-    /// The arcs up to the end, or beyond a collision up to the first surface that is not
-    /// index-matched if the edge was extended; none unless they were to be kept.
+    /// Arcs up to the end of the edge. If the edge was extended, the arcs go beyond a collision, up
+    /// to the first surface that is not index-matched. Empty unless spans were requested.
     pub spans: Vec<Span<'a>>,
-    /// Number of spans before the first specular event, or partial transmission. If the edge was extended they depend on the
-    /// start alone, not on where a collision was drawn.
+    /// Number of spans before the first specular event or partial transmission. On an extended edge
+    /// these spans depend only on the start, not on the sampled collision.
     pub lead: usize,
-    /// How it ended.
+    /// End of the edge.
     pub end: End<'a>,
     /// Arc length up to the end.
     pub length: f64,
     /// Factor of the specular events: reflectances, and n² across declared index matches.
     pub weight: Spectrum,
-    /// What connections must know of it.
+    /// Geometry of the edge, as connections need it.
     pub geometry: EdgeGeometry,
-    /// Optical path length up to the end; of an edge that escapes, up to where light that comes this way
-    /// is taken to start (see [`super::lead_in`]).
+    /// Optical path length up to the end. For an edge that escapes, up to the place where light
+    /// from that direction is taken to start (see [`super::lead_in`]).
     pub optical_length: f64,
-    /// Whether connections look for such edges: see [`crate::path`].
+    /// True if connections search for edges like this one: see [`crate::path`].
     pub connectable: bool,
-    /// How much denser collisions are on it, in each channel, than where it may leave the scene without one; 1 unless they were
-    /// forced.
+    /// Density of collisions on the edge, in each channel, relative to an edge that may leave the
+    /// scene without a collision. 1 unless the collision was forced.
     pub forcing: Spectrum,
-    /// The branch that it left aside at its first specular event, if both were to be taken.
+    /// Branch that was not followed at the first specular event, if both branches were requested.
     pub split: Option<Box<Split>>,
-    /// Whether it is [`End::Dead`] because it was lost, not absorbed.
+    /// True if the edge is [`End::Dead`] because the ray was lost, not absorbed.
     pub lost: bool,
 }
 
 impl<'a> Edge<'a> {
-    /// Nothing but a start yet.
+    /// Makes an edge that has only a start.
     pub(in crate::path) fn new(start: Start) -> Self {
         Edge {
             start,
@@ -245,8 +248,9 @@ impl<'a> Edge<'a> {
         }
     }
 
-    /// Has the edge, which met nothing, end at a collision where the depth of a channel reaches a target: a point to scatter at,
-    /// whose geometry term nobody asks for. Returns the number of its span, if there is one.
+    /// Ends an edge that met no surface at a collision, where the depth of a channel reaches a
+    /// target. The collision only scatters; its geometry term is not needed and stays 0. Returns
+    /// the index of the span of the collision, if there is a collision.
     pub(in crate::path) fn collide_at(&mut self, channel: usize, target: f64) -> Option<usize> {
         let at = |(i, span): (usize, &Span<'a>)| {
             let left = target - span.depth_before[channel];
@@ -265,15 +269,16 @@ impl<'a> Edge<'a> {
         Some(span)
     }
 
-    /// Prepares the spans for many questions about their points.
+    /// Prepares the spans for many queries about their points.
     pub(crate) fn tabulate(&mut self) {
         for span in &mut self.spans {
             span.attenuation.tabulate(span.theta_end);
         }
     }
 
-    /// Probability density per unit length of a collision at optical depth and extinction as in
-    /// `point`, for channel probabilities `channel_pdf` (balance heuristic over channels, docs/theory.md#free-flight).
+    /// Returns the probability density per unit length of a collision with the optical depth and
+    /// extinction of `point`, for channel probabilities `channel_pdf` (balance heuristic over
+    /// channels, docs/theory.md#free-flight).
     pub(crate) fn collision_density(&self, channel_pdf: Spectrum, point: &Point) -> f64 {
         // Planted error "forced collisions weighed as by chance", found by morgana-transport/transport::first_vertex::single_scattering_has_no_variance:
         // (channel_pdf * point.rate * point.depth.exp_neg()).sum()
@@ -282,8 +287,8 @@ impl<'a> Edge<'a> {
         (channel_pdf * point.rate * point.depth.exp_neg() * self.forcing).sum()
     }
 
-    /// What an edge that was sampled with channel probabilities `channel_pdf` carries to its end, over the
-    /// density of its sampling: T σ_s/p at a collision, T/P on a surface.
+    /// Returns the throughput up to the end of an edge sampled with channel probabilities
+    /// `channel_pdf`, over the sampling density: T σ_s/p at a collision, T/P on a surface.
     pub fn throughput(&self, scene: &Scene, channel_pdf: Spectrum) -> Spectrum {
         let transmittance = self.geometry.depth.exp_neg();
         match &self.end {
@@ -296,12 +301,12 @@ impl<'a> Edge<'a> {
         }
     }
 
-    /// The spans before the first specular event, as far as an edge can be extended.
+    /// Returns the spans before the first specular event, as far as an edge can be extended.
     pub fn lead(&self) -> &[Span<'a>] {
         &self.spans[..self.lead]
     }
 
-    /// The point at an arc length from the start, before the first specular event.
+    /// Returns the point at an arc length from the start, before the first specular event.
     pub(crate) fn at_length(&self, s: f64) -> Option<Point<'a>> {
         let lead = self.lead();
         let i = lead.partition_point(|span| span.length_after() < s);
@@ -310,7 +315,8 @@ impl<'a> Edge<'a> {
         Some(span.point(span.theta_at_length(s), s))
     }
 
-    /// Optical path length from the start to a point of it before the first specular event.
+    /// Returns the optical path length from the start to a point of the edge before the first
+    /// specular event.
     pub(crate) fn optical_length_to(&self, point: &Point) -> f64 {
         let mut length = 0.0;
         for span in self.lead() {

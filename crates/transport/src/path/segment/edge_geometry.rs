@@ -1,26 +1,29 @@
-//! What the two ends of an edge must know of the way between them.
+//! Geometry of an edge, as the vertices at both of its ends need it.
 
 use crate::Spectrum;
 use glam::DVec3;
 
-/// A ray tube between two points, or between a point and a plane: the same from either end.
+/// A ray tube between two points, or between a point and a plane, with equal values from either
+/// end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EdgeGeometry {
-    /// Geometry term G: 1/(J n²) between two points, with J and n at the end that the ray was followed
-    /// to (1/(B n_a² n_b²) in docs/theory.md#densities-of-edges); 1/(A n²) between a plane and a point of index n.
+    /// Geometry term G. Between two points G is 1/(J n²), with J and n at the end to which the ray
+    /// was followed (1/(B n_a² n_b²) in docs/theory.md#densities-of-edges). Between a plane and a
+    /// point of index n, G is 1/(A n²).
     pub geometry_term: f64,
     /// Optical depth.
     pub depth: Spectrum,
-    /// Probability that an edge sampled by chance makes the same choices at the interfaces on the way.
+    /// Probability that a randomly sampled edge makes the same choices at the interfaces along the
+    /// edge.
     pub choice: f64,
-    /// Number of refractions and reflections on the way.
+    /// Number of refractions and reflections along the edge.
     pub events: u32,
-    /// Number of reflections among them, total ones included.
+    /// Number of reflections among them, including total reflections.
     pub reflections: u32,
 }
 
 impl EdgeGeometry {
-    /// No way at all yet.
+    /// Makes the geometry of an edge of zero length.
     pub(in crate::path) fn new() -> Self {
         EdgeGeometry {
             geometry_term: 0.0,
@@ -31,33 +34,35 @@ impl EdgeGeometry {
         }
     }
 
-    /// The probability that light or importance gets through without a collision, for channel
+    /// Returns the probability that light or importance passes without a collision, for channel
     /// probabilities `channel_pdf`.
     pub(crate) fn survival(&self, channel_pdf: Spectrum) -> f64 {
         (channel_pdf * self.depth.exp_neg()).sum()
     }
 
-    /// Density with which sampling from one end finds the other, without the probability of what
-    /// happens there.
+    /// Returns the density with which sampling from one end finds the other, without the
+    /// probability of the event at that end.
     ///
     /// `pdf` is the density of the ray: per steradian from a point, per unit area from a plane. The
-    /// result is per unit area across the ray at a point of index `n`, or per steradian at a plane where
-    /// the index is `n`: p/J = p·G·n² from point to point, p/A = p·G·n² from plane to point, and
-    /// p·dΩ/dΩ' = p·G·n² from point to plane.
+    /// result is per unit area across the ray at a point of index `n`, or per steradian at a plane
+    /// where the index is `n`. From point to point it is p/J = p·G·n², from plane to point p/A =
+    /// p·G·n², and from point to plane p·dΩ/dΩ' = p·G·n².
     pub fn density(&self, pdf: f64, n: f64) -> f64 {
         pdf * self.choice * self.geometry_term * n * n
     }
 }
 
-/// G for a ray that ends at a point with velocity `v`, given the cross section of its tube there; `jump` is
-/// ∏ n_after/n_before over declared index matches, whose jumps do not conserve étendue as refraction does.
+/// Returns G for a ray that ends at a point with velocity `v`, given the cross section of the ray
+/// tube there. `jump` is ∏ n_after/n_before over declared index matches; unlike refraction, these
+/// do not conserve étendue.
 #[inline]
 pub(super) fn to_point(section: f64, v: DVec3, jump: f64) -> f64 {
     proper(jump / (section.abs() * v.length_squared()))
 }
 
-/// G for a ray from a point that ends at a plane across it, in a region of constant index, given
-/// |δv₁ × δv₂| there. From dΩ'/dΩ = |δv₁ × δv₂|/n² follows A by étendue.
+/// Returns G for a ray from a point that ends at a plane across it, in a region of constant index,
+/// given
+/// |δv₁ × δv₂| there. A follows from dΩ'/dΩ = |δv₁ × δv₂|/n² by étendue.
 #[inline]
 pub(super) fn to_plane(spread: f64, jump: f64) -> f64 {
     // Planted error "wrong ray tube from a point to a plane", found by morgana-transport/transport::furnace::bidirectional_estimators:
@@ -65,7 +70,7 @@ pub(super) fn to_plane(spread: f64, jump: f64) -> f64 {
     proper(jump / spread.abs())
 }
 
-/// A geometry term on a caustic, or after a grazing refraction, is none.
+/// Replaces an infinite geometry term, on a caustic or after a grazing refraction, by zero.
 fn proper(term: f64) -> f64 {
     if term.is_finite() { term } else { 0.0 }
 }

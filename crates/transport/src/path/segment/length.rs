@@ -1,17 +1,21 @@
-//! Where the optical length of a path counts from.
+//! Origins of optical path lengths.
 //!
-//! From the point of a point-like emitter, the surface of an area light, the plane of a beam's aperture, or the point of a fibre's or of a volume. Light
-//! from outside has no such place: it counts from the plane across its direction that touches the ball
-//! around the scene ([`Surroundings`](crate::emitter::Surroundings)) where the light enters it. At the other
-//! end: from the pinhole, the point of the lens, or the plane on which the rays of a parallel view start.
+//! The optical length of a path counts from the position of a point-like emitter, the surface of an
+//! area light, the plane of a beam's aperture, or the sampled point of a fibre or a volume. Light
+//! from outside has no origin in the scene. Its length counts from the plane across its direction
+//! that touches the ball around the scene ([`Surroundings`](crate::emitter::Surroundings)) where
+//! the light enters the ball.
+//!
+//! At the other end, the length counts to the pinhole, the sampled point of the lens, or the plane
+//! on which the rays of a parallel view start.
 //!
 //! Theory: docs/theory.md#layers.
 
 use crate::scene::{AMBIENT, Scene};
 use glam::DVec3;
 
-/// Optical length by which an end at an emitter lies behind the place where its paths count from:
-/// the ends of light from outside are planes two radii from the centre of the ball.
+/// Returns the optical length from an end at an emitter to the origin of path lengths. Only ends of
+/// light from outside have one: they are planes two radii from the centre of the ball.
 pub fn lead_in(scene: &Scene, emitter: usize) -> f64 {
     if !scene.emitters()[emitter].is_at_infinity() {
         return 0.0;
@@ -22,8 +26,9 @@ pub fn lead_in(scene: &Scene, emitter: usize) -> f64 {
     around.radius * scene.n(AMBIENT, around.center)
 }
 
-/// Optical length from `x`, in surroundings of index `n`, to the plane where light that comes from the
-/// unit direction `toward` enters the ball. The light is parallel, so the plane is one of its phase.
+/// Returns the optical length from `x`, in surroundings of index `n`, to the plane where light from
+/// the unit direction `toward` enters the ball. The light is parallel, so its phase is constant on
+/// the plane.
 pub(in crate::path) fn to_entrance(scene: &Scene, n: f64, x: DVec3, toward: DVec3) -> f64 {
     let around = scene.around();
     n * (around.radius - (x - around.center).dot(toward))

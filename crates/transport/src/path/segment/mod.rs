@@ -1,4 +1,4 @@
-//! Vertices and the edges between them: where they are, how long, and what their geometry terms are.
+//! Vertices and the edges between them: positions, lengths and geometry terms.
 
 mod boundary;
 mod differentials;

@@ -1,10 +1,11 @@
-//! What is left of power on an edge whose length was sampled for several channels at once.
+//! Power left on an edge whose length was sampled for several channels at once.
 
 use super::edge::Point;
 use crate::Spectrum;
 
-/// Transmittance of each channel over the probability of getting that far, for channel probabilities
-/// `channel_pdf`. Nothing underflows: only differences of depths enter.
+/// Returns the transmittance of each channel over the probability of reaching the depth, for
+/// channel probabilities `channel_pdf`. Only differences of depths matter, so that nothing
+/// underflows.
 pub(crate) fn share(channel_pdf: Spectrum, depth: Spectrum) -> Spectrum {
     let used = |i: usize| channel_pdf[i] > 0.0;
     let mut least = f64::INFINITY;
@@ -15,7 +16,7 @@ pub(crate) fn share(channel_pdf: Spectrum, depth: Spectrum) -> Spectrum {
         if !used(i) {
             0.0
         } else if depth[i] == least {
-            // Of one channel, and in grey media: not worth a call.
+            // Save a call of `exp` for a single channel and for grey media.
             1.0
         } else {
             (least - depth[i]).exp()
@@ -25,8 +26,8 @@ pub(crate) fn share(channel_pdf: Spectrum, depth: Spectrum) -> Spectrum {
     transmittance / (channel_pdf * transmittance).sum()
 }
 
-/// What a particle of power 1 that collides is worth there, over the density per unit length of the collision,
-/// Σ p σ_t T.
+/// Returns the power of a particle of initial power 1 at a collision, over the density per unit
+/// length of the collision, Σ p σ_t T.
 pub(crate) fn collided(channel_pdf: Spectrum, point: &Point) -> Spectrum {
     let share = share(channel_pdf, point.depth);
     point.weight * share / (channel_pdf * point.rate * share).sum()

@@ -1,4 +1,4 @@
-//! Vertices: where light is scattered.
+//! Vertices: points at which light is scattered.
 
 use super::boundary::{leave, surface_at, surface_of};
 use super::edge::{Edge, End, Front, Point, Start, TransportMode};
@@ -11,48 +11,49 @@ use crate::sampling::{Purpose, Sampler};
 use crate::scene::{MediumId, Receiver, Scene};
 use glam::DVec3;
 
-/// A point at which light is scattered by other than specular events.
+/// A point at which light is scattered, except by specular events.
 #[derive(Clone, Copy, Debug)]
 pub enum Vertex {
-    /// Inside a medium.
+    /// A vertex inside a medium.
     Volume {
         /// Position.
         x: DVec3,
-        /// Unit direction of the sensor subpath on arrival.
+        /// Unit direction in which the subpath arrives.
         direction: DVec3,
         /// Medium.
         medium: MediumId,
     },
-    /// On a surface.
+    /// A vertex on a surface.
     Surface {
         /// Position.
         x: DVec3,
-        /// Unit direction of the sensor subpath on arrival.
+        /// Unit direction in which the subpath arrives.
         direction: DVec3,
         /// Object.
         object: usize,
-        /// Normal and indices.
+        /// Normal, shading data and indices of the surface.
         surface: Surface,
-        /// Medium through which the sensor subpath arrived.
+        /// Medium through which the subpath arrives.
         medium: MediumId,
     },
 }
 
-/// A direction in which a path goes on.
+/// A scattered direction in which a path continues.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scatter {
-    /// Where the next edge starts.
+    /// Start of the next edge.
     pub start: Start,
-    /// Throughput: scattering function (and cosine) over density.
+    /// Weight of the sample: scattering function (and cosine) over density.
     pub weight: Spectrum,
     /// Density per steradian; irrelevant for a specular lobe.
     pub pdf: f64,
-    /// Whether the lobe is specular, so that no connection can follow it.
+    /// True if the lobe is specular, so that no connection can replace the direction.
     pub delta: bool,
 }
 
 impl Vertex {
-    /// A vertex that stands for an end of a path on no surface; it is not to be asked how it scatters.
+    /// Makes a vertex for an end of a path that lies on no surface. The scattering of this vertex
+    /// has no meaning.
     pub fn end(start: &Start) -> Vertex {
         Vertex::Volume {
             x: start.x,
@@ -61,8 +62,8 @@ impl Vertex {
         }
     }
 
-    /// The vertex that stands for the start of an emitter's subpath, where `end` says that it lies; it is not to be asked how
-    /// it scatters.
+    /// Makes the vertex at the start of an emitter's subpath, at the position of `end`. The
+    /// scattering of this vertex has no meaning.
     pub fn source(scene: &Scene, start: &Start, end: &ConnectionEnd) -> Vertex {
         match *end {
             ConnectionEnd::Point {
@@ -79,7 +80,7 @@ impl Vertex {
         }
     }
 
-    /// The vertex at which an edge ended, if it did at one.
+    /// Returns the vertex at the end of an edge, if the edge ends at one.
     pub fn of(scene: &Scene, edge: &Edge) -> Option<Vertex> {
         match edge.end {
             End::Collision(point) => Some(Vertex::volume(&point)),
@@ -99,7 +100,7 @@ impl Vertex {
         }
     }
 
-    /// The vertex at a point of an edge.
+    /// Makes the vertex at a point of an edge.
     pub fn volume(point: &Point) -> Vertex {
         Vertex::Volume {
             x: point.x,
@@ -108,7 +109,7 @@ impl Vertex {
         }
     }
 
-    /// Where an edge starts that leaves in a given direction.
+    /// Returns the start of an edge that leaves in a given direction.
     pub fn start(&self, scene: &Scene, direction: DVec3) -> Start {
         match *self {
             Vertex::Volume { x, medium, .. } => Start::point(x, direction, medium),
@@ -128,14 +129,15 @@ impl Vertex {
         }
     }
 
-    /// Position.
+    /// Returns the position.
     pub fn position(&self) -> DVec3 {
         match *self {
             Vertex::Volume { x, .. } | Vertex::Surface { x, .. } => x,
         }
     }
 
-    /// The object on whose surface it lies, if a straight line that leaves it in a direction never meets that again.
+    /// Returns the object on whose surface the vertex lies, if a straight line that leaves in
+    /// `direction` never meets the object again.
     pub(in crate::path) fn left(&self, scene: &Scene, direction: DVec3) -> Option<usize> {
         match *self {
             Vertex::Volume { .. } => None,
@@ -145,22 +147,22 @@ impl Vertex {
         }
     }
 
-    /// The medium through which its subpath arrived.
+    /// Returns the medium through which the subpath arrived.
     pub fn medium(&self) -> MediumId {
         match self {
             Vertex::Volume { medium, .. } | Vertex::Surface { medium, .. } => *medium,
         }
     }
 
-    /// Unit direction in which its subpath arrived.
+    /// Returns the unit direction in which the subpath arrived.
     pub fn arrival(&self) -> DVec3 {
         match self {
             Vertex::Volume { direction, .. } | Vertex::Surface { direction, .. } => *direction,
         }
     }
 
-    /// The emitter on whose surface the vertex lies, the radiance that it emits against the arriving
-    /// subpath, and the density per unit area with which aims choose this point of it.
+    /// Returns the emitter on whose surface the vertex lies, the radiance emitted against the
+    /// arriving subpath, and the density per unit area with which connections choose this point.
     pub fn emitted(&self, scene: &Scene) -> Option<(usize, Spectrum, f64)> {
         let Vertex::Surface {
             direction,
@@ -174,7 +176,7 @@ impl Vertex {
         scene.emitted(&on(object, &surface), -direction)
     }
 
-    /// Itself as the end of a connection.
+    /// Returns the vertex as the end of a connection.
     pub(crate) fn as_end(&self) -> ConnectionEnd {
         match *self {
             Vertex::Volume { x, .. } => ConnectionEnd::at(x),
@@ -187,7 +189,7 @@ impl Vertex {
         }
     }
 
-    /// The object on whose surface the vertex lies.
+    /// Returns the object on whose surface the vertex lies.
     pub fn object(&self) -> Option<usize> {
         match self {
             Vertex::Volume { .. } => None,
@@ -195,7 +197,7 @@ impl Vertex {
         }
     }
 
-    /// What is to be known of it for the choice of an emitter.
+    /// Returns the data of the vertex on which the choice of an emitter depends.
     pub(crate) fn receiver<'a>(&self, scene: &'a Scene) -> Receiver<'a> {
         match *self {
             Vertex::Volume {
@@ -225,7 +227,7 @@ impl Vertex {
         }
     }
 
-    /// Whether it is known to scatter no light, as the surfaces of emitters often are.
+    /// True if the vertex is known to scatter no light, as is common for surfaces of emitters.
     pub(crate) fn is_black(&self, scene: &Scene) -> bool {
         match self {
             Vertex::Volume { .. } => false,
@@ -240,7 +242,7 @@ impl Vertex {
         }
     }
 
-    /// Whether two directions leave on the same side of the vertex's surface.
+    /// True if two directions leave on one side of the vertex's surface.
     pub fn same_side(&self, a: DVec3, b: DVec3) -> bool {
         match self {
             Vertex::Volume { .. } => true,
@@ -248,7 +250,8 @@ impl Vertex {
         }
     }
 
-    /// The vertex as a path sees it that comes from `direction`, a unit vector away from the vertex.
+    /// Returns the vertex for a path that arrives from the direction `from`, a unit vector away
+    /// from the vertex.
     pub(crate) fn seen_from(mut self, from: DVec3) -> Self {
         match &mut self {
             Vertex::Volume { direction, .. } | Vertex::Surface { direction, .. } => {
@@ -258,9 +261,10 @@ impl Vertex {
         self
     }
 
-    /// What sampling must have happen for a path to end here, given a tube that arrives from
-    /// `direction`: a collision, per unit length, or a survival, with the cosine on a surface and the
-    /// probability of stopping there. For channel probabilities `channel_pdf`.
+    /// Returns the sampling density of the event that ends a path here, for a ray tube in the
+    /// direction `direction` and channel probabilities `channel_pdf`. In a volume it is the density
+    /// of a collision, per unit length. On a surface it is the probability of survival times the
+    /// cosine and the probability of stopping there.
     pub fn event(
         &self,
         scene: &Scene,
@@ -280,9 +284,9 @@ impl Vertex {
         }
     }
 
-    /// Probability that light which arrives here stops to be scattered: less than 1 on a surface that lets
-    /// part of it pass straight on. The same share is that of such light in the surface's scattering, so that the two
-    /// cancel in what a path brings (docs/theory.md#masks-and-panes).
+    /// Returns the probability that arriving light is scattered here: less than 1 on a surface that
+    /// lets a part of the light pass straight on. The surface's scattering has an equal factor, so
+    /// that the two cancel in the contribution of a path (docs/theory.md#masks-and-panes).
     pub fn stopping(&self, scene: &Scene) -> f64 {
         match self {
             Vertex::Volume { .. } => 1.0,
@@ -299,8 +303,9 @@ impl Vertex {
         }
     }
 
-    /// Scattering between `direction` and where the subpath came from: the phase function, or f̃·|cos|. The `mode` is that of
-    /// the vertex's subpath. The scattering coefficient of a volume vertex belongs to the edge's sampling.
+    /// Evaluates the scattering between `direction` and the arrival of the subpath: the phase
+    /// function, or f̃·|cos|. `mode` is the quantity that the vertex's subpath carries. The
+    /// scattering coefficient of a volume vertex is part of the sampling of the edge.
     pub fn eval(&self, scene: &Scene, direction: DVec3, mode: TransportMode) -> Spectrum {
         match self {
             Vertex::Volume { .. } => Spectrum::splat(self.pdf(scene, direction)),
@@ -321,7 +326,7 @@ impl Vertex {
         }
     }
 
-    /// Density per steradian with which [`Vertex::scatter`] chooses `direction`.
+    /// Returns the density per steradian with which [`Vertex::scatter`] samples `direction`.
     pub fn pdf(&self, scene: &Scene, direction: DVec3) -> f64 {
         match self {
             Vertex::Volume {
@@ -343,7 +348,8 @@ impl Vertex {
         }
     }
 
-    /// Chooses a direction in which light goes on that arrives at a point in a direction, and its density per steradian.
+    /// Samples the scattered direction of light in a volume, given its position and direction of
+    /// arrival. Returns the direction and its density per steradian.
     #[inline]
     pub(crate) fn scatter_in_volume(
         phase: &Phase,
@@ -351,12 +357,12 @@ impl Vertex {
         sampler: &mut Sampler,
     ) -> (DVec3, f64) {
         let u = sampler.next_2d_for(Purpose::Direction);
-        // As many numbers as on surfaces.
+        // Draw as many random numbers as on surfaces.
         sampler.next_1d_for(Purpose::Lobe);
         phase.sample(x, direction, u)
     }
 
-    /// Chooses a direction in which a subpath of `mode` goes on; `None` if it is absorbed.
+    /// Samples the direction in which a subpath of `mode` continues; `None` if it is absorbed.
     pub(crate) fn scatter(
         &self,
         scene: &Scene,
@@ -404,7 +410,7 @@ impl Vertex {
     }
 }
 
-/// A point of an object's surface as the end of a path.
+/// Makes the end of a path at a point of an object's surface.
 fn on(object: usize, surface: &Surface) -> OnSurface {
     OnSurface {
         object,

@@ -1,4 +1,5 @@
-//! Subpaths as a walk is watched: its vertices with their densities (docs/theory.md#subpaths-from-either-end, docs/theory.md#random-walks).
+//! Observer that records a walk as a subpath with densities
+//! (docs/theory.md#subpaths-from-either-end, docs/theory.md#random-walks).
 
 use super::vertices::{Escape, PathEdge, PathVertex, Subpath};
 use crate::path::connection::{Connection, ConnectionTarget, FoundBranch};
@@ -7,17 +8,17 @@ use crate::path::segment::{End, TransportMode, Vertex};
 use crate::path::workspace::Workspace;
 use std::ops::ControlFlow;
 
-/// Records a walk as a subpath.
+/// Observer that records a walk as a subpath.
 #[derive(Debug)]
 pub(super) struct SubpathBuilder<'t> {
     pub subpath: Subpath,
-    /// What the walk carries.
+    /// Quantity that the walk carries.
     pub mode: TransportMode,
-    /// Target of connections to the subpath's end.
+    /// Target of connections to the end of the subpath.
     pub end: &'t ConnectionTarget<'t>,
-    /// Most vertices.
+    /// Largest number of vertices.
     pub max_vertices: usize,
-    /// Whether [`PathEdge::discovery`] is wanted: it takes connections to find out.
+    /// True if [`PathEdge::discovery`] is needed. Computing it takes connections.
     pub weighs: bool,
 }
 
@@ -29,7 +30,7 @@ impl Observer for SubpathBuilder<'_> {
             self.subpath.escape = escape(event);
             return ControlFlow::Break(());
         };
-        // Record the edge and the vertex: e, and p→ by eq. (density along an edge).
+        // Record the edge with e, and the vertex with p→ by eq. (density along an edge).
         let mut edge = path_edge(event, vertex);
         if self.weighs && event.edge.connectable {
             edge.discovery = self.discovery(event, vertex, &edge, ws);
@@ -46,7 +47,7 @@ impl Observer for SubpathBuilder<'_> {
             backward: 0.0,
             specular: event.onward.is_some_and(|ray| ray.specular),
         });
-        // Now that the direction is known, so is p← of the vertex before.
+        // Compute p← of the previous vertex from the sampled direction.
         if let Some(ray) = event.onward {
             self.subpath.look_back(scene, channel_pdf, ray);
         }
@@ -59,8 +60,9 @@ impl Observer for SubpathBuilder<'_> {
 }
 
 impl SubpathBuilder<'_> {
-    /// How easily connections find the edge that led to a new vertex. They are made from the vertex
-    /// nearer to the sensor, but to the sensor itself from its neighbour.
+    /// Returns the probability that connections discover the edge to a new vertex. Connections
+    /// start at the vertex nearer to the sensor; connections to the sensor itself start at its
+    /// neighbour.
     fn discovery(
         &self,
         event: &WalkEvent,
@@ -100,7 +102,7 @@ impl SubpathBuilder<'_> {
     }
 }
 
-/// The edge by which a walk came to a vertex.
+/// Returns the edge that led a walk to a vertex.
 fn path_edge(event: &WalkEvent, vertex: &Vertex) -> PathEdge {
     let (scene, start) = (event.scene, &event.edge.start);
     PathEdge {
@@ -113,7 +115,7 @@ fn path_edge(event: &WalkEvent, vertex: &Vertex) -> PathEdge {
     }
 }
 
-/// The edge by which a walk left the scene, if that is how it ended.
+/// Returns the edge by which a walk left the scene, if the walk ended this way.
 fn escape(event: &WalkEvent) -> Option<Escape> {
     let edge = event.edge;
     let End::Escaped { direction, medium } = edge.end else {

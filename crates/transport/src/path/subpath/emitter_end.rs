@@ -1,5 +1,6 @@
-//! Ends at emitters to which a vertex is connected: of several candidates one, in proportion to a guess of what it brings
-//! (resampled importance sampling: J. Talbot, D. Cline and P. Egbert, "Importance Resampling for Global Illumination", 2005).
+//! Ends at emitters to which a vertex is connected. One of several candidates is chosen in
+//! proportion to an estimate of its contribution (resampled importance sampling: J. Talbot, D.
+//! Cline and P. Egbert, "Importance Resampling for Global Illumination", 2005).
 //!
 //! Theory: docs/theory.md#resampled-ends.
 
@@ -12,19 +13,20 @@ use crate::scene::{Receiver, Scene};
 use crate::stats::Stats;
 use smallvec::SmallVec;
 
-/// Candidates are the first one, shifted by multiples of this in the unit square modulo 1 (Roberts' R₂ sequence): each is
-/// uniform, and together they are spread evenly.
+/// Shift between candidates in the unit square, modulo 1 (Roberts' R₂ sequence). Each candidate is
+/// uniform, and all of them together are spread evenly.
 const SHIFT: [f64; 2] = R2_STEPS;
-/// Share of the choices that is left to chance where rays bend: a straight line may know nothing of a curved one.
+/// Fraction of uniform choices in scenes that bend rays, where estimates along straight lines may
+/// be wrong.
 const EVENLY: f64 = 0.5;
 
-/// From how many candidates an end is chosen, and what it counts for.
+/// Number of candidates for an end, and its effect on MIS weights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Resampling {
     /// Number of candidates, at least one.
     candidates: usize,
-    /// As so many independent samples MIS weights take them, at least one: fewer than there are candidates where these often
-    /// share a shadow.
+    /// Number of independent samples that MIS weights assume, at least one. It is less than the
+    /// number of candidates if candidates often share a shadow.
     pub samples: f64,
 }
 
@@ -33,18 +35,19 @@ impl Resampling {
         candidates: 1,
         samples: 1.0,
     };
-    /// Of emitters on surfaces, from surfaces. Numbers are those with the best efficiency (docs/development/product-sampling.md).
+    /// Resampling for emitters on surfaces, from surfaces. The numbers have the best efficiency
+    /// (docs/development/product-sampling.md).
     const AREA: Self = Resampling {
         candidates: 4,
         samples: 4.0,
     };
-    /// Of environments, from surfaces.
+    /// Resampling for environments, from surfaces.
     const SKY: Self = Resampling {
         candidates: 2,
         samples: std::f64::consts::SQRT_2,
     };
 
-    /// That of connections from a vertex to emitters of a class.
+    /// Returns the resampling for connections from a vertex to emitters of a class.
     pub(crate) fn of(scene: &Scene, class: Class, vertex: &Vertex) -> Self {
         match (class, vertex) {
             (Class::Area, Vertex::Surface { .. }) => Resampling::AREA,
@@ -54,34 +57,35 @@ impl Resampling {
     }
 }
 
-/// An end at an emitter to which a vertex is to be connected.
+/// End of a connection at an emitter.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EmitterEnd {
     /// Index of the emitter.
     pub emitter: usize,
     /// Probability with which a candidate is at this emitter.
     pub probability: f64,
-    /// The place on it, with the density of a candidate there.
+    /// Sampled end on the emitter, with its density as a candidate.
     pub sampled: EndSample,
-    /// What the contribution over that probability and density is to be multiplied by: 1/(M P), for M candidates of which this one
-    /// was chosen with probability P.
+    /// Factor on the contribution over `probability` and density: 1/(M P), where this end was
+    /// chosen with probability P among M candidates.
     pub weight: f64,
 }
 
-/// What an end is chosen for.
+/// Inputs for the choice of an end.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EndChoice<'a> {
     pub scene: &'a Scene,
     pub vertex: &'a Vertex,
-    /// The vertex, as the choice of an emitter sees it.
+    /// Data of the vertex on which the choice of an emitter depends.
     pub receiver: &'a Receiver<'a>,
     pub class: Class,
-    /// Probability that the connection is made.
+    /// Probability of making the connection.
     pub rate: f64,
 }
 
 impl EndChoice<'_> {
-    /// An end, by the random numbers `u` and `place`, uniform in [0, 1); `None` if no candidate brings anything.
+    /// Samples an end from the random numbers `u` and `place`, uniform in [0, 1). Returns `None` if
+    /// no candidate contributes.
     pub(crate) fn sample(
         &self,
         u: f64,
@@ -117,7 +121,7 @@ impl EndChoice<'_> {
         })
     }
 
-    /// One end, by random numbers for the emitter and the place on it.
+    /// Samples one candidate from random numbers for the emitter and the position on it.
     fn candidate(&self, u: f64, place: [f64; 2]) -> EmitterEnd {
         let scene = self.scene;
         let (emitter, probability) = scene.choose_emitter(self.class, self.receiver, u);
@@ -130,8 +134,9 @@ impl EndChoice<'_> {
         }
     }
 
-    /// What a connection along a straight line to a candidate that counts for so many samples brings, up to a factor, with its MIS
-    /// weight and over the density of the candidate. The density of directions stands for the scattering function.
+    /// Estimates the contribution of a straight connection to a candidate, up to a factor, times
+    /// its MIS weight over the density of the candidate. MIS counts a candidate as `samples`
+    /// samples. The density of directions replaces the scattering function.
     fn guess(&self, end: &EmitterEnd, samples: f64) -> f64 {
         let (scene, x) = (self.scene, self.vertex.position());
         let (direction, squared, cos) = match end.sampled.end {
@@ -159,7 +164,7 @@ impl EndChoice<'_> {
     }
 }
 
-/// One of several that was chosen.
+/// One chosen candidate of several.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Chosen {
     index: usize,
@@ -167,8 +172,8 @@ struct Chosen {
     probability: f64,
 }
 
-/// Chooses in proportion to guesses, which are at least 0, but for a share of the choices that is spread `evenly`; `u` is uniform in
-/// [0, 1). `None` if all guesses are zero and nothing is spread.
+/// Chooses in proportion to `guesses`, which are at least 0, except for a fraction `evenly` of
+/// uniform choices. `u` is uniform in [0, 1). Returns `None` if all guesses and `evenly` are zero.
 fn choose(guesses: &[f64], evenly: f64, u: f64) -> Option<Chosen> {
     let total: f64 = guesses.iter().sum();
     let usable = total > 0.0 && total.is_finite();
@@ -201,8 +206,7 @@ fn choose(guesses: &[f64], evenly: f64, u: f64) -> Option<Chosen> {
 mod tests {
     use super::*;
 
-    /// A fine grid of numbers chooses each as often as its probability says, to the width of the grid, and 1/P has a mean of one
-    /// for each that can be chosen.
+    /// Choices from a fine grid of `u` occur with their probabilities, up to the width of the grid.
     #[test]
     fn choices_have_their_probabilities() {
         let many = 100_000;
@@ -224,7 +228,7 @@ mod tests {
             }
         }
         assert_eq!(choose(&[0.0; 3], 0.0, 0.5), None);
-        // The last one that can be chosen takes what rounding leaves.
+        // Rounding leaves the last possible choice.
         let last = choose(&[1.0, 2.0, 0.0], 0.0, 1.0).unwrap();
         assert_eq!(last.index, 1);
     }

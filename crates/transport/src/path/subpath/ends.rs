@@ -1,4 +1,5 @@
-//! Where subpaths start: at the sensor, and at an emitter chosen at random (docs/theory.md#subpaths-from-either-end).
+//! Starts of subpaths: at the sensor, and at a randomly chosen emitter
+//! (docs/theory.md#subpaths-from-either-end).
 
 use super::builder::SubpathBuilder;
 use super::vertices::Subpath;
@@ -15,23 +16,24 @@ use crate::scene::{MediumId, Scene};
 use crate::sensor;
 use glam::DVec3;
 
-/// How a bidirectional estimator samples its subpaths.
+/// Sampling parameters of the subpaths of a bidirectional estimator.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {
     /// Channel probabilities.
     pub channel_pdf: Spectrum,
-    /// Most edges and specular events of a subpath.
+    /// Largest number of edges and specular events of a subpath.
     pub max_depth: u32,
     /// Depth at which Russian roulette begins.
     pub rr_depth: u32,
-    /// Most vertices of the sensor's subpath.
+    /// Largest number of vertices of the sensor subpath.
     pub max_vertices: usize,
-    /// Whether the discovery probabilities of edges are wanted.
+    /// True if the discovery probabilities of edges are needed.
     pub weighs: bool,
 }
 
 impl Bounds {
-    /// Records a walk that starts with a ray. `end` is the target of connections to the subpath's end.
+    /// Makes the recorder of a walk that starts with `ray`. `end` is the target of connections to
+    /// the end of the subpath.
     fn builder<'t>(
         &self,
         mode: TransportMode,
@@ -64,7 +66,8 @@ impl Bounds {
             scene,
             mode,
             channel_pdf: self.channel_pdf,
-            // Other strategies must know the density of each edge.
+            // Keep the density of each edge independent of the throughput, because other strategies
+            // must compute it.
             follows_throughput: false,
             max_depth: self.max_depth,
         };
@@ -75,7 +78,7 @@ impl Bounds {
         walk.run(ray, observer, &mut roulette, sampler, ws);
     }
 
-    /// One in every channel in use.
+    /// Returns 1 in every channel in use.
     fn white(&self) -> Spectrum {
         self.channel_pdf.map(|p| f64::from(u8::from(p > 0.0)))
     }
@@ -84,18 +87,19 @@ impl Bounds {
 /// A subpath from an emitter.
 #[derive(Clone, Debug)]
 pub(crate) struct LightPath {
-    /// The emitter.
+    /// Index of the emitter.
     pub emitter: usize,
-    /// How it started.
+    /// Emission that starts the subpath.
     pub emission: Emission,
-    /// Density of its end: that of the end times the probability of the emitter.
+    /// Density of the end times the probability of the emitter.
     pub density: f64,
-    /// Its vertices.
+    /// Vertices of the subpath.
     pub subpath: Subpath,
 }
 
 impl LightPath {
-    /// Samples one; `None` if the scene has no emitters, or no light leaves.
+    /// Samples a subpath; `None` if the scene has no emitters, or no light leaves along the sampled
+    /// ray.
     pub(crate) fn sample(
         scene: &Scene,
         bounds: &Bounds,
@@ -131,9 +135,9 @@ impl LightPath {
     }
 }
 
-/// The first ray of a light subpath from an emitter that was chosen with the given probability; its
-/// throughput is the power that it carries, in the channels in which `white` is one. `None` if no light
-/// leaves along the ray that was drawn; `u` is uniform in [0, 1)⁴.
+/// Samples the first ray of a light subpath from an emitter that was chosen with `probability`. The
+/// throughput of the ray is its power, in the channels in which `white` is one. Returns `None` if
+/// no light leaves along the sampled ray. `u` is uniform in [0, 1)⁴.
 pub fn emit(
     scene: &Scene,
     emitter: usize,
@@ -142,7 +146,8 @@ pub fn emit(
     u: [[f64; 2]; 2],
 ) -> Option<(Emission, WalkRay)> {
     let shape = |object: usize| &scene.objects()[object].shape;
-    // Draw the connection end with density p_a and the ray with p_r; the power is emitted/(P_E p_a p_r).
+    // Draw the connection end with density p_a and the ray with p_r; the power is emitted/(P_E p_a
+    // p_r).
     let emission = scene.emitters()[emitter].emit(
         scene.around(),
         shape,
@@ -169,8 +174,8 @@ pub fn emit(
     Some((emission, ray))
 }
 
-/// A subpath from the sensor along one of its rays. It carries basic radiance, n² of the sensor
-/// included.
+/// Samples a subpath from the sensor along one of its rays. The subpath carries basic radiance,
+/// including the factor n² of the sensor.
 pub(crate) fn sensor_path(
     scene: &Scene,
     ray: sensor::SensorRay,
@@ -216,7 +221,7 @@ fn front(end: &ConnectionEnd) -> Front {
     }
 }
 
-/// Where the ray of an emission starts: off the surface on which its end lies.
+/// Returns the start of an emitted ray, off the surface on which the end lies.
 fn start(scene: &Scene, end: &ConnectionEnd, x: DVec3, direction: DVec3) -> Start {
     let x = match end {
         ConnectionEnd::Point {

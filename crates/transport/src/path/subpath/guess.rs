@@ -1,16 +1,16 @@
-//! A cheap guess of what a connection would bring, to decide which ones are worth making.
+//! Cheap estimates of the contribution of a connection, for choosing the connections to make.
 
 use super::vertices::PathVertex;
 use crate::path::segment::TransportMode;
 use crate::scene::Scene;
 
-/// Points closer than this, relative to the size of the scene, count as this far apart.
+/// Distance, relative to the radius of the scene, that limits the estimate for close points.
 const CLOSEST: f64 = 1e-3;
 
-/// What a connection between a vertex of a sensor subpath and one of an emitter's subpath would bring if
-/// the ray between them were a straight line through a medium like that around the first. Only good
-/// for choosing connections by chance (Popov et al., "Probabilistic Connections for Bidirectional Path
-/// Tracing", 2015).
+/// Estimates the contribution of a connection between a vertex of a sensor subpath and a vertex of
+/// an emitter's subpath. The estimate assumes a straight ray through a medium like the medium at
+/// the first vertex. Use it only to choose connections at random (Popov et al., "Probabilistic
+/// Connections for Bidirectional Path Tracing", 2015).
 pub fn guess(scene: &Scene, z: &PathVertex, y: &PathVertex) -> f64 {
     let chord = y.vertex.position() - z.vertex.position();
     let distance = chord.length();

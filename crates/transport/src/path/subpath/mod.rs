@@ -1,4 +1,4 @@
-//! Subpaths from the sensor and from emitters, vertex by vertex, and where they begin.
+//! Subpaths from the sensor and from emitters: starts and vertices.
 
 mod builder;
 mod emitter_end;

@@ -1,4 +1,4 @@
-//! Directions sampled towards point-like emitters.
+//! Sampling of directions towards point-like emitters.
 
 use crate::path::segment::{Scatter, TransportMode, Vertex};
 use crate::sampling::{Frame, Purpose, Sampler};
@@ -7,14 +7,15 @@ use crate::spectrum::Spectrum;
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// Share of the directions at a volume vertex that are drawn towards an emitter.
+/// Fraction of the directions at a volume vertex that are sampled towards an emitter.
 const SHARE: f64 = 0.25;
 
-/// Density per steradian of directions with uniform polar angle about the direction `axis`.
+/// Returns the density per steradian of directions with uniform polar angle about `axis`.
 ///
-/// An edge that passes an emitter at distance D picks up light as 1/D, and D grows as sin θ: with
-/// directions drawn by the phase function alone its variance diverges, if only as a logarithm
-/// (docs/theory.md#point-emitters-in-media). This density cancels it. About the chord of a curved ray it is merely a good guess.
+/// An edge that passes an emitter at distance D gains light as 1/D, and D grows as sin θ. With
+/// directions from the phase function alone, the variance diverges logarithmically
+/// (docs/theory.md#point-emitters-in-media). This density cancels the divergence. About the chord
+/// of a curved ray the density is only approximately right.
 fn pdf(axis: DVec3, direction: DVec3) -> f64 {
     let sin = axis.cross(direction).length();
     1.0 / (2.0 * PI * PI * sin.max(1e-300))
@@ -25,8 +26,8 @@ fn sample(axis: DVec3, [u, v]: [f64; 2]) -> DVec3 {
     Frame::from_normal(axis).to_world(DVec3::new(sin * x, sin * y, cos))
 }
 
-/// Chord directions from a volume vertex to the scene's point-like emitters; none from a surface,
-/// whose bsdf decides alone.
+/// Returns the chord directions from a volume vertex to the point-like emitters of the scene.
+/// Returns `None` for a surface, where the bsdf alone gives the density.
 fn axes<'a>(scene: &'a Scene, vertex: &Vertex) -> Option<(DVec3, &'a [DVec3])> {
     match vertex {
         Vertex::Volume { x, .. } if !scene.point_like_emitters().is_empty() => {
@@ -40,7 +41,7 @@ fn axis(x: DVec3, emitter: DVec3) -> DVec3 {
     (emitter - x).try_normalize().unwrap_or(DVec3::Z)
 }
 
-/// Density per steradian with which [`scatter`] chooses `direction`.
+/// Returns the density per steradian with which [`scatter`] samples `direction`.
 pub(crate) fn scatter_pdf(scene: &Scene, vertex: &Vertex, direction: DVec3) -> f64 {
     let own = vertex.pdf(scene, direction);
     match axes(scene, vertex) {
@@ -52,7 +53,8 @@ pub(crate) fn scatter_pdf(scene: &Scene, vertex: &Vertex, direction: DVec3) -> f
     }
 }
 
-/// Chooses a direction in which a path from the sensor goes on from a vertex; `None` if the path is absorbed.
+/// Samples the direction in which a path from the sensor continues at a vertex; `None` if the path
+/// is absorbed.
 pub(crate) fn scatter(scene: &Scene, vertex: &Vertex, sampler: &mut Sampler) -> Option<Scatter> {
     let Some((x, emitters)) = axes(scene, vertex) else {
         return vertex.scatter(scene, TransportMode::Radiance, sampler);

@@ -1,9 +1,9 @@
-//! Subpaths from either end, with the densities that the combination of estimators needs.
+//! Subpaths from either end, with the densities that multiple importance sampling needs.
 //!
-//! Vertices of a whole path are x₀ (sensor) … x_k (emitter). Each has two densities: that with which it
-//! is sampled from the side of the sensor, given the vertices before it, and that from the side of the
-//! emitter. A subpath knows both for its vertices as far as they do not depend on what comes
-//! after its last one.
+//! The vertices of a whole path are x₀ (sensor) … x_k (emitter). Each vertex has two densities: one
+//! for sampling from the sensor's side, given the vertices nearer to the sensor, and one for
+//! sampling from the emitter's side. A subpath stores both densities of its vertices, as far as
+//! they do not depend on what follows its last vertex.
 
 use crate::Spectrum;
 use crate::path::random_walk::WalkRay;
@@ -14,7 +14,7 @@ use glam::DVec3;
 /// An edge of a subpath, from the previous vertex to this one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathEdge {
-    /// Geometry and depth.
+    /// Geometry and optical depth of the edge.
     pub geometry: EdgeGeometry,
     /// Unit direction at the previous vertex, towards this one.
     pub leaving: DVec3,
@@ -24,64 +24,66 @@ pub(crate) struct PathEdge {
     pub n_before: f64,
     /// Index at this vertex, on the side where the edge arrives.
     pub n_after: f64,
-    /// Discovery probability of the edge: see [`crate::path::Connection::discovery`]; 0 if connections do not look for it.
+    /// Discovery probability of the edge: see [`crate::path::Connection::discovery`]; 0 if
+    /// connections do not search for the edge.
     pub discovery: f64,
 }
 
 /// A vertex of a subpath.
 #[derive(Clone, Copy, Debug)]
 pub struct PathVertex {
-    /// The vertex.
+    /// Position and scattering of the vertex.
     pub vertex: Vertex,
-    /// The edge that led to it.
+    /// Edge that led to the vertex.
     pub(crate) edge: PathEdge,
-    /// Throughput up to the vertex, its scattering coefficient included.
+    /// Throughput up to the vertex, including its scattering coefficient.
     pub throughput: Spectrum,
-    /// Edges and specular events so far.
+    /// Number of edges and specular events up to the vertex.
     pub depth: u32,
-    /// Optical path length so far.
+    /// Optical path length up to the vertex.
     pub optical_length: f64,
-    /// Density with which the subpath sampled it.
+    /// Density with which the subpath sampled the vertex.
     pub forward: f64,
-    /// Density with which the opposite subpath would sample it; known once the subpath has gone on for
-    /// two more vertices.
+    /// Density with which the opposite subpath would sample the vertex. It is known when the
+    /// subpath has two further vertices.
     pub backward: f64,
-    /// Whether the subpath goes on from it by a specular lobe.
+    /// True if the subpath continues from the vertex along a specular lobe.
     pub specular: bool,
 }
 
-/// Where a subpath left the scene.
+/// Escape of a subpath from the scene.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Escape {
-    /// The edge that left; its discovery probability is 1 if connections look for such edges.
+    /// Edge that left the scene. Its discovery probability is 1 if connections search for edges
+    /// like this one.
     pub edge: PathEdge,
-    /// Throughput up to there.
+    /// Throughput up to the escape.
     pub throughput: Spectrum,
-    /// Edges and specular events so far.
+    /// Number of edges and specular events up to the escape.
     pub depth: u32,
-    /// Optical path length so far: see [`crate::path::Edge::optical_length`].
+    /// Optical path length up to the escape: see [`crate::path::Edge::optical_length`].
     pub optical_length: f64,
-    /// Density per steradian with which it left this way.
+    /// Density per steradian of the direction of escape.
     pub forward: f64,
 }
 
-/// The vertices of a subpath in the order in which they were sampled; its end, on the sensor or an
-/// emitter, is not among them.
+/// Vertices of a subpath in the order in which they were sampled. The end on the sensor or on an
+/// emitter is not among them.
 #[derive(Clone, Debug)]
 pub(crate) struct Subpath {
-    /// Where it started.
+    /// Start of the subpath.
     pub start: Start,
-    /// The vertices.
+    /// Vertices of the subpath.
     pub vertices: Vec<PathVertex>,
-    /// Where it left the scene, if it did.
+    /// Escape from the scene, if the subpath ended with one.
     pub escape: Option<Escape>,
-    /// Density with which the opposite subpath would sample the end from the first vertex, but for the
-    /// cosine there.
+    /// Density with which the opposite subpath would sample the end from the first vertex, without
+    /// the cosine there.
     pub end_backward: f64,
 }
 
 impl Subpath {
-    /// Nothing but a start.
+    /// Makes a subpath that has only a start.
     pub(super) fn new(start: Start) -> Self {
         Subpath {
             start,
@@ -91,8 +93,8 @@ impl Subpath {
         }
     }
 
-    /// Now that it is known where the path goes on from its last vertex, so is the density with which
-    /// the opposite subpath would have sampled the vertex before that.
+    /// Computes the density with which the opposite subpath would sample the second-last vertex.
+    /// The density is known once the ray `onward` from the last vertex is sampled.
     pub(super) fn look_back(&mut self, scene: &Scene, channel_pdf: Spectrum, onward: &WalkRay) {
         let Some((last, before)) = self.vertices.split_last_mut() else {
             return;
@@ -110,8 +112,8 @@ impl Subpath {
 }
 
 impl PathVertex {
-    /// How easily connections find the edge that led here, for a path that goes on as the subpath does: no
-    /// connection starts or ends where light is reflected as by a mirror.
+    /// Returns the probability that connections discover the edge to this vertex, for a path that
+    /// continues like the subpath. It is 0 at a specular lobe, where no connection starts or ends.
     pub(crate) fn discovery_going_on(&self) -> f64 {
         if self.specular {
             // Planted error "edges beside mirror lobes taken for such that connections find" (3 lines), found by morgana-transport/transport::agreement::surfaces::partial_mirrors:
@@ -124,15 +126,16 @@ impl PathVertex {
         }
     }
 
-    /// Density per steradian with which a path that comes from the direction `from` would go on along
-    /// the edge that led here, backwards.
+    /// Returns the density per steradian with which a path arriving from the direction `from` would
+    /// continue backwards along the edge to this vertex.
     pub(crate) fn reverse_pdf(&self, scene: &Scene, from: DVec3) -> f64 {
         // Planted error "reverse density of the direction in which the path came", found by morgana-transport/transport::furnace::bidirectional_estimators:
         // self.vertex.seen_from(from).pdf(scene, -self.edge.back)
         self.vertex.seen_from(from).pdf(scene, self.edge.back)
     }
 
-    /// Density with which the vertex before this one is sampled by a ray from here of density `pdf`.
+    /// Returns the density with which the vertex before this one is sampled by a ray from here of
+    /// density `pdf`.
     pub(crate) fn density_before(
         &self,
         scene: &Scene,
@@ -147,7 +150,8 @@ impl PathVertex {
         path_edge.geometry.density(pdf, path_edge.n_before) * event
     }
 
-    /// As [`PathVertex::density_before`] for the end of the subpath, but for the cosine there.
+    /// Returns the density, as in [`PathVertex::density_before`], for the end of the subpath,
+    /// without the cosine there.
     pub(crate) fn density_end(&self, channel_pdf: Spectrum, pdf: f64) -> f64 {
         let path_edge = &self.edge;
         path_edge.geometry.density(pdf, path_edge.n_before)

@@ -1,5 +1,6 @@
-//! Connections through the surface of a ball: all are known if its index is constant (docs/theory.md#through-a-ball), and nearly all
-//! if a field fills it (docs/theory.md#through-a-lens), whether or not the surface refracts.
+//! Connections through the surface of a ball, whether or not the surface refracts. In a ball of
+//! constant index all connections are known (docs/theory.md#through-a-ball); in a ball filled by a
+//! field, nearly all (docs/theory.md#through-a-lens).
 
 use super::{Candidate, Known, Search, Visit};
 use crate::connection_end::ConnectionEnd;
@@ -8,14 +9,15 @@ use eikonal::connect::{BallRay, InitialGuess, Outside, PassingRay, Pattern, RayF
 use glam::DVec3;
 use std::ops::ControlFlow;
 
-/// Rays that come to a surface from behind at so large a cosine are not shot at all: far above the
-/// error of a crossing.
+/// Cosine of arrival from behind a surface above which rays are not shot. The limit is far above
+/// the error of a crossing.
 const BEHIND: f64 = 1e-3;
 
 impl Search<'_> {
-    /// Whether the deterministic starts lead to every ray that is looked for, given whether these led to any, because nothing but a
-    /// ball bends rays: from inside to outside all are known if its index is constant, and inside there is one if none is reflected
-    /// totally.
+    /// True if the deterministic starts lead to every ray that is searched for, because only a ball
+    /// bends rays. `any` says whether the starts led to any ray. From inside to outside all rays
+    /// are known if the ball's index is constant. Inside the ball there is one ray if none is
+    /// reflected totally.
     pub(super) fn ball_has_all(&self, any: bool) -> bool {
         let Some(glass) = self.scene.bending_ball() else {
             return false;
@@ -31,8 +33,9 @@ impl Search<'_> {
         known && self.scene.branch_reach().reflections == 0
     }
 
-    /// Visits a start for every ray through the surface of the ball that is all that bends rays, if one end lies inside and the other
-    /// outside; if its surface does not refract, also those from one end outside to another. `None` in all other cases.
+    /// Visits a start for every ray through the surface of the ball that alone bends rays, if one
+    /// end lies inside and the other outside. If the surface does not refract, also visits starts
+    /// between two ends outside. Returns `None` in all other cases.
     pub(super) fn through_ball(&self, visit: &mut Visit) -> Option<ControlFlow<()>> {
         let ball = self.scene.bending_ball()?;
         match self.ends(ball) {
@@ -59,7 +62,8 @@ impl Search<'_> {
         }
     }
 
-    /// Visits a start for every ray from outside to outside, past the ball or through it, if its surface does not refract.
+    /// Visits a start for every ray between two ends outside, past the ball or through it, if the
+    /// surface does not refract.
     fn past(&self, ball: &BendingBall, visit: &mut Visit) -> Option<ControlFlow<()>> {
         let x = self.vertex.position();
         let is_outside = |x| !ball.ball.contains(x);
@@ -88,7 +92,7 @@ impl Search<'_> {
         )
     }
 
-    /// The start of a ray through the ball from the target, outside, to the vertex, outside.
+    /// Returns the start of a ray through the ball; the target and the vertex both lie outside.
     fn through(&self, ray: &PassingRay, ball: &BendingBall) -> Option<Candidate> {
         let x = self.vertex.position();
         let length = ray.optical_length + ball.outside(ray.exit, x);
@@ -129,7 +133,7 @@ impl Search<'_> {
         }
     }
 
-    /// The end that lies inside, and the one that lies outside.
+    /// Returns the end inside the ball and the end outside.
     fn ends(&self, glass: &BendingBall) -> Option<(DVec3, Outside)> {
         let (x, ball) = (self.vertex.position(), &glass.ball);
         match self.target.end {
@@ -149,7 +153,7 @@ impl Search<'_> {
         }
     }
 
-    /// The start of a ray through the surface of the ball.
+    /// Returns the start of a ray through the surface of the ball.
     fn by_way_of(&self, ray: &BallRay, glass: &BendingBall) -> Option<Candidate> {
         let (x, p) = (self.vertex.position(), ray.crossing);
         let inside = glass.ball.contains(x);

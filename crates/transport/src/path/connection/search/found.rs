@@ -1,4 +1,4 @@
-//! What the solver has found, as a connection.
+//! Conversion of the solver's rays to connections.
 
 use super::Search;
 use crate::connection_end::ConnectionEnd;
@@ -9,11 +9,12 @@ use crate::path::workspace::Workspace;
 use eikonal::connect::ConnectingRay;
 
 impl Search<'_> {
-    /// The connection of a ray that was found, whose pieces the solver still holds.
+    /// Makes a connection of a ray that the solver found; the solver still holds the pieces of the
+    /// ray.
     pub(super) fn found(&self, ray: &ConnectingRay, ws: &Workspace) -> Connection {
         let target = self.target;
         let throughput = ConnectionThroughput::new(self.scene, ws.solver.pieces());
-        // The ray is followed from the vertex to a point, but from a plane to the vertex.
+        // The ray runs from the vertex to a point, or from a plane to the vertex.
         // Planted error "chord directions in the scattering function", found by morgana-transport/transport::edges::connections_follow_the_harmonic_orbit:
         // let near = ws.solver.pieces().last().map_or(ray.start, |p| p.arc.position(p.theta_end) - ray.start).normalize(); let far = -near;
         let (near, far) = (ray.direction_out, -ray.direction_in);

@@ -1,4 +1,5 @@
-//! Where connections are looked for (docs/theory.md#branches): from deterministic starts, and from random ones.
+//! The search for connections, from deterministic starts and from random ones
+//! (docs/theory.md#branches).
 
 mod ball;
 mod found;
@@ -14,37 +15,38 @@ use eikonal::connect::{self, ConnectingRay, Failure, Piece, RayFamily, World};
 use glam::DVec3;
 use std::ops::ControlFlow;
 
-/// A start for the solver, and what the ray that it finds must comply with.
+/// A start for the solver, with the conditions that the ray found from it must meet.
 #[derive(Clone, Debug)]
 pub(super) struct Candidate {
-    /// Where the ray is started.
+    /// Medium in which the ray starts.
     pub region: MediumId,
-    /// The point to be met.
+    /// Point that the ray must meet.
     pub end_point: DVec3,
-    /// The vertex's end of the ray: the ray must leave on the side of its direction.
+    /// The vertex as one end of the ray. The ray must leave on the side of this direction.
     place: Start,
     /// Normal of the end's surface on the side on which the ray must arrive.
     facing: Option<DVec3>,
     known: Known,
 }
 
-/// What is known about a start.
+/// Initial data of a candidate.
 #[derive(Clone, Debug)]
 enum Known {
-    /// It points along the chord, and the primary branch is meant.
+    /// A ray family whose direction points along the chord; the solver searches for the primary
+    /// branch.
     Chord(RayFamily),
-    /// About where it crosses the wall of a lens; and the guess.
+    /// A guess of where the ray crosses the wall of a lens, and a guess of the whole ray.
     Wall(connect::WallGuess<MediumId>, Guess),
-    /// Where its ray gets.
+    /// A ray that was already followed.
     Followed(Box<connect::Followed<MediumId>>),
-    /// The guess.
+    /// A guess of the whole ray.
     Guess(Guess),
 }
 
 type Guess = connect::InitialGuess<MediumId>;
 
 impl Candidate {
-    /// A candidate from a guess; it is to meet `(end_point, facing)`.
+    /// Makes a candidate from a guess. Its ray must meet `end_point` on the side of `facing`.
     fn new(guess: Guess, place: Start, end_point: DVec3, facing: Option<DVec3>) -> Self {
         Candidate {
             region: guess.region,
@@ -69,10 +71,10 @@ impl Candidate {
     }
 }
 
-/// What is done with a start, and whether others are wanted.
+/// Callback for each start; it returns whether to visit further starts.
 pub(super) type Visit<'v> = dyn FnMut(Candidate) -> ControlFlow<()> + 'v;
 
-/// A vertex and what it is to be connected to.
+/// A vertex and the target of its connections.
 #[derive(Clone, Copy)]
 pub(super) struct Search<'a> {
     scene: &'a Scene,
@@ -93,13 +95,12 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Whether there is no ray but those that the deterministic starts lead to, given whether these led to
-    /// any.
+    /// True if the deterministic starts lead to every ray; `any` says whether they led to any.
     pub(crate) fn has_all(&self, any: bool) -> bool {
         self.scene.is_straight() || self.ball_has_all(any) || any && self.is_unique()
     }
 
-    /// Whether it is known that there is one ray at most.
+    /// True if a proof shows that there is at most one ray.
     fn is_unique(&self) -> bool {
         let (ConnectionEnd::Point { position, .. }, Some(medium)) =
             (self.target.end, self.target.medium)
@@ -112,8 +113,8 @@ impl<'a> Search<'a> {
             .is_unique(start.x, start.medium, position, medium)
     }
 
-    /// Visits the deterministic starts: at every ray through the surface of a ball, along the chord, at the foot of
-    /// the vertex, or where a beam passes by.
+    /// Visits the deterministic starts: at every ray through the surface of a ball, along the
+    /// chord, at the foot of the vertex on a plane, or where a beam passes the vertex.
     pub(super) fn certain(&self, visit: &mut Visit) -> ControlFlow<()> {
         match self.through_ball(visit) {
             Some(flow) => flow,
@@ -134,7 +135,7 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Straight ahead.
+    /// Returns the start along the chord.
     fn chord(&self) -> Option<Candidate> {
         let x = self.vertex.position();
         match self.target.end {
@@ -170,7 +171,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The point to be met by a ray that arrives in `direction`, and the side of its surface.
+    /// Returns the point that a ray arriving in `direction` must meet, and the side of the surface
+    /// there.
     fn end_point(&self, position: DVec3, direction: DVec3) -> (DVec3, Option<DVec3>) {
         let ConnectionEnd::Point {
             surface: Some(on), ..
@@ -182,13 +184,13 @@ impl<'a> Search<'a> {
         (leave(self.scene, position, facing, facing), Some(facing))
     }
 
-    /// A candidate from a plane that arrives at the vertex in a direction.
+    /// Makes a candidate that starts on a plane and arrives at the vertex in `direction`.
     fn arriving(&self, guess: Guess, direction: DVec3) -> Candidate {
         let place = self.vertex.start(self.scene, -direction);
         Candidate::new(guess, place, place.x, None)
     }
 
-    /// One attempt, counted.
+    /// Solves for a candidate, and counts the attempt and its outcome.
     pub(super) fn attempt(&self, candidate: &Candidate, ws: &mut Workspace) -> Option<Connection> {
         if ws.stop.is_raised() {
             return None;
@@ -200,7 +202,7 @@ impl<'a> Search<'a> {
         connection
     }
 
-    /// The same, not counted.
+    /// Solves for a candidate without counting.
     pub(super) fn solve(&self, candidate: &Candidate, ws: &mut Workspace) -> Option<Connection> {
         if ws.stop.is_raised() {
             return None;
@@ -209,7 +211,8 @@ impl<'a> Search<'a> {
         self.comply(candidate, &ray, ws)
     }
 
-    /// The connection of a ray that was found, unless it arrives or leaves on the wrong side of a surface.
+    /// Returns the connection of a ray, or `None` if the ray leaves or arrives on the wrong side of
+    /// a surface or is beyond the reach of branches.
     fn comply(
         &self,
         candidate: &Candidate,
@@ -225,8 +228,8 @@ impl<'a> Search<'a> {
             .is_none_or(|f| f.dot(connection.emission) > 0.0);
         let through = match self.target.end {
             ConnectionEnd::Point { .. } => true,
-            // A ray against its own direction, through the medium behind the vertex's surface, or from
-            // a part of the plane in another medium than it was started in.
+            // Reject rays that run against their own direction, or through the medium behind the
+            // vertex's surface, or from a part of the plane in a medium other than the start's.
             ConnectionEnd::Plane { .. } => {
                 let last = ws.solver.pieces().last()?;
                 ray.optical_length > 0.0
@@ -240,10 +243,10 @@ impl<'a> Search<'a> {
         (leaves && arrives && through && within).then_some(connection)
     }
 
-    /// Whether branches like this ray are looked for: see [`crate::path`].
+    /// True if the ray is within the reach of branches; see [`crate::path`].
     fn within_reach(&self, ray: &ConnectingRay, pieces: &[Piece<MediumId>]) -> bool {
         let bounces = pieces.iter().filter(|p| p.is_reflected()).count() as u32;
-        // How far away a plane is does not count.
+        // Leave out the distance to a plane.
         let approach = match (self.target.end, pieces.first()) {
             (ConnectionEnd::Plane { .. }, Some(first))
                 if self.scene.field(first.region).is_constant() =>

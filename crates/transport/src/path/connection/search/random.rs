@@ -1,4 +1,4 @@
-//! Connections from random starts, and what a find is worth.
+//! Connections from random starts, and their weights.
 
 use super::{Candidate, Search};
 use crate::budget::{STEPS_PER_SEARCH, TRIALS_PER_SEARCH};
@@ -11,7 +11,8 @@ use eikonal::connect::{Piece, RayFamily, random_direction, random_foot};
 use glam::DVec3;
 
 impl Search<'_> {
-    /// A start drawn at random: a ray, and how far along it one of its close approaches to the end_point is.
+    /// Draws a random start: a ray, and the distance along it to one of its close approaches to the
+    /// end point.
     fn random(&self, sampler: &mut Sampler, ws: &mut Workspace) -> Option<Candidate> {
         let u = [sampler.next_1d(), sampler.next_1d(), sampler.next_1d()];
         let scene = self.scene;
@@ -57,9 +58,10 @@ impl Search<'_> {
         }
     }
 
-    /// A branch found from a random start that is none of the known ones, what it is worth, and an
-    /// unbiased estimate of the reciprocal of the probability of finding it: the number of further
-    /// random starts until it is found again (Booth 2007; Zeltner et al. 2020; docs/theory.md#branches).
+    /// Finds a branch from a random start, other than the known branches. Returns the branch's
+    /// value and an unbiased estimate of the reciprocal of the probability of finding the branch:
+    /// the number of further random starts until the branch is found again (Booth 2007; Zeltner et
+    /// al. 2020; docs/theory.md#branches).
     pub(crate) fn at_random<T>(
         &self,
         sampler: &mut Sampler,
@@ -86,7 +88,8 @@ impl Search<'_> {
         }
         let value = evaluate(&clear, ConnectionArcs::Ray(ws.solver.pieces()))?;
         let (before, mut trials) = (ws.solver.work.steps, 0);
-        // Beyond the budget the weight is too small: that is counted.
+        // Estimate 1/P by repeated random starts. Beyond the budget the weight is too small; this
+        // is counted.
         while trials < TRIALS_PER_SEARCH && ws.solver.work.steps - before < STEPS_PER_SEARCH {
             trials += 1;
             ws.stats.connections.trials += 1;
