@@ -1,33 +1,36 @@
-//! The paths of a pilot, where they went on and what came of it, and what that says of others.
+//! Training of adjoint estimates with the paths of a pilot.
 //!
-//! Let paths go on in a cell with throughputs T, bring X per unit of throughput from there and take work C. If they
-//! survive with probability vT, their variance grows by Σ T X²/v and their work is Σ vTC. If one unit of work in the
-//! whole image takes away the variance w, variance × work is least for v² = Σ T X² / (w Σ T C)
-//! (docs/theory.md#russian-roulette).
+//! Let paths continue in a cell with throughputs T, contribute X per unit of throughput from there
+//! and take work C. If they survive with probability vT, their variance grows by Σ T X²/v and their
+//! work is Σ vTC. If one unit of work in the whole image reduces the variance by w, variance × work
+//! is least for v² = Σ T X² / (w Σ T C) (docs/theory.md#russian-roulette).
 
 use super::adjoint::{AXES, AdjointEstimate, Node, PhaseSpacePoint, place};
 use crate::path::segment::Start;
 
-/// Samples that are remembered: enough, and no burden where paths are long.
+/// Largest number of stored samples: enough for an estimate, and little memory where paths are
+/// long.
 const MOST: usize = 1 << 16;
-/// A cell is divided if each half has at least so many training samples,
+/// Smallest number of training samples in each half of a divided cell.
 const FEWEST: usize = 64;
-/// and no more often than this.
+/// Largest number of successive divisions.
 const DIVISIONS: u32 = 8;
-/// As many training samples as these are taken to be as in the cell of which a cell is half; for all of them together, to be
-/// worth their work: few samples may have missed what matters.
+/// Weight of the mean of the parent cell in the mean of a cell, in training samples. The root's
+/// mean is drawn towards a mean for which paths are just worth their work. Few samples may miss
+/// important paths.
 const DOUBT: f64 = 64.0;
 
-/// What a path has brought and taken up to some moment.
+/// Contribution and work of a path up to some moment.
 #[derive(Clone, Copy, Debug)]
 pub struct PathTally {
-    /// Light, summed over channels.
+    /// Contribution, summed over channels.
     pub light: f64,
     /// Work, in units of [`Stats::cost`](crate::stats::Stats::cost).
     pub work: f64,
 }
 
-/// A path that went on. What it has brought and taken is counted from its start, and from here when it has ended.
+/// A path that continued. `tally` counts from the start of the path, and from this point once the
+/// path has ended.
 #[derive(Clone, Copy, Debug)]
 struct TrainingSample {
     place: PhaseSpacePoint,
@@ -35,16 +38,17 @@ struct TrainingSample {
     tally: PathTally,
 }
 
-/// All that went on.
+/// Training samples of all paths that continued.
 #[derive(Clone, Debug, Default)]
 pub struct AdjointTraining {
     all: Vec<TrainingSample>,
-    /// Number of those whose paths have ended.
+    /// Number of samples with paths that have ended.
     ended: usize,
 }
 
 impl AdjointTraining {
-    /// Takes note of a path that goes on at the start of an edge with a throughput, summed over channels.
+    /// Records a path that continues at the start of an edge with a throughput, summed over
+    /// channels.
     pub fn depart(&mut self, start: &Start, throughput: f64, tally: PathTally) {
         if self.all.len() < MOST {
             self.all.push(TrainingSample {
@@ -55,7 +59,7 @@ impl AdjointTraining {
         }
     }
 
-    /// Takes note of the end of the path. One that is not finite is forgotten.
+    /// Records the end of the path. A path with a contribution that is not finite is discarded.
     pub fn end(&mut self, end: PathTally) {
         if !end.light.is_finite() {
             self.all.truncate(self.ended);
@@ -69,7 +73,8 @@ impl AdjointTraining {
         self.ended = self.all.len();
     }
 
-    /// What is to be expected of other paths, if a unit of work takes away the variance `worth`: that of a sample over its work.
+    /// Returns the estimate for other paths. `worth` is the variance that a unit of work removes:
+    /// the variance of a sample over its work.
     pub fn estimate(mut self, worth: f64) -> AdjointEstimate {
         let mut nodes = Vec::new();
         if worth > 0.0 && worth.is_finite() && !self.all.is_empty() {
@@ -85,9 +90,9 @@ impl AdjointTraining {
 /// Means over training samples, weighted by throughput.
 #[derive(Clone, Copy, Debug)]
 struct Mean {
-    /// Of X².
+    /// Mean of X².
     square: f64,
-    /// Of C.
+    /// Mean of C.
     work: f64,
 }
 
@@ -100,7 +105,7 @@ impl Mean {
         }
     }
 
-    /// That of `count` training samples, drawn towards another.
+    /// Returns the mean of `count` training samples, drawn towards another mean.
     fn near(self, other: Mean, count: usize) -> Self {
         let doubt = DOUBT / (DOUBT + count as f64);
         Mean {
@@ -110,7 +115,7 @@ impl Mean {
     }
 }
 
-/// Σ T, Σ T X² and Σ T C.
+/// Returns Σ T, Σ T X² and Σ T C.
 fn sums(samples: &[TrainingSample]) -> (f64, f64, f64) {
     let add = |(weight, square, work): (f64, f64, f64), d: &TrainingSample| {
         let t = d.throughput;
@@ -124,7 +129,8 @@ fn sums(samples: &[TrainingSample]) -> (f64, f64, f64) {
     samples.iter().fold((0.0, 0.0, 0.0), add)
 }
 
-/// Adds the nodes of a cell with some mean: it is halved where that is best.
+/// Adds the nodes of a cell with the mean `mean`. The cell is halved along the axis with the least
+/// cost.
 fn divide(
     nodes: &mut Vec<Node>,
     samples: &mut [TrainingSample],
@@ -156,8 +162,9 @@ fn divide(
     divide(nodes, above, means[1], worth, divisions - 1);
 }
 
-/// Sorts training samples into halves along an axis. Returns what the least variance × work would be in proportion to, as a
-/// square root: the sum of √(Σ T X² Σ T C) over the halves; infinity if they are at the same place.
+/// Sorts training samples into halves along an axis. Returns a number in proportion to the square
+/// root of the least variance × work: the sum of √(Σ T X² Σ T C) over the halves. Returns infinity
+/// if all samples have one coordinate.
 fn halved(samples: &mut [TrainingSample], axis: usize) -> f64 {
     let half = samples.len() / 2;
     samples.select_nth_unstable_by(half, |a, b| a.place[axis].total_cmp(&b.place[axis]));

@@ -1,4 +1,4 @@
-//! What pilots learn of a scene before it is rendered. Any values of it are unbiased.
+//! Estimates that pilots learn from a scene before it is rendered. Any values are unbiased.
 
 mod adjoint;
 mod adjoint_training;

@@ -1,4 +1,4 @@
-//! How often vertices are connected to emitters, and what speaks for more or fewer connections.
+//! Rates of connections from vertices to emitters, and their training.
 //!
 //! Theory: docs/theory.md#next-event-rates.
 
@@ -6,18 +6,19 @@ use crate::emitter::Class;
 use crate::path::segment::Vertex;
 use serde::{Deserialize, Serialize};
 
-/// Kinds of connections: by the class of the emitter, from media and from surfaces. None to volumes, the last class, which `path`
-/// finds along its edges.
+/// Number of kinds of connections: for each class of emitters, from media and from surfaces.
+/// Volumes, the last class, have none, because `path` finds their light along its edges.
 pub(crate) const SLOTS: usize = 2 * Class::Volume as usize;
-/// Probabilities that are considered are 2⁻ᵏ with k below this.
+/// Number of levels: rates are 2⁻ᵏ with k below this.
 const LEVELS: usize = 7;
-/// And below this for emitters that only connections find.
+/// Number of levels for emitters that only connections find.
 const LEVELS_DELTA: usize = 3;
-/// A share of the variance that is put down to connections of every kind, whatever the pilot saw: few samples may
-/// miss what only connections find.
+/// Fraction of the variance that is attributed to connections of every kind, whatever the pilot
+/// found. Few samples may miss light that only connections find.
 const DOUBT: f64 = 0.01;
 
-/// For each kind of connections, from media and from surfaces to each of [`Class::ALL`] but the last in turn, the k < 7 of a probability 2⁻ᵏ.
+/// The k < 7 of a rate 2⁻ᵏ for each kind of connections: from media and from surfaces, to each of
+/// [`Class::ALL`] except the last.
 pub type Levels = [usize; SLOTS];
 
 /// A kind of connection.
@@ -25,18 +26,18 @@ pub type Levels = [usize; SLOTS];
 pub(crate) struct NeeSlot(usize);
 
 impl NeeSlot {
-    /// That of connections from a medium to an emitter that cannot be hit.
+    /// Connections from a medium to an emitter that cannot be hit.
     pub(crate) const IN_MEDIA_TO_DELTA: NeeSlot = NeeSlot(2 * Class::Delta as usize);
 
-    /// That of connections from a vertex to an emitter of a class.
+    /// Returns the kind of connections from a vertex to an emitter of a class.
     pub(crate) fn new(class: Class, vertex: &Vertex) -> Self {
         NeeSlot(2 * class as usize + usize::from(vertex.object().is_some()))
     }
 }
 
-/// Probabilities with which vertices are connected to an emitter of each class. Light that is also found by
-/// chance is weighed as befits a fractional number of connections (Veach 1997, §9.2.2), so that any values in
-/// (0, 1] are unbiased.
+/// Probabilities with which vertices are connected to an emitter of each class. Light that random
+/// walks also find is weighted for a fractional number of connections (Veach 1997, §9.2.2), so that
+/// any values in (0, 1] are unbiased.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NeeRates([f64; SLOTS]);
 
@@ -47,17 +48,17 @@ impl Default for NeeRates {
 }
 
 impl NeeRates {
-    /// Those of levels.
+    /// Returns the rates of levels.
     pub fn at(levels: &Levels) -> Self {
         NeeRates(levels.map(probability))
     }
 
-    /// The probability of connections of a kind.
+    /// Returns the probability of connections of a kind.
     pub(crate) fn of(&self, slot: NeeSlot) -> f64 {
         self.0[slot.0]
     }
 
-    /// Sets it for connections from media and from surfaces to a class.
+    /// Sets the probability of connections from media and from surfaces to a class.
     pub fn with(mut self, class: Class, [volume, surface]: [f64; 2]) -> Self {
         self.0[2 * class as usize] = volume;
         self.0[2 * class as usize + 1] = surface;
@@ -65,26 +66,28 @@ impl NeeRates {
     }
 }
 
-/// What a pilot with all connections tells about fewer of them.
+/// Estimates of variance and work for reduced rates, from a pilot that makes all connections.
 ///
-/// Let F be what a way is worth, D and c the densities with which a connection and chance find it. With a
-/// connection made with probability q, both bring F/(qD + c): X/(1 − s + qs), where X = F/(D + c) is what the pilot found and s =
-/// D/(D + c) the connection's share. The paths themselves do not depend on q, so that the pilot knows what each of its samples
-/// would have brought, up to the choice of the connections that are made, whose mean and variance it knows.
+/// Let F be the contribution of a path, and D and c the densities with which a connection and a
+/// random walk find it. With a connection made with probability q, both contribute F/(qD + c) =
+/// X/(1 − s + qs). Here X = F/(D + c) is the contribution in the pilot and s = D/(D + c) the
+/// connection's fraction of the density. The paths themselves do not depend on q. The pilot
+/// therefore knows the contribution of each sample up to the random choice of connections, and
+/// knows the mean and variance of this choice.
 #[derive(Clone, Debug, Default)]
 pub struct NeeTraining {
     samples: Vec<ExpectedSample>,
-    /// Work for all connections of a kind.
+    /// Work for all connections of each kind.
     work: [f64; SLOTS],
 }
 
-/// What a sample of the pilot would bring at each level of q, by the kinds of connections.
+/// Expected contribution of a pilot's sample at each level of q, by kind of connection.
 #[derive(Clone, Copy, Debug, Default)]
 struct ExpectedSample {
     mean: [[f64; LEVELS]; SLOTS],
-    /// Of the choice which connections are made.
+    /// Variance from the random choice of connections.
     variance: [[f64; LEVELS]; SLOTS],
-    /// What has nothing to do with connections.
+    /// Contribution that does not depend on connections.
     apart: f64,
 }
 
@@ -101,19 +104,21 @@ impl ExpectedSample {
 }
 
 impl NeeTraining {
-    /// A sample begins: what follows belongs to it. Two in turn are of one pixel.
+    /// Begins a sample, to which the following records belong. Each two samples in turn are of one
+    /// pixel.
     pub fn begin(&mut self) {
         self.samples.push(ExpectedSample::default());
     }
 
-    /// Takes note of light with which no connections compete.
+    /// Records light with which no connections compete.
     pub fn apart(&mut self, value: f64) {
         if let Some(sample) = self.samples.last_mut() {
             sample.apart += value;
         }
     }
 
-    /// Takes note of light found by chance, and the share of it that was the connections' in the pilot.
+    /// Records light found by random walks, and the fraction `share` of its density that
+    /// connections had in the pilot.
     pub(crate) fn chance(&mut self, slot: NeeSlot, value: f64, share: f64) {
         if let Some(sample) = self.samples.last_mut() {
             for (level, mean) in sample.mean[slot.0].iter_mut().enumerate() {
@@ -124,8 +129,8 @@ impl NeeTraining {
         }
     }
 
-    /// Takes note of what a connection found along its branches, each with the share of it that was the connection's in
-    /// the pilot.
+    /// Records the light that a connection found along its branches, each with the fraction of its
+    /// density that the connection had in the pilot.
     pub(crate) fn connection(
         &mut self,
         slot: NeeSlot,
@@ -143,19 +148,20 @@ impl NeeTraining {
         }
     }
 
-    /// Takes note of work.
+    /// Records work.
     pub(crate) fn work(&mut self, slot: NeeSlot, work: f64) {
         self.work[slot.0] += work;
     }
 
-    /// The rates with the least variance × work, if the pilot had all this work and pixels have these weights.
+    /// Returns the rates with the least variance × work, given the pilot's total work and the
+    /// weights of pixels.
     pub fn best(&self, work: f64, weights: &[f64]) -> NeeRates {
         let mut levels: Levels = [0; SLOTS];
         let doubt = DOUBT * self.variance(&levels, weights);
         if !(doubt > 0.0 && work > 0.0) {
             return NeeRates::default();
         }
-        // Two rounds suffice: kinds hardly influence one another.
+        // Two rounds suffice, because kinds hardly influence each other.
         for slot in (0..2).flat_map(|_| 0..SLOTS) {
             let cost = |level: usize| {
                 let mut levels = levels;
@@ -170,7 +176,8 @@ impl NeeTraining {
         NeeRates::at(&levels)
     }
 
-    /// The variance of a sample that is to be expected at such levels, the weighted mean over the pixels.
+    /// Returns the expected variance of a sample at the given levels, as the weighted mean over the
+    /// pixels.
     pub fn variance(&self, levels: &Levels, weights: &[f64]) -> f64 {
         let pair = |(pair, weight): (&[ExpectedSample], &f64)| {
             let [a, b] = [&pair[0], &pair[1]];
@@ -189,7 +196,7 @@ impl NeeTraining {
     }
 }
 
-/// The levels that are considered for a kind of connection.
+/// Returns the number of levels for a kind of connection.
 fn levels_of(slot: usize) -> usize {
     if slot / 2 == Class::Delta as usize {
         LEVELS_DELTA
@@ -208,8 +215,9 @@ mod tests {
 
     const SKY: NeeSlot = NeeSlot(2 * Class::Sky as usize);
 
-    /// Of a hundred pairs of samples, one brings 2 or 0 apart from connections, the other light in so many equal parts, each by a
-    /// connection of the given share.
+    /// Trains on a hundred pairs of samples. Apart from connections, both samples of a pair
+    /// contribute 1 in every other pair, else 0. The second sample of a pair also contributes light
+    /// in `parts` equal parts, each with a connection of the given share.
     fn nee_training(parts: usize, share: f64, work: f64) -> NeeRates {
         let mut nee_training = NeeTraining::default();
         for i in 0..200 {
@@ -225,8 +233,8 @@ mod tests {
         nee_training.best(1.0, &[1.0; 100])
     }
 
-    /// Connections are made seldom where they take much and bring little, and always where they bring all or
-    /// take nothing.
+    /// Rates are low for connections with much work and little benefit. Rates are 1 for connections
+    /// that find all the light or take no work.
     #[test]
     fn rates_weigh_work_against_variance() {
         assert_eq!(nee_training(1, 1.0, 0.4).of(SKY), 1.0);
@@ -236,7 +244,8 @@ mod tests {
         assert_eq!(others.of(NeeSlot(0)), 1.0);
     }
 
-    /// Where a sample's light comes in many small parts, it matters little which of them are found.
+    /// If the light of a sample comes in many small parts, it matters little which of them are
+    /// found.
     #[test]
     fn parts_of_one_sample_make_up_for_one_another() {
         assert_eq!(nee_training(1, 1.0, 0.6).of(SKY), 1.0);

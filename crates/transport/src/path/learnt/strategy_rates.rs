@@ -1,21 +1,21 @@
-//! How often the strategies of bidirectional path tracing are used, and what speaks for using them more or less often.
+//! Rates of the strategies of bidirectional path tracing, and their training.
 //!
 //! Theory: docs/theory.md#strategy-rates.
 
 use serde::{Deserialize, Serialize};
 
-/// Probabilities that are considered are 2⁻ᵏ with k below this.
+/// Number of levels: rates are 2⁻ᵏ with k below this.
 const LEVELS: usize = 5;
-/// A share of the variance that is put down to strategies of every kind, whatever the pilot saw: few samples may miss what
-/// only one kind finds.
+/// Fraction of the variance that is attributed to strategies of every kind, whatever the pilot
+/// found. Few samples may miss light that only one kind finds.
 const DOUBT: f64 = 0.01;
-/// Rounds of the search for the best rates: kinds influence one another.
+/// Number of rounds of the search for the best rates; kinds influence each other.
 const ROUNDS: usize = 3;
 
-/// Kinds of strategies of s vertices from the emitter and t from the sensor.
+/// Kinds of strategies with s vertices from the emitter and t from the sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StrategyKind {
-    /// s = 0: the sensor subpath finds the emitter.
+    /// s = 0: the sensor subpath hits the emitter.
     Hit,
     /// s = 1: a vertex of the sensor subpath is connected to an emitter.
     Direct,
@@ -26,7 +26,8 @@ pub enum StrategyKind {
 }
 
 impl StrategyKind {
-    /// That of a strategy; none if it is not used: a path of one edge is found by hits alone.
+    /// Returns the kind of a strategy; `None` if the strategy is not used. Only hits find a path of
+    /// one edge.
     pub fn of(s: usize, t: usize) -> Option<Self> {
         match (s, t) {
             (0, _) => Some(StrategyKind::Hit),
@@ -38,20 +39,23 @@ impl StrategyKind {
     }
 }
 
-/// For each [`StrategyKind`], the share that it has of a path among all strategies that can sample it.
+/// Fraction of the density of a path that each [`StrategyKind`] has, among all strategies that can
+/// sample the path.
 pub type StrategyShares = [f32; 4];
 
-/// Probabilities with which strategies are used. Paths are weighed as befits fractional numbers of samples (Veach 1997, §9.2.2), so that any
-/// values in (0, 1] are unbiased.
+/// Probabilities with which strategies are used. Paths are weighted for fractional numbers of
+/// samples (Veach 1997, §9.2.2), so that any values in (0, 1] are unbiased.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StrategyRates {
-    /// That of an emitter subpath, which the two last strategies need.
+    /// Probability of an emitter subpath, which the last two strategies need.
     pub light: f64,
-    /// That of a connection of a vertex of the sensor subpath to an emitter.
+    /// Probability of a connection from a vertex of the sensor subpath to an emitter.
     pub direct: f64,
-    /// That of a connection of a vertex of the emitter subpath to the sensor, given the subpath.
+    /// Probability of a connection from a vertex of the emitter subpath to the sensor, given the
+    /// subpath.
     pub sensed: f64,
-    /// That of a connection of a vertex of the sensor subpath to the emitter subpath, given that.
+    /// Probability of a connection from a vertex of the sensor subpath to the emitter subpath,
+    /// given the latter.
     pub joined: f64,
 }
 
@@ -67,7 +71,7 @@ impl Default for StrategyRates {
 }
 
 impl StrategyRates {
-    /// The probability with which a strategy of a kind is used.
+    /// Returns the probability with which a strategy of a kind is used.
     pub fn of(&self, kind: StrategyKind) -> f64 {
         match kind {
             StrategyKind::Hit => 1.0,
@@ -77,7 +81,7 @@ impl StrategyRates {
         }
     }
 
-    /// Those of levels: of an emitter subpath, and of the connections.
+    /// Returns the rates of levels: of an emitter subpath, and of the connections.
     fn at([light, direct, sensed, joined]: [usize; 4]) -> Self {
         let [light, direct, sensed, joined] =
             [light, direct, sensed, joined].map(|level| 0.5f64.powi(level as i32));
@@ -93,61 +97,62 @@ impl StrategyRates {
 /// Work for each part of a sample.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StrategyWork {
-    /// For emitter subpaths.
+    /// Work for emitter subpaths.
     pub light: f64,
-    /// For connections of the kinds of [`StrategyRates`].
+    /// Work for connections to emitters.
     pub direct: f64,
-    /// See above.
+    /// Work for connections to the sensor.
     pub sensed: f64,
-    /// See above.
+    /// Work for connections between subpaths.
     pub joined: f64,
 }
 
-/// What a strategy brought to a sample of a pilot, in which all are used.
+/// Contribution of a strategy to a sample of a pilot that uses all strategies.
 #[derive(Clone, Copy, Debug)]
 pub struct StrategyFind {
     /// The kind of strategy.
     pub kind: StrategyKind,
-    /// What it brought, weighted.
+    /// Weighted contribution.
     pub value: f64,
-    /// How the path is shared.
+    /// Shares of the kinds of strategies in the density of the path.
     pub shares: StrategyShares,
-    /// What the square of its error counts.
+    /// Weight of the squared error of the contribution.
     pub importance: f64,
 }
 
-/// What a sample of a pilot brought.
+/// Contributions of a sample of a pilot.
 #[derive(Clone, Debug, Default)]
 pub struct StrategySample {
-    /// To its own pixel.
+    /// Contributions to the sample's own pixel.
     pub own: Vec<StrategyFind>,
-    /// To others.
+    /// Contributions to other pixels.
     pub splats: Vec<StrategyFind>,
 }
 
-/// What a pilot with all strategies tells about fewer of them.
+/// Estimates of variance and work for reduced rates, from a pilot that uses all strategies.
 ///
-/// Let F be what a path is worth and Dₖ the density with which strategies of kind k sample it. Used with probabilities q, each brings
-/// F/ΣqₖDₖ = X/Σqₖsₖ, where X = F/ΣDₖ is what the pilot found and sₖ = Dₖ/ΣDₖ are the kinds' shares. This holds for the balance heuristic;
-/// for the power heuristic the rates are a guess, which is unbiased as well.
+/// Let F be the contribution of a path and Dₖ the density with which strategies of kind k sample
+/// it. Used with probabilities q, each contributes F/ΣqₖDₖ = X/Σqₖsₖ. Here X = F/ΣDₖ is the
+/// contribution in the pilot and sₖ = Dₖ/ΣDₖ are the kinds' shares. This holds for the balance
+/// heuristic. For the power heuristic the rates are an approximation, which is unbiased as well.
 #[derive(Clone, Debug, Default)]
 pub struct StrategyTraining {
-    /// Pairs of samples of a pixel, and what the square of its error counts.
+    /// Pairs of samples of a pixel, and the weight of the squared error of the pixel.
     pub pairs: Vec<([StrategySample; 2], f64)>,
-    /// Work for all of them.
+    /// Work for all samples.
     pub work: f64,
-    /// The part of it that depends on rates.
+    /// Part of the work that depends on rates.
     pub parts: StrategyWork,
 }
 
-/// Mean and variance, by the choice which strategies are used, of what a sample brings.
+/// Mean and variance of the contribution of a sample, over the random choice of strategies.
 struct Expected {
     mean: f64,
     variance: f64,
 }
 
 impl StrategyTraining {
-    /// The rates with the least variance × work.
+    /// Returns the rates with the least variance × work.
     pub fn best(&self) -> StrategyRates {
         let mut levels = [0; 4];
         let doubt = DOUBT * self.variance(&StrategyRates::default());
@@ -176,7 +181,7 @@ impl StrategyTraining {
         StrategyRates::at(levels)
     }
 
-    /// The variance that is to be expected, up to a factor.
+    /// Returns the expected variance, up to a factor.
     pub fn variance(&self, rates: &StrategyRates) -> f64 {
         let pair = |(samples, importance): &([StrategySample; 2], f64)| {
             let [a, b] = samples.each_ref().map(|sample| sample.expected(rates));
@@ -184,7 +189,7 @@ impl StrategyTraining {
             let splats = samples.iter().flat_map(|sample| &sample.splats);
             let squares =
                 splats.map(|find| find.importance * find.used(rates).powi(2) * rates.of(find.kind));
-            // Both samples' variances, as the squares of both samples' splats.
+            // Add the variances of both samples, and the squares of the splats of both samples.
             importance * own + squares.sum::<f64>()
         };
         self.pairs.iter().map(pair).sum()
@@ -204,7 +209,7 @@ impl StrategyTraining {
 }
 
 impl StrategyFind {
-    /// What it brings if its strategy is used.
+    /// Returns the contribution if the strategy is used.
     fn used(&self, rates: &StrategyRates) -> f64 {
         let [hit, direct, sensed, joined] = self.shares.map(f64::from);
         let sum = hit
@@ -222,7 +227,7 @@ impl StrategySample {
             let (used, q) = (find.used(rates), rates.of(find.kind));
             mean += q * used;
             if find.kind == StrategyKind::Joined {
-                // Those of one emitter subpath are used only if there is one.
+                // Connections to one emitter subpath require that the subpath exists.
                 variance += rates.light * rates.joined * (1.0 - rates.joined) * used * used;
                 from_light += rates.joined * used;
             } else {
@@ -238,7 +243,8 @@ impl StrategySample {
 mod tests {
     use super::*;
 
-    /// Of a hundred pairs of samples one finds light by hits, and the other by joins, which could share it.
+    /// Trains on a hundred pairs of samples. In each pair, one sample finds light by hits, and the
+    /// other by `Joined` strategies, which could share it.
     fn rates(share: f32, light: f64, joined: f64) -> StrategyRates {
         let find = |kind, value| StrategyFind {
             kind,
@@ -268,7 +274,8 @@ mod tests {
         training.best()
     }
 
-    /// Strategies are used seldom where they take much and bring little, and always where they bring all or take nothing.
+    /// Rates are low for strategies with much work and little benefit, and 1 for strategies that
+    /// find all the light or take no work.
     #[test]
     fn rates_weigh_work_against_variance() {
         let always = rates(0.99, 0.2, 0.2);
@@ -276,11 +283,11 @@ mod tests {
         let seldom = rates(0.01, 0.45, 0.45);
         assert!(seldom.of(StrategyKind::Joined) <= 1.0 / 8.0, "{seldom:?}");
         assert!(seldom.light <= 1.0 / 8.0, "{seldom:?}");
-        // What takes no work may be used always.
+        // Strategies that take no work can always be used.
         assert_eq!(seldom.direct, 1.0);
     }
 
-    /// Rates leave the mean as it is.
+    /// Expected means do not depend on rates.
     #[test]
     fn expected_means_do_not_depend_on_rates() {
         let find = |kind, value, shares| StrategyFind {
@@ -289,7 +296,8 @@ mod tests {
             shares,
             importance: 1.0,
         };
-        // Two paths, each found by every strategy that can sample it, in proportion to its share.
+        // Each of two paths is found by every strategy that can sample it, in proportion to its
+        // share.
         let sample = StrategySample {
             own: [[0.5, 0.25, 0.0, 0.25], [0.1, 0.3, 0.0, 0.6]]
                 .into_iter()

@@ -1,4 +1,4 @@
-//! The energy balance watches walks from emitters (docs/theory.md#energy-balance).
+//! Energy balance as an observer of walks from emitters (docs/theory.md#energy-balance).
 
 use super::{FreeFlightEvent, Observer, WalkEvent, WalkRay};
 use crate::path::energy_balance::ParticleBalance;
@@ -50,7 +50,7 @@ impl Observer for ParticleBalance {
 
     fn cut(&mut self, event: &WalkEvent, _ws: &mut Workspace) {
         let (edge, spans) = (event.edge, &event.edge.spans);
-        // The first span beyond is still reached.
+        // Include the span after the cut, whose start is still reached.
         self.pass(event, &spans[..spans.len().min(event.spans + 1)]);
         let (weight, depth) = match spans.get(event.spans) {
             Some(span) => (span.weight_before, span.depth_before),
@@ -65,7 +65,7 @@ impl Observer for ParticleBalance {
 }
 
 impl ParticleBalance {
-    /// Enters what smooth surfaces between the first spans of an edge have absorbed.
+    /// Adds the power that smooth surfaces absorb between consecutive spans of an edge.
     fn pass(&mut self, event: &WalkEvent, spans: &[Span]) {
         for pair in spans.windows(2) {
             // Planted error "light that smooth surfaces absorb is missing from the energy balance", found by morgana-transport/transport::meters::conservation::every_particle_is_accounted_for:

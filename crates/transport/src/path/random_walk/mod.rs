@@ -1,6 +1,7 @@
-//! The random walk: an edge, the vertex at its end, a direction there, and again, until it ends. Light subpaths, sensor
-//! subpaths and the particles of meters are all walks; they differ in what watches them ([`Observer`]) and in what decides
-//! whether they go on ([`Survival`]).
+//! Random walks: sample an edge, then a direction at the vertex at its end, and repeat.
+//!
+//! Light subpaths, sensor subpaths and the particles of meters are all random walks. They differ in
+//! their observers ([`Observer`]) and in the rule by which they continue ([`Survival`]).
 //!
 //! Theory: docs/theory.md#random-walks, docs/theory.md#walks-through-voxels.
 
@@ -26,41 +27,42 @@ use std::iter::repeat_n;
 use std::ops::ControlFlow;
 use voxels::VoxelWalk;
 
-/// How walks are sampled.
+/// Parameters of random walks.
 #[derive(Clone, Copy, Debug)]
 pub struct RandomWalk<'a> {
-    /// The scene, at the walk's instant.
+    /// Scene at the instant of the walk.
     pub scene: &'a Scene,
-    /// What they carry.
+    /// Quantity that the walk carries.
     pub mode: TransportMode,
-    /// Channel probabilities, of the first edge at least.
+    /// Channel probabilities, at least of the first edge.
     pub channel_pdf: Spectrum,
-    /// Whether those of later edges are in proportion to the throughput. So it stays bounded where media attenuate channels differently, but the density
-    /// of an edge depends on all before it.
+    /// True if the channel probabilities of later edges are in proportion to the throughput. The
+    /// throughput then stays bounded where media attenuate channels differently, but the density of
+    /// an edge depends on all edges before it.
     pub follows_throughput: bool,
-    /// Most edges and specular events.
+    /// Largest number of edges and specular events.
     pub max_depth: u32,
 }
 
-/// A ray with which a walk goes on.
+/// A ray along which a walk continues.
 #[derive(Clone, Copy, Debug)]
 pub struct WalkRay {
-    /// Where it starts.
+    /// Start of the ray.
     pub start: Start,
     /// Density per steradian from a point, per unit area from a plane; 1 along a specular lobe.
     pub pdf: f64,
-    /// Whether it goes along a specular lobe.
+    /// True if the ray leaves along a specular lobe.
     pub specular: bool,
     /// Throughput.
     pub throughput: Spectrum,
-    /// Edges and specular events so far.
+    /// Number of edges and specular events so far.
     pub depth: u32,
     /// Optical path length so far.
     pub optical_length: f64,
 }
 
 impl<'a> RandomWalk<'a> {
-    /// Channel probabilities of the next edge.
+    /// Returns the channel probabilities of the next edge.
     fn channel_pdf(&self, ray: &WalkRay) -> Spectrum {
         if self.follows_throughput && self.channel_pdf.is_several() {
             let total = ray.throughput.sum();
@@ -71,7 +73,7 @@ impl<'a> RandomWalk<'a> {
         self.channel_pdf
     }
 
-    /// Follows a ray, and all that it is divided into, to the end.
+    /// Follows a ray, and all its copies, to the end.
     pub fn run<O: Observer>(
         &self,
         ray: WalkRay,
@@ -91,7 +93,7 @@ impl<'a> RandomWalk<'a> {
                 None => {
                     budget = budget.saturating_sub(1);
                     let step = self.step(&mut ray, freely, observer, sampler, ws);
-                    // Play Russian roulette, or divide.
+                    // Apply Russian roulette or splitting.
                     if step.is_continue() {
                         survive(&mut ray, survival, sampler)
                     } else {
@@ -116,8 +118,9 @@ impl<'a> RandomWalk<'a> {
         }
     }
 
-    /// Follows a ray through a volume from voxel to voxel, if it is in one, nothing bends it there and nobody looks at edges. Returns into how
-    /// many copies it is divided, or `None` where it goes on by edges.
+    /// Follows a ray through a volume from voxel to voxel, if it is in such a volume, nothing bends
+    /// it there and no observer needs edges. Returns the number of copies of the ray, or `None` if
+    /// the ray continues by edges.
     #[inline]
     fn through_voxels<O: Observer>(
         &self,
@@ -145,8 +148,8 @@ impl<'a> RandomWalk<'a> {
         walk.follow(ray, budget, survival, ws)
     }
 
-    /// Samples the next edge and a direction at its end, and turns the ray into that with which the walk goes on. Breaks if it does not.
-    /// `freely` says whether flights that nothing interrupts need not be edges.
+    /// Samples the next edge and a direction at its end, and replaces the ray by the next ray of
+    /// the walk. Breaks if the walk ends. `freely` is true if free flights need not be edges.
     #[inline]
     fn step<O: Observer>(
         &self,
@@ -176,7 +179,8 @@ impl<'a> RandomWalk<'a> {
         }
     }
 
-    /// Follows an edge to a collision, or to what ends it before, and draws a direction there. Returns the ray with which the walk goes on.
+    /// Follows an edge to a collision, or to its end before, and samples a direction there. Returns
+    /// the next ray of the walk.
     fn follow<O: Observer>(
         &self,
         ray: &WalkRay,
@@ -205,17 +209,17 @@ impl<'a> RandomWalk<'a> {
             onward: None,
             path: OnceCell::new(),
         };
-        // End it where it is longer than paths may be.
+        // End the walk if it is deeper than paths may be.
         if event.depth > self.max_depth {
             let left = self.max_depth.saturating_sub(ray.depth);
             let spans = edge.spans.partition_point(|s| s.events_before < left);
             observer.cut(&WalkEvent { spans, ..event }, ws);
             return None;
         }
-        // Find the vertex at its end, unless it left the scene, and the throughput T up to it.
+        // Find the vertex at the end of the edge, if there is one, and the throughput T up to it.
         let throughput = ray.throughput * edge.throughput(self.scene, channel_pdf);
         let vertex = Vertex::of(self.scene, &edge);
-        // Draw a direction there.
+        // Sample a direction at the vertex.
         let scatter = vertex.as_ref().and_then(|vertex| {
             sampler.next_edge();
             vertex.scatter(self.scene, self.mode, sampler)
@@ -240,7 +244,8 @@ impl<'a> RandomWalk<'a> {
         }
     }
 
-    /// Follows a free flight and draws a direction at its end: those with which the ray goes on.
+    /// Follows a free flight and samples a direction at its end. Replaces the ray by the next ray
+    /// of the walk.
     #[inline]
     fn fly_freely<O: Observer>(
         &self,
@@ -273,7 +278,7 @@ impl<'a> RandomWalk<'a> {
         };
     }
 
-    /// How edges are sampled.
+    /// Returns the sampling parameters of edges.
     fn sampling<O: Observer>(&self, channel_pdf: Spectrum) -> Sampling {
         Sampling {
             mode: self.mode,
@@ -289,7 +294,7 @@ impl<'a> RandomWalk<'a> {
     }
 }
 
-/// Into how many copies a ray is divided.
+/// Returns the number of copies with which a ray continues.
 fn survive(ray: &mut WalkRay, survival: &mut impl Survival, sampler: &mut Sampler) -> usize {
     let (depth, optical_length) = (ray.depth, ray.optical_length);
     survival.copies(&mut ray.throughput, depth, optical_length, sampler)

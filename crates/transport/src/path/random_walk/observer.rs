@@ -1,4 +1,4 @@
-//! What watches a random walk (docs/theory.md#random-walks, docs/theory.md#walks-through-voxels).
+//! Observers of random walks (docs/theory.md#random-walks, docs/theory.md#walks-through-voxels).
 
 use super::{VoxelFlight, WalkRay};
 use crate::Spectrum;
@@ -10,105 +10,113 @@ use glam::DVec3;
 use std::cell::OnceCell;
 use std::ops::ControlFlow;
 
-/// Watches a random walk. It draws none of the walk's random numbers, so that the walk does not depend on who is watching.
+/// Observes a random walk. An observer draws none of the walk's random numbers, so that the walk
+/// does not depend on its observers.
 pub trait Observer {
-    /// Whether it asks for attenuation all along the spans of edges, which are then prepared for many questions.
+    /// True if the observer queries attenuation all along the spans of edges, which are then
+    /// tabulated.
     const ALONG_SPANS: bool = false;
 
-    /// Whether it looks at the spans of the edges of sensor subpaths, too.
+    /// True if the observer also reads the spans of the edges of sensor subpaths.
     const KEEPS_SPANS: bool = false;
 
-    /// Whether it asks for the geometry terms of edges, which are 0 otherwise.
+    /// True if the observer reads the geometry terms of edges, which are 0 otherwise.
     const ASKS_FOR_GEOMETRY: bool = false;
 
-    /// An edge, and what happens at its end. Breaks if the walk need not go on.
+    /// Receives an edge and the event at its end. Breaks if the walk can end.
     fn arrive(&mut self, event: &WalkEvent, ws: &mut Workspace) -> ControlFlow<()>;
 
-    /// Whether it takes [`Observer::fly_freely`] in place of [`Observer::arrive`] for flights that nothing interrupts.
+    /// True if the observer accepts [`Observer::fly_freely`] in place of [`Observer::arrive`] for
+    /// free flights.
     fn sees_free_flights(&self) -> bool {
         false
     }
 
-    /// A flight from one collision to the next, of a walk with one channel.
+    /// Receives a flight from one collision to the next, of a walk with one channel.
     fn fly_freely(&mut self, _event: &FreeFlightEvent) {}
 
-    /// Whether it takes [`Observer::fly_in_voxel`] and [`Observer::collide_in_voxel`] in place of all other calls but [`Observer::go_on`] as
-    /// long as a walk with one channel is in a volume of voxels.
+    /// True if the observer accepts [`Observer::fly_in_voxel`] and [`Observer::collide_in_voxel`]
+    /// in place of all other calls except [`Observer::go_on`], while a walk with one channel is in
+    /// a volume of voxels.
     fn sees_voxels(&self, _volume: &VoxelVolume) -> bool {
         false
     }
 
-    /// A straight flight within a voxel.
+    /// Receives a straight flight within a voxel.
     fn fly_in_voxel(&mut self, _flight: &VoxelFlight) {}
 
-    /// A collision in a voxel, which takes power from the particle.
+    /// Receives a collision in a voxel, which absorbs the power `absorbed` of the particle.
     fn collide_in_voxel(&mut self, _absorbed: f64) {}
 
-    /// The walk goes on in so many copies from the edge that was seen last; they are followed one after the other, the last
-    /// first.
+    /// Receives the number of copies with which the walk continues from the last edge. The copies
+    /// are followed one after the other, the last one first.
     fn go_on(&mut self, _copies: usize) {}
 
-    /// An edge that is longer than paths may be: the walk ends on it, after its [spans](WalkEvent::spans).
+    /// Receives an edge that exceeds the largest depth. The walk ends on it, after its
+    /// [spans](WalkEvent::spans).
     fn cut(&mut self, _event: &WalkEvent, _ws: &mut Workspace) {}
 
-    /// A ray that is not followed because the walk has spent its budget.
+    /// Receives a ray that is not followed because the walk has spent its budget.
     fn lose(&mut self, _ray: &WalkRay) {}
 }
 
-/// An edge of a random walk, and what happens at its end.
+/// An edge of a random walk, and the event at its end.
 #[derive(Clone, Debug)]
 pub struct WalkEvent<'e> {
-    /// The scene.
+    /// Scene of the walk.
     pub scene: &'e Scene,
     /// Channel probabilities.
     pub channel_pdf: Spectrum,
-    /// The ray with which the edge starts.
+    /// Ray with which the edge starts.
     pub ray: &'e WalkRay,
-    /// The edge.
+    /// Edge of the event.
     pub edge: &'e Edge<'e>,
-    /// Number of its spans within the largest depth: all, unless the walk is cut. Sensor subpaths keep spans only if they are [asked for](Observer::KEEPS_SPANS).
+    /// Number of spans of the edge within the largest depth: all, unless the walk is cut. Sensor
+    /// subpaths keep spans only if they are [requested](Observer::KEEPS_SPANS).
     pub spans: usize,
-    /// Throughput up to its end.
+    /// Throughput up to the end of the edge.
     pub throughput: Spectrum,
-    /// Edges and specular events up to its end.
+    /// Number of edges and specular events up to the end of the edge.
     pub depth: u32,
-    /// Optical path length up to its end.
+    /// Optical path length up to the end of the edge.
     pub optical_length: f64,
-    /// The vertex at its end; `None` if it has left the scene, or is lost.
+    /// Vertex at the end of the edge; `None` if the edge left the scene, or is lost.
     pub vertex: Option<&'e Vertex>,
-    /// The ray with which the walk goes on from there, before Russian roulette; `None` if it is absorbed.
+    /// Next ray of the walk, before Russian roulette; `None` if the walk is absorbed.
     pub onward: Option<&'e WalkRay>,
-    /// See [`WalkEvent::path`], once it is known.
+    /// Cached value of [`WalkEvent::path`].
     pub(super) path: OnceCell<Spectrum>,
 }
 
-/// A flight of a random walk that ends at a collision and is no [edge](WalkEvent::edge), since nothing happens on it.
+/// A flight of a random walk that ends at a collision and needs no [edge](WalkEvent::edge), because
+/// nothing else happens on it.
 #[derive(Clone, Copy, Debug)]
 pub struct FreeFlightEvent<'e, 's> {
-    /// The ray with which it starts.
+    /// Ray with which the flight starts.
     pub ray: &'e WalkRay,
-    /// The flight.
+    /// Path of the flight.
     pub flight: &'e FreeFlight<'s>,
-    /// Optical path length up to its end.
+    /// Optical path length up to the end of the flight.
     pub optical_length: f64,
-    /// Unit direction in which it is scattered there.
+    /// Unit direction after the scattering at the end.
     pub direction: DVec3,
 }
 
 impl<'e> WalkEvent<'e> {
-    /// The spans within the largest depth.
+    /// Returns the spans within the largest depth.
     pub fn spans(&self) -> &'e [Span<'e>] {
         &self.edge.spans[..self.spans]
     }
 
-    /// Power of a particle that collides at the end of its edge, over the density per unit length of the collision.
+    /// Returns the power of a particle that collides at the end of its edge, over the density per
+    /// unit length of the collision.
     pub fn path(&self, collision: &Point) -> Spectrum {
         let path = || self.ray.throughput * collided(self.channel_pdf, collision);
         *self.path.get_or_init(path)
     }
 }
 
-/// Both watch; the walk ends where either is done.
+/// Pair of observers of one walk; the walk ends as soon as either observer breaks.
 impl<A: Observer, B: Observer> Observer for (A, B) {
     const ALONG_SPANS: bool = A::ALONG_SPANS || B::ALONG_SPANS;
     const KEEPS_SPANS: bool = A::KEEPS_SPANS || B::KEEPS_SPANS;

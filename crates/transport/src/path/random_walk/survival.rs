@@ -1,12 +1,12 @@
-//! What decides whether a random walk goes on (docs/theory.md#random-walks).
+//! Rules by which random walks end or split (docs/theory.md#random-walks).
 
 use crate::Spectrum;
 use crate::sampling::Sampler;
 
-/// Ends walks that carry little by chance, or divides those that carry much, without bias.
+/// Ends walks that carry little power at random, or splits walks that carry much, without bias.
 pub trait Survival {
-    /// Into how many copies of itself a ray of some depth and optical path length is divided, 0 if it ends; its throughput becomes that of
-    /// each.
+    /// Returns the number of copies with which a ray of some depth and optical path length
+    /// continues, 0 if it ends. Sets `throughput` to the throughput of each copy.
     fn copies(
         &mut self,
         throughput: &mut Spectrum,
@@ -16,16 +16,17 @@ pub trait Survival {
     ) -> usize;
 }
 
-/// Russian roulette: a walk goes on with the probability of its throughput over the first.
+/// Russian roulette: a walk continues with the probability of its throughput over its initial
+/// throughput.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Roulette {
-    /// Depth at which it begins.
+    /// Depth at which Russian roulette begins.
     pub rr_depth: u32,
     /// Largest throughput of a channel at the start of the walk.
     pub initial: f64,
 }
 
-/// Russian roulette never lets a path go on with a larger probability than this.
+/// Largest probability of survival in Russian roulette.
 const MOST_SURVIVAL: f64 = 0.95;
 
 impl Survival for Roulette {

@@ -1,5 +1,6 @@
-//! A walk through the voxels of a divided volume, from face to face: what free flights and refraction there come to where all that light
-//! meets is rectangular and everything within a voxel is the same.
+//! Walks through the voxels of a divided volume, from face to face. They sample free flights and
+//! refraction in a simpler way, because all faces are rectangular and all matter within a voxel is
+//! uniform.
 //!
 //! Theory: docs/theory.md#walks-through-voxels.
 
@@ -17,23 +18,23 @@ use glam::DVec3;
 /// A straight flight within one voxel.
 #[derive(Clone, Copy, Debug)]
 pub struct VoxelFlight<'v> {
-    /// The volume.
+    /// Volume of the voxel.
     pub volume: &'v VoxelVolume,
-    /// Number of the voxel, x fastest.
+    /// Index of the voxel, x fastest.
     pub voxel: usize,
-    /// What it holds.
+    /// Matter in the voxel.
     pub matter: &'v Matter,
-    /// The only channel.
+    /// Index of the only channel.
     pub channel: usize,
-    /// Its length.
+    /// Length of the flight.
     pub length: f64,
     /// Power in the channel.
     pub power: f64,
-    /// Optical path length from the emitter to its start.
+    /// Optical path length from the emitter to the start of the flight.
     pub optical_length: f64,
 }
 
-/// What a walk through voxels needs besides its state.
+/// Parameters of a walk through voxels.
 pub(super) struct VoxelWalk<'w, 'o, O> {
     pub walk: &'w RandomWalk<'w>,
     pub volume: &'w VoxelVolume,
@@ -42,37 +43,39 @@ pub(super) struct VoxelWalk<'w, 'o, O> {
     pub sampler: &'o mut Sampler,
 }
 
-/// A ray in a voxel.
+/// State of a ray in a voxel.
 struct VoxelRay<'v> {
-    /// Number of the voxel, and its lowest corner.
+    /// Index of the voxel, and its lowest corner.
     voxel: usize,
     low: DVec3,
     held: &'v VoxelMatter,
-    /// In voxels from the volume's corner.
+    /// Position, in voxels from the volume's corner.
     place: DVec3,
-    /// Unit vector along the edges of voxels, and the same in voxels per length.
+    /// Unit direction along the edges of voxels, and its velocity in voxels per length.
     direction: DVec3,
     speed: DVec3,
     throughput: Spectrum,
     depth: u32,
     optical_length: f64,
-    /// Reflections and refractions since the last collision.
+    /// Number of reflections and refractions since the last collision.
     events: u32,
 }
 
-/// How a flight ends.
+/// Ending of a flight.
 enum Ending {
-    /// By a collision.
+    /// A collision.
     Collision,
-    /// In front of something that is no voxel.
+    /// A face at which the ray must continue by edges.
     Unknown,
-    /// Refracted, or straight on, out of the volume; through a face across an axis.
+    /// A face of the volume through which the ray left, refracted or straight; the medium beyond,
+    /// and the axis across which the face lies.
     Left(MediumId, usize),
 }
 
 impl<'w, O: Observer> VoxelWalk<'w, '_, O> {
-    /// Follows a ray for at most `budget` edges, which are taken from it, until it is to be divided or ends at a collision. Returns the number of its
-    /// copies; `None` where it goes on among other things than voxels.
+    /// Follows a ray for at most `budget` edges, and subtracts them from `budget`, until the ray
+    /// splits or ends at a collision. Returns the number of its copies; `None` if the ray continues
+    /// outside voxels.
     pub(super) fn follow(
         &mut self,
         ray: &mut WalkRay,
@@ -120,12 +123,12 @@ impl<'w, O: Observer> VoxelWalk<'w, '_, O> {
         None
     }
 
-    /// Depth from which on the walk goes on elsewhere, so that it ends where it must.
+    /// Returns the depth at which the walk continues by edges, which end it at the largest depth.
     fn last_depth(&self) -> u32 {
         self.walk.max_depth.saturating_sub(1)
     }
 
-    /// The voxel in which a ray starts, if it is in the ray's medium.
+    /// Returns the state of a ray in its first voxel, if this voxel has the ray's medium.
     fn enter(&self, ray: &WalkRay) -> Option<VoxelRay<'w>> {
         let place = self.volume.in_voxels(ray.start.x);
         let (low, size) = (place.floor(), self.volume.size());
@@ -150,7 +153,7 @@ impl<'w, O: Observer> VoxelWalk<'w, '_, O> {
         })
     }
 
-    /// Flies to a collision, voxel by voxel, or to where the ray goes on elsewhere.
+    /// Flies to a collision, voxel by voxel, or to the place where the ray continues by edges.
     fn fly(&mut self, ray: &mut VoxelRay<'w>) -> Ending {
         let mut depth = self.sampler.next_exponential();
         loop {
@@ -174,7 +177,7 @@ impl<'w, O: Observer> VoxelWalk<'w, '_, O> {
         }
     }
 
-    /// Goes straight on within a voxel.
+    /// Moves straight on within a voxel.
     #[inline]
     fn cross(&mut self, ray: &mut VoxelRay, length: f64) {
         let matter = &ray.held.matter;
@@ -191,7 +194,8 @@ impl<'w, O: Observer> VoxelWalk<'w, '_, O> {
         ray.optical_length += matter.n * length;
     }
 
-    /// Goes on beyond the face across an axis, or is reflected. Returns how the flight ends, if it does.
+    /// Passes the face across an axis, or is reflected. Returns the ending of the flight, if it
+    /// ends.
     #[inline]
     fn meet(&mut self, ray: &mut VoxelRay<'w>, axis: usize, up: bool) -> Option<Ending> {
         let volume = self.volume;
@@ -220,8 +224,9 @@ impl<'w, O: Observer> VoxelWalk<'w, '_, O> {
         }
     }
 
-    /// Decides what becomes of a ray where it meets a face across an axis, beyond which the index is `n`: reflects it with the probability of the power that is
-    /// reflected, and returns whether it does, or refracts it.
+    /// Samples reflection or refraction at a face across an axis, with index `n` beyond it.
+    /// Reflects the ray with the probability of the reflected power and returns true, or refracts
+    /// it and returns false.
     fn is_reflected(&mut self, ray: &mut VoxelRay, axis: usize, n: f64) -> bool {
         let (near, cos) = (ray.held.matter.n, ray.direction[axis]);
         let interface = fresnel::dielectric(cos.abs().min(1.0), near, n);
@@ -238,7 +243,7 @@ impl<'w, O: Observer> VoxelWalk<'w, '_, O> {
         false
     }
 
-    /// Is partly absorbed, and scattered.
+    /// Absorbs part of the power and scatters the ray.
     #[inline]
     fn collide(&mut self, ray: &mut VoxelRay) {
         let matter = &ray.held.matter;
@@ -258,7 +263,7 @@ impl<'w, O: Observer> VoxelWalk<'w, '_, O> {
         ray.speed = direction * self.volume.voxels_per_length();
     }
 
-    /// The ray with which the walk goes on after a flight with that ending.
+    /// Returns the ray with which the walk continues after a flight with the given ending.
     #[cold]
     fn leave(&self, ray: &VoxelRay, ending: &Ending) -> WalkRay {
         let mut place = ray.place;
@@ -268,7 +273,7 @@ impl<'w, O: Observer> VoxelWalk<'w, '_, O> {
                 *medium
             }
             Ending::Unknown | Ending::Collision => {
-                // Off all faces, into the voxel.
+                // Move off all faces, into the voxel.
                 let inwards = |axis: usize| {
                     let (low, hair) = (ray.low[axis], self.hair(axis));
                     place[axis].clamp(low + hair, low + 1.0 - hair)
@@ -280,7 +285,7 @@ impl<'w, O: Observer> VoxelWalk<'w, '_, O> {
         let direction = self.volume.direction(ray.direction);
         WalkRay {
             start: Start::point(self.volume.in_world(place), direction, medium),
-            // No family of rays is known.
+            // The family of rays is unknown, as along a specular lobe.
             pdf: 1.0,
             specular: true,
             throughput: ray.throughput,
@@ -289,15 +294,15 @@ impl<'w, O: Observer> VoxelWalk<'w, '_, O> {
         }
     }
 
-    /// How far off a face across an axis rays start, in voxels.
+    /// Returns the distance from a face across an axis at which rays start, in voxels.
     fn hair(&self, axis: usize) -> f64 {
-        // A quarter of a voxel, if the scene is that much larger.
+        // Limit it to a quarter of a voxel, for scenes that are very large compared with a voxel.
         (self.walk.scene.ray_epsilon() * self.volume.voxels_per_length()[axis]).min(0.25)
     }
 }
 
 impl VoxelRay<'_> {
-    /// Whether a place is in the ray's voxel.
+    /// True if a position is in the ray's voxel.
     #[inline]
     fn is_inside(&self, place: DVec3) -> bool {
         let within = place - self.low;
@@ -305,7 +310,7 @@ impl VoxelRay<'_> {
         inside(within.x) && inside(within.y) && inside(within.z)
     }
 
-    /// The axis across which the face lies by which the ray leaves its voxel, and the length up to there.
+    /// Returns the axis across which the exit face lies, and the length up to this face.
     #[inline]
     fn exit(&self) -> (usize, f64) {
         let length = |axis: usize| match self.speed[axis] {
@@ -319,7 +324,7 @@ impl VoxelRay<'_> {
             (_, _, true) => (1, y),
             _ => (2, z),
         };
-        // By rounding a place may lie a hair beyond a face.
+        // Rounding may put the position slightly beyond a face.
         (axis, length.max(0.0))
     }
 }

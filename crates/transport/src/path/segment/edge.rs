@@ -13,7 +13,7 @@ use glam::DVec3;
 pub(crate) enum Front {
     /// All directions from one point.
     Point,
-    /// One direction from all points of a plane across it.
+    /// A single direction from all points of a plane across it.
     Plane,
 }
 
@@ -56,7 +56,7 @@ pub enum TransportMode {
     Importance,
 }
 
-/// One arc of an edge, within one medium.
+/// Arc of an edge within one medium.
 #[derive(Clone, Debug)]
 pub struct Span<'a> {
     /// Curve of the arc. Only the part θ ≤ `theta_end` belongs to the edge.

@@ -164,7 +164,7 @@ impl EndChoice<'_> {
     }
 }
 
-/// One chosen candidate of several.
+/// A candidate chosen among several.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Chosen {
     index: usize,

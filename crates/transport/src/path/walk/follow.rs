@@ -1,4 +1,4 @@
-//! One ray from the sensor on, and what is measured along it.
+//! Single rays from the sensor, and quantities measured along them.
 
 use super::unscattered::{Continuation, RayObserver, TraceEnding, UnscatteredRay};
 use crate::Spectrum;
@@ -13,57 +13,59 @@ use eikonal::{PathDifference, Reference};
 use glam::DVec3;
 use std::ops::ControlFlow;
 
-/// A ray up to an opaque surface, or up to the last boundary if it left the scene; up to its start if it
-/// met nothing at all.
+/// A ray up to an opaque surface, or up to the last boundary if it left the scene. If the ray met
+/// nothing, it ends at its start.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FollowedRay {
-    /// Position of its end.
+    /// Position of the end.
     pub x: DVec3,
-    /// Unit direction there, beyond a boundary.
+    /// Unit direction at the end, beyond a boundary.
     pub direction: DVec3,
     /// Arc length.
     pub length: f64,
     /// ∫n ds.
     pub optical_length: f64,
-    /// ∫n ds less that of rays of the reference: see [`PathDifference`]. Zero without one.
+    /// ∫n ds minus ∫n ds of rays of the reference: see [`PathDifference`]. Zero without a
+    /// reference.
     pub path_difference: f64,
     /// Optical depth.
     pub depth: Spectrum,
-    /// Number of arcs, the last one out of the scene included.
+    /// Number of arcs, including the last one out of the scene.
     pub steps: u64,
-    /// How it ended.
+    /// Ending of the ray.
     pub ending: TraceEnding,
-    /// The first surface that does more than delimit media, if there is one.
+    /// First surface that does more than separate media, if there is one.
     pub seen: Option<SeenSurface>,
 }
 
-/// The first surface on the way of a ray that does more than delimit media.
+/// First surface along a ray that does more than separate media.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SeenSurface {
-    /// Its number.
+    /// Index of the object.
     pub object: usize,
-    /// Where it is met.
+    /// Intersection of the ray with the surface.
     pub hit: Hit,
-    /// Unit direction of the ray before it.
+    /// Unit direction of the ray before the surface.
     pub direction: DVec3,
-    /// The medium through which the ray arrives.
+    /// Medium through which the ray arrives.
     pub medium: MediumId,
-    /// Arc length up to there.
+    /// Arc length up to the surface.
     pub length: f64,
 }
 
-/// Where a ray is followed to.
+/// Condition at which a ray is no longer followed.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Until {
-    /// The first surface that does more than delimit media.
+    /// End at the first surface that does more than separate media.
     Seen,
-    /// The first that leaves it no single direction.
+    /// End at the first surface that leaves the ray no single direction.
     Scattered,
 }
 
-/// Follows the ray from `x` in a unit direction: on through index-matched boundaries, refracted by
-/// smooth dielectrics, or totally reflected, reflected by smooth metals, and straight through what lets at
-/// least half of the light pass. With a `reference` its optical path difference is found, too.
+/// Follows the ray from `x` in a unit direction. The ray passes index-matched boundaries, is
+/// refracted or totally reflected by smooth dielectrics, is reflected by smooth metals, and passes
+/// straight through surfaces that transmit at least half of the light. With a `reference`, its
+/// optical path difference is computed too.
 pub(crate) fn follow(
     scene: &Scene,
     x: DVec3,
@@ -83,7 +85,8 @@ pub(crate) fn follow(
     )
 }
 
-/// Follows the ray from `x` in a unit direction through null boundaries, up to the first other surface.
+/// Follows the ray from `x` in a unit direction through null boundaries, up to the first other
+/// surface.
 pub(crate) fn see(
     scene: &Scene,
     x: DVec3,
@@ -147,7 +150,7 @@ fn run(
     }
 }
 
-/// Adds up quantities along a ray.
+/// Observer that accumulates quantities along a ray.
 struct Follower<'a, 'w> {
     scene: &'a Scene,
     difference: Option<PathDifference<'a>>,

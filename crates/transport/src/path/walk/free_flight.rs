@@ -1,4 +1,5 @@
-//! Flights from one collision to the next that nothing interrupts: edges without any of the work that others take.
+//! Free flights: straight flights from one collision to the next, without the work that other edges
+//! need.
 //!
 //! Theory: docs/theory.md#free-flight.
 
@@ -7,23 +8,24 @@ use crate::path::segment::{Front, Start};
 use crate::scene::{Leg, Legs, Scene};
 use glam::DVec3;
 
-/// A straight flight from a point to a collision, far from all surfaces, through matter that is the same along each leg.
+/// A straight flight from a point to a collision, far from all surfaces, through matter that is
+/// constant on each leg.
 #[derive(Clone, Debug)]
 pub struct FreeFlight<'a> {
-    /// Where it starts.
+    /// Start of the flight.
     pub start: DVec3,
     /// Unit direction.
     pub direction: DVec3,
     /// Arc length.
     pub length: f64,
-    /// The channel in which the collision was drawn.
+    /// Channel in which the collision was drawn.
     pub channel: usize,
-    /// The legs, at least one, of one index.
+    /// Legs of the flight, at least one, with equal indices.
     pub legs: Legs<'a>,
 }
 
 impl<'a> FreeFlight<'a> {
-    /// The flight to a collision, if it is known to be free.
+    /// Returns the flight to a collision, if it is known to be free.
     #[inline]
     pub(crate) fn to(scene: &'a Scene, start: &Start, target: DrawnCollision) -> Option<Self> {
         if start.front != Front::Point {
@@ -41,25 +43,25 @@ impl<'a> FreeFlight<'a> {
         })
     }
 
-    /// Where it collides.
+    /// Returns the position of the collision.
     #[inline]
     pub fn end(&self) -> DVec3 {
         self.start + self.direction * self.length
     }
 
-    /// The leg on which it collides.
+    /// Returns the leg of the collision.
     #[inline]
     pub fn last(&self) -> &Leg<'a> {
         &self.legs[self.legs.len() - 1]
     }
 
-    /// The index.
+    /// Returns the index.
     #[inline]
     pub fn n(&self) -> f64 {
         self.last().matter.n
     }
 
-    /// Share of the power that is not absorbed at the end.
+    /// Returns the fraction of the power that is not absorbed at the end.
     #[inline]
     pub fn albedo(&self) -> f64 {
         self.last().matter.albedo[self.channel]

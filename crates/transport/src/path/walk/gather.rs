@@ -13,23 +13,24 @@ use smallvec::SmallVec;
 /// Light that a volume emits along a ray.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EmittedAlong {
-    /// The emitter.
+    /// Index of the emitter.
     pub emitter: usize,
-    /// What arrives at the start of the ray: basic radiance.
+    /// Basic radiance that arrives at the start of the ray.
     pub light: Spectrum,
-    /// Edges and specular events on the way, at least one.
+    /// Number of edges and specular events up to the emission, at least one.
     pub depth: u32,
-    /// Optical path length from the start.
+    /// Optical path length from the start to the emission.
     pub optical_length: f64,
-    /// Where it leaves the volume's matter.
+    /// Position of the emission.
     pub x: DVec3,
-    /// Arc length from the start of the last edge.
+    /// Arc length from the start of the last edge to the emission.
     pub length: f64,
 }
 
-/// Hands over the light that volumes emit along an edge which is sampled with channel probabilities `channel_pdf`: of
-/// ∫ ε e^{−τ} F̄/n² ds an estimate by one point for each volume. Returns the edge, which keeps its spans and ends at a collision or where a
-/// surface scatters.
+/// Samples an edge with channel probabilities `channel_pdf` and passes the light that volumes emit
+/// along it to `found`. The light is an estimate of ∫ ε e^{−τ} F̄/n² ds from one point for each
+/// volume. Returns the edge, which keeps its spans and ends at a collision or where a surface
+/// scatters.
 pub(crate) fn gather_along<'a>(
     scene: &'a Scene,
     start: Start,
@@ -59,7 +60,7 @@ pub(crate) fn gather_along<'a>(
                 x, depth, weight, ..
             } = place.point;
             let n = scene.n(place.point.medium, x);
-            // The edge gets there without a collision with probability Σ w_c e^{−τ_c}.
+            // An edge gets to the point without a collision with probability Σ w_c e^{−τ_c}.
             let transmittance = depth.exp_neg();
             let reaches = (channel_pdf * transmittance).sum();
             let emitted = scene.emitted_within(volume, place.point.medium, x);
@@ -80,8 +81,9 @@ pub(crate) fn gather_along<'a>(
     })
 }
 
-/// Hands over the light of volumes in view along a ray from the sensor: up to a collision, or to the first surface that scatters it
-/// other than along a specular lobe. `found` also sees the edges that the ray has passed before, and the one on which it finds the light.
+/// Passes the light of volumes in view along a ray from the sensor to `found`. The ray ends at a
+/// collision, or at the first surface that scatters it except along a specular lobe. `found` also
+/// receives the edges passed before, and the edge along which the light was found.
 pub(crate) fn gather_in_view(
     scene: &Scene,
     start: Start,
@@ -126,21 +128,21 @@ pub(crate) fn gather_in_view(
     ws.stats.over_budget.rays += 1;
 }
 
-/// More specular vertices than any sensible view passes.
+/// Largest number of specular vertices along a view; sensible views pass fewer.
 const SPECULAR_VERTICES: u32 = 1000;
 
 /// A point on an edge within a volume.
 struct Place<'a> {
     point: Point<'a>,
-    /// Arc length of the edge within the volume: one over the density of the point.
+    /// Arc length of the edge within the volume, the reciprocal of the density of the point.
     length: f64,
-    /// Specular events before it.
+    /// Number of specular events before the point.
     events: u32,
     optical_length: f64,
 }
 
 impl<'a> Place<'a> {
-    /// One, uniform in arc length; `None` if the edge does not pass the volume.
+    /// Samples a point, uniform in arc length; `None` if the edge does not pass the volume.
     fn sample(edge: &Edge<'a>, volume: &VolumeLight, u: f64) -> Option<Self> {
         let mut parts: SmallVec<[(usize, [f64; 2]); 4]> = SmallVec::new();
         let mut length = 0.0;

@@ -1,6 +1,8 @@
-//! What becomes of an edge at a surface: it passes, is refracted or reflected, or ends.
+//! Interaction of an edge with a surface: transmission, refraction, reflection, or the end of the
+//! edge.
 //!
-//! Theory: docs/theory.md#connectable-edges, docs/theory.md#declared-index-matches, docs/theory.md#masks-and-panes.
+//! Theory: docs/theory.md#connectable-edges, docs/theory.md#declared-index-matches,
+//! docs/theory.md#masks-and-panes.
 
 use super::trace::Walk;
 use crate::bsdf::{Bsdf, BsdfSample, PartialTransmission, Surface};
@@ -14,23 +16,23 @@ use eikonal::ray::Variation;
 use glam::{DMat3, DVec3};
 use std::ops::ControlFlow;
 
-/// How a ray leaves a surface.
+/// Continuation of a ray at a surface.
 struct Turn {
     direction: DVec3,
-    /// The medium in which it goes on.
+    /// Medium in which the ray continues.
     beyond: MediumId,
     rule: Rule,
-    /// Normal of the flat mirror that reflects so, where a shading normal does.
+    /// Normal of the equivalent flat mirror, if a shading normal determines the reflection.
     mirror: Option<DVec3>,
 }
 
 impl Walk<'_, '_> {
-    /// Goes through, is reflected, or ends at a surface. Breaks where the edge ends.
+    /// Passes a surface, is reflected, or ends there. Breaks if the edge ends.
     pub(super) fn surface(&mut self, object: usize, meeting: Meeting, v: DVec3) -> ControlFlow<()> {
         let scene = self.scene;
         let bsdf = &scene.objects()[object].bsdf;
         if self.events.collided && !bsdf.is_null() {
-            // Beyond a collision only index-matched boundaries are passed.
+            // Beyond a collision, pass only index-matched boundaries.
             return ControlFlow::Break(());
         }
         let hit = &scene.hit(object, &meeting);
@@ -65,9 +67,9 @@ impl Walk<'_, '_> {
         ControlFlow::Break(())
     }
 
-    /// Straight through a boundary that is declared index-matched. If the indices differ all the
-    /// same, power and L, rather than L/n², are conserved: the declared jump takes no energy away.
-    /// See docs/theory.md#declared-index-matches.
+    /// Passes straight through a boundary that is declared index-matched. If the indices
+    /// nevertheless differ, power and L are conserved, rather than L/n²: the declared match loses
+    /// no energy. See docs/theory.md#declared-index-matches.
     fn pass(&mut self, object: usize, hit: &Hit, v: DVec3) -> ControlFlow<()> {
         let direction = v.normalize();
         let beyond = self.beyond(object, hit, direction);
@@ -88,7 +90,8 @@ impl Walk<'_, '_> {
         self.go_on(object, hit, v, turn)
     }
 
-    /// Straight through a surface that lets part of the light pass, which is index-matched where it separates media.
+    /// Passes straight through a surface that transmits part of the light. If the surface separates
+    /// media, it is index-matched.
     fn pass_by_chance(
         &mut self,
         object: usize,
@@ -102,7 +105,7 @@ impl Walk<'_, '_> {
         self.pass(object, hit, v)
     }
 
-    /// Refracted or reflected by chance at a smooth surface.
+    /// Refracts or reflects the ray at a smooth surface, at random.
     fn specular(
         &mut self,
         object: usize,
@@ -120,7 +123,7 @@ impl Walk<'_, '_> {
         self.edge.connectable &= matches!(bsdf, Bsdf::Dielectric(_));
         if !sample.transmitted && sample.pdf < 1.0 {
             self.travelled.reflections += 1;
-            // Connections know patterns of so many encounters.
+            // Connections search for patterns of at most this many encounters.
             self.edge.connectable &= self.edge.geometry.events < Pattern::ENCOUNTERS;
         }
         self.edge.geometry.reflections += u32::from(!sample.transmitted);
@@ -143,7 +146,8 @@ impl Walk<'_, '_> {
         self.go_on(object, hit, v, turn)
     }
 
-    /// How the ray leaves a smooth surface: by chance, or, where the edge is split, refracted.
+    /// Samples refraction or reflection at a smooth surface. If the edge is split, the ray is
+    /// refracted.
     fn sample(
         &mut self,
         object: usize,
@@ -170,7 +174,8 @@ impl Walk<'_, '_> {
         sample(self.sampler.next_specular(self.edge.geometry.events))
     }
 
-    /// The branch that is not followed here (docs/theory.md#first-vertex-techniques).
+    /// Returns the reflected branch, which is not followed here
+    /// (docs/theory.md#first-vertex-techniques).
     fn split(&self, object: usize, hit: &Hit, left_aside: &BsdfSample) -> Split {
         let (scene, direction) = (self.scene, left_aside.direction);
         // Planted error "splitting without what media took before", found by morgana-transport/transport::first_vertex::splitting_keeps_means:
@@ -191,14 +196,14 @@ impl Walk<'_, '_> {
         }
     }
 
-    /// The medium on that side of a surface to which a direction points.
+    /// Returns the medium on the side of a surface to which a direction points.
     fn beyond(&self, object: usize, hit: &Hit, direction: DVec3) -> MediumId {
         let (x, normal) = (hit.position, hit.normal);
         self.scene
             .medium_beside(object, self.ray.medium, x, normal, direction)
     }
 
-    /// On from a surface, given the velocity before.
+    /// Continues from a surface, given the velocity before the surface.
     fn go_on(&mut self, object: usize, hit: &Hit, v: DVec3, turn: Turn) -> ControlFlow<()> {
         let Turn {
             direction,
@@ -211,7 +216,7 @@ impl Walk<'_, '_> {
         let (near, far) = (self.scene.field(self.ray.medium), self.scene.field(beyond));
         let alike = || near.n2(hit.position) == far.n2(hit.position);
         if rule == Rule::Pass && near.is_constant() && far.is_constant() && alike() {
-            // Nothing happens to the ray nor to its neighbours.
+            // Equal constant indices change neither the ray nor its differentials.
             self.ray.medium = beyond;
             return ControlFlow::Continue(());
         }
@@ -245,7 +250,7 @@ impl Walk<'_, '_> {
     }
 }
 
-/// A sample that is taken for certain, not by chance.
+/// Converts a random sample to a sample with probability 1.
 fn certain(sample: BsdfSample) -> BsdfSample {
     BsdfSample {
         weight: sample.weight * sample.pdf,

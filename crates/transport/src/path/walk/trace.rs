@@ -1,4 +1,4 @@
-//! Sampling an edge from its start: flow and collisions.
+//! Sampling of an edge from its start: curved rays and collisions.
 //!
 //! Theory: docs/theory.md#connectable-edges, docs/theory.md#free-flight.
 
@@ -18,33 +18,36 @@ use eikonal::ray::{Arc, Flow, Node, Variation};
 use glam::DVec3;
 use std::ops::ControlFlow;
 
-/// How an edge is sampled.
+/// Parameters for sampling an edge.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampling {
-    /// What it carries.
+    /// Quantity that the edge carries.
     pub mode: TransportMode,
-    /// Probabilities with which each channel's extinction is used to sample the distance; they sum to
-    /// one.
+    /// Probabilities of sampling the distance with the extinction of each channel. They sum to one.
     pub channel_pdf: Spectrum,
-    /// Whether spans are recorded beyond a collision up to the next surface that is not index-matched, or until they are
-    /// 32 radii of the scene long.
+    /// True if spans are recorded beyond a collision. They go up to the next surface that is not
+    /// index-matched, or up to a length of 32 radii of the scene.
     pub extend: bool,
-    /// Whether the edge may end at a collision; if not it goes on to a surface, through all media.
+    /// True if the edge may end at a collision. Otherwise it continues to a surface, through all
+    /// media.
     pub collides: bool,
-    /// Whether its spans are kept: see [`Edge::spans`].
+    /// True if spans are kept: see [`Edge::spans`].
     pub spans: bool,
-    /// Whether its arcs up to its end are kept in [the workspace](Workspace::edge_parts), until the next edge is sampled.
+    /// True if the arcs up to the end are kept in [the workspace](Workspace::edge_parts), until the
+    /// next edge is sampled.
     pub parts: bool,
-    /// Whether it collides for certain where it would leave the scene, if there is anything to collide with: see
-    /// [`Edge::forcing`]. Only if it is extended.
+    /// True if the edge is forced to collide where it would leave the scene, if it passes a medium:
+    /// see [`Edge::forcing`]. Requires `extend`.
     pub forced: bool,
-    /// Whether its neighbours are followed, which its [geometry term](crate::path::segment::EdgeGeometry::geometry_term) needs: it is 0 otherwise.
+    /// True if ray differentials are followed. The [geometry
+    /// term](crate::path::segment::EdgeGeometry::geometry_term) needs them and is 0 without them.
     pub differentials: bool,
-    /// Whether both ways are taken at the first specular event, if it is one of refraction or reflection: see [`Edge::split`].
+    /// True if both branches are taken at the first specular event, if it can refract and reflect:
+    /// see [`Edge::split`].
     pub splitting: bool,
 }
 
-/// The collision that was drawn: a channel, and the optical depth in it at which it happens.
+/// A sampled collision: a channel, and the optical depth of the collision in this channel.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DrawnCollision {
     pub channel: usize,
@@ -52,7 +55,8 @@ pub(crate) struct DrawnCollision {
 }
 
 impl DrawnCollision {
-    /// Draws a channel with probability w_c, and the depth −ln(1 − u) of the collision in it, which is infinite if edges do not collide.
+    /// Samples a channel with probability w_c, and the depth −ln(1 − u) of the collision in it. The
+    /// depth is infinite if edges do not collide.
     pub(crate) fn draw(scene: &Scene, sampling: &Sampling, sampler: &mut Sampler) -> Self {
         let channel = choose_channel(sampling.channel_pdf, sampler.next_1d_for(Purpose::Channel));
         let drawn = |u: f64| {
@@ -83,7 +87,7 @@ pub fn trace<'a>(
     trace_to(scene, start, sampling, target, sampler, ws)
 }
 
-/// The same, given the collision.
+/// Samples an edge, given the collision.
 pub(crate) fn trace_to<'a>(
     scene: &'a Scene,
     start: Start,
@@ -109,18 +113,18 @@ pub(crate) fn trace_to<'a>(
     edge
 }
 
-/// An edge that is being sampled.
+/// State of an edge that is being sampled.
 pub(super) struct Walk<'a, 'b> {
     pub scene: &'a Scene,
     pub sampler: &'b mut Sampler,
     pub edge: &'b mut Edge<'a>,
     pub sampling: Sampling,
     target: DrawnCollision,
-    /// Where the next span starts.
+    /// Ray at the start of the next span.
     pub ray: RayState,
-    /// What lies behind.
+    /// Quantities accumulated before the next span.
     pub travelled: Travelled,
-    /// What has happened on the way.
+    /// Events on the edge so far.
     pub events: Events,
 }
 
@@ -130,11 +134,11 @@ pub(super) struct RayState {
     pub v: DVec3,
     pub differentials: RayDifferentials,
     pub medium: MediumId,
-    /// An object that the ray does not meet as long as it is straight.
+    /// Object that the ray cannot meet again while it is straight.
     pub left: Option<usize>,
 }
 
-/// What a ray has gone through before a span.
+/// Quantities that a ray accumulated before a span.
 pub(super) struct Travelled {
     /// Number of spans.
     spans: usize,
@@ -142,30 +146,31 @@ pub(super) struct Travelled {
     depth: Spectrum,
     /// Arc length.
     length: f64,
-    /// Optical path length that counts for the reach of connections: how far away a plane is does not.
+    /// Optical path length that is compared with the reach of connections. It leaves out the
+    /// distance to a plane.
     reach: f64,
     /// ∏ n_after/n_before over declared index matches.
     pub jump: f64,
-    /// Reflections where refraction was possible.
+    /// Number of reflections where refraction was possible.
     pub reflections: u32,
 }
 
-/// What has happened on an edge.
+/// Events on an edge.
 #[derive(Default)]
 pub(super) struct Events {
     pub collided: bool,
-    /// Whether it passed a surface straight on by chance.
+    /// True if the edge passed straight through a partially transmitting surface.
     pub passed_by_chance: bool,
-    /// Whether it, or its extension, left the scene.
+    /// True if the edge, or its extension, left the scene.
     escaped: bool,
-    /// Whether it, or its extension, went so far that no extension goes farther.
+    /// True if the edge, or its extension, reached the largest length of extensions.
     is_long: bool,
-    /// Whether it was given up because it took too many steps or events.
+    /// True if the edge was abandoned after too many steps or events.
     pub over_budget: bool,
 }
 
 impl<'a, 'b> Walk<'a, 'b> {
-    /// At the start of an edge.
+    /// Starts an edge.
     fn new(
         scene: &'a Scene,
         edge: &'b mut Edge<'a>,
@@ -204,7 +209,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         }
     }
 
-    /// Follows the ray through one region. Breaks where the edge ends.
+    /// Follows the ray through one region. Breaks if the edge ends.
     fn region(&mut self, ws: &mut Workspace) -> ControlFlow<()> {
         if ws.stop.is_raised() {
             return self.die(true);
@@ -219,7 +224,8 @@ impl<'a, 'b> Walk<'a, 'b> {
         }
     }
 
-    /// Follows the ray through a region where it bends, step by step, with what varies along it. Breaks where the edge ends.
+    /// Follows the ray through a region where it bends, step by step, with `variation` along it.
+    /// Breaks if the edge ends.
     fn curve<V>(&mut self, field: &Field, variation: V, ws: &mut Workspace) -> ControlFlow<()>
     where
         V: Variation + Into<RayDifferentials>,
@@ -261,8 +267,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         }
     }
 
-    /// Follows the ray through a region of constant index: one line, without any of the work that
-    /// curves take. Breaks where the edge ends.
+    /// Follows the ray through a region of constant index, as one line. Breaks if the edge ends.
     fn line(&mut self, ws: &mut Workspace) -> ControlFlow<()> {
         let h = self.scene.reach(self.ray.x) / self.ray.v.length();
         let (v, start) = (self.ray.v, self.ray.differentials);
@@ -273,7 +278,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         }
         let at = |theta: f64| (v, start.drifted(theta * h));
         let attenuation = self.along_line(&arc);
-        // Where it collides first, nobody asks for the surface beyond.
+        // If the edge ends at a collision, skip the search for surfaces beyond it.
         let end = if self.ends_at_collision() {
             let whole = (1.0, arc.arc_length(1.0));
             self.collision(&attenuation, &arc, whole).0.unwrap_or(1.0)
@@ -301,7 +306,8 @@ impl<'a, 'b> Walk<'a, 'b> {
         }
     }
 
-    /// Extinction along a line, which need not be known beyond the collision if the edge ends there.
+    /// Returns the extinction along a line. If the edge ends at a collision, it may be valid only
+    /// up to there.
     fn along_line(&self, arc: &Arc) -> Attenuation<'a> {
         let medium = self.scene.medium(self.ray.medium);
         let DrawnCollision { channel, depth } = self.target;
@@ -311,13 +317,14 @@ impl<'a, 'b> Walk<'a, 'b> {
         near.unwrap_or_else(|| Attenuation::new(medium, arc, 1.0))
     }
 
-    /// Whether the edge ends where it collides.
+    /// True if the edge ends where it collides.
     fn ends_at_collision(&self) -> bool {
         self.sampling.collides && !self.sampling.extend
     }
 
-    /// Where on a part of an arc the collision lies that was drawn, if it does, and the depth up to there, or up to the end of the
-    /// part, of which θ and the arc length are given.
+    /// Returns the θ of the sampled collision on a part of an arc, if it lies there, and the depth.
+    /// The depth goes up to the collision, or up to the end of the part. `part` is θ and the arc
+    /// length at the end of the part.
     fn collision(
         &self,
         attenuation: &Attenuation,
@@ -329,7 +336,8 @@ impl<'a, 'b> Walk<'a, 'b> {
         attenuation.reach(arc, part, channel, left)
     }
 
-    /// Adds one arc, and the collision if it happens there. `at` is the velocity and the differentials at θ.
+    /// Adds one arc, and the collision if it lies on the arc. `at` returns the velocity and the
+    /// differentials at θ.
     fn record(
         &mut self,
         arc: Arc,
@@ -339,7 +347,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         ws: &mut Workspace,
     ) {
         let theta_end = met.map_or(1.0, |(_, meeting)| meeting.theta);
-        // Add the arc: its length, and its depth up to the collision if that is on it.
+        // Add the arc: its length, and its depth up to the collision if the collision lies on it.
         let (length_before, depth_before) = (self.travelled.length, self.travelled.depth);
         let [length, optical_length] = arc.lengths(theta_end);
         self.travelled.length += length;
@@ -386,7 +394,7 @@ impl<'a, 'b> Walk<'a, 'b> {
             events_before: self.edge.geometry.events,
             surface: met,
         });
-        // Where it ends must not depend on where the edge collides.
+        // The lead must not depend on the place of the collision.
         let events = &self.events;
         // Planted error "edges extended farther if they collide late", found by morgana-transport/transport::edges::extensions_of_rays_that_circle_end:
         // if self.edge.geometry.events == 0 && !events.passed_by_chance {
@@ -395,7 +403,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         }
     }
 
-    /// Ends the edge at a collision, up to which length and depth are known.
+    /// Ends the edge at a collision. The length and depth of the edge already end there.
     fn collide(
         &mut self,
         arc: &Arc,
@@ -428,7 +436,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         self.edge.optical_length += length;
     }
 
-    /// Leaves the scene along its last arc.
+    /// Leaves the scene along the last arc.
     fn escape(&mut self, arc: &Arc, v: DVec3) -> ControlFlow<()> {
         self.events.escaped = true;
         if !self.events.collided {
@@ -445,9 +453,12 @@ impl<'a, 'b> Walk<'a, 'b> {
         ControlFlow::Break(())
     }
 
-    /// Has an edge that left the scene collide. What is left of the depth X that was drawn beyond the depth D of the whole way
-    /// is an exponential deviate, too: its rank 1 − e^(D − X) among deviates is given to one below D. Collisions of
-    /// each channel become 1/(1 − e⁻ᴰ) times as dense; even numbers stay even (docs/theory.md#first-vertex-techniques).
+    /// Forces an edge that left the scene to collide.
+    ///
+    /// The sampled depth X exceeds the depth D of the whole edge; the rest X − D is an exponential
+    /// deviate too. Its rank 1 − e^(D − X) among deviates becomes the rank of a deviate below D.
+    /// Collisions in each channel become denser by the factor 1/(1 − e⁻ᴰ); evenly spread numbers
+    /// remain evenly spread (docs/theory.md#first-vertex-techniques).
     fn force(&mut self, ws: &mut Workspace) {
         let (events, is_specular) = (&self.events, self.edge.geometry.events > 0);
         // Planted error "collisions forced before surfaces", found by morgana-transport/transport::first_vertex::only_what_would_leave_is_forced:
@@ -467,7 +478,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         });
         let DrawnCollision { channel, depth } = self.target;
         if !self.events.collided && whole[channel] > f64::MIN_POSITIVE {
-            // Depths are added up in another order: the difference may be positive by rounding.
+            // Depths are summed in a different order, so rounding may make the difference positive.
             let rank = -(whole[channel] - depth).min(0.0).exp_m1();
             // Planted error "forced collisions spread evenly over depths", found by morgana-transport/transport::first_vertex::depths_have_their_distribution:
             // let target = rank * whole[channel];
@@ -494,7 +505,7 @@ impl<'a, 'b> Walk<'a, 'b> {
     }
 }
 
-/// The channel that a random number stands for, drawn with the probability of each.
+/// Returns the channel for a random number `u`, with the probability of each channel.
 pub(crate) fn choose_channel(channel_pdf: Spectrum, mut u: f64) -> usize {
     for (i, p) in channel_pdf.0.into_iter().enumerate() {
         if u < p {
@@ -502,6 +513,6 @@ pub(crate) fn choose_channel(channel_pdf: Spectrum, mut u: f64) -> usize {
         }
         u -= p;
     }
-    // By rounding.
+    // Rounding left `u` above the sum.
     channel_pdf.0.iter().rposition(|&p| p > 0.0).unwrap_or(0)
 }

@@ -1,5 +1,6 @@
-//! Rays that are not scattered: on the path that Snell's law and mirrors leave no choice of, and straight through what lets at least
-//! half of the light pass. Geometric quantities of pictures and traced rays follow them by the same loop.
+//! Unscattered rays: rays with a single direction by Snell's law and mirrors, passing straight
+//! through surfaces that transmit at least half of the light. One loop follows them for geometric
+//! quantities of pictures and for traced rays.
 
 use crate::bsdf::Bsdf;
 use crate::budget::STEPS_PER_RAY;
@@ -13,22 +14,24 @@ use eikonal::ray::{Flow, Node, Step, Work};
 use glam::{DMat3, DVec3};
 use std::ops::ControlFlow;
 
-/// How an unscattered ray ended.
+/// Ending of an unscattered ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TraceEnding {
-    /// On an object that neither passes it on in one direction nor lets at least half of its light pass straight on.
+    /// The ray met an object that leaves it no single direction and transmits less than half of the
+    /// light straight on.
     Surface(usize),
-    /// It left the scene.
+    /// The ray left the scene.
     Left,
-    /// It reached the longest length allowed.
+    /// The ray reached the largest allowed length.
     Length,
-    /// It left the field of its medium, took too many steps, so that it may be trapped, or no ray of the reference joins its ends.
+    /// The ray left the field of its medium, or took too many steps and may be trapped, or no ray
+    /// of the reference joins its ends.
     Lost,
 }
 
-/// Measures a ray on its way, and may end it.
+/// Measures a ray while it is followed, and may end it.
 pub(crate) trait RayObserver {
-    /// The length that the next step from `x` in a unit direction may have.
+    /// Returns the largest length of the next step from `x` in a unit direction.
     fn reach(
         &mut self,
         x: DVec3,
@@ -36,7 +39,7 @@ pub(crate) trait RayObserver {
         medium: MediumId,
     ) -> ControlFlow<TraceEnding, f64>;
 
-    /// The ray takes a step through a medium, up to a surface if there is a `hit`.
+    /// Receives a step through a medium, up to a surface if there is a `hit`.
     fn advance(
         &mut self,
         step: &Step<()>,
@@ -44,7 +47,7 @@ pub(crate) trait RayObserver {
         medium: MediumId,
     ) -> ControlFlow<TraceEnding>;
 
-    /// The ray arrives at the surface of an object in a unit direction.
+    /// Receives the arrival at the surface of an object in a unit direction.
     fn arrive(
         &mut self,
         object: usize,
@@ -53,14 +56,14 @@ pub(crate) trait RayObserver {
         medium: MediumId,
     ) -> ControlFlow<TraceEnding>;
 
-    /// The ray goes on from that surface.
+    /// Receives the continuation from that surface.
     fn go_on(&mut self, hit: &Hit, beyond: &Continuation);
 
-    /// Where the work of following the ray is counted.
+    /// Returns the counter of the work of following the ray.
     fn work(&mut self) -> &mut Work;
 }
 
-/// An unscattered ray on its way through a scene.
+/// State of an unscattered ray in a scene.
 #[derive(Debug)]
 pub(crate) struct UnscatteredRay<'a> {
     scene: &'a Scene,
@@ -72,7 +75,7 @@ pub(crate) struct UnscatteredRay<'a> {
 }
 
 impl<'a> UnscatteredRay<'a> {
-    /// The ray that starts at `x` in a unit direction through a medium.
+    /// Starts a ray at `x` in a unit direction through a medium.
     pub(crate) fn new(scene: &'a Scene, x: DVec3, direction: DVec3, medium: MediumId) -> Self {
         UnscatteredRay {
             scene,
@@ -124,7 +127,7 @@ impl<'a> UnscatteredRay<'a> {
         }
     }
 
-    /// Goes on from a surface if there is only one direction to go.
+    /// Continues from a surface if there is only one direction.
     fn pass(
         &mut self,
         object: usize,
@@ -142,21 +145,22 @@ impl<'a> UnscatteredRay<'a> {
     }
 }
 
-/// The way of a ray beyond a surface.
+/// Continuation of a ray beyond a surface.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Continuation {
-    /// Start of the ray, off the surface.
+    /// Start of the continued ray, off the surface.
     pub x: DVec3,
-    /// Its velocity there.
+    /// Velocity at the start.
     pub v: DVec3,
-    /// The medium into which it goes.
+    /// Medium in which the ray continues.
     pub medium: MediumId,
-    /// True if it stays on its side of the surface.
+    /// True if the ray stays on its side of the surface.
     pub is_reflection: bool,
 }
 
-/// The way beyond a surface for a ray that arrives through a medium with a velocity, if the surface leaves it one direction, or lets
-/// at least half of its light pass straight on. `None` if the ray ends there.
+/// Returns the continuation of a ray that arrives through a medium with velocity `v`, if the
+/// surface leaves it one direction or transmits at least half of its light straight on. Returns
+/// `None` if the ray ends there.
 fn continuation(
     scene: &Scene,
     object: usize,
@@ -182,14 +186,14 @@ fn continuation(
         near: n2(medium),
         far: n2(beyond),
     };
-    // The arc's speed is the index up to the tolerance: here it becomes the index again.
+    // Restore |v| = n: along the arc it holds only up to the tolerance.
     let v = v.normalize() * interface.near.0.sqrt();
     let passed = interface.velocity(rule, v);
     let is_reflection = passed.is_none() || rule == Rule::Reflect;
     let after = passed
         .or_else(|| interface.velocity(Rule::Reflect, v))
         .unwrap_or(-v);
-    // A shading normal may have a mirror send rays below the surface.
+    // With a shading normal, a mirror may send rays below the surface.
     let is_below = hit.normal.dot(after) * hit.normal.dot(v) >= 0.0;
     if rule == Rule::Reflect && is_below {
         return None;
@@ -202,7 +206,8 @@ fn continuation(
     })
 }
 
-/// The only rule that a surface leaves to light that arrives on the side of its normal, or behind.
+/// Returns the only rule by which a surface continues light that arrives from the front or from the
+/// back, if there is only one.
 fn rule(bsdf: &Bsdf, front: bool) -> Option<Rule> {
     match bsdf {
         Bsdf::Null => Some(Rule::Pass),
