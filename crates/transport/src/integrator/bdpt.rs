@@ -1,12 +1,14 @@
-//! Bidirectional path tracing (Lafortune and Willems 1993; Veach and Guibas 1994) over curved edges:
-//! a subpath from the sensor and one from an emitter, joined in every way, each path shared between
-//! all the ways in which it can be sampled.
+//! Bidirectional path tracing (Lafortune and Willems 1993; Veach and Guibas 1994) over curved
+//! edges. A subpath from the sensor and a subpath from an emitter are connected in every way, and
+//! each path is weighted over all strategies that can sample it.
 //!
 //! A strategy (s, t) takes s vertices from the emitter and t from the sensor. With s = 0 the sensor
-//! subpath finds the emitter by chance; with s = 1 or t = 1 the end is aimed at anew. An emitter in view is found by chance alone: delta
-//! emitters are not seen directly, for their image is a point.
+//! subpath hits the emitter. With s = 1 or t = 1 the end at the emitter or at the sensor is sampled
+//! anew. Only hits find an emitter in view. The sensor does not see delta emitters directly,
+//! because their image is a point.
 //!
-//! Strategies are used with probabilities that a pilot finds ([`StrategyRates`](crate::path::StrategyRates)).
+//! Strategies are used with probabilities that a pilot finds
+//! ([`StrategyRates`](crate::path::StrategyRates)).
 //!
 //! Theory: docs/theory.md#bidirectional.
 
@@ -23,11 +25,11 @@ use crate::sensor::SensorRay;
 pub struct Bdpt {
     /// Longest path, in edges and specular events; `None` for no limit.
     pub max_depth: Option<u32>,
-    /// Number of edges and events of a subpath after which Russian roulette begins.
+    /// Number of edges and specular events of a subpath after which Russian roulette begins.
     pub rr_depth: u32,
-    /// How strategies share a path.
+    /// Heuristic that weights strategies.
     pub heuristic: Heuristic,
-    /// Which vertices of the two subpaths are connected.
+    /// Selection of vertices to connect.
     pub connections: Connections,
 }
 
@@ -43,7 +45,7 @@ impl Default for Bdpt {
 }
 
 impl Bdpt {
-    /// The contributions of one sensor subpath and one emitter subpath.
+    /// Samples the contributions of one sensor subpath and one emitter subpath.
     pub(super) fn sample<L: PathLog>(
         &self,
         scene: &Scene,
@@ -62,14 +64,14 @@ impl Bdpt {
             max_vertices: usize::MAX,
             weighs: true,
         };
-        // Sample a subpath from the sensor and, if wanted, one from an emitter.
+        // Sample a subpath from the sensor and, with some probability, one from an emitter.
         let from_sensor = sensor_path(scene, ray, &bounds, sampler, ws, log);
         let before = ws.stats().cost();
         // Planted error "subpaths from emitters with the points of those from the sensor", found by morgana-transport/transport::replicates::so_they_are_with_subpaths_from_both_ends:
         // let from_emitter = emitter_path(scene, &bounds, sampler, ws, log);
         let from_emitter = sampler.apart(|s| emitter_path(scene, &bounds, s, ws, log));
         ws.strategy_work.light += ws.stats().cost() - before;
-        // Join them in every way.
+        // Connect them in every way.
         let mut joining = Joining {
             setting: Setting {
                 scene,
@@ -88,7 +90,7 @@ impl Bdpt {
     }
 }
 
-/// A subpath from an emitter, with the probability with which strategies want one.
+/// Samples a subpath from an emitter, with the probability with which strategies use one.
 fn emitter_path(
     scene: &Scene,
     bounds: &Bounds,

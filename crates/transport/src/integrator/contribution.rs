@@ -1,4 +1,4 @@
-//! What an estimator hands to the film.
+//! Contributions of estimators to the film.
 
 use crate::Spectrum;
 use crate::film::PathFacts;
@@ -7,31 +7,34 @@ use crate::path::StrategyShares;
 /// A contribution of one path to the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contribution {
-    /// Where on the image, in units of its size from the top left; `None` for the pixel whose sample it
-    /// is. Elsewhere the value is per unit of the image's area: a pixel receives it times its filter.
+    /// Position on the image, in units of its size from the top left; `None` for the pixel of the
+    /// sample. With a position, the value is per unit of the image's area: a pixel receives it
+    /// times its filter.
     pub image: Option<[f64; 2]>,
-    /// Number of vertices that were sampled from the emitter and from the sensor, ends included; zeros
-    /// of an estimator that does not tell strategies apart.
+    /// Number of vertices that were sampled from the emitter and from the sensor, including the
+    /// ends; zeros for an estimator that does not separate strategies.
     pub strategy: (u32, u32),
-    /// Unweighted.
+    /// Unweighted value.
     pub value: Spectrum,
-    /// The part of the value that is bias, to second order in the radius within which photons count; zero of an estimator without.
+    /// Bias of the value, to second order in the radius within which photons count; zero for an
+    /// unbiased estimator.
     pub bias: Spectrum,
     /// Weight against the other strategies that can sample this path, in [0, 1].
     pub weight: f64,
-    /// How the path is shared among kinds of strategies if all are used; zeros of an estimator that does not tell them apart.
+    /// Shares of the kinds of strategies in the density of the path if all are used; zeros for an
+    /// estimator that does not separate strategies.
     pub shares: StrategyShares,
-    /// What is known of the path.
+    /// Properties of the path.
     pub path: PathFacts,
 }
 
 impl Contribution {
-    /// Whether its value, weight and bias are numbers.
+    /// True if value, weight and bias are finite.
     pub(crate) fn is_finite(&self) -> bool {
         self.weighted().is_finite() && self.bias.is_finite()
     }
 
-    /// Value times weight.
+    /// Returns value times weight.
     pub fn weighted(&self) -> Spectrum {
         self.value * self.weight
     }

@@ -1,4 +1,5 @@
-//! Estimators of what a sensor measures. They never import one another (docs/theory.md#estimators).
+//! Estimators of the quantities that a sensor measures. They never import one another
+//! (docs/theory.md#estimators).
 
 mod bdpt;
 mod bidirectional;
@@ -27,36 +28,36 @@ use crate::sampling::{Replicates, Sampler};
 use crate::scene::Scene;
 use crate::sensor::SensorRay;
 
-/// An estimator.
+/// An estimator of light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Integrator {
     /// Sensor subpaths with next-event estimation.
     Path(PathTracer),
     /// Emitter subpaths, connected to the sensor.
     Particle(ParticleTracer),
-    /// Subpaths from both ends, joined in every way.
+    /// Subpaths from both ends, connected in every way.
     Bdpt(Bdpt),
-    /// The same, and vertices of sensor subpaths merged with those of light subpaths.
+    /// Bidirectional path tracing, with merging of sensor vertices and light vertices.
     Vcm(Vcm),
-    /// Maps of photons, seen by sensor rays.
+    /// Photon maps, viewed along sensor rays.
     Photon(PhotonMapping),
 }
 
-/// Edge of a path that connections must find, because nothing else can.
+/// Edge of a path that only connections can find.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RequiredConnection {
-    /// None: whatever connections miss is found by chance.
+    /// No edge: paths that connections miss are found by hits.
     Nothing,
-    /// The one that starts at the emitter.
+    /// The edge that starts at the emitter.
     FromEmitter,
-    /// The one that ends at the sensor.
+    /// The edge that ends at the sensor.
     ToSensor,
-    /// Any one.
+    /// Any edge.
     Any,
 }
 
 impl Integrator {
-    /// What it requires of connections for the light of an emitter of a class.
+    /// Returns the edge that connections must find for the light of an emitter of a class.
     pub fn requires(&self, class: Class) -> RequiredConnection {
         match (self, class) {
             (Integrator::Particle(_), _) => RequiredConnection::ToSensor,
@@ -66,9 +67,10 @@ impl Integrator {
         }
     }
 
-    /// The contributions of one sample of a pixel, whose sensor ray is given. `channels` is the number
-    /// of channels in use. Their weighted sum over the whole image is unbiased if every pixel is
-    /// sampled equally often, but for the blur of photon maps and of merging.
+    /// Samples the contributions of one sample of a pixel along its sensor ray. `channels` is the
+    /// number of channels in use. The weighted sum of contributions over the whole image is
+    /// unbiased if every pixel has an equal number of samples, except for the blur of photon maps
+    /// and of merging.
     pub fn sample(
         &self,
         scene: &Scene,
@@ -89,8 +91,8 @@ impl Integrator {
         }
     }
 
-    /// Does the same as [`Integrator::sample`], and logs the paths of all contributions. Finds nothing if it
-    /// [blurs](Integrator::blurs).
+    /// Does the work of [`Integrator::sample`], and logs the paths of all contributions. Finds
+    /// nothing if the integrator [blurs](Integrator::blurs).
     pub(crate) fn log(
         &self,
         scene: &Scene,
@@ -111,7 +113,7 @@ impl Integrator {
         }
     }
 
-    /// The integrator's properties.
+    /// Returns the properties of the integrator.
     fn facts(&self) -> Facts {
         match self {
             Integrator::Path(i) => Facts {
@@ -147,18 +149,18 @@ impl Integrator {
         }
     }
 
-    /// Returns whether contributions go to other pixels than the sample's own.
+    /// True if contributions go to pixels other than the sample's own.
     pub fn splats(&self) -> bool {
         self.facts().splats
     }
 
-    /// Returns whether the integrator can show what each of its strategies finds.
+    /// True if the integrator can show the light of each strategy.
     pub fn separates_strategies(&self) -> bool {
         self.facts().separates_strategies
     }
 
-    /// Returns whether the integrator separates strategies, and has the one that samples `s` vertices from the emitter and `t` from
-    /// the sensor.
+    /// True if the integrator separates strategies, and has the strategy with `s` vertices from the
+    /// emitter and `t` from the sensor.
     pub(crate) fn has_strategy(&self, s: u32, t: u32) -> bool {
         match self {
             Integrator::Path(_) | Integrator::Photon(_) | Integrator::Vcm(_) => false,
@@ -167,18 +169,19 @@ impl Integrator {
         }
     }
 
-    /// Returns whether all pixels of a sample share light subpaths, which are followed first, and contribute to one another.
+    /// True if all pixels of a sample share light subpaths, which are traced first, and contribute
+    /// to each other.
     pub(crate) fn shares_light_paths(&self) -> bool {
         self.facts().shares_light_paths
     }
 
-    /// Returns whether light is blurred, so that its mean is biased.
+    /// True if light is blurred, so that its mean is biased.
     pub fn blurs(&self) -> bool {
         self.facts().blurs
     }
 
-    /// How samples of a pixel belong together: as `wanted` if each has a path from the sensor. Paths from emitters
-    /// contribute all over the image.
+    /// Returns the grouping of samples of a pixel: `wanted` if each sample has a path from the
+    /// sensor. Paths from emitters contribute all over the image and use single samples.
     pub fn replicates(&self, wanted: Replicates) -> Replicates {
         if self.facts().takes_replicates {
             wanted
@@ -187,23 +190,24 @@ impl Integrator {
         }
     }
 
-    /// Returns whether the error becomes as small as one likes with enough samples.
+    /// True if the error converges to zero with more samples.
     pub fn converges(&self) -> bool {
         self.facts().converges
     }
 
-    /// Longest path, `None` for no limit, and the number of edges after which Russian roulette begins.
+    /// Returns the longest path, `None` for no limit, and the depth after which Russian roulette
+    /// begins, both in edges and specular events.
     pub fn depths(&self) -> (Option<u32>, u32) {
         self.facts().depths
     }
 
-    /// Name, as scene files and command lines use it.
+    /// Returns the name in scene files and on command lines.
     pub fn name(&self) -> &'static str {
         self.facts().name
     }
 }
 
-/// Properties of an integrator by which renders treat it: the methods of [`Integrator`] explain them.
+/// Properties of an integrator that renders depend on; the methods of [`Integrator`] explain them.
 struct Facts {
     name: &'static str,
     depths: (Option<u32>, u32),
@@ -216,7 +220,8 @@ struct Facts {
 }
 
 impl Facts {
-    /// An unbiased integrator whose samples contribute to their own pixels.
+    /// Makes the properties of an unbiased integrator with samples that contribute only to their
+    /// own pixels.
     fn new(name: &'static str, max_depth: Option<u32>, rr_depth: u32) -> Self {
         Facts {
             name,
@@ -231,7 +236,7 @@ impl Facts {
     }
 }
 
-/// Probabilities of the channels, alike for those in use.
+/// Returns equal probabilities for the channels in use.
 pub(crate) fn even_channel_pdf(channels: usize) -> Spectrum {
     let value = |c| {
         if c < channels {

@@ -1,8 +1,8 @@
-//! Particle tracing (light tracing, Dutré et al. 1993): subpaths from the emitters, every vertex of
-//! which is connected to the sensor. Emitters that are seen directly are found from the sensor.
+//! Particle tracing (light tracing, Dutré et al. 1993): subpaths from the emitters, with a
+//! connection from every vertex to the sensor. Rays from the sensor find emitters in view.
 //!
-//! Light that reaches the sensor over an edge that connections do not look for, such as a
-//! view in a metal mirror, is missing; a warning of the scene says so.
+//! Light that reaches the sensor over an edge that connections do not search for is missing, such
+//! as a view in a metal mirror. The scene then has a warning.
 //!
 //! Theory: docs/theory.md#particle.
 
@@ -19,7 +19,7 @@ use crate::sensor::SensorRay;
 pub struct ParticleTracer {
     /// Longest path, in edges and specular events; `None` for no limit.
     pub max_depth: Option<u32>,
-    /// Number of edges and events after which Russian roulette begins.
+    /// Number of edges and specular events after which Russian roulette begins.
     pub rr_depth: u32,
 }
 
@@ -33,7 +33,7 @@ impl Default for ParticleTracer {
 }
 
 impl ParticleTracer {
-    /// The contributions of one particle, and what is seen along one sensor ray.
+    /// Samples the contributions of one particle, and of emitters in view along one sensor ray.
     pub(super) fn sample<L: PathLog>(
         &self,
         scene: &Scene,

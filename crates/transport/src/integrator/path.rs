@@ -1,5 +1,5 @@
 //! Path tracing: sensor subpaths, next-event estimation over curved connections, and multiple
-//! importance sampling against emitters that are hit by chance.
+//! importance sampling against emitters that sensor subpaths hit.
 //!
 //! Theory: docs/theory.md#path.
 
@@ -27,9 +27,11 @@ use std::cell::Cell;
 /// The path tracer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathTracer {
-    /// Longest path, in edges; `None` for no limit. 1 shows emitters only, 2 adds single scattering.
+    /// Longest path, in edges and specular events; `None` for no limit. 1 shows emitters only, 2
+    /// adds single scattering.
     pub max_depth: Option<u32>,
-    /// Number of edges after which paths end by chance even if they are worth following; those that are not may end before.
+    /// Number of edges and specular events after which any path may end by Russian roulette. Paths
+    /// that are not worth their work may end before.
     pub rr_depth: u32,
 }
 
@@ -42,26 +44,26 @@ impl Default for PathTracer {
     }
 }
 
-/// Connections are asked about an edge that was found by chance with this multiple of the probability that they
-/// may have at most in its weight.
+/// Probability of computing the discovery of an edge that hit an emitter, relative to the largest
+/// MIS weight that connections may have for it.
 const ASK: f64 = 4.0;
 
-/// A direction that is due to be followed, and what MIS must know of it.
+/// The next ray of the path, with the data that its MIS weight needs.
 struct Next {
     start: Start,
-    /// Throughput, in basic radiance: n² of the sensor included.
+    /// Throughput in basic radiance, including n² of the sensor.
     throughput: Spectrum,
-    /// The vertex and the density with which it chose the direction; `None` if no connection
-    /// competes (from the sensor, or along a specular lobe).
+    /// Vertex that scattered the ray, and the density of the direction. `None` if no connection
+    /// competes (at the sensor, or along a specular lobe).
     from: Option<(Vertex, f64)>,
-    /// How far the path has come.
+    /// Length of the path up to the start of this ray.
     length: PathLength,
-    /// Whether what volumes emit along the edge is yet to be found.
+    /// True if the light that volumes emit along the edge is still to be added.
     gathers: bool,
 }
 
 impl Next {
-    /// The other way of an edge that was split, unless it brings nothing.
+    /// Returns the other branch of an edge that was split, or `None` if it contributes nothing.
     fn split_off(&self, split: &Split) -> Option<Self> {
         let throughput = self.throughput * split.throughput;
         // Planted error "splitting that are followed where they bring nothing", found by morgana-transport/transport::first_vertex::a_split_that_brings_nothing_is_left:
@@ -70,11 +72,11 @@ impl Next {
             start: split.start,
             throughput,
             from: None,
-            // The reflection counts as an edge does.
+            // The reflection counts like an edge.
             // Planted error "splitting that start anew", found by morgana-transport/transport::first_vertex::reflections_have_no_variance:
             // length: self.length,
             length: self.length.and(0, split.optical_length),
-            // The edge that was split has both ways.
+            // The split edge already gathered for both branches.
             // Planted error "what volumes emit counted by both parts of a split path", found by morgana-transport/transport::sources::volumes::split_rays_gather_once:
             // gathers: true,
             gathers: false,
@@ -82,17 +84,17 @@ impl Next {
     }
 }
 
-/// How long a part of a path is.
+/// Length of a part of a path.
 #[derive(Clone, Copy, Default)]
 struct PathLength {
     edges: u32,
-    /// Edges and specular events.
+    /// Number of edges and specular events.
     depth: u32,
     optical_length: f64,
 }
 
 impl PathLength {
-    /// With another edge, which passes some specular events.
+    /// Returns the length with another edge, which passes some specular events.
     fn and(self, events: u32, optical_length: f64) -> Self {
         PathLength {
             edges: self.edges.saturating_add(1),
@@ -102,36 +104,37 @@ impl PathLength {
     }
 }
 
-/// What a connection brings, and how far it goes.
+/// Light from a connection, and its length.
 struct Light<W> {
     value: Spectrum,
-    /// Share of it in what all ways to find it bring.
+    /// MIS weight of the connection against hits.
     share: f64,
-    /// Unit direction in which it leaves the vertex.
+    /// Unit direction in which the connection leaves the vertex.
     direction: DVec3,
-    /// The emitter's ray.
+    /// Ray of the emitter.
     ray: EmittedRay,
     events: u32,
     optical_length: f64,
-    /// Its arcs, as the log keeps them.
+    /// Arcs of the connection, as the log stores them.
     way: W,
 }
 
-/// An edge of a path, and the path up to it.
+/// An edge of a path, with the path up to the edge.
 struct SampledEdge<'p> {
     edge: &'p Edge<'p>,
-    /// The direction that was followed.
+    /// Ray that was followed.
     next: &'p Next,
     /// Channel probabilities with which the edge was sampled.
     channel_pdf: Spectrum,
-    /// How long the path is up to its end.
+    /// Length of the path up to the end of the edge.
     length: PathLength,
-    /// Distances along it around the place that was last asked for.
+    /// Cached equiangular density along the edge, with the position around which it was last
+    /// needed.
     around: Cell<Option<(DVec3, Option<Equiangular>)>>,
 }
 
 impl SampledEdge<'_> {
-    /// Distances along it around a place.
+    /// Returns the equiangular density along the edge around a position.
     fn around(&self, scene: &Scene, place: DVec3) -> Option<Equiangular> {
         // Planted error "distances around one light taken for those around another", found by morgana-transport/transport::connections::two_points_add_up_in_thick_fog:
         // let known = self.around.get();
@@ -143,16 +146,16 @@ impl SampledEdge<'_> {
     }
 }
 
-/// An emitter that an edge has found by chance.
+/// An emitter that an edge hit.
 struct FoundEmitter {
     emitter: usize,
     radiance: Spectrum,
-    /// Density with which connections would choose the end.
+    /// Density with which connections would sample the end.
     pdf: f64,
     end: ConnectionEnd,
-    /// Unit direction in which the light leaves it.
+    /// Unit direction in which the light leaves the emitter.
     direction: DVec3,
-    /// Index, and cosine, at the end.
+    /// Index and cosine at the end.
     n: f64,
     cos: f64,
 }
@@ -170,16 +173,17 @@ struct Tracing<'a, L> {
     sampler: &'a mut Sampler,
     ws: &'a mut Workspace,
     out: &'a mut Vec<Contribution>,
-    /// Point-like emitters make it worthwhile to sample distances around them.
+    /// True if the scene has point-like emitters, so that distances are sampled around them.
     equiangular: bool,
-    /// A path that is to be followed, too, and the probability with which it alone would have been followed.
+    /// Split branch that is followed later, and the probability with which an unsplit path takes
+    /// it.
     split: Option<(Next, f64)>,
     log: &'a mut L,
 }
 
 impl PathTracer {
-    /// The contributions to the radiance that arrives along a sensor ray; their sum is unbiased.
-    /// `channels` is the number of channels in use. Split edges are not logged.
+    /// Samples contributions to the radiance that arrives along a sensor ray; their sum is
+    /// unbiased. `channels` is the number of channels in use. Split edges are not logged.
     pub(crate) fn sample(
         &self,
         scene: &Scene,
@@ -212,7 +216,7 @@ impl PathTracer {
             split: None,
             log: finds.log,
         };
-        // Follow the path to its end, and then the other branch if its first edge was split.
+        // Follow the path to its end, and then the other branch if the first edge was split.
         self.follow(&mut tracing, &mut next);
         if let Some((mut split, reflectance)) = tracing.split.take() {
             tracing.ws.split = Some(SplitSample {
@@ -220,26 +224,27 @@ impl PathTracer {
                 reflectance,
                 cost: tracing.ws.stats().cost(),
             });
-            // Two paths of a sample are not to share the points of its set.
+            // Two paths of one sample must not share the points of its set.
             tracing.sampler.leave_replicate();
             self.follow(&mut tracing, &mut split);
         }
     }
 
-    /// Follows a path to its end, from one edge to the next, in place.
+    /// Follows a path to its end, edge by edge, and updates `next` in place.
     fn follow(&self, t: &mut Tracing<impl PathLog>, next: &mut Next) {
         while self.edge(t, next) {}
         t.end();
     }
 
-    /// Follows one edge, hands over what it finds, and scatters at its end. Whether the path goes on, as `next` says then: in
-    /// place, for it is large.
+    /// Follows one edge, adds the light that it finds, and scatters at its end. Returns true if the
+    /// path continues along `next`, which is updated in place because it is large.
     fn edge<L: PathLog>(&self, t: &mut Tracing<L>, next: &mut Next) -> bool {
-        // Add what volumes emit along the way.
+        // Add the light that volumes emit along the edge.
         if next.gathers {
             t.gather(next, self.budget(next.length.depth));
         }
-        // Sample the next edge: its length by p(s) of eq. (distance density), with channel probabilities w_c in proportion to T.
+        // Sample the next edge: its length by p(s) of eq. (distance density), with channel
+        // probabilities w_c in proportion to T.
         let channel_pdf = next.throughput / next.throughput.sum();
         let budget = self.budget(next.length.depth + 1);
         let first_vertex = t.ws.first_vertex;
@@ -252,7 +257,7 @@ impl PathTracer {
             spans: t.equiangular || forced || L::NEEDS_SPANS,
             parts: L::NEEDS_PARTS,
             forced,
-            // Chance competes with connections only where paths can meet emitters.
+            // Hits compete with connections only if paths can meet emitters.
             // Planted error "neighbours of edges ignored where chance competes with connections", found by morgana-transport/transport::connections::any_rate_is_unbiased:
             // differentials: false,
             differentials: next.from.is_some() && t.scene.emitters_can_be_met(),
@@ -266,13 +271,14 @@ impl PathTracer {
             length: next.length.and(edge.geometry.events, edge.optical_length),
             around: Cell::new(None),
         };
-        // Place a vertex on it by p_e of eq. (equiangular density), and connect that to a point emitter.
+        // Sample a vertex on the edge by p_e of eq. (equiangular density), and connect it to a
+        // point emitter.
         if t.equiangular && budget > 0 {
             t.around_emitter(&edge, budget);
         }
         t.log
             .follow(TransportMode::Radiance, edge.edge, &t.ws.edge_parts);
-        // Keep the other branch of a split edge for later.
+        // Store the other branch of a split edge.
         if let Some(split) = &edge.edge.split {
             t.split = next.split_off(split).map(|next| (next, split.probability));
         }
@@ -282,25 +288,26 @@ impl PathTracer {
         {
             return false;
         }
-        // Add the light emitted at the end of the edge, with the weight of chance in eq. (connection and chance).
+        // Add light emitted at the end of the edge, with the weight of hits in eq. (connection and
+        // chance).
         t.emission(&edge);
         let budget = self.budget(edge.length.depth);
         if budget == 0 {
             return false;
         }
-        // Find the vertex at the end of the edge, and T up to it.
+        // Find the vertex at the end of the edge, and T up to the vertex.
         let Some(vertex) = Vertex::of(t.scene, edge.edge) else {
             return false;
         };
         let throughput = edge.next.throughput * edge.edge.throughput(t.scene, channel_pdf);
         // Connect the vertex to one emitter of each class.
         t.direct(&vertex, &edge, throughput, budget);
-        // Draw a direction by p_ω, and play Russian roulette.
+        // Sample a direction by p_ω, and apply Russian roulette.
         let length = edge.length;
         t.scatter(vertex, throughput, length, next) && self.roulette(t, next)
     }
 
-    /// How much longer a path of `depth` may get.
+    /// Returns the number of edges and events by which a path of `depth` may still grow.
     fn budget(&self, depth: u32) -> u32 {
         self.max_depth
             .map_or(u32::MAX, |limit| limit.saturating_sub(depth))
@@ -308,7 +315,8 @@ impl PathTracer {
 }
 
 impl<L: PathLog> Tracing<'_, L> {
-    /// Light emitted where the edge ends, weighted against the connection that competes for it (docs/theory.md#radiance).
+    /// Adds light emitted at the end of the edge, weighted against competing connections
+    /// (docs/theory.md#radiance).
     fn emission(&mut self, edge: &SampledEdge) {
         let scene = self.scene;
         match edge.edge.end {
@@ -326,7 +334,7 @@ impl<L: PathLog> Tracing<'_, L> {
                 let Some((emitter, radiance, pdf)) = scene.emitted(&on, -direction) else {
                     return;
                 };
-                // A surface that emits: L_e/n².
+                // Add L_e/n² of a surface that emits.
                 let found = FoundEmitter {
                     emitter,
                     radiance,
@@ -342,7 +350,7 @@ impl<L: PathLog> Tracing<'_, L> {
                 self.emitted(edge, &found);
             }
             End::Escaped { direction, medium } => {
-                // The environments: L_e/n² in the direction of escape.
+                // Add L_e/n² of the environments in the direction of escape.
                 let n = scene.n(medium, edge.edge.start.x);
                 for (emitter, environment) in scene.environments() {
                     let found = FoundEmitter {
@@ -361,7 +369,7 @@ impl<L: PathLog> Tracing<'_, L> {
         }
     }
 
-    /// Light that volumes emit along an edge, over at most `budget` edges and events.
+    /// Adds light that volumes emit along an edge, over at most `budget` edges and events.
     fn gather(&mut self, next: &Next, budget: u32) {
         if self.scene.volume_lights().next().is_none() {
             return;
@@ -396,7 +404,7 @@ impl<L: PathLog> Tracing<'_, L> {
         }
     }
 
-    /// Weighs the light of an emitter at the end of an edge, and hands it over.
+    /// Adds the light of an emitter at the end of an edge, with its MIS weight.
     fn emitted(&mut self, edge: &SampledEdge, found: &FoundEmitter) {
         let weight = self.mis(edge, found);
         // Planted error "emission not divided by n² of the emitter", found by morgana-transport/transport::slabs::graded_slab_between_black_plates:
@@ -430,7 +438,8 @@ impl<L: PathLog> Tracing<'_, L> {
         self.hand_over(value, edge.length, end, None, &ray);
     }
 
-    /// Hands over the light of an emitter's ray, which arrives at the end of the path, or by a connection from there.
+    /// Adds a contribution of an emitter's ray that arrives at the end of the path, or by a
+    /// connection from there.
     fn hand_over(
         &mut self,
         value: Spectrum,
@@ -460,8 +469,9 @@ impl<L: PathLog> Tracing<'_, L> {
         });
     }
 
-    /// Hands over a share of what connections of a vertex to an emitter bring. The path has some length up to the vertex, which ends the
-    /// part `on` of the next edge, if it is not the end of the last edge.
+    /// Adds the light of connections from a vertex to an emitter, times `share`. `length` is the
+    /// length of the path up to the vertex. The vertex lies at the end of the last edge, or at the
+    /// end of the part `on` of the next edge.
     fn connected(
         &mut self,
         light: Weighted<Light<L::Way>>,
@@ -490,8 +500,8 @@ impl<L: PathLog> Tracing<'_, L> {
         }
     }
 
-    /// Balance heuristic for an edge that found an emitter by chance, against the connections that look for such edges.
-    /// See docs/theory.md#connection-and-chance.
+    /// Returns the weight of an edge that hit an emitter, by the balance heuristic against
+    /// connections that search for such edges. See docs/theory.md#connection-and-chance.
     fn mis(&mut self, sampled: &SampledEdge, found: &FoundEmitter) -> f64 {
         let (edge, emitter) = (sampled.edge, found.emitter);
         let Some((vertex, direction_pdf)) = &sampled.next.from else {
@@ -505,7 +515,7 @@ impl<L: PathLog> Tracing<'_, L> {
         }
         let class = self.scene.emitters()[emitter].class();
         let slot = NeeSlot::new(class, vertex);
-        // p_connection = K P_E p_a, up to the factor e.
+        // Compute p_connection = K P_E p_a, up to the factor e.
         let samples = Resampling::of(self.scene, class, vertex).samples;
         let chosen = self
             .scene
@@ -515,11 +525,11 @@ impl<L: PathLog> Tracing<'_, L> {
         // Planted error "probability of a connection not in its weight", found by morgana-transport/transport::connections::any_rate_is_unbiased:
         // let by_connection = chosen * found.pdf * samples;
         let by_connection = self.ws.rates.of(slot) * chosen * found.pdf * samples;
-        // p_chance: eq. (density along an edge) with the density p_ω of the direction.
+        // Compute p_chance by eq. (density along an edge) with the density p_ω of the direction.
         let survival = edge.geometry.survival(sampled.channel_pdf);
         let by_chance = edge.geometry.density(*direction_pdf, found.n) * found.cos * survival;
         let most = by_connection / (by_connection + by_chance);
-        // Where little is the connections' anyway, whether they find the edge is asked but now and then.
+        // If the weight of connections is small anyway, compute it only with some probability.
         let asked = if self.scene.is_straight() || self.ws.nee_training.is_some() {
             1.0
         } else {
@@ -528,7 +538,7 @@ impl<L: PathLog> Tracing<'_, L> {
         if asked < 1.0 && self.sampler.next_1d() >= asked {
             return 1.0;
         }
-        // e: the probability that connections discover the edge.
+        // Compute e, the probability that connections discover the edge.
         let before = self.work();
         let target = ConnectionTarget::emitter(self.scene, emitter, found.end);
         let branch = FoundBranch {
@@ -544,7 +554,7 @@ impl<L: PathLog> Tracing<'_, L> {
         1.0 - share / asked
     }
 
-    /// The work so far, if a pilot asks for it.
+    /// Returns the work so far, if a pilot needs it.
     fn work(&self) -> Option<f64> {
         self.ws
             .nee_training
@@ -552,7 +562,7 @@ impl<L: PathLog> Tracing<'_, L> {
             .map(|_| self.ws.stats().cost())
     }
 
-    /// Tells a pilot of the work for connections of a kind, given that before.
+    /// Records the work of connections of a kind for a pilot, given the work before.
     fn spent(&mut self, slot: NeeSlot, before: Option<f64>) {
         let after = self.work();
         if let (Some(nee_training), Some(before), Some(after)) =
@@ -562,7 +572,8 @@ impl<L: PathLog> Tracing<'_, L> {
         }
     }
 
-    /// Chooses how the path goes on from a vertex, up to which its throughput is given; whether it does.
+    /// Samples the next ray at a vertex, given the throughput up to it. Returns true if the path
+    /// continues.
     fn scatter(
         &mut self,
         vertex: Vertex,

@@ -1,7 +1,9 @@
-//! Vertex connection and merging (Georgiev et al. 2012) over curved edges: what bidirectional path tracing does, and vertices of sensor
-//! subpaths merged with those of many light subpaths. So it finds caustics that are seen by way of a mirror or through glass, which
-//! no connection does. It is consistent, not unbiased: light is blurred over a radius that shrinks from sample to sample. To second order
-//! in the radius its bias is known.
+//! Vertex connection and merging (Georgiev et al. 2012) over curved edges: bidirectional path
+//! tracing, with vertices of sensor subpaths merged with vertices of many light subpaths.
+//!
+//! Merging finds caustics seen in a mirror or through glass, which no connection finds. The
+//! estimator is consistent, not unbiased: it blurs light over a radius that shrinks from sample to
+//! sample. Its bias is known to second order in the radius.
 //!
 //! Theory: docs/theory.md#vertex-merging.
 
@@ -20,17 +22,18 @@ use crate::sensor::SensorRay;
 pub struct Vcm {
     /// Longest path, in edges and specular events; `None` for no limit.
     pub max_depth: Option<u32>,
-    /// Number of edges and events of a subpath after which Russian roulette begins.
+    /// Number of edges and specular events of a subpath after which Russian roulette begins.
     pub rr_depth: u32,
-    /// How techniques share a path.
+    /// Heuristic that weights techniques.
     pub heuristic: Heuristic,
-    /// Which vertices of the two subpaths are connected.
+    /// Selection of vertices to connect.
     pub connections: Connections,
-    /// Radius within which vertices are merged in the first sample, > 0, in scene units; `None` for one that reaches a few.
+    /// Radius within which vertices are merged in the first sample, > 0, in scene units; `None` for
+    /// a radius that includes a few photons.
     pub radius: Option<f64>,
 }
 
-/// Dimensions of the balls within which vertices in media are merged.
+/// Dimension of the balls within which vertices in media are merged.
 const IN_MEDIA: f64 = 3.0;
 
 impl Default for Vcm {
@@ -46,7 +49,7 @@ impl Default for Vcm {
 }
 
 impl Vcm {
-    /// How subpaths are sampled in the channels with a probability.
+    /// Returns the sampling parameters of subpaths, for given channel probabilities.
     pub(crate) fn bounds(&self, channel_pdf: Spectrum) -> Bounds {
         Bounds {
             channel_pdf,
@@ -57,20 +60,21 @@ impl Vcm {
         }
     }
 
-    /// Light subpaths of each sample of an image: as many as there are sensor subpaths.
+    /// Returns the number of light subpaths of each sample of an image, equal to the number of
+    /// sensor subpaths.
     pub(crate) fn paths(scene: &Scene) -> usize {
         scene.film().width * scene.film().height
     }
 
-    /// The radii of a sample, given that of the first.
+    /// Returns the radii of a sample, given the radius of the first.
     pub(crate) fn radii(first: f64, sample: u64) -> Radii {
         Radii::shrunk(first, sample, IN_MEDIA)
     }
 
-    /// Radius of the first sample, given light subpaths like its own.
+    /// Returns the radius of the first sample, given light subpaths like its own.
     pub(crate) fn first_radius(&self, paths: &LightPaths) -> f64 {
         self.radius.unwrap_or_else(|| {
-            // Where photons fall is all that is asked for.
+            // Only the positions of photons are needed.
             let bounds = Bounds {
                 weighs: false,
                 ..paths.bounds
@@ -80,7 +84,8 @@ impl Vcm {
         })
     }
 
-    /// The contributions of a sensor ray with light subpaths of its own. Renders share them among all pixels.
+    /// Samples the contributions of a sensor ray with separate light subpaths. Renders share light
+    /// subpaths among all pixels.
     pub(super) fn sample(
         &self,
         scene: &Scene,
@@ -117,22 +122,22 @@ impl Vcm {
     }
 }
 
-/// One sensor subpath that is joined with light subpaths.
+/// A sensor subpath that is connected to and merged with light subpaths.
 pub(crate) struct VcmSample<'a> {
-    /// How.
+    /// Parameters of the estimator.
     pub vcm: &'a Vcm,
-    /// The scene, at the sample's instant.
+    /// Scene at the instant of the sample.
     pub scene: &'a Scene,
-    /// The light subpaths that it is merged with.
+    /// Light subpaths to merge with.
     pub merging: &'a Merging,
-    /// Number of the one that it is connected to.
+    /// Number of the light subpath to connect to.
     pub number: usize,
     /// Probabilities of the channels.
     pub channel_pdf: Spectrum,
 }
 
 impl VcmSample<'_> {
-    /// Its contributions, and those of the light subpath to the sensor.
+    /// Samples the contributions of the sensor subpath, and of the light subpath to the sensor.
     pub(crate) fn take(
         &self,
         ray: SensorRay,
@@ -161,7 +166,7 @@ impl VcmSample<'_> {
         for i in 0..sensor.vertices.len() {
             joining.merged(&sensor.vertices[..=i], self.merging);
         }
-        // The light subpath is another's.
+        // The light subpath belongs to another sample's balance.
         ws.particle_balance.is_void = true;
     }
 }

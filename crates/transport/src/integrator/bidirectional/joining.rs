@@ -1,4 +1,5 @@
-//! The strategies: which vertices are joined (docs/theory.md#bidirectional), and merged (docs/theory.md#vertex-merging).
+//! Strategies: connection (docs/theory.md#bidirectional) and merging
+//! (docs/theory.md#vertex-merging) of vertices.
 
 use super::merging::Merging;
 use super::paths::Setting;
@@ -18,18 +19,19 @@ use crate::sampling::{Discrete, Sampler};
 use glam::DVec3;
 use std::collections::BTreeMap;
 
-/// Which vertices of the two subpaths are connected.
+/// Selection of the vertices of two subpaths to connect.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Connections {
-    /// Every one with every other.
+    /// Connect every vertex of the sensor subpath to every vertex of the emitter subpath.
     All,
-    /// Every one of the sensor's with one of the emitter's, chosen by a guess of what it brings: the
-    /// better choice wherever rays bend, for a connection takes several rays to find.
+    /// Connect every vertex of the sensor subpath to one vertex of the emitter subpath, chosen by
+    /// an estimate of the contribution. This is the better choice where rays bend, because finding
+    /// a connection takes several rays.
     #[default]
     Resampled,
 }
 
-/// Two subpaths being joined.
+/// State of connecting two subpaths.
 pub(crate) struct Joining<'a, L> {
     pub setting: Setting<'a>,
     pub sampler: &'a mut Sampler,
@@ -39,18 +41,18 @@ pub(crate) struct Joining<'a, L> {
     pub log: &'a mut L,
 }
 
-/// What a connection joins.
+/// Two ends of a connection.
 #[derive(Clone, Copy)]
 enum Ends<'a> {
-    /// Vertex number `i` of the sensor's subpath and an emitter that is aimed at.
+    /// Vertex number `i` of the sensor subpath, and a sampled end at an emitter.
     Direct {
         i: usize,
         z: &'a Vertex,
         end: &'a EmitterEnd,
     },
-    /// Vertex number `j` of the light's subpath and the sensor.
+    /// Vertex number `j` of the light subpath, and the sensor.
     Sensed { j: usize, y: &'a Vertex },
-    /// A vertex of each.
+    /// Vertex number `i` of the sensor subpath, and vertex number `j` of the light subpath.
     Joined {
         i: usize,
         z: &'a Vertex,
@@ -59,18 +61,19 @@ enum Ends<'a> {
     },
 }
 
-/// What a connection brings, and what its factors are known by.
+/// Contribution of a connection, with the data from which its factors follow.
 struct Joined<W> {
     contribution: Contribution,
     way: W,
-    /// Where the other end's ray starts, and the directions in which the vertex and that end are left.
+    /// Start of the ray at the other end, and the directions in which the connection leaves the
+    /// vertex and that end.
     origin: DVec3,
     direction: DVec3,
     emission: DVec3,
 }
 
 impl<'a> Ends<'a> {
-    /// The vertex that the connection is made from.
+    /// Returns the vertex that the connection is made from.
     fn vertex(&self) -> &'a Vertex {
         match self {
             Ends::Direct { z, .. } | Ends::Joined { z, .. } => z,
@@ -78,7 +81,7 @@ impl<'a> Ends<'a> {
         }
     }
 
-    /// Subpath to which that vertex belongs.
+    /// Returns the subpath to which this vertex belongs.
     fn mode(&self) -> TransportMode {
         match self {
             Ends::Direct { .. } | Ends::Joined { .. } => TransportMode::Radiance,
@@ -86,7 +89,7 @@ impl<'a> Ends<'a> {
         }
     }
 
-    /// Tells a log of the path that is joined.
+    /// Logs the path of the connection.
     fn tell<L: PathLog>(&self, joined: &Joined<L::Way>, log: &mut L) {
         let turned = |number: usize, vertex: &'a Vertex, direction: DVec3| {
             Some(SubpathEnd {
@@ -120,32 +123,32 @@ impl<'a> Ends<'a> {
 }
 
 impl<L: PathLog> Joining<'_, L> {
-    /// All strategies.
+    /// Evaluates all strategies.
     pub(crate) fn all(
         &mut self,
         sensor: &Subpath,
         light: Option<&LightPath>,
         connections: Connections,
     ) {
-        // s = 0: the emitters that the sensor's subpath hits.
+        // s = 0: add the emitters that the sensor subpath hits.
         self.hits(sensor);
         let mut cost = self.ws.stats().cost();
         let mut spent = |ws: &Workspace| {
             let before = std::mem::replace(&mut cost, ws.stats().cost());
             cost - before
         };
-        // s = 1: each of the sensor's vertices and an emitter that is aimed at anew.
+        // s = 1: connect each sensor vertex to a newly sampled emitter.
         for i in 0..sensor.vertices.len() {
             self.direct(&sensor.vertices[..=i]);
         }
         self.ws.strategy_work.direct += spent(self.ws);
         let Some(light) = light else { return };
-        // t = 1: each of the emitter's vertices and the sensor.
+        // t = 1: connect each emitter vertex to the sensor.
         for j in 0..light.subpath.vertices.len() {
             self.sensed(light, j);
         }
         self.ws.strategy_work.sensed += spent(self.ws);
-        // s, t ≥ 2: the vertices of both subpaths.
+        // s, t ≥ 2: connect the vertices of both subpaths.
         for i in 0..sensor.vertices.len() {
             let vertices = &sensor.vertices[..=i];
             match connections {
@@ -156,10 +159,10 @@ impl<L: PathLog> Joining<'_, L> {
         self.ws.strategy_work.joined += spent(self.ws);
     }
 
-    /// s = 0: emitters that the sensor subpath came upon.
+    /// Adds emitters that the sensor subpath hit (s = 0).
     pub(crate) fn hits(&mut self, sensor: &Subpath) {
         let (setting, scene) = (self.setting, self.setting.scene);
-        // Emitters on surfaces, which end the path at a vertex.
+        // Add emitters on surfaces, which end the path at a vertex.
         for i in 0..sensor.vertices.len() {
             let z = &sensor.vertices[i];
             if let Some((index, radiance, pdf)) = z.vertex.emitted(scene) {
@@ -181,7 +184,7 @@ impl<L: PathLog> Joining<'_, L> {
             }
         }
         self.in_view(sensor);
-        // Environments, if the subpath left the scene.
+        // Add environments, if the subpath left the scene.
         let Some(escape) = &sensor.escape else { return };
         for (index, environment) in scene.environments() {
             let toward = -escape.edge.back;
@@ -204,7 +207,8 @@ impl<L: PathLog> Joining<'_, L> {
         }
     }
 
-    /// Takes light of an emitter's ray that an edge of the sensor's subpath found, if it did.
+    /// Adds the light of an emitter's ray that an edge of the sensor subpath found, if it found
+    /// any.
     fn hit(&mut self, edge: usize, ray: EmittedRay, found: Option<Contribution>) {
         let Some(found) = found else { return };
         self.log.contribute(&FoundPath {
@@ -216,7 +220,7 @@ impl<L: PathLog> Joining<'_, L> {
         self.out.push(found);
     }
 
-    /// Volumes that emit in view of the sensor, which no strategy with s > 0 finds.
+    /// Adds volumes that emit in view of the sensor, which no strategy with s > 0 finds.
     fn in_view(&mut self, sensor: &Subpath) {
         let (setting, start) = (self.setting, sensor.start);
         let (out, log) = (&mut *self.out, &mut *self.log);
@@ -248,7 +252,8 @@ impl<L: PathLog> Joining<'_, L> {
         gather_in_view(scene, start, channel_pdf, self.sampler, self.ws, found);
     }
 
-    /// How easily the connections of s = 1 find the path_edge after `i` vertices, at whose end is an emitter.
+    /// Returns the probability that connections with s = 1 discover the edge `path_edge` after `i`
+    /// vertices, which ends at an emitter.
     fn discovery(
         &mut self,
         sensor: &Subpath,
@@ -258,7 +263,7 @@ impl<L: PathLog> Joining<'_, L> {
         end: &ConnectionEnd,
     ) -> f64 {
         let scene = self.setting.scene;
-        // An emitter in view is found by hits alone.
+        // Only hits find an emitter in view.
         if i == 0 || path_edge.discovery == 0.0 {
             return 0.0;
         }
@@ -272,12 +277,12 @@ impl<L: PathLog> Joining<'_, L> {
         Connection::discovery(scene, &vertex, &target, &branch, self.ws)
     }
 
-    /// Whether a strategy is used that is with some probability.
+    /// Samples whether a strategy with the given probability is used.
     fn uses(&mut self, probability: f64) -> bool {
         probability >= 1.0 || self.sampler.next_1d() < probability
     }
 
-    /// s = 1: the last of the sensor's vertices and an emitter of each class.
+    /// Connects the last sensor vertex to an emitter of each class (s = 1).
     fn direct(&mut self, vertices: &[PathVertex]) {
         let Some((z, before)) = vertices.split_last() else {
             return;
@@ -287,7 +292,7 @@ impl<L: PathLog> Joining<'_, L> {
         if z.vertex.is_black(scene) {
             return;
         }
-        // Choose an emitter of each class by a guess of what it brings, and the place on it to aim at.
+        // Choose an emitter of each class, and a point on it, by an estimate of the contribution.
         let receiver = z.vertex.receiver(scene);
         let used = setting.rates.direct;
         for (i, class) in scene.classes().enumerate() {
@@ -317,7 +322,7 @@ impl<L: PathLog> Joining<'_, L> {
         }
     }
 
-    /// t = 1: vertex `j` of an emitter's subpath and the sensor.
+    /// Connects vertex `j` of an emitter subpath to the sensor (t = 1).
     pub(crate) fn sensed(&mut self, light: &LightPath, j: usize) {
         let setting = self.setting;
         if !self.uses(setting.rates.sensed) {
@@ -332,7 +337,7 @@ impl<L: PathLog> Joining<'_, L> {
         });
     }
 
-    /// The last of the sensor's vertices and every vertex of an emitter's subpath.
+    /// Connects the last sensor vertex to every vertex of an emitter subpath.
     fn joined_to_all(&mut self, vertices: &[PathVertex], light: &LightPath) {
         for j in 0..light.subpath.vertices.len() {
             if self.uses(self.setting.rates.joined) {
@@ -341,8 +346,8 @@ impl<L: PathLog> Joining<'_, L> {
         }
     }
 
-    /// The last of the sensor's vertices and one vertex of an emitter's subpath, chosen in proportion to
-    /// a guess of what it brings. A connection takes several rays, a guess takes none.
+    /// Connects the last sensor vertex to one vertex of an emitter subpath, chosen in proportion to
+    /// an estimate of the contribution. A connection takes several rays, an estimate takes none.
     fn joined_to_one(&mut self, vertices: &[PathVertex], light: &LightPath) {
         let (Some(z), u) = (vertices.last(), self.sampler.next_1d()) else {
             return;
@@ -351,19 +356,19 @@ impl<L: PathLog> Joining<'_, L> {
             return;
         }
         let scene = self.setting.scene;
-        // Choose y among the emitter's vertices by guesses.
+        // Choose y among the emitter vertices by these estimates.
         let guesses = light.subpath.vertices.iter().map(|y| guess(scene, z, y));
         let guesses: Vec<f64> = guesses.collect();
         let Ok(choice) = Discrete::new(&with_floor(guesses)) else {
             return;
         };
-        // Connect to it, and divide by the probability of the choice.
+        // Connect to y, and divide by the probability of the choice.
         let pick = choice.sample(u);
         self.joined(vertices, light, pick.index, pick.probability);
     }
 
-    /// The last of the sensor's vertices and vertex `j` of an emitter's subpath, if this pair was chosen
-    /// with a probability.
+    /// Connects the last sensor vertex to vertex `j` of an emitter subpath, given the probability
+    /// `chosen` with which this pair was chosen.
     fn joined(&mut self, vertices: &[PathVertex], light: &LightPath, j: usize, chosen: f64) {
         let Some(z) = vertices.last() else { return };
         let setting = self.setting;
@@ -384,7 +389,7 @@ impl<L: PathLog> Joining<'_, L> {
         });
     }
 
-    /// The last of the sensor's vertices and all vertices of light subpaths that are close to it.
+    /// Merges the last sensor vertex with all close vertices of light subpaths.
     pub(crate) fn merged(&mut self, vertices: &[PathVertex], merging: &Merging) {
         let (Some(z), setting) = (vertices.last(), self.setting) else {
             return;
@@ -398,7 +403,7 @@ impl<L: PathLog> Joining<'_, L> {
             Vertex::Volume { .. } => &photons.volume,
             Vertex::Surface { .. } => &photons.surface,
         };
-        // Add up what they bring, each layer of the film for itself.
+        // Sum the contributions separately for each layer of the film.
         let mut sums: BTreeMap<usize, Contribution> = BTreeMap::new();
         let (mut looked_at, stop) = (0, &self.ws.stop);
         let mut is_given_up = false;
@@ -432,7 +437,7 @@ impl<L: PathLog> Joining<'_, L> {
         self.ws.stats.over_budget.gathers += u64::from(is_given_up);
     }
 
-    /// What a connection brings that is made with some probability.
+    /// Adds the contributions of a connection that is made with some probability.
     fn connection(
         &mut self,
         ends: Ends,
@@ -463,10 +468,10 @@ impl<L: PathLog> Joining<'_, L> {
     }
 }
 
-/// Share of the choices that is left to chance: a straight line may know nothing of a curved one.
+/// Fraction of uniform choices. Estimates along straight lines may be wrong for curved rays.
 const FLOOR: f64 = 0.2;
 
-/// Guesses, mixed with a uniform share so that none is zero.
+/// Mixes estimates with a uniform fraction, so that none is zero.
 fn with_floor(guesses: Vec<f64>) -> Vec<f64> {
     let sum: f64 = guesses.iter().sum();
     let mixed = |g: f64| (1.0 - FLOOR) * g / sum + FLOOR / guesses.len() as f64;

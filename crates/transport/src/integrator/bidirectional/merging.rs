@@ -1,7 +1,8 @@
-//! Merging of vertices (Georgiev et al., "Light Transport Simulation with Vertex Connection and Merging", 2012; in media: Křivánek et
-//! al., "Unifying Points, Beams, and Paths in Volumetric Light Transport Simulation", 2014): a vertex of a sensor subpath and one of
-//! any light subpath that is close to it count as one. Light is blurred over the radius, which is a bias that
-//! goes with it.
+//! Vertex merging (Georgiev et al., "Light Transport Simulation with Vertex Connection and
+//! Merging", 2012; in media: Křivánek et al., "Unifying Points, Beams, and Paths in Volumetric
+//! Light Transport Simulation", 2014). A vertex of a sensor subpath and a close vertex of any light
+//! subpath count as one vertex. This blurs light over the radius; the blur is a bias that shrinks
+//! with the radius.
 //!
 //! Theory: docs/theory.md#vertex-merging.
 
@@ -9,21 +10,22 @@ use crate::film::Decomposition;
 use crate::path::{LightPath, PathVertex, Vertex};
 use crate::photons::{Followed, Kernel, LightPaths, PhotonMap, Radii, landed};
 
-/// What a photon is worth against a connection: any value is consistent. Weights take each for an independent sample that brings
-/// nothing or all, but a connection varies less than that, and neighbouring pixels share photons.
+/// Number of samples that a photon counts as in MIS weights, relative to a connection; any value is
+/// consistent. The weights assume that each photon is an independent sample that contributes all or
+/// nothing. But a connection varies less than this, and neighbouring pixels share photons.
 const WORTH: f64 = 0.03;
 
-/// Light subpaths, and their vertices as photons.
+/// Light subpaths, with their vertices as photons.
 #[derive(Debug)]
 pub(crate) struct LightMap {
-    /// The subpaths by number: one on which no light left is none.
+    /// Subpaths by number; `None` if no light left the emitter.
     paths: Vec<Option<LightPath>>,
-    /// Their vertices.
+    /// Vertices of the subpaths.
     pub photons: PhotonMap,
 }
 
 impl LightMap {
-    /// Follows light subpaths.
+    /// Traces light subpaths.
     pub(crate) fn trace(paths: &LightPaths) -> Followed<Self> {
         let Followed {
             found,
@@ -54,24 +56,24 @@ impl LightMap {
         }
     }
 
-    /// The light subpath of a number.
+    /// Returns the light subpath with a number.
     pub(crate) fn path(&self, number: usize) -> Option<&LightPath> {
         self.paths.get(number)?.as_ref()
     }
 }
 
-/// Light subpaths that sensor subpaths are merged with, and how.
+/// Light subpaths to merge with, and parameters of merging.
 #[derive(Debug)]
 pub(crate) struct Merging {
     pub light: LightMap,
-    /// How far around a vertex photons count.
+    /// Radii around a vertex within which photons count.
     pub radii: Radii,
-    /// What light the film tells apart.
+    /// Layers of light that the film separates.
     pub decomposition: Decomposition,
 }
 
 impl Merging {
-    /// How photons around a vertex are weighed.
+    /// Returns the kernel for photons around a vertex.
     pub(crate) fn kernel(&self, vertex: &Vertex) -> Kernel {
         match vertex {
             Vertex::Volume { .. } => Kernel::ball(self.radii.volume),
@@ -79,7 +81,7 @@ impl Merging {
         }
     }
 
-    /// What it counts for.
+    /// Returns the weights of merging against other techniques.
     pub(crate) fn contents(&self) -> MergeContents {
         let paths = WORTH * self.light.paths.len() as f64;
         MergeContents {
@@ -89,8 +91,8 @@ impl Merging {
     }
 }
 
-/// What merging counts for against other techniques: what a photon is worth times the number of light subpaths times the area, or
-/// volume, within which their vertices count. Zeros if nothing is merged.
+/// Weight of merging against other techniques: the weight of a photon times the number of light
+/// subpaths times the area, or volume, within which their vertices count. Zero without merging.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct MergeContents {
     surface: f64,
@@ -98,7 +100,7 @@ pub(crate) struct MergeContents {
 }
 
 impl MergeContents {
-    /// At a vertex from which light goes on other than by a specular lobe.
+    /// Returns the weight at a vertex that scatters light except along a specular lobe.
     pub(crate) fn at(&self, vertex: &Vertex) -> f64 {
         match vertex {
             Vertex::Volume { .. } => self.volume,
@@ -106,7 +108,7 @@ impl MergeContents {
         }
     }
 
-    /// At a vertex of a path that goes on as its subpath does.
+    /// Returns the weight at a vertex of a path that continues like its subpath.
     pub(crate) fn going_on(&self, vertex: &PathVertex) -> f64 {
         if vertex.specular {
             0.0

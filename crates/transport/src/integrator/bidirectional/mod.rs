@@ -1,4 +1,5 @@
-//! What bidirectional estimators share: joining two subpaths in every way, and weighing the ways.
+//! Parts shared by bidirectional estimators: connecting two subpaths in every way, and weighting
+//! the strategies.
 
 mod joining;
 mod merging;

@@ -1,4 +1,5 @@
-//! Whole paths: what they contribute, and the densities of all their vertices (docs/theory.md#bidirectional, docs/theory.md#vertex-merging).
+//! Whole paths: contributions, and densities of all vertices (docs/theory.md#bidirectional,
+//! docs/theory.md#vertex-merging).
 
 use super::merging::MergeContents;
 use super::weight::{Density, Heuristic, Technique, weight};
@@ -14,7 +15,7 @@ use crate::photons::Photon;
 use crate::scene::Scene;
 use glam::DVec3;
 
-/// What all paths have in common.
+/// Data shared by all paths of a sample.
 #[derive(Clone, Copy)]
 pub(crate) struct Setting<'a> {
     pub scene: &'a Scene,
@@ -22,7 +23,7 @@ pub(crate) struct Setting<'a> {
     pub heuristic: Heuristic,
     /// Probabilities with which strategies are used.
     pub rates: StrategyRates,
-    /// What merging counts for.
+    /// Weight of merging against other techniques.
     pub merging: MergeContents,
     pub max_depth: u32,
 }
@@ -33,27 +34,27 @@ struct EmitterHit<'a> {
     forward: f64,
     depth: u32,
     optical_length: f64,
-    /// A point on the ray of its light.
+    /// Point on the ray of the emitter's light.
     x: DVec3,
 }
 
-/// A path, sampled in one of the ways.
+/// A path, with the strategy that sampled it.
 struct Sampled {
-    /// Where on the image it belongs.
+    /// Position on the image.
     image: Option<[f64; 2]>,
     /// Numbers of vertices (s, t).
     strategy: (u32, u32),
     technique: Technique,
-    /// Edges and specular events.
+    /// Number of edges and specular events.
     depth: u32,
     optical_length: f64,
     emitter: usize,
 }
 
 impl Setting<'_> {
-    /// The sensor subpath came upon an emitter at the last of its vertices. It is what `end` stands for,
-    /// with the probability of the emitter in its density, and connections find the last path_edge with some
-    /// discovery probability.
+    /// Returns the contribution of an emitter that the sensor subpath hit at its last vertex. `end`
+    /// describes the point on the emitter, with a density that includes the probability of the
+    /// emitter. `discovery` is the probability that connections discover the last edge.
     pub(crate) fn hit(
         &self,
         vertices: &[PathVertex],
@@ -63,7 +64,7 @@ impl Setting<'_> {
         discovery: f64,
     ) -> Option<Contribution> {
         let (z, before) = vertices.split_last()?;
-        // T L_e/n², T being the throughput up to the emitter.
+        // Compute T L_e/n², where T is the throughput up to the emitter.
         let value = z.throughput * radiance / (z.edge.n_after * z.edge.n_after);
         let last = EmitterHit {
             edge: &z.edge,
@@ -75,7 +76,7 @@ impl Setting<'_> {
         self.found(before, &last, emitter, end, value, discovery)
     }
 
-    /// The sensor subpath left towards an environment.
+    /// Returns the contribution of an environment towards which the sensor subpath escaped.
     pub(crate) fn escaped(
         &self,
         sensor: &Subpath,
@@ -100,9 +101,9 @@ impl Setting<'_> {
         self.found(&sensor.vertices, &last, emitter, end, value, discovery)
     }
 
-    /// Light of a volume that the sensor sees, with what arrives of it.
+    /// Returns the contribution of the light `value` that arrives from a volume in view.
     pub(crate) fn seen(&self, along: &EmittedAlong, value: Spectrum) -> Option<Contribution> {
-        // No other strategy finds it: its weight is one.
+        // No other strategy finds this light, so its weight is one.
         let end = Density {
             from_sensor: 1.0,
             from_emitter: 1.0,
@@ -129,7 +130,7 @@ impl Setting<'_> {
         value: Spectrum,
         discovery: f64,
     ) -> Option<Contribution> {
-        // List the densities of x₁ … x_k from both sides: the emitter's end is x_k.
+        // List the densities of x₁ … x_k from both sides; x_k is the emitter's end.
         let path_edge = last.edge;
         let before = vertices.last().map(|b| {
             let emitter = &self.scene.emitters()[index];
@@ -163,7 +164,8 @@ impl Setting<'_> {
         self.contribution(sampled, value, &path)
     }
 
-    /// A connection from the last of the sensor's vertices to an end at an emitter that was chosen for it.
+    /// Returns the contribution of a connection from the last sensor vertex to a sampled end at an
+    /// emitter.
     pub(crate) fn direct(
         &self,
         vertices: &[PathVertex],
@@ -175,12 +177,12 @@ impl Setting<'_> {
         let emitter = &self.scene.emitters()[index];
         let (start, direction) = (connection.origin, connection.emission);
         let emitted = self.scene.leaving(index, &end.end, start, direction);
-        // T f̃ e^{−τ} F̄ × (what is emitted).
+        // Compute T f̃ e^{−τ} F̄ times the emitted radiance, intensity or irradiance.
         let eval = z
             .vertex
             .eval(self.scene, connection.direction, TransportMode::Radiance);
         let value = z.throughput * eval * emitted * connection.transmittance();
-        // List the densities of x₁ … x_k: those of the emitter's end follow from its end and its ray.
+        // List the densities of x₁ … x_k. Two of them follow from the emitter's end and its ray.
         let around = self.scene.around();
         let emission = emitter.pdf_emit(around, &end.end, connection.origin, connection.emission);
         let mut path = self.joint(vertices, connection, emission);
@@ -209,7 +211,7 @@ impl Setting<'_> {
                 - lead_in(self.scene, index),
             emitter: index,
         };
-        // G over the density of the end, times the weight of its choice.
+        // Multiply by G over the density of the end, and by the weight of its choice.
         let density = chosen.probability * end.pdf;
         // Planted error "resampled ends of bidirectional paths count as if drawn by chance", found by morgana-transport/transport::resampled_ends::bidirectional_furnaces:
         // let factor = connection.geometry.geometry_term / density;
@@ -217,22 +219,24 @@ impl Setting<'_> {
         self.contribution(sampled, value * factor, &path)
     }
 
-    /// How much more often connections of a vertex, which choose an emitter with a probability, find an end at it than light
-    /// subpaths do: the former make strategy s = 1, the latter all with more of the emitter's vertices.
+    /// Returns the ratio of two densities of an end at `emitter`: by connections of a vertex, which
+    /// choose the emitter with `probability`, and by light subpaths. Connections make strategy s =
+    /// 1, light subpaths all strategies with s > 1.
     fn favour(&self, vertex: &Vertex, probability: f64, emitter: usize) -> f64 {
         let class = self.scene.emitters()[emitter].class();
         let samples = Resampling::of(self.scene, class, vertex).samples;
         samples * probability / self.scene.source_probability(emitter)
     }
 
-    /// The same of an end that no connection has chosen.
+    /// Returns the ratio of [`Self::favour`] for an end that no connection has chosen.
     fn favour_of_chance(&self, vertex: &Vertex, emitter: usize) -> f64 {
         let receiver = vertex.receiver(self.scene);
         let probability = self.scene.emitter_probability(emitter, &receiver);
         self.favour(vertex, probability, emitter)
     }
 
-    /// A connection from the last of the sensor's vertices to vertex `j` of an emitter's subpath.
+    /// Returns the contribution of a connection from the last sensor vertex to vertex `j` of an
+    /// emitter subpath.
     pub(crate) fn joined(
         &self,
         vertices: &[PathVertex],
@@ -241,7 +245,7 @@ impl Setting<'_> {
         connection: &Connection,
     ) -> Option<Contribution> {
         let (z, y) = (vertices.last()?, &light.subpath.vertices[j]);
-        // T_z f̃_z e^{−τ} F̄ f̃_y T_y; the factor G follows below.
+        // Compute T_z f̃_z e^{−τ} F̄ f̃_y T_y; the factor G follows below.
         let scattered = z
             .vertex
             .eval(self.scene, connection.direction, TransportMode::Radiance)
@@ -284,7 +288,8 @@ impl Setting<'_> {
         self.contribution(sampled, value * connection.geometry.geometry_term, &path)
     }
 
-    /// A connection from vertex `j` of an emitter's subpath to the sensor.
+    /// Returns the contribution of a connection from vertex `j` of an emitter subpath to the
+    /// sensor.
     pub(crate) fn sensed(
         &self,
         light: &LightPath,
@@ -296,7 +301,7 @@ impl Setting<'_> {
             .scene
             .sensor()
             .sense(connection.origin, connection.emission)?;
-        // n_s² W, and with it T_y f̃_y e^{−τ} F̄; the factor G follows below.
+        // Compute n_s² W and T_y f̃_y e^{−τ} F̄; the factor G follows below.
         // Planted error "light image not multiplied by n² of the sensor", found by morgana-transport/transport::reciprocity::light_and_sensor:
         // let importance = sensed.density;
         let importance = connection.n_end * connection.n_end * sensed.density;
@@ -304,7 +309,7 @@ impl Setting<'_> {
             * y.vertex
                 .eval(self.scene, connection.direction, TransportMode::Importance)
             * connection.transmittance();
-        // List the densities of the emitter's vertices, y being x₁.
+        // List the densities of the emitter's vertices; y is x₁.
         let event = y.vertex.event(
             self.scene,
             self.channel_pdf,
@@ -337,7 +342,8 @@ impl Setting<'_> {
         )
     }
 
-    /// The last of the sensor's vertices and a photon close to it on an emitter's subpath, merged; without the kernel.
+    /// Returns the contribution of the last sensor vertex merged with a close photon on an emitter
+    /// subpath, without the kernel.
     pub(crate) fn merged(
         &self,
         vertices: &[PathVertex],
@@ -345,7 +351,7 @@ impl Setting<'_> {
         photon: &Photon,
     ) -> Option<Contribution> {
         let (z, before) = vertices.split_last()?;
-        // T/σ_s p Φ/n_p², or T f̃ Φ/n_p²: eq. (photon sum).
+        // Compute T/σ_s p Φ/n_p², or T f̃ Φ/n_p²: eq. (photon sum).
         let scattered = match z.vertex {
             Vertex::Volume {
                 x,
@@ -362,7 +368,8 @@ impl Setting<'_> {
             Vertex::Surface { .. } => photon.reflected(self.scene, &z.vertex)?,
         };
         let value = z.throughput * scattered * photon.power;
-        // List the densities: the sensor's vertices before z, then the emitter's from the photon's, which stands for z as well.
+        // List the densities: the sensor's vertices before z, then the emitter's from the photon's
+        // vertex, which is also z.
         let y = &light.subpath.vertices[photon.vertex];
         let mut path = self.sensor_side_before(z, before, y.edge.back);
         path.extend(self.emitter_side(
@@ -408,8 +415,8 @@ impl Setting<'_> {
         })
     }
 
-    /// The vertices from the sensor up to one that is connected to something else, which chooses the connection's
-    /// direction with density `pdf`.
+    /// Returns the densities of the vertices from the sensor up to a connected vertex, if the other
+    /// end samples the direction of the connection with density `pdf`.
     fn joint(&self, vertices: &[PathVertex], connection: &Connection, pdf: f64) -> Vec<Density> {
         let Some((z, before)) = vertices.split_last() else {
             return Vec::new();
@@ -431,7 +438,8 @@ impl Setting<'_> {
         path
     }
 
-    /// The vertices of a sensor subpath before one from which the path goes on in a direction.
+    /// Returns the densities of the vertices before `z` on a sensor subpath, if the path continues
+    /// from `z` in `direction`.
     fn sensor_side_before(
         &self,
         z: &PathVertex,
@@ -445,8 +453,9 @@ impl Setting<'_> {
         self.sensor_side(before, last)
     }
 
-    /// The vertices from vertex `j` of an emitter's subpath up to the emitter, if a connection of some discovery probability
-    /// that is seen from the vertex in a direction samples it with density `arrival`.
+    /// Returns the densities of the vertices from vertex `j` of an emitter subpath to the emitter.
+    /// A connection leaves the vertex in `direction` and has the probability `discovery`; the
+    /// sensor's side samples the vertex with density `arrival`.
     fn emitter_side(
         &self,
         light: &LightPath,
@@ -485,7 +494,7 @@ impl Setting<'_> {
         };
         let delta = self.scene.emitters()[light.emitter].is_delta();
         let cosine = cosine(&light.emission.end, vertices[0].edge.leaving);
-        // The first vertex as the sensor's subpath would come upon it.
+        // Orient the first vertex as if the sensor subpath arrived there.
         let from = match vertices.get(1) {
             Some(next) => next.edge.leaving,
             None => direction,
@@ -502,7 +511,8 @@ impl Setting<'_> {
         path
     }
 
-    /// The vertices of a sensor subpath that goes on from all of them; `last` is the density of the last one from the other side.
+    /// Returns the densities of the vertices of a sensor subpath that continues from all of them.
+    /// `last` is the density of the last vertex from the emitter's side.
     fn sensor_side(&self, vertices: &[PathVertex], last: Option<f64>) -> Vec<Density> {
         let density = |s: &PathVertex| Density {
             from_sensor: s.forward,
@@ -518,7 +528,7 @@ impl Setting<'_> {
     }
 }
 
-/// Cosine at the end of a path, where that lies on a surface.
+/// Returns the cosine at the end of a path, or 1 if the end lies on no surface.
 fn cosine(end: &ConnectionEnd, direction: DVec3) -> f64 {
     match end {
         ConnectionEnd::Point {

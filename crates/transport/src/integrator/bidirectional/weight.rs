@@ -1,4 +1,5 @@
-//! Multiple importance sampling over all strategies (Veach 1997, chapter 10): docs/theory.md#bidirectional.
+//! Multiple importance sampling over all strategies (Veach 1997, chapter 10):
+//! docs/theory.md#bidirectional.
 
 use crate::path::{StrategyKind, StrategyRates, StrategyShares};
 
@@ -10,54 +11,59 @@ const KINDS: [StrategyKind; 4] = [
     StrategyKind::Joined,
 ];
 
-/// How the strategies that can sample a path share it.
+/// Heuristic that weights the strategies that can sample a path.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Heuristic {
-    /// In proportion to their densities.
+    /// Weights in proportion to the densities.
     #[default]
     Balance,
-    /// In proportion to the squares of their densities.
+    /// Weights in proportion to the squares of the densities.
     Power,
 }
 
-/// What is known of vertex xᵢ of a path x₀ (sensor) … x_k (emitter), i ≥ 1.
+/// Densities at vertex xᵢ of a path x₀ (sensor) … x_k (emitter), i ≥ 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Density {
-    /// Density with which xᵢ is sampled from the side of the sensor, given what comes before.
+    /// Density with which xᵢ is sampled from the sensor's side, given the vertices before it.
     pub from_sensor: f64,
-    /// Density with which it is sampled from the side of the emitter.
+    /// Density with which xᵢ is sampled from the emitter's side.
     pub from_emitter: f64,
-    /// How easily connections find the edge from xᵢ₋₁ to xᵢ; 0 if they do not look for it.
+    /// Probability that connections discover the edge from xᵢ₋₁ to xᵢ; 0 if they do not search for
+    /// it.
     pub discovery: f64,
-    /// What merging at xᵢ counts for: see [`MergeContents`](super::MergeContents).
+    /// Weight of merging at xᵢ: see [`MergeContents`](super::MergeContents).
     pub merging: f64,
 }
 
-/// How a path was sampled.
+/// Technique that sampled a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Technique {
-    /// The first `t` vertices, x₀ included, from the sensor, the others from the emitter, and connected.
+    /// Connection of the first `t` vertices, including x₀, from the sensor, with the other vertices
+    /// from the emitter.
     Connection { t: usize },
-    /// Those up to x_t from the sensor, those from x_t on from the emitter, and merged there.
+    /// Merging at x_t of the vertices up to x_t from the sensor with the vertices from x_t on from
+    /// the emitter.
     Merging { t: usize },
 }
 
-/// The weight of a strategy, and what all others have.
+/// Weight of a strategy, and the shares of all strategies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Weight {
-    /// That of the strategy.
+    /// Weight of the strategy.
     pub own: f64,
-    /// The shares of all kinds of strategies if all are used.
+    /// Shares of all kinds of strategies if all are used.
     pub shares: StrategyShares,
 }
 
-/// The weight of a technique, if strategies are used with probabilities. `path` lists x₁ … x_k.
+/// Returns the weight of a technique, if strategies are used with the probabilities `rates`. `path`
+/// lists x₁ … x_k.
 ///
-/// With p_t the density of strategy t, p_{t+1}/p_t is the ratio of the two densities of x_t times that of
-/// the discovery probabilities of the edges that they connect. A strategy that connects nothing, t = k + 1, has discovery
-/// probability 1; one whose edge connections do not look for has none (docs/theory.md#connectable-edges). Merging at x_t has the
-/// density of strategy t, but for its discovery probability, times that of x_t from the sensor and [`Density::merging`]
-/// (docs/theory.md#vertex-merging).
+/// Let p_t be the density of strategy t. The ratio p_{t+1}/p_t is the ratio of the two densities of
+/// x_t times the ratio of the discovery probabilities of the connected edges. A strategy without a
+/// connection, t = k + 1, has discovery probability 1. A strategy with an edge that connections do
+/// not search for has 0 (docs/theory.md#connectable-edges). Merging at x_t has the density of
+/// strategy t, without its discovery probability, times the density of x_t from the sensor and
+/// [`Density::merging`] (docs/theory.md#vertex-merging).
 pub(super) fn weight(
     heuristic: Heuristic,
     path: &[Density],
@@ -77,7 +83,8 @@ pub(super) fn weight(
             kinds[kind as usize] += power(density);
         }
     };
-    // Densities over p_t/e_t by eq. (strategy ratio), for techniques with more of the sensor's vertices …
+    // Sum densities over p_t/e_t by eq. (strategy ratio), for techniques with more sensor vertices
+    // …
     let mut ratio = 1.0;
     for (j, d) in path.iter().enumerate().skip(t - 1) {
         merged += power(ratio * d.from_sensor * d.merging);
@@ -90,7 +97,7 @@ pub(super) fn weight(
             add(j + 2, ratio * discovery);
         }
     }
-    // … and for those with fewer.
+    // … and for techniques with fewer.
     ratio = 1.0;
     for (j, d) in path.iter().enumerate().take(t - 1).rev() {
         merged += power(ratio * d.from_emitter * d.merging);
@@ -104,7 +111,7 @@ pub(super) fn weight(
         }
     }
     add(t, discovery(t));
-    // The weight p_t^β/Σ p^β.
+    // Compute the weight p_t^β/Σ p^β.
     let all: f64 = kinds.iter().sum::<f64>() + merged;
     let used: f64 = KINDS
         .iter()
@@ -133,7 +140,7 @@ pub(super) fn weight(
 mod tests {
     use super::*;
 
-    /// Over all techniques of one path the weights sum to one.
+    /// The weights of all techniques of one path sum to one.
     #[test]
     fn weights_sum_to_one() {
         let density = |a, b, discovery, merging| Density {
@@ -172,7 +179,7 @@ mod tests {
         }
     }
 
-    /// A path of one edge is found by hits alone.
+    /// Only hits find a path of one edge.
     #[test]
     fn an_emitter_in_view_is_hit() {
         let path = [Density {
@@ -186,7 +193,8 @@ mod tests {
         assert_eq!((weight.own, weight.shares), (1.0, [1.0, 0.0, 0.0, 0.0]));
     }
 
-    /// Two strategies share in proportion to their densities, or to the squares of these.
+    /// Two strategies have weights in proportion to their densities, or to the squares of their
+    /// densities.
     #[test]
     fn two_strategies() {
         let path = [
@@ -203,7 +211,7 @@ mod tests {
                 merging: 0.0,
             },
         ];
-        // By connection: 1 · 0.5. By chance: 3.
+        // The density is 1 · 0.5 by connection, and 3 by a hit.
         let own = |heuristic, t| {
             let connection = Technique::Connection { t };
             weight(heuristic, &path, connection, &StrategyRates::default()).own

@@ -1,4 +1,4 @@
-//! Next-event estimation: which emitters a vertex is connected to, and what that brings.
+//! Next-event estimation: choice of emitters for a vertex, and the light of the connections.
 
 use super::{Light, SampledEdge, Tracing};
 use crate::Spectrum;
@@ -11,18 +11,19 @@ use crate::path::{
 use crate::sampling::Purpose;
 use crate::scene::{Receiver, Scene};
 
-/// How connections of a kind are made.
+/// Parameters of connections of a kind.
 #[derive(Clone, Copy)]
 struct NextEvent {
-    /// Probability q of making one.
+    /// Probability q of making a connection.
     rate: f64,
-    /// As so many samples MIS weights take one.
+    /// Number of samples as which MIS weights count a connection.
     samples: f64,
 }
 
 impl<L: PathLog> Tracing<'_, L> {
-    /// Next-event estimation at the vertex where an edge ended: what it scatters of the light of one emitter of
-    /// each class, chosen at random. `throughput` is that up to the vertex; a connection has at most `budget` edges and events.
+    /// Adds next-event estimation at the vertex at the end of an edge: scattered light of one
+    /// random emitter of each class. `throughput` is the throughput up to the vertex. A connection
+    /// has at most `budget` edges and events.
     pub(super) fn direct(
         &mut self,
         vertex: &Vertex,
@@ -43,7 +44,7 @@ impl<L: PathLog> Tracing<'_, L> {
             if rate < 1.0 && self.sampler.next_1d() >= rate {
                 continue;
             }
-            // Choose an emitter of the class, and the place on it to aim at.
+            // Choose an emitter of the class, and a point on it.
             let choice = EndChoice {
                 scene,
                 vertex,
@@ -56,18 +57,18 @@ impl<L: PathLog> Tracing<'_, L> {
             let chosen = choice.sample(u, place, self.sampler, &mut self.ws.stats);
             self.spent(NeeSlot::new(class, vertex), before);
             let Some(end) = chosen else { continue };
-            // Find all branches to that place.
+            // Find all branches to this point.
             let light = self.connect(vertex, throughput, &end, rate, budget);
             if !light.is_empty() {
-                // Share them with the equiangular vertex, which could lie at the same place.
+                // Weight them against the equiangular vertex, which could lie at the same position.
                 let share = self.collided(edge, &end);
                 self.connected(light, vertex, None, edge.length, end.emitter, share);
             }
         }
     }
 
-    /// The share of a collision at the end of an edge that is connected to an end at an emitter, in both ways to place the vertex:
-    /// it could also have been by its distance to that end.
+    /// Returns the MIS weight of a collision at the end of an edge that is connected to an end at
+    /// an emitter. The competing technique samples the vertex by its distance to that end.
     fn collided(&self, sampled: &SampledEdge, end: &EmitterEnd) -> f64 {
         let edge = sampled.edge;
         let End::Collision(point) = &edge.end else {
@@ -84,9 +85,9 @@ impl<L: PathLog> Tracing<'_, L> {
         by_collision / (by_collision + by_distance)
     }
 
-    /// Single scattering at a point of the edge that is chosen by its distance to a point-like
-    /// emitter: its light falls off as 1/r², and collisions alone would sample it with infinite
-    /// variance (docs/theory.md#point-emitters-in-media).
+    /// Adds single scattering at a point of the edge that is sampled by its distance to a
+    /// point-like emitter. The light of the emitter falls off as 1/r², and collisions alone would
+    /// sample it with infinite variance (docs/theory.md#point-emitters-in-media).
     pub(super) fn around_emitter(&mut self, sampled: &SampledEdge, budget: u32) {
         let (scene, edge) = (self.scene, sampled.edge);
         // Connect with probability q.
@@ -96,9 +97,9 @@ impl<L: PathLog> Tracing<'_, L> {
         }
         let choice = self.sampler.next_1d_for(Purpose::AroundEmitter);
         let u = self.sampler.next_1d_for(Purpose::Around);
-        // Choose a point emitter by a guess of ∫ ds/r² along the edge.
+        // Choose a point emitter by an estimate of ∫ ds/r² along the edge.
         let (index, probability) = scene.choose_emitter(Class::Delta, &along(edge), choice);
-        // Choose a point of it, if there are several, with the same density for every vertex.
+        // Choose a point of the emitter, if there are several, with equal density for every vertex.
         let many = scene.emitters()[index].has_many_points();
         let sampled_end = many.then(|| self.place(index));
         let around = match &sampled_end {
@@ -108,11 +109,11 @@ impl<L: PathLog> Tracing<'_, L> {
         let Some(around) = around else {
             return;
         };
-        // Draw the arc length s by p_e of eq. (equiangular density).
+        // Sample the arc length s by p_e of eq. (equiangular density).
         let Some(point) = edge.at_length(around.sample(u)) else {
             return;
         };
-        // Scatter there: e^{−τ} σ_s, with the factors of interfaces.
+        // Scatter at the point: e^{−τ} σ_s, with the factors of interfaces.
         let albedo = point.albedo(scene);
         let scattering = point.rate * albedo * point.depth.exp_neg() * point.weight;
         if scattering.is_zero() {
@@ -129,7 +130,7 @@ impl<L: PathLog> Tracing<'_, L> {
         // Connect the vertex to the emitter.
         let end = EmitterEnd {
             emitter: index,
-            // It is part of the throughput.
+            // The throughput already includes the probability.
             probability: 1.0,
             sampled: sampled_end.unwrap_or_else(|| self.place(index)),
             weight: 1.0,
@@ -147,14 +148,14 @@ impl<L: PathLog> Tracing<'_, L> {
         }
     }
 
-    /// An end at a point-like emitter.
+    /// Samples an end at a point-like emitter.
     fn place(&mut self, emitter: usize) -> EndSample {
         let (scene, place) = (self.scene, self.sampler.next_2d_for(Purpose::AroundAim));
         let shape = |object: usize| &scene.objects()[object].shape;
         scene.emitters()[emitter].sample_end(scene.around(), shape, place)
     }
 
-    /// Distances around an end, if it is at a point-like emitter.
+    /// Returns the equiangular density around an end, if the end is at a point-like emitter.
     fn around(
         &self,
         sampled: &SampledEdge,
@@ -170,14 +171,14 @@ impl<L: PathLog> Tracing<'_, L> {
         }
     }
 
-    /// Distances around a point-like emitter that has no other ends.
+    /// Returns the equiangular density around a point-like emitter that has no other ends.
     fn around_singularity(&self, sampled: &SampledEdge, emitter: usize) -> Option<Equiangular> {
         let singularity = self.scene.emitters()[emitter].singularity()?;
         self.around(sampled, emitter, &ConnectionEnd::at(singularity))
     }
 
-    /// What a vertex scatters of the light of an emitter, weighted against finding it by chance, for a path of given
-    /// throughput up to the vertex.
+    /// Connects a vertex to an end at an emitter, for a path of given throughput up to the vertex.
+    /// Returns the scattered light of each branch, weighted against hits.
     fn connect(
         &mut self,
         vertex: &Vertex,
@@ -193,7 +194,8 @@ impl<L: PathLog> Tracing<'_, L> {
             samples: Resampling::of(scene, emitter.class(), vertex).samples,
         };
         let target = ConnectionTarget::emitter(scene, index, sampled.end);
-        // Sum over the branches: T f̃ e^{−τ} F̄ G × (what is emitted) × weight/(P_E p_a), times that of the resampling.
+        // Sum over the branches: T f̃ e^{−τ} F̄ G × (emitted light) × weight/(P_E p_a), times the
+        // weight of resampling.
         let behind = lead_in(scene, index);
         let before = self.work();
         let log = &mut *self.log;
@@ -230,7 +232,7 @@ impl<L: PathLog> Tracing<'_, L> {
     }
 }
 
-/// The part of an edge before its first specular event, as a place where light is received.
+/// Returns the part of an edge before its first specular event, as a receiver of light.
 fn along(edge: &Edge) -> Receiver<'static> {
     let lead = edge.lead();
     let last = lead.last().map(|span| span.arc.position(span.theta_end));
@@ -240,7 +242,8 @@ fn along(edge: &Edge) -> Receiver<'static> {
     }
 }
 
-/// What a connection to an end brings to the sensor, and its share of what all ways to find it bring (docs/theory.md#connection-and-chance).
+/// Returns the light that a connection to an end brings to the sensor, and the MIS weight of the
+/// connection (docs/theory.md#connection-and-chance).
 fn received(
     scene: &Scene,
     vertex: &Vertex,
@@ -252,7 +255,7 @@ fn received(
 ) -> (Spectrum, f64) {
     let sampled = &end.sampled;
     let density = next_event.rate * end.probability * sampled.pdf;
-    // T f̃ e^{−τ} F̄ × (what is emitted).
+    // Compute T f̃ e^{−τ} F̄ × (emitted light).
     let scattered = throughput * vertex.eval(scene, connection.direction, TransportMode::Radiance);
     let received = scattered * connection.transmittance() * emitted;
     if received.is_zero() {
@@ -261,7 +264,7 @@ fn received(
     let weight = if sampled.delta {
         1.0
     } else {
-        // As the edge would be sampled if scattering chose this direction.
+        // Use the channel probabilities of an edge sampled in this direction.
         let channel_pdf = scattered / scattered.sum();
         let cos = match &sampled.end {
             ConnectionEnd::Point {
@@ -270,7 +273,8 @@ fn received(
             } => normal.dot(connection.emission),
             _ => 1.0,
         };
-        // Balance heuristic of eq. (connection and chance): p_connection = K P_E p_a e, p_chance by eq. (density along an edge).
+        // Apply the balance heuristic of eq. (connection and chance): p_connection = K P_E p_a e,
+        // p_chance by eq. (density along an edge).
         let pdf = scatter_pdf(scene, vertex, connection.direction);
         // Planted error "MIS density without the Jacobian in one strategy" (2 lines), found by morgana-transport/transport::connections::any_rate_is_unbiased:
         // let by_chance = pdf

@@ -1,17 +1,16 @@
-//! Russian roulette: which paths go on (docs/theory.md#russian-roulette).
+//! Russian roulette (docs/theory.md#russian-roulette).
 
 use super::{Next, PathTracer, Tracing};
 use crate::path::{PathLog, PathTally};
 use crate::sampling::Purpose;
 
-/// Russian roulette never lets a path go on with a larger probability than this from the depth on at which all paths
-/// may end,
+/// Largest probability of survival from the depth on at which all paths may end.
 const LONGEST_ROULETTE: f64 = 0.95;
-/// nor, by what it may still bring, with a smaller one than this: what is expected may be wrong.
+/// Smallest probability of survival by adjoint estimates, which may be wrong.
 const SHORTEST_ROULETTE: f64 = 0.3;
 
 impl PathTracer {
-    /// Ends paths by chance, without bias; whether this one goes on.
+    /// Ends paths at random, without bias. Returns true if this path continues.
     pub(super) fn roulette(&self, t: &mut Tracing<impl PathLog>, next: &mut Next) -> bool {
         if next.throughput.is_zero() {
             return false;
@@ -29,8 +28,9 @@ impl PathTracer {
         true
     }
 
-    /// The probability that a path goes on: by what it may still bring or, as long as nobody knows, by its throughput. The
-    /// scale is then the throughput of radiance, so that n² of the medium does not count.
+    /// Returns the probability that a path continues. It follows from the adjoint estimate or,
+    /// without one, from the throughput. The throughput is then compared as radiance, without n² of
+    /// the medium.
     fn survival<R>(&self, t: &Tracing<R>, next: &Next) -> f64 {
         let late = next.length.depth >= self.rr_depth;
         let wanted = match t.ws.adjoint.of(&next.start) {
@@ -47,7 +47,7 @@ impl PathTracer {
 }
 
 impl<L: PathLog> Tracing<'_, L> {
-    /// Tells a pilot of a path that goes on.
+    /// Records a path that continues for a pilot.
     fn depart(&mut self, next: &Next) {
         let tally = self.tally();
         if let (Some(adjoint_training), Some(tally)) = (&mut self.ws.adjoint_training, tally) {
@@ -55,7 +55,7 @@ impl<L: PathLog> Tracing<'_, L> {
         }
     }
 
-    /// Tells a pilot of the end of a path.
+    /// Records the end of a path for a pilot.
     pub(super) fn end(&mut self) {
         let tally = self.tally();
         if let (Some(adjoint_training), Some(tally)) = (&mut self.ws.adjoint_training, tally) {
@@ -63,7 +63,7 @@ impl<L: PathLog> Tracing<'_, L> {
         }
     }
 
-    /// What the path has brought and taken so far, if a pilot asks for it.
+    /// Returns the contribution and work of the path so far, if a pilot needs them.
     fn tally(&self) -> Option<PathTally> {
         self.ws.adjoint_training.as_ref().map(|_| PathTally {
             light: self.out.iter().map(|c| c.weighted().sum()).sum(),

@@ -1,5 +1,5 @@
-//! What a sensor ray sees in a photon map: the photons around it, or around a place that it samples, and
-//! those on the first surface that is not specular.
+//! Gathering of photons along a sensor ray: photons around the ray, or around a sampled point of
+//! it, and photons on the first surface that is not specular.
 //!
 //! Theory: docs/theory.md#photon-maps.
 
@@ -16,43 +16,43 @@ use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::sensor::SensorRay;
 
-/// Light that was found.
+/// Light found along a sensor ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Gathered {
-    /// Its value.
+    /// Value of the light.
     pub value: Spectrum,
-    /// The part of it that is bias, to second order in the radius.
+    /// Bias of the value, to second order in the radius.
     pub bias: Spectrum,
-    /// What is known of the path.
+    /// Properties of the path.
     pub path: PathFacts,
 }
 
-/// Where a sensor ray has got to.
+/// State of a sensor ray.
 struct Sight {
     start: Start,
-    /// In basic radiance: n² of the sensor included.
+    /// Throughput in basic radiance, including n² of the sensor.
     throughput: Spectrum,
-    /// Edges and specular events.
+    /// Number of edges and specular events.
     depth: u32,
     optical_length: f64,
 }
 
-/// What gathering needs to know.
+/// Inputs of gathering.
 pub(crate) struct Gathering<'a> {
-    /// The scene.
+    /// Scene that is viewed.
     pub scene: &'a Scene,
-    /// How it is seen.
+    /// Parameters of photon mapping.
     pub mapping: &'a PhotonMapping,
-    /// The photons.
+    /// Photons of the sample.
     pub map: &'a PhotonMap,
-    /// How far around a ray, or a place, they count.
+    /// Radii around a ray, or a point, within which photons count.
     pub radii: Radii,
-    /// Probabilities of the channels; none of those that are not in use.
+    /// Probabilities of the channels; zero for channels that are not in use.
     pub channel_pdf: Spectrum,
 }
 
 impl Gathering<'_> {
-    /// Hands over what is found along a sensor ray.
+    /// Passes the light along a sensor ray to `found`.
     pub(crate) fn along(
         &self,
         ray: SensorRay,
@@ -100,7 +100,7 @@ impl Gathering<'_> {
             optical_length: 0.0,
         });
         while let Some(sight) = next {
-            // Follow γ to its next vertex: through media for beams, to a collision for points.
+            // Trace γ to its next vertex: through media for beams, to a collision for points.
             let sampling = Sampling {
                 mode: TransportMode::Radiance,
                 channel_pdf: self.channel_pdf,
@@ -122,12 +122,13 @@ impl Gathering<'_> {
                 }
                 (PhotonQuery::Point, _) => {}
             }
-            // Sum over those on the surface, and go on where it is smooth.
+            // Sum over the photons on the surface, and continue if it is smooth.
             next = self.arrive(sight, &edge, sampler, &mut found);
         }
     }
 
-    /// The photons beside an edge: each counts where the edge is closest.
+    /// Sums over the photons beside an edge. Each photon counts at the point of the edge closest to
+    /// it.
     fn beside(
         &self,
         sight: &Sight,
@@ -146,18 +147,18 @@ impl Gathering<'_> {
                 }
                 let photon = |photon: &Photon| {
                     looked_at += 1;
-                    // The foot γ(s_p) of the perpendicular from x_p.
+                    // Compute the foot γ(s_p) of the perpendicular from x_p.
                     let Some((theta, squared)) = piece.foot(photon.x) else {
                         return;
                     };
                     let point = span.at(theta);
-                    // T e^{−τ(s_p)} F̄.
+                    // Compute T e^{−τ(s_p)} F̄.
                     let seen = Seen {
                         throughput: sight.throughput * point.weight * point.depth.exp_neg(),
                         depth: sight.depth + 1 + span.events_before,
                         optical_length: optical_length + span.arc.optical_length(theta),
                     };
-                    // p(ω_p, −γ′) K₂.
+                    // Compute p(ω_p, −γ′) K₂.
                     let scattered = photon.phase(self.scene, point.direction);
                     self.count(photon, &seen, scattered, kernel.weigh(squared), found);
                 };
@@ -169,10 +170,10 @@ impl Gathering<'_> {
         }
     }
 
-    /// The photons around a collision.
+    /// Sums over the photons around a collision.
     fn around(&self, sight: &Sight, edge: &Edge, point: &Point, found: &mut impl FnMut(Gathered)) {
         let kernel = Kernel::ball(self.radii.volume);
-        // T e^{−τ(s)} F̄/p(s).
+        // Compute T e^{−τ(s)} F̄/p(s).
         let density = edge.collision_density(self.channel_pdf, point);
         let seen = Seen {
             throughput: sight.throughput * point.weight * point.depth.exp_neg() / density,
@@ -182,7 +183,7 @@ impl Gathering<'_> {
         self.map.volume.visit(
             |bounds| bounds.nearest_distance(point.x) < kernel.radius(),
             |photon| {
-                // p(ω_p, −γ′) K₃.
+                // Compute p(ω_p, −γ′) K₃.
                 let weighed = kernel.between(photon.x, point.x);
                 let scattered = photon.phase(self.scene, point.direction);
                 self.count(photon, &seen, scattered, weighed, found);
@@ -190,8 +191,8 @@ impl Gathering<'_> {
         );
     }
 
-    /// At the end of an edge: light that is emitted there, and light on the surface. Goes on only along a
-    /// specular lobe.
+    /// Adds the light emitted at the end of an edge, and the light on the surface there. The ray
+    /// continues only along a specular lobe.
     fn arrive(
         &self,
         sight: Sight,
@@ -199,7 +200,7 @@ impl Gathering<'_> {
         sampler: &mut Sampler,
         found: &mut impl FnMut(Gathered),
     ) -> Option<Sight> {
-        // T e^{−τ} F̄/P; P = 1 for beams.
+        // Compute T e^{−τ} F̄/P; P = 1 for beams.
         let chance = match self.mapping.query {
             PhotonQuery::Beam => 1.0,
             PhotonQuery::Point => edge.geometry.survival(self.channel_pdf),
@@ -216,7 +217,7 @@ impl Gathering<'_> {
         {
             return None;
         }
-        // Light that is emitted: by environments, or by the surface.
+        // Add the light that environments or the surface emit.
         if let End::Escaped { direction, medium } = edge.end {
             let n = self.scene.n(medium, edge.start.x);
             for (emitter, environment) in self.scene.environments() {
@@ -236,9 +237,9 @@ impl Gathering<'_> {
                 found,
             );
         }
-        // Light that falls on the surface, by its photons.
+        // Add the light that falls on the surface, from its photons.
         self.on_surface(&seen, &vertex, found);
-        // Go on along a specular lobe only.
+        // Continue only along a specular lobe.
         let scatter = vertex.scatter(self.scene, TransportMode::Radiance, sampler)?;
         scatter.delta.then(|| Sight {
             start: scatter.start,
@@ -248,13 +249,13 @@ impl Gathering<'_> {
         })
     }
 
-    /// The photons on a surface around a vertex.
+    /// Sums over the photons on a surface around a vertex.
     fn on_surface(&self, seen: &Seen, vertex: &Vertex, found: &mut impl FnMut(Gathered)) {
         let (x, kernel) = (vertex.position(), Kernel::disc(self.radii.surface));
         self.map.surface.visit(
             |bounds| bounds.nearest_distance(x) < kernel.radius(),
             |photon| {
-                // f̃(ω_p, −γ′) K₂.
+                // Compute f̃(ω_p, −γ′) K₂.
                 if let Some(scattered) = photon.reflected(self.scene, vertex) {
                     let weighed = kernel.between(photon.x, x);
                     self.count(photon, seen, scattered, weighed, found);
@@ -263,7 +264,7 @@ impl Gathering<'_> {
         );
     }
 
-    /// Hands over what a photon brings, given the kernel there.
+    /// Passes the contribution of a photon, given the kernel at it, to `found`.
     fn count(
         &self,
         photon: &Photon,
@@ -291,7 +292,7 @@ impl Gathering<'_> {
         });
     }
 
-    /// Hands over radiance that is emitted where the index is `n`.
+    /// Passes radiance that is emitted where the index is `n` to `found`.
     fn emission(
         &self,
         seen: &Seen,
@@ -312,10 +313,10 @@ impl Gathering<'_> {
     }
 }
 
-/// A place that a sensor ray sees.
+/// A point on a sensor ray.
 struct Seen {
     throughput: Spectrum,
-    /// Edges and specular events up to there.
+    /// Number of edges and specular events up to the point.
     depth: u32,
     optical_length: f64,
 }

@@ -1,10 +1,11 @@
-//! Photon mapping (Jensen 1996; Jensen and Christensen 1998) along curved rays, and its progressive form
-//! (Hachisuka et al. 2008) as independent passes with smaller and smaller radii (Knaus and Zwicker 2011).
+//! Photon mapping (Jensen 1996; Jensen and Christensen 1998) along curved rays, and its progressive
+//! form (Hachisuka et al. 2008) as independent passes with decreasing radii (Knaus and Zwicker
+//! 2011).
 //!
-//! Every sample of the image has a photon map of its own, so that samples are independent and the noise of
-//! their mean is known. Every sensor ray sees the map directly: nothing is gathered over a second bounce.
-//! Light is blurred over the radius, which is a bias. To second order in the radius it is known from the
-//! same photons (docs/theory.md#photon-maps, docs/theory.md#bias-of-photon-maps).
+//! Every sample of the image has a separate photon map, so that samples are independent and the
+//! noise of their mean is known. Every sensor ray views the map directly, without final gathering.
+//! Light is blurred over the radius, which is a bias. The photons also give this bias, to second
+//! order in the radius (docs/theory.md#photon-maps, docs/theory.md#bias-of-photon-maps).
 
 mod gather;
 
@@ -21,27 +22,28 @@ use crate::sensor::SensorRay;
 /// Photon mapping.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PhotonMapping {
-    /// Light subpaths of each map, > 0; `None` for as many as there are pixels.
+    /// Number of light subpaths of each map, > 0; `None` for the number of pixels.
     pub photons: Option<usize>,
-    /// Radius of the first map, > 0, in scene units; `None` for one that reaches a few photons.
+    /// Radius of the first map, > 0, in scene units; `None` for a radius that includes a few
+    /// photons.
     pub radius: Option<f64>,
-    /// Whether radii shrink from sample to sample, so that the mean converges to the image.
+    /// True if radii shrink from sample to sample, so that the mean converges to the image.
     pub progressive: bool,
-    /// Which photons in media a sensor ray sees.
+    /// Selection of the photons in media.
     pub query: PhotonQuery,
     /// Longest path, in edges and specular events; `None` for no limit.
     pub max_depth: Option<u32>,
-    /// Number of edges and events of a light subpath after which Russian roulette begins.
+    /// Number of edges and specular events of a light subpath after which Russian roulette begins.
     pub rr_depth: u32,
 }
 
-/// Which photons in media a sensor ray sees.
+/// Selection of the photons in media that contribute to a sensor ray.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PhotonQuery {
-    /// All within the radius of the ray, wherever they are along it (Jarosz et al. 2008).
+    /// All photons within the radius of the ray, anywhere along it (Jarosz et al. 2008).
     #[default]
     Beam,
-    /// Those within the radius of a point at which the ray is scattered.
+    /// Photons within the radius of a point at which the ray is scattered.
     Point,
 }
 
@@ -59,7 +61,7 @@ impl Default for PhotonMapping {
 }
 
 impl PhotonMapping {
-    /// The radii of the map of a sample, given that of the first.
+    /// Returns the radii of the map of a sample, given the radius of the first.
     pub fn radii(&self, first: f64, sample: u64) -> Radii {
         if !self.progressive {
             return Radii {
@@ -74,11 +76,11 @@ impl PhotonMapping {
         Radii::shrunk(first, sample, in_media)
     }
 
-    /// How light subpaths are sampled in the channels with a probability.
+    /// Returns the sampling parameters of light subpaths, for given channel probabilities.
     pub fn bounds(&self, channel_pdf: Spectrum) -> Bounds {
         Bounds {
             channel_pdf,
-            // One edge at least joins a photon to the sensor.
+            // At least one edge connects a photon to the sensor.
             max_depth: self
                 .max_depth
                 .map_or(u32::MAX, |depth| depth.saturating_sub(1)),
@@ -88,13 +90,14 @@ impl PhotonMapping {
         }
     }
 
-    /// Light subpaths of each map.
+    /// Returns the number of light subpaths of each map.
     pub fn paths(&self, scene: &Scene) -> usize {
         let film = scene.film();
         self.photons.unwrap_or(film.width * film.height)
     }
 
-    /// The contributions of a sensor ray that sees a map of its own. Renders share one among all pixels.
+    /// Samples the contributions of a sensor ray with a separate map. Renders share one map among
+    /// all pixels.
     pub(super) fn sample(
         &self,
         scene: &Scene,
@@ -119,7 +122,7 @@ impl PhotonMapping {
             found: map, stats, ..
         } = PhotonMap::trace(&paths);
         ws.stats += stats;
-        // Sum over the photons that the sensor ray γ sees: eq. (photon sum).
+        // Sum over the photons around the sensor ray γ: eq. (photon sum).
         let gathering = Gathering {
             scene,
             mapping: self,
