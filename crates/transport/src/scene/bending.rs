@@ -1,4 +1,4 @@
-//! What bends rays, and how far connections follow them.
+//! Ray bending in a scene: its causes, and the reach of connections.
 
 use super::parts::{MediumId, Object, Parts};
 use super::{BendingBall, Scene};
@@ -8,14 +8,14 @@ use crate::emitter::Emitter;
 use eikonal::connect::{Guide, InitialGuess, Pattern, RayFamily};
 use glam::DVec3;
 
-/// What bends rays in a scene.
+/// Causes of ray bending in a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Bending {
-    /// Nothing.
+    /// No ray bends.
     None,
-    /// The index of one medium only.
+    /// Only the index of one medium bends rays.
     One(MediumId),
-    /// Smooth interfaces, or several media.
+    /// Smooth interfaces, or several media, bend rays.
     Several,
 }
 
@@ -33,11 +33,12 @@ impl Bending {
     }
 }
 
-/// Beams are followed, and branches looked for, over this many radii of the scene in optical path
-/// length: enough for several bounces inside a tank.
+/// Optical path length, in radii of the scene, over which beams are followed and branches searched
+/// for. It allows several bounces inside a tank.
 pub(super) const REACH: f64 = 20.0;
-/// Branches are looked for through this many total reflections. Inside a glass ball there is no end
-/// of branches that run along its surface from one to the next; each is ever harder to find.
+/// Largest number of total reflections of the branches that are searched for. Inside a glass ball,
+/// infinitely many branches run along the surface between two points; each is harder to find than
+/// the one before.
 pub const TOTAL_REFLECTIONS: u32 = 3;
 
 pub(super) fn guides(scene: &Scene) -> Vec<Option<Guide<MediumId>>> {
@@ -60,9 +61,9 @@ pub(super) fn guides(scene: &Scene) -> Vec<Option<Guide<MediumId>>> {
 }
 
 impl Scene {
-    /// Whether it is known that no two rays connect two points, each given with its medium: all rays are
-    /// straight, or both points are in the only medium that bends rays, which is convex, so that no ray that
-    /// leaves it returns, and [certified](eikonal::Uniqueness).
+    /// True if at most one ray is known to connect two points, each given with its medium. Either
+    /// all rays are straight, or both points are in the only medium that bends rays. This medium
+    /// must be [certified](eikonal::Uniqueness) and convex, so that no ray that leaves it returns.
     pub fn is_unique(&self, x: DVec3, medium: MediumId, y: DVec3, other: MediumId) -> bool {
         match self.bending {
             Bending::None => true,
@@ -75,14 +76,14 @@ impl Scene {
         }
     }
 
-    /// Whether it is known that no two rays connect two points that take no reflections where refraction is possible, because nothing
-    /// but one ball bends rays, and the points lie in it.
+    /// True if at most one ray without reflections, where refraction is possible, is known to
+    /// connect two points, because only one ball bends rays and the points lie in it.
     pub(crate) fn is_unique_in_ball(&self, ends: [DVec3; 2]) -> bool {
         let known = |ball: &BendingBall| ball.is_unique(ends, |x| self.n(ball.interior, x));
         self.bending_ball().is_some_and(known)
     }
 
-    /// The medium at an end that is a point, if [`Scene::is_unique`] could make use of it.
+    /// Returns the medium at an end that is a point, if [`Scene::is_unique`] can use it.
     pub(crate) fn medium_of_end(&self, end: &ConnectionEnd) -> Option<MediumId> {
         match (self.bending, end) {
             (Bending::One(_), ConnectionEnd::Point { position, .. }) => {

@@ -1,6 +1,7 @@
-//! The ball that, by its smooth surface or the field inside, is all that bends rays in some scenes.
+//! The ball that alone bends rays in some scenes, by its smooth surface or the field inside.
 //!
-//! Theory: docs/theory.md#through-a-ball, docs/theory.md#through-a-lens, docs/theory.md#certificate.
+//! Theory: docs/theory.md#through-a-ball, docs/theory.md#through-a-lens,
+//! docs/theory.md#certificate.
 
 use super::parts::{AMBIENT, MediumId, Object, Parts};
 use super::regions::{Region, cells};
@@ -11,50 +12,54 @@ use eikonal::connect::{Ball, BallRay, RadialBall};
 use eikonal::{Aabb, Field};
 use glam::DVec3;
 
-/// Relative differences of a ball's extents, or of indices, below this are those of rounding.
+/// Relative tolerance for rounding, of a ball's extents and of indices.
 const ROUND: f64 = 1e-9;
-/// Relative differences of the index from that around a ball at whose surface it is taken to be continuous, and from its mean over
-/// spheres: rays of the mean field are first guesses of others.
+/// Relative tolerance of two approximations: an index that is continuous at a ball's surface, and
+/// an index that equals its mean over spheres. Rays of the mean field are first guesses of other
+/// rays.
 const ALIKE: f64 = 1e-2;
 
-/// A ball that, by its smooth surface or the field inside, is all that bends rays in a scene, in surroundings of constant index.
+/// A ball that alone bends rays in a scene, by its smooth surface or the field inside. The
+/// surroundings have constant index.
 #[derive(Clone, Debug)]
 pub(crate) struct BendingBall {
-    /// The ball, of the index at its surface.
+    /// The ball, with the index at its surface.
     pub ball: Ball,
-    /// The medium inside.
+    /// Medium inside the ball.
     pub interior: MediumId,
-    /// What its field is nearly, if it bends rays.
+    /// Radial approximation of the field inside, if the field bends rays.
     pub lens: Option<RadialBall>,
-    /// Whether rays pass its surface straight on.
+    /// True if rays pass the surface of the ball straight on.
     pub matched: bool,
-    /// Index inside and outside.
+    /// Indices inside and outside.
     indices: [f64; 2],
-    /// Every ray leaves that passes through a point where the index times the distance from the centre is no more.
+    /// Largest index times distance from the centre at a point for which every ray through the
+    /// point is known to leave the ball.
     lets_out: f64,
-    /// Points so far from the centre, or less, are such points.
+    /// Distance from the centre within which every point meets the condition of `lets_out`.
     sure: f64,
 }
 
 impl BendingBall {
-    /// Optical length of the straight way outside from a point of the surface to another point.
+    /// Returns the optical length of the straight segment outside from a point `p` of the surface
+    /// to `to`.
     pub(crate) fn outside(&self, p: DVec3, to: DVec3) -> f64 {
         self.indices[1] * p.distance(to)
     }
 
-    /// Whether all of the ball lies in front of a plane.
+    /// True if all of the ball lies in front of a plane.
     pub(crate) fn is_before(&self, through: DVec3, direction: DVec3) -> bool {
         (self.ball.center - through).dot(direction) > self.ball.radius
     }
 
-    /// Whether the straight way between two points misses the ball.
+    /// True if the straight segment between two points misses the ball.
     pub(crate) fn is_missed(&self, [x, y]: [DVec3; 2]) -> bool {
         let (way, arm) = (y - x, self.ball.center - x);
         let share = (arm.dot(way) / way.length_squared()).clamp(0.0, 1.0);
         (arm - way * share).length() >= self.ball.radius
     }
 
-    /// The straight ray from a point inside to one of the surface.
+    /// Returns the straight ray from a point inside to a point of the surface.
     pub(crate) fn straight(&self, x: DVec3, crossing: DVec3) -> BallRay {
         let way = crossing - x;
         BallRay {
@@ -64,8 +69,8 @@ impl BendingBall {
         }
     }
 
-    /// Whether it is known that no ray between two points, at one of which the index is `n`, is reflected totally, and no two rays
-    /// within the ball join them.
+    /// True if no ray between two points is known to be reflected totally, and at most one ray
+    /// within the ball joins them. `n` is the index as a function of position.
     pub(crate) fn is_unique(&self, ends: [DVec3; 2], n: impl Fn(DVec3) -> f64) -> bool {
         let off = ends.map(|p| p.distance(self.ball.center));
         let lets_out = |i: usize| n(ends[i]) * off[i] <= self.lets_out;
@@ -76,9 +81,9 @@ impl BendingBall {
     }
 }
 
-/// The ball that is all that bends rays, if that is so: media around it are constant, and there is one smooth
-/// interface, on either side of which is one medium; or none, and the index is continuous. `overlapping` tells of each object whether
-/// others are near.
+/// Returns the ball that alone bends rays, if there is one. Media around it must be constant. There
+/// is one smooth interface, with one medium on either side, or none, and the index is continuous.
+/// `overlapping` is true for each object that has others near it.
 pub(super) fn bending_ball(
     parts: &Parts,
     overlapping: &[bool],
@@ -94,16 +99,18 @@ fn is_glass(o: &Object) -> bool {
     matches!(o.bsdf, Bsdf::Dielectric(_))
 }
 
-/// Centre and radius of a sphere; `None` of other shapes, and of spheres that are not round.
+/// Returns centre and radius of a sphere; `None` for other shapes and for ellipsoids.
 fn round(shape: &Shape) -> Option<(DVec3, f64)> {
-    // Each extent of an ellipsoid is a mean over its axes: all are the longest if it is round.
+    // Each extent of an ellipsoid is a mean over its axes. All extents equal the longest axis if it
+    // is round.
     let (aabb, diameter) = (shape.aabb(), shape.diameter());
     let extents = aabb.max - aabb.min;
     let is_round = (extents - diameter).abs().max_element() < ROUND * diameter;
     (matches!(shape, Shape::Sphere(_)) && is_round).then(|| (aabb.center(), 0.5 * diameter))
 }
 
-/// The ball that the only field fills, nearly radial and with an index that is that of all other media at its surface.
+/// Returns the ball that the only field fills, if the field is nearly radial and its index at the
+/// surface is the index of all other media.
 fn matched_ball(parts: &Parts) -> Option<BendingBall> {
     let mut fields = (0..parts.media.len()).filter(|id| !parts.media[*id].index.is_constant());
     let interior = fields.next().filter(|_| fields.next().is_none())?;
@@ -144,7 +151,7 @@ fn matched_ball(parts: &Parts) -> Option<BendingBall> {
     })
 }
 
-/// The ball of a smooth interface.
+/// Returns the ball of a smooth interface.
 fn smooth_ball(
     parts: &Parts,
     place: usize,
@@ -161,7 +168,7 @@ fn smooth_ball(
         && !overlapping[place];
     let (center, radius) = round(&object.shape)?;
     let interior = object.interior().filter(|_| simple)?;
-    // A field may bend rays in this ball only.
+    // A field may bend rays only in this ball.
     let holders = parts.objects.iter();
     let holders = holders.filter(|o| o.interior() == Some(interior)).count();
     let is_lens = !parts.media[interior].index.is_constant();
@@ -200,15 +207,17 @@ fn smooth_ball(
     })
 }
 
-/// How much n·r·sin(angle to the radius) can change along a ray on its way to the surface, which it would not in a radial
-/// field: by the integral of |r × ½∇n²| over σ. Infinite unless no two rays within the ball join two points.
+/// Returns a bound of the change of n·r·sin(angle to the radius) along a ray before it reaches the
+/// surface. The change is zero in a radial field; the bound is the integral of |r × ½∇n²| over σ.
+/// Returns infinity unless at most one ray within the ball joins two points.
 fn drift(field: &Field, ball: &Ball, shape: &Shape, region: &Region) -> f64 {
     let certificate = region.uniqueness.as_ref();
     let Some(certificate) = certificate.filter(|certificate| certificate.whole_medium()) else {
         return f64::INFINITY;
     };
     let across = |cell: Aabb| {
-        // ∇n² changes within a cell by no more than the Hessian times the distance from its centre.
+        // Within a cell, ∇n² changes by at most the Hessian times the distance from the centre of
+        // the cell.
         let (bounds, h) = (field.bounds(&cell), 0.5 * cell.diagonal());
         let (_, gradient) = field.gradient(cell.center());
         let arm = cell.center() - ball.center;
@@ -216,7 +225,7 @@ fn drift(field: &Field, ball: &Ball, shape: &Shape, region: &Region) -> f64 {
         arm.cross(gradient).length() + h * gradient.length() + (arm.length() + h) * change
     };
     let most = cells(shape, 0.0).into_iter().map(across);
-    // What is not known is no bound.
+    // Treat an unknown value as infinite.
     let most = most.fold(0.0, |most: f64, a| {
         if a.is_nan() {
             f64::INFINITY

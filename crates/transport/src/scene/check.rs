@@ -1,4 +1,4 @@
-//! What can be wrong with a scene whose parts are each valid.
+//! Checks of a scene with valid parts.
 
 use super::Scene;
 use super::lint::{self, Lint};
@@ -12,16 +12,16 @@ use eikonal::Aabb;
 use eikonal::Shown;
 use glam::DVec3;
 
-/// How bad it is.
+/// Severity of a problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProblemSeverity {
     /// The scene cannot be rendered.
     Error,
-    /// The scene can be rendered, but the picture may not be what was meant.
+    /// The scene can be rendered, but the picture may not be the intended one.
     Warning(Lint),
 }
 
-/// The part of the scene that a problem is about; indices as in [`super::Parts`].
+/// Part of the scene that a problem concerns; indices as in [`super::Parts`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subject {
     /// The scene as a whole.
@@ -36,40 +36,43 @@ pub enum Subject {
     Emitter(usize),
 }
 
-/// Something wrong with a scene.
+/// A problem of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneProblem {
-    /// How bad it is.
+    /// Severity of the problem.
     pub severity: ProblemSeverity,
-    /// What it is about.
+    /// Part that the problem concerns.
     pub subject: Subject,
-    /// What is wrong.
+    /// Description of the problem.
     pub message: String,
-    /// What to do about it.
+    /// Description of its solution.
     pub help: String,
 }
 
 impl SceneProblem {
-    /// Whether another problem is the same but for the numbers in its message: what to do about it is the same.
+    /// True if another problem concerns the same part and has the same solution, so that at most
+    /// the numbers in the messages differ.
     pub(super) fn has_cause_of(&self, other: &SceneProblem) -> bool {
         (self.subject, &self.help) == (other.subject, &other.help)
     }
 }
 
-/// Index jumps below this are round-off of a match.
+/// Jump of the index below which indices match up to rounding.
 const MATCHED: f64 = 1e-6;
-/// Facets of a rough dielectric with a smaller jump of the index scatter into cones of less than about a degree.
+/// Jump of the index below which facets of a rough dielectric scatter into cones of less than about
+/// a degree.
 const FAINT: f64 = 1e-2;
-/// No sound of interest has a wavelength beyond the size of its medium by this factor, or below it.
+/// Largest ratio of a wavelength of sound to the size of its medium, or of the size to the
+/// wavelength.
 const SOUND: f64 = 1e3;
-/// Points at which a surface is probed.
+/// Number of points at which a surface is probed.
 const SURFACE_PROBES: u64 = 64;
-/// Rays of a beam whose starts are looked at.
+/// Number of rays of a beam with starts that are checked.
 const BEAM_PROBES: u64 = 256;
-/// Points per side at which a region is probed where its bounds leave doubt.
+/// Number of points per side at which a region is probed if its bounds are inconclusive.
 const REGION_PROBES: usize = 33;
 
-/// Everything that is wrong, errors first; what was found so far once `stop` is raised.
+/// Returns all problems, errors first, or the problems found before `stop` was raised.
 pub(super) fn check(scene: &Scene, stop: &Stop) -> Vec<SceneProblem> {
     let mut problems = Vec::new();
     let goes_on = |_: &usize| !stop.is_raised();
@@ -102,7 +105,7 @@ pub(super) fn error(subject: Subject, message: String, help: &str) -> SceneProbl
 }
 
 impl SceneProblem {
-    /// A warning of a check.
+    /// Makes a warning of a check.
     pub fn warning(
         lint: Lint,
         subject: Subject,
@@ -118,7 +121,7 @@ impl SceneProblem {
     }
 }
 
-/// Light subpaths start at points of media that emit.
+/// Checks that light subpaths can start in a medium that emits.
 fn check_emission(scene: &Scene, id: usize) -> Option<SceneProblem> {
     let medium = scene.medium(id);
     let found = medium.emission.is_none() || scene.parts.has_emitter(id);
@@ -131,7 +134,7 @@ fn check_emission(scene: &Scene, id: usize) -> Option<SceneProblem> {
     })
 }
 
-/// The index must be positive wherever light can be.
+/// Checks that the index is positive wherever light can be.
 fn check_index(scene: &Scene, id: usize) -> Option<SceneProblem> {
     let (medium, region) = (scene.medium(id), &scene.regions()[id]);
     let subject = Subject::Medium(id);
@@ -162,7 +165,8 @@ fn check_index(scene: &Scene, id: usize) -> Option<SceneProblem> {
     })
 }
 
-/// A sound wave of which the medium holds a tiny part, or very many, is a mistake of units.
+/// Warns about a sound wave that is very long or very short compared with the medium, as wrong
+/// units cause.
 fn check_sound(scene: &Scene, id: usize) -> Option<SceneProblem> {
     let [shortest, longest] = scene.medium(id).index.sound_wavelengths()?;
     let size = scene.regions()[id].aabb.diagonal();
@@ -187,8 +191,7 @@ fn check_sound(scene: &Scene, id: usize) -> Option<SceneProblem> {
     ))
 }
 
-/// The smallest n² among points of a grid inside the objects that hold a medium.
-/// What no medium can have comes first.
+/// Returns the sort key of an n²; values that no medium can have come first.
 fn rank(n2: f64) -> f64 {
     if n2.is_finite() {
         n2
@@ -197,6 +200,7 @@ fn rank(n2: f64) -> f64 {
     }
 }
 
+/// Returns the smallest n² among points of a grid inside the objects that hold a medium.
 fn smallest_square(scene: &Scene, id: usize, aabb: &Aabb) -> Option<(DVec3, f64)> {
     let holders: Vec<&Object> = scene
         .objects()
@@ -243,7 +247,7 @@ fn check_emitter_surface(i: usize, object: &Object) -> Option<SceneProblem> {
     })
 }
 
-/// The largest jump of the index across an object's boundary, at probes.
+/// Returns the largest jump of the index across an object's boundary, at probes.
 fn jump(scene: &Scene, object: &Object, sides: Sides) -> f64 {
     let probes = (0..SURFACE_PROBES).map(|k| {
         let x = object.shape.sample_area(Sampler::new(0, k, 0).next_2d());
@@ -252,7 +256,8 @@ fn jump(scene: &Scene, object: &Object, sides: Sides) -> f64 {
     probes.fold(0.0, f64::max)
 }
 
-/// A boundary that light passes straight on is declared index-matched: is it?
+/// Warns about an index jump at a boundary that is declared index-matched because light passes it
+/// straight on.
 fn check_match(scene: &Scene, i: usize, object: &Object) -> Option<SceneProblem> {
     let passes = matches!(object.bsdf, Bsdf::Null) || object.bsdf.is_partial();
     let sides = object.sides.filter(|_| passes)?;
@@ -272,8 +277,9 @@ fn check_match(scene: &Scene, i: usize, object: &Object) -> Option<SceneProblem>
     })
 }
 
-/// Facets between equal indices pass all light straight on, which connections do not find; between indices that are
-/// nearly equal, into so small a cone that they hardly ever do.
+/// Checks the indices at facets. Facets between equal indices pass all light straight on, which
+/// connections do not find. Facets between nearly equal indices scatter into a narrow cone, which
+/// connections rarely find.
 fn check_facets(scene: &Scene, i: usize, object: &Object) -> Option<SceneProblem> {
     if !object.bsdf.is_rough_interface() {
         return None;
@@ -303,13 +309,13 @@ fn check_facets(scene: &Scene, i: usize, object: &Object) -> Option<SceneProblem
     }
 }
 
-/// The volume that an object divides with others.
+/// Returns the volume that an object divides with others.
 fn partition_of(scene: &Scene, i: usize) -> Option<&Partition> {
     let mut partitions = scene.parts.partitions.iter();
     partitions.find(|p| p.objects.contains(&i))
 }
 
-/// A medium in an open shape has no inside, nor has a dielectric one.
+/// Warns about a medium inside an open shape, dielectric or not.
 fn check_closed(scene: &Scene, i: usize, object: &Object) -> Option<SceneProblem> {
     let sides = object.sides.filter(|s| s.interior != s.exterior)?;
     if object.shape.is_closed() || sides.interior == AMBIENT || partition_of(scene, i).is_some() {
@@ -327,8 +333,8 @@ fn check_closed(scene: &Scene, i: usize, object: &Object) -> Option<SceneProblem
     ))
 }
 
-/// The medium that is declared outside must be there: the ambient one, or that of a closed shape
-/// around or beside this one.
+/// Checks that the declared exterior medium exists there. It must be the ambient medium, or the
+/// medium of a closed shape around or beside this shape.
 fn check_exterior(scene: &Scene, i: usize, object: &Object) -> Option<SceneProblem> {
     let partition = partition_of(scene, i);
     let exterior = partition.map_or(object.sides?.exterior, |p| p.exterior);
@@ -387,7 +393,7 @@ fn check_emitters(scene: &Scene) -> Vec<SceneProblem> {
         .collect()
 }
 
-/// Connections along a direction of another length end beside their vertices.
+/// Checks for unit length; connections along directions of other lengths miss their vertices.
 fn check_direction(i: usize, direction: DVec3) -> Option<SceneProblem> {
     let off = (direction.length() - 1.0).abs();
     (off.is_nan() || off > 1e-12).then(|| {
@@ -402,7 +408,7 @@ fn check_direction(i: usize, direction: DVec3) -> Option<SceneProblem> {
     })
 }
 
-/// Light leaves a fibre within a hemisphere.
+/// Checks that light leaves a fibre within a hemisphere.
 fn check_fiber(scene: &Scene, i: usize, fiber: &Fiber) -> Option<SceneProblem> {
     let medium = scene.medium_at(fiber.origin());
     (fiber.sin() > 1.0).then(|| {
@@ -418,7 +424,8 @@ fn check_fiber(scene: &Scene, i: usize, fiber: &Fiber) -> Option<SceneProblem> {
     })
 }
 
-/// Connections to a beam take it to start in the medium of its centre, where its central ray must lead somewhere.
+/// Checks a beam. Connections assume that all of it starts in the medium of its centre, and need
+/// its central ray.
 fn check_beam(scene: &Scene, i: usize, beam: &Emitter) -> Option<SceneProblem> {
     let Some(guide) = scene.guide(i) else {
         return Some(error(

@@ -1,5 +1,5 @@
-//! How far surfaces are at least: most flights in dense media end before they could meet one, and need not look for it
-//! (docs/theory.md#free-flight).
+//! Lower bounds of the distance to surfaces. Most flights in dense media end before they could meet
+//! a surface, and need no search for one (docs/theory.md#free-flight).
 
 use super::Object;
 use super::parts::Parts;
@@ -8,39 +8,41 @@ use crate::volume::{Leaps, spread};
 use eikonal::Aabb;
 use glam::DVec3;
 
-/// Cells of the grid, about.
+/// Approximate number of cells of the grid.
 const CELLS: f64 = 2_097_152.0;
-/// Cubes of cells without surfaces through which a way is followed.
+/// Largest number of cubes of empty cells through which a line is followed.
 const MOST_STEPS: usize = 8;
-/// Stands for layers around cells through which a surface may pass.
+/// Value of the layers around a cell through which a surface may pass.
 const FULL: u8 = u8::MAX;
-/// Fewer triangles than these are looked through as quickly.
+/// Number of triangles below which a search is as fast as the grid.
 const FEW: usize = 64;
 
-/// What is known of how far surfaces are that are not faces between voxels.
+/// Bounds of the distance to surfaces that are not faces between voxels.
 #[derive(Clone, Debug)]
 pub(super) enum Clearance {
-    /// Nothing: looking for them is as quick.
+    /// No bounds; a search for surfaces is as fast.
     Unknown,
-    /// There are none.
+    /// Proof that there are no surfaces.
     Everywhere,
-    /// A grid knows.
+    /// Bounds from a grid.
     Layers(ClearLayers),
 }
 
-/// A grid over a box that knows for each cell how many layers of cells around it hold no surface.
+/// A grid over a box. It stores for each cell the number of layers of cells around it that hold no
+/// surface.
 #[derive(Clone, Debug)]
 pub(super) struct ClearLayers {
     low: DVec3,
-    /// Side of the cubic cells.
+    /// Side length of the cubic cells.
     side: f64,
     size: [usize; 3],
-    /// Layers without surfaces around each cell, or [`FULL`]; what lies beyond the grid counts as full of them.
+    /// Number of layers without surfaces around each cell, or [`FULL`]. Beyond the grid, surfaces
+    /// may be anywhere.
     layers: Vec<u8>,
 }
 
 impl Clearance {
-    /// Over a box in which it pays to know.
+    /// Makes the bounds over a box, where they save time.
     pub(super) fn of(parts: &Parts, within: &Aabb) -> Self {
         let voxels = || parts.partitions.iter().filter(|p| p.voxels.is_some());
         let is_face = |i: usize| voxels().any(|p| p.objects.contains(&i));
@@ -61,7 +63,8 @@ impl Clearance {
         layers.map_or(Clearance::Unknown, Clearance::Layers)
     }
 
-    /// Whether a straight line from `x` in a unit direction is known to meet no surface over a length.
+    /// True if a straight line from `x` in a unit direction is known to meet no surface over a
+    /// length.
     #[inline]
     pub(super) fn is_free(&self, x: DVec3, direction: DVec3, length: f64) -> bool {
         match self {
@@ -72,11 +75,12 @@ impl Clearance {
     }
 }
 
-/// The side of cells of which a box of an extent holds about [`CELLS`], if that is a number. Along axes where it is thinner than a cell it has one.
+/// Returns the side of cells for which a box of an extent holds about [`CELLS`] cells, if the side
+/// is finite. Along an axis where the box is thinner than a cell, it has one cell.
 fn side(extent: DVec3) -> Option<f64> {
     let mut axes = extent.to_array();
     axes.sort_unstable_by(|a, b| b.total_cmp(a));
-    // Roots first: products of extents may be too large or too small for a number.
+    // Take roots first: products of extents may overflow or underflow.
     let of_axes = |count: usize| {
         let root = |x: f64| x.powf(1.0 / count as f64);
         axes[..count].iter().copied().map(root).product::<f64>() / root(CELLS)
@@ -88,7 +92,7 @@ fn side(extent: DVec3) -> Option<f64> {
 }
 
 impl ClearLayers {
-    /// Over a box; `None` if it is empty or infinite.
+    /// Makes the grid over a box; `None` if the box is empty or infinite.
     fn of(objects: &[&Object], within: &Aabb) -> Option<Self> {
         let extent = within.max - within.min;
         let side = side(extent).filter(|_| extent.min_element() > 0.0)?;
@@ -111,7 +115,7 @@ impl ClearLayers {
         Some(clearance)
     }
 
-    /// Goes from cube to cube of cells without surfaces, a few times.
+    /// Moves from cube to cube of empty cells, a few times.
     #[inline]
     fn is_free(&self, x: DVec3, direction: DVec3, length: f64) -> bool {
         let line = [(x - self.low) / self.side, direction / self.side];
@@ -138,7 +142,7 @@ impl ClearLayers {
     }
 
     fn mark(&mut self, filled: &Aabb) {
-        // A hair wider, for surfaces between cells.
+        // Extend the box slightly, for surfaces between cells.
         let cell = |x: DVec3, hair: f64| ((x - self.low) / self.side + hair).to_array();
         let (first, last) = (cell(filled.min, -1e-6), cell(filled.max, 1e-6));
         let range = |axis: usize| {
@@ -163,7 +167,7 @@ mod tests {
     use crate::bsdf::Bsdf;
     use crate::shape::{Mesh, Sphere};
 
-    /// A lattice of small triangles, and a sphere.
+    /// Makes a lattice of small triangles, and a sphere.
     fn objects() -> Vec<Object> {
         let mut positions = Vec::new();
         let mut triangles = Vec::new();
@@ -188,7 +192,7 @@ mod tests {
         vec![object(mesh.into()), object(sphere.into())]
     }
 
-    /// Thin boxes have about as many cells as others; those that are flat, or without end, have none.
+    /// Thin boxes have about as many cells as others. Flat and infinite boxes have none.
     #[test]
     fn cells_are_as_many_in_every_box() {
         let objects = objects();

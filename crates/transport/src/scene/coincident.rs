@@ -1,9 +1,11 @@
-//! Surfaces that coincide with others: which of them a ray meets first never depends on the order of objects.
+//! Coincident surfaces. The surface that a ray meets first never depends on the order of objects.
 //!
-//! A *sheet* is an object whose two sides are in the same medium: a meter's surface, a screen, an area light. A sheet that lies on
-//! the face of a body, or on another sheet, is moved off it by about 1e-11 of the extent of the scene, so that rays meet both:
-//! off a body to its outside, off a sheet to the side of that sheet's normal. Coincident faces of bodies stay where they are:
-//! rays meet one of them, in the order of [`precedence`](super::index::precedence), and enter the medium that lies beyond all of them.
+//! A *sheet* is an object with one medium on both sides: a meter's surface, a screen, an area
+//! light. A sheet on the face of a body, or on another sheet, is moved off it by about 1e-11 of the
+//! extent of the scene, so that rays meet both. A sheet is moved to the outside of a body, or to
+//! the side of the other sheet's normal. Coincident faces of bodies stay in place. Rays meet one of
+//! them, in the order of [`precedence`](super::index::precedence), and enter the medium beyond all
+//! of them.
 
 use super::index::{Index, sort_by_precedence};
 use super::parts::{Object, Parts};
@@ -13,24 +15,27 @@ use crate::stop::Stop;
 use eikonal::Aabb;
 use glam::DVec3;
 
-/// Distance of a moved sheet from the surface below it, in units of the distance by which rays start off surfaces.
+/// Distance of a moved sheet from the surface below it, in units of the distance by which rays
+/// start off surfaces.
 pub(super) const LAYER: f64 = 8.0;
-/// Surfaces closer than this coincide, in the same unit.
+/// Distance below which surfaces coincide, in units of the distance by which rays start off
+/// surfaces.
 pub(super) const TOUCH: f64 = 4.0;
-/// Points of a surface at which others are looked for.
+/// Number of points of a surface at which other surfaces are searched for.
 const POINTS: usize = 64;
 
 /// Displacements of sheets off the surfaces with which they coincide.
 #[derive(Debug, Default)]
 pub(super) struct Separation {
-    /// Numbers of sheets, each with a distance along its normals.
+    /// Indices of sheets, each with a distance along its normals.
     moves: Vec<(usize, f64)>,
-    /// The largest number of sheets that lie on one another on a surface.
+    /// Largest number of sheets that lie on one another on a surface.
     pub layers: usize,
 }
 
 impl Separation {
-    /// Moves the sheets; returns their numbers, in increasing order, and their shapes before.
+    /// Moves the sheets. Returns their indices, in increasing order, and their shapes before the
+    /// move.
     pub(super) fn apply(self, parts: &mut Parts) -> Vec<(usize, Shape)> {
         let mut before = Vec::with_capacity(self.moves.len());
         for (sheet, distance) in self.moves {
@@ -43,7 +48,7 @@ impl Separation {
     }
 }
 
-/// Finds the sheets that coincide with other surfaces, as far as it gets before `stop` is raised.
+/// Finds the sheets that coincide with other surfaces, or those found before `stop` is raised.
 pub(super) fn separation(parts: &Parts, epsilon: f64, stop: &Stop) -> Separation {
     let sheets = sheets(parts);
     if sheets.is_empty() {
@@ -67,8 +72,8 @@ pub(super) fn separation(parts: &Parts, epsilon: f64, stop: &Stop) -> Separation
     }
 }
 
-/// Objects whose two sides are in the same medium, in the order in which they are put on one another: those that let
-/// light through come after those that do not, and null surfaces last.
+/// Returns the objects with one medium on both sides, in the order in which they are stacked:
+/// opaque objects first, then objects that transmit light, and null surfaces last.
 fn sheets(parts: &Parts) -> Vec<usize> {
     let mut sheets: Vec<usize> = (0..parts.objects.len())
         .filter(|i| parts.objects[*i].sides.is_none())
@@ -77,20 +82,21 @@ fn sheets(parts: &Parts) -> Vec<usize> {
     sheets
 }
 
-/// A place where a sheet coincides with another surface.
+/// A point where a sheet coincides with another surface.
 #[derive(Clone, Copy, Debug)]
 struct Contact {
     /// Normal of the sheet.
     normal: DVec3,
-    /// Unit normal to the outside of the body there, if it is one.
+    /// Unit normal towards the outside of the body at the point, if the other surface belongs to a
+    /// body.
     outward: Option<DVec3>,
-    /// The earlier sheet with which it coincides, if it is one, and its normal.
+    /// Earlier sheet with which the sheet coincides, if the other surface is one.
     sheet: Option<usize>,
     /// Unit normal of the other surface.
     other: DVec3,
 }
 
-/// The side to which a sheet is moved: 1 along its normal, −1 against it.
+/// Returns the side to which a sheet is moved: 1 along its normal, −1 against it.
 fn side(contacts: &[Contact]) -> f64 {
     let votes = |pick: &dyn Fn(&Contact) -> Option<DVec3>| -> f64 {
         let vote = |c: &Contact| pick(c).map(|to| c.normal.dot(to).signum());
@@ -107,7 +113,8 @@ fn side(contacts: &[Contact]) -> f64 {
     }
 }
 
-/// Places where sheets coincide with bodies and with earlier sheets, in the order of the list of sheets.
+/// Returns the points where sheets coincide with bodies and with earlier sheets, in the order of
+/// the list of sheets.
 fn contacts(parts: &Parts, sheets: &[usize], epsilon: f64, stop: &Stop) -> Vec<Vec<Contact>> {
     let mut search = Search::new(parts, sheets, epsilon);
     for k in (0..sheets.len()).take_while(|_| !stop.is_raised()) {
@@ -118,19 +125,19 @@ fn contacts(parts: &Parts, sheets: &[usize], epsilon: f64, stop: &Stop) -> Vec<V
     search.of_sheets
 }
 
-/// The search for contacts.
+/// State of the search for contacts.
 struct Search<'a> {
     objects: &'a [Object],
     sheets: &'a [usize],
-    /// Places of objects in the list of sheets.
+    /// Position of each object in the list of sheets.
     rank: Vec<usize>,
     bodies: Index,
     all_sheets: Index,
-    /// Those that let light through.
+    /// Sheets that transmit light.
     passing_sheets: Index,
     /// Boxes around bodies, and around sheets.
     boxes: [Boxes; 2],
-    /// Surfaces closer than this coincide.
+    /// Distance below which surfaces coincide.
     distance: f64,
     of_sheets: Vec<Vec<Contact>>,
 }
@@ -160,7 +167,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Bodies on whose faces the k-th sheet lies.
+    /// Finds bodies on whose faces the k-th sheet lies.
     fn bodies_below(&mut self, k: usize) {
         let sheet = &self.objects[self.sheets[k]];
         if !self.boxes[0].are_near(sheet) {
@@ -178,8 +185,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Sheets with which the k-th one coincides, if one of the two lets light through to the other; of two that do not, the first in the
-    /// order of precedence acts.
+    /// Finds sheets with which the k-th sheet coincides, if one of the two transmits light to the
+    /// other. Of two opaque sheets, the first in the order of precedence acts.
     fn sheets_beside(&mut self, k: usize) {
         let number = self.sheets[k];
         let sheet = &self.objects[number];
@@ -210,7 +217,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Sheets that cover faces of bodies, looked for from the bodies.
+    /// Finds sheets that cover faces of bodies, by searching from the bodies.
     fn sheets_on_bodies(&mut self, stop: &Stop) {
         let bodies = self.objects.iter().filter(|o| o.sides.is_some());
         for body in bodies.take_while(|_| !stop.is_raised()) {
@@ -245,7 +252,7 @@ impl Boxes {
         Boxes { boxes, tree }
     }
 
-    /// Returns whether an object comes near one of the boxes.
+    /// True if an object comes near one of the boxes.
     fn are_near(&self, object: &Object) -> bool {
         let own = object.shape.aabb();
         self.tree
@@ -253,7 +260,7 @@ impl Boxes {
     }
 }
 
-/// The normal of a body's surface to its outside.
+/// Returns the normal of a body's surface towards the outside.
 fn outward(body: &Object, normal: DVec3) -> DVec3 {
     if body.shape.is_closed() && body.shape.has_flipped_normals() {
         -normal
@@ -262,7 +269,7 @@ fn outward(body: &Object, normal: DVec3) -> DVec3 {
     }
 }
 
-/// Points that are spread evenly over a surface.
+/// Returns points that are spread evenly over a surface.
 fn samples(object: &Object) -> impl Iterator<Item = AreaSample> + '_ {
     evenly_spread(POINTS).map(|u| object.shape.sample_area(u))
 }

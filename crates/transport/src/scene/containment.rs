@@ -1,4 +1,4 @@
-//! Which medium a point is in.
+//! Containment: the medium at a point.
 
 use super::Scene;
 use super::parts::{AMBIENT, MediumId, Object, Partition, Parts};
@@ -10,26 +10,27 @@ use glam::DVec3;
 use std::cmp::Ordering;
 
 impl Scene {
-    /// The innermost medium that surrounds a point.
+    /// Returns the innermost medium that surrounds a point.
     pub fn medium_at(&self, x: DVec3) -> MediumId {
         self.containment().medium_at(x)
     }
 
-    /// Whether something opaque fills the place of a medium at a point, so that no ray is there, whatever the index.
+    /// True if an opaque body takes the place of a medium at a point. No ray reaches the point,
+    /// whatever the index.
     pub fn is_displaced(&self, id: MediumId, x: DVec3) -> bool {
         self.containment().is_displaced(id, x)
     }
 
-    /// Closed objects and partitions, for questions about places.
+    /// Returns the closed objects and partitions, for queries about points.
     pub(super) fn containment(&self) -> Containment<'_> {
         self.parts.containment(&self.geometry.bodies)
     }
 
-    /// The medium beside an object's surface at `x`, on the side to which `direction` points, for a ray
-    /// that arrives through `current`.
+    /// Returns the medium beside an object's surface at `x`, on the side to which `direction`
+    /// points, for a ray that arrives through `current`.
     ///
-    /// Where closed objects or partitions touch, overlap or hold one another, containment decides, so that a ray
-    /// that leaves one layer enters the next one.
+    /// If closed objects or partitions touch, overlap or contain each other, containment decides. A
+    /// ray that leaves one layer then enters the next one.
     pub(crate) fn medium_beside(
         &self,
         object: usize,
@@ -49,13 +50,13 @@ impl Scene {
         }
     }
 
-    /// Whether the normals of a closed object point inwards.
+    /// True if the normals of a closed object point inwards.
     pub(super) fn is_inverted(&self, object: usize) -> bool {
         let shape = &self.objects()[object].shape;
         shape.is_closed() && shape.has_flipped_normals()
     }
 
-    /// The medium in which a sensor ray starts.
+    /// Returns the medium in which a sensor ray starts.
     pub(crate) fn medium_of_sensor_ray(&self, origin: DVec3) -> MediumId {
         match self.sensor() {
             Sensor::Perspective(_) | Sensor::Absent(_) => self.sensor_medium,
@@ -64,19 +65,19 @@ impl Scene {
     }
 }
 
-/// The closed shapes of a list of objects, found by a place in logarithmic time.
+/// The closed shapes of a list of objects, with look-up by position in logarithmic time.
 #[derive(Debug)]
 pub struct Bodies {
-    /// Numbers of the objects that are closed or divide a volume.
+    /// Indices of the objects that are closed or divide a volume.
     bounding: Vec<usize>,
-    /// Their boxes.
+    /// Hierarchy over the boxes of these objects.
     tree: Tree,
-    /// For each object, the number of the partition that it belongs to.
+    /// Partition to which each object belongs, if any.
     partition: Vec<Option<usize>>,
 }
 
 impl Bodies {
-    /// The closed shapes among objects, some of which divide volumes into several media.
+    /// Finds the closed shapes among objects, some of which divide volumes into several media.
     pub fn new(objects: &[Object], partitions: &[Partition]) -> Self {
         let mut partition = vec![None; objects.len()];
         for (i, p) in partitions.iter().enumerate() {
@@ -92,32 +93,33 @@ impl Bodies {
         }
     }
 
-    /// Calls `holds` with the objects whose boxes share a point with a box, and maybe with others nearby, until one returns true, and
-    /// returns whether one did.
+    /// Calls `holds` with the objects whose boxes share a point with a box, and possibly with
+    /// others nearby, until `holds` returns true. Returns true if a call did.
     fn any_near(&self, place: &Aabb, mut holds: impl FnMut(usize) -> bool) -> bool {
         self.tree
             .any_near(place, &mut |leaf| holds(self.bounding[leaf]))
     }
 }
 
-/// Where which medium is: closed objects, and partitions, whose surfaces do not count as objects.
+/// Closed objects and partitions, which determine the medium at each point. Surfaces of partitions
+/// do not count as objects.
 #[derive(Clone, Copy, Debug)]
 pub struct Containment<'a> {
     /// All objects.
     pub objects: &'a [Object],
-    /// What divides volumes into several media.
+    /// Volumes divided into several media.
     pub partitions: &'a [Partition],
     /// Search structure over the closed objects.
     pub bodies: &'a Bodies,
 }
 
 impl Parts {
-    /// The closed shapes, which [`Parts::containment`] takes.
+    /// Returns the closed shapes, as [`Parts::containment`] needs them.
     pub(super) fn bodies(&self) -> Bodies {
         Bodies::new(&self.objects, &self.partitions)
     }
 
-    /// Closed objects and partitions, for questions about places.
+    /// Returns the closed objects and partitions, for queries about points.
     pub(super) fn containment<'a>(&'a self, bodies: &'a Bodies) -> Containment<'a> {
         Containment {
             objects: &self.objects,
@@ -128,13 +130,14 @@ impl Parts {
 }
 
 impl Containment<'_> {
-    /// The medium of what is innermost around a point, that with the smallest box.
+    /// Returns the medium of the innermost body around a point, which is the body with the smallest
+    /// box.
     pub fn medium_at(&self, x: DVec3) -> MediumId {
         self.innermost(x, |_| true)
             .map_or(AMBIENT, |body| body.medium)
     }
 
-    /// Returns whether something opaque fills the place of a medium at a point.
+    /// True if an opaque body takes the place of a medium at a point.
     pub(super) fn is_displaced(&self, id: MediumId, x: DVec3) -> bool {
         self.bodies.any_near(&Aabb::new(x, x), |i| {
             let object = &self.objects[i];
@@ -142,14 +145,15 @@ impl Containment<'_> {
         })
     }
 
-    /// Number of bodies around a point.
+    /// Returns the number of bodies around a point.
     pub(super) fn depth(&self, x: DVec3) -> usize {
         let mut depth = 0;
         self.around(x, |_| true, |_| depth += 1);
         depth
     }
 
-    /// The same without an object, or without the partition that it belongs to.
+    /// Returns the medium of the innermost body around a point, without an object or the partition
+    /// that it belongs to.
     pub fn medium_around(&self, object: usize, x: DVec3) -> MediumId {
         let own = self.bodies.partition[object];
         let own = own.map_or(object..object + 1, |i| self.partitions[i].objects.clone());
@@ -157,7 +161,7 @@ impl Containment<'_> {
         around.map_or(AMBIENT, |body| body.medium)
     }
 
-    /// The body around a point that comes first [by size](by_size).
+    /// Returns the body around a point that comes first [by size](by_size).
     fn innermost(&self, x: DVec3, counts: impl Fn(usize) -> bool) -> Option<Body<'_>> {
         let order = |a: &Body, b: &Body| {
             let by_size = by_size((&a.bounds, a.name), (&b.bounds, b.name));
@@ -208,8 +212,8 @@ impl Containment<'_> {
     }
 }
 
-/// The order of things with boxes and names: the smaller one first, of equal sizes by name, and of equal names by the lowest corner of the
-/// box. It does not depend on the order in a list.
+/// Orders things by their boxes and names: smaller boxes first, then names, then the lowest corners
+/// of the boxes. The order does not depend on positions in a list.
 pub(super) fn by_size(a: (&Aabb, &str), b: (&Aabb, &str)) -> Ordering {
     let corner = |b: &Aabb| b.min.to_array();
     let by_size = a.0.diagonal().total_cmp(&b.0.diagonal());
@@ -223,12 +227,12 @@ struct Body<'a> {
     medium: MediumId,
     bounds: Aabb,
     name: &'a str,
-    /// Number of the object; partitions come after all objects.
+    /// Index of the object; partitions come after all objects.
     number: usize,
 }
 
-/// Whether each object is closed or divides a volume, separates media, and comes near another one that does; the surfaces of a
-/// partition are no others to each other.
+/// Returns for each object true if it is closed or divides a volume, separates media, and comes
+/// near another object that does. Surfaces of one partition do not count for each other.
 pub(super) fn overlapping(
     Containment {
         objects, bodies, ..
@@ -257,7 +261,8 @@ mod tests {
     use crate::shape::Sphere;
     use testkit::Rng;
 
-    /// Balls at random places, of which about one in `overlap` meets another, each with a medium of its own but for some.
+    /// Makes balls at random positions. About one in `overlap` meets another. Each ball has a
+    /// separate medium, with exceptions.
     fn balls(count: usize, overlap: f64) -> Vec<Object> {
         let mut rng = Rng::new(count as u64);
         let radius = (0.12 / overlap / count as f64).cbrt();
@@ -278,7 +283,7 @@ mod tests {
         (0..count).map(ball).collect()
     }
 
-    /// Balls of one size, of which seven names tell some apart.
+    /// Balls of equal size, with only seven names.
     #[test]
     fn the_search_finds_what_looking_at_all_objects_does() {
         let objects = balls(300, 0.02);
@@ -326,7 +331,7 @@ mod tests {
         );
     }
 
-    /// Objects that are looked at for a point do not grow with their number.
+    /// The number of objects tested for a point does not grow with the number of all objects.
     #[test]
     fn a_point_finds_its_medium_among_many() {
         for count in [1_000, 100_000] {

@@ -1,4 +1,5 @@
-//! Emitters of a scene: how bright they are, and which of them paths start from or connect to.
+//! Emitters of a scene: their power, and the choice of emitters for paths to start from or connect
+//! to.
 
 use super::Scene;
 use super::light_bounds::Receiver;
@@ -10,7 +11,7 @@ use crate::medium::Medium;
 use glam::DVec3;
 
 impl Scene {
-    /// Power of each emitter in the first so many channels, and none in the others.
+    /// Returns the power of each emitter in the first `channels` channels, and zero in the others.
     pub fn powers(&self, channels: usize) -> impl Iterator<Item = Spectrum> {
         let white = Spectrum(std::array::from_fn(|c| f64::from(u8::from(c < channels))));
         let shape = |object: usize| &self.objects()[object].shape;
@@ -18,7 +19,8 @@ impl Scene {
         emitters.map(move |e| e.power(self.around(), shape) * white)
     }
 
-    /// Standard error of the sum of [`Scene::powers`], for media whose power had to be estimated.
+    /// Returns the standard error of the sum of [`Scene::powers`], for media whose power had to be
+    /// estimated.
     pub fn power_error(&self, channels: usize) -> Spectrum {
         let white = Spectrum(std::array::from_fn(|c| f64::from(u8::from(c < channels))));
         let errors = self.emitters().iter().map(Emitter::power_error);
@@ -26,45 +28,46 @@ impl Scene {
         squares.map(f64::sqrt) * white
     }
 
-    /// The classes that the emitters belong to.
+    /// Returns the classes that have emitters.
     pub(crate) fn classes(&self) -> impl Iterator<Item = Class> + '_ {
         self.lights.classes()
     }
 
-    /// Whether paths that are scattered at random can end at an emitter.
+    /// True if randomly scattered paths can hit an emitter.
     pub(crate) fn emitters_can_be_met(&self) -> bool {
         self.classes()
             .any(|class| matches!(class, Class::Area | Class::Sky))
     }
 
-    /// Whether some emitter of a class is an image.
+    /// True if some emitter of a class is an image.
     pub(crate) fn has_image(&self, class: Class) -> bool {
         self.lights.has_image(class)
     }
 
-    /// Chooses an emitter of a class that has some for a receiver to be connected to: its index and the
-    /// probability of the choice.
+    /// Chooses an emitter of a class to connect a receiver to. The class must have emitters.
+    /// Returns the index of the emitter and the probability of the choice.
     pub(crate) fn choose_emitter(&self, class: Class, receiver: &Receiver, u: f64) -> (usize, f64) {
         self.lights.choose(class, self.emitters(), receiver, u)
     }
 
-    /// Probability that [`Scene::choose_emitter`] chooses `emitter` among those of its class.
+    /// Returns the probability that [`Scene::choose_emitter`] chooses `emitter` within its class.
     pub(crate) fn emitter_probability(&self, emitter: usize, receiver: &Receiver) -> f64 {
         self.lights.probability(emitter, self.emitters(), receiver)
     }
 
-    /// Chooses an emitter for a light subpath to start from: its index and the probability of the choice.
+    /// Chooses an emitter for a light subpath to start from. Returns its index and the probability
+    /// of the choice.
     pub(crate) fn choose_source(&self, u: f64) -> Option<(usize, f64)> {
         let pick = self.lights.sources()?.sample(u);
         Some((pick.index, pick.probability))
     }
 
-    /// Probability that [`Scene::choose_source`] chooses `emitter`.
+    /// Returns the probability that [`Scene::choose_source`] chooses `emitter`.
     pub(crate) fn source_probability(&self, emitter: usize) -> f64 {
         self.lights.sources().map_or(0.0, |s| s.pdf(emitter))
     }
 
-    /// The environments and their indices.
+    /// Returns the environments and their indices.
     pub(crate) fn environments(&self) -> impl Iterator<Item = (usize, &Environment)> {
         let emitters = self.parts.emitters.iter().enumerate();
         emitters.filter_map(|(i, e)| match e {
@@ -73,7 +76,7 @@ impl Scene {
         })
     }
 
-    /// The volumes that emit, and their indices.
+    /// Returns the volumes that emit, and their indices.
     pub(crate) fn volume_lights(&self) -> impl Iterator<Item = (usize, &VolumeLight)> {
         let lights = self.volume_lights.iter();
         lights.filter_map(|&i| match &self.parts.emitters[i] {
@@ -82,7 +85,8 @@ impl Scene {
         })
     }
 
-    /// What leaves `start` in the unit `direction` from an end of an emitter: see [`Emitter::emitted`].
+    /// Returns the light that leaves `start` in the unit `direction` from an end of an emitter: see
+    /// [`Emitter::emitted`].
     pub fn leaving(
         &self,
         emitter: usize,
@@ -101,7 +105,7 @@ impl Scene {
         }
     }
 
-    /// ε of a volume at a point of a medium: what a ray gathers per length.
+    /// Returns ε of a volume at a point of a medium, the light that a ray gains per length.
     pub(crate) fn emitted_within(
         &self,
         volume: &VolumeLight,
@@ -115,13 +119,14 @@ impl Scene {
         }
     }
 
-    /// Whether a medium is at a point.
+    /// True if a medium is at a point.
     fn fills(&self, id: MediumId, x: DVec3) -> bool {
         self.medium_at(x) == id && !self.is_displaced(id, x)
     }
 
-    /// The emitter that covers a surface, the radiance that leaves it in `direction`, and the density per unit
-    /// area with which aims choose the point; `None` where no light leaves.
+    /// Returns the emitter that covers a surface, the radiance that leaves it in `direction`, and
+    /// the density per unit area with which connections choose the point. Returns `None` if no
+    /// light leaves.
     pub(crate) fn emitted(
         &self,
         on: &OnSurface,
@@ -135,14 +140,15 @@ impl Scene {
     }
 }
 
-/// Indices of the volumes that emit: rays ask for them all the time, and there may be thousands of other emitters.
+/// Returns the indices of the volumes that emit. They are stored because rays need them often, and
+/// there may be thousands of other emitters.
 pub(super) fn volume_lights(parts: &Parts) -> Vec<usize> {
     let emitters = parts.emitters.iter().enumerate();
     let volumes = emitters.filter(|(_, e)| e.class() == Class::Volume);
     volumes.map(|(i, _)| i).collect()
 }
 
-/// Positions of point-like emitters, if anything scatters their light.
+/// Returns the positions of point-like emitters, if any medium scatters their light.
 pub(super) fn point_like_emitters(parts: &Parts) -> Vec<DVec3> {
     // Planted error "point light in fog without care for 1/r²", found by morgana-io/io::reference::fog_around_a_point_light:
     // if parts.media.iter().any(Medium::scatters) {

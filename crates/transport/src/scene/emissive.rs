@@ -1,4 +1,5 @@
-//! Media that emit, as emitters from whose points light subpaths start (docs/theory.md#media-that-emit).
+//! Media that emit, as emitters with light subpaths from their points
+//! (docs/theory.md#media-that-emit).
 
 use super::containment::Containment;
 use super::emitted_power::integral;
@@ -12,13 +13,14 @@ use eikonal::Aabb;
 use eikonal::field::Placement;
 use glam::{DAffine3, DMat3, DVec3};
 
-/// Points along each axis at which the light of a medium is looked at.
+/// Number of points along each axis at which the light of a medium is evaluated.
 const POINTS: usize = 32;
-/// Least guess, relative to the mean: what is between the points is not known.
+/// Smallest estimate relative to the mean, because the light between the points is unknown.
 const LEAST: f64 = 0.05;
 
 impl Parts {
-    /// Adds an emitter for each medium that emits and has none yet. [`Scene::new`](super::Scene::new) does so, too.
+    /// Adds an emitter for each medium that emits and has no emitter yet.
+    /// [`Scene::new`](super::Scene::new) does so, too.
     pub fn with_emissive_media(mut self) -> Self {
         let emits = |id: &MediumId| self.media[*id].emission.is_some() && !self.has_emitter(*id);
         let emitting: Vec<MediumId> = (0..self.media.len()).filter(emits).collect();
@@ -34,14 +36,15 @@ impl Parts {
         self
     }
 
-    /// Whether one of the emitters is the light of a medium.
+    /// True if one of the emitters is the light of a medium.
     pub(super) fn has_emitter(&self, id: MediumId) -> bool {
         let is = |e: &Emitter| matches!(e, Emitter::Volume(v) if v.medium() == Some(id));
         self.emitters.iter().any(is)
     }
 }
 
-/// The light of a medium; `None` if it has no bounds, or is no finite number.
+/// Makes the emitter of a medium; `None` if the medium has no bounds, or its emission is not
+/// finite.
 fn volume_light(parts: &Parts, containment: Containment, id: MediumId) -> Option<VolumeLight> {
     let bounds = bounds(parts, id)?;
     let at = |k: usize| {
@@ -83,13 +86,13 @@ fn volume_light(parts: &Parts, containment: Containment, id: MediumId) -> Option
     VolumeLight::of_medium(id, grid.ok()?, integral(parts, containment, id, &bounds)).ok()
 }
 
-/// More than a medium emits anywhere, but for its index.
+/// Returns an upper bound of the emission of a medium, without the factor of its index.
 fn brightest(medium: &Medium) -> Spectrum {
     let emission = medium.emission.as_ref().map_or(0.0, |e| e.range().1);
     Spectrum::splat(medium.sigma_t.range().1 * medium.scale * emission)
 }
 
-/// A box around all of a medium that may emit.
+/// Returns a box around all of a medium that may emit.
 fn bounds(parts: &Parts, id: MediumId) -> Option<Aabb> {
     let held = held(parts, id);
     let grid = match &parts.media[id].sigma_t {
@@ -105,7 +108,7 @@ fn bounds(parts: &Parts, id: MediumId) -> Option<Aabb> {
     }
 }
 
-/// A box around the shapes that hold a medium, if it is nowhere else.
+/// Returns a box around the shapes that hold a medium; `None` if the medium extends beyond them.
 fn held(parts: &Parts, id: MediumId) -> Option<Aabb> {
     if id == AMBIENT {
         return None;

@@ -1,4 +1,5 @@
-//! Power of media that emit: exact where region and light are simple enough, estimated elsewhere (docs/theory.md#media-that-emit).
+//! Power of media that emit: exact for simple regions and emissions, otherwise estimated
+//! (docs/theory.md#media-that-emit).
 
 use super::containment::Containment;
 use super::parts::{AMBIENT, MediumId, Object, Partition, Parts};
@@ -12,14 +13,16 @@ use eikonal::Aabb;
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
-/// Cells of the estimate along each axis. Each holds two random points, whose difference gives the error.
+/// Number of cells of the estimate along each axis. Each cell has two random points, whose
+/// difference gives the error.
 const CELLS: usize = 32;
-/// Relative size of overlaps that are taken for rounding: faces that touch do not overlap.
+/// Relative size of overlaps that rounding may cause. Faces that touch do not overlap.
 const ROUNDING: f64 = 1e-9;
-/// An exact volume of a mesh that crosses itself is not the volume that it contains: so many standard errors tell.
+/// Deviation from the estimate, in standard errors, beyond which an exact volume is rejected. A
+/// mesh that crosses itself has another volume than the one that it contains.
 const MOST_DEVIATION: f64 = 6.0;
 
-/// ∫ ε dV of a medium within `bounds`, which hold all of it.
+/// Returns ∫ ε dV of a medium within `bounds`, which contain all of it.
 pub(super) fn integral(
     parts: &Parts,
     containment: Containment,
@@ -43,7 +46,7 @@ pub(super) fn integral(
     }
 }
 
-/// An estimate from two random points in each cell of the bounds.
+/// Estimates the integral from two random points in each cell of the bounds.
 fn estimate(parts: &Parts, containment: Containment, id: MediumId, bounds: &Aabb) -> Estimate {
     let size = bounds.max - bounds.min;
     let cell = size / CELLS as f64;
@@ -82,7 +85,7 @@ fn is_opaque(object: &Object) -> bool {
     object.shape.is_closed() && object.bsdf.is_opaque()
 }
 
-/// The exact integral; `None` if it is not known in closed form.
+/// Returns the exact integral; `None` if no closed form is known.
 fn exact(parts: &Parts, id: MediumId) -> Option<Spectrum> {
     let medium = &parts.media[id];
     if !medium.index.is_constant() {
@@ -99,7 +102,7 @@ fn exact(parts: &Parts, id: MediumId) -> Option<Spectrum> {
     }
 }
 
-/// The grids on which the emission of a medium depends.
+/// Returns the grids on which the emission of a medium depends.
 fn grids(medium: &Medium) -> Vec<&VolumeGrid> {
     let textures = [
         Some(&medium.sigma_t),
@@ -113,14 +116,14 @@ fn grids(medium: &Medium) -> Vec<&VolumeGrid> {
     grids.flatten().collect()
 }
 
-/// A part of space that one medium, or several, take from what is around it.
+/// A part of space that a medium, or several media, take from their surroundings.
 struct Body<'a> {
     medium: Option<MediumId>,
     shape: Option<&'a Shape>,
-    /// Points whose convex hull holds the body.
+    /// Points with a convex hull that contains the body.
     hull: Vec<DVec3>,
     aabb: Aabb,
-    /// `None` if it is not known.
+    /// Volume of the body; `None` if it is unknown.
     volume: Option<f64>,
 }
 
@@ -157,7 +160,7 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// Returns whether it certainly has no volume in common with another body.
+    /// True if this body certainly has no volume in common with another body.
     fn is_apart(&self, other: &Body) -> bool {
         let common = self.aabb.max.min(other.aabb.max) - self.aabb.min.max(other.aabb.min);
         let hair = ROUNDING * self.aabb.diagonal().min(other.aabb.diagonal());
@@ -166,7 +169,7 @@ impl<'a> Body<'a> {
             || balls.is_some_and(|((a, r), (b, s))| a.distance(b) >= (r + s) * (1.0 - ROUNDING))
     }
 
-    /// Returns whether it certainly holds all of another, smaller body, up to rounding.
+    /// True if this body certainly contains all of another, smaller body, up to rounding.
     fn holds(&self, other: &Body) -> bool {
         let Some(shape) = self.shape.filter(|shape| shape.is_convex()) else {
             return false;
@@ -182,7 +185,7 @@ impl<'a> Body<'a> {
         other.hull.iter().all(inner)
     }
 
-    /// Centre and radius of a sphere.
+    /// Returns centre and radius of a sphere.
     fn ball(&self) -> Option<(DVec3, f64)> {
         let Some(Shape::Sphere(sphere)) = self.shape else {
             return None;
@@ -193,7 +196,7 @@ impl<'a> Body<'a> {
     }
 }
 
-/// All that takes space, objects first; partitions are last, in order.
+/// Returns all bodies: first objects, then partitions, in order.
 fn bodies(parts: &Parts) -> Vec<Body<'_>> {
     let divides = |i: usize| parts.partitions.iter().any(|p| p.objects.contains(&i));
     let objects = parts.objects.iter().enumerate();
@@ -204,7 +207,7 @@ fn bodies(parts: &Parts) -> Vec<Body<'_>> {
         .collect()
 }
 
-/// Volume of the region of a medium.
+/// Returns the volume of the region of a medium.
 fn volume(parts: &Parts, id: MediumId) -> Option<f64> {
     let bodies = bodies(parts);
     let first = bodies.len() - parts.partitions.len();
@@ -227,7 +230,7 @@ fn volume(parts: &Parts, id: MediumId) -> Option<f64> {
     Some(volume)
 }
 
-/// The largest bodies within one; `None` if some overlap, or it is not known.
+/// Returns the largest bodies within a body; `None` if some overlap, or containment is unknown.
 fn within<'b, 'a>(number: usize, bodies: &'b [Body<'a>]) -> Option<Vec<&'b Body<'a>>> {
     let body = &bodies[number];
     let mut inner: Vec<&Body> = Vec::new();
@@ -250,7 +253,8 @@ fn within<'b, 'a>(number: usize, bodies: &'b [Body<'a>]) -> Option<Vec<&'b Body<
     Some(inner.iter().filter(is_largest).copied().collect())
 }
 
-/// Ranges of the coordinates of a grid's unit cube in which a medium emits; `None` if its region is no box along the axes.
+/// Returns the ranges of the coordinates of a grid's unit cube in which a medium emits; `None` if
+/// its region is not a box along the axes.
 fn grid_range(parts: &Parts, id: MediumId, grid: &VolumeGrid) -> Option<[DVec3; 2]> {
     let bodies = bodies(parts);
     let ends_with_grid = matches!(parts.media[id].sigma_t, VolumeTexture::Grid(_));
@@ -283,7 +287,7 @@ fn grid_range(parts: &Parts, id: MediumId, grid: &VolumeGrid) -> Option<[DVec3; 
     is_filled(id, grid.to_world(), range, &bodies).then_some(range)
 }
 
-/// Returns whether all of a box, given in a grid's coordinates, is in one medium.
+/// True if all of a box, given in a grid's coordinates, is in one medium.
 fn is_filled(id: MediumId, to_world: DAffine3, [min, max]: [DVec3; 2], bodies: &[Body]) -> bool {
     let corners = Aabb::new(min, max).corners();
     let filled = Body::of_box(corners.map(|p| to_world.transform_point3(p)));
@@ -309,8 +313,8 @@ fn is_filled(id: MediumId, to_world: DAffine3, [min, max]: [DVec3; 2], bodies: &
     innermost.map_or(id == AMBIENT, |body| body.medium == Some(id))
 }
 
-/// Integral over a box in the coordinates of grids of the same place, cell by cell by Gauss's rule, which is exact for products of
-/// three linear functions.
+/// Integrates over a box in the coordinates of coincident grids, cell by cell with Gauss's rule,
+/// which is exact for products of three linear functions.
 fn sum_of_cells(medium: &Medium, grids: &[&VolumeGrid], [min, max]: [DVec3; 2]) -> Spectrum {
     let linear = grids.iter().filter(|g| g.filter() == GridFilter::Trilinear);
     let offsets: &[f64] = match linear.count() {
@@ -335,7 +339,7 @@ fn sum_of_cells(medium: &Medium, grids: &[&VolumeGrid], [min, max]: [DVec3; 2]) 
     sum * to_world.matrix3.determinant().abs()
 }
 
-/// Ends of the intervals along an axis in which all grids are linear, within a range.
+/// Returns the ends of the intervals along an axis in which all grids are linear, within a range.
 fn edges(grids: &[&VolumeGrid], axis: usize, [min, max]: [f64; 2]) -> Vec<f64> {
     let ends = grids.iter().flat_map(|g| g.intervals(axis));
     let inner = ends.flat_map(|i| i.edges).filter(|u| *u > min && *u < max);
@@ -345,7 +349,7 @@ fn edges(grids: &[&VolumeGrid], axis: usize, [min, max]: [f64; 2]) -> Vec<f64> {
     edges
 }
 
-/// Points and weights of Gauss's rule in each interval.
+/// Returns the points and weights of Gauss's rule in each interval.
 fn nodes(edges: &[f64], offsets: &[f64]) -> Vec<(f64, f64)> {
     let intervals = edges.windows(2).flat_map(|pair| {
         let (middle, half) = (0.5 * (pair[0] + pair[1]), 0.5 * (pair[1] - pair[0]));

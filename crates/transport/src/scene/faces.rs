@@ -1,9 +1,10 @@
-//! Emitters and sensors exactly on a face: on which side of it they are.
+//! Emitters and sensors exactly on a face, and the side of the face on which they act.
 //!
-//! An emitter or sensor that looks in some directions only is outside of the body whose face it is, so that it acts as in the limit from outside:
-//! its light passes the face. On a face between two bodies of which neither holds the other, and on a sheet that lets light pass, it
-//! is behind the face as it looks; on an opaque sheet before it. A point that radiates in all directions is on all sides: its light
-//! starts in the medium that lies in its direction.
+//! A directed emitter or sensor on a face of a body lies outside the body, as in the limit from
+//! outside: its light passes the face. On a face between two bodies, neither of which contains the
+//! other, and on a sheet that transmits light, it lies behind the face with respect to its
+//! direction. On an opaque sheet it lies in front. A point that radiates in all directions lies on
+//! all sides: its light starts in the medium in its direction.
 
 use super::Scene;
 use super::coincident::{LAYER, TOUCH};
@@ -19,15 +20,16 @@ use smallvec::SmallVec;
 use std::cmp::Ordering;
 use std::sync::Arc;
 
-/// Faces whose normals make an angle with a smaller sine count as one.
+/// Sine of the angle between normals below which faces count as one.
 const SINE: f64 = 0.05;
-/// Points of an aperture at which faces are looked for, besides its centre.
+/// Number of points of an aperture at which faces are searched for, besides its centre.
 const APERTURE_POINTS: usize = 64;
-/// Most surfaces that are looked at in one direction from a point.
+/// Largest number of surfaces that are tested in one direction from a point.
 const MOST_SURFACES: usize = 4;
 
 impl Scene {
-    /// The start of a ray from a point in a unit direction: off the faces on which the point lies, on the side on which a camera would be.
+    /// Returns the start of a ray from a point in a unit direction. The start is moved off the
+    /// faces at the point, to the side on which a camera would lie.
     pub(crate) fn off_faces(&self, x: DVec3, direction: DVec3) -> DVec3 {
         let faces = Faces {
             containment: self.containment(),
@@ -39,13 +41,14 @@ impl Scene {
     }
 }
 
-/// Distance from faces, on which at most so many sheets lie on one another, to which emitters and sensors are moved: beyond all of
-/// these sheets.
+/// Returns the distance from faces to which emitters and sensors are moved. At most `layers` sheets
+/// lie on one another on a face; the distance lies beyond all of them.
 pub(super) fn distance(epsilon: f64, layers: usize) -> f64 {
     (layers as f64 + 1.5) * LAYER * epsilon
 }
 
-/// Moves emitters and the sensor by a distance to their sides of the faces on which they lie. `index` holds all objects.
+/// Moves emitters and the sensor by a distance to their sides of the faces on which they lie.
+/// `index` holds all objects.
 pub(super) fn settle(
     parts: &mut Parts,
     index: &Index,
@@ -68,7 +71,7 @@ pub(super) fn settle(
     parts.sensor = sensor;
 }
 
-/// The faces of a scene.
+/// Search for the faces at a point.
 struct Faces<'a> {
     containment: Containment<'a>,
     index: &'a Index,
@@ -82,7 +85,7 @@ struct Faces<'a> {
 struct Corner {
     /// Unit normals, linearly independent.
     normals: SmallVec<[DVec3; 3]>,
-    /// Numbers of the objects.
+    /// Indices of the objects.
     objects: SmallVec<[usize; 4]>,
 }
 
@@ -95,7 +98,7 @@ impl Faces<'_> {
             } => match self.corner(*position) {
                 None => emitter.clone(),
                 Some(corner) => {
-                    // Within what lies on the face of a body; a sheet itself may be moved.
+                    // Stay below sheets on the face of a body; a sheet itself may be moved.
                     let is_body = |i: &usize| self.object(*i).sides.is_some();
                     let distance = if corner.objects.iter().any(is_body) {
                         TOUCH * self.epsilon
@@ -138,7 +141,8 @@ impl Faces<'_> {
         }
     }
 
-    /// Displacement of an emitter or sensor that looks along a unit `axis`, if one of its points lies on a face.
+    /// Returns the displacement of an emitter or sensor along a unit `axis`, if one of its points
+    /// lies on a face.
     fn shift(&self, points: impl IntoIterator<Item = DVec3>, axis: DVec3) -> Option<DVec3> {
         points.into_iter().find_map(|x| {
             let corner = self.corner(x)?;
@@ -148,7 +152,8 @@ impl Faces<'_> {
             } else {
                 1.0
             };
-            // Outside of what is opaque, then in the fewest bodies, then behind the face.
+            // Prefer sides outside opaque bodies, then sides in fewer bodies, then the side behind
+            // the face.
             let better = |a: &DVec3, b: &DVec3| -> Ordering {
                 let [p, q] = [*a, *b].map(|m| x + m * (TOUCH * self.epsilon));
                 let filled = |p| corner.objects.iter().any(|i| fills(self.object(*i), p));
@@ -169,7 +174,7 @@ impl Faces<'_> {
         &self.containment.objects[i]
     }
 
-    /// The faces on which a point lies; `None` if there are none.
+    /// Returns the faces on which a point lies; `None` if there are none.
     fn corner(&self, x: DVec3) -> Option<Corner> {
         let mut corner = Corner {
             normals: SmallVec::new(),
@@ -209,8 +214,8 @@ impl Corner {
         }
     }
 
-    /// Vectors to all sides of the faces, each with a component of ±1 along every normal; bit k of the number of a side is set where
-    /// that along normal k is positive.
+    /// Returns vectors to all sides of the faces, each with a component of ±1 along every normal.
+    /// Bit k of the number of a side is set if the component along normal k is positive.
     fn sides(&self) -> impl Iterator<Item = DVec3> {
         let (a, b, c) = match self.normals[..] {
             [] => (DVec3::X, DVec3::Y, DVec3::Z),
@@ -234,12 +239,12 @@ impl Corner {
     }
 }
 
-/// Returns whether an object is opaque and does not separate media.
+/// True if an object is opaque and does not separate media.
 fn blocks(object: &Object) -> bool {
     object.sides.is_none() && object.bsdf.is_opaque()
 }
 
-/// Returns whether an opaque object fills the place at a point.
+/// True if an opaque object contains a point.
 fn fills(object: &Object, x: DVec3) -> bool {
     object.bsdf.is_opaque() && object.shape.is_closed() && object.shape.contains(x)
 }

@@ -1,4 +1,5 @@
-//! Surfaces and where they are: what scenes have in common that differ in spectra, indices or the instant only.
+//! Surfaces prepared for queries. Scenes share them if they differ only in spectra, indices or the
+//! instant.
 
 use super::clearance::Clearance;
 use super::coincident;
@@ -14,36 +15,38 @@ use crate::volume::LabelGrid;
 use eikonal::Aabb;
 use std::sync::Arc;
 
-/// The surfaces of a scene, prepared for questions about rays and places.
+/// The surfaces of a scene, prepared for queries about rays and positions.
 #[derive(Debug)]
 pub(super) struct Geometry {
     /// All surfaces.
     pub all: Arc<Index>,
-    /// Surfaces that rays pass on a deterministic way.
+    /// Surfaces that rays cross deterministically.
     pub interfaces: Arc<Index>,
-    /// Surfaces within media that let a part of the light pass straight on.
+    /// Surfaces within media that transmit a part of the light straight on.
     pub partial: Arc<Index>,
     /// Surfaces that end every ray, or scatter it.
     pub blockers: Arc<Index>,
-    /// Closed objects, by their place.
+    /// Closed objects, with look-up by position.
     pub bodies: Bodies,
-    /// Objects that touch, overlap or hold others: what lies beside their surfaces varies.
+    /// True for objects that touch, overlap or contain others: the medium beside their surfaces
+    /// varies.
     pub overlapping: Vec<bool>,
     /// Distance from faces to which emitters and sensors on them are moved.
     pub face_distance: f64,
-    /// Sheets that were moved off the surfaces with which they coincided, with their shapes before.
+    /// Sheets that were moved off the surfaces with which they coincided, with their shapes before
+    /// the move.
     moved: Vec<(usize, Shape)>,
-    /// Numbers of the matter in voxels, of all scenes with this geometry.
+    /// Grids of the matter indices in voxels, of all scenes with this geometry.
     pub matter_grids: Distinct<LabelGrid>,
-    /// Numbers of the matter through which walks go from voxel to voxel, likewise.
+    /// Matter indices for walks from voxel to voxel, of all scenes with this geometry.
     pub walk_grids: Distinct<Vec<u8>>,
-    /// Distances from surfaces, by the box over which they are known.
+    /// Bounds of distances to surfaces, by the box over which they are known.
     clearances: Shared<[u64; 6], Clearance>,
 }
 
 impl Geometry {
-    /// Moves sheets, emitters and the sensor off the surfaces with which they coincide, and prepares all surfaces; `None` once `stop` is
-    /// raised.
+    /// Moves sheets, emitters and the sensor off the surfaces with which they coincide, and
+    /// prepares all surfaces. Returns `None` once `stop` is raised.
     pub(super) fn new(parts: &mut Parts, stop: &Stop) -> Option<Self> {
         let goes_on = || (!stop.is_raised()).then_some(());
         let around = surroundings(parts);
@@ -54,7 +57,7 @@ impl Geometry {
         let face_distance = faces::distance(epsilon, separation.layers);
         let given = Arc::new(Index::new(&parts.objects, |_| true));
         faces::settle(parts, &given, &bodies, epsilon, face_distance);
-        // Sheets that are moved hold no medium, and are moved by less than the margin of boxes.
+        // Moved sheets hold no medium, and move by less than the margin of boxes.
         let moved = separation.apply(parts);
         goes_on()?;
         let objects = &parts.objects;
@@ -86,8 +89,8 @@ impl Geometry {
         })
     }
 
-    /// Does the same for other parts, if their surfaces are where those of `own` are, the parts with this geometry; returns whether they
-    /// are.
+    /// Moves sheets, emitters and the sensor of `other` if its surfaces equal the surfaces of `own`,
+    /// the parts with this geometry. Returns true if the surfaces are equal.
     pub(super) fn place(&self, own: &Parts, other: &mut Parts) -> bool {
         // Planted error "scenes that share the geometry of others that differ", found by morgana-transport/lib::scene::geometry::tests::scenes_share_their_geometry_while_it_is_the_same:
         // if self.is_of(own, other) && false {
@@ -107,7 +110,8 @@ impl Geometry {
         true
     }
 
-    /// Distances from the surfaces of parts with this geometry, over a box in which it pays to know them.
+    /// Returns bounds of the distances to the surfaces of parts with this geometry, over a box in
+    /// which they save time.
     pub(super) fn clearance(&self, parts: &Parts, within: &Aabb) -> Arc<Clearance> {
         let [a, b] = [within.min, within.max].map(|p| p.to_array().map(f64::to_bits));
         let key = [a[0], a[1], a[2], b[0], b[1], b[2]];
@@ -133,7 +137,7 @@ impl Geometry {
     }
 }
 
-/// Returns whether two objects act alike on rays, wherever they are.
+/// True if two objects act on rays in the same way, apart from their shapes.
 fn is_alike(a: &Object, b: &Object) -> bool {
     let kind = |o: &Object| {
         (
@@ -162,7 +166,8 @@ mod tests {
     use eikonal::field::{Acoustic, AcousticMode, Constant};
     use glam::{DAffine3, DVec3};
 
-    /// A cube of sound with a null sheet on its top face and a mesh aside, under a sky.
+    /// Makes a cube of sound with a null sheet on its top face and a separate mesh, under an
+    /// environment.
     fn parts() -> Parts {
         let object = |name: &str, shape: Shape, sides| Object {
             name: name.into(),
@@ -215,8 +220,9 @@ mod tests {
         Scene::over_period(parts, 1, Some(other), &Stop::default()).unwrap()
     }
 
-    /// Instants, and scenes of other spectra, have one geometry in memory, with sheets where they were moved to; scenes with another
-    /// surface, or one that acts differently, have their own, which is that of a scene alone.
+    /// Instants, and scenes with other spectra, share one geometry in memory, with moved sheets.
+    /// Scenes with another surface, or with a surface that acts differently, have a separate
+    /// geometry, equal to the geometry of a scene built alone.
     #[test]
     fn scenes_share_their_geometry_while_it_is_the_same() {
         let given = parts();
@@ -251,7 +257,7 @@ mod tests {
         }
     }
 
-    /// Two media in the voxels of a grid, whose faces refract light, and nothing else.
+    /// Makes two media in the voxels of a grid, with faces that refract light, and nothing else.
     fn labelled(grid: &Arc<LabelGrid>, faces: &[Shape], extinction: f64) -> Parts {
         let object = |shape: &Shape, interior| Object {
             name: "face".into(),
@@ -279,8 +285,8 @@ mod tests {
         parts
     }
 
-    /// Scenes whose voxels are one grid in memory share their geometry and the numbers of matter in voxels, unless the voxels have other
-    /// media or faces.
+    /// Scenes whose voxels are one grid in memory share their geometry and the matter indices in
+    /// voxels, unless the voxels have other media or faces.
     #[test]
     fn scenes_share_labels() {
         let labels = vec![1, 2, 0, 1, 1, 2, 0, 1];

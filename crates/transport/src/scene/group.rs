@@ -1,11 +1,11 @@
 //! Emitters of one class, and the choice of one of them.
 //!
-//! A connection takes an emitter in proportion to a guess of what it brings: its intensity over the square of
-//! its distance, with the cosine or the phase function along the chord. Where there are many, a tree of balls
-//! around them is descended, each branch being weighed as one light (after A. Conty Estevez and C. Kulla,
-//! "Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018), so that the cost grows as the
-//! logarithm of their number. A guess knows nothing of what is in the way, nor of bent rays: a share of the
-//! choices is left to chance.
+//! A connection chooses an emitter in proportion to an estimate of its contribution: its intensity
+//! over the square of its distance, times the cosine or the phase function along the chord. For
+//! many emitters, the choice descends a tree of balls around them and weighs each branch as one
+//! light (after A. Conty Estevez and C. Kulla, "Importance Sampling of Many Lights with Adaptive
+//! Tree Splitting", 2018). The cost then grows as the logarithm of the number of emitters.
+//! Estimates ignore occlusion and ray bending; therefore a fraction of the choices is uniform.
 //!
 //! Theory: docs/theory.md#choice-of-emitter.
 
@@ -15,16 +15,16 @@ use eikonal::Aabb;
 use glam::DVec3;
 use std::ops::Range;
 
-/// Share of the choices that is left to chance.
+/// Fraction of uniform choices.
 pub(super) const FLOOR: f64 = 0.1;
-/// Most emitters that are weighed one by one.
+/// Largest number of emitters that are weighed one by one.
 const BUCKET: usize = 8;
-/// Some emitters, taken together.
+/// A node of the tree: some emitters, weighed together.
 #[derive(Clone, Debug)]
 struct Node {
     content: Content,
     parent: usize,
-    /// Around all that is near; emitters far away are weighed one by one.
+    /// Ball around all near emitters; `None` for distant emitters, which are weighed one by one.
     ball: Option<(DVec3, f64)>,
     strength: f64,
 }
@@ -32,7 +32,7 @@ struct Node {
 #[derive(Clone, Debug)]
 enum Content {
     Inner([usize; 2]),
-    /// A range of a group's members.
+    /// Range of a group's members.
     Leaf(Range<usize>),
 }
 
@@ -41,14 +41,14 @@ enum Content {
 pub(super) struct Member {
     pub emitter: usize,
     bounds: LightBounds,
-    /// The node that holds it.
+    /// Node that holds the emitter.
     leaf: usize,
 }
 
 /// The emitters of one class.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Group {
-    /// In the order of the leaves.
+    /// Members in the order of the leaves.
     pub members: Vec<Member>,
     nodes: Vec<Node>,
 }
@@ -71,7 +71,7 @@ impl Group {
         group
     }
 
-    /// An empty node.
+    /// Adds an empty node.
     fn push(&mut self, parent: usize, ball: Option<(DVec3, f64)>, strength: f64) -> usize {
         self.nodes.push(Node {
             content: Content::Leaf(0..0),
@@ -101,7 +101,7 @@ impl Group {
         leaf
     }
 
-    /// A tree over lights, halved along the longest side of the box around their centres.
+    /// Adds a tree over lights, halved along the longest side of the box around their centres.
     fn branch(&mut self, mut lights: Vec<(usize, LightBounds)>, parent: usize) -> usize {
         let centers = lights.iter().map(|(_, l)| l.center);
         let all = centers.fold(Aabb::EMPTY, Aabb::include);
@@ -124,7 +124,7 @@ impl Group {
     }
 }
 
-/// A group as a receiver sees it.
+/// A group with the receiver of its light.
 pub(super) struct Seen<'a> {
     pub group: &'a Group,
     pub emitters: &'a [Emitter],
@@ -132,7 +132,7 @@ pub(super) struct Seen<'a> {
 }
 
 impl Seen<'_> {
-    /// The emitter that a uniform number chooses, and the probability of the choice.
+    /// Returns the emitter that a uniform number chooses, and the probability of the choice.
     pub(super) fn choose(&self, u: f64) -> (usize, f64) {
         let members = &self.group.members;
         if let [only] = &members[..] {
@@ -147,7 +147,7 @@ impl Seen<'_> {
         (members[member].emitter, self.probability(member))
     }
 
-    /// The probability with which [`Seen::choose`] chooses a member.
+    /// Returns the probability with which [`Seen::choose`] chooses a member.
     pub(super) fn probability(&self, member: usize) -> f64 {
         match self.group.members.len() {
             1 => 1.0,
@@ -174,13 +174,13 @@ impl Seen<'_> {
         }
     }
 
-    /// Probability of going on to the first of two nodes.
+    /// Returns the probability of choosing the first of two nodes.
     fn first(&self, children: &[usize; 2]) -> f64 {
         let [a, b] = children.map(|c| self.weight(c));
         if a + b > 0.0 { a / (a + b) } else { 0.5 }
     }
 
-    /// Chooses a member by guesses.
+    /// Chooses a member by estimates.
     fn descend(&self, mut u: f64) -> usize {
         let mut at = 0;
         loop {
@@ -203,7 +203,7 @@ impl Seen<'_> {
         }
     }
 
-    /// Probability with which [`Seen::descend`] chooses a member.
+    /// Returns the probability with which [`Seen::descend`] chooses a member.
     fn of_descent(&self, member: usize) -> f64 {
         let nodes = &self.group.nodes;
         let mut at = self.group.members[member].leaf;
@@ -237,7 +237,7 @@ mod tests {
     use crate::emitter::Surroundings;
     use crate::phase::Phase;
 
-    /// Some 60 points in a row and a sun: a tree, and a leaf of what is far away.
+    /// Makes 60 points in a row and a sun, for a tree and a leaf of distant emitters.
     fn emitters() -> Vec<Emitter> {
         let point = |i: usize| Emitter::Point {
             position: DVec3::new(i as f64 * 0.3 - 9.0, 2.0, 0.1),
@@ -259,8 +259,9 @@ mod tests {
         Group::new(emitters.iter().enumerate().map(bounded).collect())
     }
 
-    /// Evenly spread numbers choose every emitter as often as its probability says, and probabilities add up to
-    /// one. Choices are intervals of numbers, of which a tree cuts each into two or so: round-off is 1e-3.
+    /// Evenly spread numbers choose every emitter with its probability, and probabilities sum to
+    /// one. Choices are intervals of numbers, and a tree cuts each interval into about two; the
+    /// round-off is 1e-3.
     #[test]
     fn choices_have_their_probabilities() {
         let (emitters, phase) = (emitters(), Phase::henyey_greenstein(0.8).unwrap());
@@ -306,7 +307,7 @@ mod tests {
         }
     }
 
-    /// What is near, bright or in front is chosen more often.
+    /// Near and bright emitters, and emitters in front of the surface, are chosen more often.
     #[test]
     fn guesses_know_distances_and_cosines() {
         let emitters = emitters();
@@ -325,7 +326,7 @@ mod tests {
             let place = group.members.iter().position(|m| m.emitter == emitter);
             seen.probability(place.unwrap())
         };
-        // 10 is behind, 31 at the left edge of what is in front, 59 far away.
+        // Emitter 10 is behind, 31 is at the left edge of the front side, and 59 is far away.
         assert!(of(10) < 0.01 && of(59) < 0.01, "{} {}", of(10), of(59));
         assert!((31..37).map(of).sum::<f64>() > 0.4);
     }

@@ -1,4 +1,4 @@
-//! Which objects a ray meets.
+//! Search for the objects that a ray meets.
 
 use super::containment::by_size;
 use super::parts::Object;
@@ -9,8 +9,9 @@ use eikonal::ray::Arc;
 use glam::DVec3;
 use std::cmp::Ordering;
 
-/// The order in which coincident surfaces act: what lets no light through comes before what scatters it, this before smooth dielectrics,
-/// and these before null surfaces, which only declare a boundary; then [by size](by_size).
+/// Orders coincident surfaces by the order in which they act. Opaque surfaces come first, then
+/// scattering surfaces, smooth dielectrics, and null surfaces, which only declare a boundary.
+/// Within a kind, emitters come first; then the order is [by size](by_size).
 pub(super) fn precedence([a, b]: [&Object; 2], [box_a, box_b]: [&Aabb; 2]) -> Ordering {
     let by_class = class(a).cmp(&class(b));
     by_class
@@ -18,7 +19,7 @@ pub(super) fn precedence([a, b]: [&Object; 2], [box_a, box_b]: [&Aabb; 2]) -> Or
         .then_with(|| by_size((box_a, &a.name), (box_b, &b.name)))
 }
 
-/// The place of an object's kind in the order of [`precedence`].
+/// Returns the position of an object's kind in the order of [`precedence`].
 pub(super) fn class(object: &Object) -> u8 {
     match &object.bsdf {
         Bsdf::Null => 3,
@@ -27,7 +28,7 @@ pub(super) fn class(object: &Object) -> u8 {
     }
 }
 
-/// Sorts objects, given by their numbers, by [`precedence`].
+/// Sorts objects, given by their indices, by [`precedence`].
 pub(super) fn sort_by_precedence(numbers: &mut [usize], objects: &[Object]) {
     let boxes: Vec<Aabb> = objects.iter().map(|o| o.shape.aabb()).collect();
     // Planted error "coincident surfaces in the order of the list", found by morgana-io/io::placement::the_order_of_coincident_objects_does_not_matter:
@@ -35,12 +36,12 @@ pub(super) fn sort_by_precedence(numbers: &mut [usize], objects: &[Object]) {
     numbers.sort_by(|&a, &b| precedence([&objects[a], &objects[b]], [&boxes[a], &boxes[b]]));
 }
 
-/// Some of the objects, for intersection tests.
+/// A selection of objects, for intersection tests.
 #[derive(Debug)]
 pub(super) struct Index {
-    /// Numbers of the objects; of coincident surfaces the first one is met.
+    /// Indices of the objects; rays meet the first of coincident surfaces.
     pub objects: Vec<usize>,
-    /// Where each object is in the list.
+    /// Position of each object in the list.
     places: Vec<Option<usize>>,
     pub shapes: Vec<Shape>,
     pub accel: Accel,
@@ -63,7 +64,8 @@ impl Index {
         }
     }
 
-    /// A surface within `distance` of a point along a unit `normal`, and its normal there; not that of `except`.
+    /// Returns a surface within `distance` of a point along a unit `normal`, and its normal there;
+    /// skips `except`.
     pub(super) fn touching(
         &self,
         x: DVec3,
@@ -76,7 +78,8 @@ impl Index {
         Some((self.objects[i], self.shapes[i].hit(&meeting).normal))
     }
 
-    /// The surfaces within `distance` of a point along a unit `direction`, each with its normal there.
+    /// Returns the surfaces within `distance` of a point along a unit `direction`, each with its
+    /// normal there.
     pub(super) fn within(
         &self,
         x: DVec3,
@@ -100,7 +103,7 @@ impl Index {
             .first(&self.shapes, arc, [from, 1.0], [except, None])
     }
 
-    /// The place of an object in the list, if it is there.
+    /// Returns the position of an object in the list, if it is there.
     pub(super) fn place(&self, object: Option<usize>) -> Option<usize> {
         self.places[object?]
     }

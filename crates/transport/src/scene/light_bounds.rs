@@ -1,4 +1,4 @@
-//! Guesses of what an emitter brings to a place where light is received (docs/theory.md#choice-of-emitter).
+//! Estimates of the light of an emitter at a receiver (docs/theory.md#choice-of-emitter).
 
 use super::parts::Object;
 use crate::connection_end::ConnectionEnd;
@@ -8,13 +8,13 @@ use crate::shape::Shape;
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// Points closer than this, relative to the size of the scene, count as this far apart.
+/// Smallest distance in estimates, relative to the radius of the scene.
 const CLOSEST: f64 = 1e-6;
 
-/// Where light is received: what a guess must know of it.
+/// A receiver of light, with the data that estimates need.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Receiver<'a> {
-    /// A point of a medium, through which light scatters into the direction against which the path came.
+    /// A point of a medium that scatters light towards the previous vertex of the path.
     Volume {
         x: DVec3,
         direction: DVec3,
@@ -26,19 +26,19 @@ pub(crate) enum Receiver<'a> {
         normal: DVec3,
         opaque: bool,
     },
-    /// All along an edge.
+    /// A straight line along an edge.
     Segment { from: DVec3, to: DVec3 },
 }
 
 impl Receiver<'_> {
-    /// What is received from a light of unit intensity, somewhere in a ball.
+    /// Returns the response to a light of unit intensity, somewhere in a ball.
     pub(super) fn near(&self, center: DVec3, radius: f64) -> f64 {
         let Receiver::Segment { from, to } = *self else {
             let chord = center - self.position();
             let distance = chord.length().max(radius);
             return self.response(chord / distance, radius / distance) / (distance * distance);
         };
-        // ∫ ds/r² along the segment.
+        // Compute ∫ ds/r² along the segment.
         let length = from.distance(to);
         let along = (center - from).dot((to - from) / length);
         let off = (center - from).length_squared() - along * along;
@@ -46,8 +46,8 @@ impl Receiver<'_> {
         (((length - along) / off).atan() + (along / off).atan()) / off
     }
 
-    /// The scattering function, cosine included, about as large as it is towards a disc of some radius at
-    /// unit distance in a unit direction.
+    /// Returns approximately the scattering function, including the cosine, towards a disc of some
+    /// radius at unit distance in a unit direction.
     fn response(&self, direction: DVec3, radius: f64) -> f64 {
         match self {
             Receiver::Volume {
@@ -75,28 +75,28 @@ impl Receiver<'_> {
     }
 }
 
-/// What a guess must know of an emitter: where it is, how large and how bright, and where it shines.
+/// Data of an emitter that estimates need: position, size, strength and directions.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LightBounds {
     pub center: DVec3,
     pub radius: f64,
-    /// Mean intensity, or irradiance of light from afar.
+    /// Mean intensity, or irradiance of distant light.
     pub strength: f64,
     facing: Facing,
 }
 
-/// Where an emitter shines.
+/// Directions in which an emitter radiates.
 #[derive(Clone, Copy, Debug)]
 enum Facing {
-    /// All around.
+    /// Radiation in all directions.
     Everywhere,
-    /// To one side of a flat surface.
+    /// Radiation to one side of a flat surface.
     Side(DVec3),
-    /// As its intensity says.
+    /// Radiation given by the emitter's intensity.
     Point,
-    /// Along a beam.
+    /// Radiation along a beam.
     Beam(DVec3),
-    /// From afar, along a direction or from everywhere.
+    /// Radiation from infinity, along a direction or from all directions.
     Afar(Option<DVec3>),
 }
 
@@ -155,7 +155,7 @@ impl LightBounds {
         }
     }
 
-    /// A guess of what a receiver gets.
+    /// Estimates the light of an emitter at a receiver.
     pub(super) fn guess(&self, emitter: &Emitter, receiver: &Receiver) -> f64 {
         let (center, radius) = (self.center, self.radius);
         let near = || receiver.near(center, radius);
@@ -178,7 +178,7 @@ impl LightBounds {
                 strength * near()
             }
             Facing::Beam(direction) => {
-                // Beams may bend: they fade gently to the sides.
+                // Let beams fade gradually to the sides, because they may bend.
                 let chord = receiver.position() - center;
                 let off = chord.reject_from_normalized(direction).length_squared();
                 self.strength * receiver.response(-direction, 0.0) / (off + radius * radius)
@@ -193,7 +193,7 @@ impl LightBounds {
     }
 }
 
-/// The bounds of a light of some power on a shape.
+/// Returns the bounds of a light of some power on a shape.
 fn surface(
     shape: &Shape,
     power: f64,

@@ -1,4 +1,4 @@
-//! Which emitters connections are made to, and light subpaths start from.
+//! Choice of the emitters to which connections lead, and from which light subpaths start.
 
 use super::group::{FLOOR, Group, Seen};
 use super::light_bounds::{LightBounds, Receiver};
@@ -6,16 +6,16 @@ use super::parts::Parts;
 use crate::emitter::{Class, Emitter, Surroundings};
 use crate::sampling::Discrete;
 
-/// How emitters are chosen.
+/// Distributions for the choice of emitters.
 #[derive(Clone, Debug)]
 pub(super) struct Lights {
-    /// In the order of [`Class::ALL`].
+    /// Groups of emitters, in the order of [`Class::ALL`].
     groups: [Group; Class::ALL.len()],
-    /// Whether some emitter of the class is an image, in the order of [`Class::ALL`].
+    /// True if some emitter of the class is an image, in the order of [`Class::ALL`].
     images: [bool; Class::ALL.len()],
-    /// For each emitter, its place in its group.
+    /// Position of each emitter in its group.
     places: Vec<usize>,
-    /// Where light subpaths start.
+    /// Distribution of the emitters from which light subpaths start.
     sources: Option<Discrete>,
 }
 
@@ -47,18 +47,19 @@ impl Lights {
         }
     }
 
-    /// Classes that have emitters.
+    /// Returns the classes that have emitters.
     pub(crate) fn classes(&self) -> impl Iterator<Item = Class> + '_ {
         let present = |class: &Class| !self.groups[*class as usize].members.is_empty();
         Class::ALL.into_iter().filter(present)
     }
 
-    /// Whether some emitter of a class is an image.
+    /// True if some emitter of a class is an image.
     pub(super) fn has_image(&self, class: Class) -> bool {
         self.images[class as usize]
     }
 
-    /// An emitter of a class that has some, and the probability of the choice.
+    /// Chooses an emitter of a class that has some. Returns the emitter and the probability of the
+    /// choice.
     pub(super) fn choose(
         &self,
         class: Class,
@@ -75,7 +76,7 @@ impl Lights {
         .choose(u)
     }
 
-    /// The probability with which [`Lights::choose`] chooses an emitter of its class.
+    /// Returns the probability with which [`Lights::choose`] chooses an emitter within its class.
     pub(super) fn probability(
         &self,
         emitter: usize,
@@ -91,13 +92,14 @@ impl Lights {
         .probability(self.places[emitter])
     }
 
-    /// How light subpaths choose the emitter to start from.
+    /// Returns the distribution of the emitters from which light subpaths start.
     pub(super) fn sources(&self) -> Option<&Discrete> {
         self.sources.as_ref()
     }
 }
 
-/// Emitters by their powers, with a share left to chance: what counts may be but a part of the scene.
+/// Weights emitters by their powers, with a uniform fraction, because only a part of the scene may
+/// matter.
 fn sources(parts: &Parts, around: &Surroundings) -> Option<Discrete> {
     let shape = |object: usize| &parts.objects[object].shape;
     let emitters = parts.emitters.iter();

@@ -1,17 +1,17 @@
-//! Names of checks that warn.
+//! Names of the checks that warn.
 
 use std::fmt;
 
-/// A check that warns of what may not be meant. Users silence warnings by the name of their check.
+/// A check that warns of unintended input. Users silence warnings by the name of the check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Lint {
     /// Name, such as `no_emitter`.
     pub name: &'static str,
-    /// What the check finds, in a line.
+    /// Description of the finding, in one line.
     pub help: &'static str,
 }
 
-/// The name.
+/// Displays the name.
 impl fmt::Display for Lint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name)

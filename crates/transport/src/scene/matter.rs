@@ -1,4 +1,4 @@
-//! Matter that is the same everywhere, and where it is: what flights from one collision to the next need to know
+//! Uniform matter and its extent, for flights from one collision to the next
 //! (docs/theory.md#free-flight).
 
 use super::Scene;
@@ -12,12 +12,12 @@ use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
 use std::sync::Arc;
 
-/// Cubes of voxels of one matter through which a way is followed.
+/// Largest number of cubes of voxels with one matter through which a line is followed.
 const MOST_STEPS: usize = 16;
-/// Stands for other media in voxels.
+/// Number that stands for other media in voxels.
 const OTHER: u8 = u8::MAX;
 
-/// Matter of one index and the same coefficients everywhere: a medium, or one of its labels.
+/// Matter with one index and uniform coefficients: a medium, or one label of a medium.
 #[derive(Clone, Debug)]
 pub struct Matter {
     /// Refractive index.
@@ -26,7 +26,7 @@ pub struct Matter {
     pub extinction: Spectrum,
     /// Absorption coefficient μ_a per unit length.
     pub absorption: Spectrum,
-    /// Albedo σ_s/σ_t; 1 where nothing is attenuated.
+    /// Albedo σ_s/σ_t; 1 without extinction.
     pub albedo: Spectrum,
     /// Phase function.
     pub phase: Phase,
@@ -35,34 +35,34 @@ pub struct Matter {
 /// A part of a straight line through one matter.
 #[derive(Clone, Copy, Debug)]
 pub struct Leg<'a> {
-    /// Its length.
+    /// Length of the part.
     pub length: f64,
-    /// What it passes through.
+    /// Matter along the part.
     pub matter: &'a Matter,
 }
 
 /// The parts of a straight line.
 pub type Legs<'a> = SmallVec<[Leg<'a>; 2]>;
 
-/// All matter of a scene.
+/// All uniform matter of a scene.
 #[derive(Clone, Debug)]
 pub(super) struct Matters {
     list: Vec<Matter>,
-    /// Where that of each medium is, if it is known.
+    /// Extent of each medium, if it is known.
     extents: Vec<Option<Extent>>,
 }
 
-/// Where the matter of a medium is.
+/// Extent of the matter of a medium.
 #[derive(Clone, Debug)]
 enum Extent {
-    /// It has only one.
+    /// A medium with a single matter.
     Everywhere(usize),
-    /// Voxels have the number of one.
+    /// Voxels that store the number of their matter.
     Voxels {
         grid: Arc<LabelGrid>,
-        /// For each number in a voxel the matter; `None` where that is of another medium.
+        /// Matter for each number in a voxel; `None` if the matter belongs to another medium.
         numbered: Vec<Option<usize>>,
-        /// The divided volume to whose voxels all of the medium belongs.
+        /// Divided volume whose voxels hold all of the medium.
         partition: Option<usize>,
     },
 }
@@ -82,7 +82,8 @@ impl Matter {
 }
 
 impl Matters {
-    /// All matter of a scene; `grids` holds the grids of all scenes with the same surfaces.
+    /// Lists all uniform matter of a scene. `grids` holds the grids of all scenes with the same
+    /// surfaces.
     pub(super) fn of(parts: &Parts, grids: &Distinct<LabelGrid>) -> Self {
         let mut matters = Matters {
             list: Vec::new(),
@@ -128,7 +129,7 @@ impl Matters {
         Some(Extent::Everywhere(first))
     }
 
-    /// Notes where the matter of all media of a divided volume is.
+    /// Records the extents of all media of a divided volume.
     fn divide(&mut self, parts: &Parts, number: usize, grid: &Arc<LabelGrid>) {
         let partition = &parts.partitions[number];
         let voxels = partition.voxels.iter();
@@ -144,7 +145,8 @@ impl Matters {
         }
     }
 
-    /// The matter in each voxel of a divided volume, if its voxels know and there are not too many.
+    /// Returns the matter in each voxel of a divided volume, if it is known and the numbers
+    /// suffice.
     fn voxels(&self, partition: &Partition) -> Option<LabelGrid> {
         let voxels = partition.voxels.as_ref()?;
         let parts = voxels.parts();
@@ -165,12 +167,13 @@ impl Matters {
         LabelGrid::new(parts.size(), numbers?, parts.to_world()).ok()
     }
 
-    /// A matter.
+    /// Returns a matter by number.
     pub(super) fn numbered(&self, number: usize) -> &Matter {
         &self.list[number]
     }
 
-    /// For each voxel of a divided volume the number of its matter, or one that no medium of the volume has; `None` if they are not known.
+    /// Returns for each voxel of a divided volume the number of its matter, or a number that no
+    /// medium of the volume has. Returns `None` if the numbers are unknown.
     pub(super) fn voxels_of(&self, number: usize) -> Option<&Arc<LabelGrid>> {
         self.extents
             .iter()
@@ -185,7 +188,7 @@ impl Matters {
             })
     }
 
-    /// The numbers of the matter of a medium.
+    /// Returns the numbers of the matter of a medium.
     pub(super) fn own(&self, medium: MediumId) -> Vec<usize> {
         match &self.extents[medium] {
             None => Vec::new(),
@@ -196,8 +199,9 @@ impl Matters {
 }
 
 impl Scene {
-    /// The legs of a straight line from `x`, which is in a medium, in a unit direction up to an optical depth in a channel, if it is known to
-    /// meet no surface; `None` if nothing is known, or there are many.
+    /// Returns the legs of a straight line from `x` in a unit direction, up to an optical depth in
+    /// a channel. The point `x` is in `medium`. Returns `None` if the line may meet a surface, if
+    /// the matter is unknown, or if there are too many legs.
     #[inline]
     pub(crate) fn free_legs(
         &self,
@@ -224,14 +228,15 @@ impl Scene {
             }
         };
         let length: f64 = legs.iter().map(|leg| leg.length).sum();
-        // Light that collides nowhere, or only far outside, leaves.
+        // Light without a collision within the scene leaves it.
         let ends = length < self.reach(x);
         (ends && self.is_free(medium, within, [x, direction], length)).then_some(legs)
     }
 }
 
-/// The legs of a straight line from `x` in a unit direction through voxels up to an optical depth in a channel; `None` if it leaves the known
-/// matter before, or has too many.
+/// Returns the legs of a straight line from `x` in a unit direction through voxels, up to an
+/// optical depth in a channel. Returns `None` if the line leaves the known matter before, or has
+/// too many legs.
 #[inline]
 fn legs<'a>(
     grid: &LabelGrid,

@@ -1,4 +1,4 @@
-//! The scene: immutable, and valid by construction.
+//! Scenes: immutable, and valid by construction.
 
 mod bending;
 mod bending_ball;
@@ -56,20 +56,22 @@ use matter::Matters;
 use std::sync::{Arc, OnceLock};
 use voxels::VoxelVolumes;
 
-/// How far off surfaces rays start, relative to the extent of the scene: thousands of times the round-off of positions.
+/// Distance by which rays start off surfaces, relative to the extent of the scene: thousands of
+/// times the round-off of positions.
 const RAY_EPSILON: f64 = 1e-12;
 
-/// Least radius of the ball around a scene, relative to the distance of its centre from the origin.
+/// Smallest radius of the ball around a scene, relative to the distance of its centre from the
+/// origin.
 const LEAST_RADIUS: f64 = 1e-3;
 
-/// What a panic says where scenes are asked for and there is none.
+/// Panic message for an empty list of scenes.
 pub(crate) const NO_SCENE: &str = "there must be a scene for each group of channels, at least one";
 
 /// A scene that can be rendered.
 #[derive(Debug)]
 pub struct Scene {
     parts: Parts,
-    /// Shared by scenes that have it in common.
+    /// Geometry shared by scenes with equal surfaces.
     geometry: Arc<Geometry>,
     regions: Vec<Region>,
     sensor_medium: MediumId,
@@ -77,13 +79,13 @@ pub struct Scene {
     around: Surroundings,
     /// See [`World::ray_epsilon`](eikonal::World::ray_epsilon).
     ray_epsilon: f64,
-    /// Whether nothing takes any light between surfaces.
+    /// True if no medium attenuates light.
     clear: bool,
-    /// How far surfaces are, once somebody asks.
+    /// Bounds of distances to surfaces, computed on first use.
     clearance: OnceLock<Arc<Clearance>>,
-    /// Matter that is the same everywhere, once somebody asks.
+    /// Uniform matter, computed on first use.
     matters: OnceLock<Matters>,
-    /// Volumes of voxels, once somebody asks.
+    /// Volumes of voxels, computed on first use.
     voxel_volumes: OnceLock<VoxelVolumes>,
     reach: Reach,
     bending: Bending,
@@ -91,24 +93,24 @@ pub struct Scene {
     point_like_emitters: Vec<DVec3>,
     /// Indices of the volumes that emit.
     volume_lights: Vec<usize>,
-    /// For each emitter that is a beam, where it goes.
+    /// Central rays of the emitters that are beams.
     guides: Vec<Option<Guide<MediumId>>>,
     warnings: Vec<SceneProblem>,
-    /// The scene at later instants of the sound's period.
+    /// Scenes at later instants of the sound's period.
     later: Vec<Scene>,
 }
 
 impl Scene {
-    /// Puts a scene together and checks it.
+    /// Builds a scene and checks it.
     ///
     /// # Errors
-    /// Everything that is wrong with it, errors first.
+    /// All problems, errors first.
     pub fn new(parts: Parts) -> Result<Self, Vec<SceneProblem>> {
         Self::unless_stopped(parts, None, &Stop::default())
     }
 
-    /// Does the same as [`Scene::new`] until `stop` is raised, and then returns no problem, but an error. The scene shares the geometry of
-    /// `alike` if its surfaces are the same.
+    /// Builds a scene like [`Scene::new`], but returns an error without problems once `stop` is
+    /// raised. The scene shares the geometry of `alike` if its surfaces are equal.
     fn unless_stopped(
         mut parts: Parts,
         alike: Option<&Scene>,
@@ -178,109 +180,110 @@ impl Scene {
         Ok(scene)
     }
 
-    /// What is doubtful about the scene.
+    /// Returns the warnings about the scene.
     pub fn warnings(&self) -> &[SceneProblem] {
         &self.warnings
     }
 
-    /// Objects.
+    /// Returns the objects.
     pub fn objects(&self) -> &[Object] {
         &self.parts.objects
     }
 
-    /// Media; the first is the ambient one.
+    /// Returns the media; the first is the ambient one.
     pub fn media(&self) -> &[Medium] {
         &self.parts.media
     }
 
-    /// A medium.
+    /// Returns a medium.
     pub fn medium(&self, id: MediumId) -> &Medium {
         &self.parts.media[id]
     }
 
-    /// Emitters.
+    /// Returns the emitters.
     pub fn emitters(&self) -> &[Emitter] {
         &self.parts.emitters
     }
 
-    /// What is known of the region that each medium fills; same order as [`Scene::media`].
+    /// Returns the region that each medium fills, in the order of [`Scene::media`].
     pub fn regions(&self) -> &[Region] {
         &self.regions
     }
 
-    /// Whether surfaces divide a volume into several media.
+    /// True if surfaces divide a volume into several media.
     pub(crate) fn is_divided(&self) -> bool {
         !self.parts.partitions.is_empty()
     }
 
-    /// Sensor.
+    /// Returns the sensor.
     pub fn sensor(&self) -> &Sensor {
         &self.parts.sensor
     }
 
-    /// The medium that the sensor is in.
+    /// Returns the medium that the sensor is in.
     pub fn sensor_medium(&self) -> MediumId {
         self.sensor_medium
     }
 
-    /// Film.
+    /// Returns the film.
     pub fn film(&self) -> &FilmSpec {
         &self.parts.film
     }
 
-    /// Tolerance of rays.
+    /// Returns the tolerance of rays.
     pub fn tolerance(&self) -> Tolerance {
         self.parts.tolerance
     }
 
-    /// A ball that contains every object, the sensor and all emitters at finite distance.
+    /// Returns a ball that contains every object, the sensor and all emitters at finite distance.
     pub fn around(&self) -> &Surroundings {
         &self.around
     }
 
-    /// How far, and through how many reflections, connections are looked for.
+    /// Returns the optical path length and the numbers of reflections up to which connections are
+    /// searched for.
     pub fn branch_reach(&self) -> &Reach {
         &self.reach
     }
 
-    /// Whether no ray is bent anywhere.
+    /// True if no ray bends anywhere.
     pub fn is_straight(&self) -> bool {
         self.bending == Bending::None
     }
 
-    /// Whether nothing takes any light between surfaces.
+    /// True if no medium attenuates light.
     pub(crate) fn is_clear(&self) -> bool {
         self.clear
     }
 
-    /// The smooth ball that is all that bends rays, if that is so.
+    /// Returns the ball that alone bends rays, if there is one.
     pub(crate) fn bending_ball(&self) -> Option<&BendingBall> {
         self.bending_ball.as_ref()
     }
 
-    /// Positions of point-like emitters, if anything scatters their light: near them its 1/r² fall-off
-    /// needs care.
+    /// Returns the positions of point-like emitters, if any medium scatters their light. Near them,
+    /// estimators must treat the 1/r² fall-off separately.
     pub(crate) fn point_like_emitters(&self) -> &[DVec3] {
         &self.point_like_emitters
     }
 
-    /// The ray from the centre of a beam, if the emitter is one.
+    /// Returns the ray from the centre of a beam, if the emitter is a beam.
     pub(crate) fn guide(&self, emitter: usize) -> Option<&Guide<MediumId>> {
         self.guides.get(emitter)?.as_ref()
     }
 
-    /// The index at a point of a medium.
+    /// Returns the index at a point of a medium.
     pub fn n(&self, medium: MediumId, x: DVec3) -> f64 {
         self.medium(medium).index.n(x)
     }
 
-    /// Whether paths that leave the scene find no light, and may be scattered before: see
-    /// [`FirstVertexTechniques`](crate::render::FirstVertexTechniques).
+    /// True if paths that leave the scene find no light, and some medium may scatter them before:
+    /// see [`FirstVertexTechniques`](crate::render::FirstVertexTechniques).
     pub fn is_dark(&self) -> bool {
         self.environments().next().is_none() && self.media().iter().any(Medium::scatters)
     }
 
-    /// Whether there are smooth dielectrics.
+    /// True if the scene has smooth dielectrics.
     pub(crate) fn has_dielectrics(&self) -> bool {
         self.objects()
             .iter()
@@ -288,12 +291,12 @@ impl Scene {
     }
 }
 
-/// The distance by which rays start off surfaces.
+/// Returns the distance by which rays start off surfaces.
 fn ray_epsilon(around: &Surroundings) -> f64 {
     RAY_EPSILON * (around.radius + around.center.length())
 }
 
-/// Gives fibres the cones that they have in the media in which they end.
+/// Sets the cones of fibres for the media in which the fibres end.
 fn settle_fibers(parts: &mut Parts, bodies: &Bodies) {
     let containment = Containment {
         objects: &parts.objects,
@@ -309,8 +312,9 @@ fn settle_fibers(parts: &mut Parts, bodies: &Bodies) {
     }
 }
 
-/// A ball around all that is at finite distance. What has no extent has a ball in proportion to its distance from the origin, or
-/// of radius 1 there: light does not depend on the unit of length.
+/// Returns a ball around everything at finite distance. If the scene has no extent, the radius is
+/// in proportion to the distance from the origin, or 1 at the origin. Light does not depend on the
+/// unit of length.
 fn surroundings(parts: &Parts) -> Surroundings {
     let shapes = parts.objects.iter().map(|o| o.shape.aabb());
     let points = parts.emitters.iter().filter_map(Emitter::position);

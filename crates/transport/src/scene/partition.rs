@@ -1,4 +1,4 @@
-//! Volumes that are divided into several media.
+//! Partitions: volumes that are divided into several media.
 
 use super::parts::{MediumId, Object, Partition};
 use crate::shape::{DIRECTIONS, FirstCrossing, Shape};
@@ -6,15 +6,17 @@ use eikonal::Aabb;
 use glam::DVec3;
 
 impl Partition {
-    /// Whether a straight line from a point of a medium, given with its unit direction, is known to meet none of its surfaces over a length;
-    /// `None` if only looking for them tells.
+    /// Returns true if a straight line in a medium, given by a point and a unit direction, is known
+    /// to meet none of the partition's surfaces over a length. Returns `None` if only a search for
+    /// surfaces can decide.
     #[inline]
     pub(super) fn is_free(&self, medium: MediumId, line: [DVec3; 2], length: f64) -> Option<bool> {
         let voxels = self.voxels.as_ref()?;
         Some(voxels.holds(medium, line, length))
     }
 
-    /// Returns whether it consists of the same objects and voxels as another one, the grid of voxels being one in memory.
+    /// True if both partitions consist of the same objects and voxels, with one grid of voxels in
+    /// memory.
     pub(super) fn is_same(&self, other: &Partition) -> bool {
         let voxels = match (&self.voxels, &other.voxels) {
             (None, None) => true,
@@ -24,14 +26,15 @@ impl Partition {
         voxels && (&self.objects, self.exterior) == (&other.objects, other.exterior)
     }
 
-    /// A box around it.
+    /// Returns a box around the partition.
     pub(super) fn aabb(&self, objects: &[Object]) -> Aabb {
         let surfaces = objects[self.objects.clone()].iter();
         surfaces.fold(Aabb::EMPTY, |b, o| b.union(o.shape.aabb()))
     }
 
-    /// Volume of a medium, or of all media except the one around, within the partition: counted in voxels, or from the surfaces by the
-    /// divergence theorem. `None` if surfaces are no meshes.
+    /// Returns the volume of a medium within the partition, or of all media except the exterior
+    /// one. Volumes are counted in voxels, or computed from the surfaces by the divergence theorem.
+    /// Returns `None` if a surface is not a mesh.
     pub(super) fn volume(&self, objects: &[Object], of: Option<MediumId>) -> Option<f64> {
         let counts = |medium: MediumId| medium != self.exterior && of.is_none_or(|of| of == medium);
         if let Some(voxels) = &self.voxels {
@@ -54,7 +57,8 @@ impl Partition {
         Some(volume)
     }
 
-    /// The medium at a point of the volume; `None` outside. Its voxels know, or the surface that is seen first in a direction.
+    /// Returns the medium at a point of the volume; `None` outside. The medium follows from the
+    /// voxels, or from the first surface in some direction.
     pub(super) fn medium_at(&self, objects: &[Object], x: DVec3) -> Option<MediumId> {
         if let Some(voxels) = &self.voxels {
             return voxels.at(x).filter(|medium| *medium != self.exterior);
@@ -73,7 +77,8 @@ impl Partition {
         medium.filter(|medium| *medium != self.exterior)
     }
 
-    /// The medium on this side of the first surface in a direction, if there is any.
+    /// Returns the medium on the near side of the first surface in a direction, if there is a
+    /// surface.
     fn seen(&self, objects: &[Object], x: DVec3, d: DVec3) -> Result<Option<MediumId>, Unclear> {
         let mut first = (f64::INFINITY, None);
         for object in objects {
@@ -102,5 +107,5 @@ impl Partition {
     }
 }
 
-/// A direction passes too close to an edge to say what is seen in it.
+/// Error of a direction that passes too close to an edge to decide.
 struct Unclear;

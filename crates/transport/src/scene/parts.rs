@@ -1,4 +1,4 @@
-//! What scenes are made of.
+//! Parts of scenes.
 
 use crate::bsdf::Bsdf;
 use crate::emitter::Emitter;
@@ -14,10 +14,10 @@ use std::sync::Arc;
 /// Index of a medium in [`Parts::media`].
 pub type MediumId = usize;
 
-/// The medium outside every shape that does not say otherwise.
+/// The medium outside every shape that names no other exterior.
 pub const AMBIENT: MediumId = 0;
 
-/// A shape with its surface properties and what lies on either side of it.
+/// A shape with its surface and the media on its two sides.
 #[derive(Clone, Debug)]
 pub struct Object {
     /// Name used in messages.
@@ -26,14 +26,15 @@ pub struct Object {
     pub shape: Shape,
     /// Surface scattering.
     pub bsdf: Bsdf,
-    /// What lies on either side; `None` if it is the same medium, whichever that is.
+    /// Media on the two sides; `None` if both sides are in one medium, whichever that is.
     pub sides: Option<Sides>,
-    /// Index of the emitter that covers it.
+    /// Index of the emitter that covers the surface.
     pub emitter: Option<usize>,
 }
 
 impl Object {
-    /// Whether rays go on in another medium on a deterministic way: connections go through such a surface.
+    /// True if rays continue deterministically beyond the surface, possibly in another medium.
+    /// Connections pass such surfaces.
     pub(crate) fn is_interface(&self) -> bool {
         match self.bsdf {
             Bsdf::Null | Bsdf::Dielectric(_) => true,
@@ -41,7 +42,7 @@ impl Object {
         }
     }
 
-    /// The medium inside, if the surface separates media.
+    /// Returns the medium inside, if the surface separates media.
     pub fn interior(&self) -> Option<MediumId> {
         self.sides.map(|s| s.interior)
     }
@@ -50,30 +51,31 @@ impl Object {
 /// The media on the two sides of a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sides {
-    /// Inside a closed shape, whichever way its normals point; behind the normal of an open one.
+    /// Medium inside a closed shape, whichever way its normals point, or behind the normal of an
+    /// open shape.
     pub interior: MediumId,
-    /// On the other side.
+    /// Medium on the other side.
     pub exterior: MediumId,
 }
 
-/// Surfaces that together divide a volume into media: the faces between voxels of different labels, or meshes. Each has one medium on
-/// either side, and where one ends others go on, so that no way leads around them.
+/// Surfaces that together divide a volume into media: the faces between voxels of different labels,
+/// or meshes. Each surface has one medium on either side. The surfaces join without gaps.
 #[derive(Clone, Debug)]
 pub struct Partition {
-    /// Its surfaces, as numbers of objects.
+    /// Surfaces of the partition, as a range of objects.
     pub objects: Range<usize>,
-    /// The medium around it.
+    /// Medium around the partition.
     pub exterior: MediumId,
-    /// Its voxels, if its surfaces are the faces between those of different media.
+    /// Voxels of the partition, if its surfaces are the faces between voxels of different media.
     pub voxels: Option<Arc<VoxelMedia>>,
 }
 
-/// Everything that a scene is made of.
+/// Everything that a scene consists of.
 #[derive(Clone, Debug)]
 pub struct Parts {
     /// Objects.
     pub objects: Vec<Object>,
-    /// Which objects together divide volumes into media.
+    /// Groups of objects that together divide volumes into media.
     pub partitions: Vec<Partition>,
     /// Media; the first is the ambient one, whose index must be constant.
     pub media: Vec<Medium>,
@@ -85,9 +87,10 @@ pub struct Parts {
     pub film: FilmSpec,
     /// Tolerance of rays.
     pub tolerance: Tolerance,
-    /// Connections are looked for through at most this many reflections at smooth dielectrics where
-    /// refraction is possible; total reflections are not counted.
+    /// Largest number of reflections at smooth dielectrics, where refraction is possible, through
+    /// which connections are searched for. Total reflections are not counted.
     pub reflections: u32,
-    /// A box around the grids of meters, which light from infinity fills as it does all else; empty if there are none.
+    /// A box around the grids of meters, which light from infinity must fill like the rest of the
+    /// scene; empty without meters.
     pub measured: Aabb,
 }

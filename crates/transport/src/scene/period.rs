@@ -1,7 +1,7 @@
 //! A scene at several instants of a period of sound.
 //!
-//! Light crosses a scene in far less time than sound takes for a period, so that each path sees an index
-//! that stands still; an exposure of many periods sees the mean over all of them.
+//! Light crosses a scene in much less time than a period of the sound, so that the index is
+//! constant along each path. An exposure over many periods is the mean over a period.
 //!
 //! Theory: docs/theory.md#sound.
 
@@ -13,18 +13,20 @@ use crate::stop::Stop;
 use eikonal::field::Sound;
 use std::f64::consts::TAU;
 
-/// Wavelengths and frequencies that differ by less, relatively, have the same period.
+/// Relative difference of wavelengths or frequencies below which the periods are equal.
 const SAME: f64 = 1e-9;
 
 impl Scene {
-    /// The scene at `instants` ≥ 1 instants, evenly spaced over a period of the sound in its media: the phase
-    /// ωt of instant i is 2πi/`instants`. Every sound in the scene is taken to have the same period. What is doubtful at
-    /// some instant is a warning of the scene, once for each part of the scene and cause. It shares what it can with `alike`, such as the scene
+    /// Builds the scene at `instants` ≥ 1 instants, evenly spaced over a period of the sound in its
+    /// media: the phase ωt of instant i is 2πi/`instants`. All sound in the scene must have one
+    /// period. A problem at some instant becomes a warning of the scene, once for each part of the
+    /// scene and cause. The scene shares data with `alike` where possible, such as with the scene
     /// of another group of channels.
     ///
     /// # Errors
-    /// As [`Scene::new`], for any instant; if there is no sound, sound of several wavelengths in one medium, or of several
-    /// frequencies in the scene. Nothing is built any more once `stop` is raised, which is an error without a problem.
+    /// The errors of [`Scene::new`], for any instant. With several instants, also: no sound, sound
+    /// of several wavelengths in one medium, or sound of several frequencies in the scene. Once
+    /// `stop` is raised, building ends with an error without problems.
     pub fn over_period(
         parts: Parts,
         instants: usize,
@@ -59,7 +61,7 @@ impl Scene {
         1 + self.later.len()
     }
 
-    /// The scene that sample (or particle) number `sample` sees: instants take turns.
+    /// Returns the scene for sample (or particle) number `sample`; instants take turns.
     pub fn at(&self, sample: u64) -> &Scene {
         // Planted error "half of the instants of a period left out", found by morgana-transport/transport::period::averaged_fluence_is_the_mean_of_the_instants:
         // match (sample % self.instants() as u64 / 2) as usize {
@@ -69,8 +71,8 @@ impl Scene {
         }
     }
 
-    /// What `problems` finds at all instants, once for each part of the scene and cause: of what differs only by numbers in its
-    /// message, what is found first.
+    /// Returns the problems that `problems` finds at all instants, once for each part of the scene
+    /// and cause. If problems differ only by numbers in their messages, the first one is kept.
     pub fn at_all_instants(
         &self,
         problems: impl Fn(&Scene) -> Vec<SceneProblem>,
@@ -86,10 +88,12 @@ impl Scene {
         found
     }
 
-    /// The least number of samples, at least `samples`, that are the same number at each instant, in whole replicates.
+    /// Returns the smallest number of samples, at least `samples`, with equal numbers at each
+    /// instant, in whole replicates.
     pub fn whole_periods(&self, samples: u64, replicates: Replicates) -> u64 {
         let instants = self.instants() as u64;
-        // Both divide their product, the least common multiple is no larger.
+        // The least common multiple is among these multiples, because both numbers divide their
+        // product.
         let multiples = (1..=replicates.size()).map(|i| i * instants);
         let unit = multiples.filter(|n| n.is_multiple_of(replicates.size()));
         let unit = unit.min().unwrap_or(instants);
@@ -97,7 +101,7 @@ impl Scene {
     }
 }
 
-/// Why there is nothing to take a mean over.
+/// Returns the reasons why the scene has no period to average over.
 fn no_period(parts: &Parts) -> Vec<SceneProblem> {
     let sounds: Vec<Vec<Sound>> = parts.media.iter().map(|m| m.index.sounds()).collect();
     if sounds.iter().all(Vec::is_empty) {
@@ -117,7 +121,7 @@ fn no_period(parts: &Parts) -> Vec<SceneProblem> {
     }
 }
 
-/// Sounds of different wavelengths in one medium have different periods.
+/// Checks for sounds of different wavelengths in one medium, which have different periods.
 fn several_wavelengths(parts: &Parts, id: usize) -> Option<SceneProblem> {
     let medium = &parts.media[id];
     let [shortest, longest] = medium.index.sound_wavelengths()?;
@@ -135,7 +139,7 @@ fn several_wavelengths(parts: &Parts, id: usize) -> Option<SceneProblem> {
     })
 }
 
-/// Sounds of different frequencies, as far as these are known.
+/// Checks for sounds of different frequencies, as far as the frequencies are known.
 fn several_frequencies(parts: &Parts, sounds: &[Vec<Sound>]) -> Option<SceneProblem> {
     let known = sounds.iter().enumerate().flat_map(|(id, sounds)| {
         let frequencies = sounds.iter().filter_map(|sound| sound.frequency);

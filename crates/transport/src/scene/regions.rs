@@ -1,5 +1,4 @@
-//! What is known of the region that each medium fills: bounds of its field, and whether connections
-//! inside it are unique.
+//! Regions that media fill: bounds of the field, and uniqueness of connections inside.
 //!
 //! Theory: docs/theory.md#certificate.
 
@@ -9,23 +8,23 @@ use crate::shape::Shape;
 use crate::stop::Stop;
 use eikonal::{Aabb, Field, FieldBounds, Uniqueness};
 
-/// Boxes that are refined this many times where they straddle a shape's boundary.
+/// Number of refinements of boxes that straddle a shape's boundary.
 const LEVELS: u32 = 4;
-/// Bounds are taken over the medium and this margin around it, relative to its size.
+/// Margin around a medium for the bounds of its field, relative to the size of the medium.
 const MARGIN: f64 = 1e-3;
 
-/// The region that a medium fills.
+/// Region that a medium fills.
 #[derive(Clone, Debug)]
 pub struct Region {
-    /// A box around it; empty if no object holds the medium.
+    /// A box around the region; empty if no object holds the medium.
     pub aabb: Aabb,
-    /// Bounds of the field over it.
+    /// Bounds of the field over the region.
     pub bounds: FieldBounds,
-    /// What is known of the uniqueness of connections; `None` if the region is not convex.
+    /// Certificate of the uniqueness of connections; `None` if the region is not convex.
     pub uniqueness: Option<Uniqueness>,
 }
 
-/// Surveys the regions of all media; of those that are left once `stop` is raised, none.
+/// Computes the regions of all media; leaves out the remaining media once `stop` is raised.
 pub(super) fn all(parts: &Parts, around: &Surroundings, stop: &Stop) -> Vec<Region> {
     let mut holders: Vec<Vec<&Object>> = vec![Vec::new(); parts.media.len()];
     let mut is_outside = vec![false; parts.media.len()];
@@ -44,7 +43,8 @@ pub(super) fn all(parts: &Parts, around: &Surroundings, stop: &Stop) -> Vec<Regi
     media.map(region).collect()
 }
 
-/// The region of a medium that objects hold; with `outside`, it is around others.
+/// Computes the region of a medium that objects hold. With `outside`, the medium surrounds other
+/// objects.
 fn region(
     field: &Field,
     around: &Surroundings,
@@ -95,8 +95,9 @@ fn region(
     }
 }
 
-/// How far geodesics between points of a convex shape may bulge out of a flat side: κD²/8, no more
-/// than its size. A ball holds them all if κD < 2, as the certificate demands.
+/// Returns a bound of the distance by which geodesics between points of a convex shape bulge out of
+/// a flat side: κD²/8, at most its diameter. A ball contains all geodesics if κD < 2, as the
+/// certificate demands.
 fn bulge(shape: &Shape, bounds: &FieldBounds) -> f64 {
     match shape {
         Shape::Sphere(_) => 0.0,
@@ -104,8 +105,8 @@ fn bulge(shape: &Shape, bounds: &FieldBounds) -> f64 {
     }
 }
 
-/// Boxes that cover a closed shape and a margin around it, tightly enough that corners of its box far
-/// from the shape do not count.
+/// Returns boxes that cover a closed shape and a margin around it. The boxes leave out corners of
+/// the shape's box that are far from the shape.
 pub(super) fn cells(shape: &Shape, margin: f64) -> Vec<Aabb> {
     let mut cells = vec![shape.aabb().grown(margin)];
     for _ in 0..LEVELS {

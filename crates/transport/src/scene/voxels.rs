@@ -1,4 +1,4 @@
-//! Divided volumes whose surfaces are faces of voxels: what walks need to know that go from voxel to voxel
+//! Divided volumes with faces of voxels as surfaces, prepared for walks from voxel to voxel
 //! (docs/theory.md#walks-through-voxels).
 
 use super::Scene;
@@ -13,24 +13,24 @@ use glam::{DAffine3, DMat3, DVec3};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Stands for voxels of which too little is known.
+/// Number of voxels with unsuitable or unknown matter.
 const OTHER: u8 = u8::MAX;
-/// Largest cosine between edges of voxels that are at right angles, up to rounding.
+/// Largest cosine, by rounding, between edges of voxels that are at right angles.
 const SQUARE: f64 = 1e-12;
-/// Voxels this close to other surfaces, in voxels, are left to those who look for surfaces.
+/// Distance from other surfaces, in voxels, within which walks do not use voxels.
 const HAIR: f64 = 1e-6;
 
-/// A volume of rectangular voxels, each of which holds matter of one index and the same coefficients everywhere. Light is refracted, or
-/// passes straight, at all faces between voxels of different media.
+/// A volume of rectangular voxels, each with matter of one index and uniform coefficients. At all
+/// faces between voxels of different media, light is refracted, or passes straight on.
 #[derive(Clone, Debug)]
 pub struct VoxelVolume {
     size: [usize; 3],
-    /// For each voxel the number of its matter, x fastest, or [`OTHER`].
+    /// Matter number of each voxel, x fastest, or [`OTHER`].
     numbers: Arc<Vec<u8>>,
     matters: Vec<VoxelMatter>,
-    /// The objects that are its faces.
+    /// Objects that are faces of the volume.
     objects: Range<usize>,
-    /// The medium around it, and its index, if that is the same everywhere and known.
+    /// Medium around the volume, and its index, if the index is uniform and known.
     exterior: MediumId,
     exterior_n: Option<f64>,
     refracts: bool,
@@ -39,25 +39,25 @@ pub struct VoxelVolume {
     from_voxels: DAffine3,
     /// Unit vectors along the edges of voxels.
     axes: DMat3,
-    /// Reciprocal lengths of these edges.
+    /// Reciprocal lengths of the edges of voxels.
     per_length: DVec3,
 }
 
-/// What a voxel holds.
+/// Matter and medium of a voxel.
 #[derive(Clone, Debug)]
 pub(crate) struct VoxelMatter {
     pub matter: Matter,
     pub medium: MediumId,
 }
 
-/// What lies beyond a face.
+/// Space beyond a face.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum BeyondFace<'a> {
     /// A voxel.
     Voxel(usize, &'a VoxelMatter),
     /// The medium around the volume, and its index.
     Exterior(MediumId, f64),
-    /// Something else, or other surfaces are near.
+    /// Anything else, including voxels near other surfaces.
     Unknown,
 }
 
@@ -65,7 +65,7 @@ pub(crate) enum BeyondFace<'a> {
 #[derive(Clone, Debug)]
 pub(super) struct VoxelVolumes {
     list: Vec<VoxelVolume>,
-    /// For each medium the volume of whose voxels it is the medium.
+    /// Volume to whose voxels each medium belongs, if any.
     of_medium: Vec<Option<usize>>,
 }
 
@@ -82,7 +82,7 @@ impl VoxelVolumes {
             else {
                 continue;
             };
-            // Where others come near, what is around the volume varies.
+            // If other objects come near, the medium around the volume varies.
             if volume
                 .objects
                 .clone()
@@ -100,7 +100,8 @@ impl VoxelVolumes {
 }
 
 impl Scene {
-    /// The volume to whose voxels a medium belongs, if walks can go through it from voxel to voxel.
+    /// Returns the volume to whose voxels a medium belongs, if walks can go through it from voxel
+    /// to voxel.
     #[inline]
     pub(crate) fn voxel_volume(&self, medium: MediumId) -> Option<&VoxelVolume> {
         let volumes = self.voxel_volumes.get_or_init(|| VoxelVolumes::of(self));
@@ -109,8 +110,8 @@ impl Scene {
 }
 
 impl VoxelVolume {
-    /// That of a divided volume; `None` if its faces are not those of rectangular voxels, or do something else than to refract all light or
-    /// to let it pass.
+    /// Prepares a divided volume. Returns `None` unless its faces are faces of rectangular voxels
+    /// that refract all light or transmit all light straight on.
     fn of(
         parts: &Parts,
         matters: &Matters,
@@ -157,12 +158,12 @@ impl VoxelVolume {
         Some(volume)
     }
 
-    /// Sets aside the voxels through which a surface may pass.
+    /// Excludes the voxels through which a surface may pass.
     fn set_aside(&self, shape: &Shape, numbers: &mut [u8]) {
         shape.each_patch(|points| self.set_aside_around(points, numbers));
     }
 
-    /// Sets aside the voxels near a box around points.
+    /// Excludes the voxels near a box around points.
     fn set_aside_around(&self, points: &[DVec3], numbers: &mut [u8]) {
         let places = points.iter().map(|p| self.to_voxels.transform_point3(*p));
         let filled = Aabb::around(places);
@@ -188,54 +189,56 @@ impl VoxelVolume {
         self.size
     }
 
-    /// From the unit cube to the world.
+    /// Returns the map from the unit cube to the world.
     pub(crate) fn to_world(&self) -> &DAffine3 {
         &self.to_world
     }
 
-    /// Whether an object is one of its faces.
+    /// True if an object is a face of the volume.
     pub(crate) fn has_face(&self, object: usize) -> bool {
         self.objects.contains(&object)
     }
 
-    /// Whether light is refracted at faces between media, or passes straight.
+    /// True if faces between media refract light, false if light passes straight on.
     pub(crate) fn refracts(&self) -> bool {
         self.refracts
     }
 
-    /// The reciprocal lengths of the edges of voxels.
+    /// Returns the reciprocal lengths of the edges of voxels.
     #[inline]
     pub(crate) fn voxels_per_length(&self) -> DVec3 {
         self.per_length
     }
 
-    /// A place in the world in units of voxels from the corner of the first.
+    /// Converts a position in the world to units of voxels from the corner of the first voxel.
     pub(crate) fn in_voxels(&self, x: DVec3) -> DVec3 {
         self.to_voxels.transform_point3(x)
     }
 
-    /// The inverse of [`VoxelVolume::in_voxels`].
+    /// Converts a position in voxels to the world: the inverse of [`VoxelVolume::in_voxels`].
     pub(crate) fn in_world(&self, p: DVec3) -> DVec3 {
         self.from_voxels.transform_point3(p)
     }
 
-    /// A unit vector of the world along the edges of voxels.
+    /// Converts a unit vector of the world to components along the edges of voxels.
     pub(crate) fn along_edges(&self, direction: DVec3) -> DVec3 {
         self.axes.transpose() * direction
     }
 
-    /// The inverse of [`VoxelVolume::along_edges`].
+    /// Converts components along edges to a unit vector of the world: the inverse of
+    /// [`VoxelVolume::along_edges`].
     pub(crate) fn direction(&self, along_edges: DVec3) -> DVec3 {
         (self.axes * along_edges).normalize()
     }
 
-    /// What a voxel holds, if it is known.
+    /// Returns the matter of a voxel, if it is known.
     #[inline]
     pub(crate) fn matter(&self, voxel: usize) -> Option<&VoxelMatter> {
         self.matters.get(usize::from(self.numbers[voxel]))
     }
 
-    /// What lies beyond the face of a voxel across an axis. `low` is the place of the voxel's lowest corner.
+    /// Returns the space beyond the face of a voxel across an axis. `low` is the position of the
+    /// voxel's lowest corner.
     #[inline]
     pub(crate) fn beyond(&self, voxel: usize, low: DVec3, axis: usize, up: bool) -> BeyondFace<'_> {
         let stride = [1, self.size[0], self.size[0] * self.size[1]][axis];
@@ -258,7 +261,8 @@ impl VoxelVolume {
     }
 }
 
-/// Whether all faces refract light, or all let it pass; `None` if they do anything else.
+/// Returns true if all faces refract light, false if all transmit it straight on; `None` if they do
+/// anything else.
 fn refracts(faces: &[Object]) -> Option<bool> {
     let is_bare = faces.iter().all(|face| face.emitter.is_none());
     let clear = |face: &Object| matches!(&face.bsdf, Bsdf::Dielectric(d) if d.is_clear());
@@ -269,7 +273,8 @@ fn refracts(faces: &[Object]) -> Option<bool> {
     (is_bare && faces.iter().all(passes)).then_some(false)
 }
 
-/// Unit vectors along the edges of voxels and the reciprocal lengths of these, if they are at right angles.
+/// Returns unit vectors along the edges of voxels and the reciprocal lengths of the edges, if the
+/// edges are at right angles.
 fn edges(to_world: &DAffine3, cells: DVec3) -> Option<(DMat3, DVec3)> {
     let sides = to_world.matrix3;
     let lengths = DVec3::new(
@@ -287,7 +292,8 @@ fn edges(to_world: &DAffine3, cells: DVec3) -> Option<(DMat3, DVec3)> {
     is_square.then(|| (axes, cells / lengths))
 }
 
-/// The matter of the media of a divided volume that scatters alike everywhere, with its number among all.
+/// Returns the matter with uniform scattering of the media of a divided volume, each with its
+/// number among all matter.
 fn held(
     parts: &Parts,
     matters: &Matters,

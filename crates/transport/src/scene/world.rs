@@ -1,4 +1,4 @@
-//! What rays meet in a scene.
+//! Intersections of rays with a scene.
 
 use super::Scene;
 use super::index::Index;
@@ -15,7 +15,8 @@ use eikonal::ray::Arc;
 use glam::DVec3;
 use smallvec::SmallVec;
 
-/// Radii of the ball around a scene that an extended edge goes at most: those that do not circle go fewer than three in most scenes.
+/// Largest length of an extended edge, in radii of the ball around the scene. Rays that do not
+/// circle are shorter than three radii in most scenes.
 const LONG: f64 = 32.0;
 
 impl World for Scene {
@@ -49,30 +50,30 @@ impl World for Scene {
         })
     }
 
-    /// Far above the round-off of positions, far below any tolerance.
+    /// Returns a distance far above the round-off of positions and far below any tolerance.
     fn ray_epsilon(&self) -> f64 {
         self.ray_epsilon
     }
 }
 
 impl Scene {
-    /// The first surface that an arc meets.
+    /// Returns the first surface that an arc meets.
     pub fn first_hit(&self, arc: &Arc) -> Option<(usize, Hit)> {
         let (object, meeting) = self.first_beyond(arc, None)?;
         Some((object, self.hit(object, &meeting)))
     }
 
-    /// The point of a meeting with an object.
+    /// Returns the point of an intersection with an object.
     pub(crate) fn hit(&self, object: usize, meeting: &Meeting) -> Hit {
         self.objects()[object].shape.hit(meeting)
     }
 
-    /// The first surface that an arc meets, given one that it does not.
+    /// Returns the first surface that an arc meets, except the object `left`.
     pub(crate) fn first_beyond(&self, arc: &Arc, left: Option<usize>) -> Option<(usize, Meeting)> {
         self.first_before(arc, 1.0, left)
     }
 
-    /// The same up to θ = `end`.
+    /// Returns the first surface that an arc meets up to θ = `end`, except the object `left`.
     pub(crate) fn first_before(
         &self,
         arc: &Arc,
@@ -83,8 +84,9 @@ impl Scene {
         first_of(all, arc, [0.0, end], [all.place(left), None])
     }
 
-    /// Whether a straight line from `x`, which is in a medium, in a unit direction is known to meet no surface over a length; `within` is a
-    /// divided volume the faces of whose voxels it is known not to meet.
+    /// True if a straight line from `x`, in a medium, in a unit direction is known to meet no
+    /// surface over a length. `within` is a divided volume whose voxel faces the line is known not
+    /// to meet.
     #[inline]
     pub(crate) fn is_free(
         &self,
@@ -98,7 +100,7 @@ impl Scene {
             && self.is_clear_of_others(x, direction, length)
     }
 
-    /// The same for faces between voxels.
+    /// True if the line is known to meet no face between voxels.
     fn is_clear_of_voxels(
         &self,
         medium: MediumId,
@@ -111,18 +113,18 @@ impl Scene {
         partitions.all(|(i, p)| Some(i) == within || meets_none(p))
     }
 
-    /// Matter that is the same everywhere.
+    /// Returns the uniform matter of the scene.
     #[inline]
     pub(super) fn matters(&self) -> &Matters {
         self.matters
             .get_or_init(|| Matters::of(&self.parts, &self.geometry.matter_grids))
     }
 
-    /// The same for surfaces that are not faces between voxels.
+    /// True if the line is known to meet no surface other than faces between voxels.
     #[inline]
     fn is_clear_of_others(&self, x: DVec3, direction: DVec3, length: f64) -> bool {
         let clearance = self.clearance.get_or_init(|| {
-            // Where light collides.
+            // Cover the media in which light can collide.
             let regions = self.media().iter().zip(self.regions());
             let turbid = regions.filter(|(medium, _)| !medium.is_transparent());
             let within = turbid.fold(Aabb::EMPTY, |all, (_, region)| all.union(region.aabb));
@@ -131,7 +133,8 @@ impl Scene {
         clearance.is_free(x, direction, length)
     }
 
-    /// The first boundary between media that an arc passes on its deterministic way, given one that it does not.
+    /// Returns the first boundary between media that an arc crosses deterministically, except the
+    /// object `left`.
     pub(crate) fn first_boundary(
         &self,
         arc: &Arc,
@@ -141,16 +144,18 @@ impl Scene {
         first_of(interfaces, arc, [0.0, 1.0], [interfaces.place(left), None])
     }
 
-    /// The object, if a straight line never meets it again that leaves it in a direction, from a point with this normal.
+    /// Returns the object, if a straight line that leaves it in a direction, from a point with this
+    /// normal, never meets it again.
     pub(crate) fn left(&self, object: usize, normal: DVec3, direction: DVec3) -> Option<usize> {
         let shape = &self.objects()[object].shape;
         shape.is_left(normal, direction).then_some(object)
     }
 
-    /// What of the light passes straight through all surfaces within media across a connection, whose arcs are given
-    /// with the θ where they end; `None` if an opaque or rough one stands there. Over a length of `slack` before its end the ray may touch `target`, the
-    /// object on which it ends: it comes close to the point that it was aimed at, but not closer than the
-    /// solver's tolerance. `left` is an object that the first arc does not meet if it is straight.
+    /// Returns the transmission of all surfaces within media across a connection; `None` if an
+    /// opaque or rough surface blocks it. `arcs` are the arcs of the connection, each with the θ at
+    /// which it ends. Over a length of `slack` before its end, the ray may touch `target`, the
+    /// object on which it ends, because it meets the end only within the solver's tolerance. `left`
+    /// is an object that the first arc does not meet if it is straight.
     pub fn visibility<'a>(
         &self,
         arcs: impl ExactSizeIterator<Item = (&'a Arc, f64)>,
@@ -181,10 +186,10 @@ impl Scene {
         (all.probability > 0.0).then_some(all)
     }
 
-    /// Whether an opaque or rough surface blocks an arc before its end.
+    /// True if an opaque or rough surface blocks an arc before its end.
     fn blocked(&self, arc: &Arc, end: f64, [left, target]: [Option<usize>; 2], slack: f64) -> bool {
         let blockers = &*self.geometry.blockers;
-        // A straight line ends on a flat surface where it meets it first.
+        // A straight line meets a flat surface only where it ends on the surface.
         let flat = |object: &usize| arc.is_straight() && self.objects()[*object].shape.is_flat();
         let except = [left, target.filter(flat)].map(|object| blockers.place(object));
         let blocks = |i: usize, theta| !is_end(arc, end, blockers.objects[i], theta, target, slack);
@@ -193,7 +198,7 @@ impl Scene {
         !shapes.is_empty() && accel.any_hit(shapes, arc, end, except, blocks)
     }
 
-    /// Multiplies by what the surfaces that an arc crosses let pass.
+    /// Multiplies by the transmission of the surfaces that an arc crosses.
     fn pass_partial(
         &self,
         arc: &Arc,
@@ -216,7 +221,8 @@ impl Scene {
         }
     }
 
-    /// The filters of polarised light within media that an arc passes up to θ = `end`, in order.
+    /// Returns the filters of polarised light within media that an arc crosses up to θ = `end`, in
+    /// order.
     pub(crate) fn filters_along(&self, arc: &Arc, end: f64) -> SmallVec<[(usize, Meeting); 2]> {
         let mut filters = SmallVec::new();
         let mut from = 0.0;
@@ -231,7 +237,8 @@ impl Scene {
         filters
     }
 
-    /// What passes an object straight on where an arc meets it, if that is not all.
+    /// Returns the straight transmission of an object where an arc meets it, unless it transmits
+    /// everything.
     pub(crate) fn through(
         &self,
         object: usize,
@@ -247,17 +254,19 @@ impl Scene {
         surface.bsdf.through(&surface.shape.site(&hit), cos)
     }
 
-    /// Length beyond which a straight ray that starts inside the scene meets nothing more.
+    /// Returns the length beyond which a straight ray that starts inside the scene meets nothing
+    /// more.
     pub(crate) fn reach(&self, x: DVec3) -> f64 {
         1.01 * (x.distance(self.around.center) + self.around.radius)
     }
 
-    /// Whether an edge has become so long that its extension ends: rays that circle in a medium would be followed for ever.
+    /// True if an edge has the length at which its extension ends. Otherwise rays that circle in a
+    /// medium would never end.
     pub(crate) fn is_long(&self, length: f64) -> bool {
         length > LONG * self.around.radius
     }
 
-    /// Whether a point lies beyond everything in the scene.
+    /// True if a point lies beyond everything in the scene.
     pub(crate) fn is_outside(&self, x: DVec3) -> bool {
         x.distance(self.around.center) > 1.01 * self.around.radius
     }
@@ -271,7 +280,7 @@ fn first_of(index: &Index, arc: &Arc, range: [f64; 2], except: Except) -> Option
     Some((index.objects[i], meeting))
 }
 
-/// Whether a hit on the object on which a connection ends is that end.
+/// True if an intersection with the object on which a connection ends is this end.
 fn is_end(
     arc: &Arc,
     end: f64,

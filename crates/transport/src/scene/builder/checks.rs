@@ -1,4 +1,4 @@
-//! Checks of the numbers that a scene is built from.
+//! Checks of the numbers from which a scene is built.
 
 use super::error::{BuildError, BuildProblem};
 use crate::Spectrum;
@@ -8,15 +8,15 @@ use crate::scene::FilmSpec;
 use crate::volume::VolumeTexture;
 use eikonal::Shown;
 
-/// Most pixels along a side of a film.
+/// Largest number of pixels along a side of a film.
 const LARGEST_FILM: usize = 1 << 16;
 
-/// The problems found so far.
+/// Problems found so far.
 #[derive(Debug, Default)]
 pub(super) struct Problems(Vec<BuildProblem>);
 
 impl Problems {
-    /// Adds one.
+    /// Adds a problem.
     pub(super) fn add(
         &mut self,
         subject: String,
@@ -30,12 +30,12 @@ impl Problems {
         });
     }
 
-    /// How many there are.
+    /// Number of problems.
     pub(super) fn count(&self) -> usize {
         self.0.len()
     }
 
-    /// The value, unless there are problems.
+    /// Returns the value if there are no problems.
     pub(super) fn checked<T>(self, value: T) -> Result<T, BuildError> {
         if self.0.is_empty() {
             Ok(value)
@@ -95,7 +95,8 @@ impl Problems {
         }
     }
 
-    /// A quantity whose values lie in [0, `most`]; those of grids were checked when these were made.
+    /// Checks that a uniform quantity lies in [0, `most`]. Values of grids were checked when the
+    /// grids were made.
     fn uniform(
         &mut self,
         subject: String,

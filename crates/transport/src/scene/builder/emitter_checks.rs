@@ -1,4 +1,4 @@
-//! Checks of the numbers that emitters are made of.
+//! Checks of the numbers of emitters.
 
 use super::checks::Problems;
 use crate::emitter::{BeamProfile, Divergence, Emitter, Fiber, Spot, Surroundings};
@@ -7,7 +7,7 @@ use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::RangeInclusive;
 
-/// Lengths whose squares and their reciprocals are numbers.
+/// Range of lengths with finite squares and reciprocals of squares.
 const LENGTHS: RangeInclusive<f64> = 1e-100..=1e100;
 
 impl Problems {
@@ -50,7 +50,7 @@ impl Problems {
         }
     }
 
-    /// What decides where its light goes.
+    /// Checks the numbers that determine the directions of an emitter's light.
     fn numbers(&mut self, subject: &str, emitter: &Emitter) {
         match emitter {
             Emitter::Spot(spot) => self.spot(subject, spot),
@@ -109,7 +109,7 @@ impl Problems {
         }
     }
 
-    /// A length, or another number of which there is a square.
+    /// Checks a length, or another number that is squared.
     pub(super) fn length(&mut self, subject: &str, parameter: &'static str, value: f64) {
         if !LENGTHS.contains(&value) {
             let [least, most] = [LENGTHS.start(), LENGTHS.end()].map(|v| Shown(*v));
@@ -119,7 +119,7 @@ impl Problems {
     }
 }
 
-/// Where an emitter is, and in which direction it radiates.
+/// Returns the position of an emitter and the direction in which it radiates.
 fn geometry(emitter: &Emitter) -> [DVec3; 2] {
     match emitter {
         Emitter::Directional { direction, .. } => [*direction, DVec3::ZERO],

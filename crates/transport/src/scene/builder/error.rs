@@ -1,15 +1,15 @@
-//! What can be wrong with a scene that is being built.
+//! Problems of a scene that is being built.
 
 use std::fmt;
 
-/// Something wrong with a scene that is being built.
+/// A problem of a scene that is being built.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BuildProblem {
-    /// The part it is about, with its name: `medium "fog"`.
+    /// Part with the problem, with its name: `medium "fog"`.
     pub subject: String,
-    /// The parameter of that part, if it is about one: `albedo`.
+    /// Parameter of this part with the problem, if there is one: `albedo`.
     pub parameter: Option<&'static str>,
-    /// What is wrong, and what to do about it.
+    /// Description of the problem and of its solution.
     pub message: String,
 }
 
@@ -22,7 +22,7 @@ impl fmt::Display for BuildProblem {
     }
 }
 
-/// Everything that is wrong with a scene that was to be built. It shows each problem on a line of its own.
+/// All problems of a scene that could not be built. Each problem is displayed on a separate line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BuildError {
     /// At least one problem.

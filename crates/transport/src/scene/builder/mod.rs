@@ -1,4 +1,5 @@
-//! Scenes built from their parts, by name and with defaults. Scene files go another way: crate `morgana-io` makes [`Parts`] of them.
+//! Scenes built from their parts, by name and with defaults. Crate `morgana-io` makes [`Parts`]
+//! from scene files without this builder.
 
 mod checks;
 mod emitter_checks;
@@ -22,7 +23,7 @@ use eikonal::field::Constant;
 use eikonal::{Aabb, Tolerance};
 use glam::DAffine3;
 
-/// Reflectance of surfaces of which nothing is said.
+/// Default reflectance of surfaces.
 const REFLECTANCE: f64 = 0.5;
 
 /// Builds a [`Scene`] from its parts: see [`Scene::builder`].
@@ -38,7 +39,7 @@ pub struct SceneBuilder {
     measured: Aabb,
 }
 
-/// What looks at the scene.
+/// Sensor of the scene.
 #[derive(Clone, Debug)]
 enum View {
     Camera(Camera),
@@ -46,9 +47,10 @@ enum View {
 }
 
 impl Scene {
-    /// Builds a scene from its parts. Media are named, and objects refer to them by name; the ambient medium is a vacuum unless
-    /// [`ambient`](SceneBuilder::ambient) says otherwise. The film has 256 × 256 pixels and three channels unless
-    /// [`film`](SceneBuilder::film) and [`channels`](SceneBuilder::channels) say otherwise.
+    /// Builds a scene from its parts. Media have names, by which objects refer to them. The ambient
+    /// medium is a vacuum unless [`ambient`](SceneBuilder::ambient) sets another. The film has 256
+    /// × 256 pixels and three channels unless [`film`](SceneBuilder::film) and
+    /// [`channels`](SceneBuilder::channels) set others.
     ///
     /// ```
     /// use morgana_transport::eikonal::field::Luneburg;
@@ -97,7 +99,7 @@ impl Scene {
 }
 
 impl SceneBuilder {
-    /// The medium outside every shape, in place of a vacuum; its index must be constant.
+    /// Sets the medium outside every shape, in place of a vacuum; its index must be constant.
     pub fn ambient(mut self, medium: Medium) -> Self {
         self.media[AMBIENT] = medium;
         self
@@ -115,66 +117,71 @@ impl SceneBuilder {
         self
     }
 
-    /// Adds a light that covers no object; for one that does see [`ObjectBuilder::emission`].
+    /// Adds an emitter that covers no object. For an emitter on an object see
+    /// [`ObjectBuilder::emission`].
     pub fn emitter(mut self, emitter: impl Into<Emitter>) -> Self {
         self.emitters.push(emitter.into());
         self
     }
 
-    /// A box to be measured in, such as that of a [`MeterGrid`](crate::meter::MeterGrid), beside all that is in the scene: directional and
-    /// environment light fills it, too.
+    /// Adds a box in which to measure, such as the box of a [`MeterGrid`](crate::meter::MeterGrid),
+    /// to the extent of the scene. Directional and environment light fills this box, too.
     pub fn measured(mut self, region: Aabb) -> Self {
         self.measured = self.measured.union(region);
         self
     }
 
-    /// What the image shows. A scene without camera or [`sensor`](SceneBuilder::sensor) is to be measured
-    /// ([`measure`](crate::render::measure)): its images mean nothing, for all pixels see the same from the origin.
+    /// Sets the camera. A scene without camera or [`sensor`](SceneBuilder::sensor) is only for
+    /// measurements ([`measure`](crate::render::measure)): its images have no meaning, because all
+    /// pixels show the view from the origin.
     pub fn camera(mut self, camera: Camera) -> Self {
         self.view = Some(View::Camera(camera));
         self
     }
 
-    /// A sensor of any kind, in place of a [`camera`](SceneBuilder::camera). Its aspect ratio must be that of the film.
+    /// Sets a sensor of any kind, in place of a [`camera`](SceneBuilder::camera). Its aspect ratio
+    /// must equal the aspect ratio of the film.
     pub fn sensor(mut self, sensor: Sensor) -> Self {
         self.view = Some(View::Sensor(sensor));
         self
     }
 
-    /// Size of the image in pixels.
+    /// Sets the size of the image in pixels.
     pub fn film(mut self, width: usize, height: usize) -> Self {
         (self.film.width, self.film.height) = (width, height);
         self
     }
 
-    /// Number of spectral channels, 1 to [`Spectrum::CHANNELS`]; three are red, green and blue.
+    /// Sets the number of spectral channels, 1 to [`Spectrum::CHANNELS`]; three are red, green and
+    /// blue.
     pub fn channels(mut self, channels: usize) -> Self {
         self.film.channels = channels;
         self
     }
 
-    /// Reconstruction filter; a box unless it is given.
+    /// Sets the reconstruction filter; the default is a box.
     pub fn filter(mut self, filter: Filter) -> Self {
         self.film.filter = filter;
         self
     }
 
-    /// Tolerance of rays.
+    /// Sets the tolerance of rays.
     pub fn tolerance(mut self, tolerance: Tolerance) -> Self {
         self.tolerance = tolerance;
         self
     }
 
-    /// How many reflections at smooth dielectrics connections follow where refraction is possible; 0 unless it is given.
+    /// Sets the largest number of reflections at smooth dielectrics that connections follow where
+    /// refraction is possible; the default is 0.
     pub fn reflections(mut self, reflections: u32) -> Self {
         self.reflections = reflections;
         self
     }
 
-    /// Puts the scene together and checks it.
+    /// Builds the scene and checks it.
     ///
     /// # Errors
-    /// Everything that is wrong with it, each problem with the part and the parameter that it is about.
+    /// All problems, each with the part and the parameter that it concerns.
     pub fn build(self) -> Result<Scene, BuildError> {
         let mut problems = Problems::default();
         problems.film(&self.film);
@@ -219,7 +226,7 @@ impl SceneBuilder {
         }
     }
 
-    /// The objects, and the lights that cover them.
+    /// Returns the objects, and the emitters that cover them.
     fn placed(&self, problems: &mut Problems) -> (Vec<Object>, Vec<Emitter>) {
         let mut lights = Vec::new();
         let objects = self.objects.iter().enumerate().map(|(i, object)| {
@@ -261,7 +268,7 @@ impl SceneBuilder {
     }
 }
 
-/// What an object's surface does with light.
+/// Returns the surface of an object, or its default.
 fn surface(object: &ObjectBuilder) -> Bsdf {
     let diffuse = |reflectance: f64| {
         let diffuse = Diffuse::new(reflectance).expect("a reflectance in [0, 1]");
@@ -289,7 +296,8 @@ impl Names {
         }
     }
 
-    /// A problem of the scene as one of its builder; `None` for warnings, which [`Scene::warnings`] has.
+    /// Converts a problem of the scene to a problem of the builder; `None` for warnings, which are
+    /// in [`Scene::warnings`].
     fn problem(&self, problem: SceneProblem) -> Option<BuildProblem> {
         let subject = match problem.subject {
             Subject::Scene => "scene".into(),

@@ -5,7 +5,8 @@ use crate::bsdf::Bsdf;
 use crate::scene::Object;
 use crate::shape::Shape;
 
-/// An object of a scene that is being built: a shape, its surface, and the names of the media on either side.
+/// An object of a scene that is being built: a shape, its surface, and the names of the media on
+/// its two sides.
 #[derive(Clone, Debug)]
 pub struct ObjectBuilder {
     pub(super) name: String,
@@ -17,8 +18,10 @@ pub struct ObjectBuilder {
 }
 
 impl Object {
-    /// An object for a [`SceneBuilder`](super::SceneBuilder). Unless [`bsdf`](ObjectBuilder::bsdf) says otherwise its surface lets
-    /// light pass if it holds a medium, is black if it emits light, and else diffuse with a reflectance of 0.5.
+    /// Starts an object for a [`SceneBuilder`](super::SceneBuilder). Unless
+    /// [`bsdf`](ObjectBuilder::bsdf) sets another, the surface of an object with an interior medium
+    /// is null, the surface of an emitter is black, and other surfaces are diffuse with a
+    /// reflectance of 0.5.
     pub fn builder(name: impl Into<String>, shape: impl Into<Shape>) -> ObjectBuilder {
         ObjectBuilder {
             name: name.into(),
@@ -32,7 +35,7 @@ impl Object {
 }
 
 impl ObjectBuilder {
-    /// The surface.
+    /// Sets the bsdf of the surface.
     pub fn bsdf(self, bsdf: Bsdf) -> Self {
         ObjectBuilder {
             bsdf: Some(bsdf),
@@ -40,7 +43,7 @@ impl ObjectBuilder {
         }
     }
 
-    /// Name of the [medium](super::SceneBuilder::medium) inside.
+    /// Sets the interior [medium](super::SceneBuilder::medium) by name.
     pub fn interior(self, medium: impl Into<String>) -> Self {
         ObjectBuilder {
             interior: Some(medium.into()),
@@ -48,7 +51,8 @@ impl ObjectBuilder {
         }
     }
 
-    /// Name of the [medium](super::SceneBuilder::medium) outside, if it is not the ambient one.
+    /// Sets the exterior [medium](super::SceneBuilder::medium) by name, if it is not the ambient
+    /// medium.
     pub fn exterior(self, medium: impl Into<String>) -> Self {
         ObjectBuilder {
             exterior: Some(medium.into()),
@@ -56,7 +60,8 @@ impl ObjectBuilder {
         }
     }
 
-    /// Makes the surface emit this radiance, W/(m² sr) if lengths are in metres, from the side to which its normals point.
+    /// Makes the surface emit this radiance from the side to which its normals point, in W/(m² sr)
+    /// if lengths are in metres.
     pub fn emission(self, radiance: impl Into<Spectrum>) -> Self {
         ObjectBuilder {
             emission: Some(radiance.into()),

@@ -1,17 +1,18 @@
-//! Checks of the numbers that sensors are made of.
+//! Checks of the numbers of sensors.
 
 use super::checks::Problems;
 use crate::sensor::{Orthographic, Perspective, Sensor, Telecentric, ThinLens};
 use eikonal::Shown;
 use glam::DVec3;
 
-/// How far ratios of sides may differ by rounding.
+/// Relative difference of aspect ratios that rounding may cause.
 const ROUNDING: f64 = 1e-9;
-/// Axes of a map that span less than this share of the product of their lengths lie in a plane.
+/// Volume spanned by the axes of a map, relative to the product of their lengths, below which the
+/// axes lie in a plane.
 const FLAT: f64 = 1e-9;
 
 impl Problems {
-    /// A sensor whose film, or part of it, has the given ratio of width to height.
+    /// Checks a sensor. Its film, or its part of the film, has the given ratio of width to height.
     pub(super) fn sensor(&mut self, sensor: &Sensor, aspect: f64) {
         if let Sensor::Batch(batch) = sensor {
             let each = aspect / batch.sensors().len() as f64;
@@ -48,7 +49,7 @@ impl Problems {
         }
     }
 
-    /// A field of view, by half the width of the image at unit distance.
+    /// Checks a field of view, given half the width of the image at unit distance.
     pub(super) fn field_of_view(&mut self, subject: &str, half_x: f64) {
         if !(half_x > 0.0 && half_x.is_finite()) {
             let degrees = Shown::rounded((2.0 * half_x.atan()).to_degrees());
@@ -77,7 +78,8 @@ impl Problems {
         }
     }
 
-    /// The ratio of width to height must be that of the film, if that has one.
+    /// Checks that the ratio of width to height equals the ratio of the film, if the film has a
+    /// valid ratio.
     fn aspect(&mut self, aspect: f64, of_film: f64) {
         let is_same = (aspect / of_film - 1.0).abs() <= ROUNDING;
         if of_film > 0.0 && of_film.is_finite() && !is_same {
