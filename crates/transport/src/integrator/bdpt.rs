@@ -1,6 +1,6 @@
 //! Bidirectional path tracing (Lafortune and Willems 1993; Veach and Guibas 1994) over curved
-//! edges. A subpath from the sensor and a subpath from an emitter are connected in every way, and
-//! each path is weighted over all strategies that can sample it.
+//! edges. A subpath from the sensor and a subpath from an emitter are connected in every way. Each
+//! path is weighted over all strategies that can sample it.
 //!
 //! A strategy (s, t) takes s vertices from the emitter and t from the sensor. With s = 0 the sensor
 //! subpath hits the emitter. With s = 1 or t = 1 the end at the emitter or at the sensor is sampled

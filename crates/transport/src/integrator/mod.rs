@@ -46,7 +46,7 @@ pub enum Integrator {
 /// Edge of a path that only connections can find.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RequiredConnection {
-    /// No edge: paths that connections miss are found by hits.
+    /// No edge: random walks find the paths that connections miss.
     Nothing,
     /// The edge that starts at the emitter.
     FromEmitter,
@@ -68,9 +68,8 @@ impl Integrator {
     }
 
     /// Samples the contributions of one sample of a pixel along its sensor ray. `channels` is the
-    /// number of channels in use. The weighted sum of contributions over the whole image is
-    /// unbiased if every pixel has an equal number of samples, except for the blur of photon maps
-    /// and of merging.
+    /// number of channels in use. Except for the blur of photon maps and of merging, the weighted
+    /// sum of contributions over the image is unbiased if all pixels have equal numbers of samples.
     pub fn sample(
         &self,
         scene: &Scene,

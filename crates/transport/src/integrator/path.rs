@@ -288,8 +288,8 @@ impl PathTracer {
         {
             return false;
         }
-        // Add light emitted at the end of the edge, with the weight of hits in eq. (connection and
-        // chance).
+        // Add light emitted at the end of the edge, with the weight of hits in
+        // eq. (connection and chance).
         t.emission(&edge);
         let budget = self.budget(edge.length.depth);
         if budget == 0 {

@@ -166,7 +166,7 @@ impl VcmSample<'_> {
         for i in 0..sensor.vertices.len() {
             joining.merged(&sensor.vertices[..=i], self.merging);
         }
-        // The light subpath belongs to another sample's balance.
+        // The light subpath was traced before, so that no particle counts here.
         ws.particle_balance.is_void = true;
     }
 }

@@ -39,8 +39,8 @@ pub struct BalanceSums {
 }
 
 impl BalanceSums {
-    /// Adds a particle. A particle with entries that are not finite is added with zero entries, so
-    /// that its power is part of the residual, and is counted in `not_finite`.
+    /// Adds a particle. A particle with entries that are not finite is counted in `not_finite` and
+    /// added with zero entries, so that its power is part of the residual.
     pub fn add(&mut self, particle_balance: &ParticleBalance, not_finite: &mut u64) {
         if particle_balance.is_void {
             return;
@@ -149,9 +149,8 @@ pub struct Share {
     pub error: f64,
 }
 
-/// Energy balance of a whole run. The emitted power that the entries do not account for is the
-/// noise of three random choices, which are correct on average: emitters and rays, Russian
-/// roulette, and spectral sampling.
+/// Energy balance of a whole run. The residual, which the entries do not account for, is noise from
+/// the choice of emitters and rays, Russian roulette and spectral sampling, which are unbiased.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EnergyBalance {
     /// Power of all emitters. It is exact, except for emitting media whose power had to be

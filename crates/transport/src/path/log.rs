@@ -51,7 +51,7 @@ pub(crate) trait PathLog {
 pub(crate) struct FoundPath<'a, W> {
     /// Part of the sensor subpath; `None` if a connection ends at the sensor.
     pub sensor: Option<SubpathEnd<'a>>,
-    /// Part of the light subpath; `None` if the light of the path is that emitted along `ray`.
+    /// Part of the light subpath; `None` if the light is emitted along `ray`.
     pub light: Option<SubpathEnd<'a>>,
     /// Arcs of the connection.
     pub way: Option<&'a W>,

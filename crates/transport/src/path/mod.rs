@@ -7,13 +7,14 @@
 //! *connectable* if connections search for edges like it:
 //!
 //! - it passes declared index matches, and is refracted or totally reflected at smooth dielectrics;
-//! - it is reflected there, where refraction is possible, no more often than the scene allows;
+//! - it is reflected at smooth dielectrics, where refraction is possible, no more often than the
+//!   scene allows;
 //! - it is no longer than the scene's reach.
 //!
-//! Connections find all connectable edges: a deterministic start always leads to one of them;
-//! random starts find the others, with a weight that corrects for the probability of finding them.
-//! A connectable edge that a random walk found therefore shares its contribution with the competing
-//! connections, by MIS weights. Any other edge keeps its full contribution.
+//! Connections find all connectable edges. Deterministic starts lead to some of them with
+//! certainty. Random starts find the others, with a weight that corrects for the probability of
+//! finding them. A connectable edge that a random walk found therefore shares its contribution with
+//! the competing connections, by MIS weights. Any other edge keeps its full contribution.
 //!
 //! Theory: docs/theory.md#edges-and-geometry-terms.
 

@@ -76,8 +76,8 @@ impl Scene {
         }
     }
 
-    /// True if at most one ray without reflections, where refraction is possible, is known to
-    /// connect two points, because only one ball bends rays and the points lie in it.
+    /// True if two points are known to have at most one connecting ray without reflections where
+    /// refraction is possible. Only one ball may bend rays, and the points must lie in it.
     pub(crate) fn is_unique_in_ball(&self, ends: [DVec3; 2]) -> bool {
         let known = |ball: &BendingBall| ball.is_unique(ends, |x| self.n(ball.interior, x));
         self.bending_ball().is_some_and(known)

@@ -109,8 +109,8 @@ fn round(shape: &Shape) -> Option<(DVec3, f64)> {
     (matches!(shape, Shape::Sphere(_)) && is_round).then(|| (aabb.center(), 0.5 * diameter))
 }
 
-/// Returns the ball that the only field fills, if the field is nearly radial and its index at the
-/// surface is the index of all other media.
+/// Returns the ball that the only field fills. The field must be nearly radial, and its index at
+/// the surface must equal the index of all other media.
 fn matched_ball(parts: &Parts) -> Option<BendingBall> {
     let mut fields = (0..parts.media.len()).filter(|id| !parts.media[*id].index.is_constant());
     let interior = fields.next().filter(|_| fields.next().is_none())?;

@@ -62,8 +62,8 @@ const MATCHED: f64 = 1e-6;
 /// Jump of the index below which facets of a rough dielectric scatter into cones of less than about
 /// a degree.
 const FAINT: f64 = 1e-2;
-/// Largest ratio of a wavelength of sound to the size of its medium, or of the size to the
-/// wavelength.
+/// Largest ratio, without a warning, of a wavelength of sound to the size of its medium, or of the
+/// size to the wavelength.
 const SOUND: f64 = 1e3;
 /// Number of points at which a surface is probed.
 const SURFACE_PROBES: u64 = 64;

@@ -1,11 +1,11 @@
 //! Coincident surfaces. The surface that a ray meets first never depends on the order of objects.
 //!
 //! A *sheet* is an object with one medium on both sides: a meter's surface, a screen, an area
-//! light. A sheet on the face of a body, or on another sheet, is moved off it by about 1e-11 of the
-//! extent of the scene, so that rays meet both. A sheet is moved to the outside of a body, or to
-//! the side of the other sheet's normal. Coincident faces of bodies stay in place. Rays meet one of
-//! them, in the order of [`precedence`](super::index::precedence), and enter the medium beyond all
-//! of them.
+//! light. A sheet on the face of a body, or on another sheet, is moved off that surface by about
+//! 1e-11 of the extent of the scene. Rays then meet both. A sheet is moved to the outside of a
+//! body, or to the side of the other sheet's normal. Coincident faces of bodies stay in place. Rays
+//! meet one of them, in the order of [`precedence`](super::index::precedence), and enter the medium
+//! beyond all of them.
 
 use super::index::{Index, sort_by_precedence};
 use super::parts::{Object, Parts};
@@ -72,8 +72,8 @@ pub(super) fn separation(parts: &Parts, epsilon: f64, stop: &Stop) -> Separation
     }
 }
 
-/// Returns the objects with one medium on both sides, in the order in which they are stacked:
-/// opaque objects first, then objects that transmit light, and null surfaces last.
+/// Returns the objects with one medium on both sides, in the order in which they are stacked.
+/// Opaque objects come first, then objects that transmit light, and null surfaces last.
 fn sheets(parts: &Parts) -> Vec<usize> {
     let mut sheets: Vec<usize> = (0..parts.objects.len())
         .filter(|i| parts.objects[*i].sides.is_none())

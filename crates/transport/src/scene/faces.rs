@@ -1,10 +1,10 @@
 //! Emitters and sensors exactly on a face, and the side of the face on which they act.
 //!
 //! A directed emitter or sensor on a face of a body lies outside the body, as in the limit from
-//! outside: its light passes the face. On a face between two bodies, neither of which contains the
-//! other, and on a sheet that transmits light, it lies behind the face with respect to its
-//! direction. On an opaque sheet it lies in front. A point that radiates in all directions lies on
-//! all sides: its light starts in the medium in its direction.
+//! outside: its light passes the face. On a face between two bodies that do not contain each other,
+//! it lies behind the face with respect to its direction, as on a sheet that transmits light. On an
+//! opaque sheet it lies in front. A point that radiates in all directions lies on all sides: its
+//! light starts in the medium in its direction.
 
 use super::Scene;
 use super::coincident::{LAYER, TOUCH};

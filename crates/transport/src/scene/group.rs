@@ -1,7 +1,7 @@
 //! Emitters of one class, and the choice of one of them.
 //!
-//! A connection chooses an emitter in proportion to an estimate of its contribution: its intensity
-//! over the square of its distance, times the cosine or the phase function along the chord. For
+//! A connection chooses an emitter in proportion to an estimate of its contribution. The estimate
+//! is intensity over squared distance, times the cosine or the phase function along the chord. For
 //! many emitters, the choice descends a tree of balls around them and weighs each branch as one
 //! light (after A. Conty Estevez and C. Kulla, "Importance Sampling of Many Lights with Adaptive
 //! Tree Splitting", 2018). The cost then grows as the logarithm of the number of emitters.

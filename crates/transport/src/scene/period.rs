@@ -18,10 +18,10 @@ const SAME: f64 = 1e-9;
 
 impl Scene {
     /// Builds the scene at `instants` ≥ 1 instants, evenly spaced over a period of the sound in its
-    /// media: the phase ωt of instant i is 2πi/`instants`. All sound in the scene must have one
-    /// period. A problem at some instant becomes a warning of the scene, once for each part of the
-    /// scene and cause. The scene shares data with `alike` where possible, such as with the scene
-    /// of another group of channels.
+    /// media: the phase ωt of instant i is 2πi/`instants`. All sound in the scene is assumed to
+    /// have one period. A problem at some instant becomes a warning of the scene, once for each
+    /// part of the scene and cause. The scene shares data with `alike` where possible, such as with
+    /// the scene of another group of channels.
     ///
     /// # Errors
     /// The errors of [`Scene::new`], for any instant. With several instants, also: no sound, sound

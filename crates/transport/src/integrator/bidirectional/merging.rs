@@ -91,8 +91,9 @@ impl Merging {
     }
 }
 
-/// Weight of merging against other techniques: the weight of a photon times the number of light
-/// subpaths times the area, or volume, within which their vertices count. Zero without merging.
+/// Weight of merging against other techniques. It is the product of the weight of a photon, the
+/// number of light subpaths, and the area, or volume, within which their vertices count. Zero
+/// without merging.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct MergeContents {
     surface: f64,

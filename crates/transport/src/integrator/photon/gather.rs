@@ -1,5 +1,5 @@
-//! Gathering of photons along a sensor ray: photons around the ray, or around a sampled point of
-//! it, and photons on the first surface that is not specular.
+//! Gathering of photons along a sensor ray. In media, photons around the ray or around a sampled
+//! point of the ray count. On surfaces, photons on the first surface that is not specular count.
 //!
 //! Theory: docs/theory.md#photon-maps.
 

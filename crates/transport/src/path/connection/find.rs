@@ -89,8 +89,8 @@ impl Connection {
             }
             ControlFlow::Continue(())
         });
-        // Search for further branches with probability q: one random start, weight N/q, eq. (sum
-        // over branches).
+        // Search for further branches with probability q: one random start, weight N/q,
+        // eq. (sum over branches).
         if search.has_all(!known.is_empty()) {
             ws.stats.connections.certified += 1;
         // Planted error "further branches dropped: the estimators disagree", found by morgana-transport/transport::agreement::branches::estimators_agree_on_all_branches:

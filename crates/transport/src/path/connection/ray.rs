@@ -43,8 +43,8 @@ pub struct Connection {
     pub optical_length: f64,
     /// Distance at which the ray passes the point that it was aimed at.
     pub miss: f64,
-    /// Probability that connections discover the ray, for MIS weights: 1 for a branch found from a
-    /// deterministic start, less for a branch that only random starts find.
+    /// Probability that connections discover the ray, for MIS weights. It is 1 for a branch found
+    /// from a deterministic start, and less for a branch that only random starts find.
     pub discovery: f64,
 }
 

@@ -2,8 +2,8 @@
 //!
 //! Let paths continue in a cell with throughputs T, contribute X per unit of throughput from there
 //! and take work C. If they survive with probability vT, their variance grows by Σ T X²/v and their
-//! work is Σ vTC. If one unit of work in the whole image reduces the variance by w, variance × work
-//! is least for v² = Σ T X² / (w Σ T C) (docs/theory.md#russian-roulette).
+//! work is Σ vTC. Let one unit of work in the whole image reduce the variance by w. Variance × work
+//! is then least for v² = Σ T X² / (w Σ T C) (docs/theory.md#russian-roulette).
 
 use super::adjoint::{AXES, AdjointEstimate, Node, PhaseSpacePoint, place};
 use crate::path::segment::Start;

@@ -94,7 +94,7 @@ impl StrategyRates {
     }
 }
 
-/// Work for each part of a sample.
+/// Work for each part of a sample, by the probabilities of [`StrategyRates`].
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StrategyWork {
     /// Work for emitter subpaths.

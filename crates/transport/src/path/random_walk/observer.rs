@@ -36,8 +36,8 @@ pub trait Observer {
     fn fly_freely(&mut self, _event: &FreeFlightEvent) {}
 
     /// True if the observer accepts [`Observer::fly_in_voxel`] and [`Observer::collide_in_voxel`]
-    /// in place of all other calls except [`Observer::go_on`], while a walk with one channel is in
-    /// a volume of voxels.
+    /// while a walk with one channel is in a volume of voxels. They replace all other calls except
+    /// [`Observer::go_on`].
     fn sees_voxels(&self, _volume: &VoxelVolume) -> bool {
         false
     }

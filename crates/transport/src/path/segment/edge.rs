@@ -13,7 +13,7 @@ use glam::DVec3;
 pub(crate) enum Front {
     /// All directions from one point.
     Point,
-    /// A single direction from all points of a plane across it.
+    /// A single direction, from all points of a plane across this direction.
     Plane,
 }
 
@@ -248,9 +248,9 @@ impl<'a> Edge<'a> {
         }
     }
 
-    /// Ends an edge that met no surface at a collision, where the depth of a channel reaches a
-    /// target. The collision only scatters; its geometry term is not needed and stays 0. Returns
-    /// the index of the span of the collision, if there is a collision.
+    /// Ends the edge, which must have met no surface, at the collision where the depth of a channel
+    /// reaches a target. The collision only scatters; its geometry term is not needed and stays 0.
+    /// Returns the index of the span of the collision, if there is a collision.
     pub(in crate::path) fn collide_at(&mut self, channel: usize, target: f64) -> Option<usize> {
         let at = |(i, span): (usize, &Span<'a>)| {
             let left = target - span.depth_before[channel];

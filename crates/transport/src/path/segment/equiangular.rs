@@ -6,9 +6,9 @@ use crate::scene::Scene;
 use glam::DVec3;
 
 /// A density over the arc length of an edge, proportional to 1/(D² + t²) around the closest
-/// approach to a point (Kulla and Fajardo, "Importance Sampling Techniques for Path Tracing in
-/// Participating Media", 2012). On a curved edge, t is the arc length from the closest approach.
-/// The density is then normalised but not exactly proportional to 1/r².
+/// approach to a point. See Kulla and Fajardo, "Importance Sampling Techniques for Path Tracing in
+/// Participating Media", 2012. On a curved edge, t is the arc length from the closest approach. The
+/// density is then normalised but not exactly proportional to 1/r².
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Equiangular {
     closest: f64,
@@ -19,9 +19,9 @@ pub(crate) struct Equiangular {
 }
 
 impl Equiangular {
-    /// Makes the density over the part of an extended edge before its first specular event, from
-    /// the first medium that scatters to the end of the last one. Returns `None` if this part has
-    /// no length.
+    /// Makes the density over a part of an extended edge before its first specular event. The part
+    /// extends from the first medium that scatters to the end of the last one. Returns `None` if
+    /// this part has no length.
     pub(crate) fn new(scene: &Scene, edge: &Edge, point: DVec3) -> Option<Self> {
         let scatters = |span: &&Span| scene.medium(span.medium).scatters();
         let first = edge.lead().iter().find(scatters)?;

@@ -1,10 +1,10 @@
 //! Origins of optical path lengths.
 //!
-//! The optical length of a path counts from the position of a point-like emitter, the surface of an
-//! area light, the plane of a beam's aperture, or the sampled point of a fibre or a volume. Light
-//! from outside has no origin in the scene. Its length counts from the plane across its direction
-//! that touches the ball around the scene ([`Surroundings`](crate::emitter::Surroundings)) where
-//! the light enters the ball.
+//! The optical length of a path counts from the position of a point-like emitter, or from the
+//! surface of an area light. For beams it counts from the plane of the aperture, for fibres and
+//! volumes from the sampled point. Light from outside has no origin in the scene. Its length counts
+//! from the plane across its direction that touches the ball around the scene
+//! ([`Surroundings`](crate::emitter::Surroundings)) where the light enters the ball.
 //!
 //! At the other end, the length counts to the pinhole, the sampled point of the lens, or the plane
 //! on which the rays of a parallel view start.

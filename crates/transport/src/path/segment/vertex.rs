@@ -161,8 +161,9 @@ impl Vertex {
         }
     }
 
-    /// Returns the emitter on whose surface the vertex lies, the radiance emitted against the
-    /// arriving subpath, and the density per unit area with which connections choose this point.
+    /// Returns the emitter on whose surface the vertex lies, and the radiance emitted against the
+    /// arriving subpath. Also returns the density per unit area with which connections choose this
+    /// point.
     pub fn emitted(&self, scene: &Scene) -> Option<(usize, Spectrum, f64)> {
         let Vertex::Surface {
             direction,

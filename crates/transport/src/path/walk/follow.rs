@@ -62,10 +62,10 @@ enum Until {
     Scattered,
 }
 
-/// Follows the ray from `x` in a unit direction. The ray passes index-matched boundaries, is
-/// refracted or totally reflected by smooth dielectrics, is reflected by smooth metals, and passes
-/// straight through surfaces that transmit at least half of the light. With a `reference`, its
-/// optical path difference is computed too.
+/// Follows the ray from `x` in a unit direction. Smooth dielectrics refract or totally reflect the
+/// ray, and smooth metals reflect it. The ray passes straight through index-matched boundaries and
+/// surfaces that transmit at least half of the light. With a `reference`, its optical path
+/// difference is computed too.
 pub(crate) fn follow(
     scene: &Scene,
     x: DVec3,

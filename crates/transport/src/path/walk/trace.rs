@@ -36,11 +36,12 @@ pub struct Sampling {
     /// True if the arcs up to the end are kept in [the workspace](Workspace::edge_parts), until the
     /// next edge is sampled.
     pub parts: bool,
-    /// True if the edge is forced to collide where it would leave the scene, if it passes a medium:
-    /// see [`Edge::forcing`]. Requires `extend`.
+    /// True if the edge is forced to collide where it would leave the scene, if its media attenuate
+    /// light: see [`Edge::forcing`]. Requires `extend`.
     pub forced: bool,
-    /// True if ray differentials are followed. The [geometry
-    /// term](crate::path::segment::EdgeGeometry::geometry_term) needs them and is 0 without them.
+    /// True if ray differentials are followed. The
+    /// [geometry term](crate::path::segment::EdgeGeometry::geometry_term) needs them and is 0
+    /// without them.
     pub differentials: bool,
     /// True if both branches are taken at the first specular event, if it can refract and reflect:
     /// see [`Edge::split`].

@@ -18,10 +18,9 @@ pub struct ObjectBuilder {
 }
 
 impl Object {
-    /// Starts an object for a [`SceneBuilder`](super::SceneBuilder). Unless
-    /// [`bsdf`](ObjectBuilder::bsdf) sets another, the surface of an object with an interior medium
-    /// is null, the surface of an emitter is black, and other surfaces are diffuse with a
-    /// reflectance of 0.5.
+    /// Starts an object for a [`SceneBuilder`](super::SceneBuilder). [`bsdf`](ObjectBuilder::bsdf)
+    /// sets the surface. By default an emitter is black, another object with an interior medium has
+    /// a null surface, and all others are diffuse with a reflectance of 0.5.
     pub fn builder(name: impl Into<String>, shape: impl Into<Shape>) -> ObjectBuilder {
         ObjectBuilder {
             name: name.into(),

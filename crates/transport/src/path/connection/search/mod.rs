@@ -113,8 +113,9 @@ impl<'a> Search<'a> {
             .is_unique(start.x, start.medium, position, medium)
     }
 
-    /// Visits the deterministic starts: at every ray through the surface of a ball, along the
-    /// chord, at the foot of the vertex on a plane, or where a beam passes the vertex.
+    /// Visits the deterministic starts. They lie at every ray through the surface of a ball.
+    /// Without a ball they lie along the chord, at the foot of the vertex on a plane, or where a
+    /// beam passes the vertex.
     pub(super) fn certain(&self, visit: &mut Visit) -> ControlFlow<()> {
         match self.through_ball(visit) {
             Some(flow) => flow,
@@ -211,8 +212,8 @@ impl<'a> Search<'a> {
         self.comply(candidate, &ray, ws)
     }
 
-    /// Returns the connection of a ray, or `None` if the ray leaves or arrives on the wrong side of
-    /// a surface or is beyond the reach of branches.
+    /// Returns the connection of a ray. Returns `None` if the ray leaves or arrives on the wrong
+    /// side of a surface, or is beyond the reach of branches.
     fn comply(
         &self,
         candidate: &Candidate,
@@ -228,8 +229,9 @@ impl<'a> Search<'a> {
             .is_none_or(|f| f.dot(connection.emission) > 0.0);
         let through = match self.target.end {
             ConnectionEnd::Point { .. } => true,
-            // Reject rays that run against their own direction, or through the medium behind the
-            // vertex's surface, or from a part of the plane in a medium other than the start's.
+            // Reject rays that run against their own direction or through the medium behind the
+            // vertex's surface. Also reject rays from a part of the plane in another medium than
+            // the start.
             ConnectionEnd::Plane { .. } => {
                 let last = ws.solver.pieces().last()?;
                 ray.optical_length > 0.0

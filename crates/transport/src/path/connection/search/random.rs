@@ -59,9 +59,9 @@ impl Search<'_> {
     }
 
     /// Finds a branch from a random start, other than the known branches. Returns the branch's
-    /// value and an unbiased estimate of the reciprocal of the probability of finding the branch:
-    /// the number of further random starts until the branch is found again (Booth 2007; Zeltner et
-    /// al. 2020; docs/theory.md#branches).
+    /// value and an unbiased estimate of the reciprocal of the probability of finding the branch.
+    /// The estimate is the number of further random starts until the branch is found again (Booth
+    /// 2007; Zeltner et al. 2020; docs/theory.md#branches).
     pub(crate) fn at_random<T>(
         &self,
         sampler: &mut Sampler,
