@@ -8,8 +8,8 @@ use crate::path::StrategyShares;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contribution {
     /// Position on the image, in units of its size from the top left; `None` for the pixel of the
-    /// sample. With a position, the value is per unit of the image's area: a pixel receives it
-    /// times its filter.
+    /// sample. With a position, the value is per unit of the image's area: a pixel receives the
+    /// value times the pixel's filter.
     pub image: Option<[f64; 2]>,
     /// Number of vertices that were sampled from the emitter and from the sensor, including the
     /// ends; zeros for an estimator that does not separate strategies.

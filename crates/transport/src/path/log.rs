@@ -8,8 +8,8 @@ use crate::emitter::EmittedRay;
 use glam::DVec3;
 use std::ops::ControlFlow;
 
-/// Receives the events of the subpaths of a sample, and the contributions that they make. The type
-/// is static: a log that ignores events costs nothing.
+/// Receives the events of the subpaths of a sample, and the contributions that they make. Logs are
+/// static types, so that a log that ignores events costs nothing.
 ///
 /// Events of the sensor subpath have [`TransportMode::Radiance`], events of the light subpath
 /// [`TransportMode::Importance`].

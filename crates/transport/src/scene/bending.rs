@@ -61,9 +61,10 @@ pub(super) fn guides(scene: &Scene) -> Vec<Option<Guide<MediumId>>> {
 }
 
 impl Scene {
-    /// True if at most one ray is known to connect two points, each given with its medium. Either
-    /// all rays are straight, or both points are in the only medium that bends rays. This medium
-    /// must be [certified](eikonal::Uniqueness) and convex, so that no ray that leaves it returns.
+    /// True if two points, each given with its medium, are known to have at most one connecting
+    /// ray. Either all rays are straight, or both points are in the only medium that bends rays.
+    /// This medium must be [certified](eikonal::Uniqueness) and convex, so that no ray that leaves
+    /// it returns.
     pub fn is_unique(&self, x: DVec3, medium: MediumId, y: DVec3, other: MediumId) -> bool {
         match self.bending {
             Bending::None => true,

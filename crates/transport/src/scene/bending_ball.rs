@@ -69,8 +69,8 @@ impl BendingBall {
         }
     }
 
-    /// True if no ray between two points is known to be reflected totally, and at most one ray
-    /// within the ball joins them. `n` is the index as a function of position.
+    /// True if it is known that no ray between two points is reflected totally, and that at most
+    /// one ray within the ball joins them. `n` is the index as a function of position.
     pub(crate) fn is_unique(&self, ends: [DVec3; 2], n: impl Fn(DVec3) -> f64) -> bool {
         let off = ends.map(|p| p.distance(self.ball.center));
         let lets_out = |i: usize| n(ends[i]) * off[i] <= self.lets_out;

@@ -333,8 +333,8 @@ fn check_closed(scene: &Scene, i: usize, object: &Object) -> Option<SceneProblem
     ))
 }
 
-/// Checks that the declared exterior medium exists there. It must be the ambient medium, or the
-/// medium of a closed shape around or beside this shape.
+/// Checks that the declared exterior medium exists outside the shape. It must be the ambient
+/// medium, or the medium of a closed shape around or beside this shape.
 fn check_exterior(scene: &Scene, i: usize, object: &Object) -> Option<SceneProblem> {
     let partition = partition_of(scene, i);
     let exterior = partition.map_or(object.sides?.exterior, |p| p.exterior);

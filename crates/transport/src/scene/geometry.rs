@@ -89,8 +89,8 @@ impl Geometry {
         })
     }
 
-    /// Moves sheets, emitters and the sensor of `other` if its surfaces equal the surfaces of `own`,
-    /// the parts with this geometry. Returns true if the surfaces are equal.
+    /// Moves sheets, emitters and the sensor of `other` if its surfaces are equal to the surfaces
+    /// of `own`, the parts with this geometry. Returns true if the surfaces are equal.
     pub(super) fn place(&self, own: &Parts, other: &mut Parts) -> bool {
         // Planted error "scenes that share the geometry of others that differ", found by morgana-transport/lib::scene::geometry::tests::scenes_share_their_geometry_while_it_is_the_same:
         // if self.is_of(own, other) && false {

@@ -13,7 +13,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Number of voxels with unsuitable or unknown matter.
+/// Matter number that marks voxels with unsuitable or unknown matter.
 const OTHER: u8 = u8::MAX;
 /// Largest cosine, by rounding, between edges of voxels that are at right angles.
 const SQUARE: f64 = 1e-12;
@@ -65,7 +65,7 @@ pub(crate) enum BeyondFace<'a> {
 #[derive(Clone, Debug)]
 pub(super) struct VoxelVolumes {
     list: Vec<VoxelVolume>,
-    /// Volume to whose voxels each medium belongs, if any.
+    /// For each medium, the volume to whose voxels the medium belongs, if any.
     of_medium: Vec<Option<usize>>,
 }
 

@@ -121,7 +121,7 @@ impl<L: PathLog> Tracing<'_, L> {
         }
         let vertex = Vertex::volume(&point);
         let chosen = scene.emitter_probability(index, &vertex.receiver(scene));
-        // Combine p_e with p(s) of eq. (distance density), each times the probability of the emitter.
+        // Combine p_e with p(s) of eq. (distance density), each times the emitter's probability.
         // Planted error "distances around lights weighed against collisions by chance where they are forced", found by morgana-transport/transport::first_vertex::means_stay:
         // let by_collision = edge.collision_density(sampled.channel_pdf, &point) * chosen / edge.forcing[0];
         let by_collision = edge.collision_density(sampled.channel_pdf, &point) * chosen;

@@ -25,7 +25,8 @@ pub(crate) struct FoundBranch<'g> {
     pub geometry: &'g EdgeGeometry,
     /// Unit direction in which the branch leaves the vertex that connections are made from.
     pub direction: DVec3,
-    /// Optical length of the branch. It separates branches that leave a plane in one direction.
+    /// Optical length of the branch. It separates branches that leave a plane in the same
+    /// direction.
     pub optical_length: Option<f64>,
 }
 

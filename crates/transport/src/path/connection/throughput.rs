@@ -9,7 +9,7 @@ use eikonal::connect::{Event, Piece};
 use eikonal::interface::Rule;
 use eikonal::ray::Arc;
 
-/// Product of the transmission factors of the pieces of a ray.
+/// Transmission along all pieces of a ray: depth, factors and choices.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ConnectionThroughput {
     /// Optical depth.

@@ -104,8 +104,8 @@ impl ExpectedSample {
 }
 
 impl NeeTraining {
-    /// Begins a sample, to which the following records belong. Each two samples in turn are of one
-    /// pixel.
+    /// Begins a sample, to which the following records belong. Samples come in pairs, with one
+    /// pixel for each pair.
     pub fn begin(&mut self) {
         self.samples.push(ExpectedSample::default());
     }

@@ -16,7 +16,7 @@ pub trait Survival {
     ) -> usize;
 }
 
-/// Russian roulette: a walk continues with the probability of its throughput over its initial
+/// Russian roulette: a walk continues with a probability equal to its throughput over its initial
 /// throughput.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Roulette {

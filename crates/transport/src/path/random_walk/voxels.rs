@@ -51,7 +51,8 @@ struct VoxelRay<'v> {
     held: &'v VoxelMatter,
     /// Position, in voxels from the volume's corner.
     place: DVec3,
-    /// Unit direction along the edges of voxels, and its velocity in voxels per length.
+    /// Unit direction, in components along the edges of voxels, and the direction in voxels per
+    /// length.
     direction: DVec3,
     speed: DVec3,
     throughput: Spectrum,

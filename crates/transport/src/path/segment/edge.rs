@@ -221,7 +221,7 @@ pub struct Edge<'a> {
     /// True if connections search for edges like this one: see [`crate::path`].
     pub connectable: bool,
     /// Density of collisions on the edge, in each channel, relative to an edge that may leave the
-    /// scene without a collision. 1 unless the collision was forced.
+    /// scene without a collision. It is 1 unless the collision was forced.
     pub forcing: Spectrum,
     /// Branch that was not followed at the first specular event, if both branches were requested.
     pub split: Option<Box<Split>>,

@@ -14,8 +14,9 @@
 use crate::scene::{AMBIENT, Scene};
 use glam::DVec3;
 
-/// Returns the optical length from an end at an emitter to the origin of path lengths. Only ends of
-/// light from outside have one: they are planes two radii from the centre of the ball.
+/// Returns the optical length from an end at an emitter to the origin of path lengths. The length
+/// is zero except for light from outside, with ends on planes two radii from the centre of the
+/// ball.
 pub fn lead_in(scene: &Scene, emitter: usize) -> f64 {
     if !scene.emitters()[emitter].is_at_infinity() {
         return 0.0;

@@ -228,7 +228,7 @@ mod tests {
             }
         }
         assert_eq!(choose(&[0.0; 3], 0.0, 0.5), None);
-        // Rounding leaves the last possible choice.
+        // Rounding may exhaust the probabilities; the last possible choice is then taken.
         let last = choose(&[1.0, 2.0, 0.0], 0.0, 1.0).unwrap();
         assert_eq!(last.index, 1);
     }

@@ -60,7 +60,8 @@ pub(crate) fn gather_along<'a>(
                 x, depth, weight, ..
             } = place.point;
             let n = scene.n(place.point.medium, x);
-            // An edge gets to the point without a collision with probability Σ w_c e^{−τ_c}.
+            // Divide by the probability Σ w_c e^{−τ_c} that the edge reaches the point without a
+            // collision.
             let transmittance = depth.exp_neg();
             let reaches = (channel_pdf * transmittance).sum();
             let emitted = scene.emitted_within(volume, place.point.medium, x);
