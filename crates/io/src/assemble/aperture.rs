@@ -1,4 +1,4 @@
-//! Which part of a sensor's aperture is open.
+//! Aperture of a sensor: an iris with blades, obscuration and vanes, or a bitmap.
 
 use super::context::Context;
 use super::surface_texture::transmittances;
@@ -8,9 +8,9 @@ use crate::scene::{ObjectDescription, ObjectId, PluginKind};
 use std::sync::Arc;
 use transport::sensor::{ApertureShape, Iris};
 
-/// The nested bitmap.
+/// Name of the nested bitmap.
 const PICTURE: &str = "aperture";
-/// What says of an aperture that it is not a disc.
+/// Parameters that describe an aperture other than an unobstructed disc.
 pub(super) const SHAPES: [&str; 7] = [
     "blades",
     "blade_angle",
@@ -21,10 +21,10 @@ pub(super) const SHAPES: [&str; 7] = [
     PICTURE,
 ];
 
-/// What a sensor says of its aperture.
+/// Aperture as described by a sensor.
 pub(super) struct Opening {
     shape: Shape,
-    /// The sensor, and where it was written.
+    /// Object number of the sensor; `location` is the place of the sensor in the scene file.
     sensor: ObjectId,
     location: Location,
 }
@@ -58,7 +58,7 @@ impl Opening {
         }
     }
 
-    /// The aperture; `None` after an error.
+    /// Returns the aperture, built on first use; `None` after an error.
     pub(super) fn aperture(&self, context: &mut Context) -> Option<ApertureShape> {
         if let Some(made) = context.assets.apertures.get(&self.sensor) {
             return Some(made.clone());
@@ -82,7 +82,7 @@ fn iris(q: &mut Query) -> Iris {
         ..open
     };
     if part(q, "blades", &["blade_angle"]) {
-        // After an error, one is enough.
+        // After an error, continue with a valid number of blades: one error is enough.
         iris.blades = q.integer("blades").max(3) as u32;
         iris.blade_angle = q.float("blade_angle").to_radians();
     }
@@ -94,7 +94,8 @@ fn iris(q: &mut Query) -> Iris {
     iris
 }
 
-/// Whether an iris has a part, without which some parameters mean nothing.
+/// Returns true if the iris has the part `name`. Reports any of its `details` that are given
+/// without it.
 fn part(q: &mut Query, name: &str, details: &[&str]) -> bool {
     let is_there = q.has(name);
     for detail in details {

@@ -1,4 +1,5 @@
-//! Parts that all groups of channels share: each is built once, for the group that asks first.
+//! Parts that all groups of channels share. Each part is built once, for the first group that needs
+//! it.
 
 use super::CondensedGrid;
 use super::content::ContentHasher;
@@ -18,7 +19,7 @@ use transport::shape::{Mesh, Shape};
 use transport::texture::Texture;
 use transport::volume::VolumeGrid;
 
-/// Colours of a mesh, and other quantities of its vertices and triangles.
+/// Colours of a mesh and other quantities of its vertices and triangles.
 pub(super) type Attributes = Arc<Vec<MeshAttribute>>;
 
 /// A mesh before it is placed.
@@ -30,33 +31,33 @@ pub(super) struct Original {
     pub attributes: Attributes,
 }
 
-/// A part of any type, held so that other scenes find it.
+/// Part of any type, kept alive so that other scenes can share it.
 pub(super) type Held = Arc<dyn Any + Send + Sync>;
 
-/// Parts of a description that were built.
+/// Parts of a description that have been built.
 #[derive(Default)]
 pub(super) struct Assets {
-    /// Apertures of sensors, with their patterns.
+    /// Apertures of sensors, with their diffraction patterns.
     pub apertures: HashMap<ObjectId, ApertureShape>,
-    /// Shapes in their places.
+    /// Shapes at their positions, with their attributes.
     pub shapes: HashMap<PlacedShape, (Shape, Attributes)>,
-    /// Meshes of groups of shapes, before they are placed.
+    /// Meshes of groups of shapes, before placement.
     pub originals: HashMap<ObjectId, Original>,
-    /// Parts that other scenes share as long as these are held.
+    /// Parts that other scenes can share while they are held here.
     pub held: Vec<Held>,
-    /// Number of voxels of each label, by volume.
+    /// Number of voxels with each label, by label volume.
     pub label_counts: HashMap<ObjectId, Arc<LabelCounts>>,
-    /// Volumes of labels, divided.
+    /// Label volumes, divided into parts.
     pub divisions: HashMap<(ObjectId, Places), Arc<Division>>,
     /// Textures from image files.
     pub textures: Table<(ObjectId, Role), Texture>,
-    /// Quantities on grids.
+    /// Values on grids.
     pub grids: Table<GridKey, Arc<VolumeGrid>>,
     /// Refractive indices.
     pub fields: Table<ObjectId, Field>,
 }
 
-/// A shape of the description, and the place of its copy as bits of an affine map.
+/// Key of a placed shape: the shape's object, and for a copy the bits of its affine map.
 #[derive(PartialEq, Eq, Hash)]
 pub(super) struct PlacedShape {
     shape: ObjectId,
@@ -64,7 +65,7 @@ pub(super) struct PlacedShape {
 }
 
 impl PlacedShape {
-    /// The shape itself, or its copy at a place.
+    /// Makes the key of a shape, or of its copy at `place`.
     pub(super) fn new(shape: ObjectId, place: Option<DAffine3>) -> Self {
         PlacedShape {
             shape,
@@ -73,7 +74,7 @@ impl PlacedShape {
     }
 }
 
-/// A grid of the description with the use that it is put to.
+/// Key of a grid: its object, with the role and the allowed range of its values.
 #[derive(PartialEq, Eq, Hash)]
 pub(super) struct GridKey {
     object: ObjectId,
@@ -82,7 +83,7 @@ pub(super) struct GridKey {
 }
 
 impl GridKey {
-    /// A grid whose values must lie between the two `allowed` ones.
+    /// Makes the key of a grid whose values must lie between the two `allowed` values.
     pub(super) fn new(object: ObjectId, is_extinction: bool, allowed: [f64; 2]) -> Self {
         GridKey {
             object,
@@ -92,10 +93,10 @@ impl GridKey {
     }
 }
 
-/// Parts of one kind, by what they are built from and, if they depend on it, the group of channels.
+/// Parts of one kind, by their key and, if they depend on it, by the group of channels.
 pub(super) type Table<K, T> = HashMap<(K, Option<usize>), Made<T>>;
 
-/// A part, with what building it has noted in the context.
+/// Part, with the notes that building it added to the context.
 #[derive(Clone)]
 pub(super) struct Made<T> {
     pub part: T,

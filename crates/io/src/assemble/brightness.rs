@@ -1,4 +1,4 @@
-//! How bright something is.
+//! Spectra of emitted light.
 
 use super::context::Context;
 use super::texture_role::Role;
@@ -6,7 +6,8 @@ use crate::scene::{ObjectDescription, SpectrumValue};
 use eikonal::Shown;
 use transport::Spectrum;
 
-/// A brightness: it must not be negative.
+/// Reads the emission spectrum `value` of the property `name`. Reports a negative value as an
+/// error.
 pub(super) fn light(
     value: &SpectrumValue,
     name: &str,

@@ -7,25 +7,26 @@ use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::scene::{ObjectDescription, PluginKind, SpectrumValue, Value, descendants};
 use transport::Spectrum;
 
-/// The channels of the film.
+/// Channels of the film.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Channels {
-    /// One channel.
+    /// Luminance, one channel.
     Luminance,
     /// Red, green and blue.
     Rgb,
-    /// Wavelengths.
+    /// List of wavelengths.
     Wavelengths {
-        /// In nanometres.
+        /// Wavelengths in nm.
         nm: Vec<f64>,
-        /// Whether each has paths of its own, because an index, or diffraction at the aperture, depends on the wavelength.
+        /// True if each wavelength has its own paths, because an index or the diffraction at the
+        /// aperture depends on the wavelength.
         apart: bool,
     },
 }
 
 impl Channels {
-    /// As the film of the scene's first sensor says, be it that of a shape. Without a film, cameras
-    /// have three channels and meters one.
+    /// Returns the channels of the film of the scene's first sensor, which may belong to a shape.
+    /// Without a film, cameras have red, green and blue, and meters have luminance.
     pub(super) fn of(root: &ObjectDescription, diagnostics: &mut Diagnostics) -> Self {
         fn children(
             o: &ObjectDescription,
@@ -49,7 +50,8 @@ impl Channels {
         if apart { channels.apart() } else { channels }
     }
 
-    /// As a film says. After an error it has some wavelength, lest whatever depends on one complain, too.
+    /// Returns the channels that a film describes. After an error the film has one default
+    /// wavelength, so that dependent parts report no further errors.
     pub(super) fn of_film(film: &ObjectDescription, diagnostics: &mut Diagnostics) -> Self {
         let text = |name: &str| {
             let property = film.properties.iter().find(|p| p.name == name)?;
@@ -79,8 +81,8 @@ impl Channels {
         Channels::Wavelengths { nm, apart: false }
     }
 
-    /// The one channel in which quantities other than light are shown: luminance, or the only
-    /// wavelength.
+    /// Returns the single channel in which quantities other than light are shown: luminance, or the
+    /// only wavelength. Reports an error if there are several wavelengths.
     pub(super) fn single(self, diagnostics: &mut Diagnostics) -> Self {
         match self {
             Channels::Wavelengths { mut nm, apart } if nm.len() > 1 => {
@@ -96,7 +98,7 @@ impl Channels {
         }
     }
 
-    /// Each wavelength on its own.
+    /// Gives each wavelength its own paths.
     pub(super) fn apart(self) -> Self {
         match self {
             Channels::Wavelengths { nm, .. } => Channels::Wavelengths { nm, apart: true },
@@ -126,12 +128,12 @@ impl Channels {
         }
     }
 
-    /// The first channel of a group.
+    /// Returns the number of the first channel of a group.
     pub(super) fn first(&self, group: usize) -> usize {
         group * self.group_size()
     }
 
-    /// The wavelength of a group in nm, if it has just one.
+    /// Returns the wavelength of a group in nm, if the group has just one.
     pub(super) fn wavelength(&self, group: usize) -> Option<f64> {
         match self {
             Channels::Wavelengths { nm, .. } if self.channels_of(group) == 1 => {
@@ -143,7 +145,7 @@ impl Channels {
         }
     }
 
-    /// The wavelengths of a group in nm, if channels are wavelengths.
+    /// Returns the wavelengths of a group in nm, if channels are wavelengths.
     pub(super) fn wavelengths(&self, group: usize) -> Option<&[f64]> {
         match self {
             Channels::Wavelengths { nm, .. } => {
@@ -159,7 +161,8 @@ impl Channels {
         (self.count() - self.first(group)).min(self.group_size())
     }
 
-    /// What becomes of a spectrum in a role before it is divided among channels.
+    /// Converts a spectrum in a role to the film's kind of channels, before it is divided into
+    /// groups.
     pub(super) fn seen(&self, value: &SpectrumValue, role: Role) -> Result<Seen, String> {
         match (self, value) {
             (Channels::Wavelengths { .. }, SpectrumValue::Rgb(_)) if role.is_number() => {
@@ -177,7 +180,7 @@ impl Channels {
         }
     }
 
-    /// Names, as in image files.
+    /// Returns the names of the channels, as in image files.
     pub(super) fn names(&self) -> Vec<String> {
         match self {
             Channels::Luminance => vec!["Y".into()],
@@ -186,7 +189,8 @@ impl Channels {
         }
     }
 
-    /// A spectrum in the channels of a group: on a film of colours or luminance, a colour or a number.
+    /// Returns a spectrum in the channels of a group. A film of colours or luminance accepts only a
+    /// colour or a number.
     pub(super) fn spectrum(&self, value: &SpectrumValue, group: usize) -> Result<Spectrum, String> {
         let channels = self.channels_of(group);
         let all = |f: &dyn Fn(usize) -> f64| {
@@ -216,16 +220,17 @@ impl Channels {
     }
 }
 
-/// Objects of the scene that light may meet: media and volumes that nothing refers to do not count.
+/// Returns the objects of the scene that light can reach: shapes, sensors and emitters. Media and
+/// volumes to which nothing refers do not count.
 fn seen(root: &ObjectDescription) -> impl Iterator<Item = &ObjectDescription> {
     let kinds = [PluginKind::Shape, PluginKind::Sensor, PluginKind::Emitter];
     let children = root.children.iter().map(|c| &*c.object);
     children.filter(move |o| kinds.contains(&o.kind))
 }
 
-/// In nm: stands for wavelengths that are missing.
+/// Wavelength in nm that replaces missing or invalid wavelengths.
 const GREEN: f64 = 550.0;
-/// At most so many wavelengths: more is a mistake.
+/// Maximum number of wavelengths; more are considered a mistake.
 const MOST_WAVELENGTHS: usize = 4096;
 
 fn wavelengths(list: &str) -> Option<Vec<f64>> {

@@ -1,4 +1,4 @@
-//! Values that lie outside of what they may be: those within rounding are clipped, with a note.
+//! Values outside their limits. Values within rounding of a limit are clipped, with a note.
 
 use super::texture_role::{Asked, Role};
 use crate::diagnostic::{Diagnostic, lints};
@@ -7,16 +7,19 @@ use eikonal::Shown;
 use transport::Spectrum;
 use transport::volume::GridSamples;
 
-/// How far a number may lie beyond a limit and count as rounded, as a share of the largest that is allowed, or that there is: some
-/// units in the last place of single precision.
+/// Distance beyond a limit within which a number counts as rounded: a few units in the last place
+/// of single precision. It is relative to the largest allowed value, or to the largest value if
+/// there is no upper limit.
 pub(super) const ROUNDING: f64 = 1e-6;
-/// How far below 0 values of an image may lie and count as rounded, as a share of its largest value, and how much of its light they
-/// may take away: what half precision and lossy compression leave.
+/// Distance below 0 within which values of an image count as rounded, relative to the image's
+/// largest value. Also the largest fraction of the image's light that such values may remove. Half
+/// precision and lossy compression leave errors of this size.
 const NEGATIVE: f64 = 1e-4;
-/// How much of the light of an image its negative values may take away.
+/// Maximum fraction of the light of an image that its negative values may remove.
 const MOST_LOST: f64 = 0.1;
 
-/// Clips those values of a reflectance that are outside of [0, 1] by rounding; a note if there are any.
+/// Clips values of a reflectance that rounding puts outside [0, 1]. Returns a note if there are
+/// any.
 pub(super) fn reflectance(value: &mut Spectrum) -> Option<Diagnostic> {
     let mut note = None;
     for v in &mut value.0 {
@@ -30,7 +33,8 @@ pub(super) fn reflectance(value: &mut Spectrum) -> Option<Diagnostic> {
     note
 }
 
-/// A value of an image for this role: not negative, and without what rounding adds to 1 where that is the most.
+/// Returns a value of an image for a role: negative values become 0, and for roles limited to 1,
+/// values that rounding puts above 1 become 1.
 pub(super) fn without_rounding(value: f64, role: Role) -> f64 {
     let most = matches!(role, Role::Reflectance | Role::Number);
     if most && value > 1.0 && value <= 1.0 + ROUNDING {
@@ -40,17 +44,18 @@ pub(super) fn without_rounding(value: f64, role: Role) -> f64 {
     }
 }
 
-/// What is outside of its limits among the pixels of an image.
+/// Statistics of the values of an image that are outside their limits.
 pub(super) struct Pixels {
     count: usize,
-    /// Pixels with a negative value, the least value, and their sum.
+    /// Number of pixels with a negative value; `least` is the least value, `lost` the sum of their
+    /// magnitudes.
     negative: usize,
     least: f64,
     lost: f64,
-    /// Pixels with a value above 1, and the largest value.
+    /// Number of pixels with a value above 1; `largest` is the largest value.
     above: usize,
     largest: f64,
-    /// The sum of the positive values.
+    /// Sum of the positive values.
     light: f64,
 }
 
@@ -67,7 +72,7 @@ impl Pixels {
         }
     }
 
-    /// Takes the values of a pixel into account, whose light has a weight.
+    /// Adds the values of a pixel. Its light counts with `weight`.
     pub(super) fn see(&mut self, values: impl Iterator<Item = f64>, weight: f64) {
         let (mut least, mut largest) = (0.0_f64, 0.0_f64);
         for v in values {
@@ -82,17 +87,18 @@ impl Pixels {
         self.largest = self.largest.max(largest);
     }
 
-    /// Whether no value is positive.
+    /// True if no value is positive.
     pub(super) fn are_black(&self) -> bool {
         self.light == 0.0
     }
 
-    /// What to say of an image, by its name, whose values are then to be clipped ([`without_rounding`]); `None` if there is nothing
-    /// to clip.
+    /// Checks the image called `name`. Returns a note or a warning if its values must be clipped by
+    /// [`without_rounding`], and `None` if there is nothing to clip.
     ///
     /// # Errors
     ///
-    /// Values that are farther beyond the limits of the role than rounding explains; light may be negative in places.
+    /// Values farther beyond the limits of the role than rounding explains. Images of light may
+    /// have some negative values.
     pub(super) fn verdict(
         &self,
         name: &str,
@@ -167,7 +173,8 @@ impl Pixels {
     }
 }
 
-/// The samples of a grid with what rounding puts outside of the two `allowed` values clipped, and what to say of it.
+/// Clips samples of a grid that rounding puts outside the two `allowed` values. Returns a note if
+/// there are any.
 ///
 /// # Errors
 ///

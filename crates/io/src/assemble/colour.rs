@@ -1,22 +1,23 @@
-//! Spectra as films of red, green and blue, and of luminance, see them.
+//! Conversion of spectra to red, green and blue, or to luminance.
 
 use super::texture_role::Role;
 use crate::cie;
 use crate::scene::SpectrumValue;
 use eikonal::Shown;
 
-/// A spectrum that has become a number or a colour.
+/// Spectrum converted to a number or a colour.
 pub(super) struct Seen {
     pub value: SpectrumValue,
-    /// The colour before it was clipped, if it had to be.
+    /// Colour before clipping, if it was clipped.
     pub clipped: Option<[f64; 3]>,
 }
 
-/// What becomes of a spectrum, as in Mitsuba 3.9.1: light is seen as it is, all else under daylight.
+/// Converts a spectrum to a colour or a number, as Mitsuba 3.9.1 does: emission is converted
+/// directly, all other roles under daylight (D65).
 ///
 /// # Errors
 ///
-/// A list of less than two wavelengths, which covers none.
+/// A list of less than two wavelengths, which covers no interval.
 pub(super) fn seen(value: &SpectrumValue, role: Role) -> Result<Seen, String> {
     let plain = |value| {
         Ok(Seen {
@@ -57,7 +58,7 @@ pub(super) fn seen(value: &SpectrumValue, role: Role) -> Result<Seen, String> {
     })
 }
 
-/// What to tell of a colour that was clipped.
+/// Returns the text of a warning about a clipped colour.
 pub(super) fn clipping(rgb: [f64; 3], role: Role) -> String {
     let [r, g, b] = rgb.map(Shown::rounded);
     let limits = match role {
@@ -82,7 +83,7 @@ pub(super) fn luminance(rgb: [f64; 3]) -> f64 {
     rgb.iter().zip(LUMINANCE).map(|(v, w)| v * w).sum()
 }
 
-/// A spectrum at a wavelength in nm that it covers.
+/// Returns a spectrum at a wavelength in nm, or `None` outside the wavelengths that it covers.
 fn covered(value: &SpectrumValue, nm: f64) -> Option<f64> {
     match value {
         SpectrumValue::Sampled(pairs) => {
@@ -93,8 +94,8 @@ fn covered(value: &SpectrumValue, nm: f64) -> Option<f64> {
     }
 }
 
-/// A spectrum at a wavelength in nm; lists are constant beyond their ends. `None` for a colour, and for a file that has not
-/// been read.
+/// Returns a spectrum at a wavelength in nm; lists are constant beyond their ends. `None` for a
+/// colour and for a file that has not been read.
 pub(super) fn at(value: &SpectrumValue, nm: f64) -> Option<f64> {
     Some(match value {
         SpectrumValue::Uniform(v) | SpectrumValue::EqualEnergy(v) => *v,
@@ -110,7 +111,8 @@ pub(super) fn at(value: &SpectrumValue, nm: f64) -> Option<f64> {
     })
 }
 
-/// Linear between samples in increasing wavelength, constant beyond them.
+/// Interpolates linearly between samples, which are in order of wavelength. Values are constant
+/// beyond the ends.
 fn interpolate(samples: &[(f64, f64)], nm: f64) -> f64 {
     let i = samples.partition_point(|(w, _)| *w <= nm);
     match (i.checked_sub(1).map(|k| samples[k]), samples.get(i)) {

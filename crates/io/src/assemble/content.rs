@@ -1,4 +1,5 @@
-//! Parts of scenes by their content: scenes that hold equal parts share them in memory, whichever descriptions they come from.
+//! Parts of scenes, identified by their content. Scenes that hold equal parts share them in memory,
+//! even if they come from different descriptions.
 
 use eikonal::field::Bspline;
 use glam::{DAffine3, DVec3};
@@ -9,22 +10,22 @@ use transport::volume::{GridError, LabelGrid, VolumeGrid};
 
 /// Grids that scenes hold.
 pub(super) static GRIDS: Shared<Content, VolumeGrid> = Shared::new();
-/// Meshes in their places.
+/// Placed meshes that scenes hold.
 pub(super) static MESHES: Shared<Content, Mesh> = Shared::new();
-/// Prefiltered grids of the index.
+/// Prefiltered grids of the index that scenes hold.
 pub(super) static SPLINES: Shared<Content, Bspline> = Shared::new();
 
-/// Labels of voxels in their places.
+/// Placed voxel labels that scenes hold.
 static LABELS: Shared<Content, LabelGrid> = Shared::new();
 
-/// Numbers that are hashed at once.
+/// Maximum number of values hashed per batch.
 const BATCH: usize = 1 << 13;
 
 /// Hash of everything that a part is built from (BLAKE3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Content([u8; 32]);
 
-/// A hash under way.
+/// Unfinished hash of content.
 #[derive(Clone, Default)]
 pub(super) struct ContentHasher(blake3::Hasher);
 
@@ -81,10 +82,10 @@ impl ContentHasher {
     }
 }
 
-/// Labels of voxels in their place, shared with scenes that hold equal ones.
+/// Returns voxel labels at a place, shared with scenes that hold equal labels.
 ///
 /// # Errors
-/// Errors are those of [`LabelGrid::new`].
+/// Returns the errors of [`LabelGrid::new`].
 pub(super) fn label_grid(
     size: [usize; 3],
     labels: Vec<u8>,
@@ -94,7 +95,7 @@ pub(super) fn label_grid(
     LABELS.try_get(content, || LabelGrid::new(size, labels, to_world))
 }
 
-/// Starts the hash of parts that are built from labels of voxels in their place.
+/// Starts the hash of parts that are built from voxel labels at a place.
 pub(super) fn labels_content(size: [usize; 3], labels: &[u8], to_world: DAffine3) -> ContentHasher {
     ContentHasher::default()
         .doubles(&size.map(|n| n as f64))

@@ -1,4 +1,4 @@
-//! What is gathered while a scene is assembled.
+//! Data gathered while a scene is assembled.
 
 use super::CondensedGrid;
 use super::assets::{Assets, Made, Table};
@@ -28,82 +28,83 @@ use transport::meter::MeterSurface;
 use transport::scene::{MediumId, Object, Partition};
 use transport::volume::VoxelMedia;
 
-/// The parts so far, and where they were written.
+/// Parts of the scene gathered up to this point, and their places in the scene file.
 pub(super) struct Context<'a> {
     pub channels: &'a Channels,
-    /// Group of channels: what depends on it is built anew for each.
+    /// Group of channels. Parts that depend on it are built again for each group.
     pub(super) group: usize,
-    /// True once the channels of the group were used: see [`Context::once`].
+    /// True once the channels of the group have been used: see [`Context::once`].
     pub(super) depends_on_group: Cell<bool>,
     pub diagnostics: &'a mut Diagnostics,
     pub files: &'a mut FileRegistry,
     /// Parts that are built once for all groups.
     pub assets: &'a mut Assets,
     pub media: Vec<Medium>,
-    /// Media whose index is not settled: the dielectrics around them may say.
+    /// True for each medium whose index is not settled yet; the dielectrics around it may define
+    /// it.
     pub index_open: Vec<bool>,
-    /// What has settled the index of a medium that has none of its own.
+    /// Source of the index of each medium that gives no index itself.
     pub index_from: HashMap<MediumId, IndexSource>,
     pub objects: Vec<Object>,
     pub emitters: Vec<Emitter>,
-    /// Ids of the emitters, or of the shapes that they cover.
+    /// Ids of the emitters, or of the shapes that emit.
     pub emitter_ids: Vec<Option<String>>,
     /// Meters of shapes, with the numbers of their objects.
     pub meters: Vec<MeterPlace>,
-    /// Volumes of several media.
+    /// Volumes that are divided into several media, before their sides are settled.
     pub divided: Vec<Divided>,
-    /// The same when their sides are settled.
+    /// Divided volumes whose sides are settled.
     pub partitions: Vec<Partition>,
-    /// What each object's description says of its two sides.
+    /// Media on the two sides of each object, as its description requests them.
     pub wishes: Vec<Wish>,
     pub places: Places,
     /// Number of triangles of all copies.
     pub copied: usize,
-    /// Grids, and where they lie.
+    /// Grids and their positions.
     pub grids: Vec<placed_grid::Placed>,
-    /// What volumes of sound are made of.
+    /// Components of the volumes of sound.
     pub sounds: Vec<SoundRecord>,
-    /// Which grids of the index are held by fewer samples.
+    /// Grids of the index that are stored with fewer samples.
     pub condensed: Vec<CondensedGrid>,
-    /// Where Mitsuba would render the scene otherwise.
+    /// Points in which Mitsuba would render the scene differently.
     pub differences: BTreeSet<Difference>,
-    /// Groups of shapes with something wrong in them.
+    /// Groups of shapes that contain an error.
     pub refused_groups: HashSet<ObjectId>,
     medium_ids: HashMap<ObjectId, MediumId>,
 }
 
-/// What says the index of a medium.
+/// Source of the index of a medium.
 pub(super) struct IndexSource {
     pub name: &'static str,
     pub location: Location,
 }
 
-/// A meter that measures at surfaces.
+/// Meter that measures at surfaces.
 pub(super) struct MeterPlace {
     pub meter: Arc<ObjectDescription>,
     pub surfaces: Vec<MeterSurface>,
-    /// Whether they are those of one shape, with coordinates of their own.
+    /// True if the surfaces belong to one shape, which has its own coordinates.
     pub is_shape: bool,
 }
 
-/// A volume that is divided into media, whose sides are not settled yet.
+/// Volume divided into media, before the media on its sides are settled.
 pub(super) struct Divided {
-    /// Its surfaces.
+    /// Numbers of its surfaces among the objects.
     pub objects: Range<usize>,
-    /// The media behind and before each of them; `None` is what is around.
+    /// Media behind and in front of each surface; `None` is the surrounding medium.
     pub sides: Vec<[Option<MediumId>; 2]>,
-    /// Its voxels, if its surfaces are their faces.
+    /// Voxels of the volume, if its surfaces are faces of voxels.
     pub voxels: Option<Arc<VoxelMedia>>,
-    /// The medium around, if it was named.
+    /// Surrounding medium, if it was named.
     pub exterior: Option<MediumId>,
-    /// The index around, if it was given.
+    /// Index of the surroundings, if it was given.
     pub outer_index: Option<f64>,
     pub location: Location,
 }
 
-/// Where things were written.
+/// Places in scene files.
 pub(super) struct Places {
-    /// `None` for media that no file mentions.
+    /// Places of the media; `None` for media that no file mentions.
     pub media: Vec<Option<Location>>,
     pub objects: Vec<Location>,
     pub emitters: Vec<Location>,
@@ -156,7 +157,7 @@ impl<'a> Context<'a> {
             .push(Diagnostic::error(message).at(location));
     }
 
-    /// Reports what a constructor refused; `None` then.
+    /// Reports the error of a constructor; `None` then.
     pub(super) fn accept<T, E: std::fmt::Display>(
         &mut self,
         location: &Location,
@@ -167,7 +168,8 @@ impl<'a> Context<'a> {
             .ok()
     }
 
-    /// A spectrum in the channels of this group, for what it is asked for. Reports what had to be clipped.
+    /// Returns a spectrum in the channels of this group, converted for its role. Reports clipped
+    /// values.
     pub(super) fn spectrum(
         &mut self,
         value: &SpectrumValue,
@@ -194,7 +196,7 @@ impl<'a> Context<'a> {
         spectrum
     }
 
-    /// Returns a spectrum in the channels of this group, as it is.
+    /// Returns a spectrum in the channels of this group, without conversion.
     pub(super) fn in_channels(&self, value: &SpectrumValue) -> Result<Spectrum, String> {
         self.channels.spectrum(value, self.looked_at_group())
     }
@@ -224,7 +226,7 @@ impl<'a> Context<'a> {
         self.group
     }
 
-    /// A spectrum with the pairs of the file that it names, if it names one.
+    /// Returns a spectrum. If it names a file, reads the wavelengths and values from it.
     pub(super) fn loaded<'v>(
         &mut self,
         value: &'v SpectrumValue,
@@ -238,7 +240,7 @@ impl<'a> Context<'a> {
         Cow::Owned(pairs.map_or(SpectrumValue::Uniform(1.0), SpectrumValue::Sampled))
     }
 
-    /// Adds a medium; `open` if its index is not settled yet.
+    /// Adds a medium. `open` is true if its index is not settled yet.
     pub(crate) fn add_medium(
         &mut self,
         medium: Medium,
@@ -251,18 +253,18 @@ impl<'a> Context<'a> {
         self.media.len() - 1
     }
 
-    /// The medium that an object of the description has become.
+    /// Returns the medium that was made from an object of the description.
     pub(crate) fn known_medium(&self, id: ObjectId) -> Option<MediumId> {
         self.medium_ids.get(&id).copied()
     }
 
-    /// Remembers it.
+    /// Stores the medium that was made from an object of the description.
     pub(crate) fn remember_medium(&mut self, id: ObjectId, medium: MediumId) {
         self.medium_ids.insert(id, medium);
     }
 
-    /// Returns the part with a key. It is built when it is first asked for, and again for other groups of channels only if building it
-    /// depends on the group. `None` after an error.
+    /// Returns the part with a key; `None` after an error. Builds it on first use. Builds it again
+    /// for another group of channels only if building it depends on the group.
     pub(super) fn once<K: Eq + Hash, T: Clone>(
         &mut self,
         table: fn(&mut Assets) -> &mut Table<K, T>,

@@ -1,4 +1,5 @@
-//! Volumes that labels divide into parts, and the surfaces between these. All scenes in which a volume is divided alike share them.
+//! Division of label volumes into parts, and the surfaces between the parts. Scenes that divide a
+//! volume in the same way share them.
 
 use super::content::{Content, label_grid, labels_content};
 use crate::mesh::label_surfaces::{self, PartSurface};
@@ -9,13 +10,14 @@ use transport::shape::{Mesh, Shape, ShapeError, VoxelFaces};
 use transport::shared::Shared;
 use transport::volume::{GridError, LabelGrid};
 
-/// Surfaces that scenes hold, by the parts of voxels, their place and the kind of surfaces.
+/// Surfaces that scenes hold, by the parts of the voxels, their place and the kind of surfaces.
 static SURFACES: Shared<Content, Surfaces> = Shared::new();
 
 /// Number of voxels of each label of a volume.
 pub(super) type LabelCounts = BTreeMap<u32, usize>;
 
-/// Part of the volume to which a label belongs, and the label's number within the part. Part 0 is outside.
+/// Part of the volume to which a label belongs, and the label's number within that part. Part 0 is
+/// outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Place {
     pub part: u8,
@@ -25,27 +27,27 @@ pub(super) struct Place {
 /// Place of each label of a volume.
 pub(super) type Places = BTreeMap<u32, Place>;
 
-/// A volume that is divided into parts, numbered from 1.
+/// Volume divided into parts, numbered from 1.
 pub(super) struct Division {
     /// Surfaces between the parts.
     pub surfaces: Arc<Surfaces>,
-    /// For each part the number of the label within it at each place; `None` if the part has only one label.
+    /// Label numbers of the voxels within each part; `None` for a part that has only one label.
     pub members: Vec<Option<Arc<LabelGrid>>>,
 }
 
-/// A volume of which each voxel belongs to a part, numbered from 1; part 0 is outside.
+/// Volume whose voxels belong to parts numbered from 1. Part 0 is outside.
 pub(super) struct Parts {
     /// Number of voxels along x, y, z.
     pub size: [usize; 3],
     /// Part of each voxel, x fastest.
     pub numbers: Vec<u8>,
-    /// From the unit cube to the world.
+    /// Map from the unit cube to the world.
     pub to_world: DAffine3,
 }
 
 /// Surfaces between all parts of a volume.
 pub(super) struct Surfaces {
-    /// Parts of voxels in their place, if the surfaces are faces of voxels.
+    /// Parts of the placed voxels, if the surfaces are faces of voxels.
     pub grid: Option<Arc<LabelGrid>>,
     /// Surfaces between parts: one for each pair of parts that touch.
     pub list: Vec<Surface>,
@@ -54,11 +56,11 @@ pub(super) struct Surfaces {
 /// Surface between two parts.
 #[derive(Clone)]
 pub(super) struct Surface {
-    /// The part behind its normals, and the one before them, unless they are turned.
+    /// Parts behind the surface and in front of it, as its normals point; reversed if `turned`.
     pub parts: [u8; 2],
     /// True if normals point into the first part.
     pub turned: bool,
-    /// The surface in its place.
+    /// Shape of the surface, placed in the world.
     pub shape: Shape,
 }
 
@@ -74,10 +76,10 @@ pub(super) enum SurfacesError {
 }
 
 impl Parts {
-    /// Surfaces between the parts: smooth ones, or faces of voxels.
+    /// Builds the surfaces between the parts: smooth surfaces, or faces of voxels.
     ///
     /// # Errors
-    /// A place that has no inverse, a volume that is too thin or has too many voxels.
+    /// A place that has no inverse; a volume that is too thin or has too many voxels.
     pub(super) fn surfaces(self, smooth: bool) -> Result<Arc<Surfaces>, SurfacesError> {
         let content = labels_content(self.size, &self.numbers, self.to_world)
             .bytes(&[u8::from(smooth)])
@@ -124,7 +126,7 @@ impl From<VoxelFaces> for Surface {
     }
 }
 
-/// Puts a smooth surface in its place.
+/// Places a smooth surface in the world.
 fn placed(surface: PartSurface, to_world: DAffine3) -> Result<Surface, ShapeError> {
     let mesh = Mesh::new(surface.mesh.positions, surface.mesh.triangles, None)?;
     Ok(Surface {

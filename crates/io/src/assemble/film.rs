@@ -1,4 +1,4 @@
-//! Films: size, filter, and how light is told apart.
+//! Films: size, filter and decomposition of light.
 
 use super::context::Context;
 use crate::diagnostic::suggest;
@@ -9,12 +9,13 @@ use transport::Bins;
 use transport::film::{Decomposition, Filter, SignedFilter};
 use transport::scene::{FilmSpec, FilmWindow};
 
-/// At most so many bins.
+/// Maximum number of bins.
 const MOST_BINS: f64 = 65536.0;
-/// How closely the width must divide the range of bins, relative to a bin: a user's ten digits.
+/// Tolerance with which the width must divide the range of bins, relative to a bin. It suits
+/// numbers that users give with ten digits.
 const DIVISION: f64 = 1e-6;
 
-/// A film, and how it tells light apart.
+/// Film with its decomposition of light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FilmParts {
     pub spec: FilmSpec,
@@ -22,17 +23,17 @@ pub(super) struct FilmParts {
     pub reweight: bool,
 }
 
-/// How a film tells light apart.
+/// Decomposition of the light on a film into layers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Layering {
-    /// In optical length, whatever the file speaks of.
+    /// Decomposition with bins of optical length, even if the file gives bins of time.
     pub decomposition: Decomposition,
     /// Speed of light in scene units per unit of time, if the file gives bins of time.
     pub speed_of_light: Option<f64>,
 }
 
 impl Layering {
-    /// The bins in the units of the file.
+    /// Returns the bins in the units of the file.
     pub fn bins(&self) -> Option<Bins> {
         let speed = self.speed_of_light.unwrap_or(1.0);
         self.decomposition.length.map(|bins| Bins {
@@ -43,7 +44,7 @@ impl Layering {
     }
 }
 
-/// The film that an object describes, or that of no object.
+/// Builds the film that an object describes, or the default film without an object.
 pub(super) fn build(object: Option<&ObjectDescription>, context: &mut Context) -> FilmParts {
     let mut film = FilmParts {
         spec: FilmSpec {
@@ -70,9 +71,9 @@ pub(super) fn build(object: Option<&ObjectDescription>, context: &mut Context) -
     crop(&mut film.spec, &mut q);
     q.word("pixel_format");
     q.has("wavelengths");
-    // Light from beyond the image's edge always counts.
+    // Light from beyond the edge of the image always counts.
     q.boolean("sample_border");
-    // How files are written is the command's business; Mitsuba's scene files say it here.
+    // Accept parameters of Mitsuba's scene files. The command decides the format of image files.
     q.boolean("compensate");
     q.has("file_format");
     q.has("component_format");
@@ -86,7 +87,7 @@ pub(super) fn build(object: Option<&ObjectDescription>, context: &mut Context) -
     film
 }
 
-/// Leaves of the film the part that is asked for.
+/// Restricts the film to the requested crop window.
 fn crop(spec: &mut FilmSpec, q: &mut Query) {
     let image = [spec.width, spec.height];
     let mut side = |[offset, size]: [&str; 2], whole: usize| {
@@ -134,9 +135,9 @@ fn filter(object: &ObjectDescription, context: &mut Context) -> Filter {
     filter
 }
 
-/// What light may be told apart by; the first and the last are one and the same.
+/// Ways to decompose light. `transient` means `length`.
 const WAYS: [&str; 5] = ["length", "time", "bounce", "light", "transient"];
-/// Parameters that only some of these need.
+/// Parameters that only some of the ways need.
 const BOUNDS: [&str; 5] = [
     "min_bound",
     "max_bound",
@@ -185,13 +186,14 @@ fn layering(q: &mut Query) -> Layering {
         layering.decomposition.bounces = Some(most as u32);
     }
     if has("light") {
-        // How many there are is settled when all are known.
+        // The number of emitters is filled in when all are known.
         layering.decomposition.emitters = Some(0);
     }
     layering
 }
 
-/// Bins of length from bounds that are given in other units, of which `unit` is the length.
+/// Reads bins of length whose bounds the file gives in another unit. `unit` is the length of that
+/// unit.
 pub(super) fn bins(q: &mut Query, unit: f64) -> Option<Bins> {
     let min = q.float("min_bound");
     let max = q.float("max_bound");

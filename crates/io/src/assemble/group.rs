@@ -1,4 +1,4 @@
-//! The scene of one group of channels, and how to render it.
+//! Scene of one group of channels, with its rendering method.
 
 use super::CondensedGrid;
 use super::context::{Context, Places};
@@ -28,14 +28,14 @@ use transport::scene::{Parts, Scene, SceneProblem, Subject};
 use transport::sensor::Sensor;
 use transport::sidebands::Sidebands;
 
-/// So many objects of a list are named.
+/// Maximum number of objects that a note lists by name.
 const MOST_NAMED: usize = 5;
 
-/// What the description makes for one channel group.
+/// Scene of one channel group, with everything that the description says about rendering it.
 pub(super) struct Group {
     pub scene: Scene,
     pub method: Method,
-    /// Estimators among which a pilot chooses, if the scene leaves that open.
+    /// Estimators from which a pilot chooses, if the scene leaves the choice open.
     pub candidates: Vec<Integrator>,
     pub samples: u64,
     pub replicates: Replicates,
@@ -45,22 +45,23 @@ pub(super) struct Group {
     pub reweight: bool,
     pub adaptive: bool,
     pub instruments: Vec<Instrument>,
-    /// What volumes of sound are made of.
+    /// Components of the volumes of sound.
     pub sounds: Vec<SoundRecord>,
-    /// Which grids of the index are held by fewer samples.
+    /// Grids of the index that are stored with fewer samples.
     pub condensed: Vec<CondensedGrid>,
-    /// Those that only show while it is assembled.
+    /// Differences from Mitsuba that show only during assembly.
     pub differences: BTreeSet<Difference>,
 }
 
-/// What looks at the scene: a camera, or what stands for one and meters.
+/// Observers of the scene: a camera, or meters with a stand-in for a camera.
 struct View {
     sensor: SensorParts,
     instruments: Vec<Instrument>,
 }
 
 impl Group {
-    /// Assembles the scene, which shares what it can with that of another group; `None` after an error.
+    /// Assembles the scene, which shares parts with the scene `alike` of another group; `None`
+    /// after an error.
     pub(super) fn new(
         description: &SceneDescription,
         options: &LoadOptions,
@@ -94,7 +95,8 @@ impl Group {
         children.finish(method, view, options, alike, context)
     }
 
-    /// The number of samples: the same at each instant of a period of sound, in whole replicates.
+    /// Returns the number of samples, rounded up so that all instants of a period of sound have
+    /// equally many and all replicates are complete.
     pub(super) fn whole_periods(&self, diagnostics: &mut Diagnostics) -> u64 {
         let wanted = self.samples;
         let samples = self.scene.whole_periods(wanted, self.replicates);
@@ -125,7 +127,7 @@ impl Group {
 }
 
 impl View {
-    /// Reports what an integrator that sees no light cannot make.
+    /// Reports features that need light, with an integrator that computes none.
     fn refuse_layers(&self, root: &Location, context: &mut Context) {
         let film = &self.sensor.film;
         let apart = film.layering.decomposition.is_some() || film.reweight;
@@ -141,7 +143,7 @@ impl View {
     }
 }
 
-/// The scene's children by kind.
+/// Children of the scene by kind.
 struct Children<'a> {
     root: &'a ObjectDescription,
     integrators: Vec<&'a ObjectDescription>,
@@ -151,7 +153,7 @@ struct Children<'a> {
     emitters: Vec<&'a ObjectDescription>,
 }
 
-/// The emitters less the area emitters that shapes refer to: these are definitions.
+/// Removes area emitters to which shapes refer: these are definitions.
 fn without_covers<'a>(
     emitters: Vec<&'a ObjectDescription>,
     shapes: &[&ObjectDescription],
@@ -166,7 +168,7 @@ fn without_covers<'a>(
 }
 
 impl<'a> Children<'a> {
-    /// Definitions that others refer to (media, bsdfs, ...) are taken note of, so that they do not count as unused.
+    /// Sorts the children of the scene by kind. Marks definitions (media, bsdfs, ...) as used.
     fn of(root: &'a ObjectDescription, context: &mut Context) -> Self {
         let mut query = Query::new(root, context.diagnostics);
         let mut of = |kind| -> Vec<&'a ObjectDescription> {
@@ -205,7 +207,8 @@ impl<'a> Children<'a> {
         children
     }
 
-    /// Says which definitions nothing that is rendered refers to: nobody looks into them.
+    /// Returns a note about definitions to which nothing that is rendered refers: these are not
+    /// read.
     fn not_read(&self, definitions: Vec<&ObjectDescription>) -> Option<Diagnostic> {
         let uses = [
             &self.integrators,
@@ -239,7 +242,7 @@ impl<'a> Children<'a> {
         Some(lints::note(lints::UNREFERENCED, message).at(&first.location))
     }
 
-    /// How the scene is to be rendered.
+    /// Returns the rendering method of the scene.
     fn method(&self, options: &LoadOptions, context: &mut Context) -> Method {
         if let [_, second, ..] = self.integrators[..] {
             context.error_at(&second.location, "the scene has more than one integrator");
@@ -247,7 +250,7 @@ impl<'a> Children<'a> {
         integrator::build(self.integrators.first().copied(), options, context)
     }
 
-    /// Adds shapes and emitters; `None` if there are too many, or loading is given up.
+    /// Adds shapes and emitters; `None` if there are too many, or if loading is cancelled.
     fn add_parts(&self, loading: &Loading, context: &mut Context) -> Option<()> {
         if !shape::fit(&self.shapes, context) {
             return None;
@@ -267,7 +270,7 @@ impl<'a> Children<'a> {
         Some(())
     }
 
-    /// The camera or the meters; `None` after an error.
+    /// Returns the camera or the meters; `None` after an error.
     fn view(&self, context: &mut Context) -> Option<View> {
         if !self.meters.is_empty() || !context.meters.is_empty() {
             let integrator = self.integrators.first().copied();
@@ -302,7 +305,7 @@ impl<'a> Children<'a> {
         })
     }
 
-    /// Builds the scene of all that was gathered, and says what is doubtful about it.
+    /// Builds the scene from all gathered parts, and warns about doubtful settings.
     fn finish(
         &self,
         mut method: Method,
@@ -333,7 +336,7 @@ impl<'a> Children<'a> {
         .with_emissive_media();
         let mut layering = sensor.film.layering;
         layering.decomposition.parts = method.parts;
-        // A scene without emitters has none to tell apart.
+        // A scene without emitters has no layers of emitters.
         let emitters = Some(parts.emitters.len()).filter(|number| *number > 0);
         layering.decomposition.emitters = layering.decomposition.emitters.and(emitters);
         let emitter_names = emitter::names(&context.emitter_ids, &parts);
@@ -434,7 +437,7 @@ impl<'a> Children<'a> {
             report.diagnostics.push(error);
             return None;
         }
-        // A sampler whose like is not taken either has been spoken of.
+        // Warn about a replaced sampler, unless a warning about dropped replicates was given.
         if let (true, Some(unlike)) = (replicates == wanted, sensor.samples.unlike) {
             report.diagnostics.push(unlike);
         }
@@ -457,7 +460,7 @@ impl<'a> Children<'a> {
     }
 }
 
-/// Says of problems where their subjects were written.
+/// Reports problems at the places of their subjects in scene files.
 struct Report<'a> {
     root: &'a Location,
     sensor: Option<&'a Location>,
@@ -486,10 +489,11 @@ impl Report<'_> {
     }
 }
 
-/// Names that a note lists.
+/// Maximum number of names in a note.
 const LISTED: usize = 5;
 
-/// What of polarised light is lost at surfaces and in media of these names, if it is anywhere.
+/// Returns a note about surfaces and media, given by name, that depolarise light; `None` if there
+/// are none.
 fn stokes_note(depolarizing: [Vec<&str>; 2]) -> Option<String> {
     let kinds = ["surface", "medium"].into_iter().zip(&depolarizing);
     let names = kinds.flat_map(|(kind, names)| names.iter().map(move |n| format!("{kind} '{n}'")));

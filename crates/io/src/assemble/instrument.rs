@@ -1,23 +1,23 @@
-//! A meter with what becomes of its readings.
+//! Meters with the processing of their readings.
 
 use crate::diagnostic::lints;
 use transport::Scene;
 use transport::meter::{Estimator, Meter};
 use transport::scene::{SceneProblem, Subject};
 
-/// Most cells at whose middles a meter's surroundings are probed.
+/// Maximum number of cells whose centres are tested for an attenuating medium.
 const PROBES: usize = 1 << 12;
 
-/// What readings are given in.
+/// Normalisation of readings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Normalization {
-    /// As the emitters are: W, or J for pulses.
+    /// Power in W, or energy in J for pulses, in the units of the emitters.
     Absolute,
-    /// Divided by the power of all emitters (or their energy), channel by channel.
+    /// Readings divided by the power (or the energy) of all emitters, channel by channel.
     PerWatt,
 }
 
-/// What turns absorbed power into the pressure that a short pulse starts with.
+/// Parameters that convert absorbed power to the initial pressure after a short pulse.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gruneisen {
     /// Grüneisen parameter Γ ≥ 0.
@@ -29,30 +29,32 @@ pub struct Gruneisen {
 }
 
 impl Gruneisen {
-    /// What absorbed power is multiplied by, over the power of all emitters, for the pressure in Pa.
+    /// Factor that converts absorbed power, divided by the power of all emitters, to pressure in
+    /// Pa.
     pub fn factor(&self) -> f64 {
         self.parameter * self.pulse_energy / self.metres_per_unit.powi(3)
     }
 }
 
-/// A meter, and what becomes of its readings.
+/// Meter with the processing of its readings.
 #[derive(Clone, Debug)]
 pub struct Instrument {
-    /// Its id, or else its type; distinct.
+    /// Unique name: the id of the meter, or its type.
     pub name: String,
-    /// What measures.
+    /// Meter in the scene.
     pub meter: Meter,
-    /// What readings are given in.
+    /// Normalisation of the readings.
     pub normalization: Normalization,
-    /// For initial pressures.
+    /// Parameters of initial pressures, if these are requested.
     pub gruneisen: Option<Gruneisen>,
 }
 
 impl Instrument {
-    /// The number of the meter's reading that initial pressures are in proportion to: absorbed power.
+    /// Number of the reading to which initial pressures are proportional: absorbed power.
     pub const ABSORBED: usize = 1;
 
-    /// What is doubtful about it in a scene: cells where it can find nothing.
+    /// Returns a warning about cells in which the meter cannot score, because no medium attenuates
+    /// light there.
     pub(super) fn doubt(&self, scene: &Scene) -> Option<SceneProblem> {
         let Meter::Fluence(meter) = &self.meter else {
             return None;

@@ -1,4 +1,4 @@
-//! Integrators.
+//! Integrators and the integrators that wrap them.
 
 use super::channels::Channels;
 use super::context::Context;
@@ -17,10 +17,10 @@ use transport::integrator::{
 };
 use transport::renderer::Renderer;
 
-/// Name of the choice by a pilot.
+/// Name of the integrator that a pilot chooses.
 pub(super) const AUTO: &str = "auto";
-/// Names under which scene files and command lines may ask for an estimator: `path`, `volpath` and `volpathmis` are one and the same
-/// path tracer, `particle` and `ptracer` one particle tracer.
+/// Names by which scene files and command lines request an estimator. `path`, `volpath` and
+/// `volpathmis` are the same path tracer; `particle` and `ptracer` are the same particle tracer.
 const KNOWN: [(&str, Kind); 12] = [
     (AUTO, Kind::Auto),
     ("path", Kind::Path),
@@ -35,18 +35,18 @@ const KNOWN: [(&str, Kind); 12] = [
     ("photon", Kind::Photon),
     ("sppm", Kind::Sppm),
 ];
-/// Integrators that show what others find, and more.
+/// Integrators that wrap another integrator and add to its results.
 const HOLDERS: [&str; 4] = ["moment", "stokes", "tagged", "aov"];
-/// What an `aov` has besides: see [`AskedQuantities::of`].
+/// Parameters specific to `aov`: see [`AskedQuantities::of`].
 const AOV: [&str; 3] = ["aovs", "wavelength", "reference_index"];
 /// Edges of a path that scatters once: from the emitter to the surface to the sensor.
 const DIRECT_DEPTH: u32 = 2;
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// Whichever of several a pilot finds best.
+    /// Estimator that a pilot finds best.
     Auto,
     Path,
-    /// The path tracer of light that scatters once.
+    /// Path tracer of light that scatters at most once.
     Direct,
     Particle,
     Bdpt,
@@ -56,45 +56,45 @@ pub(super) enum Kind {
     Sppm,
 }
 
-/// How a scene is to be rendered.
+/// Rendering method of a scene.
 pub(super) struct Method {
     pub renderer: Renderer,
-    /// Whether the scene leaves it to a pilot which estimator it is.
+    /// True if a pilot chooses the estimator.
     pub is_open: bool,
     pub parameters: Parameters,
-    /// What is to be found of sensor rays besides light.
+    /// Tracer of quantities of sensor rays in addition to light.
     pub quantities: Option<AovTracer>,
-    /// What quantities are called, be they in place of light or beside it.
+    /// Names of the quantities, whether they replace light or accompany it.
     pub names: Vec<NamedQuantity>,
-    /// The name of the layer of light's second moment, if that is wanted.
+    /// Name of the layer for the second moment of light, if requested.
     pub moment: Option<String>,
-    /// Parts of light that are wanted, such as its Stokes parameters.
+    /// Requested parts of light, such as Stokes parameters.
     pub parts: Option<LightParts>,
 }
 
 impl Method {
-    /// Whether quantities other than light are asked for.
+    /// True if quantities other than light are requested.
     pub(crate) fn is_aov(&self) -> bool {
         !self.renderer.is_light()
     }
 
-    /// Leaves out what belongs to pictures only.
+    /// Removes features that only pictures have.
     pub(crate) fn leave_pictures(&mut self) {
         (self.quantities, self.moment, self.parts) = (None, None, None);
         self.names.clear();
     }
 }
 
-/// What a file says of its estimator. The parameters of the bidirectional one include those that all
+/// Parameters of the estimator in a scene file. `bdpt` includes the parameters that all estimators
 /// have in common.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Parameters {
     bdpt: Bdpt,
     aov: AovTracer,
     photon: PhotonMapping,
-    /// Whether light that comes straight from emitters is left out.
+    /// True if light that comes straight from emitters is left out.
     pub hide_emitters: bool,
-    /// How accurate rays are; `None` leaves it to the default, or to a pilot.
+    /// Accuracy of rays; `None` leaves it to the default, or to a pilot.
     pub tolerance: Option<Tolerance>,
     pub reflections: u32,
 }
@@ -105,13 +105,13 @@ impl Parameters {
         integrator.unwrap_or(Renderer::Quantities(self.aov))
     }
 
-    /// The estimators among which a pilot may choose.
+    /// Returns the estimators from which a pilot may choose.
     pub(super) fn candidates(&self) -> impl Iterator<Item = Integrator> {
         let kinds = [Kind::Path, Kind::Particle, Kind::Bdpt].into_iter();
         kinds.filter_map(|kind| self.integrator(kind))
     }
 
-    /// An estimator; `None` for what does not show light.
+    /// Returns an estimator; `None` for an integrator that does not compute light.
     fn integrator(&self, kind: Kind) -> Option<Integrator> {
         let Bdpt {
             max_depth,
@@ -151,14 +151,15 @@ impl Parameters {
     }
 }
 
-/// Whether the scene is asked for other quantities than light.
+/// True if the scene requests quantities other than light.
 fn is_aov(root: &ObjectDescription, options: &LoadOptions) -> bool {
     let name = options.integrator.as_deref();
     let name = name.or(nested_in(root).map(|o| held(o).plugin.as_str()));
     name.and_then(find) == Some(Kind::Aov)
 }
 
-/// The channels in which a scene is seen: only one for quantities in place of light, unless a colour is among these.
+/// Returns the channels of a scene. Quantities that replace light have one channel, unless one of
+/// them is a colour.
 pub(super) fn channels(
     root: &ObjectDescription,
     options: &LoadOptions,
@@ -171,7 +172,7 @@ pub(super) fn channels(
     channels.single(diagnostics)
 }
 
-/// Whether an `aov` of the scene lists a colour.
+/// True if an `aov` of the scene lists a colour.
 fn shows_colour(root: &ObjectDescription) -> bool {
     let chain = std::iter::successors(nested_in(root), |object| nested_in(object));
     let lists = chain.flat_map(|object| &object.properties);
@@ -179,20 +180,20 @@ fn shows_colour(root: &ObjectDescription) -> bool {
     lists.any(|list| matches!(&list.value, Value::String(list) if asks_for_colour(list)))
 }
 
-/// What integrators that hold others add to what these find.
+/// Results that wrapping integrators add to the wrapped integrator.
 #[derive(Default)]
 struct Additions {
     quantities: AskedQuantities,
-    /// Whether second moments are wanted of what is further in.
+    /// True if second moments of the wrapped results are requested.
     squared: bool,
-    /// Parts of light that are.
+    /// Requested parts of light.
     parts: Option<LightParts>,
-    /// What the integrator that renders is called by the one that holds it.
+    /// Name that the wrapping integrator gives to the wrapped one.
     name: Option<String>,
 }
 
-/// The scene's integrator, or the best for it that a pilot finds. An estimator that the caller names
-/// takes its place, but keeps the parameters that are common to all.
+/// Builds the scene's integrator, or leaves the choice to a pilot. An estimator that the caller
+/// names replaces the scene's, but keeps the parameters that all estimators share.
 pub(super) fn build(
     object: Option<&ObjectDescription>,
     options: &LoadOptions,
@@ -256,10 +257,11 @@ pub(super) fn build(
     }
 }
 
-/// Estimator of the light whose parts are wanted. `auto` is `path` then: pilots do not know what it costs to follow parts.
+/// Returns the estimator for the requested parts of light. `auto` becomes `path`, because pilots do
+/// not measure the cost of following parts.
 ///
 /// # Errors
-/// A message about an estimator that does not follow parts.
+/// Message about an estimator that does not follow parts.
 pub(super) fn of_parts(kind: Kind, parts: Option<LightParts>) -> Result<Kind, String> {
     let (holder, what) = match parts {
         None => return Ok(kind),
@@ -279,24 +281,24 @@ pub(super) fn of_parts(kind: Kind, parts: Option<LightParts>) -> Result<Kind, St
     }
 }
 
-/// The first integrator in an object.
+/// Returns the first integrator nested in an object.
 fn nested_in(object: &ObjectDescription) -> Option<&ObjectDescription> {
     let mut children = object.children.iter().map(|c| &*c.object);
     children.find(|o| o.kind == PluginKind::Integrator)
 }
 
-/// Whether an integrator shows what another finds, and more.
+/// True if an integrator wraps another.
 fn holds(object: &ObjectDescription) -> bool {
     HOLDERS.contains(&object.plugin.as_str())
 }
 
-/// The integrator that renders: the first of those in one that shows what others find.
+/// Returns the integrator that renders: the innermost of wrapped integrators.
 fn held(object: &ObjectDescription) -> &ObjectDescription {
     let nested = nested_in(object).filter(|_| holds(object));
     nested.map_or(object, held)
 }
 
-/// What integrators that hold others add, and what is wrong with them.
+/// Reads the wrapping integrators, and reports their errors.
 fn holders(object: &ObjectDescription, context: &mut Context) -> Additions {
     let mut additions = Additions::default();
     let mut object = object;
@@ -332,7 +334,7 @@ fn holders(object: &ObjectDescription, context: &mut Context) -> Additions {
     additions
 }
 
-/// Asks for parts of light, which has those of one kind.
+/// Requests parts of light. Light can have parts of only one kind.
 fn add_parts(
     parts: LightParts,
     additions: &mut Additions,
@@ -352,7 +354,8 @@ fn find(name: &str) -> Option<Kind> {
         .map(|(_, kind)| *kind)
 }
 
-/// The kind that a file asks for; none if it is unknown, and for one that holds others but has none.
+/// Returns the kind that a file requests; `None` for an unknown type and for a wrapper without an
+/// integrator in it.
 fn plugin(object: &ObjectDescription, context: &mut Context) -> Option<Kind> {
     let known = find(&object.plugin);
     if known.is_none() && HOLDERS.contains(&object.plugin.as_str()) {
@@ -365,7 +368,7 @@ fn plugin(object: &ObjectDescription, context: &mut Context) -> Option<Kind> {
     known
 }
 
-/// The kind that the caller asks for.
+/// Returns the kind that the caller requests.
 pub(super) fn named(name: &str, diagnostics: &mut Diagnostics) -> Kind {
     find(name).unwrap_or_else(|| {
         let names = KNOWN.map(|(name, _)| name);
@@ -390,7 +393,7 @@ fn read(object: &ObjectDescription, kind: Kind, context: &mut Context) -> Parame
     let tolerance = query.float("tolerance");
     let reflections = query.integer("reflections");
     let hide_emitters = query.boolean("hide_emitters");
-    // How work is divided; Mitsuba's scene files have them.
+    // Accept parameters of Mitsuba's scene files that divide the work.
     query.float("timeout");
     query.has("samples_per_pass");
     query.has("block_size");
@@ -446,7 +449,7 @@ fn photons(query: &mut Query) -> PhotonMapping {
     photon
 }
 
-/// Radius within which photons count first, if it is given.
+/// Initial radius within which photons count, if given.
 fn radius(query: &mut Query) -> Option<f64> {
     query.float_if_given("radius")
 }

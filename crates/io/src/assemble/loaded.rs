@@ -1,4 +1,4 @@
-//! A scene that is ready to render, and how.
+//! Scene that is ready to render, with its renderer and settings.
 
 use super::CondensedGrid;
 use super::film::Layering;
@@ -20,76 +20,83 @@ use transport::renderer::Renderer;
 use transport::sampling::Replicates;
 use transport::scene::Scene;
 
-/// What a name stands for in a scene.
+/// Renderer of a given name, for a scene.
 #[derive(Debug)]
 pub struct NamedRenderer {
-    /// What makes the picture.
+    /// Renderer of the picture.
     pub renderer: Renderer,
-    /// Estimators among which a pilot chooses, if that is what the name says: see [`Loaded::candidates`].
+    /// Estimators from which a pilot chooses, if the name is `auto`: see [`Loaded::candidates`].
     pub candidates: Vec<Integrator>,
-    /// What is doubtful about it.
+    /// Warnings about the renderer.
     pub doubts: Diagnostics,
 }
 
-/// A scene that is ready to render.
+/// Scene that is ready to render.
 #[derive(Debug)]
 pub struct Loaded {
-    /// One scene for each group of up to four spectral channels; they differ in spectra only. If an index or
-    /// a phase function depends on the wavelength, one for each channel.
+    /// Scenes of the groups of up to four spectral channels; they differ only in spectra. If an
+    /// index or a phase function depends on the wavelength, each channel is a group.
     pub groups: Vec<Scene>,
-    /// What the picture shows, and how that is found.
+    /// Renderer of the picture.
     pub renderer: Renderer,
-    /// Estimators among which a pilot chooses, the renderer being one of them; none if the scene or the caller names one.
+    /// Estimators from which a pilot chooses, including the renderer. Empty if the scene or the
+    /// caller names an estimator.
     pub candidates: Vec<Integrator>,
-    /// Samples per pixel; particles if there are instruments.
+    /// Samples per pixel, or number of particles if there are instruments.
     pub samples: u64,
-    /// How samples of a pixel belong together: see [`transport::render::RenderOptions::replicates`].
+    /// Grouping of the samples of a pixel into replicates: see
+    /// [`transport::render::RenderOptions::replicates`].
     pub replicates: Replicates,
-    /// Whether nothing names a sampler.
+    /// True if neither the scene nor the caller names a sampler.
     pub has_open_sampler: bool,
-    /// Meters, if the scene has these in place of a camera.
+    /// Meters, if the scene has meters instead of a camera.
     pub instruments: Vec<Instrument>,
-    /// What its volumes of sound are made of.
+    /// Components of the volumes of sound.
     pub sounds: Vec<SoundRecord>,
-    /// Which grids of the index are held by fewer samples than their files have.
+    /// Grids of the index that are stored with fewer samples than their files have.
     pub condensed: Vec<CondensedGrid>,
-    /// Prefiltered grids of the index and surfaces between labels: other scenes share them as long as they are held here.
+    /// Prefiltered grids of the index and surfaces between labels. Other scenes can share them
+    /// while they are held here.
     pub held: Vec<Arc<dyn Any + Send + Sync>>,
-    /// What is doubtful about it.
+    /// Warnings about the scene.
     pub warnings: Diagnostics,
-    /// Where Mitsuba would render it otherwise.
+    /// Points in which Mitsuba would render the scene differently.
     pub differences: Vec<Difference>,
-    /// The data files that it refers to.
+    /// Data files to which the scene refers.
     pub files: Vec<PathBuf>,
-    /// Hash of the description and of all files it refers to.
+    /// Hash of the description and of all files to which it refers.
     pub hash: SceneHash,
-    /// Names of the channels: `R`, `G`, `B`, or `Y`, or wavelengths, or quantities.
+    /// Names of the channels: `R`, `G`, `B`; `Y`; wavelengths; or quantities.
     pub channel_names: Vec<String>,
-    /// What is found of sensor rays besides light, if light is what the picture shows.
+    /// Tracer of quantities of sensor rays, if the picture shows light and quantities accompany it.
     pub quantities: Option<AovTracer>,
-    /// Quantities of sensor rays, be they what the picture shows or found besides, in the order of their tracer.
+    /// Quantities of sensor rays in the order of their tracer, whether they are the picture or
+    /// accompany it.
     pub quantity_names: Vec<NamedQuantity>,
-    /// Name of the layer of the second moment of light, if that is wanted.
+    /// Name of the layer for the second moment of light, if requested.
     pub moment: Option<String>,
-    /// Names of the emitters, all different: their ids, those of their shapes, or their kinds. Without dots,
-    /// which separate the names of layers.
+    /// Unique names of the emitters: their ids, the ids of their shapes, or their kinds. They
+    /// contain no dots, which separate the names of layers.
     pub emitter_names: Vec<String>,
-    /// How the film tells light apart.
+    /// Decomposition of the light on the film.
     pub layering: Layering,
-    /// Whether an image with less weight for rare bright samples is wanted beside the plain one.
+    /// True if an image with less weight for rare bright samples is requested in addition.
     pub reweight: bool,
-    /// Whether light that comes straight from emitters is left out: see [`transport::render::RenderOptions::hide_emitters`].
+    /// True if light that comes straight from emitters is left out: see
+    /// [`transport::render::RenderOptions::hide_emitters`].
     pub hide_emitters: bool,
-    /// Whether noisy pixels get more samples: see [`transport::render::RenderOptions::adaptive`].
+    /// True if noisy pixels get more samples: see [`transport::render::RenderOptions::adaptive`].
     pub adaptive: bool,
-    /// Whether nothing names a tolerance: see [`transport::render::RenderOptions::loosens_tolerance`].
+    /// True if the scene names no tolerance: see
+    /// [`transport::render::RenderOptions::loosens_tolerance`].
     pub has_open_tolerance: bool,
-    /// What the scene says of its estimator.
+    /// Parameters of the estimators in the scene.
     pub(super) estimators: integrator::Parameters,
 }
 
 impl Loaded {
-    /// What the scene's `aov` takes optical path differences against, if it names an index.
+    /// Returns the reference for the optical path differences of the scene's `aov`, if the `aov`
+    /// names an index.
     pub fn reference(&self) -> Option<Reference<'_>> {
         let tracer = match &self.renderer {
             Renderer::Quantities(tracer) => Some(tracer),
@@ -99,7 +106,7 @@ impl Loaded {
         reference.map(|index| index.of(self.scene()))
     }
 
-    /// Name of the integrator, as scene files say it: `auto` if a pilot chooses one.
+    /// Returns the name of the integrator in scene files; `auto` if a pilot chooses one.
     pub fn integrator(&self) -> &'static str {
         if self.candidates.is_empty() {
             self.renderer.name()
@@ -108,12 +115,14 @@ impl Loaded {
         }
     }
 
-    /// Whether each wavelength has paths of its own: some medium disperses, or the sensor's aperture diffracts.
+    /// True if each wavelength has its own paths, because a medium disperses or the sensor's
+    /// aperture diffracts.
     pub fn is_dispersive(&self) -> bool {
         self.scene().film().group_size == 1 && self.groups.len() > 1
     }
 
-    /// The scenes whose rays are those of the first: all, unless each wavelength has paths of its own.
+    /// Returns the scenes that share their rays with the first: all scenes, unless each wavelength
+    /// has its own paths.
     pub fn same_rays(&self) -> &[Scene] {
         if self.is_dispersive() {
             &self.groups[..1]
@@ -122,7 +131,7 @@ impl Loaded {
         }
     }
 
-    /// Notes of where Mitsuba would render it otherwise.
+    /// Returns notes about the differences from Mitsuba.
     pub fn notes_of_differences(&self) -> Diagnostics {
         let mut notes = self.warnings.emptied();
         for (i, Difference { topic, text }) in self.differences.iter().enumerate() {
@@ -134,18 +143,19 @@ impl Loaded {
         notes
     }
 
-    /// The scene of the first channel group: geometry and sensor are the same in all, and indices if no medium
-    /// disperses.
+    /// Returns the scene of the first channel group. All groups share geometry and sensor, and also
+    /// indices if no medium disperses.
     pub fn scene(&self) -> &Scene {
         &self.groups[0]
     }
 
-    /// The renderer of the given name, with what the scene says of its own, as [`LoadOptions`](crate::LoadOptions) would
-    /// choose it.
+    /// Returns the renderer of a given name, with the scene's parameters, as
+    /// [`LoadOptions`](crate::LoadOptions) would choose it.
     ///
     /// # Errors
-    /// An unknown name; one that does not follow the parts of light that the scene asks for; and one that needs the scene to be assembled
-    /// anew: `aov` in place of light, or light in place of `aov`.
+    /// An unknown name; an estimator that does not follow the parts of light that the scene
+    /// requests; and an integrator for which the scene must be assembled again: `aov` in place of
+    /// light, or light in place of `aov`.
     pub fn renderer_named(&self, name: &str) -> Result<NamedRenderer, Diagnostics> {
         let mut diagnostics = Diagnostics::new();
         let kind = integrator::named(name, &mut diagnostics);

@@ -1,4 +1,4 @@
-//! Media.
+//! Media of the scene.
 
 use super::brightness::light;
 use super::channels::Channels;
@@ -18,7 +18,7 @@ use transport::phase::Phase;
 use transport::scene::MediumId;
 use transport::volume::VolumeTexture;
 
-/// The medium that an object describes; the same one for every reference to it.
+/// Returns the medium that an object describes. All references to the object give the same medium.
 pub(super) fn medium(object: &ObjectDescription, context: &mut Context) -> MediumId {
     if let Some(id) = context.known_medium(object.number) {
         return id;
@@ -33,7 +33,7 @@ pub(super) fn medium(object: &ObjectDescription, context: &mut Context) -> Mediu
     id
 }
 
-/// The medium, and whether its index is left open.
+/// Builds a medium. The boolean is true if its index is left open.
 pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> (Medium, bool) {
     let name = object.id.clone().unwrap_or_else(|| object.plugin.clone());
     let index = field::named(object, "ior", context);
@@ -63,7 +63,7 @@ fn scattering(
 ) -> Medium {
     let mut query = Query::new(object, context.diagnostics);
     query.has("ior");
-    // How Mitsuba samples.
+    // Accept parameters that only control Mitsuba's sampling.
     query.boolean("sample_emitters");
     query.boolean("has_spectral_extinction");
     let scale = query.float("scale");
@@ -149,7 +149,7 @@ fn scattering(
     }
 }
 
-/// The radiance of a black body that is as warm as the medium.
+/// Reads the radiance of a black body at the temperature of the medium.
 fn emission_of(input: Input, object: &ObjectDescription, context: &mut Context) -> VolumeTexture {
     match input {
         Input::Spectrum(value) => {
@@ -159,7 +159,7 @@ fn emission_of(input: Input, object: &ObjectDescription, context: &mut Context) 
     }
 }
 
-/// The substance that a medium is made of, if it names one and says nothing else of its coefficients.
+/// Returns the material that a medium names. A medium with a material may not give coefficients.
 fn material(query: &mut Query, channels: &Channels) -> Option<&'static Turbid> {
     let name = query.word("material");
     let material = TURBID.iter().find(|turbid| turbid.name == name)?;
@@ -176,7 +176,7 @@ fn material(query: &mut Query, channels: &Channels) -> Option<&'static Turbid> {
     Some(material)
 }
 
-/// σ_s and σ_a in the channels of the film.
+/// Returns σ_s and σ_a in the channels of the film.
 fn coefficients(
     object: &ObjectDescription,
     parts: [SpectrumValue; 2],
@@ -190,7 +190,7 @@ fn coefficients(
     [sigma_s, sigma_a].map(|v| context.spectrum(&v, Role::Coefficient, &object.location))
 }
 
-/// Extinction and albedo.
+/// Returns the extinction coefficient and the albedo for σ_s and σ_a.
 fn from_parts([s, a]: [Spectrum; 2]) -> (VolumeTexture, VolumeTexture) {
     let total = s + a;
     let albedo = Spectrum(std::array::from_fn(|c| {

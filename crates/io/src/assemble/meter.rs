@@ -1,4 +1,4 @@
-//! Meters: instruments in place of a camera.
+//! Meters, which replace the camera.
 
 use super::channels::Channels;
 use super::context::{Context, MeterPlace};
@@ -24,9 +24,10 @@ use transport::scene::{FilmSpec, Object};
 use transport::sensor::Sensor;
 use transport::sidebands::Sidebands;
 
-/// Particles, unless a sampler says otherwise.
+/// Default number of particles.
 const PARTICLES: i64 = 1_000_000;
-/// The meters of the scene and of its shapes, and what stands for the camera; `None` after an error.
+/// Builds the meters of the scene and of its shapes, with a stand-in for the camera; `None` after
+/// an error.
 pub(super) fn build(
     meters: &[&ObjectDescription],
     cameras: &[&ObjectDescription],
@@ -76,7 +77,7 @@ pub(super) fn build(
     Some((nobody(particles, context), instruments))
 }
 
-/// Stands for the camera, in the middle of everything.
+/// Returns a stand-in for the camera, at the centre of the scene.
 fn nobody(samples: Samples, context: &Context) -> SensorParts {
     let boxes = context.objects.iter().map(|o| o.shape.aabb());
     let all = boxes.fold(Aabb::EMPTY, Aabb::union);
@@ -104,7 +105,7 @@ fn nobody(samples: Samples, context: &Context) -> SensorParts {
     }
 }
 
-/// Gives meters of the same name numbers.
+/// Appends numbers to names that several meters share.
 fn distinct(instruments: &mut [Instrument]) {
     let names: Vec<String> = instruments.iter().map(|i| i.name.clone()).collect();
     for (i, instrument) in instruments.iter_mut().enumerate() {
@@ -115,8 +116,8 @@ fn distinct(instruments: &mut [Instrument]) {
     }
 }
 
-/// The meter that an object describes, on the surface of an object if it belongs to one, and the
-/// number of particles that it asks for.
+/// Builds the meter that an object describes, at the surfaces in `place` if it belongs to a shape.
+/// Also returns the samples that the meter requests.
 fn instrument(
     object: &ObjectDescription,
     place: Option<&MeterPlace>,
@@ -192,7 +193,8 @@ fn instrument(
     (instrument, samples)
 }
 
-/// A meter's film has channels, but no pixels; on surfaces, where Mitsuba has such meters, too, they are accepted.
+/// Checks the film of a meter, which has channels but no pixels. Meters on surfaces exist in
+/// Mitsuba too: their films may give a size and a filter.
 fn film(object: &ObjectDescription, on_surface: bool, context: &mut Context) {
     if object.plugin != "hdrfilm" {
         unknown_plugin(object, context.diagnostics);
@@ -223,7 +225,7 @@ fn film(object: &ObjectDescription, on_surface: bool, context: &mut Context) {
     q.finish(&[]);
 }
 
-/// Cells and estimator of a fluence meter.
+/// Reads the cells and the estimator of a fluence meter.
 fn grid(q: &mut Query) -> Option<(MeterGrid, Estimator)> {
     let coordinates = match q.word("coordinates") {
         "cylindrical" => Coordinates::Cylindrical,
@@ -255,7 +257,7 @@ fn grid(q: &mut Query) -> Option<(MeterGrid, Estimator)> {
     Some((grid?, estimator))
 }
 
-/// Bins of the optical path length, if any are asked for.
+/// Reads the bins of optical path length, if any are requested.
 fn lengths(q: &mut Query) -> Option<Bins> {
     let names = ["min_bound", "max_bound", "bin_width"];
     if !names.iter().any(|name| q.has(name)) {
@@ -264,7 +266,8 @@ fn lengths(q: &mut Query) -> Option<Bins> {
     film::bins(q, 1.0)
 }
 
-/// Reads `weight_windows`; warns if there are no bins of optical path length to profit from them.
+/// Reads `weight_windows`. Warns if there are no bins of optical path length, which weight windows
+/// serve.
 fn weight_windows(q: &mut Query, has_lengths: bool) -> bool {
     let name = "weight_windows";
     let wanted = q.boolean(name);
@@ -275,7 +278,7 @@ fn weight_windows(q: &mut Query, has_lengths: bool) -> bool {
     wanted
 }
 
-/// Bins of position; one alone at the surfaces of a volume of labels.
+/// Reads the bins of position; a volume of labels has a single bin for all its surfaces.
 fn positions(place: &MeterPlace, objects: &[Object], q: &mut Query) -> Positions {
     let shapes = place.surfaces.iter().map(|s| &objects[s.object].shape);
     match (place.is_shape, &place.surfaces[..]) {
@@ -288,7 +291,7 @@ fn positions(place: &MeterPlace, objects: &[Object], q: &mut Query) -> Positions
     }
 }
 
-/// The part of the surface and the cone of directions that a meter accepts.
+/// Reads the part of the surface and the cone of directions that a meter accepts.
 fn acceptance(q: &mut Query) -> Acceptance {
     let names = ["center", "radius"];
     let patch = names.iter().any(|name| q.has(name)).then(|| Patch {
@@ -302,14 +305,15 @@ fn acceptance(q: &mut Query) -> Acceptance {
     }
 }
 
-/// The most records to keep, if any are wanted.
+/// Reads the maximum number of records, if records are requested.
 fn records(q: &mut Query) -> Option<usize> {
     let wanted = q.boolean("records");
     let most = if wanted { q.integer("max_records") } else { 0 };
     wanted.then_some(most as usize)
 }
 
-/// Whether records say what sound does to phases, and how power is told apart by that.
+/// Reads the request for tagged light: true if records include the phase shift from sound, and the
+/// sidebands that separate power.
 fn tagged(q: &mut Query, channels: &Channels) -> (bool, Option<Sidebands>) {
     if !q.boolean("tagged") {
         return (false, None);

@@ -1,6 +1,6 @@
-//! From a scene description to a scene.
+//! Assembly of a scene from a scene description.
 //!
-//! Everything that is wrong is reported, with its place, before giving up.
+//! Reports all errors, with their places, before giving up.
 
 mod aperture;
 mod assets;
@@ -67,10 +67,10 @@ use group::Group;
 use std::path::Path;
 use transport::renderer::Renderer;
 
-/// Reads, assembles and checks a scene file, as [`read_scene`] reads it.
+/// Reads a scene file with [`read_scene`], assembles the scene and checks it.
 ///
 /// # Errors
-/// Everything that is wrong with it, warnings included.
+/// All errors of the scene, with its warnings.
 pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Loaded, Diagnostics> {
     let mut diagnostics = Diagnostics::new();
     options.loading.begin("reading the scene file");
@@ -80,11 +80,12 @@ pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Loaded, Diagnost
     }
 }
 
-/// Assembles and checks a scene description; `diagnostics` holds what reading it has reported. [`LoadOptions::defines`] change nothing: they
-/// were the `overrides` of [`read_scene`].
+/// Assembles and checks a scene description. `diagnostics` holds messages from reading the
+/// description. [`LoadOptions::defines`] have no effect: [`read_scene`] has applied them as
+/// `overrides`.
 ///
 /// # Errors
-/// Everything that is wrong with it, warnings included.
+/// All errors of the scene, with its warnings.
 pub fn assemble(
     description: &SceneDescription,
     options: &LoadOptions,
@@ -100,7 +101,7 @@ pub fn assemble(
     let mut assets = Assets::default();
     let mut groups = Vec::new();
     for group in 0..channels.groups() {
-        // What is doubtful is the same in every group: it is reported for the first only.
+        // Report warnings for the first group only: all groups have equal ones.
         let mut later = Diagnostics::new();
         let log = if group == 0 {
             &mut diagnostics
@@ -189,22 +190,23 @@ pub fn assemble(
     })
 }
 
-/// A refractive index on its own.
+/// Refractive index without a scene.
 #[derive(Debug)]
 pub struct LoadedField {
-    /// The index.
+    /// Field of the index.
     pub field: eikonal::Field,
-    /// Hash of the description and of all files that it refers to.
+    /// Hash of the description and of all files to which it refers.
     pub hash: SceneHash,
-    /// What is doubtful about it.
+    /// Warnings about the index.
     pub warnings: Diagnostics,
 }
 
-/// Assembles the refractive index that the only volume of a description describes, at the first wavelength of the film if the
-/// description has a sensor with one; `diagnostics` holds what reading it has reported.
+/// Assembles the refractive index that the only volume of a description describes. If the
+/// description has a sensor with a film of wavelengths, the index is at the first of these.
+/// `diagnostics` holds messages from reading the description.
 ///
 /// # Errors
-/// Everything that is wrong with it.
+/// All errors of the description.
 pub fn assemble_field(
     description: &SceneDescription,
     mut diagnostics: Diagnostics,
@@ -213,7 +215,7 @@ pub fn assemble_field(
     let channels = Channels::of(root, &mut diagnostics).apart();
     let mut query = Query::new(root, &mut diagnostics);
     let volume = query.required_child(PluginKind::Volume);
-    // Of a sensor only the film matters, which has been looked at.
+    // Mark sensors as used: only their film matters, and it has been read.
     query.children(PluginKind::Sensor);
     query.finish(&[]);
     let mut files = FileRegistry::new().searching(description.folders.clone());
@@ -230,7 +232,7 @@ pub fn assemble_field(
     }
 }
 
-/// The hash of a description and of the files that it refers to.
+/// Returns the hash of a description and of the files to which it refers.
 fn fingerprint(
     description: &SceneDescription,
     files: &FileRegistry,

@@ -1,29 +1,31 @@
-//! What a caller may ask for.
+//! Options for loading a scene.
 
 use crate::input::Limits;
 use crate::loading::Loading;
 use transport::scene::Lint;
 
-/// What a caller may change about a scene file.
+/// Options that change how a scene file is loaded.
 #[derive(Clone, Debug, Default)]
 pub struct LoadOptions {
-    /// Parameters that replace those of `<default>`, by name. [`load_scene`](crate::load_scene) takes them; a scene description has its
-    /// parameters already.
+    /// Names and values of parameters that replace `<default>` parameters.
+    /// [`load_scene`](crate::load_scene) uses them; a scene description already has its parameters.
     pub defines: Vec<(String, String)>,
-    /// Estimator to use instead of the scene's.
+    /// Estimator that replaces the scene's.
     pub integrator: Option<String>,
-    /// Samples per pixel to use instead of the scene's.
+    /// Number of samples per pixel that replaces the scene's.
     pub samples: Option<u64>,
-    /// Sampler to use instead of the scene's: `independent`, `ldsampler`, or `ldsampler:64` with larger replicates.
+    /// Sampler that replaces the scene's: `independent`, `ldsampler`, or `ldsampler:64` with larger
+    /// replicates.
     pub sampler: Option<String>,
-    /// Whether noisy pixels get more samples, even if the scene's sampler does not ask for it.
+    /// True to give noisy pixels more samples, even if the scene's sampler does not request it.
     pub adaptive: bool,
-    /// Whether media whose index varies get the index against which it is told, or that of what is around: the scene without its flow.
+    /// True to remove the flow from the scene: media with a varying index get their reference
+    /// index, or the index of their surroundings.
     pub undisturbed: bool,
-    /// Checks whose warnings and notes are left out.
+    /// Checks whose warnings and notes are suppressed.
     pub silenced: Vec<Lint>,
-    /// How much memory each data file may take.
+    /// Limits of the memory for each data file.
     pub limits: Limits,
-    /// Progress of loading, for threads that watch it or end it.
+    /// Progress of loading, for threads that watch or cancel it.
     pub loading: Loading,
 }

@@ -10,7 +10,7 @@ use transport::Spectrum;
 use transport::phase::{Phase, PhaseError};
 use transport::volume::VolumeTexture;
 
-/// The phase function that an object describes; isotropic after an error.
+/// Builds the phase function that an object describes; isotropic after an error.
 pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Phase {
     let mut query = Query::new(object, context.diagnostics);
     let phase = match object.plugin.as_str() {
@@ -41,7 +41,7 @@ fn accepted(
         .unwrap_or_else(Phase::isotropic)
 }
 
-/// With a mean cosine that may vary in space.
+/// Builds a Henyey–Greenstein phase function, whose mean cosine may vary in space.
 fn henyey_greenstein(object: &ObjectDescription, context: &mut Context) -> Phase {
     let mut query = Query::new(object, context.diagnostics);
     let volume = query.stand_in(PluginKind::Volume, "g");
@@ -59,7 +59,7 @@ fn henyey_greenstein(object: &ObjectDescription, context: &mut Context) -> Phase
     accepted(object, phase, context)
 }
 
-/// A number that varies in space; `None` after an error.
+/// Reads a number that varies in space; `None` after an error.
 fn varying(
     volume: &Arc<ObjectDescription>,
     object: &ObjectDescription,
@@ -129,15 +129,15 @@ fn blend(object: &ObjectDescription, context: &mut Context) -> Phase {
     accepted(object, Phase::blend_by(phases, weight), context)
 }
 
-/// Weights add up to 1 if they differ from it by no more.
+/// Amount by which the sum of the weights of a mixture may fall short of 1.
 const ROUNDING: f64 = 1e-3;
 
-/// Phase functions of a mixture: each is asked in turn.
+/// Maximum number of phase functions in a mixture: evaluation visits each in turn.
 const MOST_PHASES: usize = 100;
-/// Larger weights would not add up.
+/// Maximum weight, which keeps sums of weights finite.
 const MOST_WEIGHT: f64 = 1e100;
 
-/// Several phase functions, by their shares.
+/// Builds a mixture of phase functions by their weights.
 fn mixture(object: &ObjectDescription, context: &mut Context) -> Phase {
     let mut query = Query::new(object, context.diagnostics);
     let weights = numbers(&query.string("weights")).unwrap_or_default();

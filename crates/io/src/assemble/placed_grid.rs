@@ -1,4 +1,4 @@
-//! Grids and tables with the places where they lie.
+//! Grids and tables with their positions.
 
 use crate::diagnostic::Location;
 use glam::DAffine3;
@@ -8,24 +8,24 @@ use transport::scene::MediumId;
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Quantity {
     Index,
-    /// The index, by one coordinate.
+    /// Index as a function of one coordinate.
     Table,
     Extinction,
 }
 
-/// A grid, and where it lies.
+/// Grid with its position.
 #[derive(Clone)]
 pub(super) struct Placed {
     pub quantity: Quantity,
-    /// The medium, once it is known.
+    /// Medium of the grid, once it is known.
     pub medium: Option<MediumId>,
-    /// From the unit cube.
+    /// Map from the unit cube to the world.
     pub to_world: DAffine3,
     pub location: Location,
 }
 
 impl Placed {
-    /// A grid of a medium that is not known yet.
+    /// Makes a placed grid whose medium is not known yet.
     pub(super) fn new(quantity: Quantity, to_world: DAffine3, location: &Location) -> Self {
         Placed {
             quantity,

@@ -1,4 +1,4 @@
-//! Which quantities of sensor rays a scene asks for, and what it calls them.
+//! Quantities of sensor rays that a scene requests, and their names.
 
 use super::channels::Channels;
 use super::context::Context;
@@ -11,29 +11,29 @@ use std::collections::HashSet;
 use transport::aov::{Aov, AovTracer, ReferenceIndex};
 use transport::medium::Medium;
 
-/// A quantity of sensor rays as a scene asks for it.
+/// Quantity of sensor rays with the name that the scene gives it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NamedQuantity {
-    /// Which quantity.
+    /// Kind of the quantity.
     pub aov: Aov,
-    /// What the scene calls it: its own name if nothing else.
+    /// Name in the scene; the quantity's own name by default.
     pub name: String,
     /// Names of its channels, as in image files.
     pub channels: Vec<String>,
-    /// Whether its second moment is wanted, too.
+    /// True if its second moment is requested too.
     pub squared: bool,
 }
 
-/// One that is asked for in a list.
+/// Quantity requested in a list.
 #[derive(Clone, Debug)]
 pub(super) struct Asked {
     aov: Aov,
-    /// If it is given another name than its own.
+    /// Name, if it differs from the quantity's own.
     name: Option<String>,
     squared: bool,
 }
 
-/// All that is asked for, by one `aov` or by several, one within the other.
+/// Quantities requested by one `aov`, or by several nested ones.
 #[derive(Clone, Debug, Default)]
 pub(super) struct AskedQuantities {
     list: Vec<Asked>,
@@ -41,17 +41,17 @@ pub(super) struct AskedQuantities {
     wavelength: Option<f64>,
 }
 
-/// What a list is read by.
+/// Context for reading a list of quantities.
 pub(super) struct Setting {
     reference: Option<ReferenceIndex>,
-    /// Whether the film has wavelengths rather than colours.
+    /// True if the film has wavelengths rather than colours.
     is_spectral: bool,
-    /// Whether second moments are wanted.
+    /// True if second moments are requested.
     squared: bool,
 }
 
 impl Setting {
-    /// That of an `aov`.
+    /// Reads the context of an `aov`.
     pub(super) fn new(object: &ObjectDescription, squared: bool, context: &mut Context) -> Self {
         Setting {
             reference: reference(object, context),
@@ -61,9 +61,9 @@ impl Setting {
     }
 }
 
-/// Quantities of Mitsuba that there are none of.
+/// Quantities of Mitsuba that morgana does not compute.
 const SCREEN_DERIVATIVES: [&str; 2] = ["duv_dx", "duv_dy"];
-/// How the names of layers begin that images have anyway.
+/// First parts of the names of layers that images use for other purposes.
 const TAKEN: [&str; 10] = [
     "variance",
     "few",
@@ -76,25 +76,26 @@ const TAKEN: [&str; 10] = [
     "bounce",
     "light",
 ];
-/// How names of second moments begin, as in Mitsuba.
+/// Prefix of the names of second moments, as in Mitsuba.
 const SQUARE: &str = "m2";
-/// Longest name: image files have up to 255 bytes for that of a channel with what is around it.
+/// Maximum length of a name in bytes. Image files limit the full name of a channel, with its prefix
+/// and suffix, to 255 bytes.
 const LONGEST: usize = 200;
 
 impl AskedQuantities {
-    /// Whether one of them has a name.
+    /// True if a quantity has this name.
     pub(super) fn has(&self, name: &str) -> bool {
         self.list.iter().any(|asked| asked.named(true).name == name)
     }
 }
 
-/// The name of the second moment of what has a name.
+/// Returns the name of the second moment of a quantity or an integrator.
 pub(super) fn square_of(name: Option<&str>) -> String {
     name.map_or(SQUARE.into(), |name| format!("{SQUARE}_{name}"))
 }
 
 impl NamedQuantity {
-    /// Names of the channels of its second moment.
+    /// Returns the names of the channels of its second moment.
     pub fn squares(&self) -> impl Iterator<Item = String> {
         let wanted = self.channels.iter().filter(|_| self.squared);
         wanted.map(|channel| square_of(Some(channel)))
@@ -102,7 +103,8 @@ impl NamedQuantity {
 }
 
 impl Asked {
-    /// Names of the channels; `beside` light each belongs to a layer.
+    /// Returns the quantity with the names of its channels. If `beside` is true, it accompanies
+    /// light, and each channel belongs to a layer.
     fn named(&self, beside: bool) -> NamedQuantity {
         let own = self.aov.channels().iter();
         let channel = |own: &&str| match (&self.name, own.rsplit_once('.')) {
@@ -124,7 +126,7 @@ impl Asked {
 }
 
 impl AskedQuantities {
-    /// Those of one `aov`: all of the way if it has no list.
+    /// Reads the quantities of one `aov`. Without a list these are all quantities of the ray path.
     pub(super) fn of(query: &mut Query, setting: &Setting) -> Self {
         let wavelength = query.float_if_given("wavelength");
         query.has("reference_index");
@@ -150,7 +152,7 @@ impl AskedQuantities {
         }
     }
 
-    /// All of the way, but for waves, which need a wavelength.
+    /// Returns all quantities of the ray path, except waves, which need a wavelength.
     pub(super) fn all() -> Self {
         AskedQuantities {
             list: unlisted(false, false),
@@ -158,7 +160,7 @@ impl AskedQuantities {
         }
     }
 
-    /// Adds those of an `aov` further in.
+    /// Adds the quantities of a nested `aov`.
     pub(super) fn add(&mut self, inner: Self, query: &mut Query) {
         let is_second = !self.is_empty();
         self.list.extend(inner.list);
@@ -169,12 +171,12 @@ impl AskedQuantities {
         }
     }
 
-    /// Whether nothing is asked for.
+    /// True if no quantity is requested.
     pub(super) fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
 
-    /// What finds them.
+    /// Returns the tracer of the quantities.
     pub(super) fn tracer(&self) -> AovTracer {
         let wanted: Vec<Aov> = self.list.iter().map(|asked| asked.aov).collect();
         let mut tracer = AovTracer::new(&wanted);
@@ -182,7 +184,8 @@ impl AskedQuantities {
         tracer
     }
 
-    /// What they are called, in the order of the tracer; `beside` light each belongs to a layer.
+    /// Returns the quantities with their names, in the order of the tracer. If `beside` is true,
+    /// they accompany light, and each channel belongs to a layer.
     pub(super) fn named(&self, beside: bool) -> Vec<NamedQuantity> {
         let tracer = self.tracer();
         let named = |aov| {
@@ -198,17 +201,17 @@ impl AskedQuantities {
     }
 }
 
-/// Whether a list asks for a colour.
+/// True if a list requests a colour.
 pub(super) fn asks_for_colour(list: &str) -> bool {
     kinds(list).any(|aov| aov == Aov::Albedo)
 }
 
-/// Whether a list asks for quantities of first surfaces.
+/// True if a list requests quantities of first surfaces.
 pub(super) fn asks_for_surfaces(list: &str) -> bool {
     kinds(list).any(Aov::is_of_surface)
 }
 
-/// The known quantities in a list.
+/// Returns the known quantities in a list.
 fn kinds(list: &str) -> impl Iterator<Item = Aov> {
     words(list).filter_map(|word| find(word.split_once(':').map_or(word, |(_, kind)| kind)))
 }
@@ -221,7 +224,7 @@ fn words(list: &str) -> impl Iterator<Item = &str> {
     list.split([',', ' ']).filter(|word| !word.is_empty())
 }
 
-/// The quantities in a list such as `deflection, dd.y:depth`.
+/// Reads a list of quantities such as `deflection, dd.y:depth`.
 fn listed(query: &mut Query, squared: bool) -> Vec<Asked> {
     let names = Aov::ALL.map(Aov::name);
     let list = query.string("aovs");
@@ -254,7 +257,7 @@ fn listed(query: &mut Query, squared: bool) -> Vec<Asked> {
     asked
 }
 
-/// All quantities of the way.
+/// Returns all quantities of the ray path.
 fn unlisted(waves: bool, squared: bool) -> Vec<Asked> {
     let all = Aov::ALL.into_iter();
     let wanted = all.filter(|aov| !aov.is_of_surface() && (waves || *aov != Aov::Waves));
@@ -266,7 +269,7 @@ fn unlisted(waves: bool, squared: bool) -> Vec<Asked> {
     wanted.map(asked).collect()
 }
 
-/// Reports quantities that are asked for twice, and names that images have no room for.
+/// Reports duplicate quantities, and names that images cannot hold.
 fn check_names(list: &[Asked], query: &mut Query) {
     let mut seen = HashSet::new();
     let mut channels = HashSet::new();
@@ -301,7 +304,7 @@ fn check_names(list: &[Asked], query: &mut Query) {
     }
 }
 
-/// The index of which optical path differences are taken.
+/// Reads the reference index for optical path differences.
 fn reference(object: &ObjectDescription, context: &mut Context) -> Option<ReferenceIndex> {
     let field = field::named(object, "reference_index", context)?;
     Some(if field.is_constant() {

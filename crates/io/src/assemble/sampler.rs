@@ -1,4 +1,5 @@
-//! Samplers: how many samples there are, how they belong together, and over how many instants of a period of sound.
+//! Samplers: number of samples, their grouping into replicates, and the instants of a period of
+//! sound.
 
 use super::context::Context;
 use super::options::LoadOptions;
@@ -10,7 +11,7 @@ use transport::renderer::Renderer;
 use transport::sampling::Replicates;
 use transport::scene::{Scene, SceneProblem, Subject};
 
-/// Samplers of Mitsuba that spread samples evenly, too.
+/// Samplers of Mitsuba that, like `ldsampler`, spread samples evenly.
 const EVEN: [&str; 6] = [
     "stratified",
     "multijitter",
@@ -20,25 +21,26 @@ const EVEN: [&str; 6] = [
     "sobol",
 ];
 
-/// Renders of so many samples have evenly spread ones unless a sampler is named: their errors are told from sixteen means or more.
+/// Number of samples from which a render without a named sampler uses evenly spread ones. There are
+/// then at least 16 replicates of 8 samples, from whose means the error is estimated.
 const EVEN_FROM: u64 = 128;
 
-/// What a sampler asks for.
+/// Settings of a sampler.
 #[derive(Clone, Debug)]
 pub(super) struct Samples {
     /// Samples per pixel, or particles.
     pub count: u64,
-    /// Instants of a period of sound that they are spread over.
+    /// Number of instants of a period of sound over which the samples are spread.
     pub instants: usize,
-    /// Whether sound bends rays.
+    /// True if sound bends rays.
     pub bending: bool,
-    /// How the samples of a pixel belong together.
+    /// Grouping of the samples of a pixel into replicates.
     pub replicates: Replicates,
-    /// Whether no sampler says so.
+    /// True if no sampler is named.
     pub is_open: bool,
-    /// A warning if that is not what the scene's sampler says, for it is not available.
+    /// Warning that the scene's sampler is not available and another one is used.
     pub unlike: Option<Diagnostic>,
-    /// Whether noisy pixels get more of them.
+    /// True if noisy pixels get more samples.
     pub adaptive: bool,
 }
 
@@ -57,7 +59,7 @@ impl Default for Samples {
 }
 
 impl Samples {
-    /// Puts what a caller asks for in the place of what the scene does.
+    /// Replaces the scene's settings by the caller's.
     pub(super) fn replace(&mut self, options: &LoadOptions, diagnostics: &mut Diagnostics) {
         self.adaptive |= options.adaptive;
         self.count = options.samples.unwrap_or(self.count);
@@ -79,7 +81,7 @@ impl Samples {
         }
     }
 
-    /// Asks for as much as others do, too.
+    /// Raises the settings to satisfy another sampler, too.
     pub(super) fn raise(&mut self, other: Self) {
         self.count = self.count.max(other.count);
         self.instants = self.instants.max(other.instants);
@@ -91,7 +93,7 @@ impl Samples {
     }
 }
 
-/// What a sampler asks for, or `default` samples at one instant.
+/// Reads the settings of a sampler; without one, `default` samples at one instant.
 pub(super) fn build(
     object: Option<&ObjectDescription>,
     default: i64,
@@ -152,7 +154,7 @@ pub(super) fn build(
     }
 }
 
-/// What may have been meant by a sampler of a caller's.
+/// Returns help for an unknown sampler name from the caller.
 fn better(name: &str) -> String {
     let names = Replicates::ALL.map(Replicates::name);
     match suggest(name, names) {
@@ -162,7 +164,7 @@ fn better(name: &str) -> String {
     }
 }
 
-/// How samples of the scene belong together, if its integrator takes them so.
+/// Returns the replicates of the scene's sampler if the integrator supports them.
 pub(super) fn replicates(
     scene: &Scene,
     samples: &Samples,
@@ -188,7 +190,8 @@ pub(super) fn replicates(
     Replicates::Single
 }
 
-/// How so many samples belong together unless a sampler is named: spread evenly if there are enough of them.
+/// Returns the replicates for `count` samples when no sampler is named: evenly spread if there are
+/// enough samples.
 pub(crate) fn unless_named(scene: &Scene, renderer: &Renderer, count: u64) -> Replicates {
     let even = Replicates::OfEight;
     let is_even = count >= EVEN_FROM
@@ -197,12 +200,12 @@ pub(crate) fn unless_named(scene: &Scene, renderer: &Renderer, count: u64) -> Re
     if is_even { even } else { Replicates::Single }
 }
 
-/// How samples belong together, unless a sampler is named, where their number is only a guess.
+/// Returns the replicates when no sampler is named and the number of samples is only a guess.
 pub(crate) fn unless_named_by_guess(scene: &Scene, renderer: &Renderer, guess: f64) -> Replicates {
     unless_named(scene, renderer, guess as u64 / EVEN_FROM * EVEN_FROM)
 }
 
-/// Why samples of pictures cannot be shared out among pixels by noise, if they cannot.
+/// Returns the reason why samples of pictures cannot be distributed among pixels by noise, if any.
 pub(super) fn incompatibility(renderer: &Renderer, reweight: bool) -> Option<String> {
     match renderer {
         Renderer::Light(Integrator::Path(_)) => {
@@ -215,7 +218,8 @@ pub(super) fn incompatibility(renderer: &Renderer, reweight: bool) -> Option<Str
     }
 }
 
-/// Whether samples are shared out among pixels by noise: if the sampler asks for it and nothing hinders it.
+/// True if samples are distributed among pixels by noise: the sampler requests it and nothing
+/// prevents it.
 pub(super) fn is_adaptive(
     samples: &Samples,
     incompatibility: Option<String>,

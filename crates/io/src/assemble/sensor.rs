@@ -1,4 +1,4 @@
-//! Sensors.
+//! Sensors with their films and samplers.
 
 use super::aperture::{Opening, SHAPES};
 use super::context::Context;
@@ -20,9 +20,9 @@ use transport::sensor::{
     ApertureStop, Batch, Orthographic, Perspective, Sensor, Telecentric, ThinLens,
 };
 
-/// Samples per pixel, unless a sampler says otherwise.
+/// Default number of samples per pixel.
 const SAMPLES: i64 = 64;
-/// A sensor with its film and sampler.
+/// Sensor with its film and sampler.
 pub(super) struct SensorParts {
     pub sensor: Sensor,
     pub medium: Option<MediumId>,
@@ -30,7 +30,7 @@ pub(super) struct SensorParts {
     pub samples: Samples,
 }
 
-/// The sensor that an object describes; `None` after an error.
+/// Builds the sensor that an object describes; `None` after an error.
 pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option<SensorParts> {
     let wavelength = context.wavelength();
     let mut q = Query::new(object, context.diagnostics);
@@ -104,7 +104,8 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     })
 }
 
-/// A camera of a batch, whose film and sampler count for nothing, as in Mitsuba; `None` after an error.
+/// Reads a camera of a batch. Its film and sampler are ignored, as in Mitsuba. `None` after an
+/// error.
 fn view(object: &ObjectDescription, context: &mut Context) -> Option<View> {
     if object.plugin == "batch" || is_meter(object) {
         let message = "a batch holds cameras, not other batches or meters";
@@ -128,7 +129,7 @@ fn view(object: &ObjectDescription, context: &mut Context) -> Option<View> {
     view_of(object, None, q).or_else(|| unknown(object, context))
 }
 
-/// Reports a plugin that is no camera.
+/// Reports a plugin that is not a camera.
 fn unknown(object: &ObjectDescription, context: &mut Context) -> Option<View> {
     let plugins = schema::plugins(PluginKind::Sensor).iter();
     let names = plugins.map(|plugin| plugin.name);
@@ -137,17 +138,19 @@ fn unknown(object: &ObjectDescription, context: &mut Context) -> Option<View> {
     None
 }
 
-/// What a camera sees, but for its film.
+/// View of a camera, without its film.
 struct View {
     optics: Optics,
     frame: DAffine3,
-    /// How far the picture shows what lies to the right and below, in its own width and height.
+    /// Shift of the visible region to the right and downward, as a fraction of the picture's width
+    /// and height.
     shift: [f64; 2],
-    /// In scene units, if the aperture diffracts.
+    /// Wavelength in scene units, if the aperture diffracts.
     wavelength: Option<f64>,
 }
 
-/// `None` if the plugin is unknown. The `wavelength` in nm is that of the channel, if it has one.
+/// Reads the view of a camera; `None` if the plugin is unknown. `wavelength` is the wavelength of
+/// the channel in nm, if it has one.
 fn view_of(object: &ObjectDescription, wavelength: Option<f64>, mut q: Query) -> Option<View> {
     let frame = match object.plugin.as_str() {
         "radiancemeter" => along_a_ray(&mut q),
@@ -177,11 +180,11 @@ fn view_of(object: &ObjectDescription, wavelength: Option<f64>, mut q: Query) ->
     } else {
         [0.0; 2]
     };
-    // Straight segments start at the sensor whatever the clipping planes: Mitsuba's scene files have
-    // them for the sake of its own intersection tests.
+    // Accept clipping planes, which Mitsuba needs for its intersection tests. Segments start at the
+    // sensor regardless of them.
     q.float("near_clip");
     q.float("far_clip");
-    // Nothing moves.
+    // Accept shutter times: nothing moves.
     q.float("shutter_open");
     q.float("shutter_close");
     if q.has("srf") {
@@ -197,10 +200,11 @@ fn view_of(object: &ObjectDescription, wavelength: Option<f64>, mut q: Query) ->
     })
 }
 
-/// A cosine between axes that is a shear, not rounding.
+/// Maximum cosine between axes that rounding explains; a larger cosine is a shear.
 const SHEAR: f64 = 1e-6;
 
-/// The wavelength of light that the aperture diffracts, in scene units, if it does: `wavelength` is that of the channel in nm.
+/// Returns the wavelength in scene units of the light that the aperture diffracts, or `None`
+/// without diffraction. `wavelength` is the wavelength of the channel in nm.
 fn diffraction(wavelength: Option<f64>, frame: &DAffine3, q: &mut Query) -> Option<f64> {
     if !q.boolean("diffraction") {
         let is_boolean = |p: &Property| p.name != "diffraction" || p.value.type_name() == "boolean";
@@ -231,7 +235,8 @@ fn diffraction(wavelength: Option<f64>, frame: &DAffine3, q: &mut Query) -> Opti
     Some(wavelength? * 1e-9 / metres)
 }
 
-/// Where a radiance meter looks: along +z of its transform, or from a point in a direction.
+/// Returns the frame of a radiance meter, which looks along +z of its transform, or from a point in
+/// a direction.
 fn along_a_ray(q: &mut Query) -> DAffine3 {
     let matrix = q.transform("to_world");
     let frame = affine(matrix, "to_world", q);
@@ -254,13 +259,13 @@ fn along_a_ray(q: &mut Query) -> DAffine3 {
     }
 }
 
-/// Width of the cone that a radiance meter sees, in degrees.
+/// Angular width of the cone that a radiance meter sees, in degrees.
 const RAY: f64 = 1e-3;
-/// Field of view in degrees of the camera of scenes without one, as in Mitsuba 0.6.
+/// Field of view in degrees of the default camera for scenes without a camera, as in Mitsuba 0.6.
 const DEFAULT_FOV: f64 = 45.0;
 
-/// The camera of a scene without one, as in Mitsuba 0.6: it looks along +z, from where a width or height of all that
-/// is there fills its field of view.
+/// Builds the default camera for scenes without a camera, as in Mitsuba 0.6. It looks along +z,
+/// from the distance at which the larger of the scene's width and height fills its field of view.
 pub(super) fn absent(context: &mut Context) -> SensorParts {
     let boxes = context.objects.iter().map(|o| o.shape.aabb());
     let all = boxes.fold(Aabb::EMPTY, Aabb::union);
@@ -293,13 +298,13 @@ enum Optics {
     Telecentric(f64, Stop),
 }
 
-/// The stop of a telecentric sensor, in units of slope.
+/// Stop of a telecentric sensor, in units of slope.
 enum Stop {
     Open { radius: f64, opening: Opening },
     Knife(ApertureStop),
 }
 
-/// A thin lens, in local units.
+/// Thin lens, in local units.
 struct Lens {
     fov: Fov,
     radius: f64,
@@ -307,13 +312,13 @@ struct Lens {
     focus_distance: f64,
 }
 
-/// A full angle in radians along an axis of the image.
+/// Full angle in radians along an axis of the image.
 pub(super) struct Fov {
     angle: f64,
     axis: &'static str,
 }
 
-/// A frame of 35 mm film, 36 mm × 24 mm: what focal lengths are stated for.
+/// Width and height in mm of a frame of 35 mm film, to which focal lengths refer.
 const FRAME: [f64; 2] = [36.0, 24.0];
 fn optics(object: &ObjectDescription, frame: &DAffine3, q: &mut Query) -> Option<Optics> {
     Some(match object.plugin.as_str() {
@@ -342,7 +347,8 @@ fn optics(object: &ObjectDescription, frame: &DAffine3, q: &mut Query) -> Option
     })
 }
 
-/// Where the plane of focus is along the axis, in local units: by its distance, or by a point of it in the world.
+/// Reads the distance of the plane of focus along the axis in local units, given by its value or by
+/// a point in the world.
 fn focus(frame: &DAffine3, default: f64, q: &mut Query) -> f64 {
     if !q.has("focus_point") {
         return q.float_or("focus_distance", default);
@@ -360,7 +366,7 @@ fn focus(frame: &DAffine3, default: f64, q: &mut Query) -> f64 {
     1.0
 }
 
-/// The stop of a telecentric sensor, and the knife edge in it.
+/// Reads the stop of a telecentric sensor, with its knife edge.
 fn stop(object: &ObjectDescription, q: &mut Query) -> Stop {
     let angle = q.float("acceptance_angle");
     let radius = angle.to_radians().tan();
@@ -394,7 +400,8 @@ fn stop(object: &ObjectDescription, q: &mut Query) -> Stop {
     Stop::Knife(ApertureStop::with_knife(radius, edge.truncate(), cut))
 }
 
-/// By an angle, or by the focal length of a lens for 35 mm film, which is an angle along the diagonal.
+/// Reads the field of view, given as an angle or as the focal length of a lens for 35 mm film. A
+/// focal length gives the angle along the diagonal.
 pub(super) fn fov(q: &mut Query) -> Fov {
     if q.has("fov") {
         if q.has("focal_length") {
@@ -429,7 +436,7 @@ impl Fov {
         Perspective::new(frame, self.horizontal(aspect), aspect)
     }
 
-    /// The horizontal angle for an aspect ratio, width over height.
+    /// Returns the horizontal angle for an aspect ratio (width over height).
     pub(super) fn horizontal(&self, aspect: f64) -> f64 {
         if self.axis == "diagonal" {
             let half = (0.5 * self.angle).tan() / (1.0 + aspect.powi(-2)).sqrt();
@@ -450,7 +457,7 @@ impl Fov {
 }
 
 impl View {
-    /// The sensor; `None` after an error.
+    /// Returns the sensor; `None` after an error.
     fn sensor(&self, aspect: f64, context: &mut Context) -> Option<Sensor> {
         let frame = self.frame;
         Some(match &self.optics {

@@ -1,8 +1,8 @@
-//! Which medium lies on either side of each surface, and which index it has.
+//! Media on both sides of each surface, and their indices.
 //!
-//! A medium's own `ior` decides. A dielectric's `int_ior` and `ext_ior` say what the index is where no
-//! medium does; where both speak, they must not contradict each other. A side that is not described
-//! is the medium that surrounds the shape.
+//! A medium's own `ior` decides. A dielectric's `int_ior` and `ext_ior` give the index where no
+//! medium does; where both give one, they must agree. A side without a description belongs to the
+//! medium that surrounds the shape.
 
 use super::context::{Context, IndexSource};
 use super::wish::Wish;
@@ -16,17 +16,18 @@ use transport::bsdf::Bsdf;
 use transport::medium::Medium;
 use transport::scene::{AMBIENT, Bodies, Containment, MediumId, Partition, Sides};
 
-/// Index inside a dielectric that says nothing: Mitsuba's default, BK7 glass.
+/// Default index inside a dielectric: Mitsuba's default, BK7 glass.
 const DEFAULT_INNER: f64 = 1.5046;
-/// Indices that differ by less are taken as one: those of air and of a vacuum.
+/// Difference below which two indices count as equal. It covers the difference between air and
+/// vacuum.
 const ALIKE: f64 = 3e-4;
 
-/// Settles the sides of all objects.
+/// Determines the media and indices on both sides of all objects.
 pub(super) fn settle(context: &mut Context) {
     let wishes = std::mem::take(&mut context.wishes);
     for (i, wish) in wishes.iter().enumerate() {
         let interior = interior(i, wish, context);
-        // The exterior follows once every interior is known.
+        // Determine the exterior below, once every interior is known.
         context.objects[i].sides = interior.map(|interior| Sides {
             interior,
             exterior: AMBIENT,
@@ -63,7 +64,8 @@ pub(super) fn settle(context: &mut Context) {
     match_divided(context);
 }
 
-/// Settles the sides of volumes of several media, larger ones first: smaller ones may lie in them.
+/// Determines the sides of divided volumes, larger volumes first, since smaller ones may lie in
+/// them.
 fn divide(context: &mut Context) {
     context.partitions = context
         .divided
@@ -95,7 +97,7 @@ fn divide(context: &mut Context) {
     }
 }
 
-/// The volumes of several media, the largest first.
+/// Returns the divided volumes in descending order of size.
 fn by_size(context: &Context) -> Vec<usize> {
     let size = |i: &usize| {
         let objects = context.divided[*i].objects.clone();
@@ -107,8 +109,8 @@ fn by_size(context: &Context) -> Vec<usize> {
     order
 }
 
-/// Media of labels without an index have that around. Surfaces between equal indices are none to light, but where others may lie beside
-/// them.
+/// Gives media of labels without an index the index of the surrounding medium. Surfaces between
+/// equal indices become null surfaces, except where other objects may touch them.
 fn match_divided(context: &mut Context) {
     for i in by_size(context) {
         let Partition {
@@ -135,7 +137,7 @@ fn match_divided(context: &mut Context) {
     }
 }
 
-/// Whether an object comes near one, outside of a range, that separates media.
+/// True if an object comes near an object outside the range `own` that separates media.
 fn is_near_others(object: usize, own: &Range<usize>, context: &Context) -> bool {
     let aabb = context.objects[object].shape.aabb();
     let aabb = aabb.grown(1e-9 * aabb.diagonal());
@@ -145,7 +147,7 @@ fn is_near_others(object: usize, own: &Range<usize>, context: &Context) -> bool 
         .any(|(_, o)| aabb.overlaps(&o.shape.aabb()))
 }
 
-/// The medium inside an object; a dielectric without one encloses clear matter.
+/// Returns the medium inside an object. A dielectric without a medium encloses a transparent one.
 fn interior(i: usize, wish: &Wish, context: &mut Context) -> Option<MediumId> {
     if wish.interior.is_some() || wish.indices.is_none() {
         return wish.interior;
@@ -156,7 +158,8 @@ fn interior(i: usize, wish: &Wish, context: &mut Context) -> Option<MediumId> {
     Some(context.add_medium(medium, true, place))
 }
 
-/// The medium around an object, or around the volume that it divides: that of the innermost other one that contains it.
+/// Returns the medium around an object, or around the volume that it divides: the medium of the
+/// innermost other object that contains it.
 fn surrounding(i: usize, bodies: &Bodies, context: &Context) -> MediumId {
     let containment = Containment {
         objects: &context.objects,
@@ -184,8 +187,9 @@ fn apply_indices(object: usize, wish: &Wish, sides: Sides, context: &mut Context
     }
 }
 
-/// Returns whether the medium outside of a dielectric is clear matter in another one, of another index than `n`, which is its `ext_ior`:
-/// programs that export scenes write the index of air around all shapes. A warning tells of both.
+/// Returns true if the medium outside a dielectric is the transparent inside of another dielectric,
+/// with an index other than `n`, the first one's `ext_ior`. Reports a warning then. Programs that
+/// export scenes write the index of air around all shapes.
 fn meets_other_glass(object: usize, n: f64, exterior: MediumId, context: &mut Context) -> bool {
     let other = context
         .objects
@@ -224,7 +228,7 @@ fn meets_other_glass(object: usize, n: f64, exterior: MediumId, context: &mut Co
     true
 }
 
-/// Gives a medium an index, or reports that it has another one.
+/// Sets the index of a medium, or reports that it has another index.
 fn set_index(id: MediumId, n: f64, name: &'static str, location: &Location, context: &mut Context) {
     let medium = &mut context.media[id];
     if context.index_open[id] {

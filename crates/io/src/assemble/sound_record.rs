@@ -1,9 +1,9 @@
-//! What volumes of sound are made of, for those who ask.
+//! Records of the samples in volumes of sound.
 
 use crate::scene::{ObjectDescription, Value};
 use glam::{DAffine3, DVec3};
 
-/// What a volume of sound is made of: a grid of samples, and perhaps a series in time.
+/// Record of a volume of sound: a grid of samples, possibly from a time series.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SoundRecord {
     /// Type of the volume: `pressure` or `transducer`.
@@ -12,34 +12,36 @@ pub struct SoundRecord {
     pub file: Option<String>,
     /// Number of samples along x, y, z.
     pub size: [usize; 3],
-    /// Whether the outermost samples lie on the faces of the box that they fill, rather than half a step inside.
+    /// True if the outermost samples lie on the faces of their box; false if they lie half a step
+    /// inside.
     pub nodes: bool,
-    /// From the unit cube to the box in the scene.
+    /// Map from the unit cube to the box in the scene.
     pub to_world: DAffine3,
-    /// Who says where the box is, before the scene's `to_world`.
+    /// Source of the position of the box, before the scene's `to_world`.
     pub placed_by: FactSource,
-    /// Hz; `None` for a single frame of a series.
+    /// Frequency in Hz; `None` for a single frame of a series.
     pub frequency: Option<f64>,
-    /// What was used of a series in time.
+    /// Part of a time series that was used.
     pub series: Option<SeriesRecord>,
 }
 
-/// What was used of a series in time.
+/// Part of a time series that was used.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SeriesRecord {
     /// Number of frames.
     pub frames: usize,
-    /// The first frame that was used.
+    /// Number of the first frame that was used.
     pub first: usize,
-    /// Number of frames that were used, from the first on.
+    /// Number of frames that were used, counted from the first.
     pub used: usize,
-    /// Seconds from a frame to the next, if that is known.
+    /// Time in seconds between frames, if known, with its source.
     pub time_step: Option<(f64, FactSource)>,
-    /// What the fit leaves out of the frames used, as a part of their root mean square; `None` for a single frame.
+    /// Residual of the fit to the used frames, as a fraction of their root mean square; `None` for
+    /// a single frame.
     pub residual: Option<f64>,
 }
 
-/// The name of the file that a volume's samples are in, as the scene gives it.
+/// Returns the name of the file with a volume's samples, as given in the scene.
 pub(super) fn file_of(object: &ObjectDescription) -> Option<String> {
     let property = object.properties.iter().find(|p| p.name == "filename")?;
     match &property.value {
@@ -48,17 +50,17 @@ pub(super) fn file_of(object: &ObjectDescription) -> Option<String> {
     }
 }
 
-/// Where a fact is from.
+/// Source of a fact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FactSource {
-    /// The file of the samples.
+    /// File of the samples.
     File,
-    /// The scene.
+    /// Scene description.
     Scene,
 }
 
 impl SoundRecord {
-    /// Who says how many samples there are.
+    /// Returns the source of the number of samples.
     pub fn sized_by(&self) -> FactSource {
         match self.file {
             Some(_) => FactSource::File,
@@ -66,7 +68,8 @@ impl SoundRecord {
         }
     }
 
-    /// Distances between neighbours along x, y and z of the grid, in scene units.
+    /// Returns the distances between neighbouring samples along x, y and z of the grid, in scene
+    /// units.
     pub fn spacing(&self) -> DVec3 {
         let axes = self.to_world.matrix3;
         let steps = self.steps();
@@ -77,7 +80,7 @@ impl SoundRecord {
         )
     }
 
-    /// Where the first sample is in the scene.
+    /// Returns the position of the first sample in the scene.
     pub fn origin(&self) -> DVec3 {
         let inside = self
             .size
@@ -86,7 +89,7 @@ impl SoundRecord {
         self.to_world.transform_point3(first)
     }
 
-    /// From a sample to the next in the unit cube.
+    /// Returns the distances between neighbouring samples in the unit cube.
     fn steps(&self) -> DVec3 {
         let cells = self
             .size
@@ -96,7 +99,7 @@ impl SoundRecord {
 }
 
 impl FactSource {
-    /// `file` or `scene`.
+    /// Returns the name: `file` or `scene`.
     pub fn name(self) -> &'static str {
         match self {
             FactSource::File => "file",

@@ -1,4 +1,4 @@
-//! Textures of surfaces: images, checkerboards, values of vertices, volumes, and multiples of these.
+//! Textures of surfaces: images, checkerboards, mesh attributes, volumes, and scaled textures.
 
 use super::assets::Attributes;
 use super::clipping::{Pixels, without_rounding};
@@ -19,10 +19,10 @@ use transport::texture::{
 };
 use transport::volume::VolumeTexture;
 
-/// The mesh that is to be covered, with its attributes.
+/// Mesh to which textures apply, with its attributes.
 pub(super) type Vertices = Option<(Arc<Mesh>, Attributes)>;
 
-/// A quantity given as a spectrum or as a nested texture.
+/// Builds the texture of a quantity that is given as a spectrum or as a nested texture.
 pub(super) fn texture(
     input: Input,
     role: Role,
@@ -58,7 +58,7 @@ fn texture_for(
     }
 }
 
-/// A texture plugin. Those that depend on no mesh are made once, however many surfaces they cover.
+/// Builds a texture from its plugin. A bitmap is built once, for all surfaces that it covers.
 fn nested(
     asked: Asked,
     object: &ObjectDescription,
@@ -86,7 +86,7 @@ fn nested(
     }
 }
 
-/// A nested texture, or a spectrum, times a factor.
+/// Builds a nested texture, or a spectrum, times a factor.
 fn scaled(
     asked: Asked,
     object: &ObjectDescription,
@@ -117,7 +117,7 @@ fn scaled(
         context.error_at(&object.location, message);
     }
     let factor = match (role, factor) {
-        // It may exceed what a share or a number may be: their product counts.
+        // The factor may exceed the limits of the role: only the product must lie within them.
         (Role::Number | Role::Height | Role::Vector, factor) => in_role(&factor, Role::Number),
         (_, factor) => factor,
     };
@@ -125,7 +125,7 @@ fn scaled(
     Texture::Scaled(Arc::new(ScaledTexture::new(nested, factor)))
 }
 
-/// A quantity in space, at the points of a surface.
+/// Builds a texture from a volume, evaluated at the points of a surface.
 fn volume(object: &ObjectDescription, role: Role, context: &mut Context) -> Option<Texture> {
     let mut q = Query::new(object, context.diagnostics);
     let nested = q.required_child(PluginKind::Volume);
@@ -155,7 +155,7 @@ fn volume(object: &ObjectDescription, role: Role, context: &mut Context) -> Opti
     Some(Texture::Volume(Arc::new(quantity)))
 }
 
-/// A volume that is the same everywhere.
+/// Builds a texture from a constant volume.
 fn constant(object: &ObjectDescription, role: Role, context: &mut Context) -> Texture {
     let mut q = Query::new(object, context.diagnostics);
     let value = q.spectrum("value");
@@ -226,7 +226,7 @@ fn attribute(
     Some(Texture::Vertices(Arc::new(texture)))
 }
 
-/// What to say of an attribute that a mesh lacks.
+/// Returns the message about an attribute that a mesh does not have.
 fn no_attribute(name: &str, attributes: &[MeshAttribute]) -> String {
     const ALWAYS: [&str; 2] = ["vertex_color", "face_color"];
     let names = attributes.iter().map(|a| a.name.as_str());
@@ -269,7 +269,7 @@ fn bitmap(asked: Asked, object: &ObjectDescription, context: &mut Context) -> Op
     context.accept(&object.location, bitmap)
 }
 
-/// The image that a bitmap names, for a projector.
+/// Reads the image of a projector from a bitmap.
 pub(super) fn screen(object: &ObjectDescription, context: &mut Context) -> Option<Slide> {
     let mut q = Query::new(object, context.diagnostics);
     let source = picture(&mut q, context.files);
@@ -294,7 +294,8 @@ pub(super) fn screen(object: &ObjectDescription, context: &mut Context) -> Optio
     })
 }
 
-/// Width, height and the shares of light that the pixels of a bitmap let pass, whatever the channels; `None` after an error.
+/// Returns width and height of a bitmap and the transmittances of its pixels, converted to one
+/// number each; `None` after an error.
 pub(super) fn transmittances(
     object: &ObjectDescription,
     context: &mut Context,
@@ -309,7 +310,8 @@ pub(super) fn transmittances(
     Some((size, data.into_iter().map(f64::from).collect()))
 }
 
-/// Channels and values of an image, of which those outside of what they may be are clipped; `None` if they are refused. Either is reported.
+/// Returns the number of channels and the values of an image, with values outside their limits
+/// clipped; `None` if they are refused. Reports both.
 fn clipped(
     picture: &Picture,
     asked: Asked,
@@ -330,7 +332,7 @@ fn clipped(
     Some((channels, data))
 }
 
-/// Whether values are to be clipped; `None` if they are refused. Either is reported.
+/// Returns true if values must be clipped, `None` if they are refused. Reports both.
 pub(super) fn accepted(
     seen: &Pixels,
     name: &str,
@@ -347,12 +349,12 @@ pub(super) fn accepted(
     accepted
 }
 
-/// The image of a bitmap, which a file or the scene itself holds.
+/// Image of a bitmap, from a file or from the scene itself.
 struct Picture {
     image: RgbImage,
-    /// How messages call it.
+    /// Name in messages.
     name: String,
-    /// Whether its decoding is to be undone.
+    /// True if the sRGB decoding of the file must be undone.
     encode: bool,
 }
 
@@ -381,7 +383,7 @@ fn picture(q: &mut Query, files: &mut FileRegistry) -> Option<Picture> {
 }
 
 fn filter(q: &mut Query) -> BitmapFilter {
-    // How Mitsuba holds images, which rounds their numbers at most.
+    // Accept Mitsuba's storage format of images, which affects at most the rounding.
     q.word("format");
     match q.word("filter_type") {
         "nearest" => BitmapFilter::Nearest,
@@ -397,7 +399,7 @@ fn wrap(q: &mut Query) -> Wrap {
     }
 }
 
-/// Channels and values of an image.
+/// Returns the number of channels and the values of an image.
 fn pixels(picture: &Picture, role: Role, context: &Context) -> Result<(usize, Vec<f32>), String> {
     let image = &picture.image;
     let as_stored = |v: f32| {
@@ -411,7 +413,7 @@ fn pixels(picture: &Picture, role: Role, context: &Context) -> Result<(usize, Ve
         let values = image.pixels.iter().flatten();
         return Ok((3, values.map(|v| as_stored(*v) as f32).collect()));
     }
-    // A grey image is the same at all wavelengths.
+    // A grey image has one value for all wavelengths.
     let grey = image.pixels.iter().all(|[r, g, b]| r == g && g == b);
     if grey {
         let values = image.pixels.iter().map(|[v, ..]| as_stored(*v) as f32);
@@ -433,7 +435,7 @@ fn pixels(picture: &Picture, role: Role, context: &Context) -> Result<(usize, Ve
     Ok((channels, data))
 }
 
-/// A value, or its luminance if a number is asked for.
+/// Returns a value, or its luminance for roles that are one number.
 fn in_role(value: &SpectrumValue, role: Role) -> SpectrumValue {
     match value {
         SpectrumValue::Rgb(rgb) if role.is_number() => {
@@ -443,7 +445,7 @@ fn in_role(value: &SpectrumValue, role: Role) -> SpectrumValue {
     }
 }
 
-/// The map that is applied to texture coordinates: the part of a transform that acts on x and y.
+/// Reads the map of texture coordinates: the part of a transform that acts on x and y.
 fn to_uv(q: &mut Query) -> DAffine2 {
     let matrix: DMat4 = q.transform("to_uv");
     DAffine2::from_cols(

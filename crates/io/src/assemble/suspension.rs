@@ -1,4 +1,5 @@
-//! Spheres by their size and index, and media in which they are suspended (docs/scene-format.md#mie-scattering).
+//! Suspended spheres, given by size and index, and the media that hold them
+//! (docs/scene-format.md#mie-scattering).
 
 use super::colour;
 use super::context::Context;
@@ -8,13 +9,13 @@ use crate::scene::{ObjectDescription, SpectrumValue};
 use transport::Spectrum;
 use transport::phase::{Mie, Phase, PhaseError, Spheres};
 
-/// Micrometres in the millimetre, the unit of coefficients.
+/// Micrometres per millimetre; coefficients are per millimetre.
 const UM_PER_MM: f64 = 1e3;
-/// Micrometres in the nanometre, the unit of wavelengths.
+/// Micrometres per nanometre, the unit of wavelengths.
 const UM_PER_NM: f64 = 1e-3;
-/// Spheres that fill more of the volume than this scatter together, not each by itself.
+/// Volume fraction above which spheres do not scatter independently.
 const DILUTE: f64 = 0.1;
-/// The phase function of type `mie`, at the wavelength of the group's channel.
+/// Builds the phase function of type `mie`, at the wavelength of the group's channel.
 pub(super) fn mie(object: &ObjectDescription, context: &mut Context) -> Phase {
     let channel = context.wavelength();
     let mut q = Query::new(object, context.diagnostics);
@@ -54,7 +55,7 @@ pub(super) fn mie(object: &ObjectDescription, context: &mut Context) -> Phase {
     phase.unwrap_or_else(Phase::isotropic)
 }
 
-/// What is wrong with spheres, and what to do about it.
+/// Returns the message about an error of spheres, with advice.
 fn advice(error: &PhaseError) -> String {
     match error {
         PhaseError::SphereSize { .. } => format!(
@@ -67,7 +68,7 @@ fn advice(error: &PhaseError) -> String {
     }
 }
 
-/// A spectrum at a wavelength in nm; `None` after an error.
+/// Returns a spectrum at a wavelength in nm; `None` after an error.
 fn at_wavelength(
     value: &SpectrumValue,
     nm: f64,
@@ -87,16 +88,16 @@ fn at_wavelength(
     found
 }
 
-/// How many spheres a medium holds.
+/// Concentration of the spheres in a medium.
 #[derive(Clone, Copy)]
 pub(super) enum Concentration {
-    /// Share of the volume.
+    /// Fraction of the volume.
     Fraction(f64),
-    /// Number in a cubic millimetre.
+    /// Number per cubic millimetre.
     Number(f64),
 }
 
-/// What a medium says of the spheres in it, if it does.
+/// Reads the concentration of the spheres in a medium, if given.
 pub(super) fn concentration(q: &mut Query) -> Option<Concentration> {
     let names = ["volume_fraction", "number_density"];
     let [fraction, number] = names.map(|name| q.has(name));
@@ -129,7 +130,7 @@ pub(super) fn concentration(q: &mut Query) -> Option<Concentration> {
 }
 
 impl Concentration {
-    /// σ_s and σ_a of the spheres per millimetre.
+    /// Returns σ_s and σ_a of the spheres per millimetre.
     pub(super) fn coefficients(self, mie: &Mie) -> [f64; 2] {
         let per_cubic_um = match self {
             Concentration::Fraction(share) => share / mie.volume(),
@@ -142,7 +143,8 @@ impl Concentration {
         cross_sections.map(|c| c * per_cubic_um * UM_PER_MM)
     }
 
-    /// σ_s and σ_a of spheres in a medium that absorbs by itself; without scattering after an error.
+    /// Returns σ_s and σ_a of spheres in a medium that absorbs light itself; σ_s is zero after an
+    /// error.
     pub(super) fn in_medium(
         self,
         medium: &Suspension,
@@ -162,11 +164,11 @@ impl Concentration {
     }
 }
 
-/// A medium that holds spheres.
+/// Medium that holds spheres.
 pub(super) struct Suspension<'a> {
-    /// Its phase function, and the plugin of that.
+    /// Phase function; `plugin` is its type.
     pub phase: &'a Phase,
     pub plugin: Option<&'a str>,
-    /// σ_a of what is around the spheres.
+    /// Absorption coefficient σ_a of the matter around the spheres.
     pub absorption: Spectrum,
 }

@@ -1,4 +1,5 @@
-//! Tagged light: which sidebands and delays are asked for, and what is needed of the sound in a scene (docs/theory.md#tagged-light).
+//! Tagged light: requested sidebands and delays, and requirements on the sound in a scene
+//! (docs/theory.md#tagged-light).
 
 use super::channels::Channels;
 use crate::query::Query;
@@ -7,13 +8,15 @@ use transport::Scene;
 use transport::scene::{ProblemSeverity, SceneProblem, Subject};
 use transport::sidebands::Sidebands;
 
-/// Ultrasound is some thousand times as long as light; low tones in air less than so many times.
+/// Largest plausible ratio of the wavelengths of sound and light. Ultrasound has about a thousand
+/// times the wavelength of light; low tones in air stay below this ratio.
 const SHORT: f64 = 3e6;
 
-/// Wavelengths and frequencies that differ by less, relatively, are the same.
+/// Relative difference below which wavelengths or frequencies count as equal.
 const SAME: f64 = 1e-9;
 
-/// The sidebands and delays that a plugin asks for, of the light of its `wavelength`, which channels of several wavelengths do not have.
+/// Reads the sidebands and delays that a plugin requests. They belong to light of its one
+/// `wavelength`, so films of several wavelengths are refused.
 pub(super) fn sidebands(q: &mut Query, channels: &Channels) -> Option<Sidebands> {
     if let Channels::Wavelengths { nm, .. } = channels
         && nm.len() > 1
@@ -28,8 +31,9 @@ pub(super) fn sidebands(q: &mut Query, channels: &Channels) -> Option<Sidebands>
     Sidebands::new(wavelength, orders as u32, delays as u32)
 }
 
-/// Why there is no one frequency of sound by which light could be tagged, or no way to tell how far it moves what scatters, or why the light
-/// that is told apart cannot be meant.
+/// Returns the problems of tagged light: no sound, several frequencies of sound, an unknown
+/// displacement of the scatterers by the sound, or light whose wavelength is not shorter than the
+/// sound's.
 pub(super) fn problems(scene: &Scene, tagged: &[&Sidebands]) -> Vec<SceneProblem> {
     let sounds = sounds(scene);
     if sounds.is_empty() {
@@ -87,7 +91,8 @@ pub(super) fn problems(scene: &Scene, tagged: &[&Sidebands]) -> Vec<SceneProblem
     found
 }
 
-/// What is taken for granted where a scene does not say it: that sounds of different wavelengths have one frequency.
+/// Returns a note about an assumption that the scene leaves open: sounds of different wavelengths
+/// have one frequency.
 pub(super) fn note(scene: &Scene) -> Option<String> {
     let sounds = sounds(scene);
     let (first, one) = sounds.first()?;
@@ -106,7 +111,8 @@ pub(super) fn note(scene: &Scene) -> Option<String> {
     ))
 }
 
-/// A doubt that the wavelengths of tagged light are in scene units: they are far shorter than any sound's.
+/// Returns a warning that wavelengths of tagged light are probably not in scene units, because they
+/// are far shorter than the wavelength of any sound.
 pub(super) fn doubt(scene: &Scene, tagged: &[&Sidebands]) -> Option<String> {
     let light = tagged.iter().map(|sidebands| sidebands.wavelength());
     let light = light.fold(f64::INFINITY, f64::min);
@@ -121,7 +127,7 @@ pub(super) fn doubt(scene: &Scene, tagged: &[&Sidebands]) -> Option<String> {
     })
 }
 
-/// The sounds in all media.
+/// Returns the sounds in all media, with the numbers of the media.
 fn sounds(scene: &Scene) -> Vec<(usize, Sound)> {
     let media = scene.media().iter().enumerate();
     media

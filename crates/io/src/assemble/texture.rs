@@ -20,7 +20,8 @@ use std::sync::Arc;
 use transport::Spectrum;
 use transport::volume::{GridFilter, GridSamples, VolumeGrid, VolumeTexture};
 
-/// A quantity that must lie between the two `allowed` values, given as a spectrum or as a nested volume.
+/// Builds a quantity that is given as a spectrum or as a nested volume. Its values must lie between
+/// the two `allowed` values.
 pub(super) fn texture(
     input: Input,
     parent: &ObjectDescription,
@@ -62,7 +63,7 @@ pub(super) fn texture(
     }
 }
 
-/// The same value all over a cube, and nothing outside, as Mitsuba's extinctions have it.
+/// Builds an extinction that is constant inside a cube and zero outside, as in Mitsuba.
 fn bounded(
     value: Spectrum,
     cube: DAffine3,
@@ -101,7 +102,7 @@ fn uniform(
     context: &mut Context,
 ) -> VolumeTexture {
     let value = context.loaded(value, location);
-    // Those of shares are clipped with a note.
+    // Fractions that rounding puts outside their limits are clipped with a note.
     let rounding = if allowed[1] == 1.0 {
         clipping::ROUNDING
     } else {
@@ -124,7 +125,7 @@ fn uniform(
     VolumeTexture::Uniform(context.spectrum(&value, role, location))
 }
 
-/// A `gridvolume`.
+/// Samples of a `gridvolume`.
 pub(super) struct Sampled {
     pub volume: Volume,
     pub source: Source,
@@ -132,7 +133,8 @@ pub(super) struct Sampled {
     pub filter: GridFilter,
 }
 
-/// The grid that a volume describes, in whose place there may be other plugins of those that are `known`; `None` after an error.
+/// Reads the grid that a volume describes; `None` after an error. `known` lists the plugins
+/// accepted there, for messages.
 pub(super) fn sampled(
     object: &ObjectDescription,
     known: &[&str],
@@ -152,10 +154,11 @@ pub(super) fn sampled(
         "nearest" => GridFilter::Nearest,
         _ => GridFilter::Trilinear,
     };
-    // Beyond the grid there is nothing in a medium, or what its edge has.
+    // Accept the wrap mode. Outside the grid, a medium is empty or continues the values of the
+    // edge.
     query.word("wrap_mode");
-    // Values are always used as they are, and there is nothing to accelerate: both are accepted
-    // because Mitsuba's scene files have them.
+    // Accept parameters of Mitsuba's scene files. Values are always used unchanged, and nothing
+    // needs acceleration.
     query.boolean("raw");
     query.boolean("accel");
     query.finish(&[]);
@@ -224,7 +227,7 @@ fn grid(
     context.accept(&object.location, grid)
 }
 
-/// The samples of the channels that belong to the context's group.
+/// Returns the samples of the channels in the context's group.
 fn of_group(volume: Volume, context: &Context) -> GridSamples {
     let (size, channels) = (volume.size(), volume.channels());
     if channels == 1 || channels == context.channels_of_group() {

@@ -1,39 +1,39 @@
-//! What spectra and textures are asked for.
+//! Roles of spectra and textures.
 
-/// What a spectrum or texture is asked for, which settles how it becomes red, green and blue.
+/// Role of a spectrum or texture, which determines its conversion to red, green and blue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Role {
-    /// Light: seen as it is, not negative.
+    /// Emitted light, at least 0, converted directly.
     Emission,
-    /// A share of light: seen under daylight, in [0, 1].
+    /// Fraction of light in [0, 1], converted under daylight.
     Reflectance,
-    /// A property of matter: seen under daylight, not negative.
+    /// Property of matter, at least 0, converted under daylight.
     Coefficient,
-    /// One number: the luminance of a colour.
+    /// Single number, the luminance of a colour.
     Number,
-    /// A height, which is a number without limits.
+    /// Height, a number without limits.
     Height,
-    /// Three numbers that are no colour.
+    /// Three numbers that are not a colour.
     Vector,
 }
 
-/// What the values of a texture are asked for.
+/// Role and scale of the values of a texture.
 #[derive(Clone, Copy)]
 pub(super) struct Asked {
     pub role: Role,
-    /// What they are multiplied by before they count, at least.
+    /// Lower bound of the factor by which the values are multiplied before use.
     pub factor: f64,
 }
 
 impl Asked {
-    /// As they are.
+    /// Makes a request for values without a factor.
     pub(super) fn plainly(role: Role) -> Self {
         Asked { role, factor: 1.0 }
     }
 }
 
 impl Role {
-    /// Whether it is one number.
+    /// True if the role is a single number.
     pub(super) fn is_number(self) -> bool {
         matches!(self, Role::Number | Role::Height)
     }

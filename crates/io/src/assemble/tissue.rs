@@ -1,4 +1,4 @@
-//! Media that are tissues by name (docs/scene-format.md#tissues).
+//! Media that are tissues given by name (docs/scene-format.md#tissues).
 
 use super::context::Context;
 use crate::query::Query;
@@ -10,14 +10,14 @@ use transport::medium::Medium;
 use transport::phase::Phase;
 use transport::volume::VolumeTexture;
 
-/// A tissue, and what it holds.
+/// Tissue with its contents.
 pub(super) struct Named {
     name: &'static str,
     tissue: Tissue,
     content: Content,
 }
 
-/// The tissue that a medium names, if it does.
+/// Reads the tissue that a medium names, if it names one.
 pub(super) fn named(query: &mut Query) -> Option<Named> {
     let name = query.word("tissue");
     let tissue = Tissue::of(name)?;
@@ -83,7 +83,7 @@ impl Named {
         }
     }
 
-    /// σ_s and σ_a in the channels of the film; `None` after an error.
+    /// Returns σ_s and σ_a in the channels of the film; `None` after an error.
     fn spectra(&self, object: &ObjectDescription, context: &mut Context) -> Option<[Spectrum; 2]> {
         let Some(wavelengths) = context.wavelengths() else {
             let message = "tissues are known by wavelength: the film needs the pixel_format 'spectral', and 'wavelengths' in nm";

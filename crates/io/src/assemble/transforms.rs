@@ -1,17 +1,17 @@
-//! What transforms are turned into: affine maps, orientations, axes.
+//! Conversion of transforms to affine maps, orientations and axes.
 
 use crate::diagnostic::lints;
 use crate::query::Query;
 use glam::{DAffine3, DMat4, DVec3, DVec4};
 use transport::Orientation;
 
-/// Relative errors of lengths that numbers rounded to four digits explain (three entries of a row, each
-/// wrong by up to 5e-5), and a little more.
+/// Relative error of lengths that numbers rounded to four digits explain: three entries of a row,
+/// each with an error of up to 5e-5, and some margin.
 const ROUNDING: f64 = 2e-4;
-/// Relative errors of lengths from which on a map is meant to be no rotation.
+/// Relative error of lengths above which a map is not considered a rotation.
 const DEFORMED: f64 = 1e-2;
 
-/// An affine map; a projective one is reported.
+/// Returns the affine map of a matrix. Reports a projective matrix.
 pub(super) fn affine(matrix: DMat4, name: &str, query: &mut Query) -> DAffine3 {
     let map = DAffine3::from_mat4(matrix);
     if matrix.row(3) != DVec4::W {
@@ -20,9 +20,9 @@ pub(super) fn affine(matrix: DMat4, name: &str, query: &mut Query) -> DAffine3 {
     map
 }
 
-/// The place and the orientation that `to_world` gives a `thing` which cannot be deformed. Its scale counts for
-/// nothing. A map that is nearly a rotation or a mirror becomes one, with a warning beyond rounding; `None` after
-/// an error.
+/// Returns the position and the orientation that `to_world` gives a `thing` which cannot be
+/// deformed. Ignores the scale. Replaces a map that is nearly a rotation or a mirror by the nearest
+/// one, with a warning if the error exceeds rounding. `None` after an error.
 pub(super) fn pose(query: &mut Query, thing: &str) -> Option<(DVec3, Orientation)> {
     const NAME: &str = "to_world";
     let matrix = query.transform(NAME);
@@ -51,10 +51,11 @@ pub(super) fn pose(query: &mut Query, thing: &str) -> Option<(DVec3, Orientation
     Some((map.translation, orientation))
 }
 
-/// What a transform without an inverse is reported as.
+/// Message about a transform without an inverse.
 const SINGULAR: &str = "the transform is singular: it flattens space";
 
-/// The place and the unit direction of local +z that `to_world` gives; `None` (reported) if it flattens that.
+/// Returns the position and the unit direction of local +z that `to_world` gives; `None`, with a
+/// report, if it maps +z to zero.
 pub(super) fn axis(query: &mut Query) -> Option<(DVec3, DVec3)> {
     const NAME: &str = "to_world";
     let matrix = query.transform(NAME);

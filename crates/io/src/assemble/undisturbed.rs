@@ -1,5 +1,5 @@
-//! Scenes without their flow (docs/guides/schlieren.md#background-oriented-schlieren): media whose index varies get the index of what disturbs
-//! nothing.
+//! Scenes without their flow (docs/guides/schlieren.md#background-oriented-schlieren). Media with a
+//! varying index get the index of undisturbed matter.
 
 use crate::scene::{
     Child, ObjectDescription, ObjectId, PluginKind, Property, SceneDescription, Value,
@@ -10,12 +10,12 @@ use std::sync::Arc;
 use transport::bsdf::Bsdf;
 use transport::scene::{MediumId, Object, Parts};
 
-/// Places on each surface of a medium, by which its index there is known.
+/// Number of points on each surface of a medium at which its index is evaluated.
 const PLACES: u32 = 256;
-/// Steps of a lattice in the unit square: of the plastic number.
+/// Steps of a lattice in the unit square, based on the plastic number.
 const LATTICE: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053_3];
 
-/// The same scene without what varies in indices, as far as these say against which index they are told.
+/// Returns the scene without the variation of indices, for indices that give a reference.
 pub(super) fn undisturbed(scene: &SceneDescription) -> SceneDescription {
     let mut known = HashMap::new();
     SceneDescription {
@@ -54,12 +54,12 @@ fn object(
     made
 }
 
-/// Whether a child of a medium is an index.
+/// True if a child of a medium is an index.
 fn is_index(child: &Child) -> bool {
     child.name.as_deref() == Some("ior") && child.object.kind == PluginKind::Volume
 }
 
-/// A law of dispersion around a field, with the index against which that is told in its place.
+/// Returns a dispersion law whose field is replaced by its reference index.
 fn dispersed(law: &Child) -> Option<ObjectDescription> {
     let mut made = ObjectDescription::clone(&law.object);
     let volumes = made.children.iter_mut();
@@ -78,7 +78,7 @@ fn dispersed(law: &Child) -> Option<ObjectDescription> {
     Some(made)
 }
 
-/// The index against which a field is told, as a property of this name.
+/// Returns the reference index of a field, as a property with a given name.
 fn reference(field: &Child, property: &str) -> Option<Property> {
     let (name, default) = match field.object.plugin.as_str() {
         "gladstone_dale" => ("n0", Some(1.0)),
@@ -99,7 +99,8 @@ fn reference(field: &Child, property: &str) -> Option<Property> {
     })
 }
 
-/// Gives media whose index still varies that of what is around, if their surfaces do not refract, or else its mean over their surfaces.
+/// Replaces each index that still varies by its mean over the medium's surfaces. At surfaces that
+/// do not refract, the index of the surroundings counts instead.
 pub(super) fn calm(parts: &mut Parts) {
     let still: Vec<_> = (0..parts.media.len())
         .filter(|id| !parts.media[*id].index.is_constant())
@@ -110,7 +111,8 @@ pub(super) fn calm(parts: &mut Parts) {
     }
 }
 
-/// The mean index at the surfaces of a medium; 1 if it has none.
+/// Returns the mean index at the surfaces of a medium; 1 if it has none. At surfaces that do not
+/// refract, this is the index outside.
 fn around(parts: &Parts, id: MediumId) -> f64 {
     let inside = |object: &&Object| object.interior() == Some(id);
     let (mut sum, mut count) = (0.0, 0);

@@ -1,33 +1,35 @@
-//! Numbers that are taken for an index of refraction and are probably something else.
+//! Detection of numbers that are given as an index of refraction but are probably another quantity.
 
 use crate::volume::Sample;
 use std::ops::RangeInclusive;
 
-/// Indices of matter that light passes: 1 (gases, vacuum) to 4 (germanium); some less for warm plasmas and x-rays.
+/// Indices of transparent matter: 1 (gases, vacuum) to 4 (germanium), and slightly below 1 for warm
+/// plasmas and X-rays.
 const INDICES: RangeInclusive<f64> = 0.9..=4.2;
-/// Between gases and liquids hardly any matter has its index; the density of air at the ground lies there.
+/// Range of indices between gases and liquids, which hardly any matter has. The density of air at
+/// the ground in kg/m³ lies in it.
 const NO_MATTER: RangeInclusive<f64> = 1.02..=1.28;
-/// n − 1 of gases, and contrasts of other matter, are smaller.
+/// Maximum of n − 1 of gases, and of index contrasts of other matter.
 const LARGEST_CONTRAST: f64 = 0.1;
-/// Pascal: a tenth of the atmosphere's pressure.
+/// Minimum value, in Pa, that is taken for a pressure: a tenth of the atmospheric pressure.
 const LEAST_PRESSURE: f64 = 1e4;
-/// kg/m³: of light liquids.
+/// Minimum density of a liquid in kg/m³, below the densities of light liquids.
 const LEAST_LIQUID: f64 = 300.0;
-/// Hounsfield units: of air, and of dense bone.
+/// Range of Hounsfield units, from air to dense bone.
 const HOUNSFIELD: RangeInclusive<f64> = -1100.0..=3100.0;
-/// A gas is not that dense, n − 1 of it not that large.
+/// Maximum of n − 1 of a gas.
 const DENSEST_GAS: f64 = 0.05;
-/// A gas that is there at all has a larger n − 1.
+/// Minimum of n − 1 of a gas that is not nearly a vacuum.
 const THINNEST_GAS: f64 = 1e-7;
-/// A liquid does not stand the pressure that would change its index by more.
+/// Maximum index change by pressure that a liquid can withstand.
 const LARGEST_PIEZO: f64 = 0.05;
 
-/// Numbers that are looked at together.
+/// Number of values processed together.
 const LANES: usize = 8;
 
-/// Least and largest of some numbers, if there are any.
+/// Returns the least and the largest of the values, or `None` without values.
 pub(super) fn range<T: Sample>(values: &[T]) -> Option<[f64; 2]> {
-    // Several at a time, which vectors do in the time of one.
+    // Keep several minima and maxima so that the compiler can use SIMD instructions.
     let mut least = [f64::INFINITY; LANES];
     let mut most = [f64::NEG_INFINITY; LANES];
     for some in values.chunks(LANES) {
@@ -42,7 +44,8 @@ pub(super) fn range<T: Sample>(values: &[T]) -> Option<[f64; 2]> {
     (least <= most).then_some([least, most])
 }
 
-/// What samples that a scene gives as an index are instead, if they look like it, and what to do.
+/// Returns the quantity that samples given as an index probably are, with advice, or `None` if they
+/// look like an index.
 pub(super) fn taken_for_index([least, most]: [f64; 2]) -> Option<(&'static str, &'static str)> {
     let of_gas = "the density of a gas in kg/m³";
     let gladstone_dale =
@@ -84,7 +87,7 @@ pub(super) fn taken_for_index([least, most]: [f64; 2]) -> Option<(&'static str, 
     })
 }
 
-/// What is wrong with the densities of a gas, if that follows from the index that they make.
+/// Returns the probable mistake in the densities of a gas, judged by the index that results.
 pub(super) fn of_gas([least, most]: [f64; 2], n0: f64) -> Option<&'static str> {
     let size = (most - n0).abs().max((least - n0).abs());
     if size > DENSEST_GAS {
@@ -96,7 +99,7 @@ pub(super) fn of_gas([least, most]: [f64; 2], n0: f64) -> Option<&'static str> {
     }
 }
 
-/// What is wrong with pressures of a liquid.
+/// Returns the probable mistake in the pressures of a liquid.
 pub(super) fn of_pressure([least, most]: [f64; 2], n0: f64) -> Option<&'static str> {
     let size = (most - n0).abs().max((least - n0).abs());
     (size > LARGEST_PIEZO).then_some("no liquid is compressed that much: are these pascals?")

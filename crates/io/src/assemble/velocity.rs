@@ -1,4 +1,4 @@
-//! How fast what scatters light flows in a medium.
+//! Velocity of scatterers in a medium.
 
 use super::context::Context;
 use super::texture::{Sampled, sampled};
@@ -10,17 +10,17 @@ use std::sync::Arc;
 use transport::medium::Velocity;
 use transport::volume::{GridSamples, VolumeGrid, VolumeTexture};
 
-/// Components along x, y, z.
+/// Number of components, along x, y and z.
 const CHANNELS: usize = 3;
 
-/// A velocity as it is written.
+/// Velocity as given in a scene file.
 pub(super) enum Written<'a> {
     Uniform(DVec3),
     Volume(&'a Arc<ObjectDescription>),
 }
 
 impl<'a> Written<'a> {
-    /// That of a medium, if it has one.
+    /// Reads the velocity of a medium, if it has one.
     pub(super) fn of(query: &mut Query<'a, '_>) -> Option<Self> {
         if let Some(object) = query.stand_in(PluginKind::Volume, "velocity") {
             return Some(Written::Volume(object));
@@ -39,7 +39,7 @@ impl<'a> Written<'a> {
         Some(Written::Uniform(velocity))
     }
 
-    /// The velocity; `None` after an error.
+    /// Builds the velocity; `None` after an error.
     pub(super) fn build(self, context: &mut Context) -> Option<Velocity> {
         let object = match self {
             Written::Uniform(velocity) => return Some(Velocity::uniform(velocity)),

@@ -1,4 +1,4 @@
-//! Where the samples of volumes come from, and where they belong.
+//! Sources of the samples of volumes, and their positions.
 
 use super::context::Context;
 use super::sound_record::{FactSource, SoundRecord, file_of};
@@ -13,7 +13,7 @@ use eikonal::field::Placement;
 use glam::DAffine3;
 use std::path::PathBuf;
 
-/// What [`read`] asks for.
+/// Parameters that [`read`] uses.
 pub(super) const SOURCE: [&str; 7] = [
     "filename",
     "data",
@@ -24,22 +24,22 @@ pub(super) const SOURCE: [&str; 7] = [
     "use_grid_bbox",
 ];
 
-/// Advice about samples without a value, as simulations leave them in solids.
+/// Advice about samples without a value, such as simulations have in solids.
 const FILL: &str = "every sample needs a value: fill those in solids, or outside of the data, with the value of their \
                     surroundings, for example by numpy.where(numpy.isfinite(a), a, surroundings)";
 
-/// Where the samples of a volume file belong.
+/// Placement of the samples of a volume file.
 pub(super) struct Source {
-    /// 0: voxel centres, 1: nodes on the bounds.
+    /// Placement of the samples: centres of voxels, or nodes on the bounds.
     pub placement: Placement,
-    /// From the unit cube, by way of the file's own coordinates if it has any.
+    /// Map from the unit cube to the world, through the file's own coordinates if it has any.
     pub to_world: DAffine3,
-    /// Who says where they belong, but for the scene's `to_world`.
+    /// Source of the placement, apart from the scene's `to_world`.
     pub placed_by: FactSource,
 }
 
 impl Source {
-    /// What is known of samples of sound at rest.
+    /// Returns a record of samples of sound without a frequency or a series.
     pub(super) fn record(&self, object: &ObjectDescription, size: [usize; 3]) -> SoundRecord {
         SoundRecord {
             plugin: object.plugin.clone(),
@@ -54,7 +54,7 @@ impl Source {
     }
 }
 
-/// The samples of a volume, from the array that it holds or the file that it names.
+/// Reads the samples of a volume, from the array that it holds or the file that it names.
 pub(super) fn read<T: Sample>(
     object: &ObjectDescription,
     context: &mut Context,
@@ -74,13 +74,13 @@ pub(super) fn read<T: Sample>(
     })
 }
 
-/// Reports samples that cannot be used, and how to fill those without a value.
+/// Reports samples that cannot be used. Explains how to fill samples without a value.
 fn refuse(name: &str, problem: &Problem, message: String, query: &mut Query) {
     let fill = matches!(problem, Problem::NotFinite { .. }).then(|| FILL.to_owned());
     query.helped_error(name, message, fill);
 }
 
-/// Sums over the frames of a volume's samples: the number of frames is that of the channels.
+/// Reads sums over the frames of a volume's samples. The channels of the samples are the frames.
 pub(super) fn read_series(
     object: &ObjectDescription,
     context: &mut Context,
@@ -119,7 +119,7 @@ pub(super) fn read_series(
     (series, source)
 }
 
-/// Reads samples, and finds where they belong.
+/// Reads samples and determines their placement.
 fn read_by<T: Sample>(
     object: &ObjectDescription,
     context: &mut Context,
@@ -163,7 +163,7 @@ fn read_by<T: Sample>(
     (volume, source)
 }
 
-/// The file that a volume names.
+/// File that a volume names.
 struct VolumeFile {
     path: PathBuf,
     axes: Option<AxisOrder>,
@@ -171,7 +171,8 @@ struct VolumeFile {
 }
 
 impl VolumeFile {
-    /// What the file format does not say, the scene must, such as which axis of an array is which.
+    /// Reads the file name, and the properties that the file format does not record, such as the
+    /// order of axes.
     fn of(query: &mut Query, files: &mut FileRegistry) -> Option<Self> {
         let path = query.path("filename", files);
         let format = Format::of(&path);
@@ -200,7 +201,7 @@ impl VolumeFile {
     }
 }
 
-/// The order of the axes of an array that a volume holds itself: `[z, y, x]` unless it says otherwise, as Mitsuba has it.
+/// Returns the axis order of an array in the scene itself: `[z, y, x]` by default, as in Mitsuba.
 fn axes_of_data(query: &mut Query) -> AxisOrder {
     if query.has("filename") || query.has("dataset") {
         query.error("data", "give the samples or a file with them, not both");
@@ -208,8 +209,8 @@ fn axes_of_data(query: &mut Query) -> AxisOrder {
     axes(None, query).unwrap_or(AxisOrder::ZYX)
 }
 
-/// From the unit cube to the bounding box that a file states. Samples at the centres of the cells of this box stay there as
-/// `nodes`: these reach from the first centre to the last.
+/// Returns the map from the unit cube to the bounding box in a file. If samples lie at the centres
+/// of the box's cells and are placed as `nodes`, the map covers the first centre to the last.
 fn own_box<T: Sample>(volume: &Volume<T>, nodes: bool, query: &mut Query) -> DAffine3 {
     let Some([min, max]) = volume.bbox() else {
         let message = "the file has no bounding box: place the volume by 'to_world'";
@@ -238,11 +239,11 @@ fn own_box<T: Sample>(volume: &Volume<T>, nodes: bool, query: &mut Query) -> DAf
     DAffine3::from_translation(min) * DAffine3::from_scale(size)
 }
 
-/// Which axis of an array is which.
+/// Reads the order of the axes of an array.
 fn axes(format: Option<Format>, query: &mut Query) -> Option<AxisOrder> {
     let named = query.has("axis_order");
     match format {
-        // Output files of k-Wave tell what others do not.
+        // Exclude HDF5: output files of k-Wave state the axis order.
         Some(format) if format.needs_axis_order() && format != Format::Hdf5 && !named => {
             let message = "the format does not say which axis is which: give 'axis_order', \"zyx\" \
                            if the last index runs along x, \"xyz\" if the first does";
@@ -262,7 +263,7 @@ fn axes(format: Option<Format>, query: &mut Query) -> Option<AxisOrder> {
     }
 }
 
-/// Which of the volumes of a file is meant.
+/// Reads the name of the dataset among the volumes of a file.
 fn dataset(format: Option<Format>, query: &mut Query) -> Option<String> {
     let named = query.has("dataset");
     match format {

@@ -1,9 +1,9 @@
-//! What descriptions say of the two sides of a surface, before it is settled.
+//! Requests of descriptions for the two sides of a surface.
 
 use crate::diagnostic::Location;
 use transport::scene::MediumId;
 
-/// What a shape's description says of its two sides.
+/// Media and indices that a shape's description requests for its two sides.
 #[derive(Default)]
 pub(super) struct Wish {
     pub interior: Option<MediumId>,
@@ -11,7 +11,7 @@ pub(super) struct Wish {
     pub indices: Option<Indices>,
 }
 
-/// What a dielectric says of the indices on its sides.
+/// Indices that a dielectric requests for its two sides.
 #[derive(Clone, Debug)]
 pub(super) struct Indices {
     pub inner: Option<f64>,

@@ -5,14 +5,16 @@ use crate::query::Query;
 use crate::scene::SpectrumValue;
 use crate::schema::METALS;
 
-/// Real and imaginary part of the index, and that of the dielectric against which they are meant.
+/// Real and imaginary part of the index, with the index of the dielectric outside to which they are
+/// relative.
 pub(super) struct Optics {
     pub eta: SpectrumValue,
     pub k: SpectrumValue,
     pub surroundings: f64,
 }
 
-/// What a conductor says: η and k, the name of a metal, or nothing (or `none`), which makes a perfect mirror.
+/// Reads the complex index of a conductor: η and k, the name of a metal, or nothing (or `none`) for
+/// a perfect mirror.
 pub(super) fn optics(q: &mut Query) -> Optics {
     let surroundings = index(q, "ext_eta").unwrap_or(1.0);
     let optical = q.has("eta") || q.has("k");

@@ -1,4 +1,4 @@
-//! Surface scattering.
+//! Surface scattering (bsdfs).
 
 mod metal;
 mod parameters;
@@ -25,17 +25,18 @@ use transport::bsdf::{
 };
 use transport::texture::Texture;
 
-/// A surface's scattering, and what it says of the indices on its sides.
+/// Bsdf of a surface, with the indices that it requests for the two sides.
 pub(super) struct Surface {
     pub bsdf: Bsdf,
-    /// `int_ior` and `ext_ior`, for dielectrics.
+    /// Indices `int_ior` and `ext_ior`, for dielectrics.
     pub indices: Option<Indices>,
 }
 
-/// Index of the glass that Mitsuba's panes are made of by default.
+/// Index of BK7 glass, Mitsuba's default for panes.
 const BK7: f64 = 1.5046;
 
-/// The bsdf that an object describes, for a mesh whose vertices may be coloured; diffuse after an error.
+/// Builds the bsdf that an object describes; diffuse after an error. `vertices` is the mesh whose
+/// attributes textures may use.
 pub(super) fn build(
     object: &ObjectDescription,
     vertices: &Vertices,
@@ -75,10 +76,11 @@ pub(super) fn build(
     }
 }
 
-/// What turns the normals of another bsdf.
+/// Plugins that perturb the normals of a nested bsdf.
 const MAPS: [&str; 2] = ["bumpmap", "normalmap"];
 
-/// A bsdf with the map that turns its normals; smooth interfaces without, as their difference says. `None` after an error.
+/// Builds a bsdf with a map of its normals; `None` after an error. Smooth interfaces ignore the
+/// map, as a note on differences from Mitsuba says.
 fn mapped(
     object: &ObjectDescription,
     vertices: &Vertices,
@@ -97,7 +99,7 @@ fn mapped(
             Input::Object(h)
         })
     } else {
-        // Mitsuba 0.6 asks for no name.
+        // Mitsuba 0.6 needs no name for the nested texture.
         let unnamed = (!q.has("normalmap")).then(|| q.child(PluginKind::Texture));
         match unnamed.flatten() {
             Some(map) => Input::Object(map),
@@ -130,25 +132,25 @@ fn mapped(
     })
 }
 
-/// Whether a texture is an image, scaled or not.
+/// True if a texture is an image, scaled or not.
 fn is_image(texture: &ObjectDescription) -> bool {
     let mut nested = texture.children.iter();
     texture.plugin == "bitmap"
         || texture.plugin == "scale" && nested.any(|child| is_image(&child.object))
 }
 
-/// What a shape without a bsdf has, as in Mitsuba: diffuse, with reflectance ½, or 0 if it emits light.
+/// Default bsdf of a shape, as in Mitsuba: diffuse, with reflectance ½, or 0 if it emits light.
 pub(super) fn default(emits: bool) -> Bsdf {
     let reflectance = if emits { 0.0 } else { 0.5 };
     Diffuse::new(Spectrum::splat(reflectance)).map_or(Bsdf::Null, Bsdf::Diffuse)
 }
 
-/// The bsdf of a shape, if it names one.
+/// Returns the bsdf of a shape, if it names one.
 pub(super) fn of_shape(shape: &mut Query) -> Option<Arc<ObjectDescription>> {
     shape.child(PluginKind::Bsdf).cloned()
 }
 
-/// Parameters as written, before they are turned into channels.
+/// Parameters as given in the scene, before conversion to channels.
 enum Raw<'a> {
     Null,
     Diffuse(Quantity<'a>),
@@ -173,7 +175,7 @@ enum Raw<'a> {
     TwoSided(Vec<&'a ObjectDescription>),
 }
 
-/// `None` for an unknown plugin.
+/// Reads the parameters of a bsdf; `None` for an unknown plugin.
 fn raw<'a>(object: &'a ObjectDescription, q: &mut Query<'a, '_>) -> Option<Raw<'a>> {
     Some(match object.plugin.as_str() {
         "null" => Raw::Null,
@@ -215,7 +217,7 @@ fn raw<'a>(object: &'a ObjectDescription, q: &mut Query<'a, '_>) -> Option<Raw<'
     })
 }
 
-/// `None` after an error.
+/// Builds a bsdf from its parameters; `None` after an error.
 fn make(
     raw: Raw,
     object: &ObjectDescription,
@@ -333,7 +335,7 @@ fn make(
     context.accept(&object.location, bsdf)
 }
 
-/// Turns parameters of an object into what the channels see.
+/// Converts parameters of an object to the channels of the group.
 struct Maker<'m, 'c> {
     object: &'m ObjectDescription,
     vertices: &'m Vertices,
@@ -396,7 +398,8 @@ impl Maker<'_, '_> {
     }
 }
 
-/// Surfaces by their shares; what is missing from 1 is black, and what exceeds it counts for nothing, as shares then shrink.
+/// Builds a mixture of bsdfs by their weights. If the weights sum to less than 1, the rest is
+/// black; if they sum to more, they are normalised.
 fn mixture(weights: &[f64], nested: Vec<Bsdf>) -> Result<Bsdf, BsdfError> {
     let black = Bsdf::Diffuse(Diffuse::new(Spectrum::ZERO)?);
     let mut parts = weights.iter().copied().zip(nested);
@@ -413,5 +416,5 @@ fn mixture(weights: &[f64], nested: Vec<Bsdf>) -> Result<Bsdf, BsdfError> {
     Ok(mixed)
 }
 
-/// Weights of a mixture that add up to 1 but for so much do so.
+/// Amount by which the sum of the weights may fall short of 1 without a black rest.
 const ROUNDING: f64 = 1e-6;

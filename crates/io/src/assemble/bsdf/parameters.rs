@@ -1,4 +1,4 @@
-//! Parameters that several bsdfs have.
+//! Parameters that several bsdfs share.
 
 use super::super::surface_texture::Role;
 use crate::query::{Input, Query};
@@ -7,14 +7,15 @@ use crate::schema::substance::INDICES;
 use std::ops::RangeInclusive;
 use transport::bsdf::Distribution;
 
-/// A parameter that may be a texture, with its name.
+/// Parameter that may be a texture: its name, role and value.
 pub(super) struct Quantity<'a>(pub &'static str, pub Role, pub Input<'a>);
 
-/// Index of air, and of the substance that Mitsuba's plastic is made of by default.
+/// Index of air, and below it the index of polypropylene, Mitsuba's default for plastic.
 const AIR: f64 = 1.000277;
 const POLYPROPYLENE: f64 = 1.49;
 
-/// An index given as a number or by the name that Mitsuba gives a substance; `None` if it is not given.
+/// Reads an index, given as a number or by Mitsuba's name of a substance; `None` if it is not
+/// given.
 pub(super) fn index(query: &mut Query, name: &str) -> Option<f64> {
     if !query.has(name) {
         return None;
@@ -28,32 +29,32 @@ pub(super) fn index(query: &mut Query, name: &str) -> Option<f64> {
     known.map(|(_, n)| *n)
 }
 
-/// A spectrum or a texture.
+/// Reads a reflectance, given as a spectrum or a texture.
 pub(super) fn colour<'a>(q: &mut Query<'a, '_>, name: &'static str) -> Quantity<'a> {
     let input = q.texture_or_spectrum(name);
     Quantity(name, Role::Reflectance, input)
 }
 
-/// A number or a texture.
+/// Reads a number, given directly or as a texture.
 pub(super) fn number<'a>(q: &mut Query<'a, '_>, name: &'static str) -> Quantity<'a> {
     let input = q.texture_or_spectrum(name);
     Quantity(name, Role::Number, input)
 }
 
-/// The factors of what is reflected and of what is transmitted.
+/// Names of the factors of reflected and transmitted light.
 pub(super) const TINTS: [&str; 2] = ["specular_reflectance", "specular_transmittance"];
 
 pub(super) fn tints<'a>(q: &mut Query<'a, '_>) -> [Quantity<'a>; 2] {
     TINTS.map(|name| colour(q, name))
 }
 
-/// Microfacets, with their roughness.
+/// Microfacet distribution with its roughness.
 pub(super) struct Facets<'a> {
     pub distribution: Distribution,
     pub alphas: Alphas<'a>,
 }
 
-/// A roughness, or one along ∂x/∂u and one across.
+/// Roughness in all directions, or along ∂x/∂u and across it.
 pub(super) enum Alphas<'a> {
     Alike(Quantity<'a>),
     Apart([Quantity<'a>; 2]),
@@ -64,7 +65,7 @@ pub(super) fn facets<'a>(q: &mut Query<'a, '_>) -> Facets<'a> {
         "ggx" => Distribution::Ggx,
         _ => Distribution::Beckmann,
     };
-    // How directions are drawn is no part of the scene.
+    // Accept Mitsuba's choice of a sampling method, which does not affect the result.
     q.boolean("sample_visible");
     Facets {
         distribution,
@@ -92,14 +93,14 @@ pub(super) fn alphas<'a>(q: &mut Query<'a, '_>) -> Alphas<'a> {
     Alphas::Apart(names.map(|name| alpha(q, name)))
 }
 
-/// Reflectances of the diffuse and of the glossy part.
+/// Reads the reflectances of the diffuse and the glossy part.
 pub(super) fn reflectances<'a>(q: &mut Query<'a, '_>) -> [Quantity<'a>; 2] {
     ["diffuse_reflectance", TINTS[0]].map(|name| colour(q, name))
 }
 
-/// A layer over another surface.
+/// Layer over another surface.
 pub(super) struct Layer<'a> {
-    /// Its index over that outside.
+    /// Index of the layer relative to the outside.
     pub eta: f64,
     pub sigma_a: Quantity<'a>,
     pub thickness: f64,
@@ -119,7 +120,7 @@ pub(super) fn layer<'a>(q: &mut Query<'a, '_>, inside: f64) -> Layer<'a> {
     }
 }
 
-/// The shares of the parts of a mixture.
+/// Reads the weights of the parts of a mixture.
 pub(super) fn weights(q: &mut Query) -> Vec<f64> {
     let text = q.string("weights");
     let words = text.split([' ', ',', ';']).filter(|word| !word.is_empty());
@@ -136,12 +137,13 @@ pub(super) fn weights(q: &mut Query) -> Vec<f64> {
     })
 }
 
-/// The index inside over that outside, which is air by default, of a surface on which it is the same everywhere.
+/// Reads the ratio of the index inside to the index outside, by default `inside` and air, for a
+/// surface with constant indices.
 pub(super) fn eta(q: &mut Query, inside: f64) -> f64 {
     index(q, "int_ior").unwrap_or(inside) / index(q, "ext_ior").unwrap_or(AIR)
 }
 
-/// That of `pplastic`, which may give it as `eta`.
+/// Reads the index ratio of `pplastic`, which may give the ratio as `eta`.
 pub(super) fn polarized_eta(q: &mut Query) -> f64 {
     let quotient = eta(q, POLYPROPYLENE);
     if !q.has("eta") {
@@ -153,7 +155,7 @@ pub(super) fn polarized_eta(q: &mut Query) -> f64 {
     q.float("eta")
 }
 
-/// What a filter of polarised light does to it.
+/// Effect of a filter on polarised light.
 pub(super) enum Element<'a> {
     Polarizer(Quantity<'a>),
     Circular { left_handed: bool },
@@ -161,7 +163,7 @@ pub(super) enum Element<'a> {
     Neutral,
 }
 
-/// A filter of polarised light, and the transmittance of its matter.
+/// Reads a filter of polarised light and the transmittance of its material.
 pub(super) fn filter<'a>(q: &mut Query<'a, '_>) -> (Element<'a>, SpectrumValue) {
     let transmittance = q.spectrum("transmittance");
     let element = match q.object().plugin.as_str() {
@@ -181,7 +183,8 @@ pub(super) fn filter<'a>(q: &mut Query<'a, '_>) -> (Element<'a>, SpectrumValue) 
     (element, transmittance)
 }
 
-/// Index, reflectances of base and coat, and whether colours deepen, of plastic.
+/// Plastic: index ratio, reflectances of base and coat, and true if internal reflections deepen its
+/// colours (`nonlinear`).
 pub(super) struct Coated<'a>(pub f64, pub [Quantity<'a>; 2], pub bool);
 
 pub(super) fn coated<'a>(q: &mut Query<'a, '_>) -> Coated<'a> {
@@ -190,7 +193,7 @@ pub(super) fn coated<'a>(q: &mut Query<'a, '_>) -> Coated<'a> {
     Coated(eta(q, POLYPROPYLENE), reflectances, nonlinear)
 }
 
-/// Nested bsdfs; none unless there are as many as there should be (reported then).
+/// Returns the nested bsdfs. Reports a wrong number of them, and returns none then.
 pub(super) fn nested<'a>(
     q: &mut Query<'a, '_>,
     count: RangeInclusive<usize>,

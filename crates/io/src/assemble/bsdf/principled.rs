@@ -1,4 +1,4 @@
-//! Principled surfaces.
+//! Principled bsdfs.
 
 use super::super::surface_texture::Role;
 use super::super::wish::Indices;
@@ -9,7 +9,7 @@ use transport::bsdf::{
     Bsdf, BsdfError, Principled, PrincipledParameters, PrincipledThin, PrincipledThinParameters,
 };
 
-/// What both kinds have.
+/// Parameters that the solid and the thin bsdf share.
 pub(super) struct Common<'a> {
     base_color: Quantity<'a>,
     luminance: Quantity<'a>,
@@ -22,7 +22,7 @@ pub(super) struct Common<'a> {
     flatness: Quantity<'a>,
 }
 
-/// A solid.
+/// Parameters of `principled`, for solids.
 pub(super) struct Solid<'a> {
     common: Common<'a>,
     metallic: Quantity<'a>,
@@ -32,14 +32,15 @@ pub(super) struct Solid<'a> {
     transmits: bool,
 }
 
-/// A sheet.
+/// Parameters of `principledthin`, for sheets.
 pub(super) struct Thin<'a> {
     common: Common<'a>,
     diff_trans: Quantity<'a>,
     eta: f64,
 }
 
-/// How often lobes are sampled is no part of the scene.
+/// Sampling rates of lobes. Mitsuba's scene files may give them; they are ignored, because they do
+/// not affect the result.
 const SOLID_RATES: [&str; 3] = [
     "main_specular_sampling_rate",
     "clearcoat_sampling_rate",
@@ -52,7 +53,8 @@ const THIN_RATES: [&str; 4] = [
     "diffuse_transmittance_sampling_rate",
 ];
 
-/// Surfaces that let light through have at least this index, and as large a `specular`, lest nothing be there.
+/// Minimum index of surfaces that transmit light, and minimum `specular`. They keep the surface
+/// from vanishing.
 const LEAST_ETA: f64 = 1.001;
 const LEAST_SPECULAR: f64 = 1e-3;
 
@@ -122,7 +124,7 @@ pub(super) fn thin<'a>(q: &mut Query<'a, '_>) -> Thin<'a> {
 }
 
 impl Solid<'_> {
-    /// What it says of the index inside, if light passes.
+    /// Returns the index inside that the surface requests, if it transmits light.
     pub(super) fn indices(&self, q: &Query) -> Option<Indices> {
         self.transmits.then(|| Indices {
             inner: Some(self.eta),

@@ -1,4 +1,4 @@
-//! Beams and fibres: light from an aperture.
+//! Beams and fibres, which emit light from an aperture.
 
 use super::super::context::Context;
 use super::super::surface_texture::screen;
@@ -17,11 +17,11 @@ use transport::scene::Object;
 use transport::{Orientation, Spectrum};
 
 const TEXTURE: &str = "texture";
-/// Parameters of rectangles, and of round apertures.
+/// Parameters of rectangles, and below them of round apertures.
 const OF_RECTANGLES: [&str; 2] = ["width", "height"];
 const OF_DISCS: [&str; 1] = ["radius"];
 
-/// A beam of parallel light.
+/// Builds a beam of parallel light.
 pub(super) fn collimated(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
     let thin = thin(&context.objects);
     let mut q = Query::new(object, context.diagnostics);
@@ -49,7 +49,7 @@ pub(super) fn collimated(object: &ObjectDescription, context: &mut Context) -> O
     }))
 }
 
-/// The end of a fibre.
+/// Builds the end of a fibre.
 pub(super) fn fiber(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
     let thin = thin(&context.objects);
     let mut q = Query::new(object, context.diagnostics);
@@ -79,7 +79,7 @@ pub(super) fn fiber(object: &ObjectDescription, context: &mut Context) -> Option
     }))
 }
 
-/// How wide a fibre's light spreads.
+/// Reads the divergence of a fibre's light.
 fn divergence(q: &mut Query) -> Divergence {
     const ANGLE: &str = "cutoff_angle";
     const APERTURE: &str = "numerical_aperture";
@@ -95,20 +95,20 @@ fn divergence(q: &mut Query) -> Divergence {
     Divergence::HalfAngle(q.float(ANGLE).to_radians())
 }
 
-/// Where light starts, as a scene says.
+/// Origin and aperture of emitted light, as given in the scene.
 struct Across {
     origin: DVec3,
     way: Way,
 }
 
-/// Which way it goes, and through what.
+/// Direction and cross section of emitted light.
 enum Way {
-    /// The same all around its axis.
+    /// Rotationally symmetric about its axis.
     Round {
         direction: DVec3,
         profile: BeamProfile,
     },
-    /// Through a rectangle, perhaps with an image.
+    /// Rectangle, possibly with an image.
     Rectangle {
         orientation: Orientation,
         size: [f64; 2],
@@ -117,7 +117,7 @@ enum Way {
 }
 
 impl Across {
-    /// What `to_world` and the profile say; `None` after an error.
+    /// Reads `to_world` and the profile; `None` after an error.
     fn read(q: &mut Query, thin: f64) -> Option<Self> {
         let profile = q.word("profile");
         let image = q.role(PluginKind::Texture, TEXTURE).cloned();
@@ -146,7 +146,7 @@ impl Across {
         Some(Across { origin, way })
     }
 
-    /// Parameters that count for nothing here.
+    /// Returns the parameters that have no effect for this cross section.
     fn ineffective(&self) -> &'static [&'static str] {
         match self.way {
             Way::Round { .. } => &OF_RECTANGLES,
@@ -184,7 +184,8 @@ impl Across {
     }
 }
 
-/// Reports power that does not get through: an image may be black, and an irradiance beyond all numbers.
+/// Reports power that the aperture does not emit: its image may be black, or the irradiance may
+/// overflow.
 fn check_power(
     object: &ObjectDescription,
     across: &Across,
@@ -212,13 +213,14 @@ fn check_power(
     }
 }
 
-/// Relative errors of powers that are rounding.
+/// Relative error of powers that rounding explains.
 const ROUNDING: f64 = 1e-9;
 
-/// Width of a beam that is to have none, over half the diagonal of all shapes.
+/// Radius of a beam without a given size, relative to half the diagonal of the bounding box of all
+/// shapes.
 const THIN: f64 = 1e-3;
 
-/// The radius of a beam that is to have none.
+/// Returns the radius of a beam without a given size.
 fn thin(objects: &[Object]) -> f64 {
     let boxes = objects.iter().map(|o| o.shape.aabb());
     let all = boxes.fold(Aabb::EMPTY, Aabb::union);
@@ -230,7 +232,7 @@ fn thin(objects: &[Object]) -> f64 {
     }
 }
 
-/// A length across a beam, or `thin`, with a note.
+/// Reads a length across a beam. If it is not given, returns `thin` and adds a note.
 fn thin_or(q: &mut Query, name: &str, thin: f64) -> f64 {
     if !q.has(name) {
         let message = format!(

@@ -1,4 +1,4 @@
-//! Emitters that shine as a file says.
+//! Emitters that use a data file.
 
 use super::super::clipping::{Pixels, without_rounding};
 use super::super::context::Context;
@@ -21,7 +21,7 @@ pub(super) fn envmap(object: &ObjectDescription, context: &mut Context) -> Optio
     let mut q = Query::new(object, context.diagnostics);
     let path = q.path("filename", context.files);
     let scale = q.float("scale");
-    // How directions are drawn is no part of the scene.
+    // Accept Mitsuba's choice of a sampling method, which does not affect the result.
     q.boolean("mis_compensation");
     let pose = pose(&mut q, "an environment");
     let image = RgbImage::read_within(&path, context.files.limits())
@@ -66,7 +66,7 @@ pub(super) fn envmap(object: &ObjectDescription, context: &mut Context) -> Optio
         .map(Emitter::Environment)
 }
 
-/// An image thrown by a point.
+/// Builds a point that projects an image.
 pub(super) fn projector(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
     let mut q = Query::new(object, context.diagnostics);
     let pose = pose(&mut q, "a projector");
@@ -98,7 +98,7 @@ pub(super) fn projector(object: &ObjectDescription, context: &mut Context) -> Op
     Some(Emitter::Projector(Arc::new(projector)))
 }
 
-/// A luminaire that was measured.
+/// Builds a luminaire from measured photometric data.
 pub(super) fn luminaire(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
     let mut q = Query::new(object, context.diagnostics);
     let pose = pose(&mut q, "a photometric emitter");

@@ -1,4 +1,4 @@
-//! Emitters.
+//! Emitters of the scene.
 
 mod beam;
 mod files;
@@ -84,14 +84,16 @@ fn push(
     context.emitters.len() - 1
 }
 
-/// Names of channels in files are not much longer than this.
+/// Maximum number of characters of an emitter's name, before a number is appended. The name becomes
+/// part of channel names in files.
 const LONGEST_NAME: usize = 60;
 
-/// Names of emitters: their ids, those of the media that emit, or their kinds; made different by numbers, and without dots.
+/// Returns the names of emitters: their ids, the names of the media that emit, or their kinds.
+/// Numbers make them unique, and dots are replaced.
 pub(super) fn names(ids: &[Option<String>], parts: &Parts) -> Vec<String> {
     let mut names: Vec<String> = Vec::with_capacity(parts.emitters.len());
     let mut taken = HashSet::new();
-    // Thousands may have one name: each goes on counting where the last one stopped.
+    // Count on from the last number of each name: thousands of emitters may share a name.
     let mut next: HashMap<String, usize> = HashMap::new();
     for (i, emitter) in parts.emitters.iter().enumerate() {
         let own = ids.get(i).and_then(Option::as_deref);
@@ -165,15 +167,15 @@ fn build(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
     Some(emitter)
 }
 
-/// Media are found from the shapes around an emitter; naming one here (as Mitsuba needs) is welcome and changes
-/// nothing, but it must be a medium.
+/// Checks the medium that an emitter names. The medium around an emitter follows from the shapes
+/// around it, so the name, which Mitsuba needs, has no effect.
 fn check_medium(named: Option<Arc<ObjectDescription>>, context: &mut Context) {
     if let Some(named) = named {
         medium::medium(&named, context);
     }
 }
 
-/// As in Mitsuba, a parameter that does the work of `to_world` takes its place.
+/// Reports a parameter that is given together with `to_world`, which it replaces as in Mitsuba.
 fn instead_of_transform(name: &str, q: &mut Query) {
     if q.has(name) && q.has("to_world") {
         q.error(name, format!("give '{name}' or 'to_world', not both"));

@@ -1,4 +1,4 @@
-//! Spots.
+//! Spot emitters.
 
 use super::super::context::Context;
 use super::super::surface_texture::{Role, texture};
@@ -14,7 +14,7 @@ pub(super) fn spot(object: &ObjectDescription, context: &mut Context) -> Option<
     let mut q = Query::new(object, context.diagnostics);
     let inside = q.child(PluginKind::Medium).cloned();
     let thrown = q.role(PluginKind::Texture, TEXTURE);
-    // A texture is not the same all around the axis: it needs an orientation.
+    // A texture is not rotationally symmetric: it needs an orientation.
     let (origin, axis, orientation) = match thrown {
         None => {
             let (origin, axis) = axis(&mut q)?;

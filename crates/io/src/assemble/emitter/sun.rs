@@ -1,31 +1,32 @@
-//! Where the sun stands, and how bright it is.
+//! Position and irradiance of the sun.
 
 use glam::DVec3;
 use std::f64::consts::TAU;
 
-/// A place on the earth and a time there.
+/// Place on the earth, with date and local time.
 pub(super) struct Observer {
-    /// Degrees, northern > 0.
+    /// Latitude in degrees, positive to the north.
     pub latitude: f64,
-    /// Degrees, eastern > 0.
+    /// Longitude in degrees, positive to the east.
     pub longitude: f64,
-    /// Hours ahead of universal time.
+    /// Time zone, in hours ahead of universal time.
     pub timezone: f64,
     pub year: i64,
-    /// 1 to 12.
+    /// Month, 1 to 12.
     pub month: i64,
-    /// 1 to 31.
+    /// Day of the month, 1 to 31.
     pub day: i64,
-    /// Local time, hours after midnight.
+    /// Local time in hours after midnight.
     pub hours: f64,
 }
 
-/// The mean radius of the earth over the distance of the sun.
+/// Mean radius of the earth divided by the distance to the sun.
 const PARALLAX: f64 = 6371.01 / 149_597_890.0;
 
 impl Observer {
-    /// The unit direction of the sun in the axes of Mitsuba's `sunsky`: z up, −x to the north, −y to the east. By the
-    /// solar vector of Blanco-Muriel et al. (2001), good to about 0.01° from 1999 to 2015.
+    /// Returns the unit direction to the sun in the axes of Mitsuba's `sunsky`: z up, −x to the
+    /// north, −y to the east. It follows the solar vector of Blanco-Muriel et al. (2001), which is
+    /// accurate to about 0.01° from 1999 to 2015.
     pub(super) fn sun(&self) -> DVec3 {
         let hours = self.hours - self.timezone;
         let days = self.day_number() as f64 - 0.5 + hours / 24.0 - 2_451_545.0;
@@ -43,7 +44,7 @@ impl Observer {
         (-zenith.sin() * level).with_z(zenith.cos())
     }
 
-    /// The Julian day number of the date (Fliegel and Van Flandern 1968).
+    /// Returns the Julian day number of the date (Fliegel and Van Flandern 1968).
     fn day_number(&self) -> i64 {
         let early = (self.month - 14) / 12;
         (1461 * (self.year + 4800 + early)) / 4 + (367 * (self.month - 2 - 12 * early)) / 12
@@ -53,7 +54,8 @@ impl Observer {
     }
 }
 
-/// Right ascension and declination of the sun, radians, so many days after noon of 1 January 2000.
+/// Returns right ascension and declination of the sun in radians, `days` after noon of 1 January
+/// 2000.
 fn celestial(days: f64) -> [f64; 2] {
     let omega = 2.1429 - 0.001_039_459_4 * days;
     let anomaly = 6.240_060 + 0.017_201_969_9 * days;
@@ -69,12 +71,13 @@ fn celestial(days: f64) -> [f64; 2] {
     [right_ascension, (obliquity.sin() * sin).asin()]
 }
 
-/// Elevations of the columns of [`IRRADIANCE`], degrees.
+/// Elevations in degrees of the columns of [`IRRADIANCE`].
 const ELEVATIONS: [f64; 8] = [2.0, 5.0, 8.0, 14.0, 23.0, 38.0, 62.0, 89.0];
 
-/// Irradiance by the sun across its direction, in linear sRGB, W/(m² nm) in the mean over the eye's response: for each whole
-/// turbidity from 1 and each of [`ELEVATIONS`] what Mitsuba 3.9.1 (`scalar_rgb`) makes of the solar radiances of Hosek and
-/// Wilkie (2013). What is negative there is 0.
+/// Irradiance by the sun across its direction in linear sRGB, in W/(m² nm) averaged over the eye's
+/// response. The rows are turbidities 1 to 10, the columns [`ELEVATIONS`]. The values are those
+/// that Mitsuba 3.9.1 (`scalar_rgb`) computes from the solar radiances of Hosek and Wilkie (2013),
+/// with negative values set to 0.
 const IRRADIANCE: [[[f64; 3]; 8]; 10] = [
     [
         [0.4848, 0.1382, 0.0],
@@ -178,9 +181,10 @@ const IRRADIANCE: [[[f64; 3]; 8]; 10] = [
     ],
 ];
 
-/// The sun's irradiance across its direction, in linear sRGB, at an `elevation` in radians through a sky of a
-/// `turbidity` from 1 to 10. It is linear in turbidity, and its cube root in the logarithm of the sine of the elevation:
-/// within 1 % of the brightest sun. Below 2° and above 89° it is as there.
+/// Returns the sun's irradiance across its direction in linear sRGB, at an `elevation` in radians,
+/// through a sky with a `turbidity` from 1 to 10. Interpolation is linear in turbidity; the cube
+/// root of the irradiance is linear in the logarithm of the sine of the elevation. The error is
+/// within 1 % of the brightest sun. Elevations are clamped to 2° and 89°.
 pub(super) fn irradiance(turbidity: f64, elevation: f64) -> [f64; 3] {
     let row = ((turbidity - 1.0) as usize).min(IRRADIANCE.len() - 2);
     let t = turbidity - 1.0 - row as f64;

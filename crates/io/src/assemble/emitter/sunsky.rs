@@ -1,4 +1,4 @@
-//! The sun, and the sky that it lights: the model of Hosek and Wilkie (2012, 2013), as Mitsuba has it.
+//! Sun and sky by the model of Hosek and Wilkie (2012, 2013), as in Mitsuba.
 
 use super::super::context::Context;
 use super::super::texture_role::Role;
@@ -15,25 +15,26 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use transport::Orientation;
 use transport::emitter::{DistantDisc, Environment};
 
-/// The sky becomes an image of this size; rows are 0.35° apart.
+/// Width of the image of the sky; `HEIGHT` puts rows 0.35° apart.
 const WIDTH: usize = 512;
 const HEIGHT: usize = 513;
-/// The integral of the eye's response ȳ in nm, by which Mitsuba divides spectra that become colours.
+/// Integral of the eye's response ȳ in nm, by which Mitsuba divides spectra when it converts them
+/// to colours.
 const CIE_Y: f64 = 106.750_259_4;
-/// What a scene says of the sun and the sky.
+/// Sun and sky as given in the scene.
 struct Sunsky {
     turbidity: f64,
     albedo: [f64; 3],
-    /// Unit direction of the sun, z up.
+    /// Unit direction to the sun, z up.
     sun: DVec3,
     sun_scale: f64,
     sky_scale: f64,
-    /// Half the angle that the sun has.
+    /// Half of the sun's angular diameter, in radians.
     half_angle: f64,
     orientation: Orientation,
 }
 
-/// The environments that an object describes: the sky and the sun, unless they are dark.
+/// Builds the environments that an object describes: the sky and the sun, except dark ones.
 pub(super) fn environments(
     object: &ObjectDescription,
     context: &mut Context,
@@ -61,7 +62,7 @@ fn read(object: &ObjectDescription, context: &mut Context) -> Option<Sunsky> {
     let albedo = q.spectrum("albedo");
     let scales = ["sun_scale", "sky_scale"].map(|name| q.float(name));
     let aperture = q.float("sun_aperture");
-    // Limb darkening: the power is the same.
+    // Accept the choice of limb darkening: the power is equal with and without it.
     q.boolean("complex_sun");
     let pose = pose(&mut q, "an environment");
     let given = given_sun(&mut q);
@@ -107,7 +108,7 @@ fn read(object: &ObjectDescription, context: &mut Context) -> Option<Sunsky> {
     })
 }
 
-/// The direction of the sun in the world, if it is given rather than told from place and time.
+/// Reads the direction to the sun in the world, if it is given instead of a place and a time.
 fn given_sun(q: &mut Query) -> Option<DVec3> {
     const NAME: &str = "sun_direction";
     if !q.has(NAME) {
@@ -134,7 +135,7 @@ fn given_sun(q: &mut Query) -> Option<DVec3> {
     direction
 }
 
-/// Place and time: an afternoon of July in Tokyo, unless given.
+/// Reads place and time. The default is an afternoon of July in Tokyo.
 fn observer(q: &mut Query) -> Observer {
     let minutes = q.float("minute") + q.float("second") / 60.0;
     Observer {
@@ -148,7 +149,7 @@ fn observer(q: &mut Query) -> Observer {
     }
 }
 
-/// Mitsuba's sky has z up, images have y up.
+/// Converts from Mitsuba's sky, which has z up, to images, which have y up.
 fn upright(local: DVec3) -> DVec3 {
     DVec3::new(local.x, -local.z, local.y)
 }
@@ -172,7 +173,8 @@ impl Sunsky {
         let mut pixels = Vec::with_capacity(WIDTH * HEIGHT);
         for row in 0..HEIGHT {
             let (sin, cos) = (PI * row as f64 / (HEIGHT - 1) as f64).sin_cos();
-            // The horizon's row is half dark, so that what interpolation lets shine below it is missing above.
+            // Halve the row of the horizon. Interpolation then adds as much light below the horizon
+            // as it removes above.
             let share = match row.cmp(&(HEIGHT / 2)) {
                 std::cmp::Ordering::Less => 1.0,
                 std::cmp::Ordering::Equal => 0.5,
@@ -203,7 +205,7 @@ impl Sunsky {
         context.accept(&object.location, sky)
     }
 
-    /// A disc as bright all over. Its power is that of the sun, whatever the angle that it is given.
+    /// Builds a uniform disc for the sun. Its power does not depend on its angular size.
     fn sun(&self, object: &ObjectDescription, context: &mut Context) -> Option<Environment> {
         let elevation = FRAC_PI_2 - self.sun.z.min(1.0).acos();
         let irradiance = sun::irradiance(self.turbidity, elevation);
@@ -218,16 +220,17 @@ impl Sunsky {
     }
 }
 
-/// A channel of the sky (Hosek and Wilkie 2012, eq. 8).
+/// Single colour channel of the sky (Hosek and Wilkie 2012, eq. 8).
 struct Skylight {
-    /// A to I.
+    /// Coefficients A to G, I and H, in this order.
     coefficients: [f64; 9],
-    /// The mean radiance.
+    /// Mean radiance.
     mean: f64,
 }
 
 impl Skylight {
-    /// Radiance at a cosine to the zenith and an angle to the sun. The model is negative in places; light is not.
+    /// Returns the radiance for a cosine to the zenith and an angle to the sun. Negative values of
+    /// the model are set to 0.
     fn radiance(&self, cos: f64, gamma: f64) -> f64 {
         let [a, b, c, d, e, f, g, i, h] = self.coefficients;
         let cos_gamma = gamma.cos();

@@ -1,4 +1,4 @@
-//! Volumes that emit.
+//! Volumes that emit light.
 
 use super::super::context::Context;
 use super::super::texture::texture;
@@ -15,7 +15,7 @@ use transport::emitter::{Emitter, VolumeLight};
 use transport::volume::{GridFilter, GridSamples, VolumeGrid, VolumeTexture};
 
 const RADIANCE: &str = "radiance";
-/// What radiances may be.
+/// Allowed range of radiances.
 const ALLOWED: [f64; 2] = [0.0, f64::MAX];
 
 pub(super) fn volumelight(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
@@ -49,7 +49,7 @@ pub(super) fn volumelight(object: &ObjectDescription, context: &mut Context) -> 
     Some(Emitter::Volume(Arc::new(volume)))
 }
 
-/// The light of a nested volume.
+/// Builds the light of a nested volume.
 fn from_volume(
     nested: &Arc<ObjectDescription>,
     object: &ObjectDescription,
@@ -76,7 +76,7 @@ fn from_volume(
     context.accept(location, light)
 }
 
-/// The same light with a stated power.
+/// Scales a volume light to a given power.
 fn with_power(
     volume: VolumeLight,
     power: Spectrum,
@@ -92,7 +92,7 @@ fn with_power(
     context.accept(location, volume.with_power(power))
 }
 
-/// One all over the image of the unit cube.
+/// Returns a grid with the value 1 in the image of the unit cube.
 fn unit_grid(cube: DAffine3) -> Result<VolumeGrid, transport::volume::GridError> {
     let samples = GridSamples {
         size: [1; 3],

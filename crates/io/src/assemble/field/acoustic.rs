@@ -1,11 +1,11 @@
-//! Standing ultrasound, by its amplitude in index or in pressure.
+//! Standing ultrasound, given by its amplitude in index or in pressure.
 
 use crate::query::Query;
 use crate::scene::PluginKind;
 use eikonal::Field;
 use eikonal::field::{Acoustic, AcousticMode, FieldError};
 
-/// The field that a volume describes.
+/// Builds the field that a volume describes.
 pub(super) fn build(q: &mut Query) -> Result<Field, FieldError> {
     let n0 = q.float("n0");
     let origin = q.point("origin");
@@ -41,7 +41,7 @@ pub(super) fn build(q: &mut Query) -> Result<Field, FieldError> {
     })
 }
 
-/// One mode; its wave number is given as such, or by frequency and speed of sound.
+/// Reads one mode. Its wave number is given directly, or by frequency and speed of sound.
 fn mode(q: &mut Query) -> Result<AcousticMode, FieldError> {
     let amplitude = amplitude(q);
     let order = q.integer("order") as u16;
@@ -62,7 +62,7 @@ fn mode(q: &mut Query) -> Result<AcousticMode, FieldError> {
     AcousticMode::new(amplitude, order, q.float("wave_number"), phase)?.with_time_phase(time_phase)
 }
 
-/// The amplitude of the index: as such, or that of the pressure times dn/dp.
+/// Reads the amplitude of the index, given directly or as a pressure amplitude times dn/dp.
 fn amplitude(q: &mut Query) -> f64 {
     if !q.has("pressure") {
         return q.float("amplitude");

@@ -1,26 +1,27 @@
-//! The refractive index of air and its density.
+//! Refractive index and density of air.
 
 use crate::query::Query;
 
-/// Density of dry air of 15 °C and 101 325 Pa with 450 ppm CO₂, kg/m³ (P. E. Ciddor, "Refractive index of
-/// air: new equations for the visible and near infrared", Appl. Opt. 35, 1996, eq. 4).
+/// Density in kg/m³ of dry air at 15 °C and 101 325 Pa with 450 ppm CO₂ (P. E. Ciddor, "Refractive
+/// index of air: new equations for the visible and near infrared", Appl. Opt. 35, 1996, eq. 4).
 const STANDARD_DENSITY: f64 = 1.225_4;
 
-/// n − 1 of standard air: E. R. Peck and K. Reeder, "Dispersion of air", J. Opt. Soc. Am. 62, 1972, eq. 2.
+/// Returns n − 1 of standard air at a wavelength in nm (E. R. Peck and K. Reeder, "Dispersion of
+/// air", J. Opt. Soc. Am. 62, 1972, eq. 2).
 fn refractivity(nm: f64) -> f64 {
     let wave_number = 1e3 / nm; // per µm
     let s = wave_number * wave_number;
     1e-8 * (5_791_817.0 / (238.0185 - s) + 167_909.0 / (57.362 - s))
 }
 
-/// K of n = 1 + Kρ in m³/kg at a wavelength in nm: n − 1 of standard air over its density. Air keeps its
-/// K at other temperatures and pressures to better than 1e-3.
+/// Returns K of n = 1 + Kρ in m³/kg at a wavelength in nm: n − 1 of standard air divided by its
+/// density. K of air varies by less than 1e-3 with temperature and pressure.
 fn gladstone_dale(nm: f64) -> f64 {
     refractivity(nm) / STANDARD_DENSITY
 }
 
-/// K of Gladstone and Dale in m³/kg: given, or that of air at a wavelength, which is that of the channel
-/// unless it is given.
+/// Reads the Gladstone–Dale constant K in m³/kg. It is given directly, or it is the value of air at
+/// a wavelength, by default the wavelength of the channel.
 pub(super) fn constant(channel: Option<f64>, q: &mut Query) -> f64 {
     match (q.has("constant"), q.has("wavelength")) {
         (false, false) if let Some(nm) = channel => {

@@ -1,4 +1,4 @@
-//! The index of the US Standard Atmosphere of 1976 (docs/scene-format.md#the-standard-atmosphere).
+//! Index of the US Standard Atmosphere of 1976 (docs/scene-format.md#the-standard-atmosphere).
 
 use super::air;
 use crate::query::Query;
@@ -7,15 +7,15 @@ use eikonal::field::{Coordinate, FieldError, IndexProfile};
 
 /// Radius of the Earth for geopotential heights, in metres.
 const EARTH: f64 = 6_356_766.0;
-/// g₀ M₀/R* in K/m: what pressure falls by.
+/// Hydrostatic constant g₀ M₀/R* in K/m, which determines the decrease of pressure with height.
 const HYDROSTATIC: f64 = 9.806_65 * 0.028_964_4 / 8.314_32;
-/// R*/M₀ in J/(kg K).
+/// Specific gas constant R*/M₀ in J/(kg K).
 const GAS_CONSTANT: f64 = 8.314_32 / 0.028_964_4;
 /// Pressure at the ground in Pa.
 const PRESSURE: f64 = 101_325.0;
 /// Temperature at the ground in K.
 const TEMPERATURE: f64 = 288.15;
-/// Geopotential height in metres where each layer begins, and what the temperature changes by in it, in K/m.
+/// Geopotential height in metres at which each layer begins, and its temperature gradient in K/m.
 const LAYERS: [[f64; 2]; 7] = [
     [0.0, -6.5e-3],
     [11e3, 0.0],
@@ -25,17 +25,20 @@ const LAYERS: [[f64; 2]; 7] = [
     [51e3, -2.8e-3],
     [71e3, -2e-3],
 ];
-/// Heights in metres between which the standard holds.
+/// Heights in metres between which the standard is defined.
 const RANGE: [f64; 2] = [-5e3, 86e3];
-/// Distance of samples in metres: a spline's slope is then right to 1e-8 within layers, and its bends are 50 m long.
+/// Distance between samples in metres. It makes the slope of the spline accurate to 1e-8 within
+/// layers and confines the bends between layers to 50 m.
 const STEP: f64 = 50.0;
-/// By how much samples beyond the standard grow apart, and how far they go on in metres.
+/// Relative growth of the distance between samples outside the standard's range; `BEYOND` is the
+/// extent of these samples in metres.
 const GROWTH: f64 = 0.05;
 const BEYOND: f64 = 4e5;
-/// Below the standard the density tends to a constant over so many metres.
+/// Length in metres over which the density below the standard's range tends to a constant.
 const SETTLING: f64 = 1e4;
 
-/// The field of a volume of type `standard_atmosphere`, at the wavelength `nm` of the channel if it has one.
+/// Builds the field of a volume of type `standard_atmosphere`, at the wavelength `nm` of the
+/// channel if it has one.
 pub(super) fn build(q: &mut Query, nm: Option<f64>) -> Option<Result<Field, FieldError>> {
     let slope = air::constant(nm, q);
     let metres_per_unit = q.float("metres_per_unit");
@@ -56,7 +59,7 @@ pub(super) fn build(q: &mut Query, nm: Option<f64>) -> Option<Result<Field, Fiel
     Some(IndexProfile::table(coordinate, shift, &samples).map(Field::from))
 }
 
-/// Density in kg/m³ at a height in metres within the range of the standard.
+/// Returns the density in kg/m³ at a height in metres within the range of the standard.
 fn density(height: f64) -> f64 {
     let geopotential = EARTH * height / (EARTH + height);
     let (mut pressure, mut temperature) = (PRESSURE, TEMPERATURE);
@@ -77,11 +80,12 @@ fn density(height: f64) -> f64 {
     pressure / (GAS_CONSTANT * temperature)
 }
 
-/// Heights in metres, ascending, and densities: of the standard, and smoothly on beyond it.
+/// Returns heights in metres, ascending, with densities in kg/m³: inside the range of the standard,
+/// and smooth continuations outside.
 fn densities() -> impl Iterator<Item = [f64; 2]> {
     let [low, high] = RANGE;
     let [bottom, top] = RANGE.map(density);
-    // What the logarithm changes by per metre.
+    // Change of the logarithm of the density per metre, at both ends of the range.
     let fall = (density(low) / density(low + 1.0)).ln();
     let thinning = (density(high - 1.0) / density(high)).ln();
     let below = move |d: f64| bottom * (1.0 + fall * SETTLING * (1.0 - (-d / SETTLING).exp()));
@@ -93,7 +97,7 @@ fn densities() -> impl Iterator<Item = [f64; 2]> {
     under.chain(within.map(|h| [h, density(h)])).chain(above)
 }
 
-/// Distances that grow.
+/// Returns growing distances from the standard's range, in metres.
 fn offsets() -> impl Iterator<Item = f64> {
     let next = |d: &f64| Some(d + STEP + GROWTH * d);
     std::iter::successors(Some(STEP), next).take_while(|d| *d < BEYOND)
@@ -103,7 +107,8 @@ fn offsets() -> impl Iterator<Item = f64> {
 mod tests {
     use super::*;
 
-    /// Densities of the standard's tables (NOAA, NASA, USAF, "U.S. Standard Atmosphere, 1976", table I), to five digits.
+    /// Compares densities with the tables of the standard (NOAA, NASA, USAF, "U.S. Standard
+    /// Atmosphere, 1976", table I), to five digits.
     #[test]
     fn densities_are_those_of_the_standard() {
         for (kilometres, published) in [

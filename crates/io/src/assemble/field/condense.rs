@@ -1,34 +1,39 @@
-//! Grids of the index that are finer than their field.
+//! Grids of the index that are finer than their field needs.
 
 use super::super::context::Context;
 use super::super::sound_record::file_of;
 use crate::scene::ObjectDescription;
 use eikonal::field::Bspline;
 
-/// Most change of n² as part of it, whatever the samples were rounded to: what numbers of single precision allow.
+/// Maximum relative change of n², independent of the samples' rounding: the resolution of single
+/// precision.
 const MOST: f64 = 6e-7;
-/// Coefficients are kept in single precision, each filter of which adds to their rounding.
+/// Rounding error of spline coefficients, relative to the range of n². Coefficients are stored in
+/// single precision, and each filter adds rounding.
 const OF_COEFFICIENTS: f64 = 4.0 / (1u64 << 24) as f64;
-/// Rounded samples are half a unit off; the spline through some of millions, hardly ever more than two from the others.
+/// Maximum deviation of a condensed spline from rounded samples, in units of the rounding. Rounded
+/// samples are wrong by half a unit. A spline through a subset of millions of samples hardly ever
+/// deviates from the others by more than two units.
 const UNITS: f64 = 2.5;
 
-/// A grid of the index that is held by fewer samples than it has, as they say the same.
+/// Grid of the index that is stored with fewer samples than it has, because these describe it
+/// equally well.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CondensedGrid {
     /// Type of the volume.
     pub plugin: String,
-    /// Name of the file as the scene gives it; `None` if the scene holds the samples.
+    /// Name of the file in the scene; `None` if the scene holds the samples.
     pub file: Option<String>,
     /// Number of samples along x, y, z.
     pub size: [usize; 3],
-    /// Number of samples that are held.
+    /// Number of stored samples along x, y, z.
     pub held: [usize; 3],
-    /// By how much n² may differ for this.
+    /// Maximum change of n² by the reduction.
     pub tolerance: f64,
 }
 
-/// Most change of n² that rounding hides. `ends` are the least and the largest n of the samples, in either order, `rounding` the
-/// standard deviation of theirs.
+/// Returns the maximum change of n² that rounding hides. `ends` are the least and the largest n of
+/// the samples, in either order. `rounding` is the standard deviation of the rounding of n.
 pub(super) fn tolerance(ends: [f64; 2], rounding: f64) -> f64 {
     let (least, most) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
     let of_samples = UNITS * 2.0 * most * rounding * 12f64.sqrt();
@@ -36,7 +41,7 @@ pub(super) fn tolerance(ends: [f64; 2], rounding: f64) -> f64 {
     of_samples.max(of_coefficients).min(MOST * most * most)
 }
 
-/// Takes note of a grid of a file that a field of fewer samples stands for.
+/// Records that a grid of a file is stored as a field of fewer samples.
 pub(super) fn note(
     size: [usize; 3],
     condensed: &Bspline,

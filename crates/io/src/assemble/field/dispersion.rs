@@ -8,14 +8,15 @@ use eikonal::Shown;
 use eikonal::field::{Constant, Scaled};
 use std::ops::RangeInclusive;
 
-/// Other indices are mistakes of units: coefficients are for wavelengths in µm.
+/// Range of plausible indices. Indices outside it come from wrong units: coefficients are for
+/// wavelengths in µm.
 const INDICES: RangeInclusive<f64> = 0.5..=10.0;
 
-/// A law of the index over the wavelength λ in µm.
+/// Index as a function of the wavelength λ in µm.
 enum Law {
-    /// n = A + B/λ² + C/λ⁴.
+    /// Cauchy's law n = A + B/λ² + C/λ⁴, as [A, B, C].
     Cauchy([f64; 3]),
-    /// n² = 1 + Σ Bᵢλ²/(λ² − Cᵢ), as pairs (Bᵢ, Cᵢ).
+    /// Sellmeier's law n² = 1 + Σ Bᵢλ²/(λ² − Cᵢ), as pairs (Bᵢ, Cᵢ).
     Sellmeier([(f64, f64); 3]),
 }
 
@@ -31,7 +32,7 @@ impl Law {
         }
     }
 
-    /// n at a wavelength in nm; not a number where the formula has no value.
+    /// Returns n at a wavelength in nm; not a number (NaN) where the formula has no value.
     fn index(&self, nm: f64) -> f64 {
         let square = (nm * 1e-3).powi(2);
         match self {
@@ -44,8 +45,9 @@ impl Law {
     }
 }
 
-/// The field of a volume of type `cauchy` or `sellmeier`, at the wavelength of the group: the same index
-/// everywhere, or that of the nested volume times n(λ)/n(λ₀); `None` after an error.
+/// Builds the field of a volume of type `cauchy` or `sellmeier` at the wavelength of the group;
+/// `None` after an error. The index is constant in space, or the index of the nested volume times
+/// n(λ)/n(λ₀).
 pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option<Field> {
     let nm = context.wavelength();
     let mut q = Query::new(object, context.diagnostics);
@@ -104,7 +106,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
 mod tests {
     use super::*;
 
-    /// N-BK7: coefficients and indices of SCHOTT's data sheet, lines F′, d, C and t.
+    /// Compares N-BK7 with SCHOTT's data sheet: coefficients and indices at lines F′, d, C and t.
     #[test]
     fn sellmeier_of_bk7() {
         let law = Law::Sellmeier([

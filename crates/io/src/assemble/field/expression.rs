@@ -1,4 +1,4 @@
-//! Indices by formula.
+//! Indices given by a formula.
 
 use crate::diagnostic::suggest;
 use crate::query::Query;
@@ -6,10 +6,10 @@ use crate::scene::{Property, Value};
 use eikonal::Field;
 use eikonal::field::{Formula, FormulaError, FormulaErrorKind, Quantity};
 
-/// Parameters that are no numbers of the formula.
+/// Parameters that are not named numbers of the formula.
 const OWN: [&str; 3] = ["n", "n2", "to_world"];
 
-/// The field of a volume of type `expression`; `None` after an error.
+/// Builds the field of a volume of type `expression`; `None` after an error.
 pub(super) fn build(q: &mut Query) -> Option<Field> {
     let numbers = numbers(q);
     let (name, quantity) = match (q.has("n"), q.has("n2")) {
@@ -46,7 +46,7 @@ pub(super) fn build(q: &mut Query) -> Option<Field> {
     }
 }
 
-/// The numbers that a volume gives names to.
+/// Returns the numbers to which a volume gives names.
 fn numbers(q: &mut Query) -> Vec<(String, f64)> {
     let is_number = |p: &&Property| {
         let number = matches!(p.value, Value::Float(_) | Value::Integer(_));
@@ -56,7 +56,7 @@ fn numbers(q: &mut Query) -> Vec<(String, f64)> {
     names.map(|p| (p.name.clone(), q.float(&p.name))).collect()
 }
 
-/// Reports what is wrong with a formula, where it stands in it.
+/// Reports an error of a formula, at its position in the text.
 fn report(error: &FormulaError, name: &str, text: &str, numbers: &[(&str, f64)], q: &mut Query) {
     let message = error.to_string();
     match &error.kind {

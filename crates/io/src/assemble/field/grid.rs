@@ -1,4 +1,4 @@
-//! Indices sampled on a grid, or following from samples of a density or a pressure.
+//! Indices sampled on a grid, or computed from samples of a density or a pressure.
 
 use super::super::content::{Content, ContentHasher, SPLINES};
 use super::super::context::Context;
@@ -17,10 +17,11 @@ use crate::volume::{Sample, Volume};
 use eikonal::field::{Bspline, FieldError, NoiseShares, Placement};
 use eikonal::{Aabb, Field, Shown};
 
-/// An index below this is a mistake of units: no matter that light passes has one.
+/// Minimum plausible index. No transparent matter has a smaller one, so a smaller value comes from
+/// wrong units.
 const LEAST_INDEX: f64 = 0.9;
 
-/// What a sample q says of the index: n = `n0` + `slope` (q − `reference`).
+/// Law that converts a sample q to an index: n = `n0` + `slope` (q − `reference`).
 #[derive(Clone, Copy)]
 struct Law {
     n0: f64,
@@ -28,13 +29,14 @@ struct Law {
     reference: f64,
 }
 
-/// The samples of a grid, in single precision if that holds what the file has: in no more memory than the file.
+/// Samples of a grid, in single precision if the file has that, so that they need no more memory
+/// than the file.
 enum Samples {
     Single(Volume<f32>),
     Double(Volume<f64>),
 }
 
-/// Calls the same on either.
+/// Evaluates an expression for either precision.
 macro_rules! each {
     ($samples:expr, $v:ident => $e:expr) => {
         match $samples {
@@ -44,7 +46,8 @@ macro_rules! each {
     };
 }
 
-/// Reads the samples. Rounding of n to single would drown contrasts of 1e-6, so other numbers are read in double precision.
+/// Reads the samples. Numbers that are not single precision in the file are read in double
+/// precision, because rounding n to single precision would hide contrasts of 1e-6.
 fn samples(object: &ObjectDescription, context: &mut Context) -> (Option<Samples>, Source) {
     let (volume, source) = read::<f32>(object, context);
     match volume {
@@ -58,12 +61,12 @@ fn samples(object: &ObjectDescription, context: &mut Context) -> (Option<Samples
 }
 
 impl Samples {
-    /// Least and largest, if there are any.
+    /// Returns the least and the largest sample, if there are any.
     fn range(&self) -> Option<[f64; 2]> {
         each!(self, v => units::range(v.data()))
     }
 
-    /// What they were rounded to.
+    /// Returns the rounding of the samples.
     fn rounding(&self) -> Rounding {
         each!(self, v => {
             let data = v.data();
@@ -72,8 +75,9 @@ impl Samples {
     }
 }
 
-/// The field of a volume of type `bspline`, `gladstone_dale` or `pressure`: samples, interpolated by
-/// tricubic B-splines, in the box that `to_world` makes of the unit cube or of the file's own box.
+/// Builds the field of a volume of type `bspline`, `gladstone_dale` or `pressure`. Samples are
+/// interpolated by tricubic B-splines, in the image of the unit cube or of the file's own box under
+/// `to_world`.
 pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option<Field> {
     let asked = (object.plugin == "pressure").then(|| {
         let mut query = Query::new(object, context.diagnostics);
@@ -89,7 +93,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     let nm = wavelength(object, context);
     let mut query = Query::new(object, context.diagnostics);
     known.iter().for_each(|name| _ = query.has(name));
-    // A file that cannot be read may say it.
+    // Assume a known placement if the file could not be read: it may state the placement.
     let says = samples
         .as_ref()
         .is_none_or(|s| each!(s, v => v.frame().is_some()));
@@ -148,19 +152,19 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     placed(Bspline::clone(&field).into(), rest, object, context)
 }
 
-/// Where samples lie, and how far their field may pass them by.
+/// Placement of samples, with the allowed deviation of the field from them.
 struct Grid {
     size: [usize; 3],
     bounds: Aabb,
     placement: Placement,
-    /// Standard deviation of that of n.
+    /// Standard deviation of the noise of n.
     noise: f64,
-    /// Most change of n² by which fewer samples may stand for them.
+    /// Maximum change of n² by a reduction of the samples.
     tolerance: Option<f64>,
 }
 
 impl Grid {
-    /// Hash of everything on which the field of samples depends.
+    /// Returns the hash of everything on which the field of samples depends.
     fn content(&self, samples: &Samples, law: Option<&Law>) -> Content {
         let Grid {
             size,
@@ -183,7 +187,8 @@ impl Grid {
         }
     }
 
-    /// The field of samples from which an index follows, of as few as the tolerance allows.
+    /// Builds the field of an index that follows from samples, with the fewest samples that the
+    /// tolerance allows.
     fn field(&self, samples: Samples, index: impl Fn(f64) -> f64) -> Result<Bspline, FieldError> {
         let &Grid {
             size,
@@ -217,13 +222,15 @@ impl Grid {
     }
 }
 
-/// Returns the wavelength of the channel in nm, if it has one and the index that follows from samples depends on it.
+/// Returns the wavelength of the channel in nm, if it has one and the index that follows from
+/// samples depends on it.
 fn wavelength(object: &ObjectDescription, context: &Context) -> Option<f64> {
     let disperses = object.plugin == "gladstone_dale";
     disperses.then(|| context.wavelength()).flatten()
 }
 
-/// Asks for what is left to know of a volume; `says` whether its file says how samples lie.
+/// Reads the remaining parameters of a volume. `says` is true if its file states the placement of
+/// the samples.
 fn rest(says: bool, object: &ObjectDescription, nm: Option<f64>, query: &mut Query) -> Option<Law> {
     for known in SOURCE {
         query.has(known);
@@ -236,7 +243,7 @@ fn rest(says: bool, object: &ObjectDescription, nm: Option<f64>, query: &mut Que
     law(object, nm, query)
 }
 
-/// The samples of a series at one of its instants.
+/// Reads the samples of one frame of a time series.
 fn frame(
     number: usize,
     object: &ObjectDescription,
@@ -259,7 +266,8 @@ fn frame(
     (samples, source)
 }
 
-/// The field of sound of a frequency, for which the parameters that are known were asked.
+/// Builds the field of sound with one frequency. `known` lists the parameters that `wave` was read
+/// from.
 fn sound(
     wave: &Wave,
     known: &[&str],
@@ -306,13 +314,13 @@ fn sound(
     oscillating(amplitudes, object, context)
 }
 
-/// How far a spline may pass samples by.
+/// Smoothing of samples by the spline.
 #[derive(Clone, Copy, PartialEq)]
 enum Smoothing {
     None,
-    /// By the rounding that they show.
+    /// Smoothing by the rounding of the samples.
     Auto,
-    /// By noise of this standard deviation, in the samples' unit.
+    /// Smoothing for noise of this standard deviation, in the unit of the samples.
     Noise(f64),
 }
 
@@ -335,7 +343,7 @@ fn smoothing(query: &mut Query) -> Smoothing {
     }
 }
 
-/// Parts of first and of second derivatives that rounding may make up without a warning.
+/// Maximum relative contributions of rounding to first and second derivatives without a warning.
 const MOST_NOISE: [f64; 2] = [1e-3, 0.1];
 
 fn warn_of_noise(
@@ -366,7 +374,8 @@ fn warn_of_noise(
     context.diagnostics.push(warning.help(help.to_owned()));
 }
 
-/// What the samples say, unless they are the index as it is, at the wavelength `nm` of the channel if it has one.
+/// Reads the law of the samples, or `None` if the samples are the index itself. `nm` is the
+/// wavelength of the channel if it has one.
 fn law(object: &ObjectDescription, nm: Option<f64>, q: &mut Query) -> Option<Law> {
     let law = match object.plugin.as_str() {
         "gladstone_dale" => Law {
@@ -393,7 +402,7 @@ fn law(object: &ObjectDescription, nm: Option<f64>, q: &mut Query) -> Option<Law
     })
 }
 
-/// The change of the index with pressure, per pascal.
+/// Reads the change of the index with pressure, per pascal.
 pub(super) fn dn_dp(q: &mut Query) -> f64 {
     q.float("dn_dp")
 }
@@ -404,7 +413,7 @@ impl Law {
     }
 }
 
-/// Reports a sample of which no index can come.
+/// Reports a sample that gives no valid index.
 fn check<T: Sample>(
     law: &Law,
     samples: &[T],
@@ -426,7 +435,7 @@ fn check<T: Sample>(
     None
 }
 
-/// Warns of samples that are probably not what they are taken for.
+/// Warns about samples that are probably another quantity than declared.
 fn doubt_units(
     range: Option<[f64; 2]>,
     law: Option<&Law>,

@@ -31,10 +31,11 @@ use eikonal::field::{
 };
 use glam::DAffine3;
 
-/// Volumes that are no index by themselves.
+/// Volumes that are not an index themselves.
 const NO_INDEX: [&str; 3] = ["mode", "gridvolume", "constvolume"];
 
-/// The index that an object has under a name, a number or a nested volume; `None` without one, or after an error.
+/// Returns the index that an object gives under a name, as a number or a nested volume; `None`
+/// without an index, or after an error.
 pub(super) fn named(
     object: &ObjectDescription,
     name: &str,
@@ -55,7 +56,8 @@ pub(super) fn named(
     Some(Constant::new(query.float(name)).into())
 }
 
-/// The field that a volume describes; `None` after an error.
+/// Builds the field that a volume describes, or returns it if it was built before; `None` after an
+/// error.
 pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option<Field> {
     context.once(
         |assets| &mut assets.fields,
@@ -77,7 +79,7 @@ fn built(object: &ObjectDescription, context: &mut Context) -> Option<Field> {
     let files = &mut *context.files;
     let mut query = Query::new(object, context.diagnostics);
     let mut table = None;
-    // `None` where what is wrong has been reported.
+    // `None` means that an error has been reported.
     let field = match object.plugin.as_str() {
         "expression" => expression::build(&mut query).map(Ok),
         "profile" => profile::build(&mut query, files).map(|(field, extent)| {
@@ -106,7 +108,7 @@ fn built(object: &ObjectDescription, context: &mut Context) -> Option<Field> {
     placed(field, has_transform.then_some(map), object, context)
 }
 
-/// η = ρc² ∂n/∂p of a sound, if the scene says it.
+/// Reads the elasto-optic coefficient η = ρc² ∂n/∂p of sound, if the scene gives it.
 fn elasto_optic(q: &mut Query) -> Option<f64> {
     let name = "elasto_optic";
     q.float_if_given(name)
@@ -126,7 +128,7 @@ fn placed(
     }
 }
 
-/// Fields given by formulas; `None` if the type is not known.
+/// Builds a field given by parameters of a formula; `None` for an unknown type.
 fn analytic(object: &ObjectDescription, q: &mut Query) -> Option<Result<Field, FieldError>> {
     Some(match object.plugin.as_str() {
         "constant" => Ok(Constant::new(q.float("value")).into()),

@@ -1,4 +1,4 @@
-//! The index of sound of one frequency, from samples of its complex amplitude.
+//! Index of sound with one frequency, from samples of its complex amplitude.
 
 use super::super::context::Context;
 use super::super::sound_record::SoundRecord;
@@ -10,25 +10,25 @@ use eikonal::field::{Placement, SampledSound, SoundSamples};
 use eikonal::{Aabb, Field};
 use glam::{DAffine3, DMat3, DVec3};
 
-/// Samples of sound of a frequency.
+/// Samples of sound with one frequency.
 pub(super) struct Amplitudes {
-    /// Real and imaginary parts of the pressure, Pa; x runs fastest.
+    /// Real and imaginary parts of the pressure in Pa; x varies fastest.
     pub pressure: Vec<[f64; 2]>,
-    /// The grid, and what the samples are made of.
+    /// Grid of the samples and their origin.
     pub record: SoundRecord,
-    /// Hz.
+    /// Frequency in Hz.
     pub frequency: f64,
-    /// Of the sound, in the world.
+    /// Wavelength of the sound in the world.
     pub wavelength: f64,
     /// Index without sound.
     pub n0: f64,
     /// Change of the index with the pressure.
     pub slope: f64,
-    /// ρc² ∂n/∂p, if the scene says it.
+    /// Elasto-optic coefficient ρc² ∂n/∂p, if the scene gives it.
     pub elasto_optic: Option<f64>,
 }
 
-/// The field of sound of a frequency.
+/// Builds the field of sound with one frequency.
 pub(super) fn oscillating(
     samples: Amplitudes,
     object: &ObjectDescription,
@@ -86,7 +86,8 @@ pub(super) fn oscillating(
     placed(field.into(), rest, object, context)
 }
 
-/// The box of the samples, and the transform that it needs at run time: none if it is aligned with the axes.
+/// Returns the box of the samples and the transform needed during rendering; the transform is
+/// `None` if the box is aligned with the axes.
 pub(super) fn in_place(map: DAffine3) -> (Aabb, Option<DAffine3>) {
     let diagonal = DMat3::from_diagonal(map.matrix3.diagonal());
     let aligned = map.matrix3 == diagonal && diagonal.diagonal().min_element() > 0.0;

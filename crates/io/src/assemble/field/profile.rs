@@ -1,4 +1,4 @@
-//! Indices by a table of one coordinate.
+//! Indices given by a table over one coordinate.
 
 use crate::query::Query;
 use crate::scene::FileRegistry;
@@ -7,11 +7,11 @@ use eikonal::Field;
 use eikonal::field::{Coordinate, FieldError, IndexProfile};
 use glam::{DAffine3, DVec3};
 
-/// As far as a box reaches along axes along which an index does not vary.
+/// Half size of the box of a table along axes on which the index does not depend.
 const FAR: f64 = 1e100;
 
-/// The field of a volume of type `profile`, and the map of the unit cube to the box that the samples reach over; `None` after an
-/// error.
+/// Builds the field of a volume of type `profile`; `None` after an error. Also returns the map from
+/// the unit cube to the box that the samples cover.
 pub(super) fn build(
     q: &mut Query,
     files: &mut FileRegistry,
@@ -25,8 +25,8 @@ pub(super) fn build(
     Some((field, extent(coordinate, ends)))
 }
 
-/// From the unit cube to the box over which a coordinate varies from the first of the `ends` to the last, or is a distance up to
-/// that.
+/// Returns the map from the unit cube to a box. In the box the coordinate varies from the first of
+/// the `ends` to the last, or is a distance up to the last.
 fn extent(coordinate: Coordinate, [first, last]: [f64; 2]) -> DAffine3 {
     let (low, high) = (DVec3::splat(-FAR), DVec3::splat(FAR));
     let (min, max) = match coordinate {
@@ -52,7 +52,7 @@ fn coordinate(q: &mut Query) -> Option<Coordinate> {
         .map(|(_, coordinate)| coordinate)
 }
 
-/// The pairs of the table, wherever it is.
+/// Reads the pairs of the table from one of the parameters that may give it.
 fn samples(q: &mut Query, files: &mut FileRegistry) -> Option<Vec<[f64; 2]>> {
     let given = ["table", "data", "filename"].map(|name| q.has(name));
     match given {

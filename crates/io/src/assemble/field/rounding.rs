@@ -1,36 +1,39 @@
-//! How finely samples are known: what rounding did to them before they came here.
+//! Precision of samples: the rounding that they underwent before they were read.
 
 use crate::element::Element;
 
-/// Samples that are looked at.
+/// Maximum number of samples that are examined.
 const MOST: usize = 4096;
-/// Most decimal digits that a rounding to decimals is told by.
+/// Maximum number of decimal digits for which rounding to decimals is detected.
 const MOST_DIGITS: i32 = 9;
 
-/// With fewer different values samples are labels of materials, which are exact, rather than rounded.
+/// Minimum number of distinct values of rounded samples. Fewer values are labels of materials,
+/// which are exact.
 const FEWEST_LEVELS: usize = 16;
 
-/// The rounding of samples.
+/// Rounding of samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Rounding {
-    /// Standard deviation of the error, as of a number that is rounded by at most half a unit: that over √12.
+    /// Standard deviation of the error. For numbers rounded to a unit, with an error of at most
+    /// half a unit, it is the unit divided by √12.
     pub deviation: f64,
-    /// What they are rounded to.
+    /// Numbers to which samples are rounded.
     pub to: To,
 }
 
-/// A kind of rounding.
+/// Set of numbers to which samples are rounded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum To {
-    /// A type of floating-point numbers.
+    /// Floating-point numbers of a type.
     Floats(Element),
     /// Multiples of a number.
     Steps(f64),
 }
 
 impl Rounding {
-    /// Of `count` samples in a file of the given type; `at` gives them. The coarsest rounding is meant that all samples that are
-    /// looked at have: numbers of 64 bits may have been rounded to 32, or to five decimals, before.
+    /// Detects the rounding of `count` samples, which `at` returns, in a file of type `element`.
+    /// Returns the coarsest rounding that all examined samples fit: numbers of 64 bits may have
+    /// been rounded before to 32 bits or to five decimals.
     pub(super) fn of(element: Element, count: usize, at: impl Fn(usize) -> f64) -> Self {
         let stride = stride(count);
         let looked_at = (0..count.min(MOST)).map(|i| at(i * stride % count));
@@ -40,8 +43,8 @@ impl Rounding {
         if element.is_integer() && is_graded {
             return Self::steps(1.0);
         }
-        // Decimals are themselves rounded to the type of the file, and can be told only where that has many numbers between
-        // them.
+        // Rounding to decimals is detectable only if the type of the file has many numbers between
+        // them, because decimals are themselves rounded to this type.
         let is_multiple = |v: f64, per: f64| element.nearest((v * per).round() / per) == v;
         let fine = 100.0 * Self::floats(element, &samples);
         let mut scales = (0..=MOST_DIGITS).map(|digits| 10f64.powi(digits));
@@ -65,7 +68,8 @@ impl Rounding {
         }
     }
 
-    /// The root mean square over samples, which differ in the worth of their last bit.
+    /// Returns the root mean square over samples of the rounding error of a type. The error depends
+    /// on the exponent of each sample.
     fn floats(element: Element, samples: &[f64]) -> f64 {
         let bits = match element {
             Element::F16 => 10,
@@ -81,9 +85,10 @@ impl Rounding {
     }
 }
 
-/// Distance between neighbouring samples that are looked at, in the order of the file and around its end. It shares no factor
-/// with the count, nor with any axis of the grid: samples spread over all axes instead of a few planes. Multiples of the golden
-/// ratio are evenly spread.
+/// Returns the distance between successive examined samples, in the order of the file and wrapping
+/// around its end. It has no common factor with the count, nor with any axis of the grid, so
+/// samples spread over all axes instead of a few planes. Multiples of the golden ratio are evenly
+/// spread.
 fn stride(count: usize) -> usize {
     const GOLDEN: f64 = 0.618_033_988_749_895;
     let mut stride = ((count as f64 * GOLDEN) as usize).max(1);
@@ -93,12 +98,12 @@ fn stride(count: usize) -> usize {
     stride
 }
 
-/// The greatest common factor of two numbers.
+/// Returns the greatest common factor of two numbers.
 fn common_factor(a: usize, b: usize) -> usize {
     if b == 0 { a } else { common_factor(b, a % b) }
 }
 
-/// Number of different values.
+/// Returns the number of distinct values.
 fn levels(samples: &[f64]) -> usize {
     let mut sorted = samples.to_vec();
     sorted.sort_unstable_by(f64::total_cmp);
@@ -125,7 +130,8 @@ mod tests {
         })
     }
 
-    /// Exact halves on the planes at the end of each axis, other numbers elsewhere: a power of two between samples sees one plane.
+    /// Uses exact halves on the end plane of each axis and other numbers elsewhere. A stride that
+    /// is a power of two would see one plane only.
     #[test]
     fn samples_are_spread_over_all_axes() {
         for n in [64, 96, 128, 256] {
@@ -162,7 +168,7 @@ mod tests {
         let half = of(Element::F64, |v| Element::F16.nearest(v));
         assert_eq!(half.to, To::Floats(Element::F16));
         assert_eq!(of(Element::U8, |v| (100.0 * v).round()).to, To::Steps(1.0));
-        // Two materials.
+        // Labels of two materials.
         let labels = of(Element::F64, |v| if v < 1.5 { 1.0 } else { 1.3 });
         assert!(labels.deviation < 1e-3, "{labels:?}");
     }

@@ -1,21 +1,24 @@
-//! Whether samples of sound are of waves as long as its frequency and speed say, and close enough to tell.
+//! Check of samples of sound: their wavelength must agree with frequency and speed, and their
+//! spacing must resolve the wave.
 
 use super::super::sound_record::SoundRecord;
 use crate::diagnostic::{Diagnostic, lints};
 use glam::DVec3;
 use std::f64::consts::TAU;
 
-/// Squared wave numbers that differ by more than this factor are a mistake: units, a coarse grid, or noise.
+/// Maximum ratio of measured and expected squared wave numbers. A larger ratio is a mistake: wrong
+/// units, a coarse grid, or noise.
 const ALIKE: f64 = 1.6;
-/// So many samples are looked at, or a few more.
+/// Approximate maximum number of samples that are examined.
 const LOOKED_AT: usize = 1_000_000;
-/// Fewer samples to a wavelength do not tell how pressure changes between them.
+/// Minimum number of samples per wavelength that show the change of pressure between samples.
 const FEWEST: f64 = 3.0;
 
-/// Fewer samples with neighbours on all sides tell nothing.
+/// Minimum number of examined samples with neighbours on all sides for a result.
 const LEAST_LOOKED_AT: usize = 8;
 
-/// What is doubtful about the complex amplitudes of sound of a wavelength, x fastest.
+/// Returns a warning about complex amplitudes of sound whose waves do not fit the given wavelength.
+/// In `pressure` x varies fastest.
 pub(super) fn doubt(
     pressure: &[[f64; 2]],
     record: &SoundRecord,
@@ -46,10 +49,10 @@ pub(super) fn doubt(
     Some(lints::warning(lints::SOUND_SAMPLES, message).help(help))
 }
 
-/// An axis of a grid along which samples have two neighbours.
+/// Axis of a grid along which samples have two neighbours.
 struct Axis {
     count: usize,
-    /// From the number of a sample to that of the next.
+    /// Distance in the array from a sample to the next along this axis.
     step: usize,
     spacing: f64,
 }
@@ -65,16 +68,16 @@ impl Axis {
         axes.collect()
     }
 
-    /// Whether a sample has two neighbours along it.
+    /// True if a sample has two neighbours along this axis.
     fn is_inner(&self, sample: usize) -> bool {
         (1..self.count - 1).contains(&(sample / self.step % self.count))
     }
 }
 
-/// k² of waves P, by Helmholtz's equation: −Re Σ P* ∇²P over Σ |P|², with second differences. `None` where too few samples with pressure have
-/// neighbours.
+/// Returns k² of waves P by Helmholtz's equation, −Re Σ P* ∇²P over Σ |P|², with second
+/// differences. `None` if too few samples with pressure have neighbours.
 fn squared_wave_number(pressure: &[[f64; 2]], axes: &[Axis]) -> Option<f64> {
-    // Odd, so that it visits all columns of even grids.
+    // Make the stride odd, so that it visits all columns of even grids.
     let stride = (pressure.len() / LOOKED_AT) | 1;
     let inner = |i: &usize| !axes.is_empty() && axes.iter().all(|axis| axis.is_inner(*i));
     let (mut bending, mut power, mut count) = (0.0, 0.0, 0);
@@ -96,7 +99,8 @@ fn squared_wave_number(pressure: &[[f64; 2]], axes: &[Axis]) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// Waves along and across a grid, travelling and standing, and within a small part of a wavelength.
+    /// Tests waves along and across a grid, travelling and standing, and on a grid that is small
+    /// compared to the wavelength.
     #[test]
     fn waves_have_their_wave_number() {
         let size = [12, 9, 10];

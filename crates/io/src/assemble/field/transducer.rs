@@ -1,4 +1,4 @@
-//! The index in the sound of a transducer.
+//! Index in the sound field of a transducer.
 
 use super::super::context::Context;
 use super::super::sound_record::{FactSource, SoundRecord};
@@ -15,11 +15,13 @@ use eikonal::Field;
 use glam::{DAffine3, DMat3, DVec3};
 use std::f64::consts::TAU;
 
-/// Samples to a wavelength unless a scene says otherwise: what their spline is off by is in docs/validation.md.
+/// Default number of samples per wavelength. docs/validation.md states the error of the spline
+/// through them.
 const SAMPLES: f64 = 10.0;
-/// Bytes of a sample while it is computed: the amplitude in double precision, those of the field, and the coefficient.
+/// Memory in bytes per sample during the computation: the amplitude in double precision, the
+/// amplitude of the field, and the coefficient.
 const BYTES: u64 = 40;
-/// Parameters that some apertures have.
+/// Parameters that only some apertures have.
 const OF_APERTURES: [&str; 9] = [
     "radius",
     "diameter",
@@ -32,16 +34,17 @@ const OF_APERTURES: [&str; 9] = [
     "apodization",
 ];
 
-/// What a volume of type `transducer` says.
+/// Parameters of a volume of type `transducer`.
 struct Description {
     transducer: Transducer,
-    /// Hz.
+    /// Frequency in Hz.
     frequency: f64,
-    /// Where a linear or ring array is focused, in its own coordinates.
+    /// Focus of a linear or ring array, in the transducer's coordinates.
     focus: Option<DVec3>,
-    /// From the transducer's coordinates to the field's.
+    /// Map from the transducer's coordinates to the field's.
     place: DAffine3,
-    /// The box in which the sound is computed, in the field's coordinates.
+    /// Lower corner of the box in which the sound is computed; `high` is the upper one. Both are in
+    /// the field's coordinates.
     low: DVec3,
     high: DVec3,
     spacing: f64,
@@ -51,7 +54,7 @@ struct Description {
     elasto_optic: Option<f64>,
 }
 
-/// The field of a volume of type `transducer`; `None` after an error.
+/// Builds the field of a volume of type `transducer`; `None` after an error.
 pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option<Field> {
     let mut q = Query::new(object, context.diagnostics);
     let described = Description::read(&mut q);
@@ -134,7 +137,7 @@ impl Description {
         })
     }
 
-    /// Number of samples along x, y and z: nodes that are at most the spacing apart.
+    /// Returns the number of samples along x, y and z: nodes whose distance is at most `spacing`.
     fn size(&self) -> [f64; 3] {
         let cells = ((self.high - self.low) / self.spacing)
             .ceil()
@@ -142,7 +145,7 @@ impl Description {
         (cells + 1.0).to_array()
     }
 
-    /// From the unit cube to the box.
+    /// Returns the map from the unit cube to the box.
     fn cube(&self) -> DAffine3 {
         let matrix3 = DMat3::from_diagonal(self.high - self.low);
         DAffine3 {
@@ -151,7 +154,7 @@ impl Description {
         }
     }
 
-    /// Complex amplitudes of the pressure at the samples.
+    /// Computes complex amplitudes of the pressure at the samples.
     fn pressure(&self, size: [usize; 3]) -> Result<Vec<[f64; 2]>, TransducerError> {
         let own = self.place.inverse();
         let cells = DVec3::from_array(size.map(|n| (n - 1) as f64));
@@ -178,7 +181,8 @@ impl Description {
     }
 }
 
-/// Where the transducer is: its z axis along `direction`, its x axis along the part of `reference` across it.
+/// Reads the position and orientation of the transducer. Its z axis points along `direction`, its x
+/// axis along the component of `reference` perpendicular to `direction`.
 fn place(q: &mut Query) -> DAffine3 {
     let translation = q.point("origin");
     let direction = q.vector("direction").try_normalize();
@@ -186,7 +190,7 @@ fn place(q: &mut Query) -> DAffine3 {
         q.error("direction", "'direction' must not be zero");
         DVec3::Z
     });
-    // Along x where that is across.
+    // Use x unless it is nearly parallel to the direction.
     let usual = if z.x.abs() < 0.9 { DVec3::X } else { DVec3::Y };
     let reference = q.vector_or("reference", usual);
     let x = reference.reject_from_normalized(z).try_normalize();
@@ -205,7 +209,8 @@ fn place(q: &mut Query) -> DAffine3 {
     }
 }
 
-/// The surface, and where its elements are focused, in the field's coordinates; `None` after an error.
+/// Reads the aperture, and the focus of its elements in the field's coordinates; `None` after an
+/// error.
 fn aperture(q: &mut Query, frequency: f64) -> Option<(SoundAperture, Option<DVec3>)> {
     if !q.has("aperture") {
         let message = "a transducer needs an 'aperture': \"bowl\", \"piston\", \"linear_array\" or \"ring_array\"";
@@ -236,14 +241,14 @@ fn aperture(q: &mut Query, frequency: f64) -> Option<(SoundAperture, Option<DVec
         _ => {
             let radius = q.float("radius");
             let elements = q.integer("elements") as f64;
-            // Sides of a polygon around the circle.
+            // Side of the polygon circumscribed about the circle.
             let side = 2.0 * radius * (0.5 * TAU / elements.max(3.0)).tan();
             array(q, frequency, ArrayLayout::Ring { radius }, side)
         }
     })
 }
 
-/// The elements of an array, which fill it unless they have a width.
+/// Reads the elements of an array. By default their width fills the array.
 fn array(
     q: &mut Query,
     frequency: f64,

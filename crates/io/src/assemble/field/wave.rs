@@ -1,4 +1,4 @@
-//! Sound of one frequency, by samples of its complex amplitude, or of its pressure in time.
+//! Sound of one frequency, given by samples of its complex amplitude or of its pressure in time.
 
 use super::super::sound_record::{FactSource, SeriesRecord};
 use super::elasto_optic;
@@ -8,59 +8,59 @@ use crate::query::Query;
 use crate::volume::series::{FrameSums, Series, SeriesShape};
 use glam::DVec3;
 
-/// A larger share of the pressure, by its root mean square, that is not of the frequency draws a warning.
+/// Maximum fraction of the pressure (root mean square) at other frequencies without a warning.
 const MOST_OTHER: f64 = 0.05;
-/// Most periods that are fitted.
+/// Maximum number of periods for a fit.
 const MOST_PERIODS: f64 = 1e6;
 
-/// What is asked of a volume of pressure that changes in time.
+/// Request for a part of a volume of pressure that changes in time.
 pub(super) enum Asked {
-    /// One of the instants of which it has samples.
+    /// Single frame of a time series.
     Frame(usize),
-    /// The sound of a frequency.
+    /// Sound of one frequency.
     Wave(Wave),
 }
 
-/// Sound of a frequency.
+/// Sound of one frequency.
 pub(super) struct Wave {
-    /// Hz.
+    /// Frequency in Hz.
     pub frequency: f64,
-    /// Scene units.
+    /// Wavelength in scene units.
     pub wavelength: f64,
-    /// Seconds between samples in time, if the scene says.
+    /// Time between frames in seconds, if the scene gives it.
     time_step: Option<f64>,
-    /// Periods that are fitted, if the scene says.
+    /// Number of periods to fit, if the scene gives it.
     periods: Option<f64>,
-    /// What is added to the phase.
+    /// Angle in radians that is added to the phase.
     time_phase: f64,
-    /// ρc² ∂n/∂p, if the scene says it.
+    /// Elasto-optic coefficient ρc² ∂n/∂p, if the scene gives it.
     pub elasto_optic: Option<f64>,
 }
 
-/// How samples say what the sound is.
+/// Representation of the sound by samples.
 pub(super) enum Form {
-    /// They are the real and the imaginary part of its complex amplitude.
+    /// Real and imaginary part of the complex amplitude.
     Complex,
-    /// They are a series in time.
+    /// Time series.
     InTime(WaveFit),
 }
 
-/// The sound that samples say.
+/// Sound computed from samples.
 pub(super) struct Found {
-    /// Complex amplitudes of the pressure, Pa.
+    /// Complex amplitudes of the pressure in Pa.
     pub pressure: Vec<[f64; 2]>,
-    /// What was used of a series in time.
+    /// Part of a time series that was used.
     pub series: Option<SeriesRecord>,
 }
 
-/// Something doubtful, and what to do about it.
+/// Warning with advice.
 pub(super) struct WaveDoubt {
     pub message: String,
     pub help: Option<&'static str>,
 }
 
 impl Asked {
-    /// Parameters that are asked for.
+    /// Returns the parameters that are read for a request.
     pub(super) fn parameters(asked: Option<&Self>) -> &'static [&'static str] {
         match asked {
             None => &[],
@@ -80,7 +80,7 @@ impl Asked {
         }
     }
 
-    /// What a scene asks for, if it is more than pressure at rest.
+    /// Reads the request of a scene, or `None` for static pressure.
     pub(super) fn of(q: &mut Query) -> Option<Self> {
         let frame = q.has("frame").then(|| q.integer("frame") as usize);
         if !q.has("frequency") {
@@ -110,7 +110,7 @@ impl Asked {
     }
 }
 
-/// The sum that is one frame.
+/// Returns the sum that selects one frame.
 pub(super) fn only(frame: usize, shape: SeriesShape) -> Result<FrameSums, Problem> {
     if frame >= shape.frames {
         return Err(Problem::Mismatch {
@@ -126,7 +126,7 @@ pub(super) fn only(frame: usize, shape: SeriesShape) -> Result<FrameSums, Proble
 }
 
 impl Wave {
-    /// How samples say what the sound is.
+    /// Determines the representation of the sound by the samples.
     pub(super) fn form(&self, shape: SeriesShape) -> Result<Form, Problem> {
         if shape.frames == 2 && self.time_step.is_none() {
             return Ok(Form::Complex);
@@ -147,7 +147,8 @@ impl Wave {
         fit.map(Form::InTime).map_err(Problem::Malformed)
     }
 
-    /// The complex amplitudes P of the pressure Re(P e^{iωt}) that sums over a series say.
+    /// Returns the complex amplitudes P of the pressure Re(P e^{iωt}), computed from sums over a
+    /// series.
     pub(super) fn found(&self, form: &Form, series: Series) -> Found {
         let Series {
             sums,
@@ -192,7 +193,7 @@ impl Wave {
         }
     }
 
-    /// What is doubtful about a series: its time step, and what is left out of it.
+    /// Returns warnings about a series: a contradicting time step, and a large residual.
     pub(super) fn doubts(&self, record: &SeriesRecord, of_file: Option<f64>) -> Vec<WaveDoubt> {
         let mut doubts = Vec::new();
         if let (Some(scene), Some(file)) = (self.time_step, of_file)
@@ -225,7 +226,7 @@ impl Wave {
         doubts
     }
 
-    /// The time step: that of the scene, if it says one.
+    /// Returns the time step with its source; the scene's time step takes precedence.
     fn step_of(&self, shape: SeriesShape) -> Option<(f64, FactSource)> {
         let of_scene = self.time_step.map(|step| (step, FactSource::Scene));
         of_scene.or_else(|| Some((shape.time_step?, FactSource::File)))
@@ -233,7 +234,7 @@ impl Wave {
 }
 
 impl Form {
-    /// The sums over frames that say the sound.
+    /// Returns the sums over frames from which the sound is computed.
     pub(super) fn sums(&self) -> FrameSums {
         match self {
             Form::Complex => FrameSums {

@@ -1,51 +1,53 @@
-//! Fitting sound of a known frequency to a series in time.
+//! Fit of sound with a known frequency to a time series.
 
 use glam::{DMat3, DVec3};
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// Samples of the pressure that a period must have: fewer do not tell the sound from its overtones.
+/// Minimum number of samples of the pressure per period. Fewer samples cannot separate the sound
+/// from its overtones.
 const LEAST_PER_PERIOD: f64 = 4.0;
 
-/// What is known of a series of sound.
+/// Parameters of a time series of sound.
 pub(super) struct Oscillation {
-    /// Hz.
+    /// Frequency in Hz.
     pub frequency: f64,
-    /// Seconds from a frame to the next.
+    /// Time between frames in seconds.
     pub step: f64,
     /// Number of frames.
     pub frames: usize,
-    /// Periods that are fitted, if the scene says.
+    /// Number of periods to fit, if the scene gives it.
     pub periods: Option<f64>,
 }
 
-/// 1, cos ωt and sin ωt at frame k, of which each is so many periods after the one before.
+/// Returns 1, cos ωt and sin ωt at frame `k`. Successive frames are `turns` periods apart.
 pub(super) fn basis(turns: f64, k: usize) -> DVec3 {
     let (sin, cos) = (TAU * (turns * k as f64).fract()).sin_cos();
     DVec3::new(1.0, cos, sin)
 }
 
-/// A least-squares fit of m + a cos ωt + b sin ωt to the last samples of a series; t = 0 is its first.
+/// Least-squares fit of m + a cos ωt + b sin ωt to the last samples of a series; t = 0 is the
+/// series' first sample.
 pub(super) struct WaveFit {
     pub used: Range<usize>,
-    /// Periods from a frame to the next.
+    /// Periods between successive frames.
     pub turns: f64,
     /// Sums of the products of 1, cos and sin.
     normal: DMat3,
-    /// From Σp, Σp cos, Σp sin to m, a, b.
+    /// Map from Σp, Σp cos, Σp sin to m, a, b.
     inverse: DMat3,
 }
 
-/// Sound in a series.
+/// Sound fitted to a series.
 pub(super) struct Fitted {
-    /// Real and imaginary part.
+    /// Real and imaginary part of the amplitude.
     pub amplitude: [f64; 2],
-    /// By how much the sum of the squares is less without it.
+    /// Reduction of the sum of squares when the sound is subtracted.
     pub explained: f64,
 }
 
 impl WaveFit {
-    /// The fit to the last periods of a series.
+    /// Prepares the fit to the last periods of a series.
     pub(super) fn new(series: &Oscillation) -> Result<Self, String> {
         let (step, count) = (series.step, series.frames);
         let turns = series.frequency * step;
@@ -56,7 +58,8 @@ impl WaveFit {
                  needed"
             ));
         }
-        // Whole periods; by default those of the second half, where the start has rung down.
+        // Fit whole periods, by default all within the second half, where start-up transients have
+        // decayed.
         let half = (0.5 * count as f64 / per_period).floor();
         let periods = series.periods.unwrap_or(half.max(1.0));
         let samples = (periods * per_period).round() as usize;
@@ -80,7 +83,7 @@ impl WaveFit {
         })
     }
 
-    /// The sound in a series of which the sums Σp, Σp cos, Σp sin are given.
+    /// Returns the sound in a series with the sums Σp, Σp cos, Σp sin.
     pub(super) fn solved(&self, sums: DVec3) -> Fitted {
         let [_, a, b] = (self.inverse * sums).to_array();
         // Σp² − Σ(p − h)² of h = a cos ωt + b sin ωt = Re((a − ib) e^{iωt}).

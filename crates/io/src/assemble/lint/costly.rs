@@ -1,4 +1,5 @@
-//! Media through which rays take very many steps, and indices that no medium has: known before the render.
+//! Check for media through which rays take very many steps, and for impossible indices, before
+//! rendering.
 
 use crate::diagnostic::lints;
 use crate::schema::NumberRange;
@@ -8,17 +9,18 @@ use eikonal::{Aabb, Field};
 use glam::DVec3;
 use transport::scene::{ProblemSeverity, Scene, SceneProblem, Subject};
 
-/// Steps across a medium from which on a render is likely to be a mistake: lenses take some ten.
+/// Number of steps across a medium above which the scene is probably wrong. Lenses take about ten
+/// steps.
 const MANY: f64 = 2000.0;
-/// The estimate is good to such a factor.
+/// Factor within which the estimated number of steps is correct.
 const WITHIN: f64 = 2.0;
-/// Bisections for the place where a line is cut.
+/// Number of bisections that locate the end of a cut line.
 const BISECTIONS: usize = 30;
-/// Places on each line through a medium at which its index is looked at.
+/// Number of intervals on each line through a medium, at whose ends the index is evaluated.
 const PLACES: usize = 64;
 
-/// About how many steps a ray takes across a medium: the most along the three axes of its box, and along lines that pass by what is
-/// opaque there.
+/// Returns the approximate number of steps that a ray takes across a medium. It is the maximum over
+/// lines along the three axes of the medium's box, and over lines that pass opaque objects there.
 pub fn steps_across(scene: &Scene, medium: usize) -> f64 {
     let field = &scene.medium(medium).index;
     let steps = lines_within(scene, medium).map(|line| {
@@ -29,12 +31,12 @@ pub fn steps_across(scene: &Scene, medium: usize) -> f64 {
     steps.fold(1.0, f64::max)
 }
 
-/// The places on a line, at even distances.
+/// Returns evenly spaced points on a line.
 fn places([from, to]: [DVec3; 2]) -> impl Iterator<Item = DVec3> + Clone {
     (0..=PLACES).map(move |i| from.lerp(to, i as f64 / PLACES as f64))
 }
 
-/// A line without what is inside of opaque things: whole, where there are none.
+/// Returns the parts of a line outside opaque objects; without such objects, the whole line.
 fn parts_within(scene: &Scene, medium: usize, line: [DVec3; 2]) -> Vec<[DVec3; 2]> {
     let is_there = |x: DVec3| !scene.is_displaced(medium, x);
     let places: Vec<(DVec3, bool)> = places(line).map(|x| (x, is_there(x))).collect();
@@ -56,7 +58,7 @@ fn parts_within(scene: &Scene, medium: usize, line: [DVec3; 2]) -> Vec<[DVec3; 2
     parts
 }
 
-/// The last place on the way from a place that is there to one that is not.
+/// Returns the last point inside the medium on the way from a point inside to a point outside.
 fn edge(mut there: DVec3, mut absent: DVec3, is_there: impl Fn(DVec3) -> bool) -> DVec3 {
     for _ in 0..BISECTIONS {
         let middle = there.midpoint(absent);
@@ -69,20 +71,22 @@ fn edge(mut there: DVec3, mut absent: DVec3, is_there: impl Fn(DVec3) -> bool) -
     there
 }
 
-/// The straight lines through the middle of a medium along the axes.
+/// Returns the straight lines along the axes through the centre of a medium.
 fn lines_across(scene: &Scene, medium: usize) -> impl Iterator<Item = [DVec3; 2]> {
     let bounds = scene.regions()[medium].aabb;
     let axes = DVec3::AXES.into_iter().filter(move |_| !bounds.is_empty());
     axes.map(move |axis| through(&bounds, bounds.center(), axis))
 }
 
-/// The line through a place along an axis, across a box.
+/// Returns the line through a point along an axis, across a box.
 fn through(bounds: &Aabb, x: DVec3, axis: DVec3) -> [DVec3; 2] {
     let across = DVec3::ONE - axis;
     [bounds.min, bounds.max].map(|end| x * across + end * axis)
 }
 
-/// Those, and where they are cut, lines along the other axes through the middle of what is left: such as along an atmosphere.
+/// Returns the lines along the axes through the centre. For each line that opaque objects cut, also
+/// returns lines along the other axes through the middle of each remaining part, as along an
+/// atmosphere.
 fn lines_within(scene: &Scene, medium: usize) -> impl Iterator<Item = [DVec3; 2]> {
     let bounds = scene.regions()[medium].aabb;
     let beside = move |line: [DVec3; 2]| {
@@ -104,7 +108,8 @@ fn lines_within(scene: &Scene, medium: usize) -> impl Iterator<Item = [DVec3; 2]
     lines_across(scene, medium).chain(lines_across(scene, medium).flat_map(beside))
 }
 
-/// A warning for each medium that takes very many steps, an error for each whose index is out of any physical range.
+/// Returns a warning for each medium that needs very many steps, and an error for each medium with
+/// an index outside the physical range.
 pub(super) fn problems(scene: &Scene) -> Vec<SceneProblem> {
     let bent = |i: &usize| !scene.medium(*i).index.is_constant();
     let media = (0..scene.media().len()).filter(bent);
@@ -132,7 +137,7 @@ fn costly(scene: &Scene, medium: usize) -> Option<SceneProblem> {
     (steps > MANY).then(|| SceneProblem::warning(lints::MANY_STEPS, subject, message, help))
 }
 
-/// The parameter that says how fine a field is.
+/// Returns the parameter that determines the length scale of a field.
 fn parameter(field: &Field) -> &'static str {
     match field {
         Field::Bspline(_) | Field::SampledSound(_) => {
@@ -151,7 +156,7 @@ fn out_of_range(scene: &Scene, medium: usize) -> Option<SceneProblem> {
     let field = &scene.medium(medium).index;
     let places = lines_across(scene, medium).flat_map(places);
     let places = places.filter(|x| !scene.is_displaced(medium, *x));
-    // An index that is not positive is spoken of elsewhere.
+    // Skip indices that are not positive: another check reports them.
     let n = places
         .map(|x| field.n(x))
         .find(|n| *n > 0.0 && !NumberRange::INDEX.contains(*n))?;

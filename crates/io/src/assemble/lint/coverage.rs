@@ -1,5 +1,5 @@
-//! Light that an estimator does not find: connections do not follow every edge, and where nothing else
-//! can find one, its light is missing.
+//! Check for light that an estimator does not find. Connections do not follow every edge; light is
+//! missing where no other technique finds an edge.
 
 use crate::diagnostic::lints;
 use transport::bsdf::Bsdf;
@@ -8,19 +8,19 @@ use transport::integrator::{Integrator, RequiredConnection};
 use transport::scene::{Object, Scene, SceneProblem, Subject, TOTAL_REFLECTIONS};
 use transport::sensor::Sensor;
 
-/// Surfaces of a scene that send light where connections do not look for it.
+/// Surfaces of a scene that reflect light along paths which connections do not follow.
 #[derive(Clone, Copy, Debug)]
 pub struct Walls<'a> {
-    /// A mirror, such as smooth metal: connections are not reflected there.
+    /// Mirror, such as smooth metal: connections are not reflected there.
     pub mirror: Option<&'a Object>,
-    /// A smooth dielectric: connections are reflected there a limited number of times.
+    /// Smooth dielectric: connections are reflected there a limited number of times.
     pub dielectric: Option<&'a Object>,
-    /// The limit, total reflections not counted.
+    /// Maximum number of reflections, not counting total reflections.
     pub reflections: u32,
 }
 
 impl<'a> Walls<'a> {
-    /// Those of a scene.
+    /// Returns the surfaces of a scene.
     pub fn of(scene: &'a Scene) -> Self {
         let first = |is: fn(&Bsdf) -> bool| scene.objects().iter().find(|o| is(&o.bsdf));
         Walls {
@@ -30,19 +30,19 @@ impl<'a> Walls<'a> {
         }
     }
 
-    /// Whether there are none.
+    /// True if there are no such surfaces.
     pub fn is_empty(&self) -> bool {
         self.mirror.is_none() && self.dielectric.is_none()
     }
 
-    /// A dielectric at which connections are never reflected where refraction is possible.
+    /// Returns a dielectric at which connections are never reflected where refraction is possible.
     fn never_reflecting(&self) -> Option<&'a Object> {
         self.dielectric.filter(|_| self.reflections == 0)
     }
 }
 
-/// A warning for each kind of light that is missing. A limit of reflections that the scene sets is
-/// taken as meant.
+/// Returns a warning for each kind of light that is missing. A limit of reflections that the scene
+/// sets is taken as intended.
 pub(in super::super) fn warnings(scene: &Scene, integrator: &Integrator) -> Vec<SceneProblem> {
     let walls = Walls::of(scene);
     let mut problems = Vec::new();
@@ -65,10 +65,10 @@ pub(in super::super) fn warnings(scene: &Scene, integrator: &Integrator) -> Vec<
     problems
 }
 
-/// The estimators among which a pilot may choose: those of the `known` that find all light of a scene; if none does, the one that finds
-/// the most.
+/// Returns the estimators from which a pilot may choose: the estimators of `known` that find all
+/// light of a scene, or else the one that finds the most.
 ///
-/// With `adaptive` samples, those whose samples belong to single pixels.
+/// With `adaptive` samples, only estimators whose samples belong to single pixels qualify.
 pub(in super::super) fn complete(
     scene: &Scene,
     known: impl Iterator<Item = Integrator>,
@@ -76,13 +76,13 @@ pub(in super::super) fn complete(
 ) -> Vec<Integrator> {
     let mut most = None;
     let mut complete = Vec::new();
-    // Nothing connects to a batch of cameras.
+    // Exclude estimators that splat for a batch of cameras: nothing connects to these.
     let own_pixels = adaptive || matches!(scene.sensor(), Sensor::Batch(_));
     for integrator in known.filter(|i| !(own_pixels && i.splats())) {
         if warnings(scene, &integrator).is_empty() {
             complete.push(integrator);
         }
-        // Paths that any one connection may join include those of all others.
+        // Prefer an estimator that can connect any edge: its paths include the paths of all others.
         if most.is_none() || integrator.requires(Class::Delta) == RequiredConnection::Any {
             most = Some(integrator);
         }
@@ -118,7 +118,8 @@ fn from_emitter(walls: &Walls, subject: Subject, kind: &str) -> Vec<SceneProblem
     mirror.into_iter().chain(dielectric).collect()
 }
 
-/// Connections to a narrow beam are worth something so seldom that their mean cannot be trusted below this probability.
+/// Minimum probability that a connection to a narrow beam contributes. Below it, the mean of the
+/// connections cannot be trusted.
 const SELDOM: f64 = 1e-3;
 
 fn narrow(scene: &Scene, subject: Subject, emitter: &Emitter) -> Option<SceneProblem> {

@@ -1,4 +1,4 @@
-//! Which deliberate differences from Mitsuba 3.9.1 a scene meets.
+//! Deliberate differences from Mitsuba 3.9.1 that affect a scene.
 
 use super::super::described::is_meter;
 use super::super::quantities::asks_for_surfaces;
@@ -13,15 +13,15 @@ use transport::emitter::Emitter;
 use transport::scene::{AMBIENT, Scene};
 use transport::shape::Shape;
 
-/// What is known when a scene is assembled.
+/// Data known when a scene is assembled.
 pub(in super::super) struct Known<'a> {
     pub description: &'a SceneDescription,
     pub scene: &'a Scene,
-    /// Whether the caller says how many samples there are.
+    /// True if the caller gives the number of samples.
     pub counted: bool,
 }
 
-/// The differences that a scene meets, besides those `met` while it was assembled.
+/// Returns the differences that affect a scene, including those `met` during assembly.
 pub(in super::super) fn of(known: &Known, met: &BTreeSet<Difference>) -> Vec<Difference> {
     let mut all = met.clone();
     let mut seen = HashSet::new();
@@ -41,12 +41,12 @@ pub(in super::super) fn of(known: &Known, met: &BTreeSet<Difference>) -> Vec<Dif
     all.into_iter().collect()
 }
 
-/// Whether a film shows wavelengths rather than colours.
+/// True if a film has wavelengths rather than colours.
 fn is_spectral(root: &ObjectDescription) -> bool {
     descendants([root]).any(|o| o.kind == PluginKind::Film && is(o, "pixel_format", "spectral"))
 }
 
-/// Whether a parameter is a list of wavelengths.
+/// True if a parameter is a list of wavelengths.
 fn is_sampled(object: &ObjectDescription, name: &str) -> bool {
     matches!(
         value(object, name),
@@ -101,7 +101,7 @@ fn has(object: &ObjectDescription, kind: PluginKind, plugins: &[&str]) -> bool {
     children.any(|c| c.kind == kind && plugins.contains(&c.plugin.as_str()))
 }
 
-/// Bsdfs that reflect as mirrors do, or let light pass so.
+/// Bsdfs that reflect or transmit light specularly.
 const SMOOTH: [&str; 7] = [
     "dielectric",
     "thindielectric",
@@ -112,7 +112,7 @@ const SMOOTH: [&str; 7] = [
     "null",
 ];
 
-/// Whether some bsdf in an object is one of these plugins.
+/// True if a bsdf in an object has one of these types.
 fn any_bsdf(object: &ObjectDescription, plugins: &[&str]) -> bool {
     let mut nested = object.children.iter().map(|c| &c.object);
     nested.any(|c| {
@@ -121,7 +121,7 @@ fn any_bsdf(object: &ObjectDescription, plugins: &[&str]) -> bool {
     })
 }
 
-/// What one object alone tells.
+/// Returns the differences that follow from a single object.
 fn of_object(object: &ObjectDescription) -> Vec<Difference> {
     match (object.kind, object.plugin.as_str()) {
         (PluginKind::Bsdf, "bumpmap" | "normalmap") => {
@@ -186,12 +186,12 @@ fn of_integrator(object: &ObjectDescription) -> Vec<Difference> {
     ])
 }
 
-/// Whether an `aov` lists quantities that Mitsuba has, too.
+/// True if an `aov` lists quantities that Mitsuba also has.
 fn shows_surfaces(object: &ObjectDescription) -> bool {
     matches!(value(object, "aovs"), Some(Value::String(list)) if asks_for_surfaces(list))
 }
 
-/// Whether the area emitter of a shape has a texture of radiance.
+/// True if the area emitter of a shape has a texture of radiance.
 fn shines_by_texture(shape: &ObjectDescription) -> bool {
     let children = shape.children.iter().map(|c| &c.object);
     let mut emitters = children.filter(|o| o.kind == PluginKind::Emitter);
@@ -246,7 +246,7 @@ fn of_bsdf(object: &ObjectDescription, plugin: &str) -> Vec<Difference> {
     chosen(met)
 }
 
-/// Whether one of the nested bsdfs reflects as a mirror does.
+/// True if one of the nested bsdfs reflects specularly.
 fn mixes_mirror(object: &ObjectDescription) -> bool {
     let mirror = |o: &ObjectDescription| ["conductor", "plastic"].contains(&o.plugin.as_str());
     let nested = object.children.iter().map(|c| &c.object);
@@ -293,7 +293,7 @@ fn chosen<const N: usize>(met: [(Difference, bool); N]) -> Vec<Difference> {
     met.into_iter().filter(|m| m.1).map(|m| m.0).collect()
 }
 
-/// What the integrator and what it meets tell.
+/// Returns the differences that follow from the integrator and the scene.
 fn of_methods(known: &Known) -> Vec<Difference> {
     let root = &known.description.root;
     let mut integrators = root.children.iter().map(|c| &c.object);
@@ -315,7 +315,7 @@ fn of_methods(known: &Known) -> Vec<Difference> {
     ])
 }
 
-/// What the camera tells.
+/// Returns the differences that follow from the camera.
 fn of_camera(known: &Known) -> Vec<Difference> {
     let root = &known.description.root;
     let mut sensors = root.children.iter().map(|c| &c.object);
@@ -347,14 +347,15 @@ fn of_camera(known: &Known) -> Vec<Difference> {
     ])
 }
 
-/// A number that an object gives, or the default of the parameter; zero without either.
+/// Returns a number that an object gives, or the default of the parameter; zero without either.
 fn number_or_default(object: &ObjectDescription, name: &str) -> f64 {
     let plugin = schema::find(object.kind, &object.plugin);
     let default = || plugin?.parameter(name)?.default.number();
     number(object, name).or_else(default).unwrap_or_default()
 }
 
-/// Whether Mitsuba's clipping planes would cut something of the scene: boxes that do not hold the camera are told.
+/// True if Mitsuba's clipping planes would cut a part of the scene. A box that contains the camera
+/// is not tested against the near plane.
 fn is_clipped(sensor: &ObjectDescription, scene: &Scene) -> bool {
     let eye = match value(sensor, "to_world") {
         Some(Value::Transform(m)) => m.w_axis.truncate(),

@@ -1,9 +1,9 @@
-//! Media that no light can enter: the opaque hull is most often a forgotten `null`.
+//! Check for media that no light can enter. The cause is usually a shape without its `null` bsdf.
 
 use crate::diagnostic::lints;
 use transport::scene::{AMBIENT, MediumId, Scene, SceneProblem, Subject};
 
-/// A warning for each closed, opaque shape that shuts a medium off from all light.
+/// Returns a warning for each closed, opaque shape that keeps all light out of a medium.
 pub(super) fn warnings(scene: &Scene) -> Vec<SceneProblem> {
     let lit = lit(scene);
     let mut warned = vec![false; scene.media().len()];
@@ -20,8 +20,9 @@ pub(super) fn warnings(scene: &Scene) -> Vec<SceneProblem> {
     problems
 }
 
-/// Which media light can reach: from those that hold emitters (or the sensor, which is not asked what it looks at), and
-/// the ambient one, through every surface that lets some of it pass.
+/// Returns for each medium whether light can reach it. Light starts from the ambient medium and
+/// from media with emitters or the sensor, and passes through every surface that is not opaque. The
+/// sensor's viewing direction is ignored.
 fn lit(scene: &Scene) -> Vec<bool> {
     let mut lit = vec![false; scene.media().len()];
     lit[AMBIENT] = true;
@@ -45,7 +46,7 @@ fn lit(scene: &Scene) -> Vec<bool> {
             sides.exterior
         }] = true;
     }
-    // Emitters within one medium, whichever that is.
+    // Mark the media of emitters that have one medium on both sides.
     for object in scene
         .objects()
         .iter()

@@ -1,4 +1,4 @@
-//! Checks of a whole scene that can be rendered, but may not be what was meant.
+//! Checks of a whole scene that can be rendered but is probably not as intended.
 
 mod costly;
 mod coverage;
@@ -19,13 +19,13 @@ use super::instrument::Instrument;
 use super::integrator::Method;
 use transport::scene::{Scene, SceneProblem, Subject};
 
-/// Everything that is doubtful about a scene and about how it is rendered or measured.
+/// Returns all warnings about a scene, and about its rendering or measurement.
 pub(super) fn doubts(
     scene: &Scene,
     method: &Method,
     instruments: &[Instrument],
 ) -> Vec<SceneProblem> {
-    // Without light a picture is black, but other quantities are not.
+    // Without light a picture is black, but other quantities are still valid.
     let matters = |p: &&SceneProblem| !(method.is_aov() && p.subject == Subject::Scene);
     let mut doubts: Vec<_> = scene.warnings().iter().filter(matters).cloned().collect();
     doubts.extend(scene.at_all_instants(costly::problems));

@@ -1,14 +1,17 @@
-//! Paths that hardly ever end: in a medium that is too dense to leave and absorbs next to nothing.
+//! Check for paths that hardly ever end, in a medium that is too dense to leave and absorbs almost
+//! nothing.
 
 use crate::diagnostic::lints;
 use transport::integrator::Integrator;
 use transport::medium::Medium;
 use transport::scene::{Region, Scene, SceneProblem, Subject};
 
-/// Collisions of a path at which a render is likely to be a mistake: it takes a tenth of a second.
+/// Number of collisions of a path above which the scene is probably wrong. A path of this length
+/// takes a tenth of a second.
 const MANY: f64 = 1e6;
 
-/// A warning for each uniform medium in which paths collide very often, if nothing else ends them.
+/// Returns a warning for each uniform medium in which paths collide very often, unless something
+/// else ends them.
 pub(super) fn warnings(scene: &Scene, integrator: &Integrator) -> Vec<SceneProblem> {
     let end = integrator.depths().0.map_or(f64::INFINITY, f64::from);
     let media = scene.media().iter().zip(scene.regions()).enumerate();
@@ -19,9 +22,10 @@ pub(super) fn warnings(scene: &Scene, integrator: &Integrator) -> Vec<SceneProbl
         .collect()
 }
 
-/// Mean number of collisions of light that enters a uniform medium, in the channel with most of them. A path in a
-/// medium without absorption is as long as a chord on average, 4V/S, whatever the scattering (Blanco & Fournier,
-/// Europhys. Lett. 61, 2003); absorption ends it after σ_t/σ_a collisions.
+/// Returns the mean number of collisions of light that enters a uniform medium, in the channel with
+/// the most collisions. In a medium without absorption, the mean length of a path is the mean chord
+/// 4V/S, whatever the scattering (Blanco & Fournier, Europhys. Lett. 61, 2003). Absorption ends a
+/// path after σ_t/σ_a collisions on average.
 fn collisions(medium: &Medium, region: &Region) -> f64 {
     let (Some(extinction), false) = (medium.uniform_extinction(), region.aabb.is_empty()) else {
         return 0.0;

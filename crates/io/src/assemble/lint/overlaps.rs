@@ -1,18 +1,19 @@
-//! Closed shapes of different media that share a part of space, where one medium has to be chosen.
+//! Check for closed shapes of different media that overlap, where one medium must be chosen.
 
 use super::super::context::Context;
 use crate::diagnostic::lints;
 use transport::sampling::Sampler;
 use transport::scene::Object;
 
-/// Points of a surface that are looked at.
+/// Number of points tested per surface.
 const PROBES: u64 = 64;
-/// Depth of these points under the surface, relative to the size of its shape: shapes that touch do not overlap.
+/// Depth of these points under the surface, relative to the size of the shape. It excludes shapes
+/// that only touch.
 const DEPTH: f64 = 1e-6;
-/// Pairs of shapes that are looked at, at most.
+/// Maximum number of pairs of shapes that are tested.
 const MOST_PAIRS: usize = 1000;
 
-/// Notes the first two shapes whose media overlap, and which medium counts.
+/// Adds a note about the first two shapes whose media overlap, and about the medium that is used.
 pub(in super::super) fn note(context: &mut Context) {
     let Some([a, b]) = first(context) else {
         return;
@@ -37,7 +38,7 @@ pub(in super::super) fn note(context: &mut Context) {
         .push(note.at(&context.places.objects[inner]));
 }
 
-/// Numbers of two objects that overlap, the first listed first.
+/// Returns the numbers of two overlapping objects, the smaller number first.
 fn first(context: &Context) -> Option<[usize; 2]> {
     let divides = |i: usize| context.partitions.iter().any(|p| p.objects.contains(&i));
     let holds = |i: &usize| encloses(&context.objects[*i]) && !divides(*i);
@@ -62,19 +63,19 @@ fn first(context: &Context) -> Option<[usize; 2]> {
     pairs.into_iter().find(overlaps)
 }
 
-/// Returns whether an object encloses a medium of its own.
+/// True if an object encloses a medium other than its surroundings.
 fn encloses(object: &Object) -> bool {
     let differs = object.sides.is_some_and(|s| s.interior != s.exterior);
     differs && object.shape.is_closed() && !object.bsdf.is_opaque()
 }
 
-/// Returns whether two objects with different media share a part of space, and neither lies in the other: the surface of each lies on both
-/// sides of that of the other.
+/// True if two objects with different media overlap and neither lies inside the other: the surface
+/// of each lies on both sides of the other's surface.
 fn overlap([a, b]: [&Object; 2]) -> bool {
     a.interior() != b.interior() && crosses(a, b) && crosses(b, a)
 }
 
-/// Returns whether some points just under the surface of `a` lie in `b`, and others do not.
+/// True if some points just under the surface of `a` lie in `b` and others do not.
 fn crosses(a: &Object, b: &Object) -> bool {
     let depth = DEPTH * a.shape.aabb().diagonal();
     let inside = |k: u64| {

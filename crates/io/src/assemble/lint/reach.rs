@@ -1,4 +1,4 @@
-//! Grids and tables that end before the shape does whose medium they describe.
+//! Check for grids and tables that end inside the shape whose medium they describe.
 
 use super::super::placed_grid::{Placed, Quantity};
 use crate::diagnostic::{Diagnostic, Diagnostics, lints};
@@ -6,10 +6,11 @@ use eikonal::Aabb;
 use glam::{DAffine3, DVec3};
 use transport::scene::Object;
 
-/// By what share of the largest side a shape may reach beyond a grid without a word: roundings of files.
+/// Fraction of the largest side by which a shape may extend beyond a grid without a warning. It
+/// covers the rounding in files.
 const BEYOND: f64 = 1e-3;
 
-/// Warns of grids that a shape with their medium reaches beyond, each once.
+/// Warns about each grid beyond which a shape with the grid's medium extends, once per grid.
 pub(in super::super) fn warnings(
     grids: &[Placed],
     objects: &[Object],
@@ -25,12 +26,12 @@ pub(in super::super) fn warnings(
     }
 }
 
-/// Whether a box reaches beyond the one around the image of the unit cube.
+/// True if a box extends beyond the bounding box of the image of the unit cube.
 fn is_beyond(shape: &Aabb, to_world: &DAffine3) -> bool {
     let cube = Aabb::new(DVec3::ZERO, DVec3::ONE).corners();
     let grid = Aabb::around(cube.map(|p| to_world.transform_point3(p)));
     let side = |of: &Aabb| (of.max - of.min).max_element();
-    // Tables have no end across their coordinate.
+    // Use the smaller size: tables are infinite across their coordinate.
     let slack = BEYOND * side(&grid).min(side(shape));
     let low = (grid.min - shape.min).max_element();
     let high = (shape.max - grid.max).max_element();

@@ -7,8 +7,8 @@ use crate::scene::{FileRegistry, ObjectDescription};
 use glam::DAffine3;
 use transport::shape::{Mesh, ShapeError};
 
-/// The curves that a shape names, as triangles; `None` if the file cannot be read (reported then). Transforms move
-/// their points and leave their radii.
+/// Builds the curves that a shape names as triangles; `None` if the file cannot be read (reported).
+/// Transforms move the points of the curves and keep their radii.
 pub(super) fn geometry(
     object: &ObjectDescription,
     frame: DAffine3,
@@ -19,7 +19,7 @@ pub(super) fn geometry(
         return hair(frame, q, files);
     }
     let path = q.path("filename", files);
-    // Only what follows gradients needs it.
+    // Accept a parameter that only Mitsuba's gradients need.
     q.float("silhouette_sampling_weight");
     let read = curves::read(&path, files.limits());
     let read = read.map_err(|e| q.file_error("filename", &e)).ok()?;
@@ -33,7 +33,8 @@ pub(super) fn geometry(
     Some(super::mesh::built(mesh, false))
 }
 
-/// Strands as balls that are swept along them. Transforms scale their radius as they scale local z.
+/// Builds strands of hair as balls swept along them. Transforms scale the radius of the strands as
+/// they scale local z.
 fn hair(
     frame: DAffine3,
     q: &mut Query,
@@ -41,7 +42,7 @@ fn hair(
 ) -> Option<Result<Mesh, ShapeError>> {
     let path = q.path("filename", files);
     let radius = q.float("radius");
-    // How many of the segments are left out.
+    // Accept Mitsuba's threshold for leaving out segments.
     q.float("angle_threshold");
     if q.float("reduction") > 0.0 {
         q.warning(

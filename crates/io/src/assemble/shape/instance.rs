@@ -1,4 +1,4 @@
-//! Groups of shapes that are put up several times.
+//! Groups of shapes that are placed several times.
 
 use super::super::context::Context;
 use super::super::transforms::affine;
@@ -7,10 +7,10 @@ use crate::query::Query;
 use crate::scene::{ObjectDescription, PluginKind};
 use glam::DAffine3;
 
-/// Shapes that instances may be copies of, all together: some gigabytes of memory.
+/// Maximum number of shapes in all copies together. They take some gigabytes of memory.
 const MOST_COPIES: usize = 10_000_000;
 
-/// Whether the copies that the scene's instances make are not too many (reported then).
+/// Returns false, and reports an error, if the scene's instances make too many copies.
 pub(in super::super) fn fit(shapes: &[&ObjectDescription], context: &mut Context) -> bool {
     let holds = |o: &ObjectDescription| ["instance", "merge"].contains(&o.plugin.as_str());
     let holders = || shapes.iter().filter(|shape| holds(shape));
@@ -24,7 +24,7 @@ pub(in super::super) fn fit(shapes: &[&ObjectDescription], context: &mut Context
     copies <= MOST_COPIES
 }
 
-/// How many shapes a shape stands for.
+/// Returns the number of shapes for which a shape stands.
 fn shapes_in(shape: &ObjectDescription) -> usize {
     if !["instance", "merge", "shapegroup"].contains(&shape.plugin.as_str()) {
         return 1;
@@ -34,7 +34,7 @@ fn shapes_in(shape: &ObjectDescription) -> usize {
     shapes.map(|c| shapes_in(c)).sum()
 }
 
-/// Adds the shapes of a group once more. They are copies: each instance takes the memory of its shapes.
+/// Adds a copy of the shapes of a group. Each instance takes the memory of its shapes.
 pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
     let mut q = Query::new(object, context.diagnostics);
     let group = q.child(PluginKind::Shape).cloned();
@@ -45,7 +45,7 @@ pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
         let message = "an instance needs a shape of type 'shapegroup', nested or referenced";
         return context.error_at(&object.location, message);
     };
-    // What is wrong with a group is said once.
+    // Report the errors of a group only once.
     if context.refused_groups.contains(&group.number) {
         return;
     }
@@ -61,7 +61,7 @@ pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
     }
 }
 
-/// Adds a shape of a group at the place of an instance.
+/// Adds a shape of a group at the position of an instance.
 fn add_member(shape: &ObjectDescription, frame: DAffine3, context: &mut Context) {
     match shape.plugin.as_str() {
         "shapegroup" | "instance" => {

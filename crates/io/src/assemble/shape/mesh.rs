@@ -1,4 +1,4 @@
-//! Shapes from files.
+//! Shapes made of triangles, from files or from the scene itself.
 
 use super::super::assets::{Attributes, Original};
 use super::super::content::{ContentHasher, MESHES};
@@ -16,11 +16,11 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use transport::shape::{Mesh, Shape, ShapeError};
 
-/// Triangles of all copies together: some ten gigabytes of memory.
+/// Maximum number of triangles in all copies together. They take some ten gigabytes of memory.
 const MOST_COPIED: usize = 100_000_000;
 
-/// The mesh that a shape names, in place; `None` if its file cannot be read (reported then). The originals of copies
-/// are kept.
+/// Builds the mesh that a shape names, at its position; `None` if its file cannot be read
+/// (reported). Keeps the originals of copies.
 pub(super) fn mesh(
     object: &ObjectDescription,
     frame: DAffine3,
@@ -52,18 +52,18 @@ pub(super) fn mesh(
     Some(original.placed(frame))
 }
 
-/// Whether v becomes 1 − v.
+/// Flipping of texture coordinates, v to 1 − v.
 #[derive(Clone, Copy)]
 enum Flip {
     No,
     Yes,
-    /// Only that of corners of faces in a .ply file.
+    /// Flips only texture coordinates of face corners in a .ply file.
     OfCorners,
 }
 
 impl Flip {
-    /// Most programs that write .obj files, and .ply files with texture coordinates of corners, have v grow upwards, whereas images
-    /// begin at the top.
+    /// Reads the flipping. Most programs that write .obj files, and .ply files with texture
+    /// coordinates of corners, have v increase upwards, whereas images begin at the top.
     fn of(object: &ObjectDescription, q: &mut Query) -> Self {
         let kind = object.plugin.as_str();
         if !["obj", "ply"].contains(&kind) {
@@ -93,14 +93,14 @@ impl Flip {
     }
 }
 
-/// By which normals a mesh is shaded.
+/// Source of the normals with which a mesh is shaded.
 #[derive(Clone, Copy, PartialEq)]
 enum Normals {
-    /// Those of its triangles.
+    /// Normals of the triangles.
     Faces,
-    /// Those that it comes with, else those of its triangles.
+    /// Normals in the data, or else normals of the triangles.
     Given,
-    /// Those that it comes with, else the means of those of the triangles around each vertex.
+    /// Normals in the data, or else means of the normals of the triangles around each vertex.
     Smooth,
 }
 
@@ -118,20 +118,20 @@ impl Normals {
     }
 }
 
-/// A grid of numbers.
+/// Grid of numbers.
 enum Grid {
     File(PathBuf),
     Held(Arc<Tensor>),
 }
 
-/// Where a shape has its triangles.
+/// Source of the triangles of a shape.
 enum Source {
     File(PathBuf),
-    /// A file of several meshes, and which one is meant.
+    /// File of several meshes, and the number of the requested one.
     OneOf(PathBuf, usize),
-    /// The shape holds them itself: positions, faces; texture coordinates, normals, colours.
+    /// Arrays in the scene: positions and faces; texture coordinates, normals and colours.
     Held([Arc<Tensor>; 2], [Option<Arc<Tensor>>; 3]),
-    /// Distances from a surface, in a file or held by the shape.
+    /// Signed distances from a surface, in a file or in the scene.
     Distances(Grid),
 }
 
@@ -163,7 +163,7 @@ impl Source {
         })
     }
 
-    /// The mesh; `None` if something is wrong with it (reported then).
+    /// Reads the mesh; `None` after an error, which is reported.
     fn read(self, q: &mut Query, limits: Limits) -> Option<MeshData> {
         let in_file = |e| ("filename", FileError::to_string(&e));
         let mesh = match self {
@@ -196,7 +196,8 @@ impl Source {
 }
 
 impl Grid {
-    /// The surface at which distances are zero; else the name of a parameter with what is wrong with it.
+    /// Returns the surface at which distances are zero, or the name of a parameter with the error
+    /// message.
     fn surface(self, limits: Limits) -> Result<MeshData, (&'static str, String)> {
         let surface = |name, size, values: Vec<f64>| {
             let values = &values;
@@ -251,7 +252,7 @@ impl Original {
         })
     }
 
-    /// The mesh in a place, which scenes share that have the same there.
+    /// Places the mesh. Scenes with an equal mesh at an equal place share it.
     fn placed(self, frame: DAffine3) -> Result<(Shape, Attributes), ShapeError> {
         let content = self.content.doubles(&frame.to_cols_array()).finish();
         let mesh = MESHES.try_get(content, || {
@@ -261,7 +262,7 @@ impl Original {
     }
 }
 
-/// What the mesh of some data depends on.
+/// Starts the hash of the data on which a mesh depends.
 fn content(data: &MeshData, is_smooth: bool) -> ContentHasher {
     let uvs = data.uvs.as_deref().map(<[_]>::as_flattened);
     let has = [
@@ -279,7 +280,7 @@ fn content(data: &MeshData, is_smooth: bool) -> ContentHasher {
         .indices(data.originals.as_deref().unwrap_or_default())
 }
 
-/// A mesh with its normals; with `smooth` ones if it has none.
+/// Builds a mesh with the normals in the data, or else with smooth normals if `smooth` is true.
 pub(super) fn built(data: MeshData, smooth: bool) -> Result<Mesh, ShapeError> {
     let mesh = Mesh::new(data.positions, data.triangles, data.uvs)?;
     match data.normals {

@@ -1,4 +1,4 @@
-//! Shapes, with what covers them and what lies on either side.
+//! Shapes, with their surfaces and the media on both sides.
 
 mod curves;
 mod instance;
@@ -26,7 +26,7 @@ use transport::shape::{Cube, Cylinder, Disk, Rectangle, Shape, ShapeError, Spher
 /// Adds a shape of the scene.
 pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
     match object.plugin.as_str() {
-        // What a group holds is there once it has an instance.
+        // Shapes of a group are added with each instance of the group.
         "shapegroup" => {}
         "instance" => instance::add(object, context),
         "labels" => labels::add(object, context),
@@ -35,7 +35,7 @@ pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
     }
 }
 
-/// Adds what a `merge` holds; it is of no other use here than to hold shapes together.
+/// Adds the shapes in a `merge`, which has no other effect than to hold shapes together.
 fn merge(
     object: &ObjectDescription,
     add: impl Fn(&ObjectDescription, &mut Context),
@@ -49,7 +49,7 @@ fn merge(
     }
 }
 
-/// Adds a shape, or a copy of it that is moved to another place.
+/// Adds a shape, or a copy of it at another place.
 fn add_at(object: &ObjectDescription, place: Option<DAffine3>, context: &mut Context) {
     let mut q = Query::new(object, context.diagnostics);
     let interior = q.role(PluginKind::Medium, "interior").cloned();
@@ -137,7 +137,7 @@ fn add_at(object: &ObjectDescription, place: Option<DAffine3>, context: &mut Con
     push(object, shape, surface.bsdf, emitter, wish, context);
 }
 
-/// Warns of a mesh that no ray can meet.
+/// Warns about a mesh that no ray can hit.
 fn leave_out(object: &ObjectDescription, context: &mut Context) {
     let name = object.id.as_ref().unwrap_or(&object.plugin);
     let message = format!("the mesh '{name}' has no triangle of positive area and is left out");
@@ -146,7 +146,7 @@ fn leave_out(object: &ObjectDescription, context: &mut Context) {
     context.diagnostics.push(warning.at(&object.location));
 }
 
-/// Warns of an image or a checkerboard on a mesh without texture coordinates.
+/// Warns about an image or a checkerboard on a mesh without texture coordinates.
 fn warn_without_uvs(
     object: &ObjectDescription,
     bsdf: &ObjectDescription,
@@ -195,23 +195,24 @@ fn push(
     context.places.objects.push(object.location.clone());
 }
 
-/// Stands for a shape that could not be made, so that objects keep their numbers until the errors
-/// are shown.
+/// Returns a stand-in for a shape that could not be built. It keeps the numbers of objects right
+/// until the errors are reported.
 fn placeholder() -> Shape {
     let unit = Sphere::new(DAffine3::IDENTITY);
     unit.map_or_else(|_| unreachable!("the unit sphere is valid"), Shape::from)
 }
 
-/// Places where shapes find their triangles.
+/// Sources and counters that building triangle meshes uses.
 struct Sources<'a> {
     files: &'a mut FileRegistry,
-    /// Meshes of groups, before they are placed.
+    /// Meshes of groups, before placement.
     originals: &'a mut HashMap<ObjectId, Original>,
     /// Number of triangles of all copies.
     copied: &'a mut usize,
 }
 
-/// The geometry under a shape's own transform and, for copies, that of their place; `None` if the type is unknown or its file cannot be read (reported then).
+/// Builds the geometry under a shape's own transform and, for copies, the transform of the copy.
+/// `None` if the type is unknown or its file cannot be read (reported).
 fn geometry(
     object: &ObjectDescription,
     own: DAffine3,

@@ -1,4 +1,4 @@
-//! Labels of the same index share a medium, whose other properties are those of each label.
+//! Groups of labels. Labels with equal indices share a medium whose other properties vary by label.
 
 use super::super::super::context::Context;
 use super::super::super::division::{LabelCounts, Place, Places};
@@ -11,25 +11,25 @@ use transport::medium::{Medium, MediumLabel, MediumLabels};
 use transport::phase::{Phase, PhaseByLabel};
 use transport::volume::{GridError, LabelGrid, VolumeGrid, VolumeTexture};
 
-/// The most groups, and the most labels in one: their numbers are kept as bytes.
+/// Maximum number of groups, and of labels in a group: their numbers are stored as bytes.
 const MOST: usize = 255;
 
-/// The groups of the labels of a volume.
+/// Groups of the labels of a volume.
 pub(super) struct Groups {
     pub groups: Vec<Group>,
-    /// Group and member of each label; groups are parts, numbered from 1.
+    /// Group and member of each label. Groups are parts, numbered from 1.
     pub places: Places,
-    /// Index of what is outside, if the labels say.
+    /// Index of the surroundings, if the labels give it.
     pub outer_index: Option<f64>,
 }
 
-/// Labels of the same index.
+/// Labels with equal indices.
 pub(super) struct Group {
     pub members: Vec<(u32, LabelMedium)>,
 }
 
 impl Groups {
-    /// Those of the labels that voxels have; `None` after an error.
+    /// Groups the labels that voxels have; `None` after an error.
     pub(super) fn of(
         counts: &LabelCounts,
         table: Table,
@@ -90,7 +90,7 @@ impl Groups {
     }
 }
 
-/// Puts a label into the group of its index; `None` if there are too many.
+/// Adds a label to the group of its index; `None` if there are too many groups or members.
 fn join(groups: &mut Vec<Group>, label: u32, medium: LabelMedium) -> Option<Place> {
     let alike = |g: &Group| g.members[0].1.index == medium.index;
     let group = groups.iter().position(alike).unwrap_or(groups.len());
@@ -108,12 +108,13 @@ fn join(groups: &mut Vec<Group>, label: u32, medium: LabelMedium) -> Option<Plac
 }
 
 impl Group {
-    /// Whether its index is that of what is around.
+    /// True if the group has the index of its surroundings.
     pub(super) fn is_open(&self) -> bool {
         self.members[0].1.is_open
     }
 
-    /// The medium of all its labels; `members` has the number of the label at each place.
+    /// Builds the medium of all labels of the group. `members` holds the number of the label at
+    /// each voxel.
     pub(super) fn medium(
         &self,
         name: &str,
@@ -164,7 +165,7 @@ impl Group {
         })
     }
 
-    /// The labels by their names, which records tell apart.
+    /// Returns the labels with their names, by which records separate them.
     fn labels(&self, grid: Arc<LabelGrid>, names: Vec<String>) -> Option<MediumLabels> {
         let label = |(name, (_, label)): (String, &(u32, LabelMedium))| MediumLabel {
             name,
@@ -176,7 +177,8 @@ impl Group {
         MediumLabels::new(grid, list.collect())
     }
 
-    /// The phase functions of all labels; that of one, if they are the same. Those of labels that do not scatter do not count.
+    /// Returns the phase function of each label, or a single one if all are equal. Labels that do
+    /// not scatter do not count.
     fn phase(&self, labels: &Arc<LabelGrid>) -> Phase {
         let scattering = self.members.iter().filter(|(_, m)| m.medium.scatters());
         let mut known: Vec<Sameness> = scattering.clone().map(|(_, m)| m.phase).collect();

@@ -21,7 +21,7 @@ use transport::scene::MediumId;
 use transport::volume::VoxelMedia;
 use voxels::Voxels;
 
-/// How a shape of labels is to be divided.
+/// Requested division of a volume of labels.
 struct Wanted {
     refraction: bool,
     exterior: Option<MediumId>,
@@ -68,7 +68,8 @@ pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
         }));
 }
 
-/// The labels that a volume has; `None` if it cannot be read (reported then). Puts what it reads into `read`.
+/// Returns the labels of a volume with their counts; `None` if the volume cannot be read
+/// (reported). Stores the voxels in `read` if it reads them.
 fn counts(
     object: &ObjectDescription,
     read: &mut Option<Voxels>,
@@ -85,7 +86,7 @@ fn counts(
     Some(counts)
 }
 
-/// The volume divided into parts: `read` has its voxels if they were just read.
+/// Returns the volume divided into parts. `read` holds its voxels if they were just read.
 fn division(
     object: &ObjectDescription,
     places: &Places,
@@ -106,7 +107,8 @@ fn division(
     Some(division)
 }
 
-/// Adds the media of groups of labels and the surfaces between them. Returns those around the volume.
+/// Adds the media of groups of labels and the surfaces between them. Returns the outer surfaces of
+/// the volume.
 fn add_parts(
     object: &ObjectDescription,
     groups: &Groups,

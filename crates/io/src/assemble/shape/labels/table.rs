@@ -1,4 +1,4 @@
-//! What each label stands for: nested media, or the rows of a table.
+//! Media of labels, from nested media or from the rows of a table.
 
 use super::super::super::context::Context;
 use super::super::super::medium;
@@ -13,46 +13,47 @@ use transport::medium::Medium;
 use transport::phase::{Phase, PhaseError};
 use transport::volume::VolumeTexture;
 
-/// What the label of a volume stands for, before it is built.
+/// Medium of a label, before it is built.
 #[derive(Clone)]
 pub(super) enum Meaning {
-    /// The medium of an object.
+    /// Medium that an object describes.
     Described(Arc<ObjectDescription>),
-    /// μ_a, μ_s, g and n.
+    /// Coefficients μ_a and μ_s, mean cosine g and index n.
     Row([f64; 4]),
 }
 
-/// What labels stand for.
+/// Media of all labels.
 pub(super) struct Table {
     pub meanings: BTreeMap<u32, Meaning>,
-    /// Index of what is outside, if the table says.
+    /// Index of the surroundings, if the table gives it.
     pub outer_index: Option<f64>,
-    /// Whether it has a row for every label, used or not.
+    /// True if the table has a row for every label, used or not.
     pub is_array: bool,
 }
 
-/// By what media may be told apart without comparing them.
+/// Identity of a property, by which media are compared without comparing values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Sameness {
-    /// Nothing was said.
+    /// Default, because the scene gives nothing.
     Default,
-    /// The bits of a number.
+    /// Bits of a number.
     Number(u64),
-    /// The object that describes it.
+    /// Object that describes the property.
     Object(ObjectId),
 }
 
-/// A medium of the same properties everywhere but for its index.
+/// Medium whose properties, except its index, are constant in space.
 pub(super) struct LabelMedium {
     pub medium: Medium,
-    /// Whether its index is that of what is around.
+    /// True if it has the index of its surroundings.
     pub is_open: bool,
     pub index: Sameness,
     pub phase: Sameness,
 }
 
 impl Table {
-    /// By the object's nested media, named by their labels, or its array `properties`; `None` after an error.
+    /// Reads the object's nested media, named by their labels, or its array `properties`; `None`
+    /// after an error.
     pub(super) fn of(object: &ObjectDescription, q: &mut Query) -> Option<Self> {
         let tensor = q.has("properties").then(|| q.tensor("properties"));
         let media = q.children(PluginKind::Medium);
@@ -80,7 +81,7 @@ impl Table {
     fn of_rows(rows: &[[f64; 4]]) -> Self {
         let row = |(label, row): (usize, &[f64; 4])| (label as u32, Meaning::Row(*row));
         let mut meanings: BTreeMap<_, _> = rows.iter().enumerate().map(row).collect();
-        // Label 0 is what is outside.
+        // Ignore the row of label 0, except for its index: it stands for the surroundings.
         meanings.remove(&0);
         Table {
             meanings,
@@ -124,10 +125,10 @@ impl Table {
     }
 }
 
-/// The most labels that a name may list.
+/// Maximum number of labels in a range.
 const MOST: u32 = 65_536;
 
-/// Labels in words: numbers and ranges, separated by commas.
+/// Parses labels: numbers and ranges, separated by commas.
 fn ranges(name: &str) -> Option<Vec<RangeInclusive<u32>>> {
     let range = |word: &str| {
         let (first, last) = word.split_once('-').unwrap_or((word, word));
@@ -138,7 +139,7 @@ fn ranges(name: &str) -> Option<Vec<RangeInclusive<u32>>> {
 }
 
 impl Meaning {
-    /// The medium; `None` after an error.
+    /// Builds the medium; `None` after an error.
     pub(super) fn build(
         &self,
         label: u32,
@@ -191,7 +192,7 @@ fn described_medium(
     })
 }
 
-/// What is wrong with a row of a table.
+/// Error in a row of a table.
 #[derive(Debug, thiserror::Error)]
 enum RowError {
     #[error("properties of label {0}: {1} is {2}; it must be {3}")]
@@ -210,7 +211,7 @@ fn of_row(label: u32, [mu_a, mu_s, g, n]: [f64; 4]) -> Result<LabelMedium, RowEr
     if !crate::schema::NumberRange::INDEX.contains(n) {
         return Err(RowError::Range(label, "n", n, "from 0.001 to 1000"));
     }
-    // With g = 1 light goes straight on, as if it were not scattered.
+    // With g = 1 scattering does not change the direction, so it can be omitted.
     let mu_s = if g == 1.0 { 0.0 } else { mu_s };
     let total = mu_a + mu_s;
     let albedo = if total > 0.0 { mu_s / total } else { 0.0 };

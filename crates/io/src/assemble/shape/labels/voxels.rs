@@ -1,4 +1,4 @@
-//! Labels of voxels, as they are read.
+//! Labels of voxels, as read from a file or an array.
 
 use super::super::super::content::label_grid;
 use super::super::super::context::Context;
@@ -9,20 +9,20 @@ use eikonal::field::Placement;
 use glam::DAffine3;
 use std::collections::BTreeMap;
 
-/// Labels are numbers up to this one, the largest that single precision separates from its neighbours.
+/// Largest label: the largest integer that single precision separates from both neighbours.
 const LARGEST: f64 = 16_777_215.0;
 
-/// Label of each voxel of a volume.
+/// Labels of the voxels of a volume.
 pub(super) struct Voxels {
     size: [usize; 3],
-    /// Labels, x fastest.
+    /// Label of each voxel, x fastest.
     labels: Vec<u32>,
-    /// From the unit cube to the world.
+    /// Map from the unit cube to the world.
     to_world: DAffine3,
 }
 
 impl Voxels {
-    /// Reads the labels of a shape; `None` if they are none (reported then).
+    /// Reads the labels of a shape; `None` if the values are not labels (reported).
     pub(super) fn read(object: &ObjectDescription, context: &mut Context) -> Option<Self> {
         let location = &object.location;
         let (volume, source) = read::<f32>(object, context);
@@ -55,7 +55,7 @@ impl Voxels {
             context.error_at(location, message);
             return None;
         }
-        // Numbers of the same size stay in place.
+        // The conversion reuses the memory, because the types have equal size.
         let labels = volume.into_data().into_iter().map(|v| v as u32).collect();
         Some(Voxels {
             size,
@@ -76,7 +76,7 @@ impl Voxels {
     /// Divides the volume into parts by the places of its labels.
     ///
     /// # Errors
-    /// Those of [`Parts::surfaces`].
+    /// Returns the errors of [`Parts::surfaces`].
     pub(super) fn divide(self, places: &Places, smooth: bool) -> Result<Division, SurfacesError> {
         let Voxels {
             size,
@@ -106,12 +106,12 @@ impl Voxels {
     }
 }
 
-/// Voxels by the places of their labels.
+/// Voxels divided by the places of their labels.
 struct Split {
     size: [usize; 3],
     /// Part of each voxel.
     parts: Vec<u8>,
-    /// Number of its label within the part.
+    /// Number of each voxel's label within its part.
     members: Vec<u8>,
 }
 
@@ -133,8 +133,9 @@ impl Split {
         }
     }
 
-    /// For each voxel which of the labels of a part it has. Voxels of other parts up to two steps away have that of a neighbour, so that
-    /// smooth surfaces and rounding do not matter, and others 0.
+    /// Returns for each voxel the number of its label within a part. Voxels of other parts up to
+    /// two steps away get the number of a neighbour, so that smooth surfaces and rounding make no
+    /// difference. All other voxels get 0.
     fn filled(&self, part: u8) -> Vec<u8> {
         let mut known: Vec<bool> = self.parts.iter().map(|p| *p == part).collect();
         let own = self.members.iter().zip(&known);
@@ -160,7 +161,7 @@ impl Split {
         filled
     }
 
-    /// The voxels beside one.
+    /// Returns the voxels that share a face with a voxel.
     fn neighbours(&self, i: usize) -> impl Iterator<Item = usize> + use<> {
         let size = self.size;
         let strides = [1, size[0], size[0] * size[1]];
