@@ -1,5 +1,5 @@
-//! What readers of scene files share: objects whose references are still names, parameters that the
-//! command line may set, and the maps that transforms are made of.
+//! Data and functions that all readers of scene files share: objects whose references are still
+//! names, parameters that the command line may set, and the maps in transforms.
 
 mod dialect;
 mod parameters;
@@ -17,38 +17,38 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 use crate::scene::{PluginKind, Property};
 use std::collections::HashMap;
 
-/// Deepest nesting of objects, references and included files.
+/// Maximum nesting depth of objects, references and included files.
 pub(crate) const MAX_DEPTH: usize = 64;
 
-/// An object whose references are still names.
+/// Object whose references are still names.
 pub(crate) struct Draft {
     pub(crate) kind: PluginKind,
     pub(crate) plugin: String,
     pub(crate) id: Option<String>,
     pub(crate) properties: Vec<Property>,
     pub(crate) children: Vec<DraftChild>,
-    /// Names of parameters and roles.
+    /// Names of parameters and roles, with their places.
     pub(crate) names: HashMap<String, Location>,
     pub(crate) location: Location,
     pub(crate) plugin_location: Location,
 }
 
-/// A nested object or a reference.
+/// Nested object or reference.
 pub(crate) struct DraftChild {
     pub(crate) name: Option<(String, Location)>,
     pub(crate) target: Target,
     pub(crate) location: Location,
 }
 
-/// What a child stands for.
+/// Object to which a child refers.
 pub(crate) enum Target {
-    /// The draft with this number.
+    /// Draft with this number.
     Draft(usize),
-    /// The object with this id, and where the id was written.
+    /// Object with this id, and the place of the id.
     Id(String, Location),
 }
 
-/// A second name for an object.
+/// Second name for an object.
 pub(crate) struct Alias {
     pub(crate) name: String,
     pub(crate) name_location: Location,
@@ -87,7 +87,7 @@ impl Draft {
         self.children.push(child);
     }
 
-    /// Reports a name that this object has already.
+    /// Reports a name that this object already has.
     fn claim(&mut self, name: &str, location: &Location, diagnostics: &mut Diagnostics) {
         if let Some(first) = self.names.get(name) {
             let message = format!("'{name}' is set twice in this <{}>", self.kind);

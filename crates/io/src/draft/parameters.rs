@@ -1,4 +1,4 @@
-//! Parameters of a scene file: what it declares, what the command line sets, and `$name` in texts.
+//! Parameters of a scene file: declarations, values from the command line, and `$name` in texts.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -6,8 +6,8 @@ use std::ops::Range;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 
-/// Bytes that substitution may produce in all: defaults that repeat one another could otherwise
-/// grow without bound.
+/// Maximum number of bytes that all substitutions together may produce. Defaults that repeat one
+/// another could otherwise grow without bound.
 const BUDGET: usize = 16 << 20;
 
 struct Parameter {
@@ -16,34 +16,35 @@ struct Parameter {
     used: bool,
 }
 
-/// The parameters known so far.
+/// Parameters known so far.
 pub(crate) struct Parameters {
     values: BTreeMap<String, Parameter>,
-    /// Those without a value that are like no other: their names, and where the first of them stands.
+    /// Names of parameters without a value that resemble no known name; `first_open` is the place
+    /// of the first.
     open: Vec<String>,
     first_open: Option<Location>,
     budget: usize,
-    /// How a file declares the parameter of a name, for advice.
+    /// Returns the declaration of a named parameter in the file's format, for advice.
     declaration: fn(&str) -> String,
 }
 
-/// A substitution that failed, with the place within the text.
+/// Failed substitution, with its place in the text.
 pub(crate) struct SubstitutionError {
     cause: Cause,
     pub(crate) range: Range<usize>,
 }
 
-/// Why a substitution failed.
+/// Cause of a failed substitution.
 enum Cause {
-    /// The message, and advice.
+    /// Message and advice.
     Wrong(String, Option<String>),
-    /// The parameter of this name has no value.
+    /// Name of a parameter without a value.
     Open(String),
 }
 
 impl Parameters {
-    /// Starts with the overrides; the last of equal names wins. `declaration` says how a file declares the
-    /// parameter of a name.
+    /// Starts with the overrides; the last of equal names wins. `declaration` returns the
+    /// declaration of a parameter in the file's format.
     pub(crate) fn new(overrides: &[(String, String)], declaration: fn(&str) -> String) -> Self {
         let parameter = |value: &String| Parameter {
             value: value.clone(),
@@ -62,7 +63,8 @@ impl Parameters {
         }
     }
 
-    /// What a file declares: sets the value unless it is set already. Returns the value.
+    /// Declares a parameter of the file: sets its value unless it is already set. Returns the
+    /// value.
     pub(crate) fn declare(&mut self, name: &str, value: &str) -> &str {
         let new = || Parameter {
             value: value.to_owned(),
@@ -74,7 +76,7 @@ impl Parameters {
         &parameter.value
     }
 
-    /// The name in a text that is nothing but `$name` or `${name}`.
+    /// Returns the name in a text that consists only of `$name` or `${name}`.
     pub(crate) fn whole(text: &str) -> Option<&str> {
         if !text.starts_with('$') {
             return None;
@@ -83,7 +85,7 @@ impl Parameters {
         name.filter(|_| end == text.len())
     }
 
-    /// The text with every `$name` and `${name}` replaced.
+    /// Replaces every `$name` and `${name}` in a text.
     pub(crate) fn substitute<'t>(
         &mut self,
         text: &'t str,
@@ -139,7 +141,8 @@ impl Parameters {
         Err(SubstitutionError { cause, range })
     }
 
-    /// Reports a substitution that failed; parameters without values only once, by [`Parameters::report_open`].
+    /// Reports a failed substitution. Parameters without values are reported together by
+    /// [`Parameters::report_open`].
     pub(crate) fn report(
         &mut self,
         failure: SubstitutionError,
@@ -159,7 +162,7 @@ impl Parameters {
         }
     }
 
-    /// Reports all parameters without values, and how to give them.
+    /// Reports all parameters without values, with advice.
     pub(crate) fn report_open(&self, diagnostics: &mut Diagnostics) {
         let Some(first) = &self.first_open else {
             return;
@@ -190,7 +193,7 @@ impl Parameters {
         }
     }
 
-    /// Names and values.
+    /// Returns names and values.
     pub(crate) fn into_values(self) -> Vec<(String, String)> {
         self.values
             .into_iter()
@@ -199,12 +202,13 @@ impl Parameters {
     }
 }
 
-/// What is wrong where a name stands for nothing.
+/// Returns the message about an undefined name.
 fn undefined(name: &str) -> String {
     format!("parameter '${name}' is not defined")
 }
 
-/// The name after the `$` at `dollar` and where the rest begins; no name if the `$` stands alone.
+/// Returns the name after the `$` at `dollar` and the position after it; no name if the `$` stands
+/// alone.
 fn name_at(text: &str, dollar: usize) -> Result<(Option<&str>, usize), SubstitutionError> {
     let start = dollar + 1;
     if let Some(braced) = text[start..].strip_prefix('{') {

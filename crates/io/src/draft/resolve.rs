@@ -1,4 +1,4 @@
-//! From objects with names to shared objects.
+//! Resolution of names to shared objects.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -7,7 +7,7 @@ use super::{Alias, Draft, MAX_DEPTH, Target, unfold};
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 use crate::scene::{Child, ObjectDescription, ObjectId, PluginKind};
 
-/// All objects of a scene file, by number.
+/// Objects of a scene file, by number.
 #[derive(Default)]
 pub(crate) struct Drafts {
     drafts: Vec<Draft>,
@@ -17,7 +17,7 @@ pub(crate) struct Drafts {
 }
 
 impl Drafts {
-    /// Adds an object; reports an id that another one has.
+    /// Adds an object. Reports an id that another object already has.
     pub(crate) fn add(
         &mut self,
         mut draft: Draft,
@@ -33,7 +33,7 @@ impl Drafts {
         index
     }
 
-    /// Makes an object referable by a name; reports a name that another one has.
+    /// Gives an object a name for references. Reports a name that another object already has.
     pub(crate) fn name(
         &mut self,
         id: &str,
@@ -50,7 +50,7 @@ impl Drafts {
         }
     }
 
-    /// What an object is; `None` if it is not known yet.
+    /// Returns the kind of an object; `None` if it is not known yet.
     pub(crate) fn kind(&self, target: &Target) -> Option<PluginKind> {
         let index = match target {
             Target::Draft(index) => *index,
@@ -63,14 +63,15 @@ impl Drafts {
         self.aliases.push(alias);
     }
 
-    /// Adds the object that everything else hangs on.
+    /// Adds the root, which contains all other objects.
     pub(crate) fn set_root(&mut self, draft: Draft) {
         self.root = self.drafts.len();
         self.drafts.push(draft);
     }
 
-    /// Follows every reference and returns the root. A reference that leads nowhere, to an object
-    /// that contains it, or too deep is reported and left out; references that multiply are reported.
+    /// Resolves every reference and returns the root. Reports and omits references that lead
+    /// nowhere, to an object that contains them, or too deep. Reports references that multiply
+    /// objects.
     pub(crate) fn resolve(
         mut self,
         diagnostics: &mut Diagnostics,
@@ -112,12 +113,12 @@ impl Drafts {
 
 enum State {
     Waiting(Draft),
-    /// Its children are being resolved.
+    /// Object whose children are being resolved.
     Open,
     Done(Tall),
 }
 
-/// An object with the number of levels below it.
+/// Object with the number of levels below it.
 #[derive(Clone)]
 struct Tall {
     object: Arc<ObjectDescription>,
@@ -126,13 +127,13 @@ struct Tall {
 
 struct Resolver<'d> {
     states: Vec<State>,
-    /// The children of each draft by number; `None` where a reference leads nowhere.
+    /// Children of each draft by number; `None` where a reference leads nowhere.
     links: Vec<Vec<Option<usize>>>,
     diagnostics: &'d mut Diagnostics,
 }
 
 impl Resolver<'_> {
-    /// The object with this number, or what is wrong with having it at this depth.
+    /// Returns the object with this number, or the error of having it at this depth.
     fn object(&mut self, index: usize, depth: usize) -> Result<Tall, &'static str> {
         let too_deep = "references are nested too deeply";
         let state = std::mem::replace(&mut self.states[index], State::Open);

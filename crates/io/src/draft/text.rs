@@ -1,11 +1,11 @@
-//! Texts of files.
+//! Text files.
 
 use crate::diagnostic::{Diagnostic, SourceFile, shown};
 use crate::input;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Reads a file as UTF-8 text, without the byte order mark that some editors put first.
+/// Reads a file as UTF-8 text. Removes the byte order mark that some editors write.
 pub(crate) fn read(path: &Path) -> Result<Arc<SourceFile>, Diagnostic> {
     let bytes = input::read(path)?;
     let mut text = String::from_utf8(bytes).map_err(|e| not_utf8(path, &e))?;
@@ -22,7 +22,7 @@ fn not_utf8(path: &Path, error: &std::string::FromUtf8Error) -> Diagnostic {
     Diagnostic::error(message).help("save the file as UTF-8".to_owned())
 }
 
-/// The beginning of a text, for messages.
+/// Returns the beginning of a text, for messages.
 pub(crate) fn shorten(text: &str) -> String {
     const LIMIT: usize = 40;
     match text.char_indices().nth(LIMIT) {

@@ -1,10 +1,10 @@
-//! The maps that transforms are made of. What cannot be is refused with a message.
+//! Maps in transforms. Impossible maps are refused with a message.
 
 use crate::diagnostic::Diagnostics;
 use crate::diagnostic::difference::ROTATE;
 use glam::{DMat3, DMat4, DVec3};
 
-/// A scale by factors, none of them zero.
+/// Returns a scale by three factors; none may be zero.
 pub(crate) fn scale(factors: DVec3) -> Result<DMat4, String> {
     let volume = factors.x * factors.y * factors.z;
     if factors.min_element() == 0.0 || volume == 0.0 {
@@ -14,10 +14,11 @@ pub(crate) fn scale(factors: DVec3) -> Result<DMat4, String> {
     }
 }
 
-/// Lengths of axes that count as 1.
+/// Maximum deviation from 1 of the length of an axis that counts as a unit vector.
 const UNIT: f64 = 1e-4;
 
-/// A rotation around an axis of any length, in degrees. Mitsuba takes other lengths than 1 for something else.
+/// Returns a rotation around an axis of any length, with the angle in degrees. Notes a difference
+/// if the length is not 1, because Mitsuba then computes another map.
 pub(crate) fn rotate(
     axis: DVec3,
     degrees: f64,
@@ -36,15 +37,15 @@ pub(crate) fn rotate(
 pub(crate) const VIEW: &str =
     "'target' must differ from 'origin', and 'up' must not be parallel to the view";
 
-/// The map from camera to world: the camera looks along +z, with y up and x to the left.
-/// An `up` of zero leaves the choice to us.
+/// Returns the map from camera to world: the camera looks along +z, with y up and x to the left. If
+/// `up` is zero, the function chooses it.
 pub(crate) fn look_at(origin: DVec3, target: DVec3, up: DVec3) -> Result<DMat4, String> {
     transport::sensor::look_at(origin, target, up)
         .map(DMat4::from)
         .ok_or_else(|| "'origin', 'target' and 'up' do not define a direction of view".into())
 }
 
-/// A matrix of 16 numbers row by row, or of 9 for its linear part.
+/// Returns a matrix of 16 numbers row by row, or of 9 numbers for its linear part.
 pub(crate) fn matrix(rows: &[f64]) -> Result<DMat4, String> {
     let matrix = if let Ok(rows) = <[f64; 16]>::try_from(rows) {
         DMat4::from_cols_array(&rows).transpose()

@@ -1,16 +1,18 @@
-//! How often objects would be made anew: once for each way to them.
+//! Check for references that multiply objects: an object is built once for each path of references
+//! to it.
 //!
-//! A bsdf, texture or field that is referenced twice is evaluated twice, and what it refers to twice as often again.
-//! References that double at each of sixty levels stand for 10¹⁸ objects.
+//! A bsdf, texture or field that is referenced twice is evaluated twice, and each object within it
+//! again twice as often. References that double at each of sixty levels stand for 10¹⁸ objects.
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::scene::{ObjectDescription, ObjectId, PluginKind, descendants};
 use std::collections::{HashMap, HashSet};
 
-/// Repetitions of objects within one object: more is a mistake, and a render would not end.
+/// Maximum number of repetitions of objects within one object. More are a mistake, and a render
+/// would not end.
 const MOST_REPEATED: usize = 4096;
 
-/// Reports every object in which objects repeat too often, unless it stands in another such object.
+/// Reports every object in which objects repeat too often, unless it lies in another such object.
 pub(super) fn check(root: &ObjectDescription, diagnostics: &mut Diagnostics) {
     let mut counter = Counter::default();
     counter.count(root);
@@ -33,7 +35,8 @@ pub(super) fn check(root: &ObjectDescription, diagnostics: &mut Diagnostics) {
     }
 }
 
-/// Whether a child is made anew for each parent: not what lies in the scene, and not what shapes, which are many, share.
+/// True if a child is built again for each parent. Exceptions are the objects of the scene, and
+/// objects that shapes share, because shapes are numerous.
 fn repeats(parent: &ObjectDescription, child: &ObjectDescription) -> bool {
     match parent.kind {
         PluginKind::Scene => false,
@@ -44,9 +47,9 @@ fn repeats(parent: &ObjectDescription, child: &ObjectDescription) -> bool {
 
 #[derive(Default)]
 struct Counter {
-    /// Objects that each object unfolds to, itself included.
+    /// Number of objects to which each object unfolds, including itself.
     counts: HashMap<ObjectId, f64>,
-    /// Those within an object that unfolds too far.
+    /// Objects within an object that unfolds too far.
     inner: HashSet<ObjectId>,
 }
 
@@ -70,7 +73,7 @@ impl Counter {
     }
 }
 
-/// Number of different objects that an object is made of, itself included.
+/// Returns the number of distinct objects in an object, including itself.
 fn parts(object: &ObjectDescription) -> usize {
     let mut seen = HashSet::from([object.number]);
     let mut open = vec![object];

@@ -1,7 +1,9 @@
-//! Other dialects: parameters of Mitsuba 3 that say nothing here, scenes of Mitsuba 0.5 and 0.6, and the plugins of the
-//! refractive fork of Mitsuba 0.6 that Pediredla et al. published, said in the names of Mitsuba 3 and of this program.
+//! Translation of other dialects to the names of Mitsuba 3 and of morgana. The dialects are
+//! parameters of Mitsuba 3 that have no effect here, scenes of Mitsuba 0.5 and 0.6, and the plugins
+//! of the refractive fork of Mitsuba 0.6 by Pediredla et al.
 //!
-//! What an old name means is written down once, as a [`Rule`]. What depends on values is in [`special`].
+//! A [`PluginTranslation`] defines the meaning of each old name once. Translations that depend on
+//! values are in [`special`].
 
 mod rules;
 mod special;
@@ -12,24 +14,25 @@ use crate::draft::{Draft, DraftChild};
 use crate::scene::{PluginKind, Property, SpectrumValue, Value};
 use rules::RULES;
 
-/// How a plugin of another dialect is said here.
+/// Translation of a plugin of another dialect.
 struct PluginTranslation {
     kind: PluginKind,
     from: &'static str,
     to: &'static str,
-    /// Only in scenes of Mitsuba 0.5 and 0.6: the name has another meaning in later ones.
+    /// True if the translation applies only to scenes of Mitsuba 0.5 and 0.6, because the name has
+    /// another meaning in later versions.
     old: bool,
     /// Parameters and roles with other names.
     renamed: &'static [(&'static str, &'static str)],
-    /// Parameters and roles that say how to compute, not what.
+    /// Parameters and roles that control the computation but not the result.
     dropped: &'static [&'static str],
-    /// The only parameters that stay, if all others are to be dropped.
+    /// Parameters to keep, if all others are dropped.
     kept: Option<&'static [&'static str]>,
-    /// Defaults that differ from those of the plugin that it becomes.
+    /// Defaults that differ from the defaults of the plugin's translation.
     implied: &'static [(&'static str, Implied)],
 }
 
-/// A value that a plugin has without saying so.
+/// Default value of a parameter.
 #[derive(Clone, Copy)]
 enum Implied {
     Float(f64),
@@ -39,41 +42,44 @@ enum Implied {
     Vector(f64, f64, f64),
 }
 
-/// Integrators of Mitsuba 0.6 that render what another one finds.
+/// Integrators of Mitsuba 0.6 that render the result of another integrator.
 const FRAMES: [&str; 3] = ["irrcache", "adaptive", "multichannel"];
 
-/// A scene's dialect, and what was done about it.
+/// Dialect of a scene, with the translations that were applied.
 #[derive(Default)]
 pub(crate) struct Dialect {
-    /// Whether the file being read is of Mitsuba 0.5 or 0.6.
+    /// True if the current file is of Mitsuba 0.5 or 0.6.
     pub old: bool,
-    /// Where another dialect was first met.
+    /// Place where another dialect first occurs.
     first: Option<Location>,
-    /// Plugins that have other names here.
+    /// Plugins whose names were translated.
     read: Vec<String>,
     /// Parameters and roles that were dropped, with their plugins.
     ignored: Vec<String>,
 }
 
 impl Dialect {
-    /// Kinds of the plugins that scenes of any version may call by a name that is another one here.
+    /// Returns the kinds of plugins that have this name in scenes of any version and another name
+    /// here.
     pub(crate) fn kinds(plugin: &str) -> impl Iterator<Item = PluginKind> {
         let named = RULES.iter().filter(move |r| !r.old && r.from == plugin);
         named.map(|rule| rule.kind)
     }
 
-    /// Takes note of a file of Mitsuba 0.5 or 0.6, by its version.
+    /// Records that the file is of Mitsuba 0.5 or 0.6. `version` is the place of its version
+    /// number.
     pub(crate) fn enter(&mut self, version: &Location) {
         self.old = true;
         self.first.get_or_insert_with(|| version.clone());
     }
 
-    /// A parameter's or role's name, as Mitsuba 3 writes it.
+    /// Returns the name of a parameter or role in Mitsuba 3.
     pub(crate) fn name(&self, name: String) -> String {
         if self.old { snake_case(&name) } else { name }
     }
 
-    /// A parameter's value, as Mitsuba 3 means it: a spectrum of one number was the same in every channel.
+    /// Returns the value of a parameter in Mitsuba 3. In old scenes, a spectrum of one number is
+    /// equal in all channels.
     pub(crate) fn value(&self, value: Value) -> Value {
         match value {
             Value::Spectrum(SpectrumValue::EqualEnergy(v)) if self.old => {
@@ -83,7 +89,7 @@ impl Dialect {
         }
     }
 
-    /// Brings a plugin up to date.
+    /// Translates a plugin.
     pub(crate) fn update(&mut self, draft: &mut Draft, diagnostics: &mut Diagnostics) {
         special::before(draft, self.old, diagnostics);
         if let Some(format) = special::tristimulus(draft) {
@@ -128,7 +134,7 @@ impl Dialect {
         }
     }
 
-    /// What stands in the place of an integrator that only speeds another one up: that one.
+    /// Returns the nested integrator if the outer integrator only accelerates it.
     pub(crate) fn nested(
         &mut self,
         draft: &mut Draft,
@@ -151,7 +157,8 @@ impl Dialect {
         Some(draft.children.swap_remove(inner))
     }
 
-    /// The bsdf of a shape that has a medium and no bsdf: none that light notices, where it is diffuse in Mitsuba 3.
+    /// Returns a null bsdf for a shape that has a medium and no bsdf. In Mitsuba 3 the surface
+    /// would be diffuse.
     pub(crate) fn boundary(
         &mut self,
         draft: &Draft,
@@ -159,7 +166,7 @@ impl Dialect {
     ) -> Option<Draft> {
         let kinds: Vec<_> = draft.children.iter().map(kind).collect();
         let has = |kind| kinds.contains(&Some(kind));
-        // What is not known yet may be a bsdf; area emitters must not be null.
+        // Children of unknown kind may be a bsdf; area emitters must not be null.
         let is_open = has(PluginKind::Medium)
             && !has(PluginKind::Bsdf)
             && !has(PluginKind::Emitter)
@@ -186,7 +193,7 @@ impl Dialect {
         self.first.get_or_insert_with(|| place.clone());
     }
 
-    /// Says what was done, in one note.
+    /// Reports all translations in one note.
     pub(crate) fn report(&self, diagnostics: &mut Diagnostics) {
         let Some(first) = &self.first else { return };
         let read = (!self.read.is_empty()).then(|| format!("read: {}", self.read.join(", ")));
@@ -202,14 +209,14 @@ impl Dialect {
     }
 }
 
-/// Adds what is not there.
+/// Adds an item unless the list has it.
 fn add(list: &mut Vec<String>, item: String) {
     if !list.contains(&item) {
         list.push(item);
     }
 }
 
-/// Drops parameters and roles; returns the names of those that were there.
+/// Drops parameters and roles. Returns the names of those that existed.
 fn drop(draft: &mut Draft, names: &[&str]) -> Vec<String> {
     let there: Vec<String> = names
         .iter()
@@ -224,7 +231,7 @@ fn drop(draft: &mut Draft, names: &[&str]) -> Vec<String> {
     there
 }
 
-/// A number that a plugin has, or `default`.
+/// Returns a number that a plugin gives, or `default`.
 fn number(draft: &Draft, name: &str, default: f64) -> f64 {
     let property = draft.properties.iter().find(|p| p.name == name);
     match property.map(|p| &p.value) {
@@ -250,7 +257,7 @@ fn imply(draft: &mut Draft, name: &str, value: Implied) {
 }
 
 impl Draft {
-    /// Gives a parameter or role another name.
+    /// Renames a parameter or role.
     fn rename(&mut self, from: &str, to: &str) {
         let Some(location) = self.names.remove(from) else {
             return;
@@ -265,7 +272,8 @@ impl Draft {
         }
     }
 
-    /// Sets a parameter that the file does not mention: its place is that of the plugin's type.
+    /// Sets a parameter that the file does not mention. Its place is the place of the plugin's
+    /// type.
     fn set(&mut self, name: &str, value: Value) {
         self.properties.retain(|p| p.name != name);
         self.names
@@ -279,7 +287,7 @@ impl Draft {
     }
 }
 
-/// `toWorld` → `to_world`, `intIOR` → `int_ior`, `sigmaT` → `sigma_t`.
+/// Converts names: `toWorld` → `to_world`, `intIOR` → `int_ior`, `sigmaT` → `sigma_t`.
 fn snake_case(name: &str) -> String {
     let mut out = String::with_capacity(name.len() + 2);
     let mut before = '_';

@@ -1,4 +1,4 @@
-//! What plugins of other dialects are called here.
+//! Rules that translate the plugins of other dialects.
 
 use super::Implied::{Boolean, Float, Integer, String, Vector};
 use super::PluginTranslation;
@@ -6,7 +6,7 @@ use crate::scene::PluginKind::{
     self, Bsdf, Emitter, Film, Integrator, Medium, Sampler, Sensor, Shape, Texture, Volume,
 };
 
-/// Nothing but another name.
+/// Makes a rule that only changes the name.
 const fn same(kind: PluginKind, from: &'static str, to: &'static str) -> PluginTranslation {
     PluginTranslation {
         kind,
@@ -20,7 +20,7 @@ const fn same(kind: PluginKind, from: &'static str, to: &'static str) -> PluginT
     }
 }
 
-/// An integrator of Mitsuba 0.6 by another one, of which it has the depths.
+/// Makes a rule that replaces an integrator of Mitsuba 0.6 by another one and keeps its depths.
 const fn by(from: &'static str, to: &'static str) -> PluginTranslation {
     PluginTranslation {
         old: true,
@@ -29,7 +29,8 @@ const fn by(from: &'static str, to: &'static str) -> PluginTranslation {
     }
 }
 
-/// The same plugin in Mitsuba 0.6, with parameters that mean nothing here.
+/// Makes a rule for a plugin of Mitsuba 0.6 that keeps its name but drops parameters without
+/// effect.
 const fn old(
     kind: PluginKind,
     name: &'static str,
@@ -42,7 +43,7 @@ const fn old(
     }
 }
 
-/// An emitter, less how often it is chosen.
+/// Makes a rule that drops the sampling weight of an emitter.
 const fn weighted(name: &'static str) -> PluginTranslation {
     PluginTranslation {
         dropped: &["sampling_weight"],
@@ -50,7 +51,7 @@ const fn weighted(name: &'static str) -> PluginTranslation {
     }
 }
 
-/// Of films: how files are written.
+/// Parameters of films that control how files are written.
 const FILES: &[&str] = &[
     "banner",
     "high_quality_edges",
@@ -60,13 +61,13 @@ const FILES: &[&str] = &[
     "digits",
     "tonemap_method",
 ];
-/// Of cameras: motion.
+/// Parameters of cameras for motion.
 const SHUTTER: &[&str] = &["shutter_open", "shutter_close"];
-/// Of integrators: how they sample.
+/// Parameters of integrators that control sampling.
 const METHOD: &[&str] = &["strict_normals"];
-/// Of samplers.
+/// Parameters of samplers that control their sequences.
 const SEQUENCES: &[&str] = &["dimension", "scramble"];
-/// Of the fork's medium: its solver, stepper and way of sampling distances.
+/// Parameters of the fork's medium: its solver, stepper and sampling of distances.
 const SOLVER: &[&str] = &[
     "sdf",
     "stepsize",
@@ -87,7 +88,7 @@ const SOLVER: &[&str] = &[
 ];
 
 pub(super) const RULES: &[PluginTranslation] = &[
-    // The refractive fork.
+    // Plugins of the refractive fork.
     PluginTranslation {
         renamed: &[("rif", "ior")],
         dropped: SOLVER,
@@ -101,7 +102,8 @@ pub(super) const RULES: &[PluginTranslation] = &[
         ],
         ..same(Volume, "splinevolume", "bspline")
     },
-    // n = n_o + n_max J_m(kr) cos(mφ) around x, with φ from z; its to_world and box are without effect.
+    // Index n = n_o + n_max J_m(kr) cos(mφ) around x, with φ measured from z; `to_world` and the
+    // box have no effect.
     PluginTranslation {
         renamed: &[
             ("freq", "frequency"),
@@ -124,8 +126,7 @@ pub(super) const RULES: &[PluginTranslation] = &[
     },
     same(Bsdf, "hdielectric", "dielectric"),
     same(Bsdf, "hroughdielectric", "roughdielectric"),
-    // Mitsuba 0.5 and 0.6.
-    // A sheet that transmits all its diffuse light.
+    // Plugins of Mitsuba 0.5 and 0.6. `difftrans` is a sheet that transmits all its diffuse light.
     PluginTranslation {
         old: true,
         renamed: &[
@@ -151,7 +152,7 @@ pub(super) const RULES: &[PluginTranslation] = &[
         renamed: &[("diffuse_reflectance", "reflectance")],
         ..same(Bsdf, "diffuse", "diffuse")
     },
-    // Variants differ at grazing angles.
+    // Drop the variant: variants differ only at grazing angles.
     old(Bsdf, "ward", &["variant"]),
     PluginTranslation {
         dropped: FILES,

@@ -1,11 +1,11 @@
-//! What cannot be said by other names alone.
+//! Translations that renaming alone cannot express.
 
 use super::{Draft, Implied, imply, number, textures};
 use crate::diagnostic::{Diagnostic, Diagnostics, Location, lints};
 use crate::scene::{PluginKind, Value};
 use glam::{DMat4, DVec3};
 
-/// Parameters that depend on others, with the names that the plugin has in its own dialect.
+/// Translates parameters that depend on others, under the plugin's name in its own dialect.
 pub(super) fn before(draft: &mut Draft, old: bool, diagnostics: &mut Diagnostics) {
     match (draft.kind, draft.plugin.as_str()) {
         (PluginKind::Volume, "splinevolume") => boxed(draft, diagnostics),
@@ -27,7 +27,7 @@ pub(super) fn before(draft: &mut Draft, old: bool, diagnostics: &mut Diagnostics
     }
 }
 
-/// Metals are copper unless they say otherwise; numbers come before a name.
+/// Sets copper as the default metal. Numbers take precedence over a name.
 fn metal(draft: &mut Draft) {
     match ["eta", "k"].map(|name| draft.names.contains_key(name)) {
         [false, false] => imply(draft, "material", Implied::String("Cu")),
@@ -38,7 +38,7 @@ fn metal(draft: &mut Draft) {
     }
 }
 
-/// Ambient occlusion is no light.
+/// Reports the integrator for ambient occlusion, which does not compute light.
 fn occlusion(draft: &Draft, diagnostics: &mut Diagnostics) {
     let message = "ambient occlusion is not rendered by an integrator of its own";
     let help = "take the integrator 'direct', diffuse surfaces of reflectance 1 and the emitter 'constant': what it shows is the same";
@@ -46,7 +46,7 @@ fn occlusion(draft: &Draft, diagnostics: &mut Diagnostics) {
     diagnostics.push(diagnostic.at(&draft.plugin_location));
 }
 
-/// `min` and `max` put the samples into a box of their own rather than into that of the file.
+/// Translates `min` and `max`, which place the samples in a box that replaces the file's.
 fn boxed(draft: &mut Draft, diagnostics: &mut Diagnostics) {
     let [Some((min, _)), Some((max, location))] = ["min", "max"].map(|name| point(draft, name))
     else {
@@ -77,7 +77,7 @@ fn point(draft: &Draft, name: &str) -> Option<(DVec3, Location)> {
     }
 }
 
-/// The fork's earlier films: `transient` with bounds and a width of their own names.
+/// Translates the fork's earlier films: `transient` with other names for bounds and bin width.
 fn transient(draft: &mut Draft) {
     let property = draft.properties.iter().find(|p| p.name == "transient");
     let Some(Value::Boolean(is_transient)) = property.map(|p| &p.value) else {
@@ -99,7 +99,7 @@ fn transient(draft: &mut Draft) {
     super::drop(draft, &["transient"]);
 }
 
-/// The fork's films that are not modulated in time, which is all that morgana has.
+/// Drops the modulation of the fork's films if it is `none`; morgana supports no other.
 fn unmodulated(draft: &mut Draft) {
     let property = draft.properties.iter().find(|p| p.name == "modulation");
     let is_none =
@@ -109,8 +109,8 @@ fn unmodulated(draft: &mut Draft) {
     }
 }
 
-/// The fork's films: `none` is no decomposition, the width of bins is 1 unless given, and bounces have
-/// bounds as lengths do.
+/// Translates the decomposition of the fork's films: `none` means no decomposition, bins have a
+/// width of 1 by default, and bounces have bounds like lengths.
 fn bounces(draft: &mut Draft, diagnostics: &mut Diagnostics) {
     let property = draft.properties.iter().find(|p| p.name == "decomposition");
     let Some(Value::String(word)) = property.map(|p| &p.value) else {
@@ -139,8 +139,8 @@ fn bounces(draft: &mut Draft, diagnostics: &mut Diagnostics) {
     }
 }
 
-/// The fork's medium takes a material, named or not, unless it has coefficients of its own. Materials there count
-/// in units of their own, and one of them in numbers other than those published.
+/// Reports a medium of the fork without coefficients, which takes them from a material, named or
+/// not. The fork's materials use other units, and one material differs from its published numbers.
 fn coefficients(draft: &mut Draft, diagnostics: &mut Diagnostics) {
     let own = [
         "sigma_t", "sigma_s", "sigma_a", "sigmaT", "sigmaS", "sigmaA",
@@ -157,7 +157,7 @@ fn coefficients(draft: &mut Draft, diagnostics: &mut Diagnostics) {
     diagnostics.push(diagnostic.at(&draft.plugin_location));
 }
 
-/// The format of a film that asks for X, Y and Z, which becomes that of red, green and blue.
+/// Changes the format of a film of X, Y and Z to red, green and blue. Returns the old format.
 pub(super) fn tristimulus(draft: &mut Draft) -> Option<String> {
     let film = draft.kind == PluginKind::Film;
     let named = |p: &&mut crate::scene::Property| film && p.name == "pixel_format";
@@ -172,7 +172,7 @@ pub(super) fn tristimulus(draft: &mut Draft) -> Option<String> {
     Some(std::mem::replace(format, plain.to_owned()))
 }
 
-/// Whether a film asks for an opacity; it then no longer does.
+/// Removes the opacity from a film's format. Returns true if there was one.
 pub(super) fn drops_alpha(draft: &mut Draft) -> bool {
     let film = draft.kind == PluginKind::Film;
     let format = draft
@@ -191,8 +191,9 @@ pub(super) fn drops_alpha(draft: &mut Draft) -> bool {
     true
 }
 
-/// Facets of Ashikhmin and Shirley, whose exponent older versions tell from their roughness, become Beckmann's of that
-/// roughness: the two agree for smooth surfaces. What they were called, if there are such.
+/// Replaces facets of Ashikhmin and Shirley by Beckmann facets with an equal roughness. Older
+/// versions compute the exponent from this roughness. The two agree for smooth surfaces. Returns
+/// the old name if it was replaced.
 pub(super) fn other_facets(draft: &mut Draft) -> Option<String> {
     let bsdf = draft.kind == PluginKind::Bsdf;
     let named = |p: &&mut crate::scene::Property| bsdf && p.name == "distribution";
@@ -204,16 +205,18 @@ pub(super) fn other_facets(draft: &mut Draft) -> Option<String> {
     known.then(|| std::mem::replace(word, "beckmann".to_owned()))
 }
 
-/// From the axes of Mitsuba 3's sky (z up, −x to the north) to those of the older ones (y up, −z to the north).
+/// Map from the axes of Mitsuba 3's sky (z up, −x to the north) to the axes of the older one (y up,
+/// −z to the north).
 const OLDER_SKY: DMat4 = DMat4::from_cols_array(&[
     0.0, 0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0,
 ]);
-/// The sun's diameter in degrees.
+/// Angular diameter of the sun in degrees.
 const SUN_APERTURE: f64 = 0.5358;
-/// That of a sun that is to be a point.
+/// Angular diameter in degrees that replaces a point sun.
 const LEAST_APERTURE: f64 = 0.01;
 
-/// The older sky and sun are two plugins, or one, with a scale of all, in other axes.
+/// Translates the older sky and sun, which are one or two plugins with a common scale and other
+/// axes.
 fn daylight(draft: &mut Draft, diagnostics: &mut Diagnostics) {
     let scale = number(draft, "scale", 1.0);
     let radius = number(draft, "sun_radius_scale", 1.0);

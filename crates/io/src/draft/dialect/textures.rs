@@ -4,7 +4,8 @@ use super::{Draft, drop, number};
 use crate::scene::Value;
 use glam::{DMat4, DVec3};
 
-/// Parameters that say where an image or a checkerboard lies, how it is looked up, and how its file is decoded.
+/// Translates the position of an image or a checkerboard, and the filtering and decoding of an
+/// image.
 pub(super) fn place(draft: &mut Draft) {
     let both = number(draft, "uvscale", 1.0);
     let axes = [("uscale", "uoffset"), ("vscale", "voffset")];
@@ -34,7 +35,7 @@ fn word(draft: &Draft, name: &str) -> Option<String> {
     }
 }
 
-/// One mode for both axes, which is all that there is here.
+/// Translates the wrap modes of both axes if they are equal; here an image has one mode.
 fn wrapped(draft: &mut Draft) {
     let modes = ["wrap_mode_u", "wrap_mode_v"].map(|name| word(draft, name));
     if let [Some(u), Some(v)] = modes
@@ -45,7 +46,7 @@ fn wrapped(draft: &mut Draft) {
     }
 }
 
-/// Images are bilinear unless they are looked up pixel by pixel: samples average them.
+/// Replaces smooth filters by bilinear interpolation: the samples of a pixel average the image.
 fn filtered(draft: &mut Draft) {
     let smooth = ["ewa", "trilinear"];
     if word(draft, "filter_type").is_some_and(|filter| smooth.contains(&filter.as_str())) {
@@ -53,7 +54,8 @@ fn filtered(draft: &mut Draft) {
     }
 }
 
-/// An exponent of 1 means numbers as they are; that of sRGB, and none, mean what files of 8 bits are.
+/// Translates the exponent of the decoding: 1 means linear values; no exponent, or the sRGB curve,
+/// is the default for files of 8 bits.
 fn decoded(draft: &mut Draft) {
     if !draft.names.contains_key("gamma") {
         return;
